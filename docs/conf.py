@@ -44,6 +44,7 @@ extensions = [
     "sphinx.ext.autodoc",
     "sphinx.ext.autosummary",
     "sphinx.ext.mathjax",
+    "sphinx.ext.napoleon",
     "sphinx_copybutton",
     "included",
     "reference",
@@ -63,6 +64,9 @@ nb_execution_timeout = 300
 
 autodoc_member_order = "bysource"
 autodoc_typehints = "none"  # shapes and units are in the docstrings
+napoleon_google_docstring = False
+napoleon_use_param = napoleon_use_rtype = False
+default_role = "py:obj"  # names in single quotes
 autosummary_generate = False
 add_module_names = False
 python_display_short_literal_types = True

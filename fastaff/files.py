@@ -18,14 +18,14 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from . import charts, models, schemes
-from .analysis.chaos import indicators
+from .analysis.chaos import indicators, own_indicator
 from .analysis.frequencies import methods
 from .analysis.tori import families, separation
 from .base.display import screen
 from .base.numbers import fits, shown
 from .base.placing import placed
 from .base.provenance import provenance
-from .base.recipe import OWN, Call, NoData, encoded, keep
+from .base.recipe import OWN, Call, NoData, encoded, keep, plain
 from .base.results import Result, saved
 from .base.status import summary
 from .formulas.mapping import remade
@@ -42,7 +42,7 @@ TEXT = 2**26
 
 
 class Saved(NamedTuple):
-    """What is in a file: arrays by name, and the metadata of `save`."""
+    """Contents of a file: arrays by name, and the metadata of `save`."""
 
     arrays: dict[str, np.ndarray]
     metadata: dict[str, Any]
@@ -52,18 +52,48 @@ class Saved(NamedTuple):
 
 
 def save(path: Any, result: Any, *, force: bool = False, **parameters: Any) -> Path:
-    """Write a result and all that made it to an .npz file and return its path; `load` gives the same result back.
+    """Write a result and all that made it to an .npz file; `load` gives the same result back.
 
-    Parameters: path, with or without .npz; result: a SectionMap, FrequencyMap, Orbits, Grid, any other result or
-    dataclass; force: replace an existing file, which otherwise is left alone: the new one gets a number (`name-2.npz`);
-    parameters: anything else worth keeping: model, energy, seed, threads, wall_time; arrays go beside those of the
-    result, the rest into the metadata. The call that made the result is kept with it: `recipe` reads it back. Returns
-    the path written. Raises TypeError for what is no result or has arrays of objects, OSError as `open` does.
+    Parameters
+    ----------
+    path : path
+        With or without .npz.
+    result : result
+        A SectionMap, FrequencyMap, Orbits, Grid, any other result or dataclass. Its call is kept: `recipe` reads it
+        back.
+    force : bool, default False
+        Replace an existing file. Otherwise the new file gets a number (`name-2.npz`).
+    **parameters : any
+        Other values to keep: model, energy, seed, threads, wall_time. Arrays go beside those of the result, the rest
+        into the metadata.
 
+    Returns
+    -------
+    Path
+        Path of the file.
+
+    Raises
+    ------
+    TypeError
+        The value is no result, or has arrays of objects.
+    OSError
+        As in `open`.
+
+    Notes
+    -----
     Metadata: versions (fastaff, numpy, numba, python), machine, CPU, cores, date, command line, the counts of each
     status, scheme, section and the parameters. The file is complete or absent: it is written under another name and
-    then moved. Needs no pickle to read.
-    Source: the .npy format, NEP 1.
+    then moved. Reading it needs no pickle.
+
+    References
+    ----------
+    The .npy format, NEP 1.
+
+    Examples
+    --------
+    >>> orbits = fa.integrate(fa.HenonHeiles(), [0.1, 0.0, 0.0, 0.2], time=1.0)
+    >>> fa.save("orbits", orbits, seed=0).name
+    'orbits.npz'
     """
     path = Path(path)
     stem = path.with_suffix("") if path.suffix == ".npz" else path
@@ -120,14 +150,40 @@ def _(result: Result, path: Any, **parameters: Any) -> Path:
 
 
 def load(path: Any, **given: Any) -> Any:
-    """Return the result in a file of `save`: of the same class, with the same bits in every field, and its call.
+    """Read the result in a file of `save`: the same class, with the same bits in every field, and its call.
 
-    Parameters: path; given: fields that the file can't hold, functions and values of classes of your own, by name.
+    Parameters
+    ----------
+    path : path
+        File of `save`.
+    **given : any
+        Fields that the file can't hold, functions and values of classes of your own, by name.
+
+    Returns
+    -------
+    result
+        The result saved.
+
+    Raises
+    ------
+    FileNotFoundError, ValueError
+        There is no file; `save` did not write it, or another version wrote it in a format of its own; memory has no
+        room for an array; the class is no result of the package; or a field is to be given, which the message names.
+
+    Notes
+    -----
     Nothing in the file is executed: it names classes of the package, numbers and formulas, which are read as
-    mathematics. Raises FileNotFoundError, or ValueError for a file that `save` did not write or that another version
-    wrote in a format of its own, for arrays that memory has no room for, for a class that is no result of the package,
-    and naming what is to be given. `contents` reads a file's arrays and metadata as they are.
-    Source: as `save`.
+    mathematics. `contents` reads a file's arrays and metadata as they are.
+
+    References
+    ----------
+    As in `save`.
+
+    Examples
+    --------
+    >>> path = fa.save("again", fa.integrate(fa.HenonHeiles(), [0.1, 0.0, 0.0, 0.2], time=1.0))
+    >>> fa.load(path).status
+    array([0])
     """
     arrays, metadata = contents(path)
     try:
@@ -140,10 +196,11 @@ def load(path: Any, **given: Any) -> Any:
 
 
 def contents(path: Any) -> Saved:
-    """Return what is in a file of `save`, also one of a class that is not known here: arrays by name and the metadata.
+    """Return the contents of a file of `save`, also of a class that is not known here: arrays by name and the metadata.
 
-    Raises FileNotFoundError, or ValueError for a file that `save` did not write, or whose arrays memory has no room
-    for. Nothing in the file is executed. Source: as `save`.
+    :Raises: FileNotFoundError, or ValueError for a file that `save` did not write, or whose arrays memory has no room
+        for. Nothing in the file is executed.
+    :Source: as `save`.
     """
     try:
         _room(path)
@@ -199,10 +256,10 @@ def recipe(path: Any, **given: Any) -> Recipe:
     """Return the call that made the result in a file of `save`: the function, the model with its formula, z0 and every
     option.
 
-    Parameters: path; given: arguments that take the place of those in the file. Models, sections and schemes of the
-    package and models of formulas are made anew from their numbers and texts; what the file can't hold, functions and
-    values of classes of your own, is to be given by name. Nothing in the file is executed. Raises as `load`; ValueError
-    for a file without a call, or naming what is to be given.
+    :Parameters: path; given: arguments that take the place of those in the file. Models, sections and schemes of the
+        package and models of formulas are made anew from their numbers and texts; functions and values of classes of
+        your own, which the file can't hold, are to be given by name. Nothing in the file is executed.
+    :Raises: as `load`; ValueError for a file without a call, or naming the arguments to be given.
     """
     arrays, metadata = contents(path)
     call = metadata.get("call")
@@ -226,33 +283,6 @@ def _public(name: str) -> Any:
         if name in home.__all__:
             return getattr(home, name)
     raise ValueError(f"function {name!r} is none of fastaff {fastaff.__version__}: an older or newer version has it")
-
-
-def plain(value: Any) -> Any:
-    """Return `value` as JSON holds it: values by class and fields (`recipe.encoded`), schemes by name, infinities as
-    text.
-    """
-    if value is None or isinstance(value, (bool, str)):
-        return value
-    if isinstance(value, (int, np.integer)):
-        return int(value)
-    if isinstance(value, (float, np.floating)):
-        return float(value) if math.isfinite(value) else str(float(value))
-    if isinstance(value, tuple) and hasattr(value, "_fields"):
-        try:
-            return plain(encoded(value))
-        except NoData:
-            return {
-                "class": type(value).__name__,
-                **{name: plain(entry) for name, entry in zip(value._fields, value, strict=True)},
-            }
-    if hasattr(value, "name") and hasattr(value, "order") and hasattr(value, "source"):
-        return {"name": value.name, "order": value.order, "source": value.source}
-    if isinstance(value, dict):
-        return {str(key): plain(entry) for key, entry in value.items()}
-    if isinstance(value, (list, tuple, set, np.ndarray)):
-        return [plain(entry) for entry in value]
-    return str(value)
 
 
 def _stored(name: str, data: Any, arrays: dict[str, np.ndarray]) -> Any:
@@ -307,7 +337,7 @@ def _classes() -> dict[str, type]:
     """The package's classes of values by name: models, their potentials and functions, sections, angles, indicators and
     schemes.
     """
-    values = models, models.functions, sections, angles, indicators, methods, schemes
+    values = models, models.functions, sections, angles, indicators, own_indicator, methods, schemes
     modules = *values, time_transformed, families, separation
     found = {entry for module in modules for entry in vars(module).values() if isinstance(entry, type)}
     return {entry.__name__: entry for entry in found if entry.__module__.partition(".")[0] == OWN}

@@ -158,13 +158,13 @@ def test_lines_of_json(tmp_path, capsys, monkeypatch):
 STOPPED = """
 import os, signal, sys
 from fastaff.cli import main
-from fastaff.jobs import running
-add = running._Watched.add
+from fastaff.jobs import watching
+add = watching.Watched.add
 def added(self, found):
     add(self, found)
     if self.done == 2:
         os.kill(os.getpid(), int(sys.argv[1]))
-running._Watched.add = added
+watching.Watched.add = added
 sys.exit(main.main(sys.argv[2:]))
 """
 

@@ -1,5 +1,9 @@
-"""The site and README: links lead to files, code runs, every public name has its place, docstrings become fields."""
+"""The site and README: links lead to files, code runs, every public name has its place, docstrings are in numpydoc form
+with examples that run.
+"""
 
+import doctest
+import inspect
 import re
 import shlex
 import shutil
@@ -218,41 +222,56 @@ def test_every_public_name_is_on_one_page():
             assert name in own or id(getattr(import_module(module), name)) in values, f"{module}.{name}"
 
 
-DOCSTRING = """Do a thing; `|x|` and a*b_ are no markup.
-
-Parameters: z0 (2n,) or (2n, orbits): the start; with a second part; step, scheme: as in
-`integrate` (one; or two); report(fraction). Returns Orbits, whose step is used. Raises ValueError
-for wrong input; Interrupted on Ctrl-C.
-
-Cost: one force.
-Source: Somebody 1999, J. 1, 2.
-"""
+OUTCOMES = ("Interrupted", "OrbitError", "Status")
+VERBS = {name: getattr(fastaff, name) for name in fastaff.__all__ if name not in OUTCOMES}
+VERBS = {name: value for name, value in VERBS.items() if callable(value)}
+VERBS |= {"spectrum": fastaff.quantum.spectrum, "Stroboscopic": fastaff.models.sections.Stroboscopic}
+"""Functions and classes that are called, by name: those of `fastaff`, and a few of its folders."""
 
 
-def test_docstrings_become_fields():
-    docstrings = import_module("docstrings")
-    known = {"z0", "step", "scheme", "report"}
-    links = {"Orbits": "fastaff.analysis.Orbits", "integrate": "fastaff.integrate"}
-    lines = docstrings.converted(DOCSTRING.splitlines(), known, links.get)
-    assert [line for line in lines if line] == [
-        r"Do a thing; ``|x|`` and a\*b\_ are no markup.",
-        ":Parameters:",
-        r"  * **z0** -- (2n,) or (2n, orbits): the start; with a second part",
-        r"  * **step, scheme** -- as in :py:obj:`integrate <fastaff.integrate>` (one; or two)",
-        r"  * **report(fraction)**",
-        r":Returns: :py:obj:`Orbits <fastaff.analysis.Orbits>`\ , whose step is used.",
-        ":Raises: ValueError for wrong input; Interrupted on Ctrl-C.",
-        ":Cost: one force.",
-        ":Source: Somebody 1999, J. 1, 2.",
-    ]
+def sections(value):
+    """Return the sections of a docstring in numpydoc form, by title."""
+    parts = re.split(r"^(\w+)\n-+$", inspect.getdoc(value), flags=re.MULTILINE)
+    assert len(set(parts[1::2])) == len(parts) // 2
+    return dict(zip(parts[1::2], parts[2::2]))
 
 
-def test_what_is_no_list_of_parameters_stays_prose():
-    docstrings = import_module("docstrings")
-    assert docstrings.parameters("the usual ones; see there", {"z0"}) is None
-    lines = docstrings.converted(["Parameters: as in `energy_grid`."], {"z0"})
-    assert lines == ["Parameters: as in ``energy_grid``\\ .", ""]
-    assert docstrings.converted(["", "    code_ here", ""]) == ["::", "", "        code_ here", ""]
+@pytest.mark.parametrize("name", VERBS)
+def test_public_docstrings_name_parameters_results_and_errors(name):
+    """The parameters are those of the signature in their order; sections follow one another as in numpydoc."""
+    value = VERBS[name]
+    found = sections(value)
+    order = ("Parameters", "Returns", "Raises", "Notes", "References", "Examples")
+    assert [*found] == [title for title in order if title in found]
+    entries = re.findall(r"^(\*{0,2}\w.*?) : \S", found["Parameters"], re.MULTILINE)
+    named = [one.strip().lstrip("*") for entry in entries for one in entry.split(",")]
+    assert named == [*inspect.signature(value).parameters]
+    assert "Examples" in found
+    if inspect.isfunction(value):
+        assert found["Returns"].strip()
+        assert found["Raises"].strip()
+
+
+@pytest.mark.parametrize("name", VERBS)
+def test_examples_of_public_docstrings_run(name, tmp_path, monkeypatch):
+    """Each prints what it shows, with `fa` and `np` at hand."""
+    monkeypatch.chdir(tmp_path)
+    text = sections(VERBS[name])["Examples"]
+    example = doctest.DocTestParser().get_doctest(text, {"fa": fastaff, "np": np}, name, None, None)
+    assert example.examples
+    report = []
+    doctest.DocTestRunner(optionflags=doctest.ELLIPSIS).run(example, out=report.append)
+    assert not report, "".join(report)
+
+
+def test_names_in_docstrings_become_links():
+    """Those that the site has; names of parameters and expressions stay code."""
+    reference = import_module("reference")
+    assert reference.index()["Orbits"] == reference.index()["analysis.Orbits"] == "fastaff.analysis.Orbits"
+    node = {"refdomain": "py", "reftype": "obj", "reftarget": "z0", "refdoc": "api/orbits"}
+    assert reference.resolve(None, None, node, "code") == "code"
+    assert reference.resolve(None, None, {**node, "reftype": "exc"}, "code") is None
+    assert reference.resolve(None, None, {**node, "refdomain": "std"}, "code") is None
 
 
 def test_files_of_the_repository_become_pages(tmp_path):

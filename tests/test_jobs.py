@@ -24,7 +24,7 @@ from job_cases import CELLS, JOBS, LARGE, MOTION, ONES, TEXT, bits, chunks
 from thorough import TIMES
 
 import fastaff as fa
-from fastaff.jobs import Chaos, Frequencies, Job, Motion, Poincare, Run, Starts, Surface, running, units
+from fastaff.jobs import Chaos, Frequencies, Job, Motion, Poincare, Run, Starts, Surface, running, units, watching
 from fastaff.jobs import store as stores
 from fastaff.jobs.launch import BLOCK
 from fastaff.jobs.running import begin
@@ -186,7 +186,7 @@ def test_a_pool_of_processes(tmp_path, whole):
 
 def test_workers_that_die(tmp_path, whole, monkeypatch):
     """What is finished stays."""
-    monkeypatch.setattr(running, "PENDING", 2)  # most units are not handed over yet when the first is finished
+    monkeypatch.setattr(watching, "PENDING", 2)  # most units are not handed over yet when the first is finished
     with ProcessPoolExecutor(2, mp_context=multiprocessing.get_context("spawn")) as pool:
 
         def kill(progress, unit):

@@ -465,7 +465,7 @@ def test_a_branch_goes_on_where_its_orbits_need_other_steps():
 
 
 def test_a_bifurcation_survives_where_the_branch_is_lost_between_two_points(monkeypatch):
-    family = sys.modules["fastaff.analysis.periodic.continuation"]._Family
+    family = sys.modules["fastaff.analysis.periodic.family"].Family
     lost = family.corrected
     calls = [0]
 

@@ -8,8 +8,6 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from docstrings import converted, escaped, prose, signature_names
-
 
 class Page(NamedTuple):
     """A page of the API: title, a sentence, and the names in its order, by the folder that has them ("" is fastaff)."""
@@ -172,22 +170,26 @@ def _entry(module: str, name: str) -> str:
     return f".. py:data:: {module}.{name}\n\n{about}"
 
 
+def _escaped(text: str) -> str:
+    return re.sub(r"([\\*`|_<>])", r"\\\1", text)
+
+
 def _value(value: Any) -> list[str]:
-    """Describe a value that is no function: what it is made of."""
+    """Describe a value that is no function by its parts."""
     if hasattr(value, "source") and hasattr(value, "order"):
         stages = f", {value.stages} stages" if hasattr(value, "stages") else ""
-        return [f"{type(value).__name__} of order {value.order}{stages}.", "", f":Source: {escaped(value.source)}"]
+        return [f"{type(value).__name__} of order {value.order}{stages}.", "", f":Source: {_escaped(value.source)}"]
     if isinstance(value, dict):
         return ["By name: " + ", ".join(f"``{name}``" for name in value) + "."]
     if hasattr(value, "names"):
-        return [f"{type(value).__name__} with coordinates {escaped(', '.join(value.names))}."]
-    return [prose(f"`{value!r}`")]
+        return [f"{type(value).__name__} with coordinates {_escaped(', '.join(value.names))}."]
+    return [f"``{value!r}``"]
 
 
 def page_text(name: str) -> str:
     """Return a page of the API as reStructuredText."""
     page = PAGES[name]
-    lines = [page.title, "=" * len(page.title), "", prose(page.about), ""]
+    lines = [page.title, "=" * len(page.title), "", page.about, ""]
     for module in dict.fromkeys(module for module, _ in members(page)):
         names = [f"   {entry}" for owner, entry in members(page) if owner == module]
         lines += [f".. currentmodule:: {module}", "", ".. autosummary::", "   :nosignatures:", "", *names, ""]
@@ -220,10 +222,24 @@ def write_pages(app: Any) -> None:
     write_if_changed(source / "_generated" / "commands.md", command_line())
 
 
-def rewrite(app: Any, what: str, name: str, value: Any, options: Any, lines: list[str]) -> None:
-    """Turn a docstring into fields, when autodoc reads it."""
-    names = index()
-    lines[:] = converted(lines, signature_names(value), names.get)
+def resolve(app: Any, env: Any, node: Any, text: Any) -> Any:
+    """Link a name in single quotes to its entry on whichever page; other names and expressions stay code."""
+    if node.get("refdomain") != "py":
+        return None
+    target = index().get(node["reftarget"].removesuffix("()"))
+    if target is None:
+        return text if node["reftype"] == "obj" else None
+    return env.get_domain("py").resolve_xref(env, node["refdoc"], app.builder, "obj", target, node, text)
+
+
+def begin(app: Any, what: str, name: str, value: Any, options: Any, lines: list[str]) -> None:
+    """Begin the text of a property with an empty comment: of its first line napoleon takes words before a colon for a
+    type. A number or a dict has no text: that of its class would stand in the tables.
+    """
+    if type(value).__module__ == "builtins" and what == "data":
+        lines.clear()
+    if what in ("attribute", "property"):
+        lines[:0] = ["..", ""]
 
 
 def skip(app: Any, what: str, name: str, value: Any, skipped: bool, options: Any) -> bool | None:
@@ -234,6 +250,7 @@ def skip(app: Any, what: str, name: str, value: Any, skipped: bool, options: Any
 def setup(app: Any) -> dict[str, Any]:
     """Connect to Sphinx."""
     app.connect("builder-inited", write_pages)
-    app.connect("autodoc-process-docstring", rewrite)
+    app.connect("autodoc-process-docstring", begin, priority=400)  # before napoleon
+    app.connect("missing-reference", resolve)
     app.connect("autodoc-skip-member", skip)
     return {"parallel_read_safe": True, "parallel_write_safe": True}

@@ -7,7 +7,7 @@ Each folder imports only those named before it: orbits, frequencies, sections, c
 from .chaos.chaos_map import ChaosMap
 from .chaos.chaotic_fraction import ChaoticFraction
 from .chaos.indicator import Character
-from .chaos.indicators import TangentIndicator
+from .chaos.own_indicator import TangentIndicator
 from .chaos.shares import Shares
 from .frequencies.angle_lines import AngleLines
 from .frequencies.frequencies import FrequencyKind, FrequencyMap

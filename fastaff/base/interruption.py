@@ -14,7 +14,7 @@ from typing import Any
 class Interrupted(KeyboardInterrupt):
     """Ctrl-C during a run; `.partial` is the result so far, where unfinished orbits have the status INTERRUPTED.
 
-    What is finished in it has the bits that it would have had. While a function still chooses steps there is nothing so
+    Finished parts have the same bits as in a complete run. While a function still chooses steps there is nothing so
     far: there Ctrl-C is a plain KeyboardInterrupt.
     """
 

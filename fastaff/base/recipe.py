@@ -133,3 +133,30 @@ def _class(value: Any, names: Any) -> dict[str, Any]:
     request = getattr(cls, "_request", None)
     origin = {"formula": list(request)} if request is not None else {} if own else {"module": cls.__module__}
     return {"class": cls.__name__, **origin, **{name: encoded(getattr(value, name)) for name in names}}
+
+
+def plain(value: Any) -> Any:
+    """Return `value` as JSON holds it: values by class and fields (`encoded`), schemes by name, infinities as
+    text.
+    """
+    if value is None or isinstance(value, (bool, str)):
+        return value
+    if isinstance(value, (int, np.integer)):
+        return int(value)
+    if isinstance(value, (float, np.floating)):
+        return float(value) if math.isfinite(value) else str(float(value))
+    if isinstance(value, tuple) and hasattr(value, "_fields"):
+        try:
+            return plain(encoded(value))
+        except NoData:
+            return {
+                "class": type(value).__name__,
+                **{name: plain(entry) for name, entry in zip(value._fields, value, strict=True)},
+            }
+    if hasattr(value, "name") and hasattr(value, "order") and hasattr(value, "source"):
+        return {"name": value.name, "order": value.order, "source": value.source}
+    if isinstance(value, dict):
+        return {str(key): plain(entry) for key, entry in value.items()}
+    if isinstance(value, (list, tuple, set, np.ndarray)):
+        return [plain(entry) for entry in value]
+    return str(value)

@@ -46,7 +46,10 @@ class Drawable:
 
     def plot(self, *others: Any, **options: Any) -> Any:
         """Draw the figure that `fastaff.plot` has for this result, with its other arguments and options, such as `ax`.
-        Returns the artists drawn. Raises TypeError where there is no such figure."""
+
+        :Returns: the artists drawn.
+        :Raises: TypeError where there is no such figure.
+        """
         imported("..plot", __package__)  # which registers its figures; loaded when it is first used
         return drawn(self, *others, **options)
 
@@ -120,8 +123,9 @@ class Result(Drawable):
         """Return the result of some of the items: a number, a slice, numbers or a mask; a tuple of these where items
         have several axes.
 
-        Slices and numbers give views. Its `call` stays behind: it would make all of them again. Raises TypeError or
-        ValueError naming what it takes.
+        Slices and numbers give views. Its `call` stays behind: it would make all of them again.
+
+        :Raises: TypeError or ValueError naming the values allowed.
         """
         index = _index(self, items)
         return dataclasses.replace(
@@ -143,13 +147,15 @@ class Result(Drawable):
     def concat(cls, parts: Iterable[Any]) -> Self:
         """Join results of one kind and the same settings, in their order.
 
-        An axis that is filled with NaN takes the longest length. Raises TypeError for results of different kinds and
-        ValueError naming the setting in which they differ. The joined result has no `call`.
+        An axis that is filled with NaN takes the longest length.
+
+        :Raises: TypeError for results of different kinds and ValueError naming the setting in which they differ. The
+            joined result has no `call`.
         """
         return cast(Self, _joined(cls, list(parts)))
 
     def replaced(self, items: Any, part: Self) -> Self:
-        """Return the result with these items taken from another one, which has as many; what all share stays."""
+        """Return the result with these items taken from another one, which has as many; shared fields stay."""
         fresh = dataclasses.replace(
             cast(Any, self),
             **{name: value.copy() for name, _, value in _shared(self) if isinstance(value, np.ndarray)},
@@ -158,7 +164,7 @@ class Result(Drawable):
         return fresh
 
     def summary(self) -> str:
-        """Say in one line what became of the items."""
+        """Say in one line the outcomes of the items."""
         if hasattr(self, "status"):
             return outcomes.describe(self.status)
         try:
@@ -181,8 +187,8 @@ class Result(Drawable):
     def to_dict(self) -> dict[str, Any]:
         """Return the arrays with names of their axes, units and provenance, as `xarray.Dataset.from_dict` takes them.
 
-        Keys: data_vars and coords, by name a dict of dims, data and attrs; attrs: numbers and texts of the result, what
-        made it (`call`), versions and date.
+        Keys: data_vars and coords, by name a dict of dims, data and attrs; attrs: numbers and texts of the result, its
+        `call`, versions and date.
         """
         return {**_labelled(self), "attrs": {**_facts(self), **_call(self), **provenance()}}
 

@@ -22,7 +22,7 @@ LOST_CODE = 12
 
 
 class Status(IntEnum):
-    """What became of an orbit; `.sentence` says it for people."""
+    """Outcome of an orbit; `.sentence` is the outcome in words."""
 
     OK = OK_CODE
     NONFINITE = NONFINITE_CODE

@@ -79,11 +79,14 @@ def _polar_invariants(radius: str, angle: str, fold: int) -> Polar:
 def elliptic(focus: float) -> Chart:
     """Build the elliptic chart kappa, lambda of the plane of invariants with foci alpha = +-focus, beta = 0.
 
-    focus: the scale, > 0, in the units of alpha; sqrt2 puts the focus at the undeformed state D1 = D2 = 1. Returns a
-    Chart. Raises TypeError or ValueError for a focus that is not a positive number. `from_planes` answers kappa >= 0,
-    lambda in [0, pi/2]. At the focus (kappa = lambda = 0) it returns the limit p_kappa = p_lambda = 0, from which no
-    momentum comes back: `to_planes` refuses that point.
-    Formula: alpha + i beta = focus cosh(kappa + i lambda).  Source: section 3, elliptic variables.
+    focus: the scale, > 0, in the units of alpha; sqrt2 puts the focus at the undeformed state D1 = D2 = 1.
+
+    :Returns: a Chart.
+    :Raises: TypeError or ValueError for a focus that is not a positive number. `from_planes` answers kappa >= 0, lambda
+        in [0, pi/2]. At the focus (kappa = lambda = 0) it returns the limit p_kappa = p_lambda = 0, from which no
+        momentum comes back: `to_planes` refuses that point.
+    :Formula: alpha + i beta = focus cosh(kappa + i lambda).
+    :Source: section 3, elliptic variables.
     """
     f = positive("focus", focus)
     singular = (
@@ -105,10 +108,13 @@ def bipolar(c: float) -> Chart:
     """Build the bipolar chart e, f of the plane of invariants (the paper's "two-polar" e, f) with poles alpha = +-c,
     beta = 0.
 
-    c: the scale, > 0, in the units of alpha.  Returns a Chart. Raises TypeError or ValueError for a c that is not a
-    positive number. `from_planes` answers e >= 0, f in [0, pi], and refuses the pole (e infinite, D1 = D2 = c/sqrt2);
-    `to_planes` refuses e = f = 0, the point at infinity.
-    Formula: alpha, beta = c (sinh e, sin f)/(cosh e - cos f).  Source: section 3, the variables (e, f).
+    c: the scale, > 0, in the units of alpha.
+
+    :Returns: a Chart.
+    :Raises: TypeError or ValueError for a c that is not a positive number. `from_planes` answers e >= 0, f in [0, pi],
+        and refuses the pole (e infinite, D1 = D2 = c/sqrt2); `to_planes` refuses e = f = 0, the point at infinity.
+    :Formula: alpha, beta = c (sinh e, sin f)/(cosh e - cos f).
+    :Source: section 3, the variables (e, f).
     """
     c = positive("c", c)
     singular = (

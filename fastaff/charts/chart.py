@@ -17,13 +17,14 @@ from .steps import Step
 class Chart(NamedTuple):
     """Carry one coordinate system of GL(2,R) as a value: `ALPHA_BETA.from_planes(z)`.
 
-    name: the chart in words.  names: its four coordinates, in row order; `momenta`: the names of their momenta. steps:
-    the chain that leads from the planes to the chart.  rows: which row of the last step each coordinate is. form: the
-    paper's line element, as a function of the four coordinates.  singular: where the chart fails, in words. Its methods
+    name: the chart in words. names: its four coordinates, in row order; `momenta`: the names of their momenta. steps:
+    the chain that leads from the planes to the chart. rows: which row of the last step each coordinate is. form: the
+    paper's line element, as a function of the four coordinates. singular: where the chart fails, in words. Its methods
     take arrays (4, ...) of coordinates, or (8, ...) with velocities or momenta below them, of any trailing shape;
-    angles in radians, lengths in the units of phi. Each raises TypeError or ValueError for what is not such rows of
-    finite real numbers, and ValueError naming the singular set and the orbit where a result does not exist.
-    Source: section 3, section 7; the label of each chart stands with its line element in `fastaff.charts.metrics`.
+    angles in radians, lengths in the units of phi. Each raises TypeError or ValueError for other values than such rows
+    of finite real numbers, and ValueError naming the singular set and the orbit where a result does not exist.
+
+    :Source: section 3, section 7; the label of each chart stands with its line element in `fastaff.charts.metrics`.
     """
 
     name: str
@@ -44,7 +45,8 @@ class Chart(NamedTuple):
     def from_planes(self, z: ArrayLike) -> Array:
         """Convert phase points z (8, ...), planes and momenta, to coordinates and conjugate momenta (8, ...).
 
-        Formula: p_q = J^T p.  Source: section 3 (the coordinates); the momenta are derived.
+        :Formula: p_q = J^T p.
+        :Source: section 3 (the coordinates); the momenta are derived.
         """
         x, p = np.split(checked("z", z, (8,)), 2)
         with np.errstate(all="ignore"):
@@ -58,7 +60,8 @@ class Chart(NamedTuple):
     def to_planes(self, q: ArrayLike) -> Array:
         """Convert coordinates and conjugate momenta q (8, ...) of any sheet to phase points (8, ...).
 
-        Formula: p = J^-T p_q.  Source: section 3 (the coordinates); the momenta are derived.
+        :Formula: p = J^-T p_q.
+        :Source: section 3 (the coordinates); the momenta are derived.
         """
         rows = checked("q", q, (8,))
         p = self._row_order(rows[4:])
@@ -82,7 +85,9 @@ class Chart(NamedTuple):
         """Convert planes and their velocities w (8, ...) to coordinates and their velocities (8, ...).
 
         Where a radius is 0 the limit along the straight motion: the angle of the velocity, and its rate 0.
-        Formula: dq/dt = J^-1 v.  Source: EQ2.0a, EQ2.0b.
+
+        :Formula: dq/dt = J^-1 v.
+        :Source: EQ2.0a, EQ2.0b.
         """
         given = checked("w", w, (8,))
         x, v = np.split(given, 2)
@@ -95,7 +100,8 @@ class Chart(NamedTuple):
     def velocities_to_planes(self, q: ArrayLike) -> Array:
         """Convert coordinates and their velocities q (8, ...) to planes and their velocities (8, ...).
 
-        Formula: v = J dq/dt.  Source: EQ2.0a, EQ2.0b.
+        :Formula: v = J dq/dt.
+        :Source: EQ2.0a, EQ2.0b.
         """
         rows = checked("q", q, (8,))
         planes, v = self._pushed(rows[:4], rows[4:])
@@ -104,7 +110,10 @@ class Chart(NamedTuple):
     def momenta_from_velocities(self, q: ArrayLike, mu: float = 1.0) -> Array:
         """Convert coordinates and velocities q (8, ...) to coordinates and momenta, the Legendre transformation of T.
 
-        mu: the inertia, > 0.  Formula: p = mu J^T J dq/dt, regular in every sheet.  Source: EQ2.1a.
+        mu: the inertia, > 0.
+
+        :Formula: p = mu J^T J dq/dt, regular in every sheet.
+        :Source: EQ2.1a.
         """
         rows, mass = checked("q", q, (8,)), positive("mu", mu)
         ladder, _ = self._ladder(rows[:4])
@@ -118,8 +127,10 @@ class Chart(NamedTuple):
         """Convert coordinates and momenta q (8, ...) to coordinates and velocities, the inverse Legendre
         transformation.
 
-        mu: the inertia, > 0.  Formula: dq/dt = J^-1 J^-T p/mu; a rate 0 where a radius and its angular momentum are 0.
-        Source: EQ2.1a.
+        mu: the inertia, > 0.
+
+        :Formula: dq/dt = J^-1 J^-T p/mu; a rate 0 where a radius and its angular momentum are 0.
+        :Source: EQ2.1a.
         """
         rows, mass = checked("q", q, (8,)), positive("mu", mu)
         ladder, _ = self._ladder(rows[:4])
@@ -138,7 +149,7 @@ class Chart(NamedTuple):
     def metric(self, q: ArrayLike) -> Array:
         """Compute the metric g_ij (4, 4, ...) of ds^2 = Tr(dphi^T dphi) at coordinates q (4, ...), the paper's formula.
 
-        Source: EQ6.1, and the label of the chart's line element.
+        :Source: EQ6.1, and the label of the chart's line element.
         """
         rows = checked("q", q, (4,))
         self._ladder(rows)
@@ -146,9 +157,11 @@ class Chart(NamedTuple):
             return self._defined("q", self.form(*rows).tensor(), rows, skip=2)
 
     def inverse_metric(self, q: ArrayLike) -> Array:
-        """Compute g^ij (4, 4, ...), what 2 mu T is made of in momenta, at coordinates q (4, ...) where density > 0.
+        """Compute g^ij (4, 4, ...), the quadratic form 2 mu T of the momenta, at coordinates q (4, ...) where density >
+        0.
 
-        Formula: J^-1 J^-T.  Source: EQ2.1a, EQ2.2f.
+        :Formula: J^-1 J^-T.
+        :Source: EQ2.1a, EQ2.2f.
         """
         rows = checked("q", q, (4,))
         ladder, _ = self._ladder(rows)
@@ -164,7 +177,7 @@ class Chart(NamedTuple):
     def density(self, q: ArrayLike) -> Array:
         """Compute sqrt|g| (...), the volume element of the chart, at coordinates q (4, ...): the paper's formula, >= 0.
 
-        Source: section 5, the measure; derived for the charts that section does not use.
+        :Source: section 5, the measure; derived for the charts that section does not use.
         """
         rows = checked("q", q, (4,))
         with np.errstate(all="ignore"):
@@ -173,7 +186,10 @@ class Chart(NamedTuple):
     def kinetic_energy(self, q: ArrayLike, mu: float = 1.0) -> Array:
         """Compute T (...) from coordinates and velocities q (8, ...).
 
-        mu: the inertia, > 0.  Formula: T = mu/2 g_ij dq^i/dt dq^j/dt.  Source: EQ2.0a, EQ2.0b, EQ2.2a.
+        mu: the inertia, > 0.
+
+        :Formula: T = mu/2 g_ij dq^i/dt dq^j/dt.
+        :Source: EQ2.0a, EQ2.0b, EQ2.2a.
         """
         rows, mass = checked("q", q, (8,)), positive("mu", mu)
         return mass / 2 * np.einsum("ij...,i...,j...->...", self.metric(rows[:4]), rows[4:], rows[4:])
@@ -181,7 +197,10 @@ class Chart(NamedTuple):
     def kinetic_energy_from_momenta(self, q: ArrayLike, mu: float = 1.0) -> Array:
         """Compute T (...) from coordinates and conjugate momenta q (8, ...), also where the inverse metric is infinite.
 
-        mu: the inertia, > 0.  Formula: T = |J^-T p|^2/2 mu = g^ij p_i p_j/2 mu.  Source: EQ2.1a, EQ2.2f.
+        mu: the inertia, > 0.
+
+        :Formula: T = ``|J^-T p|^2``/2 mu = g^ij p_i p_j/2 mu.
+        :Source: EQ2.1a, EQ2.2f.
         """
         rows, mass = checked("q", q, (8,)), positive("mu", mu)
         return np.sum(self.to_planes(rows)[4:] ** 2, axis=0) / (2 * mass)

@@ -22,7 +22,7 @@ class AngularMomenta(NamedTuple):
 
 
 class Deformation(NamedTuple):
-    """Hold the deformation invariants D1 >= |D2| (EQ2.0) and alpha, beta >= 0 (EQ2.0b), one each per orbit.
+    """Hold the deformation invariants D1 >= ``|D2|`` (EQ2.0) and alpha, beta >= 0 (EQ2.0b), one each per orbit.
 
     The properties are the paper's other names of the same two numbers; each is a formula of EQ2.2x-EQ2.2z or of the
     exponential variables of section 3. a, b and delta raise ValueError where det phi <= 0, naming the orbit.
@@ -89,10 +89,12 @@ class Deformation(NamedTuple):
 def from_matrix(phi: ArrayLike, momentum: ArrayLike) -> Array:
     """Convert matrices and their momenta to phase points.
 
-    phi: (2, 2, ...), [[x, y], [z, u]].  momentum: the same shape, [[p_x, p_y], [p_z, p_u]] (mu dphi/dt for a body).
-    Returns z, (8, ...). Raises TypeError or ValueError for other shapes and for numbers not real and finite.
-    Formula: a = (x + u, z - y)/sqrt2, b = (x - u, y + z)/sqrt2, and the same for the momenta (or velocities).
-    Source: EQ2.2c' (the matrix elements); the planes are derived.
+    phi: (2, 2, ...), [[x, y], [z, u]]. momentum: the same shape, [[p_x, p_y], [p_z, p_u]] (mu dphi/dt for a body).
+
+    :Returns: z, (8, ...).
+    :Raises: TypeError or ValueError for other shapes and for numbers not real and finite.
+    :Formula: a = (x + u, z - y)/sqrt2, b = (x - u, y + z)/sqrt2, and the same for the momenta (or velocities).
+    :Source: EQ2.2c' (the matrix elements); the planes are derived.
     """
     position, conjugate = checked("phi", phi, (2, 2)), checked("momentum", momentum, (2, 2))
     if position.shape != conjugate.shape:
@@ -103,9 +105,12 @@ def from_matrix(phi: ArrayLike, momentum: ArrayLike) -> Array:
 def to_matrix(z: ArrayLike) -> tuple[Array, Array]:
     """Convert phase points to matrices and their momenta.
 
-    z: (8, ...).  Returns (phi, momentum), each (2, 2, ...). Raises TypeError or ValueError as `from_matrix`.
-    Formula: [[x, y], [z, u]] = [[a1 + b1, b2 - a2], [a2 + b2, a1 - b1]]/sqrt2, and the same for the momenta.
-    Source: EQ2.2c' (the matrix elements); the planes are derived.
+    z: (8, ...).
+
+    :Returns: (phi, momentum), each (2, 2, ...).
+    :Raises: TypeError or ValueError as `from_matrix`.
+    :Formula: [[x, y], [z, u]] = [[a1 + b1, b2 - a2], [a2 + b2, a1 - b1]]/sqrt2, and the same for the momenta.
+    :Source: EQ2.2c' (the matrix elements); the planes are derived.
     """
     rows = checked("z", z, (8,))
     return _matrix(rows[:4]), _matrix(rows[4:])
@@ -114,9 +119,12 @@ def to_matrix(z: ArrayLike) -> tuple[Array, Array]:
 def angular_momenta(z: ArrayLike) -> AngularMomenta:
     """Compute the four angular momenta, constants of every doubly isotropic motion.
 
-    z: (8, ...).  Returns AngularMomenta, each (...). Raises TypeError or ValueError as `from_matrix`.
-    Formula: p_eta = a x p_a, p_gamma = b x p_b, p_phi = p_gamma + p_eta, p_psi = p_gamma - p_eta; regular everywhere.
-    Source: EQ2.1b.
+    z: (8, ...).
+
+    :Returns: AngularMomenta, each (...).
+    :Raises: TypeError or ValueError as `from_matrix`.
+    :Formula: p_eta = a x p_a, p_gamma = b x p_b, p_phi = p_gamma + p_eta, p_psi = p_gamma - p_eta; regular everywhere.
+    :Source: EQ2.1b.
     """
     a1, a2, b1, b2, pa1, pa2, pb1, pb2 = checked("z", z, (8,))
     p_eta, p_gamma = a1 * pa2 - a2 * pa1, b1 * pb2 - b2 * pb1
@@ -126,9 +134,13 @@ def angular_momenta(z: ArrayLike) -> AngularMomenta:
 def deformation(z: ArrayLike) -> Deformation:
     """Compute the deformation invariants, which do not feel rotations of space and of material.
 
-    z: (8, ...).  Returns Deformation, each (...). Raises TypeError or ValueError as `from_matrix`.
-    Formula: alpha = |a|, beta = |b|, D1, D2 = (alpha +- beta)/sqrt2; D1 and |D2| are the singular values of phi. Near
-    det phi = 0 the error of D2 is a few units of rounding of D1.  Source: EQ2.0, EQ2.0b.
+    z: (8, ...).
+
+    :Returns: Deformation, each (...).
+    :Raises: TypeError or ValueError as `from_matrix`.
+    :Formula: alpha = ``|a|``, beta = ``|b|``, D1, D2 = (alpha +- beta)/sqrt2; D1 and ``|D2|`` are the singular values
+        of phi. Near det phi = 0 the error of D2 is a few units of rounding of D1.
+    :Source: EQ2.0, EQ2.0b.
     """
     a1, a2, b1, b2 = checked("z", z, (8,))[:4]
     alpha, beta = np.hypot(a1, a2), np.hypot(b1, b2)
@@ -138,9 +150,12 @@ def deformation(z: ArrayLike) -> Deformation:
 def vartheta_of_b(b: ArrayLike) -> Array:
     """Compute the shear angle of the exponential shear b = ln(D1/D2), the Gudermannian.
 
-    b: (...).  Returns vartheta (...) in (-pi/2, pi/2). Raises TypeError or ValueError for numbers not real and finite.
-    Formula: tan(vartheta) = sinh(b), sin(vartheta) = tanh(b), cos(vartheta) = 1/cosh(b), as 2 arctan(tanh(b/2)).
-    Source: section 3, below EQ2.2z.
+    b: (...).
+
+    :Returns: vartheta (...) in (-pi/2, pi/2).
+    :Raises: TypeError or ValueError for numbers not real and finite.
+    :Formula: tan(vartheta) = sinh(b), sin(vartheta) = tanh(b), cos(vartheta) = 1/cosh(b), as 2 arctan(tanh(b/2)).
+    :Source: section 3, below EQ2.2z.
     """
     return 2 * np.arctan(np.tanh(checked("b", b, ()) / 2))
 
@@ -148,8 +163,12 @@ def vartheta_of_b(b: ArrayLike) -> Array:
 def b_of_vartheta(vartheta: ArrayLike) -> Array:
     """Compute the exponential shear b = ln(D1/D2) of the shear angle, the inverse Gudermannian.
 
-    vartheta: (...) in (-pi/2, pi/2), where det phi > 0.  Returns b (...). Raises ValueError for other angles.
-    Formula: sinh(b) = tan(vartheta).  Source: section 3, below EQ2.2z.
+    vartheta: (...) in (-pi/2, pi/2), where det phi > 0.
+
+    :Returns: b (...).
+    :Raises: ValueError for other angles.
+    :Formula: sinh(b) = tan(vartheta).
+    :Source: section 3, below EQ2.2z.
     """
     angle = checked("vartheta", vartheta, ())
     outside = np.abs(angle) >= np.pi / 2
@@ -162,10 +181,13 @@ def b_of_vartheta(vartheta: ArrayLike) -> Array:
 def rotate(z: ArrayLike, *, space: float = 0.0, body: float = 0.0) -> Array:
     """Rotate phase points in space and in the body: phi -> O(space) phi O(body)^T, the momenta alike.
 
-    z: (8, ...).  space, body: angles in radians, numbers or (...).  Returns z (8, ...). Raises TypeError or ValueError
-    as `from_matrix`.
-    Formula: phi -> phi + space, psi -> psi + body, so plane a turns by space - body, plane b by space + body. (The
-    right translation phi -> phi O(x) is body = -x.)  Source: EQ2.0, below it.
+    z: (8, ...). space, body: angles in radians, numbers or (...).
+
+    :Returns: z (8, ...).
+    :Raises: TypeError or ValueError as `from_matrix`.
+    :Formula: phi -> phi + space, psi -> psi + body, so plane a turns by space - body, plane b by space + body. (The
+        right translation phi -> phi O(x) is body = -x.)
+    :Source: EQ2.0, below it.
     """
     rows = checked("z", z, (8,))
     left, right = checked("space", space, ()), checked("body", body, ())
@@ -176,9 +198,12 @@ def rotate(z: ArrayLike, *, space: float = 0.0, body: float = 0.0) -> Array:
 def reflect_space(z: ArrayLike) -> Array:
     """Reflect phase points in space: phi -> diag(1, -1) phi, the momenta alike.
 
-    z: (8, ...).  Returns z (8, ...). Raises TypeError or ValueError as `from_matrix`.
-    Formula: det phi changes its sign, alpha <-> beta, (eta, gamma) -> (-gamma, -eta).  Source: derived (EQ2.0 with
-    O(2)).
+    z: (8, ...).
+
+    :Returns: z (8, ...).
+    :Raises: TypeError or ValueError as `from_matrix`.
+    :Formula: det phi changes its sign, alpha <-> beta, (eta, gamma) -> (-gamma, -eta).
+    :Source: derived (EQ2.0 with O(2)).
     """
     a1, a2, b1, b2, pa1, pa2, pb1, pb2 = checked("z", z, (8,))
     return np.stack([b1, -b2, a1, -a2, pb1, -pb2, pa1, -pa2])
@@ -187,8 +212,12 @@ def reflect_space(z: ArrayLike) -> Array:
 def reflect_body(z: ArrayLike) -> Array:
     """Reflect phase points in the body: phi -> phi diag(1, -1), the momenta alike.
 
-    z: (8, ...).  Returns z (8, ...). Raises TypeError or ValueError as `from_matrix`.
-    Formula: det phi changes its sign, alpha <-> beta, eta <-> gamma.  Source: derived (EQ2.0 with O(2)).
+    z: (8, ...).
+
+    :Returns: z (8, ...).
+    :Raises: TypeError or ValueError as `from_matrix`.
+    :Formula: det phi changes its sign, alpha <-> beta, eta <-> gamma.
+    :Source: derived (EQ2.0 with O(2)).
     """
     a1, a2, b1, b2, pa1, pa2, pb1, pb2 = checked("z", z, (8,))
     return np.stack([b1, b2, a1, a2, pb1, pb2, pa1, pa2])

@@ -189,9 +189,10 @@ def source(value: Any, kind: str, degrees_of_freedom: int | None = None, vectors
     """Return the text that is compiled for `kind` of a model or section: the loop over lanes around its scalar methods.
 
     kind: "splitting" (steps of one), "precise_splitting" (with carried rounding errors), "march" (one orbit),
-    "derivative", "check", "inside", "kinetic", "potential", "along" (the flow) of a model, "value" of a section,
-    for which degrees_of_freedom must be given; vectors: tangent vectors that a state carries. Raises ValueError for an
-    unknown kind, TypeError for what is no such value.
+    "derivative", "check", "inside", "kinetic", "potential", "along" (the flow) of a model, "value" of a section, for
+    which degrees_of_freedom must be given; vectors: tangent vectors that a state carries.
+
+    :Raises: ValueError for an unknown kind, TypeError for another value.
     """
     if not is_value(value):
         raise TypeError(f"value must be a model or section, a NamedTuple of floats, got {value!r}")

@@ -56,27 +56,61 @@ def explore(
 ) -> Path:
     """Write the explorer of a system, one HTML file that needs no server, network or Python, and return its path.
 
-    Parameters: body: a Body with a doubly isotropic potential, a system of two coordinates, a driven one of one
-    coordinate, or a map (default: neo-Hookean; the page has all named models anyway); energy; section: a value of
-    `fastaff.models.sections` or a text such as "alpha-turning", "beta=0.4", "x=0", of a driven system "t=0" (default:
-    alpha-turning, the first coordinate 0, or t = 0); p_eta, p_gamma: the
-    angular momenta of a body's planes; accuracy: relative error that the first crossings may have; scheme: a splitting
-    or its name (default: the one that needs the fewest forces); background: a file of a chaos or frequency map over a
-    grid of the section, or such a pair (result, EnergyGrid); points (2, orbits): section coordinates at which orbits
-    start when the page is opened; fixed: of a map, numbers at which rows outside of the plane start, by name (0), as in
-    `energy_grid`; out: the file (default: fastaff-explorer.html, with a number where it exists). Returns the path.
-    Raises ValueError or TypeError for wrong input, TypeError for a model whose methods cannot be printed as JavaScript,
-    naming the construct; OSError as `open` does.
+    Parameters
+    ----------
+    body : model, optional
+        A Body with a doubly isotropic potential, a system of two coordinates, a driven one of one coordinate, or a map
+        (default: neo-Hookean; the page has all named models anyway).
+    energy : float, energy, optional
+        None for a map or a driven system.
+    section : value of `fastaff.models.sections` or str, optional
+        Such as "alpha-turning", "beta=0.4", "x=0", of a driven system "t=0" (default: alpha-turning, the first
+        coordinate 0, or t = 0).
+    p_eta, p_gamma : float, action, default 0
+        Angular momenta of a body's planes.
+    accuracy : float, default 1e-10
+        Relative error of the first crossings.
+    scheme : splitting or str, optional
+        Default: the splitting with the fewest forces.
+    background : path or pair (result, EnergyGrid), optional
+        A chaos or frequency map over a grid of the section.
+    points : array (2, orbits), optional
+        Section coordinates at which orbits start when the page is opened.
+    fixed : dict of float, optional
+        Of a map, starting values of rows outside the plane, by name (0), as in `energy_grid`.
+    out : path, optional
+        The file (default: fastaff-explorer.html, with a number where it exists).
 
+    Returns
+    -------
+    Path
+        Path of the file.
+
+    Raises
+    ------
+    ValueError, TypeError
+        An argument is wrong; TypeError for a model whose methods cannot be printed as JavaScript, naming the construct.
+    OSError
+        As in `open`.
+
+    Notes
+    -----
     A map has neither energy nor section, accuracy nor scheme: a point of the plane of its first coordinate and momentum
-    (another pair is chosen in the page) is an orbit of iterates, angles as they are in [0, period). So is one of the
-    states of a driven system once a period; it has no energy either, and its x is an angle where the force is the same
-    2 pi farther on.
+    (another pair is chosen in the page) is an orbit of iterates, angles as they are in [0, period). The states of a
+    driven system once a period are such a map; it has no energy either, and its x is an angle where the force is the
+    same 2 pi farther on. The model's methods are printed as JavaScript from their Python source, with the package's
+    scheme coefficients; crossings are located on the scheme's own flow. First crossings agree with `poincare_map` to
+    the accuracy; later ones of chaotic orbits differ as elementary functions of browsers do. The page executes nothing
+    that is not in it.
 
-    The model's methods are printed as JavaScript from their Python source, the scheme's coefficients are the package's;
-    crossings are located on the scheme's own flow. First crossings agree with `poincare_map` to the accuracy; later
-    ones of chaotic orbits differ as elementary functions of browsers do. The page executes nothing that is not in it.
-    Source: Henon 1982, Physica D 5, 412 (sections); the indicators and averages name theirs.
+    References
+    ----------
+    Henon 1982, Physica D 5, 412 (sections); the indicators and averages name theirs.
+
+    Examples
+    --------
+    >>> fa.explore(fa.HenonHeiles(), energy=0.1, section="x=0", out="explorer.html").name
+    'explorer.html'
     """
     given = {"energy": energy, "section": section, "p_eta": p_eta, "p_gamma": p_gamma, "accuracy": accuracy}
     setup, _ = setup_of(body, **given, scheme=scheme, background=background, points=points, fixed=fixed)

@@ -198,8 +198,8 @@ class Flow:
         return self if self.adaptive or self.exact else replace(self, step=time / (parts * self.steps(time / parts)))
 
     def sized(self, step: np.ndarray) -> Flow:
-        """Return the flow with steps of those sizes (orbits,); an adaptive one, whose step counts as 1, with
-        tolerances by its order.
+        """Return the flow with steps of those sizes (orbits,); an adaptive one, whose step counts as 1, with tolerances
+        by its order.
         """
         if self.adaptive:
             factor = float(step[0]) ** self.scheme.order
@@ -248,8 +248,8 @@ class Flow:
         run(ensemble, observer, memory, out, time, observations, refill, report)
 
     def states(self, z: np.ndarray) -> np.ndarray:
-        """Return the model's phase points (2n, ...) of rows z of an ensemble: these themselves, a time of theirs
-        within its period, without an idle row.
+        """Return the model's phase points (2n, ...) of rows z of an ensemble: these themselves, a time of theirs within
+        its period, without an idle row.
         """
         if driven(self.model):
             z[moving(self.model)] = self.model.phase(z[moving(self.model)])
@@ -262,8 +262,8 @@ class Flow:
         return section._replace(normal=(*section.normal, 0.0)) if idle else section
 
     def trajectory(self, ensemble: Ensemble, time: float, count: int, report: Report | None) -> tuple[np.ndarray, bool]:
-        """Run to the end; return states (count, 2n, orbits) at equidistant times, NaN where not reached, and
-        whether interrupted.
+        """Run to the end; return states (count, 2n, orbits) at equidistant times, NaN where not reached, and whether
+        interrupted.
         """
         rows, orbits = ensemble.z.shape
         fits("samples", orbits, count, rows)
@@ -335,7 +335,7 @@ class Flow:
         report: Report | None = None,
     ) -> tuple[Ensemble, np.ndarray, np.ndarray]:
         """Run orbits from z0 (2n, orbits) to `time` under an observer, as in `advance`; return the ensemble, the
-        observer's memory (rows, orbits), which is zero at the start, and what it wrote (orbits, columns), else NaN.
+        observer's memory (rows, orbits), which is zero at the start, and its records (orbits, columns), else NaN.
         """
         ensemble, orbits = self.ensemble(np.array(z0, dtype=np.float64, order="C")), z0.shape[1]
         memory, out = np.zeros((observer.rows, orbits)), np.full((orbits, columns), np.nan)

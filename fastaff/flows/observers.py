@@ -35,12 +35,12 @@ NO_NUMBERS = NoNumbers()
 
 @dataclass(frozen=True)
 class Observer:
-    """What to keep of running orbits: a function with its value, and the rows of memory that an orbit needs.
+    """Numbers to keep of running orbits: a function with its value, and the rows of memory that an orbit needs.
 
     function(value, lanes, orbit, fresh, t, z, memory, out, done) is a Python function that Numba compiles (or one that
     it has compiled). It sees a block of so many `lanes`, each an orbit, at an observation: value, a NamedTuple of
     floats (of NamedTuples, of tuples); orbit (lanes,), their numbers; fresh, 1 in the lanes that are to be looked at, 0
-    in the others; t, their times; z, their states, and memory, what the observer keeps, both flat: row r of lane i is
+    in the others; t, their times; z, their states, and memory, the observer's numbers, both flat: row r of lane i is
     [r*LANES + i], with LANES of `fastaff.compile.jit`; out (orbits, columns), the observer's to write to, by orbit;
     done, which it sets to 1 in lanes whose orbits it ends. It returns how many it has ended. Rows of z are the
     coordinates, then the momenta. Memory is zero at the start unless the caller sets it.

@@ -43,9 +43,10 @@ class Options:
     (KAHAN_LI8 where a step is given); accuracy: error that the function's results may have, or step: the longest fixed
     step, one for all or (orbits,), or the first of an adaptive scheme; rtol, atol: tolerances of an adaptive scheme;
     energy_tolerance: energy error, over the largest kinetic energy met, above which an orbit's status is ENERGY_DRIFT,
-    None for DRIFT, or DRIFTING times the accuracy where that is more;
-    threads: None for all; report(fraction): called about ten times a second. Raises ValueError or TypeError for wrong
-    input.
+    None for DRIFT, or DRIFTING times the accuracy where that is more; threads: None for all; report(fraction): called
+    about ten times a second.
+
+    :Raises: ValueError or TypeError for wrong input.
     """
 
     scheme: Splitting | RungeKutta | TimeTransformed | Automatic | None = None
@@ -133,7 +134,9 @@ def suited(options: Options, model: Any) -> Options:
 
 
 class Plan(NamedTuple):
-    """What is to be run: the flow, z a fresh array (2n, orbits) of the starts, and why it has its scheme and steps."""
+    """Flow and states of a run: the flow, z a fresh array (2n, orbits) of the starts, and why it has its scheme and
+    steps.
+    """
 
     flow: Any
     z: np.ndarray
@@ -153,7 +156,9 @@ def plan(
 
     time: of the run, which chosen steps divide and which the choice of a scheme knows; error: of states over 16 radians
     for which each orbit's step is chosen, None to leave steps (inf) to the caller; transformed: whether the run takes a
-    flow in a fictitious time, then with its `time`. Raises ValueError or TypeError for wrong input.
+    flow in a fictitious time, then with its `time`.
+
+    :Raises: ValueError or TypeError for wrong input.
 
     The choice of a scheme, and the step in s of a `TimeTransformed` one, follow from a sample of the orbits, some 64
     evenly from their order: they belong to the set. A step in time belongs to its orbit alone.

@@ -12,21 +12,47 @@ from .library import RESERVED, Request, generated_class
 
 
 def flow(text: Any, /, *, domain: str | None = None, **parameters: float) -> Any:
-    """Make an autonomous system dz/dt = f(z) of equations written as text, with exact derivatives.
+    """Make an autonomous system dz/dt = f(z) from equations written as text; the derivatives are exact.
 
-    Parameters: text: one equation for each variable, x' = ... or dx/dt = ..., with semicolons or line breaks between
-    them, 1 to 16 variables, the right-hand sides in the grammar of `formula`; domain: a formula that is positive where
-    the system lives; parameters: each by its name, floats. Returns a model with the parameters as its fields, the
-    methods rates(z...) and tangent_rates(z..., dz...), and the names of its variables, in the order of the equations,
-    as `coordinates`: z0 and all states have so many rows. Raises ValueError or TypeError for what is no system of
-    equations (nothing is ever executed), or a name without a value or a value without use; ImportError where a new text
-    finds no SymPy.
+    Parameters
+    ----------
+    text : str
+        One equation for each variable, x' = ... or dx/dt = ..., separated by semicolons or line breaks: 1 to 16
+        variables, right-hand sides in the grammar of `formula`.
+    domain : str, optional
+        Formula that is positive inside the domain of the system.
+    **parameters : float
+        Value of each parameter, by name. Parameters stay run-time values.
 
-    Runge-Kutta schemes run it (DOP853 where none is given; VERNER9, or RK4 with a step), in `integrate`,
-    `poincare_map` (sections x=c and Linear), `tangent_map` and `chaos_map` with indicators of tangent vectors. There is
-    no energy: energy_error is 0, and what a system conserves is for the user to check. Parameters stay run-time values.
-    Cost: a state of an odd number of variables takes the memory of one more.
-    Source: Lorenz 1963, J. Atmos. Sci. 20, 130, for one; Meurer et al. 2017, PeerJ Comput. Sci. 3, e103 (SymPy).
+    Returns
+    -------
+    model
+        Its fields are the parameters, its methods rates(z...) and tangent_rates(z..., dz...). `coordinates` are the
+        names of the variables in the order of the equations: z0 and all states have so many rows.
+
+    Raises
+    ------
+    ValueError, TypeError
+        The text is no system of equations (nothing is ever executed), a name has no value, or a value is not used.
+    ImportError
+        SymPy is missing and the text is new.
+
+    Notes
+    -----
+    Runge-Kutta schemes integrate it (default DOP853; VERNER9, or RK4 with a step), in `integrate`, `poincare_map`
+    (sections x=c and Linear), `tangent_map` and `chaos_map` with indicators of tangent vectors. There is no energy:
+    energy_error is 0, and conserved quantities are for the user to check. Cost: a state of an odd number of variables
+    takes the memory of one more.
+
+    References
+    ----------
+    Lorenz 1963, J. Atmos. Sci. 20, 130, for one; Meurer et al. 2017, PeerJ Comput. Sci. 3, e103 (SymPy).
+
+    Examples
+    --------
+    >>> lorenz = fa.flow("x' = s*(y - x); y' = x*(r - z) - y; z' = x*y - b*z", s=10.0, r=28.0, b=8 / 3)
+    >>> lorenz.coordinates, lorenz.rates(1.0, 1.0, 1.0)
+    (('x', 'y', 'z'), (-0.0, 26.0, -1.6666666666666665))
     """
     equations = split(text)
     names: list[str] = []

@@ -21,27 +21,55 @@ _SYMPY_LENGTH = 8000
 
 
 def formula(text: Any, /, *, mu: Any = 1.0, domain: str | None = None, **parameters: float) -> Any:
-    """Make a body of a potential energy written as one line of mathematics, with exact derivatives.
+    """Make a body from its potential energy V, written as one line of mathematics; the derivatives are exact.
 
-    Parameters: text: the formula V, or a SymPy expression, in the variables D1, D2; alpha, beta; r, vartheta; rho; x,
-    y, z, u (phi = [[x, y], [z, u]]); a1, a2, b1, b2, which may be mixed; numbers, pi, + - * / **, sqrt exp log sin cos
-    tan sinh cosh tanh asin acos atan; mu: the inertia, or a pair (mu_1, mu_2) for T = (mu_1 (x'^2 + z'^2) + mu_2 (y'^2
-    + u'^2))/2; domain: a formula that is positive where the potential lives; parameters: each by its name, floats.
-    Returns Body(potential, mu) where V depends on alpha, beta alone and mu is a number, else a body of four degrees of
-    freedom with the parameters and mu (mu_1, mu_2) as its fields. Parameters stay run-time values:
-    `body.potential._replace(C=2.0)` compiles nothing. `.formula`, `.domain` and `.proof`, how the isotropy is known,
-    are attributes of the potential or the body. Raises ValueError or TypeError for what is no formula (nothing is ever
-    executed), for a name without a value or a value without use, and for a V that D1 <-> D2, two names of one matrix,
-    changes; ImportError where a new formula finds no SymPy.
+    Parameters
+    ----------
+    text : str or SymPy expression
+        V in the variables D1, D2; alpha, beta; r, vartheta; rho; x, y, z, u (phi = [[x, y], [z, u]]); a1, a2, b1, b2,
+        which may be mixed; with numbers, pi, ``+ - * / **``, sqrt exp log sin cos tan sinh cosh tanh asin acos atan.
+    mu : float or pair of floats, default 1
+        Inertia, or (mu_1, mu_2) for T = (mu_1 (x'^2 + z'^2) + mu_2 (y'^2 + u'^2))/2.
+    domain : str, optional
+        Formula that is positive inside the domain of the potential.
+    **parameters : float
+        Value of each parameter of the formula, by name.
 
-    Without `domain` the margin is the least of what stands in logarithms and roots, and of poles with one sign where D1
-    > D2 > 0. Decimal numbers are exact while derivatives are taken. V and its derivatives are then evaluated as
-    written: accurate to rounding, as fast as a hand-written model (bench/test_formula.py). Where V has no formula in
-    beta^2 (cos(D1) + cos(D2)), four evaluations for one. The first use of a formula takes about a second (one of
-    hundreds of terms minutes), later ones, in any process, milliseconds and no SymPy. Angles and actions of named
-    models know more of them: Hyperelastic has a clock of its own, its formula has not.
-    Source: Martens & Slawianowski, EQ2.0, EQ2.0b, EQ2.2c' (the variables); Meurer et al. 2017, PeerJ Comput. Sci. 3,
-    e103 (SymPy).
+    Returns
+    -------
+    `Body` or a model of four degrees of freedom
+        Body(potential, mu) where V depends on alpha and beta alone and mu is a number. Otherwise a model with the
+        parameters and mu (mu_1, mu_2) as its fields. Parameters stay run-time values:
+        ``body.potential._replace(C=2.0)`` compiles nothing. The potential or the body has `.formula`, `.domain` and
+        `.proof` (how isotropy is known).
+
+    Raises
+    ------
+    ValueError, TypeError
+        The text is no formula (nothing is ever executed), a name has no value, a value is not used, or V changes under
+        D1 <-> D2, two names of one matrix.
+    ImportError
+        SymPy is missing and the formula is new.
+
+    Notes
+    -----
+    Without `domain` the margin is the least argument of the logarithms and roots, and of the poles with one sign where
+    D1 > D2 > 0. Decimal numbers are exact while derivatives are taken. V and its derivatives are evaluated as written:
+    accurate to rounding, as fast as a model written by hand (bench/test_formula.py). Where V has no formula in beta^2
+    (cos(D1) + cos(D2)), one evaluation takes four. The first use of a formula takes about a second (one of hundreds of
+    terms takes minutes). Later uses, in any process, take milliseconds and no SymPy. A named model may know more angles
+    and actions than its formula: Hyperelastic has a clock of its own.
+
+    References
+    ----------
+    Martens & Slawianowski, EQ2.0, EQ2.0b, EQ2.2c' (the variables); Meurer et al. 2017, PeerJ Comput. Sci. 3, e103
+    (SymPy).
+
+    Examples
+    --------
+    >>> body = fa.formula("C*(D1**2 + D2**2)/2", C=1.0)
+    >>> body.potential.C, body.mu
+    (1.0, 1.0)
     """
     written, length = _written(text)
     values = values_of(parameters, VARIABLES)
@@ -67,37 +95,75 @@ def hamiltonian(
     friction: float | str | None = None,
     **parameters: float,
 ) -> Any:
-    """Make a system with H = sum p_i^2/2 m_i + V(q), or V(q, t) with a period in t, of a potential energy written as
-    one line of mathematics, with exact derivatives.
+    """Make a system with ``H = sum p_i^2/2 m_i + V(q)``, or a V(q, t) periodic in t, from V written as one line of
+    text.
 
-    Parameters: text: the formula V of the coordinates, or a SymPy expression, in the grammar of `formula`;
-    coordinates: 1 to 8 names; masses: one for each coordinate, which become fields m_1, m_2, ... (default: 1,
-    without fields); domain: a formula that is positive where the potential lives; rotation: the rate Omega at which
-    the frame of the first two coordinates x, y turns: H - Omega (x p_y - y p_x), with p the momenta seen at rest
-    and V a potential that turns with the frame; the energy is Jacobi's; magnetic: charge times magnetic field e B,
-    along x cross y, in the symmetric gauge: Omega = e B/2m, and m Omega^2 (x^2 + y^2)/2 is added to V; p are the
-    canonical momenta; period: of a driven system, in whose formula t is the time; friction: the rate g of dp/dt =
-    -dV/dq - g p. All four are numbers, which become fields of these names, or formulas of the parameters such as
-    "2*pi/w"; parameters: each by its name, floats. Returns a model with the parameters, rotation, magnetic,
-    friction, masses and period as its fields and the methods of `HenonHeiles`; its angles are loops in (q_i, p_i).
-    Raises ValueError or TypeError for what is no formula (nothing is ever executed), or a name without a value or a
-    value without use, for a V(q, t) without t or of another period; ImportError where a new formula finds no SymPy.
+    Parameters
+    ----------
+    text : str or SymPy expression
+        V of the coordinates, in the grammar of `formula`. Derivatives are exact.
+    coordinates : str or sequence of str, default "x y"
+        1 to 8 names.
+    masses : sequence of float, optional
+        One for each coordinate; they become the fields m_1, m_2, ... (default: 1, without fields).
+    domain : str, optional
+        Formula that is positive inside the domain of the potential.
+    rotation : float or str, optional
+        Rate Omega (radians per unit time) at which the frame of the first two coordinates x, y turns: H - Omega (x p_y
+        - y p_x), with p the momenta in the frame at rest and V at rest in the turning frame. The energy is Jacobi's
+        integral.
+    magnetic : float or str, optional
+        Charge times magnetic field, e B, along x cross y, in the symmetric gauge: Omega = e B/2m, and m Omega^2 (x^2 +
+        y^2)/2 is added to V. The p are canonical momenta.
+    period : float or str, optional
+        Period of a driven system, in whose formula t is the time.
+    friction : float or str, optional
+        Rate g of dp/dt = -dV/dq - g p. Rotation, magnetic, period and friction are numbers, which become fields of
+        these names, or formulas of the parameters such as "2*pi/w".
+    **parameters : float
+        Value of each parameter of the formula, by name.
 
-    A driven system of n coordinates runs in the phase space that is extended by the time: rows q, t, p, p_t, where p_t
-    takes up what the drive does, so that T + V + p_t is conserved and its error is checked like an energy. Starts of 2n
-    rows have t = 0 and p_t = 0. t stays within the period, to rounding, however long a run is. Its sections are those
-    of constant t, `Stroboscopic`, "t=0".
+    Returns
+    -------
+    model
+        Its fields are the parameters, rotation, magnetic, friction, masses and period. It has the methods of
+        `HenonHeiles`; its angles are loops in (q_i, p_i).
 
-    With friction splittings solve each kick with its friction exactly: they are conformally symplectic, of their order
-    where that does not need T quadratic (KAHAN_LI8 and the like), and dissipate the volume as exp(-n g t) to rounding.
-    Orbits, sections, tangent maps and chaos maps take it. The energy is lost, so it is not checked: energy_error is 0.
+    Raises
+    ------
+    ValueError, TypeError
+        The text is no formula (nothing is ever executed), a name has no value, a value is not used, or V(q, t) is
+        without t or of another period.
+    ImportError
+        SymPy is missing and the formula is new.
 
-    Without `domain` the margin is the least of what stands in logarithms and roots, and of poles with one sign
-    everywhere. Accuracy and cost as in `formula`; what turns costs little more (bench/test_rotating.py).
-    Source: Henon & Heiles 1964, Astron. J. 69, 73, for one; Szebehely 1967, Theory of Orbits, chapter 1 (Jacobi's
-    integral); McLachlan & Perlmutter 2001, J. Geom. Phys. 39, 276 (conformal Hamiltonian systems); Landau &
-    Lifshitz, The Classical Theory of Fields, section 45 (Larmor's theorem); Meurer et al. 2017, PeerJ Comput. Sci.
-    3, e103 (SymPy).
+    Notes
+    -----
+    A driven system of n coordinates moves in the phase space extended by the time: rows q, t, p, p_t. p_t takes up the
+    work of the drive, so T + V + p_t is conserved and its error is checked like an energy. Starts of 2n rows have t = 0
+    and p_t = 0. t stays within the period, to rounding, however long a run is. Sections are those of constant t:
+    `Stroboscopic`, "t=0".
+
+    With friction, splittings solve each kick with its friction exactly. They are conformally symplectic, keep their
+    order where it does not need T quadratic (KAHAN_LI8 and the like), and contract the volume as exp(-n g t) to
+    rounding. Orbits, sections, tangent maps and chaos maps accept friction. The energy is lost, so it is not checked:
+    energy_error is 0.
+
+    Without `domain` the margin is the least argument of the logarithms and roots, and of the poles with one sign
+    everywhere. Accuracy and cost are those of `formula`; a turning frame costs little more (bench/test_rotating.py).
+
+    References
+    ----------
+    Henon & Heiles 1964, Astron. J. 69, 73, for one; Szebehely 1967, Theory of Orbits, chapter 1 (Jacobi's integral);
+    McLachlan & Perlmutter 2001, J. Geom. Phys. 39, 276 (conformal Hamiltonian systems); Landau & Lifshitz, The
+    Classical Theory of Fields, section 45 (Larmor's theorem); Meurer et al. 2017, PeerJ Comput. Sci. 3, e103 (SymPy).
+
+    Examples
+    --------
+    >>> model = fa.hamiltonian("(x**2 + y**2)/2 + lam*(x**2*y - y**3/3)", lam=1.0)
+    >>> model.coordinates, model.potential_energy(1.0, 0.5)
+    (('x', 'y'), 1.0833333333333333)
+    >>> pendulum = fa.hamiltonian("-(1 + e*cos(t))*cos(x)", coordinates="x", period="2*pi", e=0.1)
     """
     written, length = _written(text)
     names = checked_names("coordinates", coordinates)

@@ -37,25 +37,58 @@ def mapping(
     domain: str | None = None,
     **parameters: float,
 ) -> Any:
-    """Make a map of a text, with its exact derivative.
+    """Make a map from text; its derivative is exact.
 
-    Parameters: text: statements `name = formula` in the grammar of `formula`, one a line or behind semicolons, such as
-    "p1 = p + K*sin(x); x1 = x + p1": x1, or x', is the image of x, and may be used once it has a value; other names
-    stand for what comes later; coordinates, momenta: the names of the variables, in pairs (default: x with p, p_x or
-    px; q_1 with p_1; else the first half of the images are those of coordinates); periods: of coordinates and momenta
-    that have one, numbers or formulas of parameters, {"x": "2*pi"}: they are brought back to half a period around 0
-    after each iterate, and are refused where the images of points a period apart are not; domain: a formula of the
-    coordinates that is positive where the map lives, such as an aperture, beyond which an orbit ends; parameters: each
-    by its name, floats. Returns a model with the parameters as its fields, which stay run-time values; `.symplectic`
-    says whether it is that. Raises ValueError or TypeError for what is no such text (nothing is ever executed), a name
-    without a value or a value without use; ImportError where a new text finds no SymPy.
+    Parameters
+    ----------
+    text : str
+        Statements `name = formula` in the grammar of `formula`, one a line or separated by semicolons, such as "p1 = p
+        + K*sin(x); x1 = x + p1". x1, or x', is the image of x, which may be used once it has a value. Other names stand
+        for formulas used later.
+    coordinates, momenta : str or sequence of str, optional
+        Names of the variables, in pairs (default: x with p, p_x or px; q_1 with p_1; else the first half of the images
+        are those of coordinates).
+    periods : dict of float or str, optional
+        Periods of coordinates and momenta, numbers or formulas of the parameters, {"x": "2*pi"}. Each iterate brings
+        them back to half a period around 0. They are refused where the images of points a period apart are not a period
+        apart.
+    domain : str, optional
+        Formula of the coordinates that is positive inside the domain of the map, such as an aperture. Beyond it an
+        orbit ends.
+    **parameters : float
+        Value of each parameter of the text, by name.
 
-    A map's time is a whole number of iterates, exponents and tunes are per iterate; it has neither step nor scheme nor
+    Returns
+    -------
+    model
+        Its fields are the parameters, which stay run-time values; ``.symplectic`` tells whether the map is symplectic.
+
+    Raises
+    ------
+    ValueError, TypeError
+        The text is no map (nothing is ever executed), a name has no value, or a value is not used.
+    ImportError
+        SymPy is missing and the text is new.
+
+    Notes
+    -----
+    Time is a whole number of iterates; exponents and tunes are per iterate. A map has neither step nor scheme nor
     energy. An orbit ends, in all analyses alike, with the first iterate that is outside the domain (`LOST`) or not
-    finite (`NONFINITE`); no distance counts as an escape, so give a domain where one should. Sections are its iterates:
-    `poincare_map(model, z0, crossings=1000)`.
-    Source: Meiss 1992, Rev. Mod. Phys. 64, 795 (symplectic maps); Meurer et al. 2017, PeerJ Comput. Sci. 3, e103
-    (SymPy).
+    finite (`NONFINITE`). No distance counts as an escape: give a domain where one should. Sections are the iterates
+    themselves: ``poincare_map(model, z0, crossings=1000)``.
+
+    References
+    ----------
+    Meiss 1992, Rev. Mod. Phys. 64, 795 (symplectic maps); Meurer et al. 2017, PeerJ Comput. Sci. 3, e103 (SymPy).
+
+    Examples
+    --------
+    >>> standard = fa.mapping("p1 = p + K*sin(x); x1 = x + p1", periods={"x": "2*pi"}, K=0.9)
+    >>> standard.symplectic
+    True
+    >>> fa.integrate(standard, [0.0, 0.1], time=3).z.round(3)
+    array([[0.737],
+           [0.447]])
     """
     model = untried(text, parameters, coordinates, momenta, periods, domain)
     _tried(model)

@@ -76,7 +76,7 @@ class Analysis(Protocol):
     """Settled options of the smallest case, which compiles what the others need."""
 
     def check(self, run: Run) -> None:
-        """Refuse what is wrong whatever the orbits are."""
+        """Refuse values that are wrong for any orbits."""
 
     def settled(self, few: Orbits, run: Run) -> dict[str, Any]:
         """Return the options of the library's function, those that were left open by a trial with a few orbits."""
@@ -98,7 +98,7 @@ class Poincare:
     """Time at which an orbit ends whatever it does. [four times what the crossings need in a trial]"""
 
     def check(self, run: Run) -> None:
-        """Refuse what is wrong whatever the orbits are."""
+        """Refuse values that are wrong for any orbits."""
         whole("crossings", self.crossings, 1)
         if self.max_time is not None:
             positive("max_time", self.max_time)
@@ -145,7 +145,7 @@ class Frequencies:
         return replace(self, method=spelled(self.method, BY_NAME))
 
     def check(self, run: Run) -> None:
-        """Refuse what is wrong whatever the orbits are."""
+        """Refuse values that are wrong for any orbits."""
         named("--method", self.method, BY_NAME)
         _one_time(self.time, self.periods)
 
@@ -198,7 +198,7 @@ class Chaos:
         return None if self.time is not None else 500.0 if self.periods is None else float(self.periods)
 
     def check(self, run: Run) -> None:
-        """Refuse what is wrong whatever the orbits are."""
+        """Refuse values that are wrong for any orbits."""
         self.values()
         _one_time(self.time, self.periods)
         if run.accuracy is not None:
@@ -253,7 +253,7 @@ class Motion:
     """States that are kept at equal times. [0: the last one only]"""
 
     def check(self, run: Run) -> None:
-        """Refuse what is wrong whatever the orbits are."""
+        """Refuse values that are wrong for any orbits."""
         nonnegative("time", self.time)
         whole("samples", self.samples, 0)
 

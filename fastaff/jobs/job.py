@@ -47,14 +47,38 @@ class Plan(NamedTuple):
 
 @dataclass(frozen=True, kw_only=True)
 class Job:
-    """Many orbits of one system and what is computed of each.
+    """Many orbits of one system and the analyses of each.
 
-    model: a `Model`, or any model of the library; surface: energy and section; starts: a `Starts` (grid, random points
-    or a file), or phase points (2n, orbits); run: scheme, step or accuracy, threads; then the analyses, one at least:
-    poincare (`Poincare`), frequency_map (`Frequencies`), chaos_map (`Chaos`), action_angles (`Actions`), integrate
-    (`Motion`); scan: the parameters (`Scan`) over which chaos_map finds the share of chaotic orbits, cases in place
-    of orbits; unit: orbits that are computed and kept together [some seconds of work]. The same names are tables of a
-    TOML file and options of the commands. Raises TypeError or ValueError naming table and field.
+    The names of the parameters are tables of a TOML file and options of the commands.
+
+    Parameters
+    ----------
+    model : `Model` or model
+        A `Model`, or any model of the library.
+    surface : `Surface`
+        Energy and section.
+    starts : `Starts` or array (2n, orbits)
+        Grid, random points or a file; or phase points.
+    run : `Run`
+        Scheme, step or accuracy, threads.
+    poincare, frequency_map, chaos_map : `Poincare`, `Frequencies`, `Chaos`, optional
+    scan : `Scan`, optional
+        Parameters over which chaos_map finds the share of chaotic orbits, cases in place of orbits.
+    action_angles, integrate : `Actions`, `Motion`, optional
+        One analysis at least is needed.
+    unit : int, orbits, optional
+        Orbits that are computed and kept together (default: some seconds of work).
+
+    Raises
+    ------
+    TypeError, ValueError
+        The message names table and field.
+
+    Examples
+    --------
+    >>> job = fa.Job(model=fa.HenonHeiles(), surface=fa.jobs.Surface(energy=0.1), poincare=fa.jobs.Poincare())
+    >>> list(job.analyses())
+    ['poincare']
     """
 
     model: Any = field(default_factory=Model)
@@ -99,11 +123,11 @@ class Job:
             raise ValueError(f"scan takes chaos_map alone, got {', '.join(self.analyses())}")
 
     def analyses(self) -> dict[str, Analysis]:
-        """Return what is to be computed, by name."""
+        """Return the analyses to be computed, by name."""
         return {name: getattr(self, name) for name in ANALYSES if getattr(self, name) is not None}
 
     def plan(self) -> Plan:
-        """Return system, section, launch set and analyses; raises ValueError or TypeError for what does not fit."""
+        """Return system, section, launch set and analyses; raises ValueError or TypeError for parts that do not fit."""
         body = self.model.build() if isinstance(self.model, Model) else self.model
         if kind_of(body) is Kind.MAP:
             self._check_map()
@@ -150,7 +174,7 @@ class Job:
         return Plan(body, self.surface.section_of(body), cases, {"chaotic_fraction": work})
 
     def tables(self) -> dict[str, Any]:
-        """Return what is given, as tables of plain values: the fields that differ from their defaults."""
+        """Return the job as tables of plain values: the fields that differ from their defaults."""
         found: dict[str, Any] = {} if self.unit is None else {"unit": self.unit}
         for name, kind in TABLES.items():
             value = getattr(self, name)
@@ -193,7 +217,10 @@ class Job:
 
     @classmethod
     def read(cls, path: Any, **own: Any) -> Job:
-        """Return the job of a TOML file. Raises OSError, ValueError or TypeError naming file, table and key."""
+        """Return the job of a TOML file.
+
+        :Raises: OSError, ValueError or TypeError naming file, table and key.
+        """
         try:
             text = Path(path).read_text(encoding="utf-8")
         except UnicodeDecodeError as problem:

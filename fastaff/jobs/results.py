@@ -93,7 +93,7 @@ class JobResults:
         return found
 
     def table(self) -> str:
-        """Say what became of the orbits: counts and share of each status, worst energy error, slowest unit."""
+        """List the outcomes of the orbits: counts and share of each status, worst energy error, slowest unit."""
         lines = []
         worst = self.worst_energy_error()
         for name, counts in self.counts().items():

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import contextlib
-import json
 import shlex
 import time as clock
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -31,7 +29,8 @@ from .results import JobResults
 from .scans import Cases, assembled
 from .store import Store, create, is_store
 from .system import Model
-from .units import LOG, Unit, compute_unit, computed, running, same_processor, stated, summed, unit, waiting
+from .units import Unit, computed, running, same_processor, stated, summed, unit, waiting
+from .watching import Progress, Watched, submitted
 from .wording import Wrong
 
 SECONDS = 2.0
@@ -43,39 +42,12 @@ PROBE = 256
 SMALLEST = 256
 """Orbits of a unit whose size is left open: two blocks of lanes."""
 
-PENDING = 256
-"""Units that an executor is handed at a time."""
 
 WORKING = 6.0
 """Bytes that a unit takes while it runs for each byte of its results: measured by `bench/job_memory.py`."""
 
 SHARE = 0.25
 """Share of the free memory that a job takes if nothing is said."""
-
-
-class Progress(NamedTuple):
-    """How far a job is: orbits that are finished and all, seconds since it began or went on, orbits per second and
-    crossings per second of this run, seconds left, and counts of statuses so far by analysis.
-
-    As text it is one line: `watch=lambda progress, unit: print(progress, end="\r")` shows it, in notebooks too.
-    """
-
-    orbits: int
-    of: int
-    seconds: float
-    rate: float
-    crossings: float
-    left: float
-    statuses: dict[str, dict[str, int]]
-
-    def __str__(self) -> str:
-        parts = [f"{self.orbits} of {self.of} points ({self.orbits / self.of:.0%})", f"{self.rate:,.0f}/s"]
-        if self.crossings:
-            parts.append(f"{self.crossings:,.0f} crossings/s")
-        parts.append(f"{self.left:.0f} s left")
-        for name, counts in self.statuses.items():
-            parts.append(f"{name}: " + ", ".join(f"{count} {status}" for status, count in counts.items()))
-        return "; ".join(parts)
 
 
 def run(
@@ -92,21 +64,57 @@ def run(
 ) -> JobResults:
     """Run a job and return its results: in memory, or in a store, which goes on where it was stopped.
 
-    Parameters: job; store: path of a Zarr hierarchy, new or of the same job (None: all in memory); executor: whatever
-    has `submit`, as pools of threads and of processes that are spawned, loky, `dask.distributed.Client.get_executor()`,
-    mpi4py.futures or submitit have: each worker writes its own chunks into the store, which all of them must reach by
-    its path; threads: of a unit (default: all cores, in an executor 1); memory: bytes that a unit may take (default: a
-    quarter of what is free), which bounds its size where the job leaves it open; overwrite: replace a store of another
-    job; other_processor: go on with a store that was begun on another kind of processor too, which it then tells;
-    report: called with the fraction that is done; watch: called with `Progress` and the `Unit` after each of these.
-    Raises TypeError or ValueError for a job that does not fit together and for a store of another job, naming the
-    field; OSError where the store cannot be written; Interrupted at Ctrl-C, whose partial is what the store holds.
+    Parameters
+    ----------
+    job : `Job`
+        The job.
+    store : path, optional
+        Path of a Zarr hierarchy, new or of the same job (default: all in memory).
+    executor : object with `submit`, optional
+        Such as pools of threads and of spawned processes, loky, ``dask.distributed.Client.get_executor()``,
+        mpi4py.futures or submitit. Each worker writes its own chunks into the store, which all workers must reach by
+        its path.
+    threads : int, optional
+        Threads of a unit (default: all cores, in an executor 1).
+    memory : float, bytes, optional
+        Largest memory of a unit (default: a quarter of the free memory), which bounds its size where the job leaves it
+        open.
+    overwrite : bool, default False
+        Replace a store of another job.
+    other_processor : bool, default False
+        Go on with a store that was begun on another kind of processor too; the store records it.
+    report, watch : callable, optional
+        Called with the fraction done; called with `Progress` and the `Unit` after each unit.
 
+    Returns
+    -------
+    `JobResults`
+        The results, in memory or in the store.
+
+    Raises
+    ------
+    TypeError, ValueError
+        The job is inconsistent, or the store belongs to another job; the message names the field.
+    OSError
+        The store cannot be written.
+    Interrupted
+        On Ctrl-C, with the contents of the store in `.partial`.
+
+    Notes
+    -----
     A store is bit for bit the same for any threads, executor, order and interruption on processors of one kind, and
-    others are refused; the values of an orbit are so for any size of units too. What is finished when a process is
-    killed stays: a unit counts when its last chunk is on the disk.
-    Cost: that of the analyses, and of writing their numbers.
-    Source: the Zarr storage specification, version 3.
+    others are refused; the values of an orbit are so for any size of units too. Finished units survive a killed
+    process: a unit counts when its last chunk is on the disk. Cost: that of the analyses, and of writing their numbers.
+
+    References
+    ----------
+    The Zarr storage specification, version 3.
+
+    Examples
+    --------
+    >>> job = fa.Job(model=fa.HenonHeiles(), starts=[0.1, 0.0, 0.0, 0.2], integrate=fa.jobs.Motion(time=1.0))
+    >>> fa.run(job).complete
+    True
     """
     if not isinstance(job, Job):
         raise TypeError(f"job must be a Job, got {shown(job)} ({type(job).__name__})")
@@ -146,11 +154,41 @@ def resume(
 ) -> JobResults:
     """Go on with the job of a store where it was stopped, and return its results.
 
-    Parameters: store: its path; executor, threads, report, watch and other_processor as in `run`; model: that of the
-    job, where no text describes it. Raises FileNotFoundError, ValueError for what is no store of this version,
-    Interrupted as `run`.
+    Parameters
+    ----------
+    store : path
+        Path of the store.
+    executor, threads, report, watch : as in `run`
+    model : model, optional
+        Model of the job, where no text describes it.
+    other_processor : as in `run`
+
+    Returns
+    -------
+    `JobResults`
+        As in `run`.
+
+    Raises
+    ------
+    FileNotFoundError, ValueError
+        There is no store, or none of this version.
+    Interrupted
+        As in `run`.
+
+    Notes
+    -----
     Cost: that of the units that are waiting.
-    Source: as `run`.
+
+    References
+    ----------
+    As in `run`.
+
+    Examples
+    --------
+    >>> job = fa.Job(model=fa.HenonHeiles(), starts=[0.1, 0.0, 0.0, 0.2], integrate=fa.jobs.Motion(time=1.0))
+    >>> whole = fa.run(job, "resumed.zarr")
+    >>> fa.resume("resumed.zarr").complete
+    True
     """
     _checked(executor, threads, report, watch, other_processor)
     own = {} if model is None else {"model": model}
@@ -172,15 +210,45 @@ def rerun(
     model: Any = None,
     other_processor: bool = False,
 ) -> JobResults:
-    """Run the orbits of a store again whose status is one of these, another way; return its results.
+    """Run the orbits of a store with given statuses again, another way; return its results.
 
-    Parameters: store: path of a store, finished or not: orbits that are still to come are run again too where they
-    fail; status: a `Status`, its name, or several; scheme, step, accuracy: what is to be different, one at least, a
-    scheme by value or name; analyses: names of those to run again (default: all that have statuses); executor, threads,
-    report, watch, model and other_processor as in `resume`.
-    The new numbers take the place of the old ones; `JobResults.attempts` says which orbits they are, the store keeps
-    what was changed. Raises as `resume`; ValueError for a name that is none.
-    Cost: that of these orbits. Source: as `run`.
+    Parameters
+    ----------
+    store : path
+        Path of a store, finished or not. Orbits still to come are run again too where they fail.
+    status : `Status`, str, or several
+        Statuses of the orbits to run again.
+    scheme, step, accuracy : as in `Run`, optional
+        The changes, one at least, a scheme by value or name.
+    analyses : sequence of str, optional
+        Names of the analyses to run again (default: all that have statuses).
+    executor, threads, report, watch, model, other_processor : as in `resume`
+
+    Returns
+    -------
+    `JobResults`
+        The new numbers replace the old ones. `JobResults.attempts` tells which orbits they are; the store keeps the
+        changes.
+
+    Raises
+    ------
+    FileNotFoundError, ValueError, Interrupted
+        As in `resume`; ValueError for an unknown name.
+
+    Notes
+    -----
+    Cost: that of these orbits.
+
+    References
+    ----------
+    As in `run`.
+
+    Examples
+    --------
+    >>> job = fa.Job(model=fa.HenonHeiles(), starts=[0.1, 0.0, 0.0, 0.2], integrate=fa.jobs.Motion(time=1.0))
+    >>> whole = fa.run(job, "rerun.zarr")
+    >>> fa.rerun("rerun.zarr", status="NONFINITE", step=0.01).complete
+    True
     """
     _checked(executor, threads, report, watch, other_processor)
     path, given = as_path(store), {} if model is None else {"model": model}
@@ -390,14 +458,14 @@ def _finished(
         same_processor(begun.store, other)
         sweep(path, "*/*/c/**/*.partial")  # chunks that killed processes were writing
         todo = waiting(begun.store)
-        state = _Watched(begun.store, len(todo), report, watch)
+        state = Watched(begun.store, len(todo), report, watch)
         try:
             with state.log():
                 if executor is None:
                     for number in todo:
                         state.add(unit(begun, int(number), threads, state.within))
                 else:
-                    _submitted(executor, path, todo, 1 if threads is None else threads, own, state)
+                    submitted(executor, path, todo, 1 if threads is None else threads, own, state)
         except KeyboardInterrupt:
             raise _stopped(JobResults.stored(path, job=begun.job)) from None
         except OSError as problem:
@@ -406,68 +474,6 @@ def _finished(
             said = f"{problem.strerror} (what is finished is kept; go on with: {resume_command(path)})"
             raise OSError(problem.errno, said, problem.filename or str(path)) from problem
     return JobResults.stored(path, job=begun.job)
-
-
-class _Watched:
-    """What is told of a job while it runs, and kept of its units."""
-
-    def __init__(self, store: Store, units: int, report: Any, watch: Any):
-        self.store, self.report, self.watch = store, report, watch
-        self.units, self.done = units, 0
-        self.before = int(np.count_nonzero(store.finished() >= 0))
-        self.start, self.points, self.crossings = clock.perf_counter(), 0, 0
-        self.statuses: dict[str, dict[str, int]] = {}
-        self.file: Any = None
-
-    @contextlib.contextmanager
-    def log(self) -> Iterator[None]:
-        with open(self.store.path / LOG, "a", encoding="utf-8") as self.file:
-            yield
-
-    def within(self, fraction: float) -> None:
-        if self.report is not None:
-            self.report((self.done + fraction) / max(self.units, 1))
-
-    def add(self, found: Unit) -> None:
-        self.file.write(json.dumps(found._asdict()) + "\n")
-        self.file.flush()
-        self.done += 1
-        points = self.store.points(found.number)
-        self.points += points.stop - points.start
-        self.crossings += found.crossings
-        for name, counts in found.statuses.items():
-            mine = self.statuses.setdefault(name, {})
-            for status, count in counts.items():
-                mine[status] = mine.get(status, 0) + count
-        seconds = clock.perf_counter() - self.start
-        rate = self.points / max(seconds, 1e-9)
-        finished, all_ = self.before + self.points, self.store.orbits
-        left = (all_ - finished) / rate
-        if self.watch is not None:
-            crossings = self.crossings / max(seconds, 1e-9)
-            self.watch(Progress(finished, all_, seconds, rate, crossings, left, self.statuses), found)
-        if self.report is not None:
-            self.report(self.done / self.units)
-
-
-def _submitted(executor: Any, path: Path, todo: np.ndarray, threads: int, own: dict[str, Any], state: _Watched) -> None:
-    """Hand units to an executor, some at a time, and wait for all; the first failure is raised when none is lost."""
-    waiting = [int(number) for number in todo][::-1]
-    pending: list[Any] = []
-    try:
-        while waiting or pending:
-            while waiting and len(pending) < PENDING:
-                number = waiting.pop()
-                pending.append(executor.submit(compute_unit, str(path.absolute()), number, threads, own or None))
-            ready = [future for future in pending if future.done()]
-            for future in ready:
-                pending.remove(future)
-                state.add(Unit(*future.result()))
-            if not ready:
-                clock.sleep(0.02)
-    finally:
-        for future in pending:
-            getattr(future, "cancel", bool)()
 
 
 def _checked(executor: Any, threads: Any, report: Any, watch: Any, other_processor: Any) -> None:

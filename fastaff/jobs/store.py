@@ -69,11 +69,11 @@ class Store:
         return slice(unit * self.unit, min((unit + 1) * self.unit, self.orbits))
 
     def finished(self) -> np.ndarray:
-        """Return what is at each point (orbits,): WAITING, ABSENT or DONE."""
+        """Return the state of each point (orbits,): WAITING, ABSENT or DONE."""
         return np.asarray(self.root["launch/finished"][:])
 
     def state(self, unit: int) -> np.ndarray:
-        """Return what is at each point of a unit."""
+        """Return the state of each point of a unit."""
         return np.asarray(self.root["launch/finished"][self.points(unit)])
 
     def chunk(self, analysis: str, name: str, unit: int) -> np.ndarray:
@@ -98,8 +98,8 @@ class Store:
         _on_disk(written)
 
     def amend(self, unit: int, analysis: str, rows: np.ndarray, result: Any, attempt: int) -> None:
-        """Write the result of some orbits of a unit, by their numbers within it, over that of earlier attempts; what it
-        lacks becomes empty.
+        """Write the result of some orbits of a unit, by their numbers within it, over that of earlier attempts; its
+        missing entries become empty.
         """
         found = {column.name: column.value for column in columns(result)}
         found[ATTEMPT] = np.full(rows.size, attempt, np.int16)
@@ -143,7 +143,7 @@ class Store:
             raise Wrong(f"{self.path} is damaged: its root tells of {analysis} what does not fit: {problem}") from None
 
     def tell(self, **facts: Any) -> None:
-        """Change what the root tells of the job, in one move."""
+        """Change the root's record of the job, in one move."""
         self._stays()
         self.facts = {**self.facts, **facts}
         path = self.path / "zarr.json"

@@ -211,9 +211,9 @@ class Surface:
     energy: float | None = None
     """Energy of every orbit. Required."""
     p_eta: float = 0.0
-    """Angular momentum in the plane a, |a| = alpha = (D1 + D2)/sqrt(2). [0]"""
+    """Angular momentum in the plane a, of radius alpha = (D1 + D2)/sqrt(2). [0]"""
     p_gamma: float = 0.0
-    """Angular momentum in the plane b, |b| = beta = (D1 - D2)/sqrt(2). [0]"""
+    """Angular momentum in the plane b, of radius beta = (D1 - D2)/sqrt(2). [0]"""
     section: str | None = None
     """alpha-turning (p_alpha = 0), beta-turning, alpha=c, beta=c, area=c (D1 D2 = c); x=c or y=c, or a coordinate of
     --hamiltonian, with c a number; t=c where it is driven. [alpha-turning; x=0; t=0]"""
@@ -238,7 +238,7 @@ class Surface:
         return self.section_of(body)
 
     def escape(self, body: Any, status: np.ndarray) -> str | None:
-        """Return what there is to say of the energy where orbits escaped; None where there is nothing."""
+        """Return a note on the energy where orbits escaped; None where there is none."""
         gone = np.isin(status, (Status.ESCAPED, Status.NONFINITE)).any()
         return may_escape(body, self.energy, self.p_eta, self.p_gamma) if gone and self.energy is not None else None
 

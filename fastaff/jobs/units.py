@@ -27,7 +27,7 @@ LOG = "units.jsonl"
 
 
 class Unit(NamedTuple):
-    """What became of a unit: its number, orbits, seconds, counts of statuses by analysis and name, and the worst energy
+    """Outcome of a unit: its number, orbits, seconds, counts of statuses by analysis and name, and the worst energy
     error.
     """
 
@@ -101,7 +101,7 @@ def _opened(path: str, source: str, modified: float, own: tuple) -> Running:
 def compute_unit(path: str, number: int, threads: int | None = None, own: dict[str, Any] | None = None) -> Unit:
     """Compute a unit of a store in this process and write it; the store, its job and kernels are kept for the next.
 
-    For executors: what is handed over is a path and numbers, what comes back is small.
+    For executors: the arguments are a path and numbers, the result is small.
     """
     modified = (Path(path) / "zarr.json").stat().st_mtime
     return unit(_opened(path, package_hash(), modified, tuple((own or {}).items())), number, threads)

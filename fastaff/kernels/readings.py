@@ -16,7 +16,7 @@ LN10 = math.log(10.0)
 
 
 class Growth(NamedTuple):
-    """What is kept of the k tangent vectors of a block of orbits of n degrees of freedom.
+    """Numbers kept of the k tangent vectors of a block of orbits of n degrees of freedom.
 
     memory is flat: row r of lane i is memory[r * LANES + i]. The rows are named in `deviations.ROWS` and `parts`.
     """

@@ -26,7 +26,7 @@ class _Planes:
         return w * pa1, w * pa2, w * pb1, w * pb2
 
     def kinetic_energy(self, pa1, pa2, pb1, pb2):
-        """Return T = |p|^2/(2 mu)."""
+        """Return T = ``|p|^2``/(2 mu)."""
         return (pa1 * pa1 + pa2 * pa2 + pb1 * pb1 + pb2 * pb2) / (2 * self.mu)
 
 
@@ -42,13 +42,27 @@ def planar_body(cls):
 
 @planar_body
 class Body(NamedTuple):
-    """Planar affinely-rigid body with a doubly isotropic potential: H = |p|^2/(2 mu) + V(|a|^2, |b|^2).
+    """Planar affinely-rigid body with a doubly isotropic potential: ``H = |p|^2/(2 mu) + V(|a|^2, |b|^2)``.
 
     Rows of a phase point: a1, a2, b1, b2, then their momenta, with a = (x+u, z-y)/sqrt2 and b = (x-u, y+z)/sqrt2 of phi
-    = [[x, y], [z, u]]. `potential` is one of `fastaff.models` or any NamedTuple with the same four methods; `mu` > 0 is
-    the inertia.
+    = [[x, y], [z, u]].
 
-    Source: Martens & Slawianowski, EQ2.1 (Hamiltonian), EQ2.0b (alpha = |a|, beta = |b|, eta = arg a, gamma = arg b).
+    Parameters
+    ----------
+    potential : a potential of `fastaff.models`
+        Or any NamedTuple with the same four methods.
+    mu : float > 0, default 1
+        Inertia.
+
+    References
+    ----------
+    Martens & Slawianowski, EQ2.1 (Hamiltonian), EQ2.0b (``alpha = |a|, beta = |b|``, eta = arg a, gamma = arg b).
+
+    Examples
+    --------
+    >>> body = fa.Body(fa.NeoHookean(K=2.0))
+    >>> round(fa.integrate(body, [1.5, 0, 0.2, 0, 0, 0.3, 0, 0.1], time=1.0)["alpha"].item(), 6)
+    1.381952
     """
 
     potential: Any
@@ -95,7 +109,19 @@ class Body(NamedTuple):
 class HenonHeiles(NamedTuple):
     """Two oscillators with a cubic coupling: H = (px^2 + py^2 + x^2 + y^2)/2 + lam (x^2 y - y^3/3).
 
-    Source: Henon & Heiles 1964, Astron. J. 69, 73 (lam = 1); bounded motion for 6 lam^2 E < 1.
+    Parameters
+    ----------
+    lam : float, default 1
+        Strength of the coupling. The motion is bounded for 6 lam^2 E < 1.
+
+    References
+    ----------
+    Henon & Heiles 1964, Astron. J. 69, 73 (lam = 1).
+
+    Examples
+    --------
+    >>> fa.HenonHeiles().potential_energy(0.0, 1.0)
+    0.16666666666666669
     """
 
     lam: float = 1.0

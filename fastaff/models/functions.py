@@ -22,7 +22,7 @@ COMPLEX_STEP = 1e-100
 class Zero(NamedTuple):
     """V = 0.
 
-    Source: Martens & Slawianowski, EQ2.1 with V_eta = V_gamma = 0.
+    :Source: Martens & Slawianowski, EQ2.1 with V_eta = V_gamma = 0.
     """
 
     def value(self, x):
@@ -41,7 +41,7 @@ class Zero(NamedTuple):
 class Oscillator(NamedTuple):
     """V = k x^2/2 + c/x^2 of x = alpha or beta.
 
-    Source: Martens & Slawianowski, EQ3.1 (k = C, c = 0) and EQa (V_alpha: c = 2 C).
+    :Source: Martens & Slawianowski, EQ3.1 (k = C, c = 0) and EQa (V_alpha: c = 2 C).
     """
 
     k: float = 1.0
@@ -67,7 +67,7 @@ class Oscillator(NamedTuple):
 class Spring(NamedTuple):
     """V_r = k r/2 + c/r: the oscillator in r = rho^2, with the centrifugal-like term of V_vartheta = c.
 
-    Source: Martens & Slawianowski, EQ2.2h (V_r, c = 0), EQb (first term: c = 2 C).
+    :Source: Martens & Slawianowski, EQ2.2h (V_r, c = 0), EQb (first term: c = 2 C).
     """
 
     k: float = 1.0
@@ -94,7 +94,7 @@ class Barriers(NamedTuple):
     """V_vartheta = c_alpha/cos^2(vartheta/2) + c_beta/sin^2(vartheta/2): constants V_eta, V_gamma, or walls at alpha =
     0 and beta = 0.
 
-    Source: Martens & Slawianowski, EQ2.2f (V_eta, V_gamma constant) and EQb (c_alpha = 2 C).
+    :Source: Martens & Slawianowski, EQ2.2f (V_eta, V_gamma constant) and EQb (c_alpha = 2 C).
     """
 
     c_alpha: float = 0.0
@@ -125,7 +125,7 @@ class Barriers(NamedTuple):
 class Secant(NamedTuple):
     """V_vartheta = k/cos(vartheta), +inf from vartheta = pi/2 (det phi = 0) on.
 
-    Source: Martens & Slawianowski, EQ2.2h (k = 2 C).
+    :Source: Martens & Slawianowski, EQ2.2h (k = 2 C).
     """
 
     k: float = 2.0
@@ -152,7 +152,7 @@ class Secant(NamedTuple):
 class Cosine(NamedTuple):
     """V_vartheta = k cos(vartheta), the heavy top.
 
-    Source: Martens & Slawianowski, section 3 (V_vartheta = A cos vartheta).
+    :Source: Martens & Slawianowski, section 3 (V_vartheta = A cos vartheta).
     """
 
     k: float = 1.0
@@ -175,10 +175,9 @@ class Cosine(NamedTuple):
 
 
 class CoshOscillator(NamedTuple):
-    """V_kappa = (k/2) cosh^2(2 kappa) - c/cosh^2(kappa): what the oscillator and a wall c/alpha^2 are in the elliptic
-    chart.
+    """V_kappa = (k/2) cosh^2(2 kappa) - c/cosh^2(kappa): the oscillator and a wall c/alpha^2 in the elliptic chart.
 
-    Source: derived from the elliptic Hamiltonian of section 3 of Martens & Slawianowski (EQ3.1: c = 0; EQa: c = 2 C).
+    :Source: derived from the elliptic Hamiltonian of section 3 of Martens & Slawianowski (EQ3.1: c = 0; EQa: c = 2 C).
     """
 
     k: float = 1.0
@@ -205,7 +204,7 @@ class CoshOscillator(NamedTuple):
 class CosOscillator(NamedTuple):
     """V_lambda = -(k/2) cos^2(2 lambda) + c/cos^2(lambda): the partner of `CoshOscillator`.
 
-    Source: derived from the elliptic Hamiltonian of section 3 of Martens & Slawianowski (EQ3.1: c = 0; EQa: c = 2 C).
+    :Source: derived from the elliptic Hamiltonian of section 3 of Martens & Slawianowski (EQ3.1: c = 0; EQa: c = 2 C).
     """
 
     k: float = 1.0
@@ -236,15 +235,44 @@ class CosOscillator(NamedTuple):
 def one_variable(value: Callable, slope: Callable | None = None, curvature: Callable | None = None) -> Any:
     """Make a function of one variable for a separable potential from plain Python functions.
 
-    value(x), slope(x) = dV/dx, curvature(x): formulas of one argument that run on floats and NumPy arrays, in a form
-    that Numba compiles. Without `slope` it is the complex-step derivative Im V(x + 1e-100 i)/1e-100, exact to rounding
-    for an analytic formula and twice the cost; so is `curvature` of a `slope` that is given (tangent vectors need it).
-    Numbers that the functions read are fixed when they are first compiled; for parameters that stay run-time values
-    write a NamedTuple with the same methods, like those of `fastaff.models.functions`. Where a function returns inf or
-    NaN is outside of its domain: a hard wall for `action_angles`; for integrations give a potential that grows. Returns
-    a NamedTuple with `value`, `slope` and, where given, `curvature`. Raises TypeError for what is not such a function,
-    ValueError where it is not vectorised, not real, or a slope not the derivative.
-    Source: Squire & Trapp 1998, SIAM Review 40, 110 (the complex step).
+    Parameters
+    ----------
+    value : callable
+        V(x), a formula of one argument that runs on floats and NumPy arrays, in a form that Numba compiles.
+    slope : callable, optional
+        dV/dx, of the same kind (default: the complex-step derivative Im V(x + 1e-100 i)/1e-100, exact to rounding for
+        an analytic formula, at twice the cost).
+    curvature : callable, optional
+        d2V/dx2, which tangent vectors need (default: the complex step of a given `slope`).
+
+    Returns
+    -------
+    NamedTuple
+        With the methods `value`, `slope` and, where given, `curvature`.
+
+    Raises
+    ------
+    TypeError
+        An argument is not such a function.
+    ValueError
+        A function is not vectorised or not real, or the slope is not the derivative.
+
+    Notes
+    -----
+    Numbers that the functions read are fixed when they are first compiled. For parameters that stay run-time values
+    write a NamedTuple with the same methods, like those of `fastaff.models.functions`. A point where a function is inf
+    or NaN is outside its domain: a hard wall for `action_angles`. Integrations need a potential that grows instead.
+
+    References
+    ----------
+    Squire & Trapp 1998, SIAM Review 40, 110 (the complex step).
+
+    Examples
+    --------
+    >>> spring = fa.one_variable(lambda x: x**2 / 2)
+    >>> body = fa.Body(fa.SeparableAlphaBeta(spring, spring))
+    >>> spring.value(2.0), spring.slope(2.0)
+    (2.0, 2.0)
     """
     for name, function in (("value", value), ("slope", slope), ("curvature", curvature)):
         if function is not None or name == "value":

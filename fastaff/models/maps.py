@@ -34,7 +34,8 @@ class StandardMap(NamedTuple):
     """The standard map p' = p + K sin x, x' = x + p', x an angle.
 
     The last rotational invariant curve, of the golden mean, breaks at K = 0.971635406.
-    Source: Chirikov 1979, Phys. Rep. 52, 263; Greene 1979, J. Math. Phys. 20, 1183.
+
+    :Source: Chirikov 1979, Phys. Rep. 52, 263; Greene 1979, J. Math. Phys. 20, 1183.
     """
 
     K: float = 0.971635406
@@ -60,10 +61,10 @@ class StandardMap(NamedTuple):
 
 @_map("x", "p")
 class HenonMap(NamedTuple):
-    """Henon's quadratic area-preserving map: a turn by 2 pi nu after the kick x^2,
-    x' = x cos + (p + x^2) sin, p' = -x sin + (p + x^2) cos.
+    """Henon's quadratic area-preserving map: a turn by 2 pi nu after the kick x^2, x' = x cos + (p + x^2) sin, p' = -x
+    sin + (p + x^2) cos.
 
-    Source: Henon 1969, Quart. Appl. Math. 27, 291, whose y is -p.
+    :Source: Henon 1969, Quart. Appl. Math. 27, 291, whose y is -p.
     """
 
     nu: float = 0.2114
@@ -92,7 +93,8 @@ class McMillanMap(NamedTuple):
     """McMillan's integrable map x' = p, p' = -x + 2 m p/(1 + p^2): it has no chaotic orbit.
 
     It keeps x^2 p^2 + x^2 + p^2 - 2 m x p.
-    Source: McMillan 1971, in Topics in Modern Physics, Brittin & Odabasi (eds.), 219.
+
+    :Source: McMillan 1971, in Topics in Modern Physics, Brittin & Odabasi (eds.), 219.
     """
 
     m: float = 1.6
@@ -119,7 +121,7 @@ class McMillanMap(NamedTuple):
 class FroeschleMap(NamedTuple):
     """Two standard maps, coupled: p_1' = p_1 + K_1 sin x_1 + b sin(x_1 + x_2), p_2' likewise, x' = x + p'.
 
-    Source: Froeschle 1972, Astron. Astrophys. 16, 172.
+    :Source: Froeschle 1972, Astron. Astrophys. 16, 172.
     """
 
     K_1: float = 0.5
@@ -152,9 +154,10 @@ class FroeschleMap(NamedTuple):
 class OneTurnMap(NamedTuple):
     """The one-turn map of a linear accelerator lattice with one sextupole and one octupole: the 4-D Henon map.
 
-    A kick p_x += x^2 - y^2 + k (x^3 - 3 x y^2), p_y += -2 x y + k (y^3 - 3 x^2 y), then turns by 2 pi nu_x and
-    2 pi nu_y of the normalised coordinates. A particle is lost where x^2 + y^2 reaches aperture^2.
-    Source: Bazzani, Servizi, Todesco & Turchetti 1994, CERN 94-02; Todesco & Giovannozzi 1996, Phys. Rev. E 53, 4067.
+    A kick p_x += x^2 - y^2 + k (x^3 - 3 x y^2), p_y += -2 x y + k (y^3 - 3 x^2 y), then turns by 2 pi nu_x and 2 pi
+    nu_y of the normalised coordinates. A particle is lost where x^2 + y^2 reaches aperture^2.
+
+    :Source: Bazzani, Servizi, Todesco & Turchetti 1994, CERN 94-02; Todesco & Giovannozzi 1996, Phys. Rev. E 53, 4067.
     """
 
     nu_x: float = 0.28

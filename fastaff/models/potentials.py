@@ -17,9 +17,21 @@ from .separable import SeparableAlphaBeta, SeparableElliptic, SeparableRVartheta
 
 
 class Harmonic(NamedTuple):
-    """V = C (D1^2 + D2^2)/2: the isotropic oscillator of R^4, smooth through det = 0.
+    """V = C (D1^2 + D2^2)/2: the isotropic oscillator of R^4, smooth through det phi = 0.
 
-    Source: Martens & Slawianowski, EQ3.1.
+    Parameters
+    ----------
+    C : float, energy, default 1
+        Stiffness.
+
+    References
+    ----------
+    Martens & Slawianowski, EQ3.1.
+
+    Examples
+    --------
+    >>> fa.Harmonic(C=2.0).value(2.0, 0.0)
+    2.0
     """
 
     C: float = 1.0
@@ -63,9 +75,21 @@ class Harmonic(NamedTuple):
 
 
 class Anharmonic(NamedTuple):
-    """V = C (D1^2 + D2^2)/2 + 4 C/(D1 + D2)^2, separable in three charts; crosses det = 0 smoothly.
+    """V = C (D1^2 + D2^2)/2 + 4 C/(D1 + D2)^2, separable in three charts; crosses det phi = 0 smoothly.
 
-    Source: Martens & Slawianowski, EQa and EQb, which are one function: C (A + B)/2 + 2 C/A.
+    Parameters
+    ----------
+    C : float, energy, default 1
+        Stiffness.
+
+    References
+    ----------
+    Martens & Slawianowski, EQa and EQb, which are one function: C (A + B)/2 + 2 C/A.
+
+    Examples
+    --------
+    >>> fa.Anharmonic().value(2.0, 0.0)
+    2.0
     """
 
     C: float = 1.0
@@ -109,9 +133,21 @@ class Anharmonic(NamedTuple):
 
 
 class Hyperelastic(NamedTuple):
-    """V = C (1/(D1 D2) + (D1^2 + D2^2)/2): lives on det phi > 0, separable in (r, vartheta).
+    """V = C (1/(D1 D2) + (D1^2 + D2^2)/2), defined on det phi > 0, separable in (r, vartheta).
 
-    Source: Martens & Slawianowski, EQ2.2h.
+    Parameters
+    ----------
+    C : float, energy, default 1
+        Stiffness.
+
+    References
+    ----------
+    Martens & Slawianowski, EQ2.2h.
+
+    Examples
+    --------
+    >>> fa.Hyperelastic().value(2.0, 0.0)
+    2.0
     """
 
     C: float = 1.0
@@ -150,7 +186,19 @@ class Hyperelastic(NamedTuple):
 class HeavyTop(NamedTuple):
     """V = C r/2 + A cos(vartheta)/r, with r = alpha^2 + beta^2: separable in (r, vartheta).
 
-    Source: Martens & Slawianowski, EQ2.2f with V_vartheta = A cos(vartheta), the heavy top of section 3.
+    Parameters
+    ----------
+    C, A : float, default 1
+        Strengths of the oscillator and of the field.
+
+    References
+    ----------
+    Martens & Slawianowski, EQ2.2f with V_vartheta = A cos(vartheta), the heavy top of section 3.
+
+    Examples
+    --------
+    >>> fa.HeavyTop().value(2.0, 0.0)
+    1.5
     """
 
     C: float = 1.0
@@ -192,8 +240,20 @@ class HeavyTop(NamedTuple):
 class NeoHookean(NamedTuple):
     """V = G/2 (D1^2 + D2^2 - 2) - G ln(D1 D2) + K/2 (D1 D2 - 1)^2, a compressible material; not separable.
 
-    Source: the compressible neo-Hookean energy of nonlinear elasticity (Ogden 1984, Non-Linear Elastic Deformations,
-    section 7.2), in two dimensions; beyond the paper.
+    Parameters
+    ----------
+    G, K : float, energy, default 1 and 2
+        Shear modulus, and coefficient of the volume term.
+
+    References
+    ----------
+    The compressible neo-Hookean energy of nonlinear elasticity (Ogden 1984, Non-Linear Elastic Deformations, section
+    7.2), in two dimensions; beyond the paper.
+
+    Examples
+    --------
+    >>> fa.NeoHookean().value(2.0, 0.0)
+    np.float64(0.0)
     """
 
     G: float = 1.0

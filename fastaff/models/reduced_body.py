@@ -21,8 +21,8 @@ class ReducedBody(NamedTuple):
     periodic orbit of the body: after a period the body has turned by some angles eta and gamma, and is periodic itself
     only where both are rational turns. Make it with `reduced`, which checks its arguments.
 
-    Source: Arnold 1989, Mathematical Methods of Classical Mechanics, app. 5 (reduction); H is EQ2.1 of Martens &
-    Slawianowski in the chart EQ2.0b.
+    :Source: Arnold 1989, Mathematical Methods of Classical Mechanics, app. 5 (reduction); H is EQ2.1 of Martens &
+        Slawianowski in the chart EQ2.0b.
     """
 
     potential: Any
@@ -121,14 +121,38 @@ class ReducedBody(NamedTuple):
 def reduced(body: Body, *, p_eta: float, p_gamma: float) -> ReducedBody:
     """Reduce a doubly isotropic body by its rotations to the two degrees of freedom alpha and beta.
 
-    Parameters: body; p_eta, p_gamma: the angular momenta of the planes a and b, which the motion conserves. Returns
-    ReducedBody, a model like any other; its `from_planes` and `to_planes` convert phase points of the body. The section
-    p_alpha = 0, Linear(normal=(0, 0, 1, 0)), is the body's AlphaTurning; p_beta = 0, Linear(normal=(0, 0, 0, 1)), its
-    BetaTurning where p_gamma is not 0. Raises TypeError for another model, ValueError for wrong numbers.
+    Parameters
+    ----------
+    body : `Body`
+        Body with a doubly isotropic potential.
+    p_eta, p_gamma : float, action
+        Angular momenta of the planes a and b, which the motion conserves.
 
-    Half the rows of the body, so twice the speed, and a periodic orbit has no neutral directions but the flow's and the
-    energy's.
-    Source: Arnold 1989, Mathematical Methods of Classical Mechanics, app. 5; EQ2.1, EQ2.0b of Martens & Slawianowski.
+    Returns
+    -------
+    `ReducedBody`
+        A model like any other; `from_planes` and `to_planes` convert phase points of the body.
+
+    Raises
+    ------
+    TypeError, ValueError
+        The model is of another kind; a number is wrong.
+
+    Notes
+    -----
+    The section p_alpha = 0, Linear(normal=(0, 0, 1, 0)), is the body's AlphaTurning. The section p_beta = 0,
+    Linear(normal=(0, 0, 0, 1)), is its BetaTurning where p_gamma is not 0. The reduced body has half the rows, so twice
+    the speed. The only neutral directions of its periodic orbits are those of the flow and of the energy.
+
+    References
+    ----------
+    Arnold 1989, Mathematical Methods of Classical Mechanics, app. 5; EQ2.1, EQ2.0b of Martens & Slawianowski.
+
+    Examples
+    --------
+    >>> model = fa.reduced(fa.Body(fa.Hyperelastic()), p_eta=0.2, p_gamma=0.1)
+    >>> model.coordinates
+    ('alpha', 'beta')
     """
     if not isotropic(body):
         raise TypeError(

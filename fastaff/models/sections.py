@@ -28,7 +28,19 @@ def _section(cls):
 class Linear(NamedTuple):
     """The hyperplane normal . z = offset of the phase space, for a system of any number of degrees of freedom.
 
-    `normal` has 2n entries in the row order of z; x = 0 of Henon-Heiles is Linear(normal=(1, 0, 0, 0)).
+    Parameters
+    ----------
+    normal : tuple of 2n floats
+        Entries in the row order of z; x = 0 of Henon-Heiles is Linear(normal=(1, 0, 0, 0)).
+    offset : float, default 0
+        Value of normal . z on the section.
+    direction : {1, -1, 0}, default 1
+        Sign of the crossings that count; 0: both.
+
+    Examples
+    --------
+    >>> fa.Linear((1.0, 0.0, 0.0, 0.0), offset=0.25).value(0.5, 0.0, 0.3, 0.0)
+    0.25
     """
 
     normal: tuple[float, ...]
@@ -45,10 +57,21 @@ class Linear(NamedTuple):
 
 @_section
 class AlphaTurning(NamedTuple):
-    """Turning points of alpha, p_alpha = 0: the function is alpha p_alpha = a . p_a.
+    """Turning points of alpha, p_alpha = 0: the section function is alpha p_alpha = a . p_a.
 
-    Increasing (direction +1) at a minimum of alpha, decreasing at a maximum.
-    Source: EQ2.0b of Martens & Slawianowski.
+    Parameters
+    ----------
+    direction : {1, -1, 0}, default 1
+        +1, increasing: minima of alpha; -1, decreasing: maxima; 0: both.
+
+    References
+    ----------
+    EQ2.0b of Martens & Slawianowski.
+
+    Examples
+    --------
+    >>> fa.AlphaTurning().value(1.0, 0.0, 0.5, 0.0, 0.3, 0.1, 0.0, 0.2)
+    0.3
     """
 
     direction: int = 1
@@ -60,10 +83,21 @@ class AlphaTurning(NamedTuple):
 
 @_section
 class BetaTurning(NamedTuple):
-    """Turning points of beta, p_beta = 0: the function is beta p_beta = b . p_b, smooth through beta = 0.
+    """Turning points of beta, p_beta = 0: the section function is beta p_beta = b . p_b, smooth through beta = 0.
 
-    Increasing (direction +1) at a minimum of beta, decreasing at a maximum.
-    Source: EQ2.0b of Martens & Slawianowski.
+    Parameters
+    ----------
+    direction : {1, -1, 0}, default 1
+        +1, increasing: minima of beta; -1, decreasing: maxima; 0: both.
+
+    References
+    ----------
+    EQ2.0b of Martens & Slawianowski.
+
+    Examples
+    --------
+    >>> fa.BetaTurning().value(1.0, 0.0, 0.5, 0.0, 0.3, 0.1, 0.2, 0.2)
+    0.1
     """
 
     direction: int = 1
@@ -75,7 +109,20 @@ class BetaTurning(NamedTuple):
 
 @_section
 class AlphaEquals(NamedTuple):
-    """The surface alpha = constant: the function is alpha - constant."""
+    """The surface alpha = constant: the section function is alpha - constant.
+
+    Parameters
+    ----------
+    constant : float > 0
+        Value of alpha.
+    direction : {1, -1, 0}, default 1
+        Sign of the crossings that count; 0: both.
+
+    Examples
+    --------
+    >>> fa.AlphaEquals(1.2).value(1.5, 0.0, 0.5, 0.0, 0.0, 0.0, 0.0, 0.0).round(9)
+    np.float64(0.3)
+    """
 
     constant: float
     direction: int = 1
@@ -87,7 +134,20 @@ class AlphaEquals(NamedTuple):
 
 @_section
 class BetaEquals(NamedTuple):
-    """The surface beta = constant > 0: the function is beta - constant."""
+    """The surface beta = constant > 0: the section function is beta - constant.
+
+    Parameters
+    ----------
+    constant : float > 0
+        Value of beta.
+    direction : {1, -1, 0}, default 1
+        Sign of the crossings that count; 0: both.
+
+    Examples
+    --------
+    >>> fa.BetaEquals(0.25).value(1.5, 0.0, 0.5, 0.0, 0.0, 0.0, 0.0, 0.0)
+    np.float64(0.25)
+    """
 
     constant: float
     direction: int = 1
@@ -99,9 +159,23 @@ class BetaEquals(NamedTuple):
 
 @_section
 class AreaEquals(NamedTuple):
-    """The surface D1 D2 = constant (area ratio of the deformation): the function is det phi - constant.
+    """The surface D1 D2 = constant (area ratio of the deformation): the section function is det phi - constant.
 
-    Source: EQ2.2x of Martens & Slawianowski, D1 D2 = (alpha^2 - beta^2)/2.
+    Parameters
+    ----------
+    constant : float, default 1
+        Value of det phi.
+    direction : {1, -1, 0}, default 1
+        Sign of the crossings that count; 0: both.
+
+    References
+    ----------
+    EQ2.2x of Martens & Slawianowski, D1 D2 = (alpha^2 - beta^2)/2.
+
+    Examples
+    --------
+    >>> fa.AreaEquals().value(2.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    0.5
     """
 
     constant: float = 1.0
@@ -114,10 +188,25 @@ class AreaEquals(NamedTuple):
 
 @_section
 class Stroboscopic(NamedTuple):
-    """The moments at which the drive of a driven system has a phase: t = phase, up to whole periods.
+    """Times at which the drive of a driven system has a given phase: t = phase, up to whole periods.
 
-    Its crossings are exact multiples of the period apart; a start on it is none. phase: a time.
-    Source: Poincare 1899, Les methodes nouvelles de la mecanique celeste III (the map over a period).
+    Crossings are exact multiples of the period apart; a start on the section is no crossing.
+
+    Parameters
+    ----------
+    phase : float, time, default 0
+        Phase of the drive.
+
+    References
+    ----------
+    Poincare 1899, Les methodes nouvelles de la mecanique celeste III (the map over a period).
+
+    Examples
+    --------
+    >>> pendulum = fa.hamiltonian("-(1 + e*cos(t))*cos(x)", coordinates="x", period="2*pi", e=0.1)
+    >>> cut = fa.poincare_map(pendulum, [0.3, 0.0], section=fa.models.sections.Stroboscopic(), crossings=3)
+    >>> (cut.times[:, 0] / (2 * np.pi)).round(9)
+    array([1., 2., 3.])
     """
 
     phase: float = 0.0

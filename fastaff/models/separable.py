@@ -20,7 +20,19 @@ TINY = 1e-300
 class SeparableAlphaBeta(NamedTuple):
     """V = V_alpha(alpha) + V_beta(beta).
 
-    Source: Martens & Slawianowski, EQ2.1 (V_eta, V_gamma: `StackelBody`).
+    Parameters
+    ----------
+    V_alpha, V_beta : functions of one variable
+        Of `fastaff.models`, or of `one_variable`.
+
+    References
+    ----------
+    Martens & Slawianowski, EQ2.1 (V_eta, V_gamma: `StackelBody`).
+
+    Examples
+    --------
+    >>> fa.SeparableAlphaBeta(fa.models.Oscillator(k=1.0), fa.models.Oscillator(k=4.0)).value(1.0, 1.0)
+    np.float64(2.5)
     """
 
     V_alpha: Any
@@ -61,7 +73,19 @@ class SeparableAlphaBeta(NamedTuple):
 class SeparableRVartheta(NamedTuple):
     """V = V_r(r) + V_vartheta(vartheta)/r, with r = alpha^2 + beta^2, tan(vartheta/2) = beta/alpha.
 
-    Source: Martens & Slawianowski, EQ2.2f (V_eta, V_gamma: `StackelBody`).
+    Parameters
+    ----------
+    V_r, V_vartheta : functions of one variable
+        Of `fastaff.models`, or of `one_variable`.
+
+    References
+    ----------
+    Martens & Slawianowski, EQ2.2f (V_eta, V_gamma: `StackelBody`).
+
+    Examples
+    --------
+    >>> fa.SeparableRVartheta(fa.models.Spring(k=1.0), fa.models.Cosine(k=0.5)).value(1.0, 0.0)
+    np.float64(1.0)
     """
 
     V_r: Any
@@ -114,7 +138,20 @@ class SeparableElliptic(NamedTuple):
 
     alpha = sqrt2 cosh(kappa) cos(lambda), beta = sqrt2 sinh(kappa) sin(lambda). The chart's focus kappa = lambda = 0 is
     the undeformed body: V is 0/0 there where V_kappa(0) + V_lambda(0) = 0, else singular.
-    Source: Martens & Slawianowski, the elliptic Hamiltonian of section 3 (V_eta, V_gamma: `StackelBody`).
+
+    Parameters
+    ----------
+    V_kappa, V_lambda : functions of one variable
+        Of `fastaff.models`, or of `one_variable`.
+
+    References
+    ----------
+    Martens & Slawianowski, the elliptic Hamiltonian of section 3 (V_eta, V_gamma: `StackelBody`).
+
+    Examples
+    --------
+    >>> fa.SeparableElliptic(fa.models.CoshOscillator(), fa.models.CosOscillator()).value(3.0, 0.5)
+    np.float64(1.75)
     """
 
     V_kappa: Any
@@ -192,12 +229,13 @@ class SeparableElliptic(NamedTuple):
 
 @planar_body
 class StackelBody(NamedTuple):
-    """Body with angular potentials: H = |p|^2/(2 mu) + V(alpha, beta) + V_eta(eta)/alpha^2 + V_gamma(gamma)/beta^2.
+    """Body with angular potentials: H = ``|p|^2``/(2 mu) + V(alpha, beta) + V_eta(eta)/alpha^2 + V_gamma(gamma)/beta^2.
 
     `potential` is a doubly isotropic one, V_eta and V_gamma functions of one angle (period 2 pi), mu > 0. With a
     potential of one of the separable families the body is integrable, without being isotropic: spin and vorticity are
     no constants.
-    Source: Martens & Slawianowski, EQ2.1, EQ2.2f and the elliptic Hamiltonian of section 3.
+
+    :Source: Martens & Slawianowski, EQ2.1, EQ2.2f and the elliptic Hamiltonian of section 3.
     """
 
     potential: Any

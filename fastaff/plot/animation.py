@@ -66,13 +66,15 @@ def animate(
     """Animate motions: of a body the ellipse that the unit circle of its material becomes, with its material lines; of
     a system of two coordinates its point on the lines of equal potential.
 
-    Parameters: model: a body in the two planes, whose phase points have 8 rows, or any of two degrees of freedom; z0
-    (2n,) or (2n, motions): one panel each; time > 0; frames, at equal times from 0 on; rate: frames a second; accuracy,
-    threads as in `integrate`; titles: above the panels. A body's panel has its stretches D1 and D2 against time below
-    it; the material line in another colour shows how it turns, its end leaves a trace. A motion that escapes stays
-    where it was last. Returns Animation, which `save_animation` writes. Raises ValueError or TypeError for wrong input.
-    Cost: one integration, and about 0.05 s for each frame that is written.
-    Source: Martens & Slawianowski, section 2 (y = phi a), section 3 (D1, D2).
+    :Parameters: model: a body in the two planes, whose phase points have 8 rows, or any of two degrees of freedom; z0
+        (2n,) or (2n, motions): one panel each; time > 0; frames, at equal times from 0 on; rate: frames a second;
+        accuracy, threads as in `integrate`; titles: above the panels. A body's panel has its stretches D1 and D2
+        against time below it; the material line in another colour shows how it turns, its end leaves a trace. A motion
+        that escapes stays where it was last.
+    :Returns: Animation, which `save_animation` writes.
+    :Raises: ValueError or TypeError for wrong input.
+    :Cost: one integration, and about 0.05 s for each frame that is written.
+    :Source: Martens & Slawianowski, section 2 (y = phi a), section 3 (D1, D2).
     """
     time, frames, rate = positive("time", time), whole("frames", frames, 2), whole("rate", rate, 1)
     rows = np.shape(z0)[0] if np.ndim(z0) else 0
@@ -261,9 +263,10 @@ def save_animation(
 ) -> Path:
     """Write an animation as a GIF, or as an MP4 where ffmpeg is installed; return the path.
 
-    Parameters: path: ends with .gif or .mp4; dpi: pixels an inch; force: replace an existing file instead of numbering
-    the new one; report(fraction). The file is whole or not there: it is written beside its place and moved. Raises
-    ValueError for another ending and where ffmpeg is missing, FileNotFoundError for a folder that does not exist.
+    :Parameters: path: ends with .gif or .mp4; dpi: pixels an inch; force: replace an existing file instead of numbering
+        the new one; report(fraction). The file is whole or not there: it is written beside its place and moved.
+    :Raises: ValueError for another ending and where ffmpeg is missing, FileNotFoundError for a folder that does not
+        exist.
     """
     from matplotlib.animation import FFMpegWriter
 

@@ -36,16 +36,17 @@ def plot_backbone(
 ) -> Artists:
     """Draw the frequency 1/T of families of periodic orbits against their energy, solid where they are stable.
 
-    Parameters: branches: of `continuation`, one or many; those followed both ways from one orbit may have the same
-    name; parameter: what was followed, the energy or a parameter of the model; angular: draw 2 pi/T, in radians per
-    unit time, instead of cycles; names: of the families, for the legend; bifurcations: mark them.
+    :Parameters: branches: of `continuation`, one or many; those followed both ways from one orbit may have the same
+        name; parameter: the quantity followed, the energy or a parameter of the model; angular: draw 2 pi/T, in radians
+        per unit time, instead of cycles; names: of the families, for the legend; bifurcations: mark them.
 
     Solid: elliptic (multipliers on the unit circle), dashed: hyperbolic, inverse hyperbolic or complex. T is the period
-    in time of the whole orbit, of relative periodic orbits that of the reduced motion. Returns Artists: points are the
-    solid and dashed curves, NaN elsewhere; lines the marks of bifurcations, labels the legend; `missing` counts points
-    of branches without a period. A click picks the point of a branch.
-    Source: Kerschen et al. 2009, Mech. Syst. Signal Process. 23, 170 (frequency-energy plots of nonlinear normal
-    modes).
+    in time of the whole orbit, of relative periodic orbits that of the reduced motion.
+
+    :Returns: Artists: points are the solid and dashed curves, NaN elsewhere; lines the marks of bifurcations, labels
+        the legend; `missing` counts points of branches without a period. A click picks the point of a branch.
+    :Source: Kerschen et al. 2009, Mech. Syst. Signal Process. 23, 170 (frequency-energy plots of nonlinear normal
+        modes).
     """
     listed = [branches] if isinstance(branches, Branch) else list(branches)
     if names is not None and len(names) != len(listed):
@@ -119,7 +120,7 @@ def plot_bifurcation(
 ) -> Artists:
     """Mark a bifurcation on a plot of frequency against energy, or the parameter that was followed.
 
-    Returns Artists: points is the mark, of the shape that `plot_backbone` gives it.
+    :Returns: Artists: points is the mark, of the shape that `plot_backbone` gives it.
     """
     mark = _mark(ax, [bifurcation], bifurcation.event, 2 * math.pi if angular else 1.0)
     ax.annotate(

@@ -43,11 +43,12 @@ def plot_chaos_map(
 ) -> Artists:
     """Draw an indicator, or the verdict, of orbits over the section where they started.
 
-    Parameters: starts: the Grid (cells) or Sample (points) of the orbits; indicator: a name in chaos_map.names, None
-    for the verdict; boundary: of `edge`; norm, or vmin and vmax: the colour scale, by default `limit_scale` about the
-    median of the limits; size: area of a point of a Sample in square points. Returns Artists: points are the cells or
-    dots, lines the boundary; `missing` counts the orbits without a value, which are grey, and the legend says why.
-    Cells that the energy does not reach stay white. A click picks the orbit (`picked`).
+    :Parameters: starts: the Grid (cells) or Sample (points) of the orbits; indicator: a name in chaos_map.names, None
+        for the verdict; boundary: of `edge`; norm, or vmin and vmax: the colour scale, by default `limit_scale` about
+        the median of the limits; size: area of a point of a Sample in square points.
+    :Returns: Artists: points are the cells or dots, lines the boundary; `missing` counts the orbits without a value,
+        which are grey, and the legend says why. Cells that the energy does not reach stay white. A click picks the
+        orbit (`picked`).
     """
     if indicator is not None and indicator not in chaos_map.names:
         raise ValueError(f"indicator must be one of {', '.join(chaos_map.names)} or None, got {indicator!r}")
@@ -123,10 +124,11 @@ def plot_chaotic_fraction(
 ) -> Artists:
     """Draw the chaotic fraction against a parameter with its 95 % intervals, or as a map over two parameters.
 
-    Parameters: scan: of `chaotic_fraction`; colour, marker, label: of the curve of one parameter; colorbar: beside a
-    map of two. Returns Artists. Curve: points are the error bars, lines the pale band that undecided orbits leave open,
-    and the grey part where the energy reaches nothing. Map: points are the cells; cases without orbits are hatched.
-    `missing` counts cases without a value.
+    :Parameters: scan: of `chaotic_fraction`; colour, marker, label: of the curve of one parameter; colorbar: beside a
+        map of two.
+    :Returns: Artists. Curve: points are the error bars, lines the pale band that undecided orbits leave open, and the
+        grey part where the energy reaches nothing. Map: points are the cells; cases without orbits are hatched.
+        `missing` counts cases without a value.
     """
     fraction = scan.fraction
     missing = int(np.count_nonzero(~np.isfinite(fraction)))
@@ -186,11 +188,12 @@ def plot_history(
 ) -> Artists:
     """Draw how an indicator of orbits changed in time, with power laws for comparison.
 
-    Parameters: chaos_map: with a history; indicator: a name in chaos_map.names; orbits: numbers of those drawn
-    (default: up to 40); slopes: exponents s of laws t^s, such as -2 (k - n) for GALI_k of regular orbits; labels: write
-    the exponents beside their lines. Returns Artists: points are the curves, lines the laws. Time is logarithmic;
-    indicators that are logarithms are drawn as such, not far below the limit (the dotted line). Regular orbits dark and
-    solid, chaotic ones orange and thin, undecided ones dotted; `missing` counts orbits of the choice without a record.
+    :Parameters: chaos_map: with a history; indicator: a name in chaos_map.names; orbits: numbers of those drawn
+        (default: up to 40); slopes: exponents s of laws t^s, such as -2 (k - n) for GALI_k of regular orbits; labels:
+        write the exponents beside their lines.
+    :Returns: Artists: points are the curves, lines the laws. Time is logarithmic; indicators that are logarithms are
+        drawn as such, not far below the limit (the dotted line). Regular orbits dark and solid, chaotic ones orange and
+        thin, undecided ones dotted; `missing` counts orbits of the choice without a record.
     """
     if indicator not in chaos_map.names:
         raise ValueError(f"indicator must be one of {', '.join(chaos_map.names)}, got {indicator!r}")

@@ -28,12 +28,13 @@ class Density(NamedTuple):
 def count_points(x: Any, y: Any, *, edges: tuple[Any, Any], values: Any = None) -> Density:
     """Count points in the cells between edges, exactly, and average a value of each over them.
 
-    Parameters: x, y (points,); edges: ascending numbers along both axes, two at least; values (points,), or fewer,
-    which are taken again and again: of orbits, where the crossings of all of them follow one another. A point on an
-    edge is in the cell above it, on the last edge in the last cell; points beyond and points that are not finite are
-    not counted. Returns Density, the counts those of `numpy.histogram2d`. Raises ValueError or TypeError for wrong
-    input.
-    Cost: about 10 ns a point.
+    :Parameters: x, y (points,); edges: ascending numbers along both axes, two at least; values (points,), or fewer,
+        which are taken again and again: of orbits, where the crossings of all of them follow one another. A point on an
+        edge is in the cell above it, on the last edge in the last cell; points beyond and points that are not finite
+        are not counted.
+    :Returns: Density, the counts those of `numpy.histogram2d`.
+    :Raises: ValueError or TypeError for wrong input.
+    :Cost: about 10 ns a point.
     """
     u, v = (np.ascontiguousarray(numbers(name, given)).ravel() for name, given in (("x", x), ("y", y)))
     if u.size != v.size:

@@ -39,14 +39,15 @@ def plot_frequency_map(
 ) -> Artists:
     """Draw orbits in the plane of two frequencies, or ratios of frequencies, with resonance lines.
 
-    Parameters: x, y: names or ratios such as "beta/alpha", by default second row and gamma to the first row for a body,
-    the first two rows to the third one for other flows of three coordinates or more, whose leading lines are drawn,
-    else the two rows; values: colours (orbits,), the name of a column of the map or a `Colouring` of another result of
-    the same orbits, by default the map's diffusion on its `diffusion_scale`; norm, vmin, vmax, label as in
-    `plot_section`; lines: integers (k1, k2, k0), each for k1 X + k2 Y + k0 = 0, where X and Y are ratios to one
-    frequency: a resonance k . nu = 0; shown: a mask of orbits; limits: (x0, x1), (y0, y1). Returns Artists; `missing`
-    counts orbits that are not OK or not shown. Vertical lines n X = m are labelled m:n above the frame, the others by
-    their equation; a label without room is left out, its line is drawn. A click picks the orbit (`picked`).
+    :Parameters: x, y: names or ratios such as "beta/alpha", by default second row and gamma to the first row for a
+        body, the first two rows to the third one for other flows of three coordinates or more, whose leading lines are
+        drawn, else the two rows; values: colours (orbits,), the name of a column of the map or a `Colouring` of another
+        result of the same orbits, by default the map's diffusion on its `diffusion_scale`; norm, vmin, vmax, label as
+        in `plot_section`; lines: integers (k1, k2, k0), each for k1 X + k2 Y + k0 = 0, where X and Y are ratios to one
+        frequency: a resonance k . nu = 0; shown: a mask of orbits; limits: (x0, x1), (y0, y1).
+    :Returns: Artists; `missing` counts orbits that are not OK or not shown. Vertical lines n X = m are labelled m:n
+        above the frame, the others by their equation; a label without room is left out, its line is drawn. A click
+        picks the orbit (`picked`).
     """
     names = frequency_map.names
     body = getattr(frequency_map, "nu_eta", None) is not None
@@ -91,8 +92,9 @@ def plot_frequency_map(
 def plot_tunes(tunes: Any, *, ax: Any = None, values: Any = None, **options: Any) -> Artists:
     """Draw orbits in the plane of their tunes, modulo 1; of one plane, its tune from orbit to orbit.
 
-    Parameters: as `plot_frequency_map`, whose resonance lines k1 X + k2 Y + k0 = 0 are those of tunes too; values: by
-    default the diffusion. Returns Artists.
+    :Parameters: as `plot_frequency_map`, whose resonance lines k1 X + k2 Y + k0 = 0 are those of tunes too; values: by
+        default the diffusion.
+    :Returns: Artists.
     """
     values = tunes.diffusion if values is None else values
     if len(tunes.names) > 1:

@@ -17,8 +17,8 @@ from .style import DARK, LINES, PLATE, Artists, figure, nothing
 def plot_rotation(result: Rotation, x: Any = None, *, ax: Any = None, label: str = "orbit") -> Artists:
     """Draw rotation numbers with their errors against a number of each orbit.
 
-    Parameters: x (orbits,): such as where the orbits start on a line, by default their numbers; label: of that axis.
-    Returns Artists: points are the dots with bars; `missing` counts orbits without a rotation number.
+    :Parameters: x (orbits,): such as where the orbits start on a line, by default their numbers; label: of that axis.
+    :Returns: Artists: points are the dots with bars; `missing` counts orbits without a rotation number.
     """
     rotation, error = np.atleast_1d(result.rotation), np.atleast_1d(result.error)
     at = np.arange(rotation.size) if x is None else np.asarray(x, float)
@@ -39,8 +39,8 @@ def plot_islands(result: Islands, *, ax: Any = None, labels: bool = True) -> Art
     """Draw the chains of islands on a section: the middle of each island, its size as an ellipse, and p/q beside the
     first of each chain.
 
-    Returns Artists: points are the middles, lines the ellipses, labels the rotation numbers; `missing` counts orbits of
-    no chain. A click picks orbit and island. Over a section the axes keep their names.
+    :Returns: Artists: points are the middles, lines the ellipses, labels the rotation numbers; `missing` counts orbits
+        of no chain. A click picks orbit and island. Over a section the axes keep their names.
     """
     from matplotlib.patches import Ellipse
 

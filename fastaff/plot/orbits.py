@@ -24,10 +24,10 @@ def plot_orbits(
 ) -> Artists:
     """Draw the samples of orbits as curves of two coordinates, or of one against time; without samples their ends.
 
-    Parameters: x, y: names of coordinates or momenta, of a body those of any chart, x also "time"; by default the first
-    two coordinates, of a body alpha and beta; orbits: numbers of those drawn (default: up to 40). Curves of orbits that
-    failed are grey. Returns Artists: points are the curves; `missing` counts orbits not drawn. A click picks orbit and
-    sample.
+    :Parameters: x, y: names of coordinates or momenta, of a body those of any chart, x also "time"; by default the
+        first two coordinates, of a body alpha and beta; orbits: numbers of those drawn (default: up to 40). Curves of
+        orbits that failed are grey.
+    :Returns: Artists: points are the curves; `missing` counts orbits not drawn. A click picks orbit and sample.
     """
     body = len(result.z) == 8
     x, y = x or ("alpha" if body else result.names[0]), y or ("beta" if body else result.names[1 % len(result.names)])
@@ -71,8 +71,8 @@ def _row(result: Orbits, states: np.ndarray, name: str) -> np.ndarray:
 def plot_tangent_map(result: TangentMap, *, ax: Any = None) -> Artists:
     """Draw how long the tangent vectors of each orbit have become.
 
-    Returns Artists: points are the dots of each vector, log10 of its length against the number of the orbit; `missing`
-    counts orbits that are not OK. A click picks the orbit.
+    :Returns: Artists: points are the dots of each vector, log10 of its length against the number of the orbit;
+        `missing` counts orbits that are not OK. A click picks the orbit.
     """
     from matplotlib.ticker import MaxNLocator
 

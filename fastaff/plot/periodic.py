@@ -45,14 +45,17 @@ def plot_periodic(
     """Mark the crossings of periodic orbits on the axis of a section and label each orbit once with its period and
     residue.
 
-    Parameters: orbits: PeriodicOrbits; those not OK are not drawn; x, y: names of coordinates or momenta (of the chart,
-    for a body), by default those free on the section; labels: write "period: residue" beside the crossing with most
-    room; legend: name the marks; fontsize in points. Returns Artists: points are the lines of marks, one for each kind;
-    `missing` counts orbits not drawn. A click picks orbit and crossing. Raises ValueError for names that are none.
+    :Parameters: orbits: PeriodicOrbits; those not OK are not drawn; x, y: names of coordinates or momenta (of the
+        chart, for a body), by default those free on the section; labels: write "period: residue" beside the crossing
+        with most room; legend: name the marks; fontsize in points.
+    :Returns: Artists: points are the lines of marks, one for each kind; `missing` counts orbits not drawn. A click
+        picks orbit and crossing.
+    :Raises: ValueError for names that are none.
 
     Filled circle: elliptic, square: parabolic, cross: hyperbolic, diamond: inverse hyperbolic (with reflection), plus:
     complex. Set the limits of the axis before, so that labels find the room that there is.
-    Source: Greene 1979, J. Math. Phys. 20, 1183 (residue); colours: Okabe & Ito 2008, Color Universal Design.
+
+    :Source: Greene 1979, J. Math. Phys. 20, 1183 (residue); colours: Okabe & Ito 2008, Color Universal Design.
     """
     names, rows = _coordinates(orbits, chart)
     free = _free(orbits, names)

@@ -14,8 +14,8 @@ REACH = 5.0
 
 
 class Picked(NamedTuple):
-    """What was picked: the number of the orbit in its result, the number of its crossing (None where the artist has one
-    mark for each orbit), and the coordinates x, y on the axes.
+    """Artist, orbit and crossing picked: the number of the orbit in its result, the number of its crossing (None where
+    the artist has one mark for each orbit), and the coordinates x, y on the axes.
     """
 
     orbit: int

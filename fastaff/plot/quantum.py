@@ -44,12 +44,13 @@ def plot_levels(
 ) -> Artists:
     """Draw levels against a parameter, or against m or l, as curves, so that their crossings are seen.
 
-    Parameters: diagram: of `level_diagram` or `class_diagram`; unit: what E is divided by, one number or (points,),
-    such as hbar omega, and ylabel then says so; numbers: write the quantum numbers of the curves at their right ends;
-    marker: of the points, by default dots where they are whole numbers. Curves of one class that separates are coloured
-    by its second quantum number, several classes by their own. Returns Artists: points are the curves, lines the grey
-    part above the highest level computed (of the class where it is lowest), where curves would be missing, labels the
-    quantum numbers written; `missing` counts curves that are all in that part.
+    :Parameters: diagram: of `level_diagram` or `class_diagram`; unit: divisor of E, one number or (points,), such as
+        hbar omega, which ylabel then states; numbers: write the quantum numbers of the curves at their right ends;
+        marker: of the points, by default dots where they are whole numbers. Curves of one class that separates are
+        coloured by its second quantum number, several classes by their own.
+    :Returns: Artists: points are the curves, lines the grey part above the highest level computed (of the class where
+        it is lowest), where curves would be missing, labels the quantum numbers written; `missing` counts curves that
+        are all in that part.
     """
     order = np.argsort(diagram.values, kind="stable")
     x, scale = diagram.values[order], np.broadcast_to(np.asarray(unit, float), diagram.values.shape)[order]
@@ -142,10 +143,10 @@ def _beside(ax: Any, x: float, y: float, text: str, **style: Any) -> Any:
 def plot_spectrum(
     levels: LevelTable, *, ax: Any = None, unit: float = 1.0, ylabel: str = ENERGY, colorbar: bool = True
 ) -> Artists:
-    """Draw the levels of many classes as short lines over their spin m, coloured by |l|.
+    """Draw the levels of many classes as short lines over their spin m, coloured by ``|l|``.
 
-    Parameters: levels: of `all_levels` or `level_list`; unit: what E is divided by, and ylabel then says so.
-    Returns Artists: points are the lines, wider for smaller |l| so that none is hidden; `missing` is 0.
+    :Parameters: levels: of `all_levels` or `level_list`; unit: divisor of E, which ylabel then states.
+    :Returns: Artists: points are the lines, wider for smaller ``|l|`` so that none is hidden; `missing` is 0.
     """
     import matplotlib
     from matplotlib.collections import LineCollection
@@ -177,8 +178,8 @@ def plot_spectrum(
 def plot_degeneracies(levels: LevelTable, *, ax: Any = None, unit: float = 1.0, xlabel: str = ENERGY) -> Artists:
     """Draw how many levels each multiplet has against its energy.
 
-    Parameters: levels: of `all_levels` or `level_list`; unit: what E is divided by, and xlabel then says so.
-    Returns Artists: points are the dots, lines their stems; `missing` is 0.
+    :Parameters: levels: of `all_levels` or `level_list`; unit: divisor of E, which xlabel then states.
+    :Returns: Artists: points are the dots, lines their stems; `missing` is 0.
     """
     gathered = levels.multiplets()
     E, degeneracy = gathered.E / unit, gathered.degeneracy
@@ -204,12 +205,14 @@ def plot_density(
     """Draw the probability density of two deformation invariants in a state, with the turning curve and the boundary
     det phi = 0.
 
-    Parameters: state: such as `wavefunction` and `LevelTable.state` return; body: its Body, for the classical turning
-    curve V + hbar^2 (a^2/alpha^2 + b^2/beta^2)/(2 mu) = E; chart: ALPHA_BETA, R_VARTHETA or TWO_POLAR (default: the
-    state's); limits: ((x0, x1), (y0, y1)), by default all but a thousandth of the probability at either end; points:
-    along each axis; norm: a colour scale. Returns Artists: points are the image, lines the turning curve (white, where
-    there is a body) and det phi = 0 (dashed, where it passes through the frame), `missing` is 0. The density is per
-    unit of both coordinates: its integral is 1. Raises ValueError for a chart that it does not take.
+    :Parameters: state: such as `wavefunction` and `LevelTable.state` return; body: its Body, for the classical turning
+        curve V + hbar^2 (a^2/alpha^2 + b^2/beta^2)/(2 mu) = E; chart: ALPHA_BETA, R_VARTHETA or TWO_POLAR (default: the
+        state's); limits: ((x0, x1), (y0, y1)), by default all but a thousandth of the probability at either end;
+        points: along each axis; norm: a colour scale.
+    :Returns: Artists: points are the image, lines the turning curve (white, where there is a body) and det phi = 0
+        (dashed, where it passes through the frame), `missing` is 0. The density is per unit of both coordinates: its
+        integral is 1.
+    :Raises: ValueError for a chart that it does not take.
     """
     import matplotlib.patheffects as effects
 

@@ -45,11 +45,12 @@ def plot_husimi(
     """Draw a Husimi function over a section, with crossings of classical orbits of the same energy as dots, and with
     periodic orbits, whose scars it may have.
 
-    Parameters: grid: of `energy_grid`; values (orbits,): the Husimi function at grid.z0; section_map: a SectionMap of
-    orbits on the same section; boundary: of `edge`; peak: the value of the darkest colour, the largest by default;
-    size: area of a dot in square points; orbits: PeriodicOrbits on the same section, marked by their stability. White
-    is 0, and what the energy does not reach. Returns Artists: points are the cells, lines the dots, the boundary and
-    the marks; `missing` counts values that are not finite. A click picks the orbit of a cell.
+    :Parameters: grid: of `energy_grid`; values (orbits,): the Husimi function at grid.z0; section_map: a SectionMap of
+        orbits on the same section; boundary: of `edge`; peak: the value of the darkest colour, the largest by default;
+        size: area of a dot in square points; orbits: PeriodicOrbits on the same section, marked by their stability.
+        White is 0, and cells that the energy does not reach.
+    :Returns: Artists: points are the cells, lines the dots, the boundary and the marks; `missing` counts values that
+        are not finite. A click picks the orbit of a cell.
     """
     from matplotlib.colors import LinearSegmentedColormap, Normalize
 
@@ -98,10 +99,11 @@ def plot_spacings(
 ) -> Artists:
     """Draw a histogram of unfolded spacings, as a density, with laws for comparison.
 
-    Parameters: spacings (n,), mean about 1; laws: label to SpacingLaw, such as {"Poisson": BerryRobnik(0.0)}, or laws
-    alone, which are their own labels, drawn in this order; bins, top: of the histogram, from 0 to top; colour, label:
-    of the histogram. Returns Artists: points are the bars, lines the laws; `missing` counts spacings beyond `top`,
-    which are part of the norm.
+    :Parameters: spacings (n,), mean about 1; laws: label to SpacingLaw, such as {"Poisson": BerryRobnik(0.0)}, or laws
+        alone, which are their own labels, drawn in this order; bins, top: of the histogram, from 0 to top; colour,
+        label: of the histogram.
+    :Returns: Artists: points are the bars, lines the laws; `missing` counts spacings beyond `top`, which are part of
+        the norm.
     """
     s, labelled = checked("spacings", spacings, ()).ravel(), _labelled(laws)
     edges = np.linspace(0.0, positive("top", top), whole("bins", bins, 1) + 1)

@@ -53,7 +53,7 @@ def resonances_between(low: float, high: float, max_order: int) -> list[tuple[in
 
 
 def on_line(frequency_map: Any, line: Sequence[int], *, x: str, y: str, tolerance: float, shown: Any = True) -> int:
-    """Count the orbits, of those shown, with |k1 X + k2 Y + k0| < tolerance for the line (k1, k2, k0) of a map's
+    """Count the orbits, of those shown, with ``|k1 X + k2 Y + k0|`` < tolerance for the line (k1, k2, k0) of a map's
     plane.
     """
     X, Y = frequency(frequency_map, x), frequency(frequency_map, y)

@@ -39,9 +39,10 @@ def plot_web(
 ) -> Artists:
     """Draw the lines of a web over a grid, those of low order thicker, and name the longest, none over another.
 
-    Parameters: lines: of `fastaff.resonance_web`, drawn white in a dark casing; names: of the frequencies; axes: of the
-    grid, as given to `resonance_web`; labels: how many resonances are named; dots: mark the grid points of `locked`,
-    for resonances that do not hold everywhere. Returns Artists: points are the dots, or None; missing is 0.
+    :Parameters: lines: of `fastaff.resonance_web`, drawn white in a dark casing; names: of the frequencies; axes: of
+        the grid, as given to `resonance_web`; labels: how many resonances are named; dots: mark the grid points of
+        `locked`, for resonances that do not hold everywhere.
+    :Returns: Artists: points are the dots, or None; missing is 0.
     """
     drawn: list[Any] = []
     marked = None
@@ -70,9 +71,10 @@ def plot_ratio_web(
 ) -> Artists:
     """Draw the lines of a web in the plane (nu1/nu3, nu2/nu3), over the orbits of a map coloured by a value of each.
 
-    Parameters: lines: of `fastaff.analysis.ratio_web`; names: of the three frequencies; nu (3, ...): those of orbits,
-    or None; values: of the shape of a row of nu, such as the diffusion, or None for one colour; labels: how many lines
-    are named. Returns Artists; `missing` counts orbits that are not finite.
+    :Parameters: lines: of `fastaff.analysis.ratio_web`; names: of the three frequencies; nu (3, ...): those of orbits,
+        or None; values: of the shape of a row of nu, such as the diffusion, or None for one colour; labels: how many
+        lines are named.
+    :Returns: Artists; `missing` counts orbits that are not finite.
     """
     drawn = [ax.plot(*part.T, **_style(line.order))[0] for line in lines for part in line.lines]
     points = bar = None
@@ -105,7 +107,7 @@ def plot_ratio_web(
 def plot_diffusion_histogram(histogram: DiffusionHistogram, *, ax: Any = None, label: str = DIFFUSION) -> Artists:
     """Draw a histogram of diffusion, the part above its threshold in a second colour and with its fraction written.
 
-    Returns Artists: points are the bars, lines the threshold, labels the text; `missing` as in the histogram.
+    :Returns: Artists: points are the bars, lines the threshold, labels the text; `missing` as in the histogram.
     """
     edges, counts, threshold = histogram.edges, histogram.counts, histogram.threshold
     colours = [ACCENT if middle > threshold else DARK for middle in (edges[:-1] + edges[1:]) / 2]
@@ -165,8 +167,8 @@ def _named(ax: Any, lines: Sequence[ResonanceLine], names: Sequence[str], most: 
 def plot_resonances(resonances: Resonances, *, ax: Any = None, most: int = 12) -> Artists:
     """Draw how many orbits each resonance module has, the frequent ones on top.
 
-    Parameters: most: modules drawn. Returns Artists: points are the bars, labels the numbers beside them; `missing`
-    counts orbits that are not OK.
+    :Parameters: most: modules drawn.
+    :Returns: Artists: points are the bars, labels the numbers beside them; `missing` counts orbits that are not OK.
     """
     rows = resonances.table()[:most]
     text = [" and ".join(formula(k, resonances.names) for k in basis) or "none" for basis, _ in rows]

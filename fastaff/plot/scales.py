@@ -204,11 +204,12 @@ def limited(norm: Any, vmin: float | None = None, vmax: float | None = None) -> 
 def colouring(result: Any, name: str | None = None, *, vmin: float | None = None, vmax: float | None = None) -> Any:
     """Return the colours of a result's orbits by one of its columns.
 
-    Parameters: result: a ChaosMap, whose indicators have scales with their limits; a FrequencyMap, whose `diffusion`
-    has one too, and whose ratios of frequencies, "beta/alpha", are columns; any other result; name: of the column
-    (orbits,), by default the first indicator, or the diffusion; vmin, vmax: ends of the scale. Returns Colouring, which
-    `plot_section`, `plot_diffusion_grid` and others take as `values`; orbits that are not OK have no value. Raises
-    ValueError naming what there is.
+    :Parameters: result: a ChaosMap, whose indicators have scales with their limits; a FrequencyMap, whose `diffusion`
+        has one too, and whose ratios of frequencies, "beta/alpha", are columns; any other result; name: of the column
+        (orbits,), by default the first indicator, or the diffusion; vmin, vmax: ends of the scale.
+    :Returns: Colouring, which `plot_section`, `plot_diffusion_grid` and others take as `values`; orbits that are not OK
+        have no value.
+    :Raises: ValueError naming the columns.
     """
     fine = np.asarray(getattr(result, "status", 0)) == Status.OK
     if isinstance(result, ChaosMap) and (name is None or name in result.names):

@@ -53,13 +53,14 @@ def plot_scars(
 ) -> Artists:
     """Draw periodic orbits as curves of the first two coordinates, over the density of a state that axes already show.
 
-    Parameters: orbits; model: whose orbits they are, such as `reduced(body, ...)`; chart: ALPHA_BETA, R_VARTHETA or
-    TWO_POLAR, that of `plot_density`, for bodies (default: ALPHA_BETA); points: along each. Solid: stable, dashed:
-    unstable, white with a dark casing. alpha and beta are drawn positive. The limits of axes with something on them
-    stay. Returns Artists: points are the curves; `missing` counts orbits that are not OK. Raises ValueError for a chart
-    that it does not take, or that is not that of the axes.
-    Cost: one integration of each orbit over its period.
-    Source: Heller 1984, Phys. Rev. Lett. 53, 1515 (scars).
+    :Parameters: orbits; model: whose orbits they are, such as `reduced(body, ...)`; chart: ALPHA_BETA, R_VARTHETA or
+        TWO_POLAR, that of `plot_density`, for bodies (default: ALPHA_BETA); points: along each. Solid: stable, dashed:
+        unstable, white with a dark casing. alpha and beta are drawn positive. The limits of axes with something on them
+        stay.
+    :Returns: Artists: points are the curves; `missing` counts orbits that are not OK.
+    :Raises: ValueError for a chart that it does not take, or that is not that of the axes.
+    :Cost: one integration of each orbit over its period.
+    :Source: Heller 1984, Phys. Rev. Lett. 53, 1515 (scars).
     """
     from matplotlib.patheffects import Normal, Stroke
 

@@ -40,16 +40,17 @@ def plot_section(
 ) -> Artists:
     """Draw the crossings of a SectionMap in two coordinates, coloured by a value of each orbit.
 
-    Parameters: values: (orbits,), a `Colouring` of another result of the same orbits, such as `colouring(chaos_map,
-    "sali")`, the name of a column of the map such as "energy_error", or None for one dark colour; x, y: names of
-    coordinates of the chart or momenta (`p_beta`), of a plane system its own; by default those free on the section;
-    boundary: of `edge`; starts: where the orbits started, to mark those that never crossed; norm, or vmin and vmax: the
-    colour scale; label: of the colour bar; size: area of a point in square points; density: an image of how many
-    crossings are in each pixel, or of the mean of their values (default: above 300 000 crossings).
+    :Parameters: values: (orbits,), a `Colouring` of another result of the same orbits, such as `colouring(chaos_map,
+        "sali")`, the name of a column of the map such as "energy_error", or None for one dark colour; x, y: names of
+        coordinates of the chart or momenta (`p_beta`), of a plane system its own; by default those free on the section;
+        boundary: of `edge`; starts: where the orbits started, to mark those that never crossed; norm, or vmin and vmax:
+        the colour scale; label: of the colour bar; size: area of a point in square points; density: an image of how
+        many crossings are in each pixel, or of the mean of their values (default: above 300 000 crossings).
 
-    Orbits without a value, and those that failed or escaped, are grey, and the legend says how many. Returns Artists;
-    `missing` counts orbits of which nothing is drawn. A click picks orbit and crossing (`picked`).
-    Cost: an image takes about 0.1 us a crossing.
+    Orbits without a value, and those that failed or escaped, are grey, and the legend says how many.
+
+    :Returns: Artists; `missing` counts orbits of which nothing is drawn. A click picks orbit and crossing (`picked`).
+    :Cost: an image takes about 0.1 us a crossing.
     """
     names, coordinates = _section_coordinates(section_map, chart)
     default = _free_coordinate(section_map.section, names)
@@ -282,9 +283,9 @@ def plot_diffusion_grid(
 ) -> Artists:
     """Draw values of the orbits of an EnergyGrid as an image over its two coordinates.
 
-    Parameters: values: (orbits,), such as a map's diffusion, or a `Colouring`; norm, vmin, vmax, label, colorbar as in
-    `plot_section`. Cells that the energy does not reach stay white, orbits without a value are grey. Returns Artists;
-    `missing` counts those. A click picks the orbit of a cell.
+    :Parameters: values: (orbits,), such as a map's diffusion, or a `Colouring`; norm, vmin, vmax, label, colorbar as in
+        `plot_section`. Cells that the energy does not reach stay white, orbits without a value are grey.
+    :Returns: Artists; `missing` counts those. A click picks the orbit of a cell.
     """
     if not isinstance(values, Colouring) and np.shape(values) != grid.cell.shape:
         raise ValueError(
@@ -367,9 +368,9 @@ def plot_starts(
     """Draw where the orbits of an EnergyGrid or EnergySample start; cells of a grid that the energy does not reach are
     pale.
 
-    Parameters: values: (orbits,) or a `Colouring`, to colour cells or dots, with `norm`, `vmin`, `vmax`, `label` and
-    `colorbar` as in `plot_diffusion_grid`; size: area of a dot in square points. Returns Artists: points are the dots,
-    whose clicks pick the orbit; `missing` counts orbits without a value.
+    :Parameters: values: (orbits,) or a `Colouring`, to colour cells or dots, with `norm`, `vmin`, `vmax`, `label` and
+        `colorbar` as in `plot_diffusion_grid`; size: area of a dot in square points.
+    :Returns: Artists: points are the dots, whose clicks pick the orbit; `missing` counts orbits without a value.
     """
     from matplotlib.colors import ListedColormap
 
@@ -415,7 +416,10 @@ def _sample(
 
 @figure
 def plot_edge(boundary: Edge, *, ax: Any = None) -> Artists:
-    """Draw the boundary of what an energy reaches of a section. Returns Artists: points is the curve."""
+    """Draw the boundary of the part of a section that an energy reaches.
+
+    :Returns: Artists: points is the curve.
+    """
     (curve,) = outline(ax, boundary)
     ax.set(xlabel="section coordinate", ylabel="its momentum")
     return Artists(curve, None, (curve,), (), 0)

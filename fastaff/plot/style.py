@@ -83,8 +83,8 @@ Function = TypeVar("Function", bound=Callable[..., Any])
 
 
 class Artists(NamedTuple):
-    """What a function drew: the points or cells, colour bar, lines with their labels, and the number of orbits not
-    drawn.
+    """Artists drawn by a function: the points or cells, colour bar, lines with their labels, and the number of orbits
+    not drawn.
     """
 
     points: Any
@@ -177,7 +177,9 @@ def colour_map() -> Any:
 
 
 def symbol(name: str) -> str:
-    """Return the mathematical symbol, without dollars, of a coordinate, a momentum (p_...) or a frequency (nu_...)."""
+    """Return the mathematical symbol, without dollars, of a coordinate, a momentum (``p_...``) or a frequency
+    (``nu_...``).
+    """
     head, _, tail = name.partition("_")
     if tail and head in ("p", "nu"):
         return (r"\nu" if head == "nu" else "p") + f"_{{{SYMBOLS.get(tail, tail)}}}"

@@ -22,8 +22,8 @@ def plot_actions(
 ) -> Artists:
     """Draw tori in the plane of two actions I = J/2 pi, coloured by their energy or other values (orbits,).
 
-    Parameters: x, y: rows of J; values, label: of the colours. Returns Artists; `missing` counts orbits without a
-    torus. A click picks the orbit.
+    :Parameters: x, y: rows of J; values, label: of the colours.
+    :Returns: Artists; `missing` counts orbits without a torus. A click picks the orbit.
     """
     each = np.atleast_1d(result.energy if values is None else numbers("values", values)).ravel()
     u, v = (result.I[k].ravel() for k in _rows(result.names, x=x, y=y))
@@ -38,7 +38,8 @@ def plot_actions(
 def plot_energy_of_actions(result: EnergyOfActions, *, ax: Any = None, x: int = 0, y: int = 1) -> Artists:
     """Draw the frequencies of tori with given actions in the plane of two of them, coloured by their energy.
 
-    Parameters: x, y: rows of nu. Returns Artists; `missing` counts those that are not OK. A click picks the orbit.
+    :Parameters: x, y: rows of nu.
+    :Returns: Artists; `missing` counts those that are not OK. A click picks the orbit.
     """
     u, v = (result.nu[k].ravel() for k in _rows(result.names, x=x, y=y))
     points, bar, missing = _dots(ax, u, v, np.atleast_1d(result.energy).ravel(), "energy $E$")
@@ -70,8 +71,9 @@ def _dots(ax: Any, u: np.ndarray, v: np.ndarray, each: np.ndarray, label: str) -
 def plot_frequency_lines(result: FrequencyLines, *, ax: Any = None, signals: Any = None) -> Artists:
     """Draw the lines of signals: the logarithm of their amplitudes over their frequencies.
 
-    Parameters: signals: numbers of those drawn (default: the first five). Returns Artists: points are the dots of each
-    signal, lines their stems; `missing` counts lines that were not found.
+    :Parameters: signals: numbers of those drawn (default: the first five).
+    :Returns: Artists: points are the dots of each signal, lines their stems; `missing` counts lines that were not
+        found.
     """
     nu, size = (array.reshape(-1, array.shape[-1]) for array in (result.nu, np.abs(result.amplitude)))
     chosen = np.arange(min(len(nu), 5)) if signals is None else chosen_orbits(signals, len(nu), 5, "signals")
@@ -96,8 +98,8 @@ def plot_frequency_lines(result: FrequencyLines, *, ax: Any = None, signals: Any
 def plot_torus(result: TorusFit, *, ax: Any = None, row: int | None = None) -> Artists:
     """Draw the Fourier series of a torus: the size of each term over its frequency k . nu, on a logarithmic axis.
 
-    Parameters: row: of z, by default the norm over all rows. Terms are darker the lower their order |k|. Returns
-    Artists: points are the dots, lines the stems; `missing` counts terms of size 0.
+    :Parameters: row: of z, by default the norm over all rows. Terms are darker the lower their order ``|k|``.
+    :Returns: Artists: points are the dots, lines the stems; `missing` counts terms of size 0.
     """
     size = np.abs(result.coefficients)
     size = np.sqrt((size**2).sum(axis=0)) if row is None else size[whole("row", row, -len(size), len(size) - 1)]

@@ -74,10 +74,11 @@ class Automatic:
     is taken to grow in proportion to time. The cost is counted in forces, never timed, so the choice is the same on
     every machine. A symplectic scheme that costs up to PREFERENCE times the cheapest is preferred; where none meets the
     bound the one of least error is taken, an adaptive one where none keeps the sample in the domain. Orbits that leave
-    the domain have no say beside others. A result's `.scheme` and `.step` say what was chosen. The scheme belongs
-    to the set of orbits, the steps to each orbit alone, as without a choice (but one step in s of a `TimeTransformed`).
-    `integrate` and `poincare_map` try all candidates, other functions those that step in time itself. Raises
-    TypeError or ValueError for candidates that are no schemes.
+    the domain have no say beside others. A result's `.scheme` and `.step` are those chosen. The scheme belongs to the
+    set of orbits, the steps to each orbit alone, as without a choice (but one step in s of a `TimeTransformed`).
+    `integrate` and `poincare_map` try all candidates, other functions those that step in time itself.
+
+    :Raises: TypeError or ValueError for candidates that are no schemes.
     """
 
     candidates: tuple[Any, ...] = (

@@ -51,13 +51,13 @@ class Splitting:
     A step of size h drifts (q by the flow of T) for drift[0]*h, kicks (p by the flow of V) for kick[0]*h, and so on; it
     ends with the drift drift[-1]*h. A scheme that kicks first has drift[0] = drift[-1] = 0.
 
-    Parameters: `drift` has one entry more than `kick`; both are palindromic and sum to 1. With `nystrom` the order
-    holds only for T quadratic in p; with `increments` steps are summed as increments with their rounding errors carried
-    on (Kahan's summation), which takes 1.2 to 1.4 times as long and pays where the scheme's own error is below 1e-13:
-    `dataclasses.replace(BLANES_CASAS_ESCORIHUELA8, increments=True)`.
-    Raises ValueError for coefficients that are not finite, not palindromic, do not sum to 1 or contradict the order.
-    The test of the order is necessary, not sufficient: a force, and a velocity, that depend on time alone must be
-    integrated by a quadrature of that order. The tests of the package measure the order itself.
+    :Parameters: `drift` has one entry more than `kick`; both are palindromic and sum to 1. With `nystrom` the order
+        holds only for T quadratic in p; with `increments` steps are summed as increments with their rounding errors
+        carried on (Kahan's summation), which takes 1.2 to 1.4 times as long and pays where the scheme's own error is
+        below 1e-13: `dataclasses.replace(BLANES_CASAS_ESCORIHUELA8, increments=True)`.
+    :Raises: ValueError for coefficients that are not finite, not palindromic, do not sum to 1 or contradict the order.
+        The test of the order is necessary, not sufficient: a force, and a velocity, that depend on time alone must be
+        integrated by a quadrature of that order. The tests of the package measure the order itself.
     """
 
     name: str
@@ -145,7 +145,8 @@ def compose(
 
     `weights` are w1, w2, ... from the outside in, without the central w0 = 1 - 2 (w1 + w2 + ...); strings keep all
     their digits. Adjacent flows of the same kind are merged exactly and rounded once. `increments` as in `Splitting`.
-    Source: Hairer, Lubich, Wanner, Geometric Numerical Integration, 2nd ed. 2006, V.3.2.
+
+    :Source: Hairer, Lubich, Wanner, Geometric Numerical Integration, 2nd ed. 2006, V.3.2.
     """
     outer = [Fraction(w) for w in weights]
     flows = [Fraction(0)] * (2 * len(base.kick) + 1)
@@ -167,7 +168,8 @@ def triple_jump(base: Splitting, *, name: str, source: str) -> Splitting:
     """Raise the order of a symmetric splitting by two with three of its steps, of sizes w h, (1 - 2w) h, w h.
 
     w = 1/(2 - 2**(1/(order + 1))).
-    Source: Yoshida, Phys. Lett. A 150 (1990) 262, eq. 4.4.
+
+    :Source: Yoshida, Phys. Lett. A 150 (1990) 262, eq. 4.4.
     """
     w = 1 / (2 - Decimal(2) ** (1 / Decimal(base.order + 1)))
     return compose(base, [Fraction(w)], name=name, order=base.order + 2, source=source)
@@ -179,15 +181,16 @@ class RungeKutta:
 
     Row i of `a` has i entries: the slope k_i = f(t + c_i h, y + h sum_j a_ij k_j). The step ends at y + h sum b_i k_i.
     Row r of `errors` estimates the error of a solution of order `error_orders[r]` as h sum errors_ri k_i. Step control
-    takes one row, or the blend of two of DOP853, and the last slope of a step as the first of the next.
-    The interpolant may need more slopes, with the rows `extra_a` and the nodes `extra_c`. Its rows
-    F_r = sum_i dense_ri k_i run over all slopes, and at t + x h it takes the value
+    takes one row, or the blend of two of DOP853, and the last slope of a step as the first of the next. The interpolant
+    may need more slopes, with the rows `extra_a` and the nodes `extra_c`. Its rows F_r = sum_i dense_ri k_i run over
+    all slopes, and at t + x h it takes the value
 
         y + h x (F_0 + (1-x) (F_1 + x (F_2 + (1-x) (F_3 + ...)))),
 
     a nesting that loses far fewer digits than powers of x. F_0 = sum b_i k_i, so it meets the end of the step.
-    Raises ValueError where a row of `a` does not sum to its node, or where weights contradict the order they claim as a
-    quadrature (necessary, not sufficient: the tests of the package check all rooted trees).
+
+    :Raises: ValueError where a row of `a` does not sum to its node, or where weights contradict the order they claim as
+        a quadrature (necessary, not sufficient: the tests of the package check all rooted trees).
     """
 
     name: str
@@ -437,8 +440,9 @@ SCHEMES: Mapping[str, Scheme] = MappingProxyType(
 
 
 def scheme_named(name: str) -> Scheme:
-    """Return the scheme of that name, in capitals or not, with spaces or hyphens too. Raises ValueError that lists the
-    names, TypeError for what is no name.
+    """Return the scheme of that name, in capitals or not, with spaces or hyphens too.
+
+    :Raises: ValueError that lists the names, TypeError for a value that is no name.
     """
     if not isinstance(name, str):
         raise TypeError(

@@ -22,7 +22,8 @@ class Exponential(NamedTuple):
     """The rate g = exp(-(V - origin)/kappa).
 
     Before a logarithmic wall V = -G ln d, kappa = G makes the force in s constant. kappa > 0 and origin are energies.
-    Source: Preto & Tremaine 1999, Astron. J. 118, 2532 (the family of transformations).
+
+    :Source: Preto & Tremaine 1999, Astron. J. 118, 2532 (the family of transformations).
     """
 
     kappa: float
@@ -37,7 +38,8 @@ class Logistic(NamedTuple):
     """The rate g = 1/(1 + exp((V - origin)/kappa)): 1 where V is low, that of `Exponential` on the wall.
 
     It leaves the fast, free part of an orbit as it is. kappa > 0 and origin are energies.
-    Source: the family of Preto & Tremaine 1999, Astron. J. 118, 2532.
+
+    :Source: the family of Preto & Tremaine 1999, Astron. J. 118, 2532.
     """
 
     kappa: float
@@ -53,7 +55,8 @@ class Algebraic(NamedTuple):
     wall.
 
     For walls V = c/d^k. Positive for every V. kappa > 0 and origin are energies.
-    Source: the family of Preto & Tremaine 1999, Astron. J. 118, 2532.
+
+    :Source: the family of Preto & Tremaine 1999, Astron. J. 118, 2532.
     """
 
     kappa: float
@@ -71,12 +74,33 @@ class TimeTransformed:
     """A splitting in a fictitious time s that slows down near a wall: explicit, reversible, symplectic in extended
     phase space.
 
-    `splitting` gives the coefficients and the order; `rate`, dt/ds as a function of V, is an `Exponential`, `Logistic`
-    or `Algebraic` (or a NamedTuple of floats with a method `at(V)`, positive and decreasing, made of arithmetic), or
-    None: chosen by a short trial. The step of such a scheme is one in s. `integrate` and `poincare_map` take it. Per
-    stage it costs a force, V, T and two rates. Raises TypeError for other values, ValueError for a splitting whose
-    order needs T quadratic or a rate that is not positive.
-    Source: Preto & Tremaine 1999, Astron. J. 118, 2532; Mikkola & Tanikawa 1999, Celest. Mech. Dyn. Astron. 74, 287.
+    Parameters
+    ----------
+    splitting : `Splitting`, default KAHAN_LI8
+        Coefficients and order.
+    rate : `Exponential`, `Logistic` or `Algebraic`, optional
+        dt/ds as a function of V; or a NamedTuple of floats with a method `at(V)`, positive and decreasing, made of
+        arithmetic (default: chosen by a short trial).
+
+    Raises
+    ------
+    TypeError, ValueError
+        The values are of other kinds; the order of the splitting needs T quadratic, or the rate is not positive.
+
+    Notes
+    -----
+    The step of such a scheme is one in s. `integrate` and `poincare_map` accept it. Cost of a stage: one force, V, T
+    and two rates.
+
+    References
+    ----------
+    Preto & Tremaine 1999, Astron. J. 118, 2532; Mikkola & Tanikawa 1999, Celest. Mech. Dyn. Astron. 74, 287.
+
+    Examples
+    --------
+    >>> scheme = fa.TimeTransformed(rate=fa.schemes.Logistic(kappa=1.0))
+    >>> scheme.order, scheme.splitting.name
+    (8, 'KAHAN_LI8')
     """
 
     splitting: Splitting = KAHAN_LI8

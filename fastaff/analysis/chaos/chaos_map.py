@@ -30,17 +30,17 @@ from .streamed import ChaosRun
 
 @dataclass(frozen=True)
 class ChaosMap(Result):
-    """Indicators of orbits and what they say.
+    """Indicators of orbits and their verdicts.
 
     names: one for each row of values (indicators, orbits), also as attributes (`result.megno`); limits (indicators,
     orbits), by each orbit's own natural frequency, and the verdicts (indicators, orbits) of `Character` they give;
-    verdict (orbits,) of all together: what those that are decided say, UNDECIDED where they disagree or none is; longer
-    (orbits,): the time to try where the verdict is UNDECIDED, NaN elsewhere. detected (indicators, orbits): the time
-    when a streamed indicator first passed its limit, NaN where it did not. spectrum (2n, orbits), the largest first,
-    where asked for, and spectrum_error: 99 % of the exponents of endless runs are within it. history (indicators,
-    records, orbits) at history_times (records, orbits), NaN past an orbit's end (and for indicators that are not
-    streamed). Orbits that failed are UNDECIDED. period: of a driven system, the unit of `spectrum_per_period`. t
-    (orbits,) reached, energy_error, status, step as in `Orbits`.
+    verdict (orbits,) of all together: that of the decided indicators, UNDECIDED where they disagree or none is decided;
+    longer (orbits,): the time to try where the verdict is UNDECIDED, NaN elsewhere. detected (indicators, orbits): the
+    time when a streamed indicator first passed its limit, NaN where it did not. spectrum (2n, orbits), the largest
+    first, where asked for, and spectrum_error: 99 % of the exponents of endless runs are within it. history
+    (indicators, records, orbits) at history_times (records, orbits), NaN past an orbit's end (and for indicators that
+    are not streamed). Orbits that failed are UNDECIDED. period: of a driven system, the unit of `spectrum_per_period`.
+    t (orbits,) reached, energy_error, status, step as in `Orbits`.
     """
 
     names: tuple[str, ...]
@@ -99,7 +99,7 @@ class ChaosMap(Result):
 
     @property
     def shares(self) -> Shares:
-        """Orbits that did not fail by verdict, and the chaotic fraction with what they leave open of it."""
+        """Orbits that did not fail by verdict, and the chaotic fraction with its bounds."""
         fine = self.status == Status.OK
         kinds = (self.chaotic, self.regular, self.undecided)
         return Shares(*(np.count_nonzero(kind & fine) for kind in kinds))  # type: ignore[arg-type]
@@ -110,7 +110,7 @@ class ChaosMap(Result):
         return float(self.shares.fraction)
 
     def summary(self) -> str:
-        """Say in one line what became of the orbits, and which of those that finished are chaotic."""
+        """Say in one line the outcomes of the orbits, and which of those that finished are chaotic."""
         fine = self.status == Status.OK
         counts = ", ".join(f"{((self.verdict == kind) & fine).sum()} {kind.name.lower()}" for kind in Character)
         if self.undecided.any():
@@ -139,30 +139,62 @@ def chaos_map(
 ) -> ChaosMap:
     """Tell regular from chaotic orbits of `body` from `z0` over `time` by one or more indicators.
 
-    Parameters: z0 (2n,) or (2n, orbits); time > 0: nothing is called regular before 100 natural periods; indicators:
-    values such as (MEGNO(), SALI(limit=-10), GALI(4), LyapunovSpectrum()), or a `TangentIndicator` of your own; one
-    alone, or a name, will do ("sali", "megno,gali_4"); history: records of the streamed indicators, equidistant in time
-    (of an adaptive scheme the first steps past such times); early_stop: end an orbit when all indicators have called it
-    chaotic (they must be streamed); deviations: tangent vectors at the start, independent, as in `tangent_map` (their
-    lengths don't matter; default: columns of a fixed random symplectic orthogonal matrix); the other options as in
-    `integrate`. Returns ChaosMap. Raises ValueError or TypeError for wrong input; Interrupted on Ctrl-C, with
-    `.partial`.
+    Parameters
+    ----------
+    body, z0 : as in `integrate`
+    time : float > 0, time
+        Length of the run; for a map a number of iterates. No orbit is called regular before 100 natural periods.
+    indicators : tuple of indicators or str, default (MEGNO(), SALI())
+        Such as (MEGNO(), SALI(limit=-10), GALI(4), LyapunovSpectrum()), or a `TangentIndicator` of your own. One
+        indicator alone, or names, will do ("sali", "megno,gali_4").
+    history : int, default 0
+        Number of records of the streamed indicators, equidistant in time (of an adaptive scheme the first steps past
+        such times).
+    early_stop : bool, default False
+        End an orbit once all indicators, which must be streamed, have called it chaotic.
+    deviations : array, optional
+        Independent tangent vectors at the start, as in `tangent_map`; their lengths don't matter (default: columns of a
+        fixed random symplectic orthogonal matrix).
+    step, scheme, rtol, atol, energy_tolerance, threads, report : as in `integrate`
 
-    Of a map the time is a number of iterates, values of exponents and limits count a radian for each; a spectrum takes
-    2n vectors where it is not symplectic. OFLI and ReversibilityError need a flow.
-    All indicators of tangent vectors come from one set of vectors in one pass, which moves by the derivative of the
-    scheme and is made orthonormal about once in a radian of each orbit's natural motion, in a metric of its own that
-    makes one of positions and momenta: with other units of length, time and mass the values and verdicts are the same.
-    FLI and OFLI take their maxima over all steps. Weighted averages and the samples of ZeroOne (with fixed steps) are
-    taken in the same pass; FrequencyDiffusion and ReversibilityError make passes of their own. An indicator of an orbit
-    is the same to the bit alone and in company (but LyapunovSpectrum, which uses all vectors there are). A fixed step
-    is used as given, or the nearest shorter one that divides the time; one that is chosen is halved, twice at most,
-    where the energy drifts all the same. A verdict needs evidence (each indicator says
-    which): where it is missing the orbit is UNDECIDED, and `longer` says what may decide.
+    Returns
+    -------
+    `ChaosMap`
+        Values, limits and verdicts of the indicators.
+
+    Raises
+    ------
+    ValueError, TypeError, Interrupted
+        As in `integrate`.
+
+    Notes
+    -----
+    Of a map, values of exponents and limits count a radian for each iterate; a spectrum takes 2n vectors where the map
+    is not symplectic. OFLI and ReversibilityError need a flow.
+
+    All indicators of tangent vectors come from one set of vectors in one pass. The vectors move by the derivative of
+    the scheme. They are made orthonormal about once in a radian of each orbit's natural motion, in a metric of its own
+    that gives positions and momenta one unit: with other units of length, time and mass, values and verdicts are the
+    same. FLI and OFLI take their maxima over all steps. Weighted averages and the samples of ZeroOne (with fixed steps)
+    are taken in the same pass; FrequencyDiffusion and ReversibilityError make passes of their own. An indicator of an
+    orbit is the same to the bit alone and in company (but LyapunovSpectrum, which uses all vectors). A fixed step is
+    used as given, or as the nearest shorter one that divides the time; a chosen step is halved, twice at most, where
+    the energy still drifts. A verdict needs evidence, stated by each indicator. Where it is missing the orbit is
+    UNDECIDED, and `longer` is a time that may decide.
+
     Cost: an orbit with k vectors takes about 1.3 (1 + k) times a plain one, ZeroOne and averages up to one more each,
-    FrequencyDiffusion some 15 (bench/test_chaos.py).
-    Memory: about 2 k^2 + 2n (1 + k) numbers an orbit, and the history.
-    Source: Skokos & Manos 2016, Lect. Notes Phys. 915, 129 (review); each indicator names its own.
+    FrequencyDiffusion some 15 (bench/test_chaos.py). Memory: about 2 k^2 + 2n (1 + k) numbers an orbit, and the
+    history.
+
+    References
+    ----------
+    Skokos & Manos 2016, Lect. Notes Phys. 915, 129 (review); each indicator names its own.
+
+    Examples
+    --------
+    >>> chaos = fa.chaos_map(fa.models.StandardMap(1.3), [[3.1, 0.1], [0.2, 0.0]], time=2000)
+    >>> chaos.regular, chaos.chaotic
+    (array([ True, False]), array([False,  True]))
     """
     time = iterates(body, "time", time)
     options = Options(

@@ -94,7 +94,7 @@ class ChaoticFraction(Result, axis=None):
         return self.shares.interval(sigmas)
 
     def summary(self) -> str:
-        """Say in one line what became of the cases."""
+        """Say in one line the outcomes of the cases."""
         empty = int(np.count_nonzero(self.done & (self.orbits == 0)))
         late = int(np.count_nonzero(~self.done))
         cases = [f"{self.orbits.size - empty - late} of {self.orbits.max(initial=0)} orbits"]
@@ -187,19 +187,55 @@ def chaotic_fraction(
 ) -> ChaoticFraction:
     """Find the share of chaotic orbits for every value of one parameter, or for every pair of values of two.
 
-    Parameters: make: called as make(value) or make(value1, value2), gives (body, z0), z0 (2n, orbits) as of
-    `energy_sample`; where it raises NotReached or gives an empty z0 the case is empty; axes: one or two arrays of
-    values; names: of the parameters; time: of every case, or a function of (body, z0) that gives it; indicators,
-    early_stop: as in `chaos_map`; step: None for a trial in every case; second: an adaptive scheme for the orbits that
-    the fixed steps of the first lose at a steep wall, None for no second chance; the other options as in `integrate`.
-    Returns ChaoticFraction. Raises ValueError or TypeError for wrong input; Interrupted on Ctrl-C, with the finished
-    cases in `.partial`.
+    Parameters
+    ----------
+    make : callable
+        make(value) or make(value1, value2) returns (body, z0), z0 (2n, orbits) as of `energy_sample`. Where it raises
+        NotReached or returns an empty z0, the case is empty.
+    axes : one or two arrays
+        Values of the parameters.
+    time : float or callable, time
+        Length of every run, or a function of (body, z0) that returns it.
+    names : sequence of str, optional
+        Names of the parameters.
+    indicators, early_stop : as in `chaos_map`
+    step : float, time, optional
+        Default: a trial in every case.
+    scheme : as in `integrate`
+    second : adaptive scheme, default VERNER9
+        For orbits that the fixed steps of the first scheme lose at a steep wall; None for no second run.
+    rtol, atol, energy_tolerance, threads, report : as in `integrate`
 
-    One launch a case, so that memory is that of one case. Lost orbits are the fast ones, often chaotic: leaving them
-    out would bend the fraction, so they run again, judged by the same limits. The share of section points
-    (`energy_sample`) is the share of the section's invariant area, not of the energy surface's volume.
-    Cost: that of `chaos_map` for each case, and a trial of steps.
-    Source: Henon & Heiles 1964, Astron. J. 69, 73 (the share of the area against the energy).
+    Returns
+    -------
+    `ChaoticFraction`
+        Counts of chaotic, regular and undecided orbits of each case.
+
+    Raises
+    ------
+    ValueError, TypeError
+        An argument is wrong.
+    Interrupted
+        On Ctrl-C, with the finished cases in `.partial`.
+
+    Notes
+    -----
+    Each case is one run, so memory is that of one case. Lost orbits are the fast ones, often chaotic: leaving them out
+    would bias the fraction, so they run again, judged by the same limits. The share of section points (`energy_sample`)
+    is the share of the section's invariant area, not of the energy surface's volume. Cost: that of `chaos_map` for each
+    case, and a trial of steps.
+
+    References
+    ----------
+    Henon & Heiles 1964, Astron. J. 69, 73 (the share of the area against the energy).
+
+    Examples
+    --------
+    >>> def case(K):
+    ...     return fa.models.StandardMap(K), np.array([[0.5, 2.0, 3.0], [0.0, 0.1, 0.2]])
+    >>> scan = fa.chaotic_fraction(case, ([0.3, 6.0],), time=1000, names=["K"])
+    >>> scan.chaotic
+    array([0, 3])
     """
     values = tuple(_axis(k, axis) for k, axis in enumerate(entries("axes", axes, AXES, 1, 2)))
     function("make", make)

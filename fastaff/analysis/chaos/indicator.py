@@ -21,7 +21,7 @@ Henon and Heiles at the energy 1/8 was chaotic in the end, after 130 one in fift
 
 
 class Character(IntEnum):
-    """What an indicator says of an orbit, or all together."""
+    """Verdict of an indicator on an orbit, or of all together."""
 
     REGULAR = 0
     CHAOTIC = 1
@@ -70,8 +70,8 @@ class Indicator(Protocol):
     ) -> tuple[np.ndarray, Any, np.ndarray]:
         """Run the flow from z0 (2n, orbits) in a pass of its own; rates (orbits,): the orbits' own angular frequencies.
 
-        Returns the values (orbits,), NaN where they are unknown, what `calm` compares them with, (orbits,) or NaN, and
-        statuses (orbits,).
+        :Returns: the values (orbits,), NaN where they are unknown, what `calm` compares them with, (orbits,) or NaN,
+            and statuses (orbits,).
         """
         raise TypeError(f"{type(self).__name__} must read vectors, or have a `watch` or a `compute`")
 

@@ -12,16 +12,14 @@ is undecided, and a longer time decides it.
 
 from __future__ import annotations
 
-import inspect
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from ...base.names import named
-from ...base.numbers import flag, real, shown, whole
+from ...base.numbers import whole
 from ...flows.flow import Flow, Report
 from ...kernels import readings
 from ...models.contracts import Kind, dimension, driven, kind_of
@@ -45,7 +43,7 @@ def _decades(phase: Any) -> Any:
     return np.log10(np.maximum(phase, 10.0))
 
 
-def _moving_rows(body: Any) -> int:
+def moving_rows(body: Any) -> int:
     """Return how many tangent vectors can differ: rows of the state without the time and its momentum."""
     return dimension(body) - 2 * driven(body)
 
@@ -81,10 +79,21 @@ class _Volume(VectorIndicator):
 
 @dataclass(frozen=True)
 class Lyapunov(_Growth):
-    """Largest Lyapunov exponent log |w(T)| / T of a tangent vector w, per unit time.
+    """Largest Lyapunov exponent ``log |w(T)| / T`` of a tangent vector w, per unit time.
 
-    Chaotic above `limit`, by default ln(10^4 x)/T.
-    Source: Benettin, Galgani, Giorgilli & Strelcyn 1980, Meccanica 15, 9.
+    Parameters
+    ----------
+    limit : float, 1/time, optional
+        Chaotic above it (default: ln(10^4 x)/T, with x = omega T).
+
+    References
+    ----------
+    Benettin, Galgani, Giorgilli & Strelcyn 1980, Meccanica 15, 9.
+
+    Examples
+    --------
+    >>> fa.chaos_map(fa.models.StandardMap(6.0), [2.0, 0.1], time=500, indicators=fa.Lyapunov())["lyapunov"] > 1
+    array([ True])
     """
 
     limit: float | None = None
@@ -95,13 +104,27 @@ class Lyapunov(_Growth):
 
 @dataclass(frozen=True)
 class LyapunovSpectrum(_Growth):
-    """All 2n Lyapunov exponents, per unit time, from the volumes that tangent vectors span (repeated QR); judged by the
-    largest.
+    """All 2n Lyapunov exponents, per unit time, from the volumes that tangent vectors span (repeated QR); the largest
+    decides.
 
     They are in `ChaosMap.spectrum` and `.spectrum_error`. n vectors suffice: they start as half of a symplectic basis,
-    of whose QR factors R_ii R_(2n+1-i) = 1, so the other exponents are the negatives. Where 2n vectors run anyway, for
-    GALI(2n) or as `deviations`, all are computed. Chaotic above `limit`, as `Lyapunov`.
-    Source: Benettin, Galgani, Giorgilli & Strelcyn 1980, Meccanica 15, 21.
+    whose QR factors obey R_ii R_(2n+1-i) = 1, so the other exponents are the negatives. Where 2n vectors run anyway,
+    for GALI(2n) or as `deviations`, all are computed.
+
+    Parameters
+    ----------
+    limit : float, 1/time, optional
+        Chaotic above it, as in `Lyapunov`.
+
+    References
+    ----------
+    Benettin, Galgani, Giorgilli & Strelcyn 1980, Meccanica 15, 21.
+
+    Examples
+    --------
+    >>> chaos = fa.chaos_map(fa.models.StandardMap(6.0), [2.0, 0.1], time=500, indicators=fa.LyapunovSpectrum())
+    >>> chaos.spectrum.sum(axis=0).round(9) + 0.0
+    array([0.])
     """
 
     limit: float | None = None
@@ -117,10 +140,21 @@ class LyapunovSpectrum(_Growth):
 
 @dataclass(frozen=True)
 class FLI(_Growth):
-    """Fast Lyapunov indicator: the largest log10 |w(t)| up to T.
+    """Fast Lyapunov indicator: the largest ``log10 |w(t)|`` up to T.
 
-    Chaotic above `limit`, by default 4 + log10 x.
-    Source: Froeschle, Lega & Gonczi 1997, Celest. Mech. Dyn. Astron. 67, 41.
+    Parameters
+    ----------
+    limit : float, decades, optional
+        Chaotic above it (default: 4 + log10 x, with x = omega T).
+
+    References
+    ----------
+    Froeschle, Lega & Gonczi 1997, Celest. Mech. Dyn. Astron. 67, 41.
+
+    Examples
+    --------
+    >>> fa.chaos_map(fa.models.StandardMap(6.0), [2.0, 0.1], time=500, indicators=fa.FLI()).chaotic
+    array([ True])
     """
 
     limit: float | None = None
@@ -133,8 +167,19 @@ class OFLI(_Growth):
     """Orthogonal fast Lyapunov indicator: the largest log10 of the part of w(t) across the flow; bounded on periodic
     orbits.
 
-    Chaotic above `limit`, by default 4 + log10 x.
-    Source: Fouchard, Lega, Froeschle & Froeschle 2002, Celest. Mech. Dyn. Astron. 83, 205.
+    Parameters
+    ----------
+    limit : float, decades, optional
+        Chaotic above it (default: 4 + log10 x, with x = omega T).
+
+    References
+    ----------
+    Fouchard, Lega, Froeschle & Froeschle 2002, Celest. Mech. Dyn. Astron. 83, 205.
+
+    Examples
+    --------
+    >>> fa.chaos_map(fa.HenonHeiles(), [0.0, 0.1, 0.2, 0.0], time=1000.0, indicators=fa.OFLI()).regular
+    array([ True])
     """
 
     limit: float | None = None
@@ -148,8 +193,19 @@ class MEGNO(VectorIndicator):
     """Mean exponential growth of nearby orbits <Y>: 2 on regular orbits (0 where all periods are equal), lambda T/2 on
     chaotic ones.
 
-    Chaotic above `limit`.
-    Source: Cincotta & Simo 2000, Astron. Astrophys. Suppl. 147, 205.
+    Parameters
+    ----------
+    limit : float, default 5
+        Chaotic above it.
+
+    References
+    ----------
+    Cincotta & Simo 2000, Astron. Astrophys. Suppl. 147, 205.
+
+    Examples
+    --------
+    >>> fa.chaos_map(fa.models.StandardMap(0.5), [2.0, 0.1], time=1000, indicators=fa.MEGNO())["megno"].round(1)
+    array([2.])
     """
 
     limit: float = 5.0
@@ -163,11 +219,24 @@ class MEGNO(VectorIndicator):
 
 @dataclass(frozen=True)
 class SALI(_Volume):
-    """Smaller alignment index, as log10: min |w1 +- w2| of two unit tangent vectors.
+    """Smaller alignment index, as log10: ``min |w1 +- w2|`` of two unit tangent vectors.
 
-    Falls as exp(-(lambda_1 - lambda_2) t) on chaotic orbits; on regular ones it stays, or falls as 1/x where only one
-    combination of the frequencies changes between tori. Chaotic below `limit`, by default -4 - log10 x.
-    Source: Skokos 2001, J. Phys. A 34, 10029.
+    It falls as exp(-(lambda_1 - lambda_2) t) on chaotic orbits. On regular ones it stays, or falls as 1/x where only
+    one combination of the frequencies changes between tori.
+
+    Parameters
+    ----------
+    limit : float, decades, optional
+        Chaotic below it (default: -4 - log10 x, with x = omega T).
+
+    References
+    ----------
+    Skokos 2001, J. Phys. A 34, 10029.
+
+    Examples
+    --------
+    >>> fa.chaos_map(fa.models.StandardMap(6.0), [2.0, 0.1], time=500, indicators=fa.SALI()).chaotic
+    array([ True])
     """
 
     limit: float | None = None
@@ -182,8 +251,23 @@ class GALI(_Volume):
 
     It is the product of their singular values, taken from the accumulated QR factors: no floor at 1e-16. Chaotic
     orbits: exp(-sum_(i<=k) (lambda_1 - lambda_i) t). Regular ones on n-tori: constant for k <= n, t^(-2(k - n)) beyond.
-    Chaotic below `limit`, by default -4 - (k - 1 + 2 max(0, k - n)) log10 x, which covers degenerate frequencies too.
-    Source: Skokos, Bountis & Antonopoulos 2007, Physica D 231, 30; 2008, Eur. Phys. J. Special Topics 165, 5.
+
+    Parameters
+    ----------
+    count : int, 2 to 2n
+        Number k of vectors.
+    limit : float, decades, optional
+        Chaotic below it (default: -4 - (k - 1 + 2 max(0, k - n)) log10 x, x = omega T, which covers degenerate
+        frequencies too).
+
+    References
+    ----------
+    Skokos, Bountis & Antonopoulos 2007, Physica D 231, 30; 2008, Eur. Phys. J. Special Topics 165, 5.
+
+    Examples
+    --------
+    >>> fa.chaos_map(fa.HenonHeiles(), [0.0, 0.1, 0.2, 0.0], time=1000.0, indicators=fa.GALI(4)).regular
+    array([ True])
     """
 
     count: int
@@ -197,12 +281,12 @@ class GALI(_Volume):
 
     @property
     def parameters(self) -> tuple[float, ...]:  # type: ignore[override]
-        """Return what the reading takes beside the growth."""
+        """Return the arguments of the reading beside the growth."""
         return (float(self.count),)
 
     def check(self, where: str, body: Any) -> None:
         """Refuse a count that is not 2 to 2n."""
-        rows = _moving_rows(body)
+        rows = moving_rows(body)
         if not 2 <= whole(f"{where}.count", self.count, 2) <= rows:
             raise ValueError(f"GALI.count must be 2 ... {rows} for {type(body).__name__}, got {self.count}")
 
@@ -211,11 +295,23 @@ class GALI(_Volume):
 class BirkhoffDigits(Indicator):
     """Digits to which weighted Birkhoff averages of the squared kinetic energy over both halves of the run agree.
 
-    Regular from `limit` on: about log10(T)/2 are all that chaotic orbits get. (The average of the kinetic energy itself
-    converges on chaotic orbits too where V is homogeneous: the virial theorem.) Fewer digits are no evidence of chaos:
-    slow beats between frequencies cost a regular orbit as many until some twenty of them have passed. Chaotic below
-    `limit` after 10^4 natural periods. Takes fixed steps.
-    Source: Sander & Meiss 2020, Physica D 411, 132569; the weight is that of `frequency_map`.
+    Chaotic orbits reach about log10(T)/2. (The average of the kinetic energy itself converges on chaotic orbits too
+    where V is homogeneous: the virial theorem.) Fewer digits are no evidence of chaos: slow beats between frequencies
+    cost a regular orbit as many until some twenty of them have passed. It takes fixed steps.
+
+    Parameters
+    ----------
+    limit : float, digits, default 5
+        Regular from it on; chaotic below it after 10^4 natural periods.
+
+    References
+    ----------
+    Sander & Meiss 2020, Physica D 411, 132569; the weight is that of `frequency_map`.
+
+    Examples
+    --------
+    >>> fa.chaos_map(fa.HenonHeiles(), [0.0, 0.1, 0.2, 0.0], time=2000.0, indicators=fa.BirkhoffDigits()).regular
+    array([ True])
     """
 
     limit: float = 5.0
@@ -238,9 +334,21 @@ class FrequencyDiffusion(Indicator):
     """log10 of the difference of the fundamental frequencies of both halves of the run, in cycles per natural period 2
     pi/omega.
 
-    `angles` as in `frequency_map`, which it calls: a pass of its own. Chaotic above `limit`, by default where they
-    differ by 0.3 cycles over a half: those of regular orbits agree much better once the halves resolve them.
-    Source: Laskar 1993, Physica D 67, 257.
+    Parameters
+    ----------
+    limit : float, optional
+        Chaotic above it (default: a difference of 0.3 cycles over a half; those of regular orbits agree much better
+        once the halves resolve them).
+    angles : as in `frequency_map`, which runs in a pass of its own
+
+    References
+    ----------
+    Laskar 1993, Physica D 67, 257.
+
+    Examples
+    --------
+    >>> fa.chaos_map(fa.HenonHeiles(), [0.0, 0.1, 0.2, 0.0], time=2000.0, indicators=fa.FrequencyDiffusion()).regular
+    array([ True])
     """
 
     limit: float | None = None
@@ -255,11 +363,11 @@ class FrequencyDiffusion(Indicator):
             checked_angles(self.angles, body)
 
     def compute(self, flow: Flow, z0: np.ndarray, time: float, rates: np.ndarray, report: Report | None) -> tuple:
-        """Return the values, what they are compared with, and the statuses."""
+        """Return the values, the reference values, and the statuses."""
         return frequency_diffusion(self.angles, flow, z0, time, rates, report)
 
     def calm(self, value: np.ndarray, before: np.ndarray, limit: np.ndarray, n: int) -> np.ndarray:
-        """Tell where the frequencies agree to a third of what is chaos."""
+        """Tell where the frequencies agree to a third of the difference that counts as chaos."""
         return value < limit - 0.5
 
     def default(self, n: int, phase: Any) -> Any:
@@ -272,12 +380,26 @@ class ZeroOne(Indicator):
     """The 0-1 test: median correlation K of the mean square displacement of translations driven by samples, 0 regular,
     1 chaotic.
 
-    `samples` of the kinetic energy at some of the steps (None: five in 2 pi/omega, at least 400, at most 4000), of an
-    adaptive scheme at equal times in a pass of its own. Cost: samples^2 operations an orbit. Chaotic above `limit`
-    after 300 natural periods (beats look alike before). K of regular orbits falls like 1/samples, that of weakly
-    chaotic ones may be as small before their displacements have grown: regular below 50/samples, and below 1 - limit,
-    with half a radian of 2 pi/omega or more between samples, else undecided.
-    Source: Gottwald & Melbourne 2009, SIAM J. Appl. Dyn. Syst. 8, 129.
+    K of regular orbits falls like 1/samples, that of weakly chaotic ones may be as small before their displacements
+    have grown. An orbit is regular below 50/samples and below 1 - limit, with half a radian of 2 pi/omega or more
+    between samples, else undecided. Cost: samples^2 operations an orbit.
+
+    Parameters
+    ----------
+    limit : float, default 0.7
+        Chaotic above it after 300 natural periods (beats look alike before).
+    samples : int >= 100, optional
+        Samples of the kinetic energy at some of the steps (default: five in 2 pi/omega, at least 400, at most 4000), of
+        an adaptive scheme at equal times in a pass of its own.
+
+    References
+    ----------
+    Gottwald & Melbourne 2009, SIAM J. Appl. Dyn. Syst. 8, 129.
+
+    Examples
+    --------
+    >>> fa.chaos_map(fa.HenonHeiles(), [0.0, 0.1, 0.2, 0.0], time=3000.0, indicators=fa.ZeroOne()).regular
+    array([ True])
     """
 
     limit: float = 0.7
@@ -296,7 +418,7 @@ class ZeroOne(Indicator):
         return None if flow.adaptive else kinetic_samples(self.samples, flow, time, rates)
 
     def compute(self, flow: Flow, z0: np.ndarray, time: float, rates: np.ndarray, report: Report | None) -> tuple:
-        """Return the values, what they are compared with, and the statuses."""
+        """Return the values, the reference values, and the statuses."""
         return zero_one(self.samples, flow, z0, time, rates, report)
 
     def calm(self, value: np.ndarray, before: np.ndarray, limit: np.ndarray, n: int) -> np.ndarray:
@@ -306,13 +428,24 @@ class ZeroOne(Indicator):
 
 @dataclass(frozen=True)
 class ReversibilityError(Indicator):
-    """log10 of the distance of z from z0, in amplitudes of the motion, after going to T, turning the momenta round and
-    coming back.
+    """log10 of the distance of z from z0, in amplitudes of the motion, after a run to T and back with reversed momenta.
 
-    Rounding errors grow like tangent vectors: as a power of time on regular orbits, as exp(lambda t) on chaotic ones. A
-    pass of its own, of twice the length, with a splitting (which is reversible). Chaotic above `limit`, by default -13
-    + 2 log10 x, at most -2.
-    Source: Faranda, Mestre & Turchetti 2012, Int. J. Bifurcation Chaos 22, 1250215.
+    Rounding errors grow like tangent vectors: as a power of time on regular orbits, as exp(lambda t) on chaotic ones.
+    The indicator needs a pass of its own, of twice the length, with a splitting (which is reversible).
+
+    Parameters
+    ----------
+    limit : float, decades, optional
+        Chaotic above it (default: -13 + 2 log10 x, at most -2, with x = omega T).
+
+    References
+    ----------
+    Faranda, Mestre & Turchetti 2012, Int. J. Bifurcation Chaos 22, 1250215.
+
+    Examples
+    --------
+    >>> fa.chaos_map(fa.HenonHeiles(), [0.0, 0.1, 0.2, 0.0], time=1000.0, indicators=fa.ReversibilityError()).regular
+    array([ True])
     """
 
     limit: float | None = None
@@ -320,7 +453,7 @@ class ReversibilityError(Indicator):
     needs = ("energy", "flow", "splitting")
 
     def compute(self, flow: Flow, z0: np.ndarray, time: float, rates: np.ndarray, report: Report | None) -> tuple:
-        """Return the values, what they are compared with, and the statuses."""
+        """Return the values, the reference values, and the statuses."""
         return reversibility_error(flow, z0, time, report)
 
     def default(self, n: int, phase: Any) -> Any:
@@ -330,58 +463,6 @@ class ReversibilityError(Indicator):
     def calm(self, value: np.ndarray, before: np.ndarray, limit: np.ndarray, n: int) -> np.ndarray:
         """Tell where it is a hundred times below the limit."""
         return value < limit - 2.0
-
-
-@dataclass(frozen=True)
-class TangentIndicator(VectorIndicator):
-    """An indicator of your own: a reading of the growth of tangent vectors, beside the others in the same pass.
-
-    name: that of its row in `ChaosMap`; reading(growth, i, *parameters): a Python function that Numba compiles (or one
-    that it has compiled) and that returns the number for lane i of `fastaff.kernels.readings.Growth`; limit: chaotic
-    orbits are above it, or below it where `above` is False; count: how many tangent vectors it needs, 1 to 2n;
-    parameters: floats that the reading gets, another value compiles nothing; across_flow: whether it needs the part of
-    the first vector across the flow; judge(value, before, limit, n): which orbits (orbits,) look regular, from the
-    readings at the end and at half the time, called with arrays, as an array of True and False (default: those whose
-    reading changed by less than log10(2) + 0.75 towards chaos, as decades of a vector on a torus do). An orbit whose
-    reading is NaN is undecided. Raises nothing itself: `chaos_map` checks it.
-    Source: the tangent vectors are those of Benettin, Galgani, Giorgilli & Strelcyn 1980, Meccanica 15, 9.
-    """
-
-    name: str
-    reading: Callable[..., float]
-    limit: float
-    above: bool = True
-    count: int = 1
-    parameters: tuple[float, ...] = ()
-    across_flow: bool = False
-    judge: Callable[..., np.ndarray] | None = None
-
-    def check(self, where: str, body: Any) -> None:
-        """Refuse fields that are not what they should be."""
-        rows = _moving_rows(body)
-        if not inspect.isfunction(getattr(self.reading, "py_func", self.reading)):
-            raise TypeError(f"{where}.reading must be a function reading(growth, i, *parameters), got {self.reading!r}")
-        if self.judge is not None and not inspect.isfunction(self.judge):
-            raise TypeError(f"{where}.judge must be a function or None, got {self.judge!r}")
-        if whole(f"{where}.count", self.count, 1) > rows:
-            raise ValueError(f"{where}.count must be 1 ... {rows} here, got {self.count}")
-        if not isinstance(self.parameters, tuple):
-            raise TypeError(f"{where}.parameters must be a tuple of floats, got {self.parameters!r}")
-        for j, number in enumerate(self.parameters):
-            real(f"{where}.parameters[{j}]", number)
-        flag(f"{where}.above", self.above), flag(f"{where}.across_flow", self.across_flow)
-
-    def calm(self, value: np.ndarray, before: np.ndarray, limit: np.ndarray, n: int) -> np.ndarray:
-        """Tell which orbits look regular."""
-        if self.judge is not None:
-            said = self.judge(value, before, limit, n)
-            if not isinstance(said, np.ndarray) or said.dtype != bool or said.shape != value.shape:
-                raise TypeError(
-                    f"judge of the indicator {self.name} must return an array of {value.size} True or False, got "
-                    f"{shown(said)}"
-                )
-            return said
-        return (value - before if self.above else before - value) < math.log10(2.0) + SLACK
 
 
 _KNOWN: tuple[Any, ...] = (

@@ -34,7 +34,7 @@ class Shares(NamedTuple):
     def interval(self, sigmas: float = 1.959964) -> np.ndarray:
         """Return ends (2, ...) of the interval of the fraction that the number of decided orbits leaves open.
 
-        Source: Wilson 1927, J. Am. Stat. Assoc. 22, 209 (the score interval, good at fractions of 0 and 1 too).
+        :Source: Wilson 1927, J. Am. Stat. Assoc. 22, 209 (the score interval, good at fractions of 0 and 1 too).
         """
         # Beyond these the ends are 0 and 1, or the fraction itself.
         sigmas = min(max(positive("sigmas", sigmas), 1e-100), 1e100)
@@ -49,7 +49,9 @@ class Shares(NamedTuple):
         return Shares(*(count[sets] for count in self))
 
     def said(self) -> str:
-        """Say the fraction, of several sets from the least to the largest, with its interval and what is undecided."""
+        """Say the fraction, of several sets from the least to the largest, with its interval and the undecided
+        share.
+        """
         if not np.isfinite(self.fraction).any():
             return f"chaotic fraction unknown: none of {int(np.sum(self.sound))} orbits is decided"
         ends = f"95 %: {_span(self.interval())}"

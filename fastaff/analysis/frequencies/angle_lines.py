@@ -24,12 +24,13 @@ AT_ONCE = 256
 class AngleLines(Result):
     """Lines sum_k amplitude_k exp(2 pi i nu_k t) of the signal of each angle, the largest first.
 
-    The signal is Q - i kappa P without its mean, and without its mean growth where it grows without bound, in the
-    units of Q; kappa is the ratio of the sizes of Q and P, root mean square. names: of the angles; nu, error (n, lines,
+    The signal is Q - i kappa P without its mean, and without its mean growth where it grows without bound, in the units
+    of Q; kappa is the ratio of the sizes of Q and P, root mean square. names: of the angles; nu, error (n, lines,
     orbits) in cycles per unit time, signed, positive for motion q = cos, p = -sin; amplitude (n, lines, orbits),
     complex, at the time 0: of the start of a frequency map, of the first sample of orbits that were given. `phase` is
     its argument in radians. A line that there is none of has the amplitude 0 and the error inf.
-    Source: Laskar 1990, Icarus 88, 266.
+
+    :Source: Laskar 1990, Icarus 88, 266.
     """
 
     names: tuple[str, ...]

@@ -19,7 +19,7 @@ MANY_TURNS = 30
 
 
 class FrequencyKind(IntEnum):
-    """What the frequencies of an orbit say of it."""
+    """Kind of an orbit by its frequencies."""
 
     INDEPENDENT = 0
     DEPENDENT = 1
@@ -32,18 +32,18 @@ class FrequencyMap(Result):
     """Fundamental frequencies of orbits.
 
     names: one for each row of nu (n, orbits), in cycles per unit time (`omega` = 2 pi nu); error (n, orbits), which
-    covers the averaging, the scheme and rounding; inf where there is no frequency; method (n, orbits): what gave the
-    value, 0 an average, 1 a fitted line; kind (orbits,) of `FrequencyKind`: INDEPENDENT, all n frequencies of a torus;
-    DEPENDENT, only `rank` (orbits,) of them are independent (a resonance, a mode at rest), the other rows show the
-    leading line of their coordinate; IRREGULAR, they change from one half to the other: chaotic; UNDECIDED, the time
-    is too short to tell, as where two lines are closer than 1.5/time (a slow precession, weakly coupled modes, a low
-    resonance), whose errors are then 1/time or more, or a mode is too slow to show. leading, leading_error (n,
+    covers the averaging, the scheme and rounding; inf where there is no frequency; method (n, orbits): the origin of
+    the value, 0 an average, 1 a fitted line; kind (orbits,) of `FrequencyKind`: INDEPENDENT, all n frequencies of a
+    torus; DEPENDENT, only `rank` (orbits,) of them are independent (a resonance, a mode at rest), the other rows show
+    the leading line of their coordinate; IRREGULAR, they change from one half to the other: chaotic; UNDECIDED, the
+    time is too short to tell, as where two lines are closer than 1.5/time (a slow precession, weakly coupled modes, a
+    low resonance), whose errors are then 1/time or more, or a mode is too slow to show. leading, leading_error (n,
     orbits): the strongest line of each angle's own loop, and basis (n, n, orbits) integers with leading_i = sum_j
     basis_ij nu_j within the errors (row i is 0 where none are known). Frequencies that all have basis 1 are those of
     the coordinates' own lines (`other_basis` tells which have not); a singular basis tells that the leading lines are
-    locked. diffusion (orbits,) = log10 of the largest |nu(first half) - nu(second half)|, for a body over nu_eta and
-    nu_gamma, whose angles are well defined on every orbit, of a map NaN where there is no frequency; energy_error,
-    status (orbits,); t (orbits,) the time reached. step: what was used, one for each orbit, or that of an adaptive
+    locked. diffusion (orbits,) = log10 of the largest ``|nu(first half) - nu(second half)|``, for a body over nu_eta
+    and nu_gamma, whose angles are well defined on every orbit, of a map NaN where there is no frequency; energy_error,
+    status (orbits,); t (orbits,) the time reached. step: the step used, one for each orbit, or that of an adaptive
     scheme. For a body the rows are two librations, phi and psi; nu_eta and nu_gamma are kept beside them. lines: the
     strongest lines of each angle's signal, where they were asked for. halves, halves_error (2, n, orbits): the
     frequencies of both halves of the time with their errors, None for maps. Of orbits that were given as samples there
@@ -81,7 +81,8 @@ class FrequencyMap(Result):
 
         Some log10(t)/2, t in periods, of chaotic orbits, up to all 16 of regular ones. In `frequency_map` with a
         window: of the first and the last one.
-        Source: Sander & Meiss 2020, Physica D 411, 132569.
+
+        :Source: Sander & Meiss 2020, Physica D 411, 132569.
         """
         largest = np.where(np.isfinite(self.error), np.abs(self.nu), 0.0).max(axis=0)
         if self.scheme == ITERATION:
@@ -109,7 +110,7 @@ class FrequencyMap(Result):
         return self.regular & ((self.basis != own).any(axis=1) & self.basis.any(axis=1)).any(axis=0)
 
     def summary(self) -> str:
-        """Say in one line what became of the orbits, and what the frequencies of those that are OK are."""
+        """Say in one line the outcomes of the orbits, and the kinds of frequencies of those that are OK."""
         fine, kinds = self.status == Status.OK, FrequencyKind
         counts = {
             "by the coordinates' own lines": self.regular & ~self.other_basis,

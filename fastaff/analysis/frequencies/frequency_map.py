@@ -85,53 +85,88 @@ def frequency_map(
 ) -> FrequencyMap:
     """Find the fundamental frequencies of orbits of `body` from `z0` over `time`.
 
-    Parameters: z0 (2n,) or (2n, orbits); time > 0, best 100 periods or more; accuracy: error, relative to an orbit's
-    largest frequency, that the scheme may leave (default 1e-11): steps are chosen for it and halved where they leave
-    more; what `time` is too short for stays in `error`; method: `BirkhoffAverages()`, with lines where they have not
-    converged, or `NaffLines()` of `fastaff.analysis`, or "birkhoff", "naff"; angles: a value of `fastaff.models.angles`
-    (default: those natural to the potential, or the coordinates and momenta themselves); window: of a map, see below;
-    step: instead of an accuracy, and for an adaptive scheme the interval between the states that are sampled (default:
-    a sixteenth of a typical radian); lines: so many of the strongest lines of each angle's signal too, as
-    `AngleLines`; the other options as in `integrate`. Returns FrequencyMap. Raises ValueError or
-    TypeError for wrong input; Interrupted on Ctrl-C, with `.partial`.
+    Parameters
+    ----------
+    body, z0 : as in `integrate`
+    time : float > 0, time
+        Best 100 periods or more; for a map a number of iterates.
+    accuracy : float, default 1e-11
+        Error of the scheme, relative to an orbit's largest frequency: steps are chosen for it and halved where they
+        miss it. The error due to a short `time` stays in `error`.
+    method : `BirkhoffAverages`, `NaffLines`, "birkhoff" or "naff"
+        Weighted averages, with fitted lines where they have not converged (default), or fitted lines.
+    angles : value of `fastaff.models.angles`, optional
+        Default: the angles natural to the potential, or the coordinates and momenta themselves.
+    window : int, turns, optional
+        For a map: the first and the last window are compared for the diffusion, instead of the halves.
+    step : float, time, optional
+        Instead of an accuracy; for an adaptive scheme the interval between samples (default: 1/16 of a typical radian).
+    scheme, rtol, atol, energy_tolerance : as in `integrate`
+    lines : int, optional
+        Number of strongest lines of each angle's signal to return too, as `AngleLines`.
+    threads, report : as in `integrate`
 
-    Of a map `time` is a number of iterates and nu is per iterate: in a plane (q, p) the tune in [0, 1) of q - i p, as
-    `tunes` finds it; of a coordinate with a period its rotation number, the mean of what it winds on in an iterate, in
-    periods and not modulo 1. A window of so many turns, the first and the last ones, is compared for the diffusion
-    instead of the halves, and nu is that of the first: what lies between is iterated at full speed and not kept. A
-    particle that is lost keeps its status, `t` the turn, and what it had shown before. The steps of the angles are
-    added up while the map runs, twice where there are planes, to the bits of `tunes` of the samples, which are kept of
-    orbits alone that are lost or need lines: some 12 ns a turn of four coordinates, 2 to 3 of the standard map. With
-    `lines` the strongest ones of each coordinate's signal in the first window, modulo 1, in (-1/2, 1/2]: of one that
-    winds what is left of it without its mean turn.
+    Returns
+    -------
+    `FrequencyMap`
+        Frequencies in cycles per unit time, with errors, diffusion and kinds.
+
+    Raises
+    ------
+    ValueError, TypeError, Interrupted
+        As in `integrate`.
+
+    Notes
+    -----
+    Maps: nu is per iterate. In a plane (q, p) it is the tune in [0, 1) of q - i p, as in `tunes`; of a coordinate with
+    a period it is the rotation number, the mean advance per iterate in periods, not modulo 1. With a window nu is that
+    of the first window; turns between the windows are iterated at full speed and not kept. A lost particle keeps its
+    status, its turn `t` and its earlier values. Angle steps are summed while the map runs, twice where there are
+    planes, to the bits of `tunes` of the samples; samples are kept only of orbits that are lost or need lines: some 12
+    ns a turn of four coordinates, 2 to 3 of the standard map. `lines` are those of the first window, modulo 1, in
+    (-1/2, 1/2]; of a winding coordinate without its mean turn.
+
     Identification: steps are at most 1.5 radians of the fastest small oscillation about the start. The orbit is sampled
-    every 1.1 radians of its motion, a body that has angles of its own every 0.8. The lines of the loops (Q, P) of all
-    coordinates together span a lattice, of which the strongest independent lines are generators; each goes to the
-    coordinate of whose motion it has the largest share. They are positive; those of a body's planes have the sign of
-    turning. A coordinate that grows without bound counts without its mean growth. Lines that stand apart are read from
-    the bins of one Fourier transform, others are fitted together.
-    Birkhoff: a loop that has one generator's line and no other's, times exp(-2 pi i nu_0 t), is summed with the weight
-    w = exp(30 (sqrt(1 - x^2) - 1)) and with the weight's change from sample to sample: their ratio gives the line's
-    turn from sample to sample, exactly. A line at distance d and of relative amplitude a adds a d W(d), below 2e-12
-    once d*time > 9.6. The halves' frequencies are found so from the halves alone. The mean rates of a body's own angles
-    say which lines theirs are, and are taken where there are none. NAFF: the line of that loop, fitted with the
-    strongest others, also where the sums leave more than 0.02 cycles over the time, or `fallback`.
-    Errors: 10 times the largest difference of the turn from that between two windows of 0.7 and of 0.8 of the time,
-    which bounds what a line 1.5/time away or more can do; what lines closer than that can do, by the amplitudes
-    that lines show, and where combinations of frequencies are so close to 0, 5 times the change from half to half;
-    5 times what the change of the mean rate over a part of the time (a sixteenth, or at least 128 steps) when the
-    step is halved may be off, and for a Runge-Kutta scheme, whose error grows, times their ratio (tolerances a
-    hundredth for an adaptive one); for a splitting the change is taken off the value; and rounding.
-    Verdicts: two lines that both show and are closer than 1.5/time are one unknown: UNDECIDED, with errors of
-    1/time, as are frequencies of which a combination |k| <= 10 is 0 within its error. IRREGULAR are orbits whose
-    frequencies differ from half to half by 0.3 cycles or more, and by more than close lines can make them differ.
+    every 1.1 radians of its motion, a body with angles of its own every 0.8. The lines of all loops (Q, P) together
+    span a lattice, generated by the strongest independent lines. Each generator goes to the coordinate in whose motion
+    it has the largest share. Generators are positive; those of a body's planes have the sign of turning. A coordinate
+    that grows without bound counts without its mean growth. Isolated lines are read from the bins of one Fourier
+    transform, others are fitted together.
+
+    Birkhoff: a loop with the line of one generator and of no other, times exp(-2 pi i nu_0 t), is summed with the
+    weight w = exp(30 (sqrt(1 - x^2) - 1)) and with the change of the weight from sample to sample: their ratio is
+    exactly the turn of the line from sample to sample. A line at distance d and of relative amplitude a adds a d W(d),
+    below 2e-12 once d*time > 9.6. The frequencies of the halves come from the halves alone. The mean rates of a body's
+    own angles tell which lines belong to them, and are taken where there are none. NAFF: the line of that loop, fitted
+    with the strongest others, also where the sums leave more than 0.02 cycles over the time, or `fallback`.
+
+    Errors: 10 times the largest difference of the turn from that of two windows of 0.7 and 0.8 of the time, which
+    bounds the effect of a line 1.5/time away or more; the possible effect of closer lines, from the visible amplitudes,
+    and, where combinations of frequencies are so close to 0, 5 times the change from half to half; 5 times the
+    uncertainty of the change of the mean rate over a part of the time (a sixteenth, or at least 128 steps) when the
+    step is halved, for a Runge-Kutta scheme, whose error grows, times the ratio of the times (tolerances a hundredth
+    for an adaptive one), for a splitting with the change taken off the value; and rounding.
+
+    Kinds: two visible lines closer than 1.5/time are one unknown: UNDECIDED, with errors of 1/time, as are frequencies
+    with a combination ``|k| <= 10`` that is 0 within its error. IRREGULAR: frequencies differ from half to half by 0.3
+    cycles or more, and by more than close lines can cause.
+
     Cost: a run, a half-step run over a part of it, a Fourier transform of each loop and a pass over its samples;
-    several times as much for orbits whose lines do not stand apart (bench/test_frequency.py).
-    Memory: samples of some orbits at a time, 64 MiB or one orbit, and as much for what is made of them
-    (bench/memory.py).
-    Source: Laskar 1990, Icarus 88, 266 (frequency maps, diffusion); Papaphilippou & Laskar 1996, Astron. Astrophys.
-    307, 427, and Valluri & Merritt 1998, Astrophys. J. 506, 686 (independent lines); Das, Saiki, Sander & Yorke 2017,
+    several times as much where lines are not isolated (bench/test_frequency.py). Memory: samples of some orbits at a
+    time, 64 MiB or one orbit, and as much for intermediate arrays (bench/memory.py).
+
+    References
+    ----------
+    Laskar 1990, Icarus 88, 266 (frequency maps, diffusion); Papaphilippou & Laskar 1996, Astron. Astrophys. 307, 427,
+    and Valluri & Merritt 1998, Astrophys. J. 506, 686 (independent lines); Das, Saiki, Sander & Yorke 2017,
     Nonlinearity 30, 4111 (weighted averages); the paper's nu = dE/dJ.
+
+    Examples
+    --------
+    >>> freq = fa.frequency_map(fa.HenonHeiles(), [0.1, 0.05, 0.0, 0.1], time=500.0)
+    >>> freq.nu.round(6)
+    array([[0.15556 ],
+           [0.159622]])
     """
     time = iterates(body, "time", time)
     options = Options(

@@ -16,9 +16,10 @@ class BirkhoffAverages:
     """Weighted Birkhoff averages of the rates of loops; lines where an average has not converged.
 
     fallback: relative error estimate above which an average is replaced by the fitted line where that has the smaller
-    error (None: the accuracy asked for, or 1e-9; inf: never, which saves the fits). Raises ValueError or TypeError for
-    other values.
-    Source: Das, Saiki, Sander & Yorke 2017, Nonlinearity 30, 4111.
+    error (None: the accuracy asked for, or 1e-9; inf: never, which saves the fits).
+
+    :Raises: ValueError or TypeError for other values.
+    :Source: Das, Saiki, Sander & Yorke 2017, Nonlinearity 30, 4111.
     """
 
     fallback: float | None = None
@@ -33,7 +34,7 @@ class BirkhoffAverages:
 class NaffLines:
     """The strongest lines of each loop, fitted together (NAFF), for all of them.
 
-    Source: Laskar 1990, Icarus 88, 266.
+    :Source: Laskar 1990, Icarus 88, 266.
     """
 
     @property

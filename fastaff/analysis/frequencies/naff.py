@@ -36,7 +36,8 @@ class FrequencyLines(Result, axis="signal"):
 
     A signal with fewer lines than asked for has amplitude 0, nu 0 and error inf in the missing places. Signals come
     first, as they do in the array that is analysed: a signal's samples are neighbours in memory, as the FFT takes them.
-    Source: Laskar (1990), Icarus 88, 266.
+
+    :Source: Laskar (1990), Icarus 88, 266.
     """
 
     nu: Annotated[np.ndarray, along("signal", "line", unit="cycles/time")]
@@ -67,42 +68,58 @@ def naff(
 
     Parameters
     ----------
-    signal : (..., samples) complex or real array, sampled every `dt`. A real signal has its lines in pairs +-nu.
-    dt : time between samples, > 0.
-    lines : number of lines per signal, >= 1, with samples >= 4*(lines + window_order).
-    window_order : p of the window (1 + cos)^p, 0 (none) to 12. Higher orders suppress far lines that are not
-        fitted (their pull falls like distance^-(2p+1)), widen a line to p + 1 bins and pass more noise.
-    threads, report : as in `integrate`.
+    signal : array (..., samples), complex or real
+        Sampled every `dt`. A real signal has its lines in pairs +-nu.
+    dt : float > 0, time
+        Interval between samples.
+    lines : int >= 1
+        Number of lines per signal, with samples >= 4*(lines + window_order).
+    window_order : int, 0 (none) to 12, default 2
+        p of the window (1 + cos)^p. Higher orders suppress far lines that are not fitted (their pull falls like
+        distance^-(2p+1)), widen a line to p + 1 bins and pass more noise.
+    threads, report : as in `integrate`
 
     Returns
     -------
-    Lines : nu, amplitude, error (..., lines) and residual (...).
+    `FrequencyLines`
+        nu, amplitude, error (..., lines) and residual (...).
 
     Raises
     ------
-    TypeError, ValueError : naming the argument, what it got and what it takes.
-    Interrupted : on Ctrl-C, with `.partial`, where signals that were left out have no lines and the residual NaN.
+    TypeError, ValueError
+        The message names the argument, its value and the values allowed.
+    Interrupted
+        On Ctrl-C, with `.partial`, where signals left out have no lines and the residual NaN.
 
     Notes
     -----
-    The lines are a stationary point of sum_n chi_p(t_n) |f(t_n) - sum_k a_k exp(2 pi i nu_k t_n)|^2, a_k and nu_k free:
-    each nu_k maximises |<f - other lines, exp(2 pi i nu t)>| as in Laskar's NAFF, but no error of removing one line
-    stays in the next. Peaks of the windowed FFT start the fit; window transforms are closed, so the window is
-    sampled as prod_{i<p} (cos(2 pi t/T) + cos((2i+1) pi/N)), which is (1 + cos)^p up to O(N^-2).
+    The lines are a stationary point of ``sum_n chi_p(t_n) |f(t_n) - sum_k a_k exp(2 pi i nu_k t_n)|^2``, a_k and nu_k
+    free. Each nu_k maximises ``|<f - other lines, exp(2 pi i nu t)>|`` as in Laskar's NAFF, but no error of removing
+    one line stays in the next. Peaks of the windowed FFT start the fit. Window transforms are closed, so the window is
+    sampled as ``prod_{i<p} (cos(2 pi t/T) + cos((2i+1) pi/N))``, which is (1 + cos)^p up to O(N^-2).
 
-    Accuracy: if the signal is a sum of at most `lines` lines 1 bin (1/T, T = samples*dt) or more apart, nu is exact
-    to rounding. Lines not fitted, D bins away and b/a as large, move nu by about (p!)^2 (b/a) D^-(2p+1)/T, that is
-    T^-(2p+2); lines closer than about one bin count as one. `error` adds, in squares, the residual spectrum weighted
-    by this bound and twice the standard deviation from the noise level around the line, times the coupling to the
-    other lines; it cannot know of a line hidden within one bin. Lines below 2 eps |nu| T of the largest are the
-    rounding of the signal's own phase and count as missing. The result of a signal has the same bits in any batch
-    and for any number of threads.
+    Accuracy: if the signal is a sum of at most `lines` lines 1 bin (1/T, T = samples*dt) or more apart, nu is exact to
+    rounding. Lines not fitted, D bins away and b/a as large, move nu by about (p!)^2 (b/a) D^-(2p+1)/T, that is
+    T^-(2p+2); lines closer than about one bin count as one. `error` adds, in squares, the residual spectrum weighted by
+    this bound and twice the standard deviation from the noise level around the line, times the coupling to the other
+    lines; it cannot include a line hidden within one bin. Lines below ``2 eps |nu| T`` of the largest are the rounding
+    of the signal's own phase and count as missing. The result of a signal has the same bits in any batch and for any
+    number of threads.
 
-    Cost: one FFT, and one pass of about 20 lines flops per sample and iteration (one or two for separate lines).
-    Memory beyond the signal and the results: about 5 MiB per thread, or 6 signals.
+    Cost: one FFT, and one pass of about 20 lines flops per sample and iteration (one or two for separate lines). Memory
+    beyond the signal and the results: about 5 MiB per thread, or 6 signals.
 
-    Source: Laskar (1990) Icarus 88, 266; Laskar, Froeschle, Celletti (1992) Physica D 56, 253; Laskar (1999),
-    Introduction to frequency map analysis, NATO ASI C 533, 134.
+    References
+    ----------
+    Laskar (1990) Icarus 88, 266; Laskar, Froeschle, Celletti (1992) Physica D 56, 253; Laskar (1999), Introduction to
+    frequency map analysis, NATO ASI C 533, 134.
+
+    Examples
+    --------
+    >>> t = 0.1 * np.arange(256)
+    >>> found = fa.naff(np.exp(2j * np.pi * 0.31 * t) + 0.5 * np.exp(-2j * np.pi * 0.7 * t), 0.1, lines=2)
+    >>> found.nu.round(9), abs(found.amplitude).round(9)
+    (array([ 0.31, -0.7 ]), array([1. , 0.5]))
     """
     reporter(report)
     signal, dt, lines, order = _checked(signal, dt, lines, window_order)

@@ -53,25 +53,57 @@ def orbit_frequencies(
 ) -> FrequencyMap:
     """Find the fundamental frequencies of orbits known as samples in time: of another program, or of `integrate`.
 
-    Parameters: samples (2n, orbits, samples), rows q1, ..., qn, p1, ..., pn, or (2n, samples) of one orbit, NaN from
-    where an orbit has ended; Orbits with samples; an array of xarray, whose dimensions may be in any order; a data set
-    of a file of HDF5 or Zarr, read some orbits at a time; or, with coordinates, what has arrays (orbits, samples) by
-    name: a mapping, a Dataset, a group of a file; dt > 0: time between samples; times (samples,) instead, equidistant
-    to a millionth (by default those of Orbits or of a labelled array); coordinates: names of the 2n rows; body: a model
-    whose natural angles are meant, or angles, as in `frequency_map` (default: loops in the planes of each coordinate
-    and its momentum, or velocity); method, lines, threads, report as in `frequency_map`. Returns FrequencyMap, whose
-    time is that of the samples. Raises ValueError or TypeError naming orbit and sample of what is wrong; Interrupted on
-    Ctrl-C, with `.partial`.
+    Parameters
+    ----------
+    samples : array (2n, orbits, samples) or (2n, samples)
+        Rows q1, ..., qn, p1, ..., pn, NaN after an orbit's end. Also: `Orbits` with samples; an array of xarray, with
+        dimensions in any order; a data set of a file of HDF5 or Zarr, read some orbits at a time; or, with coordinates,
+        arrays (orbits, samples) by name: a mapping, a Dataset, a group of a file.
+    dt : float > 0, time, optional
+        Interval between samples.
+    times : array (samples,), time, optional
+        Instead of dt, equidistant to a millionth (default: those of Orbits or of a labelled array).
+    coordinates : sequence of str, optional
+        Names of the 2n rows.
+    body : model, optional
+        Model whose natural angles are used.
+    angles : as in `frequency_map`
+        Default: loops in the planes of each coordinate and its momentum, or velocity.
+    method, lines, threads, report : as in `frequency_map`
 
-    Frequencies, errors, diffusion and kinds are found as by `frequency_map`, the same numbers to the bit for the same
-    samples, whatever they came in; but there is no run with half the step: errors know the window and rounding, nothing
-    of the scheme that made the samples. Samples must show the motion, four or more in a period of its fastest line:
-    orbits where they are fewer are NOT_CONVERGED, and data from turn to turn are for `tunes`. An orbit that ended has
-    the status NONFINITE, or LOST where its samples stay at one point, and the frequencies of its life, cut to one of
-    eight lengths in a factor of 2.
-    Cost: that of `frequency_map` beyond the runs.
-    Memory: 128 MiB of samples or one orbit at a time, and twice as much for what is made of them.
-    Source: as `frequency_map`.
+    Returns
+    -------
+    `FrequencyMap`
+        Its time is that of the samples.
+
+    Raises
+    ------
+    ValueError, TypeError
+        An argument is wrong; the message names orbit and sample.
+    Interrupted
+        On Ctrl-C, with the result so far in `.partial`.
+
+    Notes
+    -----
+    Frequencies, errors, diffusion and kinds are those of `frequency_map`, the same numbers to the bit for the same
+    samples in any container. There is no run with half the step: errors include window and rounding, not the scheme
+    that made the samples. Samples must resolve the motion, with four or more in a period of its fastest line: orbits
+    with fewer are NOT_CONVERGED. Data from turn to turn are for `tunes`. An orbit that ended has the status NONFINITE,
+    or LOST where its samples stay at one point, and the frequencies of its life, cut to one of eight lengths in a
+    factor of 2.
+
+    Cost: that of `frequency_map` without the runs. Memory: 128 MiB of samples or one orbit at a time, and twice as much
+    for intermediate arrays.
+
+    References
+    ----------
+    As in `frequency_map`.
+
+    Examples
+    --------
+    >>> t = 0.1 * np.arange(400)
+    >>> fa.orbit_frequencies([np.cos(3 * t), -np.sin(3 * t)], 0.1).omega.round(9)
+    array([[3.]])
     """
     reporter(report)
     given = given_orbits("samples", samples, dt=dt, times=times, coordinates=coordinates, least=LEAST)

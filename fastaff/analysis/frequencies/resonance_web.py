@@ -20,7 +20,7 @@ from .resonances import MAX_ORDER, checked_frequencies, vectors, widths
 class ResonanceLine(Result, axis=None):
     """One resonance k . nu = 0 of a web.
 
-    vector: k; order: |k|_1; lines: polylines (points, 2) in the coordinates of the axes; locked (n1, n2): the grid
+    vector: k; order: ``|k|_1``; lines: polylines (points, 2) in the coordinates of the axes; locked (n1, n2): the grid
     points whose frequencies satisfy it within the width, an island of the resonance or all of a degenerate region (None
     in a plane of ratios).
     """
@@ -49,20 +49,52 @@ def resonance_web(
 ) -> list[ResonanceLine]:
     """Find the lines k . nu = 0 over a grid of initial conditions.
 
-    Parameters: nu (n, n1, n2), n = 2 to 4, NaN where there is no orbit or it is not regular; axes: the coordinates
-    (n1,) and (n2,) of the grid, by default its indices; max_order: of all primitive k looked at; resonances: vectors
-    (m, n) to look at instead; tolerance, errors: the width of a resonance as in `resonances`; jump: cells in which some
-    frequency differs by more than `jump` max|nu| between neighbours are left out (default: none are); shortest: lines
-    of fewer points, which noise at the edge of an island makes, are dropped. Returns the WebLines that occur, by order.
-    Raises ValueError or TypeError for wrong input.
+    Parameters
+    ----------
+    nu : array (n, n1, n2)
+        Frequencies, n = 2 to 4, NaN where there is no orbit or it is not regular.
+    axes : arrays (n1,) and (n2,), optional
+        Coordinates of the grid (default: its indices).
+    max_order : int, default 8
+        Largest order of the primitive k searched.
+    resonances : array (m, n) of int, optional
+        Vectors to search instead.
+    tolerance, errors : as in `resonances`
+        Width of a resonance; default 1e-6, and 0.
+    jump : float, optional
+        Cells in which a frequency differs by more than ``jump max|nu|`` between neighbours are left out (default:
+        none).
+    shortest : int, default 4
+        Lines of fewer points, made by noise at the edge of an island, are dropped.
 
+    Returns
+    -------
+    list of `ResonanceLine`
+        The lines that occur, by order.
+
+    Raises
+    ------
+    ValueError, TypeError
+        An argument is wrong.
+
+    Notes
+    -----
     Lines are contours of the piecewise linear interpolant of k . nu, off by O(cell^2) from those of a smooth map. Cells
     where k . nu = 0 within the width at all corners are an area, not a line: contours end at it, and `locked` shows it.
     Where all of the map satisfies some resonances (a degenerate body), vectors that differ by these give the same
-    lines: only the first is kept.
-    Cost: one pass over the grid for each vector, and a contour for each that changes sign.
-    Source: Laskar 1993, Physica D 67, 257 (resonance lines in frequency maps); contours by contourpy, which comes with
+    lines: only the first is kept. Cost: one pass over the grid for each vector, and a contour for each that changes
+    sign.
+
+    References
+    ----------
+    Laskar 1993, Physica D 67, 257 (resonance lines in frequency maps); contours by contourpy, which comes with
     matplotlib.
+
+    Examples
+    --------
+    >>> nu = np.array(np.meshgrid(np.linspace(0.2, 0.4, 9), np.linspace(0.21, 0.43, 9)))
+    >>> [line.vector for line in fa.resonance_web(nu, max_order=2)]
+    [(1, -1)]
     """
     import contourpy
 
@@ -102,10 +134,11 @@ def ratio_web(
 ) -> list[ResonanceLine]:
     """Find the lines k1 X + k2 Y + k3 = 0 in the plane of the frequency ratios X = nu1/nu3, Y = nu2/nu3.
 
-    Parameters: x, y: the ranges of the two ratios; max_order: of all primitive k = (k1, k2, k3) looked at, or
-    resonances: vectors (m, 3) to look at instead. Returns the WebLines that cross the ranges, by order, each one
-    segment (2, 2); `locked` is None. Raises ValueError or TypeError for wrong input. Exact to rounding.
-    Source: Laskar 1993, Physica D 67, 257.
+    :Parameters: x, y: the ranges of the two ratios; max_order: of all primitive k = (k1, k2, k3) looked at, or
+        resonances: vectors (m, 3) to look at instead.
+    :Returns: the WebLines that cross the ranges, by order, each one segment (2, 2); `locked` is None.
+    :Raises: ValueError or TypeError for wrong input. Exact to rounding.
+    :Source: Laskar 1993, Physica D 67, 257.
     """
     box = np.array([span("x", x), span("y", y)])
     found = []

@@ -32,12 +32,13 @@ class Resonances(Result):
 
     Arrays over orbits have the shape of one row of nu. rank, the number of independent relations; basis (n, n, ...),
     its vectors in the first `rank` rows, the shortest first and zero past them: every relation found is an integer
-    combination of them, and so is every integer vector of their span (the lattice is primitive); order, |k|_1 of the
-    shortest, 0 where there is none; distance, width (n, ...): |k . nu| of each basis vector and what was allowed for
-    it, NaN past the rank; accidental, the number of relations that a random frequency vector would show (see
+    combination of them, and so is every integer vector of their span (the lattice is primitive); order, ``|k|_1`` of
+    the shortest, 0 where there is none; distance, width (n, ...): ``|k . nu|`` of each basis vector and its largest
+    allowed value, NaN past the rank; accidental, the number of relations that a random frequency vector would show (see
     `resonances`); status of `Status`: NONFINITE (a frequency is NaN or infinite) and NOT_CONVERGED (its error is) have
     rank 0. names: one for each frequency.
-    Source: Morbidelli 2002, Modern Celestial Mechanics, section 2.1.
+
+    :Source: Morbidelli 2002, Modern Celestial Mechanics, section 2.1.
     """
 
     names: tuple[str, ...]
@@ -131,29 +132,59 @@ def resonances(
 ) -> Resonances:
     """Find the integer relations between the frequencies of each orbit, and the lattice that they span.
 
-    Parameters: nu (n,) or (n, ...) frequencies of n = 2, 3 or 4 angles, or a result that carries them with names and
-    errors, a FrequencyMap or ActionAngles, or Tunes or a FrequencyMap of a map of up to three planes, to which the
-    turn's own frequency, 1, is added as the last; max_order: of the vectors searched, 1 to 50; tolerance >= 0,
-    relative; errors: of the shape of nu, absolute, such as `.error` (default 0); names: of the frequencies, for labels;
-    threads, report as in `integrate`. Returns Resonances. Raises ValueError or TypeError for wrong input; Interrupted
-    on Ctrl-C, with `.partial`.
+    Parameters
+    ----------
+    nu : array (n,) or (n, ...), or result
+        Frequencies of n = 2, 3 or 4 angles. A FrequencyMap or ActionAngles also gives names and errors, as do Tunes and
+        a FrequencyMap of a map of up to three planes, to which the frequency of the turn, 1, is added as the last.
+    max_order : int, 1 to 50, default 8
+        Largest order of the vectors searched.
+    tolerance : float >= 0, default 1e-9
+        Relative width of a relation.
+    errors : array of the shape of nu, default 0
+        Absolute, such as `.error`.
+    names : sequence of str, optional
+        Names of the frequencies, for labels.
+    threads, report : as in `integrate`
 
-    A relation is a primitive k, its first entry that is not zero positive, with |k|_1 = sum |k_i| <= max_order and
+    Returns
+    -------
+    `Resonances`
+        Rank, basis and widths of each orbit.
 
-        |k . nu| <= width(k) = tolerance |k|_1 max|nu| + sum |k_i| errors_i.
+    Raises
+    ------
+    ValueError, TypeError, Interrupted
+        As in `integrate`.
 
-    Relations are visited by |k|_1; one that is independent of those before joins the basis if the basis stays
-    primitive, else the shortest vector does that completes it: Minkowski's reduction in the norm |k|_1. Such a
+    Notes
+    -----
+    A relation is a primitive k, its first nonzero entry positive, with ``|k|_1 = sum |k_i| <= max_order`` and
+
+        ``|k . nu| <= width(k) = tolerance |k|_1 max|nu| + sum |k_i| errors_i``.
+
+    Relations are visited by ``|k|_1``. One that is independent of those before joins the basis if the basis stays
+    primitive, else the shortest vector does that completes it: Minkowski's reduction in the norm ``|k|_1``. Such a
     completing vector, and any combination, is a relation as exactly as the basis is, though `distance` may exceed
-    `width` by the number of terms. Rank n says that every frequency is zero within the widths. Accidental relations: a
-    vector nu of random direction meets |k . nu| <= width with the probability 2 c_n width/(|k|_2 |nu|_2), c_n =
+    `width` by the number of terms. Rank n means that every frequency is zero within the widths. Accidental relations: a
+    vector nu of random direction meets ``|k . nu| <= width`` with the probability ``2 c_n width/(|k|_2 |nu|_2)``, c_n =
     Gamma(n/2)/(sqrt(pi) Gamma((n - 1)/2)); the sum over all k searched is `accidental`. Where it is not far below 1,
     lower max_order, the tolerance or the errors: for n = 4 and tolerance 1e-9 it is about 2e-6 at order 8 and 1e-5 at
     order 12.
-    Cost: 15 flops for each orbit and vector, of which there are 1640 (n = 4, order 8) or 7512 (order 12).
-    Memory: the results and 64 bytes for each orbit, whatever max_order is. Any number of threads gives the same bits.
-    Source: Laskar 1990, Icarus 88, 266 (resonances in frequency maps); Cassels 1971, An Introduction to the Geometry of
+
+    Cost: 15 flops for each orbit and vector, of which there are 1640 (n = 4, order 8) or 7512 (order 12). Memory: the
+    results and 64 bytes for each orbit, for any max_order. Any number of threads gives the same bits.
+
+    References
+    ----------
+    Laskar 1990, Icarus 88, 266 (resonances in frequency maps); Cassels 1971, An Introduction to the Geometry of
     Numbers, section V.4 (reduction); the degeneracy conditions after EQ3.23 and EQa of Martens & Slawianowski.
+
+    Examples
+    --------
+    >>> found = fa.resonances([0.2, 0.4, 0.3137], max_order=4)
+    >>> found.rank, found.label()
+    (array(1), '2 nu_1 - nu_2 = 0')
     """
     reporter(report)
     if (
@@ -309,12 +340,13 @@ def diffusion_histogram(
 ) -> DiffusionHistogram:
     """Count orbits by their diffusion, and those that diffuse faster than a threshold.
 
-    Parameters: diffusion: array of log10 |change of frequency|, such as `FrequencyMap.diffusion`; threshold: in the
-    same logarithm; bin_width > 0: the bins are [i, i + 1) bin_width, i whole, so that histograms can be compared;
-    status: of the shape of diffusion, orbits that are not OK are left out. Returns DiffusionHistogram; with no orbit
-    its fraction is 0. Raises ValueError or TypeError for wrong input.
-    Cost: one pass.
-    Source: Laskar 1993, Physica D 67, 257 (diffusion of frequencies).
+    :Parameters: diffusion: array of log10 ``|change of frequency|``, such as `FrequencyMap.diffusion`; threshold: in
+        the same logarithm; bin_width > 0: the bins are [i, i + 1) bin_width, i whole, so that histograms can be
+        compared; status: of the shape of diffusion, orbits that are not OK are left out.
+    :Returns: DiffusionHistogram; with no orbit its fraction is 0.
+    :Raises: ValueError or TypeError for wrong input.
+    :Cost: one pass.
+    :Source: Laskar 1993, Physica D 67, 257 (diffusion of frequencies).
     """
     threshold, bin_width = real("threshold", threshold), positive("bin_width", bin_width)
     values = numbers("diffusion", diffusion)

@@ -40,10 +40,11 @@ class TuneSums(Result):
     centre, shape and reference turn of each plane's loop, the columns of `fastaff.kernels.tunes`; sums (n, 6, orbits)
     of angles and moments (n, 9, orbits) of the window that is being filled, weights (7,): the sums of their weights;
     turns (orbits,): samples before the first that is not finite; ended (orbits,); still (2, orbits): how many samples
-    in a row equal the one before, at the end and at most until then; nu, error (n, orbits), halves (2, n,
-    orbits): what the last window said that the orbit came to the end of, window (orbits,) its length, 0 for none. The
-    orbits of several can be joined (`concat`) where they have as many samples.
-    Source: as `tunes`.
+    in a row equal the one before, at the end and at most until then; nu, error (n, orbits), halves (2, n, orbits):
+    those of the last window that the orbit completed, window (orbits,) its length, 0 for none. The orbits of several
+    can be joined (`concat`) where they have as many samples.
+
+    :Source: as `tunes`.
     """
 
     names: tuple[str, ...]
@@ -65,20 +66,42 @@ class TuneSums(Result):
 class TuneAccumulator:
     """Tunes with errors and diffusion of orbits that are pushed a few turns at a time.
 
-    Parameters: coordinates: names of the 2n rows (default q1, ..., p1, ...); threads as in `integrate`. `push` takes
-    the next turns, `tunes()` says at any time what is known, `state` is all of it as a result that can be saved, and
-    the accumulator itself can be pickled. Raises ValueError or TypeError for wrong input.
+    `push` takes the next turns, `tunes()` returns the present result, `state` is a result that can be saved, and the
+    accumulator itself can be pickled.
 
-    The steps from turn to turn fill windows [2^k, 2^(k + 1)), so how many there will be need not be known. Each is
-    averaged as `tunes` does, with the same weights and errors, about centre and ellipse of its predecessor; `tunes()`
-    are those of the last window that is complete, a quarter to a half of all turns. Where the loop of a plane passes
-    through its centre, as one of coupled planes may, its error says that there is no tune; no lines are fitted, for
-    which samples would have to be kept: `tunes` of some of them does that.
-    The values are those of one push of all turns, to rounding, for any chunks; the orbits' bits do not depend on their
-    company.
-    Cost: as `tunes`, once.
-    Memory: 8 (12 + 26 n) bytes an orbit, whatever the number of turns is.
-    Source: as `tunes`.
+    Parameters
+    ----------
+    coordinates : sequence of str, optional
+        Names of the 2n rows (default q1, ..., p1, ...).
+    threads : as in `integrate`
+
+    Raises
+    ------
+    ValueError, TypeError
+        An argument is wrong.
+
+    Notes
+    -----
+    The steps from turn to turn fill windows [2^k, 2^(k + 1)), so their number need not be known. Each window is
+    averaged as `tunes` does, with the same weights and errors, about centre and ellipse of its predecessor. `tunes()`
+    are those of the last complete window, a quarter to a half of all turns. Where the loop of a plane passes through
+    its centre, as one of coupled planes may, the error shows that there is no tune; lines, which need the samples, are
+    not fitted: `tunes` of some of the samples does that. The values are those of one push of all turns, to rounding,
+    for any chunks; the bits of an orbit do not depend on its company. Cost: as `tunes`, once. Memory: 8 (12 + 26 n)
+    bytes an orbit, for any number of turns.
+
+    References
+    ----------
+    As in `tunes`.
+
+    Examples
+    --------
+    >>> turn = 2 * np.pi * 0.28 * np.arange(600)
+    >>> running = fa.TuneAccumulator()
+    >>> for part in np.split(np.array([np.cos(turn), -np.sin(turn)]), 3, axis=1):
+    ...     running.push(part)
+    >>> running.tunes().nu.round(9)
+    array([[0.28]])
     """
 
     def __init__(self, coordinates: Any = None, *, threads: int | None = None):
@@ -89,7 +112,10 @@ class TuneAccumulator:
 
     @classmethod
     def of(cls, state: TuneSums, *, threads: int | None = None) -> TuneAccumulator:
-        """Return an accumulator that goes on from a `state`. Raises TypeError for anything else."""
+        """Return an accumulator that goes on from a `state`.
+
+        :Raises: TypeError for anything else.
+        """
         if not isinstance(state, TuneSums):
             raise TypeError(f"state must be a TuneSums, got {type(state).__name__}")
         found = cls(state.names, threads=threads)
@@ -103,16 +129,19 @@ class TuneAccumulator:
 
     @property
     def state(self) -> TuneSums:
-        """All that is known, copied. Raises ValueError before the first push."""
+        """All that is known, copied.
+
+        :Raises: ValueError before the first push.
+        """
         return self._pushed().state()
 
     def push(self, samples: Any) -> None:
         """Take the next turns of all orbits.
 
-        Parameters: samples (2n, orbits, turns), any number of turns, or (2n, turns) of one orbit, as `tunes` takes
-        them: NaN, or one point, from where an orbit has ended, and from then on. Raises ValueError or TypeError naming
-        orbit and sample, counted from the first push on, of what is wrong, and for another number of orbits; then, as
-        on Ctrl-C, nothing has been taken.
+        :Parameters: samples (2n, orbits, turns), any number of turns, or (2n, turns) of one orbit, as `tunes` takes
+            them: NaN, or one point, from where an orbit has ended, and from then on.
+        :Raises: ValueError or TypeError naming orbit and sample, counted from the first push on, for a wrong value, and
+            for another number of orbits; then, as on Ctrl-C, nothing has been taken.
         """
         names = self._coordinates if self._known is None else self._known.names
         given = given_orbits("samples", samples, coordinates=names, least=int(self._known is None))
@@ -132,7 +161,10 @@ class TuneAccumulator:
         self._known = known
 
     def tunes(self) -> Tunes:
-        """Return what is known of all orbits. Raises ValueError before the first push."""
+        """Return the tunes of all orbits so far.
+
+        :Raises: ValueError before the first push.
+        """
         known = self._pushed()
         means = without_standing(Means(known.nu, known.error, known.halves), known.window)
         lost = known.stay(known.samples)

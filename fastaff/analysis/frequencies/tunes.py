@@ -80,15 +80,14 @@ class Tunes(Result):
 
     names: of the coordinates, one for each row of nu (n, orbits) in [0, 1): of q - i p, so 0.2 is a turn in five that
     takes (1, 0) towards p < 0, as all motion in time does, and 0.8 one the other way; `signed` has them in (-1/2, 1/2].
-    error (n, orbits); inf where there is none; method (n, orbits): 0 an average, 1 a fitted line; diffusion
-    (orbits,) = log10 of the largest |change| from the first half of the window to the second, NaN where there is no
-    tune; turns (orbits,): samples before its end, all of them for an orbit that survived; window (orbits,): the
-    number of steps that nu is the mean of; kind (orbits,) of `FrequencyKind`: IRREGULAR, the tunes change from half
-    to half by 0.3 cycles or more, beside a resonance of order k by 3/k; DEPENDENT, a plane is at rest, or two tunes
-    are related by small integers: locked, or lines of one motion; UNDECIDED, too short to tell, or no tune; else
-    INDEPENDENT; status (orbits,): OK, or of an orbit that ended, whose numbers are those of its life, NONFINITE or,
-    where its samples stay at one point, such as 0, LOST. lines: the strongest lines of each plane's signal, where
-    they were asked for.
+    error (n, orbits); inf where there is none; method (n, orbits): 0 an average, 1 a fitted line; diffusion (orbits,) =
+    log10 of the largest ``|change|`` from the first half of the window to the second, NaN where there is no tune; turns
+    (orbits,): samples before its end, all of them for an orbit that survived; window (orbits,): the number of steps
+    that nu is the mean of; kind (orbits,) of `FrequencyKind`: IRREGULAR, the tunes change from half to half by 0.3
+    cycles or more, beside a resonance of order k by 3/k; DEPENDENT, a plane is at rest, or two tunes are related by
+    small integers: locked, or lines of one motion; UNDECIDED, too short to tell, or no tune; else INDEPENDENT; status
+    (orbits,): OK, or of an orbit that ended, whose numbers are those of its life, NONFINITE or, where its samples stay
+    at one point, such as 0, LOST. lines: the strongest lines of each plane's signal, where they were asked for.
     """
 
     names: tuple[str, ...]
@@ -112,7 +111,8 @@ class Tunes(Result):
         """Digits (orbits,) to which the weighted averages of both halves of the window agree, in turns; NaN: none.
 
         Some log10(window)/2 of chaotic orbits, up to all 16 of regular ones.
-        Source: Sander & Meiss 2020, Physica D 411, 132569.
+
+        :Source: Sander & Meiss 2020, Physica D 411, 132569.
         """
         return np.where(np.isfinite(self.error).any(axis=0), -self.diffusion, np.nan)
 
@@ -134,34 +134,66 @@ def tunes(
 ) -> Tunes:
     """Find the tunes of orbits known once a turn: of a map, of a tracking code, of a section.
 
-    Parameters: samples (2n, orbits, turns), rows q1, ..., qn, p1, ..., pn, or (2n, turns) of one orbit, NaN or one
-    point from where an orbit has ended; an array of xarray, whose dimensions may be in any order; a data set of a file
-    of HDF5 or Zarr, read some orbits at a time; or, with coordinates, a SectionMap, whose points are turns, or what has
-    arrays (orbits, turns) by name: a mapping, a Dataset, a group of a file; coordinates: names of the 2n rows; method:
-    `BirkhoffAverages()`, with lines where an average is off by more than `fallback` turns (default 1e-9), or
-    `NaffLines()`, or "birkhoff", "naff"; lines: so many of the strongest lines of each plane's signal too, as
-    `AngleLines` per turn, modulo 1, in [-1/2, 1/2); threads, report as in `integrate`. Returns Tunes. Raises ValueError
-    or TypeError naming orbit and sample of what is wrong; Interrupted on Ctrl-C, with `.partial`.
+    Parameters
+    ----------
+    samples : array (2n, orbits, turns) or (2n, turns)
+        Rows q1, ..., qn, p1, ..., pn, NaN or one point after an orbit's end. Also: an array of xarray, with dimensions
+        in any order; a data set of a file of HDF5 or Zarr, read some orbits at a time; or, with coordinates, a
+        `SectionMap`, whose points are turns, or arrays (orbits, turns) by name: a mapping, a Dataset, a group of a
+        file.
+    coordinates : sequence of str, optional
+        Names of the 2n rows.
+    method : `BirkhoffAverages`, `NaffLines`, "birkhoff" or "naff"
+        Weighted averages, with lines where an average is off by more than `fallback` turns (default 1e-9), or lines.
+    lines : int, optional
+        Number of strongest lines of each plane's signal to return too, as `AngleLines` per turn, modulo 1, in [-1/2,
+        1/2).
+    threads, report : as in `integrate`
 
-    Each plane's own ellipse, from the weighted second moments, is made a circle about its mean (what beta and alpha of
-    an optics do), so neither units nor a tilt matter. The tune is the weighted mean of the angle about that centre from
-    one sample to the next, with the weight exp(30 (sqrt(1 - x^2) - 1)): faster than any power of the number N of turns
-    on a smooth curve, a line d turns from the tune and from an integer is damped below 2e-12 once d N > 9.6. Where the
-    loop passes through its centre, as one of coupled planes may, the mean turn is no line: then it is the strongest
-    line of the plane, fitted with seven others, that is no small combination of the others' tunes. Where all of these
-    are harmonics of one, as of a loop beside its centre, a crescent, it is that one, in the sense in which the loop
-    goes around its area; one that jumps across its centre from turn to turn may show a harmonic. Where two planes show
-    one line, or a loop passes through its centre, the strongest independent lines of all planes are modes, whose
-    amplitudes say what turns in one alone: these loops are averaged, and each plane has the one of whose motion it has
-    most (equal shares: in ascending order). Tunes of motion in time, without the modulus: `orbit_frequencies`.
-    Errors: 5 times the largest difference of windows of unequal lengths and starts from the whole, what beats near a
-    fraction p/m can do that are too slow to see, and rounding. Orbits that ended are cut to one of eight lengths in a
-    factor of 2.
-    Cost: one pass for moments and one for angles, some 2 ns a plane and turn, and an FFT where lines are fitted or
-    asked for.
-    Memory: 128 MiB of samples or one orbit at a time, beyond what is handed in.
-    Source: Das, Saiki, Sander & Yorke 2017, Nonlinearity 30, 4111 (weighted averages); Laskar 1990, Icarus 88, 266
-    (diffusion, lines); Courant & Snyder 1958, Ann. Phys. 3, 1 (ellipses).
+    Returns
+    -------
+    `Tunes`
+        Tunes in turns, with errors, diffusion and kinds.
+
+    Raises
+    ------
+    ValueError, TypeError
+        An argument is wrong; the message names orbit and sample.
+    Interrupted
+        On Ctrl-C, with the result so far in `.partial`.
+
+    Notes
+    -----
+    The ellipse of each plane, from the weighted second moments, is made a circle about its mean (beta and alpha of the
+    optics), so neither units nor a tilt matter. The tune is the weighted mean of the angle about that centre from one
+    sample to the next, with the weight exp(30 (sqrt(1 - x^2) - 1)): it converges faster than any power of the number N
+    of turns on a smooth curve, and a line d turns from the tune and from an integer is damped below 2e-12 once d N >
+    9.6.
+
+    Where the loop passes through its centre, as one of coupled planes may, the mean turn is no line. Then the tune is
+    the strongest line of the plane, fitted with seven others, that is no small combination of the others' tunes. Where
+    all of these are harmonics of one, as of a loop beside its centre, a crescent, it is that one, in the sense in which
+    the loop goes around its area; a loop that jumps across its centre from turn to turn may show a harmonic. Where two
+    planes show one line, or a loop passes through its centre, the strongest independent lines of all planes are modes.
+    Their amplitudes tell which combinations turn in one mode alone: these loops are averaged, and each plane gets the
+    mode with the largest share of its motion (equal shares: in ascending order). For motion in time, without the
+    modulus, see `orbit_frequencies`.
+
+    Errors: 5 times the largest difference of windows of unequal lengths and starts from the whole, the possible effect
+    of unseen slow beats near a fraction p/m, and rounding. Orbits that ended are cut to one of eight lengths in a
+    factor of 2. Cost: one pass for moments and one for angles, some 2 ns a plane and turn, and an FFT where lines are
+    fitted or asked for. Memory: 128 MiB of samples or one orbit at a time, beyond the input.
+
+    References
+    ----------
+    Das, Saiki, Sander & Yorke 2017, Nonlinearity 30, 4111 (weighted averages); Laskar 1990, Icarus 88, 266 (diffusion,
+    lines); Courant & Snyder 1958, Ann. Phys. 3, 1 (ellipses).
+
+    Examples
+    --------
+    >>> turn = 2 * np.pi * 0.28 * np.arange(300)
+    >>> fa.tunes([2 * np.cos(turn), -np.sin(turn)]).nu.round(9)
+    array([[0.28]])
     """
     reporter(report)
     given = given_orbits("samples", samples, coordinates=coordinates, least=LEAST)

@@ -46,11 +46,11 @@ class Orbits(Result):
     z (2n, orbits) at time `t` (orbits,), which is the asked time for orbits that finished; times (samples,); samples
     (samples, 2n, orbits); error (2n, orbits) and sample_error (samples, 2n, orbits): the estimated errors of both, and
     accurate_until (orbits,): the time up to which the error stays below the accuracy, shorter than asked on chaotic
-    orbits; None where a step or tolerances were given instead of an accuracy; energy_error (orbits,): |E - E0| over the
-    largest kinetic energy met, the largest over the samples and the end; status (orbits,) of `Status`; step: the fixed
-    step, one for each orbit (orbits,) where it was chosen (in its own time for a `TimeTransformed` scheme, whose rate
-    the scheme holds), or inf for an adaptive scheme; names (2n,): of the rows, so that `result["p_x"]` is one of z, and
-    of a body any coordinate or momentum of its charts, such as `result["p_beta"]`.
+    orbits; None where a step or tolerances were given instead of an accuracy; energy_error (orbits,): ``|E - E0|`` over
+    the largest kinetic energy met, the largest over the samples and the end; status (orbits,) of `Status`; step: the
+    fixed step, one for each orbit (orbits,) where it was chosen (in its own time for a `TimeTransformed` scheme, whose
+    rate the scheme holds), or inf for an adaptive scheme; names (2n,): of the rows, so that `result["p_x"]` is one of
+    z, and of a body any coordinate or momentum of its charts, such as `result["p_beta"]`.
     """
 
     z: Annotated[np.ndarray, along("coordinate", "orbit", labels="names", plain=True)]
@@ -89,35 +89,76 @@ def integrate(
 ) -> Orbits:
     """Integrate orbits of `body` from `z0` over `time`.
 
-    Parameters: z0 (2n,) or (2n, orbits), or a grid or sample that has them; time > 0; accuracy: error that states may
-    have, relative to the amplitudes of the motion (1e-10 where neither it nor a step is given, with a scheme of fixed
-    steps): each orbit gets steps of its own for it, which are halved until the states agree; step > 0, for experts,
-    instead: the longest fixed step (the step used divides the time between samples), one for all or one for each orbit,
-    or the first step of an adaptive scheme, or of `TimeTransformed` one in its own time; scheme: a splitting, a Runge-
-    Kutta scheme, the name of one of the package ("KAHAN_LI8", "dop853"), `TimeTransformed` for steep walls, AUTO, which
-    chooses by trial, or None: the splitting with the fewest forces for the accuracy (BLANES_MOAN6 from 1e-7, below it
-    BLANES_CASAS_ESCORIHUELA8; KAHAN_LI8 where T is not quadratic in the momenta, and where a step is given;
-    docs/schemes.md); samples: number of equidistant samples in (0, time]; rtol, atol: tolerances of an adaptive scheme,
-    in parts of each coordinate and of that or, where it is larger, of what its rate makes of a step, so that neither
-    knows of units; energy_tolerance: energy error above which an orbit's
-    status is ENERGY_DRIFT (None: 1e-6, or ten times the accuracy where that is more); threads;
-    report(fraction). Returns Orbits, whose scheme and step are those that were used. Raises ValueError or TypeError for
-    wrong input; Interrupted on Ctrl-C, with `.partial`.
+    Parameters
+    ----------
+    body : model
+        A model of `fastaff`, or one of your own.
+    z0 : array (2n,) or (2n, orbits)
+        Phase points at the start; or a grid or sample that has them.
+    time : float > 0, time
+        Length of the run. A map is iterated `time` times, a whole number that `samples` divides.
+    accuracy : float, optional
+        Error of the states relative to the amplitudes of the motion (default 1e-10 where neither it nor a step is
+        given, with a scheme of fixed steps). Each orbit gets its own steps for it, halved until the states agree.
+    step : float or array (orbits,), time, optional
+        For experts, instead of an accuracy: the longest fixed step, one for all orbits or one for each. The step used
+        divides the time between samples. For an adaptive scheme: the first step; for `TimeTransformed`: a step in s.
+    scheme : scheme or str, optional
+        A splitting, a Runge-Kutta scheme, a name ("KAHAN_LI8", "dop853"), `TimeTransformed` for steep walls, or AUTO,
+        which chooses by trial. Default: the splitting with the fewest forces for the accuracy: BLANES_MOAN6 from 1e-7,
+        below it BLANES_CASAS_ESCORIHUELA8; KAHAN_LI8 where T is not quadratic in the momenta, and where a step is given
+        (docs/schemes.md).
+    samples : int, default 0
+        Number of equidistant samples in (0, time].
+    rtol, atol : float, default 1e-12
+        Tolerances of an adaptive scheme: parts of each coordinate, and parts of the coordinate or, where it is larger,
+        of its rate times the step. Neither depends on units.
+    energy_tolerance : float, optional
+        Energy error above which the status is ENERGY_DRIFT (default: 1e-6, or ten times the accuracy where that is
+        more).
+    threads : int, optional
+        Number of threads (default: all cores).
+    report : callable, optional
+        Called with the fraction done.
 
-    A map is iterated `time` times, which is a whole number that `samples` divides; it has neither step nor scheme, and
-    no energy: its energy errors are 0.
-    Errors: with an accuracy, from the difference to a run with twice the step, whose momenta are slowed by so little
-    that the energy lost stands for the random walk that rounding makes: the orbit itself amplifies it, next to a
-    separatrix by many orders. They cover 99 % of the true errors. Where rounding alone exceeds the accuracy the error
-    is larger, and `accurate_until` ends. The errors of chaotic orbits grow exponentially: no step keeps them small, and
-    `accurate_until` says how long they are.
-    Orbits are looked at between steps: one that leaves the domain for less than a step is not seen to have left it. A
-    splitting's energy error does not grow with time.
-    Cost: stages forces per step, and half as much again for the second run, twice where rounding exceeds the accuracy;
-    an orbit of an adaptive scheme takes steps
-    of its own and its lane is refilled when it ends.
-    Memory at its peak: six times z0, twelve with an accuracy, and the samples (bench/memory.py).
-    Source: Hairer, Lubich & Wanner 2006, Geometric Numerical Integration; each scheme names its own.
+    Returns
+    -------
+    `Orbits`
+        Its scheme and step are those used.
+
+    Raises
+    ------
+    ValueError, TypeError
+        An argument is wrong.
+    Interrupted
+        On Ctrl-C, with the result so far in `.partial`.
+
+    Notes
+    -----
+    A map has neither step nor scheme, and no energy: its energy errors are 0.
+
+    Errors: with an accuracy, they come from the difference to a run with twice the step. The momenta of that run are
+    slowed by so little that the lost energy stands for the random walk of rounding errors; the orbit itself amplifies
+    it, near a separatrix by many orders. The estimates cover 99 % of the true errors. Where rounding alone exceeds the
+    accuracy, the error is larger and `accurate_until` ends. Errors of chaotic orbits grow exponentially: no step keeps
+    them small, and `accurate_until` tells how long they are. The domain is checked between steps: an orbit that leaves
+    it for less than a step goes unnoticed. The energy error of a splitting does not grow with time.
+
+    Cost: `stages` forces per step, and half as much again for the second run, twice where rounding exceeds the
+    accuracy. Orbits of an adaptive scheme take their own steps; a lane is refilled when its orbit ends. Peak memory:
+    six times z0, twelve with an accuracy, and the samples (bench/memory.py).
+
+    References
+    ----------
+    Hairer, Lubich & Wanner 2006, Geometric Numerical Integration; each scheme names its own.
+
+    Examples
+    --------
+    >>> orbits = fa.integrate(fa.HenonHeiles(), [0.1, 0.0, 0.0, 0.2], time=10.0, samples=5)
+    >>> orbits.samples.shape
+    (5, 4, 1)
+    >>> orbits["p_x"].round(6)
+    array([0.09314])
     """
     time = iterates(body, "time", time)
     count = whole("samples", samples, 0)

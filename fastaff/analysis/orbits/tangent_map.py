@@ -72,15 +72,39 @@ def tangent_map(
 ) -> TangentMap:
     """Integrate orbits of `body` from `z0` over `time` with tangent vectors.
 
-    Parameters: z0 (2n,) or (2n, orbits); deviations (count, 2n) for all orbits alike or (count, 2n, orbits), the
-    vectors at the start (default: the 2n unit vectors); the other options as in `integrate`. Returns TangentMap. Raises
-    ValueError or TypeError for wrong input; Interrupted on Ctrl-C, with `.partial`.
+    Parameters
+    ----------
+    body, z0, time : as in `integrate`
+    deviations : array (count, 2n) or (count, 2n, orbits), optional
+        Tangent vectors at the start, for all orbits or for each (default: the 2n unit vectors).
+    step, scheme, rtol, atol, energy_tolerance, threads, report : as in `integrate`
 
-    With a splitting the vectors move by the derivative of the very map that moves the orbit, so M^T Omega M = Omega to
-    rounding; with a Runge-Kutta scheme by the variational equations, which count in the step control. Vectors are not
-    renormalised: those of a chaotic orbit grow as exp(lambda t).
-    Cost: about as much as one more orbit for each vector, less what orbit and vectors share.
-    Source: Skokos & Gerlach 2010, Phys. Rev. E 82, 036704 (tangent maps of splittings).
+    Returns
+    -------
+    `TangentMap`
+        End states and tangent vectors.
+
+    Raises
+    ------
+    ValueError, TypeError, Interrupted
+        As in `integrate`.
+
+    Notes
+    -----
+    With a splitting the vectors move by the derivative of the map that moves the orbit, so M^T Omega M = Omega to
+    rounding. With a Runge-Kutta scheme they move by the variational equations, which count in the step control. Vectors
+    are not renormalised: those of a chaotic orbit grow as exp(lambda t). Cost: about one more orbit for each vector,
+    less the terms that orbit and vectors share.
+
+    References
+    ----------
+    Skokos & Gerlach 2010, Phys. Rev. E 82, 036704 (tangent maps of splittings).
+
+    Examples
+    --------
+    >>> tangent = fa.tangent_map(fa.HenonHeiles(), [0.1, 0.0, 0.0, 0.2], time=5.0, step=0.1)
+    >>> np.linalg.det(tangent.matrix[:, :, 0]).round(9)
+    np.float64(1.0)
     """
     time, options = (
         iterates(body, "time", time),

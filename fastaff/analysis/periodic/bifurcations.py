@@ -23,7 +23,7 @@ SAFETY, CLOSER = 4.0, 0.01
 
 
 class Event(IntEnum):
-    """What happens at a point of a branch where the stability changes.
+    """Event at a point of a branch where the stability changes.
 
     FOLD: the energy or parameter turns back, a residue passes 0; BRANCHING: a residue passes 0 without a turn
     (pitchfork, transcritical); DOUBLING: a residue passes 1, an orbit of twice the period branches off.
@@ -39,8 +39,8 @@ class Bifurcation(Result, axis=None):
     """A point of a branch where its stability changes: the event, arclength, energy or parameter, z (2n,), period in
     time.
 
-    error: of the value: half of the interval in which the change was found, or what is left of the product over its
-    slope, and what half the step and a closer correction change.
+    error: of the value: half of the interval in which the change was found, or the rest of the product over its slope,
+    and the changes with half the step and a closer correction.
     """
 
     event: Event

@@ -25,13 +25,15 @@ from .return_map import checked_guesses, checked_return
 def periodic_guesses(section_map: SectionMap, period: int, *, most: int = 100, apart: float = 0.02) -> np.ndarray:
     """Return crossings that come back close to themselves after `period` crossings, the closest first.
 
-    Parameters: section_map: a SectionMap of orbits of more than `period` crossings; most: how many at most; apart: the
-    least distance between two of them, as a fraction of the section's size in each coordinate. Returns z (2n, guesses),
-    none where no orbit is long enough. Raises ValueError or TypeError for wrong input.
+    :Parameters: section_map: a SectionMap of orbits of more than `period` crossings; most: how many at most; apart: the
+        least distance between two of them, as a fraction of the section's size in each coordinate.
+    :Returns: z (2n, guesses), none where no orbit is long enough.
+    :Raises: ValueError or TypeError for wrong input.
 
     Every crossing of every orbit is compared with its image; of those nearer to each other than `apart` the one of the
     least displacement is kept: a local minimum of the displacement over the section.
-    Source: the method of close returns, Auerbach et al. 1987, Phys. Rev. Lett. 58, 2387.
+
+    :Source: the method of close returns, Auerbach et al. 1987, Phys. Rev. Lett. 58, 2387.
     """
     if not isinstance(section_map, SectionMap):
         raise TypeError(f"section_map must be a SectionMap, got {section_map!r} ({type(section_map).__name__})")
@@ -88,18 +90,56 @@ def find_periodic_orbits(
 ) -> PeriodicOrbits:
     """Find the periodic orbits of a section map up to a period, from the near returns of a grid of orbits.
 
-    Parameters: model; z0 (2n, orbits), such as `energy_grid(...).z0`, or a SectionMap of this section; section;
-    max_period: the most crossings; energy: that of all orbits (None: each has that of its guess); most, apart: of
-    `periodic_guesses`, for each period; crossings: of the grid's orbits (None: max_period + 8); max_time: for all of
-    them; tolerance, iterations as in `periodic_orbits`; step, scheme, rtol, atol, threads as in `integrate`. Returns
-    PeriodicOrbits, one of each that was found, all OK, of their least periods, the short ones first; on a resonant
-    torus of an integrable model as many of its orbits as there were guesses. Raises ValueError or TypeError for wrong
-    input; Interrupted on Ctrl-C, with those found until then in `.partial`.
+    Parameters
+    ----------
+    model : model
+        As in `periodic_orbits`.
+    z0 : array (2n, orbits) or `SectionMap`
+        Phase points, such as ``energy_grid(...).z0``, or a map of this section.
+    section : as in `periodic_orbits`
+    max_period : int, crossings
+        Longest period.
+    energy : float, energy, optional
+        Energy of all orbits (default: that of each guess).
+    most, apart : as in `periodic_guesses`, for each period
+        Default 100, and 0.02.
+    crossings : int, optional
+        Crossings of the grid's orbits (default: max_period + 8).
+    max_time : float, time, optional
+        For all of them.
+    tolerance, iterations : as in `periodic_orbits`
+    step, scheme, rtol, atol, threads : as in `periodic_orbits`
 
-    Complete only as the grid is fine: on one energy surface of two degrees of freedom the fixed points of the map and
-    of its powers have a total index, the number of those with R > 0 less that with R < 0, which tells what is missing.
-    Cost: that of the map, then of `periodic_orbits` for `most` guesses of each period.
-    Source: as `periodic_guesses` and `periodic_orbits`; Greene 1979, J. Math. Phys. 20, 1183 (index).
+    Returns
+    -------
+    `PeriodicOrbits`
+        One of each orbit found, all OK, of their least periods, the short ones first; on a resonant torus of an
+        integrable model as many of its orbits as there were guesses.
+
+    Raises
+    ------
+    ValueError, TypeError
+        An argument is wrong.
+    Interrupted
+        On Ctrl-C, with the orbits found until then in `.partial`.
+
+    Notes
+    -----
+    The search is complete only as far as the grid is fine. On one energy surface of two degrees of freedom the fixed
+    points of the map and of its powers have a total index, the number with R > 0 less the number with R < 0: it shows
+    how many are missing. Cost: that of the map, then of `periodic_orbits` for `most` guesses of each period.
+
+    References
+    ----------
+    As in `periodic_guesses` and `periodic_orbits`; Greene 1979, J. Math. Phys. 20, 1183 (index).
+
+    Examples
+    --------
+    >>> starts = np.array([[3.0, 2.8, 2.5], [0.1, 0.0, 0.2]])
+    >>> found = fa.find_periodic_orbits(fa.models.StandardMap(0.9), starts, max_period=1)
+    >>> found.z.round(9) + 0.0
+    array([[3.14159265],
+           [0.        ]])
     """
     scheme = checked_return(model, section, scheme)
     longest = whole("max_period", max_period, 1)

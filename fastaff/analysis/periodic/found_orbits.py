@@ -55,7 +55,7 @@ class PeriodicOrbits(Result):
     z (2n, orbits) on the section; period (orbits,) in crossings; points (2n, longest period, orbits): all crossings, z
     first, NaN past the period; time (orbits,): the period in time; energy (orbits,); monodromy (2n, 2n, orbits): the
     derivative of the flow over the period at z; reduced (2n - 2, 2n - 2, orbits): that of the section map within the
-    energy surface, in a basis orthonormal in own units; residual (orbits,) = |flow(z) - z| in own units; error
+    energy surface, in a basis orthonormal in own units; residual (orbits,) = ``|flow(z) - z|`` in own units; error
     (orbits,): estimate of that of z and of 2 pi time/(a turn), in own units, from a shorter step (or a larger rtol) and
     a neighbour; reduced_error (orbits,): likewise of `reduced`, see `multiplier_errors`; iterations (orbits,): returns
     computed; status (orbits,) of `Status`; step (orbits,), inf for an adaptive scheme; scale (2n, orbits): own units.
@@ -93,11 +93,12 @@ class PeriodicOrbits(Result):
     @property
     def multiplier_errors(self) -> np.ndarray:
         """Estimates of the errors of `multipliers` (2n - 2, orbits), from `reduced_error`: a multiplier's condition
-        times that, or where multipliers meet what such a change of the matrix can do at most.
+        times that, or where multipliers meet the largest effect of such a change of the matrix.
 
         Of a pair of 1e6 and 1e-6 the small one is lost where the matrix is known to 1e-6: it is the inverse of the
         other.
-        Source: Elsner 1985, Linear Algebra Appl. 71, 77 (the bound).
+
+        :Source: Elsner 1985, Linear Algebra Appl. 71, 77 (the bound).
         """
         matrices, off = np.moveaxis(self.reduced, -1, 0), self.reduced_error
         m = matrices.shape[1]
@@ -206,7 +207,7 @@ class PeriodicOrbits(Result):
         return chart_row(self.z, name)
 
     def summary(self) -> str:
-        """Say in one line what became of the guesses, of which kind the orbits are, and how many are hardly known."""
+        """Say in one line the outcomes of the guesses, of which kind the orbits are, and how many are hardly known."""
         good = self.status == Status.OK
         kinds, counts = np.unique(self.stability[good], return_counts=True)
         parts = [f"{c} {Stability(k).name}" for k, c in zip(kinds, counts, strict=True)]

@@ -71,34 +71,68 @@ def periodic_orbits(
 ) -> PeriodicOrbits:
     """Find periodic orbits of a section map, or of a map, from guesses, by Newton's method with the tangent map.
 
-    Parameters: model with `tangent_force`, of two degrees of freedom or more, driven, a map, or dz/dt = f(z); z0 (2n,)
-    or (2n, orbits), guesses, which are first moved to the section and the energy, and along the flow where they pass
-    the section the wrong way; section: a value of `fastaff.models.sections`, of a map None; period >= 1: the number of
-    crossings after which the orbit closes; energy: a number, or one for each orbit (None: that of each guess);
-    max_time: for the `period` crossings (None: 20 turns of each guess's own frequency for each, and 160 where
-    these are too few); tolerance: an orbit is
-    OK once |flow(z) - z| <= tolerance |M| in own units, what a change of z by `tolerance` does (but not less than
-    rounding of z); iterations: most returns computed for an orbit with one step; step: as in `integrate`; None: for
-    each orbit its own, shortened until that moves the return no more than the tolerance; scheme, rtol, atol, threads as
-    in `integrate`. Returns PeriodicOrbits. Raises ValueError or TypeError for wrong input; Interrupted on Ctrl-C, with
-    `.partial`. A guess that leads nowhere has the status NOT_CONVERGED, one that never comes back TOO_FEW_CROSSINGS.
+    Parameters
+    ----------
+    model : model with `tangent_force`
+        Of two degrees of freedom or more, driven, a map, or dz/dt = f(z).
+    z0 : array (2n,) or (2n, orbits)
+        Guesses. They are first moved to the section and the energy, and along the flow where they pass the section the
+        wrong way.
+    section : value of `fastaff.models.sections` or str, optional
+        None for a map.
+    period : int >= 1, crossings, default 1
+        Number of crossings after which the orbit closes; it may be a multiple of the least one: see `.prime`.
+    energy : float or array (orbits,), energy, optional
+        Default: that of each guess.
+    max_time : float, time, optional
+        For the `period` crossings (default: 20 turns of each guess's own frequency for each, 160 where these are too
+        few).
+    tolerance : float, default 1e-12
+        An orbit is OK once ``|flow(z) - z| <= tolerance |M|`` in own units, the effect of a change of z by `tolerance`
+        (but not less than rounding of z).
+    iterations : int, default 40
+        Largest number of returns computed for an orbit with one step.
+    step : as in `integrate`
+        Default: for each orbit its own, shortened until that moves the return no more than the tolerance.
+    scheme, rtol, atol, threads : as in `integrate`
+        rtol and atol are 1e-13 here.
 
+    Returns
+    -------
+    `PeriodicOrbits`
+        A guess that leads nowhere has the status NOT_CONVERGED, one that never comes back TOO_FEW_CROSSINGS.
+
+    Raises
+    ------
+    ValueError, TypeError, Interrupted
+        As in `integrate`.
+
+    Notes
+    -----
     An orbit's own units are the amplitudes that its motion has by its kinetic energy and frequency (`Motion`): results
     are the same in any units, for any origin and zero of V, and in any company. All guesses take their steps together:
     one integration with 2n tangent vectors to the crossing, located on the scheme's own flow, then a small
     least-squares system for each orbit: (M - 1) dz + f dT = z - flow(z) within the tangent plane of section and energy,
     by singular values, those below 1e-8 of the largest left out, so that orbits of a resonant torus are found too. A
     step that makes the residual larger is cut to a quarter; where no part of it helps a whole one is taken, at most a
-    unit, three times at most. Convergence is quadratic, to rounding. `period` may be a
-    multiple of the least one: see `.prime`. A relative periodic orbit of a body is a periodic orbit of
-    `fastaff.reduced`.
+    unit, three times at most. Convergence is quadratic, to rounding. A relative periodic orbit of a body is a periodic
+    orbit of `fastaff.reduced`.
+
     Of dz/dt = f(z) there is no energy (VERNER9 where no scheme is given): limit cycles and cycles of strange
-    attractors, with all multipliers but the 1 of the flow and no residues; own units are half of what a look at the
-    orbit extends over, and an equilibrium is no cycle. A drive with friction is one with two variables more, that go
-    round a circle.
-    Cost: about 8 to 12 returns of 2n + 1 vectors for each guess.
-    Source: Baranger, Davies & Mahoney 1988, Ann. Phys. 186, 95 (the monodromy method); Greene 1979, J. Math. Phys. 20,
-    1183 (residue); Howard & MacKay 1987, J. Math. Phys. 28, 1036 (stability indices).
+    attractors, with all multipliers but the 1 of the flow and no residues; own units are half of the extent of the
+    orbit over a trial run, and an equilibrium is no cycle. A drive with friction is one with two variables more, that
+    go round a circle. Cost: about 8 to 12 returns of 2n + 1 vectors for each guess.
+
+    References
+    ----------
+    Baranger, Davies & Mahoney 1988, Ann. Phys. 186, 95 (the monodromy method); Greene 1979, J. Math. Phys. 20, 1183
+    (residue); Howard & MacKay 1987, J. Math. Phys. 28, 1036 (stability indices).
+
+    Examples
+    --------
+    >>> orbit = fa.periodic_orbits(fa.models.StandardMap(0.9), [3.0, 0.1])
+    >>> orbit.z[:, 0].round(9) + 0.0, orbit.residue.round(6)
+    (array([3.14159265, 0.        ]), array([0.225]))
     """
     scheme = checked_return(model, section, scheme)
     period, iterations = whole("period", period, 1), whole("iterations", iterations, 1)

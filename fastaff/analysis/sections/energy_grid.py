@@ -78,36 +78,71 @@ def energy_grid(
 ) -> EnergyGrid:
     """Lift a grid of coordinates to phase points of a given energy: of a section, of any rows by name, or at rest.
 
-    Parameters: body: a model of any number n of degrees of freedom; energy; section: a value of
-    `fastaff.models.sections` or its text, as in `poincare_map`; axes: two arrays of section coordinates, or arrays by
-    name, `{"x": xs, "z": zs}`; p_eta, p_gamma: the angular momenta of the planes (bodies on a section only). Returns
-    EnergyGrid; cells that the energy does not reach are in `forbidden` and have no orbit. Raises ValueError where no
-    cell is reached (an energy below the minimum, an unreachable section) or a name is unknown, TypeError for a section
-    that has no grid.
+    Parameters
+    ----------
+    body : model
+        Any number n of degrees of freedom.
+    energy : float, energy, optional
+        None for a map.
+    axes : two arrays, or dict of arrays
+        Section coordinates, or rows of z by name, ``{"x": xs, "z": zs}``.
+    section : section or str, optional
+        As in `poincare_map`.
+    fixed : dict of float, optional
+        Values of other rows by name (default 0).
+    solve : str, optional
+        Name of the row that the energy determines.
+    sign : {1, -1}, default 1
+        Which root `solve` takes: of a momentum the larger (+1) or the smaller one (in q_i' = dH/dp_i, so the velocity
+        has that sign), of a coordinate the last one that the energy allows in that direction.
+    at_rest : bool, default False
+        All momenta are 0, and the axes are angles.
+    p_eta, p_gamma : float, action, default 0
+        Angular momenta of the planes (bodies on a section only).
 
+    Returns
+    -------
+    `EnergyGrid`
+        Cells that the energy does not reach are in `forbidden` and have no orbit.
+
+    Raises
+    ------
+    ValueError
+        No cell is reached (an energy below the minimum, an unreachable section), or a name is unknown.
+    TypeError
+        The section has no grid.
+
+    Notes
+    -----
     Two arrays are (beta, p_beta) for AlphaTurning, AlphaEquals and AreaEquals, (alpha, p_alpha) for BetaTurning and
-    BetaEquals, (q_j, p_j) of the other degree of freedom for Linear sections q_i = offset of a system of two degrees of
-    freedom. On a turning section the missing radius is the turning point that the direction asks for: +1 the inner one
-    (the radius has a minimum there: 0 where p_eta, or p_gamma, is 0 and the motion goes through the axis), -1 and 0 the
-    outer one; where there are several wells, that of the outermost. On the others the missing momentum has the sign of
-    the direction (0: +). AreaEquals takes one of its two branches. The roots are neighbours of where the energy is
-    exact, at radii from 1e-40 to 1e40 in any unit: wells are missed where they are narrower than 1/40 of a decade and
-    lie off the maxima of wider ones.
+    BetaEquals, and (q_j, p_j) of the other degree of freedom for Linear sections q_i = offset of a system of two
+    degrees of freedom. On a turning section the missing radius is a turning point: for direction +1 the inner one (the
+    radius has a minimum there: 0 where p_eta, or p_gamma, is 0 and the motion goes through the axis), for -1 and 0 the
+    outer one; of several wells the outermost counts. On other sections the missing momentum has the sign of the
+    direction (0: +). AreaEquals takes one of its two branches. Roots are neighbours of the exact ones, at radii from
+    1e-40 to 1e40 in any unit. Wells are missed where they are narrower than 1/40 of a decade and lie off the maxima of
+    wider ones.
 
-    Arrays by name run over coordinates q_i and momenta p_i, the rows of z; `fixed` gives numbers to others by name,
-    `solve` names the row that the energy gives, all that nothing names is 0. Of the two momenta that the energy allows
-    `sign` takes the larger (+1) or the smaller one (in q_i' = dH/dp_i, so that the velocity has that sign), of the
-    coordinates the last one that the energy allows in that direction. A Linear section of one row fixes it; that of a
-    coordinate q_i = c solves for p_i with the sign of its direction unless `solve` says otherwise. at_rest: all momenta
-    are 0, and the axes are the angles of the direction in which V reaches the energy first, from the point that `fixed`
-    has (0): "phi" for n = 2, with q = r (cos phi, sin phi); "theta", "phi" for n = 3, with q = r (sin theta cos phi,
-    sin theta sin phi, cos theta); "theta_1", ..., "phi" in the same way beyond: box orbits.
+    Arrays by name run over coordinates q_i and momenta p_i. A Linear section of one row fixes that row; the section of
+    a coordinate q_i = c solves for p_i with the sign of its direction unless `solve` names another row. At rest the
+    axes are the angles of the direction in which V reaches the energy first, from the point given by `fixed`: "phi" for
+    n = 2, with q = r (cos phi, sin phi); "theta", "phi" for n = 3, with q = r (sin theta cos phi, sin theta sin phi,
+    cos theta); "theta_1", ..., "phi" beyond: box orbits. A map has no energy: its axes are any rows by name, beside
+    them only `fixed`, and the energy of the grid is NaN.
 
-    A map has no energy: its axes are any rows by name, beside them only `fixed`, and energy is None (NaN in the grid).
     Cost: some 500 evaluations of the potential for each first coordinate and 64 for each cell of a turning section, for
-    each cell at rest or of a coordinate that is solved for, else one.
-    Source: H of EQ2.1 of Martens & Slawianowski in the chart EQ2.0b; Schwarzschild 1993, Astrophys. J. 409, 563 (start
-    spaces of galactic orbits: at rest, and x-z with p_y from the energy).
+    each cell at rest or with a coordinate solved for, else one.
+
+    References
+    ----------
+    H of EQ2.1 of Martens & Slawianowski in the chart EQ2.0b; Schwarzschild 1993, Astrophys. J. 409, 563 (start spaces
+    of galactic orbits: at rest, and x-z with p_y from the energy).
+
+    Examples
+    --------
+    >>> grid = fa.energy_grid(fa.HenonHeiles(), energy=0.1, section="x=0", axes=([-0.2, 0.0, 0.6], [0.0, 0.1]))
+    >>> grid.z0.shape, int(grid.forbidden.sum())
+    ((4, 4), 2)
     """
     sign = checked_sign(sign)
     if section is None or are_named(axes) or not _all_unset(fixed, solve, at_rest):

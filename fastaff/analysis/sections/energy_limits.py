@@ -19,7 +19,9 @@ LONGEST = 0.5
 
 
 class NotReached(ValueError):
-    """Raised where an energy surface has no point on what was asked for: the energy is below the minimum there."""
+    """Raised where an energy surface has no point on the section or in the ranges: the energy is below the minimum
+    there.
+    """
 
 
 class Limits(NamedTuple):

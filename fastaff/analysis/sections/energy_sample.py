@@ -48,8 +48,8 @@ class Edge(Result, axis=None):
 class EnergySample(Result):
     """Random points of an energy surface.
 
-    z0 (2n, orbits); points (names, orbits): what was drawn, by name: a section's coordinate and its momentum, or rows
-    of z, or angles; energy.
+    z0 (2n, orbits); points (names, orbits): the coordinates drawn, by name: a section's coordinate and its momentum, or
+    rows of z, or angles; energy.
     """
 
     z0: Annotated[np.ndarray, along("coordinate", "orbit")]
@@ -75,32 +75,62 @@ def energy_sample(
     p_eta: float = 0.0,
     p_gamma: float = 0.0,
 ) -> EnergySample:
-    """Draw random points of an energy surface or of a section of it, uniform in the measure that the motion keeps.
+    """Draw random points of an energy surface or of a section of it, uniform in the invariant measure.
 
-    Parameters: energy, section, fixed, solve, sign, at_rest, p_eta, p_gamma: as in `energy_grid`; orbits: how many;
-    seed: of `numpy.random.default_rng`; axes: ranges (low, high) to draw from (default: all bounded parts that the
-    energy allows): of the section's coordinate and of its momentum, or by name. Returns EnergySample. Raises
-    NotReached, a ValueError, where the energy reaches nothing, ValueError where nothing bounds it and axes is missing.
+    Parameters
+    ----------
+    body : model
+        Any number n of degrees of freedom.
+    orbits : int
+        Number of points. The first points are the same for any number.
+    energy, section : as in `energy_grid`
+    seed : int or seed of `numpy.random.default_rng`, default 0
+        Seed of the random numbers.
+    axes : two ranges, or dict of ranges (low, high), optional
+        Ranges of the section's coordinate and momentum, or of rows by name (default: all bounded parts that the energy
+        allows).
+    fixed, solve, sign, at_rest, p_eta, p_gamma : as in `energy_grid`
 
-    On a section of a body, or of a system of two degrees of freedom: over (beta, p_beta) on AlphaTurning and
-    AlphaEquals, over (alpha, p_alpha) on BetaTurning and BetaEquals, over beta and its momentum along the section,
-    p_beta + (beta/alpha) p_alpha, on AreaEquals, over (q_j, p_j) on Linear. The area dq dp of the section in canonical
-    coordinates is what the return map keeps, so that the chaotic share of these points is that of the section's area.
-    It is not the share of the energy surface's volume: there each point counts with its time of return. All wells are
-    drawn from, on a turning section also those of the radius that turns. Sections of direction 0 are drawn from one of
-    their two sides, as in `energy_grid`.
+    Returns
+    -------
+    `EnergySample`
+        Phase points and their section coordinates.
 
-    Any number n of degrees of freedom: on a section q_i = c the volume of all other dq dp; without a section that of
-    the energy surface, dq dp delta(E - H), in which the time averages of chaotic orbits are means (n of 2 or more;
-    axes: ranges of coordinates). With `solve`, evenly from the ranges that `axes` gives by name, the rest as in
-    `energy_grid`. At rest: directions evenly over the sphere. Of a map, which has no energy: evenly from the ranges
-    that `axes` gives by name. The first points are the same however many are drawn.
+    Raises
+    ------
+    NotReached
+        A ValueError: the energy reaches nothing.
+    ValueError
+        Nothing bounds the points and axes is missing.
 
-    Cost: that of `energy_grid` for about 1.5 times the points, and about half a second for `edge` of a turning section;
-    in the volume of n degrees of freedom some tenths of a second for the box of coordinates, and evaluations of the
-    potential by the share of it that the energy fills: 2 a point for n = 2, 6 for n = 3, 2000 for n = 8.
-    Source: Poincare's integral invariant (Lichtenberg & Lieberman 1992, Regular and Chaotic Dynamics, section 1.2b);
+    Notes
+    -----
+    On a section of a body, or of a system of two degrees of freedom, points are uniform over (beta, p_beta) on
+    AlphaTurning and AlphaEquals, over (alpha, p_alpha) on BetaTurning and BetaEquals, over beta and its momentum along
+    the section, p_beta + (beta/alpha) p_alpha, on AreaEquals, and over (q_j, p_j) on Linear. The return map preserves
+    this area dq dp, so the chaotic share of the points is that of the section's area. It is not the share of the energy
+    surface's volume, where each point counts with its return time. All wells are drawn from, on a turning section also
+    those of the turning radius. Sections of direction 0 are drawn from one of their two sides, as in `energy_grid`.
+
+    For any n, a section q_i = c is drawn in the volume of all other dq dp. Without a section the points are uniform on
+    the energy surface, dq dp delta(E - H), whose means are the time averages of chaotic orbits (n of 2 or more; axes:
+    ranges of coordinates). With `solve` they are uniform in the ranges of `axes` by name, the rest as in `energy_grid`.
+    At rest: directions uniform over the sphere. Of a map, which has no energy: uniform in the ranges of `axes` by name.
+
+    Cost: that of `energy_grid` for about 1.5 times the points, and half a second for `edge` of a turning section. In
+    the volume of n degrees of freedom: some tenths of a second for the box of coordinates, and 2 evaluations of the
+    potential a point for n = 2, 6 for n = 3, 2000 for n = 8, by the share of the box that the energy fills.
+
+    References
+    ----------
+    Poincare's integral invariant (Lichtenberg & Lieberman 1992, Regular and Chaotic Dynamics, section 1.2b);
     Liouville's theorem; Smith 1984, Oper. Res. 32, 1296 (walks along random chords, for the box).
+
+    Examples
+    --------
+    >>> sample = fa.energy_sample(fa.HenonHeiles(), energy=0.1, section="x=0", orbits=5)
+    >>> sample.z0.shape, sample.names
+    ((4, 5), ('y', 'p_y'))
     """
     count = whole("orbits", orbits, 1)
     fits("orbits", ARRAYS, count)
@@ -298,11 +328,13 @@ def edge(
 ) -> Edge:
     """Return the boundary of the accessible part of a section of an energy surface, for axis ranges and for drawing.
 
-    Parameters as in `energy_grid`. Returns Edge; where the bounded part falls apart, of all its pieces in turn; valleys
-    that go to infinity beside them are left out; on AreaEquals the direction forbids a little more on one side. Raises
-    ValueError where the energy reaches nothing or no piece is bounded, TypeError for a section without a grid.
-    Coordinates of all sizes are searched.
-    Source: the kinetic energy of the coordinate, p^2/(2 mu) = E - min V_effective, has to be positive.
+    Parameters as in `energy_grid`.
+
+    :Returns: Edge; where the bounded part falls apart, of all its pieces in turn; valleys that go to infinity beside
+        them are left out; on AreaEquals the direction forbids a little more on one side.
+    :Raises: ValueError where the energy reaches nothing or no piece is bounded, TypeError for a section without a grid.
+        Coordinates of all sizes are searched.
+    :Source: the kinetic energy of the coordinate, p^2/(2 mu) = E - min V_effective, has to be positive.
     """
     checked_model(body, kinds=CONSERVATIVE)
     section = section_of(section, body)

@@ -51,8 +51,8 @@ class Rotation(Result):
     """Rotation numbers of section orbits: arrays over orbits.
 
     rotation, in turns per crossing, in (-1/2, 1/2] (counterclockwise is positive; a turn more or less cannot be seen);
-    error: 5 times the largest difference of windows of unequal lengths from the whole, what beats with fractions p/m
-    can do that are too slow to see, and rounding; digits: -log10 of the difference of the two halves, for the rotation
+    error: 5 times the largest difference of windows of unequal lengths from the whole, the possible effect of unseen
+    slow beats with fractions p/m, and rounding; digits: -log10 of the difference of the two halves, for the rotation
     number or for the relative mean squared radius, whichever is fewer; centre (2, orbits); counts of points; status: OK
     or TOO_FEW_CROSSINGS, where error is inf.
     """
@@ -107,19 +107,42 @@ class Islands(Result):
 def rotation_number(points: Any, *, centre: Any = None) -> Rotation:
     """Find the rotation number of section orbits about a centre by weighted Birkhoff averages of their angle.
 
-    Parameters: points (2, crossings) or (2, crossings, orbits), NaN past the last, or a SectionMap of a map of one
-    degree of freedom or of a section q_i = c of two; centre: (2,) or (2, orbits), a point inside the invariant curves;
-    by default each orbit's own weighted mean, which lies inside of any convex curve. Returns Rotation. Raises
-    ValueError or TypeError for wrong input; an orbit of fewer than 32 points has a status.
+    Parameters
+    ----------
+    points : array (2, crossings) or (2, crossings, orbits), or `SectionMap`
+        NaN past the last crossing. A SectionMap is of a map of one degree of freedom or of a section q_i = c of two.
+    centre : array (2,) or (2, orbits), optional
+        Point inside the invariant curves (default: the weighted mean of each orbit, which lies inside any convex
+        curve).
 
-    The angle's displacement is lifted from the circle by continuity along the curve, so every centre inside a curve
-    that is a graph r(theta) gives the same number; islands need less than half a turn between neighbours. Its average
+    Returns
+    -------
+    `Rotation`
+        Rotation numbers in turns per crossing; an orbit of fewer than 32 points has a status.
+
+    Raises
+    ------
+    ValueError, TypeError
+        An argument is wrong.
+
+    Notes
+    -----
+    The displacement of the angle is lifted from the circle by continuity along the curve. Every centre inside a curve
+    that is a graph r(theta) gives the same number; islands need less than half a turn between neighbours. The average
     with the weight exp(30 (sqrt(1 - x^2) - 1)) converges faster than any power of the number N of crossings on a smooth
     curve with a Diophantine rotation number; a line at distance d from an integer is damped below 2e-12 once d N > 9.6.
-    On a chaotic orbit it converges like N^(-1/2).
-    Cost: one sort of the angles of each orbit.
-    Memory: about ten arrays of the size of points.
-    Source: Das, Saiki, Sander & Yorke 2017, Nonlinearity 30, 4111; digits: Sander & Meiss 2020, Physica D 411, 132569.
+    On a chaotic orbit it converges like N^(-1/2). Cost: one sort of the angles of each orbit. Memory: about ten arrays
+    of the size of points.
+
+    References
+    ----------
+    Das, Saiki, Sander & Yorke 2017, Nonlinearity 30, 4111; digits: Sander & Meiss 2020, Physica D 411, 132569.
+
+    Examples
+    --------
+    >>> angle = 2 * np.pi * 0.381966 * np.arange(500)
+    >>> fa.rotation_number([np.cos(angle), np.sin(angle)]).rotation.round(9)
+    array([0.381966])
     """
     points, counts = _checked(points)
     return _rotation(points, counts, _centres(centre, points, counts))
@@ -128,22 +151,48 @@ def rotation_number(points: Any, *, centre: Any = None) -> Rotation:
 def islands(points: Any, *, centre: Any = None, max_period: int = 32, digits: float = 4.0) -> Islands:
     """Tell invariant curves, chains of islands and chaotic orbits of a section apart.
 
-    Parameters: points, centre as in `rotation_number`: of a chain, a point between its islands, such as the elliptic
-    fixed point that they surround; max_period: the longest chain looked for; digits > 0 that the rotation number of a
-    curve or chain must have. Returns Islands. Raises ValueError or TypeError for wrong input.
+    Parameters
+    ----------
+    points, centre : as in `rotation_number`
+        For a chain, the centre is a point between its islands, such as the elliptic fixed point that they surround.
+    max_period : int, default 32
+        Longest chain searched for.
+    digits : float > 0, default 4
+        Digits that the rotation number of a curve or chain must have.
 
-    ISLANDS: the rotation number is p/q within its error, the points visited every q-th time stay inside a sector of
-    angles of their own, and turn back in it (or do not move: a periodic orbit). UNDECIDED: p/q and sectors, but the
-    points have not turned back yet: a curve as close to p/q or an island that turns more slowly than the points tell.
-    CURVE: all other orbits whose rotation number converges. CHAOTIC: it does not, and there is evidence of chaos in 200
-    points or more: they fill an area, and neighbours among them part until they are as far from each other as any two.
-    UNDECIDED where neither is seen: close to a separatrix or a resonance a rotation number needs more crossings, which
-    decide (thousands). q = 1 is an island beside the centre. The mean point of an island is off its periodic point by
-    the order of its width squared.
+    Returns
+    -------
+    `Islands`
+        The kind of each orbit, with rotation numbers, places and sizes of islands.
+
+    Raises
+    ------
+    ValueError, TypeError
+        An argument is wrong.
+
+    Notes
+    -----
+    ISLANDS: the rotation number is p/q within its error, and the points visited every q-th time stay inside a sector of
+    angles of their own and turn back in it (or do not move: a periodic orbit). UNDECIDED: p/q and sectors, but no
+    turning back yet: a curve too close to p/q, or an island that turns too slowly, for this number of points. CURVE:
+    all other orbits whose rotation number converges. CHAOTIC: it does not converge, and 200 points or more show chaos:
+    they fill an area, and neighbours part until they are as far from each other as any two. UNDECIDED where neither is
+    seen: close to a separatrix or a resonance a rotation number needs more crossings (thousands). q = 1 is an island
+    beside the centre. The mean point of an island is off its periodic point by the order of its width squared.
+
     Cost: as `rotation_number`, one pass over the orbits close to p/q for each q, and 600 distances a point of orbits
     without digits.
-    Source: Das, Saiki, Sander & Yorke 2017, Nonlinearity 30, 4111; Sander & Meiss 2020, Physica D 411, 132569 (digits);
-    Meiss 1992, Rev. Mod. Phys. 64, 795 (chains of islands).
+
+    References
+    ----------
+    Das, Saiki, Sander & Yorke 2017, Nonlinearity 30, 4111; Sander & Meiss 2020, Physica D 411, 132569 (digits); Meiss
+    1992, Rev. Mod. Phys. 64, 795 (chains of islands).
+
+    Examples
+    --------
+    >>> turns = fa.poincare_map(fa.models.HenonMap(), [[0.1, 0.2], [0.0, 0.0]], crossings=1000)
+    >>> print(fa.islands(turns).summary())
+    2 CURVE
     """
     points, counts = _checked(points)
     max_period, digits = whole("max_period", max_period, 1), positive("digits", digits)

@@ -81,27 +81,54 @@ def poincare_map(
 ) -> SectionMap:
     """Follow orbits of `body` from `z0` to their first `crossings` crossings of `section`, or iterates of a map.
 
-    Parameters: z0 (2n,) or (2n, orbits); section: a value of `fastaff.models.sections` (or your own), or its text, such
-    as "alpha-turning", "beta=0.2", "x=0" (crossed upwards), of a driven system "t=0"; crossings >= 1; max_time > 0 ends
-    every orbit, whatever it does; a map takes neither of both: its crossings are its iterates, the times their numbers;
-    nor does a stroboscopic section take a max_time: its crossings are a period apart; accuracy: error that times (times
-    the angular frequency) and points (relative to the amplitudes of the motion) may have, 1e-10 where neither it nor a
-    step is given; step, scheme, rtol, atol, energy_tolerance, threads, report as in `integrate`. Returns SectionMap.
-    Raises ValueError or TypeError for wrong input; Interrupted on Ctrl-C, with `.partial`.
+    Parameters
+    ----------
+    body, z0 : as in `integrate`
+    section : value of `fastaff.models.sections` (or your own) or str, optional
+        Text such as "alpha-turning", "beta=0.2", "x=0" (crossed upwards), for a driven system "t=0"; none for a map.
+    crossings : int >= 1
+        Crossings of each orbit; for a map iterates, whose numbers are the times.
+    max_time : float > 0, time, optional
+        Ends every orbit. Sections other than stroboscopic ones need it; a map takes none.
+    accuracy : float, optional
+        Error of times (times the angular frequency) and of points (relative to the amplitudes of the motion); default
+        1e-10 where neither it nor a step is given.
+    step, scheme, rtol, atol, energy_tolerance, threads, report : as in `integrate`
 
-    A start on the section itself, to rounding, is not counted, nor what comes after max_time. A sign change of the
-    section function over a step is always found. Two crossings inside a step, where the sign does not change, are found
-    when the function's values at three successive steps have their smallest in the middle and a parabola through them
-    reaches zero within a margin of two: then the extremum between them is searched on the flow; so too in the first and
-    the last step, from a step before the start and one beyond the end. They are missed only where the function turns
-    more than once between steps. A crossing is the root of the section function along fractional steps of the same
-    scheme, so it has the scheme's order and section error at the level of rounding; nothing is interpolated.
-    Crossings of a stroboscopic section are states after whole numbers of steps, at exact multiples of the period:
-    nothing is searched.
-    Cost: the steps, and about eight steps for each crossing, located in full lane blocks.
-    Memory at its peak, whatever max_time is: three times 2n + 1 numbers for each crossing and eight more, of each
-    orbit; with an accuracy the result, 4n + 2 numbers, and some 130 MiB (bench/memory.py).
-    Source: Henon 1982, Physica D 5, 412 (the problem); Chandrupatla 1997 (the root finder).
+    Returns
+    -------
+    `SectionMap`
+        Points and times of the crossings.
+
+    Raises
+    ------
+    ValueError, TypeError, Interrupted
+        As in `integrate`.
+
+    Notes
+    -----
+    A start on the section, to rounding, is no crossing, nor is one after max_time. A sign change of the section
+    function over a step is always found. Two crossings within a step, without a sign change, are found where the
+    function at three successive steps is smallest in the middle and a parabola reaches zero within a margin of two:
+    then the extremum is searched on the flow. The first and last step are treated alike, from a step before the start
+    and one beyond the end. Crossings are missed only where the function turns more than once between steps. A crossing
+    is the root of the section function along fractional steps of the same scheme: it has the scheme's order, and a
+    section error of rounding; nothing is interpolated. Crossings of a stroboscopic section are states after whole
+    numbers of steps, at exact multiples of the period.
+
+    Cost: the steps, and about eight steps for each crossing, in full lane blocks. Peak memory, whatever max_time is:
+    three times 2n + 1 numbers for each crossing and eight more, of each orbit; with an accuracy the result, 4n + 2
+    numbers, and some 130 MiB (bench/memory.py).
+
+    References
+    ----------
+    Henon 1982, Physica D 5, 412 (the problem); Chandrupatla 1997 (the root finder).
+
+    Examples
+    --------
+    >>> cut = fa.poincare_map(fa.HenonHeiles(), [0.0, 0.1, 0.3, 0.1], section="x=0", crossings=3, max_time=100.0)
+    >>> cut.points.shape, cut["y"][:, 0].round(6)
+    ((4, 3, 1), array([0.05131 , 0.033114, 0.051175]))
     """
     wanted = whole("crossings", crossings, 1)
     checked_model(body, kinds=EVERY)

@@ -21,10 +21,10 @@ class SectionMap(Result):
     """Crossings of a section.
 
     points (2n, crossings, orbits), the states at the crossings, and times (crossings, orbits): NaN past counts
-    (orbits,). section_error (orbits,): the largest |section(z)| over the crossings; energy_error (orbits,): the largest
-    |E - E0| over them, relative to the largest kinetic energy met; status (orbits,) of `Status`; step: the fixed step,
-    one for each orbit where it was chosen, or inf for an adaptive scheme. time_error (crossings, orbits) and
-    point_error (2n, crossings, orbits): the estimated errors of both, inf where a run with another step has no such
+    (orbits,). section_error (orbits,): the largest ``|section(z)|`` over the crossings; energy_error (orbits,): the
+    largest ``|E - E0|`` over them, relative to the largest kinetic energy met; status (orbits,) of `Status`; step: the
+    fixed step, one for each orbit where it was chosen, or inf for an adaptive scheme. time_error (crossings, orbits)
+    and point_error (2n, crossings, orbits): the estimated errors of both, inf where a run with another step has no such
     crossing; accurate_until (orbits,): the time up to which they stay below the accuracy; None where a step or
     tolerances were given. An orbit with the status ENERGY_DRIFT keeps the crossings before its energy error exceeded
     the tolerance. names (2n,): of the rows, as in `Orbits`: `result["p_beta"]` (crossings, orbits) of a body.

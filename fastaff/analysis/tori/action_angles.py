@@ -22,6 +22,7 @@ from ...kernels import tori_closed, tori_inverse, tori_quadrature
 from ...kernels.tori_closed import Tori
 from ...models import Barriers, Oscillator, Spring, Zero
 from ...models.contracts import Model
+from .closed_oscillators import closed_energy, closed_points
 from .separation import Separated, separate
 
 TURN = 2 * np.pi
@@ -94,23 +95,50 @@ def action_angles(
 ) -> ActionAngles:
     """Find actions, frequencies, angles and separation constants of states of a separable body.
 
-    Parameters: body: Body (or StackelBody) whose potential separates: Harmonic, Anharmonic, Hyperelastic, HeavyTop,
-    SeparableAlphaBeta, SeparableRVartheta, SeparableElliptic, or any with a property alpha_beta, r_vartheta or
-    elliptic; z0 (8,) or (8, orbits); chart: which one, for bodies that separate in several (ALPHA_BETA, R_VARTHETA,
-    ELLIPTIC; default the first of these); threads, report as in `integrate`. Returns ActionAngles. Raises TypeError or
-    ValueError for wrong input and for bodies that do not separate; Interrupted on Ctrl-C, with `.partial`. Status,
-    never an exception, for orbits: UNBOUND (J, nu, theta are NaN), ACTION_ZERO (circular orbits and equilibria: the
-    limit of all that has one, NaN for the angle of a vanishing action), SEPARATRIX (p_eta or p_gamma = 0 on an orbit
-    through alpha = 0 or beta = 0, or an equilibrium there: actions are limits; the frequency of that angle jumps, NaN),
-    NOT_CONVERGED (too close to an unstable equilibrium).
-    Formulas: J_i = closed integral of p_i dq_i; nu = dE/dJ and theta = dS/dJ from the integrals' derivatives to the
-    separation constants. Oscillators with walls in closed form. Else sums over midpoints of the phase between the
-    turning points, spectrally accurate there, their number doubled until the last Fourier coefficients vanish (16 to
-    2048): relative error of nu 1e-14 in the median, 1e-12 for 99 % of random orbits (bench/test_tori.py). Narrow wells
-    and small shears, whose energy is a difference in its last digits, get G from a polynomial fit and the width from
-    the state itself.
-    Memory: 300 bytes for each state.
-    Source: Martens & Slawianowski, EQ2.2 and section 4 (corrected); Landau & Lifshitz, Mechanics, section 50.
+    Parameters
+    ----------
+    body : `Body` or `StackelBody`
+        Its potential separates: Harmonic, Anharmonic, Hyperelastic, HeavyTop, SeparableAlphaBeta, SeparableRVartheta,
+        SeparableElliptic, or any with a property alpha_beta, r_vartheta or elliptic.
+    z0 : array (8,) or (8, orbits)
+        Phase points.
+    chart : `Chart`, optional
+        For bodies that separate in several: ALPHA_BETA, R_VARTHETA, ELLIPTIC (default: the first of these).
+    threads, report : as in `integrate`
+
+    Returns
+    -------
+    `ActionAngles`
+        Status of an orbit, never an exception: UNBOUND (J, nu, theta are NaN), ACTION_ZERO (circular orbits and
+        equilibria: limits where they exist, NaN for the angle of a vanishing action), SEPARATRIX (p_eta or p_gamma = 0
+        on an orbit through alpha = 0 or beta = 0, or an equilibrium there: actions are limits; the frequency of that
+        angle jumps, NaN), NOT_CONVERGED (too close to an unstable equilibrium).
+
+    Raises
+    ------
+    TypeError, ValueError
+        An argument is wrong, or the body does not separate.
+    Interrupted
+        On Ctrl-C, with the result so far in `.partial`.
+
+    Notes
+    -----
+    J_i = closed integral of p_i dq_i; nu = dE/dJ and theta = dS/dJ come from the derivatives of the integrals to the
+    separation constants. Oscillators with walls have closed forms. Others are sums over midpoints of the phase between
+    the turning points, spectrally accurate, their number doubled until the last Fourier coefficients vanish (16 to
+    2048). The relative error of nu is 1e-14 in the median, 1e-12 for 99 % of random orbits (bench/test_tori.py). Narrow
+    wells and small shears, whose energy is a difference in its last digits, get G from a polynomial fit and the width
+    from the state itself. Memory: 300 bytes for each state.
+
+    References
+    ----------
+    Martens & Slawianowski, EQ2.2 and section 4 (corrected); Landau & Lifshitz, Mechanics, section 50.
+
+    Examples
+    --------
+    >>> tori = fa.action_angles(fa.Body(fa.Harmonic()), [1.0, 0.0, 0.5, 0.0, 0.2, 0.5, 0.0, 0.3])
+    >>> tori.omega[:3, 0].round(9)
+    array([2., 2., 1.])
     """
     separated = separate(body, chart)
     z = phase_points("z0", z0, body)
@@ -213,16 +241,50 @@ def from_action_angles(
     """Find the phase points of given actions and angles on the tori of a separable body: the inverse of
     `action_angles`.
 
-    Parameters: body: doubly isotropic and separable in (alpha, beta) or (r, vartheta); J (4,) or (4, orbits), J >= 0 of
-    the two coordinates, then J_phi, J_psi; theta (4,) or (4, orbits), in cycles; a single column goes with any number
-    of the other; chart as in `action_angles`; near: phase point (8,), or one for each orbit, in the well that is meant,
-    where the effective potentials have several; threads as in `integrate`. Returns z (8, orbits), (8,) for single ones.
-    Raises ValueError or TypeError for wrong input, and where no torus has these actions; Interrupted on Ctrl-C, with
-    NaN in `.partial` where nothing was found yet.
-    Formulas: the constants by Newton's method on J, from the bottom of the effective potential; the phases by Newton's
+    Parameters
+    ----------
+    body : `Body`
+        Doubly isotropic and separable in (alpha, beta) or (r, vartheta).
+    J : array (4,) or (4, orbits), action
+        J >= 0 of the two coordinates, then J_phi, J_psi.
+    theta : array (4,) or (4, orbits), cycles
+        Angles; a single column goes with any number of the other.
+    chart : as in `action_angles`
+    near : array (8,) or (8, orbits), optional
+        Phase point in the intended well, where the effective potentials have several.
+    threads : as in `integrate`
+
+    Returns
+    -------
+    array (8, orbits), or (8,) for single ones
+        Phase points.
+
+    Raises
+    ------
+    ValueError, TypeError
+        An argument is wrong, or no torus has these actions.
+    Interrupted
+        On Ctrl-C, with NaN in `.partial` for points not yet found.
+
+    Notes
+    -----
+    The constants come by Newton's method on J, from the bottom of the effective potential, the phases by Newton's
     method on theta = dS/dJ. J_eta = 0 or J_gamma = 0 is taken as the limit from above. Round trips with `action_angles`
     agree to 1e-11 or better.
-    Source: Martens & Slawianowski, section 4 (the inverse is derived).
+
+    References
+    ----------
+    Martens & Slawianowski, section 4 (the inverse is derived).
+
+    Examples
+    --------
+    >>> body = fa.Body(fa.Harmonic())
+    >>> z = fa.from_action_angles(body, [0.5, 0.6, 0.3, 0.2], [0.1, 0.2, 0.3, 0.4])
+    >>> fa.action_angles(body, z).J.round(9)
+    array([[0.5],
+           [0.6],
+           [0.3],
+           [0.2]])
     """
     actions, angles, single = _rows("J", J), _rows("theta", theta), np.ndim(J) == np.ndim(theta) == 1
     n = max(actions.shape[1], angles.shape[1])
@@ -236,7 +298,7 @@ def from_action_angles(
     separated = separate(body, chart)
     well, threads = _well(body, near, n), checked_threads(threads)
     if _closed_form(separated) is not None:
-        z = _closed_points(separated, _checked_actions(separated, actions), np.mod(angles, 1.0))
+        z = closed_points(separated, _checked_actions(separated, actions), np.mod(angles, 1.0))
         return z[:, 0] if single else z
     z = np.full((8, n), np.nan)
     with keeping("from_action_angles", lambda: z[:, 0] if single else z):
@@ -262,13 +324,34 @@ def energy_of_actions(
 ) -> EnergyOfActions:
     """Compute the Hamiltonian as a function of the actions, E(J), and its gradient, the frequencies.
 
-    Parameters: J (4,) or (4, orbits); body, chart, near, threads as in `from_action_angles`. Returns EnergyOfActions;
-    at J_eta = 0 or J_gamma = 0 the gradient is the limit from above; an orbit whose actions belong to no torus has the
-    status UNBOUND or NOT_CONVERGED, and NaN. Raises TypeError or ValueError as there; Interrupted on Ctrl-C, with
-    `.partial`.
-    Formulas: closed for the oscillators (EQ3.21-3.23, EQa, EQb of the paper, corrected), else Newton's method on the
+    Parameters
+    ----------
+    body, J, chart, near, threads : as in `from_action_angles`
+
+    Returns
+    -------
+    `EnergyOfActions`
+        At J_eta = 0 or J_gamma = 0 the gradient is the limit from above. An orbit whose actions belong to no torus has
+        the status UNBOUND or NOT_CONVERGED, and NaN.
+
+    Raises
+    ------
+    TypeError, ValueError, Interrupted
+        As in `from_action_angles`.
+
+    Notes
+    -----
+    Closed forms for the oscillators (EQ3.21-3.23, EQa, EQb of the paper, corrected), else Newton's method on the
     quadratures.
-    Source: Martens & Slawianowski, section 4.
+
+    References
+    ----------
+    Martens & Slawianowski, section 4.
+
+    Examples
+    --------
+    >>> fa.energy_of_actions(fa.Body(fa.Harmonic()), [0.5, 0.6, 0.3, 0.2]).energy.round(9)
+    np.float64(0.397887358)
     """
     actions = _rows("J", J)
     separated = separate(body, chart)
@@ -280,7 +363,7 @@ def energy_of_actions(
         return EnergyOfActions(names=separated.names, energy=energy[which], nu=nu[:, which], status=status[which])
 
     if _closed_form(separated) is not None:
-        energy, nu = _closed_energy(separated, _checked_actions(separated, actions))
+        energy, nu = closed_energy(separated, _checked_actions(separated, actions))
         return found(nu, energy, np.zeros(energy.size, np.int64))
     out = _unknown(actions.shape[1])
     with keeping("energy_of_actions", lambda: found(*out)):
@@ -323,100 +406,6 @@ def _checked_actions(separated: Separated, J: np.ndarray) -> np.ndarray:
     if not np.all(np.abs(J) < LARGEST_ACTION):
         raise ValueError(f"J must be below {LARGEST_ACTION:g} in size, got {shown(J)}")
     return np.array([J[0], J[1], (J[2] - J[3]) / (2 * TURN), (J[2] + J[3]) / (2 * TURN)])
-
-
-def _barriers(
-    separated: Separated, p_eta: np.ndarray, p_gamma: np.ndarray
-) -> tuple[list[np.ndarray], list[np.ndarray]]:
-    """Return Lambda = sqrt(p^2 + 2 mu wall) of both planes of oscillators with walls, and p/Lambda, from above at 0."""
-    second = separated.functions[1]
-    walls = (separated.functions[0].c, second.c) if isinstance(second, Oscillator) else (second.c_alpha, second.c_beta)
-    barriers = [np.sqrt(p * p + 2 * separated.mu * wall) for p, wall in zip((p_eta, p_gamma), walls, strict=True)]
-    ratios = [
-        np.where(L > 0, p / np.where(L > 0, L, 1.0), 1.0) for p, L in zip((p_eta, p_gamma), barriers, strict=True)
-    ]
-    return barriers, ratios
-
-
-def _closed_energy(separated: Separated, actions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return E and its gradient to J_1, J_2, J_eta, J_gamma of oscillators with walls."""
-    mu, (first, second), (J1, J2, p_eta, p_gamma) = separated.mu, separated.functions, actions
-    omega, one = np.sqrt(first.k / mu), np.ones_like(J1)
-    barriers, ratios = _barriers(separated, p_eta, p_gamma)
-    if isinstance(second, Oscillator):
-        other = np.sqrt(second.k / mu)
-        E = omega * (J1 / np.pi + barriers[0]) + other * (J2 / np.pi + barriers[1])
-        nu = [omega / np.pi * one, other / np.pi * one, omega / TURN * ratios[0], other / TURN * ratios[1]]
-    else:
-        Lambda = J2 / np.pi + barriers[0] + barriers[1]
-        outer = np.sqrt(Lambda * Lambda + 2 * mu * first.c)
-        E, slope = (
-            omega * (J1 / np.pi + outer),
-            omega / np.pi * np.where(outer > 0, Lambda / np.where(outer > 0, outer, 1.0), 1.0),
-        )
-        nu = [omega / np.pi * one, slope, slope / 2 * ratios[0], slope / 2 * ratios[1]]
-    return E, np.array(nu)
-
-
-def _closed_points(separated: Separated, actions: np.ndarray, theta: np.ndarray) -> np.ndarray:
-    """Return the phase points of oscillators with walls: each regular variable is m - l cos(chi)."""
-    mu, (first, second), (J1, J2, p_eta, p_gamma) = separated.mu, separated.functions, actions
-    planes = isinstance(second, Oscillator)
-    (L_a, L_b), ratios = _barriers(separated, p_eta, p_gamma)
-    if planes:
-        A, pA, psi_a, chi_a = _swing(J1, L_a, np.sqrt(mu * first.k), TURN * theta[0])
-        B, pB, psi_b, chi_b = _swing(J2, L_b, np.sqrt(mu * second.k), TURN * theta[1])
-        turn_a, turn_b = psi_a - chi_a / 2, psi_b - chi_b / 2
-    else:
-        Lambda = J2 / np.pi + L_a + L_b
-        outer = np.sqrt(Lambda * Lambda + 2 * mu * first.c)
-        r, p_r, psi, chi_r = _swing(J1, outer, np.sqrt(mu * first.k), TURN * theta[0])
-        chi = TURN * theta[1] + 2 * Lambda / outer * (psi - chi_r / 2)
-        # s1 s2 = (L_b/Lambda)^2, (1 - s1)(1 - s2) = (L_a/Lambda)^2, and l^2 as a product: no cancellation for small J.
-        x = J2 / np.pi
-        amplitude = np.sqrt(x * (x + 2 * L_a) * (x + 2 * L_b) * (x + 2 * L_a + 2 * L_b)) / (2 * Lambda * Lambda)
-        middle_s = (x * (x + 2 * L_a + 2 * L_b) + 2 * L_b * (L_a + L_b)) / (2 * Lambda * Lambda)
-        middle_t = (x * (x + 2 * L_a + 2 * L_b) + 2 * L_a * (L_a + L_b)) / (2 * Lambda * Lambda)
-        s = _between((L_b / Lambda) ** 2, middle_s, amplitude, chi)
-        t = _between((L_a / Lambda) ** 2, middle_t, amplitude, chi + np.pi)
-        p_s = Lambda * amplitude * np.sin(chi)
-        A, B, pA, pB = r * t, r * s, t * p_r - p_s, s * p_r + p_s
-        turns, rest = np.floor(chi / TURN), np.mod(chi, TURN)
-        s2, t1 = middle_s + amplitude, middle_t + amplitude
-        psi_s = (
-            np.arctan2(np.sqrt(s2) * np.sin(rest / 2), L_b / Lambda / np.sqrt(s2) * np.cos(rest / 2)) + np.pi * turns
-        )
-        psi_t = (
-            np.arctan2(L_a / Lambda / np.sqrt(t1) * np.sin(rest / 2), np.sqrt(t1) * np.cos(rest / 2)) + np.pi * turns
-        )
-        turn_a, turn_b = psi_t - np.pi * theta[1], psi_s - np.pi * theta[1]
-    rows = (A, B, TURN * theta[2] + ratios[0] * turn_a, TURN * theta[3] + ratios[1] * turn_b)
-    radii = [np.sqrt(A), np.sqrt(B)]
-    momenta = [np.where(q > 0, p / np.where(q > 0, q, 1.0), 0.0) for p, q in zip((pA, pB), radii, strict=True)]
-    across = [np.where(q > 0, p / np.where(q > 0, q, 1.0), 0.0) for p, q in zip((p_eta, p_gamma), radii, strict=True)]
-    z = []
-    for q, angle in ((radii[0], rows[2]), (radii[1], rows[3])):
-        z += [q * np.cos(angle), q * np.sin(angle)]
-    for p, w, angle in ((momenta[0], across[0], rows[2]), (momenta[1], across[1], rows[3])):
-        z += [p * np.cos(angle) - w * np.sin(angle), p * np.sin(angle) + w * np.cos(angle)]
-    return np.array(z)
-
-
-def _between(product: np.ndarray, middle: np.ndarray, amplitude: np.ndarray, chi: np.ndarray) -> np.ndarray:
-    """Return m - l cos(chi) as its least value and a positive term."""
-    return product / (middle + amplitude) + 2 * amplitude * np.sin(chi / 2) ** 2
-
-
-def _swing(J: np.ndarray, Lambda: np.ndarray, stiffness: float, chi: np.ndarray) -> tuple[np.ndarray, ...]:
-    """Return s, root = s-momentum, psi and chi of an oscillator's plane (or of r) of action J and effective momentum
-    Lambda.
-    """
-    middle = (J / np.pi + Lambda) / stiffness
-    amplitude = np.sqrt(J / np.pi * (J / np.pi + 2 * Lambda)) / stiffness
-    high = middle + amplitude
-    least = (Lambda / stiffness) ** 2 / np.where(high > 0, high, 1.0)
-    psi = np.arctan2(np.sqrt(high) * np.sin(chi / 2), np.sqrt(least) * np.cos(chi / 2))
-    return least + 2 * amplitude * np.sin(chi / 2) ** 2, stiffness * amplitude * np.sin(chi), psi, chi
 
 
 def _invert(

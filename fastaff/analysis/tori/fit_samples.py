@@ -29,17 +29,19 @@ def fit_samples(
 ) -> TorusFit:
     """Fit a Fourier torus to the samples of one orbit of another program.
 
-    Parameters: samples (2n, samples) or (2n, 1, samples), dt, times, coordinates as in `orbit_frequencies`, 384 samples
-    or more of an orbit that does not end, dense enough for all harmonics; tolerance: largest prediction error of a
-    torus. Returns TorusFit, whose residual and energy are NaN and body None: no equations of motion are known. Raises
-    ValueError or TypeError naming what is wrong.
+    :Parameters: samples (2n, samples) or (2n, 1, samples), dt, times, coordinates as in `orbit_frequencies`, 384
+        samples or more of an orbit that does not end, dense enough for all harmonics; tolerance: largest prediction
+        error of a torus.
+    :Returns: TorusFit, whose residual and energy are NaN and body None: no equations of motion are known.
+    :Raises: ValueError or TypeError naming the wrong argument.
 
-    The first two thirds of the samples are fitted as `fit_torus` does its own; the last third is what the fit predicts.
-    Where it does not, the orbit is "not a torus" if its frequencies change from half to half (`orbit_frequencies`),
+    The first two thirds of the samples are fitted as `fit_torus` does its own; the fit predicts the last third. Where
+    the prediction fails, the orbit is "not a torus" if its frequencies change from half to half (`orbit_frequencies`),
     else undecided. nu_error knows nothing of the scheme that made the samples. theta0 are the angles of the first one.
     Actions J are those of the rows as they are: canonical where these are.
-    Cost: as `fit_torus`, without its runs.
-    Source: as `fit_torus`.
+
+    :Cost: as `fit_torus`, without its runs.
+    :Source: as `fit_torus`.
     """
     tolerance = positive("tolerance", tolerance)
     given = given_orbits("samples", samples, dt=dt, times=times, coordinates=coordinates, least=LEAST)

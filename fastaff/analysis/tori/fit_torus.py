@@ -62,39 +62,69 @@ def fit_torus(
 ) -> TorusFit:
     """Find the Fourier torus that the orbit of `body` from `z0` lies on, separable or not.
 
-    Parameters: body: with an energy, a map, or driven; z0 (2n,); time > 0 that is fitted, best 200 periods or more,
-    of a map and of periods of a drive 1000 or more, many more in four dimensions (half as much again is integrated for
-    the prediction); tolerance: residual and prediction error up to which there is a torus; step, scheme (None:
-    SOFRONIOU_SPALETTA10), rtol, atol as in `integrate`; report: called with the fraction that is done, a quarter for
-    each of the orbit, the same by half the steps, the fit and the verdict. Returns TorusFit. Raises ValueError or
-    TypeError for wrong input; Interrupted on Ctrl-C, with what was known until then in `.partial`. An orbit that
-    escapes is "not a torus", one that fails otherwise "undecided", with its status as evidence.
+    Parameters
+    ----------
+    body : model
+        With an energy, a map, or driven.
+    z0 : array (2n,)
+        Phase point at the start.
+    time : float > 0, time
+        Length of the fit, best 200 periods or more, of a map and of periods of a drive 1000 or more, many more in four
+        dimensions. Half as much again is integrated for the prediction.
+    tolerance : float, default 1e-6
+        Largest residual and prediction error of a torus.
+    step, scheme, rtol, atol : as in `integrate`
+        Default scheme: SOFRONIOU_SPALETTA10.
+    report : callable, optional
+        Called with the fraction done, a quarter for each of the orbit, the same by half the steps, the fit and the
+        verdict.
 
+    Returns
+    -------
+    `TorusFit`
+        An orbit that escapes is "not a torus", one that fails otherwise "undecided", with its status as evidence.
+
+    Raises
+    ------
+    ValueError, TypeError, Interrupted
+        As in `integrate`.
+
+    Notes
+    -----
     The lines of NAFF in the natural signals of the librations (`body.angles`) are identified with integer combinations
     of as few frequencies as they need; a body's planes add eta and gamma, at their mean turning rates. Then all
     frequencies and the coefficients up to an order that grows until they are at rounding are fitted together by
     windowed least squares. Actions: I_i = 1/2 Re sum_k i k_i conj(p_k) . q_k, so I_eta = p_eta and I_gamma = p_gamma of
     a body come out as a check. Basis: for a body the librations and then eta, gamma; of the libration lattice the
     leading lines of the natural signals where they are one, with positive frequencies. Exact relations k . nu = 0,
-    |k_i| <= 8, lower the dimension. The origin of the angles is where the largest coefficients that are a basis are
+    ``|k_i| <= 8``, lower the dimension. The origin of the angles is where the largest coefficients that are a basis are
     real and positive.
 
     Of a map, and of a driven system's map over its period from the phase of z0, the torus has n angles; its lines are
     combinations of its frequencies and of one turn, which is no frequency of it. Where lines are fractions of a turn
     the orbit lies on that many pieces, and one of them is fitted. Rows with a period are fitted beside their winding,
-    at their weighted mean rate. J of an angle without winding is positive, which says whether nu or 1 - nu is meant:
-    the area within the curve of a plane. J of one that winds is that under the curve.
+    at their weighted mean rate. J of an angle without winding is positive, the area within the curve of a plane: this
+    decides between nu and 1 - nu. J of one that winds is the area under the curve.
 
     Accuracy: spectral in time and order, while the lines of low order are 1.5 cycles or more apart over `time`; closer
     ones are left out (evidence "terms left out"), which can cost the verdict: then it is "undecided", as below eight
     periods. Against quadrature on separable bodies, time 300: nu to 2e-13, J to 2e-13 relative
-    (bench/test_torus_fit.py). nu_error: what unequal parts of the window, and half the step, change. "Not a torus" is
-    an orbit whose prediction fails and that MEGNO and SALI call chaotic (`chaos_map`, over the same time; of a body
-    that has `tangent_force`, or a map): weak chaos below `tolerance` passes.
-    Cost: 16 flops per sample, term and signal for each of some 20 passes: 0.2 to 10 s an orbit.
-    Source: Laskar 1999, Introduction to frequency map analysis, NATO ASI C 533, 134 (lines); Percival 1974, J. Phys. A
-    7, 794 (Fourier tori, their actions and invariance equation); Das, Saiki, Sander & Yorke 2017, Nonlinearity 30, 4111
+    (bench/test_torus_fit.py). nu_error is the change between unequal parts of the window, and with half the step. "Not
+    a torus" is an orbit whose prediction fails and that MEGNO and SALI call chaotic (`chaos_map`, over the same time;
+    of a body that has `tangent_force`, or a map): weak chaos below `tolerance` passes. Cost: 16 flops per sample, term
+    and signal for each of some 20 passes: 0.2 to 10 s an orbit.
+
+    References
+    ----------
+    Laskar 1999, Introduction to frequency map analysis, NATO ASI C 533, 134 (lines); Percival 1974, J. Phys. A 7, 794
+    (Fourier tori, their actions and invariance equation); Das, Saiki, Sander & Yorke 2017, Nonlinearity 30, 4111
     (window).
+
+    Examples
+    --------
+    >>> fit = fa.fit_torus(fa.models.StandardMap(0.5), [3.0, 0.3], time=1000)
+    >>> fit.verdict, fit.dimension
+    (<Verdict.TORUS: 'torus'>, 1)
     """
     time, tolerance = positive("time", time), positive("tolerance", tolerance)
     z = phase_points("z0", z0, checked_model(body, kinds=(*CONSERVATIVE, Kind.DRIVEN, Kind.MAP)))

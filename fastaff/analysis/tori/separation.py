@@ -102,14 +102,42 @@ def separate(body: Any, chart: Any = None) -> Separated:
 def constants_of_motion(body: Any, z: ArrayLike, *, chart: Any = None) -> dict[str, np.ndarray]:
     """Compute the four constants of motion in involution of a separable body.
 
-    body: Body or StackelBody of a separable potential; z: (8,) or (8, orbits); chart: one that it separates in (see
-    `separate`). Returns a dict of arrays (orbits,): H_alpha and H_beta, or E and h_vartheta, or E, K and L = E - K,
-    with p_phi and p_psi, where the angles have potentials c_eta = p_eta^2/(2 mu) + V_eta(eta) and c_gamma instead.
-    Raises TypeError or ValueError as `separate`. Formulas, regular in all R^4 where the potential is: H_alpha =
-    |p_a|^2/(2 mu) + V_alpha + V_eta/alpha^2; h_vartheta = sum over i < j of (q_i p_j - q_j p_i)^2/(2 mu) + V_vartheta +
-    ...; K = (h_kappa cos^2 lambda + h_lambda cosh^2 kappa)/ (2 Delta), with the plus sign that the printed formula
-    lacks, is |p_a|^2/(2 mu) + (sum of squares)/(4 mu) + potentials.
-    Source: Martens & Slawianowski, EQ2.1b, EQ2.2f and K, L of section 3 (corrected).
+    Parameters
+    ----------
+    body : `Body` or `StackelBody`
+        With a separable potential.
+    z : array (8,) or (8, orbits)
+        Phase points.
+    chart : `Chart`, optional
+        One in which the body separates (see `separate`).
+
+    Returns
+    -------
+    dict of array (orbits,)
+        H_alpha and H_beta, or E and h_vartheta, or E, K and L = E - K, with p_phi and p_psi. Where the angles have
+        potentials, c_eta = p_eta^2/(2 mu) + V_eta(eta) and c_gamma instead.
+
+    Raises
+    ------
+    TypeError, ValueError
+        As in `separate`.
+
+    Notes
+    -----
+    Formulas, regular in all R^4 where the potential is: ``H_alpha = |p_a|^2/(2 mu) + V_alpha + V_eta/alpha^2``;
+    h_vartheta = sum over i < j of (q_i p_j - q_j p_i)^2/(2 mu) + V_vartheta + ...; K = (h_kappa cos^2 lambda + h_lambda
+    cosh^2 kappa)/ (2 Delta), with the plus sign that the printed formula lacks, is ``|p_a|^2/(2 mu) + (sum of
+    squares)/(4 mu)`` + potentials.
+
+    References
+    ----------
+    Martens & Slawianowski, EQ2.1b, EQ2.2f and K, L of section 3 (corrected).
+
+    Examples
+    --------
+    >>> constants = fa.constants_of_motion(fa.Body(fa.Harmonic()), [1.0, 0.0, 0.5, 0.0, 0.2, 0.5, 0.0, 0.3])
+    >>> list(constants)
+    ['H_alpha', 'H_beta', 'p_phi', 'p_psi']
     """
     separated = separate(body, chart)
     return involution(body, separated, phase_points("z", z, body))

@@ -40,14 +40,14 @@ class TorusFit(Result, axis=None):
     names (d,) of the angles; nu (d,) in cycles per unit time and nu_error (d,), inf where there is no torus; J (d,),
     the integrals of p dq over the cycles (`I` = J/2 pi); theta0 (d,), the angles of z0 in cycles, so that z(t) =
     evaluate(theta0 + nu t); k (terms, d) integer and coefficients (2n, terms) complex, the largest first; residual:
-    largest |nu . dz/dtheta - X(z)| over points of the torus, relative to the largest |X|; prediction_error: largest
-    distance between the orbit and evaluate(theta0 + nu t) after the fitted time, relative to the size of the orbit;
-    verdict; dimension d of the torus; relations (n' - d, n'): integer vectors that the n' natural frequencies are
-    annihilated by; evidence: numbers by name; energy of z0; body.
+    largest ``|nu . dz/dtheta - X(z)|`` over points of the torus, relative to the largest ``|X|``; prediction_error:
+    largest distance between the orbit and evaluate(theta0 + nu t) after the fitted time, relative to the size of the
+    orbit; verdict; dimension d of the torus; relations (n' - d, n'): integer vectors that the n' natural frequencies
+    are annihilated by; evidence: numbers by name; energy of z0; body.
 
     Of a map, and of a driven system's map over its period, t counts turns (iterates, periods) and nu is in cycles per
     turn: between 0 and 1, in the sense in which the action is positive, but for an angle that winds, whose nu and J are
-    as it goes. residual: largest |z(theta + nu) - M(z(theta))| relative to the size of the orbit about its middle;
+    as it goes. residual: largest ``|z(theta + nu) - M(z(theta))|`` relative to the size of the orbit about its middle;
     energy NaN. winding (2n, d): how far a row goes on in a cycle of an angle, its period or 0; None where nothing
     winds; evaluate(theta) adds winding @ theta. islands: on how many pieces, images of each other, the orbit lies; z(t)
     is above for multiples t of it, nu is below 1/islands, and J is that of one of them.
@@ -83,11 +83,14 @@ class TorusFit(Result, axis=None):
 
     @property
     def order(self) -> int:
-        """Largest sum |k_i| of the series."""
+        """Largest sum ``|k_i|`` of the series."""
         return int(np.abs(self.k).sum(axis=1).max(initial=0))
 
     def evaluate(self, theta: Any) -> np.ndarray:
-        """Return the phase points (2n, ...) at angles theta (d, ...) in cycles. Raises ValueError for another shape."""
+        """Return the phase points (2n, ...) at angles theta (d, ...) in cycles.
+
+        :Raises: ValueError for another shape.
+        """
         theta = numbers("theta", theta)
         if theta.ndim < 1 or len(theta) != self.dimension:
             raise ValueError(f"theta must have shape ({self.dimension}, ...), got {theta.shape}")
@@ -101,7 +104,7 @@ class TorusFit(Result, axis=None):
     def in_basis(self, M: Any) -> TorusFit:
         """Return the same torus with the angles M theta, M (d, d) integer of determinant +-1: nu' = M nu, J' = M^-T J.
 
-        Raises ValueError for another matrix.
+        :Raises: ValueError for another matrix.
         """
         given = numbers("M", M)
         if (
@@ -127,8 +130,9 @@ class TorusFit(Result, axis=None):
         )
 
     def truncated(self, order: int) -> TorusFit:
-        """Return the series cut at sum |k_i| <= order, with the actions and the residual that it has. Raises for order
-        < 0.
+        """Return the series cut at sum ``|k_i|`` <= order, with the actions and the residual that it has.
+
+        :Raises: for order < 0.
         """
         kept = np.abs(self.k).sum(axis=1) <= whole("order", order, 0)
         k, z = self.k[kept], self.coefficients[:, kept]
@@ -139,7 +143,7 @@ class TorusFit(Result, axis=None):
         return replace(self, k=k, coefficients=z, J=actions(k, z), residual=flow_residual(self.body, k, z, self.nu))
 
     def summary(self) -> str:
-        """Say in one line what was found."""
+        """Say in one line the verdict and its numbers."""
         pairs = ", ".join(f"{name} {value:.9g}" for name, value in zip(self.names, self.nu))
         text = (
             f"{self.verdict.value}, dimension {self.dimension}: nu {pairs or '-'}; {len(self.k)} terms, "

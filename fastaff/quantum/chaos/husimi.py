@@ -45,7 +45,7 @@ class Husimi(Drawable):
 
     @property
     def norm(self) -> float:
-        """Integral over phase space in cells of (2 pi hbar)^4: 1 less what the expansion lacks."""
+        """Integral over phase space in cells of (2 pi hbar)^4: 1 less the missing part of the expansion."""
         return float(np.sum(self.coefficients**2))
 
     def __call__(self, z: ArrayLike) -> np.ndarray:
@@ -71,20 +71,23 @@ class Husimi(Drawable):
 def husimi(state: State, *, width: ArrayLike | None = None, tolerance: float = 1e-4) -> Husimi:
     """Expand a state in coherent states of the two planes: its Husimi function on the phase space of the body.
 
-    Parameters: state: of `wavefunction` or `LevelTable.state`, with m + l even; width > 0: standard deviation of
-    |Psi|^2 in each direction of position, of the coherent states e^(-|a - q|^2/(4 width^2) + i p.a/hbar), one number or
-    (2,) for the planes a and b, as in `coherent_packet`; sqrt(hbar/2) by default; sqrt(hbar/(2 mu omega)) is that of an
-    oscillation omega; tolerance: how much of the norm the expansion may lack. Returns Husimi, a function of phase
-    points in the planes: the points of `energy_grid`, `energy_sample` and `poincare_map` as they are. Raises ValueError
-    or TypeError for wrong input, and where 640 radial quanta in each plane do not hold the state to the tolerance.
+    :Parameters: state: of `wavefunction` or `LevelTable.state`, with m + l even; width > 0: standard deviation of
+        ``|Psi|^2`` in each direction of position, of the coherent states e^(-``|a - q|^2``/(4 width^2) + i p.a/hbar),
+        one number or (2,) for the planes a and b, as in `coherent_packet`; sqrt(hbar/2) by default; sqrt(hbar/(2 mu
+        omega)) is that of an oscillation omega; tolerance: how much of the norm the expansion may lack.
+    :Returns: Husimi, a function of phase points in the planes: the points of `energy_grid`, `energy_sample` and
+        `poincare_map` as they are.
+    :Raises: ValueError or TypeError for wrong input, and where 640 radial quanta in each plane do not hold the state to
+        the tolerance.
 
-    Q(z) = |<z|Psi>|^2 with 4-dimensional coherent states, so that alpha = 0, beta = 0 and angular momenta need no care:
-    at p_eta = hbar (m - l)/2, p_gamma = hbar (m + l)/2 it is largest, and int Q d^8z/(2 pi hbar)^4 = 1. The spreads in
-    q and p are width and hbar/(2 width). With sigma = sqrt2 width, <z|n, M> = (-1)^n e^(-|z|^2/2) z+^(n + M)
-    z-^n/sqrt((n + M)! n!) for M >= 0 (conjugate), where sqrt2 z+- = z1 -+ i z2, sqrt2 z_j = q_j/sigma + i sigma
-    p_j/hbar. Error about sqrt(tolerance) of the largest amplitude, far less where the state is large.
-    Cost: two matrix products; 0.3 s for 40000 points at 100 quanta.
-    Source: Husimi 1940, Proc. Phys.-Math. Soc. Jpn. 22, 264; Bargmann 1961, Commun. Pure Appl. Math. 14, 187.
+    Q(z) = ``|<z|Psi>|^2`` with 4-dimensional coherent states, so that alpha = 0, beta = 0 and angular momenta need no
+    care: at p_eta = hbar (m - l)/2, p_gamma = hbar (m + l)/2 it is largest, and int Q d^8z/(2 pi hbar)^4 = 1. The
+    spreads in q and p are width and hbar/(2 width). With sigma = sqrt2 width, ``<z|n, M>`` = (-1)^n e^(-``|z|^2``/2)
+    z+^(n + M) z-^n/sqrt((n + M)! n!) for M >= 0 (conjugate), where sqrt2 z+- = z1 -+ i z2, sqrt2 z_j = q_j/sigma + i
+    sigma p_j/hbar. Error about sqrt(tolerance) of the largest amplitude, far less where the state is large.
+
+    :Cost: two matrix products; 0.3 s for 40000 points at 100 quanta.
+    :Source: Husimi 1940, Proc. Phys.-Math. Soc. Jpn. 22, 264; Bargmann 1961, Commun. Pure Appl. Math. 14, 187.
     """
     if not isinstance(state, State):
         raise TypeError(f"state must be a State, of `wavefunction` or `LevelTable.state`, got {type(state).__name__}")

@@ -54,10 +54,11 @@ def _simple(E: np.ndarray) -> np.ndarray:
 def spacing_ratios(levels: ArrayLike) -> np.ndarray:
     """Compute the ratios of neighbouring spacings, which need no unfolding.
 
-    Parameters: levels (n,), ascending, of one class. Returns r_k = min(s_k, s_(k+1))/max(s_k, s_(k+1)) (n - 2,), s_k =
-    E_(k+1) - E_k. Raises ValueError or TypeError for wrong input: fewer than 3 levels, not ascending, not finite,
-    degenerate (spacings below 1e-9 of the mean).
-    Source: Oganesyan & Huse 2007, Phys. Rev. B 75, 155111; Atas et al. 2013, Phys. Rev. Lett. 110, 084101.
+    :Parameters: levels (n,), ascending, of one class.
+    :Returns: r_k = min(s_k, s_(k+1))/max(s_k, s_(k+1)) (n - 2,), s_k = E_(k+1) - E_k.
+    :Raises: ValueError or TypeError for wrong input: fewer than 3 levels, not ascending, not finite, degenerate
+        (spacings below 1e-9 of the mean).
+    :Source: Oganesyan & Huse 2007, Phys. Rev. B 75, 155111; Atas et al. 2013, Phys. Rev. Lett. 110, 084101.
     """
     return _ratios("levels", levels)
 
@@ -70,11 +71,13 @@ def _ratios(name: str, levels: ArrayLike) -> np.ndarray:
 def mean_spacing_ratio(spectra: Sequence[ArrayLike]) -> MeanRatio:
     """Compute the mean ratio of spacings of one or several spectra, with its standard error.
 
-    Parameters: spectra: a sequence of level arrays, each (n,) of one class, with the same classical limit; their ratios
-    are pooled. Returns MeanRatio, error inf for a single ratio; compare POISSON_RATIO (regular), GOE_RATIO (chaotic),
-    BerryRobnik(q).mean_ratio() (both). Raises as `spacing_ratios`. The error has the variance of a ratio and its
-    covariance with the next, which shares a spacing with it.
-    Source: Atas et al. 2013, Phys. Rev. Lett. 110, 084101; the error is derived.
+    :Parameters: spectra: a sequence of level arrays, each (n,) of one class, with the same classical limit; their
+        ratios are pooled.
+    :Returns: MeanRatio, error inf for a single ratio; compare POISSON_RATIO (regular), GOE_RATIO (chaotic),
+        BerryRobnik(q).mean_ratio() (both).
+    :Raises: as `spacing_ratios`. The error has the variance of a ratio and its covariance with the next, which shares a
+        spacing with it.
+    :Source: Atas et al. 2013, Phys. Rev. Lett. 110, 084101; the error is derived.
     """
     if not isinstance(spectra, (list, tuple)) or not spectra or np.ndim(an_array("spectra[0]", spectra[0])) != 1:
         raise TypeError("spectra must be a list of level arrays, such as [levels]")
@@ -90,10 +93,11 @@ def mean_spacing_ratio(spectra: Sequence[ArrayLike]) -> MeanRatio:
 def number_variance(unfolded: ArrayLike, lengths: ArrayLike) -> np.ndarray:
     """Compute the variance of the number of unfolded levels in intervals of given lengths.
 
-    Parameters: unfolded (n,), of `unfold`; lengths (...), each positive and below a fifth of the sequence. Returns
-    Sigma^2 (...), over 4 n intervals spread evenly: L for Poisson, (2/pi^2)(ln(2 pi L) + 1.5772 - pi^2/8) for GOE and L
-    > 1. Raises ValueError or TypeError for wrong input.
-    Source: Mehta 2004, Random Matrices, section 16.1.
+    :Parameters: unfolded (n,), of `unfold`; lengths (...), each positive and below a fifth of the sequence.
+    :Returns: Sigma^2 (...), over 4 n intervals spread evenly: L for Poisson, (2/pi^2)(ln(2 pi L) + 1.5772 - pi^2/8) for
+        GOE and L > 1.
+    :Raises: ValueError or TypeError for wrong input.
+    :Source: Mehta 2004, Random Matrices, section 16.1.
     """
     x, spans = checked_levels(unfolded, 5, "unfolded"), checked("lengths", lengths, ())
     if np.any(spans <= 0) or np.any(spans > (x[-1] - x[0]) / 5):

@@ -45,7 +45,8 @@ class BerryRobnik:
 
     BerryRobnik(0) is Poisson, e^-s; BerryRobnik(1) Wigner, (pi s/2) e^(-pi s^2/4). P(s) is the second derivative of the
     gap probability e^(-(1 - q) s) erfc(sqrt(pi) q s/2), q = chaotic.
-    Source: Berry & Robnik 1984, J. Phys. A 17, 2413, eq. 28 (one chaotic region).
+
+    :Source: Berry & Robnik 1984, J. Phys. A 17, 2413, eq. 28 (one chaotic region).
     """
 
     chaotic: float
@@ -126,7 +127,8 @@ class Brody:
     """Spacings with level repulsion s^repulsion, from Poisson (0) to Wigner (1), a formula without a theory behind it.
 
     P(s) = (w + 1) b s^w e^(-b s^(w + 1)), b = Gamma((w + 2)/(w + 1))^(w + 1), w = repulsion.
-    Source: Brody 1973, Lett. Nuovo Cimento 7, 482.
+
+    :Source: Brody 1973, Lett. Nuovo Cimento 7, 482.
     """
 
     repulsion: float
@@ -160,11 +162,12 @@ class SpacingFit(NamedTuple):
 def fit_spacings(spacings: ArrayLike, law: Callable[[float], SpacingLaw]) -> SpacingFit:
     """Fit the parameter of a law of spacings by largest likelihood.
 
-    Parameters: spacings (n,), > 0, unfolded (mean about 1); law: BerryRobnik or Brody, or any function of a number in
-    [0, 1] that returns a SpacingLaw. Returns SpacingFit: law, and the 68 % interval of the parameter, cut at 0 and 1.
-    Raises ValueError or TypeError for wrong input. Neighbouring spacings are taken as independent; those of GOE repel,
-    with a correlation of -0.27, so that the interval is rather too wide.
-    Source: Brody et al. 1981, Rev. Mod. Phys. 53, 385.
+    :Parameters: spacings (n,), > 0, unfolded (mean about 1); law: BerryRobnik or Brody, or any function of a number in
+        [0, 1] that returns a SpacingLaw.
+    :Returns: SpacingFit: law, and the 68 % interval of the parameter, cut at 0 and 1.
+    :Raises: ValueError or TypeError for wrong input. Neighbouring spacings are taken as independent; those of GOE
+        repel, with a correlation of -0.27, so that the interval is rather too wide.
+    :Source: Brody et al. 1981, Rev. Mod. Phys. 53, 385.
     """
     s = checked("spacings", spacings, ())
     if s.ndim != 1 or s.size < 2 or np.any(s <= 0):

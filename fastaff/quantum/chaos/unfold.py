@@ -25,9 +25,10 @@ def checked_levels(levels: Any, least: int = 3, name: str = "levels") -> np.ndar
 def polynomial_count(levels: ArrayLike, degree: int = 5) -> Callable[[ArrayLike], np.ndarray]:
     """Fit a polynomial to the staircase of levels, a smooth count for `unfold` where no Weyl count is at hand.
 
-    Parameters: levels (n,), ascending, n > degree; degree: at least 1, low enough not to follow fluctuations. Returns a
-    function of the energy, k + 1/2 on average at level k. Raises ValueError or TypeError for wrong input.
-    Source: Haake 2010, Quantum Signatures of Chaos, section 4.8.
+    :Parameters: levels (n,), ascending, n > degree; degree: at least 1, low enough not to follow fluctuations.
+    :Returns: a function of the energy, k + 1/2 on average at level k.
+    :Raises: ValueError or TypeError for wrong input.
+    :Source: Haake 2010, Quantum Signatures of Chaos, section 4.8.
     """
     degree = whole("degree", degree, 1)
     E = checked_levels(levels, degree + 2)
@@ -40,10 +41,11 @@ def polynomial_count(levels: ArrayLike, degree: int = 5) -> Callable[[ArrayLike]
 def unfold(levels: ArrayLike, smooth: Callable[[np.ndarray], ArrayLike]) -> np.ndarray:
     """Map levels of one class to a sequence with mean spacing 1.
 
-    Parameters: levels (n,), ascending, any part of the spectrum; smooth: the smooth number of levels below an energy,
-    such as functools.partial(weyl_count, body, m=m, l=l, hbar=hbar) or `polynomial_count(levels)`. Returns
-    smooth(levels) (n,). Raises ValueError or TypeError for wrong input, and where it does not grow along the levels.
-    Source: Bohigas, Giannoni & Schmit 1984, Phys. Rev. Lett. 52, 1.
+    :Parameters: levels (n,), ascending, any part of the spectrum; smooth: the smooth number of levels below an energy,
+        such as functools.partial(weyl_count, body, m=m, l=l, hbar=hbar) or `polynomial_count(levels)`.
+    :Returns: smooth(levels) (n,).
+    :Raises: ValueError or TypeError for wrong input, and where it does not grow along the levels.
+    :Source: Bohigas, Giannoni & Schmit 1984, Phys. Rev. Lett. 52, 1.
     """
     E = checked_levels(levels, 1)
     x = checked("smooth(levels)", function("smooth", smooth)(E), ())
@@ -61,10 +63,11 @@ def unfold(levels: ArrayLike, smooth: Callable[[np.ndarray], ArrayLike]) -> np.n
 def count_deviation(levels: ArrayLike, smooth: Callable[[np.ndarray], ArrayLike]) -> np.ndarray:
     """Compute how far the staircase of the lowest levels is above a smooth count: a check that no level is missing.
 
-    Parameters: levels (n,): all from the lowest on; smooth: as in `unfold`. Returns k + 1/2 - smooth(E_k) (n,): it
-    oscillates around 0 for `weyl_count`; from a missing level on it lies 1 lower, from a level too many 1 higher, and a
-    drift tells of a wrong count. Raises ValueError or TypeError for wrong input.
-    Source: Baltes & Hilf 1976, Spectra of Finite Systems, chapter 6 (the check of completeness).
+    :Parameters: levels (n,): all from the lowest on; smooth: as in `unfold`.
+    :Returns: k + 1/2 - smooth(E_k) (n,): it oscillates around 0 for `weyl_count`; from a missing level on it lies 1
+        lower, from a level too many 1 higher, and a drift tells of a wrong count.
+    :Raises: ValueError or TypeError for wrong input.
+    :Source: Baltes & Hilf 1976, Spectra of Finite Systems, chapter 6 (the check of completeness).
     """
     unfolded = unfold(levels, smooth)
     return np.arange(unfolded.size) + 0.5 - unfolded

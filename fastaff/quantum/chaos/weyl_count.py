@@ -120,24 +120,26 @@ def _hidden(body: Any, walled: bool, low: float, top: float) -> Cover:
 def weyl_count(body: Any, energy: ArrayLike, *, m: int, l: int, hbar: float = 1.0) -> np.ndarray:
     """Count the levels of one symmetry class below given energies, smoothly, by the classical phase space.
 
-    Parameters: body: a Body, whose potential has `curvatures`; energy: one or (...), in any order; m, l: whole quantum
-    numbers of spin and vorticity (m + l odd is the double covering); hbar > 0. Returns N (...): the mean of the
-    staircase, which is k + 1/2 at level k = 0, 1, ...; 0 below the smallest effective potential, and as low as -1/12
-    just above it. Raises ValueError or TypeError for wrong input, and ValueError where the allowed region is not
-    bounded.
+    :Parameters: body: a Body, whose potential has `curvatures`; energy: one or (...), in any order; m, l: whole quantum
+        numbers of spin and vorticity (m + l odd is the double covering); hbar > 0.
+    :Returns: N (...): the mean of the staircase, which is k + 1/2 at level k = 0, 1, ...; 0 below the smallest
+        effective potential, and as low as -1/12 just above it.
+    :Raises: ValueError or TypeError for wrong input, and ValueError where the allowed region is not bounded.
 
     N = (mu/2 pi hbar^2) int (E - V_eff)_+ dalpha dbeta - (d^2/da^2 + d^2/db^2) N/12 - (1/48 pi) int Delta V delta(E -
-    V_eff) dalpha dbeta, V_eff = V + (hbar^2/2 mu)(a^2/alpha^2 + b^2/beta^2), a = |m - l|/2, b = |m + l|/2, Delta the
-    Laplacian of R^4. The first term is phase space over (2 pi hbar)^2 with the centrifugal terms of Langer, a^2 and not
-    a^2 - 1/4: with these no term of the order 1/hbar is left, no perimeter; the others are of order 1, -1/12 for
-    oscillators. What is left out is of the order hbar, and what oscillates. A wall det phi = 0 must be soft on the
-    scale of the wave length: mu c/(hbar p) > 1 for V = c/distance and momentum p; so must be narrow features of V,
-    which are integrated as they are: waves longer than their widths see less of them than this expansion. Wells
-    between the points where V is looked at are found by intervals, where its formula takes them. Quadrature
-    errors are about 1e-6 of N, more at energies of saddles; some 20 ms for an energy, more where the integrals are cut
-    at narrow features of V.
-    Source: Wigner 1932, Phys. Rev. 40, 749, and Kirkwood 1933, Phys. Rev. 44, 31 (order hbar^2); Langer 1937, Phys.
-    Rev. 51, 669; the terms of fixed angular momenta are derived from H - omega_a L_a - omega_b L_b at imaginary rates.
+    V_eff) dalpha dbeta, V_eff = V + (hbar^2/2 mu)(a^2/alpha^2 + b^2/beta^2), a = ``|m - l|``/2, b = ``|m + l|``/2,
+    Delta the Laplacian of R^4. The first term is phase space over (2 pi hbar)^2 with the centrifugal terms of Langer,
+    a^2 and not a^2 - 1/4: with these no term of the order 1/hbar is left, no perimeter; the others are of order 1,
+    -1/12 for oscillators. Terms of the order hbar and oscillating terms are left out. A wall det phi = 0 must be soft
+    on the scale of the wave length: mu c/(hbar p) > 1 for V = c/distance and momentum p; so must be narrow features of
+    V, which are integrated as they are: waves longer than their widths see less of them than this expansion. Wells
+    between the points where V is looked at are found by intervals, where its formula takes them. Quadrature errors are
+    about 1e-6 of N, more at energies of saddles; some 20 ms for an energy, more where the integrals are cut at narrow
+    features of V.
+
+    :Source: Wigner 1932, Phys. Rev. 40, 749, and Kirkwood 1933, Phys. Rev. 44, 31 (order hbar^2); Langer 1937, Phys.
+        Rev. 51, 669; the terms of fixed angular momenta are derived from H - omega_a L_a - omega_b L_b at imaginary
+        rates.
     """
     checked_model(body, kinds=NATURAL)
     if not isotropic(body):

@@ -36,18 +36,20 @@ def exact_levels(
 ) -> LevelTable:
     """Compute exact energy levels of a solvable body: of given quantum numbers, or all of the lowest.
 
-    Parameters: n (2,) or (2, levels), whole numbers >= 0 of the two coordinates in the chart's order, with m, l: whole
-    numbers of spin and vorticity, one or (levels,); or below: all levels below this energy, or multiplets: how many
-    different energies with all their levels, both ascending; hbar > 0, in the units of the actions; chart: ALPHA_BETA
-    (default) or R_VARTHETA, which label the same levels differently; single_valued: wave functions on GL(2,R) need m +
-    l even (else refused), False: on the covering. Returns LevelTable, perhaps of no level. Raises ValueError or
-    TypeError for wrong input and for bodies without closed-form states.
-    Formulas: E_alpha = hbar omega (2 n_alpha + 1 + s_alpha), the same for beta; s_alpha = |m - l|/2 (Harmonic) or
-    sqrt((m - l)^2 + 16 C mu/hbar^2)/2 (Anharmonic), s_beta = |m + l|/2; E = hbar omega (2 n_r + 1 + 2 epsilon),
-    e_vartheta = (hbar^2/2 mu) ((2 n_vartheta + 1 + s_alpha + s_beta)^2 - 1). Degeneracies (`LevelTable.multiplets`):
-    Harmonic: E = hbar omega (N + 2), C(N + 3, 3) times; Anharmonic: each (n1 + n2, m, l) comes n1 + n2 + 1 times. E
-    grows with both n and with |m - l| and |m + l|, so lists are complete. Exact to rounding; nanoseconds for a level.
-    Source: Martens & Slawianowski, EQ5.1, EQ5.2, EQ3.2.2 (with m + l even; e_vartheta corrected).
+    :Parameters: n (2,) or (2, levels), whole numbers >= 0 of the two coordinates in the chart's order, with m, l: whole
+        numbers of spin and vorticity, one or (levels,); or below: all levels below this energy, or multiplets: how many
+        different energies with all their levels, both ascending; hbar > 0, in the units of the actions; chart:
+        ALPHA_BETA (default) or R_VARTHETA, which label the same levels differently; single_valued: wave functions on
+        GL(2,R) need m + l even (else refused), False: on the covering.
+    :Returns: LevelTable, perhaps of no level.
+    :Raises: ValueError or TypeError for wrong input and for bodies without closed-form states.
+    :Formulas: E_alpha = hbar omega (2 n_alpha + 1 + s_alpha), the same for beta; s_alpha = ``|m - l|``/2 (Harmonic) or
+        sqrt((m - l)^2 + 16 C mu/hbar^2)/2 (Anharmonic), s_beta = ``|m + l|``/2; E = hbar omega (2 n_r + 1 + 2 epsilon),
+        e_vartheta = (hbar^2/2 mu) ((2 n_vartheta + 1 + s_alpha + s_beta)^2 - 1). Degeneracies
+        (`LevelTable.multiplets`): Harmonic: E = hbar omega (N + 2), C(N + 3, 3) times; Anharmonic: each (n1 + n2, m, l)
+        comes n1 + n2 + 1 times. E grows with both n and with ``|m - l|`` and ``|m + l|``, so lists are complete. Exact
+        to rounding; nanoseconds for a level.
+    :Source: Martens & Slawianowski, EQ5.1, EQ5.2, EQ3.2.2 (with m + l even; e_vartheta corrected).
     """
     model, flagged = solvable(body, chart, hbar), flag("single_valued", single_valued)
     given = [name for name, value in (("below", below), ("multiplets", multiplets)) if value is not None]

@@ -16,7 +16,7 @@ from .quasiclassical_levels import BOHR_SOMMERFELD, EBK, quasiclassical_levels
 class Quantizations(NamedTuple):
     """The same levels three times: by Bohr and Sommerfeld (J = n h), by EBK (J = (n + 1/2) h), exact.
 
-    Source: Martens & Slawianowski, EQ3.2 and EQ3.6 beside EQ5.1 and EQ5.2.
+    :Source: Martens & Slawianowski, EQ3.2 and EQ3.6 beside EQ5.1 and EQ5.2.
     """
 
     bohr_sommerfeld: LevelTable
@@ -44,11 +44,12 @@ def quantizations(
 ) -> Quantizations:
     """Compute levels of a solvable body by Bohr and Sommerfeld, by EBK, and exactly.
 
-    Parameters: n, m, l, hbar, chart, single_valued as in `exact_levels`. Returns Quantizations. Raises ValueError or
-    TypeError for wrong input.
-    Formula: Bohr-Sommerfeld lacks the zero point 2 hbar omega of two librations; EBK, with Maslov indices 2, 2, is
-    exact.
-    Source: Martens & Slawianowski, section 5, below EQ5.1; Keller 1958, Ann. Phys. 4, 180 (EBK).
+    :Parameters: n, m, l, hbar, chart, single_valued as in `exact_levels`.
+    :Returns: Quantizations.
+    :Raises: ValueError or TypeError for wrong input.
+    :Formula: Bohr-Sommerfeld lacks the zero point 2 hbar omega of two librations; EBK, with Maslov indices 2, 2, is
+        exact.
+    :Source: Martens & Slawianowski, section 5, below EQ5.1; Keller 1958, Ann. Phys. 4, 180 (EBK).
     """
     exact = exact_levels(body, n=n, m=m, l=l, hbar=hbar, chart=chart, single_valued=single_valued)
     first, second = (

@@ -42,20 +42,22 @@ def quasiclassical_levels(
 ) -> LevelTable:
     """Compute quasiclassical levels of a separable body: of given quantum numbers, or all below an energy.
 
-    Parameters: n (2,) or (2, levels), whole numbers >= 0 of the two coordinates in the chart's order, with m, l: whole
-    numbers of spin and vorticity, one or (levels,); or below: all levels below this energy, ascending; maslov: the
-    indices M of the two coordinates, BOHR_SOMMERFELD = (0, 0), EBK = (2, 2), or others; hbar > 0; single_valued: wave
-    functions on GL(2,R) need m + l even (else refused), False: on the covering; chart, near as in `from_action_angles`.
-    Returns LevelTable, perhaps of no level, with `spacing` and the status UNBOUND where no torus has these actions; its
-    errors are those of E(J), not of the quantization. Raises ValueError or TypeError for wrong input.
-    Formulas: E(J) with J_i = 2 pi hbar (n_i + M_i/4), J_phi = 2 pi hbar m, J_psi = 2 pi hbar l. E grows with both
-    actions and with |J_eta| and |J_gamma|, so the search below an energy stops at the first level above in each
-    direction; actions that belong to no torus (bodies that fall or escape) end their direction too. Exact (EBK) for
-    Harmonic and Anharmonic in both charts; for Hyperelastic the effective index of vartheta lies between 2 and 3 (the
-    wall at det = 0).
-    Cost: that of `energy_of_actions`, about 20 microseconds for a level by quadrature.
-    Source: Martens & Slawianowski, EQ3.2 and EQ3.6 (with m + l even, which they lack), section 4 (degeneracy of the
-    Bohr-Sommerfeld levels); Keller 1958, Ann. Phys. 4, 180 (EBK).
+    :Parameters: n (2,) or (2, levels), whole numbers >= 0 of the two coordinates in the chart's order, with m, l: whole
+        numbers of spin and vorticity, one or (levels,); or below: all levels below this energy, ascending; maslov: the
+        indices M of the two coordinates, BOHR_SOMMERFELD = (0, 0), EBK = (2, 2), or others; hbar > 0; single_valued:
+        wave functions on GL(2,R) need m + l even (else refused), False: on the covering; chart, near as in
+        `from_action_angles`.
+    :Returns: LevelTable, perhaps of no level, with `spacing` and the status UNBOUND where no torus has these actions;
+        its errors are those of E(J), not of the quantization.
+    :Raises: ValueError or TypeError for wrong input.
+    :Formulas: E(J) with J_i = 2 pi hbar (n_i + M_i/4), J_phi = 2 pi hbar m, J_psi = 2 pi hbar l. E grows with both
+        actions and with ``|J_eta|`` and ``|J_gamma|``, so the search below an energy stops at the first level above in
+        each direction; actions that belong to no torus (bodies that fall or escape) end their direction too. Exact
+        (EBK) for Harmonic and Anharmonic in both charts; for Hyperelastic the effective index of vartheta lies between
+        2 and 3 (the wall at det = 0).
+    :Cost: that of `energy_of_actions`, about 20 microseconds for a level by quadrature.
+    :Source: Martens & Slawianowski, EQ3.2 and EQ3.6 (with m + l even, which they lack), section 4 (degeneracy of the
+        Bohr-Sommerfeld levels); Keller 1958, Ann. Phys. 4, 180 (EBK).
     """
     h, flagged = 2 * np.pi * positive("hbar", hbar), flag("single_valued", single_valued)
     indices = tuple(whole("maslov", index, 0) for index in maslov) if isinstance(maslov, (tuple, list)) else ()

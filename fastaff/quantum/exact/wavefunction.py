@@ -27,14 +27,16 @@ def wavefunction(
 ) -> State:
     """Return the exact stationary state of a solvable body with given quantum numbers.
 
-    Parameters: m, l, whole numbers of spin and vorticity; n = (n1, n2) >= 0, quantum numbers of the two coordinates of
-    `chart`, which is ALPHA_BETA or R_VARTHETA; hbar > 0; single_valued: m + l must be even (else refused), False takes
-    the covering too. Returns State. Raises ValueError or TypeError for wrong input and for bodies without closed-form
-    states (Harmonic, Anharmonic and other oscillators with walls have them).
-    Formula: the factors of `fastaff.quantum.factors` with s_alpha, s_beta of `exact_levels` and 2 epsilon = 2
-    n_vartheta + 1 + s_alpha + s_beta; errors below 1e-12 of the maximum for n and indices up to 500. 40 million values
-    a second at n = 10 on two threads in ALPHA_BETA, half of that in R_VARTHETA.
-    Source: Martens & Slawianowski, EQ4.3, EQ5.1, EQ5.2 and the factors of section 5.
+    :Parameters: m, l, whole numbers of spin and vorticity; n = (n1, n2) >= 0, quantum numbers of the two coordinates of
+        `chart`, which is ALPHA_BETA or R_VARTHETA; hbar > 0; single_valued: m + l must be even (else refused), False
+        takes the covering too.
+    :Returns: State.
+    :Raises: ValueError or TypeError for wrong input and for bodies without closed-form states (Harmonic, Anharmonic and
+        other oscillators with walls have them).
+    :Formula: the factors of `fastaff.quantum.factors` with s_alpha, s_beta of `exact_levels` and 2 epsilon = 2
+        n_vartheta + 1 + s_alpha + s_beta; errors below 1e-12 of the maximum for n and indices up to 500. 40 million
+        values a second at n = 10 on two threads in ALPHA_BETA, half of that in R_VARTHETA.
+    :Source: Martens & Slawianowski, EQ4.3, EQ5.1, EQ5.2 and the factors of section 5.
     """
     symmetry = checked_class(m, l, single_valued)
     pair = entries("n", n, "two quantum numbers (n1, n2)", 2)

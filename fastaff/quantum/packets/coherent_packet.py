@@ -39,15 +39,16 @@ def coherent_packet(
 ) -> Packet:
     """Build the coherent state at a phase point, over all symmetry classes it takes or the part of it in one class.
 
-    Parameters: z0 (8,): centre a1, a2, b1, b2 and momenta, as in `integrate`; width > 0: standard deviation of |Psi|^2
-    in each direction of position, one number or (2,) for the planes a and b (sqrt(hbar/(2 mu omega)) keeps its shape in
-    a harmonic body); body, hbar as in `spectrum`; count: how many levels of each class; m, l: give both to take one
-    class, in which the packet is normalised: best those next to p_phi/hbar and p_psi/hbar of z0; missing: how much of
-    the packet the states, and the classes left out, may lose. Returns Packet. Raises ValueError or TypeError for wrong
-    input, a centre outside of the body's domain, and as `projected_packet`.
-    Formula: Psi ~ exp(-|q - q0|^2/(4 width^2) + i p0.(q - q0)/hbar) in R^4; its harmonics e^(i k eta + i k' gamma) by
-    sums over equal angles, exact to rounding, on the grid of `projected_packet`. Seconds for some 100 classes.
-    Source: Heller 1975, J. Chem. Phys. 62, 1544 (Gaussian packets); Martens & Slawianowski, EQ4.3 (the states).
+    :Parameters: z0 (8,): centre a1, a2, b1, b2 and momenta, as in `integrate`; width > 0: standard deviation of
+        ``|Psi|^2`` in each direction of position, one number or (2,) for the planes a and b (sqrt(hbar/(2 mu omega))
+        keeps its shape in a harmonic body); body, hbar as in `spectrum`; count: how many levels of each class; m, l:
+        give both to take one class, in which the packet is normalised: best those next to p_phi/hbar and p_psi/hbar of
+        z0; missing: how much of the packet the states, and the classes left out, may lose.
+    :Returns: Packet.
+    :Raises: ValueError or TypeError for wrong input, a centre outside of the body's domain, and as `projected_packet`.
+    :Formula: Psi ~ exp(-``|q - q0|^2``/(4 width^2) + i p0.(q - q0)/hbar) in R^4; its harmonics e^(i k eta + i k' gamma)
+        by sums over equal angles, exact to rounding, on the grid of `projected_packet`. Seconds for some 100 classes.
+    :Source: Heller 1975, J. Chem. Phys. 62, 1544 (Gaussian packets); Martens & Slawianowski, EQ4.3 (the states).
     """
     z, tolerance = phase_points("z0", z0, checked_model(body, kinds=NATURAL)), fraction(missing)
     if z.shape[1] != 1:

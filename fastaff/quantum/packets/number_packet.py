@@ -37,15 +37,16 @@ def number_packet(
 ) -> Packet:
     """Build a packet whose weights are a Gaussian in the quantum numbers of a separable body.
 
-    Parameters: n = (n1, n2), m, l: the centre, whole numbers; width: standard deviations of the weights in n1, n2 (2,),
-    or n1, n2, m, l (4,), at least 0, where 0 keeps the number; theta (4,): angles in cycles, as in
-    `from_action_angles`: the packet starts next to the phase point of these angles on the torus of n, m, l; body, hbar,
-    chart, single_valued as in `spectrum`. Returns Packet, of norm 1; n < 0 is cut off. Raises ValueError or TypeError
-    for wrong input, ValueError for a body that does not separate.
-    Formula: c ~ exp(-sum of (d/(2 width))^2 - 2 pi i theta.d), d the distance from the centre, as far as |c|^2 > 1e-13;
-    factors counted positive next to the inner turning point.
-    Cost: that of `spectrum_table` for as many levels as lie below the last one.
-    Source: Robinett 2004, Phys. Rep. 392, 1 (Gaussian weights); Martens & Slawianowski, EQ4.3 (the states).
+    :Parameters: n = (n1, n2), m, l: the centre, whole numbers; width: standard deviations of the weights in n1, n2
+        (2,), or n1, n2, m, l (4,), at least 0, where 0 keeps the number; theta (4,): angles in cycles, as in
+        `from_action_angles`: the packet starts next to the phase point of these angles on the torus of n, m, l; body,
+        hbar, chart, single_valued as in `spectrum`.
+    :Returns: Packet, of norm 1; n < 0 is cut off.
+    :Raises: ValueError or TypeError for wrong input, ValueError for a body that does not separate.
+    :Formula: c ~ exp(-sum of (d/(2 width))^2 - 2 pi i theta.d), d the distance from the centre, as far as ``|c|^2`` >
+        1e-13; factors counted positive next to the inner turning point.
+    :Cost: that of `spectrum_table` for as many levels as lie below the last one.
+    :Source: Robinett 2004, Phys. Rep. 392, 1 (Gaussian weights); Martens & Slawianowski, EQ4.3 (the states).
     """
     centre = np.array([*_pair("n", n), *checked_class(m, l, single_valued)])
     sigma, angles = _reals("width", width, (2, 4)), _reals("theta", theta, (4,))

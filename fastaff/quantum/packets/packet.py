@@ -31,7 +31,7 @@ class Packet:
 
     states: `State`s of one or many classes, of one body. The coefficients are kept as they are given: of a projection,
     1 - `norm`^2 is the part of the packet that the states do not hold, `missing`. Methods take `time`, one number or an
-    array (times,), whose shape comes first in what they return; each state is evaluated once.
+    array (times,), whose shape comes first in the result; each state is evaluated once.
     """
 
     states: tuple[State, ...]
@@ -54,7 +54,7 @@ class Packet:
 
     @property
     def weights(self) -> np.ndarray:
-        """|c|^2 (states,): how much of the packet each state is; their sum is what all of them hold."""
+        """``|c|^2`` (states,): share of each state in the packet; their sum is the share of all of them."""
         return np.abs(self.coefficients) ** 2
 
     @property
@@ -81,7 +81,7 @@ class Packet:
         return math.sqrt(np.average((self.energies - self.energy) ** 2, weights=self.weights))
 
     def norm(self) -> float:
-        """Return the norm, sqrt(sum |c|^2); it does not depend on time."""
+        """Return the norm, sqrt(sum ``|c|^2``); it does not depend on time."""
         return float(np.linalg.norm(self.coefficients))
 
     def evolved(self, time: float) -> Packet:
@@ -92,10 +92,10 @@ class Packet:
         return replace(self, coefficients=self._moved(moment.reshape(1))[0])
 
     def autocorrelation(self, time: ArrayLike) -> np.ndarray:
-        """Return A(t) = <Psi(0)|Psi(t)> = sum |c|^2 e^(-i E t/hbar), complex, of the shape of `time`.
+        """Return A(t) = ``<Psi(0)|Psi(t)>`` = sum ``|c|^2`` e^(-i E t/hbar), complex, of the shape of `time`.
 
-        |A|^2 is 1 (norm^4) where the packet has come back. 2.5 ns for each state and time on one thread, in memory of a
-        few times the result. Rounding: 1e-16 of the phases E t/hbar, in |A| only of those of E - `energy`.
+        ``|A|^2`` is 1 (norm^4) where the packet has come back. 2.5 ns for each state and time on one thread, in memory
+        of a few times the result. Rounding: 1e-16 of the phases E t/hbar, in ``|A|`` only of those of E - `energy`.
         """
         moments, mean = _moments(time), self.energy
         flat = np.ascontiguousarray(moments).reshape(-1)
@@ -120,7 +120,7 @@ class Packet:
         """Return Psi e^(-i m phi - i l psi), complex, at invariants x, y of `chart` (ALPHA_BETA by default), which
         broadcast.
 
-        Raises ValueError for a packet of several classes, which has no such function.
+        :Raises: ValueError for a packet of several classes, which has no such function.
         """
         if len(self.classes) > 1:
             raise ValueError(
@@ -132,7 +132,7 @@ class Packet:
         """Return the probability density of two invariants, per unit dx dy, summed over the classes; x, y, chart as in
         `amplitude`.
 
-        Its integral is norm^2. In TWO_POLAR it is 0 outside of D1 >= |D2|.
+        Its integral is norm^2. In TWO_POLAR it is 0 outside of D1 >= ``|D2|``.
         """
         chosen = ALPHA_BETA if chart is None else chart
         invariants = invariants_of(chosen)
@@ -157,7 +157,8 @@ class Packet:
         function(x, y): arrays of the invariants of `chart` (ALPHA_BETA by default, R_VARTHETA, TWO_POLAR) to real
         values. Gauss-Legendre quadrature over where the states live, refined until all states are normalised to 1e-9;
         raises ValueError where they cannot be.
-        Cost: about 1 ns for each state, node (some 10^4) and time.
+
+        :Cost: about 1 ns for each state, node (some 10^4) and time.
         """
         chosen, moments = invariants_of(ALPHA_BETA if chart is None else chart), _moments(time)
         a_function("function", function)

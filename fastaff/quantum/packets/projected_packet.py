@@ -35,15 +35,16 @@ def projected_packet(
 ) -> Packet:
     """Expand a given initial function in the lowest states of one symmetry class of a body.
 
-    Parameters: function(x, y): Psi e^(-i m phi - i l psi), real or complex, at arrays of the invariants of `chart`
-    (ALPHA_BETA, R_VARTHETA, TWO_POLAR), everywhere: what is of it beyond a wall of V is missing; it need not be
-    normalised, and must have ended at twice the reach of the states; body, m, l, count, hbar, single_valued as in
-    `spectrum`; missing: how much of the function the states may fail to hold. Returns Packet, of norm^2 = 1 - missing.
-    Raises ValueError or TypeError for wrong input, for a function that is not finite or that the quadrature does not
-    resolve, and where more than `missing` is lost: it then says how many levels to ask for.
-    Formula: c_k = <Psi_k|Psi>/||Psi||, Gauss-Legendre quadrature to about 1e-9.
-    Cost: that of `spectrum`, and milliseconds.
-    Source: Martens & Slawianowski, EQ4.3 (the states; the expansion is the spectral theorem).
+    :Parameters: function(x, y): Psi e^(-i m phi - i l psi), real or complex, at arrays of the invariants of `chart`
+        (ALPHA_BETA, R_VARTHETA, TWO_POLAR), everywhere: its part beyond a wall of V is missing; it need not be
+        normalised, and must have ended at twice the reach of the states; body, m, l, count, hbar, single_valued as in
+        `spectrum`; missing: how much of the function the states may fail to hold.
+    :Returns: Packet, of norm^2 = 1 - missing.
+    :Raises: ValueError or TypeError for wrong input, for a function that is not finite or that the quadrature does not
+        resolve, and where more than `missing` is lost: it then says how many levels to ask for.
+    :Formula: c_k = ``<Psi_k|Psi>``/||Psi||, Gauss-Legendre quadrature to about 1e-9.
+    :Cost: that of `spectrum`, and milliseconds.
+    :Source: Martens & Slawianowski, EQ4.3 (the states; the expansion is the spectral theorem).
     """
     chosen, tolerance, invariants = checked_class(m, l, single_valued), fraction(missing), invariants_of(chart)
     if not callable(function):

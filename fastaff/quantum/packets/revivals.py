@@ -36,18 +36,18 @@ class TimeScales(NamedTuple):
 
     @property
     def period(self) -> np.ndarray:
-        """Times 2 pi hbar/|dE/dn| (n,) after which packets of each degree of freedom come back; inf for a slope of
+        """Times 2 pi hbar/``|dE/dn|`` (n,) after which packets of each degree of freedom come back; inf for a slope of
         0.
         """
         return _over(2 * np.pi * self.hbar, self.slope)
 
     @property
     def revival(self) -> np.ndarray:
-        """Times (n, n) after which packets are whole again: 4 pi hbar/|d2E/dn2|, and 2 pi hbar/|d2E/dn dn'| of pairs;
-        inf for 0.
+        """Times (n, n) after which packets are whole again: 4 pi hbar/``|d2E/dn2|``, and 2 pi hbar/``|d2E/dn dn'|`` of
+        pairs; inf for 0.
 
-        Source: Robinett 2004, Phys. Rep. 392, 1; Bluhm, Kostelecky & Tudose 1996, Phys. Lett. A 222, 220 (two quantum
-        numbers).
+        :Source: Robinett 2004, Phys. Rep. 392, 1; Bluhm, Kostelecky & Tudose 1996, Phys. Lett. A 222, 220 (two quantum
+            numbers).
         """
         return _over(2 * np.pi * self.hbar * (1 + np.eye(self.slope.size)), self.curvature)
 
@@ -79,14 +79,17 @@ def revivals(
     """Compute classical period and revival time of packets about given quantum numbers, from levels and from the
     actions.
 
-    Parameters: n = (n1, n2), whole numbers of at least 1; m, l, hbar, chart, single_valued as in `spectrum`; maslov,
-    near as in `quasiclassical_levels`. Returns Revivals: names are the chart's coordinates, and eta, gamma where
-    |p_eta| = |m - l| hbar/2 and |p_gamma| are at least hbar (below, E has a kink). Raises ValueError or TypeError for
-    wrong input, for a body that does not separate, and where no torus has the actions.
-    Formulas: T = 2 pi hbar/|dE/dn| and 4 pi hbar/|d2E/dn2|, by central differences of the levels (0 below their error:
-    a revival time of inf); dE/dn = h nu and d2E/dn2 = h^2 dnu/dJ at J = h (n + maslov/4), by differences of order 8 of
-    `energy_of_actions`, to 1e-9. Both agree to O(hbar^2) at given actions. Milliseconds, once the tori are compiled.
-    Source: Averbukh & Perelman 1989, Phys. Lett. A 139, 449; Martens & Slawianowski, section 4 (E(J)).
+    :Parameters: n = (n1, n2), whole numbers of at least 1; m, l, hbar, chart, single_valued as in `spectrum`; maslov,
+        near as in `quasiclassical_levels`.
+    :Returns: Revivals: names are the chart's coordinates, and eta, gamma where ``|p_eta|`` = ``|m - l|`` hbar/2 and
+        ``|p_gamma|`` are at least hbar (below, E has a kink).
+    :Raises: ValueError or TypeError for wrong input, for a body that does not separate, and where no torus has the
+        actions.
+    :Formulas: T = 2 pi hbar/``|dE/dn|`` and 4 pi hbar/``|d2E/dn2|``, by central differences of the levels (0 below
+        their error: a revival time of inf); dE/dn = h nu and d2E/dn2 = h^2 dnu/dJ at J = h (n + maslov/4), by
+        differences of order 8 of `energy_of_actions`, to 1e-9. Both agree to O(hbar^2) at given actions. Milliseconds,
+        once the tori are compiled.
+    :Source: Averbukh & Perelman 1989, Phys. Lett. A 139, 449; Martens & Slawianowski, section 4 (E(J)).
     """
     quantum, symmetry = action_quantum(hbar), checked_class(m, l, single_valued)
     numbers = whole_numbers("n", n)

@@ -42,17 +42,18 @@ def all_levels(
 ) -> LevelTable:
     """Compute all levels of a body below an energy, or its lowest multiplets, of all symmetry classes together.
 
-    Parameters: body: a Body; below: all levels below this energy, or multiplets >= 1: how many different energies with
-    all their levels; hbar, chart, tolerance as in `spectrum`; single_valued: functions on GL(2,R), m + l even; False:
-    on its double covering, all m and l; report: called with the fraction that is done. Returns LevelTable, perhaps of
-    no level. Raises as `spectrum`; Interrupted on Ctrl-C, with a complete list up to a lower energy in `.partial`.
-    Completeness: E_k of a class grows with |m - l| and |m + l| (min-max), which ends the search and bounds the number
-    of levels to compute. Classes with the same |m - l| and |m + l| have the same levels and are computed once: up to
-    four (m, l).
-    Cost: that of the classes; many at once where the body separates, one after another else (there a tolerance of 1e-6
-    is much cheaper).
-    Source: Courant & Hilbert 1924, Methoden der mathematischen Physik I, ch. VI (min-max); Martens & Slawianowski,
-    EQ4.1, EQ4.2 (a, b).
+    :Parameters: body: a Body; below: all levels below this energy, or multiplets >= 1: how many different energies with
+        all their levels; hbar, chart, tolerance as in `spectrum`; single_valued: functions on GL(2,R), m + l even;
+        False: on its double covering, all m and l; report: called with the fraction that is done.
+    :Returns: LevelTable, perhaps of no level.
+    :Raises: as `spectrum`; Interrupted on Ctrl-C, with a complete list up to a lower energy in `.partial`.
+        Completeness: E_k of a class grows with ``|m - l|`` and ``|m + l|`` (min-max), which ends the search and bounds
+        the number of levels to compute. Classes with the same ``|m - l|`` and ``|m + l|`` have the same levels and are
+        computed once: up to four (m, l).
+    :Cost: that of the classes; many at once where the body separates, one after another else (there a tolerance of 1e-6
+        is much cheaper).
+    :Source: Courant & Hilbert 1924, Methoden der mathematischen Physik I, ch. VI (min-max); Martens & Slawianowski,
+        EQ4.1, EQ4.2 (a, b).
     """
     if (below is None) == (multiplets is None):
         raise ValueError(f"give either below or multiplets, got below = {below!r}, multiplets = {multiplets!r}")

@@ -34,9 +34,9 @@ class Curve(NamedTuple):
 class LevelDiagram(Drawable):
     """Levels of one or more symmetry classes at each value of a parameter.
 
-    name: of what varies, a parameter, "m" or "l"; values (points,); m, l (points, columns): the classes; E, error
-    (points, columns, levels): the lowest of each class, ascending, NaN where not computed; n (numbers, points,
-    columns, levels), names: their quantum numbers as in `LevelTable`, -1 where not computed.
+    name: of the abscissa, a parameter, "m" or "l"; values (points,); m, l (points, columns): the classes; E, error
+    (points, columns, levels): the lowest of each class, ascending, NaN where not computed; n (numbers, points, columns,
+    levels), names: their quantum numbers as in `LevelTable`, -1 where not computed.
     """
 
     name: str
@@ -92,14 +92,15 @@ def level_diagram(
 ) -> LevelDiagram:
     """Compute levels against a parameter, in one symmetry class or several.
 
-    Parameters: make: called as make(value), gives the Body; values (points,): finite numbers; m, l: whole numbers, or
-    sequences of them, one for each class; count: how many levels of each class; name: of the parameter; hbar,
-    single_valued, chart, tolerance as in `spectrum`; report: called with the fraction that is done. Returns
-    LevelDiagram. Raises as `spectrum`, and ValueError where `make` gives both bodies that separate and bodies that do
-    not; Interrupted on Ctrl-C, with NaN where nothing was computed yet in `.partial`.
-    Cost: that of `spectrum` for every value; 1e-6 is tolerance enough for a figure of a body that does not separate.
-    Source: as `spectrum`; von Neumann & Wigner 1929, Phys. Z. 30, 467 (levels of a class cross only where more than it
-    is conserved).
+    :Parameters: make: called as make(value), gives the Body; values (points,): finite numbers; m, l: whole numbers, or
+        sequences of them, one for each class; count: how many levels of each class; name: of the parameter; hbar,
+        single_valued, chart, tolerance as in `spectrum`; report: called with the fraction that is done.
+    :Returns: LevelDiagram.
+    :Raises: as `spectrum`, and ValueError where `make` gives both bodies that separate and bodies that do not;
+        Interrupted on Ctrl-C, with NaN where nothing was computed yet in `.partial`.
+    :Cost: that of `spectrum` for every value; 1e-6 is tolerance enough for a figure of a body that does not separate.
+    :Source: as `spectrum`; von Neumann & Wigner 1929, Phys. Z. 30, 467 (levels of a class cross only where more than it
+        is conserved).
     """
     text("name", name)
     points = np.atleast_1d(numbers("values", values))
@@ -131,10 +132,11 @@ def class_diagram(
 ) -> LevelDiagram:
     """Compute levels of a body against its spin m at one vorticity l, or against l at one m.
 
-    Parameters: m, l: one a sequence of whole numbers, the points of the diagram, the other a whole number; count: how
-    many levels of each class; hbar, single_valued, chart, tolerance as in `spectrum`. Returns LevelDiagram of one
-    column, whose values are the sequence. Raises as `spectrum`.
-    Source: as `spectrum`.
+    :Parameters: m, l: one a sequence of whole numbers, the points of the diagram, the other a whole number; count: how
+        many levels of each class; hbar, single_valued, chart, tolerance as in `spectrum`.
+    :Returns: LevelDiagram of one column, whose values are the sequence.
+    :Raises: as `spectrum`.
+    :Source: as `spectrum`.
     """
     if (np.ndim(an_array("m", m)) == 1) == (np.ndim(an_array("l", l)) == 1):
         raise ValueError(f"one of m and l must be a sequence and the other a whole number, got m = {m!r}, l = {l!r}")

@@ -45,19 +45,56 @@ def spectrum(
 ) -> LevelTable:
     """Compute the lowest energy levels of a body in one symmetry class, with error estimates and wave functions.
 
-    Parameters: body: a Body, whose potential may separate or not; m, l: whole quantum numbers of spin and vorticity, m
-    + l even for functions on GL(2,R) (single_valued=True), else any, on the double covering; count: how many levels,
-    at least 1; hbar > 0; chart: one of ALPHA_BETA, R_VARTHETA that the body separates in (by default the first);
-    tolerance: relative, of E and of the spacing of levels, for `converged`; bases grow until two agree to it or they
-    are as large as they may be; report: called with the fraction that is done at most, after each basis. Returns
-    LevelTable. Raises ValueError or TypeError for wrong input, NoGroundState (a ValueError) where the energy is
-    unbounded below or the body does not bind that many levels; Interrupted on Ctrl-C, with the levels of the last
-    basis in `.partial`, None before the first. Method: H = -(hbar^2/2 mu) Delta + V; the separated equations EQ4.1,
-    EQ4.2, EQ4.6, EQ4.9 by Galerkin in Jacobi polynomials with the exponents at singular ends built in (oscillators in
-    closed form); bodies that do not separate by adiabatic channels, see `plane_levels`. At a wall det phi = 0 where
-    both solutions are square integrable f = 0 (Friedrichs).
-    Milliseconds for separable bodies, to about 1e-13; for others see bench/test_quantum.py.
-    Source: Martens & Slawianowski, section 4 (EQ4.1-EQ4.9, corrected).
+    Parameters
+    ----------
+    body : `Body`
+        Its potential may separate or not.
+    m, l : int
+        Quantum numbers of spin and vorticity, m + l even for functions on GL(2,R) (single_valued=True), else any, on
+        the double covering.
+    count : int >= 1
+        Number of levels.
+    hbar : float > 0, action, default 1
+        Planck's constant over 2 pi.
+    single_valued : bool, default True
+        Functions on GL(2,R), else on its double covering.
+    chart : ALPHA_BETA or R_VARTHETA, optional
+        One in which the body separates (default: the first).
+    tolerance : float, default 1e-10
+        Relative, of E and of the spacing of levels, for `converged`. Bases grow until two agree to it or they reach
+        their largest size.
+    report : callable, optional
+        Called after each basis with the largest fraction that may be done.
+
+    Returns
+    -------
+    `LevelTable`
+        Levels in ascending order, with errors and wave functions.
+
+    Raises
+    ------
+    ValueError, TypeError
+        An argument is wrong.
+    NoGroundState
+        A ValueError: the energy is unbounded below, or the body does not bind that many levels.
+    Interrupted
+        On Ctrl-C, with the levels of the last basis in `.partial`, None before the first.
+
+    Notes
+    -----
+    H = -(hbar^2/2 mu) Delta + V. The separated equations EQ4.1, EQ4.2, EQ4.6, EQ4.9 are solved by Galerkin's method in
+    Jacobi polynomials with the exponents at singular ends built in (oscillators in closed form), bodies that do not
+    separate by adiabatic channels, see `plane_levels`. At a wall det phi = 0 where both solutions are square integrable
+    f = 0 (Friedrichs). Separable bodies take milliseconds, to about 1e-13; for others see bench/test_quantum.py.
+
+    References
+    ----------
+    Martens & Slawianowski, section 4 (EQ4.1-EQ4.9, corrected).
+
+    Examples
+    --------
+    >>> fa.quantum.spectrum(fa.Body(fa.Harmonic()), m=0, l=0, count=3).E.round(9)
+    array([2., 4., 4.])
     """
     chosen, report = checked_class(m, l, single_valued), reporter(report)
     count, hbar, tolerance = _checked(body, count, hbar, tolerance)
@@ -86,11 +123,12 @@ def spectrum_table(
 ) -> list[LevelTable]:
     """Compute the lowest levels of many symmetry classes of a separable body at once.
 
-    Parameters: m, l: (classes,) each; count: how many levels of each class; hbar, single_valued, chart, tolerance: as
-    in `spectrum`. Returns a list of LevelTable, one for each pair. Raises as `spectrum`, and ValueError for a body that
-    does not separate. Classes with the same |m - l| and |m + l| have the same levels and are computed once;
-    eigenproblems of one size are solved in stacks.
-    Source: as `spectrum`.
+    :Parameters: m, l: (classes,) each; count: how many levels of each class; hbar, single_valued, chart, tolerance: as
+        in `spectrum`.
+    :Returns: a list of LevelTable, one for each pair.
+    :Raises: as `spectrum`, and ValueError for a body that does not separate. Classes with the same ``|m - l|`` and ``|m
+        + l|`` have the same levels and are computed once; eigenproblems of one size are solved in stacks.
+    :Source: as `spectrum`.
     """
     return separated_tables(body, m, l, count, hbar, single_valued, chart, tolerance)
 

@@ -32,13 +32,12 @@ class Waves(Protocol):
 class LevelTable(Result, axis="level"):
     """Energy levels of a body; arrays have the levels on their last axis.
 
-    E (levels,); error (levels,): bound of what the method leaves, rounding in closed forms; status (levels,): OK,
+    E (levels,); error (levels,): bound of the error of the method, rounding in closed forms; status (levels,): OK,
     NOT_CONVERGED where error is above the tolerance asked for, UNBOUND or NOT_CONVERGED with E NaN where no torus was
-    found. n
-    (numbers, levels): quantum numbers of the coordinates `names`, such as ("alpha", "beta"), or one row, "level": the
-    number in its class, from 0, where the body does not separate; m, l (levels,): spin and vorticity. constants
-    (constants, levels): eigenvalues of `constant_names`: E_alpha, E_beta or E, e_vartheta (with V_vartheta = 2
-    C/cos^2(vartheta/2) for Anharmonic; for the paper's 2 C tan^2(vartheta/2) it is 2 C less). hbar; method: one
+    found. n (numbers, levels): quantum numbers of the coordinates `names`, such as ("alpha", "beta"), or one row,
+    "level": the number in its class, from 0, where the body does not separate; m, l (levels,): spin and vorticity.
+    constants (constants, levels): eigenvalues of `constant_names`: E_alpha, E_beta or E, e_vartheta (with V_vartheta =
+    2 C/cos^2(vartheta/2) for Anharmonic; for the paper's 2 C tan^2(vartheta/2) it is 2 C less). hbar; method: one
     sentence, with boundary conditions; functions: size of the largest basis, 0 without one; complete_below: no level of
     the body below this energy is missing (-inf: not known). spacing (2, levels): of quasiclassical levels, h nu of the
     two coordinates, the energy of one more quantum to first order. waves: the wave functions, where the method has
@@ -81,9 +80,9 @@ class LevelTable(Result, axis="level"):
         return len(self.n) == 2
 
     def take(self, items: Any) -> LevelTable:
-        """Return the table of some of the levels: a number, a slice, numbers or a mask; what it misses is not known.
+        """Return the table of some of the levels: a number, a slice, numbers or a mask; its completeness is not known.
 
-        Raises TypeError or ValueError naming what it takes.
+        :Raises: TypeError or ValueError naming the values allowed.
         """
         return replace(super().take(items), complete_below=-math.inf)
 
@@ -93,14 +92,14 @@ class LevelTable(Result, axis="level"):
         return replace(self.take(order[np.isfinite(self.E[order])]), complete_below=self.complete_below)
 
     def below(self, energy: float) -> LevelTable:
-        """Return the levels below an energy; raises ValueError or TypeError for what is none."""
+        """Return the levels below an energy; raises ValueError or TypeError for a wrong value."""
         top = real("energy", energy)
         return replace(self.take(np.flatnonzero(top > self.E)), complete_below=min(self.complete_below, top))
 
     def upto(self, count: int) -> LevelTable:
         """Return the lowest levels, ascending, all where there are no more; complete below the first one left out.
 
-        Raises ValueError or TypeError for a count that is no whole number of at least 0.
+        :Raises: ValueError or TypeError for a count that is no whole number of at least 0.
         """
         levels = self.ascending()
         size = min(whole("count", count, 0), len(levels))
@@ -111,8 +110,9 @@ class LevelTable(Result, axis="level"):
         """Gather the levels that have an energy, in ascending order, to multiplets.
 
         tolerance: relative; neighbours that differ by no more are one. By default they are where they differ by no more
-        than the sum of their errors and 64 roundings. Raises ValueError or TypeError for a tolerance
-        that is not in [0, 1).
+        than the sum of their errors and 64 roundings.
+
+        :Raises: ValueError or TypeError for a tolerance that is not in [0, 1).
         """
         levels = self.ascending()
         E, error = levels.E, levels.error
@@ -126,8 +126,8 @@ class LevelTable(Result, axis="level"):
         return Multiplets(levels, np.append(starts, E.size))
 
     def state(self, k: int) -> State:
-        """Return the wave function of level k, counted from 0; raises TypeError or ValueError for what is no level, and
-        for a table without wave functions.
+        """Return the wave function of level k, counted from 0; raises TypeError or ValueError for a number of no level,
+        and for a table without wave functions.
         """
         if whole("k", k, 0) >= len(self):
             raise ValueError(f"k must be below the number of levels {len(self)}, got {k}")
@@ -170,13 +170,13 @@ class Multiplets(Drawable):
         return np.diff(self.first)
 
     def members(self, k: int) -> LevelTable:
-        """Return the levels of multiplet k, counted from 0; raises ValueError or TypeError for what is none."""
+        """Return the levels of multiplet k, counted from 0; raises ValueError or TypeError for a wrong value."""
         k = whole("k", k, 0, len(self) - 1)
         return self.levels.take(slice(*self.first[[k, k + 1]].tolist()))
 
     def labels(self, k: int) -> list[tuple[int, int, int]]:
-        """Return the different (n1 + n2, |m + l|, |m - l|) of multiplet k: on what its energy depends where both planes
-        are alike.
+        """Return the different (n1 + n2, ``|m + l|``, ``|m - l|``) of multiplet k, on which its energy depends where
+        both planes are alike.
         """
         some = self.members(k)
         rows = some.n.sum(axis=0), np.abs(some.m + some.l), np.abs(some.m - some.l)
@@ -187,9 +187,11 @@ def level_list(classes: Sequence[LevelTable], *, complete_below: float = -math.i
     """Merge tables of levels, such as those of symmetry classes, into one in ascending order.
 
     classes: tables of one body, one or more, such as `spectrum_table` gives; complete_below: kept in the result.
-    Returns LevelTable, without wave functions. Raises TypeError for what are no tables, ValueError for none of them, or
-    of different hbar or quantum numbers.
-    Source: none.
+
+    :Returns: LevelTable, without wave functions.
+    :Raises: TypeError for values that are no tables, ValueError for none of them, or of different hbar or quantum
+        numbers.
+    :Source: none.
     """
     if not isinstance(classes, (list, tuple)) or not all(isinstance(found, LevelTable) for found in classes):
         raise TypeError(f"classes must be a list of LevelTable, got {shown(classes)}")

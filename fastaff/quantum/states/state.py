@@ -187,7 +187,8 @@ class State(Drawable):
     name; energy; constants: the separation constants by name; hbar. Signs: factors are positive near alpha = 0, beta =
     0 and r = 0, or near the wall instead; the shape of a body that does not separate has its largest coefficient
     positive. With m + l odd Psi has two values on a matrix; it then takes coordinates only (`at`).
-    Source: Martens & Slawianowski, EQ4.3 and section 5 (the norms are derived).
+
+    :Source: Martens & Slawianowski, EQ4.3 and section 5 (the norms are derived).
     """
 
     symmetry: SymmetryClass
@@ -256,7 +257,8 @@ class State(Drawable):
     def amplitude(self, x: ArrayLike, y: ArrayLike, chart: Chart | None = None) -> np.ndarray:
         """Return the real Psi e^(-i m phi - i l psi) at invariants x, y of `chart` (own by default), which broadcast.
 
-        Raises ValueError for what are no invariants: negative radii, vartheta outside of [0, pi], D1 < |D2|.
+        :Raises: ValueError for values that are no invariants: negative radii, vartheta outside of [0, pi], D1 <
+            ``|D2|``.
         """
         own = self.chart if chart is None else chart
         first, second = _together(*checked_invariants(x, y, own))
@@ -271,9 +273,10 @@ class State(Drawable):
         """Return the probability density of two invariants, per unit dx dy: its integral is 1.
 
         x, y, which broadcast: alpha, beta (ALPHA_BETA), r, vartheta (R_VARTHETA) or D1, D2 (TWO_POLAR; 0 outside of D1
-        >= |D2|, where every body is once). It is |Psi|^2 times 4 pi^2 alpha beta, times (pi^2/2) r sin(vartheta), times
-        2 pi^2 (D1^2 - D2^2).
-        Source: the measure of section 5 of Martens & Slawianowski, integrated over both angles.
+        >= ``|D2|``, where every body is once). It is ``|Psi|^2`` times 4 pi^2 alpha beta, times (pi^2/2) r
+        sin(vartheta), times 2 pi^2 (D1^2 - D2^2).
+
+        :Source: the measure of section 5 of Martens & Slawianowski, integrated over both angles.
         """
         own_chart = self.chart if chart is None else chart
         chosen = invariants_of(own_chart)
@@ -300,9 +303,11 @@ class State(Drawable):
         """Return the expectation value of a function of two invariants by Gauss quadrature.
 
         function(x, y): arrays of the invariants of `chart` (own by default; ALPHA_BETA, R_VARTHETA, TWO_POLAR) to real
-        or complex values; order: nodes of each factor, n + 32 by default. Raises ValueError for a chart or order it
-        does not take. For closed-form factors exact to rounding for polynomials of alpha^2 and beta^2 (r and cos
-        vartheta) of degree up to 63; raise `order` until the digits stand otherwise.
+        or complex values; order: nodes of each factor, n + 32 by default.
+
+        :Raises: ValueError for a chart or order it does not take. For closed-form factors exact to rounding for
+            polynomials of alpha^2 and beta^2 (r and cos vartheta) of degree up to 63; raise `order` until the digits
+            stand otherwise.
         """
         chosen = invariants_of(self.chart if chart is None else chart)
         a_function("function", function)
@@ -314,7 +319,7 @@ class State(Drawable):
         return np.sum(weights * self.shape(first, second) ** 2 * values).item()
 
     def overlap(self, other: State, *, order: int | None = None) -> float:
-        """Return <self|other>; 0 between different classes. `order` as in `expectation`, with the larger n of both
+        """Return ``<self|other>``; 0 between different classes. `order` as in `expectation`, with the larger n of both
         states.
         """
         if not isinstance(other, State):

@@ -1,0 +1,268 @@
+"""Equations of a family of periodic orbits: its points, their tangents and corrections."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from ...base.status import Status
+from ...flows.flow import Flow
+from ...models.contracts import driven
+from ...models.mechanics import energies
+from .bifurcations import residue_products
+from .closing_errors import Errors, closing_errors
+from .found_orbits import PeriodicOrbits, packed
+from .own_units import Scale, orbit_scale
+from .periodic_orbits import WAIT
+from .return_map import (
+    Returns,
+    closing_goal,
+    closing_matrix,
+    energy_gradient,
+    finer_by,
+    least_change,
+    onto,
+    section_returns,
+    step_goal,
+    vector_field,
+)
+
+CORRECTIONS = 10
+
+BEND = 0.35
+"""Largest angle, in radians, between neighbouring tangents of the branch."""
+
+TRIES = 6
+"""Steps of the scheme that are tried for a point of the branch."""
+
+COARSER, SPARE = 1.25, 1e-2
+"""How many times longer a step of the scheme becomes where its error is this small beside what it may be."""
+
+UNMOVED = 1e-12
+"""Change of a return, in amplitudes, that is rounding: the orbit stays where it is whatever the parameter is."""
+
+UNKNOWN = Errors(*4 * (np.full(1, np.nan),))
+"""Of a point that is not checked yet."""
+
+VANISHED = 1e-3
+"""Energy of the motion, beside the first orbit's, below which a branch that ends has come to an equilibrium."""
+
+
+@dataclass(frozen=True)
+class Point:
+    """A point u = (z, value) of a branch, its return, the branch's unit tangent there (in units of the branch), its own
+    units, step of the scheme and the next one to try, errors, and how many corrections it took."""
+
+    u: np.ndarray
+    back: Returns
+    tangent: np.ndarray
+    scale: Scale
+    step: float
+    following: float
+    errors: Errors
+    corrections: int
+
+
+@dataclass(frozen=True)
+class Family:
+    """The equations of a family: flow(z) = z on the section and the energy, for z and the energy or parameter.
+
+    energy: None where it is the value itself; own_step: whether the scheme's step may change; units (2n + 1,) of z and
+    value; wait: time to wait for a return at least, where none is given.
+    """
+
+    make: Callable
+    flow: Flow
+    section: Any
+    period: int
+    max_time: float | None
+    tolerance: float
+    energy: float | None
+    own_step: bool
+    units: np.ndarray
+    wait: float
+
+    def at(self, value: float, step: float) -> Flow:
+        """Return the flow at a value of the parameter."""
+        flow = self.flow if self.flow.adaptive else replace(self.flow, step=step)
+        return flow if self.energy is None else replace(flow, model=self.make(value))
+
+    def aim(self, value: float) -> np.ndarray:
+        """Return the energy (1,) that the orbit of a value must have."""
+        return np.array([value if self.energy is None else self.energy])
+
+    def apart(self, u: np.ndarray, v: np.ndarray) -> float:
+        """Return the distance of two points of the branch."""
+        return float(np.linalg.norm((v - u) / self.units))
+
+    def limit(self, scale: Scale) -> np.ndarray:
+        """Return the time to wait for a return."""
+        if self.max_time is not None:
+            return np.array([self.max_time])
+        return np.maximum(WAIT * self.period / scale.rate, self.wait)
+
+    def returned(self, u: np.ndarray, scale: Scale, step: float) -> Returns:
+        """Return what becomes of the orbit u = (z, value)."""
+        return section_returns(self.at(u[-1], step), self.section, u[:-1, None], self.period, self.limit(scale))
+
+    def shifted(self, u: np.ndarray, back: Returns, scale: Scale, step: float, h: float) -> np.ndarray:
+        """Return the derivative (2n,) of the return to the parameter in own units, at the time of the return of u."""
+        end, ends = back.points[0, -1], []
+        field = vector_field(self.at(u[-1], step).model, end[:, None])[0]
+        for value in (u[-1] + h, u[-1] - h):
+            there = self.returned(np.append(u[:-1], value), scale, step)
+            ends.append(there.points[0, -1] - field * (there.time[0] - back.time[0]))
+        return (ends[0] - ends[1]) / (2 * h) / scale.rows[:, 0]
+
+    def parameter_unit(self, u: np.ndarray, scale: Scale) -> float:
+        """Return the change of the parameter that moves the return by an amplitude, beside what it does to small
+        changes.
+        """
+        size = abs(u[-1]) or 1.0
+        for h in 1e-5 * size * 10.0 ** -np.arange(0, 12, 3):
+            back = self.returned(u, scale, float(self.flow.step))
+            moved = float(np.linalg.norm(self.shifted(u, back, scale, float(self.flow.step), h)))
+            if moved * h < UNMOVED:
+                continue
+            unit = max(1.0, float(np.linalg.norm(scale.matrix(back.monodromy)))) / moved if moved > 0 else size
+            if np.isfinite(unit) and unit > 10 * h:
+                return float(unit)
+        return size
+
+    def matrix(self, u: np.ndarray, back: Returns, scale: Scale, step: float) -> np.ndarray:
+        """Return the derivative (2n + 2, 2n + 2) of the equations to z, time and value, in own units and that of the
+        value.
+        """
+        z, unit = u[:-1, None], self.units[-1]
+        model = self.at(u[-1], step).model
+        closing = closing_matrix(model, self.section, z, back.points[:, -1], back.monodromy, scale)[0]
+        rows = len(z)
+        column = np.zeros(rows + 2)
+        if self.section is None:  # of a map, which has no energy
+            column[:rows] = unit * self.shifted(u, back, scale, step, 1e-5 * unit)
+            return np.column_stack([closing, column])
+        length = np.linalg.norm(energy_gradient(model, z)[0] * scale.rows[:, 0])
+        if self.energy is None:
+            column[rows + 1] = -unit / length
+        else:
+            h = 1e-5 * unit
+            column[:rows] = unit * self.shifted(u, back, scale, step, h)
+            up, down = (energies(self.make(u[-1] + s * h), z)[0] for s in (1, -1))
+            column[rows + 1] = unit * (up - down) / (2 * h) / length
+        return np.column_stack([closing, column])
+
+    def corrected(self, u: np.ndarray, tangent: np.ndarray | None, scale: Scale, step: float) -> Point | None:
+        """Return the point of the branch normal to the tangent from u (at the value of u for None); None if there is
+        none.
+
+        Where the scheme's step may change it is shortened until its error is below the tolerance.
+        """
+        best = None
+        for _ in range(TRIES if self.own_step else 1):
+            point = self._closed(u, tangent, scale, step)
+            if point is None:
+                step /= 2.0
+                continue
+            z = point.u[:-1, None]
+            flow = self.at(point.u[-1], step)
+            errors = closing_errors(flow, self.section, z, self.limit(scale), point.back, scale)
+            change, steps = errors.change, point.back.time / flow.step
+            goal = step_goal(self.tolerance, z, steps, point.back.monodromy, scale)
+            if best is not None and change[0] > 0.5 * best[0]:
+                break  # rounding
+            # At rest no step would show an error of the return, but its derivative has one.
+            longer = self.own_step and change[0] < SPARE * goal[0] and not driven(flow.model)
+            following = step * COARSER if longer else step
+            back = point.back._replace(time=errors.time)
+            best = change[0], replace(point, back=back, step=step, following=following, errors=errors)
+            if change[0] <= goal[0]:
+                break
+            u, step = point.u, step / float(finer_by(change, goal, flow.scheme.order)[0])
+        if best is None:
+            return None
+        point = best[1]
+        model = self.at(point.u[-1], point.step).model
+        own = orbit_scale(model, point.u[:-1, None], self.aim(point.u[-1]), self.flow.threads)
+        at_rest = driven(model) and own.energy[0] < VANISHED**2 * scale.energy[0]  # a fixed point like any other
+        return replace(point, scale=scale if at_rest else own)
+
+    def _closed(self, u: np.ndarray, tangent: np.ndarray | None, scale: Scale, step: float) -> Point | None:
+        """Return the point that `corrected` looks for, of one step of the scheme."""
+        rows = u.size - 1
+        normal = np.eye(rows + 1)[rows] if tangent is None else tangent
+        own = np.append(scale.rows[:, 0], self.units[-1])
+        before = np.inf
+        for k in range(CORRECTIONS):
+            z, reached = onto(self.at(u[-1], step).model, self.section, u[:-1, None], self.aim(u[-1]), scale)
+            if not reached[0]:
+                return None
+            u = np.append(z[:, 0], u[-1])
+            back = self.returned(u, scale, step)
+            if back.status[0] != Status.OK:
+                return None
+            short = (u[:-1] - back.points[0, -1]) / scale.rows[:, 0]
+            size = float(np.linalg.norm(short))
+            goal = float(closing_goal(self.tolerance, z, back.time / step, back.monodromy, scale)[0])
+            matrix = self.matrix(u, back, scale, step)
+            if not np.isfinite(matrix).all():
+                return None
+            border = np.insert(normal * own / self.units, rows, 0.0)
+            if size <= goal or (size <= 30 * goal and size > 0.5 * before):
+                along = _tangent(matrix, border) * own / self.units
+                return Point(u, back, along / np.linalg.norm(along), scale, step, step, UNKNOWN, k)
+            right = np.concatenate([short, [0.0, 0.0, 0.0]])
+            change = least_change(np.vstack([matrix, border])[None], right[None])[0]
+            u = np.append(u[:-1] + change[:rows] * own[:-1], u[-1] if tangent is None else u[-1] + change[-1] * own[-1])
+            before = size
+        return None
+
+    def follows(self, last: Point, point: Point, length: float) -> bool:
+        """Tell whether `point` is the next one of the branch after `last`, at a distance of about `length`."""
+        return bool(point.tangent @ last.tangent > np.cos(BEND) and self.apart(last.u, point.u) < 1.5 * length)
+
+    def ahead(self, last: Point, length: float) -> Point | None:
+        """Return the point of the branch at a distance of `length` along the tangent of the last one."""
+        return self.corrected(last.u + length * last.tangent * self.units, last.tangent, last.scale, last.following)
+
+    def between(self, last: Point, following: Point, s: float) -> tuple[np.ndarray, np.ndarray]:
+        """Return the point at the share s of the cubic through two points with their tangents, and the unit vector
+        along it.
+
+        Nearer to the branch than the chord: at a branching a correction cannot tell it from its neighbours.
+        """
+        reach = self.apart(last.u, following.u)
+        first, end = (p.tangent * self.units * reach for p in (last, following))
+        chord = following.u - last.u
+        bend, twist = 3 * chord - 2 * first - end, first + end - 2 * chord
+        along = (first + s * (2 * bend + 3 * s * twist)) / self.units
+        return last.u + s * (first + s * (bend + s * twist)), along / np.linalg.norm(along)
+
+    def orbits(self, point: Point) -> PeriodicOrbits:
+        """Return a point of the branch as PeriodicOrbits of one orbit."""
+        residual = point.scale.norm(point.back.points[:, -1] - point.u[:-1])
+        energy, count = self.aim(point.u[-1]), np.array([point.corrections + 1])
+        return packed(
+            self.at(point.u[-1], point.step),
+            self.section,
+            point.u[:-1, None],
+            energy,
+            point.back,
+            point.scale,
+            residual=residual,
+            error=point.errors.orbit,
+            reduced_error=point.errors.reduced,
+            iterations=count,
+        )
+
+    def products(self, point: Point) -> np.ndarray:
+        """Return the products of the residues and of 1 - residue: they change sign at bifurcations."""
+        return residue_products(self.orbits(point))[0]
+
+
+def _tangent(matrix: np.ndarray, border: np.ndarray) -> np.ndarray:
+    """Return the vector in (z, value) along which the equations hold, on the side of the bordering row."""
+    change = least_change(np.vstack([matrix, border])[None], np.append(np.zeros(len(matrix)), 1.0)[None])[0]
+    return np.delete(change, len(change) - 2)

@@ -1,0 +1,105 @@
+"""Progress of a running job: its report, its log of units, and units in the hands of an executor."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import time as clock
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from .store import Store
+from .units import LOG, Unit, compute_unit
+
+PENDING = 256
+"""Units that an executor is handed at a time."""
+
+
+class Progress(NamedTuple):
+    """How far a job is: orbits that are finished and all, seconds since it began or went on, orbits per second and
+    crossings per second of this run, seconds left, and counts of statuses so far by analysis.
+
+    As text it is one line: ``watch=lambda progress, unit: print(progress, end="\\r")`` shows it, in notebooks too.
+    """
+
+    orbits: int
+    of: int
+    seconds: float
+    rate: float
+    crossings: float
+    left: float
+    statuses: dict[str, dict[str, int]]
+
+    def __str__(self) -> str:
+        parts = [f"{self.orbits} of {self.of} points ({self.orbits / self.of:.0%})", f"{self.rate:,.0f}/s"]
+        if self.crossings:
+            parts.append(f"{self.crossings:,.0f} crossings/s")
+        parts.append(f"{self.left:.0f} s left")
+        for name, counts in self.statuses.items():
+            parts.append(f"{name}: " + ", ".join(f"{count} {status}" for status, count in counts.items()))
+        return "; ".join(parts)
+
+
+class Watched:
+    """What is told of a job while it runs, and kept of its units."""
+
+    def __init__(self, store: Store, units: int, report: Any, watch: Any):
+        self.store, self.report, self.watch = store, report, watch
+        self.units, self.done = units, 0
+        self.before = int(np.count_nonzero(store.finished() >= 0))
+        self.start, self.points, self.crossings = clock.perf_counter(), 0, 0
+        self.statuses: dict[str, dict[str, int]] = {}
+        self.file: Any = None
+
+    @contextlib.contextmanager
+    def log(self) -> Iterator[None]:
+        with open(self.store.path / LOG, "a", encoding="utf-8") as self.file:
+            yield
+
+    def within(self, fraction: float) -> None:
+        if self.report is not None:
+            self.report((self.done + fraction) / max(self.units, 1))
+
+    def add(self, found: Unit) -> None:
+        self.file.write(json.dumps(found._asdict()) + "\n")
+        self.file.flush()
+        self.done += 1
+        points = self.store.points(found.number)
+        self.points += points.stop - points.start
+        self.crossings += found.crossings
+        for name, counts in found.statuses.items():
+            mine = self.statuses.setdefault(name, {})
+            for status, count in counts.items():
+                mine[status] = mine.get(status, 0) + count
+        seconds = clock.perf_counter() - self.start
+        rate = self.points / max(seconds, 1e-9)
+        finished, all_ = self.before + self.points, self.store.orbits
+        left = (all_ - finished) / rate
+        if self.watch is not None:
+            crossings = self.crossings / max(seconds, 1e-9)
+            self.watch(Progress(finished, all_, seconds, rate, crossings, left, self.statuses), found)
+        if self.report is not None:
+            self.report(self.done / self.units)
+
+
+def submitted(executor: Any, path: Path, todo: np.ndarray, threads: int, own: dict[str, Any], state: Watched) -> None:
+    """Hand units to an executor, some at a time, and wait for all; the first failure is raised when none is lost."""
+    waiting = [int(number) for number in todo][::-1]
+    pending: list[Any] = []
+    try:
+        while waiting or pending:
+            while waiting and len(pending) < PENDING:
+                number = waiting.pop()
+                pending.append(executor.submit(compute_unit, str(path.absolute()), number, threads, own or None))
+            ready = [future for future in pending if future.done()]
+            for future in ready:
+                pending.remove(future)
+                state.add(Unit(*future.result()))
+            if not ready:
+                clock.sleep(0.02)
+    finally:
+        for future in pending:
+            getattr(future, "cancel", bool)()
