@@ -6,7 +6,7 @@ PYTEST := $(BIN)/python -m pytest -n $(WORKERS) --dist worksteal -p no:benchmark
 
 DOCS_JOBS ?= 2
 
-.PHONY: demo wheel test test-deep bounds faults lowest newest docs bench tables bench-peers bench-compare bench-cold gate peers lint clean
+.PHONY: demo wheel test test-deep coverage bounds faults lowest newest docs bench tables bench-peers bench-compare bench-cold gate peers lint clean
 .DELETE_ON_ERROR:
 
 # An environment is made anew when pyproject.toml changes.
@@ -36,6 +36,13 @@ test-deep: $(VENV)/.dev  ## the deep tier: slow tests, array bounds, ratios, a w
 
 bounds: $(VENV)/.dev  ## every public call once, indices of all kernels checked
 	NUMBA_BOUNDSCHECK=1 $(PYTEST) tests/test_inputs.py -k calls_that_work
+
+coverage: $(VENV)/.dev  ## which lines of Python the tests of every change do not reach; compiled kernels have naive twins
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e ".[coverage]"
+	$(BIN)/python -m coverage erase
+	$(BIN)/python -m coverage run -m pytest -n $(WORKERS) --dist worksteal -p no:benchmark -m "not slow"
+	$(BIN)/python -m coverage combine --quiet
+	$(BIN)/python -m coverage report
 
 FAULTS := tests/test_inputs.py tests/test_kills.py tests/test_cli_faults.py tests/test_jobs.py tests/test_jit_cache.py \
 	tests/test_threads.py
