@@ -9,7 +9,7 @@ import numpy as np
 from ..base.numbers import real
 from .angles import Coordinates2
 from .body import Body
-from .contracts import isotropic
+from .traits import traits_of
 
 
 class ReducedBody(NamedTuple):
@@ -130,7 +130,7 @@ def reduced(body: Body, *, p_eta: float, p_gamma: float) -> ReducedBody:
     energy's.
     Source: Arnold 1989, Mathematical Methods of Classical Mechanics, app. 5; EQ2.1, EQ2.0b of Martens & Slawianowski.
     """
-    if not isotropic(body):
+    if not traits_of(body).isotropic:
         raise TypeError(
             f"body must be a Body, whose potential depends on alpha and beta alone, got {body!r} "
             f"({type(body).__name__})"

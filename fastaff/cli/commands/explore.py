@@ -10,7 +10,7 @@ from ...base.names import pairs
 from ...formulas.number import number
 from ...jobs.system import Model, Surface
 from ...jobs.wording import Wrong
-from ...models.contracts import Kind, driven, kind_of
+from ...models.traits import traits_of
 from ..options import HOW, WHERE, WRITTEN, Parameter, pair
 
 
@@ -57,8 +57,8 @@ def explore(
     if data is not None and not data.exists():
         raise Wrong(f"{data} does not exist")
     body = None if data is not None and options == Model() else options.build()
-    mapping = body is not None and kind_of(body) is Kind.MAP
-    if surface.energy is not None and body is not None and driven(body):
+    mapping = body is not None and traits_of(body).iterated
+    if surface.energy is not None and body is not None and traits_of(body).driven:
         raise Wrong("--energy does not go with a driven system, whose states once a period are shown")
     section = None if body is None else surface.build(body) if mapping else surface.section_of(body)
     if out is not None and out.exists() and not force:
