@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Set
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
@@ -20,14 +21,15 @@ class Kind:
     """The equations of a model in words, and those of TERMS that they have. A model without `kind` is SEPARABLE."""
 
     equations: str
-    terms: frozenset[str] = frozenset()
+    terms: Set[str] = frozenset()
 
     def __post_init__(self) -> None:
-        alone = self.terms & {"rates", "iterates"}
-        if self.terms - TERMS.keys() or (len(self.terms) > 1 and (alone or "drive" not in self.terms)):
-            raise ValueError(
-                f"terms must be one of {', '.join(TERMS)}, or drive with frame or friction, got {', '.join(self.terms)}"
-            )
+        terms = frozenset(self.terms)
+        others = terms - {"drive"}
+        if others - TERMS.keys() or len(others) > 1 or (others != terms and others & {"rates", "iterates"}):
+            allowed = f"one of {', '.join(TERMS)}, or drive with frame or friction"
+            raise ValueError(f"terms must be {allowed}, got {', '.join(sorted(terms))}")
+        object.__setattr__(self, "terms", terms)
 
     SEPARABLE: ClassVar[Kind]
     DRIVEN: ClassVar[Kind]
@@ -38,11 +40,11 @@ class Kind:
 
 
 Kind.SEPARABLE = Kind("H = T(p) + V(q)")
-Kind.ROTATING = Kind("H = T(p) + V(q) in a rotating frame or a uniform magnetic field", frozenset({"frame"}))
-Kind.DRIVEN = Kind("H = T(p) + V(q, t) with a period in t", frozenset({"drive"}))
-Kind.DAMPED = Kind("H = T(p) + V(q) with a friction in proportion to the momenta", frozenset({"friction"}))
-Kind.MAP = Kind("z -> M(z)", frozenset({"iterates"}))
-Kind.FLOW = Kind("dz/dt = f(z)", frozenset({"rates"}))
+Kind.ROTATING = Kind("H = T(p) + V(q) in a rotating frame or a uniform magnetic field", {"frame"})
+Kind.DRIVEN = Kind("H = T(p) + V(q, t) with a period in t", {"drive"})
+Kind.DAMPED = Kind("H = T(p) + V(q) with a friction in proportion to the momenta", {"friction"})
+Kind.MAP = Kind("z -> M(z)", {"iterates"})
+Kind.FLOW = Kind("dz/dt = f(z)", {"rates"})
 
 KINDS = (Kind.SEPARABLE, Kind.ROTATING, Kind.DRIVEN, Kind.DAMPED, Kind.MAP, Kind.FLOW)
 """The kinds that the package makes itself; models of one's own may have others."""
@@ -58,7 +60,7 @@ def kind_of(value: Any) -> Any:
     return getattr(value, "kind", Kind.SEPARABLE)
 
 
-def terms_of(value: Any) -> frozenset[str]:
+def terms_of(value: Any) -> Set[str]:
     """Return the terms of a value's equations; none where its kind is no `Kind`."""
     return getattr(kind_of(value), "terms", frozenset())
 

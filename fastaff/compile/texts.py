@@ -5,7 +5,7 @@ State blocks are flat: row r of lane i is z[r*LANES + i].
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence, Set
 from dataclasses import dataclass
 from typing import Any
 
@@ -34,7 +34,7 @@ class Rows:
 
     n: int
     vectors: int
-    terms: frozenset[str] = frozenset()
+    terms: Set[str] = frozenset()
     variables: int = 0
     winding: tuple[bool, ...] = ()
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Set
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -27,7 +28,7 @@ class Traits:
         return kind_of(self.model)
 
     @cached_property
-    def terms(self) -> frozenset[str]:
+    def terms(self) -> Set[str]:
         """The terms of its equations beside H = T(p) + V(q)."""
         return terms_of(self.model)
 
