@@ -242,8 +242,19 @@ def test_a_kind_of_ones_own_runs_by_its_terms(model):
     assert wild.chaotic.all() == (not losing)
     with pytest.raises((TypeError, ValueError), match=r"which a driven system has not|Damped loses by friction"):
         fa.integrate(model, Z, time=1.0, scheme=fa.TimeTransformed())
+    asked = "angles must be given for Whirled, which is driven" if not losing else "what runs here is H = T"
+    with pytest.raises((TypeError, ValueError), match=asked):
+        fa.frequency_map(model, Z, time=100.0)
     with pytest.raises(TypeError, match=f"is {re.escape(model.kind.equations)}; what runs here is H = T"):
         fa.energy_grid(model, energy=0.1, axes={"x": [0.1]}, solve="p_y")
+
+
+def test_a_driven_frame_has_periodic_orbits_and_friction_none():
+    found = fa.periodic_orbits(Whirled(wave=0.1, omega=0.2), [0.3, 0.0, 0.0, 0.2], section="t=0")
+    again = fa.integrate(Whirled(wave=0.1, omega=0.2), found.z, time=2 * np.pi, accuracy=1e-12).z
+    np.testing.assert_allclose(again[[0, 1, 3, 4]], found.z[[0, 1, 3, 4]], rtol=0, atol=1e-11)
+    with pytest.raises(TypeError, match=r"model Damped has a drive and friction: write both as equations, fa\.flow"):
+        fa.periodic_orbits(Damped(), Z[:, 0], section="t=0")
 
 
 def test_a_model_without_names_is_named_by_numbers():

@@ -17,7 +17,7 @@ NEEDS: dict[str, frozenset[str]] = {
     "H = T(p) + V(q)": frozenset(TERMS),
     "a page": frozenset({"frame", "friction", "rates"}),
 }
-"""The terms that an analysis as a whole does not take."""
+"""By what an analysis as a whole is of, the terms that it does not take."""
 
 REFUSALS = {
     "a time": {"iterates": "{argument} is for systems in time: {instead}; got {got}"},
@@ -26,9 +26,13 @@ REFUSALS = {
         "friction": "{argument} is for systems with an energy: one with friction keeps none; got {got}",
         "rates": "{argument} is for systems with an energy: dz/dt = f(z) has none; got {got}",
     },
+    "angles of coordinates alone": {
+        "drive": "angles must be given for {model}, which is driven and has none: of its coordinates, and of its time"
+    },
     "a return": {
+        "drive friction": "model {model} has a drive and friction: write both as equations, fa.flow",
         "friction": "model {model} has friction and no drive: it loses energy as long as it moves, so nothing returns; "
-        "with a drive, write both as equations, fa.flow"
+        "with a drive, write both as equations, fa.flow",
     },
     "a return at an energy": {
         "iterates": "energy is for systems in time: a map has none; got {got}",
@@ -75,18 +79,18 @@ REFUSALS = {
         "{argument} {model} has friction: take KAHAN_LI8"
     },
 }
-"""By what is asked for, the terms that do not go with it, each with the sentence that says what would do."""
+"""By what is asked for, the terms that together do not go with it, and the sentence that says what would do."""
 
 OF_MODELS = ("a return", "a residue", "an indicator of the energy")
 """Needs that a model as a whole has not: refused by TypeError, as a wrong argument beside it is by ValueError."""
 
 
 def check_needs(model: Any, need: str, **said: Any) -> None:
-    """Raise the refusal of the first term of a model's equations that does not go with what is asked for; said: what
-    its sentence has beside the model's name.
+    """Raise the refusal of the first terms of a model's equations that do not go with what is asked for; said: the
+    numbers and names of its sentence beside the model's.
     """
-    for term, sentence in REFUSALS[need].items():
-        if term in traits_of(model).terms:
+    for terms, sentence in REFUSALS[need].items():
+        if traits_of(model).terms >= {*terms.split()}:
             error = TypeError if need in OF_MODELS else ValueError
             raise error(sentence.format(model=type(model).__name__, **said))
 

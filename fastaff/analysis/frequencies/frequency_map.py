@@ -19,6 +19,7 @@ from ...flows.accuracy import HALVINGS
 from ...flows.checks import checked_model
 from ...flows.flow import Ensemble, Flow, Report, energy_error, mark_drift
 from ...flows.motion import fastest_rates, natural_rates
+from ...flows.needs import check_needs
 from ...flows.options import Options, iterates, plan
 from ...flows.trials import on_ladder
 from ...kernels.samples import CHUNK_ROWS
@@ -146,6 +147,8 @@ def frequency_map(
         )
     if window is not None:
         raise ValueError(f"window is for maps: the diffusion of systems in time is that of the halves; got {window!r}")
+    if angles is None and getattr(body, "angles", None) is None:
+        check_needs(body, "angles of coordinates alone")
     goal = options.goal(ACCURACY)
     fallback = checked_method(method).fallback
     angles = checked_angles(angles, body)
