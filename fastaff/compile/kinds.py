@@ -55,14 +55,9 @@ def term(name: str) -> Any:
     return property(lambda owner: name in owner.terms, doc=TERMS[name])
 
 
-def kind_of(value: Any) -> Any:
-    """Return the kind that a value names, SEPARABLE where it names none, as a section does."""
-    return getattr(value, "kind", Kind.SEPARABLE)
-
-
 def terms_of(value: Any) -> Set[str]:
-    """Return the terms of a value's equations; none where its kind is no `Kind`."""
-    return getattr(kind_of(value), "terms", frozenset())
+    """Return the terms of a value's equations, by its kind; none where it has no `Kind`, as a section."""
+    return getattr(getattr(value, "kind", None), "terms", frozenset())
 
 
 def winding_of(value: Any) -> tuple[bool, ...]:

@@ -13,7 +13,7 @@ from ..analysis.sections.energy_sample import edge
 from ..base.numbers import numbers, positive, real
 from ..base.placing import placed
 from ..base.provenance import provenance
-from ..flows.checks import checked_model
+from ..flows.checks import checked_model, suited_scheme
 from ..flows.needs import check_given
 from ..formulas.section_text import section_named
 from ..jobs.system import Surface
@@ -158,11 +158,7 @@ def setup_of(
 
 def _strobed(body: Any, section: Any, **given: Any) -> dict[str, Any]:
     """Return where the page of a driven system begins: its states once a period, at a phase."""
-    for name, value in given.items():
-        if value is not None:
-            raise ValueError(
-                f"{name} does not go with a driven system, whose states once a period are shown; got {value!r}"
-            )
+    check_given(body, "a page of orbits", **given)
     cut = section_named(section, body) if isinstance(section, str) else Stroboscopic() if section is None else section
     if not isinstance(cut, Stroboscopic):
         raise TypeError(f"section must be Stroboscopic(phase) or 't=c' for a driven system, got {section!r}")
@@ -227,9 +223,7 @@ def _scheme(scheme: Any, accuracy: float, body: Any) -> Splitting:
     found = scheme_named(scheme) if isinstance(scheme, str) else scheme
     if not isinstance(found, Splitting):
         raise TypeError(f"scheme must be a splitting such as 'KAHAN_LI8' to run in a page, got {found!r}")
-    if found.nystrom and not traits_of(body).quadratic:
-        raise ValueError(f"scheme {found.name} takes T quadratic in the momenta, which that of the body is not")
-    return found
+    return suited_scheme(found, body)
 
 
 def _points(points: Any) -> list[list[float]]:
@@ -243,9 +237,10 @@ def _points(points: Any) -> list[list[float]]:
 
 
 def _title(body: Any) -> str:
-    if traits_of(body).driven:
+    traits = traits_of(body)
+    if traits.driven:
         return "Driven system"
-    if traits_of(body).iterated:
+    if traits.iterated:
         return "Map of a formula" if hasattr(body, "formula") else type(body).__name__
     return "Body of a formula" if hasattr(getattr(body, "potential", body), "formula") else type(body).__name__
 

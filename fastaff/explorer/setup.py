@@ -193,13 +193,13 @@ def section_record(section: Any, body: Any) -> dict[str, Any]:
     """Return name, constant and direction of a section; TypeError for one that the explorer has not."""
     simple = {made: name for name, made in TURNING.items()}
     constant = {made: f"{name}=c" for name, made in EQUALS.items()}
-    kind = type(section)
-    if traits_of(body).isotropic and kind in simple:
+    kind, traits = type(section), traits_of(body)
+    if traits.isotropic and kind in simple:
         return {"section": simple[kind], "constant": None, "direction": int(section.direction)}
-    if traits_of(body).isotropic and kind in constant:
+    if traits.isotropic and kind in constant:
         return {"section": constant[kind], "constant": float(section.constant), "direction": int(section.direction)}
-    names = traits_of(body).names
-    if isinstance(section, Linear) and not traits_of(body).isotropic and len(section.normal) == 4:
+    names = traits.names
+    if isinstance(section, Linear) and not traits.isotropic and len(section.normal) == 4:
         at = np.flatnonzero(section.normal)
         if at.size == 1 and at[0] < 2 and math.isfinite(section.offset):
             factor = float(section.normal[at[0]])
@@ -207,7 +207,7 @@ def section_record(section: Any, body: Any) -> dict[str, Any]:
             return {"section": f"{names[at[0]]}=c", "constant": section.offset / factor, "direction": direction}
     takes = (
         "AlphaTurning, BetaTurning, AlphaEquals, BetaEquals, AreaEquals"
-        if traits_of(body).isotropic
+        if traits.isotropic
         else f"Linear with one coordinate, {names[0]} = c or {names[1]} = c,"
     )
     raise TypeError(f"section must be {takes} for {type(body).__name__}, got {section!r}")

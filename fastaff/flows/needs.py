@@ -26,6 +26,9 @@ REFUSALS = {
         "friction": "{argument} is for systems with an energy: one with friction keeps none; got {got}",
         "rates": "{argument} is for systems with an energy: dz/dt = f(z) has none; got {got}",
     },
+    "a page of orbits": {
+        "drive": "{argument} does not go with a driven system, whose states once a period are shown; got {got}"
+    },
     "angles of coordinates alone": {
         "drive": "angles must be given for {model}, which is driven and has none: of its coordinates, and of its time"
     },
@@ -104,7 +107,7 @@ def check_given(model: Any, need: str, instead: str = "", **given: Any) -> None:
 
 def check_kind(model: Any, name: str, need: str) -> None:
     """Refuse a model whose equations have terms that an analysis does not take."""
-    kind = traits_of(model).kind
+    kind = getattr(model, "kind", Kind.SEPARABLE)
     known = isinstance(kind, Kind)
     if not known or kind.terms & NEEDS[need]:
         runs = "; ".join(entry.equations for entry in KINDS if not entry.terms & NEEDS[need])

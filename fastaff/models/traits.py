@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from ..base.identity import by_identity
-from ..compile.kinds import kind_of, term, terms_of, winding_of
+from ..compile.kinds import term, terms_of, winding_of
 from . import maps
 
 
@@ -21,11 +21,6 @@ class Traits:
     """
 
     model: Any
-
-    @cached_property
-    def kind(self) -> Any:
-        """The `Kind` that it names, SEPARABLE where it names none."""
-        return kind_of(self.model)
 
     @cached_property
     def terms(self) -> Set[str]:

@@ -105,16 +105,11 @@ def image(body: Any, z: np.ndarray, count: int) -> np.ndarray:
     period = float(body.period)
     flow, row = flow.fitted(period), traits_of(body).moving
     ensemble = flow.ensemble(points.copy())
-    states = flow.sampled(ensemble, 1, time=count * period) if flow.adaptive else _steps(flow, ensemble, count, period)
-    after = np.where(ensemble.status == Status.OK, states[:, 0].T, np.nan)
+    states = flow.sampled(ensemble, 1 if flow.adaptive else count, time=count * period)
+    after = np.where(ensemble.status == Status.OK, states[:, -1].T, np.nan)
     after[row] = np.where(np.isfinite(after[row]), points[row], np.nan)
     result[:, live] = after
     return result
-
-
-def _steps(flow: Flow, ensemble: Any, count: int, period: float) -> np.ndarray:
-    """Return the states (orbits, 1, 2n) after so many periods."""
-    return flow.sampled(ensemble, count, time=count * period)[:, -1:]
 
 
 def spread(d: int) -> np.ndarray:

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Annotated
 
 from ...base.names import pairs
+from ...flows.needs import check_given
 from ...formulas.number import number
 from ...jobs.system import Model, Surface
 from ...jobs.wording import Wrong
@@ -58,8 +59,7 @@ def explore(
         raise Wrong(f"{data} does not exist")
     body = None if data is not None and options == Model() else options.build()
     mapping = body is not None and traits_of(body).iterated
-    if surface.energy is not None and body is not None and traits_of(body).driven:
-        raise Wrong("--energy does not go with a driven system, whose states once a period are shown")
+    check_given(body, "a page of orbits", "", **{"--energy": surface.energy})
     section = None if body is None else surface.build(body) if mapping else surface.section_of(body)
     if out is not None and out.exists() and not force:
         raise Wrong(f"--out {out} exists; --force replaces it")
