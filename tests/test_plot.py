@@ -10,7 +10,7 @@ import pytest
 
 import fastaff
 from fastaff import plot
-from fastaff.flows.coordinates import row_names
+from fastaff.models.traits import traits_of
 
 matplotlib = pytest.importorskip("matplotlib")
 from matplotlib.figure import Figure  # noqa: E402
@@ -42,7 +42,7 @@ def section_map(orbits=3, crossings=5):
         fastaff.AlphaTurning(),
         fastaff.KAHAN_LI8,
         0.01,
-        row_names(fastaff.Body(fastaff.Hyperelastic())),
+        traits_of(fastaff.Body(fastaff.Hyperelastic())).row_names,
     )
 
 

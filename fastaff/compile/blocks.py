@@ -24,6 +24,7 @@ from numba import types
 from numba.core.typing.templates import AbstractTemplate, AttributeTemplate, infer_getattr
 from numba.extending import lower_builtin
 
+from ..base.identity import by_identity
 from . import cache, jit, map_sums, map_texts
 from .callees import Callee
 from .damping import shortened
@@ -32,11 +33,8 @@ from .fused import fma
 from .jit import JIT_DISABLED, SIGNATURES
 from .plane_loops import angle_of
 from .pointers import Bound, Calls, call_table
-from .texts import ARGUMENTS, ONE_VARIABLE, TEXTS, Rows, observed, read, signals, taken
+from .texts import ARGUMENTS, ONE_VARIABLE, TEXTS, Rows, observed, read, rows_of, signals, taken
 from .turning import turn
-
-KNOWN = 64
-"""Values whose numbers are kept at most."""
 
 _TUPLE_NAMES = {*dir(tuple), "_make", "_asdict", "_replace", "_fields", "_field_defaults"}
 
@@ -48,25 +46,16 @@ def is_value(candidate: Any) -> bool:
 
 def parameters(value: Any) -> np.ndarray:
     """Flatten the float parameters of a NamedTuple of NamedTuples, in field order."""
-    return _known(value)[2].copy()
+    return _known(value)[1].copy()
 
 
-_KNOWN: dict[int, tuple[Any, tuple, np.ndarray]] = {}
-"""Of the values met last, by their identity: themselves, the line and classes that `_built` returns, their numbers."""
-
-
-def _known(value: Any) -> tuple[Any, tuple, np.ndarray]:
-    """Return what is known of a value, which a call asks for some forty times; equal ones may differ: 0 and -0."""
-    known = _KNOWN.get(id(value))
-    if known is None or known[0] is not value:
-        flat: list[float] = []
-        classes: dict[type, str] = {}
-        built = f"    value = {_walk(value, flat, classes)}\n", tuple(classes.items())
-        known = value, built, np.array(flat, dtype=np.float64) if flat else np.zeros(1)
-        if len(_KNOWN) >= KNOWN:
-            _KNOWN.clear()
-        _KNOWN[id(value)] = known
-    return known
+@by_identity
+def _known(value: Any) -> tuple[tuple[str, tuple], np.ndarray]:
+    """Return the line and classes that `_built` returns, and the numbers; a call asks for them some forty times."""
+    flat: list[float] = []
+    classes: dict[type, str] = {}
+    built = f"    value = {_walk(value, flat, classes)}\n", tuple(classes.items())
+    return built, np.array(flat, dtype=np.float64) if flat else np.zeros(1)
 
 
 def _is_number(entry: Any) -> bool:
@@ -121,7 +110,7 @@ def _compilable(cls: type) -> type:
 
 def _built(value: Any) -> tuple[str, tuple]:
     """Return the line of text that makes `value` of params, and its classes with their names there."""
-    return _known(value)[1]
+    return _known(value)[0]
 
 
 def model_block(kind: str, value: Any, degrees_of_freedom: int, vectors: int = 0) -> Any:
@@ -131,58 +120,21 @@ def model_block(kind: str, value: Any, degrees_of_freedom: int, vectors: int = 0
     Tangent vectors are further rows of the same scheme: a splitting of H moves them by its exact derivative, which is
     symplectic, and a Runge-Kutta tableau solves the variational equations.
     """
-    kinds = winding_of(value), turning(value), hasattr(value, "phase"), variables_of(value), damped(value)
-    return _model_block(kind, *_built(value), degrees_of_freedom, vectors, *kinds)
+    return _model_block(kind, *_built(value), rows_of(value, degrees_of_freedom, vectors))
 
 
 @functools.cache
-def _model_block(
-    kind: str,
-    line: str,
-    classes: tuple,
-    degrees_of_freedom: int,
-    vectors: int,
-    winding: tuple[bool, ...] | None,
-    turns: bool,
-    driven: bool,
-    variables: int,
-    damps: bool,
-) -> Any:
-    texts = _texts(winding)
-    helpers = {"turn": turn} if turns else {"shortened": shortened} if damps else {}
+def _model_block(kind: str, line: str, classes: tuple, rows: Rows) -> Any:
+    helpers = {"turn": turn} if rows.frame else {"shortened": shortened} if rows.friction else {}
     if kind == "angles":
         helpers = {"angle_of": _ANGLE_OF}
     names = tuple((name, entry if JIT_DISABLED else _compiled_method(entry)) for name, entry in helpers.items())
-    rows = Rows(degrees_of_freedom, vectors, turns=turns, driven=driven, variables=variables, damped=damps)
-    return _compiled(kind, line + texts[kind](rows), classes, names)
+    return _compiled(kind, line + _texts(rows)[kind](rows), classes, names)
 
 
-def _texts(winding: tuple[bool, ...] | None) -> dict[str, Callable[[Rows], str]]:
-    """Return the texts by kind, of maps where `winding` says which of their rows have a period."""
-    if winding is None:
-        return TEXTS
-    sums = {kind: functools.partial(text, winding=winding) for kind, text in map_sums.TEXTS.items()}
-    return {**map_texts.texts_of(winding), **sums}
-
-
-def winding_of(value: Any) -> tuple[bool, ...] | None:
-    """Return which rows (2n,) of a map have a period; None for what is no map."""
-    return tuple(period > 0 for period in value.periods()) if hasattr(value, "iterate") else None
-
-
-def variables_of(value: Any) -> int:
-    """Return the number of variables of a system dz/dt = f(z), 0 of another model and of a section."""
-    return len(value.coordinates) if hasattr(value, "rates") and hasattr(value, "coordinates") else 0
-
-
-def turning(value: Any) -> bool:
-    """Tell whether a model is one of a turning frame, by its kind."""
-    return getattr(getattr(value, "kind", None), "name", None) == "ROTATING"
-
-
-def damped(value: Any) -> bool:
-    """Tell whether a model has friction, by its kind."""
-    return getattr(getattr(value, "kind", None), "name", None) == "DAMPED"
+def _texts(rows: Rows) -> dict[str, Callable[[Rows], str]]:
+    """Return the texts by kind of a system with these rows."""
+    return {**map_texts.TEXTS, **map_sums.TEXTS} if rows.winding else TEXTS
 
 
 def source(value: Any, kind: str, degrees_of_freedom: int | None = None, vectors: int = 0) -> str:
@@ -200,13 +152,11 @@ def source(value: Any, kind: str, degrees_of_freedom: int | None = None, vectors
     if n is None:
         raise TypeError(f"degrees_of_freedom must be given for {type(value).__name__}, which has none of its own")
     line, classes = _built(value)
-    winding = winding_of(value)
-    texts = _texts(winding)
+    rows = rows_of(value, n, vectors)
+    texts = _texts(rows)
     if kind not in texts:
-        whose = "" if winding is None else " for a map"
+        whose = " for a map" if rows.winding else ""
         raise ValueError(f"kind must be one of {', '.join(map(repr, texts))}{whose}, got {kind!r}")
-    kinds: dict[str, Any] = {"turns": turning(value), "driven": hasattr(value, "phase"), "damped": damped(value)}
-    rows = Rows(n, vectors, **kinds, variables=variables_of(value))
     return _text(kind, line + texts[kind](rows), classes)
 
 

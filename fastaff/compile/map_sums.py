@@ -9,7 +9,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from .jit import LANES
-from .map_texts import Winding, _counted, _image, _names, _periods, _read, _stored
+from .map_texts import _counted, _image, _names, _periods, _read, _stored
 from .plane_loops import COLUMNS, MOMENTS, SPANS
 from .texts import Rows, _at, _indent, _loop
 
@@ -71,21 +71,21 @@ class Angles(NamedTuple):
         return self.plane(len(self.planes))
 
 
-def moments_of(winding: Winding) -> Moments:
+def moments_of(winding: tuple[bool, ...]) -> Moments:
     """Return the rows of the moments of a map of which these rows (2n,) have a period."""
     n = len(winding) // 2
     return Moments(2 * n, tuple(r for r in range(n) if not winding[r]))
 
 
-def angles_of(winding: Winding) -> Angles:
+def angles_of(winding: tuple[bool, ...]) -> Angles:
     """Return the rows of the angles of a map of which these rows (2n,) have a period."""
     n = len(winding) // 2
     return Angles(2 * n, tuple(r for r in range(n) if winding[r]), tuple(r for r in range(n) if not winding[r]))
 
 
-def moments(rows: Rows, winding: Winding) -> str:
+def moments(rows: Rows) -> str:
     """Iterates that add up the MOMENTS of planes, with the weight drifts[k] of iterate k."""
-    own, n = moments_of(winding), rows.n
+    own, n = moments_of(rows.winding), rows.n
     body = "w = drifts[before + taken]\n"
     for k, r in enumerate(own.planes):
         at = own.plane(k)
@@ -94,12 +94,12 @@ def moments(rows: Rows, winding: Winding) -> str:
         products = ("x", "y", "(x*x)", "(x*y)", "(y*y)", "(xx*x)", "(xx*y)", "(yy*x)", "(yy*y)")
         text += "".join(f"{_at(at + 4 + j)} += w*{product}\n" for j, product in enumerate(products))
         body += _loop(text + f"{first} = xx\n{second} = yy\n", 0)
-    return _summed(rows, winding, own.iterates, "", body)
+    return _summed(rows, own.iterates, "", body)
 
 
-def angles(rows: Rows, winding: Winding) -> str:
+def angles(rows: Rows) -> str:
     """Iterates that add up the steps of angles over SPANS, with the weights drifts[k*SPANS + s] of iterate k."""
-    own, n = angles_of(winding), rows.n
+    own, n = angles_of(rows.winding), rows.n
     names, moved, body = _names(rows, 0), "", ""
     for k, r in enumerate(own.wound):
         moved += f"{_at(own.step(k))} = (z{r} - {names[r]})*turns{r}\n"
@@ -108,27 +108,26 @@ def angles(rows: Rows, winding: Winding) -> str:
         q, p, a, b, c, cosine, sine, _ = (_at(at + column) for column in range(COLUMNS.end))
         last, other = _at(at + COLUMNS.end), _at(at + COLUMNS.end + 1)
         body += _loop(
-            f"x = {_at(r)} - {q}\nre, im = {a}*x, {b}*x + {c}*({_at(n + r)} - {p})\n"
-            f"x, y = re*{last} + im*{other}, im*{last} - re*{other}\n"
-            f"{_at(own.step(len(own.wound) + k))} = angle_of(x*{cosine} + y*{sine}, y*{cosine} - x*{sine})\n"
-            f"{last} = re\n{other} = im\n",
+            f"x = {_at(r)} - {q}\nre, im = {a}*x, {b}*x + {c}*({_at(n + r)} - {p})\nx, y = re*{last} + im*{other}, "
+            f"im*{last} - re*{other}\n{_at(own.step(len(own.wound) + k))} = angle_of(x*{cosine} + y*{sine}, y*{cosine} "
+            f"- x*{sine})\n{last} = re\n{other} = im\n",
             0,
         )
     for s in range(SPANS):
         text = "".join(f"{_at(own.step(k) + 1 + s)} += w*{_at(own.step(k))}\n" for k in range(own.angles))
         body += f"w = drifts[{SPANS}*(before + taken) + {s}]\nif w != 0.0:\n{_loop(text, 1)}"
-    return _summed(rows, winding, own.iterates, moved, body)
+    return _summed(rows, own.iterates, moved, body)
 
 
-def _summed(rows: Rows, winding: Winding, count: int, moved: str, body: str) -> str:
+def _summed(rows: Rows, count: int, moved: str, body: str) -> str:
     """Text of so many iterates, after each of which the body runs; ends early as `map_texts` has it, after the sums of
     the iterate with which an orbit ends.
     """
-    image = _image(rows, winding).split("\n", 1)
+    image = _image(rows).split("\n", 1)
     iterate = _read(rows, 0) + f"{image[0]}\n{moved}{image[1]}" + _stored(rows, 0, "z")
     iterate += _counted(rows)
     return (
-        _indent(_periods(winding), 1)
+        _indent(_periods(rows), 1)
         + f"    taken = 0\n    before = int(z[{count * LANES}])\n    while taken < steps:\n        outside = 0\n"
         + _loop(iterate, 2)
         + _indent(body, 2)

@@ -12,19 +12,6 @@ from ..base.status import LOST_CODE
 from .jit import LANES
 from .texts import Rows, _at, _indent, _list, _loop
 
-Winding = tuple[bool, ...]
-
-
-def texts_of(winding: Winding) -> dict[str, Callable[[Rows], str]]:
-    """Return the texts by kind, for maps of which these rows (2n,) have a period."""
-    return {
-        "splitting": lambda rows: _iterates(rows, winding),
-        "march": lambda rows: _march(rows, winding),
-        "check": _check,
-        "inside": _inside,
-        "kinetic": lambda rows: _observable(rows, winding),
-    }
-
 
 def _names(rows: Rows, vector: int) -> list[str]:
     """Return the names of the numbers of the orbit (0), q0, ..., p0, ..., or of a tangent vector."""
@@ -38,17 +25,18 @@ def _places(rows: Rows, vector: int) -> list[int]:
     return [*first, *(rows.half + r for r in first)]
 
 
-def _periods(winding: Winding) -> str:
+def _periods(rows: Rows) -> str:
     """Text that reads the periods."""
-    wound = [r for r, winds in enumerate(winding) if winds]
+    wound = [r for r, winds in enumerate(rows.winding) if winds]
     text = "periods = value.periods()\n" if wound else ""
     return text + "".join(f"period{r}, turns{r} = periods[{r}], 1.0/periods[{r}]\n" for r in wound)
 
 
-def _image(rows: Rows, winding: Winding) -> str:
+def _image(rows: Rows) -> str:
     """Text that sets z0, z1, ... to the image of the orbit."""
     text = f"{_list('z', range(2 * rows.n))}, = value.iterate({', '.join(_names(rows, 0))})\n"
-    return text + "".join(f"z{r} -= period{r}*np.rint(z{r}*turns{r})\n" for r, winds in enumerate(winding) if winds)
+    wound = [r for r, winds in enumerate(rows.winding) if winds]
+    return text + "".join(f"z{r} -= period{r}*np.rint(z{r}*turns{r})\n" for r in wound)
 
 
 def _vector_image(rows: Rows, vector: int) -> str:
@@ -73,7 +61,7 @@ def _stored(rows: Rows, vector: int, letter: str) -> str:
     return "".join(f"{_at(r)} = {letter}{k}\n" for k, r in enumerate(_places(rows, vector)))
 
 
-def _iterates(rows: Rows, winding: Winding) -> str:
+def _iterates(rows: Rows) -> str:
     """So many iterates; ends early, after the one with which an orbit ends; returns their number.
 
     Vectors move before the orbit, whose derivative takes them along.
@@ -84,27 +72,27 @@ def _iterates(rows: Rows, winding: Winding) -> str:
         for vector in [part.start // rows.n for part in rows.parts(group) if part.start]:
             body += _read(rows, vector) + _vector_image(rows, vector) + _stored(rows, vector, "w")
         if group.start == 0:
-            body += _image(rows, winding) + _stored(rows, 0, "z")
+            body += _image(rows) + _stored(rows, 0, "z")
             body += _counted(rows)
         loops += _loop(body, 2)
     return (
-        _indent(_periods(winding), 1)
+        _indent(_periods(rows), 1)
         + f"    taken = 0\n    while taken < steps:\n        outside = 0\n{loops}"
         + "        taken += 1\n        if outside > 0:\n            break\n    return taken\n"
     )
 
 
-def _march(rows: Rows, winding: Winding) -> str:
+def _march(rows: Rows) -> str:
     """Iterates of lane 0 with its state in scalars, and the bits of `splitting`: for a single orbit."""
     every = [(name, r) for v in range(1 + rows.vectors) for name, r in zip(_names(rows, v), _places(rows, v))]
     body = ""
     for vector in range(1, 1 + rows.vectors):
         body += _vector_image(rows, vector)
         body += "".join(f"{name} = w{k}\n" for k, name in enumerate(_names(rows, vector)))
-    body += _image(rows, winding) + "".join(f"{name} = z{k}\n" for k, name in enumerate(_names(rows, 0)))
+    body += _image(rows) + "".join(f"{name} = z{k}\n" for k, name in enumerate(_names(rows, 0)))
     body += f"taken += 1\noutside = 0\n{_counted(rows)}if outside > 0:\n    break\n"
     return (
-        _indent(_periods(winding) + "".join(f"{name} = z[{r * LANES}]\n" for name, r in every), 1)
+        _indent(_periods(rows) + "".join(f"{name} = z[{r * LANES}]\n" for name, r in every), 1)
         + "    taken = 0\n    while taken < steps:\n"
         + _indent(body, 2)
         + _indent("".join(f"z[{r * LANES}] = {name}\n" for name, r in every), 1)
@@ -126,22 +114,29 @@ def _check(rows: Rows) -> str:
 def _inside(rows: Rows) -> str:
     z = [_at(r) for r in range(2 * rows.half)]
     return _loop(
-        f"margin = value.margin({', '.join(z[: rows.n])})\n"
-        f"finite = {' + '.join(f'0.0*{row}' for row in z)}\n"
-        f"code = 0.0 if margin > 0.0 else {LOST_CODE}.0\n"
-        "result[i] = code if finite == 0.0 else 1.0\n",
+        f"margin = value.margin({', '.join(z[: rows.n])})\nfinite = {' + '.join(f'0.0*{row}' for row in z)}\ncode = "
+        f"0.0 if margin > 0.0 else {LOST_CODE}.0\nresult[i] = code if finite == 0.0 else 1.0\n",
         1,
     )
 
 
-def _observable(rows: Rows, winding: Winding) -> str:
+def _observable(rows: Rows) -> str:
     """A smooth function of phase points, where indicators of systems in time look at the kinetic energy: of cosines of
     angles, without their momenta, which may grow for ever.
     """
     n, terms = rows.n, []
     for k, r in enumerate(rows.orbit):
-        if winding[k]:
+        if rows.winding[k]:
             terms.append(f"np.cos(6.283185307179586*turns{k}*{_at(r)})")
-        elif not winding[k % n]:
+        elif not rows.winding[k % n]:
             terms.append(_at(r))
-    return _indent(_periods(winding), 1) + _loop(f"result[i] = {' + '.join(terms)}\n", 1)
+    return _indent(_periods(rows), 1) + _loop(f"result[i] = {' + '.join(terms)}\n", 1)
+
+
+TEXTS: dict[str, Callable[[Rows], str]] = {
+    "splitting": _iterates,
+    "march": _march,
+    "check": _check,
+    "inside": _inside,
+    "kinetic": _observable,
+}

@@ -5,10 +5,13 @@ State blocks are flat: row r of lane i is z[r*LANES + i].
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence, Set
+from dataclasses import dataclass
+from typing import Any
 
 from . import damping, turning
 from .jit import LANES
+from .kinds import term, terms_of, winding_of
 
 VECTORS_PER_LOOP = {1: 8, 2: 4, 3: 4, 4: 4}
 """Tangent vectors that one loop over lanes moves, by degrees of freedom (else 2): longer loops no longer vectorise."""
@@ -18,29 +21,29 @@ DRIFT, KICK = "hd = drift*step[i]\n", "hk = kick*step[i]\n"
 """Texts of the lengths of a lane's drift and kick."""
 
 
+@dataclass(frozen=True)
 class Rows:
     """Rows of a state block: positions, then momenta, of the orbit (n each) and of its tangent vectors (n each, one
     after another).
 
-    turns: whether the frame of the first two coordinates turns; driven: whether the last position is the time, whose
-    velocity is 1: no vector's changes, and it is no distance. It takes one addition a step, not one a stage, and is
-    reduced by its period: in many periods a rounding error that all steps share would be a phase. variables: of a
-    system dz/dt = f(z), which has neither coordinates nor momenta; the last row is idle where they are odd; damped:
-    whether there is friction in proportion to the momenta.
+    terms: those of the equations, see `kinds.TERMS`. The time of a drive is no distance and no vector changes it. It
+    takes one addition a step, not one a stage, and is reduced by its period: in many periods a rounding error that all
+    steps share would be a phase. variables: of a system dz/dt = f(z), 0 of others; the last row is idle where they are
+    odd; winding: which rows (2n,) of a map have a period, none of others.
     """
 
-    def __init__(
-        self,
-        n: int,
-        vectors: int,
-        *,
-        turns: bool = False,
-        driven: bool = False,
-        variables: int = 0,
-        damped: bool = False,
-    ):
-        self.variables, self.damped = variables, damped
-        self.n, self.vectors, self.half, self.turns, self.driven = n, vectors, n * (1 + vectors), turns, driven
+    n: int
+    vectors: int
+    terms: Set[str] = frozenset()
+    variables: int = 0
+    winding: tuple[bool, ...] = ()
+
+    driven, frame, friction = term("drive"), term("frame"), term("friction")
+
+    @property
+    def half(self) -> int:
+        """The number of positions."""
+        return self.n * (1 + self.vectors)
 
     @property
     def time(self) -> int | None:
@@ -52,7 +55,7 @@ class Rows:
         """Whether lanes of one step have a text of their own, which takes twice as long to compile: not beside the many
         vectors of a tangent map.
         """
-        return self.turns and self.vectors <= 2
+        return self.frame and self.vectors <= 2
 
     @property
     def orbit(self) -> list[int]:
@@ -107,12 +110,18 @@ class Rows:
                 else f"tangent_force({_list('q', orbit)}, {_list('q', part)})"
             )
             text += f"{_list('f', part)}, = value.{call}\n"
-        return text + (damping.drag(rows) if self.damped else "")
+        return text + (damping.drag(rows) if self.friction else "")
 
     def slopes(self, rows: range) -> str:
         """Text that sets v and f of these rows to dq/dt and dp/dt."""
         text = self.velocities(rows) + self.forces(rows)
-        return text + "".join(turning.rates(part[0], part[1]) for part in self.parts(rows) if self.turns)
+        return text + "".join(turning.rates(part[0], part[1]) for part in self.parts(rows) if self.frame)
+
+
+def rows_of(value: Any, n: int, vectors: int) -> Rows:
+    """Return the rows of a state of a model, or those that a section sees, by the terms of its equations."""
+    terms = terms_of(value)
+    return Rows(n, vectors, terms, len(value.coordinates) if "rates" in terms else 0, winding_of(value))
 
 
 def _list(letter: str, rows: Iterable[int]) -> str:
@@ -152,8 +161,8 @@ def _steps(rows: Rows, first: int, after: str, size: int) -> str:
     cheap force: in steps of their own, as both kinds of loops in one would take that time again.
     """
     margin = f"outside += 0 if value.margin({', '.join(_at(r) for r in range(rows.n))}) > 0.0 else 1\n"
-    made = turning.made(size, "lanes", "drifts", "step[i]") if rows.turns else ""
-    made += damping.made(size, "lanes", "kicks", "step[i]") if rows.damped else ""
+    made = turning.made(size, "lanes", "drifts", "step[i]") if rows.frame else ""
+    made += damping.made(size, "lanes", "kicks", "step[i]") if rows.friction else ""
     own, alike = (
         "taken = 0\nwhile taken < steps:\n"
         + _indent(_drifts_kicks(rows, first, alike=alike) + after, 1)
@@ -192,7 +201,7 @@ def _drifts_kicks(rows: Rows, first: int, *, alike: bool) -> str:
     drift = kick = ""
     for group in rows.groups:
         move = DRIFT
-        both = move + ("hk = lengths[i]\n" if rows.damped else KICK)
+        both = move + ("hk = lengths[i]\n" if rows.friction else KICK)
         both += "" if group.start == 0 else "".join(f"q{r} = {now(r)}\n" for r in range(rows.n))
         for part in rows.parts(group):  # one after another: their numbers need not be kept all at once
             text = "".join(f"p{r} = {now(n + r)}\n" for r in part) + rows.velocities(part)
@@ -204,7 +213,7 @@ def _drifts_kicks(rows: Rows, first: int, *, alike: bool) -> str:
                 else f"d{r} = fma(passed, step[i], {_at(r)})\n"
                 for r in part
             )
-            text += _turned(rows, part, first) if rows.turns else ""
+            text += _turned(rows, part, first) if rows.frame else ""
             text += "".join(f"{_at(first + r)} = d{r}\n" for r in part if r != rows.time)
             push = "".join(f"q{r} = {f'{_at(r)} + ' if first else ''}d{r}\n" for r in part) + rows.forces(part)
             push += "".join(f"{_at(first + n + r)} = fma(hk, f{r}, {_at(first + n + r)})\n" for r in part)
@@ -212,7 +221,7 @@ def _drifts_kicks(rows: Rows, first: int, *, alike: bool) -> str:
         drift, kick = drift + loop(move, 1), kick + loop(both, 1)
     start, end = (_turning(rows, first, entry) for entry in ("s", "kicks.size"))
     begin, more = ("", "") if rows.time is None else ("passed = 0.0\n", "    passed += drift\n")
-    if rows.damped:
+    if rows.friction:
         more += _indent(damping.of_kick(3 * first if first else 2 * n, "kicks"), 1)
     return (
         f"{begin}for s in range(kicks.size):\n    drift, kick = drifts[s], kicks[s]\n{more}{start}{kick}"
@@ -239,7 +248,7 @@ def _turned(rows: Rows, part: range, first: int) -> str:
 
 def _turning(rows: Rows, first: int, drift: str) -> str:
     """Text of what comes before the drift of that number in a turning frame: half turns, where there are some."""
-    if not rows.turns:
+    if not rows.frame:
         return ""
     size = 3 * first if first else 2 * rows.half
     half = "".join(turning.flipped(part[0], part[1], rows.half, first) for part in rows.parts(rows.all))
@@ -264,14 +273,14 @@ def _march(rows: Rows) -> str:
     started = "" if time is None else f"        begun, passed = q{time}, 0.0\n"
     end = "" if time is None else f"        q{time} = value.phase(begun + step)\n"
     begin = ""
-    if rows.turns:
+    if rows.frame:
         begin, pairs = turning.made(2 * n, "1", "drift", "step"), [(part[0], part[1]) for part in rows.parts(rows.all)]
         flips = "".join(f"{c}{r} = -{c}{r}\n" for pair in pairs for r in pair for c in "qp")
         turn = f"{turning.of_drift(2 * n, 's', 'kick')}i = 0\n{turning.ROTATION}"
         turn += f"if odds[0] > 0.0:\n{_indent(flips, 1)}"
         drift = turn + drift + "".join(turning.rotated(x, y, ("q", "p")) for x, y in pairs)
     kick = rows.forces(rows.all) + "hk = kick[s]*step\n"
-    if rows.damped:
+    if rows.friction:
         begin = damping.made(2 * n, "1", "kick", "step")
         kick = rows.forces(rows.all) + damping.of_kick(2 * n, "kick") + "hk = lengths[0]\n"
     kick += "".join(f"p{r} = fma(hk, f{r}, p{r})\n" for r in rows.all)
@@ -328,10 +337,9 @@ def _check(rows: Rows) -> str:
     return _loop(
         "".join(f"{name} = {_at(r)}\n" for r, name in enumerate(z))
         + f"finite = {' + '.join(f'0.0*{name}' for name in z)}\n"
-        f"size = {' + '.join(f'{name}*{name}' for name in (z[r] for r in rows.place[: rows.time]))}\n"
-        f"margin = value.margin({', '.join(z[r] for r in rows.place)})\n"
-        "code = 0.0 if margin > 0.0 else 2.0\n"
-        "code = code if size < radius[i]*radius[i] else 3.0\n"
+        f"size = {' + '.join(f'{name}*{name}' for name in (z[r] for r in rows.place[: rows.time]))}\nmargin = "
+        f"value.margin({', '.join(z[r] for r in rows.place)})\ncode = 0.0 if margin > 0.0 else 2.0\ncode = code if "
+        "size < radius[i]*radius[i] else 3.0\n"
         "result[i] = code if finite == 0.0 else 1.0\n" + kinetic,
         1,
     )
@@ -341,10 +349,9 @@ def _inside(rows: Rows) -> str:
     """The part of `check` that no step may do without: whether the orbit is finite and in the domain."""
     z = [_at(r) for r in range(2 * rows.half)]
     return _loop(
-        f"margin = value.margin({', '.join(_at(r) for r in rows.place)})\n"
-        f"finite = {' + '.join(f'0.0*{row}' for row in z)}\n"
-        "code = 2.0 if finite == 0.0 else 1.0\n"
-        "result[i] = 0.0 if margin > 0.0 else code\n",
+        f"margin = value.margin({', '.join(_at(r) for r in rows.place)})\nfinite = "
+        f"{' + '.join(f'0.0*{row}' for row in z)}\ncode = 2.0 if finite == 0.0 else 1.0\nresult[i] = 0.0 if margin > "
+        "0.0 else code\n",
         1,
     )
 
@@ -365,7 +372,7 @@ def _along(rows: Rows) -> str:
     """The direction of the flow: velocities and forces of the orbit alone."""
     n, orbit = rows.n, rows.orbit
     if rows.variables:
-        alone = Rows(n, 0, variables=rows.variables)
+        alone = Rows(n, 0, rows.terms, rows.variables)
         load = _rates(alone, range(n))
         for j in range(rows.variables):  # read where the orbit lies among its vectors
             load = load.replace(f"z{j} = {_at(alone.state(range(n))[j])}\n", f"z{j} = {_at(rows.state(range(n))[j])}\n")

@@ -18,14 +18,14 @@ from ..analysis.sections.energy_sample import edge
 from ..analysis.sections.islands import rotation_number
 from ..analysis.sections.poincare_map import poincare_map
 from ..base.status import Status
-from ..flows.checks import NATURAL, checked_model
+from ..flows.checks import checked_model
 from ..flows.coordinates import chart_row
 from ..flows.motion import natural_rates
 from ..formulas.formula import formula, hamiltonian
 from ..formulas.grammar import UnknownName
 from ..formulas.mapping import mapping, untried
 from ..formulas.section_text import section_named
-from ..models.contracts import Kind, coordinate_names, isotropic, kind_of
+from ..models.traits import traits_of
 from ..schemes.catalogue import scheme_named
 from .parameters import parameter_values, with_parameters
 from .plane import Plane, map_reading, survived
@@ -97,7 +97,7 @@ class Answers:
         self.scheme, self.accuracy = message.get("scheme") or "", float(message.get("accuracy") or 1e-10)
         self.orbits.clear()
         self.section = None
-        names = list(coordinate_names(self.body))
+        names = list(traits_of(self.body).names)
         self.post({"type": "ready", "names": names, "parameters": parameter_values(self.body)})
 
     def on_parse(self, message: dict[str, Any]) -> None:
@@ -126,14 +126,14 @@ class Answers:
         """Take a section of an energy surface; answer with the region that it allows."""
         self.orbits.clear()
         self.section = None
-        if kind_of(self.body) is Kind.MAP:
+        if traits_of(self.body).iterated:
             return self._show_plane(message)
         where: dict[str, Any] = {name: float(message.get(name) or 0.0) for name in ("energy", "p_eta", "p_gamma")}
         section = section_of(self.body, message["section"], message.get("constant"), int(message["direction"]))
         (u0, u1), (v0, v1) = edge(self.body, section, **where).axes
         width, height = int(message["width"]), int(message["height"])
         du, dv = MARGIN * (u1 - u0), MARGIN * (v1 - v0)
-        extent = [max(u0 - du, 0.0) if isotropic(self.body) else u0 - du, u1 + du, v0 - dv, v1 + dv]
+        extent = [max(u0 - du, 0.0) if traits_of(self.body).isotropic else u0 - du, u1 + du, v0 - dv, v1 + dv]
         u = extent[0] + (extent[1] - extent[0]) * (np.arange(width) + 0.5) / width
         v = extent[2] + (extent[3] - extent[2]) * (np.arange(height) + 0.5) / height
         first, second = (x.ravel() for x in np.meshgrid(u, v))
@@ -239,7 +239,7 @@ class Answers:
             z = integrate(self.body, z, time=begin, accuracy=self.accuracy).z[:, 0]
         run = integrate(self.body, z, time=end - begin, samples=samples - 1, accuracy=self.accuracy)
         states = np.concatenate([z[None], run.samples[:, :, 0]])
-        if isotropic(self.body):
+        if traits_of(self.body).isotropic:
             a1, a2, b1, b2 = states[:, :4].T
             phi = np.array([a1 + b1, b2 - a2, a2 + b2, a1 - b1]).T / np.sqrt(2.0)
             states = np.concatenate([phi, states], axis=1)
@@ -250,7 +250,7 @@ class Answers:
         """Return the section coordinates (2, ...) of states (2n, ...)."""
         if isinstance(self.section, Plane):
             return self.section.projected(z)
-        names = list(coordinate_names(self.body))
+        names = list(traits_of(self.body).names)
         rows = {**dict(zip([*names, *(f"p_{name}" for name in names)], z))}
         found = [rows[name] if name in rows else chart_row(z, name) for name in self.names]
         return np.array(found)
@@ -338,14 +338,16 @@ def _typed(given: dict[str, Any], parameters: dict[str, Any], known: bool = True
     if given["kind"] == "body":
         own: dict[str, Any] = {name: value for name, value in parameters.items() if name != "mu"}
         made = formula(text, mu=parameters.get("mu", 1.0), **own)
-        if not isotropic(made):
+        if not traits_of(made).isotropic:
             raise ValueError("formula: turning a and b separately changes it, so there are no sections of it")
         return made
     if given["kind"] == "map":
         angles = [part.strip() for part in re.split(r"[,;\n]", given.get("angles") or "") if part.strip()]
         periods = {name.strip(): value.strip() for name, _, value in (part.partition("=") for part in angles)}
         return mapping(text, periods=periods, **parameters) if known else untried(text, parameters, periods=periods)
-    return checked_model(hamiltonian(text, coordinates=given.get("coordinates") or "x y", **parameters), kinds=NATURAL)
+    return checked_model(
+        hamiltonian(text, coordinates=given.get("coordinates") or "x y", **parameters), needs="H = T(p) + V(q)"
+    )
 
 
 def section_of(body: Any, name: str, constant: float | None, direction: int) -> Any:

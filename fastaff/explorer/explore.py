@@ -13,12 +13,12 @@ from ..analysis.sections.energy_sample import edge
 from ..base.numbers import numbers, positive, real
 from ..base.placing import placed
 from ..base.provenance import provenance
-from ..flows.checks import NATURAL, checked_model
+from ..flows.checks import checked_model, suited_scheme
+from ..flows.needs import check_given
 from ..formulas.section_text import section_named
 from ..jobs.system import Surface
-from ..models.contracts import Kind, driven, isotropic, kind_of, quadratic
-from ..models.maps import symplectic
 from ..models.sections import Stroboscopic
+from ..models.traits import traits_of
 from ..schemes.automatic import cheapest
 from ..schemes.catalogue import Splitting, scheme_named
 from .background import Found, background_record, found
@@ -144,17 +144,19 @@ def setup_of(
             p_gamma or own.p_gamma,
         )
         section = under.plan.section if section is None else section
-    chosen = named_body("neo-hookean") if body is None else checked_model(body, kinds=(*NATURAL, Kind.MAP, Kind.DRIVEN))
+    chosen = named_body("neo-hookean") if body is None else checked_model(body, needs="a page")
     accuracy, p_eta, p_gamma = positive("accuracy", accuracy), real("p_eta", p_eta), real("p_gamma", p_gamma)
-    if not isotropic(chosen) and (p_eta or p_gamma):
+    if not traits_of(chosen).isotropic and (p_eta or p_gamma):
         raise ValueError(f"p_eta and p_gamma belong to a Body, got {p_eta}, {p_gamma} for {type(chosen).__name__}")
-    systems, schemes, mapping = named_systems(), splittings(), kind_of(chosen) is Kind.MAP
+    systems, schemes, mapping = named_systems(), splittings(), traits_of(chosen).iterated
     usual = _usual(chosen, systems)
     start: dict[str, Any] = {"p_eta": p_eta, "p_gamma": p_gamma}
     if mapping:
-        _timeless(energy=energy, section=section, accuracy=None if accuracy == ACCURACY else accuracy, scheme=scheme)
+        given = {"energy": energy, "section": section, "scheme": scheme}
+        given["accuracy"] = None if accuracy == ACCURACY else accuracy
+        check_given(chosen, "a time", "a map is iterated as it is", **given)
         start |= plane_record(chosen, fixed, None if under is None else under.grid)
-    elif driven(chosen):
+    elif traits_of(chosen).driven:
         start |= _strobed(chosen, section, energy=energy, fixed=fixed, background=background)
     else:
         if fixed is not None:
@@ -169,7 +171,7 @@ def setup_of(
     start["system"] = "own" if usual is None else usual["name"]
     start["parameters"] = parameter_values(chosen)
     taken = cheapest(accuracy, True) if mapping else _scheme(scheme, accuracy, chosen)
-    if not mapping and not driven(chosen):
+    if not mapping and not traits_of(chosen).driven:
         cut = _section(section, chosen)
         start |= section_record(cut, chosen)
         _reached(chosen, cut, start)
@@ -190,23 +192,12 @@ def setup_of(
 
 def _strobed(body: Any, section: Any, **given: Any) -> dict[str, Any]:
     """Return where the page of a driven system begins: its states once a period, at a phase."""
-    for name, value in given.items():
-        if value is not None:
-            raise ValueError(
-                f"{name} does not go with a driven system, whose states once a period are shown; got {value!r}"
-            )
+    check_given(body, "a page of orbits", **given)
     cut = section_named(section, body) if isinstance(section, str) else Stroboscopic() if section is None else section
     if not isinstance(cut, Stroboscopic):
         raise TypeError(f"section must be Stroboscopic(phase) or 't=c' for a driven system, got {section!r}")
     kept: dict[str, Any] = {"energy": None, "section": planes(body)[0], "constant": None, "direction": 1, "others": {}}
     return {**kept, "phase": float(body.phase(real("section.phase", cut.phase)))}
-
-
-def _timeless(**given: Any) -> None:
-    """Refuse what a map does not have."""
-    for name, value in given.items():
-        if value is not None:
-            raise ValueError(f"{name} is for systems in time: a map is iterated as it is; got {value!r}")
 
 
 def _reached(body: Any, section: Any, start: dict[str, Any]) -> None:
@@ -262,13 +253,11 @@ def _section(section: Any, body: Any) -> Any:
 def _scheme(scheme: Any, accuracy: float, body: Any) -> Splitting:
     """Return the scheme, which must be a splitting that suits the body."""
     if scheme is None:
-        return cheapest(accuracy, quadratic(body))
+        return cheapest(accuracy, traits_of(body).quadratic)
     found = scheme_named(scheme) if isinstance(scheme, str) else scheme
     if not isinstance(found, Splitting):
         raise TypeError(f"scheme must be a splitting such as 'KAHAN_LI8' to run in a page, got {found!r}")
-    if found.nystrom and not quadratic(body):
-        raise ValueError(f"scheme {found.name} takes T quadratic in the momenta, which that of the body is not")
-    return found
+    return suited_scheme(found, body)
 
 
 def _points(points: Any) -> list[list[float]]:
@@ -282,9 +271,10 @@ def _points(points: Any) -> list[list[float]]:
 
 
 def _title(body: Any) -> str:
-    if driven(body):
+    traits = traits_of(body)
+    if traits.driven:
         return "Driven system"
-    if kind_of(body) is Kind.MAP:
+    if traits.iterated:
         return "Map of a formula" if hasattr(body, "formula") else type(body).__name__
     return "Body of a formula" if hasattr(getattr(body, "potential", body), "formula") else type(body).__name__
 
@@ -293,15 +283,15 @@ def _formula(body: Any) -> str:
     """Return what people read of a model: its formula, or its class."""
     inner = getattr(body, "potential", body)
     text = getattr(inner, "formula", None)
-    if driven(body) and isinstance(text, str):
+    if traits_of(body).driven and isinstance(text, str):
         return f"V = {text}, period {body.period:.6g}"
-    if kind_of(body) is Kind.MAP:
+    if traits_of(body).iterated:
         said = (
             "; ".join(part.strip() for part in text.replace("\n", ";").split(";") if part.strip())
             if isinstance(text, str)
             else type(inner).__name__
         )
-        return said if symplectic(body) else f"{said} (not symplectic)"
+        return said if traits_of(body).symplectic else f"{said} (not symplectic)"
     return f"V = {text}" if isinstance(text, str) else type(inner).__name__
 
 

@@ -18,7 +18,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..models.angles import Coordinates2
-from ..models.contracts import Kind, coordinate_names, driven, isotropic, kind_of, quadratic
+from ..models.traits import traits_of
 from .loops import loops_of, turns_around
 from .parameters import fields_of, numbers_in, parameter_name
 
@@ -70,10 +70,10 @@ def model_code(body: Any) -> dict[str, Any]:
     whose methods have no source, or a construct outside of the whitelist: arithmetic, elementary functions of numpy,
     tuples, assignments, conditions, calls of the model's own methods.
     """
-    if kind_of(body) is Kind.MAP:
+    if traits_of(body).iterated:
         return _map_code(body)
     n = body.degrees_of_freedom
-    kind = "body" if isotropic(body) else "driven" if driven(body) else "plane"
+    kind = "body" if traits_of(body).isotropic else "driven" if traits_of(body).driven else "plane"
     if kind == "driven" and n != 2:
         raise Refused(
             f"body must have one coordinate beside its time to be explored; {type(body).__name__} has {n - 1}"
@@ -81,7 +81,7 @@ def model_code(body: Any) -> dict[str, Any]:
     if n != (4 if kind == "body" else 2):
         raise Refused(
             "body must be one with a doubly isotropic potential, or a system of two coordinates, to be explored; "
-            f"{type(body).__name__} has the {n} coordinates {', '.join(coordinate_names(body))}"
+            f"{type(body).__name__} has the {n} coordinates {', '.join(traits_of(body).names)}"
         )
     q, p, d = ([f"{stem}{i}" for i in range(n)] for stem in "qpd")
     own = Part(body, ())
@@ -95,7 +95,7 @@ def model_code(body: Any) -> dict[str, Any]:
     if kind == "body":
         inner = Part(body.potential, ("potential",))
         wanted += [("V", inner, "value", ["A", "B"]), ("inside", inner, "margin", ["A", "B"])]
-    if hasattr(body, "tangent_force") and quadratic(body):
+    if hasattr(body, "tangent_force") and traits_of(body).quadratic:
         wanted.append(("tangent", own, "tangent_force", [*q, *d]))
     names = [name for name, _ in numbers_in(body, ())]
     methods = {key: _method(part, name, arguments, names) for key, part, name, arguments in wanted}
@@ -122,7 +122,7 @@ def _map_code(model: Any) -> dict[str, Any]:
         ("margin", "margin", rows[:n]),
     )
     methods = {key: _method(own, name, arguments, names) for key, name, arguments in wanted}
-    angles, winds = list(coordinate_names(model)), [float(period) > 0 for period in model.periods()]
+    angles, winds = list(traits_of(model).names), [float(period) > 0 for period in model.periods()]
     return {"kind": "map", "n": n, "parameters": names, "angles": angles, "winds": winds, "methods": methods}
 
 

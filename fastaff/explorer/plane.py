@@ -12,7 +12,8 @@ from ..analysis.sections.islands import rotation_number
 from ..base.status import Status
 from ..models.maps import jacobian
 from ..models.mechanics import inside
-from .setup import momentum_names, planes
+from ..models.traits import traits_of
+from .setup import planes
 
 SIZES = 1e-5 * 10.0 ** (np.arange(45) / 4)
 TRIED, STARTS, LOOKS, LONG, FAR, SOME = 64, 256, 200, 1000, 1e3, 1 / 16
@@ -33,7 +34,7 @@ class Plane(NamedTuple):
     @classmethod
     def of(cls, model: Any, name: str, others: dict[str, float] | None) -> Plane:
         """Return the plane of that name, such as "x,p"; ValueError where the map has none such."""
-        names, known = planes(model), [*model.coordinates, *momentum_names(model)]
+        names, known = planes(model), traits_of(model).row_names
         if name not in names:
             raise ValueError(f"the plane must be one of {'; '.join(names)}, got {name}")
         index = names.index(name)

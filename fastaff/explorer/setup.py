@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 import math
 from typing import Any
 
@@ -16,8 +15,8 @@ from ..base.numbers import real
 from ..formulas.map_source import MAX_ROWS
 from ..formulas.section_text import EQUALS, TURNING
 from ..jobs.system import described
-from ..models.contracts import Kind, coordinate_names, driven, isotropic, kind_of, moving
 from ..models.sections import Linear
+from ..models.traits import traits_of
 from ..schemes.catalogue import SCHEMES, Splitting
 from .javascript import model_code
 from .parameters import parameter_values
@@ -96,8 +95,9 @@ def named_body(name: str) -> Any:
 
 def system_record(body: Any, name: str, title: str, formula: str, start: dict[str, Any]) -> dict[str, Any]:
     """Return what a page has of a system."""
-    names, momenta = (list(rows(body)[: moving(body)]) for rows in (coordinate_names, momentum_names))
-    kind = "map" if kind_of(body) in (Kind.MAP, Kind.DRIVEN) else "body" if isotropic(body) else "plane"
+    traits = traits_of(body)
+    names, momenta = (list(rows[: traits.moving]) for rows in (traits.names, traits.row_names[traits.n :]))
+    kind = "map" if traits.iterated or traits.driven else "body" if traits.isotropic else "plane"
     sections: Any = BODY_SECTIONS
     if kind != "body":
         sections = [(plane, None) for plane in planes(body)] if kind == "map" else [(f"{q}=c", 0.0) for q in names]
@@ -114,7 +114,7 @@ def system_record(body: Any, name: str, title: str, formula: str, start: dict[st
         "energy": start["energy"],
         "p_eta": start["p_eta"],
         "p_gamma": start["p_gamma"],
-        "driven": driven(body),
+        "driven": traits.driven,
         "phase": start.get("phase"),
         "job": job_record(body),
     }
@@ -122,18 +122,13 @@ def system_record(body: Any, name: str, title: str, formula: str, start: dict[st
 
 def planes(model: Any) -> list[str]:
     """Return the planes of a map that a page has: each coordinate with its momentum."""
-    rows = zip(coordinate_names(model), momentum_names(model), strict=True)
-    return [f"{q},{p}" for q, p in itertools.islice(rows, moving(model))]
-
-
-def momentum_names(model: Any) -> tuple[str, ...]:
-    """Return the names of a model's momenta: its own, or p_q of each coordinate q."""
-    return tuple(getattr(model, "momenta", [f"p_{q}" for q in coordinate_names(model)]))
+    traits = traits_of(model)
+    return [f"{traits.row_names[k]},{traits.row_names[traits.n + k]}" for k in range(traits.moving)]
 
 
 def plane_record(model: Any, fixed: Any, grid: Any = None) -> dict[str, Any]:
     """Return where the page of a map begins: its plane, that of a grid where there is one, and what other rows are."""
-    rows = (*coordinate_names(model), *momentum_names(model))
+    rows = traits_of(model).row_names
     given = checked_names("fixed", () if fixed is None else fixed, "numbers")
     others = {named("fixed", name, rows): real(f"fixed[{name!r}]", value) for name, value in given.items()}
     plane = planes(model)[0]
@@ -198,13 +193,13 @@ def section_record(section: Any, body: Any) -> dict[str, Any]:
     """Return name, constant and direction of a section; TypeError for one that the explorer has not."""
     simple = {made: name for name, made in TURNING.items()}
     constant = {made: f"{name}=c" for name, made in EQUALS.items()}
-    kind = type(section)
-    if isotropic(body) and kind in simple:
+    kind, traits = type(section), traits_of(body)
+    if traits.isotropic and kind in simple:
         return {"section": simple[kind], "constant": None, "direction": int(section.direction)}
-    if isotropic(body) and kind in constant:
+    if traits.isotropic and kind in constant:
         return {"section": constant[kind], "constant": float(section.constant), "direction": int(section.direction)}
-    names = coordinate_names(body)
-    if isinstance(section, Linear) and not isotropic(body) and len(section.normal) == 4:
+    names = traits.names
+    if isinstance(section, Linear) and not traits.isotropic and len(section.normal) == 4:
         at = np.flatnonzero(section.normal)
         if at.size == 1 and at[0] < 2 and math.isfinite(section.offset):
             factor = float(section.normal[at[0]])
@@ -212,7 +207,7 @@ def section_record(section: Any, body: Any) -> dict[str, Any]:
             return {"section": f"{names[at[0]]}=c", "constant": section.offset / factor, "direction": direction}
     takes = (
         "AlphaTurning, BetaTurning, AlphaEquals, BetaEquals, AreaEquals"
-        if isotropic(body)
+        if traits.isotropic
         else f"Linear with one coordinate, {names[0]} = c or {names[1]} = c,"
     )
     raise TypeError(f"section must be {takes} for {type(body).__name__}, got {section!r}")

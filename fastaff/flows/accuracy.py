@@ -14,8 +14,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..models.contracts import driven
-from ..models.mechanics import turns
 from .flow import Flow, Wear
 from .motion import Motion
 from .time_transformed import TransformedFlow
@@ -133,7 +131,7 @@ def noise_of(flow: Flow | TransformedFlow, plan: Steps) -> np.ndarray:
     """Return the rounding errors (orbits,) of the kicks over SPAN radians, were they not amplified."""
     kicks = SPAN / np.maximum(plan.step * plan.motion.rate, 1e-300) * max(flow.scheme.stages, 1)
     noise = NOISE * plan.motion.far * (2.0 * np.ones_like(kicks) if flow.precise else np.sqrt(kicks))
-    return DRIVEN * noise if driven(flow.model) else noise
+    return DRIVEN * noise if flow.traits.driven else noise
 
 
 def wear_of(flow: Flow | TransformedFlow, plan: Steps) -> Wear | None:
@@ -165,7 +163,7 @@ def estimated(
     # The first steps are few: where they lead through a core, errors do not fall by the order yet.
     part = share_of(flow, plan) ** np.minimum(phase / SPAN, 1.0)
     noise = noise_of(flow, plan) * np.sqrt(spans)
-    if turns(flow.model):
+    if flow.traits.frame:
         angle = abs(flow.model.angular_velocity()) * phase / np.maximum(plan.motion.rate, 1e-300)
         noise = noise + TURNED * plan.motion.far * angle
     local = np.where(np.isnan(plan.local), apart / (spans * 2.0**order), plan.local)
@@ -220,7 +218,7 @@ def halved(
     apart, phase, weight = compare(fine, coarse, orbits)
     error, rounding = (weight * entry for entry in estimated(flow, plan, apart, phase))
     # Of chaotic and driven orbits one distance is too small by chance too often: a run that is not slowed is another.
-    again = ((error.max(axis=0) > accuracy) | driven(flow.model) | drifts(fine)) & (not flow.adaptive)
+    again = ((error.max(axis=0) > accuracy) | flow.traits.driven | drifts(fine)) & (not flow.adaptive)
     keep(orbits, fine, np.flatnonzero(~again), error)
     if not again.any():
         return

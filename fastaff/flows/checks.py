@@ -11,64 +11,35 @@ from ..base.numbers import numbers, shown
 from ..charts import Chart
 from ..compile.blocks import is_value, parameters
 from ..formulas.section_text import section_forms
-from ..models.contracts import (
-    Autonomous,
-    Kind,
-    Map,
-    Model,
-    Potential,
-    Section,
-    coordinate_names,
-    damped,
-    dimension,
-    driven,
-    kind_of,
-    moving,
-    planar,
-    quadratic,
-)
-from ..models.mechanics import kinetic_energies, potential_energies, turns
+from ..models.contracts import Autonomous, Map, Model, Potential, Section
+from ..models.mechanics import kinetic_energies, potential_energies
 from ..models.sections import Linear, Stroboscopic
+from ..models.traits import traits_of
 from ..schemes.catalogue import SCHEMES, RungeKutta, Splitting
 from ..schemes.time_transformed import TimeTransformed
+from .needs import check_kind, check_needs
 
 LARGEST = 1e150
 """Size of a model's parameters whose squares are still numbers."""
 
 
-NATURAL = (Kind.SEPARABLE,)
-"""Kinds of models whose energy is T(p) + V(q)."""
-
-CONSERVATIVE = (*NATURAL, Kind.ROTATING)
-"""Kinds of models that conserve an energy."""
-
-RUNS = (*CONSERVATIVE, Kind.DRIVEN)
-"""Kinds of models that run in time."""
-
-EVERY = (*RUNS, Kind.DAMPED, Kind.MAP, Kind.FLOW)
-"""These, with friction, maps, and dz/dt = f(z)."""
-
-
-def checked_model(model: Any, name: str = "body", kinds: tuple[Kind, ...] = RUNS) -> Any:
-    """Return `model` if it is a model of one of these kinds: a NamedTuple with the methods of the physics and finite
-    parameters.
+def checked_model(model: Any, name: str = "body", needs: str = "equations") -> Any:
+    """Return `model` if it is one with what is needed, of NEEDS: a NamedTuple with the methods of the physics and
+    finite parameters.
     """
     if not is_value(model):
         raise TypeError(
             f"{name} must be a model such as Body(Hyperelastic(C=1.0), mu=1.0) or HenonHeiles(), got {shown(model)} "
             f"({type(model).__name__}){_instead(model)}"
         )
-    missing = lacking(model, {Kind.MAP: Map, Kind.FLOW: Autonomous}.get(kind_of(model), Model))
+    traits = traits_of(model)
+    missing = lacking(model, Map if traits.iterated else Model if traits.canonical else Autonomous)
     if isinstance(model, Potential) and missing:
         raise TypeError(f"{name} {shown(model)} is a potential, no model: wrap it, Body({type(model).__name__}(...))")
     if missing:
         raise TypeError(f"{name} {type(model).__name__} has no {', '.join(missing)}")
-    kind = kind_of(model)
-    if kind not in kinds:
-        what = kind.value if isinstance(kind, Kind) else shown(kind)
-        runs = "; ".join(entry.value for entry in kinds)
-        raise TypeError(f"{name} {type(model).__name__} is {what}; what runs here is {runs}")
-    body = planar(model)
+    check_kind(model, name, needs)
+    body = traits.planar
     if body and not is_value(model.potential):
         raise TypeError(
             f"{name}.potential must be a NamedTuple such as Hyperelastic(C=1.0), got {model.potential!r}"
@@ -87,44 +58,37 @@ def checked_model(model: Any, name: str = "body", kinds: tuple[Kind, ...] = RUNS
         raise ValueError(f"{name} has a parameter beyond {LARGEST:g}, whose square overflows: {shown(model)}")
     if hasattr(model, "potential") and hasattr(model, "mu") and not model.mu > 0:
         raise ValueError(f"{name}.mu must be positive, got {model.mu!r}")
-    if kind is Kind.DRIVEN:
+    if traits.driven:
         _check_drive(name, model)
     _evaluated(name, model)
-    if turns(model):
+    if traits.frame:
+        _check_rate(name, model, "turns", "angular_velocity")
         _check_turning(name, model)
-    if damped(model):
-        _check_damping(name, model)
+    if traits.friction:
+        _check_rate(name, model, "has friction", "damping_rate")
     return model
 
 
-def _check_damping(name: str, model: Any) -> None:
-    """Refuse a model with friction whose rate is no number."""
+def _check_rate(name: str, model: Any, has: str, method: str) -> None:
+    """Refuse a model that has a term whose rate is no finite number."""
     try:
-        rate = float(model.damping_rate())
+        rate = float(getattr(model, method)())
     except (AttributeError, TypeError, ValueError, ArithmeticError) as problem:
-        raise TypeError(
-            f"{name} {type(model).__name__} has friction: it must have damping_rate(), a number ({problem})"
-        ) from None
+        raise TypeError(f"{name} {type(model).__name__} {has}: it must have {method}(), a number ({problem})") from None
     if not abs(rate) <= LARGEST:
-        raise ValueError(f"{name} {shown(model)} must have a finite friction, got {rate!r}")
+        raise ValueError(f"{name} {shown(model)} must have a finite {method}(), got {rate!r}")
 
 
 def _check_turning(name: str, model: Any) -> None:
-    """Refuse a model of a turning frame whose rate is no number, or whose kinetic energy the turning would change."""
-    n = model.degrees_of_freedom
-    try:
-        omega = float(model.angular_velocity())
-    except (AttributeError, TypeError, ValueError, ArithmeticError) as problem:
-        raise TypeError(
-            f"{name} {type(model).__name__} turns: it must have angular_velocity(), a number ({problem})"
-        ) from None
-    if not abs(omega) <= LARGEST:
-        raise ValueError(f"{name} {shown(model)} must turn at a finite rate, got {omega!r}")
+    """Refuse a model of a turning frame whose kinetic energy the turning would change."""
+    traits = traits_of(model)
+    n = traits.moving
     if n < 2:
         raise ValueError(f"{name} {type(model).__name__} must have two coordinates or more to turn, it has {n}")
-    mass = np.array([np.array(model.velocity(*unit), dtype=np.float64) for unit in np.eye(n)])
+    units = np.eye(traits.n)[:n]
+    mass = np.array([np.array(model.velocity(*unit), dtype=np.float64)[:n] for unit in units])
     round_ = mass[0, 0] == mass[1, 1] > 0 and not mass[0, 1:].any() and not mass[1, 2:].any() and not mass[1:, 0].any()
-    if not (quadratic(model) and round_ and not mass[2:, :2].any()):
+    if not (traits.quadratic and round_ and not mass[2:, :2].any()):
         raise ValueError(
             f"{name} {type(model).__name__} must have T = (p_x^2 + p_y^2)/2m + ... of its first two coordinates to "
             "turn: equal masses, and quadratic in the momenta"
@@ -142,7 +106,7 @@ def _check_drive(name: str, model: Any) -> None:
     if not hasattr(model, "phase"):
         raise TypeError(f"{what}: it must have phase(t), the time t reduced by whole periods")
     _, p = _some_point(model.degrees_of_freedom)
-    if not (moving(model) > 0 and model.velocity(*p)[-1] == 1.0):
+    if not (traits_of(model).moving > 0 and model.velocity(*p)[-1] == 1.0):
         raise ValueError(f"{what}: its last coordinate must be the time, whose velocity is 1")
 
 
@@ -163,59 +127,30 @@ def lacking(value: Any, contract: Any) -> list[str]:
 
 def _evaluated(name: str, model: Any) -> None:
     """Refuse a model whose parts do not fit together: each of its methods must give numbers at some point."""
-    if kind_of(model) is Kind.MAP:
-        return _evaluated_map(name, model)
-    for part in (model, getattr(model, "potential", None)):
-        _functions(part)
-    n = model.degrees_of_freedom
-    if kind_of(model) is Kind.FLOW:
-        return _evaluated_rates(name, model)
-    try:
-        q, p = _some_point(n)
-        with np.errstate(all="ignore"):
-            numbers_of = [
-                *(getattr(model, method)(*q) for method in ("potential_energy", "margin")),
-                model.kinetic_energy(*p),
-            ]
-            rows = model.force(*q), model.velocity(*p)
-        if [len(row) for row in rows] != [n, n] or any(
-            np.shape(number) != () for number in (*numbers_of, *rows[0], *rows[1])
-        ):
-            raise TypeError("one number for each coordinate is needed, and one for energies and the margin")
-    except (TypeError, ValueError, AttributeError, ArithmeticError) as problem:
-        raise TypeError(f"{name} {shown(model)} does not give numbers ({type(problem).__name__}: {problem})") from None
-
-
-def _evaluated_rates(name: str, model: Any) -> None:
-    """Refuse a flow whose parts do not fit together."""
-    d = dimension(model)
-    try:
-        if model.degrees_of_freedom != (d + 1) // 2:
-            raise TypeError(f"{d} variables take degrees_of_freedom = {(d + 1) // 2}, got {model.degrees_of_freedom}")
-        z = np.linspace(1.3, 0.2, d)
-        with np.errstate(all="ignore"):
-            rates, margin = model.rates(*z), model.margin(*z)
-        if len(rates) != d or any(np.shape(number) != () for number in (*rates, margin)):
-            raise TypeError("one number for each variable is needed, and one for the margin")
-    except (TypeError, ValueError, AttributeError, ArithmeticError) as problem:
-        raise TypeError(f"{name} {shown(model)} does not give numbers ({type(problem).__name__}: {problem})") from None
-
-
-def _evaluated_map(name: str, model: Any) -> None:
-    """Refuse a map whose parts do not fit together."""
-    q, p = _some_point(model.degrees_of_freedom)
+    traits = traits_of(model)
+    if traits.energetic:
+        for part in (model, getattr(model, "potential", None)):
+            _functions(part)
+    q, p = _some_point(traits.n)
+    single, length, each = [], traits.rows, "row"
     try:
         with np.errstate(all="ignore"):
-            rows = model.iterate(*q, *p), model.tangent_iterate(*q, *p, *p, *q), model.periods()
-            margin = model.margin(*q)
-        if [len(row) for row in rows] != [2 * len(q)] * 3 or any(np.shape(x) != () for row in rows for x in row):
-            raise TypeError("iterate, tangent_iterate and periods must give one number for each row")
-        if np.shape(margin) != ():
-            raise TypeError("the margin must be one number")
+            if traits.iterated:
+                rows = [model.periods(), model.iterate(*q, *p), model.tangent_iterate(*q, *p, *p, *q)]
+            elif traits.energetic:
+                rows, length, each = [model.force(*q), model.velocity(*p)], traits.n, "coordinate"
+                single = [model.potential_energy(*q), model.kinetic_energy(*p)]
+            else:
+                if traits.n != (length + 1) // 2:
+                    raise TypeError(f"{length} variables take degrees_of_freedom = {(length + 1) // 2}, got {traits.n}")
+                rows, each = [model.rates(*_some_point(length)[0])], "variable"
+            single.append(model.margin(*_some_point(traits.positions)[0]))
+        if any(len(row) != length for row in rows) or any(np.shape(x) != () for row in (single, *rows) for x in row):
+            raise TypeError(f"one number for each {each} is needed, and one for energies and the margin")
     except (TypeError, ValueError, AttributeError, ArithmeticError) as problem:
         raise TypeError(f"{name} {shown(model)} does not give numbers ({type(problem).__name__}: {problem})") from None
-    if not all(np.isfinite(period) and period >= 0 for period in rows[2]):
-        raise ValueError(f"{name} {shown(model)}: periods must be positive, or 0 for none, got {rows[2]}")
+    if traits.iterated and not all(np.isfinite(period) and period >= 0 for period in rows[0]):
+        raise ValueError(f"{name} {shown(model)}: periods must be positive, or 0 for none, got {rows[0]}")
 
 
 @functools.lru_cache
@@ -232,26 +167,23 @@ def _parameters(name: str, value: Any) -> np.ndarray:
         raise type(problem)(f"{name} has a wrong parameter: {problem}") from None
 
 
-def checked_tangent_model(model: Any, name: str = "body", kinds: tuple[Kind, ...] = RUNS) -> Any:
+def checked_tangent_model(model: Any, name: str = "body") -> Any:
     """Return `model` if it has what tangent vectors need: `tangent_force`, and a velocity linear in the momenta."""
-    checked_model(model, name, kinds)
-    if kind_of(model) is Kind.MAP:
-        return model
-    n = model.degrees_of_freedom
-    if kind_of(model) is Kind.FLOW:
-        if not hasattr(model, "tangent_rates"):
+    traits = traits_of(checked_model(model, name))
+    if not traits.energetic:
+        if not (traits.iterated or hasattr(model, "tangent_rates")):
             raise TypeError(f"{name} {type(model).__name__} needs tangent_rates(z..., dz...) for tangent vectors")
         return model
     try:
         with np.errstate(all="ignore"):
-            model.tangent_force(*np.linspace(1.3, 0.2, n), *np.ones(n))
+            model.tangent_force(*_some_point(traits.n)[0], *np.ones(traits.n))
     except AttributeError as problem:
         raise TypeError(
             f"{name} {type(model).__name__} has no second derivatives ({problem}): tangent vectors need "
             "tangent_force(q..., dq...) of a "
             "model, curvatures of a potential, one_variable(value, slope, curvature) of a function"
         ) from None
-    if not quadratic(model):
+    if not traits.quadratic:
         raise ValueError(
             f"{name} {type(model).__name__} must have a velocity linear in the momenta (T quadratic) for tangent "
             "vectors"
@@ -264,8 +196,7 @@ def checked_scheme(scheme: Any) -> Splitting | RungeKutta:
     if isinstance(scheme, TimeTransformed):
         raise TypeError(
             f"scheme {scheme.name} steps in a fictitious time: only integrate and poincare_map take it; got it "
-            "elsewhere, where a "
-            "Splitting or RungeKutta such as fastaff.KAHAN_LI8 is needed"
+            "elsewhere, where a Splitting or RungeKutta such as fastaff.KAHAN_LI8 is needed"
         )
     if not isinstance(scheme, (Splitting, RungeKutta)):
         raise TypeError(
@@ -277,12 +208,10 @@ def checked_scheme(scheme: Any) -> Splitting | RungeKutta:
 
 def suited_scheme(scheme: Any, model: Any, name: str = "body") -> Any:
     """Return `scheme` if its order holds for the model."""
-    if getattr(scheme, "nystrom", False) and damped(model):
-        raise ValueError(
-            f"scheme {scheme.name} has its order {scheme.order} only where forces depend on the coordinates alone, and "
-            f"{name} {type(model).__name__} has friction: take KAHAN_LI8"
-        )
-    if getattr(scheme, "nystrom", False) and not quadratic(model):
+    if not getattr(scheme, "nystrom", False):
+        return scheme
+    check_needs(model, "forces of the coordinates alone", got=scheme.name, order=scheme.order, argument=name)
+    if not traits_of(model).quadratic:
         raise ValueError(
             f"scheme {scheme.name} has its order {scheme.order} only where T is quadratic in the momenta, and that of "
             f"{name} {type(model).__name__} is not: take KAHAN_LI8"
@@ -332,8 +261,8 @@ def checked_section(section: Any, model: Any) -> Any:
         raise ValueError(f"section.direction must be -1, 0 or +1, got {shown(section.direction)}")
     if not np.all(np.isfinite(_parameters("section", section))):
         raise ValueError(f"section has a parameter that is not finite: {section!r}")
-    rows = dimension(model)
-    normal = getattr(section, "normal", None)
+    traits = traits_of(model)
+    rows, normal = traits.rows, getattr(section, "normal", None)
     try:
         if normal is not None and (len(normal) != rows or not any(normal)):
             raise TypeError
@@ -345,12 +274,12 @@ def checked_section(section: Any, model: Any) -> Any:
             f"the rows of z, and depend on one of them, such as {', '.join(section_forms(model))}"
         ) from None
     if isinstance(section, Stroboscopic):
-        if not driven(model):
+        if not traits.driven:
             raise ValueError(
                 f"section {section!r} is one of driven systems, with a period: {type(model).__name__} takes "
                 f"{', '.join(section_forms(model))}"
             )
-    elif driven(model):
+    elif traits.driven:
         _check_timeless(section, model)
     elif rows % 2 and type(section) is not Linear:
         raise TypeError(f"section must be Linear for an odd number of variables, here {rows}, got {section!r}")
@@ -361,7 +290,7 @@ def _check_timeless(section: Any, model: Any) -> None:
     """Refuse a section whose function changes with the time, which begins again after every period."""
     now = np.linspace(0.7, 1.9, 2 * model.degrees_of_freedom)
     later = now.copy()
-    later[moving(model)] += 0.3 * model.period
+    later[traits_of(model).moving] += 0.3 * model.period
     if section.value(*now) != section.value(*later):
         raise ValueError(
             f"section {section!r} of a driven system must not depend on its time t, but be one of constant t: "
@@ -373,14 +302,14 @@ def phase_points(name: str, z0: Any, model: Any) -> np.ndarray:
     """Return `z0` of shape (2n,) or (2n, orbits) as a fresh float64 array (2n, orbits) inside the model's domain; of a
     flow with an odd number of variables with the idle row below.
     """
-    rows, flow = dimension(model), kind_of(model) is Kind.FLOW
-    z = np.array(numbers(name, z0), order="C")
-    if driven(model) and z.ndim in (1, 2) and z.shape[0] == rows - 2:
+    traits = traits_of(model)
+    rows, z = traits.rows, np.array(numbers(name, z0), order="C")
+    if traits.driven and z.ndim in (1, 2) and z.shape[0] == rows - 2:
         z = np.insert(z, [rows // 2 - 1, rows - 2], 0.0, axis=0)  # t = 0 and p_t = 0
     if z.ndim not in (1, 2) or z.shape[0] != rows or z.size == 0:
         raise ValueError(
             f"{name} must have shape ({rows},) or ({rows}, orbits) for {type(model).__name__}, rows "
-            f"{', '.join(coordinate_names(model))}{'' if flow else ' and their momenta'}; got shape {z.shape}"
+            f"{', '.join(traits.names)}{' and their momenta' if traits.canonical else ''}; got shape {z.shape}"
             f"{' (orbits first: transpose it, z0.T)' if z.ndim == 2 and z.shape[1] == rows else ''}"
             f"{f' (a grid: flatten it, z0.reshape({rows}, -1))' if z.ndim > 2 and z.shape[0] == rows else ''}"
         )
@@ -388,10 +317,10 @@ def phase_points(name: str, z0: Any, model: Any) -> np.ndarray:
     bad = np.flatnonzero(~np.isfinite(z).all(axis=0))
     if bad.size:
         raise ValueError(f"{name} must be finite; orbit {bad[0]} is {z[:, bad[0]]} ({bad.size} such orbits)")
-    if driven(model):
-        z[moving(model)] = model.phase(z[moving(model)])
+    if traits.driven:
+        z[traits.moving] = model.phase(z[traits.moving])
     with np.errstate(all="ignore"):
-        margin = np.broadcast_to(model.margin(*z[: rows if flow else rows // 2]), z.shape[1:])
+        margin = np.broadcast_to(model.margin(*z[: traits.positions]), z.shape[1:])
     outside = np.flatnonzero(~(margin > 0))
     if outside.size:
         raise ValueError(
@@ -421,7 +350,7 @@ def energy_drift(model: Any, z: np.ndarray, energy: np.ndarray, scale: np.ndarra
     What rounding of E or of z may make, as where V has a large constant or an orbit rests, does not count; 0 with
     friction.
     """
-    if damped(model):
+    if traits_of(model).friction:
         return np.where(np.isfinite(z).all(axis=0), 0.0, np.inf)
     with np.errstate(all="ignore"):
         T, V = kinetic_energies(model, z), potential_energies(model, z)

@@ -2,25 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
 from ..charts import ALPHA_BETA, ELLIPTIC, R_VARTHETA, TWO_POLAR, Chart
-from ..models.contracts import Kind, coordinate_names, kind_of
 
 NAMED = (ALPHA_BETA, R_VARTHETA, TWO_POLAR, ELLIPTIC)
 """Charts in which a name means one coordinate."""
-
-
-def row_names(model: Any) -> tuple[str, ...]:
-    """Return the names of the rows of z (2n, ...): the model's coordinates, or q1 to qn, then their momenta; of a flow
-    its variables.
-    """
-    names = coordinate_names(model)
-    if kind_of(model) is Kind.FLOW:
-        return names
-    return (*names, *getattr(model, "momenta", [f"p_{name}" for name in names]))
 
 
 def in_chart(z: np.ndarray, chart: Chart) -> np.ndarray:

@@ -22,9 +22,9 @@ from ..kernels import crossings
 from ..kernels.drive import AdaptiveSteps, FixedSteps, run_adaptive, run_fixed
 from ..kernels.samples import WEAR_ROWS
 from ..kernels.stepping import Blocks, Coefficients
-from ..models.contracts import Kind, damped, dimension, driven, kind_of, moving
-from ..models.mechanics import energies, kinetic_energies, slopes, turns
-from ..schemes.catalogue import ITERATION, RungeKutta, Splitting
+from ..models.mechanics import energies, kinetic_energies, slopes
+from ..models.traits import Traits, traits_of
+from ..schemes.catalogue import RungeKutta, Splitting
 from . import observers
 from .checks import energy_drift
 from .ensemble import Ensemble
@@ -114,14 +114,19 @@ class Flow:
     vectors: int = 0
 
     @property
+    def traits(self) -> Traits:
+        """The traits of the model."""
+        return traits_of(self.model)
+
+    @property
     def adaptive(self) -> bool:
         """Whether the scheme controls its step."""
         return self.scheme.adaptive
 
     @property
-    def exact(self) -> bool:
-        """Whether it is a map: there is no step to shorten."""
-        return self.scheme is ITERATION
+    def fixed(self) -> bool:
+        """Whether it takes equal steps in time."""
+        return not (self.adaptive or self.traits.iterated)
 
     @property
     def alike(self) -> bool:
@@ -140,9 +145,9 @@ class Flow:
         """Rows that blocks of states need besides: those of the rotations of drifts, or of the friction of kicks."""
         if not isinstance(self.scheme, Splitting):
             return 0
-        if damped(self.model):
+        if self.traits.friction:
             return damping.spare_rows(self.scheme.kick_array.size)
-        return spare_rows(self.scheme.drift_array.size) if turns(self.model) else 0
+        return spare_rows(self.scheme.drift_array.size) if self.traits.frame else 0
 
     def ensemble(
         self, z0: np.ndarray, deviations: np.ndarray | None = None, radius: np.ndarray | None = None
@@ -170,7 +175,7 @@ class Flow:
         size, speed = np.abs(z0).max(axis=0), np.abs(slopes(self.model, z0)).max(axis=0)
         guess = np.where(speed > 0, 0.01 * size / np.where(speed > 0, speed, 1.0), 0.01)
         guess = np.where(guess > 0, guess, 1e-6)
-        if driven(self.model):
+        if self.traits.driven:
             guess = np.full_like(guess, 1e-3 * self.model.period)
         return np.where(np.isfinite(self.step), self.step, guess)
 
@@ -195,7 +200,7 @@ class Flow:
         """Return the flow with the longest steps up to its own of which a multiple of `parts` is `time`; itself if
         adaptive.
         """
-        return self if self.adaptive or self.exact else replace(self, step=time / (parts * self.steps(time / parts)))
+        return replace(self, step=time / (parts * self.steps(time / parts))) if self.fixed else self
 
     def sized(self, step: np.ndarray) -> Flow:
         """Return the flow with steps of those sizes (orbits,); an adaptive one, whose step counts as 1, with tolerances
@@ -251,14 +256,13 @@ class Flow:
         """Return the model's phase points (2n, ...) of rows z of an ensemble: these themselves, a time of theirs within
         its period, without an idle row.
         """
-        if driven(self.model):
-            z[moving(self.model)] = self.model.phase(z[moving(self.model)])
-        return z[: dimension(self.model)]
+        if self.traits.driven:
+            z[self.traits.moving] = self.model.phase(z[self.traits.moving])
+        return z[: self.traits.rows]
 
     def section(self, section: Any) -> Any:
         """Return a section of the model as one of the flow's states: itself, or with a 0 for an idle row."""
-        rows = 2 * self.model.degrees_of_freedom
-        idle = rows - dimension(self.model)
+        idle = 2 * self.traits.n - self.traits.rows
         return section._replace(normal=(*section.normal, 0.0)) if idle else section
 
     def trajectory(self, ensemble: Ensemble, time: float, count: int, report: Report | None) -> tuple[np.ndarray, bool]:
@@ -277,7 +281,7 @@ class Flow:
         except KeyboardInterrupt:
             interrupted = True
         self.states(states.transpose(2, 0, 1))
-        return states.transpose(1, 2, 0)[:, : dimension(self.model)], interrupted
+        return states.transpose(1, 2, 0)[:, : self.traits.rows], interrupted
 
     def sampled(
         self,
@@ -351,7 +355,7 @@ class Flow:
             rtol=self.rtol,
             atol=self.atol,
             own=self.model.degrees_of_freedom,
-            mixed=kind_of(self.model) is Kind.FLOW,
+            mixed=not self.traits.canonical,
             cadence=float(time / observations) if observations else 0.0,
             renew=self.vectors > 0,
         )
@@ -393,8 +397,7 @@ class Flow:
         found = self._blocks(), self._coefficients(), function
         if doubtful.size:
             steps = float(crossings.SLOW * doubtful.size)
-            arguments = *found, records, doubtful
-            launch(crossings.bracket, arguments, units(doubtful.size), 0.0, self.threads, None, steps)
+            launch(crossings.bracket, (*found, records, doubtful), units(doubtful.size), 0.0, self.threads, None, steps)
         arguments = *found, float(section.direction), records, where
         steps = float(crossings.USUAL * where.size)
         launch(crossings.locate, arguments, units(where.size), float(where.size), self.threads, report, steps)

@@ -11,9 +11,9 @@ from ..base.status import Status
 from ..base.sums import length, total
 from ..compile.threads import by_portions
 from ..kernels.averages import scales
-from ..models.contracts import Kind, driven, kind_of
 from ..models.maps import jacobian
-from ..models.mechanics import frame_rate, kinetic_energies, seen, slopes, turns, velocities, without_time
+from ..models.mechanics import frame_rate, kinetic_energies, seen, slopes, velocities, without_time
+from ..models.traits import traits_of
 from ..schemes.catalogue import ITERATION, KAHAN_LI8
 from .flow import Flow
 from .reaches import ESCAPE, FARTHEST, escape_radii
@@ -89,7 +89,7 @@ def natural_rates(model: Any, z: np.ndarray, threads: int = 1) -> np.ndarray:
     """Return the natural angular frequency (orbits,) of each orbit from z (2n, orbits), see `Motion`; of a flow how
     fast its velocity turns at the start.
     """
-    return _turning(model, z) if kind_of(model) is Kind.FLOW else motion(model, z, threads).rate
+    return motion(model, z, threads).rate if traits_of(model).canonical else _turning(model, z)
 
 
 def _turning(model: Any, z: np.ndarray) -> np.ndarray:
@@ -108,7 +108,7 @@ def motion(model: Any, z: np.ndarray, threads: int = 1) -> Motion:
     The look's step is fitted to what it finds until it is about a fifth of a radian.
     Cost: 64 steps a look, mostly one or two.
     """
-    if kind_of(model) is Kind.MAP:
+    if traits_of(model).iterated:
         return _motion_of_map(model, z, threads)
     n, orbits = z.shape[0] // 2, z.shape[1]
     one, each = np.zeros(orbits), np.zeros((n, orbits))
@@ -187,7 +187,7 @@ def _observed(model: Any, z: np.ndarray) -> Motion:
         whole = np.maximum(rate, turning)
         position, momentum = np.sqrt(2 * kinetic * own) / rate, np.sqrt(2 * kinetic / own) * (whole / rate)
         winding = np.full((n, orbits), math.inf)
-        if driven(model):
+        if traits_of(model).driven:
             position[-1], momentum[-1], winding[-1] = model.period, kinetic, model.period
         far = np.where((position > 0) & np.isfinite(reach), reach / position, 1.0).max(axis=0)
         far, pace = np.maximum(far, 1.0), np.maximum(whole, drive)
@@ -196,7 +196,7 @@ def _observed(model: Any, z: np.ndarray) -> Motion:
 
 def drive_rate(model: Any) -> float:
     """Return the angular frequency of a model's drive; 0 where it has none."""
-    return 2 * math.pi / float(model.period) if driven(model) else 0.0
+    return 2 * math.pi / float(model.period) if traits_of(model).driven else 0.0
 
 
 def fastest_rates(model: Any, z: np.ndarray, step: Any) -> np.ndarray:
@@ -239,7 +239,7 @@ def _measured(model: Any, states: np.ndarray, W: np.ndarray) -> tuple[np.ndarray
     T, rate, largest = np.empty((samples, orbits)), np.empty(orbits), np.empty(orbits)
     with np.errstate(all="ignore"):
         v, p, F = _seen(model, z)
-        T[:] = kinetic_energies(model, np.concatenate([z[:n], p]) if turns(model) else z)
+        T[:] = kinetic_energies(model, np.concatenate([z[:n], p]) if traits_of(model).frame else z)
         scales(np.ascontiguousarray(W), F, v, p, T, rate, largest)
     return rate, largest
 
@@ -305,8 +305,8 @@ def _turned(model: Any, W: np.ndarray, q: np.ndarray, shift: np.ndarray) -> np.n
 def _seen(model: Any, z: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return velocities, momenta and forces (n, ...) as they are seen in the model's frame."""
     n = z.shape[0] // 2
-    if turns(model):
-        return velocities(model, z), *seen(model, z)
+    if traits_of(model).frame:
+        return without_time(model, velocities(model, z)), *seen(model, z)
     return _velocity(model, z[n:]), z[n:], _force(model, z[:n])
 
 

@@ -10,14 +10,14 @@ import numpy as np
 
 from ..base.numbers import numbers, positive, shown
 from ..compile.threads import checked_threads
-from ..models.contracts import Kind, damped, driven, kind_of, quadratic
-from ..models.mechanics import turns
+from ..models.traits import traits_of
 from ..schemes.automatic import Automatic, Trial, cheapest
 from ..schemes.catalogue import DOP853, ITERATION, KAHAN_LI8, RungeKutta, Splitting
 from ..schemes.time_transformed import TimeTransformed
-from .checks import EVERY, checked_model, checked_scheme, phase_points, suited_scheme
+from .checks import checked_model, checked_scheme, phase_points, suited_scheme
 from .flow import Flow, Report
 from .motion import motion
+from .needs import check_given, check_needs
 from .time_transformed import prepared
 from .trials import chosen_steps, on_ladder, trials_in_time
 
@@ -110,27 +110,19 @@ class Options:
 
 def suited(options: Options, model: Any) -> Options:
     """Return the options with the scheme that a kind of model needs; raises ValueError where they have another."""
-    if damped(model) and isinstance(options.scheme, (Automatic, TimeTransformed)):
-        raise ValueError(
-            f"scheme {getattr(options.scheme, 'name', 'AUTO')} goes by the energy, which {type(model).__name__} loses "
-            "by friction: take KAHAN_LI8, or DOP853"
-        )
-    if kind_of(model) is not Kind.FLOW:
+    scheme = options.scheme
+    if isinstance(scheme, (Automatic, TimeTransformed)):
+        check_needs(model, "a scheme by energy", got=getattr(scheme, "name", "AUTO"))
+    if traits_of(model).canonical:
         return options
-    scheme = DOP853 if options.scheme is None else options.scheme
+    scheme = DOP853 if scheme is None else scheme
     if not isinstance(scheme, RungeKutta):
-        raise ValueError(
-            f"scheme {getattr(scheme, 'name', scheme)!s} needs coordinates and momenta: {type(model).__name__} is "
-            "dz/dt = f(z), which Runge-Kutta schemes run, such as DOP853, VERNER9 and RK4"
-        )
-    if options.accuracy is not None:
-        raise ValueError(
-            f"accuracy is relative to the amplitudes of a motion with an energy; {type(model).__name__} is dz/dt = "
-            f"f(z): give rtol and atol, got accuracy={options.accuracy!r}"
-        )
-    if not scheme.adaptive and options.step is None:
-        raise ValueError(f"step must be given with {scheme.name}, which has no control of steps, for dz/dt = f(z)")
-    return replace(options, scheme=scheme)
+        check_needs(model, "a splitting", got=str(getattr(scheme, "name", scheme)))
+    check_given(model, "an accuracy", accuracy=options.accuracy)
+    options = replace(options, scheme=scheme)
+    if options.fixed and options.step is None:
+        check_needs(model, "a step of its own", got=scheme.name)
+    return options
 
 
 class Plan(NamedTuple):
@@ -163,28 +155,21 @@ def plan(
     The choice of a scheme, and the step in s of a `TimeTransformed` one, follow from a sample of the orbits, some 64
     evenly from their order: they belong to the set. A step in time belongs to its orbit alone.
     """
-    z = phase_points("z0", z0, checked_model(model, kinds=EVERY))
-    if kind_of(model) is Kind.MAP:
+    z = phase_points("z0", z0, checked_model(model))
+    traits = traits_of(model)
+    if traits.iterated:
         return _iterated(model, z, options)
     scheme, step, threads, why = options.scheme, options.step, checked_threads(options.threads), []
-    if isinstance(scheme, TimeTransformed) and driven(model):
-        raise TypeError(
-            f"scheme {scheme.name} steps in a fictitious time, which a driven system has not: take a splitting or a "
-            "Runge-Kutta scheme such as fastaff.KAHAN_LI8"
-        )
+    if isinstance(scheme, TimeTransformed):
+        check_needs(model, "a fictitious time", got=scheme.name)
     if scheme is None:
         wanted = options.accuracy or error or ACCURACY
         scheme = KAHAN_LI8
         if step is None:
-            scheme = cheapest(wanted, quadratic(model) and not damped(model))
+            scheme = cheapest(wanted, traits.quadratic and not traits.friction)
             why.append(f"{scheme.name} for an accuracy of {wanted:.1e}")
-    if isinstance(scheme, TimeTransformed) and turns(model):
-        raise ValueError(
-            f"scheme {scheme.name} takes H = T(p) + V(q), and {type(model).__name__} turns: take KAHAN_LI8, AUTO or "
-            "DOP853"
-        )
     if isinstance(scheme, Automatic):
-        every = transformed and not turns(model) and not driven(model)
+        every = transformed and not traits.frame and not traits.driven
         chosen = _chosen(model, z, scheme if every else scheme.in_time, options, threads, time)
         scheme, step = chosen.scheme, chosen.step if isinstance(chosen.scheme, TimeTransformed) else None
         why.append(f"{scheme.name} by trial: energy error {chosen.error:.1e}, {chosen.cost:.3g} forces per unit time")
@@ -212,7 +197,7 @@ def plan(
 
 def iterates(model: Any, name: str, count: Any) -> float:
     """Return a time: of a map a whole number of iterates, else any positive number."""
-    if kind_of(model) is not Kind.MAP:
+    if not traits_of(model).iterated:
         return positive(name, count)
     number = positive(name, count)
     if number != math.floor(number):
@@ -222,17 +207,16 @@ def iterates(model: Any, name: str, count: Any) -> float:
 
 def _iterated(model: Any, z: np.ndarray, options: Options) -> Plan:
     """Return the plan of a map, which has neither scheme nor step."""
-    for name in ("scheme", "step", "accuracy"):
-        given = getattr(options, name)
-        if given is not None and given is not ITERATION:
-            raise ValueError(f"{name} is for systems in time: a map is iterated as it is; got {shown(given)}")
+    scheme = None if options.scheme is ITERATION else options.scheme
+    given = {"scheme": scheme, "step": options.step, "accuracy": options.accuracy}
+    check_given(model, "a time", "a map is iterated as it is", **given)
     flow = Flow(model, ITERATION, 1.0, options.rtol, options.atol, checked_threads(options.threads))
     return Plan(flow, z, "a map, iterated as it is")
 
 
 def _chosen(model: Any, z: np.ndarray, scheme: Automatic, options: Options, threads: int, time: float | None) -> Trial:
     """Return what an automatic scheme chooses for a run over `time`."""
-    scheme = scheme.suited(quadratic(model))
+    scheme = scheme.suited(traits_of(model).quadratic)
     tried = trials_in_time(model, z, scheme, options.rtol, options.atol, threads, time)
     for candidate in scheme.candidates:
         if isinstance(candidate, TimeTransformed):

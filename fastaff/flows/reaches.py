@@ -12,8 +12,8 @@ from ..compile.blocks import model_block, parameters
 from ..compile.jit import LANES
 from ..compile.packing import run_units
 from ..kernels import escape
-from ..models.contracts import Kind, driven, kind_of, moving
-from ..models.mechanics import energies, least_energies, slopes, turning_mass, turns
+from ..models.mechanics import energies, least_energies, slopes, turning_mass
+from ..models.traits import traits_of
 
 FARTHEST, ESCAPE = 1e150, 1e6
 """Distance whose square is still a number; escape radius in units of the orbit's own size."""
@@ -28,7 +28,7 @@ def escape_radii(model: Any, z: np.ndarray, energy: np.ndarray | None = None) ->
     nor the zero of V. Orbits of a map end where they are no longer finite, and no distance counts: a start near a fixed
     point says nothing of the size.
     """
-    if kind_of(model) in (Kind.MAP, Kind.FLOW):
+    if not traits_of(model).energetic:
         return np.full(z.shape[1], FARTHEST)
     limit = energies(model, z) if energy is None else energy
     with np.errstate(all="ignore"):
@@ -40,11 +40,12 @@ def _reaches(model: Any, z: np.ndarray, limit: np.ndarray) -> np.ndarray:
     """Return the distances from the origin (orbits,), or of turning points, to two digits, of orbits from z with these
     energies.
     """
-    n, total, orbits = moving(model), model.degrees_of_freedom, z.shape[1]
+    traits = traits_of(model)
+    n, total, orbits = traits.moving, traits.n, z.shape[1]
     speeds, centrifugal = slopes(model, z), 0.0
-    if driven(model):  # the line goes through the potential of one moment
+    if traits.driven:  # the line goes through the potential of one moment
         limit, speeds = limit - z[-1], np.concatenate([speeds[:n], speeds[n + 1 : -1]])
-    if turns(model):
+    if traits.frame:
         centrifugal = 0.5 * turning_mass(model) * float(model.angular_velocity()) ** 2
     q, distances = np.ascontiguousarray(z[:total]), _distances()
     size, along = length(q[:n]), np.zeros((total, orbits))
@@ -68,7 +69,7 @@ def _reaches(model: Any, z: np.ndarray, limit: np.ndarray) -> np.ndarray:
     if near.size:  # the turns of an orbit that starts next to the origin may lie beyond what its distance tells
         centred, own = np.array(z[:, near]), limit[near]
         centred[:n] = 0.0
-        far = _reaches(model, centred, own + (z[-1, near] if driven(model) else 0.0))
+        far = _reaches(model, centred, own + (z[-1, near] if traits.driven else 0.0))
         reach[near] = np.where(far > 10.0 ** escape.OWN[1] * reach[near], far, reach[near])
     return reach
 

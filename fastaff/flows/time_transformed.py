@@ -15,6 +15,7 @@ from ..kernels.crossings import LOCATED, NOTHING, RECORD
 from ..kernels.time_levels import ROWS
 from ..models.mechanics import energies, potential_energies
 from ..models.sections import Linear
+from ..models.traits import Traits
 from ..schemes.automatic import TRIAL_ORBITS, spread, trial_rounds
 from ..schemes.catalogue import DOP853
 from ..schemes.time_transformed import (
@@ -67,6 +68,11 @@ class TransformedFlow:
     def model(self) -> Any:
         """The transformed model."""
         return self.flow.model
+
+    @property
+    def traits(self) -> Traits:
+        """The traits of the transformed model."""
+        return self.flow.traits
 
     @property
     def threads(self) -> int:

@@ -12,7 +12,7 @@ from .grammar import Program, checked_name, parse
 from .potential_source import constant, method
 from .printing import Lines
 
-TAG = Kind.MAP.value
+TAG = Kind.MAP.equations
 """What the request of a map begins with: no formula of a potential can be this text."""
 
 _PRIMED = re.compile(r"([A-Za-z]\w*)'")

@@ -274,6 +274,11 @@ def hamiltonian_model(
     """Return the text of a system of particles on lines: T = sum p_i^2/2 m_i + V(q), perhaps in a frame that turns at
     the rate omega, or with friction at the rate damping.
     """
+    more: Sequence[str] = ()
+    if omega is not None:
+        more = _with_rate("ROTATING", "in a turning frame", "angular_velocity", "the frame turns", omega)
+    elif damping is not None:
+        more = _with_rate("DAMPED", "with friction", "damping_rate", "momenta are lost", damping)
     what = f"{len(d.coordinates)} degrees of freedom, T = {'sum p_i^2/2 m_i' if masses else '|p|^2/2'}"
     return model(
         "FormulaHamiltonian",
@@ -285,31 +290,17 @@ def hamiltonian_model(
         clamped=(),
         angles="Loops()",
         before=loops(d.coordinates),
-        imports="" if omega is None and damping is None else "\nfrom fastaff.models.contracts import Kind\n",
-        more=_turning(omega) if omega is not None else () if damping is None else _damping(damping),
+        imports="\nfrom fastaff.models.contracts import Kind\n" if more else "",
+        more=more,
     )
 
 
-def _turning(omega: Any) -> Sequence[str]:
-    """Return the methods of a frame that turns."""
+def _with_rate(kind: str, of: str, name: str, doc: str, rate: Any) -> Sequence[str]:
+    """Return the methods of a system whose equations have a term with a rate: its kind, and the rate."""
     work = Lines(())
-    (rate,) = work.add([omega])
-    return (
-        constant("kind", "H = T(p) + V(q) in a turning frame.", "Kind.ROTATING"),
-        method(
-            "angular_velocity", (), "Return the rate at which the frame turns.", work, [f"1.0*({rate})"], single=True
-        ),
-    )
-
-
-def _damping(damping: Any) -> Sequence[str]:
-    """Return the methods of a system with friction."""
-    work = Lines(())
-    (rate,) = work.add([damping])
-    return (
-        constant("kind", "H = T(p) + V(q) with friction.", "Kind.DAMPED"),
-        method("damping_rate", (), "Return the rate at which momenta are lost.", work, [f"1.0*({rate})"], single=True),
-    )
+    (text,) = work.add([rate])
+    named = method(name, (), f"Return the rate at which {doc}.", work, [f"1.0*({text})"], single=True)
+    return constant("kind", f"H = T(p) + V(q) {of}.", f"Kind.{kind}"), named
 
 
 def driven_model(d: Description, V: Any, walls: Sequence[Any], period: Any, *, masses: bool) -> str:

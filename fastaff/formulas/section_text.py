@@ -6,8 +6,8 @@ import re
 from typing import Any
 
 from ..base.names import named, spelled
-from ..models.contracts import coordinate_names, dimension, driven, isotropic, moving, planar
 from ..models.sections import AlphaEquals, AlphaTurning, AreaEquals, BetaEquals, BetaTurning, Linear, Stroboscopic
+from ..models.traits import traits_of
 from .number import number
 
 TURNING: dict[str, Any] = {"alpha-turning": AlphaTurning, "beta-turning": BetaTurning}
@@ -17,16 +17,17 @@ EQUALS: dict[str, Any] = {"alpha": AlphaEquals, "beta": BetaEquals, "area": Area
 
 def section_forms(model: Any) -> tuple[str, ...]:
     """Return the texts that stand for sections of a model, with c for a number."""
-    coordinates = tuple(f"{name}=c" for name in coordinate_names(model))
-    if not planar(model):
+    traits = traits_of(model)
+    coordinates = tuple(f"{name}=c" for name in traits.names)
+    if not traits.planar:
         return coordinates
-    return (*TURNING, *(f"{name}=c" for name in EQUALS), *(() if isotropic(model) else coordinates))
+    return (*TURNING, *(f"{name}=c" for name in EQUALS), *(() if traits.isotropic else coordinates))
 
 
 def section_named(text: str, model: Any, direction: int = 1, *, argument: str = "section") -> Any:
     """Return the section of a model that a text stands for. Raises ValueError with the forms that there are."""
-    forms = section_forms(model)
-    text = VANISHING.get(re.sub(r"\s", "", text).lower(), text) if planar(model) else text
+    forms, traits = section_forms(model), traits_of(model)
+    text = VANISHING.get(re.sub(r"\s", "", text).lower(), text) if traits.planar else text
     name, equals, constant = text.partition("=")
     form = named(argument, f"{name.strip()}=c" if equals else name.strip(), forms)
     if not equals:
@@ -35,12 +36,12 @@ def section_named(text: str, model: Any, direction: int = 1, *, argument: str = 
     if not constant.strip():
         raise ValueError(f"{argument} {form} needs a number for c, such as {name}=0.2, got {text!r}")
     value = number(f"{argument} {form}: c", constant)
-    if planar(model) and name in EQUALS:
+    if traits.planar and name in EQUALS:
         return EQUALS[name](value, direction)
-    row = coordinate_names(model).index(name)
-    if driven(model) and row == moving(model):
+    row = traits.names.index(name)
+    if traits.driven and row == traits.moving:
         return Stroboscopic(value)
-    return Linear(tuple(float(k == row) for k in range(dimension(model))), value, direction)
+    return Linear(tuple(float(k == row) for k in range(traits.rows)), value, direction)
 
 
 def canonical(text: str) -> str:
@@ -61,14 +62,15 @@ def canonical(text: str) -> str:
 
 def section_in_words(section: Any, model: Any) -> str:
     """Return the text that stands for a section, its repr where none does."""
+    traits = traits_of(model)
     for name, kind in {**TURNING, **EQUALS}.items():
         if type(section) is kind:
             return f"{name}={section.constant:g}" if hasattr(section, "constant") else name
-    if type(section) is Stroboscopic and driven(model):
-        return f"{coordinate_names(model)[moving(model)]}={section.phase:g}"
+    if type(section) is Stroboscopic and traits.driven:
+        return f"{traits.names[traits.moving]}={section.phase:g}"
     rows = [k for k, entry in enumerate(getattr(section, "normal", ())) if entry]
-    if type(section) is Linear and len(rows) == 1 and rows[0] < len(coordinate_names(model)):
-        return f"{coordinate_names(model)[rows[0]]}={section.offset / section.normal[rows[0]]:g}"
+    if type(section) is Linear and len(rows) == 1 and rows[0] < len(traits.names):
+        return f"{traits.names[rows[0]]}={section.offset / section.normal[rows[0]]:g}"
     return repr(section)
 
 

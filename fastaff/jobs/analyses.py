@@ -17,8 +17,8 @@ from ..analysis.tori.action_angles import action_angles
 from ..base.names import named, spelled
 from ..base.numbers import nonnegative, positive, whole
 from ..flows.motion import typical_rate
-from ..models.contracts import Kind, kind_of
 from ..models.sections import Stroboscopic
+from ..models.traits import traits_of
 from ..schemes.catalogue import SCHEMES, VERNER9
 from .wording import Wrong
 
@@ -53,7 +53,7 @@ class Run:
 
     def build(self, body: Any = None) -> dict[str, Any]:
         """Return the options of the library's functions; of a map it has threads alone."""
-        if body is not None and kind_of(body) is Kind.MAP:
+        if body is not None and traits_of(body).iterated:
             return {"threads": self.threads}
         accuracy = {} if self.accuracy is None else {"accuracy": positive("accuracy", self.accuracy)}
         return {**accuracy, "scheme": self.scheme_value(), "step": self.step, "threads": self.threads}
@@ -109,7 +109,7 @@ class Poincare:
         time = self.max_time
         if isinstance(few.section, Stroboscopic) and time is not None:
             raise Wrong("--max-time does not go with a section of constant t: its crossings are a period apart")
-        if isinstance(few.section, Stroboscopic) or kind_of(few.body) is Kind.MAP:
+        if isinstance(few.section, Stroboscopic) or traits_of(few.body).iterated:
             return {"crossings": self.crossings}
         if time is None:
             pace = return_times(*few, run.build())
@@ -120,7 +120,7 @@ class Poincare:
 
     def compute(self, orbits: Orbits, settled: dict[str, Any], run: Run, report: Any = None) -> Any:
         """Return the SectionMap of orbits."""
-        if isinstance(orbits.section, Stroboscopic) or kind_of(orbits.body) is Kind.MAP:  # which take no time
+        if isinstance(orbits.section, Stroboscopic) or traits_of(orbits.body).iterated:  # which take no time
             settled = {"crossings": settled["crossings"]}
         how = {**settled, **run.build(orbits.body)}
         return poincare_map(orbits.body, orbits.z0, section=orbits.section, report=report, **how)
@@ -152,8 +152,6 @@ class Frequencies:
     def settled(self, few: Orbits, run: Run) -> dict[str, Any]:
         """Return the time."""
         self.check(run)
-        if kind_of(few.body) is Kind.MAP:
-            return {"time": float(self.time or self.periods or 1000.0)}
         if self.periods is None:
             return {"time": 1000.0 if self.time is None else float(self.time)}
         return {"time": self.periods * median_return(few, run.build())}
@@ -210,8 +208,6 @@ class Chaos:
         number = self.returns()
         if number is None:
             return {"time": float(self.time)}  # type: ignore[arg-type]
-        if kind_of(few.body) is Kind.MAP:
-            return {"time": number}
         # Step control gets through steep walls.
         return {"time": number * median_return(few, {"scheme": VERNER9, "threads": run.threads})}
 
@@ -283,8 +279,8 @@ TRIAL = 64
 def return_times(body: Any, section: Any, z0: np.ndarray, choices: dict[str, Any]) -> np.ndarray:
     """Return the mean time between crossings of each of a few orbits, NaN where there are none."""
     few = np.ascontiguousarray(z0[:, :: -(-z0.shape[1] // TRIAL)])
-    if isinstance(section, Stroboscopic):
-        return np.full(few.shape[1], float(body.period))
+    if isinstance(section, Stroboscopic) or traits_of(body).iterated:
+        return np.full(few.shape[1], 1.0 if section is None else float(body.period))
     loose = {name: value for name, value in choices.items() if name != "accuracy"}
     found = poincare_map(body, few, section=section, crossings=16, max_time=300.0 / typical_rate(body, few), **loose)
     return np.array([t[n - 1] / n if n else np.nan for t, n in zip(found.times.T, found.counts)])
@@ -299,7 +295,7 @@ def enough_time(pace: np.ndarray, section: Any, crossings: int) -> float:
 
 def median_return(few: Orbits, choices: dict[str, Any]) -> float:
     """Return the median time of return to the section."""
-    if few.section is None:
+    if few.section is None and not traits_of(few.body).iterated:
         raise Wrong("--periods needs a section; give --time")
     pace = return_times(*few, choices)
     if np.isnan(pace).all():

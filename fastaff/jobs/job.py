@@ -16,10 +16,10 @@ import numpy as np
 from ..base.names import did_you_mean
 from ..base.numbers import numbers, shown, whole
 from ..base.short_forms import starts_of
-from ..flows.checks import EVERY, checked_model, phase_points
-from ..flows.coordinates import row_names
+from ..flows.checks import checked_model, phase_points
+from ..flows.needs import check_given
 from ..formulas.number import number
-from ..models.contracts import Kind, dimension, driven, kind_of, moving
+from ..models.traits import traits_of
 from .analyses import ANALYSES, TRIAL, Actions, Analysis, Chaos, Frequencies, Motion, Orbits, Poincare, Run
 from .launch import Launch, Points, Starts, some
 from .scans import Cases, Scan, ScanOfChaos
@@ -38,7 +38,7 @@ class Plan(NamedTuple):
     @property
     def rows(self) -> tuple[str, ...]:
         """Names of the rows of a point: coordinates, or the parameters of a scan."""
-        return getattr(self.launch, "names", None) or row_names(self.body)
+        return getattr(self.launch, "names", None) or traits_of(self.body).row_names
 
     def few(self) -> Orbits:
         """Return orbits for a trial, spread over the launch set."""
@@ -105,7 +105,7 @@ class Job:
                 value = replace(value, **taken)
                 object.__setattr__(self, name, value.canonical() if hasattr(value, "canonical") else value)
             elif name == "model":
-                checked_model(value, "model", EVERY)
+                checked_model(value, "model")
                 object.__setattr__(self, name, described(value) or value)
             elif name == "starts":
                 value = starts_of(value)
@@ -129,8 +129,9 @@ class Job:
     def plan(self) -> Plan:
         """Return system, section, launch set and analyses; raises ValueError or TypeError for parts that do not fit."""
         body = self.model.build() if isinstance(self.model, Model) else self.model
-        if kind_of(body) is Kind.MAP:
-            self._check_map()
+        traits = traits_of(body)
+        if traits.iterated:
+            self._check_map(body)
         if self.scan is not None:
             return self._scan(body, self.scan)
         timed = any(getattr(entry, "periods", None) is not None for entry in self.analyses().values())
@@ -141,22 +142,22 @@ class Job:
             needed |= not self.starts.by_name or (self.chaos_map is not None and self.chaos_map.time is None)
             return Plan(body, section if needed else None, launch, self.analyses())
         z0 = self.starts.read() if isinstance(self.starts, Starts) else numbers("starts", self.starts)
-        if driven(body) and z0.shape[0] == 2 * moving(body) and z0.size:
+        if traits.driven and z0.shape[0] == 2 * traits.moving and z0.size:
             z0 = phase_points("starts", z0, body)  # at t = 0
-        if z0.shape[0] != dimension(body) or not z0.shape[1]:
-            raise ValueError(f"starts must be phase points ({dimension(body)}, orbits), got {z0.shape}")
+        if z0.shape[0] != traits.rows or not z0.shape[1]:
+            raise ValueError(f"starts must be phase points ({traits.rows}, orbits), got {z0.shape}")
         section = self.surface.section_of(body) if needed else None
         return Plan(body, section, Points(z0), self.analyses())
 
-    def _check_map(self) -> None:
+    def _check_map(self, body: Any) -> None:
         """Refuse what a map does not have."""
-        for name in ("scheme", "step", "accuracy"):
-            if getattr(self.run, name) is not None:
-                raise Wrong(f"--{name} is for systems in time: a map is iterated as it is")
+        run = {f"--{name}": getattr(self.run, name) for name in ("scheme", "step", "accuracy")}
+        check_given(body, "a time", "a map is iterated as it is", **run)
         if self.scan is not None:
             raise Wrong("--scan takes random starts of a section, which a map does not have")
-        if self.poincare is not None and self.poincare.max_time is not None:
-            raise Wrong("--max-time is for systems in time: the crossings of a map are its iterates")
+        if self.poincare is not None:
+            late = {"--max-time": self.poincare.max_time}
+            check_given(body, "a time", "the crossings of a map are its iterates", **late)
 
     def _scan(self, body: Any, scan: Scan) -> Plan:
         """Return the plan of a scan."""

@@ -14,8 +14,7 @@ from ..analysis.sections.named_axes import Launching, checked_energy, launching
 from ..base.names import pairs
 from ..base.numbers import fits
 from ..formulas.number import number
-from ..models.contracts import kind_of
-from ..models.mechanics import FREE
+from ..models.traits import traits_of
 from .system import Surface
 from .wording import Wrong
 
@@ -87,7 +86,7 @@ class Starts:
             fits("--orbits", self.orbits, itemsize=1)
         if self.seed < 0:
             raise Wrong(f"--seed must be at least 0, got {self.seed}")
-        if self.by_name or section is None or kind_of(body) in FREE or not on_section(body, section):
+        if self.by_name or section is None or not traits_of(body).conserves or not on_section(body, section):
             return self._by_name(body, section, surface)
         cells = _cells(self.grid or default)
         fits("--grid", *cells, itemsize=1)
@@ -126,7 +125,7 @@ class Starts:
             raise Wrong(f"give --microcanonical or --{'at-rest' if self.at_rest else 'solve'}, not both")
         if self.microcanonical and self.orbits is None:
             raise Wrong("--microcanonical needs --orbits, how many are drawn")
-        free = kind_of(body) in FREE
+        free = not traits_of(body).conserves
         here = None if free or self.microcanonical or self.at_rest or self.solve is not None else section
         sign = -1 if surface.direction == "-1" and (self.solve is not None) else 1
         fixed = {name: number(f"--fixed {name}", text) for name, text in pairs("--fixed", self.fixed or (), "VALUE")}

@@ -10,12 +10,12 @@ import numpy as np
 from ..analysis.sections.energy_limits import may_escape
 from ..base.names import named, pairs, spelled
 from ..base.status import Status
+from ..flows.needs import check_given
 from ..formulas.library import Request
 from ..formulas.map_source import MapRequest
 from ..formulas.number import number
 from ..formulas.section_text import canonical, section_forms, section_named
-from ..models.contracts import Kind, driven, kind_of, moving
-from ..models.mechanics import FREE
+from ..models.traits import traits_of
 from .wording import Wrong
 
 MODELS = {
@@ -222,16 +222,15 @@ class Surface:
 
     def build(self, body: Any) -> Any:
         """Return the section; refuse an energy that is not given. A map has neither."""
-        if kind_of(body) is Kind.MAP:
-            for name in ("energy", "section"):
-                if getattr(self, name) is not None:
-                    raise Wrong(f"--{name} is for systems in time: a map has none")
+        traits = traits_of(body)
+        if traits.iterated:
+            check_given(body, "a time", "a map has none", **{"--energy": self.energy, "--section": self.section})
             return None
-        if kind_of(body) in FREE:
+        if not traits.conserves:
             if self.energy is not None:
                 raise Wrong("--energy is for systems that keep one: those of --flow and --friction do not")
             return self.section_of(body)
-        if driven(body):
+        if traits.driven:
             raise Wrong("--file is required: the starts of a driven system, rows of coordinates and momenta")
         if self.energy is None:
             raise Wrong("--energy is required: the energy of every orbit, for example --energy 1.5")
@@ -244,11 +243,12 @@ class Surface:
 
     def section_of(self, body: Any) -> Any:
         """Return the section, None of a map."""
-        if kind_of(body) is Kind.MAP:
+        traits = traits_of(body)
+        if traits.iterated:
             return None
         if self.direction not in ("+1", "1", "-1", "0", "+0"):
             raise Wrong(f"--direction must be +1, -1 or 0, got {self.direction}")
-        own = section_forms(body)[moving(body) if driven(body) else 0]  # of a driven system, a constant time
+        own = section_forms(body)[traits.moving if traits.driven else 0]  # of a driven system, a constant time
         text = self.section or own.replace("=c", "=0")
         return section_named(text, body, int(self.direction), argument="--section")
 
@@ -261,7 +261,7 @@ def described(value: Any) -> Model | None:
     """Return the options that build this model, None where none do."""
     import fastaff
 
-    inner = getattr(value, "potential", value)
+    inner, traits = getattr(value, "potential", value), traits_of(value)
     mu = float(getattr(value, "mu", 1.0)) if inner is not value else 1.0
     fields: dict[str, Any] = (
         {name: float(entry) for name, entry in zip(inner._fields, inner)} if hasattr(inner, "_fields") else {}
@@ -274,7 +274,7 @@ def described(value: Any) -> Model | None:
         rotation, magnetic, friction = (repr(fields.pop(name)) if how == name else how for name, how in rates.items())
         parameter = [f"{name}={entry!r}" for name, entry in fields.items()] or None
         domain = getattr(inner, "domain", None)
-        if kind_of(value) is Kind.MAP:
+        if traits.iterated:
             rows = (*value.coordinates, *value.momenta)
             angles = [f"{name}={text}" for name, text in zip(rows, MapRequest(*value._request).periods) if text]
             found = Model(
@@ -284,13 +284,13 @@ def described(value: Any) -> Model | None:
                 parameter=parameter,
                 domain=domain,
             )
-        elif kind_of(value) is Kind.FLOW:
+        elif not traits.canonical:
             found = Model(flow=text, parameter=parameter, domain=domain)
         elif inner is not value:
             found = Model(formula=text, parameter=parameter, domain=domain, mu=mu)
         else:
-            coordinates, period = " ".join(value.coordinates[: moving(value)]), None
-            if driven(value):
+            coordinates, period = " ".join(value.coordinates[: traits.moving]), None
+            if traits.driven:
                 said = fields.pop("period", None)
                 period = Request(*value._request).period if said is None else repr(said)
                 parameter = [f"{name}={entry!r}" for name, entry in fields.items()] or None

@@ -7,24 +7,12 @@ scalars, which kernels compile, and of arrays. `fastaff.flows.checks` refuses wh
 from __future__ import annotations
 
 from collections.abc import Callable
-from enum import Enum
 from typing import Any, Protocol, runtime_checkable
 
-import numpy as np
+from ..compile.kinds import Kind as Kind
 
 Arithmetic = Callable[..., Any]
 """A function of numbers or arrays."""
-
-
-class Kind(Enum):
-    """What a model's motion is made of. A model without `kind` is SEPARABLE."""
-
-    SEPARABLE = "H = T(p) + V(q)"
-    DRIVEN = "H = T(p) + V(q, t) with a period in t"
-    ROTATING = "H = T(p) + V(q) in a rotating frame or a uniform magnetic field"
-    DAMPED = "H = T(p) + V(q) with a friction in proportion to the momenta"
-    FLOW = "dz/dt = f(z)"
-    MAP = "z -> M(z)"
 
 
 @runtime_checkable
@@ -183,55 +171,3 @@ class Angles(Protocol):
     @property
     def signals(self) -> Arithmetic:
         """Re Q, Im Q, Re P, Im P of each angle at a phase point."""
-
-
-def kind_of(model: Any) -> Kind:
-    """Return what a model's motion is made of."""
-    return getattr(model, "kind", Kind.SEPARABLE)
-
-
-def driven(model: Any) -> bool:
-    """Tell whether a model's last coordinate is the time."""
-    return kind_of(model) is Kind.DRIVEN
-
-
-def moving(model: Any) -> int:
-    """Return how many coordinates a model has beside the time."""
-    return model.degrees_of_freedom - driven(model)
-
-
-def damped(model: Any) -> bool:
-    """Tell whether a model has a friction in proportion to its momenta."""
-    return kind_of(model) is Kind.DAMPED
-
-
-def dimension(model: Any) -> int:
-    """Return the number of rows of a model's phase points: 2n, or that of the variables of a flow."""
-    return len(model.coordinates) if kind_of(model) is Kind.FLOW else 2 * model.degrees_of_freedom
-
-
-def planar(model: Any) -> bool:
-    """Tell whether a model is a body in the planes a and b: it has a potential and says whether it is isotropic."""
-    return hasattr(model, "potential") and hasattr(model, "isotropic")
-
-
-def isotropic(model: Any) -> bool:
-    """Tell whether a model is a body in the planes a and b whose angular momenta p_eta and p_gamma are conserved."""
-    return bool(getattr(model, "isotropic", False))
-
-
-def coordinate_names(model: Any) -> tuple[str, ...]:
-    """Return the names of a model's coordinates: its own, or q1 to qn."""
-    return tuple(getattr(model, "coordinates", [f"q{i + 1}" for i in range(model.degrees_of_freedom)]))
-
-
-def quadratic(model: Any) -> bool:
-    """Tell whether the kinetic energy of a model is quadratic in the momenta: its velocity is linear in them (that of
-    the time is 1).
-    """
-    n, kept = model.degrees_of_freedom, slice(moving(model))
-    p, d = np.linspace(0.3, 1.1, n), np.linspace(-0.7, 0.4, n)
-    with np.errstate(all="ignore"):
-        v = np.array(model.velocity(*p))[kept]
-        rest = np.array(model.velocity(*(p + d)))[kept] - v - np.array(model.velocity(*d))[kept]
-    return bool(np.abs(rest).max() <= 1e-12 * np.abs(v).max())

@@ -1,4 +1,4 @@
-"""What a model says of phase points: velocities, forces, energies. The one place that knows a model's `Kind`.
+"""What a model says of phase points: velocities, forces, energies, whatever terms its equations have.
 
 A map has no energy, nor has dz/dt = f(z): it is 0, as their kinetic energy is, so that nothing drifts.
 """
@@ -9,18 +9,14 @@ from typing import Any
 
 import numpy as np
 
-from .contracts import Kind, damped, dimension, driven, kind_of, moving
-
-WITHOUT_ENERGY = (Kind.MAP, Kind.FLOW)
-FREE = (*WITHOUT_ENERGY, Kind.DAMPED)
-"""Kinds of models that have no energy, and those that keep none."""
+from .traits import traits_of
 
 
 def velocities(model: Any, z: np.ndarray) -> np.ndarray:
     """Return dq/dt (n, ...) at phase points z (2n, ...)."""
     n = model.degrees_of_freedom
     v = _rows(model.velocity(*z[n:]), z)
-    return v + _turned(model, z[:n]) if turns(model) else v
+    return v + _turned(model, z[:n]) if traits_of(model).frame else v
 
 
 def tangent_velocities(model: Any, dp: np.ndarray) -> np.ndarray:
@@ -33,28 +29,29 @@ def tangent_velocities(model: Any, dp: np.ndarray) -> np.ndarray:
 
 def without_time(model: Any, rows: np.ndarray) -> np.ndarray:
     """Return rows (n, ...) of coordinates or momenta, those of the time of a driven model, if it is one, set to 0."""
-    if not driven(model):
+    traits = traits_of(model)
+    if not traits.driven:
         return rows
     kept = rows.copy()
-    kept[moving(model)] = 0.0
+    kept[traits.moving] = 0.0
     return kept
 
 
 def forces(model: Any, z: np.ndarray) -> np.ndarray:
     """Return dp/dt (n, ...) at phase points z (2n, ...)."""
-    n = model.degrees_of_freedom
+    n, traits = model.degrees_of_freedom, traits_of(model)
     f = _rows(model.force(*z[:n]), z)
-    if damped(model):
-        return f - model.damping_rate() * z[n:]
-    return f + _turned(model, z[n:]) if turns(model) else f
+    f = f - model.damping_rate() * z[n:] if traits.friction else f
+    return f + _turned(model, z[n:]) if traits.frame else f
 
 
 def slopes(model: Any, z: np.ndarray) -> np.ndarray:
     """Return dz/dt (2n, ...) at phase points z (2n, ...): velocities and forces."""
-    if kind_of(model) is Kind.MAP:
+    traits = traits_of(model)
+    if traits.iterated:
         return np.zeros(z.shape)
     with np.errstate(all="ignore"):
-        if kind_of(model) is Kind.FLOW:
+        if not traits.canonical:
             return _rates(model, z)
         return np.concatenate([velocities(model, z), forces(model, z)])
 
@@ -63,7 +60,7 @@ def kinetic_energies(model: Any, z: np.ndarray) -> np.ndarray:
     """Return the kinetic energy, the scale of energy errors, of phase points z (2n, ...): T of the momenta, also in a
     turning frame.
     """
-    if kind_of(model) in WITHOUT_ENERGY:
+    if not traits_of(model).energetic:
         return _full(0.0, z)
     with np.errstate(all="ignore"):
         return _full(model.kinetic_energy(*z[model.degrees_of_freedom :]), z)
@@ -71,14 +68,13 @@ def kinetic_energies(model: Any, z: np.ndarray) -> np.ndarray:
 
 def potential_energies(model: Any, z: np.ndarray) -> np.ndarray:
     """Return what is left of the energy beside the kinetic one, of phase points z (2n, ...): with p_t where driven."""
-    if kind_of(model) in WITHOUT_ENERGY:
+    n, traits = model.degrees_of_freedom, traits_of(model)
+    if not traits.energetic:
         return _full(0.0, z)
-    n = model.degrees_of_freedom
     with np.errstate(all="ignore"):
         V = _full(model.potential_energy(*z[:n]), z)
-        if driven(model):
-            return V + z[-1]
-        return V - model.angular_velocity() * (z[0] * z[n + 1] - z[1] * z[n]) if turns(model) else V
+        V = V + z[-1] if traits.driven else V
+        return V - model.angular_velocity() * (z[0] * z[n + 1] - z[1] * z[n]) if traits.frame else V
 
 
 def energies(model: Any, z: np.ndarray) -> np.ndarray:
@@ -89,14 +85,13 @@ def energies(model: Any, z: np.ndarray) -> np.ndarray:
 
 def inside(model: Any, z: np.ndarray) -> np.ndarray:
     """Tell which phase points z (2n, ...) lie where the potential lives."""
-    rows = dimension(model) if kind_of(model) is Kind.FLOW else model.degrees_of_freedom
     with np.errstate(all="ignore"):
-        return _full(model.margin(*z[:rows]), z) > 0
+        return _full(model.margin(*z[: traits_of(model).positions]), z) > 0
 
 
 def _rates(model: Any, z: np.ndarray) -> np.ndarray:
     """Return the rates of a flow, 0 in an idle row."""
-    found, rows = np.zeros(z.shape), dimension(model)
+    found, rows = np.zeros(z.shape), traits_of(model).rows
     for row, number in zip(found, model.rates(*z[:rows]), strict=False):
         row[...] = number
     return found
@@ -105,14 +100,9 @@ def _rates(model: Any, z: np.ndarray) -> np.ndarray:
 # --- turning frames -------------------------------------------------------------------------------------------------
 
 
-def turns(model: Any) -> bool:
-    """Tell whether the frame of a model's first two coordinates turns."""
-    return kind_of(model) is Kind.ROTATING
-
-
 def frame_rate(model: Any) -> float:
     """Return |Omega| of a turning frame, 0 for other models."""
-    return abs(float(model.angular_velocity())) if turns(model) else 0.0
+    return abs(float(model.angular_velocity())) if traits_of(model).frame else 0.0
 
 
 def turning_mass(model: Any) -> float:
@@ -127,7 +117,7 @@ def least_energies(model: Any, q: np.ndarray) -> np.ndarray:
     with np.errstate(all="ignore"):
         V = np.empty(q.shape[1:])
         V[...] = model.potential_energy(*q)
-        if turns(model):
+        if traits_of(model).frame:
             V -= 0.5 * turning_mass(model) * model.angular_velocity() ** 2 * (q[0] * q[0] + q[1] * q[1])
         return V
 
@@ -135,7 +125,7 @@ def least_energies(model: Any, q: np.ndarray) -> np.ndarray:
 def at_rest(model: Any, q: np.ndarray) -> np.ndarray:
     """Return the momenta (n, ...) of rest at places q (n, ...): 0, but in a turning frame."""
     p = np.zeros(q.shape)
-    return p - turning_mass(model) * _turned(model, q) if turns(model) else p
+    return p - turning_mass(model) * _turned(model, q) if traits_of(model).frame else p
 
 
 def seen(model: Any, z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

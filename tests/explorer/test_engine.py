@@ -35,7 +35,7 @@ from fastaff.explorer.page import page, script, worker_text
 from fastaff.explorer.parameters import parameter_values
 from fastaff.explorer.setup import NAMED, named_body
 from fastaff.formulas.grammar import parse
-from fastaff.models.contracts import Kind, kind_of
+from fastaff.models.traits import traits_of
 
 RNG = np.random.default_rng(1515)
 FUNCTIONS = {name: getattr(math, name) for name in ("sqrt", "exp", "log", "sin", "cos", "tan", "sinh", "cosh", "tanh")}
@@ -231,7 +231,7 @@ def check_values(codes, bodies, tolerance):
 
 @needs_node
 def test_printed_methods_have_pythons_values():
-    bodies = [body for body in map(named_body, NAMED) if kind_of(body) is not Kind.MAP] + [
+    bodies = [body for body in map(named_body, NAMED) if not traits_of(body).iterated] + [
         Pendulum(),
         fa.reduced(fa.Body(fa.NeoHookean()), p_eta=0.3, p_gamma=0),
     ]

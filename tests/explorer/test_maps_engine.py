@@ -12,9 +12,10 @@ import fastaff as fa
 from fastaff.explorer.explore import setup_of
 from fastaff.explorer.javascript import model_code
 from fastaff.explorer.parameters import parameter_values
-from fastaff.explorer.setup import momentum_names, planes
+from fastaff.explorer.setup import planes
 from fastaff.models import FroeschleMap, HenonMap, McMillanMap, OneTurnMap, StandardMap
 from fastaff.models.maps import jacobian
+from fastaff.models.traits import traits_of
 
 RNG = np.random.default_rng(1604)
 CAT = fa.mapping("x1 = a*x + y; y1 = (a*b - 1)*x + b*y", periods={"x": "w", "y": "w"}, a=2.0, b=1.0, w=1.0)
@@ -39,7 +40,7 @@ def drawn_maps():
 def told(model, accuracy=1e-10):
     """The first message to the worker of a map."""
     message = system_message(model, accuracy)
-    message["system"]["momenta"] = list(momentum_names(model))
+    message["system"]["momenta"] = list(traits_of(model).row_names[traits_of(model).n :])
     return message
 
 

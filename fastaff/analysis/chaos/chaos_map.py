@@ -15,11 +15,12 @@ from ...base.recipe import recorded
 from ...base.results import Result, put
 from ...base.short_forms import starts_of, takes
 from ...base.status import Status, describe
-from ...flows.checks import EVERY, checked_model
+from ...flows.checks import checked_model
 from ...flows.flow import Flow, Report, energy_error, mark_drift
 from ...flows.options import Options, iterates, plan
 from ...kernels.readings import LN10
-from ...models.contracts import Model, driven, moving
+from ...models.contracts import Model
+from ...models.traits import traits_of
 from ...schemes.catalogue import RungeKutta, Splitting, scheme_of
 from ..orbits.tangent_map import stable_plan
 from .indicator import MANY, Character, Indicator, checked_indicators, judged, refuse
@@ -200,9 +201,9 @@ def chaos_map(
     options = Options(
         scheme, step, rtol=rtol, atol=atol, energy_tolerance=energy_tolerance, threads=threads, report=report
     )
-    chosen = checked_indicators(indicators, checked_model(body, kinds=EVERY))
+    chosen = checked_indicators(indicators, checked_model(body))
     slots = whole("history", history, 0)
-    tangent = [entry for entry in chosen if entry.vectors(moving(body))]
+    tangent = [entry for entry in chosen if entry.vectors(traits_of(body).moving)]
     if flag("early_stop", early_stop) and len(tangent) < len(chosen):
         raise ValueError("early_stop takes indicators of tangent vectors only: the others need the whole time")
     flow, z, _ = (stable_plan if tangent else plan)(body, z0, options)
@@ -217,7 +218,7 @@ def chaos_map(
         return _result(work, options.drift, False)
 
     found = mapped(flow, z, deviations, report)
-    for halving in range(1, 1 + (HALVINGS if step is None and not (flow.adaptive or flow.exact) else 0)):
+    for halving in range(1, 1 + (HALVINGS if step is None and flow.fixed else 0)):
         drifted = np.flatnonzero(found.status == Status.ENERGY_DRIFT)
         if drifted.size:
             shorter = flow.of(drifted)
@@ -293,7 +294,7 @@ def _result(work: ChaosRun, tolerance: float, unfinished: bool) -> ChaosMap:
         time=work.time,
         scheme=work.flow.scheme,
         step=work.flow.step,
-        period=float(work.flow.model.period) if driven(work.flow.model) else None,
+        period=float(work.flow.model.period) if work.flow.traits.driven else None,
     )
 
 

@@ -19,7 +19,7 @@ from ...base.results import Result
 from ...base.short_forms import axes_of, names_of, takes
 from ...base.status import Status
 from ...flows.flow import Report
-from ...models.contracts import Kind, kind_of
+from ...models.traits import traits_of
 from ...schemes.catalogue import VERNER9, RungeKutta, Splitting, scheme_of
 from ..sections.energy_grid import NotReached
 from .chaos_map import chaos_map
@@ -309,7 +309,7 @@ def _fill(scan, cell, make, time, run, step, scheme, second, indicators, report)
     length = positive("time", time(body, z0) if callable(time) else time)
     found = run(body, z0, time=length, step=step, scheme=scheme, report=report)
     lost = np.flatnonzero(np.isin(found.status, TOO_STEEP))
-    second = None if kind_of(body) is Kind.MAP else second  # which has no steps
+    second = None if traits_of(body).iterated else second  # which has no steps
     if second is not None and lost.size:
         found = found.replaced(lost, run(body, z0[:, lost], time=length, scheme=second))
     fine = found.status == Status.OK

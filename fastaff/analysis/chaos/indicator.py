@@ -12,7 +12,7 @@ import numpy as np
 from ...base.names import named
 from ...base.numbers import real
 from ...flows.flow import Flow, Report
-from ...models.contracts import Kind, driven, kind_of
+from ...flows.needs import check_needs
 from .own_passes import Watch
 
 MANY = 100.0
@@ -114,19 +114,11 @@ def refuse(where: str, indicator: Any, body: Any, flow: Flow | None = None) -> N
     """
     needs, name = [named(f"{where}.needs", need, NEEDS) for need in indicator.needs], type(indicator).__name__
     needs += ["flow"] if getattr(indicator, "across_flow", False) else []
-    losing = {Kind.DAMPED: "has friction", Kind.FLOW: "is dz/dt = f(z)"}.get(kind_of(body))
-    if "energy" in needs and losing:
-        raise TypeError(
-            f"indicators of {type(body).__name__}, which {losing}, are those of tangent vectors, such as "
-            f"LyapunovSpectrum(), Lyapunov() and SALI(), got {indicator!r}"
-        )
-    if "flow" in needs and driven(body):
-        raise ValueError(
-            f"{where}, {indicator.name}, does not suit a driven system, whose flow goes along the time and does not go "
-            "back: take FLI, MEGNO, SALI or the Lyapunov spectrum"
-        )
-    if "flow" in needs and kind_of(body) is Kind.MAP:
-        raise ValueError(f"{name} needs a flow, along which a map does not go: take FLI or GALI")
+    if "energy" in needs:
+        instead = "those of tangent vectors, such as LyapunovSpectrum(), Lyapunov() and SALI()"
+        check_needs(body, "an indicator of the energy", instead=instead, got=repr(indicator))
+    if "flow" in needs:
+        check_needs(body, "an indicator along the flow", argument=f"{where}, {indicator.name},", got=name)
     if flow is not None and "fixed steps" in needs and flow.adaptive:
         raise ValueError(f"{name} needs a scheme of fixed steps, got {flow.scheme.name}")
     if flow is not None and "splitting" in needs and not flow.scheme.symplectic:

@@ -22,7 +22,7 @@ from ...base.names import named
 from ...base.numbers import whole
 from ...flows.flow import Flow, Report
 from ...kernels import readings
-from ...models.contracts import Kind, dimension, driven, kind_of
+from ...models.traits import traits_of
 from ..frequencies.frequency_map import checked_angles
 from .indicator import MANY, Indicator, VectorIndicator, is_indicator
 from .own_passes import Watch, frequency_diffusion, kinetic_averages, kinetic_samples, reversibility_error, zero_one
@@ -45,7 +45,8 @@ def _decades(phase: Any) -> Any:
 
 def moving_rows(body: Any) -> int:
     """Return how many tangent vectors can differ: rows of the state without the time and its momentum."""
-    return dimension(body) - 2 * driven(body)
+    traits = traits_of(body)
+    return traits.rows - 2 * traits.driven
 
 
 class _Growth(VectorIndicator):
@@ -359,7 +360,7 @@ class FrequencyDiffusion(Indicator):
 
     def check(self, where: str, body: Any) -> None:
         """Refuse angles that the body has not."""
-        if kind_of(body) not in (Kind.MAP, Kind.FLOW):
+        if traits_of(body).energetic:
             checked_angles(self.angles, body)
 
     def compute(self, flow: Flow, z0: np.ndarray, time: float, rates: np.ndarray, report: Report | None) -> tuple:

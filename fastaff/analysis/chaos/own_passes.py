@@ -84,7 +84,7 @@ def kinetic_samples(samples: int | None, flow: Flow, time: float, rates: np.ndar
     stride = np.maximum(1, seen // wanted)
     counts = np.minimum(wanted, seen // stride).astype(np.int64)
     fits("ZeroOne.samples", rates.size, int(counts.max()))
-    sparse = flow.exact | (time * rates * stride / seen > DENSE)
+    sparse = flow.traits.iterated | (time * rates * stride / seen > DENSE)
     quiet = np.where(sparse, QUIET / counts, 0.0)
 
     def prepare(memory: np.ndarray) -> None:
@@ -120,7 +120,7 @@ def frequency_diffusion(
     """Return log10 of the change of the frequencies between the halves of the run, in cycles per natural period; NaN
     where it says nothing: lines that are close change the halves of regular orbits, too.
     """
-    if flow.exact:
+    if flow.traits.iterated:
         found = map_frequencies_of(flow, z0, int(time))
         value = found.diffusion + np.log10(2 * math.pi)
         return np.where(found.status == Status.OK, value, np.nan), np.nan, found.status

@@ -16,13 +16,15 @@ from ...base.status import Status
 from ...compile.jit import LANES
 from ...flows import observers
 from ...flows.accuracy import HALVINGS
-from ...flows.checks import RUNS, checked_model
+from ...flows.checks import checked_model
 from ...flows.flow import Ensemble, Flow, Report, energy_error, mark_drift
 from ...flows.motion import fastest_rates, natural_rates
+from ...flows.needs import check_needs
 from ...flows.options import Options, iterates, plan
 from ...flows.trials import on_ladder
 from ...kernels.samples import CHUNK_ROWS
-from ...models.contracts import Angles, Kind, Model, coordinate_names, driven, isotropic, kind_of
+from ...models.contracts import Angles, Model
+from ...models.traits import traits_of
 from ...schemes.catalogue import RungeKutta, Splitting, scheme_of
 from .angle_loops import Layout, Plain
 from .found_frequencies import Found
@@ -172,14 +174,16 @@ def frequency_map(
     options = Options(
         scheme, step, accuracy, rtol=rtol, atol=atol, energy_tolerance=energy_tolerance, threads=threads, report=report
     )
-    checked_model(body, kinds=(*RUNS, Kind.MAP))
+    checked_model(body, needs="regular motion")
     lines = None if lines is None else whole("lines", lines, 1)
-    if kind_of(body) is Kind.MAP:
+    if traits_of(body).iterated:
         return map_frequencies(
             body, z0, options, time=time, method=checked_method(method), window=window, angles=angles, lines=lines
         )
     if window is not None:
         raise ValueError(f"window is for maps: the diffusion of systems in time is that of the halves; got {window!r}")
+    if angles is None and getattr(body, "angles", None) is None:
+        check_needs(body, "angles of coordinates alone")
     goal = options.goal(ACCURACY)
     fallback = checked_method(method).fallback
     angles = checked_angles(angles, body)
@@ -193,8 +197,8 @@ def frequency_map(
 def checked_angles(angles: Any, body: Any) -> Any:
     """Return `angles`, or those natural to the body for None, if they suit it; `Plain` where it has none."""
     chosen: Any = getattr(body, "angles", None) if angles is None else angles
-    if angles is None and (chosen is None or (any(chosen.planes) and not isotropic(body))):
-        return Plain(coordinate_names(body))  # without the symmetry the planes' angles are coordinates like others
+    if angles is None and (chosen is None or (any(chosen.planes) and not traits_of(body).isotropic)):
+        return Plain(traits_of(body).names)  # without the symmetry the planes' angles are coordinates like others
     if not all(hasattr(chosen, name) for name in ("signals", "names", "planes")):
         raise TypeError(
             f"angles must be a value of fastaff.models.angles such as AlphaBeta(), got {chosen!r}; "
@@ -394,7 +398,7 @@ class FrequencyWork:
         nu, error = found.nu, found.error
         if not self.flow.scheme.symplectic:  # whose energy drifts, and frequencies with it
             error = error + 2 * np.nan_to_num(energy, posinf=0.0) * np.abs(nu).max(axis=0)
-        if driven(self.flow.model) and self.angles == self.flow.model.angles:
+        if self.flow.traits.driven and self.angles == getattr(self.flow.model, "angles", None):
             nu, error = self._known_drive(nu, error, found.basis)
         return found.assembled(
             nu,

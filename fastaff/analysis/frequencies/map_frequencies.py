@@ -15,8 +15,8 @@ from ...base.status import Status
 from ...flows import observers
 from ...flows.ensemble import Ensemble
 from ...flows.flow import Flow, Report, no_memory
+from ...flows.needs import check_given
 from ...flows.options import Options, plan
-from ...models.contracts import coordinate_names
 from ..orbits.given_orbits import given_orbits, lengths
 from .angle_lines import LineTable
 from .angle_loops import Layout, Plain
@@ -64,8 +64,7 @@ def map_frequencies(
     """Return the frequency map of a map, see `frequency_map`."""
     flow, z, _ = plan(body, z0, options, time=time)
     turns = int(time)
-    if angles is not None:
-        raise ValueError(f"angles is for systems in time: the loops of a map are those of (q, p); got {angles!r}")
+    check_given(body, "a time", "the loops of a map are those of (q, p)", angles=angles)
     if window is not None and 2 * whole("window", window, LEAST) > turns:
         raise ValueError(f"window must be at most half of the {turns} iterates, got {window!r}")
     if turns < LEAST:
@@ -99,7 +98,7 @@ class MapFrequencies:
         self.flow, self.z, self.turns, self.length, self.kept = flow, z, turns, window or turns, window is not None
         self.chosen, self.room = method, Room()
         n, orbits = len(z) // 2, z.shape[1]
-        self.names = coordinate_names(flow.model)
+        self.names = flow.traits.names
         self.lines = None if lines is None else LineTable(self.names, lines, orbits)
         self.nu, self.error = np.zeros((n, orbits)), np.full((n, orbits), np.inf)
         self.halves, self.method = np.zeros((2, n, orbits)), np.zeros((n, orbits), np.int8)

@@ -124,7 +124,7 @@ def _angles(given: GivenOrbits, body: Any, angles: Any) -> Any:
     """Return the angles of orbits."""
     n = given.shape[0] // 2
     if body is not None:
-        if checked_model(body).degrees_of_freedom != n:
+        if checked_model(body, needs="Hamilton's equations").degrees_of_freedom != n:
             raise ValueError(
                 f"body must have {n} degrees of freedom for samples of {2 * n} rows, {type(body).__name__} has "
                 f"{body.degrees_of_freedom}"

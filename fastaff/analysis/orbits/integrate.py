@@ -17,14 +17,15 @@ from ...base.short_forms import starts_of, takes
 from ...base.status import Status
 from ...flows.accuracy import halved, planned, until
 from ...flows.checks import energy_drift
-from ...flows.coordinates import chart_row, row_names
+from ...flows.coordinates import chart_row
 from ...flows.ensemble import Ensemble
 from ...flows.flow import Flow, Report, Wear, energy_error, mark_drift
 from ...flows.motion import motion
 from ...flows.options import Options, iterates, plan, suited
 from ...flows.time_transformed import TransformedFlow
-from ...models.contracts import Kind, Model, kind_of
+from ...models.contracts import Model
 from ...models.mechanics import energies, kinetic_energies
+from ...models.traits import traits_of
 from ...schemes.automatic import Automatic
 from ...schemes.catalogue import RungeKutta, Splitting, scheme_of
 from ...schemes.time_transformed import TimeTransformed
@@ -168,7 +169,7 @@ def integrate(
     options = suited(options, body)
     flow, z, _ = plan(body, z0, options, time=time, error=None, transformed=True)
     fits("samples", count, *z.shape)
-    mapping = kind_of(body) is Kind.MAP
+    mapping = traits_of(body).iterated
     if mapping and count and time % count:
         raise ValueError(f"samples must divide the {time:g} iterates of a map, got {samples!r}")
     goal = None if mapping else options.goal()
@@ -331,5 +332,5 @@ def _assembled(body, flow, ensemble, samples, time, errors: tuple, tolerance, in
         status=ensemble.status,
         scheme=flow.scheme,
         step=step,
-        names=row_names(body),
+        names=traits_of(body).row_names,
     )

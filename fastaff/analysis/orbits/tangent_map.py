@@ -16,13 +16,14 @@ from ...base.short_forms import starts_of, takes
 from ...base.status import Status
 from ...base.sums import length
 from ...flows import observers
-from ...flows.checks import EVERY, carried, checked_tangent_model
-from ...flows.coordinates import chart_row, row_names
+from ...flows.checks import carried, checked_tangent_model
+from ...flows.coordinates import chart_row
 from ...flows.ensemble import Ensemble
 from ...flows.flow import Flow, Report, energy_error, mark_drift, no_memory
 from ...flows.options import Options, Plan, iterates, plan, suited
-from ...models.contracts import Model, dimension
+from ...models.contracts import Model
 from ...models.mechanics import frame_rate, tangent_velocities, without_time
+from ...models.traits import traits_of
 from ...schemes.catalogue import RungeKutta, Splitting, scheme_of
 
 
@@ -126,13 +127,13 @@ def _assembled(flow: Flow, ensemble: Ensemble, time: float, tolerance: float) ->
     mark_drift(ensemble, error, tolerance)
     return TangentMap(
         z=flow.states(ensemble.points),
-        vectors=ensemble.deviations[:, : dimension(flow.model)],
+        vectors=ensemble.deviations[:, : flow.traits.rows],
         t=ensemble.time,
         energy_error=error,
         status=ensemble.status,
         scheme=flow.scheme,
         step=flow.step,
-        names=row_names(flow.model),
+        names=traits_of(flow.model).row_names,
     )
 
 
@@ -141,8 +142,8 @@ def stable_plan(body: Any, z0: Any, options: Options) -> Plan:
 
     A step that is chosen is stable for vectors in all directions, also those in which the orbits don't move.
     """
-    found = plan(checked_tangent_model(body, kinds=EVERY), z0, suited(options, body))
-    if options.step is None and not (found.flow.adaptive or found.flow.exact):
+    found = plan(checked_tangent_model(body), z0, suited(options, body))
+    if options.step is None and found.flow.fixed:
         steps = np.minimum(found.flow.step, 1 / fastest_rates(body, found.z))
         found = found._replace(flow=replace(found.flow, step=steps))
     return found

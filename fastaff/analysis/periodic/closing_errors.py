@@ -47,14 +47,14 @@ def closing_errors(flow: Flow, section: Any, z: np.ndarray, limit: np.ndarray, f
     gain, other = 1.0, flow
     if flow.adaptive:
         other = replace(flow, rtol=8 * flow.rtol, atol=8 * flow.atol)
-    elif not flow.exact:
+    elif not flow.traits.iterated:
         other, gain = replace(flow, step=flow.step / np.sqrt(2)), 1 / (1 - 2 ** (-flow.scheme.order / 2))
     model, rows, D = flow.model, len(z), scale.rows.T
     with np.errstate(all="ignore"):
         matrix = closing_matrix(model, section, z, found.points[:, -1], found.monodromy, scale)
         inverse = inverses(matrix)
         known, inverse = inverse[:, :, rows:], inverse[:, :, :rows]
-        rounding = way_rounding(z, found.time / (1.0 if flow.exact else flow.step), scale)
+        rounding = way_rounding(z, found.time / (1.0 if flow.traits.iterated else flow.step), scale)
         left = (z.T - found.points[:, -1]) / D
         last = _applied(inverse, left)
         plane = _plane(matrix)
@@ -73,7 +73,7 @@ def closing_errors(flow: Flow, section: Any, z: np.ndarray, limit: np.ndarray, f
         apart[:, -1] += later
         shift = np.abs(last) + SAFETY * np.abs(apart) + np.linalg.norm(inverse, axis=2) * rounding[:, None]
         time = found.time
-        if not flow.exact:
+        if not flow.traits.iterated:
             if not isinstance(section, Stroboscopic):
                 time, shift[:, -1] = time + last[:, -1] / scale.rate, shift[:, -1] - np.abs(last[:, -1])
             shift += _applied(np.abs(known), _surface_roundings(model, z, matrix, scale))

@@ -16,9 +16,10 @@ from ...base.recipe import recorded
 from ...base.results import Result
 from ...base.short_forms import takes
 from ...base.status import Status
+from ...flows.needs import check_needs
 from ...flows.options import Options, plan
 from ...formulas.section_text import section_of
-from ...models.contracts import Kind, Model, Section, driven, kind_of
+from ...models.contracts import Model, Section
 from ...schemes.catalogue import RungeKutta, Splitting, scheme_of
 from .bifurcations import Bifurcation, bifurcations
 from .family import VANISHED, Family, Point
@@ -162,15 +163,9 @@ def continuation(
     make, first_model = _family(model, parameter)
     section = section_of(section, first_model)
     scheme = checked_return(first_model, section, scheme)
-    if parameter is None and kind_of(first_model) is Kind.MAP:
-        raise ValueError("parameter must be a number for a map, which has no energy to follow; got None")
-    if kind_of(first_model) is Kind.FLOW:
-        raise TypeError(
-            f"model {type(first_model).__name__} is dz/dt = f(z), whose orbits have no residues to follow: "
-            "periodic_orbits finds them at each value"
-        )
-    if parameter is None and driven(first_model):
-        raise ValueError("parameter must be given for a driven system, which has no energy to follow")
+    check_needs(first_model, "a residue")
+    if parameter is None:
+        check_needs(first_model, "a branch along the energy")
     if not isinstance(direction, (int, float, np.number)) or direction not in (-1, 1):
         raise ValueError(f"direction must be +1 or -1, got {direction!r}")
     low, high = _bounds(bounds)
@@ -203,7 +198,7 @@ def continuation(
         taken = float(first.step[0]) if given else None
         flow = plan(first_model, first.z, Options(first.scheme, taken, rtol=rtol, atol=atol, threads=threads)).flow
         limit = None if max_time is None else positive("max_time", max_time)
-        own = step is None and not (flow.adaptive or flow.exact)
+        own = step is None and flow.fixed
         scale = orbit_scale(first_model, first.z, first.energy, flow.threads)
         units = np.append(scale.rows[:, 0], scale.energy[0])
         kept = None if parameter is None else float(first.energy[0])

@@ -10,8 +10,8 @@ import numpy as np
 
 from ...base.status import Status
 from ...flows.flow import Flow
-from ...models.contracts import driven
 from ...models.mechanics import energies
+from ...models.traits import traits_of
 from .bifurcations import residue_products
 from .closing_errors import Errors, closing_errors
 from .found_orbits import PeriodicOrbits, packed
@@ -174,7 +174,7 @@ class Family:
             if best is not None and change[0] > 0.5 * best[0]:
                 break  # rounding
             # At rest no step would show an error of the return, but its derivative has one.
-            longer = self.own_step and change[0] < SPARE * goal[0] and not driven(flow.model)
+            longer = self.own_step and change[0] < SPARE * goal[0] and not flow.traits.driven
             following = step * COARSER if longer else step
             back = point.back._replace(time=errors.time)
             best = change[0], replace(point, back=back, step=step, following=following, errors=errors)
@@ -186,7 +186,8 @@ class Family:
         point = best[1]
         model = self.at(point.u[-1], point.step).model
         own = orbit_scale(model, point.u[:-1, None], self.aim(point.u[-1]), self.flow.threads)
-        at_rest = driven(model) and own.energy[0] < VANISHED**2 * scale.energy[0]  # a fixed point like any other
+        slow = own.energy[0] < VANISHED**2 * scale.energy[0]
+        at_rest = traits_of(model).driven and slow  # a fixed point like any other
         return replace(point, scale=scale if at_rest else own)
 
     def _closed(self, u: np.ndarray, tangent: np.ndarray | None, scale: Scale, step: float) -> Point | None:

@@ -13,7 +13,8 @@ from ...base.short_forms import starts_of, takes
 from ...flows.motion import typical_rate
 from ...flows.options import Options
 from ...formulas.section_text import section_of
-from ...models.contracts import Model, Section, dimension, driven
+from ...models.contracts import Model, Section
+from ...models.traits import traits_of
 from ...schemes.catalogue import RungeKutta, Splitting, scheme_of
 from ..sections.poincare_map import poincare_map
 from ..sections.section_map import SectionMap
@@ -144,8 +145,9 @@ def find_periodic_orbits(
     scheme = checked_return(model, section, scheme)
     longest = whole("max_period", max_period, 1)
     given = isinstance(z0, SectionMap)
-    if given and len(z0.points) != dimension(model):
-        raise ValueError(f"z0 must be a SectionMap of {dimension(model)} rows, got one of {len(z0.points)}")
+    rows = traits_of(model).rows
+    if given and len(z0.points) != rows:
+        raise ValueError(f"z0 must be a SectionMap of {rows} rows, got one of {len(z0.points)}")
     starts = z0.points[:, 0, z0.counts > 0] if given else z0
     flow, z, _ = checked_guesses(model, starts, None, Options(scheme, step, rtol=rtol, atol=atol, threads=threads))
     count = longest + 8 if crossings is None else whole("crossings", crossings, 2)
@@ -157,10 +159,10 @@ def find_periodic_orbits(
             return z0
         return poincare_map(
             model,
-            z[: dimension(model)],
+            z[:rows],
             section=section,
             crossings=count,
-            max_time=None if section is None or driven(model) else wait * count,
+            max_time=None if section is None or traits_of(model).driven else wait * count,
             step=step,
             scheme=flow.scheme,
             rtol=rtol,

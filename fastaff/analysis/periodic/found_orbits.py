@@ -11,9 +11,10 @@ import numpy as np
 from ...base.axes import along
 from ...base.results import Result
 from ...base.status import Status, describe
-from ...flows.coordinates import chart_row, row_names
+from ...flows.coordinates import chart_row
 from ...flows.flow import Flow
-from ...models.contracts import Kind, Section, dimension, kind_of
+from ...models.contracts import Section
+from ...models.traits import traits_of
 from ...schemes.catalogue import RungeKutta, Splitting
 from .own_units import Scale
 from .return_map import Returns, each, reduced_monodromy, stability_indices
@@ -247,10 +248,10 @@ def packed(
     reduced = reduced_monodromy(model, section, z, found.monodromy, scale)
     # The orbit starts at z, which is its last crossing.
     points = np.concatenate([z.T[:, None], found.points[:, :-1]], axis=1)
-    if kind_of(model) is Kind.MAP:
+    if traits_of(model).iterated:
         points = within_a_period(model, points)
         z = points[:, 0].T.copy()
-    d = dimension(model)  # without an idle row
+    d = traits_of(model).rows  # without an idle row
     z, points, time, error = z[:d], points[:, :, :d], found.time.copy(), error.copy()
     monodromy = found.monodromy[:, :d, :d].copy()
     reduced_error = reduced_error.copy()
@@ -271,10 +272,10 @@ def packed(
         status=found.status,
         step=np.array(np.broadcast_to(flow.step, good.shape)),
         scale=scale.rows[:d],
-        names=row_names(model),
+        names=traits_of(model).row_names,
         section=section,
         scheme=flow.scheme,
-        paired=kind_of(model) is not Kind.FLOW,
+        paired=traits_of(model).canonical,
     )
 
 
@@ -290,8 +291,8 @@ def within_a_period(model: Any, points: np.ndarray) -> np.ndarray:
 
 def no_orbits(model: Any, section: Any, scheme: Any) -> PeriodicOrbits:
     """Return PeriodicOrbits of none: what a search that was stopped at once has found."""
-    rows = dimension(model)
-    paired = kind_of(model) is not Kind.FLOW
+    traits = traits_of(model)
+    rows, paired = traits.rows, traits.canonical
     z, matrices = np.zeros((rows, 0)), np.zeros((rows, rows, 0))
     reduced = matrices if section is None else matrices[2:, 2:] if paired else matrices[1:, 1:]
     return PeriodicOrbits(
@@ -300,7 +301,7 @@ def no_orbits(model: Any, section: Any, scheme: Any) -> PeriodicOrbits:
         monodromy=matrices,
         reduced=reduced,
         scale=z,
-        names=row_names(model),
+        names=traits_of(model).row_names,
         section=section,
         scheme=scheme,
         paired=paired,

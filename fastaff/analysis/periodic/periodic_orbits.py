@@ -13,9 +13,10 @@ from ...base.recipe import recorded
 from ...base.short_forms import starts_of, takes
 from ...base.status import Status
 from ...flows.flow import Flow
+from ...flows.needs import check_given
 from ...flows.options import Options
 from ...formulas.section_text import section_of
-from ...models.contracts import Kind, Map, Model, Section, driven, kind_of
+from ...models.contracts import Map, Model, Section
 from ...schemes.catalogue import RungeKutta, Splitting, scheme_of
 from .closing_errors import closing_errors
 from .found_orbits import PeriodicOrbits, packed
@@ -141,12 +142,10 @@ def periodic_orbits(
     flow, z, energy = checked_guesses(model, z0, energy, options)
     surface = section if section is None else flow.section(section)
     end = None if max_time is None else positive("max_time", max_time)
-    if end is not None and driven(model):
-        raise ValueError(f"max_time must be left out of a driven system, got {max_time!r}")
+    check_given(model, "a time of return", max_time=max_time)
     fits("period", *z.shape, period)
-    search = _Search(
-        flow, surface, section, period, end, tolerance, iterations, step is None and not (flow.adaptive or flow.exact)
-    )
+    flexible = step is None and flow.fixed
+    search = _Search(flow, surface, section, period, end, tolerance, iterations, flexible)
     state = search.start(z, energy)
     with keeping("periodic_orbits", lambda: search.partial(state)):
         search.run(state)
@@ -332,7 +331,7 @@ class _Search:
 
     def _rests(self, state: _State, which: np.ndarray) -> np.ndarray:
         """Tell which orbits (orbits,) are equilibria of dz/dt = f(z), which return after any time."""
-        if kind_of(self.flow.model) is not Kind.FLOW:
+        if self.flow.traits.canonical:
             return np.zeros(which.size, bool)
         scale, field = state.scale.of(which), vector_field(self.flow.model, state.z[:, which])
         return scale.norm(field) < RESTS * scale.rate

@@ -16,16 +16,16 @@ from ...base.display import screen
 from ...base.numbers import fits, numbers
 from ...base.status import Status
 from ...flows import observers
-from ...flows.checks import CONSERVATIVE, checked_section, checked_tangent_model
+from ...flows.checks import checked_section, checked_tangent_model
 from ...flows.ensemble import Ensemble
 from ...flows.flow import Flow, no_memory
 from ...flows.motion import motion
+from ...flows.needs import check_given, check_needs
 from ...flows.options import Options, plan, suited
 from ...kernels import crossings as kernels
-from ...models.contracts import Kind, dimension, driven, kind_of, moving
-from ...models.maps import symplectic
 from ...models.mechanics import energies, inside, kinetic_energies, potential_energies, slopes
 from ...models.sections import Stroboscopic
+from ...models.traits import traits_of
 from ...schemes.catalogue import ITERATION, KAHAN_LI8, VERNER9
 from ..sections.poincare_map import SPARE, follow_crossings, start_crossings
 from .own_units import Scale
@@ -56,24 +56,16 @@ FINER = 8.0
 
 def checked_guesses(model: Any, z0: Any, energy: Any, options: Options) -> tuple[Flow, np.ndarray, np.ndarray]:
     """Check what searches take; return the flow, the guesses (2n, orbits) and their energies (orbits,)."""
-    mapping = kind_of(model) is Kind.MAP
-    if mapping and not symplectic(model):
-        raise ValueError(f"model {type(model).__name__} is not symplectic: its periodic orbits have no residues")
-    if mapping and energy is not None:
-        raise ValueError(f"energy is for systems in time: a map has none; got {energy!r}")
-    if kind_of(model) is Kind.FLOW:
-        if energy is not None:
-            raise ValueError(f"energy must be left out of dz/dt = f(z), which has none, got {energy!r}")
-        if dimension(model) < 2:
-            raise ValueError(f"model {type(model).__name__} must have two variables or more to return, it has one")
-    elif model.degrees_of_freedom < 2 and not mapping:
-        raise ValueError(
-            f"model {type(model).__name__} must have two degrees of freedom or more, it has {model.degrees_of_freedom}"
-        )
+    traits, name = traits_of(model), type(model).__name__
+    if traits.iterated and not traits.symplectic:
+        raise ValueError(f"model {name} is not symplectic: its periodic orbits have no residues")
+    check_given(model, "a return at an energy", energy=energy)
+    if not traits.canonical and traits.rows < 2:
+        raise ValueError(f"model {name} must have two variables or more to return, it has one")
+    if traits.energetic and traits.n < 2:
+        raise ValueError(f"model {name} must have two degrees of freedom or more, it has {traits.n}")
     flow, z, _ = plan(model, z0, suited(options, model), error=STEP_ERROR)
-    if driven(model):
-        if energy is not None:
-            raise ValueError(f"energy must be left out of a driven system, which has none, got {energy!r}")
+    if traits.driven:
         z[-1] -= energies(model, z)  # so that p_t is one at each place and phase
         if options.step is None and not flow.adaptive:
             flow = replace(flow, step=_steps_at_rest(flow, z, options))
@@ -88,7 +80,7 @@ def _steps_at_rest(flow: Flow, z: np.ndarray, options: Options) -> np.ndarray:
     steps = np.array(np.broadcast_to(flow.step, z.shape[1:]))
     rest = motion(flow.model, z, flow.threads).kinetic == 0
     if rest.any():
-        near, n = z[:, rest], moving(flow.model)
+        near, n = z[:, rest], flow.traits.moving
         near[:n] += ASIDE * np.where(near[:n] != 0, np.abs(near[:n]), 1.0)
         steps[rest] = plan(flow.model, near, options, error=STEP_ERROR).flow.step
     return steps
@@ -96,22 +88,18 @@ def _steps_at_rest(flow: Flow, z: np.ndarray, options: Options) -> np.ndarray:
 
 def checked_return(model: Any, section: Any, scheme: Any) -> Any:
     """Check a model with its section, which a map has not; return the scheme."""
-    if kind_of(model) is Kind.DAMPED:
-        raise TypeError(
-            f"model {type(model).__name__} has friction and no drive: it loses energy as long as it moves, so nothing "
-            "returns; with a drive, write both as equations, fa.flow"
-        )
-    checked_tangent_model(model, "model", (*CONSERVATIVE, Kind.DRIVEN, Kind.MAP, Kind.FLOW))
-    if kind_of(model) is not Kind.MAP:
+    check_needs(model, "a return")
+    traits = traits_of(model)
+    checked_tangent_model(model, "model")
+    if not traits.iterated:
         checked_section(section, model)
-        if driven(model) and not isinstance(section, Stroboscopic):
+        if traits.driven and not isinstance(section, Stroboscopic):
             raise ValueError(
                 "section must be stroboscopic, such as 't=0', for a driven system: its periodic orbits are those of "
                 f"the map over its period; got {section!r}"
             )
-        return (VERNER9 if kind_of(model) is Kind.FLOW else KAHAN_LI8) if scheme is None else scheme
-    if section is not None:
-        raise ValueError(f"section is for systems in time: the returns of a map are its images; got {section!r}")
+        return (KAHAN_LI8 if traits.canonical else VERNER9) if scheme is None else scheme
+    check_given(model, "a time", "the returns of a map are its images", section=section)
     return ITERATION if scheme is None else scheme
 
 
@@ -147,7 +135,7 @@ def section_returns(flow: Flow, section: Any, z: np.ndarray, period: int, max_ti
     live = np.flatnonzero(np.isfinite(z).all(axis=0) & inside(flow.model, z))
     if not live.size:
         return found
-    if flow.exact:
+    if flow.traits.iterated:
         return _images(flow, z, live, found)
     limit = np.broadcast_to(np.asarray(max_time, dtype=np.float64), orbits)[live]
     flow = replace(flow.of(live), vectors=rows)
@@ -238,7 +226,7 @@ def vector_field(model: Any, z: np.ndarray) -> np.ndarray:
 def energy_gradient(model: Any, z: np.ndarray) -> np.ndarray:
     """Return grad H (orbits, 2n): Hamilton's equations turned by a right angle; 0 of what has no energy."""
     n, field = model.degrees_of_freedom, vector_field(model, z)
-    if kind_of(model) is Kind.FLOW:
+    if not traits_of(model).canonical:
         return np.zeros(field.shape)
     return np.concatenate([-field[:, n:], field[:, :n]], axis=1)
 
@@ -329,7 +317,8 @@ def reduced_monodromy(model: Any, section: Any, z: np.ndarray, monodromy: np.nda
     D = scale.rows.T
     if section is None:  # of a map
         return scale.matrix(monodromy)
-    d, flows = dimension(model), kind_of(model) is Kind.FLOW
+    traits = traits_of(model)
+    d, flows = traits.rows, not traits.canonical
     kept = d - 1 if flows else d - 2
     with np.errstate(all="ignore"):
         field, up = vector_field(model, z) / D, energy_gradient(model, z) * D

@@ -13,11 +13,11 @@ from ...base.numbers import an_array, fits, numbers, real, shown
 from ...base.recipe import recorded
 from ...base.results import Result
 from ...base.short_forms import takes
-from ...flows.checks import CONSERVATIVE, checked_model, checked_section
+from ...flows.checks import checked_model, checked_section
 from ...formulas.section_text import section_in_words, section_of
-from ...models.contracts import Kind, isotropic, kind_of
-from ...models.mechanics import FREE, at_rest, energies, inside, kinetic_energies, potential_energies
+from ...models.mechanics import at_rest, energies, inside, kinetic_energies, potential_energies
 from ...models.sections import AlphaEquals, AlphaTurning, AreaEquals, BetaEquals, BetaTurning, Linear
+from ...models.traits import traits_of
 from .allowed_region import Function, crossings, extrema
 from .energy_limits import NotReached, too_low
 from .named_axes import are_named, by_name, checked_energy, checked_sign, checked_values, launching
@@ -190,7 +190,7 @@ def _grid_by_name(
     body: Any, energy: Any, axes: Any, section: Any, how: tuple[Any, ...], planes: tuple[Any, Any]
 ) -> EnergyGrid:
     """Return a grid over rows by name."""
-    checked_model(body, kinds=(*CONSERVATIVE, *FREE))
+    checked_model(body, needs="a start by rows")
     energy = checked_energy(body, energy)
     no_planes(*planes)
     names, arrays = checked_values(axes)
@@ -199,22 +199,23 @@ def _grid_by_name(
     z, found = launch.lift(np.array([array.ravel() for array in np.meshgrid(*arrays, indexing="ij")]))
     if not found.any():
         ranges = ", ".join(f"{name} in [{array.min():.6g}, {array.max():.6g}]" for name, array in zip(names, arrays))
-        if kind_of(body) in FREE:
-            what = "map" if kind_of(body) is Kind.MAP else "system"
+        traits = traits_of(body)
+        if not traits.conserves:
+            what = "map" if traits.iterated else "system"
             raise NotReached(f"no cell of the grid {ranges} is in the domain of the {what}")
-        low = None if isotropic(body) else too_low(body, energy, 0.0, 0.0)
+        low = None if traits.isotropic else too_low(body, energy, 0.0, 0.0)
         raise NotReached(low or f"energy {energy} reaches no cell of the grid {ranges}: it is below the minimum there")
     return grid_of(np.ascontiguousarray(z[:, found]), np.flatnonzero(found), arrays, names, energy)
 
 
 def checked_surface(body: Any, section: Any, energy: Any, p_eta: Any, p_gamma: Any) -> tuple[float, float, float]:
     """Return energy, p_eta and p_gamma if they and the section suit the body."""
-    checked_model(body, kinds=CONSERVATIVE)
+    checked_model(body, needs="an energy surface")
     checked_section(section, body)
     energy, p_eta, p_gamma = real("energy", energy), real("p_eta", p_eta), real("p_gamma", p_gamma)
     if body.degrees_of_freedom == 4 and not hasattr(body, "potential"):
         raise TypeError(f"body must be a Body with a doubly isotropic potential to have a grid, got {body!r}")
-    if not isotropic(body) and (p_eta or p_gamma):
+    if not traits_of(body).isotropic and (p_eta or p_gamma):
         raise ValueError(
             f"p_eta and p_gamma belong to a Body, got {p_eta}, {p_gamma} for {type(body).__name__}, which has none"
         )

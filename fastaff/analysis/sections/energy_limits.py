@@ -6,9 +6,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...models.contracts import isotropic
-from ...models.mechanics import frame_rate, least_energies, turning_mass, turns
+from ...models.mechanics import frame_rate, least_energies, turning_mass
 from ...models.reduced_body import reduced
+from ...models.traits import traits_of
 
 RADII, ANGLES = np.geomspace(1e-8, 1e8, 129), 24
 """Where the search for stationary points starts: distances of all sizes, in so many directions."""
@@ -40,7 +40,7 @@ def energy_limits(body: Any, p_eta: float = 0.0, p_gamma: float = 0.0) -> Limits
     is none or the second derivatives are not known.
     Source: Henon & Heiles 1964, Astron. J. 69, 73: a minimum at 0 and three saddles at 1/6.
     """
-    plane = reduced(body, p_eta=p_eta, p_gamma=p_gamma) if isotropic(body) else body
+    plane = reduced(body, p_eta=p_eta, p_gamma=p_gamma) if traits_of(body).isotropic else body
     if plane.degrees_of_freedom != 2 or not hasattr(plane, "tangent_force"):
         return Limits(np.nan, np.nan)
     try:
@@ -80,7 +80,7 @@ def _derivatives(plane: Any, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     columns = [plane.tangent_force(*q, unit, 0.0 * unit), plane.tangent_force(*q, 0.0 * unit, unit)]
     spread = np.array([[np.broadcast_to(-row, unit.shape) for row in column] for column in columns])
     force = np.array([np.broadcast_to(row, unit.shape) for row in plane.force(*q)])
-    if turns(plane):  # the centrifugal force
+    if traits_of(plane).frame:  # the centrifugal force
         pull = turning_mass(plane) * frame_rate(plane) ** 2
         return force + pull * q, spread - pull * np.eye(2)[:, :, None]
     return force, spread
@@ -88,11 +88,11 @@ def _derivatives(plane: Any, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 def too_low(body: Any, energy: float, p_eta: float, p_gamma: float) -> str | None:
     """Return the sentence for an energy below the minimum of the system; None where it is not known to be."""
-    least = energy_limits(body, p_eta, p_gamma).minimum
-    if not energy < least or turns(body):  # which has lower energies far away
+    least, traits = energy_limits(body, p_eta, p_gamma).minimum, traits_of(body)
+    if not energy < least or traits.frame:  # which has lower energies far away
         return None
-    where = f" with p_eta = {p_eta:g} and p_gamma = {p_gamma:g}" if isotropic(body) else ""
-    what = "body" if isotropic(body) else "system"
+    where = f" with p_eta = {p_eta:g} and p_gamma = {p_gamma:g}" if traits.isotropic else ""
+    what = "body" if traits.isotropic else "system"
     least = least if abs(least) > 1e-12 * abs(energy) else 0.0  # which rounding hides
     return f"energy {energy:g} lies below the minimum {least:.6g} of this {what}'s energy{where}"
 

@@ -12,11 +12,12 @@ from ...base.numbers import entries, fits, flag, shown, span, whole
 from ...base.recipe import recorded
 from ...base.results import Result
 from ...base.short_forms import takes
-from ...flows.checks import CONSERVATIVE, checked_model
+from ...flows.checks import checked_model
 from ...formulas.section_text import section_in_words, section_of
-from ...models.contracts import Model, Section, isotropic, kind_of
-from ...models.mechanics import FREE, at_rest, least_energies, turns
+from ...models.contracts import Model, Section
+from ...models.mechanics import at_rest, least_energies
 from ...models.sections import AlphaEquals, AlphaTurning, AreaEquals, BetaEquals, BetaTurning, Linear
+from ...models.traits import traits_of
 from .allowed_region import LARGEST, Function, evaluated, extrema, highest, intervals, line, radii
 from .energy_grid import ARRAYS, checked_surface, lift_sheets, no_planes, planes, radial, room
 from .energy_limits import NotReached, may_escape, too_low
@@ -162,7 +163,7 @@ def on_section(
     coordinates.
     """
     by_rows = are_named(axes) or fixed is not None or solve is not None or sign != 1 or at_rest is not False
-    plain = type(section) is Linear and not isotropic(body) and getattr(body, "degrees_of_freedom", 2) != 2
+    plain = type(section) is Linear and not traits_of(body).isotropic and getattr(body, "degrees_of_freedom", 2) != 2
     return not (by_rows or plain)
 
 
@@ -180,14 +181,14 @@ def source_of(
     p_gamma: Any = 0.0,
 ) -> Measure | Ranges:
     """Return what points of any number of degrees of freedom are drawn from; raises naming what is wrong."""
-    checked_model(body, kinds=(*CONSERVATIVE, *FREE))
+    checked_model(body, needs="a start by rows")
     energy = checked_energy(body, energy)
     no_planes(p_eta, p_gamma)
-    if flag("at_rest", at_rest) or solve is not None or kind_of(body) in FREE:
+    if flag("at_rest", at_rest) or solve is not None or not traits_of(body).conserves:
         return ranges_of(body, energy, section, axes, fixed, solve, sign, at_rest)
     if fixed is not None or sign != 1:
         raise ValueError(f"{'sign' if fixed is None else 'fixed'} goes with solve or at_rest, which are missing")
-    if isotropic(body) and section is None and axes is None:
+    if traits_of(body).isotropic and section is None and axes is None:
         raise ValueError(
             "axes must give ranges of the coordinates of a body, or section one of its sections: wells of its four "
             "coordinates are rings"
@@ -336,7 +337,7 @@ def edge(
         Coordinates of all sizes are searched.
     :Source: the kinetic energy of the coordinate, p^2/(2 mu) = E - min V_effective, has to be positive.
     """
-    checked_model(body, kinds=CONSERVATIVE)
+    checked_model(body, needs="an energy surface")
     section = section_of(section, body)
     parts = _bounded_parts(body, section, energy, p_eta, p_gamma)
     rest = _rest(body, section, energy, p_eta, p_gamma)
@@ -350,7 +351,7 @@ def edge(
 
 def _centre(body: Any, section: Any) -> float:
     """Return the momentum about which the accessible part of a section is symmetric: that of rest."""
-    if not isinstance(section, Linear) or not turns(body):
+    if not isinstance(section, Linear) or not traits_of(body).frame:
         return 0.0
     i = int(np.flatnonzero(section.normal)[0])
     q = np.zeros(2)
@@ -361,7 +362,7 @@ def _centre(body: Any, section: Any) -> float:
 def _bounded_parts(body: Any, section: Any, energy: float, p_eta: float, p_gamma: float) -> list[_Part]:
     """Return the pieces of the section that the energy allows, without those that go to infinity."""
     rest = _rest(body, section, energy, p_eta, p_gamma)
-    nodes = radii() if isotropic(body) else line()
+    nodes = radii() if traits_of(body).isotropic else line()
     found, name = intervals(rest, nodes), section_in_words(section, body)
     if not found:
         raise NotReached(
@@ -390,7 +391,7 @@ def _bounded_parts(body: Any, section: Any, energy: float, p_eta: float, p_gamma
 
 def _least(body: Any, section: Any, energy: float, rest: Function, nodes: np.ndarray) -> float:
     """Return the least energy on a section: from there on some momentum is left."""
-    if isotropic(body):
+    if traits_of(body).isotropic:
         mass = body.mu
     else:
         mass = 0.5 / body.kinetic_energy(*np.eye(2)[1 - int(np.flatnonzero(section.normal)[0])])
@@ -412,7 +413,7 @@ def _rest(body: Any, section: Any, energy: float, p_eta: float, p_gamma: float) 
             return (energy - V) / weight, (abs(energy) + np.abs(V)) / weight
 
         return left
-    if not isotropic(body):
+    if not traits_of(body).isotropic:
         raise TypeError(f"section {section!r} has no known boundary for {type(body).__name__}")
     surface = body, energy, p_eta, p_gamma
     if isinstance(section, (AlphaTurning, BetaTurning)):

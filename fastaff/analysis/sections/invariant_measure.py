@@ -13,9 +13,8 @@ import numpy as np
 
 from ...base.names import named
 from ...base.numbers import span
-from ...flows.coordinates import row_names
-from ...models.contracts import coordinate_names, isotropic, quadratic
 from ...models.mechanics import energies, inside, velocities
+from ...models.traits import traits_of
 from .accessible_box import Box, NoWell, box_of, least_within, within
 from .energy_limits import NotReached, may_escape, too_low
 from .named_axes import Launching, angle_names, angles_of, checked_names, launching, section_row
@@ -77,7 +76,7 @@ class Measure(NamedTuple):
     @property
     def names(self) -> tuple[str, ...]:
         """Names of the rows that are drawn."""
-        n, rows = len(self.at), row_names(self.momenta.model)
+        n, rows = len(self.at), traits_of(self.momenta.model).row_names
         return tuple(rows[k] for half in (0, n) for k in (half + f for f in self.free))
 
     def floor(self, x: np.ndarray) -> np.ndarray:
@@ -108,7 +107,7 @@ class Measure(NamedTuple):
             if kept + CHANCE < FEWEST * tried:
                 raise NotReached(
                     f"energy {self.energy:g} reaches less than a millionth of the ranges of "
-                    f"{', '.join(coordinate_names(self.momenta.model)[k] for k in self.free)}: narrow them, "
+                    f"{', '.join(traits_of(self.momenta.model).names[k] for k in self.free)}: narrow them, "
                     'axes={"name": (low, high), ...}'
                 )
         z = np.ascontiguousarray(np.concatenate(found, axis=1)[:, :count])
@@ -194,13 +193,13 @@ def measure_of(model: Any, energy: float, section: Any, axes: Any) -> Measure:
     """Return the invariant measure of an energy surface (section None) or of a section; raises NotReached where the
     energy reaches nothing, ValueError where nothing bounds it.
     """
-    n, names = model.degrees_of_freedom, coordinate_names(model)
+    n, names = model.degrees_of_freedom, traits_of(model).names
     if n < 2:
         raise ValueError(
             f"body must have two degrees of freedom or more, {type(model).__name__} has {n}: its energy surface is one "
             "orbit, of which integrate gives points at equal times"
         )
-    if not quadratic(model):
+    if not traits_of(model).quadratic:
         raise ValueError(
             f"body {type(model).__name__} must have a velocity linear in the momenta (T quadratic) for random points "
             "in the invariant measure; axes and solve draw from ranges of rows"
@@ -245,7 +244,7 @@ def _box(measure: Measure, given: dict[int, tuple[float, float]]) -> Box:
     least = least_within(measure.floor, low, high)
     if not least < energy:
         raise NotReached(
-            (None if isotropic(model) else too_low(model, energy, 0.0, 0.0))
+            (None if traits_of(model).isotropic else too_low(model, energy, 0.0, 0.0))
             or f"energy {energy:g} lies below {least:.6g}, the least energy met in the ranges"
         )
     if not np.isfinite(least):
@@ -261,8 +260,8 @@ def _no_well(measure: Measure, problem: NoWell) -> ValueError:
     if problem.endless:
         why = f"what energy {energy:g} allows falls apart into wells without end"
     else:
-        escape = None if isotropic(model) else may_escape(model, energy)
+        escape = None if traits_of(model).isotropic else may_escape(model, energy)
         why = escape or f"energy {energy:g} does not bound the motion"
-    names = coordinate_names(model)
+    names = traits_of(model).names
     ranges = ", ".join(f'"{names[k]}": (low, high)' for k in measure.free)
     return ValueError(f"{why}: give ranges of the coordinates, axes={{{ranges}}}")

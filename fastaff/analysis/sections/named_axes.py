@@ -12,10 +12,10 @@ import numpy as np
 from ...base.names import did_you_mean, named
 from ...base.numbers import flag, numbers, real, shown
 from ...flows.checks import checked_section
-from ...flows.coordinates import row_names
-from ...models.contracts import Kind, kind_of, quadratic
-from ...models.mechanics import FREE, at_rest, energies, inside, kinetic_energies, potential_energies, velocities
+from ...flows.needs import check_given
+from ...models.mechanics import at_rest, energies, inside, kinetic_energies, potential_energies, velocities
 from ...models.sections import Linear
+from ...models.traits import traits_of
 from .accessible_box import spread
 from .allowed_region import crossings, extrema, line
 
@@ -53,7 +53,7 @@ class Launching(NamedTuple):
                 z[:n] += self._rest(values, z)
                 z[n:] = at_rest(self.model, z[:n])
             else:
-                rows = row_names(self.model)
+                rows = traits_of(self.model).row_names
                 for name, value in zip(self.names, values, strict=True):
                     z[rows.index(name)] = value
                 if self.row == NOTHING:
@@ -80,7 +80,7 @@ class Launching(NamedTuple):
     def _solved(self, z: np.ndarray) -> np.ndarray:
         """Return the row that the energy gives; NaN where it gives none."""
         n = len(z) // 2
-        if self.row < n or not quadratic(self.model):
+        if self.row < n or not traits_of(self.model).quadratic:
             return self._outermost(z)
         z[self.row] = 0.0
         weight = self.model.kinetic_energy(*np.eye(n)[self.row - n])
@@ -182,12 +182,9 @@ def launching(
     resting: Any = False,
 ) -> Launching:
     """Return how values of these names become phase points; raises TypeError or ValueError naming what is wrong."""
-    rows, n = row_names(model), model.degrees_of_freedom
-    sign = checked_sign(sign)
-    if kind_of(model) in FREE:
-        for what, given in (("section", section), ("solve", solve), ("at_rest", resting or None)):
-            if given is not None:
-                raise ValueError(f"{what} {_needs_energy(model)}; got {shown(given)}")
+    traits = traits_of(model)
+    rows, n, sign = traits.row_names, traits.n, checked_sign(sign)
+    check_given(model, "a start by energy", section=section, solve=solve, at_rest=resting or None)
     base = {
         named("fixed", name, rows): real(f"fixed[{name!r}]", value)
         for name, value in checked_names("fixed", () if fixed is None else fixed, "numbers").items()
@@ -209,7 +206,7 @@ def launching(
             raise ValueError(f"axes and fixed both name {name}")
         if names.count(name) > 1:
             raise ValueError(f"axes names {name} twice")
-    if kind_of(model) in FREE:
+    if not traits.conserves:
         return Launching(model, energy, names, tuple(base.get(name, 0.0) for name in rows), NOTHING, sign)
     left = [name for name in rows if name not in names and name not in base]
     if not left:
@@ -224,7 +221,7 @@ def launching(
 
 def _resting(model: Any, energy: float, names: Any, section: Any, base: dict[str, float], solve: Any) -> Launching:
     """Return how angles become phase points at rest."""
-    rows, n = row_names(model), model.degrees_of_freedom
+    rows, n = traits_of(model).row_names, model.degrees_of_freedom
     if n < 2:
         raise ValueError(f"at_rest needs two degrees of freedom or more, {type(model).__name__} has {n}")
     if section is not None or solve is not None:
@@ -246,32 +243,25 @@ def _resting(model: Any, energy: float, names: Any, section: Any, base: dict[str
 
 def checked_energy(model: Any, energy: Any) -> float:
     """Return an energy; NaN of what keeps none."""
-    if kind_of(model) not in FREE:
+    if traits_of(model).conserves:
         return real("energy", energy)
-    if energy is not None and not (isinstance(energy, float) and np.isnan(energy)):
-        raise ValueError(f"energy {_needs_energy(model)}; got {shown(energy)}")
+    unknown = isinstance(energy, float) and np.isnan(energy)
+    check_given(model, "a start by energy", energy=None if unknown else energy)
     return float("nan")
-
-
-def _needs_energy(model: Any) -> str:
-    """Say why a model is not asked for what an energy gives."""
-    if kind_of(model) is Kind.MAP:
-        return "is for systems in time: a map has no energy"
-    what = "one with friction keeps none" if kind_of(model) is Kind.DAMPED else "dz/dt = f(z) has none"
-    return f"is for systems with an energy: {what}"
 
 
 def section_row(model: Any, section: Any) -> tuple[str, float, int]:
     """Return the row that a section fixes, its value and the sign of its rate."""
     checked_section(section, model)
+    names = traits_of(model).row_names
     normal = np.asarray(getattr(section, "normal", ()), dtype=np.float64)
     if type(section) is not Linear or np.count_nonzero(normal) != 1:
         raise TypeError(
-            f"section must be Linear with one non-zero entry, such as {row_names(model)[0]}=0, where axes go by name; "
+            f"section must be Linear with one non-zero entry, such as {names[0]}=0, where axes go by name; "
             f"got {section!r}"
         )
     k = int(np.flatnonzero(normal)[0])
-    return row_names(model)[k], section.offset / normal[k], int(section.direction * np.sign(normal[k]))
+    return names[k], section.offset / normal[k], int(section.direction * np.sign(normal[k]))
 
 
 def checked_values(axes: Any) -> tuple[tuple[str, ...], tuple[np.ndarray, ...]]:

@@ -17,20 +17,21 @@ from ...base.status import Status
 from ...compile.threads import by_portions
 from ...flows import observers
 from ...flows.accuracy import Steps, halved, planned
-from ...flows.checks import EVERY, checked_model, checked_section, energy_drift
-from ...flows.coordinates import row_names
+from ...flows.checks import checked_model, checked_section, energy_drift
 from ...flows.ensemble import Ensemble
 from ...flows.flow import Flow, Report, Wear, energy_error
 from ...flows.motion import Motion, motion
+from ...flows.needs import check_given
 from ...flows.options import Options, plan, suited
 from ...flows.time_transformed import TransformedFlow
 from ...formulas.section_text import section_of
 from ...kernels import crossings as kernels
 from ...kernels.crossings import RECORD
 from ...kernels.samples import WEAR_ROWS
-from ...models.contracts import Kind, Map, Model, Section, kind_of
+from ...models.contracts import Map, Model, Section
 from ...models.mechanics import slopes
 from ...models.sections import Stroboscopic
+from ...models.traits import traits_of
 from ...schemes.automatic import Automatic
 from ...schemes.catalogue import RungeKutta, Splitting, scheme_of
 from ...schemes.time_transformed import TimeTransformed
@@ -131,11 +132,8 @@ def poincare_map(
     ((4, 3, 1), array([0.05131 , 0.033114, 0.051175]))
     """
     wanted = whole("crossings", crossings, 1)
-    checked_model(body, kinds=EVERY)
-    mapping = kind_of(body) is Kind.MAP
-    for name, given in (("section", section), ("max_time", max_time)):
-        if mapping and given is not None:
-            raise ValueError(f"{name} is for systems in time: the crossings of a map are its iterates; got {given!r}")
+    mapping = traits_of(checked_model(body)).iterated
+    check_given(body, "a time", "the crossings of a map are its iterates", section=section, max_time=max_time)
     if not mapping:
         checked_section(section, body)
     options = Options(
@@ -179,7 +177,7 @@ def _iterated(flow: Flow, body: Any, z: np.ndarray, wanted: int, report: Report 
         section=None,
         scheme=flow.scheme,
         step=flow.step,
-        names=row_names(body),
+        names=traits_of(body).row_names,
     )
     with keeping("poincare_map", lambda: found):
         if interrupted:
@@ -270,7 +268,7 @@ def _accurate(flow, body, z, section, wanted, max_time, tolerance, accuracy, rep
         section=section,
         scheme=flow.scheme,
         step=np.full(orbits, np.nan),
-        names=row_names(body),
+        names=traits_of(body).row_names,
         time_error=np.full((orbits, wanted), np.nan).T,
         point_error=np.full((orbits, wanted, rows), np.nan).transpose(2, 1, 0),
         accurate_until=np.zeros(orbits),
@@ -492,5 +490,5 @@ def _result(flow, body, ensemble, section, wanted, memory, out, tolerance) -> Se
         section=section,
         scheme=flow.scheme,
         step=flow.step,
-        names=row_names(body),
+        names=traits_of(body).row_names,
     )

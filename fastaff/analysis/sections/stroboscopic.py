@@ -13,13 +13,12 @@ from ...base.status import Status
 from ...flows import observers
 from ...flows.accuracy import halved, planned
 from ...flows.checks import energy_drift
-from ...flows.coordinates import row_names
 from ...flows.ensemble import Ensemble
 from ...flows.flow import Flow, Report, Wear, energy_error, no_memory
 from ...flows.motion import motion
 from ...flows.options import Options, plan
-from ...models.contracts import moving
 from ...models.sections import Stroboscopic
+from ...models.traits import traits_of
 from .section_map import SectionMap
 
 START = 8 * float(np.finfo(float).eps)
@@ -53,7 +52,7 @@ class _Strobed:
 
     def __init__(self, flow: Flow, z: np.ndarray, section: Stroboscopic, wanted: int, options: Options):
         self.flow, self.z, self.section, self.wanted, self.options = flow, z, section, wanted, options
-        self.period, self.row = float(flow.model.period), moving(flow.model)
+        self.period, self.row = float(flow.model.period), flow.traits.moving
         lead = np.mod(section.phase - z[self.row], self.period)
         near = START * self.period
         self.lead = np.where((lead < near) | (lead > self.period - near), self.period, lead)
@@ -203,7 +202,7 @@ class _Strobed:
             section=self.section,
             scheme=flow.scheme,
             step=self.step,
-            names=row_names(flow.model),
+            names=traits_of(flow.model).row_names,
             time_error=late,
             point_error=error,
             accurate_until=None if error is None else self.until,

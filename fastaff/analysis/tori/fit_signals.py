@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...models.contracts import isotropic
+from ...models.traits import traits_of
 from ..frequencies.integer_lattice import box, first_basis, generators
 from ..frequencies.naff import naff
 from .fit_series import weights
@@ -60,7 +60,7 @@ def signals(body: Any, t: np.ndarray, z: np.ndarray) -> Signals:
     n = body.degrees_of_freedom
     size = [np.sqrt((part**2).sum(axis=0).mean()) or 1.0 for part in (z[:n], z[n:])]
     librations, names, unknown = _lattice(body, t, z, size[0])
-    if not isotropic(body):
+    if not traits_of(body).isotropic:
         loops = z[:n] / size[0] - 1j * z[n:] / size[1]
         way_back = np.vstack([size[0] * np.eye(n), 1j * size[1] * np.eye(n)])
         return Signals(loops, way_back, np.full(n, -1), rank=len(names), nu=librations, names=names, unknown=unknown)
@@ -95,7 +95,7 @@ def _loops(body: Any, z: np.ndarray, size: float) -> tuple[np.ndarray, list[str]
     """Return the loops Q - c - i kappa P of the librations that move, (loops, samples), and their names."""
     n = body.degrees_of_freedom
     angles = getattr(body, "angles", None)
-    if angles is None or (any(angles.planes) and not isotropic(body)):
+    if angles is None or (any(angles.planes) and not traits_of(body).isotropic):
         pairs, names = [(z[i], z[n + i]) for i in range(n)], list(body.coordinates)
     else:
         s = np.array([np.broadcast_to(row, z[0].shape) for row in angles.signals(*z)]).reshape(-1, 4, z.shape[1])
@@ -119,7 +119,7 @@ def _lattice(body: Any, t: np.ndarray, z: np.ndarray, size: float) -> tuple[np.n
     loops, names = _loops(body, z, size)
     if not len(loops):
         return np.zeros(0), (), 0
-    rank = 2 if isotropic(body) else body.degrees_of_freedom
+    rank = 2 if traits_of(body).isotropic else body.degrees_of_freedom
     for lines in LINES:  # many multiples of one strong frequency can hide the second one
         found = naff(loops, t[1] - t[0], lines=lines, window_order=4)
         known = np.isfinite(found.error)

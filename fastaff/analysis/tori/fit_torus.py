@@ -16,11 +16,11 @@ from ...base.numbers import positive
 from ...base.recipe import recorded
 from ...base.short_forms import takes
 from ...base.status import Status
-from ...flows.checks import CONSERVATIVE, checked_model, energy_drift, phase_points
+from ...flows.checks import checked_model, energy_drift, phase_points
 from ...flows.flow import Flow, Report, mark_drift
 from ...flows.motion import motion
 from ...flows.options import Options, iterates, plan
-from ...models.contracts import Kind, Model
+from ...models.contracts import Model
 from ...models.mechanics import energies, kinetic_energies, slopes
 from ...schemes.catalogue import SOFRONIOU_SPALETTA10, RungeKutta, Splitting, scheme_of
 from ..frequencies.integer_lattice import quotient, relations
@@ -127,7 +127,7 @@ def fit_torus(
     (<Verdict.TORUS: 'torus'>, 1)
     """
     time, tolerance = positive("time", time), positive("tolerance", tolerance)
-    z = phase_points("z0", z0, checked_model(body, kinds=(*CONSERVATIVE, Kind.DRIVEN, Kind.MAP)))
+    z = phase_points("z0", z0, checked_model(body, needs="regular motion"))
     if z.shape[1] != 1:
         raise ValueError(f"z0 must be one phase point of shape ({len(z)},), got {z.shape[1]} orbits")
     time, done = iterates(body, "time", time), report or (lambda fraction: None)

@@ -13,7 +13,7 @@ from ...base.numbers import fits
 from ...base.status import Status
 from ...flows.flow import Report
 from ...flows.options import Options
-from ...models.contracts import Kind, coordinate_names, kind_of, moving
+from ...models.traits import traits_of
 from ...schemes.catalogue import SOFRONIOU_SPALETTA10
 from ..frequencies.integer_lattice import first_basis, generators, inverse, reduced
 from ..frequencies.naff import naff
@@ -65,7 +65,7 @@ def fit_turns(
     """Find the torus of the orbit of a map, or of a driven system's map over its period, from z (2n, 1); see
     `fit_torus`. Adds to `known` what is known on the way.
     """
-    mapping = kind_of(body) is Kind.MAP
+    mapping = traits_of(body).iterated
     if not mapping and options.scheme is None:
         options = replace(options, scheme=SOFRONIOU_SPALETTA10)
     turns = turns_of(body, z, options)
@@ -143,7 +143,8 @@ def _lines(body: Any, path: np.ndarray, rates: Rates) -> tuple[np.ndarray, np.nd
     size = np.abs(flat).max(axis=1)
     moves = size > FLAT * np.maximum(np.abs(path).max(axis=1), periods)
     loops, owners = [], []
-    for i, name in enumerate(coordinate_names(body)[: moving(body)]):
+    traits = traits_of(body)
+    for i, name in enumerate(traits.names[: traits.moving]):
         if moves[i] or moves[n + i]:
             q, p = (flat[r] / (size[r] or 1.0) * moves[r] for r in (i, n + i))
             loops.append(q - 1j * p)
@@ -180,14 +181,14 @@ def _pieces(body: Any, path: np.ndarray) -> int:
 
 def _lattice(body: Any, path: np.ndarray) -> tuple[Lattice, Rates]:
     """Return a basis of the frequencies beside the turn: rates of angles that wind and leading lines first."""
-    n, names = body.degrees_of_freedom, coordinate_names(body)
+    n, names = body.degrees_of_freedom, traits_of(body).names
     rates = _rates(body, path)
     winds = ~rates.whole
     lines, error, owners, sharp = _lines(body, path, rates)
     values = np.concatenate([[1.0], rates.rate[winds], lines])
     bars = np.concatenate([[0.0], rates.error[winds], error])
     own = ["", *(names[r % n] for r in rates.rows[winds]), *owners]
-    found = generators(values, bars, moving(body) + 1)
+    found = generators(values, bars, traits_of(body).moving + 1)
     ranks = len(found.nu)
     unknown = int((~found.known[1 + winds.sum() :] & sharp).sum())
     k = found.k[found.known]

@@ -10,11 +10,11 @@ from numpy.typing import ArrayLike
 
 from ...base.numbers import shown
 from ...compile.blocks import function_block, parameters
-from ...flows.checks import NATURAL, checked_function, checked_model, phase_points
+from ...flows.checks import checked_function, checked_model, phase_points
 from ...kernels.tori_wells import Term
 from ...models import Zero
-from ...models.contracts import isotropic, planar
 from ...models.regular_variables import in_regular_variable
+from ...models.traits import traits_of
 from .families import FAMILIES, Family, Motion
 from .narrow_features import knots, knots_around
 
@@ -69,8 +69,8 @@ def separate(body: Any, chart: Any = None) -> Separated:
     in any.
     Source: Martens & Slawianowski, the separable Hamiltonians of section 3 (EQ2.2f and its neighbours).
     """
-    checked_model(body, kinds=NATURAL)
-    if not planar(body):
+    checked_model(body, needs="H = T(p) + V(q)")
+    if not traits_of(body).planar:
         raise TypeError(f"body must be a Body or a StackelBody, got {type(body).__name__}")
     name = type(body.potential).__name__
     possible = [family for family in FAMILIES if hasattr(body.potential, family.member)]
@@ -95,7 +95,7 @@ def separate(body: Any, chart: Any = None) -> Separated:
     member = getattr(body.potential, chosen[0].member)
     for field, function in zip(member._fields, member, strict=True):
         checked_function(field, function)
-    angular = (Zero(), Zero()) if isotropic(body) else (body.V_eta, body.V_gamma)
+    angular = (Zero(), Zero()) if traits_of(body).isotropic else (body.V_eta, body.V_gamma)
     return Separated(chosen[0], tuple(member), angular, body.mu)
 
 

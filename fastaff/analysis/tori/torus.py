@@ -15,8 +15,8 @@ from ...base.axes import along
 from ...base.numbers import numbers, shown, whole
 from ...base.results import Result
 from ...base.status import Status
-from ...models.contracts import Kind, coordinate_names, kind_of
 from ...models.mechanics import slopes
+from ...models.traits import traits_of
 from ..chaos.chaos_map import chaos_map
 from ..frequencies.integer_lattice import determinant, inverse
 from .fit_signals import Unknown
@@ -190,7 +190,7 @@ def unsure(found: TorusFit, time: float) -> TorusFit:
 
 def doubted(found: TorusFit, z: np.ndarray, time: float) -> TorusFit:
     """Return an undecided fit with the verdict that chaos gives, or that there is none to be seen."""
-    if kind_of(found.body) is not Kind.MAP and not hasattr(found.body, "tangent_force"):
+    if not traits_of(found.body).iterated and not hasattr(found.body, "tangent_force"):
         return found
     seen = chaos_map(found.body, z, time=1.5 * time)
     values = {name: float(value[0]) for name, value in zip(seen.names, seen.values, strict=True)}
@@ -203,7 +203,7 @@ def nothing(body: Any, energy: float, evidence: dict, verdict: Verdict) -> Torus
     n = body.degrees_of_freedom
     unknown, one = np.full(n, np.nan), np.full((2 * n, 1), np.nan + 0j)
     return TorusFit(
-        names=coordinate_names(body),
+        names=traits_of(body).names,
         nu=unknown,
         nu_error=np.full(n, np.inf),
         J=unknown,

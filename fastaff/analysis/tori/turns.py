@@ -12,9 +12,8 @@ from ...base.status import Status
 from ...flows.checks import energy_drift
 from ...flows.flow import Flow
 from ...flows.options import Options, plan
-from ...models.contracts import Kind, driven, kind_of, moving
-from ...models.maps import symplectic
 from ...models.mechanics import inside
+from ...models.traits import traits_of
 from .fourier import actions, evaluate
 
 GRID = 512
@@ -29,19 +28,20 @@ CONSTANT = 1e-6
 
 def turned(body: Any) -> bool:
     """Tell whether the torus of a model's orbit is one of a map: its own, or that over the period of its drive."""
-    return kind_of(body) in (Kind.MAP, Kind.DRIVEN)
+    traits = traits_of(body)
+    return traits.iterated or traits.driven
 
 
 def periods_of(body: Any) -> np.ndarray:
     """Return the periods (2n,) of the rows, 0 where there is none."""
-    if kind_of(body) is Kind.MAP:
+    if traits_of(body).iterated:
         return np.array(body.periods(), dtype=np.float64)
     return np.zeros(2 * body.degrees_of_freedom)
 
 
 def rows_of(body: Any) -> np.ndarray:
     """Return the rows that move from turn to turn: all but the time of a driven system and its momentum."""
-    n, kept = body.degrees_of_freedom, np.arange(moving(body))
+    n, kept = body.degrees_of_freedom, np.arange(traits_of(body).moving)
     return np.concatenate([kept, n + kept])
 
 
@@ -58,8 +58,9 @@ class Turns(NamedTuple):
         model, ensemble = self.flow.model, self.flow.ensemble(z.copy())
         states = self.flow.sampled(ensemble, count, time=count * self.interval)
         path = np.column_stack([z, states[0].T])
-        if driven(model):
-            path[moving(model)] = z[moving(model)]
+        if self.flow.traits.driven:
+            row = self.flow.traits.moving
+            path[row] = z[row]
             with np.errstate(all="ignore"):
                 error = float(energy_drift(model, path, ensemble.energy, ensemble.scale).max())
         else:
@@ -69,7 +70,7 @@ class Turns(NamedTuple):
 
 def turns_of(body: Any, z: np.ndarray, options: Options) -> Turns:
     """Return the turns of the orbits from z (2n, orbits)."""
-    if kind_of(body) is Kind.MAP:
+    if traits_of(body).iterated:
         return Turns(plan(body, z, options).flow, 1.0)
     period = float(body.period)
     return Turns(plan(body, z, options, error=STEP_ERROR).flow.fitted(period), period)
@@ -93,7 +94,7 @@ def image(body: Any, z: np.ndarray, count: int) -> np.ndarray:
     live = np.isfinite(z).all(axis=0) & inside(body, z)
     if not live.any():
         return result
-    if kind_of(body) is Kind.MAP:
+    if traits_of(body).iterated:
         points = z[:, live]
         with np.errstate(all="ignore"):
             for _ in range(count):
@@ -102,18 +103,13 @@ def image(body: Any, z: np.ndarray, count: int) -> np.ndarray:
         return result
     flow, points, _ = plan(body, z[:, live], Options(), error=STEP_ERROR)
     period = float(body.period)
-    flow, row = flow.fitted(period), moving(body)
+    flow, row = flow.fitted(period), traits_of(body).moving
     ensemble = flow.ensemble(points.copy())
-    states = flow.sampled(ensemble, 1, time=count * period) if flow.adaptive else _steps(flow, ensemble, count, period)
-    after = np.where(ensemble.status == Status.OK, states[:, 0].T, np.nan)
+    states = flow.sampled(ensemble, 1 if flow.adaptive else count, time=count * period)
+    after = np.where(ensemble.status == Status.OK, states[:, -1].T, np.nan)
     after[row] = np.where(np.isfinite(after[row]), points[row], np.nan)
     result[:, live] = after
     return result
-
-
-def _steps(flow: Flow, ensemble: Any, count: int, period: float) -> np.ndarray:
-    """Return the states (orbits, 1, 2n) after so many periods."""
-    return flow.sampled(ensemble, count, time=count * period)[:, -1:]
 
 
 def spread(d: int) -> np.ndarray:
@@ -159,7 +155,7 @@ def area(body: Any, k: np.ndarray, z: np.ndarray, winding: np.ndarray | None) ->
     of freedom of a map that is not symplectic, a momentum that winds.
     """
     n, J = len(z) // 2, actions(k, z)
-    if kind_of(body) is Kind.MAP and n > 1 and not symplectic(body):
+    if n > 1 and not traits_of(body).symplectic:
         return np.full(J.shape, np.nan)
     if winding is None:
         return J

@@ -10,10 +10,9 @@ import numpy as np
 
 from ...base.placing import placed
 from ...base.status import Status, summary
-from ...flows.coordinates import row_names
 from ...jobs.job import Job, Plan
 from ...jobs.launch import BY_NAME
-from ...models.contracts import moving
+from ...models.traits import traits_of
 from ...plot.mathematics import number, terms, visible, wrapped
 from ...plot.sections import words
 from ...plot.style import styled, symbol
@@ -70,9 +69,9 @@ def in_words(section: Any, body: Any) -> str:
     name = type(section).__name__
     if name == "Linear":
         row = next(k for k, entry in enumerate(section.normal) if entry)
-        return f"{equal(row_names(body)[row], section.offset)}, {turn}"
+        return f"{equal(traits_of(body).row_names[row], section.offset)}, {turn}"
     if name == "Stroboscopic":
-        return f"{equal(row_names(body)[moving(body)], section.phase)}, once a period"
+        return f"{equal(traits_of(body).names[-1], section.phase)}, once a period"
     if name.endswith("Turning"):
         return f"{equal('p_' + name.removesuffix('Turning').lower(), 0)}, {turn}"
     left = {"AlphaEquals": r"\alpha", "BetaEquals": r"\beta", "AreaEquals": "D_1D_2"}[name]
@@ -110,12 +109,11 @@ def potential(text: str) -> str:
 
 def surface_in_words(body: Any, surface: Any, without: tuple[str, ...] = ()) -> str:
     """Name the energy surface in a title, without what is scanned."""
-    from ...models.contracts import isotropic
 
     if surface.energy is None:  # the orbits' own
         return ""
     parts = {"energy": f"$E = {number(surface.energy)}$"}
-    if isotropic(body):
+    if traits_of(body).isotropic:
         parts |= {name: equal(name, getattr(surface, name)) for name in ("p_eta", "p_gamma")}
     return ", ".join(text for name, text in parts.items() if name not in without)
 

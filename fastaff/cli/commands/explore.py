@@ -7,10 +7,11 @@ from pathlib import Path
 from typing import Annotated
 
 from ...base.names import pairs
+from ...flows.needs import check_given
 from ...formulas.number import number
 from ...jobs.system import Model, Surface
 from ...jobs.wording import Wrong
-from ...models.contracts import Kind, driven, kind_of
+from ...models.traits import traits_of
 from ..options import HOW, WHERE, WRITTEN, Parameter, pair
 
 
@@ -57,9 +58,8 @@ def explore(
     if data is not None and not data.exists():
         raise Wrong(f"{data} does not exist")
     body = None if data is not None and options == Model() else options.build()
-    mapping = body is not None and kind_of(body) is Kind.MAP
-    if surface.energy is not None and body is not None and driven(body):
-        raise Wrong("--energy does not go with a driven system, whose states once a period are shown")
+    mapping = body is not None and traits_of(body).iterated
+    check_given(body, "a page of orbits", "", **{"--energy": surface.energy})
     section = None if body is None else surface.build(body) if mapping else surface.section_of(body)
     if out is not None and out.exists() and not force:
         raise Wrong(f"--out {out} exists; --force replaces it")

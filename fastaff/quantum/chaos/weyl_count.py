@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ...base.arrays import checked
-from ...flows.checks import NATURAL, checked_model
-from ...models.contracts import isotropic
+from ...flows.checks import checked_model
+from ...models.traits import traits_of
 from ..solvers.cover import Cover, plane_cover
 from ..solvers.panels import DENSE, Panels, panels
 from ..solvers.singular_ends import potential
@@ -141,8 +141,8 @@ def weyl_count(body: Any, energy: ArrayLike, *, m: int, l: int, hbar: float = 1.
         Rev. 51, 669; the terms of fixed angular momenta are derived from H - omega_a L_a - omega_b L_b at imaginary
         rates.
     """
-    checked_model(body, kinds=NATURAL)
-    if not isotropic(body):
+    checked_model(body, needs="H = T(p) + V(q)")
+    if not traits_of(body).isotropic:
         raise TypeError(f"body must be a Body with a doubly isotropic potential, got {type(body).__name__}")
     if not hasattr(body.potential, "curvatures"):
         raise TypeError(f"body must have a potential with curvatures(A, B), {type(body.potential).__name__} has none")

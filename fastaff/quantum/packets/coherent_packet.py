@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ...base.numbers import whole
-from ...flows.checks import NATURAL, checked_model, phase_points
+from ...flows.checks import checked_model, phase_points
 from ...flows.interruptible import interruptible
 from ..states.coherent_width import plane_widths
 from ..states.quadrature import resolved
@@ -50,7 +50,7 @@ def coherent_packet(
         by sums over equal angles, exact to rounding, on the grid of `projected_packet`. Seconds for some 100 classes.
     :Source: Heller 1975, J. Chem. Phys. 62, 1544 (Gaussian packets); Martens & Slawianowski, EQ4.3 (the states).
     """
-    z, tolerance = phase_points("z0", z0, checked_model(body, kinds=NATURAL)), fraction(missing)
+    z, tolerance = phase_points("z0", z0, checked_model(body, needs="H = T(p) + V(q)")), fraction(missing)
     if z.shape[1] != 1:
         raise ValueError(f"z0 must be one phase point of shape (8,), got {z.shape[1]}")
     sides, quantum = plane_widths(width), action_quantum(hbar)
@@ -68,8 +68,7 @@ def coherent_packet(
             means = [round(float(np.average(list(found), weights=list(found.values()))), 2) for found in quanta]
             raise ValueError(
                 f"m = {m}, l = {l} hold {share:.1e} of the packet: its p_eta/hbar = (m - l)/2 is {means[0]}, its "
-                "p_gamma/hbar = (m + l)/2 "
-                f"is {means[1]}"
+                f"p_gamma/hbar = (m + l)/2 is {means[1]}"
             )
     else:
         chosen, share = _likeliest(quanta, 0.1 * tolerance), 1.0

@@ -10,7 +10,7 @@ import numpy as np
 
 from ...base.numbers import real, whole
 from ...charts import ALPHA_BETA, Chart
-from ...models.contracts import isotropic
+from ...models.traits import traits_of
 from ..spectra.spectrum import solved_families, spectrum, spectrum_table
 from ..states.quadrature import GROWTH, Grid, converged_box, resolved
 from ..states.state import State, invariants_of
@@ -71,8 +71,7 @@ def projected_packet(
         if abs(square[1] - square[0]) > (1e-3 * tolerance + 1e-9) * square[1] or edge > 1e-9 * square[1]:
             raise ValueError(
                 f"function must vary no faster, and reach no farther, than the lowest {count} states can: its norm "
-                "cannot be told; ask "
-                "for more levels"
+                "cannot be told; ask for more levels"
             )
         return kept_packet(
             states, tables[0].integrals(grid.weights * values(grid)) / math.sqrt(square[1]), hbar, tolerance
@@ -85,7 +84,7 @@ def class_states(
     body: Any, chosen: Sequence[SymmetryClass], count: int, hbar: float, single_valued: bool
 ) -> list[list[State]]:
     """Return the lowest states of each class."""
-    if isotropic(body) and solved_families(body):
+    if traits_of(body).isotropic and solved_families(body):
         m, l = zip(*chosen, strict=True)
         found = spectrum_table(body, m=m, l=l, count=count, hbar=hbar, single_valued=single_valued)
     else:
@@ -108,8 +107,7 @@ def holding(build: Callable[[int], Packet], count: int, missing: float) -> Packe
     enough = next((f"count = {more}" for more in (2 * count, 4 * count) if _lost(build, more) <= missing), None)
     raise ValueError(
         f"count = {count} levels in each class leave {packet.missing:.2g} of the packet out, more than missing = "
-        f"{missing:.2g}; ask for "
-        f"{enough or f'more than count = {4 * count}, or allow more to be missing'}"
+        f"{missing:.2g}; ask for {enough or f'more than count = {4 * count}, or allow more to be missing'}"
     )
 
 

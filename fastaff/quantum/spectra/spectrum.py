@@ -14,9 +14,9 @@ from ...base.interruption import keeping
 from ...base.numbers import an_array, fits, positive, reporter, whole
 from ...base.recipe import recorded
 from ...charts import ALPHA_BETA, R_VARTHETA, Chart
-from ...flows.checks import NATURAL, checked_model
+from ...flows.checks import checked_model
 from ...flows.interruptible import interruptible
-from ...models.contracts import isotropic, planar
+from ...models.traits import traits_of
 from ..solvers.factor_tables import Factors, FactorTable
 from ..solvers.nonseparable import plane_levels
 from ..solvers.separable import angular, radial
@@ -190,9 +190,9 @@ def solved_families(body: Any) -> list[Family]:
 
 
 def _checked(body: Any, count: Any, hbar: Any, tolerance: Any) -> tuple[int, float, float]:
-    checked_model(body, kinds=NATURAL)
-    if not isotropic(body):
-        why = "; with angular potentials spin and vorticity are no quantum numbers" if planar(body) else ""
+    checked_model(body, needs="H = T(p) + V(q)")
+    if not traits_of(body).isotropic:
+        why = "; with angular potentials spin and vorticity are no quantum numbers" if traits_of(body).planar else ""
         raise TypeError(f"body must be a Body with a doubly isotropic potential, got {type(body).__name__}{why}")
     return whole("count", count, 1), action_quantum(hbar, body.mu), positive("tolerance", tolerance)
 

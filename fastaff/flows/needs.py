@@ -1,0 +1,116 @@
+"""Refusals: the terms of a system's equations that do not go with an analysis, an argument or a scheme."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from ..base.numbers import shown
+from ..compile.kinds import KINDS, TERMS, Kind
+from ..models.traits import traits_of
+
+NEEDS: dict[str, frozenset[str]] = {
+    "equations": frozenset(),
+    "a start by rows": frozenset({"drive"}),
+    "regular motion": frozenset({"friction", "rates"}),
+    "Hamilton's equations": frozenset({"friction", "rates", "iterates"}),
+    "an energy surface": frozenset({"drive", "friction", "rates", "iterates"}),
+    "H = T(p) + V(q)": frozenset(TERMS),
+    "a page": frozenset({"frame", "friction", "rates"}),
+}
+"""By what an analysis as a whole is of, the terms that it does not take."""
+
+REFUSALS = {
+    "a time": {"iterates": "{argument} is for systems in time: {instead}; got {got}"},
+    "a start by energy": {
+        "iterates": "{argument} is for systems in time: a map has no energy; got {got}",
+        "friction": "{argument} is for systems with an energy: one with friction keeps none; got {got}",
+        "rates": "{argument} is for systems with an energy: dz/dt = f(z) has none; got {got}",
+    },
+    "a page of orbits": {
+        "drive": "{argument} does not go with a driven system, whose states once a period are shown; got {got}"
+    },
+    "angles of coordinates alone": {
+        "drive": "angles must be given for {model}, which is driven and has none: of its coordinates, and of its time"
+    },
+    "a return": {
+        "drive friction": "model {model} has a drive and friction: write both as equations, fa.flow",
+        "friction": "model {model} has friction and no drive: it loses energy as long as it moves, so nothing returns; "
+        "with a drive, write both as equations, fa.flow",
+    },
+    "a return at an energy": {
+        "iterates": "energy is for systems in time: a map has none; got {got}",
+        "rates": "energy must be left out of dz/dt = f(z), which has none, got {got}",
+        "drive": "energy must be left out of a driven system, which has none, got {got}",
+    },
+    "a time of return": {"drive": "max_time must be left out of a driven system, got {got}"},
+    "a residue": {
+        "rates": "model {model} is dz/dt = f(z), whose orbits have no residues to follow: periodic_orbits finds them "
+        "at each value"
+    },
+    "a branch along the energy": {
+        "iterates": "parameter must be a number for a map, which has no energy to follow; got None",
+        "drive": "parameter must be given for a driven system, which has no energy to follow",
+    },
+    "an indicator of the energy": {
+        "friction": "indicators of {model}, which has friction, are {instead}, got {got}",
+        "rates": "indicators of {model}, which is dz/dt = f(z), are {instead}, got {got}",
+    },
+    "an indicator along the flow": {
+        "drive": "{argument} does not suit a driven system, whose flow goes along the time and does not go back: take "
+        "FLI, MEGNO, SALI or the Lyapunov spectrum",
+        "iterates": "{got} needs a flow, along which a map does not go: take FLI or GALI",
+    },
+    "a scheme by energy": {
+        "friction": "scheme {got} goes by the energy, which {model} loses by friction: take KAHAN_LI8, or DOP853"
+    },
+    "a fictitious time": {
+        "drive": "scheme {got} steps in a fictitious time, which a driven system has not: take a splitting or a "
+        "Runge-Kutta scheme such as fastaff.KAHAN_LI8",
+        "frame": "scheme {got} takes H = T(p) + V(q), and {model} turns: take KAHAN_LI8, AUTO or DOP853",
+    },
+    "a splitting": {
+        "rates": "scheme {got} needs coordinates and momenta: {model} is dz/dt = f(z), which Runge-Kutta schemes run, "
+        "such as DOP853, VERNER9 and RK4"
+    },
+    "an accuracy": {
+        "rates": "accuracy is relative to the amplitudes of a motion with an energy; {model} is dz/dt = f(z): give "
+        "rtol and atol, got accuracy={got}"
+    },
+    "a step of its own": {"rates": "step must be given with {got}, which has no control of steps, for dz/dt = f(z)"},
+    "forces of the coordinates alone": {
+        "friction": "scheme {got} has its order {order} only where forces depend on the coordinates alone, and "
+        "{argument} {model} has friction: take KAHAN_LI8"
+    },
+}
+"""By what is asked for, the terms that together do not go with it, and the sentence that says what would do."""
+
+OF_MODELS = ("a return", "a residue", "an indicator of the energy")
+"""Needs that a model as a whole has not: refused by TypeError, as a wrong argument beside it is by ValueError."""
+
+
+def check_needs(model: Any, need: str, **said: Any) -> None:
+    """Raise the refusal of the first terms of a model's equations that do not go with what is asked for; said: the
+    numbers and names of its sentence beside the model's.
+    """
+    for terms, sentence in REFUSALS[need].items():
+        if traits_of(model).terms >= {*terms.split()}:
+            error = TypeError if need in OF_MODELS else ValueError
+            raise error(sentence.format(model=type(model).__name__, **said))
+
+
+def check_given(model: Any, need: str, instead: str = "", **given: Any) -> None:
+    """Raise the refusal of the first argument that is given and does not go with a model's equations."""
+    for argument, value in given.items():
+        if value is not None:
+            check_needs(model, need, argument=argument, instead=instead, got=shown(value))
+
+
+def check_kind(model: Any, name: str, need: str) -> None:
+    """Refuse a model whose equations have terms that an analysis does not take."""
+    kind = getattr(model, "kind", Kind.SEPARABLE)
+    known = isinstance(kind, Kind)
+    if not known or kind.terms & NEEDS[need]:
+        runs = "; ".join(entry.equations for entry in KINDS if not entry.terms & NEEDS[need])
+        raise TypeError(
+            f"{name} {type(model).__name__} is {kind.equations if known else shown(kind)}; what runs here is {runs}"
+        )

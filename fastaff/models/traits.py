@@ -1,0 +1,111 @@
+"""Traits: the facts about a model that the rest of the package depends on, asked of it once."""
+
+from __future__ import annotations
+
+from collections.abc import Set
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from ..base.identity import by_identity
+from ..compile.kinds import term, terms_of, winding_of
+from . import maps
+
+
+@dataclass(frozen=True)
+class Traits:
+    """The facts about a model, each found when it is first asked for. What holds of a whole kind of motion follows
+    from the terms of its equations (`compile.kinds.TERMS`), so that a kind of one's own has all of it.
+    """
+
+    model: Any
+
+    @cached_property
+    def terms(self) -> Set[str]:
+        """The terms of its equations beside H = T(p) + V(q)."""
+        return terms_of(self.model)
+
+    driven, frame, friction, iterated = term("drive"), term("frame"), term("friction"), term("iterates")
+
+    @property
+    def canonical(self) -> bool:
+        """Whether its rows are coordinates and their momenta, not variables of dz/dt = f(z)."""
+        return "rates" not in self.terms
+
+    @property
+    def energetic(self) -> bool:
+        """Whether it has an energy, conserved or not."""
+        return self.canonical and not self.iterated
+
+    @property
+    def conserves(self) -> bool:
+        """Whether its motion conserves an energy, of a driven one H + p_t."""
+        return self.energetic and not self.friction
+
+    @cached_property
+    def symplectic(self) -> bool:
+        """Whether its motion conserves the symplectic form; of a map to rounding, at random points."""
+        return maps.symplectic(self.model) if self.iterated else self.conserves
+
+    @cached_property
+    def n(self) -> int:
+        """Its degrees of freedom, with the time."""
+        return self.model.degrees_of_freedom
+
+    @property
+    def moving(self) -> int:
+        """The number of its coordinates beside the time, whose row this is."""
+        return self.n - self.driven
+
+    @cached_property
+    def rows(self) -> int:
+        """The number of rows of a phase point: 2n, or that of the variables of dz/dt = f(z)."""
+        return 2 * self.n if self.canonical else len(self.model.coordinates)
+
+    @property
+    def positions(self) -> int:
+        """The number of rows that its margin is a function of: coordinates, or all variables."""
+        return self.n if self.canonical else self.rows
+
+    @cached_property
+    def winding(self) -> tuple[bool, ...]:
+        """Which rows of a map have a period, none of what is no map."""
+        return winding_of(self.model)
+
+    @cached_property
+    def names(self) -> tuple[str, ...]:
+        """The names of its coordinates, q1 to qn where it gives none."""
+        return tuple(getattr(self.model, "coordinates", [f"q{i + 1}" for i in range(self.n)]))
+
+    @cached_property
+    def row_names(self) -> tuple[str, ...]:
+        """The names of the rows of a phase point: coordinates, then their momenta."""
+        momenta = getattr(self.model, "momenta", [f"p_{name}" for name in self.names]) if self.canonical else ()
+        return (*self.names, *momenta)
+
+    @cached_property
+    def planar(self) -> bool:
+        """Whether it is a body in the planes a and b: it has a potential and says whether it is isotropic."""
+        return hasattr(self.model, "potential") and hasattr(self.model, "isotropic")
+
+    @cached_property
+    def isotropic(self) -> bool:
+        """Whether it is a body in the planes a and b whose angular momenta p_eta and p_gamma are conserved."""
+        return bool(getattr(self.model, "isotropic", False))
+
+    @cached_property
+    def quadratic(self) -> bool:
+        """Whether its kinetic energy is quadratic in the momenta: velocities are linear in them (the time's is 1)."""
+        p, d = np.linspace(0.3, 1.1, self.n), np.linspace(-0.7, 0.4, self.n)
+        with np.errstate(all="ignore"):
+            v, rest, change = (np.array(self.model.velocity(*at))[: self.moving] for at in (p, p + d, d))
+        rest = rest - v - change
+        return bool(np.abs(rest).max() <= 1e-12 * np.abs(v).max())
+
+
+@by_identity
+def traits_of(model: Any) -> Traits:
+    """Return the traits of a model."""
+    return Traits(model)
