@@ -183,13 +183,13 @@ def launching(
 ) -> Launching:
     """Return how values of these names become phase points; raises TypeError or ValueError naming what is wrong."""
     traits = traits_of(model)
-    rows, n, sign = traits.row_names, traits.n, checked_sign(sign)
+    rows, n, sign, resting = traits.row_names, traits.n, checked_sign(sign), flag("at_rest", resting)
     check_given(model, "a start by energy", section=section, solve=solve, at_rest=resting or None)
     base = {
         named("fixed", name, rows): real(f"fixed[{name!r}]", value)
         for name, value in checked_names("fixed", () if fixed is None else fixed, "numbers").items()
     }
-    if flag("at_rest", resting):
+    if resting:
         return _resting(model, energy, names, section, base, solve)
     names = tuple(named("axes", name, rows) for name in names)
     if section is not None:
