@@ -301,7 +301,11 @@ def _fitted(signals: Signals, spectra: Spectra, orbits: np.ndarray, threads: int
         result.drifting[here] = drifts(
             loops, result.leading[here], result.moving[here], float(signals.interval[own[0]])
         )
-    short = short[~result.drifting[short]]
+    # Where a leading line is not sharp it is not resolved, and no line beside it would be: more of them only show that
+    # lines explain what is left.
+    time = (spectra.n * signals.interval)[orbits[short], None]
+    sharp = ~result.moving[short] | (result.leading_error[short] * time < 3 * SHARP)
+    short = short[~result.drifting[short] & (sharp.all(axis=1) | (result.rest[short] > BROAD))]
     if short.size:
         adopt(result, short, _lattice(signals, spectra, orbits[short], m + MORE_LINES, threads))
     return result

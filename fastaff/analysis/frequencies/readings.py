@@ -289,7 +289,8 @@ def _irregular(
     m = found.nu.shape[1]
     least = np.where(found.drifting & (m > 2), EACH * (m - 1), CHANGED)
     result = (most > np.where(vague & (found.rank > 0), SURELY, least)) & rough & ~near
-    unsure = (most > least) & ~result & ~(vague & (found.rank > 0))
+    # Of three loops and more beats may make all the change where no line is resolved.
+    unsure = (most > least) & ~result & ~(vague & ((found.rank > 0) | (m > 2)))
     for o, j in _parts(s, unsure[:, None] & (np.arange(m) == loop[:, None])):
         f = values(s, loops, o, j, threads)
         result[o] = line_changes(f, float(s.interval[o[0]]), found.nu[o, j]) > CHANGED
