@@ -18,8 +18,8 @@ from ..schemes.catalogue import ITERATION, KAHAN_LI8
 from .flow import Flow
 from .reaches import ESCAPE, FARTHEST, escape_radii
 
-CHUNK = 256
-"""Orbits whose samples are in memory at once: few, so that the arrays stay in the cache."""
+CHUNK = 4096
+"""Orbits whose samples are in memory at once."""
 
 LOOKS = 64
 """Steps, and samples, of a first look at an orbit."""
