@@ -52,7 +52,7 @@ class WearRows(NamedTuple):
 WEAR_ROWS = WearRows()
 
 
-@jit(constants=True)
+@jit
 def sample(rows, lanes, orbit, fresh, block, taken, out):
     """Write the rows of block as the next sample of each fresh orbit; taken (LANES,) counts the samples."""
     for i in range(lanes):
@@ -82,7 +82,7 @@ def count_down(lanes, fresh, left, stride, due):
     return found
 
 
-@jit(constants=True)
+@jit
 def wear_down(rows, lanes, fresh, t, z, memory):
     """Slow each fresh orbit: up to the time t its momenta have lost the part share*(u + 2 u e/(u + e)) of themselves,
     u = sqrt(t), e = early.
@@ -149,7 +149,7 @@ class ChunkRows(NamedTuple):
 CHUNK_ROWS = ChunkRows()
 
 
-@jit(constants=True)
+@jit
 def keep_values(rows, lanes, fresh, memory, made, kept, out):
     """Keep the rows of made in each fresh lane; write full chunks to out (1, numbers): each row of an orbit after the
     other.
