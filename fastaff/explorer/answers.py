@@ -110,6 +110,8 @@ class Answers:
                     _typed(message, dict.fromkeys(names, 1.0), known=False)
                     break
                 except UnknownName as problem:
+                    if problem.name in names:  # it means something else to the package
+                        raise
                     names.append(problem.name)
         except (ValueError, TypeError, ImportError) as problem:
             said = str(problem).replace("text:", "formula:", 1)

@@ -718,6 +718,20 @@ def test_the_package_answers_the_pages_messages():
     assert "energy -1" in heard[-1]["message"]
 
 
+@pytest.mark.parametrize("name", ["domain", "period", "t"])
+def test_names_of_a_formula_are_found_once(name):
+    """A name that is an option of the package is unknown however it is given: that is told, not looked for again."""
+    from fastaff.explorer.answers import Answers
+
+    heard = []
+    text = f"x**2 + y**2 + {name}*x + k*y"
+    Answers({}, heard.append).receive({"type": "parse", "formula": text, "kind": "plane", "coordinates": "x y"})
+    (parsed,) = heard
+    assert len(parsed["names"]) == len(set(parsed["names"]))
+    assert (parsed["message"] is None) == (name == "t")
+    assert name == "t" or f"unknown name '{name}'" in parsed["message"]
+
+
 def test_the_widget_speaks_to_the_package():
     pytest.importorskip("anywidget", reason="anywidget shows the explorer in notebooks: fastaff[app]")
     from fastaff.explorer.widget import ExplorerWidget
