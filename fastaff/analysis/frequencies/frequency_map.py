@@ -41,7 +41,7 @@ from .windows import BRIEF
 ACCURACY = 1e-11
 """Relative error that the scheme may leave in frequencies where neither a step nor an accuracy is asked for."""
 
-BUDGET = 1 << 26
+BUDGET = 1 << 27
 """Bytes of samples in memory at once."""
 
 PILOT = 16
@@ -304,8 +304,7 @@ class FrequencyWork:
         while begin < orbits.size:
             end = begin + 1
             while end < orbits.size and (end + 1 - begin) * counts[order[end]] * rows * 8 <= BUDGET:
-                alone = flow.adaptive or counts[order[end]] > BRIEF  # tables are longer than an orbit's samples
-                if alone and counts[order[end]] != counts[order[begin]]:
+                if flow.adaptive and counts[order[end]] != counts[order[begin]]:
                     break
                 end += 1
             part = np.sort(order[begin:end])
@@ -350,11 +349,11 @@ class FrequencyWork:
         self.ensemble.take(orbits, run)
         self.used[orbits] = self.time / steps
         done = np.flatnonzero((run.status == Status.OK) & (run.time >= self.time * (1 - 1e-12)))
-        if done.size:
-            scheme = self.flow.scheme
-            self._adopt(
-                orbits[done], Samples(signals.of(done), start.of(done), scheme.order if scheme.symplectic else 0)
-            )
+        # Tables are longer than the samples of a long orbit: these are read by equal numbers.
+        kinds = np.where(counts[done] > BRIEF, counts[done], 0)
+        order = scheme.order if (scheme := self.flow.scheme).symplectic else 0
+        for some in np.split(done, np.flatnonzero(np.diff(kinds)) + 1) if done.size else ():
+            self._adopt(orbits[some], Samples(signals.of(some), start.of(some), order))
         self.unfinished[orbits] &= self.accuracy is not None  # with one, once its error is judged
         self.done += orbits.size
         if self.report is not None:
