@@ -43,6 +43,12 @@ VANISHING = 1e3
 """How many times the frequency of small oscillations must exceed that of the motion for the latter to count as none."""
 
 
+RUNAWAY = 1e4
+"""How many times faster than at its start an orbit that escapes or collapses at once is taken to move: at its end
+nothing is too fast.
+"""
+
+
 class Motion(NamedTuple):
     """The scales of orbits, of each orbit by itself.
 
@@ -163,7 +169,7 @@ def _observed(model: Any, z: np.ndarray) -> Motion:
     rate, stiff = _first_rates(model, z, W, np.where(radius < FARTHEST, radius / ESCAPE, np.inf))
     turning, drive = frame_rate(model), drive_rate(model)
     kinetic, step = np.zeros(orbits), PHASE / np.maximum(rate, turning)
-    todo = np.arange(orbits)
+    first, gone, todo = rate.copy(), np.zeros(orbits, bool), np.arange(orbits)
     reach, longest = np.abs(z[:n]), PHASES[1] / drive if drive else math.inf
     for round_ in range(ROUNDS):
         step[todo] = np.minimum(step[todo], longest)
@@ -171,7 +177,7 @@ def _observed(model: Any, z: np.ndarray) -> Motion:
         now, kinetic[todo] = _measured(model, states, W[:, :, todo])
         reach[:, todo] = np.fmax.reduce(np.abs(states[:, :n]), axis=0)
         moves = np.isfinite(now) & (now > 0)
-        rate[todo] = np.where(moves, now, rate[todo])
+        rate[todo], gone[todo] = np.where(moves, now, rate[todo]), failed
         phase = np.maximum(rate[todo], turning) * step[todo]
         fits = ((PHASES[0] <= phase) | (step[todo] == longest)) & (phase <= PHASES[1])
         fits &= ~(failed & (round_ < ROUNDS // 2))
@@ -180,6 +186,7 @@ def _observed(model: Any, z: np.ndarray) -> Motion:
         todo = todo[(~fits & moves) | (failed & (round_ < ROUNDS // 2))]
         if not todo.size:
             break
+    rate = np.where(gone, np.minimum(rate, RUNAWAY * first), rate)
     rate = np.where(stiff > VANISHING * rate, stiff, rate)
     own = np.abs(np.array([W[i, i] for i in range(n)]))
     own = np.where(own > 0, own, 1.0)
