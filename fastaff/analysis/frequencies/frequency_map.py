@@ -151,11 +151,12 @@ def frequency_map(
 
     Kinds: two visible lines closer than 1.5/time are one unknown: UNDECIDED, with errors of 1/time, as are frequencies
     with a combination ``|k| <= 10`` that is 0 within its error. IRREGULAR: frequencies differ from half to half by 0.3
-    cycles or more, and by more than close lines can cause.
+    cycles or more, and by more than close lines can cause; never where lines leave less than an eighth of each of two
+    coordinates, or their leading lines are sharp.
 
     Cost: a run, a half-step run over a part of it, a Fourier transform of each loop and a pass over its samples;
     several times as much where lines are not isolated (bench/test_frequency.py). Memory: samples of some orbits at a
-    time, 64 MiB or one orbit, and as much for intermediate arrays (bench/memory.py).
+    time, 128 MiB or one orbit, and as much for intermediate arrays (bench/memory.py).
 
     References
     ----------
