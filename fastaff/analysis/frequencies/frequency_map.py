@@ -352,9 +352,10 @@ class FrequencyWork:
         done = np.flatnonzero((run.status == Status.OK) & (run.time >= self.time * (1 - 1e-12)))
         # Tables are longer than the samples of a long orbit: these are read by equal numbers.
         kinds = np.where(counts[done] > BRIEF, counts[done], 0)
-        order = scheme.order if (scheme := self.flow.scheme).symplectic else 0
+        scheme = self.flow.scheme
         for some in np.split(done, np.flatnonzero(np.diff(kinds)) + 1) if done.size else ():
-            self._adopt(orbits[some], Samples(signals.of(some), start.of(some), order))
+            samples = Samples(signals.of(some), start.of(some), scheme.order if scheme.symplectic else 0)
+            self._adopt(orbits[some], samples)
         self.unfinished[orbits] &= self.accuracy is not None  # with one, once its error is judged
         self.done += orbits.size
         if self.report is not None:
