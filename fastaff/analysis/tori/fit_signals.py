@@ -9,7 +9,7 @@ import numpy as np
 from ...models.traits import traits_of
 from ..frequencies.integer_lattice import box, first_basis, generators
 from ..frequencies.naff import naff
-from .fit_series import weights
+from .series import weights
 
 LINES = (16, 48)
 """Lines of each signal from which the lattice of frequencies is found; the second number where the first leave it

@@ -24,10 +24,9 @@ from ...models.contracts import Model
 from ...models.mechanics import energies, kinetic_energies, slopes
 from ...schemes.catalogue import SOFRONIOU_SPALETTA10, RungeKutta, Splitting, scheme_of
 from ..frequencies.integer_lattice import quotient, relations
-from .fit_series import STEPS, errors, fit, grow, weights, window
 from .fit_signals import signals
 from .fit_turns import fit_turns
-from .fourier import actions, canonical, evaluate
+from .series import STEPS, actions, canonical, errors, evaluate, fit, grow, weights, window
 from .torus import TorusFit, Verdict, basis_name, doubted, flow_residual, nothing, point, resting, unsure
 from .turns import turned
 

@@ -17,9 +17,21 @@ from ...models.traits import traits_of
 from ...schemes.catalogue import SOFRONIOU_SPALETTA10
 from ..frequencies.integer_lattice import first_basis, generators, inverse, reduced
 from ..frequencies.naff import naff
-from .fit_series import LARGEST_ORDER, STEPS, Samples, Series, errors, fit, grow, weights, window
 from .fit_signals import LINES, TRUSTED
-from .fourier import actions, canonical, evaluate
+from .series import (
+    LARGEST_ORDER,
+    STEPS,
+    Samples,
+    Series,
+    actions,
+    canonical,
+    errors,
+    evaluate,
+    fit,
+    grow,
+    weights,
+    window,
+)
 from .torus import TorusFit, Verdict, doubted, nothing, point, resting, unsure
 from .turns import Turns, apart, area, image, periods_of, rows_of, turn_residual, turns_of, without_periods
 

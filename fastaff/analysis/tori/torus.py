@@ -20,7 +20,7 @@ from ...models.traits import traits_of
 from ..chaos.chaos_map import chaos_map
 from ..frequencies.integer_lattice import determinant, inverse
 from .fit_signals import Unknown
-from .fourier import actions, evaluate
+from .series import actions, evaluate
 from .turns import area, spread, turn_residual, turned
 
 

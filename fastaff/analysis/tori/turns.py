@@ -14,7 +14,7 @@ from ...flows.flow import Flow
 from ...flows.options import Options, plan
 from ...models.mechanics import inside
 from ...models.traits import traits_of
-from .fourier import actions, evaluate
+from .series import actions, evaluate
 
 GRID = 512
 """Points of the torus where its equation is tried."""
