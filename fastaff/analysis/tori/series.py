@@ -203,6 +203,9 @@ def fit(samples: Samples, nu: np.ndarray, rank: int, orders: tuple[int, ...], *,
     """
     t, w = samples.t, samples.w
     nu = np.array(nu, dtype=float)
+    if not len(samples.signals):
+        none = np.zeros((0, 1), complex), np.zeros((1, rank), int), (0,) * rank, np.zeros(rank)
+        return Series(nu, *none, misfit=0.0, left_out=0, unsettled=0.0)
     k = box(orders)
     units = np.vstack([np.eye(len(nu) - rank), np.zeros((1, len(nu) - rank))])[samples.carrier]
     directions = [np.hstack([k, np.broadcast_to(unit, (len(k), len(unit)))]) for unit in units]
@@ -271,6 +274,8 @@ def errors(samples: Samples, series: Series, rank: int, drift: float) -> tuple[n
     The parts are unequal: where the motion returns to its phase after half the window, halves would agree on wrong
     frequencies.
     """
+    if not len(samples.signals):
+        return np.zeros(len(series.nu)), 0.0
     size, orders = len(samples.t), tuple(-(-2 * order // 3) for order in series.orders)
     ends = [slice(0, int(EARLY * size)), slice(int(LATE * size), size)]
     parts = [
