@@ -453,7 +453,7 @@ def fit_samples(
     :Source: as `fit_torus`.
     """
     tolerance = positive("tolerance", tolerance)
-    given = given_orbits("samples", samples, dt=dt, times=times, coordinates=coordinates, least=LEAST_SAMPLES)
+    given = given_orbits(samples, dt=dt, times=times, coordinates=coordinates, least=LEAST_SAMPLES)
     if given.shape[1] != 1:
         raise ValueError(f"samples must be of one orbit, (2n, samples), got {given.shape[1]} orbits")
     if given.interval is None:
@@ -461,7 +461,7 @@ def fit_samples(
     if not 1.0 / FARTHEST < given.interval * LEAST_SAMPLES < given.interval * given.shape[2] < FARTHEST:
         raise ValueError(f"dt must be neither so small nor so large that squares of times are none, got {dt!r}")
     z = given.read(0, 1)
-    known = int(ends("samples", z)[0][0])
+    known = int(ends(z)[0][0])
     path = np.ascontiguousarray(z[:, 0])
     if known < path.shape[1]:
         raise ValueError(
