@@ -16,7 +16,7 @@ from ...base.short_forms import starts_of, takes
 from ...base.status import Status
 from ...compile.threads import by_portions
 from ...flows import observers
-from ...flows.accuracy import Steps, halved, planned
+from ...flows.accuracy import Steps, halved, planned, until
 from ...flows.checks import checked_model, checked_section, energy_drift
 from ...flows.ensemble import Ensemble
 from ...flows.flow import Flow, Report, Wear, energy_error
@@ -316,10 +316,8 @@ def _accurate(flow, body, z, section, wanted, max_time, tolerance, accuracy, rep
         late = np.where(there, error / scales.rate, np.nan)
         apart = np.where(there, error * np.concatenate([scales.position, scales.momentum])[:, None], np.nan)
         holds = np.where(there, error <= accuracy, True)
-        first = np.where(holds.all(axis=0), wanted, (~holds).argmax(axis=0))
-        before = np.take_along_axis(np.pad(part.found.times, ((1, 0), (0, 0))), first[None], axis=0)[0]
-        until = np.where(holds.all(axis=0), part.reached, before)
-        put(result, where, replace(part.found, time_error=late, point_error=apart, accurate_until=until))
+        lasting = until(holds, part.found.times, part.reached)
+        put(result, where, replace(part.found, time_error=late, point_error=apart, accurate_until=lasting))
 
     def drifts(run: _Crossings) -> np.ndarray:
         return run.found.status == Status.ENERGY_DRIFT
