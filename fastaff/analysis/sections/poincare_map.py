@@ -313,7 +313,7 @@ def _accurate(flow, body, z, section, wanted, max_time, tolerance, accuracy, rep
 
 
 def _compared(body, section, motion: Motion, fine: SectionMap, coarse: SectionMap, threads: int) -> tuple:
-    """Return distances (crossings, orbits) of states at crossings of two runs, the radians up to these, and `slants`."""
+    """Return distances (crossings, orbits) of states at crossings of two runs, radians up to these, and `slants`."""
     whole = np.empty((3, *fine.times.shape))
 
     def some(at: slice) -> None:

@@ -363,6 +363,14 @@ def fitted(body: Any, orbit: Samples) -> TorusFit:
     origin, time = (theta0, 0.0) if turns else (angles, middle)
     theta = origin[:, None] + nu[:, None] * (t[later] - time)
     prediction = distance(body, evaluate(k, z, theta) + winding @ theta, orbit.path[:, later])
+    tried = {"residual": left, "prediction error": prediction}
+    fit_of = {
+        "misfit": series.misfit,
+        "diffusion": diffusion,
+        "edge of the series": float(series.edge.max(initial=0.0)),
+        "terms left out": float(series.left_out),
+        "unexplained lines": float(start.unknown),
+    }
     return TorusFit(
         names=tuple(basis_name(unit, R, start.names) for unit in np.eye(len(nu), dtype=int)),
         nu=nu / orbit.pieces,
@@ -376,18 +384,7 @@ def fitted(body: Any, orbit: Samples) -> TorusFit:
         verdict=Verdict.TORUS if traits_of(body).moving == len(nu) else Verdict.RESONANT,
         dimension=len(nu),
         relations=relation,
-        evidence=MappingProxyType(
-            orbit.evidence
-            | {
-                "residual": left,
-                "prediction error": prediction,
-                "misfit": series.misfit,
-                "diffusion": diffusion,
-                "edge of the series": float(series.edge.max(initial=0.0)),
-                "terms left out": float(series.left_out),
-                "unexplained lines": float(start.unknown),
-            }
-        ),
+        evidence=MappingProxyType(orbit.evidence | (fit_of | tried if turns else tried | fit_of)),
         energy=orbit.energy,
         body=body,
         winding=wound,
