@@ -242,7 +242,7 @@ def _turns(
     time, or what there is to say where it has no fit.
     """
     mapping, periods, rows = traits_of(body).iterated, periods_of(body), rows_of(body)
-    flow, interval = flow_of_turns(body, z, options)
+    flow, _, interval = flow_of_turns(body, z, options)
     count = int(time / interval + 1e-9)
     if count < LEAST_TURNS:
         return nothing(body, energy, {"status": float(Status.OK), "longer": LEAST_TURNS * interval})

@@ -247,10 +247,11 @@ def rows_of(body: Any) -> np.ndarray:
     return np.concatenate([kept, n + kept])
 
 
-def flow_of_turns(body: Any, z: np.ndarray, options: Options) -> tuple[Flow, float]:
-    """Return a flow of the orbits from z (2n, orbits) and the time of a turn, which its steps divide."""
+def flow_of_turns(body: Any, z: np.ndarray, options: Options) -> tuple[Flow, np.ndarray, float]:
+    """Return a flow of the orbits from z (2n, orbits), their starts, and the time of a turn, which its steps divide."""
     interval = 1.0 if traits_of(body).iterated else float(body.period)
-    return plan(body, z, options, error=STEP_ERROR).flow.fitted(interval), interval
+    flow, z, _ = plan(body, z, options, error=STEP_ERROR)
+    return flow.fitted(interval), z, interval
 
 
 def image(body: Any, z: np.ndarray, count: int) -> np.ndarray:
@@ -266,8 +267,7 @@ def image(body: Any, z: np.ndarray, count: int) -> np.ndarray:
                 points = np.array(np.broadcast_arrays(*body.iterate(*points)))
         result[:, live] = points
         return result
-    points, row = z[:, live], traits_of(body).moving
-    flow, period = flow_of_turns(body, points, Options())
+    (flow, points, period), row = flow_of_turns(body, z[:, live], Options()), traits_of(body).moving
     ensemble = flow.ensemble(points.copy())
     states = flow.sampled(ensemble, 1 if flow.adaptive else count, time=count * period)
     after = np.where(ensemble.status == Status.OK, states[:, -1].T, np.nan)
