@@ -13,17 +13,9 @@ from fastaff import plot
 from fastaff.models.traits import traits_of
 
 matplotlib = pytest.importorskip("matplotlib")
-from matplotlib.figure import Figure  # noqa: E402
 
 NEO = fastaff.Body(fastaff.NeoHookean())
 SURFACE = {"energy": 1.5, "p_eta": 0.3, "p_gamma": 0.2}
-
-
-@pytest.fixture
-def ax():
-    figure = Figure()
-    yield figure.subplots()
-    figure.canvas.draw()
 
 
 def section_map(orbits=3, crossings=5):

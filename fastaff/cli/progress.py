@@ -14,7 +14,7 @@ import numpy as np
 
 from ..base.interruption import Interrupted
 from ..base.recipe import keep
-from ..base.status import Status, summary
+from ..base.status import Status
 from .stops import EXIT_INTERRUPTED, Stops, on_stop, say
 
 COMPILE_SECONDS = {"poincare": 26, "frequency-map": 25, "chaos-map": 13, "demo": 30, "animate": 5, "doctor": 4}
@@ -207,11 +207,6 @@ def is_cold() -> bool:
 
     folder = cache_directory()
     return folder is None or (prebuilt() is None and sum(1 for _ in folder.glob(f"*{SUFFIX}")) < 10)
-
-
-def counted(status: np.ndarray) -> str:
-    """Count the outcomes in a caption."""
-    return "orbits: " + ", ".join(f"{count} {outcome.name}" for outcome, count in summary(status).items())
 
 
 def finished(result: Any, seconds: float) -> str:

@@ -259,8 +259,11 @@ def shortening(
     return np.where(curable, shorter, 1.0)
 
 
-def until(error: np.ndarray, times: np.ndarray, accuracy: float) -> np.ndarray:
-    """Return the time (orbits,) up to which errors (moments, orbits) at `times` (moments,) stay below the accuracy."""
-    holds = error <= accuracy
-    count = np.where(holds.all(axis=0), len(times), (~holds).argmax(axis=0))
-    return np.concatenate([[0.0], times])[count]
+def until(holds: np.ndarray, times: np.ndarray, end: np.ndarray | float) -> np.ndarray:
+    """Return the last of `times` (moments, orbits) up to which errors are small at all moments, by `holds` (moments,
+    orbits): 0 where they never are, the `end` where they always are.
+    """
+    always = holds.all(axis=0)
+    first = np.where(always, 0, (~holds).argmax(axis=0))
+    before = np.take_along_axis(np.pad(times, ((1, 0), (0, 0))), first[None], axis=0)[0]
+    return np.where(always, end, before)

@@ -206,15 +206,15 @@ def checked_scheme(scheme: Any) -> Splitting | RungeKutta:
     return scheme
 
 
-def suited_scheme(scheme: Any, model: Any, name: str = "body") -> Any:
+def suited_scheme(scheme: Any, model: Any) -> Any:
     """Return `scheme` if its order holds for the model."""
     if not getattr(scheme, "nystrom", False):
         return scheme
-    check_needs(model, "forces of the coordinates alone", got=scheme.name, order=scheme.order, argument=name)
+    check_needs(model, "forces of the coordinates alone", got=scheme.name, order=scheme.order, argument="body")
     if not traits_of(model).quadratic:
         raise ValueError(
             f"scheme {scheme.name} has its order {scheme.order} only where T is quadratic in the momenta, and that of "
-            f"{name} {type(model).__name__} is not: take KAHAN_LI8"
+            f"body {type(model).__name__} is not: take KAHAN_LI8"
         )
     return scheme
 

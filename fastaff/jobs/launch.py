@@ -246,10 +246,8 @@ class NamedCells:
         """Number of cells."""
         return int(np.prod(self.shape))
 
-    @property
-    def block(self) -> int:
-        """Cells that are computed together."""
-        return BLOCK
+    block = BLOCK
+    """Cells that are computed together."""
 
     def points(self, block: int) -> tuple[np.ndarray, np.ndarray]:
         """Return the phase points of the cells of a block that the energy reaches, and their numbers."""
@@ -297,10 +295,8 @@ class RandomPoints:
     seed: int
     edge: Any = None
 
-    @property
-    def block(self) -> int:
-        """Points of one seed."""
-        return BLOCK
+    block = BLOCK
+    """Points of one seed."""
 
     def points(self, block: int) -> tuple[np.ndarray, np.ndarray]:
         """Return the phase points of a block."""
@@ -330,10 +326,8 @@ class Points:
         """Number of orbits."""
         return self.z0.shape[1]
 
-    @property
-    def block(self) -> int:
-        """Points that are taken together."""
-        return BLOCK
+    block = BLOCK
+    """Points that are taken together."""
 
     def points(self, block: int) -> tuple[np.ndarray, np.ndarray]:
         """Return the phase points of a block."""

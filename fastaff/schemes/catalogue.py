@@ -101,15 +101,8 @@ class Splitting:
                 f"{what} coefficients contradict the order {self.order}",
             )
 
-    @property
-    def symplectic(self) -> bool:
-        """Whether it is symplectic and reversible with equal steps: yes."""
-        return True
-
-    @property
-    def adaptive(self) -> bool:
-        """Whether it can control its step size: no."""
-        return False
+    symplectic, adaptive = True, False
+    """Whether it is symplectic and reversible with equal steps; whether it can control its step size."""
 
     @property
     def stages(self) -> int:
@@ -262,10 +255,8 @@ class RungeKutta:
         """Slopes to compute per step after the first step."""
         return self.stages - self.fsal
 
-    @property
-    def symplectic(self) -> bool:
-        """Whether it is symplectic and reversible with equal steps: no."""
-        return False
+    symplectic = False
+    """Whether it is symplectic and reversible with equal steps."""
 
     @property
     def adaptive(self) -> bool:
