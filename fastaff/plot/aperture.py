@@ -25,7 +25,7 @@ def plot_aperture(
     :Parameters: result: with `t` and `status` (orbits,), such as that of `fastaff.integrate` for a map, or
         `fastaff.tunes`; z0: starts (2n, orbits), or a grid or sample of them; x, y: their rows, r (cos a, sin a);
         bins: of the angles, by default the starts' own where there are few.
-    :Returns: Artists: points are the starts, lines the aperture and, where nothing is lost at an angle, the marks of "at
+    :Returns: Artists: points are the starts, lines the aperture and, where nothing is lost at an angle, marks of "at
         least"; labels the text with its least, mean and largest value; missing is 0. A click picks the orbit.
     """
     z0 = numbers("z0", getattr(z0, "z0", z0))
@@ -69,7 +69,7 @@ def _aperture(
     for k in range(middles.size):
         mine = (number == k) | (radius == 0)
         first = np.min(radius[mine & lost], initial=np.inf)
-        inside = radius[mine & ~lost & (radius < first)]
+        inside = radius[mine & ~lost & (radius < first * (1 - 1e-9))]
         found[k] = inside.max() if inside.size else 0.0 if np.isfinite(first) else np.nan
         least[k] = not np.isfinite(first) and bool(inside.size)
     return middles, found, least

@@ -90,7 +90,9 @@ def plot_frequency_map(
         beyond = np.count_nonzero(~inside)
         if beyond:
             said = f"{beyond} of {order.size} orbits beyond the axes"
-            noted = [ax.text(0.99, 0.01, said, transform=ax.transAxes, ha="right", va="bottom", fontsize=8, color="0.35")]
+            noted = [
+                ax.text(0.99, 0.01, said, transform=ax.transAxes, ha="right", va="bottom", fontsize=8, color="0.35")
+            ]
     per = "iterate" if getattr(frequency_map, "scheme", None) is ITERATION else "unit time"
     unit = "" if "/" in x else f"  (cycles per {per})"
     ax.set(xlabel=f"${_fraction(x)}${unit}", ylabel=f"${_fraction(y)}${unit}")
