@@ -25,8 +25,8 @@ def plot_aperture(
     :Parameters: result: with `t` and `status` (orbits,), such as that of `fastaff.integrate` for a map, or
         `fastaff.tunes`; z0: starts (2n, orbits), or a grid or sample of them; x, y: their rows, r (cos a, sin a);
         bins: of the angles, by default the starts' own where there are few.
-    :Returns: Artists: points are the starts, lines the aperture and, where nothing is lost at an angle, marks of "at
-        least"; labels the text with its least, mean and largest value; missing is 0. A click picks the orbit.
+    :Returns: Artists: points are the starts, lines the aperture and, where nothing is lost at an angle, marks of
+        "at least"; labels the text with its least, mean and largest value; missing is 0. A click picks the orbit.
     """
     z0 = numbers("z0", getattr(z0, "z0", z0))
     if z0.ndim != 2 or z0.shape[1:] != np.shape(result.t):
