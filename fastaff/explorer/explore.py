@@ -278,7 +278,9 @@ def _title(body: Any) -> str:
         return "Driven system"
     if traits.iterated:
         return "Map of a formula" if hasattr(body, "formula") else type(body).__name__
-    return "Body of a formula" if hasattr(getattr(body, "potential", body), "formula") else type(body).__name__
+    if not hasattr(getattr(body, "potential", body), "formula"):
+        return type(body).__name__
+    return "Body of a formula" if traits.isotropic else "System of a formula"
 
 
 def _formula(body: Any) -> str:

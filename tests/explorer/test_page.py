@@ -58,7 +58,7 @@ class Sheet:
     def state(self, text):
         """Open the state of an address."""
         self.page.evaluate(
-            "(text) => { " + APP + " app.section.surface = null; app.lastHash = null;"
+            "(text) => { " + APP + " app.section.surface = null; app.lastHash = null; document.activeElement.blur();"
             " location.hash = ''; location.hash = text; }",
             text,
         )
@@ -537,31 +537,6 @@ def test_an_energy_that_is_not_reached_keeps_the_orbits(sheet):
     assert sheet.page.locator("[data-number=E]").input_value() == "1.5"
 
 
-def test_the_page_opens_alive(browser, tmp_path):
-    """Twelve orbits of the region with the hint beside them; none where points are given, be it none."""
-    context = browser.new_context(viewport={"width": 1280, "height": 800}, reduced_motion="reduce")
-    path = fa.explore(fa.HenonHeiles(), energy=0.11, section="x=0", out=tmp_path / "alive.html")
-    sheet = Sheet(context, path.as_uri())
-    sheet.done(12)
-    u, v = np.array([one.point for one in sheet.orbits()]).T
-    assert (v**2 < 2 * 0.11 - u**2 + 2 / 3 * u**3).all()
-    assert sheet.page.locator("[data-part=hello]").is_visible()
-    sheet.click(0.1, 0.1)
-    sheet.done(13)
-    assert sheet.page.locator("[data-part=hello]").is_hidden()
-    for left in (12, 0):
-        sheet.do("undo")
-        sheet.wait("app.orbits.shown.size === given", left)
-    sheet.page.locator("[data-part=system]").select_option("standard-map")
-    sheet.wait("app.section.surface?.periods && app.orbits.shown.size === 12")
-    path = fa.explore(fa.HenonHeiles(), energy=0.11, section="x=0", points=[], out=tmp_path / "still.html")
-    quiet = Sheet(context, path.as_uri())
-    quiet.wait("app.pending === null")
-    assert quiet.get("app.orbits.shown.size") == 0
-    assert sheet.said == quiet.said == []
-    context.close()
-
-
 def test_colours_say_verdicts_numbers_or_orbits(sheet):
     sheet.state("system=henon-heiles&crossings=300&energy=0.125&points=0.3:0.0,0.35:0.0,-0.1:0.1,0.0:0.4")
     sheet.done(4)
@@ -773,3 +748,48 @@ def test_the_file_asks_nothing_of_anybody(file):
     assert len(text.encode()) < 1_000_000
     own = text.split('id="setup">')[0] + text.split("</script>", 1)[1]
     assert not re.search(r"innerHTML|outerHTML|insertAdjacentHTML|document\.write|\beval\(|new Function", own)
+
+
+def test_where_all_orbits_escape_the_page_says_from_which_energy(browser, tmp_path):
+    """The saddle of Henon and Heiles is at 1/6, the minimum at 0; x y has no minimum. Edges of the view are no walls."""
+    context = browser.new_context(viewport={"width": 1280, "height": 800}, reduced_motion="reduce")
+    path = fa.explore(fa.HenonHeiles(), energy=3.0, section="x=0", points=[[-0.5], [2.2]], out=tmp_path / "page.html")
+    sheet = Sheet(context, path.as_uri())
+    sheet.wait("app.part('notice').textContent.includes('escape')")
+    assert sheet.text("notice") == "All escape over E = 0.16667: try E = 0.12."
+    u0, u1 = sheet.get("app.section.surface.extent")[:2]
+    outline = np.array(sheet.get("[...app.section.surface.outline]"), dtype=float).reshape(-1, 2)
+    assert np.nanmax(outline[:, 0]) > u1  # where y goes on, V falls for ever
+    assert np.nanmin(outline[:, 0]) > u0  # a wall
+    path = fa.explore(fa.hamiltonian("x*y"), energy=0.2, section="y=0", out=tmp_path / "none.html")
+    other = Sheet(context, path.as_uri())
+    other.wait("app.part('notice').textContent.includes('no minimum')")
+    assert other.text("title") == "System of a formula"
+    assert other.text("formula-shown") == "V = x\u2009y"
+    assert sheet.said == other.said == []
+    context.close()
+
+
+def test_the_page_opens_alive(browser, tmp_path):
+    """Twelve orbits of the region with the hint beside them; none where points are given, be it none."""
+    context = browser.new_context(viewport={"width": 1280, "height": 800}, reduced_motion="reduce")
+    path = fa.explore(fa.HenonHeiles(), energy=0.11, section="x=0", out=tmp_path / "alive.html")
+    sheet = Sheet(context, path.as_uri())
+    sheet.done(12)
+    u, v = np.array([one.point for one in sheet.orbits()]).T
+    assert (v**2 < 2 * 0.11 - u**2 + 2 / 3 * u**3).all()
+    assert sheet.page.locator("[data-part=hello]").is_visible()
+    sheet.click(0.1, 0.1)
+    sheet.done(13)
+    assert sheet.page.locator("[data-part=hello]").is_hidden()
+    for left in (12, 0):
+        sheet.do("undo")
+        sheet.wait("app.orbits.shown.size === given", left)
+    sheet.page.locator("[data-part=system]").select_option("standard-map")
+    sheet.wait("app.section.surface?.periods && app.orbits.shown.size === 12")
+    path = fa.explore(fa.HenonHeiles(), energy=0.11, section="x=0", points=[], out=tmp_path / "still.html")
+    quiet = Sheet(context, path.as_uri())
+    quiet.wait("app.pending === null")
+    assert quiet.get("app.orbits.shown.size") == 0
+    assert sheet.said == quiet.said == []
+    context.close()

@@ -10,7 +10,7 @@ import { showConstant, showOthers, showParameters, showState, showWrong } from "
 import { makeSaving } from "./offers.js";
 import { OWN, firstState, hashOf, othersOf, systemOf } from "./state.js";
 import { showRow } from "./table.js";
-import { shownNumber, writeLabel } from "./text.js";
+import { shownFormula, shownNumber, writeLabel } from "./text.js";
 import { takeRegion } from "./view_configuration.js";
 import { changeView, isAllowed, wholeView, zoomView } from "./view_section.js";
 
@@ -204,7 +204,7 @@ export function makeActions(app) {
     showState(app.panel, state, system);
     for (const what of ["formula", "energy", "section"]) showWrong(app.panel, what, null);
     part("title").textContent = system.title;
-    writeLabel(part("formula-shown"), system.formula ?? "");
+    writeLabel(part("formula-shown"), system.name === "own" ? shownFormula(system.formula) : system.formula ?? "");
     part("body-figure").hidden = system.kind !== "body";
     app.root.dataset.kind = system.kind;
     app.root.toggleAttribute("data-driven", Boolean(system.driven));
@@ -262,6 +262,16 @@ export function makeActions(app) {
     section.surface = null;
     takeRegion(app.configuration, null);
     everything();
+  }
+
+  // Say what to do where no orbit stays.
+  function adviseEnergy() {
+    const { surface } = section, shown = [...orbits.shown.values()];
+    if (!surface || surface.periods || !shown.length || !shown.every((orbit) => orbit.reading.status.toLowerCase() === "escaped")) return;
+    const { minimum, escape } = surface;
+    const opens = Number.isFinite(minimum) && escape !== null && surface.energy > escape;
+    if (opens) notice("All escape over E = " + shownNumber(escape, 5) + ": try E = " + shownNumber(minimum + 0.75 * (escape - minimum), 2) + ".");
+    else notice(minimum === null ? "All escape: the potential has no minimum." : "All orbits escape.");
   }
 
   // What an answer without a surface leaves: the orbits of the surface before, named, if the backend still has them.
@@ -525,6 +535,6 @@ export function makeActions(app) {
   }
 
   return {
-    do: act, choose, more, hide, forget: forgetOne, step, moveCursor, pan, pointer, panel, notice, remembered, useState, askSurface, launchPending, takeParsed, dropRefused, closeSurface, keepSurface, showBackgroundState, showFoot, showPlaying, click,
+    do: act, choose, more, hide, forget: forgetOne, step, moveCursor, pan, pointer, panel, notice, remembered, useState, askSurface, launchPending, takeParsed, dropRefused, closeSurface, keepSurface, adviseEnergy, showBackgroundState, showFoot, showPlaying, click,
   };
 }

@@ -51,7 +51,7 @@ function drawFrame(app, now) {
     Object.assign(app, { paintStale: false, paintedAt: now });
     if (repaint(app.orbits)) {
       if (app.section.layer) app.section.layer.stale = true;
-      dirty.add("section");
+      for (const name of ["section", "configuration", "body", "frequency", "table"]) dirty.add(name);
     }
     showScale(app.part("scale"), app.orbits, app.theme);
   } else if (app.paintStale) next.push("paint");

@@ -138,6 +138,7 @@ function takeReadingMessage(app, message) {
     app.actions.showFoot();
   }
   app.paintStale = true;
+  if (values.status.toLowerCase() === "escaped") app.actions.adviseEnergy();
   askFrame(app, "table", "frequency");
 }
 

@@ -3,11 +3,13 @@
 const EDGE_HALVINGS = 14;
 
 /** The ends of polygons u, v, u, v, ..., each followed by NaN, NaN, that together cover what is allowed. `inside(u, v)` finds
- * the edge between the middles of two cells; without it that is half way. */
-export function outlineOf(allowed, [u0, u1, v0, v1], width, height, inside = null) {
-  const du = (u1 - u0)/width, dv = (v1 - v0)/height, found = [];
-  const is = (i, j) => i >= 0 && j >= 0 && i < width && j < height && allowed[j*width + i] !== 0;
-  const at = (i, j) => [u0 + (i + 0.5)*du, v0 + (j + 0.5)*dv];
+ * the edge between the middles of two cells; without it that is half way. What is allowed at an end of the rectangle goes on
+ * for the part `beyond` of it, where that is not 0. */
+export function outlineOf(allowed, [u0, u1, v0, v1], width, height, inside = null, beyond = 0) {
+  const du = (u1 - u0)/width, dv = (v1 - v0)/height, found = [], inner = (i, count) => Math.min(count - 1, Math.max(0, i));
+  const is = (i, j) => (beyond > 0 || (i >= 0 && j >= 0 && i < width && j < height)) && allowed[inner(j, height)*width + inner(i, width)] !== 0;
+  const place = (i, count) => (i < 0 ? -Math.max(0.5, beyond*count) : i >= count ? count + Math.max(0.5, beyond*count) : i + 0.5);
+  const at = (i, j) => [u0 + place(i, width)*du, v0 + place(j, height)*dv];
   const between = (kept, gone) => {
     let [a, b] = [kept, gone];
     for (let k = 0; k < (inside ? EDGE_HALVINGS : 1); k++) {
@@ -22,7 +24,7 @@ export function outlineOf(allowed, [u0, u1, v0, v1], width, height, inside = nul
   };
   for (let j = -1; j < height; j++) {
     let whole = null; // where a run of cells that are allowed at all corners began
-    for (let i = -1; i <= width; i++) {
+    for (let i = -1; i < width; i++) {
       const corners = [[i, j], [i + 1, j], [i + 1, j + 1], [i, j + 1]], are = corners.map(([k, l]) => is(k, l));
       if (are.every(Boolean)) { whole ??= i; continue; }
       if (whole !== null) { polygon([at(whole, j), at(i, j), at(i, j + 1), at(whole, j + 1)]); whole = null; }
@@ -33,6 +35,7 @@ export function outlineOf(allowed, [u0, u1, v0, v1], width, height, inside = nul
         return [...own, are[k] ? between(at(...corner), at(...corners[next])) : between(at(...corners[next]), at(...corner))];
       }));
     }
+    if (whole !== null) polygon([at(whole, j), at(width, j), at(width, j + 1), at(whole, j + 1)]);
   }
   return Float64Array.from(found);
 }

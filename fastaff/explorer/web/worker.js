@@ -63,7 +63,7 @@ export class Explorer {
     }
     this.begin(surface, extent);
     const allowed = surface.mask(extent, width, height), top = betweenColumns((u) => surface.top(u), extent, width);
-    const outline = outlineOf(allowed, extent, width, height, (u, v) => surface.allows(u, v, top(u)));
+    const outline = outlineOf(allowed, extent, width, height, (u, v) => surface.allows(u, v, top(u)), 0.2);
     this.post({
       type: "surface", labels: surface.labels, axes: surface.axes, extent, width, height, allowed, outline, minimum, escape,
       section: surface.section, constant: surface.constant, energy: surface.energy,
