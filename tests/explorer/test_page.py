@@ -751,7 +751,7 @@ def test_the_file_asks_nothing_of_anybody(file):
 
 
 def test_where_all_orbits_escape_the_page_says_from_which_energy(browser, tmp_path):
-    """The saddle of Henon and Heiles is at 1/6, the minimum at 0; x y has no minimum. Edges of the view are no walls."""
+    """The saddle of Henon and Heiles is at 1/6, the minimum at 0; x y has no minimum. A view has no walls."""
     context = browser.new_context(viewport={"width": 1280, "height": 800}, reduced_motion="reduce")
     path = fa.explore(fa.HenonHeiles(), energy=3.0, section="x=0", points=[[-0.5], [2.2]], out=tmp_path / "page.html")
     sheet = Sheet(context, path.as_uri())
