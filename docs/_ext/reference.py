@@ -32,7 +32,7 @@ PAGES: dict[str, Page] = {
     "orbits": Page(
         "Orbits",
         "Integration of many orbits, with or without tangent vectors, and what became of each.",
-        {"": "integrate tangent_map Status Interrupted OrbitError", "analysis": "Orbits TangentMap"},
+        {"": "integrate tangent_map Status Interrupted OrbitError progress", "analysis": "Orbits TangentMap"},
     ),
     "sections": Page(
         "Sections",
