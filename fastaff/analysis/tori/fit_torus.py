@@ -22,7 +22,8 @@ from ...flows.motion import motion
 from ...flows.options import Options, iterates, plan
 from ...models.contracts import Model
 from ...models.mechanics import energies, kinetic_energies, slopes
-from ...schemes.catalogue import SOFRONIOU_SPALETTA10, RungeKutta, Splitting, scheme_of
+from ...models.traits import traits_of
+from ...schemes.catalogue import GAUSS16, SOFRONIOU_SPALETTA10, Scheme, scheme_of
 from ..frequencies.integer_lattice import quotient, relations
 from .fit_series import STEPS, errors, fit, grow, weights, window
 from .fit_signals import signals
@@ -55,7 +56,7 @@ def fit_torus(
     time: float,
     tolerance: float = 1e-6,
     step: float | None = None,
-    scheme: Splitting | RungeKutta | None = None,
+    scheme: Scheme | None = None,
     rtol: float = 1e-12,
     atol: float = 1e-12,
     report: Report | None = None,
@@ -74,7 +75,7 @@ def fit_torus(
     tolerance : float, default 1e-6
         Largest residual and prediction error of a torus.
     step, scheme, rtol, atol : as in `integrate`
-        Default scheme: SOFRONIOU_SPALETTA10.
+        Default scheme: SOFRONIOU_SPALETTA10, GAUSS16 for H(q, p).
     report : callable, optional
         Called with the fraction done, a quarter for each of the orbit, the same by half the steps, the fit and the
         verdict.
@@ -138,7 +139,8 @@ def fit_torus(
         if turned(body):
             found = fit_turns(body, z, time, tolerance, options, known, done)
         else:
-            options = replace(options, scheme=SOFRONIOU_SPALETTA10 if scheme is None else scheme)
+            usual = SOFRONIOU_SPALETTA10 if traits_of(body).separable else GAUSS16
+            options = replace(options, scheme=usual if scheme is None else scheme)
             flow, z, _ = plan(body, z, options)
             found = _found(flow, body, z, time, tolerance, energy, known, done)
         if report is not None:

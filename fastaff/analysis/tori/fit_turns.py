@@ -14,7 +14,7 @@ from ...base.status import Status
 from ...flows.flow import Report
 from ...flows.options import Options
 from ...models.traits import traits_of
-from ...schemes.catalogue import SOFRONIOU_SPALETTA10
+from ...schemes.catalogue import GAUSS16, SOFRONIOU_SPALETTA10
 from ..frequencies.integer_lattice import first_basis, generators, inverse, reduced
 from ..frequencies.naff import naff
 from .fit_series import LARGEST_ORDER, STEPS, Samples, Series, errors, fit, grow, weights, window
@@ -65,9 +65,9 @@ def fit_turns(
     """Find the torus of the orbit of a map, or of a driven system's map over its period, from z (2n, 1); see
     `fit_torus`. Adds to `known` what is known on the way.
     """
-    mapping = traits_of(body).iterated
+    mapping, separable = traits_of(body).iterated, traits_of(body).separable
     if not mapping and options.scheme is None:
-        options = replace(options, scheme=SOFRONIOU_SPALETTA10)
+        options = replace(options, scheme=SOFRONIOU_SPALETTA10 if separable else GAUSS16)
     turns = turns_of(body, z, options)
     count = int(time / turns.interval + 1e-9)
     if count < LEAST:
