@@ -264,13 +264,6 @@ class Flow:
             z[self.traits.moving] = self.model.phase(z[self.traits.moving])
         return z[: self.traits.rows]
 
-    def turned_back(self, z: np.ndarray) -> np.ndarray:
-        """Return phase points (2n, ...) with angles brought back, in place, to half a period around 0."""
-        for row, period in zip(z, self.traits.periods, strict=False):
-            if period > 0:
-                row -= period * np.floor(row / period + 0.5)
-        return z
-
     def section(self, section: Any) -> Any:
         """Return a section of the model as one of the flow's states: itself, or with a 0 for an idle row."""
         idle = 2 * self.traits.n - self.traits.rows

@@ -90,6 +90,13 @@ class Traits:
         """The periods of its coordinates that are angles, 0 of the others."""
         return tuple(map(float, getattr(self.model, "periods", lambda: (0.0,) * self.n)()[: self.n]))
 
+    def turned_back(self, z: np.ndarray) -> np.ndarray:
+        """Return phase points (2n, ...) with angles brought back, in place, to half a period around 0."""
+        for row, period in zip(z, () if self.iterated else self.periods, strict=False):
+            if period > 0:
+                row -= period * np.floor(row / period + 0.5)
+        return z
+
     @cached_property
     def names(self) -> tuple[str, ...]:
         """The names of its coordinates, q1 to qn where it gives none."""

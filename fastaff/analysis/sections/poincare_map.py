@@ -203,7 +203,8 @@ def _mapped(
 
     def found(interrupted: bool) -> SectionMap:
         result = _result(flow, body, ensemble, section, wanted, memory, out, tolerance)
-        result = replace(result, points=flow.turned_back(flow.states(result.points)), section=asked)
+        points = traits_of(body).turned_back(flow.states(result.points))
+        result = replace(result, points=points, section=asked)
         if interrupted:
             result.status[result.status == Status.TOO_FEW_CROSSINGS] = Status.INTERRUPTED  # there may be more
         return result
