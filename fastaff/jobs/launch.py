@@ -86,7 +86,7 @@ class Starts:
             fits("--orbits", self.orbits, itemsize=1)
         if self.seed < 0:
             raise Wrong(f"--seed must be at least 0, got {self.seed}")
-        if self.by_name or section is None or not traits_of(body).conserves or not on_section(body, section):
+        if self.by_name or section is None or not traits_of(body).launches or not on_section(body, section):
             return self._by_name(body, section, surface)
         cells = _cells(self.grid or default)
         fits("--grid", *cells, itemsize=1)
@@ -125,7 +125,7 @@ class Starts:
             raise Wrong(f"give --microcanonical or --{'at-rest' if self.at_rest else 'solve'}, not both")
         if self.microcanonical and self.orbits is None:
             raise Wrong("--microcanonical needs --orbits, how many are drawn")
-        free = not traits_of(body).conserves
+        free = not traits_of(body).launches
         here = None if free or self.microcanonical or self.at_rest or self.solve is not None else section
         sign = -1 if surface.direction == "-1" and (self.solve is not None) else 1
         fixed = {name: number(f"--fixed {name}", text) for name, text in pairs("--fixed", self.fixed or (), "VALUE")}

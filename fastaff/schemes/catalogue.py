@@ -1,4 +1,4 @@
-"""Numerical schemes as data that checks itself: splittings and explicit Runge-Kutta tableaux.
+"""Numerical schemes as data that checks itself: splittings, explicit Runge-Kutta tableaux and all others by name.
 
 A scheme is a frozen value: its coefficients, the order it claims and the publication it comes from. Construction tests
 it: wrong lengths, lost digits, broken symmetry or an order that the quadrature conditions refute raise ValueError, so
@@ -29,6 +29,7 @@ import numpy as np
 from ..base.names import named
 from ..base.numbers import flag, reals, text, whole
 from . import _dop853, _splittings, _verner98
+from .collocation import GAUSS8, GAUSS16, Collocation
 from .conditions import MOST_ORDER, Rows, Weights, agree, moments, nested, require, tableau
 
 
@@ -409,7 +410,7 @@ VERNER9 = RungeKutta(
     dense_order=8,
 )
 
-Scheme = Splitting | RungeKutta
+Scheme = Splitting | RungeKutta | Collocation
 
 SCHEMES: Mapping[str, Scheme] = MappingProxyType(
     {
@@ -425,6 +426,8 @@ SCHEMES: Mapping[str, Scheme] = MappingProxyType(
             RK4,
             DOP853,
             VERNER9,
+            GAUSS8,
+            GAUSS16,
         )
     }
 )

@@ -25,7 +25,7 @@ from ...flows.trials import on_ladder
 from ...kernels.samples import CHUNK_ROWS
 from ...models.contracts import Angles, Model
 from ...models.traits import traits_of
-from ...schemes.catalogue import RungeKutta, Splitting, scheme_of
+from ...schemes.catalogue import Scheme, scheme_of
 from .angle_loops import Layout, Plain
 from .found_frequencies import Found
 from .frequencies import FrequencyKind, FrequencyMap
@@ -77,7 +77,7 @@ def frequency_map(
     angles: Angles | None = None,
     window: int | None = None,
     step: float | np.ndarray | None = None,
-    scheme: Splitting | RungeKutta | None = None,
+    scheme: Scheme | None = None,
     rtol: float = 1e-12,
     atol: float = 1e-12,
     energy_tolerance: float | None = None,

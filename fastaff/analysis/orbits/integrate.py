@@ -27,7 +27,7 @@ from ...models.contracts import Model
 from ...models.mechanics import energies, kinetic_energies
 from ...models.traits import traits_of
 from ...schemes.automatic import Automatic
-from ...schemes.catalogue import RungeKutta, Splitting, scheme_of
+from ...schemes.catalogue import Scheme, scheme_of
 from ...schemes.time_transformed import TimeTransformed
 
 CHUNK = 16384
@@ -63,7 +63,7 @@ class Orbits(Result):
     accurate_until: Annotated[np.ndarray | None, along("orbit", unit="time")]
     energy_error: Annotated[np.ndarray, along("orbit", unit="largest kinetic energy")]
     status: Annotated[np.ndarray, along("orbit")]
-    scheme: Splitting | RungeKutta | TimeTransformed
+    scheme: Scheme | TimeTransformed
     step: Annotated[float | np.ndarray, along("orbit", unit="time")]
     names: tuple[str, ...]
 
@@ -80,7 +80,7 @@ def integrate(
     time: float,
     accuracy: float | None = None,
     step: float | np.ndarray | None = None,
-    scheme: Splitting | RungeKutta | TimeTransformed | Automatic | None = None,
+    scheme: Scheme | TimeTransformed | Automatic | None = None,
     samples: int = 0,
     rtol: float = 1e-12,
     atol: float = 1e-12,

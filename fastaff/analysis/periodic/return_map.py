@@ -26,7 +26,7 @@ from ...kernels import crossings as kernels
 from ...models.mechanics import energies, inside, kinetic_energies, potential_energies, slopes
 from ...models.sections import Stroboscopic
 from ...models.traits import traits_of
-from ...schemes.catalogue import ITERATION, KAHAN_LI8, VERNER9
+from ...schemes.catalogue import GAUSS16, ITERATION, KAHAN_LI8, VERNER9
 from ..sections.poincare_map import SPARE, follow_crossings, start_crossings
 from .own_units import Scale
 
@@ -98,7 +98,8 @@ def checked_return(model: Any, section: Any, scheme: Any) -> Any:
                 "section must be stroboscopic, such as 't=0', for a driven system: its periodic orbits are those of "
                 f"the map over its period; got {section!r}"
             )
-        return (KAHAN_LI8 if traits.canonical else VERNER9) if scheme is None else scheme
+        usual = KAHAN_LI8 if traits.separable else GAUSS16 if traits.canonical else VERNER9
+        return usual if scheme is None else scheme
     check_given(model, "a time", "the returns of a map are its images", section=section)
     return ITERATION if scheme is None else scheme
 

@@ -200,7 +200,7 @@ def _grid_by_name(
     if not found.any():
         ranges = ", ".join(f"{name} in [{array.min():.6g}, {array.max():.6g}]" for name, array in zip(names, arrays))
         traits = traits_of(body)
-        if not traits.conserves:
+        if not traits.launches:
             what = "map" if traits.iterated else "system"
             raise NotReached(f"no cell of the grid {ranges} is in the domain of the {what}")
         low = None if traits.isotropic else too_low(body, energy, 0.0, 0.0)

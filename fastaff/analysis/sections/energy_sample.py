@@ -184,7 +184,7 @@ def source_of(
     checked_model(body, needs="a start by rows")
     energy = checked_energy(body, energy)
     no_planes(p_eta, p_gamma)
-    if flag("at_rest", at_rest) or solve is not None or not traits_of(body).conserves:
+    if flag("at_rest", at_rest) or solve is not None or not traits_of(body).launches:
         return ranges_of(body, energy, section, axes, fixed, solve, sign, at_rest)
     if fixed is not None or sign != 1:
         raise ValueError(f"{'sign' if fixed is None else 'fixed'} goes with solve or at_rest, which are missing")

@@ -33,7 +33,7 @@ from ...models.mechanics import slopes
 from ...models.sections import Stroboscopic
 from ...models.traits import traits_of
 from ...schemes.automatic import Automatic
-from ...schemes.catalogue import RungeKutta, Splitting, scheme_of
+from ...schemes.catalogue import Scheme, scheme_of
 from ...schemes.time_transformed import TimeTransformed
 from .section_map import SectionMap
 from .stroboscopic import strobed
@@ -73,7 +73,7 @@ def poincare_map(
     max_time: float | None = None,
     accuracy: float | None = None,
     step: float | np.ndarray | None = None,
-    scheme: Splitting | RungeKutta | TimeTransformed | Automatic | None = None,
+    scheme: Scheme | TimeTransformed | Automatic | None = None,
     rtol: float = 1e-12,
     atol: float = 1e-12,
     energy_tolerance: float | None = None,
@@ -203,7 +203,8 @@ def _mapped(
 
     def found(interrupted: bool) -> SectionMap:
         result = _result(flow, body, ensemble, section, wanted, memory, out, tolerance)
-        result = replace(result, points=flow.states(result.points), section=asked)
+        points = traits_of(body).turned_back(flow.states(result.points))
+        result = replace(result, points=points, section=asked)
         if interrupted:
             result.status[result.status == Status.TOO_FEW_CROSSINGS] = Status.INTERRUPTED  # there may be more
         return result

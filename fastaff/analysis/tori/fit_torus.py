@@ -23,7 +23,7 @@ from ...flows.options import Options, iterates, plan
 from ...models.contracts import Model
 from ...models.mechanics import energies, kinetic_energies, slopes
 from ...models.traits import traits_of
-from ...schemes.catalogue import SOFRONIOU_SPALETTA10, RungeKutta, Splitting, scheme_of
+from ...schemes.catalogue import GAUSS16, SOFRONIOU_SPALETTA10, Scheme, scheme_of
 from ..chaos.chaos_map import chaos_map
 from ..frequencies.frequencies import FrequencyKind
 from ..frequencies.integer_lattice import quotient, relations
@@ -86,7 +86,7 @@ def fit_torus(
     time: float,
     tolerance: float = 1e-6,
     step: float | None = None,
-    scheme: Splitting | RungeKutta | None = None,
+    scheme: Scheme | None = None,
     rtol: float = 1e-12,
     atol: float = 1e-12,
     report: Report | None = None,
@@ -105,7 +105,7 @@ def fit_torus(
     tolerance : float, default 1e-6
         Largest residual and prediction error of a torus.
     step, scheme, rtol, atol : as in `integrate`
-        Default scheme: SOFRONIOU_SPALETTA10.
+        Default scheme: SOFRONIOU_SPALETTA10, GAUSS16 for H(q, p).
     report : callable, optional
         Called with the fraction done, a quarter for each of the orbit, the same by half the steps, the fit and the
         verdict.
@@ -163,7 +163,7 @@ def fit_torus(
         raise ValueError(f"z0 must be one phase point of shape ({len(z)},), got {z.shape[1]} orbits")
     time, done = iterates(body, "time", time), report or (lambda fraction: None)
     if scheme is None and not traits_of(body).iterated:
-        scheme = SOFRONIOU_SPALETTA10
+        scheme = SOFRONIOU_SPALETTA10 if traits_of(body).separable else GAUSS16
     options = Options(scheme=scheme, step=step, rtol=rtol, atol=atol, report=report)
     energy = math.nan if turned(body) else float(energies(body, z)[0])
     known = [nothing(body, energy, {"status": float(Status.INTERRUPTED)})]
