@@ -94,6 +94,23 @@ def test_an_orbit_in_more_digits():
         assert np.abs(found - np.array(truth, dtype=float)).max() < bound, scheme
 
 
+def test_the_named_model_is_the_text():
+    """Energy, rates and their changes at random points, and an orbit."""
+    for _ in range(5):
+        parameters, rate = drawn()
+        named, text = fa.models.DoublePendulum(*parameters.values()), pendulum(**parameters)
+        z, w = RNG.uniform(-3, 3, (2, 4))
+        np.testing.assert_allclose(named.energy(*z), text.energy(*z), rtol=1e-12, atol=1e-12)
+        for one, other in (
+            (named.rates(*z), text.rates(*z)),
+            (named.tangent_rates(*z, *w), text.tangent_rates(*z, *w)),
+        ):
+            np.testing.assert_allclose(one, other, rtol=1e-11, atol=1e-11 * np.abs(other).max())
+    found = [fa.integrate(model, z, time=3 / rate, accuracy=1e-11) for model in (named, text)]
+    assert (np.abs(found[0].z - found[1].z) <= found[0].error + found[1].error).all()
+    assert named.periods() == text.periods()
+
+
 @pytest.mark.parametrize(("scheme", "step"), [(GAUSS8, 0.2), (GAUSS16, 0.5)], ids=["GAUSS8", "GAUSS16"])
 def test_the_order_is_that_of_the_scheme(scheme, step):
     z0, H = [0.5, 0.2, 0.1, -0.2], pendulum()
@@ -274,10 +291,11 @@ def test_a_periodic_orbit_closes():
 
 
 def test_a_torus_has_the_frequencies_of_its_orbit():
-    z0 = [0.3, -0.1, 0.1, 0.2]
-    torus, orbit = fa.fit_torus(pendulum(), z0, time=2000.0), fa.frequency_map(pendulum(), z0, time=2000.0)
+    z0 = [0.1, -0.05, 0.05, 0.1]
+    torus, orbit = fa.fit_torus(pendulum(), z0, time=800.0), fa.frequency_map(pendulum(), z0, time=800.0)
     assert torus.verdict.value == "torus"
-    assert (np.abs(torus.nu - orbit.nu[:, 0]) <= orbit.error[:, 0]).all()
+    apart = np.abs(np.sort(torus.nu) - np.sort(orbit.nu[:, 0]))
+    assert (apart <= orbit.error.max()).all()
 
 
 def test_what_does_not_go_with_it_is_refused():

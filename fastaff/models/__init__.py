@@ -1,6 +1,7 @@
 """Models: NamedTuples of float parameters whose plain methods are the physics."""
 
 from .body import Body, HenonHeiles
+from .double_pendulum import DoublePendulum
 from .functions import Barriers, CoshOscillator, Cosine, CosOscillator, Oscillator, Secant, Spring, Zero, one_variable
 from .maps import FroeschleMap, HenonMap, McMillanMap, OneTurnMap, StandardMap
 from .potentials import Anharmonic, Harmonic, HeavyTop, Hyperelastic, NeoHookean
@@ -14,6 +15,7 @@ __all__ = [
     "CosOscillator",
     "CoshOscillator",
     "Cosine",
+    "DoublePendulum",
     "FroeschleMap",
     "Harmonic",
     "HeavyTop",

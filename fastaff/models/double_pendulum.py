@@ -1,0 +1,82 @@
+"""The double pendulum: H(q, p) whose kinetic energy depends on the angles."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from .contracts import Kind
+
+
+class DoublePendulum(NamedTuple):
+    """Two masses on massless rods, one below the other; the angles q1, q2 are measured from straight down.
+
+    H = (m_2 l_2^2 p1^2 + (m_1 + m_2) l_1^2 p2^2 - 2 m_2 l_1 l_2 cos(q1 - q2) p1 p2)/(2 m_2 l_1^2 l_2^2 D)
+    - (m_1 + m_2) g l_1 cos q1 - m_2 g l_2 cos q2, with D = m_1 + m_2 sin(q1 - q2)^2. p1 and p2 are the angular momenta
+    dL/dq1', dL/dq2'. Parameters in any units: masses, lengths, gravity.
+
+    :Source: Landau & Lifshitz, Mechanics, section 5, problem 1; Richter & Scholz 1984, in: Stochastic Phenomena and
+        Chaotic Behaviour in Complex Systems, p. 86 (its chaos).
+    """
+
+    m_1: float = 1.0
+    m_2: float = 1.0
+    l_1: float = 1.0
+    l_2: float = 1.0
+    g: float = 1.0
+
+    def periods(self):
+        """Return the periods of the rows: angles have one, momenta have not."""
+        return 2 * np.pi, 2 * np.pi, 0.0, 0.0
+
+    def inverse_masses(self):
+        """Return the factors of p1^2/D, p2^2/D and cos(q1 - q2) p1 p2/D in 2H, half of the last."""
+        a, b = self.l_1, self.l_2
+        return 1 / (a * a), (self.m_1 + self.m_2) / (self.m_2 * b * b), -1 / (a * b)
+
+    def weights(self):
+        """Return (m_1 + m_2) g l_1 and m_2 g l_2."""
+        return (self.m_1 + self.m_2) * self.g * self.l_1, self.m_2 * self.g * self.l_2
+
+    def shape(self, q1, q2):
+        """Return u = 1/D, w = cos(q1 - q2)/D and their first and second derivatives."""
+        s, c = np.sin(q1 - q2), np.cos(q1 - q2)
+        u = 1 / (self.m_1 + self.m_2 * s * s)
+        slope = 2 * self.m_2 * s * c
+        u1 = -slope * u * u
+        u2 = 2 * u * u * (slope * slope * u - self.m_2 * (c * c - s * s))
+        return u, u1, u2, c * u, c * u1 - s * u, c * u2 - 2 * s * u1 - c * u
+
+    def energy(self, q1, q2, p1, p2):
+        """Return H."""
+        (a, b, d), (f, g), (u, _, _, w, _, _) = self.inverse_masses(), self.weights(), self.shape(q1, q2)
+        return (a * p1 * p1 + b * p2 * p2) * u / 2 + d * w * p1 * p2 - f * np.cos(q1) - g * np.cos(q2)
+
+    def rates(self, q1, q2, p1, p2):
+        """Return dH/dp, -dH/dq."""
+        (a, b, d), (f, g), (u, u1, _, w, w1, _) = self.inverse_masses(), self.weights(), self.shape(q1, q2)
+        turn = (a * p1 * p1 + b * p2 * p2) * u1 / 2 + d * w1 * p1 * p2
+        return a * u * p1 + d * w * p2, d * w * p1 + b * u * p2, -turn - f * np.sin(q1), turn - g * np.sin(q2)
+
+    def tangent_rates(self, q1, q2, p1, p2, dq1, dq2, dp1, dp2):
+        """Return the change of the rates along a vector."""
+        (a, b, d), (f, g), (u, u1, u2, w, w1, w2) = self.inverse_masses(), self.weights(), self.shape(q1, q2)
+        x = dq1 - dq2
+        turn = (a * p1 * dp1 + b * p2 * dp2) * u1 + d * (dp1 * p2 + p1 * dp2) * w1
+        turn = turn + ((a * p1 * p1 + b * p2 * p2) * u2 / 2 + d * w2 * p1 * p2) * x
+        return (
+            a * (u * dp1 + u1 * x * p1) + d * (w * dp2 + w1 * x * p2),
+            d * (w * dp1 + w1 * x * p1) + b * (u * dp2 + u1 * x * p2),
+            -turn - f * np.cos(q1) * dq1,
+            turn - g * np.cos(q2) * dq2,
+        )
+
+    def margin(self, q1, q2, p1, p2):
+        """Return 1: it lives everywhere."""
+        return 1.0 + 0.0 * (q1 + q2 + p1 + p2)
+
+
+_named: Any = DoublePendulum
+_named.degrees_of_freedom, _named.kind = 2, Kind.NONSEPARABLE
+_named.coordinates, _named.momenta = ("q1", "q2"), ("p1", "p2")
