@@ -10,6 +10,7 @@ import pytest
 import fastaff as fa
 from fastaff.base import progress
 from fastaff.base.recipe import recorded
+from fastaff.jobs.watching import says_progress
 
 
 @dataclass(frozen=True)
@@ -59,6 +60,23 @@ def test_who_is_watched(shown):
     thread.start()
     thread.join()
     assert found == [False]
+
+
+def test_jobs_say_how_much_is_done(shown):
+    """Of a job, and of its parts nothing; what is told by itself says nothing."""
+
+    @says_progress
+    def run(job, *, report=None, watch=None):
+        assert not inner().told
+        return report
+
+    assert run("job") is not None
+    assert run("job", report=None) is None
+    told = print
+    assert run("job", report=told) is told
+    assert run("job", watch=told) is None
+    assert fa.run.__name__ == "run"
+    assert fa.run.__wrapped__.__doc__ == fa.run.__doc__
 
 
 @pytest.mark.parametrize("wrong", [None, 1, "no", np.array(True)])

@@ -126,9 +126,9 @@ class Answers:
 
     def on_surface(self, message: dict[str, Any]) -> None:
         """Take a section of an energy surface; answer with the region that it allows."""
-        self.orbits.clear()
-        self.section = None
         if traits_of(self.body).iterated:
+            self.orbits.clear()
+            self.section = None
             return self._show_plane(message)
         where: dict[str, Any] = {name: float(message.get(name) or 0.0) for name in ("energy", "p_eta", "p_gamma")}
         section = section_of(self.body, message["section"], message.get("constant"), int(message["direction"]))
@@ -140,6 +140,7 @@ class Answers:
         v = extent[2] + (extent[3] - extent[2]) * (np.arange(height) + 0.5) / height
         first, second = (x.ravel() for x in np.meshgrid(u, v))
         _, allowed, names = lift(self.body, section, **where, u=first, v=second)
+        self.orbits.clear()  # those of an energy that is not reached stay with the section that they have
         self.section, self.where, self.names = section, where, names
         self.post(
             {

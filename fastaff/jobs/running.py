@@ -30,7 +30,7 @@ from .scans import Cases, assembled
 from .store import Store, create, is_store
 from .system import Model
 from .units import Unit, computed, running, same_processor, stated, summed, unit, waiting
-from .watching import Progress, Watched, submitted
+from .watching import Progress, Watched, says_progress, submitted
 from .wording import Wrong
 
 SECONDS = 2.0
@@ -50,6 +50,7 @@ SHARE = 0.25
 """Share of the free memory that a job takes if nothing is said."""
 
 
+@says_progress
 def run(
     job: Job,
     store: Any = None,
@@ -142,6 +143,7 @@ def run(
     return _finished(path, _own(job), executor, threads, report, watch, other_processor)
 
 
+@says_progress
 def resume(
     store: Any,
     *,
@@ -195,6 +197,7 @@ def resume(
     return _finished(as_path(store), own, executor, threads, report, watch, other_processor)
 
 
+@says_progress
 def rerun(
     store: Any,
     *,

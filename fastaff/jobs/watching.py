@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import contextlib
+import functools
 import json
 import time as clock
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from ..base.progress import silent, watched
 from .store import Store
 from .units import LOG, Unit, compute_unit
 
@@ -41,6 +43,20 @@ class Progress(NamedTuple):
         for name, counts in self.statuses.items():
             parts.append(f"{name}: " + ", ".join(f"{count} {status}" for status, count in counts.items()))
         return "; ".join(parts)
+
+
+def says_progress(function: Callable) -> Callable:
+    """Let a function say on a terminal or in a notebook how much is done, unless `report` or `watch` is told."""
+
+    @functools.wraps(function)
+    def wrapped(*given: Any, **named: Any) -> Any:
+        if named.get("report") is not None or named.get("watch") is not None:
+            with silent():
+                return function(*given, **named)
+        with watched(function.__name__) as report:
+            return function(*given, **named, **({} if report is None or "report" in named else {"report": report}))
+
+    return wrapped
 
 
 class Watched:

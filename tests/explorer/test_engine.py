@@ -716,6 +716,8 @@ def test_the_package_answers_the_pages_messages():
     assert [m["names"] for m in of(heard, "parsed")] == [["k", "w"], []]
     assert of(heard, "parsed")[0]["message"] is None
     assert "energy -1" in heard[-1]["message"]
+    answers.receive({"type": "more", "orbit": 1, "crossings": 5})  # which has not lost its orbits
+    assert [m["type"] for m in heard[-2:]] == ["points", "reading"]
 
 
 @pytest.mark.parametrize("name", ["domain", "period", "t"])
