@@ -37,7 +37,7 @@ from .analysis.tori.separation import constants_of_motion
 from .base.interruption import Interrupted
 from .base.status import OrbitError, Status
 from .explorer.explore import explore
-from .files import load, save
+from .exchange.files import load, save
 from .formulas.flow_text import flow
 from .formulas.formula import formula, hamiltonian
 from .formulas.mapping import mapping

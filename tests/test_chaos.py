@@ -13,7 +13,7 @@ from naive import march
 from own_models import HenonHeilesInUnits
 
 import fastaff
-import fastaff.files
+from fastaff import files
 from fastaff import (
     DOP853,
     FLI,
@@ -604,8 +604,8 @@ def test_an_equilibrium_is_regular_for_every_indicator():
 
 
 def test_files_keep_it(tmp_path, known):
-    path = fastaff.files.save(tmp_path / "chaos", known)
-    saved = fastaff.files.contents(path)
+    path = files.save(tmp_path / "chaos", known)
+    saved = files.contents(path)
     np.testing.assert_array_equal(saved.arrays["values"], known.values)
     assert saved.metadata["names"] == list(known.names)
 

@@ -181,7 +181,7 @@ class Result(Drawable):
         """Write the result to a file, as `fastaff.files.save` does, which `fastaff.files.load` reads; return its
         path.
         """
-        imported("..files", __package__)  # which registers how
+        imported("..exchange.files", __package__)  # which registers how
         return saved(self, path, force=force, **parameters)
 
     def to_dict(self) -> dict[str, Any]:

@@ -17,20 +17,20 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from . import charts, models, schemes
-from .analysis.chaos import indicators, own_indicator
-from .analysis.frequencies import methods
-from .analysis.tori import families, separation
-from .base.display import screen
-from .base.numbers import fits, shown
-from .base.placing import placed
-from .base.provenance import provenance
-from .base.recipe import OWN, Call, NoData, encoded, keep, plain
-from .base.results import Result, saved
-from .base.status import summary
-from .formulas.mapping import remade
-from .models import angles, sections
-from .schemes import time_transformed
+from .. import charts, models, schemes
+from ..analysis.chaos import indicators, own_indicator
+from ..analysis.frequencies import methods
+from ..analysis.tori import families, separation
+from ..base.display import screen
+from ..base.numbers import fits, shown
+from ..base.placing import placed
+from ..base.provenance import provenance
+from ..base.recipe import OWN, Call, NoData, encoded, keep, plain
+from ..base.results import Result, saved
+from ..base.status import summary
+from ..formulas.mapping import remade
+from ..models import angles, sections
+from ..schemes import time_transformed
 
 METADATA = "metadata"
 
