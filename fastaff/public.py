@@ -36,8 +36,8 @@ from .analysis.tori.fit_torus import fit_torus
 from .analysis.tori.separation import constants_of_motion
 from .base.interruption import Interrupted
 from .base.status import OrbitError, Status
-from .explorer.explore import explore
 from .exchange.files import load, save
+from .explorer.explore import explore
 from .formulas.flow_text import flow
 from .formulas.formula import formula, hamiltonian
 from .formulas.mapping import mapping

@@ -13,7 +13,6 @@ from naive import march
 from own_models import HenonHeilesInUnits
 
 import fastaff
-from fastaff import files
 from fastaff import (
     DOP853,
     FLI,
@@ -32,6 +31,7 @@ from fastaff import (
     Status,
     ZeroOne,
     chaos_map,
+    files,
     integrate,
     tangent_map,
 )

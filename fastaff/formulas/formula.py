@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from ..base.foreign import System, read_by
 from ..base.numbers import positive, real
 from ..models import Body
 from .drive import period_of
@@ -100,8 +101,10 @@ def hamiltonian(
 
     Parameters
     ----------
-    text : str or SymPy expression
-        V of the coordinates, in the grammar of `formula`. Derivatives are exact.
+    text : str, SymPy expression, or potential of another tool
+        V of the coordinates, in the grammar of `formula`. Derivatives are exact. Also: an expression of heyoka; a
+        potential of gala, or its Hamiltonian in a turning frame, in kpc, Myr and solar masses; a potential of galpy in
+        its natural units. These bring their coordinates and parameters.
     coordinates : str or sequence of str, default "x y"
         1 to 8 names.
     masses : sequence of float, optional
@@ -165,6 +168,10 @@ def hamiltonian(
     (('x', 'y'), 1.0833333333333333)
     >>> pendulum = fa.hamiltonian("-(1 + e*cos(t))*cos(x)", coordinates="x", period="2*pi", e=0.1)
     """
+    given = read_by("system", text)
+    if given is not None:
+        beside = {"masses": masses, "rotation": rotation, "magnetic": magnetic, "period": period, "friction": friction}
+        return _taken(given, coordinates, {"domain": domain, **beside}, parameters)
     written, length = _written(text)
     names = checked_names("coordinates", coordinates)
     values = values_of(parameters, names if period is None else (*names, TIME))
@@ -189,6 +196,14 @@ def hamiltonian(
     return cls(*values.values(), *weights)
 
 
+def _taken(given: System, coordinates: Any, beside: dict[str, Any], parameters: dict[str, float]) -> Any:
+    """Return the system of another tool, with what is given beside it."""
+    own = {name: entry for name, entry in (("domain", given.domain), ("rotation", given.rotation)) if entry is not None}
+    options = own | {name: entry for name, entry in beside.items() if entry is not None}
+    values: dict[str, Any] = {**given.parameters, **parameters, **options}
+    return hamiltonian(given.text, coordinates=given.coordinates or coordinates, **values)
+
+
 def _driven(
     text: tuple[str, int],
     domain: str | None,
@@ -210,14 +225,21 @@ def _driven(
 
 
 def _written(text: Any) -> tuple[str, int]:
-    """Return a formula as text, and how long it may be; SymPy expressions go through a tree whitelist."""
+    """Return a formula as text, and how long it may be."""
+    return text_of(text), 2000 if isinstance(text, str) else _SYMPY_LENGTH
+
+
+def text_of(text: Any) -> str:
+    """Return a formula as text: expressions, of SymPy and of heyoka, go through a tree whitelist."""
     if isinstance(text, str):
-        return text, 2000
+        return text
+    expression = read_by("expression", text)
+    expression = text if expression is None else expression
     sympy = sys.modules.get("sympy")
-    if sympy is not None and isinstance(text, sympy.Expr):
+    if sympy is not None and isinstance(expression, sympy.Expr):
         from .sympy_bridge import to_text
 
-        return to_text(text), _SYMPY_LENGTH
+        return to_text(expression)
     raise TypeError(
         f"text must be a formula such as 'C/2*(D1**2 + D2**2)' or a SymPy expression, got {text!r} "
         f"({type(text).__name__})"

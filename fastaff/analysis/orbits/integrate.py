@@ -29,6 +29,7 @@ from ...models.traits import traits_of
 from ...schemes.automatic import Automatic
 from ...schemes.catalogue import RungeKutta, Splitting, scheme_of
 from ...schemes.time_transformed import TimeTransformed
+from .given_orbits import SAMPLED
 
 CHUNK = 16384
 """Orbits that are run with two steps at once."""
@@ -66,6 +67,9 @@ class Orbits(Result):
     scheme: Splitting | RungeKutta | TimeTransformed
     step: Annotated[float | np.ndarray, along("orbit", unit="time")]
     names: tuple[str, ...]
+
+    def __post_init__(self) -> None:
+        SAMPLED[id(self.samples)] = self.samples
 
     def _row(self, name: str) -> np.ndarray | None:
         return chart_row(self.z, name)

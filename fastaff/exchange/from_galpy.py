@@ -1,0 +1,92 @@
+"""Orbits and potentials of galpy in its natural units: lengths in ro, velocities in vo, times in ro/vo."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from ..base.foreign import Foreign, System
+from ..base.interruption import imported
+from ..formulas.grammar import parse
+from ..formulas.sympy_bridge import to_sympy
+from .galpy_formulas import CUSPED, FORMULAS
+from .sums import apart_from, check, summed, trial_points
+
+
+def orbits(orbit: Any, name: str, _: Any) -> Foreign:
+    """Return the samples of an integrated Orbit: x, y, z and velocities where its azimuth is known, else R, z."""
+    if not hasattr(orbit, "orbit"):
+        raise ValueError(f"{name} must be an integrated Orbit of galpy: call its integrate first")
+    if np.ndim(orbit.t) != 1:
+        raise ValueError(f"{name} must be orbits at the same times")
+    path = np.asarray(orbit.orbit, dtype=float)
+    rows, names = _cartesian(np.moveaxis(path.reshape(-1, *path.shape[-2:]), -1, 0))
+    return Foreign(rows, np.asarray(orbit.t, dtype=float), names)
+
+
+def starts(orbit: Any, name: str) -> np.ndarray:
+    """Return the initial phase points (2n,) or (2n, orbits) of an Orbit."""
+    if not hasattr(orbit, "vxvv"):
+        raise TypeError(f"{name} must be an Orbit of galpy, got {type(orbit).__name__}")
+    z = _cartesian(np.asarray(orbit.vxvv, dtype=float).reshape(-1, orbit.phasedim()).T)[0]
+    return z if orbit.shape else z[:, 0]
+
+
+def system(potential: Any) -> System:
+    """Return the formula of a potential of `FORMULAS`, or of a sum of them."""
+    dims = "xyz"[: potential.dim]
+    parts = dict(_parts("", potential))
+    text, parameters = summed({key: _part(part, dims) for key, part in parts.items()})
+    cusp = [(0.0,) * len(dims)] * any(type(part).__name__ in CUSPED for part in parts.values())
+    points = trial_points(len(dims))
+    R, phi = np.hypot(*points[:2]), np.arctan2(points[1], points[0])
+    place = (R, points[2]) if len(dims) == 3 else (R,)
+    energies = [potential(*at, phi=angle, use_physical=False) for *at, angle in zip(*place, phi)]
+    check(text, dims, parameters, points, np.array(energies, dtype=float))
+    return System(
+        text=text,
+        coordinates=tuple(dims),
+        parameters=parameters,
+        domain=apart_from(cusp, dims),
+    )
+
+
+def _parts(name: str, potential: Any) -> list[tuple[str, Any]]:
+    """Return the potentials that a sum consists of, numbered."""
+    listed = getattr(potential, "_potlist", None)
+    if listed is None:
+        return [(name, potential)]
+    return [part for k, entry in enumerate(listed, 1) for part in _parts(f"{name}_{k}".strip("_"), entry)]
+
+
+def _part(potential: Any, dims: str) -> tuple[Any, dict[str, float]]:
+    """Return the formula of one potential and its parameters."""
+    kind = type(potential).__name__
+    if kind not in FORMULAS or not 2 <= len(dims) <= 3:
+        raise ValueError(
+            f"text: no formula of galpy's {kind} is known, only of {', '.join(FORMULAS)}: write one, "
+            "fa.hamiltonian('...')"
+        )
+    sympy = imported("sympy", what="a potential of galpy")
+    text, fields = FORMULAS[kind]
+    found = {name: getattr(potential, field) for name, field in {"amp": "_amp", **fields}.items()}
+    values = {name: 1.0 if value is None else float(value) for name, value in found.items()}
+    symbols = {name: sympy.Symbol(name) for name in (*dims, *values)}
+    return to_sympy(parse(text, tuple(dims), tuple(values)), symbols), values
+
+
+def _cartesian(z: np.ndarray) -> tuple[np.ndarray, tuple[str, ...]]:
+    """Return rows q, p and their names of galpy's rows R, vR, vT, z, vz, phi, or those of fewer dimensions."""
+    rows = len(z)
+    if rows in (2, 3):  # a coordinate and its velocity, or R, vR, vT
+        return z[:2], ("x", "v_x") if rows == 2 else ("R", "v_R")
+    if rows == 5:
+        return z[[0, 3, 1, 4]], ("R", "z", "v_R", "v_z")
+    R, vR, vT, phi = z[0], z[1], z[2], z[-1]
+    cos, sin = np.cos(phi), np.sin(phi)
+    q, v = [R * cos, R * sin], [vR * cos - vT * sin, vR * sin + vT * cos]
+    if rows == 6:
+        q, v = [*q, z[3]], [*v, z[4]]
+    names = "xyz"[: len(q)]
+    return np.array([*q, *v]), (*names, *(f"v_{entry}" for entry in names))
