@@ -182,3 +182,35 @@ def test_turns_of_pyat():
     found = fa.tunes(turns)
     np.testing.assert_allclose(found.nu, np.repeat(np.asarray(expected)[:, None], 4, axis=1), atol=1e-7)
     same(found, fa.tunes(turns[[0, 2, 1, 3], :, 0]))
+
+
+def test_angles_about_an_axis_in_the_isochrone():
+    """Omega_r = (-2E)^(3/2)/GM, and Omega_phi/Omega_r = (1 + L/sqrt(L^2 + 4 GM b))/2 (Binney & Tremaine, 3.226)."""
+    b, count = 0.7, 12
+    x, vx, vy = RNG.uniform(0.5, 2, count), RNG.uniform(-0.3, 0.3, count), RNG.uniform(0.2, 0.6, count)
+    vy *= RNG.choice([-1, 1], count)
+    zero = np.zeros(count)
+    disk = fa.hamiltonian("-1/(b + sqrt(b**2 + x**2 + y**2))", b=b)
+    orbits = fa.integrate(disk, [x, zero, vx, vy], time=1500.0, samples=12000)
+    found = fa.orbit_frequencies(orbits.samples, times=orbits.times, angles="R phi")
+    L, E = x * vy, (vx**2 + vy**2) / 2 - 1 / (b + np.sqrt(b**2 + x**2))
+    radial = (-2 * E) ** 1.5
+    turning = np.sign(L) * radial * (1 + np.abs(L) / np.sqrt(L**2 + 4 * b)) / 2
+    np.testing.assert_allclose(found.omega, [radial, turning], rtol=1e-7)
+    assert (np.abs(found.omega - [radial, turning]) <= 2 * np.pi * found.error + 1e-8).all()
+    assert found.names == ("R", "phi")
+    assert fa.frequency_map(disk, [x, zero, vx, vy], time=400.0, angles="R phi").names == ("R", "phi")
+    with pytest.raises(ValueError, match="angles must be 'R phi' or 'R z phi', or a value"):
+        fa.orbit_frequencies(orbits, angles="r theta")
+
+
+def test_angles_about_an_axis_of_a_galaxy():
+    """In a Staeckel potential galpy's quadratures of the separated motion give the frequencies."""
+    potentials, actions = pytest.importorskip("galpy.potential"), pytest.importorskip("galpy.actionAngle")
+    galaxy = potentials.KuzminKutuzovStaeckelPotential(ac=3.0, Delta=0.8, normalize=1.0)
+    staeckel = actions.actionAngleStaeckel(pot=galaxy, delta=0.8, c=False, order=200)
+    R, vR, vT, z, vz = 1.0, 0.15, 0.95, 0.05, 0.2
+    radial, turning, vertical = (float(entry[0]) for entry in staeckel.actionsFreqs(R, vR, vT, z, vz, 0.0)[3:])
+    run = fa.integrate(fa.hamiltonian(galaxy), [R, 0, z, vR, vT, vz], time=2000.0, samples=20000)
+    found = fa.orbit_frequencies(run, angles="R z phi")
+    np.testing.assert_allclose(found.omega[:, 0], [radial, vertical, turning], rtol=1e-5)
