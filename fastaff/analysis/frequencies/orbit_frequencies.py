@@ -70,7 +70,8 @@ def orbit_frequencies(
     body : model, optional
         Model whose natural angles are used.
     angles : as in `frequency_map`, or "R z phi", "R phi"
-        Cylindrical or polar, of rows x, y (, z) and velocities. Default: loops in the planes of each coordinate and its momentum, or velocity.
+        Cylindrical or polar, of rows x, y (, z) and velocities. Default: loops in the planes of each coordinate and its
+        momentum, or velocity.
     method, lines, threads, report : as in `frequency_map`
 
     Returns
