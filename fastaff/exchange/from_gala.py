@@ -1,4 +1,4 @@
-"""Orbits, phase points and potentials of gala, in kpc, Myr and solar masses, or without units as they are."""
+"""Orbits and phase points of gala, in kpc, Myr and solar masses, or without units as they are; its potentials."""
 
 from __future__ import annotations
 
@@ -6,13 +6,9 @@ from typing import Any
 
 import numpy as np
 
-from ..base.foreign import Foreign, System
-from ..base.interruption import imported
+from ..base.foreign import Foreign
+from .gala_potentials import system as system
 from .quantities import plain
-from .sums import apart_from, check, summed, trial_points
-
-CUSPED = ("NFWPotential", "StonePotential")
-"""Potentials that are finite and not smooth at their centres, where their formulas divide by zero."""
 
 
 def orbits(orbit: Any, name: str, _: Any) -> Foreign:
@@ -29,76 +25,6 @@ def starts(point: Any, name: str) -> np.ndarray:
     if getattr(point, "t", None) is not None:
         raise TypeError(f"{name} must be phase points: of a gala Orbit give one, such as orbit[0]")
     return _phase_points(point)
-
-
-def system(given: Any) -> System:
-    """Return the formula of a potential that gala has in symbols, of a sum of these, or of a Hamiltonian of one."""
-    frame, potential = getattr(given, "frame", None), getattr(given, "potential", given)
-    if not hasattr(potential, "to_sympy"):
-        raise TypeError(f"text must be a gala potential or Hamiltonian, got {type(given).__name__}")
-    dims = "xyz"[: potential.ndim]
-    parts = dict(_parts("", potential))
-    text, parameters = summed({key: _part(part, dims) for key, part in parts.items()})
-    cusps = [_origin(part) for part in parts.values() if type(part).__name__ in CUSPED]
-    rotation = None
-    if frame is not None and "Omega" in frame.parameters:
-        rates = np.atleast_1d(plain(frame.parameters["Omega"]))
-        if rates[:-1].any():
-            raise ValueError(f"text: a frame must turn about z, this one has Omega = {rates}")
-        rotation = float(rates[-1])
-    points = trial_points(len(dims))
-    at = points * potential.units["length"] if _has_units(potential) else points
-    check(text, dims, parameters, plain(at), plain(potential.energy(at)))
-    return System(
-        text=text,
-        coordinates=tuple(dims),
-        parameters=parameters,
-        domain=apart_from(cusps, dims),
-        rotation=rotation,
-    )
-
-
-def _parts(name: str, potential: Any) -> list[tuple[str, Any]]:
-    """Return the potentials that a sum consists of, with names."""
-    if hasattr(potential, "get_three_potentials"):  # an exponential disk
-        potential = potential.get_three_potentials()
-    if not hasattr(potential, "items"):
-        return [(name, potential)]
-    return [part for key, entry in potential.items() for part in _parts(f"{name}_{key}".strip("_"), entry)]
-
-
-def _part(potential: Any, dims: str) -> tuple[Any, dict[str, float]]:
-    """Return the formula of one potential and its parameters."""
-    sympy = imported("sympy", what="a potential of gala")
-    try:
-        text, variables, symbols = potential.to_sympy()
-    except NotImplementedError:
-        kind = type(potential).__name__
-        raise ValueError(f"text: gala has no formula of a {kind}; write one, fa.hamiltonian('...')") from None
-    if set(variables) != set(dims):
-        raise ValueError(
-            f"text: gala's formula of a {type(potential).__name__} is in {', '.join(variables)}, its potential in "
-            f"{', '.join(dims)}; write one, fa.hamiltonian('...')"
-        )
-    place = [sympy.Symbol(axis) - at for axis, at in zip(dims, _origin(potential))]
-    if potential.R is not None:
-        place = [sum(float(c) * entry for c, entry in zip(row, place)) for row in np.asarray(potential.R)]
-    text = text.subs({variables[entry]: place[k] for k, entry in enumerate(dims)}, simultaneous=True)
-    values = {"G": plain(_constant(potential))} | {k: plain(v) for k, v in potential.parameters.items()}
-    return text, {key: float(values[key]) for key, symbol in symbols.items() if text.has(symbol)}
-
-
-def _origin(potential: Any) -> list[float]:
-    return [float(plain(at)) for at in np.atleast_1d(potential.origin)]
-
-
-def _constant(potential: Any) -> Any:
-    """Return the gravitational constant, 1 without units."""
-    return imported("astropy.constants").G if _has_units(potential) else potential.G
-
-
-def _has_units(potential: Any) -> bool:
-    return not type(potential.units).__name__.startswith("Dimensionless")
 
 
 def _phase_points(point: Any) -> np.ndarray:
