@@ -58,6 +58,11 @@ def test_tables_of_several_orbits(package, shuffled):
         fa.orbit_frequencies(table)
     with pytest.raises(ValueError, match=r"which has particle, .*, got 'px'"):
         fa.tunes(table, coordinates="x y px py")
+    numbered = {"star_id": table["particle"], "t": table["time"], **{name: table[name] for name in NAMES}}
+    same(fa.orbit_frequencies(frames.DataFrame(numbered), coordinates=NAMES), expected)
+    del numbered["t"]
+    with pytest.raises(ValueError, match="several orbits, by 'star_id': a column 'time' or 'turn' must order"):
+        fa.orbit_frequencies(frames.DataFrame(numbered), DT, coordinates=NAMES)
     twice = frames.concat([table, table[:1]])
     with pytest.raises(ValueError, match="one row for each 'particle' and 'time'"):
         fa.tunes(twice, coordinates=NAMES)
@@ -107,6 +112,12 @@ def test_orbits_of_gala():
     off = np.abs(found.nu - expected.nu)
     assert (off <= found.error + expected.error + 1e-9)[known].all()
     assert found.names == ("x", "y", "z")
+    elsewhere = dynamics.PhaseSpacePosition(*(getattr(points.represent_as("cylindrical"), k) for k in ("pos", "vel")))
+    np.testing.assert_allclose(
+        fa.integrate(fa.hamiltonian(potential), elsewhere, time=1.0).z,
+        fa.integrate(fa.hamiltonian(potential), points, time=1.0).z,
+        rtol=1e-9,
+    )
     one = fa.orbit_frequencies(orbits[:, 2])
     np.testing.assert_allclose(one.nu[:, 0], found.nu[:, 2], rtol=1e-12)
     with pytest.raises(TypeError, match=r"orbit\[0\]"):
@@ -169,6 +180,24 @@ def test_turns_of_xtrack():
     np.testing.assert_allclose(one.nu[0], 0.22, atol=1e-12)
     with pytest.raises(TypeError, match="turn_by_turn_monitor=True"):
         fa.tunes(particles)
+
+
+def test_particles_that_xtrack_loses():
+    xtrack = pytest.importorskip("xtrack")
+    turn = xtrack.LineSegmentMap(qx=0.31, qy=0.22, betx=3.0, bety=5.0)
+    line = xtrack.Line(elements=[turn, xtrack.Multipole(knl=[0, 0, 60.0]), xtrack.LimitEllipse(a=0.02, b=0.02)])
+    line.particle_ref = xtrack.Particles(p0c=1e9, mass0=xtrack.PROTON_MASS_EV)
+    line.build_tracker()
+    particles = line.build_particles(x=np.linspace(1e-4, 1.9e-2, 8), y=1e-4)
+    line.track(particles, num_turns=512, turn_by_turn_monitor=True)
+    found = fa.tunes(line.record_last_track)
+    order = np.argsort(particles.particle_id)
+    lost = particles.state[order] <= 0
+    assert 0 < lost.sum() < 8
+    np.testing.assert_array_equal(found.status, np.where(lost, fa.Status.LOST, fa.Status.OK))
+    np.testing.assert_array_equal(found.turns[lost], particles.at_turn[order][lost] + 1)
+    # a chosen start of ours: those that are alive
+    assert fa.integrate(fa.models.FroeschleMap(), particles, time=3).z.shape == (4, 8 - lost.sum())
 
 
 def test_turns_of_pyat():

@@ -14,8 +14,8 @@ from ..base.numbers import fits, numbers
 def orbits(table: Any, name: str, coordinates: tuple[str, ...] | None) -> Foreign | None:
     """Return the orbits of a table; None for what is a single column, which is an array.
 
-    A column named as in `ORBITS` tells orbits apart, one as in `SAMPLES` orders them in time; NaN where an orbit has no
-    row. The columns are those of `coordinates`.
+    A column named as in `ORBITS`, or with "id" at its end, tells orbits apart, one as in `SAMPLES` orders them in time;
+    NaN where an orbit has no row. The columns are those of `coordinates`.
     """
     columns = _columns(table)
     if columns is None:
@@ -29,7 +29,9 @@ def orbits(table: Any, name: str, coordinates: tuple[str, ...] | None) -> Foreig
     if missing:
         raise ValueError(f"coordinates must be columns of {name}, which has {', '.join(columns)}, got {missing[0]!r}")
     rest = {entry.lower(): entry for entry in columns if entry not in coordinates}
-    owner, time = (next((rest[word] for word in words if word in rest), None) for words in (ORBITS, SAMPLES))
+    numbered = [word for word in rest if word.endswith("id")]
+    words = ((*ORBITS, *numbered), SAMPLES)
+    owner, time = (next((rest[word] for word in known if word in rest), None) for known in words)
     values = [numbers(f"{name}[{entry!r}]", columns[entry]) for entry in coordinates]
     times = None if time is None else numbers(f"{name}[{time!r}]", columns[time])
     if owner is None:

@@ -28,4 +28,5 @@ def starts(point: Any, name: str) -> np.ndarray:
 
 
 def _phase_points(point: Any) -> np.ndarray:
+    point = point if hasattr(point.pos, "xyz") else point.represent_as("cartesian")
     return np.array([plain(part) for part in (*point.pos.xyz, *point.vel.d_xyz)])

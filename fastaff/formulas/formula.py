@@ -198,6 +198,10 @@ def hamiltonian(
 
 def _taken(given: System, coordinates: Any, beside: dict[str, Any], parameters: dict[str, float]) -> Any:
     """Return the system of another tool, with what is given beside it."""
+    if given.coordinates and coordinates not in ("x y", " ".join(given.coordinates), given.coordinates):
+        raise ValueError(
+            f"coordinates of this potential are {' '.join(given.coordinates)}: leave them out, got {coordinates!r}"
+        )
     own = {name: entry for name, entry in (("domain", given.domain), ("rotation", given.rotation)) if entry is not None}
     options = own | {name: entry for name, entry in beside.items() if entry is not None}
     values: dict[str, Any] = {**given.parameters, **parameters, **options}
