@@ -230,6 +230,8 @@ print(len(asked))
             "[lambda n=n: getattr(plot, n)(None, None) for n in plot.__all__ if n.startswith('plot_')]",
         ),
         ("xarray", "io", "[results.to_xarray]"),
+        ("h5netcdf", "io", "[lambda: results.save(STORE + '.nc')]"),
+        ("pyarrow", "tools", "[lambda: results.save(STORE + '.parquet')]"),
         ("zarr", "io", "[lambda: fastaff.run(Job(starts=[0.1, 0, 0, 0.1], model=fastaff.HenonHeiles(), "
             "integrate=Motion(time=1.0)), STORE)]"),
         ("sympy", "symbolic", "[lambda: fastaff.hamiltonian('x**2*0.7312', coordinates='x'), lambda: "

@@ -99,7 +99,8 @@ def integrate(
     body : model
         A model of `fastaff`, or one of your own.
     z0 : array (2n,) or (2n, orbits)
-        Phase points at the start; or a grid or sample that has them.
+        Phase points at the start; or a grid or sample that has them, a PhaseSpacePosition of gala (in kpc and Myr), an
+        Orbit of galpy (in its natural units), Particles of xtrack that are alive (x, y, px, py).
     time : float > 0, time
         Length of the run. A map is iterated `time` times, a whole number that `samples` divides.
     accuracy : float, optional
