@@ -120,6 +120,8 @@ def test_orbits_of_gala():
     )
     one = fa.orbit_frequencies(orbits[:, 2])
     np.testing.assert_allclose(one.nu[:, 0], found.nu[:, 2], rtol=1e-12)
+    with pytest.raises(TypeError, match="z0 must be a PhaseSpacePosition of gala, got Logarithmic"):
+        fa.integrate(fa.hamiltonian(potential), potential, time=1.0)
     with pytest.raises(TypeError, match=r"orbit\[0\]"):
         fa.integrate(fa.hamiltonian(potential), orbits, time=1.0)
 
@@ -142,6 +144,8 @@ def test_orbits_of_galpy():
     mine = fa.integrate(model, orbits, time=300.0, samples=6000)
     np.testing.assert_allclose(mine.samples[-1, 0], orbits.x(times[-1]), atol=1e-6)
     np.testing.assert_allclose(mine.samples[-1, 5], orbits.vz(times[-1]), atol=1e-6)
+    with pytest.raises(TypeError, match="text must be a potential of galpy, got Orbit"):
+        fa.hamiltonian(orbits)
     found, expected = fa.orbit_frequencies(orbits), fa.orbit_frequencies(mine)
     np.testing.assert_allclose(found.nu, expected.nu, rtol=1e-6)
     np.testing.assert_allclose(fa.orbit_frequencies(alone).nu[:, 0], found.nu[:, 0], rtol=1e-9)
@@ -163,6 +167,8 @@ def test_bodies_of_an_archive(tmp_path):
     assert np.abs(found.leading[0, 1:] * 2 * np.pi - n).max() < 1e-8
     with pytest.raises(TypeError, match="save_to_file"):
         fa.orbit_frequencies(simulation)
+    with pytest.raises(TypeError, match="of a body give"):
+        fa.integrate(fa.HenonHeiles(), simulation, time=1.0)
 
 
 def test_turns_of_xtrack():

@@ -22,6 +22,8 @@ def orbits(orbit: Any, name: str, _: Any) -> Foreign:
 
 def starts(point: Any, name: str) -> np.ndarray:
     """Return the phase points (2n,) or (2n, orbits) of a PhaseSpacePosition."""
+    if not hasattr(point, "pos"):
+        raise TypeError(f"{name} must be a PhaseSpacePosition of gala, got {type(point).__name__}")
     if getattr(point, "t", None) is not None:
         raise TypeError(f"{name} must be phase points: of a gala Orbit give one, such as orbit[0]")
     return _phase_points(point)

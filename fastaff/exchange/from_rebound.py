@@ -29,3 +29,11 @@ def orbits(archive: Any, name: str, _: Any) -> Foreign:
         simulation.serialize_particle_data(xyz=place, vxvyvz=velocity)
         array[:3, :, k], array[3:, :, k], times[k] = place.T, velocity.T, simulation.t
     return Foreign(array, times, NAMES)
+
+
+def starts(simulation: Any, name: str) -> np.ndarray:
+    """Refuse a Simulation, whose bodies move in the forces of one another."""
+    raise TypeError(
+        f"{name} must be phase points of the system, got {type(simulation).__name__} of REBOUND: of a body give "
+        "[*particle.xyz, *particle.vxyz]"
+    )

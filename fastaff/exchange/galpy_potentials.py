@@ -16,6 +16,8 @@ from .sums import apart_from, check, summed, trial_points
 
 def system(potential: Any) -> System:
     """Return the formula of a potential of `FORMULAS`, or of a sum of them."""
+    if not hasattr(potential, "dim") or callable(potential.dim):
+        raise TypeError(f"text must be a potential of galpy, got {type(potential).__name__}")
     dims = "xyz"[: potential.dim]
     parts = dict(_parts("", potential))
     text, parameters = summed({key: _part(part, dims) for key, part in parts.items()})

@@ -56,7 +56,7 @@ def orbit_frequencies(
     Parameters
     ----------
     samples : array (2n, orbits, samples) or (2n, samples)
-        Rows q1, ..., qn, p1, ..., pn, NaN after an orbit's end. Also: `Orbits` with samples, or their `.samples` as
+        Rows q1, ..., qn, p1, ..., pn, NaN after an orbit's end. Also: `Orbits` with samples, or their ``samples`` as
         they are; an array of xarray, with dimensions in any order; a data set of a file of HDF5 or Zarr, read some
         orbits at a time; with coordinates, arrays (orbits, samples) by name (a mapping, a Dataset, a group of a file)
         or a table of pandas, polars or Astropy with a row for each sample; an `Orbit` of gala or galpy, a
