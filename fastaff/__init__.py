@@ -19,6 +19,7 @@ _FOLDERS = (
     "charts",
     "cli",
     "compile",
+    "exchange",
     "explorer",
     "files",
     "flows",
@@ -30,6 +31,9 @@ _FOLDERS = (
     "quantum",
     "schemes",
 )
+
+_INSIDE = {"files": "exchange.files"}
+"""Modules that have a name of their own here."""
 
 _RENAMED = {
     "ChaosScan": "ChaoticFraction",
@@ -81,7 +85,7 @@ def _module(name: str) -> Any:
     """Load a module of the package."""
     from .base.interruption import imported
 
-    return imported(f".{name}", __name__)
+    return imported(f".{_INSIDE.get(name, name)}", __name__)
 
 
 def _loaded() -> dict[str, Any]:

@@ -37,8 +37,8 @@ from .analysis.tori.separation import constants_of_motion
 from .base.interruption import Interrupted
 from .base.progress import progress
 from .base.status import OrbitError, Status
+from .exchange.files import load, save
 from .explorer.explore import explore
-from .files import load, save
 from .formulas.flow_text import flow
 from .formulas.formula import formula, hamiltonian
 from .formulas.mapping import mapping

@@ -24,7 +24,7 @@ STOREYS = (
     ("formulas", "flows"),
     ("analysis",),
     ("quantum",),
-    ("plot", "files", "paper"),
+    ("plot", "exchange", "paper"),
     ("jobs",),
     ("explorer",),
     ("public",),
@@ -118,7 +118,7 @@ def test_no_arrow_points_up(path):
     source = module_of(path)
     upward = [target for target in imports(path) if target and storey(target) > storey(source)]
     assert not upward, f"{source} imports {upward}"
-    assert storey(source) >= storey("files") or "" not in imports(path), f"{source} imports the whole package"
+    assert storey(source) >= storey("exchange") or "" not in imports(path), f"{source} imports the whole package"
     folder, *inside = source.split(".")
     if folder in ROOMS and len(inside) > 1:
         order = ROOMS[folder].index
@@ -231,6 +231,8 @@ print(len(asked))
             "[lambda n=n: getattr(plot, n)(None, None) for n in plot.__all__ if n.startswith('plot_')]",
         ),
         ("xarray", "io", "[results.to_xarray]"),
+        ("h5netcdf", "io", "[lambda: results.save(STORE + '.nc')]"),
+        ("pyarrow", "tools", "[lambda: results.save(STORE + '.parquet')]"),
         ("zarr", "io", "[lambda: fastaff.run(Job(starts=[0.1, 0, 0, 0.1], model=fastaff.HenonHeiles(), "
             "integrate=Motion(time=1.0)), STORE)]"),
         ("sympy", "symbolic", "[lambda: fastaff.hamiltonian('x**2*0.7312', coordinates='x'), lambda: "

@@ -13,7 +13,6 @@ from naive import march
 from own_models import HenonHeilesInUnits
 
 import fastaff
-import fastaff.files
 from fastaff import (
     DOP853,
     FLI,
@@ -32,6 +31,7 @@ from fastaff import (
     Status,
     ZeroOne,
     chaos_map,
+    files,
     integrate,
     tangent_map,
 )
@@ -604,8 +604,8 @@ def test_an_equilibrium_is_regular_for_every_indicator():
 
 
 def test_files_keep_it(tmp_path, known):
-    path = fastaff.files.save(tmp_path / "chaos", known)
-    saved = fastaff.files.contents(path)
+    path = files.save(tmp_path / "chaos", known)
+    saved = files.contents(path)
     np.testing.assert_array_equal(saved.arrays["values"], known.values)
     assert saved.metadata["names"] == list(known.names)
 

@@ -17,7 +17,6 @@ from scipy.optimize import brentq, minimize
 from scipy.special import ellipk
 
 import fastaff as fa
-import fastaff.files
 from fastaff import Status
 from fastaff.analysis import Event, Stability
 from fastaff.analysis.periodic.return_map import section_gradient

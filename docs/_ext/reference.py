@@ -113,7 +113,12 @@ PAGES: dict[str, Page] = {
     "results": Page(
         "Results and files",
         "What all results can do, and results on disk.",
-        {"base.results": "Result", "": "save load", "files": "contents recipe Recipe Saved"},
+        {
+            "base.results": "Result",
+            "": "save load",
+            "exchange.files": "contents recipe Recipe Saved",
+            "exchange.sources": "source",
+        },
     ),
     "jobs": Page(
         "Jobs",

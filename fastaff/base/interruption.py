@@ -84,7 +84,14 @@ def unbroken() -> Iterator[Callable[[], None]]:
             raise problem
 
 
-EXTRAS = {"matplotlib": "plot", "sympy": "symbolic", "xarray": "io", "zarr": "io"}
+EXTRAS = {
+    "h5netcdf": "io",
+    "matplotlib": "plot",
+    "pyarrow": "tools",
+    "sympy": "symbolic",
+    "xarray": "io",
+    "zarr": "io",
+}
 """Extras that install the packages of others that are optional."""
 
 

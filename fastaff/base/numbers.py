@@ -50,6 +50,7 @@ def real(name: str, value: Any) -> float:
     except OverflowError:
         raise ValueError(f"{name} must be within the range of floats") from None
     except (TypeError, ValueError):
+        refuse_unit(name, value)
         raise TypeError(f"{name} must be a real number, got {shown(value)} ({type(value).__name__})") from None
     if not math.isfinite(number):
         raise ValueError(f"{name} must be finite, got {value!r}")
@@ -63,6 +64,7 @@ def whole(name: str, value: Any, least: int, most: int = MOST) -> int:
             raise TypeError
         number = operator.index(value)
     except TypeError:
+        refuse_unit(name, value)
         raise TypeError(f"{name} must be a whole number, got {shown(value)} ({type(value).__name__})") from None
     if number < least:
         raise ValueError(f"{name} must be at least {least}, got {number}")
@@ -127,7 +129,10 @@ def _kinds(name: str, value: Any, depth: int = 2 * DEEPEST) -> set[bool]:
 def refuse_unit(name: str, value: Any) -> None:
     """Raise TypeError for an array that carries a unit."""
     if unit := _unit(value):
-        raise TypeError(f"{name} must be plain numbers, got {shown(value)} in {unit}: units are not converted")
+        raise TypeError(
+            f"{name} must be plain numbers, got {shown(value)} in {unit}: units are not converted: give "
+            ".to_value(unit), in the unit of the system"
+        )
 
 
 def _unit(value: Any) -> str:

@@ -55,8 +55,8 @@ class Drawable:
 
 
 class Result(Drawable):
-    """Base of results: `len`, `result[items]`, `take`, `select`, `concat`, rows by name, `summary`, `save`, `to_xarray`
-    and `plot`.
+    """Base of results: `len`, `result[items]`, `take`, `select`, `concat`, rows by name, `summary`, `success`,
+    `message`, `save`, `to_xarray` and `plot`.
     """
 
     axis: ClassVar[str | None] = "orbit"
@@ -173,6 +173,16 @@ class Result(Drawable):
             return ""
         return f"{count} {self.axis}{'' if count == 1 else 's'}"
 
+    @property
+    def success(self) -> bool:
+        """Whether every item is OK, as SciPy's results say it; which are not, `status` says."""
+        return not np.any(np.asarray(getattr(self, "status", 0)) != outcomes.Status.OK)
+
+    @property
+    def message(self) -> str:
+        """The outcomes of the items in words: `summary()`."""
+        return self.summary()
+
     def raise_if_failed(self) -> None:
         """Raise OrbitError unless every item is OK; a result without statuses has none that failed."""
         outcomes.raise_if_failed(getattr(self, "status", np.zeros(0)))
@@ -181,7 +191,7 @@ class Result(Drawable):
         """Write the result to a file, as `fastaff.files.save` does, which `fastaff.files.load` reads; return its
         path.
         """
-        imported("..files", __package__)  # which registers how
+        imported("..exchange.files", __package__)  # which registers how
         return saved(self, path, force=force, **parameters)
 
     def to_dict(self) -> dict[str, Any]:

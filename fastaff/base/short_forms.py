@@ -12,6 +12,8 @@ from typing import Any
 
 import numpy as np
 
+from .foreign import read_by
+
 Full = Callable[[Any, Any], Any]
 """The full form of an argument: a function of what was given and of the function's first argument, its system."""
 
@@ -37,7 +39,9 @@ def takes(**forms: Full) -> Callable[[Callable], Callable]:
 
 
 def starts_of(value: Any, _: Any = None) -> Any:
-    """Return the phase points of a grid or a sample of them; anything else as it is."""
+    """Return the phase points of a grid or a sample of them, or of another tool; anything else as it is."""
+    if (found := read_by("starts", value, "z0")) is not None:
+        return found
     return getattr(value, "z0", value) if dataclasses.is_dataclass(value) and not isinstance(value, type) else value
 
 

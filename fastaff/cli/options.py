@@ -132,7 +132,7 @@ class Output:
         """Write the data with all that is known of them, under a number that is free for the figure too; where that
         fails by now, elsewhere, and say so.
         """
-        from ..files import save_among
+        from ..exchange.files import save_among
 
         own = {entry.name for entry in fields(result)}
         facts = {name: value for name, value in facts.items() if name not in own or name in ("section", "time")}

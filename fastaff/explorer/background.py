@@ -14,7 +14,7 @@ from ..analysis.frequencies.frequencies import FrequencyMap
 from ..analysis.sections.energy_grid import EnergyGrid
 from ..base.numbers import shown
 from ..base.status import Status
-from ..files import contents, load
+from ..exchange.files import contents, load
 from ..jobs.job import Job, Plan
 from ..jobs.results import JobResults
 from ..jobs.store import Store, is_store

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from ..base.foreign import adapter
 from ..base.numbers import numbers, shown
 from ..charts import Chart
 from ..compile.blocks import is_value, parameters
@@ -114,7 +115,9 @@ def _check_drive(name: str, model: Any) -> None:
 
 
 def _instead(given: Any) -> str:
-    """Return what to write instead of a class, or of a name."""
+    """Return what to write instead of a class, a name, or a system of another tool."""
+    if adapter(given) is not None:
+        return ": a system of another tool; write fa.hamiltonian(potential)"
     if isinstance(given, type) and lacking(given, Potential) == []:
         return f": a class; write Body({given.__name__}()), with its parameters"
     if isinstance(given, type) and given.__name__.isidentifier():

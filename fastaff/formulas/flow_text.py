@@ -3,12 +3,17 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping
 from typing import Any
 
-from ..base.numbers import real
+from ..base.numbers import real, shown
 from .equations import split
+from .formula import text_of
 from .grammar import checked_name
 from .library import RESERVED, Request, generated_class
+
+LENGTH = 2000
+"""Characters of a text, at most, and of each equation that is an expression."""
 
 
 def flow(text: Any, /, *, domain: str | None = None, **parameters: float) -> Any:
@@ -16,9 +21,10 @@ def flow(text: Any, /, *, domain: str | None = None, **parameters: float) -> Any
 
     Parameters
     ----------
-    text : str
+    text : str, or dict or sequence of pairs
         One equation for each variable, x' = ... or dx/dt = ..., separated by semicolons or line breaks: 1 to 16
-        variables, right-hand sides in the grammar of `formula`.
+        variables, right-hand sides in the grammar of `formula`. Or the variables with their right-hand sides as
+        expressions of SymPy or of heyoka, {x: ...} or [(x, ...), ...]; par[0] of heyoka is the parameter par_0.
     domain : str, optional
         Formula that is positive inside the domain of the system.
     **parameters : float
@@ -54,6 +60,7 @@ def flow(text: Any, /, *, domain: str | None = None, **parameters: float) -> Any
     >>> lorenz.coordinates, lorenz.rates(1.0, 1.0, 1.0)
     (('x', 'y', 'z'), (-0.0, 26.0, -1.6666666666666665))
     """
+    text, length = _written(text)
     equations = split(text)
     names: list[str] = []
     for name, _ in equations:
@@ -65,7 +72,7 @@ def flow(text: Any, /, *, domain: str | None = None, **parameters: float) -> Any
         if re.search(r"\bt\b", side) and "t" not in (*names, *values):
             raise ValueError(f"text: {name}' depends on t, which a flow does not know: make it a variable, t' = 1")
     request = Request(text, domain, tuple(values), tuple(names), "flow")
-    programs = request.programs(2000)
+    programs = request.programs(length)
     domain_program = request.domain_program()
     used = frozenset().union(*(p.names for p in (*programs, domain_program) if p is not None))
     unused = [name for name in values if name not in used]
@@ -74,3 +81,17 @@ def flow(text: Any, /, *, domain: str | None = None, **parameters: float) -> Any
             f"parameter {unused[0]!r} is not used by the equations {text!r}: leave it out, or is a name misspelt?"
         )
     return generated_class(request, (programs, domain_program), values)(*values.values())
+
+
+def _written(given: Any) -> tuple[Any, int]:
+    """Return equations as text, and how long they may be."""
+    if isinstance(given, str):
+        return given, LENGTH
+    listed = list(given.items()) if isinstance(given, Mapping) else given
+    if not isinstance(listed, (list, tuple)) or not all(isinstance(e, tuple) and len(e) == 2 for e in listed):
+        raise TypeError(
+            "text must be a text of equations such as \"x' = y; y' = -x\", or pairs of a variable and an expression of "
+            f"SymPy or heyoka, got {shown(given)} ({type(given).__name__})"
+        )
+    sides = [[text_of(entry) for entry in pair] for pair in listed]
+    return "; ".join(f"{name}' = {side}" for name, side in sides), LENGTH * max(1, len(sides))

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from ..base.foreign import System, read_by
 from ..base.numbers import positive, real
 from ..models import Body
 from ..models.mechanics import slopes
@@ -107,8 +108,10 @@ def hamiltonian(
 
     Parameters
     ----------
-    text : str or SymPy expression
-        V of the coordinates, or H of coordinates and momenta, in the grammar of `formula`. Derivatives are exact.
+    text : str, SymPy expression, or potential of another tool
+        V of the coordinates, or H of coordinates and momenta, in the grammar of `formula`. Derivatives are exact. Also:
+        an expression of heyoka; a potential of gala, or its Hamiltonian in a turning frame, in kpc, Myr and solar
+        masses; a potential of galpy in its natural units. These bring their coordinates and parameters.
     coordinates : str or sequence of str, default "x y"
         1 to 8 names.
     momenta : str or sequence of str, optional
@@ -185,6 +188,11 @@ def hamiltonian(
     >>> float(double.energy(0.0, 0.0, 1.0, 0.5))
     -2.75
     """
+    given = read_by("system", text)
+    if given is not None:
+        beside = {"masses": masses, "rotation": rotation, "magnetic": magnetic, "period": period, "friction": friction}
+        beside |= {"domain": domain, "momenta": momenta, "periods": periods}
+        return _taken(given, coordinates, beside, parameters)
     written, length = _written(text)
     names = checked_names("coordinates", coordinates)
     if friction is not None and any(entry is not None for entry in (rotation, magnetic, period)):
@@ -210,6 +218,18 @@ def hamiltonian(
     terms = {"rotation": turn, "magnetic": field, "friction": damping[0]}
     request = Request(written, domain, tuple(values), names, inertia, **terms, momenta=conjugate, periods=rows)
     return _of_periods(_class(request, values, length)(*values.values(), *weights))
+
+
+def _taken(given: System, coordinates: Any, beside: dict[str, Any], parameters: dict[str, float]) -> Any:
+    """Return the system of another tool, with what is given beside it."""
+    if given.coordinates and coordinates not in ("x y", " ".join(given.coordinates), given.coordinates):
+        raise ValueError(
+            f"coordinates of this potential are {' '.join(given.coordinates)}: leave them out, got {coordinates!r}"
+        )
+    own = {name: entry for name, entry in (("domain", given.domain), ("rotation", given.rotation)) if entry is not None}
+    options = own | {name: entry for name, entry in beside.items() if entry is not None}
+    values: dict[str, Any] = {**given.parameters, **parameters, **options}
+    return hamiltonian(given.text, coordinates=given.coordinates or coordinates, **values)
 
 
 def _driven(
@@ -272,14 +292,21 @@ def _of_periods(model: Any) -> Any:
 
 
 def _written(text: Any) -> tuple[str, int]:
-    """Return a formula as text, and how long it may be; SymPy expressions go through a tree whitelist."""
+    """Return a formula as text, and how long it may be."""
+    return text_of(text), 2000 if isinstance(text, str) else _SYMPY_LENGTH
+
+
+def text_of(text: Any) -> str:
+    """Return a formula as text: expressions, of SymPy and of heyoka, go through a tree whitelist."""
     if isinstance(text, str):
-        return text, 2000
+        return text
+    expression = read_by("expression", text)
+    expression = text if expression is None else expression
     sympy = sys.modules.get("sympy")
-    if sympy is not None and isinstance(text, sympy.Expr):
+    if sympy is not None and isinstance(expression, sympy.Expr):
         from .sympy_bridge import to_text
 
-        return to_text(text), _SYMPY_LENGTH
+        return to_text(expression)
     raise TypeError(
         f"text must be a formula such as 'C/2*(D1**2 + D2**2)' or a SymPy expression, got {text!r} "
         f"({type(text).__name__})"

@@ -25,7 +25,7 @@ from ..base.interruption import imported, recognized
 from ..base.placing import draft, umask
 from ..base.results import Column, columns
 from ..base.status import Status
-from ..files import opened, unpacked
+from ..exchange.files import opened, unpacked
 from .guard import Hierarchy, checked_store, has_items
 from .wording import Wrong
 

@@ -130,3 +130,49 @@ class Coordinates2(NamedTuple):
         """Return Re Q, Im Q, Re P, Im P of each angle in turn."""
         zero = 0.0 * x
         return x, zero, px, zero, y, zero, py, zero
+
+
+class Polar(NamedTuple):
+    """Loop in (R, its rate) and the plane (x, y) of a system of two degrees of freedom with unit masses: nu_R, nu_phi.
+
+    For motion about the centre of a galactic disk, velocities as momenta. nu_phi is the mean rate of the azimuth,
+    negative for clockwise motion; where an orbit does not go around the centre, loops in x and y say more.
+    """
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the angles."""
+        return ("R", "phi")
+
+    @property
+    def planes(self) -> tuple[bool, ...]:
+        """Which angles are those of a plane."""
+        return (False, True)
+
+    def signals(self, x, y, px, py):
+        """Return Re Q, Im Q, Re P, Im P of each angle in turn."""
+        R, zero = np.sqrt(x * x + y * y), 0.0 * x
+        return R, zero, (x * px + y * py) / R, zero, x, y, px, py
+
+
+class Cylindrical(NamedTuple):
+    """Loops in (R, its rate) and (z, its rate), and the plane (x, y), of a system of three degrees of freedom with unit
+    masses: nu_R, nu_z, nu_phi.
+
+    For motion about the axis of a galaxy, as `Polar`.
+    """
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the angles."""
+        return ("R", "z", "phi")
+
+    @property
+    def planes(self) -> tuple[bool, ...]:
+        """Which angles are those of a plane."""
+        return (False, False, True)
+
+    def signals(self, x, y, z, px, py, pz):
+        """Return Re Q, Im Q, Re P, Im P of each angle in turn."""
+        R, zero = np.sqrt(x * x + y * y), 0.0 * x
+        return R, zero, (x * px + y * py) / R, zero, z, zero, pz, zero, x, y, px, py

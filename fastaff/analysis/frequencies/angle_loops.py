@@ -7,10 +7,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ...base.short_forms import names_of
 from ...compile.blocks import rows_block, signals_block
 from ...compile.pointers import Bound, call_table
 from ...kernels import fundamental as kernels
-from ...models.angles import AlphaBeta, RVartheta
+from ...models.angles import AlphaBeta, Cylindrical, Polar, RVartheta
 from .fundamental import run
 from .rooms import Room
 from .signals import Signals
@@ -27,11 +28,28 @@ class Plain(NamedTuple):
         return (False,) * len(self.names)
 
 
+NAMED = {value.names: value for value in (Polar(), Cylindrical())}
+"""Angles that texts name: "R phi", "R z phi"."""
+
+
+def angles_of(value: Any, _: Any = None) -> Any:
+    """Return the angles that a text names; anything else as it is."""
+    if not isinstance(value, str):
+        return value
+    found = NAMED.get(names_of(value))
+    if found is None:
+        known = " or ".join(repr(" ".join(names)) for names in NAMED)
+        raise ValueError(f"angles must be {known}, or a value of fastaff.models.angles, got {value!r}")
+    return found
+
+
 class Layout:
     """Which rows of signals belong to which angle: two for each libration (real Q and P), then four for each plane."""
 
     def __init__(self, angles: Any, degrees_of_freedom: int):
         self.angles, planes = angles, angles.planes
+        if sorted(planes) != list(planes):
+            raise ValueError(f"angles must have those of planes last, got planes {planes} of {angles!r}")
         self.librations = [i for i, plane in enumerate(planes) if not plane]
         self.planes = [i for i, plane in enumerate(planes) if plane]
         self.m = len(self.librations)

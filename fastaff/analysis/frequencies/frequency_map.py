@@ -26,7 +26,7 @@ from ...kernels.samples import CHUNK_ROWS
 from ...models.contracts import Angles, Model
 from ...models.traits import traits_of
 from ...schemes.catalogue import Scheme, scheme_of
-from .angle_loops import Layout, Plain
+from .angle_loops import Layout, Plain, angles_of
 from .found_frequencies import Found
 from .frequencies import FrequencyKind, FrequencyMap
 from .fundamental import fastest
@@ -65,7 +65,7 @@ SIZES = np.array([16 * q * 2**k for k in range(40) for q in (4, 5, 6, 7)])
 """Numbers of samples: few, as orbits of equal numbers are read together, all multiples of what pilots take."""
 
 
-@takes(z0=starts_of, scheme=scheme_of, method=method_of)
+@takes(z0=starts_of, scheme=scheme_of, method=method_of, angles=angles_of)
 @recorded
 def frequency_map(
     body: Model,
@@ -97,7 +97,7 @@ def frequency_map(
         miss it. The error due to a short `time` stays in `error`.
     method : `BirkhoffAverages`, `NaffLines`, "birkhoff" or "naff"
         Weighted averages, with fitted lines where they have not converged (default), or fitted lines.
-    angles : value of `fastaff.models.angles`, optional
+    angles : value of `fastaff.models.angles`, or "R z phi", "R phi", optional
         Default: the angles natural to the potential, or the coordinates and momenta themselves.
     window : int, turns, optional
         For a map: the first and the last window are compared for the diffusion, instead of the halves.

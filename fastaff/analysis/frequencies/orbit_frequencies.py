@@ -15,7 +15,7 @@ from ...flows.checks import checked_model
 from ...flows.flow import Report
 from ...models.contracts import Angles, Model
 from ..orbits.given_orbits import GivenOrbits, ends, given_orbits, lengths
-from .angle_loops import Layout, Plain
+from .angle_loops import Layout, Plain, angles_of
 from .found_frequencies import Found
 from .frequencies import FrequencyMap
 from .frequency_map import checked_angles
@@ -37,7 +37,7 @@ that of a line with three and a half samples a period.
 """
 
 
-@takes(method=method_of)
+@takes(method=method_of, angles=angles_of)
 def orbit_frequencies(
     samples: Any,
     dt: float | None = None,
@@ -56,9 +56,11 @@ def orbit_frequencies(
     Parameters
     ----------
     samples : array (2n, orbits, samples) or (2n, samples)
-        Rows q1, ..., qn, p1, ..., pn, NaN after an orbit's end. Also: `Orbits` with samples; an array of xarray, with
-        dimensions in any order; a data set of a file of HDF5 or Zarr, read some orbits at a time; or, with coordinates,
-        arrays (orbits, samples) by name: a mapping, a Dataset, a group of a file.
+        Rows q1, ..., qn, p1, ..., pn, NaN after an orbit's end. Also: `Orbits` with samples, or their ``samples`` as
+        they are; an array of xarray, with dimensions in any order; a data set of a file of HDF5 or Zarr, read some
+        orbits at a time; with coordinates, arrays (orbits, samples) by name (a mapping, a Dataset, a group of a file)
+        or a table of pandas, polars or Astropy with a row for each sample; an `Orbit` of gala or galpy, a
+        Simulationarchive of REBOUND. Quantities become numbers in kpc, Myr, solar masses and radians.
     dt : float > 0, time, optional
         Interval between samples.
     times : array (samples,), time, optional
@@ -67,8 +69,9 @@ def orbit_frequencies(
         Names of the 2n rows.
     body : model, optional
         Model whose natural angles are used.
-    angles : as in `frequency_map`
-        Default: loops in the planes of each coordinate and its momentum, or velocity.
+    angles : as in `frequency_map`, or "R z phi", "R phi"
+        Cylindrical or polar, of rows x, y (, z) and velocities. Default: loops in the planes of each coordinate and its
+        momentum, or velocity.
     method, lines, threads, report : as in `frequency_map`
 
     Returns

@@ -137,10 +137,11 @@ def tunes(
     Parameters
     ----------
     samples : array (2n, orbits, turns) or (2n, turns)
-        Rows q1, ..., qn, p1, ..., pn, NaN or one point after an orbit's end. Also: an array of xarray, with dimensions
-        in any order; a data set of a file of HDF5 or Zarr, read some orbits at a time; or, with coordinates, a
-        `SectionMap`, whose points are turns, or arrays (orbits, turns) by name: a mapping, a Dataset, a group of a
-        file.
+        Rows q1, ..., qn, p1, ..., pn, NaN or one point after an orbit's end. Also: `Orbits` of a map, or their
+        ``samples`` as they are; an array of xarray, with dimensions in any order; a data set of a file of HDF5 or Zarr,
+        read some orbits at a time; a monitor of xtrack; PyAT's array (6, particles, 1, turns); or, with coordinates, a
+        `SectionMap`, whose points are turns, arrays (orbits, turns) by name (a mapping, a Dataset, a group of a file)
+        or a table of pandas, polars or Astropy with a row for each turn.
     coordinates : sequence of str, optional
         Names of the 2n rows.
     method : `BirkhoffAverages`, `NaffLines`, "birkhoff" or "naff"

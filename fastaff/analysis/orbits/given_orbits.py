@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from typing import Any, NamedTuple
+from weakref import WeakValueDictionary
 
 import numpy as np
 
+from ...base.foreign import read_by, without_unit
 from ...base.numbers import an_array, entries, fits, numbers, positive, refuse_unit, shown
 from ...base.status import Status
 
@@ -23,6 +25,9 @@ EVEN = 1e-6
 
 LADDER = 8
 """Lengths within a factor of 2 that orbits which end are cut to: those of one length are in work together."""
+
+SAMPLED: WeakValueDictionary[int, np.ndarray] = WeakValueDictionary()
+"""The `samples` (samples, 2n, orbits) of results of `integrate`, by identity: their axes are known."""
 
 
 class GivenOrbits(NamedTuple):
@@ -66,12 +71,18 @@ def given_orbits(
     """Return the orbits that an argument `samples` holds, nothing of it read yet where it lies in a file.
 
     Parameters: value: an array (2n, orbits, samples) or (2n, samples); a result with `samples` and `times`; a
-    SectionMap, whose rows `coordinates` names, each point a sample; a labelled array with `dims`, whose names say which
-    axis is which; anything with a shape and slices, such as a data set of a file; a mapping, group or Dataset, of which
+    SectionMap, whose rows `coordinates` names, each point a sample; an object of another tool that `base.foreign`
+    knows; an array of PyAT (6, particles, 1, turns); a labelled array with `dims`, whose names say which axis is which;
+    anything with a shape and slices, such as a data set of a file; a mapping, group or Dataset, of which
     `coordinates` names the 2n arrays (orbits, samples) or (samples,). dt or times (samples,), or neither; coordinates
     (2n,): names of the rows; least: number of samples. Raises ValueError or TypeError naming what is wrong.
     """
     names = None if coordinates is None else row_names(coordinates)
+    foreign = read_by("orbits", value, "samples", names)
+    if foreign is not None:
+        value, names = foreign.rows, foreign.names if names is None else names
+        times = foreign.times if dt is None and times is None else times
+    value, dt, times = _known_order(value), without_unit(dt), without_unit(times)
     parts: tuple[Any, ...]
     order: tuple[tuple[int, ...], ...]
     if times is None and hasattr(value, "samples") and hasattr(value, "times") and hasattr(value, "names"):
@@ -181,6 +192,17 @@ def row_names(coordinates: Any) -> tuple[str, ...]:
     return tuple(names)
 
 
+def _known_order(value: Any) -> Any:
+    """Return an array whose order of axes is known, though it is another, as (2n, orbits, samples); else the value."""
+    if not isinstance(value, np.ndarray):
+        return [without_unit(entry) for entry in value] if isinstance(value, (list, tuple)) else value
+    if value.ndim == 3 and SAMPLED.get(id(value)) is value:
+        return value.transpose(1, 2, 0)
+    if value.ndim == 4 and value.shape[0] == 6 and value.shape[2] == 1:  # PyAT's x, px, y, py, delta, ct
+        return value[[0, 2, 1, 3], :, 0]
+    return value
+
+
 def _named(value: Any) -> bool:
     """Tell whether a value has arrays by name: a mapping, a group of a file, a Dataset."""
     return isinstance(value, Mapping) or (
@@ -190,6 +212,7 @@ def _named(value: Any) -> bool:
 
 def _source(value: Any) -> Any:
     """Return what has a shape and slices: as it is where reading it is put off, else an array."""
+    value = without_unit(value)
     lazy = not isinstance(value, np.ndarray) and all(hasattr(value, part) for part in ("shape", "dtype", "__getitem__"))
     if lazy:
         if getattr(value.dtype, "kind", "") not in "iuf":

@@ -29,6 +29,7 @@ from ...models.traits import traits_of
 from ...schemes.automatic import Automatic
 from ...schemes.catalogue import Scheme, scheme_of
 from ...schemes.time_transformed import TimeTransformed
+from .given_orbits import SAMPLED
 
 CHUNK = 16384
 """Orbits that are run with two steps at once."""
@@ -67,6 +68,9 @@ class Orbits(Result):
     step: Annotated[float | np.ndarray, along("orbit", unit="time")]
     names: tuple[str, ...]
 
+    def __post_init__(self) -> None:
+        SAMPLED[id(self.samples)] = self.samples
+
     def _row(self, name: str) -> np.ndarray | None:
         return chart_row(self.z, name)
 
@@ -95,7 +99,8 @@ def integrate(
     body : model
         A model of `fastaff`, or one of your own.
     z0 : array (2n,) or (2n, orbits)
-        Phase points at the start; or a grid or sample that has them.
+        Phase points at the start; or a grid or sample that has them, a PhaseSpacePosition of gala (in kpc and Myr), an
+        Orbit of galpy (in its natural units), Particles of xtrack that are alive (x, y, px, py).
     time : float > 0, time
         Length of the run. A map is iterated `time` times, a whole number that `samples` divides.
     accuracy : float, optional

@@ -68,6 +68,7 @@ def energy_sample(
     energy: float | None = None,
     section: Section | None = None,
     seed: Any = 0,
+    rng: Any = None,
     axes: Any = None,
     fixed: Any = None,
     solve: str | None = None,
@@ -87,6 +88,8 @@ def energy_sample(
     energy, section : as in `energy_grid`
     seed : int or seed of `numpy.random.default_rng`, default 0
         Seed of the random numbers.
+    rng : as seed, or a `numpy.random.Generator`, optional
+        Instead of seed, as SPEC 7 of Scientific Python names it.
     axes : two ranges, or dict of ranges (low, high), optional
         Ranges of the section's coordinate and momentum, or of rows by name (default: all bounded parts that the energy
         allows).
@@ -135,11 +138,7 @@ def energy_sample(
     """
     count = whole("orbits", orbits, 1)
     fits("orbits", ARRAYS, count)
-    try:
-        np.random.default_rng(seed)
-    except (TypeError, ValueError) as problem:
-        takes = "one of numpy.random.default_rng, such as a whole number of at least 0"
-        raise type(problem)(f"seed must be {takes}, got {shown(seed)}") from None
+    seed = _seed(seed, rng)
     how = (axes, fixed, solve, checked_sign(sign), at_rest)
     if section is None or not on_section(body, section, *how):
         source = source_of(body, energy, section, *how, p_eta=p_eta, p_gamma=p_gamma)
@@ -194,6 +193,19 @@ def source_of(
             "coordinates are rings"
         )
     return measure_of(body, energy, section, axes)
+
+
+def _seed(seed: Any, rng: Any) -> Any:
+    """Return the seed or generator that is given by one of two names."""
+    name, value = ("seed", seed) if rng is None else ("rng", rng)
+    if rng is not None and not (type(seed) is int and seed == 0):
+        raise ValueError(f"rng must not be given beside seed, got rng={shown(rng)} and seed={shown(seed)}")
+    try:
+        np.random.default_rng(value)
+    except (TypeError, ValueError) as problem:
+        takes = "one of numpy.random.default_rng, such as a whole number of at least 0"
+        raise type(problem)(f"{name} must be {takes}, got {shown(value)}") from None
+    return value
 
 
 def sample_of(source: Measure | Ranges, count: int, seed: Any) -> EnergySample:

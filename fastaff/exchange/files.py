@@ -17,20 +17,21 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from . import charts, models, schemes
-from .analysis.chaos import indicators, own_indicator
-from .analysis.frequencies import methods
-from .analysis.tori import families, separation
-from .base.display import screen
-from .base.numbers import fits, shown
-from .base.placing import placed
-from .base.provenance import provenance
-from .base.recipe import OWN, Call, NoData, encoded, keep, plain
-from .base.results import Result, saved
-from .base.status import summary
-from .formulas.mapping import remade
-from .models import angles, sections
-from .schemes import time_transformed
+from .. import charts, models, schemes
+from ..analysis.chaos import indicators, own_indicator
+from ..analysis.frequencies import methods
+from ..analysis.tori import families, separation
+from ..base.display import screen
+from ..base.numbers import fits, shown
+from ..base.placing import placed
+from ..base.provenance import provenance
+from ..base.recipe import OWN, Call, NoData, encoded, keep, plain
+from ..base.results import Result, saved
+from ..base.status import summary
+from ..formulas.mapping import remade
+from ..models import angles, sections
+from ..schemes import time_transformed
+from .tables import WRITERS, exported
 
 METADATA = "metadata"
 
@@ -57,7 +58,8 @@ def save(path: Any, result: Any, *, force: bool = False, **parameters: Any) -> P
     Parameters
     ----------
     path : path
-        With or without .npz.
+        With or without .npz. Or with .csv, .parquet, .nc or .mat, for other programs: tables have a row for each item
+        and leave out arrays with more axes, such as samples; NetCDF and MATLAB files have all arrays.
     result : result
         A SectionMap, FrequencyMap, Orbits, Grid, any other result or dataclass. Its call is kept: `recipe` reads it
         back.
@@ -75,7 +77,11 @@ def save(path: Any, result: Any, *, force: bool = False, **parameters: Any) -> P
     Raises
     ------
     TypeError
-        The value is no result, or has arrays of objects.
+        The value is no result, or has arrays of objects, or for a table none along its items.
+    ValueError
+        Parameters are given for a file of another program.
+    ImportError
+        The package that writes such a file is missing.
     OSError
         As in `open`.
 
@@ -96,6 +102,8 @@ def save(path: Any, result: Any, *, force: bool = False, **parameters: Any) -> P
     'orbits.npz'
     """
     path = Path(path)
+    if path.suffix in WRITERS:
+        return exported(path, result, force, parameters)
     stem = path.with_suffix("") if path.suffix == ".npz" else path
     return save_among(stem, ".npz", result, force=force, parameters=parameters)
 

@@ -1,0 +1,73 @@
+"""Objects of other tools: which module of `fastaff.exchange` reads them.
+
+What an object is shows in the package that its class is from, which the user has imported; nothing else of it is
+imported here, and an adapter is loaded when one of its objects is met.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from types import MappingProxyType
+from typing import Any, NamedTuple
+
+from .interruption import imported
+
+ADAPTERS: Mapping[str, str] = {
+    "astropy": "quantities",
+    "gala": "from_gala",
+    "galpy": "from_galpy",
+    "heyoka": "from_heyoka",
+    "pandas": "frames",
+    "polars": "frames",
+    "rebound": "from_rebound",
+    "xtrack": "lattices",
+}
+"""Package: module of `fastaff.exchange`."""
+
+
+class Foreign(NamedTuple):
+    """Orbits of another tool as plain arrays.
+
+    rows: an array (2n, orbits, samples), or named arrays (orbits, samples); times (samples,), None where nothing is
+    said; names (2n,) of the rows q1, ..., qn, p1, ..., pn.
+    """
+
+    rows: Any
+    times: Any
+    names: tuple[str, ...] | None
+
+
+class System(NamedTuple):
+    """A system of another tool as a formula.
+
+    text: V as a SymPy expression of the coordinates, () where the user names them; parameters: their values by name;
+    domain: what is positive but at the singular places of V, where it has some; rotation: rate at which the frame
+    turns, None where it is at rest.
+    """
+
+    text: Any
+    coordinates: tuple[str, ...] = ()
+    parameters: Mapping[str, float] = MappingProxyType({})
+    domain: str | None = None
+    rotation: float | None = None
+
+
+def adapter(value: Any) -> Any:
+    """Return the module that reads an object of another tool; None for everything else."""
+    for cls in type(value).__mro__[:-1]:
+        name = ADAPTERS.get(f"{cls.__module__}".partition(".")[0])
+        if name is not None:
+            return imported(f"..exchange.{name}", __package__)
+    return None
+
+
+def read_by(part: str, value: Any, *given: Any) -> Any:
+    """Return what the adapter of a value makes of it, by its function `part`; None where there is none."""
+    reads = getattr(adapter(value), part, None)
+    return None if reads is None else reads(value, *given)
+
+
+def without_unit(value: Any) -> Any:
+    """Return a Quantity as numbers in the units of `exchange.quantities`, anything else as it is."""
+    found = read_by("plain", value) if hasattr(value, "unit") else None
+    return value if found is None else found

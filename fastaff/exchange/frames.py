@@ -1,0 +1,61 @@
+"""Tables of pandas, polars and Astropy: a row for each sample, of one orbit or of several told apart by a column."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from ..analysis.orbits.given_orbits import ORBITS, SAMPLES
+from ..base.foreign import Foreign
+from ..base.numbers import fits, numbers
+
+
+def orbits(table: Any, name: str, coordinates: tuple[str, ...] | None) -> Foreign | None:
+    """Return the orbits of a table; None for what is a single column, which is an array.
+
+    A column named as in `ORBITS`, or with "id" at its end, tells orbits apart, one as in `SAMPLES` orders them in time;
+    NaN where an orbit has no row. The columns are those of `coordinates`.
+    """
+    columns = _columns(table)
+    if columns is None:
+        return None
+    if coordinates is None:
+        raise ValueError(
+            f"{name} is a table: coordinates must say which columns are q1, ..., qn, p1, ..., pn; it has "
+            f"{', '.join(columns)}"
+        )
+    missing = [entry for entry in coordinates if entry not in columns]
+    if missing:
+        raise ValueError(f"coordinates must be columns of {name}, which has {', '.join(columns)}, got {missing[0]!r}")
+    rest = {entry.lower(): entry for entry in columns if entry not in coordinates}
+    numbered = [word for word in rest if word.endswith("id")]
+    words = ((*ORBITS, *numbered), SAMPLES)
+    owner, time = (next((rest[word] for word in known if word in rest), None) for known in words)
+    values = [numbers(f"{name}[{entry!r}]", columns[entry]) for entry in coordinates]
+    times = None if time is None else numbers(f"{name}[{time!r}]", columns[time])
+    if owner is None:
+        order = np.arange(len(values[0])) if times is None else np.argsort(times, kind="stable")
+        return Foreign(np.array(values)[:, order], None if times is None else times[order], coordinates)
+    if times is None:
+        raise ValueError(f"{name} has several orbits, by {owner!r}: a column 'time' or 'turn' must order their rows")
+    known, orbit = np.unique(np.asarray(columns[owner]), return_inverse=True)
+    moments, sample = np.unique(times, return_inverse=True)
+    if np.unique(orbit * moments.size + sample).size != sample.size:
+        raise ValueError(f"{name} must have one row for each {owner!r} and {time!r}, it has several")
+    fits(name, len(values), known.size, moments.size)
+    array = np.full((len(values), known.size, moments.size), np.nan)
+    array[:, orbit, sample] = values
+    return Foreign(array, moments, coordinates)
+
+
+def _columns(table: Any) -> dict[str, Any] | None:
+    """Return the columns of a table by name, with the levels of an index that have names; None for no table."""
+    if isinstance(table, dict):
+        return table
+    listed = getattr(table, "columns", None)
+    if listed is None:
+        return None
+    levels = getattr(getattr(table, "index", None), "names", ())
+    named = {str(level): table.index.get_level_values(level) for level in levels if level is not None}
+    return named | {str(entry): table[entry] for entry in listed}

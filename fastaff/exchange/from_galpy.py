@@ -1,0 +1,45 @@
+"""Orbits of galpy in its natural units: lengths in ro, velocities in vo, times in ro/vo; its potentials."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from ..base.foreign import Foreign
+from .galpy_potentials import system as system
+
+
+def orbits(orbit: Any, name: str, _: Any) -> Foreign:
+    """Return the samples of an integrated Orbit: x, y, z and velocities where its azimuth is known, else R, z."""
+    if not hasattr(orbit, "orbit"):
+        raise ValueError(f"{name} must be an integrated Orbit of galpy: call its integrate first")
+    if np.ndim(orbit.t) != 1:
+        raise ValueError(f"{name} must be orbits at the same times")
+    path = np.asarray(orbit.orbit, dtype=float)
+    rows, names = _cartesian(np.moveaxis(path.reshape(-1, *path.shape[-2:]), -1, 0))
+    return Foreign(rows, np.asarray(orbit.t, dtype=float), names)
+
+
+def starts(orbit: Any, name: str) -> np.ndarray:
+    """Return the initial phase points (2n,) or (2n, orbits) of an Orbit."""
+    if not hasattr(orbit, "vxvv"):
+        raise TypeError(f"{name} must be an Orbit of galpy, got {type(orbit).__name__}")
+    z = _cartesian(np.asarray(orbit.vxvv, dtype=float).reshape(-1, orbit.phasedim()).T)[0]
+    return z if orbit.shape else z[:, 0]
+
+
+def _cartesian(z: np.ndarray) -> tuple[np.ndarray, tuple[str, ...]]:
+    """Return rows q, p and their names of galpy's rows R, vR, vT, z, vz, phi, or those of fewer dimensions."""
+    rows = len(z)
+    if rows in (2, 3):  # a coordinate and its velocity, or R, vR, vT
+        return z[:2], ("x", "v_x") if rows == 2 else ("R", "v_R")
+    if rows == 5:
+        return z[[0, 3, 1, 4]], ("R", "z", "v_R", "v_z")
+    R, vR, vT, phi = z[0], z[1], z[2], z[-1]
+    cos, sin = np.cos(phi), np.sin(phi)
+    q, v = [R * cos, R * sin], [vR * cos - vT * sin, vR * sin + vT * cos]
+    if rows == 6:
+        q, v = [*q, z[3]], [*v, z[4]]
+    names = "xyz"[: len(q)]
+    return np.array([*q, *v]), (*names, *(f"v_{entry}" for entry in names))

@@ -1,0 +1,22 @@
+"""Expressions of heyoka: potentials of `hamiltonian`, right-hand sides of `flow`."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from ..base.foreign import System
+from ..base.interruption import imported
+
+
+def expression(given: Any) -> Any:
+    """Return a SymPy expression: par[i] is the parameter par_i, the time is t."""
+    sympy = imported("sympy", what="an expression of heyoka")
+    found = sympy.sympify(imported("heyoka").to_sympy(given))
+    names = {entry: sympy.Symbol(entry.name.replace("[", "_").replace("]", "")) for entry in found.free_symbols}
+    times = {entry: sympy.Symbol("t") for entry in found.atoms(sympy.Function) if entry.func.__name__ == "heyoka_time"}
+    return found.xreplace({**names, **times})
+
+
+def system(given: Any) -> System:
+    """Return the formula of an expression; its coordinates and parameters are the user's."""
+    return System(expression(given))

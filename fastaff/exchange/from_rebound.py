@@ -1,0 +1,39 @@
+"""Orbits of the bodies of a REBOUND archive, in its own units."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from ..base.foreign import Foreign
+from ..base.numbers import fits
+
+NAMES = ("x", "y", "z", "v_x", "v_y", "v_z")
+
+
+def orbits(archive: Any, name: str, _: Any) -> Foreign:
+    """Return positions and velocities of all bodies of a Simulationarchive, one orbit for each, in their order."""
+    if not hasattr(archive, "getSimulation"):
+        raise TypeError(
+            f"{name} must be a rebound.Simulationarchive of snapshots, got {type(archive).__name__}, one moment: "
+            "simulation.save_to_file(path, interval=...)"
+        )
+    bodies, count = archive[0].N, len(archive)
+    fits(name, 6, bodies, count)
+    array, times = np.empty((6, bodies, count)), np.empty(count)
+    place, velocity = np.empty((2, bodies, 3))
+    for k, simulation in enumerate(archive):
+        if bodies != simulation.N:
+            raise ValueError(f"{name} must have the same bodies all along: {bodies} at first, {simulation.N} at {k}")
+        simulation.serialize_particle_data(xyz=place, vxvyvz=velocity)
+        array[:3, :, k], array[3:, :, k], times[k] = place.T, velocity.T, simulation.t
+    return Foreign(array, times, NAMES)
+
+
+def starts(simulation: Any, name: str) -> np.ndarray:
+    """Refuse a Simulation, whose bodies move in the forces of one another."""
+    raise TypeError(
+        f"{name} must be phase points of the system, got {type(simulation).__name__} of REBOUND: of a body give "
+        "[*particle.xyz, *particle.vxyz]"
+    )

@@ -1,0 +1,80 @@
+"""Potentials of gala by their symbolic form, in kpc, Myr and solar masses, or without units as they are."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from ..base.foreign import System
+from ..base.interruption import imported
+from .quantities import plain
+from .sums import apart_from, check, summed, trial_points
+
+CUSPED = ("NFWPotential", "StonePotential")
+"""Those whose formulas divide by zero at the centre, where they are finite."""
+
+
+def system(given: Any) -> System:
+    """Return the formula of a potential that gala has in symbols, of a sum of these, or of a Hamiltonian of one."""
+    frame, potential = getattr(given, "frame", None), getattr(given, "potential", given)
+    if not hasattr(potential, "to_sympy"):
+        raise TypeError(f"text must be a gala potential or Hamiltonian, got {type(given).__name__}")
+    dims, parts = "xyz"[: potential.ndim], dict(_parts("", potential))
+    text, parameters = summed({key: _part(part, dims) for key, part in parts.items()})
+    cusps = [_origin(part) for part in parts.values() if type(part).__name__ in CUSPED]
+    rotation = None
+    if frame is not None and "Omega" in frame.parameters:
+        rates = np.atleast_1d(plain(frame.parameters["Omega"]))
+        if rates[:-1].any():
+            raise ValueError(f"text: a frame must turn about z, this one has Omega = {rates}")
+        rotation = float(rates[-1])
+    points = trial_points(len(dims))
+    at = points * potential.units["length"] if _has_units(potential) else points
+    check(text, dims, parameters, plain(at), plain(potential.energy(at)))
+    return System(
+        text=text,
+        coordinates=tuple(dims),
+        parameters=parameters,
+        domain=apart_from(cusps, dims),
+        rotation=rotation,
+    )
+
+
+def _parts(name: str, potential: Any) -> list[tuple[str, Any]]:
+    """Return the potentials that a sum consists of, with names."""
+    if hasattr(potential, "get_three_potentials"):  # an exponential disk
+        potential = potential.get_three_potentials()
+    if not hasattr(potential, "items"):
+        return [(name, potential)]
+    return [part for key, entry in potential.items() for part in _parts(f"{name}_{key}".strip("_"), entry)]
+
+
+def _part(potential: Any, dims: str) -> tuple[Any, dict[str, float]]:
+    """Return the formula of one potential and its parameters."""
+    sympy = imported("sympy", what="a potential of gala")
+    try:
+        text, variables, symbols = potential.to_sympy()
+    except NotImplementedError:
+        kind = type(potential).__name__
+        raise ValueError(f"text: gala has no formula of a {kind}; write one, fa.hamiltonian('...')") from None
+    if set(variables) != set(dims):
+        raise ValueError(
+            f"text: gala's formula of a {type(potential).__name__} is in {', '.join(variables)}, its potential in "
+            f"{', '.join(dims)}; write one, fa.hamiltonian('...')"
+        )
+    place = [sympy.Symbol(axis) - at for axis, at in zip(dims, _origin(potential))]
+    if potential.R is not None:
+        place = [sum(float(c) * entry for c, entry in zip(row, place)) for row in np.asarray(potential.R)]
+    text = text.subs({variables[entry]: place[k] for k, entry in enumerate(dims)}, simultaneous=True)
+    G = imported("astropy.constants").G if _has_units(potential) else potential.G
+    values = {"G": plain(G)} | {k: plain(v) for k, v in potential.parameters.items()}
+    return text, {key: float(values[key]) for key, symbol in symbols.items() if text.has(symbol)}
+
+
+def _origin(potential: Any) -> list[float]:
+    return [float(plain(at)) for at in np.atleast_1d(potential.origin)]
+
+
+def _has_units(potential: Any) -> bool:
+    return not type(potential.units).__name__.startswith("Dimensionless")

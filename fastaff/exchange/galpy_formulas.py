@@ -1,0 +1,43 @@
+"""Potentials that galpy has too, by the names of its classes, in x, y, z and the amplitude: textbook formulas.
+
+:Source: Binney & Tremaine 2008, Galactic Dynamics, chapter 2; Dehnen 1993, MNRAS 265, 250; Dejonghe & de Zeeuw 1988,
+    ApJ 333, 90 (Kuzmin & Kutuzov); Evans 1994, MNRAS 267, 333 (power laws); Henon & Heiles 1964, Astron. J. 69, 73.
+"""
+
+R2 = "(x**2 + y**2)"
+SQUARE = "(x**2 + y**2 + z**2)"
+R = f"sqrt{SQUARE}"
+
+FORMULAS: dict[str, tuple[str, dict[str, str]]] = {
+    "DehnenCoreSphericalPotential": (f"-amp*(1 - (1 + a/{R})**(-2))/(6*a)", {"a": "a"}),
+    "DehnenSphericalPotential": (
+        f"-amp*(1 - (1 + a/{R})**(alpha - 2))/(a*(2 - alpha)*(3 - alpha))",
+        {"a": "a", "alpha": "alpha"},
+    ),
+    "FlattenedPowerPotential": (
+        f"-amp*({R2} + z**2/q2 + core2)**(-alpha/2)/alpha",
+        {"q2": "q2", "core2": "core2", "alpha": "alpha"},
+    ),
+    "HenonHeilesPotential": ("amp*((x**2 + y**2)/2 + x**2*y - y**3/3)", {}),
+    "HernquistPotential": (f"-amp/(2*(a + {R}))", {"a": "a"}),
+    "IsochronePotential": (f"-amp/(b + sqrt(b**2 + {SQUARE}))", {"b": "b"}),
+    "JaffePotential": (f"-amp*log(1 + a/{R})/a", {"a": "a"}),
+    "KeplerPotential": (f"-amp/{R}", {}),
+    "KuzminKutuzovStaeckelPotential": (
+        f"-amp/sqrt({SQUARE} - alpha - gamma + 2*sqrt(alpha*gamma - gamma*{R2} - alpha*z**2))",
+        {"alpha": "_alpha", "gamma": "_gamma"},
+    ),
+    "LogarithmicHaloPotential": (
+        "amp/2*log(x**2 + y**2/b**2 + z**2/q**2 + core2)",
+        {"b": "_b", "q": "_q", "core2": "_core2"},
+    ),
+    "MiyamotoNagaiPotential": (f"-amp/sqrt({R2} + (a + sqrt(z**2 + b**2))**2)", {"a": "_a", "b": "_b"}),
+    "NFWPotential": (f"-amp*log(1 + {R}/a)/{R}", {"a": "a"}),
+    "PlummerPotential": (f"-amp/sqrt({SQUARE} + b**2)", {"b": "_b"}),
+    "PowerSphericalPotential": (f"amp*{R}**(2 - alpha)/(2 - alpha)", {"alpha": "alpha"}),
+    "PseudoIsothermalPotential": (f"amp*(log(1 + {SQUARE}/a**2)/2 + a*atan({R}/a)/{R})/a", {"a": "_a"}),
+}
+"""Formula, and the attribute that holds each parameter but the amplitude; one that is None counts as 1."""
+
+CUSPED = ("NFWPotential", "PseudoIsothermalPotential")
+"""Those whose formulas divide by zero at the centre, where they are finite."""

@@ -1,0 +1,59 @@
+"""Potentials of galpy by their classes, in its natural units."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from ..base.foreign import System
+from ..base.interruption import imported
+from ..formulas.grammar import parse
+from ..formulas.sympy_bridge import to_sympy
+from .galpy_formulas import CUSPED, FORMULAS
+from .sums import apart_from, check, summed, trial_points
+
+
+def system(potential: Any) -> System:
+    """Return the formula of a potential of `FORMULAS`, or of a sum of them."""
+    if not hasattr(potential, "dim") or callable(potential.dim):
+        raise TypeError(f"text must be a potential of galpy, got {type(potential).__name__}")
+    dims = "xyz"[: potential.dim]
+    parts = dict(_parts("", potential))
+    text, parameters = summed({key: _part(part, dims) for key, part in parts.items()})
+    cusp = [(0.0,) * len(dims)] * any(type(part).__name__ in CUSPED for part in parts.values())
+    points = trial_points(len(dims))
+    R, phi = np.hypot(*points[:2]), np.arctan2(points[1], points[0])
+    place = (R, points[2]) if len(dims) == 3 else (R,)
+    energies = [potential(*at, phi=angle, use_physical=False) for *at, angle in zip(*place, phi)]
+    check(text, dims, parameters, points, np.array(energies, dtype=float))
+    return System(
+        text=text,
+        coordinates=tuple(dims),
+        parameters=parameters,
+        domain=apart_from(cusp, dims),
+    )
+
+
+def _parts(name: str, potential: Any) -> list[tuple[str, Any]]:
+    """Return the potentials that a sum consists of, numbered."""
+    listed = getattr(potential, "_potlist", None)
+    if listed is None:
+        return [(name, potential)]
+    return [part for k, entry in enumerate(listed, 1) for part in _parts(f"{name}_{k}".strip("_"), entry)]
+
+
+def _part(potential: Any, dims: str) -> tuple[Any, dict[str, float]]:
+    """Return the formula of one potential and its parameters."""
+    kind = type(potential).__name__
+    if kind not in FORMULAS or not 2 <= len(dims) <= 3:
+        raise ValueError(
+            f"text: no formula of galpy's {kind} is known, only of {', '.join(FORMULAS)}: write one, "
+            "fa.hamiltonian('...')"
+        )
+    sympy = imported("sympy", what="a potential of galpy")
+    text, fields = FORMULAS[kind]
+    found = {name: getattr(potential, field) for name, field in {"amp": "_amp", **fields}.items()}
+    values = {name: 1.0 if value is None else float(value) for name, value in found.items()}
+    symbols = {name: sympy.Symbol(name) for name in (*dims, *values)}
+    return to_sympy(parse(text, tuple(dims), tuple(values)), symbols), values

@@ -1,0 +1,29 @@
+"""Quantities of Astropy as numbers, in one system of units: kpc, Myr, solar masses, radians; and its tables."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from ..base.foreign import Foreign
+from ..base.interruption import imported
+from .frames import orbits as of_table
+
+BASES = ("kpc", "Myr", "solMass", "rad")
+"""Units of the numbers that Quantities become: those of gala's `galactic`."""
+
+
+def plain(value: Any) -> Any:
+    """Return the number or array that a Quantity is in the units of `BASES`; anything else as it is."""
+    if not hasattr(value, "unit") or not hasattr(value, "decompose"):
+        return value
+    units = imported("astropy.units")
+    return np.asarray(value.decompose([getattr(units, name) for name in BASES]).value)[()]
+
+
+def orbits(value: Any, name: str, coordinates: tuple[str, ...] | None) -> Foreign | None:
+    """Return the orbits of a table, or of an array that has one unit for all rows; None for what is none."""
+    if hasattr(value, "colnames"):
+        return of_table({entry: plain(value[entry]) for entry in value.colnames}, name, coordinates)
+    return Foreign(plain(value), None, None) if hasattr(value, "unit") else None

@@ -1,0 +1,88 @@
+"""Equations of motion of a model as source text of other tools: C, and Python for heyoka."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from ..base.interruption import imported
+from ..formulas.drive import TIME
+from ..formulas.library import Request
+from ..formulas.sympy_bridge import to_sympy
+
+MOST = 8000
+"""Characters of a formula, at most."""
+
+
+def source(model: Any, language: str = "c") -> str:
+    """Return the equations of motion dz/dt of a model that is a formula as source text.
+
+    :Parameters: model of `hamiltonian` or `flow`; language: "c", for `void rates(double t, const double *z, const
+        double *c, double *dz)`, or "heyoka", for Python that makes `system` and `parameters`, for
+        taylor_adaptive(system, z0, pars=parameters). The rows z are those of fastaff, of a driven system without t and
+        p_t; the parameters c are the model's fields, listed in the text with their values.
+    :Raises: TypeError for a model that is no such formula, ValueError for another language; ImportError without SymPy.
+    :Source: Meurer et al. 2017, PeerJ Comput. Sci. 3, e103 (SymPy: derivatives, common subexpressions, printing).
+    """
+    if language not in LANGUAGES:
+        raise ValueError(f"language must be one of {', '.join(LANGUAGES)}, got {language!r}")
+    known: tuple = getattr(type(model), "_request", ())
+    if len(known) != len(Request._fields) or known[4] not in ("unit", "masses", "flow"):
+        raise TypeError(f"model must be one of fa.hamiltonian(...) or fa.flow(...), got {type(model).__name__}")
+    request = Request(*known)
+    named = ", ".join(f"{name} = {float(value)!r}" for name, value in zip(model._fields, model, strict=True))
+    rows, sides = _equations(request, model._fields)
+    said = [f"dz/dt of {request.text}", f"z: {', '.join(rows)}", f"c: {named}" if named else "c: none"]
+    return LANGUAGES[language](said, rows, sides, [float(value) for value in model])
+
+
+def _equations(request: Request, fields: tuple[str, ...]) -> tuple[list[str], list[Any]]:
+    """Return the names of the rows and the right-hand sides, in the symbols z[i], c[i] and t."""
+    sympy = imported("sympy", what="the source text of a model")
+    c = {name: sympy.Symbol(f"c[{i}]") for i, name in enumerate(fields)}
+    coordinates = [name for name in request.coordinates if request.period is None or name != TIME]
+    n = len(coordinates)
+    z = [sympy.Symbol(f"z[{i}]") for i in range(2 * n)]
+    names = {**c, **dict(zip(coordinates, z)), **({} if request.period is None else {TIME: sympy.Symbol("t")})}
+    if request.inertia == "flow":
+        return coordinates, [to_sympy(program, names) for program in request.programs(MOST)]
+    masses = [c.get(f"m_{i + 1}", sympy.Integer(1)) for i in range(n)]
+    q, p = z[:n], z[n:]
+    turning = {name: to_sympy(program, c) for name, program in request.turning_programs().items()}
+    energy = to_sympy(request.program(MOST), names) + sum(p_i**2 / (2 * m) for p_i, m in zip(p, masses))
+    rate = turning.get("rotation", sympy.Integer(0))
+    if "magnetic" in turning:
+        larmor = turning["magnetic"] / (2 * masses[0])
+        energy, rate = energy + masses[0] * larmor**2 * (q[0] ** 2 + q[1] ** 2) / 2, rate + larmor
+    if rate != 0:
+        energy -= rate * (q[0] * p[1] - q[1] * p[0])
+    lost = turning.get("friction", sympy.Integer(0))
+    sides = [sympy.diff(energy, p_i) for p_i in p]
+    sides += [-sympy.diff(energy, q_i) - lost * p_i for q_i, p_i in zip(q, p)]
+    return [*coordinates, *(f"p_{name}" for name in coordinates)], sides
+
+
+def _c(said: list[str], rows: list[str], sides: list[Any], _: list[float]) -> str:
+    sympy = imported("sympy")
+    parts, sides = sympy.cse(sides, symbols=sympy.numbered_symbols("s"))
+    lines = [f"    const double {symbol} = {sympy.ccode(part)};" for symbol, part in parts]
+    lines += [f"    dz[{i}] = {sympy.ccode(side)};" for i, side in enumerate(sides)]
+    head = "".join(f" * {line}\n" for line in said).replace("*/", "* /")
+    function = "void rates(double t, const double *z, const double *c, double *dz)"
+    return f"/*\n{head} */\n#include <math.h>\n\n{function}\n{{\n" + "\n".join(lines) + "\n}\n"
+
+
+def _heyoka(said: list[str], rows: list[str], sides: list[Any], values: list[float]) -> str:
+    sympy = imported("sympy")
+    used = sorted({entry.func.__name__ for side in sides for entry in side.atoms(sympy.Function)} | {"exp", "sqrt"})
+    texts = [sympy.sstr(side.subs({sympy.pi: sympy.Float(sympy.pi, 17)}), full_prec=True) for side in sides]
+    head = "".join(f"# {line}\n" for entry in said for line in entry.splitlines())
+    made = f"z = heyoka.make_vars({', '.join(map(repr, rows))})\n" + ("z = [z]\n" if len(rows) == 1 else "")
+    system = "".join(f"    (z[{i}], {text} + 0.0 * z[{i}]),\n" for i, text in enumerate(texts))
+    return (
+        f"{head}import heyoka\nfrom heyoka import {', '.join(used)}\n\n{made}t = heyoka.time\n"
+        f"c = [heyoka.par[i] for i in range({len(values)})]\nsystem = [\n{system}]\nparameters = {values!r}\n"
+    )
+
+
+LANGUAGES = {"c": _c, "heyoka": _heyoka}
+"""What writes each language."""
