@@ -16,6 +16,7 @@ os.environ["PYTHONPATH"] = os.pathsep.join(filter(None, [str(ROOT), str(HERE / "
 os.environ["PATH"] = os.pathsep.join([str(Path(sys.executable).parent), os.environ.get("PATH", "")])
 os.environ["MATPLOTLIBRC"] = str(HERE / "_ext" / "matplotlibrc")
 os.environ["COLUMNS"] = "88"
+os.environ["FASTAFF_PROGRESS"] = "0"  # kernels of notebooks look as if somebody looked
 os.environ["FASTAFF_SITE_PAGES"] = str(HERE / "_build" / "pages")  # what pages make to be opened beside them
 os.environ["IPYTHONDIR"] = str(HERE / "_build" / "ipython")
 settings = HERE / "_build" / "ipython" / "profile_default" / "ipython_kernel_config.py"

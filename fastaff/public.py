@@ -35,6 +35,7 @@ from .analysis.tori.action_angles import action_angles, energy_of_actions, from_
 from .analysis.tori.fit_torus import fit_torus
 from .analysis.tori.separation import constants_of_motion
 from .base.interruption import Interrupted
+from .base.progress import progress
 from .base.status import OrbitError, Status
 from .exchange.files import load, save
 from .explorer.explore import explore
@@ -129,6 +130,7 @@ __all__ = [
     "orbit_frequencies",
     "periodic_orbits",
     "poincare_map",
+    "progress",
     "reduced",
     "rerun",
     "resonance_web",

@@ -49,3 +49,21 @@ def made(tmp_path_factory):
 def store(made, tmp_path):
     """A copy of it."""
     return shutil.copytree(made, tmp_path / "s")
+
+
+@pytest.fixture
+def ax():
+    """Axes of a figure that is drawn at the end."""
+    from matplotlib.figure import Figure
+
+    figure = Figure()
+    yield figure.subplots()
+    figure.canvas.draw()
+
+
+@pytest.fixture
+def unwarned(monkeypatch):
+    """As in a process that has not warned of its cache yet."""
+    from fastaff.compile import cache
+
+    monkeypatch.setattr(cache, "_SAID", set())

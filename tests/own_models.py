@@ -133,3 +133,10 @@ class Stopped(NamedTuple):
 
     def velocity(self, px, pt):
         return px, 0.0 * pt
+
+
+class Plain:
+    """A function of one variable without a slope."""
+
+    def __init__(self, value):
+        self.value = value

@@ -139,6 +139,7 @@ def test_kernels_see_no_models_and_no_python():
                 "compile.pointers",
                 "compile.plane_loops",
                 "compile.elementary",
+                "compile.fused",
                 "base.status",
             ) or target.startswith("kernels"), f"{source} imports {target}"
 

@@ -10,7 +10,7 @@ import pytest
 
 import fastaff as fa
 from fastaff.flows.checks import lacking
-from fastaff.models.contracts import Angles, Kind, Model, OneVariable, Potential, Section
+from fastaff.models.contracts import Angles, Kind, Model, Nonseparable, OneVariable, Potential, Section
 from fastaff.models.traits import traits_of
 
 POTENTIALS = [fa.Harmonic(), fa.Anharmonic(), fa.Hyperelastic(), fa.HeavyTop(), fa.NeoHookean()]
@@ -24,6 +24,7 @@ SYSTEMS = [
 SECTIONS = [fa.AlphaTurning(), fa.BetaTurning(), fa.AlphaEquals(1.0), fa.BetaEquals(1.0), fa.AreaEquals()]
 SECTIONS += [fa.Linear((1.0, 0.0, 0.0, 0.0))]
 NEEDS = [(Model, BODIES + SYSTEMS), (Potential, POTENTIALS), (Section, SECTIONS), (OneVariable, [fa.models.Zero()])]
+NEEDS += [(Nonseparable, [fa.hamiltonian("p**2*(1 + x**2)/2", coordinates="x", momenta="p")])]
 NEEDS += [(Angles, [body.angles for body in BODIES] + [fa.HenonHeiles().angles])]
 Z = np.array([[0.1, 0.05], [0.02, -0.1], [0.1, 0.2], [0.0, 0.1]])
 
@@ -173,6 +174,16 @@ TRAITS = {  # of each kind: what is true of it, and n, moving, rows, positions
         (2, 1, 4, 2),
     ),
     "damped": (fa.hamiltonian(PLANE, friction=0.1), "friction canonical energetic quadratic", (2, 2, 4, 2)),
+    "nonseparable": (
+        fa.hamiltonian("p**2*(1 + x**2)/2", coordinates="x", momenta="p"),
+        "nonseparable canonical energetic conserves symplectic",
+        (1, 1, 2, 2),
+    ),
+    "driven nonseparable": (
+        fa.hamiltonian("p**2*(1 + x**2)/2 + x*cos(t)", coordinates="x", momenta="p", period="2*pi"),
+        "driven nonseparable canonical energetic conserves symplectic",
+        (2, 1, 4, 4),
+    ),
     "flow": (LORENZ, "", (2, 2, 3, 3)),
     "map": (fa.models.StandardMap(), "iterated canonical symplectic", (1, 1, 2, 1)),
     "dissipative map": (
@@ -183,7 +194,18 @@ TRAITS = {  # of each kind: what is true of it, and n, moving, rows, positions
     "driven frame": (Whirled(), "driven frame canonical energetic conserves symplectic quadratic", (3, 2, 6, 3)),
     "driven with friction": (Damped(), "driven friction canonical energetic quadratic", (3, 2, 6, 3)),
 }
-FACTS = ("driven", "frame", "friction", "iterated", "canonical", "energetic", "conserves", "symplectic", "quadratic")
+FACTS = (
+    "driven",
+    "frame",
+    "friction",
+    "nonseparable",
+    "iterated",
+    "canonical",
+    "energetic",
+    "conserves",
+    "symplectic",
+    "quadratic",
+)
 
 
 @pytest.mark.parametrize(("model", "true", "counts"), TRAITS.values(), ids=TRAITS)

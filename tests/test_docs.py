@@ -102,11 +102,13 @@ def test_commands_of_readme_run(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (block,) = re.findall(r"```console\n(.*?)```", (ROOT / "README.md").read_text(), re.DOTALL)
     commands = block.strip().splitlines()
-    assert len(commands) == 2
+    assert len(commands) == 3
+    assert commands[0] == "fastaff explore"  # nothing to compile, something to see
     for command in commands:
         program, *words = command.split()
         assert program == "fastaff"
         assert main(words) == 0, command
+    assert (tmp_path / "fastaff-explorer.html").exists()
     assert (tmp_path / "fastaff-poincare.png").exists()
     assert fastaff.files.contents(tmp_path / "fastaff-poincare.npz")
 

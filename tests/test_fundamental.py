@@ -387,3 +387,20 @@ def test_lines_too_close_to_tell_are_undecided_and_their_errors_know():
     )  # which do not know of one another: it can't be known
     assert np.all(apart.kind == FrequencyKind.UNDECIDED)
     assert np.all(apart.error * 1000 >= 1)
+
+
+def test_orbits_of_integrable_systems_are_hardly_ever_irregular_in_short_times():
+    """Toda's chain, Garnier's system and the quartic one of coefficients 1 : 12 : 16, of numbers drawn at random."""
+    rng = np.random.default_rng(5)
+    wrong = orbits = 0
+    for turns in (35, 60, 150):
+        a, b, c = rng.uniform(0.5, 2.0, 3)
+        toda = fa.hamiltonian("a*exp(x) + b*exp(y - x) + c*exp(-y)", a=a, b=b, c=c)
+        garnier = fa.hamiltonian("(a*x**2 + b*y**2)/2 + (x**2 + y**2)**2/4", a=a, b=b)
+        quartic = fa.hamiltonian("x**4/4 + 3*x**2*y**2 + 4*y**4 + w*(x**2 + 4*y**2)/2", w=a)
+        for model, rate in ((toda, 0.3 * b**0.5), (garnier, 0.2 * min(a, b) ** 0.5), (quartic, 0.2)):
+            found = fa.frequency_map(model, 0.8 * rng.normal(size=(4, 200)), time=turns / rate)
+            orbits += np.sum(found.status == fa.Status.OK)
+            wrong += np.sum(found.kind == FrequencyKind.IRREGULAR)
+    assert orbits == 1800
+    assert wrong <= 2, wrong

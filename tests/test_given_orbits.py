@@ -361,7 +361,7 @@ def test_angles_and_bodies_that_do_not_suit():
 
 
 def test_nothing_is_read_before_it_is_asked_for():
-    given = given_orbits("samples", Lazy(ARRAY), dt=0.2)
+    given = given_orbits(Lazy(ARRAY), dt=0.2)
     assert given.shape == ARRAY.shape
     assert given.angles == ("q1", "q2")
     same(np.ascontiguousarray(given.read(1, 3)), np.ascontiguousarray(ARRAY[:, 1:3]))

@@ -137,7 +137,10 @@ REFUSED = [  # text, what the message says
     ("x % 2", "operator %", 3),
     ("x // 2", "operator //", 3),
     ("x @ y", "operator @", 3),
-    ("x ^ 2", "^", 3),
+    ("x ^ y ^ 2", "a power of a power", 3),
+    ("x + y^-k**2", "a power of a power", 6),
+    ("x^2 + y^2 + z", "unknown name 'z'", 13),
+    ("x^2 + y^(x y)", "not one expression", 10),
     ("x & y", "operator &", 3),
     ("~x", "operator ~", 1),
     ("{x}", "set", 1),
@@ -219,7 +222,7 @@ def test_refused_with_what_where_and_what_is_allowed(text, found, column):
         ("Sin(x)", "did you mean sin?"),
         ("sqr(x)", "did you mean sqrt?"),
         ("K", "did you mean k?"),
-        ("x^2", "powers are written **"),
+        ("x^2^3", "with ^ it needs parentheses"),
         ("2x", "a product needs *"),
         ("k(x)", "write k*(...)"),
         ("zeta", "a parameter needs a value"),
@@ -245,6 +248,18 @@ def test_only_texts(wrong):
 def test_names_that_are_none(name):
     with pytest.raises(ValueError, match="parameter"):
         checked_name(name, "parameter", {"x"})
+
+
+@given(st.lists(st.sampled_from(["x", "(x + y)", "sin(y)", "2.5", "k"]), min_size=2, max_size=6), st.data())
+def test_a_circumflex_is_a_power(factors, data):
+    """Written so, the program is that of **, whatever stands around it."""
+    pieces = [f"{factor}{{}}{data.draw(st.integers(-3, 5))}" for factor in factors]
+    text = data.draw(st.sampled_from([" + ", "*", " / ", " - "])).join(
+        [*pieces, "x{}(y{}2)", "-k{}(-y{}3)", "y{}-(x{}2)"]
+    )
+    count = text.count("{}")
+    marks = [data.draw(st.sampled_from(["^", " ^ ", "**"])) for _ in range(count)]
+    assert read(text.format(*marks)) == read(text.format(*["**"] * count))
 
 
 def test_names_that_are():

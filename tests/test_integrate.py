@@ -26,6 +26,7 @@ from fastaff import (
     frequency_map,
     hamiltonian,
     integrate,
+    poincare_map,
 )
 from fastaff.flows import flow, reaches
 from fastaff.flows.reaches import ESCAPE, FARTHEST, escape_radii
@@ -361,6 +362,34 @@ def test_a_step_too_long_for_the_wall_is_a_collapse():
     assert "1 COLLAPSED" in run.summary()
     adaptive = integrate(Body(Hyperelastic()), z0, time=0.4, scheme=DOP853)
     adaptive.raise_if_failed()
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "w*(x**2 + 16*y**2)/2 + x**2*y + 16/3*y**3",
+        "(x**2 + y**2)/2 - w*x**4/4",
+        "w*(x**2 + y**2) - x**2*y**6",
+        "w/x - x**8 + y**2",
+    ],
+)
+def test_orbits_that_are_gone_in_finite_time_leave_others_alone(text):
+    """Potentials without a bottom, whose orbits reach infinity at once: a status, and the neighbours' bits."""
+    rng = np.random.default_rng(9)
+    model = hamiltonian(text, w=rng.uniform(0.5, 2.0))
+    z = 2.0 * rng.normal(size=(4, 24))
+    calm = 1e-3 * z[:, :4] + [[1.0 if "/x" in text else 0.0], [0.0], [0.0], [0.0]]
+    z = np.concatenate([z, calm], axis=1)
+    for call in (
+        lambda z: integrate(model, z, time=20.0),
+        lambda z: integrate(model, z, time=20.0, accuracy=1e-6),
+        lambda z: frequency_map(model, z, time=50.0),
+        lambda z: poincare_map(model, z, section="y=0", crossings=2, max_time=20.0),
+    ):
+        found, alone = call(z), call(z[:, -4:])
+        assert (found.status != Status.OK).sum() >= 8
+        assert np.array_equal(found.status[-4:], alone.status)
+        assert np.array_equal(found.energy_error[-4:], alone.energy_error, equal_nan=True)
 
 
 def test_an_exponential_escape():

@@ -608,12 +608,6 @@ def test_a_refused_folder_costs_one_warning_and_no_code_is_run_from_it(cache, tm
 # --- files that are damaged or cannot be written -------------------------------------------------------------------
 
 
-@pytest.fixture
-def unwarned(monkeypatch):
-    """As in a process that has not warned of its cache yet."""
-    monkeypatch.setattr(files, "_SAID", set())
-
-
 def damaged(whole):
     """Versions of a file: a bit flipped, an end missing, more or something else in it."""
     for at, bit in itertools.product(range(len(whole)), range(8)):

@@ -191,12 +191,6 @@ def test_a_damaged_pack_costs_one_warning_and_code_under_another_name_is_not_run
 
 
 @pytest.fixture
-def unwarned(monkeypatch):
-    """As in a process that has not warned of its cache yet."""
-    monkeypatch.setattr(files, "_SAID", set())
-
-
-@pytest.fixture
 def code(tmp_path):
     """A folder with two files, of no code."""
     (tmp_path / "code").mkdir()

@@ -13,17 +13,9 @@ from fastaff import plot
 from fastaff.models.traits import traits_of
 
 matplotlib = pytest.importorskip("matplotlib")
-from matplotlib.figure import Figure  # noqa: E402
 
 NEO = fastaff.Body(fastaff.NeoHookean())
 SURFACE = {"energy": 1.5, "p_eta": 0.3, "p_gamma": 0.2}
-
-
-@pytest.fixture
-def ax():
-    figure = Figure()
-    yield figure.subplots()
-    figure.canvas.draw()
 
 
 def section_map(orbits=3, crossings=5):
@@ -189,6 +181,53 @@ def test_plot_frequency_map_labels_the_line_that_orbits_stand_on(ax):
     assert drawn.missing == 0
 
 
+@pytest.mark.parametrize(("x", "y"), [("a/c", "b/c"), ("a", "b")])
+def test_lines_up_to_an_order_are_all_that_cross_the_view(x, y):
+    """Against all integers of a cube; the order of ratios is that of k . nu = 0, of tunes |k1| + |k2|."""
+    rng = np.random.default_rng(17)
+    for _ in range(5):
+        centre, order = rng.uniform(0.1, 1.4, 2), int(rng.integers(2, 7))
+        (u0, u1), (v0, v1) = view = [tuple(np.array([-0.15, 0.15]) + c) for c in centre]
+        found = plot.ratios.lines_of(f"order<={order}", x, y, view)
+        expected = set()
+        for k in itertools.product(range(-order, order + 1), range(-order, order + 1), range(-20, 21)):
+            weight = abs(k[0]) + abs(k[1]) + (abs(k[2]) if "/" in x else 0)
+            corners = [k[0] * u + k[1] * v + k[2] for u in (u0, u1) for v in (v0, v1)]
+            if (k[0] or k[1]) and weight <= order and np.gcd.reduce(k) == 1 and min(corners) <= 0 <= max(corners):
+                expected.add(max(k, tuple(-c for c in k)))
+        assert {max(k, tuple(-c for c in k)) for k in found} == expected
+        assert len(found) == len(expected) > 0
+
+
+def test_lines_may_be_one_line_or_a_text(ax):
+    found = frequency_map(np.linspace(1.25, 1.7, 41), np.linspace(0.6, 0.7, 41))
+    assert len(plot.plot_frequency_map(found, ax=ax, lines=(2, 0, -3)).lines) == 1
+    drawn = plot.plot_frequency_map(found, ax=ax, lines="order <= 5")
+    assert len(drawn.lines) == len(plot.ratios.lines_of("order<=5", "b/a", "c/a", (ax.get_xlim(), ax.get_ylim())))
+    assert drawn.labels[0].get_text() == "3:2"
+    for wrong in ("order<5", "order<=0", "all", [(1, 2)], (1, 2)):
+        with pytest.raises(ValueError, match="lines must be triples"):
+            plot.plot_frequency_map(found, ax=ax, lines=wrong)
+    with pytest.raises(ValueError, match="more than 400"):
+        plot.plot_frequency_map(found, ax=ax, lines="order<=99")
+
+
+def test_a_few_orbits_far_away_do_not_make_the_view(ax):
+    """They are counted in words that no label covers."""
+    ratio = np.concatenate([np.linspace(1.25, 1.35, 197), [0.1, 5.0, 9.0]])
+    found = frequency_map(ratio, np.linspace(0.6, 0.7, 200))
+    drawn = plot.plot_frequency_map(found, ax=ax, lines="order<=9")
+    assert ax.get_xlim()[0] > 1.2
+    assert ax.get_xlim()[1] < 1.4
+    (note,) = [text for text in ax.texts if "beyond" in text.get_text()]
+    x0, x1 = ax.get_xlim()
+    assert note.get_text() == f"{np.count_nonzero((ratio < x0) | (ratio > x1))} of 200 orbits beyond the axes"
+    slanted = [label for label in drawn.labels if "=" in label.get_text()]
+    assert len(slanted) > 2
+    for label in slanted:
+        assert not label.get_window_extent().overlaps(note.get_window_extent())
+
+
 def test_labels_do_not_overlap(ax):
     ratio = np.linspace(1.1, 1.9, 200)
     drawn = plot.plot_frequency_map(
@@ -219,6 +258,20 @@ def test_plot_diffusion_grid(ax):
     assert drawn.points.get_rasterized()
     with pytest.raises(ValueError, match="values must have shape"):
         plot.plot_diffusion_grid(grid, values[1:], ax=ax)
+
+
+def test_a_grid_of_a_result_has_its_colours_and_no_lost_orbit(ax):
+    body = fastaff.models.OneTurnMap()
+    grid = fastaff.energy_grid(body, axes={"x": np.linspace(0.02, 0.6, 9), "y": np.linspace(0.02, 0.6, 8)})
+    found = fastaff.frequency_map(body, grid.z0, time=200.0)
+    lost = found.status != 0
+    assert 10 < lost.sum() < 60
+    drawn, own = plot.plot_diffusion_grid(grid, found, ax=ax), found.plot()
+    assert drawn.missing == lost.sum()
+    np.testing.assert_array_equal(np.ma.getmaskarray(drawn.points.get_array()), grid.spread(1.0 * lost).T == 1)
+    for end in ("vmin", "vcenter", "vmax"):
+        assert getattr(drawn.points.norm, end) == getattr(own.points.norm, end)
+    assert drawn.colorbar.ax.get_ylabel() == own.colorbar.ax.get_ylabel() != ""
 
 
 def test_colours_are_told_apart_by_lightness():

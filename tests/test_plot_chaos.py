@@ -11,17 +11,9 @@ from fastaff.plot import chaos as plot_chaos
 from fastaff.plot import scales
 
 matplotlib = pytest.importorskip("matplotlib")
-from matplotlib.figure import Figure  # noqa: E402
 
 NEO = fastaff.Body(fastaff.NeoHookean())
 SURFACE = {"energy": 1.5, "section": fastaff.AlphaTurning(), "p_eta": 0.3, "p_gamma": 0.2}
-
-
-@pytest.fixture
-def ax():
-    figure = Figure()
-    yield figure.subplots()
-    figure.canvas.draw()
 
 
 @pytest.fixture(scope="module")

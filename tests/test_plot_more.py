@@ -6,6 +6,7 @@ import base64
 import dataclasses
 import itertools
 import shutil
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -279,3 +280,40 @@ def test_animations_refuse(body_motion):
         plot.animate(NEO, z0, time=1.0, frames=3, titles=("a",))
     with pytest.raises(ValueError, match="frames must be"):
         plot.animate(NEO, z0, time=1.0, frames=1)
+
+
+# --- dynamic aperture ------------------------------------------------------------------------------------------------
+
+
+def test_the_aperture_is_where_orbits_begin_to_be_lost(ax):
+    """Orbits are lost beyond a curve r(angle), drawn at random, or nowhere at an angle."""
+    rng = np.random.default_rng(3)
+    angles, radii = np.radians(np.arange(0.0, 91.0, 6.0)), np.linspace(0.0, 1.0, 51)
+    edge = 0.5 + 0.3 * rng.uniform(-1, 1, angles.size)
+    edge[4] = 2.0
+    a, r = (each.ravel() for each in np.meshgrid(angles, radii))
+    lost = r > np.repeat(edge[None], radii.size, axis=0).ravel()
+    turns = np.where(lost, rng.uniform(1, 900, a.size), 1000.0)
+    result = SimpleNamespace(t=turns, status=np.where(lost, int(fa.Status.LOST), 0), scheme=None)
+    z0 = np.array([0 * a, r * np.cos(a), 0 * a, r * np.sin(a)])
+    shuffled = rng.permutation(a.size)
+    mixed = SimpleNamespace(t=turns[shuffled], status=result.status[shuffled], scheme=None)
+    drawn = plot.plot_aperture(mixed, z0[:, shuffled], ax=ax, x=1, y=3)
+    where, aperture = drawn.lines[0].get_data()
+    np.testing.assert_allclose(where, np.degrees(angles), atol=1e-5)
+    kept = np.minimum(edge, 1.0)
+    assert (aperture <= kept + 1e-12).all()
+    assert (aperture > kept - 0.02 - 1e-12).all()
+    np.testing.assert_allclose(drawn.lines[1].get_data(), [[24.0], [1.0]], atol=1e-5)
+    assert drawn.labels[0].get_text().endswith(f"mean {aperture.mean():.3g}, ▲ at least")
+    assert drawn.colorbar.ax.get_ylabel() == "turns survived"
+    np.testing.assert_allclose(np.asarray(drawn.points.get_array()), np.clip(mixed.t, 1.0, 1000.0))
+    binned = plot.plot_aperture(result, z0, ax=ax, x=1, y=3, bins=4).lines[0].get_ydata()
+    for k in range(4):  # 16 angles, four in each
+        least = edge[4 * k : 4 * k + 4].min()
+        assert least - 0.02 - 1e-12 < binned[k] <= min(least, 1.0)
+    for wrong, said in ((z0[:, 1:], "z0 must be the starts"), (z0[0], "z0 must be the starts")):
+        with pytest.raises(ValueError, match=said):
+            plot.plot_aperture(result, wrong, ax=ax)
+    with pytest.raises(ValueError, match="x must be"):
+        plot.plot_aperture(result, z0, ax=ax, x=4)

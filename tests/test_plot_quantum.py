@@ -10,17 +10,9 @@ from fastaff.charts import ALPHA_BETA, ELLIPTIC, R_VARTHETA, TWO_POLAR
 from fastaff.plot import quantum as plot_quantum
 
 matplotlib = pytest.importorskip("matplotlib")
-from matplotlib.figure import Figure  # noqa: E402
 
 BODY = fastaff.Body(fastaff.Hyperelastic())
 LUMINANCE = [0.2126, 0.7152, 0.0722]
-
-
-@pytest.fixture
-def ax():
-    figure = Figure()
-    yield figure.subplots()
-    figure.canvas.draw()
 
 
 @pytest.fixture(scope="module")

@@ -9,6 +9,7 @@ import threading
 import numpy as np
 import pytest
 from numpy.polynomial import legendre
+from own_models import Plain
 from scipy.sparse import csr_matrix, diags, kron
 from scipy.sparse.linalg import eigsh
 
@@ -82,13 +83,6 @@ def in_polar_coordinates(V, edges, count, guess, degree=7):
     K = K + f.T @ diags(measure * V(q * np.cos(v), q * np.sin(v))) @ f
     kept = np.arange((B0.shape[1] - 1) * B1.shape[1])
     return lowest(K, f.T @ diags(measure) @ f, kept, count, guess)
-
-
-class Plain:
-    """A function of one variable without a slope."""
-
-    def __init__(self, value):
-        self.value = value
 
 
 def feature(kind, height, place, width):

@@ -431,3 +431,38 @@ def test_figures(ax):
     assert bars.missing == 1
     assert "50.0" in bars.labels[0].get_text()
     ax.figure.canvas.draw()
+
+
+def test_resonances_are_printed_by_name_with_their_shares():
+    nu = np.array([[0.2, 0.2, 0.3, 0.1], [0.4, 0.4, 0.6137, np.nan], [0.3137, 0.3137, 0.9, 0.3]])
+    found = fastaff.resonances(nu, max_order=4, names=("x", "y", "z"))
+    rows = [line.split(maxsplit=2) for line in str(found).splitlines() if "%" in line]
+    assert rows == [["2", "66.7%", "2 nu_x - nu_y = 0"], ["1", "33.3%", "3 nu_x - nu_z = 0"]]
+    many = np.stack([np.ones(40), np.arange(1, 41) / np.arange(40, 0, -1)])
+    last = str(fastaff.resonances(many, max_order=41)).splitlines()[-1].split()
+    assert last[2:] == ["28", "others"]
+    assert (last[0], last[1]) == ("28", "70.0%")
+
+
+def test_a_web_of_a_map_over_its_grid_is_that_of_the_arrays():
+    axes = (np.linspace(0.05, 0.4, 14), np.linspace(-0.3, 0.3, 13))
+    body = fastaff.HenonHeiles()
+    grid = fastaff.energy_grid(body, energy=0.09, section="x=0", axes=axes)
+    found = fastaff.frequency_map(body, grid.z0, time=200.0)
+    assert found.regular.sum() > 20
+    assert grid.forbidden.any()
+    nu = np.full((2, *grid.forbidden.shape), np.nan)
+    nu.reshape(2, -1)[:, grid.cell] = np.where(found.regular, found.nu, np.nan)
+    errors = np.zeros(nu.shape)
+    errors.reshape(2, -1)[:, grid.cell] = np.where(found.regular, found.error, 0.0)
+    one = fastaff.resonance_web(found, axes=grid, max_order=14)
+    other = fastaff.resonance_web(nu, axes=axes, errors=errors, max_order=14)
+    assert len(one) > 2
+    assert [line.vector for line in one] == [line.vector for line in other]
+    for a, b in zip(one, other, strict=True):
+        np.testing.assert_array_equal(a.locked, b.locked)
+        for x, y in zip(a.lines, b.lines, strict=True):
+            np.testing.assert_array_equal(x, y)
+        assert f"order {a.order}, length {a.length:.3g}, {a.locked.sum()} points locked" in a.summary()
+    with pytest.raises(TypeError, match="nu must be a frequency map of the"):
+        fastaff.resonance_web(nu, axes=grid)

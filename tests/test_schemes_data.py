@@ -23,6 +23,8 @@ from fastaff.schemes.catalogue import (
     BLANES_CASAS_ESCORIHUELA8,
     BLANES_MOAN6,
     DOP853,
+    GAUSS8,
+    GAUSS16,
     KAHAN_LI8,
     LEAPFROG,
     RK4,
@@ -31,6 +33,7 @@ from fastaff.schemes.catalogue import (
     SOFRONIOU_SPALETTA10,
     VERNER9,
     YOSHIDA4,
+    Collocation,
     RungeKutta,
     Splitting,
     compose,
@@ -56,6 +59,8 @@ ORDERS = [
     (RK4, 4, 90),
     (DOP853, 8, 24),
     (VERNER9, 9, 28),
+    (GAUSS8, 8, 6),
+    (GAUSS16, 16, 10),
 ]
 
 
@@ -113,7 +118,29 @@ def combine(z, h, weights, k):
     return [x + h * mp.fsum(w * s[i] for w, s in zip(weights, k)) for i, x in enumerate(z)]
 
 
+@cache
+def collocation(scheme):
+    """Its tableau in 30 digits, of its nodes alone: row i integrates all powers below s exactly to c_i."""
+    upper = [mp.mpf(x) for x in scheme.nodes]
+    c = [1 - x for x in reversed(upper)] + upper
+    powers = mp.matrix([[x**k for x in c] for k in range(scheme.stages)])
+    rows = [
+        list(mp.lu_solve(powers, mp.matrix([x ** (k + 1) / (k + 1) for k in range(len(c))]))) for x in (*c, mp.mpf(1))
+    ]
+    return rows[:-1], rows[-1]
+
+
+def gauss_step(scheme, z, h):
+    """Picard's iteration of the stages, which knows nothing of the package's own."""
+    (a, b), k = collocation(scheme), [rate(0, z)] * scheme.stages
+    for _ in range(60):
+        k = [rate(0, combine(z, h, row, k)) for row in a]
+    return combine(z, h, b, k)
+
+
 def step(scheme, z, h):
+    if isinstance(scheme, Collocation):
+        return gauss_step(scheme, z, h)
     return split_step(scheme, z, h) if isinstance(scheme, Splitting) else combine(z, h, scheme.b, slopes(scheme, z, h))
 
 
@@ -143,11 +170,12 @@ def halving_slope(error_of):
 
 
 def agrees(scheme, slope, order, allowance):
-    """VERNER9's leading terms are so small that the next ones still show where the rounding of its coefficients begins.
+    """VERNER9's leading terms, as Gauss's, are so small that the next ones still show where the rounding of its
+    coefficients begins.
 
     Its orders themselves are the business of the rooted trees.
     """
-    return -allowance < slope - order < (1.0 if scheme is VERNER9 else allowance)
+    return -allowance < slope - order < (1.0 if scheme in (VERNER9, GAUSS8, GAUSS16) else allowance)
 
 
 def test_the_order_table_is_complete():
@@ -304,6 +332,8 @@ def test_shapes_and_derived_properties():
         "RK4": (4, 4),
         "DOP853": (13, 12),
         "VERNER9": (17, 16),
+        "GAUSS8": (4, 32),
+        "GAUSS16": (8, 64),
     }
     assert [(s.fsal, s.adaptive) for s in (RK4, DOP853, VERNER9)] == [(False, False), (True, True), (True, True)]
     for s in SPLITTINGS:
@@ -323,6 +353,30 @@ def test_every_scheme_names_its_source_and_is_exported():
         assert getattr(schemes, s.name) is s
         assert any(character.isdigit() for character in s.source)
         assert hash(s) == hash(replace(s))
+
+
+@pytest.mark.parametrize("scheme", [GAUSS8, GAUSS16], ids=lambda s: s.name)
+def test_collocations_are_symplectic_symmetric_and_refuse_what_is_not(scheme):
+    a, b, dense = scheme.a_array, scheme.b_array, scheme.dense_array
+    exact, weights = collocation(scheme)
+    np.testing.assert_allclose(a * b, np.array(exact, dtype=float), rtol=0, atol=1e-16)
+    np.testing.assert_allclose(b, np.array(weights, dtype=float), rtol=1e-15)
+    assert (a + a.T == 1.0).all()  # b_i a_ij + b_j a_ji = b_i b_j, exactly
+    np.testing.assert_allclose(a + a[::-1, ::-1], 1.0, rtol=0, atol=1e-15)
+    roots, weights = np.polynomial.legendre.leggauss(scheme.stages)
+    np.testing.assert_allclose(b, weights / 2, rtol=0, atol=1e-15)
+    c = (1 + roots) / 2
+    np.testing.assert_allclose(a @ b, c, rtol=0, atol=1e-15)
+    for k in range(scheme.stages):  # slopes that are a polynomial are extrapolated exactly
+        size = np.abs(dense).sum() * 1e-15
+        np.testing.assert_allclose(dense @ (b * c**k), b * (1 + c) ** k, rtol=0, atol=size)
+    for k, wrong in enumerate(scheme.nodes):
+        nodes = (*scheme.nodes[:k], wrong[:4] + str((int(wrong[4]) + 3) % 10) + wrong[5:], *scheme.nodes[k + 1 :])
+        with pytest.raises(ValueError, match="contradict order"):
+            replace(scheme, nodes=nodes)
+    for change in ({"order": scheme.order + 1}, {"nodes": scheme.nodes[::-1]}, {"nodes": scheme.nodes[1:]}):
+        with pytest.raises(ValueError, match=scheme.name):
+            replace(scheme, **change)
 
 
 def corrupted(value, index, change):
@@ -435,7 +489,7 @@ def test_adjacent_drifts_are_merged_with_one_rounding():
 def test_scheme_named():
     assert scheme_named("KAHAN_LI8") is KAHAN_LI8
     assert scheme_named("dop853") is DOP853
-    with pytest.raises(ValueError, match=r"one of LEAPFROG, .*, VERNER9, got 'KAHAN_LI9'\. Did you mean KAHAN_LI8\?"):
+    with pytest.raises(ValueError, match=r"one of LEAPFROG, .*, GAUSS16, got 'KAHAN_LI9'\. Did you mean KAHAN_LI8\?"):
         scheme_named("KAHAN_LI9")
     with pytest.raises(ValueError, match=r"got 'xyz'\.$"):
         scheme_named("xyz")

@@ -32,7 +32,7 @@ PAGES: dict[str, Page] = {
     "orbits": Page(
         "Orbits",
         "Integration of many orbits, with or without tangent vectors, and what became of each.",
-        {"": "integrate tangent_map Status Interrupted OrbitError", "analysis": "Orbits TangentMap"},
+        {"": "integrate tangent_map Status Interrupted OrbitError progress", "analysis": "Orbits TangentMap"},
     ),
     "sections": Page(
         "Sections",
@@ -41,7 +41,7 @@ PAGES: dict[str, Page] = {
             "": "poincare_map energy_grid energy_sample islands rotation_number AlphaTurning BetaTurning AlphaEquals "
             "BetaEquals AreaEquals Linear",
             "analysis": "SectionMap EnergyGrid EnergySample Islands Rotation NotReached",
-            "models.sections": "Stroboscopic",
+            "models.sections": "Stroboscopic AngleEquals",
         },
     ),
     "schemes": Page(
@@ -50,8 +50,8 @@ PAGES: dict[str, Page] = {
         "`fastaff` are in that folder.",
         {
             "": "BLANES_MOAN6 KAHAN_LI8 SOFRONIOU_SPALETTA10 YOSHIDA4 LEAPFROG RK4 DOP853 VERNER9 AUTO TimeTransformed",
-            "schemes": "ITERATION BLANES_CASAS_ESCORIHUELA8 SOFRONIOU_SPALETTA8 Splitting RungeKutta Scheme compose "
-            "triple_jump scheme_named SCHEMES Automatic Exponential Logistic Algebraic",
+            "schemes": "ITERATION BLANES_CASAS_ESCORIHUELA8 SOFRONIOU_SPALETTA8 GAUSS8 GAUSS16 Splitting RungeKutta "
+            "Collocation Scheme compose triple_jump scheme_named SCHEMES Automatic Exponential Logistic Algebraic",
         },
     ),
     "frequencies": Page(

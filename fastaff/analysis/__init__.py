@@ -28,7 +28,7 @@ from .sections.energy_sample import EnergySample
 from .sections.islands import Islands, Rotation
 from .sections.section_map import SectionMap
 from .tori.action_angles import ActionAngles, EnergyOfActions
-from .tori.fit_samples import fit_samples
+from .tori.fit_torus import fit_samples
 from .tori.torus import TorusFit, Verdict
 
 __all__ = [

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import dataclasses
 import enum
 import functools
@@ -14,6 +15,7 @@ import numpy as np
 
 from .names import did_you_mean
 from .numbers import reporter
+from .progress import watched
 
 OWN = "fastaff"
 
@@ -54,7 +56,11 @@ def recorded(function: Callable) -> Callable:
         reporter(bound.arguments.get("report"))
         call = _call(function.__name__, bound.arguments)
         try:
-            result = function(*given, **named)
+            told = bound.arguments.get("report") is not None
+            with contextlib.nullcontext() if told else watched(function.__name__) as report:
+                if report is not None and "report" in bound.arguments:
+                    named["report"] = report
+                result = function(*given, **named)
         except BaseException as problem:
             if dataclasses.is_dataclass(getattr(problem, "partial", None)):
                 keep(problem.partial, call)  # type: ignore[attr-defined]

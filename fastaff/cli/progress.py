@@ -13,11 +13,10 @@ from typing import Any
 import numpy as np
 
 from ..base.interruption import Interrupted
+from ..base.progress import Compiling, compile_seconds, keep_seconds
 from ..base.recipe import keep
-from ..base.status import Status, summary
+from ..base.status import Status
 from .stops import EXIT_INTERRUPTED, Stops, on_stop, say
-
-COMPILE_SECONDS = {"poincare": 26, "frequency-map": 25, "chaos-map": 13, "demo": 30, "animate": 5, "doctor": 4}
 
 
 class Progress:
@@ -166,11 +165,10 @@ def compiled(what: str, first: Any, announce: bool = True) -> None:
     """Run `first`, the smallest case of what comes, in a thread of its own, so that Ctrl-C need not wait for the
     compiler. Says so where it does compile.
     """
-    from ..compile.cache import CodeCache
-
     failure: list[BaseException] = []
     finished = threading.Event()
-    before, cold = CodeCache.misses, is_cold()
+    name = {"poincare": "poincare_map"}.get(what, what.replace("-", "_"))
+    kernels, spent = Compiling.kernels, Compiling.spent()
 
     def work() -> None:
         try:
@@ -182,13 +180,13 @@ def compiled(what: str, first: Any, announce: bool = True) -> None:
 
     with on_stop(_leave_the_compiler):
         threading.Thread(target=work, daemon=True).start()
-        finished.wait(0.5 if cold else 2.0)  # a small kernel is not worth a word
+        finished.wait(0.5)  # a small kernel is not worth a word
         while not finished.wait(0.1):
-            if announce and CodeCache.misses > before:
-                seconds = COMPILE_SECONDS.get(what, 60)
-                new = f"a few seconds for a new model or section, up to {seconds} s for a new analysis"
-                say(f"compiling once ({f'about {seconds} s' if cold else new})")
+            if announce and Compiling.kernels > kernels:
+                say(f"compiling once (about {compile_seconds(name):.0f} s)")
                 announce = False
+    if Compiling.kernels > kernels:
+        keep_seconds(name, Compiling.spent() - spent)
     if failure:
         raise failure[0]
 
@@ -207,11 +205,6 @@ def is_cold() -> bool:
 
     folder = cache_directory()
     return folder is None or (prebuilt() is None and sum(1 for _ in folder.glob(f"*{SUFFIX}")) < 10)
-
-
-def counted(status: np.ndarray) -> str:
-    """Count the outcomes in a caption."""
-    return "orbits: " + ", ".join(f"{count} {outcome.name}" for outcome, count in summary(status).items())
 
 
 def finished(result: Any, seconds: float) -> str:

@@ -23,6 +23,7 @@ from numba.core.compiler import CompileResult
 from numba.core.serialize import dumps
 
 from ..base.placing import sweep
+from ..base.progress import Compiling
 
 SUFFIX = ".code"
 """Of the files of machine code."""
@@ -119,6 +120,7 @@ class CodeCache(NullCache):
         if code is not None:
             return CompileResult._rebuild(target_context, *code)
         CodeCache.misses += 1
+        Compiling.kernels += 1
         return None
 
     def save_overload(self, sig, data):

@@ -28,6 +28,7 @@ from numba.core.sigutils import normalize_signature
 from numba.extending import intrinsic
 
 from ..base.interruption import unbroken
+from ..base.progress import Compiling
 from .cache import CodeCache
 from .callees import Callee
 from .packs import FOLDER, Pack, best
@@ -124,6 +125,10 @@ def cache_directory() -> Path | None:
     return folder
 
 
+Compiling.root = staticmethod(cache_root)
+Compiling.sources = staticmethod(lambda: code_hash() if prebuilt() is None else "")
+
+
 def who_else_writes(folder: Path) -> tuple[str, str] | None:
     """Return what is wrong with a folder of code that somebody else could write to, and what mends it; None where only
     this user can.
@@ -166,7 +171,7 @@ def compiling() -> Iterator[None]:
     """Compile or load something. Signals wait for the next pass: LLVM asks Python for code, and goes on without where
     that fails. Garbage collection waits: it takes a fifth of the time, and there is little garbage.
     """
-    with unbroken() as take, events.install_listener("numba:run_pass", _Between(take)):
+    with Compiling.under_way(), unbroken() as take, events.install_listener("numba:run_pass", _Between(take)):
         before = gc.isenabled()
         gc.disable()
         try:

@@ -10,6 +10,7 @@ TERMS = {
     "drive": "V depends on the time, which is the last coordinate: `period`, phase(t)",
     "frame": "the frame of the first two coordinates turns: angular_velocity()",
     "friction": "momenta are damped in proportion to themselves: damping_rate()",
+    "nonseparable": "H of coordinates and momenta together: energy(z...), rates(z...), tangent_rates(z..., dz...)",
     "rates": "variables instead of coordinates with momenta: rates(z...)",
     "iterates": "whole numbers of iterates instead of a time: iterate(z...), periods()",
 }
@@ -27,7 +28,7 @@ class Kind:
         terms = frozenset(self.terms)
         others = terms - {"drive"}
         if others - TERMS.keys() or len(others) > 1 or (others != terms and others & {"rates", "iterates"}):
-            allowed = f"one of {', '.join(TERMS)}, or drive with frame or friction"
+            allowed = f"one of {', '.join(TERMS)}, or drive with frame, friction or nonseparable"
             raise ValueError(f"terms must be {allowed}, got {', '.join(sorted(terms))}")
         object.__setattr__(self, "terms", terms)
 
@@ -35,6 +36,7 @@ class Kind:
     DRIVEN: ClassVar[Kind]
     ROTATING: ClassVar[Kind]
     DAMPED: ClassVar[Kind]
+    NONSEPARABLE: ClassVar[Kind]
     FLOW: ClassVar[Kind]
     MAP: ClassVar[Kind]
 
@@ -43,10 +45,11 @@ Kind.SEPARABLE = Kind("H = T(p) + V(q)")
 Kind.ROTATING = Kind("H = T(p) + V(q) in a rotating frame or a uniform magnetic field", {"frame"})
 Kind.DRIVEN = Kind("H = T(p) + V(q, t) with a period in t", {"drive"})
 Kind.DAMPED = Kind("H = T(p) + V(q) with a friction in proportion to the momenta", {"friction"})
+Kind.NONSEPARABLE = Kind("H(q, p)", {"nonseparable"})
 Kind.MAP = Kind("z -> M(z)", {"iterates"})
 Kind.FLOW = Kind("dz/dt = f(z)", {"rates"})
 
-KINDS = (Kind.SEPARABLE, Kind.ROTATING, Kind.DRIVEN, Kind.DAMPED, Kind.MAP, Kind.FLOW)
+KINDS = (Kind.SEPARABLE, Kind.ROTATING, Kind.DRIVEN, Kind.DAMPED, Kind.NONSEPARABLE, Kind.MAP, Kind.FLOW)
 """The kinds that the package makes itself; models of one's own may have others."""
 
 

@@ -28,8 +28,8 @@ class Rows:
 
     terms: those of the equations, see `kinds.TERMS`. The time of a drive is no distance and no vector changes it. It
     takes one addition a step, not one a stage, and is reduced by its period: in many periods a rounding error that all
-    steps share would be a phase. variables: of a system dz/dt = f(z), 0 of others; the last row is idle where they are
-    odd; winding: which rows (2n,) of a map have a period, none of others.
+    steps share would be a phase. variables: of a system dz/dt = f(z), 2n of H(q, p), 0 of others; the last row is idle
+    where they are odd; winding: which rows (2n,) of a map have a period, none of others.
     """
 
     n: int
@@ -38,7 +38,7 @@ class Rows:
     variables: int = 0
     winding: tuple[bool, ...] = ()
 
-    driven, frame, friction = term("drive"), term("frame"), term("friction")
+    driven, frame, friction, nonseparable = map(term, ("drive", "frame", "friction", "nonseparable"))
 
     @property
     def half(self) -> int:
@@ -121,7 +121,8 @@ class Rows:
 def rows_of(value: Any, n: int, vectors: int) -> Rows:
     """Return the rows of a state of a model, or those that a section sees, by the terms of its equations."""
     terms = terms_of(value)
-    return Rows(n, vectors, terms, len(value.coordinates) if "rates" in terms else 0, winding_of(value))
+    variables = len(value.coordinates) if "rates" in terms else 2 * n if "nonseparable" in terms else 0
+    return Rows(n, vectors, terms, variables, winding_of(value))
 
 
 def _list(letter: str, rows: Iterable[int]) -> str:
@@ -329,10 +330,8 @@ def _rates(rows: Rows, group: range) -> str:
 
 def _check(rows: Rows) -> str:
     z = [f"z{r}" for r in range(2 * rows.half)]
-    kinetic = f"energy = value.kinetic_energy({', '.join(z[r] for r in rows.orbit[rows.n :])})\n"
-    kinetic += "kinetic[i] = energy if energy > kinetic[i] else kinetic[i]\n"
-    if rows.variables:
-        kinetic = ""
+    kinetic = "" if rows.variables and not rows.nonseparable else _kinetic_energy(rows, "energy", z)
+    kinetic += "kinetic[i] = energy if energy > kinetic[i] else kinetic[i]\n" if kinetic else ""
     # 0*z is 0 for finite z and NaN else; comparisons with NaN are false.
     return _loop(
         "".join(f"{name} = {_at(r)}\n" for r, name in enumerate(z))
@@ -360,8 +359,18 @@ def _value(rows: Rows) -> str:
     return _loop(f"result[i] = value.value({', '.join(map(_at, rows.orbit))})\n", 1)
 
 
+def _kinetic_energy(rows: Rows, name: str, z: Sequence[str]) -> str:
+    """Text that sets a name to the kinetic energy, of H(q, p) to half of |p . dH/dp|, of rows with these texts."""
+    orbit = [z[r] for r in rows.orbit]
+    if not rows.nonseparable:
+        return f"{name} = value.kinetic_energy({', '.join(orbit[rows.n :])})\n"
+    text = f"{_list('g', range(2 * rows.n))}, = value.rates({', '.join(orbit)})\n"
+    work = " + ".join(f"{orbit[rows.n + r]}*g{r}" for r in range(rows.n - rows.driven))
+    return f"{text}{name} = 0.5*np.abs({work})\n"
+
+
 def _kinetic(rows: Rows) -> str:
-    return _loop(f"result[i] = value.kinetic_energy({', '.join(map(_at, rows.orbit[rows.n :]))})\n", 1)
+    return _loop(_kinetic_energy(rows, "result[i]", [_at(r) for r in range(2 * rows.half)]), 1)
 
 
 def _potential(rows: Rows) -> str:

@@ -75,7 +75,8 @@ def explore(
     background : path or pair (result, EnergyGrid), optional
         A chaos or frequency map over a grid of the section.
     points : array (2, orbits), optional
-        Section coordinates at which orbits start when the page is opened.
+        Section coordinates at which orbits start when the page is opened; [] for none (default: the page starts twelve
+        over the region, or none where there is a background).
     fixed : dict of float, optional
         Of a map, starting values of rows outside the plane, by name (0), as in `energy_grid`.
     out : path, optional
@@ -176,7 +177,7 @@ def setup_of(
         start |= section_record(cut, chosen)
         _reached(chosen, cut, start)
     start["accuracy"], start["scheme"] = accuracy, taken.name
-    start["points"] = _points(points)
+    start["points"] = _points([] if points is None and under is not None else points)
     if start["scheme"] not in [entry["name"] for entry in schemes]:
         schemes.insert(0, scheme_record(taken))
     setup = {
@@ -260,9 +261,10 @@ def _scheme(scheme: Any, accuracy: float, body: Any) -> Splitting:
     return suited_scheme(found, body)
 
 
-def _points(points: Any) -> list[list[float]]:
-    if points is None:
-        return []
+def _points(points: Any) -> list[list[float]] | None:
+    """Return starting points; None where the page chooses."""
+    if points is None or (isinstance(points, (list, tuple)) and not points):
+        return None if points is None else []
     array = numbers("points", points).astype(np.float64)
     array = array[:, None] if array.ndim == 1 else array
     if array.ndim != 2 or array.shape[0] != 2 or not np.isfinite(array).all():
@@ -276,7 +278,9 @@ def _title(body: Any) -> str:
         return "Driven system"
     if traits.iterated:
         return "Map of a formula" if hasattr(body, "formula") else type(body).__name__
-    return "Body of a formula" if hasattr(getattr(body, "potential", body), "formula") else type(body).__name__
+    if not hasattr(getattr(body, "potential", body), "formula"):
+        return type(body).__name__
+    return "Body of a formula" if traits.isotropic else "System of a formula"
 
 
 def _formula(body: Any) -> str:

@@ -14,10 +14,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ..schemes.catalogue import Collocation
 from .flow import Flow, Wear
 from .motion import Motion
 from .time_transformed import TransformedFlow
-from .trials import SPAN, chosen_steps, on_ladder
+from .trials import SPAN, chosen_steps, halving, on_ladder
 
 SHARE = 1 / 24
 """Share of the accuracy that the error expected from the trial may take: a larger one saves less in the first runs than
@@ -28,6 +29,9 @@ SAFETY = 0.75
 """Factor, for each order of the scheme, over the error that the difference of two runs leaves: high orders are reached
 late.
 """
+
+REACHED = 10.0
+"""Order at which errors are counted on to fall at most."""
 
 HALVINGS = 3
 """How often steps are made shorter at most beyond the first pair of runs."""
@@ -114,6 +118,9 @@ def planned(
         return Steps(np.full(z.shape[1], one), unknown, order, motion=found, ratio=twice, run=run, parts=parts)
     spans = np.maximum(np.broadcast_to(time, z.shape[1]) * found.rate / SPAN, 1.0)
     step, local, order = chosen_steps(flow, z, found, SHARE * accuracy / spans)  # type: ignore[arg-type]
+    if isinstance(flow.scheme, Collocation):  # whose iteration must converge with twice the step too
+        apart = halving(flow, z, 2 * step, np.maximum(SPAN / found.rate, 2 * step), found)
+        step = np.where(np.isfinite(apart), step, step / 2)
     used = on_ladder(step, run, parts)
     return Steps(used, local * (used / step) ** order, order, motion=found, ratio=twice, run=run, parts=parts)
 
@@ -123,7 +130,7 @@ def share_of(flow: Flow | TransformedFlow, plan: Steps) -> np.ndarray:
     former's error.
     """
     # Tolerances hold errors of single steps: with smaller ones the errors at the end fall, but by no known power.
-    share = SAFETY * flow.scheme.order / (plan.ratio**plan.order - 1)
+    share = SAFETY * flow.scheme.order / (plan.ratio ** np.minimum(plan.order, REACHED) - 1)
     return np.ones_like(share) if flow.adaptive else np.minimum(share, 1.0)
 
 
@@ -232,6 +239,7 @@ def halved(
             coarse, fine = fine, run(orbits, plan.step, None)
             worn = None if worn is None else np.sqrt(plan.ratio) * worn  # of so many times more kicks
         apart, phase, weight = compare(fine, coarse, orbits)
+        worn = None if worn is None else np.where(np.isfinite(worn), worn, apart)
         error, rounding = (weight * entry for entry in estimated(flow, plan, apart, phase, worn))
         factor = shortening(flow, plan, error, rounding, accuracy)
         factor = np.where(drifts(fine), 2.0, factor)
@@ -248,6 +256,7 @@ def shortening(
 ) -> np.ndarray:
     """Return how many times shorter (orbits,) steps should be whose errors (moments, orbits), of which rounding makes a
     part, are too large: SLIGHTLY or 2, by the order at which the rest falls; 1 where it is not for steps to cure.
+    2 where twice the step may have been too long for the iteration of a collocation.
     """
     with np.errstate(all="ignore"):
         worst, floor = error.max(axis=0), np.sqrt(2.0) * rounding.max(axis=0)
@@ -256,11 +265,15 @@ def shortening(
         slight = MARGIN * (worst - rounding.max(axis=0)) <= goal * SLIGHTLY**plan.order
     curable &= (floor < accuracy) | (floor < 0.7 * worst)
     shorter = np.where(slight & (not flow.alike), SLIGHTLY, 2.0)
-    return np.where(curable, shorter, 1.0)
+    shorter = np.where(curable, shorter, 1.0)
+    return np.where(np.isinf(worst), 2.0, shorter) if isinstance(flow.scheme, Collocation) else shorter
 
 
-def until(error: np.ndarray, times: np.ndarray, accuracy: float) -> np.ndarray:
-    """Return the time (orbits,) up to which errors (moments, orbits) at `times` (moments,) stay below the accuracy."""
-    holds = error <= accuracy
-    count = np.where(holds.all(axis=0), len(times), (~holds).argmax(axis=0))
-    return np.concatenate([[0.0], times])[count]
+def until(holds: np.ndarray, times: np.ndarray, end: np.ndarray | float) -> np.ndarray:
+    """Return the last of `times` (moments, orbits) up to which errors are small at all moments, by `holds` (moments,
+    orbits): 0 where they never are, the `end` where they always are.
+    """
+    always = holds.all(axis=0)
+    first = np.where(always, 0, (~holds).argmax(axis=0))
+    before = np.take_along_axis(np.pad(times, ((1, 0), (0, 0))), first[None], axis=0)[0]
+    return np.where(always, end, before)

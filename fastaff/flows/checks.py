@@ -12,11 +12,11 @@ from ..base.numbers import numbers, shown
 from ..charts import Chart
 from ..compile.blocks import is_value, parameters
 from ..formulas.section_text import section_forms
-from ..models.contracts import Autonomous, Map, Model, Potential, Section
-from ..models.mechanics import kinetic_energies, potential_energies
+from ..models.contracts import Autonomous, Map, Model, Nonseparable, Potential, Section
+from ..models.mechanics import kinetic_energies, potential_energies, velocities
 from ..models.sections import Linear, Stroboscopic
 from ..models.traits import traits_of
-from ..schemes.catalogue import SCHEMES, RungeKutta, Splitting
+from ..schemes.catalogue import SCHEMES, Collocation, RungeKutta, Scheme, Splitting
 from ..schemes.time_transformed import TimeTransformed
 from .needs import check_kind, check_needs
 
@@ -34,7 +34,10 @@ def checked_model(model: Any, name: str = "body", needs: str = "equations") -> A
             f"({type(model).__name__}){_instead(model)}"
         )
     traits = traits_of(model)
-    missing = lacking(model, Map if traits.iterated else Model if traits.canonical else Autonomous)
+    missing = lacking(
+        model,
+        Map if traits.iterated else Model if traits.separable else Nonseparable if traits.canonical else Autonomous,
+    )
     if isinstance(model, Potential) and missing:
         raise TypeError(f"{name} {shown(model)} is a potential, no model: wrap it, Body({type(model).__name__}(...))")
     if missing:
@@ -106,8 +109,8 @@ def _check_drive(name: str, model: Any) -> None:
         raise ValueError(f"{what}: its period must be positive and finite, got {shown(period)}")
     if not hasattr(model, "phase"):
         raise TypeError(f"{what}: it must have phase(t), the time t reduced by whole periods")
-    _, p = _some_point(model.degrees_of_freedom)
-    if not (traits_of(model).moving > 0 and model.velocity(*p)[-1] == 1.0):
+    q, p = _some_point(traits_of(model).n)
+    if not (traits_of(model).moving > 0 and velocities(model, np.array([*q, *p])[:, None])[-1, 0] == 1.0):
         raise ValueError(f"{what}: its last coordinate must be the time, whose velocity is 1")
 
 
@@ -131,7 +134,7 @@ def lacking(value: Any, contract: Any) -> list[str]:
 def _evaluated(name: str, model: Any) -> None:
     """Refuse a model whose parts do not fit together: each of its methods must give numbers at some point."""
     traits = traits_of(model)
-    if traits.energetic:
+    if traits.separable:
         for part in (model, getattr(model, "potential", None)):
             _functions(part)
     q, p = _some_point(traits.n)
@@ -140,6 +143,8 @@ def _evaluated(name: str, model: Any) -> None:
         with np.errstate(all="ignore"):
             if traits.iterated:
                 rows = [model.periods(), model.iterate(*q, *p), model.tangent_iterate(*q, *p, *p, *q)]
+            elif traits.nonseparable:
+                rows, single = [model.rates(*q, *p), model.tangent_rates(*q, *p, *p, *q)], [model.energy(*q, *p)]
             elif traits.energetic:
                 rows, length, each = [model.force(*q), model.velocity(*p)], traits.n, "coordinate"
                 single = [model.potential_energy(*q), model.kinetic_energy(*p)]
@@ -173,7 +178,7 @@ def _parameters(name: str, value: Any) -> np.ndarray:
 def checked_tangent_model(model: Any, name: str = "body") -> Any:
     """Return `model` if it has what tangent vectors need: `tangent_force`, and a velocity linear in the momenta."""
     traits = traits_of(checked_model(model, name))
-    if not traits.energetic:
+    if not traits.separable:
         if not (traits.iterated or hasattr(model, "tangent_rates")):
             raise TypeError(f"{name} {type(model).__name__} needs tangent_rates(z..., dz...) for tangent vectors")
         return model
@@ -194,14 +199,14 @@ def checked_tangent_model(model: Any, name: str = "body") -> Any:
     return model
 
 
-def checked_scheme(scheme: Any) -> Splitting | RungeKutta:
+def checked_scheme(scheme: Any) -> Scheme:
     """Return `scheme` if it is one that steps in time itself."""
     if isinstance(scheme, TimeTransformed):
         raise TypeError(
             f"scheme {scheme.name} steps in a fictitious time: only integrate and poincare_map take it; got it "
             "elsewhere, where a Splitting or RungeKutta such as fastaff.KAHAN_LI8 is needed"
         )
-    if not isinstance(scheme, (Splitting, RungeKutta)):
+    if not isinstance(scheme, (Splitting, RungeKutta, Collocation)):
         raise TypeError(
             f"scheme must be a scheme such as fastaff.KAHAN_LI8, got {scheme!r} ({type(scheme).__name__}); "
             f"or a name of {', '.join(SCHEMES)}"
@@ -209,15 +214,15 @@ def checked_scheme(scheme: Any) -> Splitting | RungeKutta:
     return scheme
 
 
-def suited_scheme(scheme: Any, model: Any, name: str = "body") -> Any:
+def suited_scheme(scheme: Any, model: Any) -> Any:
     """Return `scheme` if its order holds for the model."""
     if not getattr(scheme, "nystrom", False):
         return scheme
-    check_needs(model, "forces of the coordinates alone", got=scheme.name, order=scheme.order, argument=name)
+    check_needs(model, "forces of the coordinates alone", got=scheme.name, order=scheme.order, argument="body")
     if not traits_of(model).quadratic:
         raise ValueError(
             f"scheme {scheme.name} has its order {scheme.order} only where T is quadratic in the momenta, and that of "
-            f"{name} {type(model).__name__} is not: take KAHAN_LI8"
+            f"body {type(model).__name__} is not: take KAHAN_LI8"
         )
     return scheme
 

@@ -24,7 +24,7 @@ from ..kernels.samples import WEAR_ROWS
 from ..kernels.stepping import Blocks, Coefficients
 from ..models.mechanics import energies, kinetic_energies, slopes
 from ..models.traits import Traits, traits_of
-from ..schemes.catalogue import RungeKutta, Splitting
+from ..schemes.catalogue import Collocation, Scheme, Splitting
 from . import observers
 from .checks import energy_drift
 from .ensemble import Ensemble
@@ -106,7 +106,7 @@ class Flow:
     """
 
     model: Any
-    scheme: Splitting | RungeKutta
+    scheme: Scheme
     step: float | np.ndarray
     rtol: float
     atol: float
@@ -138,7 +138,7 @@ class Flow:
         """Whether steps are summed as increments with carried rounding errors: where the scheme's own error is that
         small.
         """
-        return isinstance(self.scheme, Splitting) and self.scheme.increments
+        return getattr(self.scheme, "increments", isinstance(self.scheme, Collocation))
 
     @property
     def spare(self) -> int:
@@ -182,7 +182,11 @@ class Flow:
     def _coefficients(self) -> Coefficients:
         scheme = self.scheme
         if isinstance(scheme, Splitting):
-            return Coefficients(scheme.drift_array, scheme.kick_array, precise=self.precise, spare=self.spare)
+            copies = 3 if self.precise else 1
+            return Coefficients(scheme.drift_array, scheme.kick_array, copies=copies, spare=self.spare)
+        if isinstance(scheme, Collocation):
+            a, b, dense = scheme.a_array, scheme.b_array, scheme.dense_array
+            return Coefficients(a=a, b=b, dense=dense, copies=2 + scheme.stages, sweeps=scheme.sweeps)
         return Coefficients(a=scheme.a_array, b=scheme.b_array, errors=scheme.error_array, dense=scheme.dense_array)
 
     def _blocks(self, *kinds: str, solo: bool = False) -> Blocks:

@@ -12,9 +12,18 @@ from ..base.sums import length, total
 from ..compile.threads import by_portions
 from ..kernels.averages import scales
 from ..models.maps import jacobian
-from ..models.mechanics import frame_rate, kinetic_energies, seen, slopes, velocities, without_time
+from ..models.mechanics import (
+    frame_rate,
+    inverse_masses,
+    kinetic_energies,
+    seen,
+    slopes,
+    tangent_slopes,
+    velocities,
+    without_time,
+)
 from ..models.traits import traits_of
-from ..schemes.catalogue import ITERATION, KAHAN_LI8
+from ..schemes.catalogue import GAUSS8, ITERATION, KAHAN_LI8
 from .flow import Flow
 from .reaches import ESCAPE, FARTHEST, escape_radii
 
@@ -41,6 +50,12 @@ STILL = 1e-9
 
 VANISHING = 1e3
 """How many times the frequency of small oscillations must exceed that of the motion for the latter to count as none."""
+
+
+RUNAWAY = 1e4
+"""How many times faster than at its start an orbit that escapes or collapses at once is taken to move: at its end
+nothing is too fast.
+"""
 
 
 class Motion(NamedTuple):
@@ -163,15 +178,18 @@ def _observed(model: Any, z: np.ndarray) -> Motion:
     rate, stiff = _first_rates(model, z, W, np.where(radius < FARTHEST, radius / ESCAPE, np.inf))
     turning, drive = frame_rate(model), drive_rate(model)
     kinetic, step = np.zeros(orbits), PHASE / np.maximum(rate, turning)
-    todo = np.arange(orbits)
+    first, gone, todo = rate.copy(), np.zeros(orbits, bool), np.arange(orbits)
+    periods, speed = traits_of(model).periods, np.zeros((n, orbits))
     reach, longest = np.abs(z[:n]), PHASES[1] / drive if drive else math.inf
     for round_ in range(ROUNDS):
         step[todo] = np.minimum(step[todo], longest)
         states, failed = _look(model, np.ascontiguousarray(z[:, todo]), step[todo], radius[todo])
         now, kinetic[todo] = _measured(model, states, W[:, :, todo])
+        if any(periods):
+            speed[:, todo] = np.fmax.reduce(np.abs(np.diff(states[:, :n], axis=0)), axis=0) / step[todo]
         reach[:, todo] = np.fmax.reduce(np.abs(states[:, :n]), axis=0)
         moves = np.isfinite(now) & (now > 0)
-        rate[todo] = np.where(moves, now, rate[todo])
+        rate[todo], gone[todo] = np.where(moves, now, rate[todo]), failed
         phase = np.maximum(rate[todo], turning) * step[todo]
         fits = ((PHASES[0] <= phase) | (step[todo] == longest)) & (phase <= PHASES[1])
         fits &= ~(failed & (round_ < ROUNDS // 2))
@@ -180,6 +198,7 @@ def _observed(model: Any, z: np.ndarray) -> Motion:
         todo = todo[(~fits & moves) | (failed & (round_ < ROUNDS // 2))]
         if not todo.size:
             break
+    rate = np.where(gone, np.minimum(rate, RUNAWAY * first), rate)
     rate = np.where(stiff > VANISHING * rate, stiff, rate)
     own = np.abs(np.array([W[i, i] for i in range(n)]))
     own = np.where(own > 0, own, 1.0)
@@ -187,10 +206,13 @@ def _observed(model: Any, z: np.ndarray) -> Motion:
         whole = np.maximum(rate, turning)
         position, momentum = np.sqrt(2 * kinetic * own) / rate, np.sqrt(2 * kinetic / own) * (whole / rate)
         winding = np.full((n, orbits), math.inf)
+        for i, period in enumerate(periods):
+            if period > 0:  # of an angle, which steps must follow, whatever turns with it
+                winding[i], turning = period, np.maximum(turning, 2 * np.pi / period * speed[i])
         if traits_of(model).driven:
             position[-1], momentum[-1], winding[-1] = model.period, kinetic, model.period
         far = np.where((position > 0) & np.isfinite(reach), reach / position, 1.0).max(axis=0)
-        far, pace = np.maximum(far, 1.0), np.maximum(whole, drive)
+        far, pace = np.maximum(far, 1.0), np.maximum(np.maximum(rate, turning), drive)
         return Motion(whole, kinetic, position, momentum=momentum, radius=radius, far=far, pace=pace, winding=winding)
 
 
@@ -206,6 +228,8 @@ def fastest_rates(model: Any, z: np.ndarray, step: Any) -> np.ndarray:
     By power iteration on differences of forces over a small part of |q| or of the way of a step, and the rate of a
     turning frame. 0 where it has none.
     """
+    if not traits_of(model).separable:
+        return _linear_rates(model, z)
     n = z.shape[0] // 2
     q, W = z[:n], inverse_masses(model, z)
     with np.errstate(all="ignore"):
@@ -224,7 +248,7 @@ def _look(model: Any, z: np.ndarray, step: np.ndarray, radius: np.ndarray) -> tu
     """Return the starts and the states after each of some steps (1 + LOOKS, 2n, orbits), NaN where not reached, and who
     failed.
     """
-    flow = Flow(model, KAHAN_LI8, step, 1e-12, 1e-12, 1)
+    flow = Flow(model, KAHAN_LI8 if traits_of(model).separable else GAUSS8, step, 1e-12, 1e-12, 1)
     ensemble = flow.ensemble(z.copy(), radius=radius)
     states = flow.sampled(ensemble, LOOKS, time=LOOKS * step).transpose(1, 2, 0)
     return np.concatenate([z[None], states]), ensemble.status != Status.OK
@@ -238,24 +262,42 @@ def _measured(model: Any, states: np.ndarray, W: np.ndarray) -> tuple[np.ndarray
     z = np.ascontiguousarray(np.moveaxis(states, 1, 0))
     T, rate, largest = np.empty((samples, orbits)), np.empty(orbits), np.empty(orbits)
     with np.errstate(all="ignore"):
+        if not traits_of(model).separable:
+            return _measured_together(model, z)
         v, p, F = _seen(model, z)
         T[:] = kinetic_energies(model, np.concatenate([z[:n], p]) if traits_of(model).frame else z)
         scales(np.ascontiguousarray(W), F, v, p, T, rate, largest)
     return rate, largest
 
 
+def _measured_together(model: Any, z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the angular frequency and the largest kinetic energy of states z (2n, samples, orbits) of H(q, p).
+
+    The frequency is (<p'.q'' - q'.p''>/<2 p.q'>)^(1/2), by the symplectic form of dz/dt and its change: omega of an
+    oscillator in any canonical coordinates.
+    """
+    n, moving = len(z) // 2, traits_of(model).moving
+    s = slopes(model, z)
+    change = tangent_slopes(model, z, s)
+    (v, f), (dv, df), (_, p) = ((x[:moving], x[n : n + moving]) for x in (s, change, z))
+    moved, pulled = total(p * v), total(f * dv - v * df) / 2
+    sound = np.isfinite(moved) & np.isfinite(pulled)
+    moved, pulled = np.where(sound, moved, 0.0), np.where(sound, pulled, 0.0)
+    return np.sqrt(total(pulled) / total(moved)), np.abs(moved).max(axis=0) / 2
+
+
+def _linear_rates(model: Any, z: np.ndarray) -> np.ndarray:
+    """Return the largest size (orbits,) of the eigenvalues of the derivative of dz/dt of H(q, p) at z (2n, orbits); 0
+    where it has none.
+    """
+    A = np.moveaxis(tangent_slopes(model, z[:, None], np.eye(len(z))[:, :, None]), -1, 0)
+    known = np.isfinite(A).all(axis=(1, 2))
+    return np.where(known, np.abs(np.linalg.eigvals(np.where(known[:, None, None], A, 0.0))).max(axis=1), 0.0)
+
+
 def applied(matrix: np.ndarray, vector: np.ndarray) -> np.ndarray:
     """Return matrix (n, n, ...) times vector (n, ...), in the same order for any number of orbits."""
     return np.array([total(row * vector) for row in matrix])
-
-
-def inverse_masses(model: Any, z: np.ndarray) -> np.ndarray:
-    """Return W = dv/dp (n, n, orbits) at small momenta: the inverse mass matrix of a kinetic energy quadratic in p."""
-    n = z.shape[0] // 2
-    size = 1e-3 * np.abs(z[n:]).max(axis=0)
-    size = np.where(size > 0, size, 1.0)
-    with np.errstate(all="ignore"):
-        return np.array([_velocity(model, size * unit[:, None]) / size for unit in np.eye(n)]).transpose(1, 0, 2)
 
 
 def _first_rates(model: Any, z: np.ndarray, W: np.ndarray, reach: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -265,6 +307,9 @@ def _first_rates(model: Any, z: np.ndarray, W: np.ndarray, reach: np.ndarray) ->
     along a direction of no symmetry, 0 where there are none.
     """
     n = z.shape[0] // 2
+    if not traits_of(model).separable:
+        linear = _linear_rates(model, z)
+        return np.where(linear > 0, linear, 1.0), linear
     with np.errstate(all="ignore"):
         v, p, F = _seen(model, z)
         u = applied(W, F)

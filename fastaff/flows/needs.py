@@ -13,9 +13,9 @@ NEEDS: dict[str, frozenset[str]] = {
     "a start by rows": frozenset({"drive"}),
     "regular motion": frozenset({"friction", "rates"}),
     "Hamilton's equations": frozenset({"friction", "rates", "iterates"}),
-    "an energy surface": frozenset({"drive", "friction", "rates", "iterates"}),
+    "an energy surface": frozenset({"drive", "friction", "nonseparable", "rates", "iterates"}),
     "H = T(p) + V(q)": frozenset(TERMS),
-    "a page": frozenset({"frame", "friction", "rates"}),
+    "a page": frozenset({"frame", "friction", "nonseparable", "rates"}),
 }
 """By what an analysis as a whole is of, the terms that it does not take."""
 
@@ -25,6 +25,7 @@ REFUSALS = {
         "iterates": "{argument} is for systems in time: a map has no energy; got {got}",
         "friction": "{argument} is for systems with an energy: one with friction keeps none; got {got}",
         "rates": "{argument} is for systems with an energy: dz/dt = f(z) has none; got {got}",
+        "nonseparable": "{argument} is for H = T(p) + V(q): of H(q, p) give all rows; got {got}",
     },
     "a page of orbits": {
         "drive": "{argument} does not go with a driven system, whose states once a period are shown; got {got}"
@@ -61,7 +62,9 @@ REFUSALS = {
         "iterates": "{got} needs a flow, along which a map does not go: take FLI or GALI",
     },
     "a scheme by energy": {
-        "friction": "scheme {got} goes by the energy, which {model} loses by friction: take KAHAN_LI8, or DOP853"
+        "friction": "scheme {got} goes by the energy, which {model} loses by friction: take KAHAN_LI8, or DOP853",
+        "nonseparable": "scheme {got} takes H = T(p) + V(q), and {model} is H(q, p): take GAUSS16, GAUSS8, DOP853 or "
+        "VERNER9",
     },
     "a fictitious time": {
         "drive": "scheme {got} steps in a fictitious time, which a driven system has not: take a splitting or a "
@@ -70,7 +73,9 @@ REFUSALS = {
     },
     "a splitting": {
         "rates": "scheme {got} needs coordinates and momenta: {model} is dz/dt = f(z), which Runge-Kutta schemes run, "
-        "such as DOP853, VERNER9 and RK4"
+        "such as DOP853, VERNER9 and RK4",
+        "nonseparable": "scheme {got} needs H = T(p) + V(q), and {model} is H(q, p): take GAUSS16, GAUSS8, DOP853 or "
+        "VERNER9",
     },
     "an accuracy": {
         "rates": "accuracy is relative to the amplitudes of a motion with an energy; {model} is dz/dt = f(z): give "

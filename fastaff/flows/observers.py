@@ -7,6 +7,7 @@ frequencies.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache, cached_property
@@ -105,6 +106,7 @@ class _Crossings(NamedTuple):
     wanted: float
     direction: float
     rows: float
+    most: float
 
 
 def crossings(section: Any, wanted: int, degrees_of_freedom: int, vectors: int = 0) -> Observer:
@@ -113,7 +115,7 @@ def crossings(section: Any, wanted: int, degrees_of_freedom: int, vectors: int =
     return Observer(
         crossing_kernels.detect,
         crossing_kernels.ROWS.state + rows,
-        _Crossings(float(wanted), float(section.direction), float(rows)),
+        _Crossings(float(wanted), float(section.direction), float(rows), getattr(section, "period", math.inf) / 2),
         calls=(bound("value", section, degrees_of_freedom, vectors),),
     )
 

@@ -11,8 +11,8 @@ import numpy as np
 from ..base.numbers import numbers, positive, shown
 from ..compile.threads import checked_threads
 from ..models.traits import traits_of
-from ..schemes.automatic import Automatic, Trial, cheapest
-from ..schemes.catalogue import DOP853, ITERATION, KAHAN_LI8, RungeKutta, Splitting
+from ..schemes.automatic import Automatic, Trial, cheapest, fastest
+from ..schemes.catalogue import DOP853, GAUSS16, ITERATION, KAHAN_LI8, Collocation, RungeKutta, Scheme
 from ..schemes.time_transformed import TimeTransformed
 from .checks import checked_model, checked_scheme, phase_points, suited_scheme
 from .flow import Flow, Report
@@ -40,16 +40,16 @@ class Options:
     """How orbits are run: the keywords that all functions of orbits share, checked together.
 
     scheme: one of the package or your own, AUTO, or None for the splitting that is `cheapest` for the accuracy
-    (KAHAN_LI8 where a step is given); accuracy: error that the function's results may have, or step: the longest fixed
-    step, one for all or (orbits,), or the first of an adaptive scheme; rtol, atol: tolerances of an adaptive scheme;
-    energy_tolerance: energy error, over the largest kinetic energy met, above which an orbit's status is ENERGY_DRIFT,
-    None for DRIFT, or DRIFTING times the accuracy where that is more; threads: None for all; report(fraction): called
-    about ten times a second.
+    (KAHAN_LI8 where a step is given), or the collocation that is `fastest` for H(q, p); accuracy: error that the
+    function's results may have, or step: the longest fixed step, one for all or (orbits,), or the first of an adaptive
+    scheme; rtol, atol: tolerances of an adaptive scheme; energy_tolerance: energy error, over the largest kinetic
+    energy met, above which an orbit's status is ENERGY_DRIFT, None for DRIFT, or DRIFTING times the accuracy where that
+    is more; threads: None for all; report(fraction): called about ten times a second.
 
     :Raises: ValueError or TypeError for wrong input.
     """
 
-    scheme: Splitting | RungeKutta | TimeTransformed | Automatic | None = None
+    scheme: Scheme | TimeTransformed | Automatic | None = None
     step: float | np.ndarray | None = None
     accuracy: float | None = None
     rtol: float = 1e-12
@@ -113,11 +113,12 @@ def suited(options: Options, model: Any) -> Options:
     scheme = options.scheme
     if isinstance(scheme, (Automatic, TimeTransformed)):
         check_needs(model, "a scheme by energy", got=getattr(scheme, "name", "AUTO"))
-    if traits_of(model).canonical:
+    traits = traits_of(model)
+    if not (scheme is None or isinstance(scheme, (RungeKutta, Collocation))):
+        check_needs(model, "a splitting", got=str(getattr(scheme, "name", scheme)))
+    if traits.canonical:
         return options
     scheme = DOP853 if scheme is None else scheme
-    if not isinstance(scheme, RungeKutta):
-        check_needs(model, "a splitting", got=str(getattr(scheme, "name", scheme)))
     check_given(model, "an accuracy", accuracy=options.accuracy)
     options = replace(options, scheme=scheme)
     if options.fixed and options.step is None:
@@ -159,14 +160,16 @@ def plan(
     traits = traits_of(model)
     if traits.iterated:
         return _iterated(model, z, options)
+    options = suited(options, model)
     scheme, step, threads, why = options.scheme, options.step, checked_threads(options.threads), []
     if isinstance(scheme, TimeTransformed):
         check_needs(model, "a fictitious time", got=scheme.name)
     if scheme is None:
         wanted = options.accuracy or error or ACCURACY
-        scheme = KAHAN_LI8
+        scheme = KAHAN_LI8 if traits.separable else GAUSS16
         if step is None:
-            scheme = cheapest(wanted, traits.quadratic and not traits.friction)
+            split = traits.quadratic and not traits.friction
+            scheme = cheapest(wanted, split) if traits.separable else fastest(wanted)
             why.append(f"{scheme.name} for an accuracy of {wanted:.1e}")
     if isinstance(scheme, Automatic):
         every = transformed and not traits.frame and not traits.driven

@@ -26,9 +26,9 @@ def escape_radii(model: Any, z: np.ndarray, energy: np.ndarray | None = None) ->
     ESCAPE times its size: its distance at the start, or where it would turn on the straight line that it starts along,
     if that is farther; `FARTHEST` where it has neither. So it follows the unit of length, and knows neither the company
     nor the zero of V. Orbits of a map end where they are no longer finite, and no distance counts: a start near a fixed
-    point says nothing of the size.
+    point says nothing of the size; nor do coordinates of H(q, p), which may be angles that wind.
     """
-    if not traits_of(model).energetic:
+    if not traits_of(model).separable:
         return np.full(z.shape[1], FARTHEST)
     limit = energies(model, z) if energy is None else energy
     with np.errstate(all="ignore"):

@@ -134,10 +134,10 @@ def trials_in_time(
             continue
         flow = Flow(model, candidate, math.inf, rtol, atol, threads)
         if flow.adaptive:
-            worst, steps = _run_trial(flow, sample, span, 1.0, rounds)
+            worst, steps = _run_trial(flow, sample, span, rounds)
             worst *= max(1.0, (time or span) / (span * rounds))
         else:
-            flow, worst = try_steps(flow, sample, scheme.bound, span, 1.0, rounds, most)
+            flow, worst = try_steps(flow, sample, scheme.bound, span, rounds, most)
             steps = span / float(flow.step)
         tried.append(Trial(candidate, float(flow.step), worst, steps * candidate.evaluations / span))
     return tried
@@ -157,10 +157,8 @@ def staying(model: Any, sample: np.ndarray, time: float, threads: int) -> tuple[
     return (np.ascontiguousarray(sample[:, stays]), STEPS) if stays.any() else (sample, 1)
 
 
-def try_steps(
-    flow: Flow, sample: np.ndarray, error: float, span: float, quantile: float, rounds: int = 1, most: int = STEPS
-) -> tuple[Flow, float]:
-    """Return the flow with the longest `trial_step` below the error, and that quantile of its energy errors.
+def try_steps(flow: Flow, sample: np.ndarray, error: float, span: float, rounds: int, most: int) -> tuple[Flow, float]:
+    """Return the flow with the longest `trial_step` below the error, and the largest of its energy errors.
 
     The errors are those at the ends of `rounds` spans; where none of `most` steps gets there the one of least error is
     taken.
@@ -169,7 +167,7 @@ def try_steps(
     rate = max(typical_rate(flow.model, sample), drive_rate(flow.model))
     while k < most:
         step = trial_step(k, rate)
-        worst, _ = _run_trial(replace(flow, step=step), sample, span, quantile, rounds)
+        worst, _ = _run_trial(replace(flow, step=step), sample, span, rounds)
         if worst < least:
             best, least = step, worst
         if worst <= error:
@@ -191,8 +189,8 @@ def following_step(k: int, worst: float, error: float, order: int) -> int:
     return k + max(1, int(ahead) - 1)
 
 
-def _run_trial(flow: Flow, sample: np.ndarray, span: float, quantile: float, rounds: int) -> tuple[float, float]:
-    """Return that quantile of the energy errors at the ends of `rounds` times `span`, and the mean number of steps in
+def _run_trial(flow: Flow, sample: np.ndarray, span: float, rounds: int) -> tuple[float, float]:
+    """Return the largest of the energy errors at the ends of `rounds` times `span`, and the mean number of steps in
     one.
     """
     energy, z, errors, steps = energies(flow.model, sample), sample, [], 0.0
@@ -208,4 +206,4 @@ def _run_trial(flow: Flow, sample: np.ndarray, span: float, quantile: float, rou
         z, steps = ensemble.z, steps + float(ensemble.count.mean())
         if not np.isfinite(errors[-1]).all():
             break
-    return float(np.quantile(errors, quantile, method="lower")), steps / rounds
+    return float(np.max(errors)), steps / rounds

@@ -40,7 +40,7 @@ def period_of(request: Request, period: Any, values: Mapping[str, float], length
             f"text: the formula {request.text!r} does not depend on the time {TIME}: leave its period out, got "
             f"{shown(period)}"
         )
-    _check_period(program, request.coordinates[:-1], values, number)
+    _check_period(program, tuple(name for name in request.variables if name != TIME), values, number)
     return number
 
 

@@ -1,21 +1,77 @@
-"""Source text of autonomous systems dz/dt = f(z)."""
+"""Source text of systems by their rates: autonomous ones dz/dt = f(z), and H(q, p)."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from typing import Any
 
-from .model_source import fresh
-from .potential_source import Description, class_text, constant, margin_method, method, module
+from .model_source import fresh, loops, period_methods
+from .potential_source import Description, class_text, constant, margin_method, method, module, spread
 from .printing import Lines
 
 
 def flow_model(d: Description, rates: Sequence[Any], walls: Sequence[Any], symbols: dict[str, Any]) -> str:
     """Return the text of a system with its rates, their changes along a vector, and its margin."""
+    names = d.coordinates
+    methods = [
+        constant("degrees_of_freedom", "Return half the rows of a state in memory.", str((len(names) + 1) // 2)),
+        constant("kind", "Return Kind.FLOW: neither coordinates with momenta, nor an energy.", "Kind.FLOW"),
+        constant("coordinates", f"Names of the {len(names)} rows of z.", repr(tuple(names))),
+        *_methods_of_rates(names, d.parameters, rates, walls, symbols),
+    ]
+    what = f"an autonomous system of {len(names)} variable{'' if len(names) == 1 else 's'}"
+    body = class_text("FormulaFlow", what, d, d.parameters, methods)
+    text = module(d, body, "\nfrom fastaff.models.contracts import Kind\n")
+    return text.replace('"""V = ', '"""')
+
+
+def nonseparable_model(
+    d: Description,
+    H: Any,
+    walls: Sequence[Any],
+    symbols: dict[str, Any],
+    momenta: Sequence[str],
+    periods: Sequence[Any],
+    period: Any = None,
+) -> str:
+    """Return the text of a system H(q, p): its energy, rates, their changes along a vector, margin and angles; symbols
+    of coordinates, then of momenta. Where it has the period of a drive, "" for a field, the last coordinate is the
+    time, and its momentum is added to the energy.
+    """
+    n, (names, driven) = len(d.coordinates), ((*d.coordinates, *momenta), period is not None)
+    q, p = ([symbols[name] for name in part] for part in (d.coordinates, momenta))
+    H = H + p[-1] if driven else H
+    rates = [*(H.diff(x) for x in p), *(-H.diff(x) for x in q)]
+    lines, own = Lines(names), Lines(names)
+    energy = spread(H, lines.add([H])[0], names)
+    methods = [
+        constant("degrees_of_freedom", f"Return {n}.", str(n)),
+        constant("coordinates", f"Names of the first {n} rows of z.", repr(tuple(d.coordinates))),
+        constant("momenta", f"Names of the last {n} rows of z.", repr(tuple(momenta))),
+        constant("angles", "Angle variables natural to this system.", f"Loops({'2*np.pi/self.period' * driven})"),
+        method("periods", (), "Return the periods of the rows, 0 where there is none.", own, own.add(periods)),
+        method("energy", names, "Return H.", lines, [energy], single=True),
+        *_methods_of_rates(names, d.parameters, rates, walls, symbols),
+    ]
+    kind, fields = 'Kind("H(q, p, t) with a period in t", {"nonseparable", "drive"})', d.parameters
+    if not driven:
+        kind = "Kind.NONSEPARABLE"
+    else:
+        fields, more = period_methods(d.coordinates[-1], period, fields)
+        methods += more
+    methods.append(constant("kind", "What the motion is made of.", kind))
+    what = f"{n - driven} degrees of freedom{', driven' if driven else ''}"
+    body = loops(d.coordinates, time=driven) + class_text("FormulaHamiltonian", what, d, fields, methods)
+    return module(d, body, "\nfrom fastaff.models.contracts import Kind\n").replace('"""V = ', '"""H = ')
+
+
+def _methods_of_rates(
+    names: Sequence[str], parameters: Sequence[str], rates: Sequence[Any], walls: Sequence[Any], symbols: dict[str, Any]
+) -> list[str]:
+    """Return the methods rates, tangent_rates and margin of variables with these names."""
     import sympy
 
-    names = d.coordinates
-    changes = dict(zip(names, fresh("d", names, d.parameters), strict=True))
+    changes = dict(zip(names, fresh("d", names, parameters), strict=True))
     along = {name: sympy.Symbol(text, real=True) for name, text in changes.items()}
     taken = (*names, *changes.values())
 
@@ -29,21 +85,10 @@ def flow_model(d: Description, rates: Sequence[Any], walls: Sequence[Any], symbo
         ]
         return method(name, arguments, doc, lines, kept)
 
-    tangent = [sum(rate.diff(symbols[name]) * along[name] for name in names) for rate in rates]
-    methods = [
-        constant("degrees_of_freedom", "Return half the rows of a state in memory.", str((len(names) + 1) // 2)),
-        constant("kind", "Return Kind.FLOW: neither coordinates with momenta, nor an energy.", "Kind.FLOW"),
-        constant("coordinates", f"Names of the {len(names)} rows of z.", repr(tuple(names))),
+    tangent = [sympy.sympify(sum(rate.diff(symbols[name]) * along[name] for name in names)) for rate in rates]
+    doc = f"Return the change of the rates along ({', '.join(changes.values())})."
+    return [
         listed("rates", "Return dz/dt.", names, rates),
-        listed(
-            "tangent_rates",
-            f"Return the change of the rates along ({', '.join(changes.values())}).",
-            (*names, *changes.values()),
-            [sympy.sympify(entry) for entry in tangent],
-        ),
+        listed("tangent_rates", doc, (*names, *changes.values()), tangent),
         margin_method(walls, names, Lines(taken)),
     ]
-    what = f"an autonomous system of {len(names)} variable{'' if len(names) == 1 else 's'}"
-    body = class_text("FormulaFlow", what, d, d.parameters, methods)
-    text = module(d, body, "\nfrom fastaff.models.contracts import Kind\n")
-    return text.replace('"""V = ', '"""')

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -11,14 +11,19 @@ import numpy as np
 from ..base.foreign import System, read_by
 from ..base.numbers import positive, real
 from ..models import Body
+from ..models.mechanics import slopes
 from .drive import period_of
 from .grammar import TIME, checked_name, parse
 from .library import RESERVED, Request, generated_class
+from .map_source import period_texts
 from .variables import VARIABLES
 
 MAX_DEGREES_OF_FREEDOM = 8
 MAX_PARAMETERS = 64
 _SYMPY_LENGTH = 8000
+
+TRIED, SAME = 32, 1e-9
+"""Points at which a system's periods are tried, and the change of its equations that counts as none."""
 
 
 def formula(text: Any, /, *, mu: Any = 1.0, domain: str | None = None, **parameters: float) -> Any:
@@ -88,6 +93,8 @@ def hamiltonian(
     /,
     *,
     coordinates: str | Sequence[str] = "x y",
+    momenta: str | Sequence[str] | None = None,
+    periods: Mapping[str, float | str] | None = None,
     masses: Any = None,
     domain: str | None = None,
     rotation: float | str | None = None,
@@ -97,16 +104,21 @@ def hamiltonian(
     **parameters: float,
 ) -> Any:
     """Make a system with ``H = sum p_i^2/2 m_i + V(q)``, or a V(q, t) periodic in t, from V written as one line of
-    text.
+    text; or with any H(q, p) or H(q, p, t), written with its momenta.
 
     Parameters
     ----------
     text : str, SymPy expression, or potential of another tool
-        V of the coordinates, in the grammar of `formula`. Derivatives are exact. Also: an expression of heyoka; a
-        potential of gala, or its Hamiltonian in a turning frame, in kpc, Myr and solar masses; a potential of galpy in
-        its natural units. These bring their coordinates and parameters.
+        V of the coordinates, or H of coordinates and momenta, in the grammar of `formula`. Derivatives are exact. Also:
+        an expression of heyoka; a potential of gala, or its Hamiltonian in a turning frame, in kpc, Myr and solar
+        masses; a potential of galpy in its natural units. These bring their coordinates and parameters.
     coordinates : str or sequence of str, default "x y"
         1 to 8 names.
+    momenta : str or sequence of str, optional
+        Their momenta: the text is then the whole of H.
+    periods : dict of float or str, optional
+        Periods of coordinates that are angles, numbers or formulas of the parameters, {"x": "2*pi"}. States wind on;
+        sections such as "x=0" are then meant modulo the period.
     masses : sequence of float, optional
         One for each coordinate; they become the fields m_1, m_2, ... (default: 1, without fields).
     domain : str, optional
@@ -135,13 +147,17 @@ def hamiltonian(
     Raises
     ------
     ValueError, TypeError
-        The text is no formula (nothing is ever executed), a name has no value, a value is not used, or V(q, t) is
-        without t or of another period.
+        The text is no formula (nothing is ever executed), a name has no value, a value is not used, V(q, t) is without
+        t or of another period, or the equations have not the periods.
     ImportError
         SymPy is missing and the formula is new.
 
     Notes
     -----
+    H with momenta that is T(p) + V(q), T quadratic, becomes the same model as without, with the same bits. Any other
+    is of the kind "H(q, p)": its schemes are GAUSS16 (default) and GAUSS8, symplectic, and DOP853 and VERNER9; energies
+    are not split, so launching by energy is refused.
+
     A driven system of n coordinates moves in the phase space extended by the time: rows q, t, p, p_t. p_t takes up the
     work of the drive, so T + V + p_t is conserved and its error is checked like an energy. Starts of 2n rows have t = 0
     and p_t = 0. t stays within the period, to rounding, however long a run is. Sections are those of constant t:
@@ -167,23 +183,30 @@ def hamiltonian(
     >>> model.coordinates, model.potential_energy(1.0, 0.5)
     (('x', 'y'), 1.0833333333333333)
     >>> pendulum = fa.hamiltonian("-(1 + e*cos(t))*cos(x)", coordinates="x", period="2*pi", e=0.1)
+    >>> H = "(p1**2 + 2*p2**2 - 2*p1*p2*cos(q1 - q2))/(2 + 2*sin(q1 - q2)**2) - 2*cos(q1) - cos(q2)"
+    >>> double = fa.hamiltonian(H, coordinates="q1 q2", momenta="p1 p2", periods={"q1": "2*pi", "q2": "2*pi"})
+    >>> float(double.energy(0.0, 0.0, 1.0, 0.5))
+    -2.75
     """
     given = read_by("system", text)
     if given is not None:
         beside = {"masses": masses, "rotation": rotation, "magnetic": magnetic, "period": period, "friction": friction}
-        return _taken(given, coordinates, {"domain": domain, **beside}, parameters)
+        beside |= {"domain": domain, "momenta": momenta, "periods": periods}
+        return _taken(given, coordinates, beside, parameters)
     written, length = _written(text)
     names = checked_names("coordinates", coordinates)
-    values = values_of(parameters, names if period is None else (*names, TIME))
-    weights = () if masses is None else _masses(masses, len(names))
     if friction is not None and any(entry is not None for entry in (rotation, magnetic, period)):
         raise ValueError("friction does not go with rotation, magnetic or period: write dz/dt = f(z) as fa.flow")
+    conjugate = () if momenta is None else _momenta(momenta, names, masses, rotation, magnetic, friction)
+    values = values_of(parameters, (*names, *conjugate, *([] if period is None else [TIME])))
+    weights = () if masses is None else _masses(masses, len(names))
+    own = period_texts(periods, names, values)
     if period is not None:
         if rotation is not None or magnetic is not None:
             raise ValueError(
                 "period does not go with a rotation or a magnetic field: a driven system has a frame at rest"
             )
-        return _driven((written, length), domain, values, names, weights, period)
+        return _driven((written, length), domain, values, (names, conjugate), weights, period, own)
     turning = _turning({"rotation": rotation, "magnetic": magnetic}, values, names)
     if any(turning) and weights and weights[0] != weights[1]:
         raise ValueError(
@@ -191,9 +214,10 @@ def hamiltonian(
         )
     damping, inertia = _turning({"friction": friction}, values, names), "unit" if masses is None else "masses"
     turn, field = turning
-    request = Request(written, domain, tuple(values), names, inertia, turn, magnetic=field, friction=damping[0])
-    cls: Any = _class(request, values, length)
-    return cls(*values.values(), *weights)
+    rows = (*own, *[""] * len(names)) if any(own) or conjugate else ()
+    terms = {"rotation": turn, "magnetic": field, "friction": damping[0]}
+    request = Request(written, domain, tuple(values), names, inertia, **terms, momenta=conjugate, periods=rows)
+    return _of_periods(_class(request, values, length)(*values.values(), *weights))
 
 
 def _taken(given: System, coordinates: Any, beside: dict[str, Any], parameters: dict[str, float]) -> Any:
@@ -212,20 +236,59 @@ def _driven(
     text: tuple[str, int],
     domain: str | None,
     values: dict[str, float],
-    names: tuple[str, ...],
+    rows: tuple[tuple[str, ...], tuple[str, ...]],
     weights: tuple[float, ...],
     period: Any,
+    periods: tuple[str, ...],
 ) -> Any:
-    """Return the driven system of a text, of the length that it may have."""
-    written, length = text
+    """Return the driven system of a text, of the length that it may have, with rows of these names and periods."""
+    (written, length), (names, momenta) = text, rows
     if TIME in names:
         raise ValueError(f"coordinates must not have {TIME}, the time of a driven system: its period is given")
     said = period if isinstance(period, str) else ""
     inertia = "masses" if weights else "unit"
-    request = Request(written, domain, tuple(values), (*names, TIME), inertia, period=said)
+    own = (*periods, *[""] * (len(names) + 2)) if any(periods) or momenta else ()
+    every = (*names, TIME)
+    request = Request(written, domain, tuple(values), every, inertia, period=said, momenta=momenta, periods=own)
     number = period_of(request, period, values, length)
     cls: Any = _class(request, values, length)
-    return cls(*values.values(), *weights, *([] if said else [number]))
+    return _of_periods(cls(*values.values(), *weights, *([] if said else [number])))
+
+
+def _momenta(momenta: Any, names: tuple[str, ...], *others: Any) -> tuple[str, ...]:
+    """Return the names of momenta in the text, one for each coordinate; others: masses, rotation, magnetic, friction,
+    which do not go with them.
+    """
+    for name, entry in zip(("masses", "rotation", "magnetic"), others, strict=False):
+        if entry is not None:
+            raise ValueError(f"{name} does not go with momenta in the text: write the whole of H(q, p)")
+    if others[-1] is not None:
+        raise ValueError(
+            "friction does not go with momenta in the text, where it is no part of H: write dz/dt = f(z) as fa.flow"
+        )
+    found = checked_names("momenta", momenta, names)
+    if len(found) != len(names):
+        raise ValueError(
+            f"momenta must be {len(names)} names, one for each coordinate of {', '.join(names)}; got {', '.join(found)}"
+        )
+    return found
+
+
+def _of_periods(model: Any) -> Any:
+    """Return a model if its equations have the periods that its coordinates are said to have."""
+    periods = np.array(model.periods(), dtype=float)[:, None] if hasattr(model, "periods") else np.zeros((1, 1))
+    if not (np.isfinite(periods) & (periods >= 0)).all():
+        raise ValueError(f"periods must be positive, got {periods[:, 0].tolist()}")
+    random = np.random.default_rng(5)
+    z = random.uniform(-1, 1, (2 * model.degrees_of_freedom, TRIED)) * np.where(periods > 0, periods / 2, 1.5)
+    for row in np.flatnonzero(periods[:, 0] > 0):
+        here, there = slopes(model, z), slopes(model, z + periods * (np.arange(len(periods)) == row)[:, None])
+        if (np.abs(here - there) > SAME * (np.abs(here) + np.abs(there) + np.abs(here).max(axis=0))).any():
+            raise ValueError(
+                f"periods[{model.coordinates[row]!r}] must be one of the system's, whose equations change over "
+                f"{periods[row, 0]:.9g}"
+            )
+    return model
 
 
 def _written(text: Any) -> tuple[str, int]:
@@ -280,8 +343,8 @@ def _inertia(mu: Any) -> tuple[float, float]:
     return positive("mu[0]", mu[0]), positive("mu[1]", mu[1])
 
 
-def checked_names(argument: str, coordinates: Any) -> tuple[str, ...]:
-    """Return the names of coordinates, of a text or a sequence."""
+def checked_names(argument: str, coordinates: Any, taken: Sequence[str] = ()) -> tuple[str, ...]:
+    """Return the names of coordinates, of a text or a sequence, none of which is taken."""
     if isinstance(coordinates, str):
         coordinates = coordinates.replace(",", " ").split()
     if not isinstance(coordinates, Sequence):
@@ -290,7 +353,8 @@ def checked_names(argument: str, coordinates: Any) -> tuple[str, ...]:
         raise ValueError(f"{argument} must be 1 to {MAX_DEGREES_OF_FREEDOM} names, got {len(coordinates)}")
     names: list[str] = []
     for name in coordinates:
-        names.append(checked_name(name, {"coordinates": "coordinate"}.get(argument, argument), {*names, "self", "np"}))
+        what = {"coordinates": "coordinate"}.get(argument, argument)
+        names.append(checked_name(name, what, {*names, *taken, "self", "np"}))
     return tuple(names)
 
 
@@ -313,6 +377,7 @@ def _class(request: Request, values: dict[str, float], length: int) -> type:
     programs = request.program(length), request.domain_program()
     used = programs[0].names | (programs[1].names if programs[1] is not None else frozenset())
     used = used.union(*(program.names for program in request.turning_programs().values()))
+    used = used.union(*(program.names for program in request.period_programs() if program is not None))
     if request.period:
         used |= parse(request.period, (), request.parameters, argument="period").names
     unused = [name for name in values if name not in used]

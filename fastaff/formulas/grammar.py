@@ -20,7 +20,7 @@ FUNCTIONS = ("sqrt", "exp", "log", "sin", "cos", "tan", "sinh", "cosh", "tanh", 
 CONSTANTS = {"pi": math.pi}
 MAX_LENGTH, MAX_NODES, MAX_DEPTH, MAX_EXPONENT = 2000, 1000, 60, 64
 
-ALLOWED = f"allowed are numbers, names, pi, + - * / **, parentheses and {', '.join(FUNCTIONS)}"
+ALLOWED = f"allowed are numbers, names, pi, + - * / ** (or ^), parentheses and {', '.join(FUNCTIONS)}"
 LETTERS = frozenset("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_.+-*/^(), \t\n\r")
 SIGNS = {
     **dict.fromkeys("'\"`", "a string"),
@@ -88,7 +88,7 @@ _FOUND: dict[type, str] = {
     ast.JoinedStr: "a string",
 }
 _BINARY: dict[type, str] = {ast.Add: "+", ast.Sub: "-", ast.Mult: "*", ast.Div: "/", ast.Pow: "**"}
-_OTHER_BINARY: dict[type, str] = {ast.FloorDiv: "//", ast.BitXor: "^"}
+_OTHER_BINARY: dict[type, str] = {ast.FloorDiv: "//"}
 _NUMERIC: dict[str, Callable[[float], float]] = {name: getattr(math, name) for name in FUNCTIONS}
 
 
@@ -224,23 +224,19 @@ class _Reader:
                 raise self.refuse("a closing parenthesis without an opening one", column)
             if depth > MAX_DEPTH:
                 raise self.refuse(f"parentheses nested deeper than {MAX_DEPTH}", column)
-            if letter == "^":
-                raise self.refuse("^", column, "powers are written **")
 
     def tree(self) -> ast.expr:
         """Return the tree of the text."""
         line = self.text.translate({ord(c): " " for c in "\t\n\r"})
+        self.places = [at for at, letter in enumerate(line, 1) for _ in range(1 + (letter == "^"))]
+        line = self.source = line.replace("^", "**")
         indent = len(line) - len(line.lstrip())
         try:
             with warnings.catch_warnings():
                 warnings.simplefilter("ignore")
                 root = ast.parse("(" + line[indent:] + "\n)", mode="eval").body
         except SyntaxError as problem:
-            column = (
-                max(1, min(len(self.text), (problem.offset or 1) - 1 + indent))
-                if problem.lineno == 1
-                else len(self.text)
-            )
+            column = self.place((problem.offset or 1) - 1 + indent) if problem.lineno == 1 else len(self.text)
             hint = (
                 "a product needs *"
                 if "literal" in (problem.msg or "") or "forgot a comma" in (problem.msg or "")
@@ -254,7 +250,11 @@ class _Reader:
 
     def column(self, node: ast.AST) -> int:
         """Return where a node starts, from 1."""
-        return max(1, getattr(node, "col_offset", 0) + self.shift)
+        return self.place(getattr(node, "col_offset", 0) + self.shift)
+
+    def place(self, column: int) -> int:
+        """Return the column of the text as it is written, where each ** may be a ^."""
+        return self.places[max(1, min(len(self.places), column)) - 1]
 
     def postfix(self, root: ast.expr) -> list[tuple[Operation, int]]:
         """Return the operations of the tree and their columns, without recursion; refuse what is outside of the
@@ -301,11 +301,15 @@ class _Reader:
                 raise self.refuse(found, column)
         return done
 
+    def in_parentheses(self, node: ast.expr) -> bool:
+        """Return whether an expression stands in parentheses of its own."""
+        return self.source[: node.col_offset + self.shift - 1].rstrip().endswith("(")
+
     def between(self, node: ast.BinOp) -> int:
         """Return the column of a binary operator."""
         start = (node.left.end_col_offset or 0) + self.shift - 1
-        rest = self.text[start:]
-        return start + len(rest) - len(rest.lstrip(" \t\n\r)")) + 1
+        rest = self.source[start:]
+        return self.place(start + len(rest) - len(rest.lstrip(" )")) + 1)
 
     def operator(self, node: ast.BinOp) -> str:
         """Return the sign of an operator."""
@@ -314,6 +318,12 @@ class _Reader:
             raise self.refuse(
                 f"the operator {_OTHER_BINARY.get(type(node.op), type(node.op).__name__)}", self.between(node)
             )
+        if kind == "**" and "^" in self.text:  # to some programs x^y^z is (x^y)^z
+            right = node.right
+            while isinstance(right, ast.UnaryOp) and not self.in_parentheses(right):
+                right = right.operand
+            if isinstance(right, ast.BinOp) and isinstance(right.op, ast.Pow) and not self.in_parentheses(right):
+                raise self.refuse("a power of a power", self.between(node), "with ^ it needs parentheses: x^(y^z)")
         return kind
 
     def called(self, node: ast.Call) -> str:
@@ -339,7 +349,7 @@ class _Reader:
         if isinstance(value, bool) or not isinstance(value, (int, float)):
             kind = {str: "a string", bytes: "a string", complex: "an imaginary number"}.get(type(value), repr(value))
             raise self.refuse(kind, column)
-        literal = self.text[column - 1 : (node.end_col_offset or 0) + self.shift - 1]
+        literal = self.source[node.col_offset + self.shift - 1 : (node.end_col_offset or 0) + self.shift - 1]
         try:
             number = float(value)
         except OverflowError:

@@ -71,7 +71,8 @@ class Request(NamedTuple):
     """All that a generated class depends on; `inertia` is "mu" or "pair" for bodies, "unit" or "masses" for other
     systems; rotation, magnetic: formulas of the parameters, of a frame that turns; period: of a driven system, whose
     last coordinate is its time: a formula of the parameters, or "" for a field; friction: a formula of the parameters;
-    or "flow" for equations.
+    or "flow" for equations. With momenta the text is H(q, p); periods: texts of those of its rows, "" where there is
+    none.
     """
 
     text: str
@@ -83,11 +84,18 @@ class Request(NamedTuple):
     magnetic: str | None = None
     period: str | None = None
     friction: str | None = None
+    momenta: tuple[str, ...] = ()
+    periods: tuple[str, ...] = ()
 
     @property
     def variables(self) -> tuple[str, ...]:
         """Return the names that the formula may use besides its parameters."""
-        return self.coordinates or VARIABLES
+        return (*self.coordinates, *self.momenta) or VARIABLES
+
+    def period_programs(self) -> tuple[Program | None, ...]:
+        """Return the programs of the periods of the rows, None where there is none."""
+        named = [parse(text, (), self.parameters, argument="periods") if text else None for text in self.periods]
+        return tuple(named)
 
     def program(self, length: int) -> Program:
         """Return the formula's program; ValueError where it is none."""
@@ -156,11 +164,11 @@ def loaded(key: str, derive: Callable[[], str]) -> Any:
 def _repr(self: Any) -> str:
     domain = [] if self.domain is None else [f"domain={self.domain!r}"]
     fields = [f"{name}={value!r}" for name, value in zip(self._fields, self, strict=True)]
-    _, _, _, _, _, *more = self._request
+    _, _, _, _, _, *more, _ = self._request
     said = [
         f"{name}={text!r}"
-        for name, text in zip(("rotation", "magnetic", "period", "friction"), more, strict=True)
-        if text not in (None, "", name)
+        for name, text in zip(("rotation", "magnetic", "period", "friction", "momenta"), more, strict=True)
+        if text not in (None, "", (), [], name)
     ]
     return f"{type(self).__name__}({', '.join([repr(self.formula), *domain, *said, *fields])})"
 
@@ -199,13 +207,14 @@ def _derive_hamiltonian(request: Request, programs: tuple[Program, Program | Non
     import sympy
 
     from .domains import conditions
-    from .model_source import driven_model, hamiltonian_model
+    from .flow_source import nonseparable_model
+    from .model_source import driven_model, hamiltonian_model, separated
     from .potential_source import Description
     from .sympy_bridge import to_sympy
 
     program, domain = programs
-    check_real(program, values, request.coordinates, "text")
-    own = {name: sympy.Symbol(name, real=True) for name in request.coordinates}
+    check_real(program, values, request.variables, "text")
+    own = {name: sympy.Symbol(name, real=True) for name in request.variables}
     names = {**own, **_parameters(request)}
     V = to_sympy(program, names)
 
@@ -213,24 +222,35 @@ def _derive_hamiltonian(request: Request, programs: tuple[Program, Program | Non
         return {symbol: 1.5 * rng.standard_normal(count) for symbol in own.values()}
 
     walls = [to_sympy(domain, names)] if domain is not None else conditions(V, region)
-    refuse_removable(
-        V, walls if domain is not None else [], plain_places(request.coordinates), values, request.coordinates
-    )
+    refuse_removable(V, walls if domain is not None else [], plain_places(request.variables), values, request.variables)
     masses, kind = request.inertia == "masses", "natural" if request.period is None else "driven"
     description = Description(
         request.text, request.domain, request.parameters, f"A {kind} Hamiltonian.", request.coordinates
     )
-    if request.period is not None:
-        own_period = parse(request.period, (), request.parameters, argument="period") if request.period else None
-        period = None if own_period is None else to_sympy(own_period, names)
-        return driven_model(description, V, walls, period, masses=masses)
+    period: Any = request.period
+    if period:
+        period = to_sympy(parse(period, (), request.parameters, argument="period"), names)
+    periods = [sympy.Integer(0) if p is None else to_sympy(p, names) for p in request.period_programs()]
+    inertia = None
+    if request.momenta:
+        found = separated(V, walls, [own[name] for name in request.momenta], request.coordinates)
+        if found is None:
+            momenta = (*request.momenta, *(["p_t"] if period is not None else []))
+            own |= {name: sympy.Symbol(name, real=True) for name in momenta}
+            return nonseparable_model(description, V, walls, own, momenta, periods, period)
+        V, inertia = found
+    if period is not None:
+        return driven_model(description, V, walls, period, masses=masses, inertia=inertia, periods=periods)
     parts = {name: to_sympy(part, names) for name, part in request.turning_programs().items()}
     damping = parts.pop("friction", None)
     mass = sympy.Symbol("self.m_1", real=True) if masses else sympy.Integer(1)
     omega = parts.get("rotation", 0) + parts.get("magnetic", 0) / (2 * mass)
     if "magnetic" in parts:  # in the symmetric gauge
         V += parts["magnetic"] ** 2 / (8 * mass) * sum(own[name] ** 2 for name in request.coordinates[:2])
-    return hamiltonian_model(description, V, walls, masses=masses, omega=omega if parts else None, damping=damping)
+    turns = omega if parts else None
+    return hamiltonian_model(
+        description, V, walls, masses=masses, omega=turns, damping=damping, inertia=inertia, periods=periods
+    )
 
 
 def _derive_flow(

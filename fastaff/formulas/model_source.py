@@ -269,10 +269,18 @@ def body_model(d: Description, V: Any, walls: Sequence[Any], *, pair: bool, clam
 
 
 def hamiltonian_model(
-    d: Description, V: Any, walls: Sequence[Any], *, masses: bool, omega: Any = None, damping: Any = None
+    d: Description,
+    V: Any,
+    walls: Sequence[Any],
+    *,
+    masses: bool,
+    omega: Any = None,
+    damping: Any = None,
+    inertia: Inertia | None = None,
+    periods: Sequence[Any] = (),
 ) -> str:
-    """Return the text of a system of particles on lines: T = sum p_i^2/2 m_i + V(q), perhaps in a frame that turns at
-    the rate omega, or with friction at the rate damping.
+    """Return the text of a system of particles on lines: T = sum p_i^2/2 m_i + V(q), or T of an inertia, perhaps in a
+    frame that turns at the rate omega, or with friction at the rate damping; periods: of its rows, if it has some.
     """
     more: Sequence[str] = ()
     if omega is not None:
@@ -286,12 +294,12 @@ def hamiltonian_model(
         d,
         V,
         walls,
-        mass_inertia(d.coordinates, masses, len(d.coordinates)),
+        inertia or mass_inertia(d.coordinates, masses, len(d.coordinates)),
         clamped=(),
         angles="Loops()",
         before=loops(d.coordinates),
         imports="\nfrom fastaff.models.contracts import Kind\n" if more else "",
-        more=more,
+        more=[*more, *_periods(periods)],
     )
 
 
@@ -303,23 +311,25 @@ def _with_rate(kind: str, of: str, name: str, doc: str, rate: Any) -> Sequence[s
     return constant("kind", f"H = T(p) + V(q) {of}.", f"Kind.{kind}"), named
 
 
-def driven_model(d: Description, V: Any, walls: Sequence[Any], period: Any, *, masses: bool) -> str:
-    """Return the text of a driven system of particles on lines: T = sum p_i^2/2 m_i + V(q, t) in the phase space that
-    is extended by the time, the last coordinate, and its momentum. Its period is a field where that is None.
+def driven_model(
+    d: Description,
+    V: Any,
+    walls: Sequence[Any],
+    period: Any,
+    *,
+    masses: bool,
+    inertia: Inertia | None = None,
+    periods: Sequence[Any] = (),
+) -> str:
+    """Return the text of a driven system of particles on lines: T = sum p_i^2/2 m_i + V(q, t), or T of an inertia, in
+    the phase space that is extended by the time, the last coordinate, and its momentum. Its period is a field where
+    that is "".
     """
     *own, time = d.coordinates
-    inertia = mass_inertia(d.coordinates, masses, len(own))
-    lines = Lines((time,))
-    if period is None:
-        inertia = inertia._replace(fields=(*inertia.fields, "period"))
-        text, more = "self.period", []
-    else:
-        text = lines.text(period)
-        more = [method("period", (), "Return the period of the drive.", lines, [text], single=True)]
-        more = [f"@property\n{more[0]}"]
-    doc = "Return the time reduced by whole periods."
-    more.append(method("phase", (time,), doc, lines, [f"{time} - ({text})*np.floor({time}/({text}))"], single=True))
-    more.append(constant("kind", "What the motion is made of.", "Kind.DRIVEN"))
+    inertia = inertia or mass_inertia(d.coordinates, masses, len(own))
+    fields, more = period_methods(time, period, inertia.fields)
+    inertia = inertia._replace(fields=fields)
+    more += [constant("kind", "What the motion is made of.", "Kind.DRIVEN"), *_periods(periods)]
     return model(
         "FormulaHamiltonian",
         f"{len(own)} driven degrees of freedom, T = {'sum p_i^2/2 m_i' if masses else '|p|^2/2'}",
@@ -333,3 +343,62 @@ def driven_model(d: Description, V: Any, walls: Sequence[Any], period: Any, *, m
         before=loops(d.coordinates, time=True),
         more=more,
     )
+
+
+def period_methods(time: str, period: Any, fields: Sequence[str]) -> tuple[tuple[str, ...], list[str]]:
+    """Return the fields of a driven system, and its methods period, where it is none of these, and phase."""
+    lines = Lines((time,))
+    if period == "":
+        fields, text, more = (*fields, "period"), "self.period", []
+    else:
+        text = lines.text(period)
+        more = [method("period", (), "Return the period of the drive.", lines, [text], single=True)]
+        more = [f"@property\n{more[0]}"]
+    doc = "Return the time reduced by whole periods."
+    more.append(method("phase", (time,), doc, lines, [f"{time} - ({text})*np.floor({time}/({text}))"], single=True))
+    return tuple(fields), more
+
+
+def _periods(periods: Sequence[Any]) -> list[str]:
+    """Return the method of the periods of the rows where some have one."""
+    lines = Lines(())
+    doc = "Return the period of each row, 0 where it has none."
+    return [method("periods", (), doc, lines, lines.add(periods))] if any(p != 0 for p in periods) else []
+
+
+def separated(
+    H: Any, walls: Sequence[Any], momenta: Sequence[Any], coordinates: Sequence[str]
+) -> tuple[Any, Inertia] | None:
+    """Return V(q) and the inertia of H = T(p) + V(q) with T quadratic in the symbols of the momenta, for coordinates
+    beside which there may be the time; None where it is not of that form.
+    """
+    import sympy
+
+    parts = [sympy.Add.make_args(form) for form in (H, sympy.expand(H))]
+    of_momenta = [[part for part in sums if part.free_symbols & {*momenta}] for sums in parts]
+    places = {sympy.Symbol(name, real=True) for name in coordinates}
+    for sums, own in zip(parts, of_momenta, strict=True):
+        T = sympy.Add(*own)
+        W = [[T.diff(one, other) for other in momenta] for one in momenta]
+        rest = sympy.expand(T - sympy.Add(*(w * a * b / 2 for a, r in zip(momenta, W) for b, w in zip(momenta, r))))
+        mixed = T.free_symbols & places or any(w.free_symbols & {*momenta} for row in W for w in row)
+        if not (mixed or rest != 0 or any(row[i] == 0 for i, row in enumerate(W)) or _bounded(walls, momenta)):
+            return sympy.Add(*(part for part in sums if part not in own)), _quadratic_inertia(W, coordinates)
+    return None
+
+
+def _bounded(walls: Sequence[Any], momenta: Sequence[Any]) -> bool:
+    return any(wall.free_symbols & {*momenta} for wall in walls)
+
+
+def _quadratic_inertia(W: Sequence[Sequence[Any]], coordinates: Sequence[str]) -> Inertia:
+    """Return the inertia of T = p.W p/2, in the texts of `mass_inertia` where W is diagonal."""
+    p, n, lines = fresh("p", coordinates, ())[: len(W)], range(len(W)), Lines(())
+    if all(W[i][j] == 0 for i in n for j in n if i != j):
+        if all(W[i][i] == 1 for i in n):
+            return mass_inertia(coordinates, False, len(W))
+        masses = [f"({lines.text(1 / W[i][i])})" for i in n]
+        kinetic = " + ".join(f"{c}*{c}/(2*{m})" for c, m in zip(p, masses, strict=True))
+        return Inertia((), (), tuple(f"{c}*(1.0/{m})" for c, m in zip(p, masses, strict=True)), kinetic)
+    velocity = tuple(" + ".join(f"({lines.text(W[i][j])})*{p[j]}" for j in n if W[i][j] != 0) for i in n)
+    return Inertia((), (), velocity, f"({' + '.join(f'{c}*({v})' for c, v in zip(p, velocity, strict=True))})/2")

@@ -6,7 +6,16 @@ import re
 from typing import Any
 
 from ..base.names import named, spelled
-from ..models.sections import AlphaEquals, AlphaTurning, AreaEquals, BetaEquals, BetaTurning, Linear, Stroboscopic
+from ..models.sections import (
+    AlphaEquals,
+    AlphaTurning,
+    AngleEquals,
+    AreaEquals,
+    BetaEquals,
+    BetaTurning,
+    Linear,
+    Stroboscopic,
+)
 from ..models.traits import traits_of
 from .number import number
 
@@ -41,7 +50,10 @@ def section_named(text: str, model: Any, direction: int = 1, *, argument: str = 
     row = traits.names.index(name)
     if traits.driven and row == traits.moving:
         return Stroboscopic(value)
-    return Linear(tuple(float(k == row) for k in range(traits.rows)), value, direction)
+    normal = tuple(float(k == row) for k in range(traits.rows))
+    if not traits.iterated and traits.periods[row : row + 1] > (0.0,):
+        return AngleEquals(normal, value, traits.periods[row], direction)
+    return Linear(normal, value, direction)
 
 
 def canonical(text: str) -> str:
@@ -69,7 +81,7 @@ def section_in_words(section: Any, model: Any) -> str:
     if type(section) is Stroboscopic and traits.driven:
         return f"{traits.names[traits.moving]}={section.phase:g}"
     rows = [k for k, entry in enumerate(getattr(section, "normal", ())) if entry]
-    if type(section) is Linear and len(rows) == 1 and rows[0] < len(traits.names):
+    if type(section) in (Linear, AngleEquals) and len(rows) == 1 and rows[0] < len(traits.names):
         return f"{traits.names[rows[0]]}={section.offset / section.normal[rows[0]]:g}"
     return repr(section)
 

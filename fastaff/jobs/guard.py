@@ -199,7 +199,7 @@ class Numbers:
         array = self._array
         if 0 in array.shape:
             return range(0)
-        if not _cut(array):
+        if not has_items(array):
             return range(1)
         low, high, _ = part.indices(array.shape[-1])
         return range(low // array.chunks[-1], -(-high // array.chunks[-1]))
@@ -211,7 +211,7 @@ class Numbers:
             with open(self.file(number), "rb") as file:
                 head = file.read(18)
         except FileNotFoundError:
-            if _cut(array):
+            if has_items(array):
                 return  # a unit that is not computed yet
             raise Wrong(f"{self._path} is damaged: {self._name} is not there") from None
         found, size = _content(head), math.prod(array.chunks) * array.dtype.itemsize
@@ -222,7 +222,8 @@ class Numbers:
             raise Wrong(f"{self._path} is damaged in {self._name}: chunk {number} has no checksum")
 
 
-def _cut(array: Any) -> bool:
+def has_items(array: Any) -> bool:
+    """Tell whether an array has an entry for each point, and is cut into units."""
     names = array.metadata.dimension_names
     return bool(names) and names[-1] in ITEMS
 

@@ -86,7 +86,7 @@ class Starts:
             fits("--orbits", self.orbits, itemsize=1)
         if self.seed < 0:
             raise Wrong(f"--seed must be at least 0, got {self.seed}")
-        if self.by_name or section is None or not traits_of(body).conserves or not on_section(body, section):
+        if self.by_name or section is None or not traits_of(body).launches or not on_section(body, section):
             return self._by_name(body, section, surface)
         cells = _cells(self.grid or default)
         fits("--grid", *cells, itemsize=1)
@@ -125,7 +125,7 @@ class Starts:
             raise Wrong(f"give --microcanonical or --{'at-rest' if self.at_rest else 'solve'}, not both")
         if self.microcanonical and self.orbits is None:
             raise Wrong("--microcanonical needs --orbits, how many are drawn")
-        free = not traits_of(body).conserves
+        free = not traits_of(body).launches
         here = None if free or self.microcanonical or self.at_rest or self.solve is not None else section
         sign = -1 if surface.direction == "-1" and (self.solve is not None) else 1
         fixed = {name: number(f"--fixed {name}", text) for name, text in pairs("--fixed", self.fixed or (), "VALUE")}
@@ -246,10 +246,8 @@ class NamedCells:
         """Number of cells."""
         return int(np.prod(self.shape))
 
-    @property
-    def block(self) -> int:
-        """Cells that are computed together."""
-        return BLOCK
+    block = BLOCK
+    """Cells that are computed together."""
 
     def points(self, block: int) -> tuple[np.ndarray, np.ndarray]:
         """Return the phase points of the cells of a block that the energy reaches, and their numbers."""
@@ -297,10 +295,8 @@ class RandomPoints:
     seed: int
     edge: Any = None
 
-    @property
-    def block(self) -> int:
-        """Points of one seed."""
-        return BLOCK
+    block = BLOCK
+    """Points of one seed."""
 
     def points(self, block: int) -> tuple[np.ndarray, np.ndarray]:
         """Return the phase points of a block."""
@@ -330,10 +326,8 @@ class Points:
         """Number of orbits."""
         return self.z0.shape[1]
 
-    @property
-    def block(self) -> int:
-        """Points that are taken together."""
-        return BLOCK
+    block = BLOCK
+    """Points that are taken together."""
 
     def points(self, block: int) -> tuple[np.ndarray, np.ndarray]:
         """Return the phase points of a block."""

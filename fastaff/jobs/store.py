@@ -26,7 +26,7 @@ from ..base.placing import draft, umask
 from ..base.results import Column, columns
 from ..base.status import Status
 from ..exchange.files import opened, unpacked
-from .guard import ITEMS, Hierarchy, checked_store
+from .guard import Hierarchy, checked_store, has_items
 from .wording import Wrong
 
 FORMAT = 2
@@ -105,7 +105,7 @@ class Store:
         found[ATTEMPT] = np.full(rows.size, attempt, np.int16)
         written = []
         for name, array in self.root[analysis].arrays():
-            if _has_items(array):
+            if has_items(array):
                 whole = self.chunk(analysis, name, unit)
                 whole[..., rows] = found.get(name, _empty(whole.dtype))
                 written.append(self._put(analysis, name, unit, whole))
@@ -131,7 +131,7 @@ class Store:
         there = self.root["launch/finished"][part] == DONE
         units, arrays = np.unique((part.start + np.flatnonzero(there)) // self.unit), {}
         for name, array in self.root[analysis].arrays():
-            if _has_items(array):
+            if has_items(array):
                 if absent := array.lacks(units):
                     raise Wrong(f"{self.path} is damaged: {analysis}/{name} of unit {absent[0]} is not there")
                 arrays[name] = np.ascontiguousarray(array[..., points or slice(None)][..., there])
@@ -345,12 +345,6 @@ def _folder(path: Path) -> tuple[int, int] | None:
     except OSError:
         return None
     return found.st_dev, found.st_ino
-
-
-def _has_items(array: Any) -> bool:
-    """Tell whether an array has an entry for each point."""
-    names = array.metadata.dimension_names
-    return bool(names) and names[-1] in ITEMS
 
 
 def _labels(group: Any, name: str, labels: tuple[str, ...]) -> None:

@@ -268,8 +268,8 @@ def described(value: Any) -> Model | None:
     )
     text = getattr(inner, "formula", None)
     found = None
-    if text is not None:
-        request = (*getattr(value, "_request", ()), *[None] * 9)
+    request = (*getattr(value, "_request", ()), *[None] * 11)
+    if text is not None and (traits.iterated or not any(request[9:11])):  # tables know no momenta in the text
         rates = {"rotation": request[5], "magnetic": request[6], "friction": request[8]}
         rotation, magnetic, friction = (repr(fields.pop(name)) if how == name else how for name, how in rates.items())
         parameter = [f"{name}={entry!r}" for name, entry in fields.items()] or None

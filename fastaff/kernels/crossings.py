@@ -94,12 +94,15 @@ def dips(earlier, before, now, first, second):
 
 
 @jit
-def has_news(memory, i):
-    """Tell whether lane i has passed the section over the last step, or was nearest to it at its beginning."""
+def has_news(most, memory, i):
+    """Tell whether lane i has passed the section over the last step, or was nearest to it at its beginning.
+
+    A function of an angle jumps between two sections: by more than `most`, which is no passage.
+    """
     now, before = memory[ROWS.now * LANES + i], memory[ROWS.before * LANES + i]
     earlier = memory[ROWS.earlier * LANES + i]
     changed = ((before < 0.0) & (now >= 0.0)) | ((before > 0.0) & (now <= 0.0))
-    return changed | ((abs(before) < abs(now)) & (abs(before) <= abs(earlier)))
+    return (changed & (abs(now - before) <= most)) | ((abs(before) < abs(now)) & (abs(before) <= abs(earlier)))
 
 
 @jit(inline=True)
@@ -113,12 +116,12 @@ def detect(value, calls, lanes, orbit, fresh, t, z, memory, out, done):
     call_value(calls, 0, lanes, z, row(memory, ROWS.now))
     hits, moved = 0, 0
     for i in range(lanes):  # without branches: most steps have nothing to record
-        hits += 1 if has_news(memory, i) & (fresh[i] != 0.0) else 0
+        hits += 1 if has_news(value.most, memory, i) & (fresh[i] != 0.0) else 0
         moved += 1 if fresh[i] != 0.0 else 0
     ended = 0
     if hits > 0:
         for i in range(lanes):
-            if fresh[i] != 0.0 and has_news(memory, i):
+            if fresh[i] != 0.0 and has_news(value.most, memory, i):
                 ended += write_records(value, rows, i, orbit[i], t[i], memory, out, done)
     if moved == lanes:
         for i in range(lanes):
@@ -151,7 +154,8 @@ def write_records(value, rows, i, o, t, memory, out, done):
     width = RECORD.state + rows
     now, before = memory[ROWS.now * LANES + i], memory[ROWS.before * LANES + i]
     earlier = memory[ROWS.earlier * LANES + i]
-    rises, falls = before < 0.0 and now >= 0.0, before > 0.0 and now <= 0.0
+    smooth = abs(now - before) <= value.most
+    rises, falls = before < 0.0 and now >= 0.0 and smooth, before > 0.0 and now <= 0.0 and smooth
     crossed = (rises and value.direction >= 0.0) or (falls and value.direction <= 0.0)
     t1, t2 = memory[ROWS.time_before * LANES + i], memory[ROWS.time_earlier * LANES + i]
     if not (crossed or dips(earlier, before, now, t1 - t2, t - t1)):
@@ -321,7 +325,7 @@ def shift(unit, stop, progress, blocks, scheme, tau, table):
     rows, orbits = table.shape
     first = unit * LANES
     lanes = min(LANES, orbits - first) if read_now(stop, 0) == 0 else 0
-    z, k = room((3 if scheme.precise else 1) * rows + scheme.spare), room(scheme.b.size * rows)
+    z, k = room(scheme.copies * rows + scheme.spare), room(scheme.b.size * rows)
     step, work = room(1), room(rows)
     for i in range(lanes):
         load_lane(table, first + i, z, i)
@@ -339,7 +343,7 @@ def bracket(unit, stop, progress, blocks, scheme, section, records, where):
     count, rows = where.size, records.shape[1] - RECORD.state
     first = unit * LANES
     lanes = min(LANES, count - first) if read_now(stop, 0) == 0 else 0
-    z, work, k = room((3 if scheme.precise else 1) * rows + scheme.spare), room(rows), room(scheme.b.size * rows)
+    z, work, k = room(scheme.copies * rows + scheme.spare), room(rows), room(scheme.b.size * rows)
     start, kind, x1, x2 = room(rows), room(1), room(1), room(1)
     for i in range(lanes):
         record = records[where[first + i]]
@@ -366,7 +370,7 @@ def locate(unit, stop, progress, blocks, scheme, section, direction, records, wh
     size = rows * LANES
     first = unit * LANES
     lanes = min(LANES, count - first) if read_now(stop, 0) == 0 else 0
-    z, work, k = room((3 if scheme.precise else 1) * rows + scheme.spare), room(rows), room(scheme.b.size * rows)
+    z, work, k = room(scheme.copies * rows + scheme.spare), room(rows), room(scheme.b.size * rows)
     own = room(rows + BRACKET)
     start = own[:size]
     x1, x2, x3 = row(own, rows), row(own, rows + 1), row(own, rows + 2)

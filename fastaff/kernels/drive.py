@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..base.status import STEP_TOO_SMALL_CODE
+from ..base.status import NOT_CONVERGED_CODE, STEP_TOO_SMALL_CODE
 from ..compile.jit import LANES, jit, read_now, write_now
 from .stepping import advance, combine, load_lane, move_lane, room, runge_kutta_stages, store_lane
 
@@ -89,7 +89,7 @@ def run_fixed(u, stop, progress, blocks, scheme, observer, steps, unit, orbits):
     z0, count, kinetic0, status = orbits.z, orbits.taken, orbits.kinetic, orbits.status
     radius, memory0, out = orbits.radius, orbits.memory, orbits.out
     rows, memory_rows = z0.shape[0], memory0.shape[0]
-    state_rows = 3 * rows if scheme.precise else rows
+    state_rows = scheme.copies * rows
     following, end = u * unit, min((u + 1) * unit, z0.shape[1])
     block, work, memory = room(state_rows + scheme.spare), room(rows), room(memory_rows)
     k = room(scheme.b.size * rows)
@@ -146,6 +146,8 @@ def run_fixed(u, stop, progress, blocks, scheme, observer, steps, unit, orbits):
                         code[i], kinetic[i] = found[i], reached[i]
             for i in range(lanes):
                 if code[i] > 0.0:
+                    if scheme.sweeps > 0 and block[rows * LANES + i] == np.inf:
+                        code[i] = NOT_CONVERGED_CODE
                     fresh[i] = 0.0
                     ended += 1
             if due > 0:

@@ -6,6 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ..compile.fused import fma
 from ..compile.jit import LANES, jit
 
 LINE = 64
@@ -25,8 +26,9 @@ class Blocks(NamedTuple):
 
 class Coefficients(NamedTuple):
     """A scheme as kernels see it: the coefficients of a splitting, or of a Runge-Kutta tableau with those of its error
-    estimates and its interpolant; `precise`: a splitting works on increments; `spare`: rows behind the state that it
-    takes.
+    estimates and its interpolant; `copies`: how many times its rows a state takes, 3 where a splitting works on
+    increments; `spare`: rows behind the state that it takes. Of a collocation, which makes up to so many `sweeps`, a is
+    in the form of `schemes.Collocation` and dense extrapolates its slopes.
     """
 
     drift: np.ndarray = np.zeros(1)
@@ -35,8 +37,9 @@ class Coefficients(NamedTuple):
     b: np.ndarray = np.zeros(0)
     errors: np.ndarray = np.zeros((0, 0))
     dense: np.ndarray = np.zeros((0, 0))
-    precise: bool = False
+    copies: int = 1
     spare: int = 0
+    sweeps: int = 0
 
 
 @jit
@@ -79,15 +82,119 @@ def runge_kutta_stages(blocks, a, first, last, rows, lanes, step, z, k, work):
         blocks.derivative(blocks.params, lanes, work, k[s * size : (s + 1) * size])
 
 
+SETTLED = 2.0**-36
+"""Change of a sweep, beside the largest numbers of its half of a state, above which no iteration has converged."""
+
+
+@jit
+def collocate(blocks, scheme, rows, lanes, step, z, k, work):
+    """Take one step of a collocation: z, its carried rounding errors, the parts L_s = h b_s f(Y_s) of the step before.
+
+    Y_s = z + sum of a[s, j] L_j is iterated stage after stage, from parts that are extrapolated from the step before,
+    until in all rows of a lane the change has stopped to fall: it is rounding then, and the lane is frozen while others
+    go on. Where it is not within scheme.sweeps, z becomes NaN and its carried errors inf. The parts are summed with
+    the rounding errors carried over (Kahan's summation).
+
+    Source: Hairer, Lubich & Wanner, Geometric Numerical Integration, 2nd ed. 2006, VIII.6; Antonana, Makazaga & Murua,
+    Numer. Algorithms 76 (2017) 861 (form of a, stopping); Hairer, McLachlan & Razakarivony, BIT 48 (2008) 231.
+    """
+    size, stages, half = rows * LANES, scheme.b.size, rows // 2
+    carried, parts = z[size : 2 * size], z[2 * size :]
+    slope, change, least = k[:size], k[size : 2 * size], k[2 * size : 3 * size]
+    going, large, new = room(1), room(1), room(stages)
+    for r in range(rows):
+        row = r * LANES
+        for j in range(stages * LANES):
+            new[j] = 0.0
+        for s in range(stages):
+            for t in range(stages):
+                for i in range(lanes):
+                    new[s * LANES + i] += scheme.dense[s, t] * parts[t * size + row + i]
+        for s in range(stages):
+            for i in range(lanes):
+                parts[s * size + row + i] = new[s * LANES + i]
+        for i in range(lanes):
+            least[row + i] = np.inf
+    for i in range(lanes):
+        going[i] = 1.0
+    count = lanes
+    for _ in range(scheme.sweeps):
+        for j in range(size):
+            change[j] = 0.0
+        for s in range(stages):
+            for r in range(rows):
+                row = r * LANES
+                for i in range(lanes):
+                    work[row + i] = carried[row + i]
+                for j in range(0, stages, 4):
+                    a0, a1, a2, a3 = scheme.a[s, j], scheme.a[s, j + 1], scheme.a[s, j + 2], scheme.a[s, j + 3]
+                    at = j * size + row
+                    for i in range(lanes):
+                        first = fma(a1, parts[at + size + i], a0 * parts[at + i])
+                        last = fma(a3, parts[at + 3 * size + i], a2 * parts[at + 2 * size + i])
+                        work[row + i] += first + last
+                for i in range(lanes):
+                    work[row + i] += z[row + i]
+            blocks.derivative(blocks.params, lanes, work, slope)
+            for r in range(rows):
+                row, at = r * LANES, s * size + r * LANES
+                for i in range(lanes):
+                    part = step[i] * scheme.b[s] * slope[row + i]
+                    moved = abs(part - parts[at + i])
+                    change[row + i] = change[row + i] if change[row + i] >= moved else moved
+                    parts[at + i] = part if going[i] > 0.0 else parts[at + i]
+        for i in range(lanes):
+            large[i] = going[i]
+            going[i] = 0.0
+        for first in range(0, rows, half):
+            for i in range(lanes):
+                most, falls, whole = 0.0, 0.0, 0.0
+                for r in range(first, first + half):
+                    j = r * LANES + i
+                    falls = 1.0 if (change[j] > 0.0) & (change[j] < least[j]) else falls
+                    least[j] = change[j] if change[j] < least[j] else least[j]
+                    most = max(most, change[j])
+                    whole = max(whole, abs(z[j]) + abs(work[j]))
+                falls = falls if most <= SETTLED * whole else 1.0
+                going[i] = large[i] if falls > 0.0 else going[i]
+        count = 0
+        for i in range(lanes):
+            count += 1 if going[i] > 0.0 else 0
+        if count == 0:
+            break
+    for r in range(rows):
+        row = r * LANES
+        for i in range(lanes):
+            work[row + i] = carried[row + i]
+        for s in range(stages):
+            for i in range(lanes):
+                work[row + i] += parts[s * size + row + i]
+        for i in range(lanes):
+            total = z[row + i] + work[row + i]
+            carried[row + i] = work[row + i] - (total - z[row + i])
+            z[row + i] = total
+    for i in range(lanes):
+        whole = going[i]
+        for r in range(rows):
+            whole += 0.0 * z[r * LANES + i]
+        if whole != 0.0:
+            for r in range(rows):
+                z[r * LANES + i], carried[r * LANES + i] = np.nan, np.inf
+    return 1
+
+
 @jit
 def advance(blocks, scheme, rows, lanes, step, steps, z, k, work):
-    """Advance z by steps of the scheme, step[i] in lane i: a splitting where it has kicks, else a Runge-Kutta tableau.
+    """Advance z by steps of the scheme, step[i] in lane i: a splitting where it has kicks, else a collocation or a
+    Runge-Kutta tableau.
 
-    Returns how many were taken: a splitting stops at one with which a lane leaves the domain, a tableau after each.
+    Returns how many were taken: a splitting stops at one with which a lane leaves the domain, the others after each.
     Where z has room for increments and carried errors, the splitting works on increments.
     """
     if scheme.kick.size > 0:
         return blocks.splitting(blocks.params, lanes, scheme.drift, scheme.kick, step, steps, z)
+    if scheme.sweeps > 0:
+        return collocate(blocks, scheme, rows, lanes, step, z, k, work)
     stages = scheme.b.size
     runge_kutta_stages(blocks, scheme.a, 0, stages, rows, lanes, step, z, k, work)
     combine(rows, lanes, 0, stages, scheme.b, k, work)

@@ -23,10 +23,8 @@ import numpy as np
 class _DeformationLoops:
     """What sets of loops in two combinations of A = alpha^2 and B = beta^2 share; `deformation_loops` attaches it."""
 
-    @property
-    def planes(self) -> tuple[bool, ...]:
-        """Which angles are those of a plane."""
-        return (False, False, True, True)
+    planes = False, False, True, True
+    """Which angles are those of a plane."""
 
     def signals(self, a1, a2, b1, b2, pa1, pa2, pb1, pb2):
         """Return Re Q, Im Q, Re P, Im P of each angle in turn."""

@@ -10,15 +10,7 @@ from .angles import AreaTrace, Coordinates2
 class _Planes:
     """What bodies in the two planes share, whatever their potential; `planar_body` attaches it."""
 
-    @property
-    def degrees_of_freedom(self) -> int:
-        """Return 4."""
-        return 4
-
-    @property
-    def coordinates(self) -> tuple[str, ...]:
-        """Names of the first 4 rows of z."""
-        return "a1", "a2", "b1", "b2"
+    degrees_of_freedom, coordinates = 4, ("a1", "a2", "b1", "b2")
 
     def velocity(self, pa1, pa2, pb1, pb2):
         """Return dq/dt = p/mu."""

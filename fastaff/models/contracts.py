@@ -112,6 +112,37 @@ class Autonomous(Protocol):
 
 
 @runtime_checkable
+class Nonseparable(Protocol):
+    """A system H(q, p) of n degrees of freedom, with `kind` NONSEPARABLE.
+
+    energy(q..., p...) = H; rates(q..., p...) = dH/dp, -dH/dq, 2n numbers; tangent_rates(q..., p..., dq..., dp...), the
+    change of the rates along a vector; margin(q..., p...): positive where the system lives. Optional: coordinates and
+    momenta, n names each; angles; periods(): for each row its period, 0 where it has none. With a drive the last
+    coordinate is the time, as in `Model`, and H has + p_t.
+    """
+
+    @property
+    def degrees_of_freedom(self) -> int:
+        """Number n of coordinates."""
+
+    @property
+    def energy(self) -> Arithmetic:
+        """The function H of 2n numbers."""
+
+    @property
+    def rates(self) -> Arithmetic:
+        """The function dz/dt of 2n numbers."""
+
+    @property
+    def tangent_rates(self) -> Arithmetic:
+        """The change of dz/dt along a vector, 2n numbers of 4n."""
+
+    @property
+    def margin(self) -> Arithmetic:
+        """A function of 2n numbers that is positive where the system lives."""
+
+
+@runtime_checkable
 class Potential(Protocol):
     """A doubly isotropic potential V(A, B) of A = alpha^2, B = beta^2. Optional: curvatures(A, B) = V_AA, V_AB,
     V_BB.

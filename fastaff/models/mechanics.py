@@ -9,12 +9,15 @@ from typing import Any
 
 import numpy as np
 
+from ..base.sums import total
 from .traits import traits_of
 
 
 def velocities(model: Any, z: np.ndarray) -> np.ndarray:
     """Return dq/dt (n, ...) at phase points z (2n, ...)."""
     n = model.degrees_of_freedom
+    if not traits_of(model).separable:
+        return _rates(model, z)[:n]
     v = _rows(model.velocity(*z[n:]), z)
     return v + _turned(model, z[:n]) if traits_of(model).frame else v
 
@@ -40,6 +43,8 @@ def without_time(model: Any, rows: np.ndarray) -> np.ndarray:
 def forces(model: Any, z: np.ndarray) -> np.ndarray:
     """Return dp/dt (n, ...) at phase points z (2n, ...)."""
     n, traits = model.degrees_of_freedom, traits_of(model)
+    if not traits.separable:
+        return _rates(model, z)[n:]
     f = _rows(model.force(*z[:n]), z)
     f = f - model.damping_rate() * z[n:] if traits.friction else f
     return f + _turned(model, z[n:]) if traits.frame else f
@@ -51,18 +56,21 @@ def slopes(model: Any, z: np.ndarray) -> np.ndarray:
     if traits.iterated:
         return np.zeros(z.shape)
     with np.errstate(all="ignore"):
-        if not traits.canonical:
+        if not traits.separable:
             return _rates(model, z)
         return np.concatenate([velocities(model, z), forces(model, z)])
 
 
 def kinetic_energies(model: Any, z: np.ndarray) -> np.ndarray:
     """Return the kinetic energy, the scale of energy errors, of phase points z (2n, ...): T of the momenta, also in a
-    turning frame.
+    turning frame; half of |p . dH/dp| for H(q, p).
     """
-    if not traits_of(model).energetic:
+    n, traits = model.degrees_of_freedom, traits_of(model)
+    if not traits.energetic:
         return _full(0.0, z)
     with np.errstate(all="ignore"):
+        if traits.nonseparable:
+            return 0.5 * np.abs(total(z[n : n + traits.moving] * velocities(model, z)[: traits.moving]))
         return _full(model.kinetic_energy(*z[model.degrees_of_freedom :]), z)
 
 
@@ -72,6 +80,8 @@ def potential_energies(model: Any, z: np.ndarray) -> np.ndarray:
     if not traits.energetic:
         return _full(0.0, z)
     with np.errstate(all="ignore"):
+        if traits.nonseparable:
+            return energies(model, z) - kinetic_energies(model, z)
         V = _full(model.potential_energy(*z[:n]), z)
         V = V + z[-1] if traits.driven else V
         return V - model.angular_velocity() * (z[0] * z[n + 1] - z[1] * z[n]) if traits.frame else V
@@ -80,7 +90,31 @@ def potential_energies(model: Any, z: np.ndarray) -> np.ndarray:
 def energies(model: Any, z: np.ndarray) -> np.ndarray:
     """Return the energy of phase points z (2n, ...), Jacobi's in a turning frame; NaN outside the domain."""
     with np.errstate(all="ignore"):
+        if traits_of(model).nonseparable:
+            return _full(model.energy(*z), z)
         return kinetic_energies(model, z) + potential_energies(model, z)
+
+
+def inverse_masses(model: Any, z: np.ndarray) -> np.ndarray:
+    """Return W = dv/dp (n, n, orbits) at z (2n, orbits), of T(p) at small momenta: the inverse mass matrix of a kinetic
+    energy quadratic in p.
+    """
+    n = z.shape[0] // 2
+    if traits_of(model).nonseparable:
+        return tangent_slopes(model, z[:, None], np.eye(2 * n)[:, n:, None])[:n]
+    size = 1e-3 * np.abs(z[n:]).max(axis=0)
+    size = np.where(size > 0, size, 1.0)
+    with np.errstate(all="ignore"):
+        return np.array([tangent_velocities(model, size * unit[:, None]) / size for unit in np.eye(n)]).transpose(
+            1, 0, 2
+        )
+
+
+def tangent_slopes(model: Any, z: np.ndarray, w: np.ndarray) -> np.ndarray:
+    """Return the change of dz/dt (2n, ...) of H(q, p) along vectors w (2n, ...) at phase points z (2n, ...)."""
+    with np.errstate(all="ignore"):
+        changes = model.tangent_rates(*z, *w)
+        return np.array(np.broadcast_arrays(*changes, np.empty(np.broadcast_shapes(z.shape[1:], w.shape[1:])))[:-1])
 
 
 def inside(model: Any, z: np.ndarray) -> np.ndarray:

@@ -56,6 +56,40 @@ class Linear(NamedTuple):
 
 
 @_section
+class AngleEquals(NamedTuple):
+    """The surfaces normal . z = offset, up to whole periods, such as an angle that winds.
+
+    Parameters
+    ----------
+    normal : tuple of 2n floats
+        Entries in the row order of z.
+    offset : float, default 0
+        Value of normal . z on the section.
+    period : float > 0, default 2 pi
+        Crossings of offset plus any multiple of it count.
+    direction : {1, -1, 0}, default 1
+        Sign of the crossings that count; 0: both.
+
+    Examples
+    --------
+    >>> fa.models.sections.AngleEquals((1.0, 0.0)).value(6.5, 0.3).round(6)
+    np.float64(0.216815)
+    """
+
+    normal: tuple[float, ...]
+    offset: float = 0.0
+    period: float = 2 * np.pi
+    direction: int = 1
+
+    def value(self, *z):
+        """Return normal . z - offset, reduced to half a period around 0."""
+        total = -self.offset
+        for i in range(len(z)):
+            total = total + self.normal[i] * z[i]
+        return total - self.period * np.floor(total / self.period + 0.5)
+
+
+@_section
 class AlphaTurning(NamedTuple):
     """Turning points of alpha, p_alpha = 0: the section function is alpha p_alpha = a . p_a.
 

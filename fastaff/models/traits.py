@@ -28,11 +28,17 @@ class Traits:
         return terms_of(self.model)
 
     driven, frame, friction, iterated = term("drive"), term("frame"), term("friction"), term("iterates")
+    nonseparable = term("nonseparable")
 
     @property
     def canonical(self) -> bool:
         """Whether its rows are coordinates and their momenta, not variables of dz/dt = f(z)."""
         return "rates" not in self.terms
+
+    @property
+    def separable(self) -> bool:
+        """Whether it has velocities of the momenta and forces of the coordinates, but for friction and frames."""
+        return not self.terms & {"rates", "iterates", "nonseparable"}
 
     @property
     def energetic(self) -> bool:
@@ -43,6 +49,11 @@ class Traits:
     def conserves(self) -> bool:
         """Whether its motion conserves an energy, of a driven one H + p_t."""
         return self.energetic and not self.friction
+
+    @property
+    def launches(self) -> bool:
+        """Whether starts are found by an energy: it is conserved, and split into T(p) and V(q)."""
+        return self.conserves and self.separable
 
     @cached_property
     def symplectic(self) -> bool:
@@ -67,12 +78,24 @@ class Traits:
     @property
     def positions(self) -> int:
         """The number of rows that its margin is a function of: coordinates, or all variables."""
-        return self.n if self.canonical else self.rows
+        return self.n if self.separable or self.iterated else self.rows
 
     @cached_property
     def winding(self) -> tuple[bool, ...]:
         """Which rows of a map have a period, none of what is no map."""
         return winding_of(self.model)
+
+    @cached_property
+    def periods(self) -> tuple[float, ...]:
+        """The periods of its coordinates that are angles, 0 of the others."""
+        return tuple(map(float, getattr(self.model, "periods", lambda: (0.0,) * self.n)()[: self.n]))
+
+    def turned_back(self, z: np.ndarray) -> np.ndarray:
+        """Return phase points (2n, ...) with angles brought back, in place, to half a period around 0."""
+        for row, period in zip(z, () if self.iterated else self.periods, strict=False):
+            if period > 0:
+                row -= period * np.floor(row / period + 0.5)
+        return z
 
     @cached_property
     def names(self) -> tuple[str, ...]:
@@ -98,6 +121,8 @@ class Traits:
     @cached_property
     def quadratic(self) -> bool:
         """Whether its kinetic energy is quadratic in the momenta: velocities are linear in them (the time's is 1)."""
+        if not self.separable:
+            return False
         p, d = np.linspace(0.3, 1.1, self.n), np.linspace(-0.7, 0.4, self.n)
         with np.errstate(all="ignore"):
             v, rest, change = (np.array(self.model.velocity(*at))[: self.moving] for at in (p, p + d, d))

@@ -6,6 +6,7 @@ click on a figure tells the orbit (`picked`). `result.plot()` draws what a resul
 
 from ..analysis.sections.energy_sample import Edge, edge
 from .animation import animate, save_animation
+from .aperture import plot_aperture
 from .backbone import plot_backbone, plot_bifurcation
 from .chaos import plot_chaos_map, plot_chaotic_fraction, plot_history
 from .density import Density, count_points
@@ -43,6 +44,7 @@ __all__ = [
     "on_line",
     "picked",
     "plot_actions",
+    "plot_aperture",
     "plot_backbone",
     "plot_bifurcation",
     "plot_chaos_map",

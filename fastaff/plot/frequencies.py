@@ -13,10 +13,13 @@ from ..base.status import Status
 from ..schemes.catalogue import ITERATION
 from .labels import Box, settled, write_along
 from .picking import carry
-from .ratios import by_leading_lines, frequency
+from .ratios import by_leading_lines, frequency, lines_of
 from .scales import Colouring, clipped, colouring, colours_of, each_value, limited
 from .sections import colour_bar, why
 from .style import DARK, GREY, Artists, figure, nothing, symbol
+
+FEW = 50
+"""Orbits of which none is far from the others: each counts."""
 
 
 @figure
@@ -27,7 +30,7 @@ def plot_frequency_map(
     x: str | None = None,
     y: str | None = None,
     values: Any = None,
-    lines: Sequence[Sequence[int]] = (),
+    lines: Sequence[Sequence[int]] | Sequence[int] | str = (),
     shown: Any = None,
     norm: Any = None,
     vmin: float | None = None,
@@ -44,7 +47,9 @@ def plot_frequency_map(
         drawn, else the two rows; values: colours (orbits,), the name of a column of the map or a `Colouring` of another
         result of the same orbits, by default the map's diffusion on its `diffusion_scale`; norm, vmin, vmax, label as
         in `plot_section`; lines: integers (k1, k2, k0), each for k1 X + k2 Y + k0 = 0, where X and Y are ratios to one
-        frequency: a resonance k . nu = 0; shown: a mask of orbits; limits: (x0, x1), (y0, y1).
+        frequency: a resonance k . nu = 0; or "order<=5", all of these up to an order, which is |k1| + |k2| + |k0| of
+        ratios and |k1| + |k2| of tunes; shown: a mask of orbits; limits: (x0, x1), (y0, y1), by default of all orbits
+        or, where a few lie far from all others, of these; how many are beyond is written.
     :Returns: Artists; `missing` counts orbits that are not OK or not shown. Vertical lines n X = m are labelled m:n
         above the frame, the others by their equation; a label without room is left out, its line is drawn. A click
         picks the orbit (`picked`).
@@ -74,9 +79,20 @@ def plot_frequency_map(
     how = {"cmap": colours_of(values._replace(norm=norm)), "norm": norm}
     points = ax.scatter(X[order], Y[order], c=c[order], s=area, linewidths=0, rasterized=True, zorder=2, **how)
     carry(points, X[order], Y[order], order)
+    noted: list[Any] = []
     if limits is not None:
         wide, high = (reals("limits", pair) for pair in entries("limits", limits, "((x0, x1), (y0, y1))", 2))
         ax.set(xlim=wide, ylim=high)
+    else:
+        wide, high = (_bulk(values[order], limit) for values, limit in ((X, ax.get_xlim()), (Y, ax.get_ylim())))
+        ax.set(xlim=wide, ylim=high)
+        inside = (X[order] >= wide[0]) & (X[order] <= wide[1]) & (Y[order] >= high[0]) & (Y[order] <= high[1])
+        beyond = np.count_nonzero(~inside)
+        if beyond:
+            said = f"{beyond} of {order.size} orbits beyond the axes"
+            noted = [
+                ax.text(0.99, 0.01, said, transform=ax.transAxes, ha="right", va="bottom", fontsize=8, color="0.35")
+            ]
     per = "iterate" if getattr(frequency_map, "scheme", None) is ITERATION else "unit time"
     unit = "" if "/" in x else f"  (cycles per {per})"
     ax.set(xlabel=f"${_fraction(x)}${unit}", ylabel=f"${_fraction(y)}${unit}")
@@ -84,7 +100,8 @@ def plot_frequency_map(
     bar = colour_bar(ax, points, values._replace(norm=norm, label=label, values=c[good])) if colorbar else None
     if not order.size:
         nothing(ax, why(frequency_map.status, ~good) if good.size else "")
-    drawn, labels = _draw_lines(ax, lines, x, y)
+    chosen = lines_of(lines, x, y, (ax.get_xlim(), ax.get_ylim()))
+    drawn, labels = _draw_lines(ax, chosen, x, y, noted)
     return Artists(points, bar, drawn, labels, int(np.count_nonzero(~good)))
 
 
@@ -105,6 +122,15 @@ def plot_tunes(tunes: Any, *, ax: Any = None, values: Any = None, **options: Any
     return _one_frequency(tunes, ax)
 
 
+def _bulk(values: np.ndarray, whole: tuple[float, float]) -> tuple[float, float]:
+    """Return the ends of an axis: the whole, but where a fiftieth of the values takes most of it, around the others."""
+    if values.size < FEW or np.ptp(values) == 0:
+        return whole
+    low, high = np.quantile(values, [0.01, 0.99])
+    edge = 0.08 * (high - low)
+    return whole if whole[1] - whole[0] < 3 * (high - low + 2 * edge) else (low - edge, high + edge)
+
+
 def _one_frequency(found: Any, ax: Any) -> Artists:
     """Draw the only frequency of a system of one degree of freedom, from orbit to orbit, chaotic ones grey."""
     good = (found.status == Status.OK) & np.isfinite(found.error[0])
@@ -122,8 +148,14 @@ def _fraction(name: str) -> str:
     return rf"{top}/{symbol(f'nu_{denominator}')}" if slash else top
 
 
-def _draw_lines(ax: Any, lines: Sequence[Sequence[int]], x: str, y: str) -> tuple[tuple, tuple]:
-    """Draw k1 X + k2 Y + k0 = 0 inside the present limits, lowest orders first; label those with room."""
+def _draw_lines(
+    ax: Any, lines: Sequence[Sequence[int]], x: str, y: str, noted: Sequence[Any] = ()
+) -> tuple[tuple, tuple]:
+    """Draw k1 X + k2 Y + k0 = 0 inside the present limits, lowest orders first; label those with room, which what is
+    noted on the figure has taken some of.
+    """
+    from matplotlib.patheffects import withStroke
+
     (x0, x1), (y0, y1) = ax.get_xlim(), ax.get_ylim()
     drawn: list[Any] = []
     labels: list[Any] = []
@@ -154,8 +186,10 @@ def _draw_lines(ax: Any, lines: Sequence[Sequence[int]], x: str, y: str) -> tupl
     ax.set(xlim=(x0, x1), ylim=(y0, y1))
     if slanted:
         settled(ax)
-        room: list[Box] = []
-        written = [write_along(ax, curve, text, room, lift=0.6) for curve, text in slanted]
+        extents = [note.get_window_extent() for note in noted]
+        room = [Box(np.mean([box.min, box.max], axis=0), np.array(box.size) / 2, 0.0) for box in extents]
+        how = {"path_effects": [withStroke(linewidth=2.0, foreground="white")]}
+        written = [write_along(ax, curve, text, room, lift=0.6, **how) for curve, text in slanted]
         labels += [text for text in written if text is not None]
     return tuple(drawn), tuple(labels)
 

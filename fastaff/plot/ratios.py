@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import itertools
 import math
+import re
 from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
-from ..base.numbers import text
+from ..base.numbers import text, whole
 from ..schemes.catalogue import ITERATION
 
 
@@ -50,6 +52,40 @@ def resonances_between(low: float, high: float, max_order: int) -> list[tuple[in
         if math.gcd(m, n) == 1 and low < m / n < high
     ]
     return sorted(found, key=lambda k: k[0] - k[2])
+
+
+MOST_LINES = 400
+"""Resonance lines that a figure can hold."""
+
+
+def lines_of(lines: Any, x: str, y: str, view: tuple[Sequence[float], Sequence[float]]) -> list[tuple[int, int, int]]:
+    """Return resonance lines k1 X + k2 Y + k0 = 0 as integers: of a sequence of such triples, of one triple, or of a
+    text "order<=5", which stands for all that cross a view ((x0, x1), (y0, y1)).
+
+    The order is |k1| + |k2| of tunes, whose k0 is any integer, and with |k0| of ratios, where k . nu = 0.
+    """
+    if not isinstance(lines, str):
+        each = [lines] if len(lines) == 3 and all(np.ndim(k) == 0 for k in lines) else list(lines)
+        if any(np.shape(line) != (3,) for line in each):
+            raise ValueError(f'lines must be triples (k1, k2, k0), or a text such as "order<=5", got {lines!r}')
+        return [tuple(whole("lines", k, -(10**6)) for k in line) for line in each]  # type: ignore[misc]
+    found = re.fullmatch(r"\s*order\s*<=\s*(\d{1,2})\s*", lines)
+    if found is None or not int(found[1]):
+        raise ValueError(f'lines must be triples (k1, k2, k0), or a text such as "order<=5", got {lines!r}')
+    order, ratios = int(found[1]), "/" in x and "/" in y
+    corners = [(u, v) for u in view[0] for v in view[1]]
+    kept = []
+    for k1, k2 in itertools.product(range(order + 1), range(-order, order + 1)):
+        if not 0 < abs(k1) + abs(k2) <= order or (k1 == 0 and k2 < 0):
+            continue
+        value = [-(k1 * u + k2 * v) for u, v in corners]
+        for k0 in range(math.ceil(min(value)), math.floor(max(value)) + 1):
+            weight = abs(k1) + abs(k2) + (abs(k0) if ratios else 0)
+            if weight <= order and math.gcd(k1, k2, k0) == 1:
+                kept.append((k1, k2, k0))
+        if len(kept) > MOST_LINES:
+            raise ValueError(f"lines: more than {MOST_LINES} of {lines!r} cross the figure; a lower order, or limits=")
+    return kept
 
 
 def on_line(frequency_map: Any, line: Sequence[int], *, x: str, y: str, tolerance: float, shown: Any = True) -> int:

@@ -9,6 +9,7 @@ import numpy as np
 from ..analysis.sections.energy_grid import EnergyGrid
 from ..analysis.sections.energy_sample import Edge, EnergySample
 from ..base.numbers import shown
+from ..base.results import Result
 from ..base.status import Status
 from ..charts import ALPHA_BETA, Chart
 from ..flows.checks import checked_chart
@@ -283,10 +284,13 @@ def plot_diffusion_grid(
 ) -> Artists:
     """Draw values of the orbits of an EnergyGrid as an image over its two coordinates.
 
-    :Parameters: values: (orbits,), such as a map's diffusion, or a `Colouring`; norm, vmin, vmax, label, colorbar as in
+    :Parameters: values: (orbits,), such as a map's diffusion, or a `Colouring`, or a result of the grid's orbits, with
+        the values, scale and label of its own figure; norm, vmin, vmax, label, colorbar as in
         `plot_section`. Cells that the energy does not reach stay white, orbits without a value are grey.
     :Returns: Artists; `missing` counts those. A click picks the orbit of a cell.
     """
+    if isinstance(values, Result):
+        values = colouring(values)
     if not isinstance(values, Colouring) and np.shape(values) != grid.cell.shape:
         raise ValueError(
             f"values must have shape {grid.cell.shape}, one for each orbit of the grid, got {np.shape(values)}"

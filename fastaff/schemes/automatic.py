@@ -14,9 +14,12 @@ from .catalogue import (
     BLANES_CASAS_ESCORIHUELA8,
     BLANES_MOAN6,
     DOP853,
+    GAUSS8,
+    GAUSS16,
     KAHAN_LI8,
     SOFRONIOU_SPALETTA10,
     VERNER9,
+    Collocation,
     RungeKutta,
     Splitting,
 )
@@ -43,6 +46,10 @@ SHARE = 0.25
 """Share of the wanted energy error that a trial may use: it sees fewer orbits, for a shorter time, at fewer moments."""
 
 
+FINE = 1e-11
+"""Error of states down to which GAUSS8 is faster than GAUSS16: the race of bench/nonseparable.py."""
+
+
 def cheapest(error: float, quadratic: bool) -> Splitting:
     """Return the splitting that needs the fewest forces for an error of states, for T quadratic in the momenta or not.
 
@@ -51,6 +58,14 @@ def cheapest(error: float, quadratic: bool) -> Splitting:
     if not quadratic:
         return KAHAN_LI8
     return BLANES_MOAN6 if error >= COARSE else BLANES_CASAS_ESCORIHUELA8
+
+
+def fastest(error: float) -> Collocation:
+    """Return the collocation that takes the least time for an error of states, of H(q, p).
+
+    Source: the race of bench/nonseparable.py.
+    """
+    return GAUSS8 if error >= FINE else GAUSS16
 
 
 @dataclass(frozen=True)

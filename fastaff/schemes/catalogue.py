@@ -1,4 +1,4 @@
-"""Numerical schemes as data that checks itself: splittings and explicit Runge-Kutta tableaux.
+"""Numerical schemes as data that checks itself: splittings, explicit Runge-Kutta tableaux and all others by name.
 
 A scheme is a frozen value: its coefficients, the order it claims and the publication it comes from. Construction tests
 it: wrong lengths, lost digits, broken symmetry or an order that the quadrature conditions refute raise ValueError, so
@@ -29,6 +29,7 @@ import numpy as np
 from ..base.names import named
 from ..base.numbers import flag, reals, text, whole
 from . import _dop853, _splittings, _verner98
+from .collocation import GAUSS8, GAUSS16, Collocation
 from .conditions import MOST_ORDER, Rows, Weights, agree, moments, nested, require, tableau
 
 
@@ -101,15 +102,8 @@ class Splitting:
                 f"{what} coefficients contradict the order {self.order}",
             )
 
-    @property
-    def symplectic(self) -> bool:
-        """Whether it is symplectic and reversible with equal steps: yes."""
-        return True
-
-    @property
-    def adaptive(self) -> bool:
-        """Whether it can control its step size: no."""
-        return False
+    symplectic, adaptive = True, False
+    """Whether it is symplectic and reversible with equal steps; whether it can control its step size."""
 
     @property
     def stages(self) -> int:
@@ -262,10 +256,8 @@ class RungeKutta:
         """Slopes to compute per step after the first step."""
         return self.stages - self.fsal
 
-    @property
-    def symplectic(self) -> bool:
-        """Whether it is symplectic and reversible with equal steps: no."""
-        return False
+    symplectic = False
+    """Whether it is symplectic and reversible with equal steps."""
 
     @property
     def adaptive(self) -> bool:
@@ -418,7 +410,7 @@ VERNER9 = RungeKutta(
     dense_order=8,
 )
 
-Scheme = Splitting | RungeKutta
+Scheme = Splitting | RungeKutta | Collocation
 
 SCHEMES: Mapping[str, Scheme] = MappingProxyType(
     {
@@ -434,6 +426,8 @@ SCHEMES: Mapping[str, Scheme] = MappingProxyType(
             RK4,
             DOP853,
             VERNER9,
+            GAUSS8,
+            GAUSS16,
         )
     }
 )

@@ -137,10 +137,8 @@ class TimeTransformed:
         """Name of the scheme."""
         return f"TimeTransformed({self.splitting.name})"
 
-    @property
-    def symplectic(self) -> bool:
-        """Whether it is symplectic and reversible with equal steps: yes, in extended phase space."""
-        return True
+    symplectic = True
+    """Whether it is symplectic and reversible with equal steps: in extended phase space."""
 
     @property
     def order(self) -> int:

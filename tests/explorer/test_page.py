@@ -58,7 +58,7 @@ class Sheet:
     def state(self, text):
         """Open the state of an address."""
         self.page.evaluate(
-            "(text) => { " + APP + " app.section.surface = null; app.lastHash = null;"
+            "(text) => { " + APP + " app.section.surface = null; app.lastHash = null; document.activeElement.blur();"
             " location.hash = ''; location.hash = text; }",
             text,
         )
@@ -390,6 +390,7 @@ def test_points_are_sharp_however_deep_the_zoom(drawn, tmp_path):
     sheet.state(HENON)
     sheet.click(0.3, 0.02)
     sheet.done(1)
+    sheet.page.locator("[data-part=paint]").select_option("orbit")
     u, v = sheet.orbits()[0].points[:, 17]
     width = 1e-10  # single precision of the numbers themselves would be off by 100 views
     sheet.page.evaluate(
@@ -430,6 +431,7 @@ def test_the_picture_has_axes_and_points(drawn, tmp_path):
     sheet = drawn
     sheet.state("system=henon-heiles&crossings=300&points=0.3:0.1,0.1:0.1")
     sheet.done(2)
+    sheet.page.locator("[data-part=paint]").select_option("orbit")
     (path,) = saved(sheet, "save-picture", tmp_path)
     assert path.name == "henon-heiles.png"
     picture = np.asarray(Image.open(path).convert("RGB")).astype(int)
@@ -494,6 +496,89 @@ def test_another_energy_starts_the_same_points_anew(sheet):
     sheet.done(1)
     assert [(one.mark, one.point) for one in sheet.orbits()] == [(1, [0.3, 0.1])]
     assert "energy surface" in sheet.text("notice")
+
+
+def test_another_energy_fits_the_view_unless_it_was_zoomed(sheet):
+    sheet.state("system=henon-heiles&crossings=20&energy=0.125&points=0.3:0.1")
+    whole = sheet.get("app.section.frame.view")
+    sheet.number("E", "0.03")
+    sheet.wait("app.section.surface?.energy === 0.03 && app.pending === null")
+    small = sheet.get("app.section.frame.view")
+    # V = y^2/2 - y^3/3 on the section x = 0: the region reaches from root to root
+    roots = np.sort(np.roots([-1 / 3, 1 / 2, 0.0, -0.03]).real)[:2]
+    assert small[0] < roots[0] < roots[1] < small[1]
+    assert small[1] - small[0] < 1.2 * (roots[1] - roots[0]) < whole[1] - whole[0]
+    sheet.do("zoom-in")
+    zoomed = sheet.get("app.section.frame.view")
+    sheet.number("E", "0.1")
+    sheet.wait("app.section.surface?.energy === 0.1 && app.pending === null")
+    assert sheet.get("app.section.frame.view") == zoomed
+
+
+def test_an_energy_that_is_not_reached_keeps_the_orbits(sheet):
+    sheet.state("system=neo-hookean&crossings=40&energy=1.5&points=0.3:0.2,0.6:0.5")
+    sheet.done(2)
+    before = [(one.point, one.points.tolist()) for one in sheet.orbits()]
+    sheet.number("E", "-0.5")
+    sheet.wait("!app.part('wrong-energy').hidden")
+    assert "the minimum there is" in sheet.text("wrong-energy")
+    assert "The orbits are those of E = 1.5." in sheet.text("wrong-energy")
+    assert [(one.point, one.points.tolist()) for one in sheet.orbits()] == before
+    sheet.click(0.8, 0.05)
+    sheet.done(3)
+    assert sheet.get("app.section.surface.energy") == 1.5
+    sheet.number("E", "1.4")
+    sheet.wait("app.section.surface?.energy === 1.4 && app.pending === null")
+    sheet.done(3)
+    sheet.do("undo")  # of the energy: what went comes back
+    sheet.wait("app.section.surface?.energy === 1.5 && app.pending === null")
+    sheet.done(3)
+    assert [(one.point, one.points.tolist()) for one in sheet.orbits()][:2] == before
+    assert sheet.page.locator("[data-number=E]").input_value() == "1.5"
+
+
+def test_colours_say_verdicts_numbers_or_orbits(sheet):
+    sheet.state("system=henon-heiles&crossings=300&energy=0.125&points=0.3:0.0,0.35:0.0,-0.1:0.1,0.0:0.4")
+    sheet.done(4)
+
+    def paints(what):
+        sheet.page.locator("[data-part=paint]").select_option(what)
+        sheet.wait("!app.paintStale")
+        return sheet.get("[...app.orbits.shown.values()].map((one) => one.paint)")
+
+    found, verdicts = paints("verdict"), [one.reading["verdict"] for one in sheet.orbits()]
+    assert {"regular", "chaotic"} <= set(verdicts)
+    assert [paint == "sea" for paint in found] == [verdict == "chaotic" for verdict in verdicts]
+    regular = [one for one in sheet.orbits() if one.reading["verdict"] == "regular"]
+    values = [one.reading["rotation"]["value"] for one in regular]
+    shades = [paint for paint, verdict in zip(found, verdicts, strict=True) if verdict == "regular"]
+    assert shades[int(np.argmin(values))] == 0
+    assert shades[int(np.argmax(values))] == 48
+    assert sheet.text("scale").startswith("ν ")
+    assert paints("orbit") == [None] * 4
+    assert not sheet.page.locator("[data-part=scale]").is_visible()
+    megno = np.array([one.reading["megno"] for one in sheet.orbits()])
+    share = np.clip((np.log2(megno) - np.log2(1.5)) / (4 - np.log2(1.5)), 0.0, 1.0)
+    np.testing.assert_allclose(paints("megno"), 48 * share, atol=0.51)
+    paints("verdict")
+
+
+@pytest.mark.parametrize("energy", [0.05, 0.125, 1 / 6 - 1e-3])
+def test_the_edge_of_the_region_is_a_curve(sheet, energy):
+    """Its area is that of |v| < sqrt(2 E - y^2 + 2 y^3/3), as quadrature has it, to what chords of its cells leave."""
+    sheet.state(f"system=henon-heiles&energy={energy}&points=")
+    ends = np.sort(np.roots([-1 / 3, 1 / 2, 0.0, -energy]).real)[:2]
+    angle = (np.arange(4000) + 0.5) * np.pi / 4000
+    y = ends.mean() + np.ptp(ends) / 2 * np.cos(angle)
+    speed = np.sqrt(np.maximum(0.0, 2 * energy - y**2 + 2 / 3 * y**3))
+    exact = np.sum(2 * speed * np.ptp(ends) / 2 * np.sin(angle)) * np.pi / 4000
+    outline = np.array(sheet.get("[...app.section.surface.outline]"), dtype=float).reshape(-1, 2)
+    pieces = np.split(outline, np.flatnonzero(np.isnan(outline[:, 0])))
+    area = 0.0
+    for piece in pieces:
+        x, v = piece[~np.isnan(piece[:, 0])].T
+        area += np.sum(x * np.roll(v, -1) - v * np.roll(x, -1)) / 2
+    assert area == pytest.approx(exact, rel=3e-4)
 
 
 def test_the_motion_is_that_of_the_orbit(sheet):
@@ -663,3 +748,48 @@ def test_the_file_asks_nothing_of_anybody(file):
     assert len(text.encode()) < 1_000_000
     own = text.split('id="setup">')[0] + text.split("</script>", 1)[1]
     assert not re.search(r"innerHTML|outerHTML|insertAdjacentHTML|document\.write|\beval\(|new Function", own)
+
+
+def test_where_all_orbits_escape_the_page_says_from_which_energy(browser, tmp_path):
+    """The saddle of Henon and Heiles is at 1/6, the minimum at 0; x y has no minimum. A view has no walls."""
+    context = browser.new_context(viewport={"width": 1280, "height": 800}, reduced_motion="reduce")
+    path = fa.explore(fa.HenonHeiles(), energy=3.0, section="x=0", points=[[-0.5], [2.2]], out=tmp_path / "page.html")
+    sheet = Sheet(context, path.as_uri())
+    sheet.wait("app.part('notice').textContent.includes('escape')")
+    assert sheet.text("notice") == "All escape over E = 0.16667: try E = 0.12."
+    u0, u1 = sheet.get("app.section.surface.extent")[:2]
+    outline = np.array(sheet.get("[...app.section.surface.outline]"), dtype=float).reshape(-1, 2)
+    assert np.nanmax(outline[:, 0]) > u1  # where y goes on, V falls for ever
+    assert np.nanmin(outline[:, 0]) > u0  # a wall
+    path = fa.explore(fa.hamiltonian("x*y"), energy=0.2, section="y=0", out=tmp_path / "none.html")
+    other = Sheet(context, path.as_uri())
+    other.wait("app.part('notice').textContent.includes('no minimum')")
+    assert other.text("title") == "System of a formula"
+    assert other.text("formula-shown") == "V = x\u2009y"
+    assert sheet.said == other.said == []
+    context.close()
+
+
+def test_the_page_opens_alive(browser, tmp_path):
+    """Twelve orbits of the region with the hint beside them; none where points are given, be it none."""
+    context = browser.new_context(viewport={"width": 1280, "height": 800}, reduced_motion="reduce")
+    path = fa.explore(fa.HenonHeiles(), energy=0.11, section="x=0", out=tmp_path / "alive.html")
+    sheet = Sheet(context, path.as_uri())
+    sheet.done(12)
+    u, v = np.array([one.point for one in sheet.orbits()]).T
+    assert (v**2 < 2 * 0.11 - u**2 + 2 / 3 * u**3).all()
+    assert sheet.page.locator("[data-part=hello]").is_visible()
+    sheet.click(0.1, 0.1)
+    sheet.done(13)
+    assert sheet.page.locator("[data-part=hello]").is_hidden()
+    for left in (12, 0):
+        sheet.do("undo")
+        sheet.wait("app.orbits.shown.size === given", left)
+    sheet.page.locator("[data-part=system]").select_option("standard-map")
+    sheet.wait("app.section.surface?.periods && app.orbits.shown.size === 12")
+    path = fa.explore(fa.HenonHeiles(), energy=0.11, section="x=0", points=[], out=tmp_path / "still.html")
+    quiet = Sheet(context, path.as_uri())
+    quiet.wait("app.pending === null")
+    assert quiet.get("app.orbits.shown.size") == 0
+    assert sheet.said == quiet.said == []
+    context.close()

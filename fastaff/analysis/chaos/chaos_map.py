@@ -21,7 +21,7 @@ from ...flows.options import Options, iterates, plan
 from ...kernels.readings import LN10
 from ...models.contracts import Model
 from ...models.traits import traits_of
-from ...schemes.catalogue import RungeKutta, Splitting, scheme_of
+from ...schemes.catalogue import Scheme, scheme_of
 from ..orbits.tangent_map import stable_plan
 from .indicator import MANY, Character, Indicator, checked_indicators, judged, refuse
 from .indicators import MEGNO, SALI, indicators_of
@@ -59,7 +59,7 @@ class ChaosMap(Result):
     energy_error: Annotated[np.ndarray, along("orbit", unit="largest kinetic energy")]
     status: Annotated[np.ndarray, along("orbit")]
     time: float
-    scheme: Splitting | RungeKutta
+    scheme: Scheme
     step: Annotated[float | np.ndarray, along("orbit", unit="time")]
     period: float | None = None
 
@@ -131,7 +131,7 @@ def chaos_map(
     early_stop: bool = False,
     deviations: Any = None,
     step: float | np.ndarray | None = None,
-    scheme: Splitting | RungeKutta | None = None,
+    scheme: Scheme | None = None,
     rtol: float = 1e-12,
     atol: float = 1e-12,
     energy_tolerance: float | None = None,

@@ -20,7 +20,7 @@ from ...base.short_forms import axes_of, names_of, takes
 from ...base.status import Status
 from ...flows.flow import Report
 from ...models.traits import traits_of
-from ...schemes.catalogue import VERNER9, RungeKutta, Splitting, scheme_of
+from ...schemes.catalogue import VERNER9, RungeKutta, Scheme, scheme_of
 from ..sections.energy_grid import NotReached
 from .chaos_map import chaos_map
 from .indicator import MANY, Indicator, is_indicator
@@ -177,7 +177,7 @@ def chaotic_fraction(
     indicators: tuple[Indicator, ...] = (MEGNO(), SALI()),
     early_stop: bool = False,
     step: float | None = None,
-    scheme: Splitting | RungeKutta | None = None,
+    scheme: Scheme | None = None,
     second: RungeKutta | None = VERNER9,
     rtol: float = 1e-12,
     atol: float = 1e-12,

@@ -20,6 +20,11 @@ MANY = 100.0
 Henon and Heiles at the energy 1/8 was chaotic in the end, after 130 one in fifteen."""
 
 
+def decades(phase: Any) -> Any:
+    """Return log10 of the phase x = omega T, at least that of 10."""
+    return np.log10(np.maximum(phase, 10.0))
+
+
 class Character(IntEnum):
     """Verdict of an indicator on an orbit, or of all together."""
 

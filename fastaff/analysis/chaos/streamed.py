@@ -17,8 +17,9 @@ from ...flows import observers
 from ...flows.checks import carried
 from ...flows.ensemble import Ensemble
 from ...flows.flow import Flow, Report, no_memory
-from ...flows.motion import inverse_masses, motion, natural_rates
+from ...flows.motion import motion, natural_rates
 from ...kernels.deviations import ROWS, layout
+from ...models.mechanics import inverse_masses
 from ...models.traits import traits_of
 from ..orbits.tangent_map import checked_deviations
 from .indicator import Indicator, limit_of

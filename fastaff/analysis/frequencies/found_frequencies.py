@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ...schemes.catalogue import RungeKutta, Splitting
+from ...schemes.catalogue import Scheme
 from .angle_lines import LineTable
 from .angle_loops import Layout
 from .frequencies import MANY_TURNS, FrequencyKind, FrequencyMap
@@ -67,7 +67,7 @@ class Found:
         step: float | np.ndarray,
         read: float | np.ndarray,
         energy_error: np.ndarray | None = None,
-        scheme: Splitting | RungeKutta | None = None,
+        scheme: Scheme | None = None,
     ) -> FrequencyMap:
         """Return the map of frequencies nu with their errors, with phi = (eta + gamma)/2 and psi = (gamma - eta)/2 for
         a body; t: the time that each orbit reached, read: that over which it was read.

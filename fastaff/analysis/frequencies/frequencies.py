@@ -11,7 +11,7 @@ import numpy as np
 from ...base.axes import along
 from ...base.results import Result
 from ...base.status import Status, describe
-from ...schemes.catalogue import ITERATION, RungeKutta, Splitting
+from ...schemes.catalogue import ITERATION, Scheme
 from .angle_lines import AngleLines
 
 MANY_TURNS = 30
@@ -60,7 +60,7 @@ class FrequencyMap(Result):
     nu_eta: Annotated[np.ndarray | None, along("orbit", unit="cycles/time")]
     nu_gamma: Annotated[np.ndarray | None, along("orbit", unit="cycles/time")]
     time: float
-    scheme: Splitting | RungeKutta | None
+    scheme: Scheme | None
     step: Annotated[float | np.ndarray, along("orbit", unit="time")]
     kind: Annotated[np.ndarray, along("orbit")]
     rank: Annotated[np.ndarray, along("orbit")]

@@ -25,7 +25,7 @@ from ...flows.trials import on_ladder
 from ...kernels.samples import CHUNK_ROWS
 from ...models.contracts import Angles, Model
 from ...models.traits import traits_of
-from ...schemes.catalogue import RungeKutta, Splitting, scheme_of
+from ...schemes.catalogue import Scheme, scheme_of
 from .angle_loops import Layout, Plain, angles_of
 from .found_frequencies import Found
 from .frequencies import FrequencyKind, FrequencyMap
@@ -41,7 +41,7 @@ from .windows import BRIEF
 ACCURACY = 1e-11
 """Relative error that the scheme may leave in frequencies where neither a step nor an accuracy is asked for."""
 
-BUDGET = 1 << 26
+BUDGET = 1 << 27
 """Bytes of samples in memory at once."""
 
 PILOT = 16
@@ -77,7 +77,7 @@ def frequency_map(
     angles: Angles | None = None,
     window: int | None = None,
     step: float | np.ndarray | None = None,
-    scheme: Splitting | RungeKutta | None = None,
+    scheme: Scheme | None = None,
     rtol: float = 1e-12,
     atol: float = 1e-12,
     energy_tolerance: float | None = None,
@@ -151,11 +151,12 @@ def frequency_map(
 
     Kinds: two visible lines closer than 1.5/time are one unknown: UNDECIDED, with errors of 1/time, as are frequencies
     with a combination ``|k| <= 10`` that is 0 within its error. IRREGULAR: frequencies differ from half to half by 0.3
-    cycles or more, and by more than close lines can cause.
+    cycles or more, and by more than close lines can cause; never where lines leave less than an eighth of each of two
+    coordinates, or their leading lines are sharp.
 
     Cost: a run, a half-step run over a part of it, a Fourier transform of each loop and a pass over its samples;
     several times as much where lines are not isolated (bench/test_frequency.py). Memory: samples of some orbits at a
-    time, 64 MiB or one orbit, and as much for intermediate arrays (bench/memory.py).
+    time, 128 MiB or one orbit, and as much for intermediate arrays (bench/memory.py).
 
     References
     ----------
@@ -304,8 +305,7 @@ class FrequencyWork:
         while begin < orbits.size:
             end = begin + 1
             while end < orbits.size and (end + 1 - begin) * counts[order[end]] * rows * 8 <= BUDGET:
-                alone = flow.adaptive or counts[order[end]] > BRIEF  # tables are longer than an orbit's samples
-                if alone and counts[order[end]] != counts[order[begin]]:
+                if flow.adaptive and counts[order[end]] != counts[order[begin]]:
                     break
                 end += 1
             part = np.sort(order[begin:end])
@@ -350,11 +350,12 @@ class FrequencyWork:
         self.ensemble.take(orbits, run)
         self.used[orbits] = self.time / steps
         done = np.flatnonzero((run.status == Status.OK) & (run.time >= self.time * (1 - 1e-12)))
-        if done.size:
-            scheme = self.flow.scheme
-            self._adopt(
-                orbits[done], Samples(signals.of(done), start.of(done), scheme.order if scheme.symplectic else 0)
-            )
+        # Tables are longer than the samples of a long orbit: these are read by equal numbers.
+        kinds = np.where(counts[done] > BRIEF, counts[done], 0)
+        scheme = self.flow.scheme
+        for some in np.split(done, np.flatnonzero(np.diff(kinds)) + 1) if done.size else ():
+            samples = Samples(signals.of(some), start.of(some), scheme.order if scheme.symplectic else 0)
+            self._adopt(orbits[some], samples)
         self.unfinished[orbits] &= self.accuracy is not None  # with one, once its error is judged
         self.done += orbits.size
         if self.report is not None:

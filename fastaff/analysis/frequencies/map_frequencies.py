@@ -228,7 +228,7 @@ class MapFrequencies:
         states, _ = self._states(ensemble)
         z = states.transpose(2, 0, 1)
         kept = z if plain.size == rows // 2 else z[[*plain, *(rows // 2 + plain)]]
-        own = TuneWork(given_orbits("samples", kept, coordinates=None, least=LEAST), fallback, self.flow.threads, None)
+        own = TuneWork(given_orbits(kept, coordinates=None, least=LEAST), fallback, self.flow.threads, None)
         own.run()
         where = np.ix_(plain, orbits)
         found.nu[where], found.error[where], found.method[where] = own.nu % 1.0, own.error, own.method

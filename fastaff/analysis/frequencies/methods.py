@@ -37,10 +37,8 @@ class NaffLines:
     :Source: Laskar 1990, Icarus 88, 266.
     """
 
-    @property
-    def fallback(self) -> float:
-        """Relative error above which lines are fitted: 0, always."""
-        return 0.0
+    fallback = 0.0
+    """Relative error above which lines are fitted: 0, always."""
 
 
 METHODS = (BirkhoffAverages, NaffLines)

@@ -109,7 +109,7 @@ def orbit_frequencies(
     array([[3.]])
     """
     reporter(report)
-    given = given_orbits("samples", samples, dt=dt, times=times, coordinates=coordinates, least=LEAST)
+    given = given_orbits(samples, dt=dt, times=times, coordinates=coordinates, least=LEAST)
     if given.interval is None:
         raise ValueError(
             "dt must be given, the time between samples: these do not tell; for turn-by-turn data see tunes"
@@ -167,7 +167,7 @@ class _Work:
         for begin in range(0, orbits, portion):
             end = min(begin + portion, orbits)
             z = self.given.read(begin, end)
-            counts, status = ends("samples", z, begin)
+            counts, status = ends(z, begin)
             self.t[begin:end] = np.maximum(counts - 1, 0) * self.interval
             for length, own in lengths(counts, samples, LEAST):
                 states = self.states.array(own.size, length + 1, rows)

@@ -37,6 +37,12 @@ BEATEN = 5.0
 whole.
 """
 
+FAINT, SHARP, BEAT = 0.12, 0.1, 0.5
+"""Share of a loop's size that lines leave, and cycles over the whole by which the leading line of some loop is not
+known, up to which a change from half to half of one or two loops is no evidence of chaos; and cycles over the whole
+within which leading lines are one, and by which frequencies change as these beat.
+"""
+
 SAME = 0.5
 """Cycles over the window by which a mean rate may be off the line that it should be."""
 
@@ -288,13 +294,16 @@ def _irregular(
     # Of three loops and more lines are so many that several are close, where they were not told apart.
     m = found.nu.shape[1]
     least = np.where(found.drifting & (m > 2), EACH * (m - 1), CHANGED)
+    if m == 2:  # leading lines of one frequency may be two, which beat
+        least[np.ptp(found.leading, axis=1) * s.time < BEAT] = BEAT
     result = (most > np.where(vague & (found.rank > 0), SURELY, least)) & rough & ~near
     # Of three loops and more beats may make all the change where no line is resolved.
     unsure = (most > least) & ~result & ~(vague & ((found.rank > 0) | (m > 2)))
     for o, j in _parts(s, unsure[:, None] & (np.arange(m) == loop[:, None])):
         f = values(s, loops, o, j, threads)
         result[o] = line_changes(f, float(s.interval[o[0]]), found.nu[o, j]) > CHANGED
-    return result
+    sharp = (found.leading_error * s.time[:, None] <= SHARP) | ~found.moving
+    return result & ((m > 2) | ((found.rest > FAINT) & ~sharp.all(axis=1)))
 
 
 def _lattice_loops(s: Signals, found: Modes) -> Loops:

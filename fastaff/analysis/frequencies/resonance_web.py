@@ -13,7 +13,7 @@ import numpy as np
 from ...base.axes import along
 from ...base.numbers import an_array, entries, numbers, real, shown, span, whole
 from ...base.results import Result
-from .resonances import MAX_ORDER, checked_frequencies, vectors, widths
+from .resonances import MAX_ORDER, checked_frequencies, equation, vectors, widths
 
 
 @dataclass(frozen=True)
@@ -35,6 +35,14 @@ class ResonanceLine(Result, axis=None):
         """Total length of the lines."""
         return float(sum(np.sqrt((np.diff(line, axis=0) ** 2).sum(axis=1)).sum() for line in self.lines))
 
+    def summary(self) -> str:
+        """Say in one line which resonance it is, how long, and the share of the grid that is locked in it."""
+        names = [f"{k + 1}" for k in range(len(self.vector))]
+        said = f"{equation(self.vector, names)}, order {self.order}, length {self.length:.3g}"
+        if self.locked is None:
+            return said
+        return f"{said}, {np.count_nonzero(self.locked)} points locked ({np.mean(self.locked):.1%} of the grid)"
+
 
 def resonance_web(
     nu: Any,
@@ -51,9 +59,10 @@ def resonance_web(
 
     Parameters
     ----------
-    nu : array (n, n1, n2)
-        Frequencies, n = 2 to 4, NaN where there is no orbit or it is not regular.
-    axes : arrays (n1,) and (n2,), optional
+    nu : array (n, n1, n2) or result
+        Frequencies, n = 2 to 4, NaN where there is no orbit or it is not regular. A FrequencyMap of the orbits of a
+        grid, given as `axes`, stands for those of its regular orbits, with their errors.
+    axes : arrays (n1,) and (n2,), or EnergyGrid, optional
         Coordinates of the grid (default: its indices).
     max_order : int, default 8
         Largest order of the primitive k searched.
@@ -98,6 +107,8 @@ def resonance_web(
     """
     import contourpy
 
+    if hasattr(axes, "spread"):
+        nu, errors, axes = _over(axes, nu, errors)
     nu, errors = checked_frequencies(nu, errors)
     if nu.ndim != 3 or min(nu.shape[1:]) < 2:
         raise ValueError(f"nu must have shape (n, n1, n2) over a grid of 2 x 2 points or more, got {nu.shape}")
@@ -127,6 +138,18 @@ def resonance_web(
         if lines or locked.any():
             found.append(ResonanceLine(tuple(int(c) for c in vector), int(np.abs(vector).sum()), lines, locked=locked))
     return _distinct(found, everywhere)
+
+
+def _over(grid: Any, found: Any, errors: Any) -> tuple[np.ndarray, Any, Any]:
+    """Return the frequencies of a map's regular orbits over their grid, their errors and the grid's axes."""
+    if not (hasattr(found, "regular") and np.shape(found.regular) == grid.cell.shape):
+        raise TypeError(
+            f"nu must be a frequency map of the {grid.cell.size} orbits of the grid in axes, got {shown(found)}"
+        )
+    rows = (np.where(found.regular, row, np.nan) for row in (*found.nu, *found.error))
+    over = np.array([grid.spread(row).filled(np.nan) for row in rows])
+    n = len(found.nu)
+    return over[:n], np.nan_to_num(over[n:]) if errors is None else errors, grid.axes
 
 
 def ratio_web(

@@ -22,6 +22,9 @@ from ...kernels.resonance import relations
 from ...schemes.catalogue import ITERATION
 from .tunes import Tunes
 
+SHOWN = 12
+"""Resonances that are printed by name."""
+
 MAX_ORDER = 50
 """Largest order: 2.1 million vectors of four frequencies."""
 
@@ -83,6 +86,17 @@ class Resonances(Result):
             return f"{outcome.name}: {outcome.sentence}"
         basis = self.basis[(slice(None), slice(None), *where)][: int(self.rank[where])]
         return ", ".join(equation(k, self.names) for k in basis) or f"no resonance up to order {self.max_order}"
+
+    def __str__(self) -> str:
+        """Return the fields, and the frequent resonances by name with the share of orbits that have them."""
+        table, total = self.table(), np.count_nonzero(self.status == Status.OK)
+        rows = [
+            f"  {count:8d}  {count / total:6.1%}  {'; '.join(equation(k, self.names) for k in basis) or 'none'}"
+            for basis, count in table[:SHOWN]
+        ]
+        rest = sum(count for _, count in table[SHOWN:])
+        rows += [f"  {rest:8d}  {rest / total:6.1%}  {len(table) - SHOWN} others"] if rest else []
+        return "\n".join([super().__str__(), f"  orbits      share  resonance, to order {self.max_order}", *rows])
 
     def summary(self) -> str:
         """Say in one line how many orbits have which rank."""

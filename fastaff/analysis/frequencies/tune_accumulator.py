@@ -144,7 +144,7 @@ class TuneAccumulator:
             for another number of orbits; then, as on Ctrl-C, nothing has been taken.
         """
         names = self._coordinates if self._known is None else self._known.names
-        given = given_orbits("samples", samples, coordinates=names, least=int(self._known is None))
+        given = given_orbits(samples, coordinates=names, least=int(self._known is None))
         rows, orbits, _ = given.shape
         z = given.read(0, orbits)
         threads = checked_threads(self._threads)
@@ -216,7 +216,7 @@ class _Known:
         run_orbits(kernels.finite_until, z.shape[1], given, threads)
         for orbit in np.flatnonzero(again >= 0)[:1]:
             lost = self.turns[orbit] if self.ended[orbit] else self.samples + until[orbit]
-            raise gap("samples", int(orbit), int(lost), self.samples + int(again[orbit]))
+            raise gap(int(orbit), int(lost), self.samples + int(again[orbit]))
         self.turns += until
         self.ended |= until < z.shape[2]
         lived = self.turns - self.stay(self.samples + z.shape[2]) * self.still[0]

@@ -197,7 +197,7 @@ def tunes(
     array([[0.28]])
     """
     reporter(report)
-    given = given_orbits("samples", samples, coordinates=coordinates, least=LEAST)
+    given = given_orbits(samples, coordinates=coordinates, least=LEAST)
     fallback = checked_method(method).fallback
     lines = None if lines is None else whole("lines", lines, 1)
     work = TuneWork(given, FALLBACK if fallback is None else fallback, checked_threads(threads), report, lines)
@@ -278,7 +278,7 @@ class TuneWork:
         for begin in range(0, orbits, portion):
             end = min(begin + portion, orbits)
             z = self.given.read(begin, end)
-            counts, status = ends("samples", z, begin)
+            counts, status = ends(z, begin)
             self.turns[begin:end] = counts
             for length, own in lengths(counts, samples, LEAST):
                 part = z[:, own, : length + 1] if own.size < z.shape[1] else z[:, :, : length + 1]

@@ -33,13 +33,12 @@ SAMPLED: WeakValueDictionary[int, np.ndarray] = WeakValueDictionary()
 class GivenOrbits(NamedTuple):
     """Orbits (2n, orbits, samples) that are read some at a time.
 
-    name: of the argument; parts: what holds them, either one source with three axes or one for each row with those of
-    orbits and samples; order: for each source, the places of (coordinate,) orbit and sample among its axes, orbit -1
-    where there is one orbit without an axis; interval: between samples, None where nothing says so; start: time of the
-    first sample; names (2n,): of the rows.
+    parts: what holds them, either one source with three axes or one for each row with those of orbits and samples;
+    order: for each source, the places of (coordinate,) orbit and sample among its axes, orbit -1 where there is one
+    orbit without an axis; interval: between samples, None where nothing says so; start: time of the first sample;
+    names (2n,): of the rows.
     """
 
-    name: str
     parts: tuple[Any, ...]
     order: tuple[tuple[int, ...], ...]
     shape: tuple[int, int, int]
@@ -60,16 +59,16 @@ class GivenOrbits(NamedTuple):
     def _rows(self, part: Any, order: tuple[int, ...], begin: int, end: int) -> np.ndarray:
         lone = order[-2] < 0
         index = tuple(slice(begin, end) if axis == order[-2] else slice(None) for axis in range(len(order) - lone))
-        array = numbers(self.name, _plain(self.name, part[index]))
+        array = numbers("samples", _plain(part[index]))
         if lone:
             return np.expand_dims(array if len(order) == 2 or order[0] == 0 else array.T, -2)
         return array.transpose(order)
 
 
 def given_orbits(
-    name: str, value: Any, *, dt: Any = None, times: Any = None, coordinates: Any = None, least: int = 1
+    value: Any, *, dt: Any = None, times: Any = None, coordinates: Any = None, least: int = 1
 ) -> GivenOrbits:
-    """Return what an argument holds of orbits, nothing of it read yet where it lies in a file.
+    """Return the orbits that an argument `samples` holds, nothing of it read yet where it lies in a file.
 
     Parameters: value: an array (2n, orbits, samples) or (2n, samples); a result with `samples` and `times`; a
     SectionMap, whose rows `coordinates` names, each point a sample; an object of another tool that `base.foreign`
@@ -79,7 +78,7 @@ def given_orbits(
     (2n,): names of the rows; least: number of samples. Raises ValueError or TypeError naming what is wrong.
     """
     names = None if coordinates is None else row_names(coordinates)
-    foreign = read_by("orbits", value, name, names)
+    foreign = read_by("orbits", value, "samples", names)
     if foreign is not None:
         value, names = foreign.rows, foreign.names if names is None else names
         times = foreign.times if dt is None and times is None else times
@@ -89,45 +88,47 @@ def given_orbits(
     if times is None and hasattr(value, "samples") and hasattr(value, "times") and hasattr(value, "names"):
         value, found, own = value.samples, value.times, tuple(value.names)
         if value.shape[0] == 0:
-            raise ValueError(f"{name} must have samples: integrate(..., samples=1000)")
+            raise ValueError("samples must have samples: integrate(..., samples=1000)")
         names, times = names or own, None if dt is not None else found
         parts, order = (value,), ((1, 2, 0),)
     elif hasattr(value, "points") and hasattr(value, "counts") and hasattr(value, "names"):
         if names is None:
             raise ValueError(
-                f"{name} are points of a section: coordinates must say in which planes, such as ('{value.names[1]}', "
+                f"samples are points of a section: coordinates must say in which planes, such as ('{value.names[1]}', "
                 f"'{value.names[len(value.names) // 2 + 1 if len(value.names) > 2 else -1]}')"
             )
         parts, order = tuple(value[entry] for entry in names), ((1, 0),) * len(names)
     elif _named(value):
         if names is None:
             raise ValueError(
-                f"{name} has named arrays: coordinates must say which, q1, ..., qn, p1, ..., pn; it has "
+                f"samples has named arrays: coordinates must say which, q1, ..., qn, p1, ..., pn; it has "
                 f"{shown(list(value))}"
             )
         missing = [entry for entry in names if entry not in value]
         if missing:
-            raise ValueError(f"coordinates must be names in {name}, which has {shown(list(value))}, got {missing[0]!r}")
-        parts = tuple(_source(name, value[entry]) for entry in names)
-        order = tuple(_order(name, part, 2) for part in parts)
+            raise ValueError(
+                f"coordinates must be names in samples, which has {shown(list(value))}, got {missing[0]!r}"
+            )
+        parts = tuple(_source(value[entry]) for entry in names)
+        order = tuple(_order(part, 2) for part in parts)
     else:
-        part = _source(name, value)
-        order = (_order(name, part, 3),)
-        parts = (_rows_of(name, part, order[0][0], names),)
-    shape = _shape(name, parts, order)
+        part = _source(value)
+        order = (_order(part, 3),)
+        parts = (_rows_of(part, order[0][0], names),)
+    shape = _shape(parts, order)
     if dt is None and times is None:
         times = _coordinate(parts[0], order[0])
-    _check_shape(name, shape, parts[0], least)
+    _check_shape(shape, parts[0], least)
     if names is None:
         n = shape[0] // 2
         names = (*(f"q{i + 1}" for i in range(n)), *(f"p{i + 1}" for i in range(n)))
     if len(names) != shape[0]:
-        raise ValueError(f"coordinates must be {shape[0]} names, one for each row of {name}, got {len(names)}")
+        raise ValueError(f"coordinates must be {shape[0]} names, one for each row of samples, got {len(names)}")
     start, interval = _interval(dt, times, shape[2])
-    return GivenOrbits(name=name, parts=parts, order=order, shape=shape, interval=interval, start=start, names=names)
+    return GivenOrbits(parts=parts, order=order, shape=shape, interval=interval, start=start, names=names)
 
 
-def ends(name: str, z: np.ndarray, first: int = 0) -> tuple[np.ndarray, np.ndarray]:
+def ends(z: np.ndarray, first: int = 0) -> tuple[np.ndarray, np.ndarray]:
     """Return how many samples (orbits,) the orbits z (2n, orbits, samples) have before they end, and their statuses:
     NONFINITE with NaN or an infinity in some row from there to the last sample, LOST where they `stay` at one point.
 
@@ -149,7 +150,7 @@ def ends(name: str, z: np.ndarray, first: int = 0) -> tuple[np.ndarray, np.ndarr
         counts[orbit], status[orbit] = int(np.argmin(finite)), Status.NONFINITE
         again = np.flatnonzero(finite[counts[orbit] :])
         if again.size:
-            raise gap(name, first + int(orbit), int(counts[orbit]), int(counts[orbit] + again[0]))
+            raise gap(first + int(orbit), int(counts[orbit]), int(counts[orbit] + again[0]))
     return counts, status
 
 
@@ -172,10 +173,10 @@ def lengths(counts: np.ndarray, samples: int, least: int) -> Iterator[tuple[int,
         yield int(length), np.flatnonzero(steps == length)
 
 
-def gap(name: str, orbit: int, lost: int, again: int) -> ValueError:
+def gap(orbit: int, lost: int, again: int) -> ValueError:
     """Return the error of an orbit that has no finite numbers at one sample, and has them again at a later one."""
     return ValueError(
-        f"{name} must have no gaps: orbit {orbit} is not finite at sample {lost} and goes on at sample {again}; an "
+        f"samples must have no gaps: orbit {orbit} is not finite at sample {lost} and goes on at sample {again}; an "
         "orbit that ended is NaN from there to its last sample"
     )
 
@@ -209,35 +210,35 @@ def _named(value: Any) -> bool:
     )
 
 
-def _source(name: str, value: Any) -> Any:
+def _source(value: Any) -> Any:
     """Return what has a shape and slices: as it is where reading it is put off, else an array."""
     value = without_unit(value)
     lazy = not isinstance(value, np.ndarray) and all(hasattr(value, part) for part in ("shape", "dtype", "__getitem__"))
     if lazy:
         if getattr(value.dtype, "kind", "") not in "iuf":
-            numbers(name, np.zeros(0, value.dtype))
-        refuse_unit(name, value)
+            numbers("samples", np.zeros(0, value.dtype))
+        refuse_unit("samples", value)
         return value
-    return numbers(name, _plain(name, value))
+    return numbers("samples", _plain(value))
 
 
-def _plain(name: str, value: Any) -> np.ndarray:
-    array = an_array(name, value)
+def _plain(value: Any) -> np.ndarray:
+    array = an_array("samples", value)
     if array.dtype.kind == "c":
         raise TypeError(
-            f"{name} must be real rows q1, ..., qn, p1, ..., pn, got complex numbers: of signals q - i p give "
+            "samples must be real rows q1, ..., qn, p1, ..., pn, got complex numbers: of signals q - i p give "
             "np.concatenate([s.real, -s.imag]), or the signals to naff"
         )
     return array
 
 
-def _order(name: str, part: Any, axes: int) -> tuple[int, ...]:
+def _order(part: Any, axes: int) -> tuple[int, ...]:
     """Return the places of (coordinate,) orbit and sample among the axes of a source; -1 for an orbit without one."""
     dims = getattr(part, "dims", None)
     ndim = len(part.shape)
     if ndim not in (axes, axes - 1):
         takes = "(2n, orbits, samples) or (2n, samples)" if axes == 3 else "(orbits, samples) or (samples,)"
-        raise ValueError(f"{name} must have shape {takes}, got {tuple(part.shape)}")
+        raise ValueError(f"samples must have shape {takes}, got {tuple(part.shape)}")
     lone = ndim == axes - 1
     plain = (*range(axes - 2), -1, axes - 2) if lone else tuple(range(axes))
     if not isinstance(dims, tuple) or not all(isinstance(entry, str) for entry in dims):
@@ -249,12 +250,12 @@ def _order(name: str, part: Any, axes: int) -> tuple[int, ...]:
         places[places.index(-1)] = unknown[0]
     if -1 in places:
         raise ValueError(
-            f"{name} must have dimensions named like {', '.join(kind[0] for kind in kinds)}, got {dims}: rename them"
+            f"samples must have dimensions named like {', '.join(kind[0] for kind in kinds)}, got {dims}: rename them"
         )
     return (*places[:-1], -1, places[-1]) if lone else tuple(places)
 
 
-def _shape(name: str, parts: tuple[Any, ...], order: tuple[tuple[int, ...], ...]) -> tuple[int, int, int]:
+def _shape(parts: tuple[Any, ...], order: tuple[tuple[int, ...], ...]) -> tuple[int, int, int]:
     shapes = [
         tuple(1 if axis < 0 else int(part.shape[axis]) for axis in axes)
         for part, axes in zip(parts, order, strict=True)
@@ -262,11 +263,11 @@ def _shape(name: str, parts: tuple[Any, ...], order: tuple[tuple[int, ...], ...]
     if len(order[0]) == 3:
         return shapes[0]  # type: ignore[return-value]
     if any(shape != shapes[0] for shape in shapes):
-        raise ValueError(f"{name} must have arrays of one shape, got {' and '.join(map(str, sorted(set(shapes))))}")
+        raise ValueError(f"samples must have arrays of one shape, got {' and '.join(map(str, sorted(set(shapes))))}")
     return len(parts), *shapes[0]  # type: ignore[return-value]
 
 
-def _check_shape(name: str, shape: tuple[int, int, int], part: Any, least: int) -> None:
+def _check_shape(shape: tuple[int, int, int], part: Any, least: int) -> None:
     """Raise ValueError for a shape that can't be (2n, orbits, samples), with the order of axes that could."""
     rows, _, samples = shape
     said = tuple(map(int, part.shape))
@@ -279,19 +280,19 @@ def _check_shape(name: str, shape: tuple[int, int, int], part: Any, least: int) 
         for c in sorted(small, key=lambda k: said[k]):
             first, last = sorted((k for k in range(3) if k != c), key=lambda k: (said[k], k))
             if (c, first, last) != (0, 1, 2) and said[last] >= least:
-                hint = f"; if its axes are in another order, {name}.transpose({c}, {first}, {last})"
+                hint = f"; if its axes are in another order, samples.transpose({c}, {first}, {last})"
                 break
     elif len(said) == 2 and said[0] >= least and said[1] % 2 == 0 and 0 < said[1] <= 2 * MOST:
-        hint = f"; if its axes are (samples, 2n), {name}.T"
+        hint = "; if its axes are (samples, 2n), samples.T"
     if few:
-        raise ValueError(f"{name} must have at least {least} samples, got shape {said}{hint}")
+        raise ValueError(f"samples must have at least {least} samples, got shape {said}{hint}")
     raise ValueError(
-        f"{name} must have 2n rows q1, ..., qn, p1, ..., pn on its first axis, n from 1 to {MOST}, got shape "
+        f"samples must have 2n rows q1, ..., qn, p1, ..., pn on its first axis, n from 1 to {MOST}, got shape "
         f"{said}{hint}"
     )
 
 
-def _rows_of(name: str, part: Any, axis: int, names: tuple[str, ...] | None) -> Any:
+def _rows_of(part: Any, axis: int, names: tuple[str, ...] | None) -> Any:
     """Return a labelled array with its rows in the order of `names`, where its labels are names; raises ValueError for
     labels that say that the rows are in another order, or that only some of the names are among.
     """
@@ -304,13 +305,13 @@ def _rows_of(name: str, part: Any, axis: int, names: tuple[str, ...] | None) -> 
         if len(known) > 2 and all(p.strip("_") in (f"p{q}", f"p_{q}", f"v{q}", f"v_{q}") for q, p in paired):
             wanted = " ".join([*known[::2], *known[1::2]])
             raise ValueError(
-                f"{name} has rows {' '.join(known)}, each momentum behind its coordinate: give the order q1, ..., qn, "
+                f"samples has rows {' '.join(known)}, each momentum behind its coordinate: give the order q1, ..., qn, "
                 f"p1, ..., pn, coordinates={wanted!r}"
             )
         return part
     missing = [entry for entry in names if entry not in known]
     if missing and len(missing) < len(names):
-        raise ValueError(f"coordinates must be names in {name}, which has {shown(known)}, got {missing[0]!r}")
+        raise ValueError(f"coordinates must be names in samples, which has {shown(known)}, got {missing[0]!r}")
     return part if missing else part.isel({part.dims[axis]: [known.index(entry) for entry in names]})
 
 

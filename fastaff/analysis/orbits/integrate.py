@@ -27,7 +27,7 @@ from ...models.contracts import Model
 from ...models.mechanics import energies, kinetic_energies
 from ...models.traits import traits_of
 from ...schemes.automatic import Automatic
-from ...schemes.catalogue import RungeKutta, Splitting, scheme_of
+from ...schemes.catalogue import Scheme, scheme_of
 from ...schemes.time_transformed import TimeTransformed
 from .given_orbits import SAMPLED
 
@@ -64,7 +64,7 @@ class Orbits(Result):
     accurate_until: Annotated[np.ndarray | None, along("orbit", unit="time")]
     energy_error: Annotated[np.ndarray, along("orbit", unit="largest kinetic energy")]
     status: Annotated[np.ndarray, along("orbit")]
-    scheme: Splitting | RungeKutta | TimeTransformed
+    scheme: Scheme | TimeTransformed
     step: Annotated[float | np.ndarray, along("orbit", unit="time")]
     names: tuple[str, ...]
 
@@ -84,7 +84,7 @@ def integrate(
     time: float,
     accuracy: float | None = None,
     step: float | np.ndarray | None = None,
-    scheme: Splitting | RungeKutta | TimeTransformed | Automatic | None = None,
+    scheme: Scheme | TimeTransformed | Automatic | None = None,
     samples: int = 0,
     rtol: float = 1e-12,
     atol: float = 1e-12,
@@ -212,7 +212,7 @@ class _Plain:
         )
 
 
-class _Run(NamedTuple):
+class Compared(NamedTuple):
     """Orbits after a run: their states at the moments of comparison (moments, 2n, orbits), the ensemble and the
     steps.
     """
@@ -221,9 +221,9 @@ class _Run(NamedTuple):
     ensemble: Ensemble
     step: np.ndarray
 
-    def of(self, orbits: np.ndarray) -> _Run:
+    def of(self, orbits: np.ndarray) -> Compared:
         """Return those of some of the orbits."""
-        return _Run(self.states[..., orbits], self.ensemble.of(orbits), self.step[orbits])
+        return Compared(self.states[..., orbits], self.ensemble.of(orbits), self.step[orbits])
 
 
 class _Accurate:
@@ -263,7 +263,7 @@ class _Accurate:
             halved(self.flow, self.steps, self.accuracy, self._run, self._compare, self._keep, self._drifts)
             self.done += len(self.chunk)
 
-    def _run(self, orbits: np.ndarray, step: np.ndarray, wear: Wear | None) -> _Run:
+    def _run(self, orbits: np.ndarray, step: np.ndarray, wear: Wear | None) -> Compared:
         flow: Any = self.flow.sized(step)
         where = self.chunk[orbits]
         ensemble = flow.ensemble(np.ascontiguousarray(self.z[:, where]), radius=self.steps.motion.radius[orbits])
@@ -278,21 +278,21 @@ class _Accurate:
             self.ensemble.take(where, ensemble)
             self.step[where] = used
             raise KeyboardInterrupt
-        return _Run(states, ensemble, used)
+        return Compared(states, ensemble, used)
 
     def _report(self, fraction: float) -> None:
         if self.report is not None:
             self.report((self.done + fraction * len(self.chunk)) / self.z.shape[1])
 
-    def _compare(self, fine: _Run, coarse: _Run, orbits: np.ndarray) -> tuple[np.ndarray, np.ndarray, float]:
+    def _compare(self, fine: Compared, coarse: Compared, orbits: np.ndarray) -> tuple[np.ndarray, np.ndarray, float]:
         with np.errstate(all="ignore"):
             apart = self.steps.motion.of(orbits).distance(fine.states - coarse.states)
         return apart, self.times[:, None] * self.steps.motion.rate[orbits], 1.0
 
-    def _drifts(self, run: _Run) -> np.ndarray:
+    def _drifts(self, run: Compared) -> np.ndarray:
         return (run.ensemble.status == Status.OK) & (energy_error(self.body, run.ensemble) > self.drift)
 
-    def _keep(self, orbits: np.ndarray, fine: _Run, chosen: np.ndarray, error: np.ndarray) -> None:
+    def _keep(self, orbits: np.ndarray, fine: Compared, chosen: np.ndarray, error: np.ndarray) -> None:
         where, run, error = self.chunk[orbits[chosen]], fine.of(chosen), error[:, chosen]
         self.ensemble.take(where, run.ensemble)
         self.step[where] = run.step
@@ -301,7 +301,8 @@ class _Accurate:
         every = self.parts // self.count if self.count else 1
         self.samples[..., where] = run.states[every - 1 :: every][: self.count]
         self.sample_error[..., where] = (error[:, None] * size)[every - 1 :: every][: self.count]
-        self.until[where] = until(error, self.times, self.accuracy)
+        times = np.broadcast_to(self.times[:, None], error.shape)
+        self.until[where] = until(error <= self.accuracy, times, self.times[-1])
 
     def result(self, body: Any, tolerance: float, interrupted: bool) -> Orbits:
         """Return what there is, with the estimated errors."""

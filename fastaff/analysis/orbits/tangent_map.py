@@ -15,7 +15,7 @@ from ...base.results import Result
 from ...base.short_forms import starts_of, takes
 from ...base.status import Status
 from ...base.sums import length
-from ...flows import observers
+from ...flows import motion, observers
 from ...flows.checks import carried, checked_tangent_model
 from ...flows.coordinates import chart_row
 from ...flows.ensemble import Ensemble
@@ -24,7 +24,7 @@ from ...flows.options import Options, Plan, iterates, plan, suited
 from ...models.contracts import Model
 from ...models.mechanics import frame_rate, tangent_velocities, without_time
 from ...models.traits import traits_of
-from ...schemes.catalogue import RungeKutta, Splitting, scheme_of
+from ...schemes.catalogue import Scheme, scheme_of
 
 
 @dataclass(frozen=True)
@@ -40,7 +40,7 @@ class TangentMap(Result):
     t: Annotated[np.ndarray, along("orbit", unit="time")]
     energy_error: Annotated[np.ndarray, along("orbit", unit="largest kinetic energy")]
     status: Annotated[np.ndarray, along("orbit")]
-    scheme: Splitting | RungeKutta
+    scheme: Scheme
     step: Annotated[float | np.ndarray, along("orbit", unit="time")]
     names: tuple[str, ...]
 
@@ -64,7 +64,7 @@ def tangent_map(
     time: float,
     deviations: Any = None,
     step: float | np.ndarray | None = None,
-    scheme: Splitting | RungeKutta | None = None,
+    scheme: Scheme | None = None,
     rtol: float = 1e-12,
     atol: float = 1e-12,
     energy_tolerance: float | None = None,
@@ -153,6 +153,8 @@ def fastest_rates(body: Any, z: np.ndarray) -> np.ndarray:
     """Return the largest angular frequency (orbits,) of small oscillations around each state of z: power iteration on
     the Hessian.
     """
+    if not traits_of(body).separable:
+        return motion.fastest_rates(body, z, np.inf)
     n = body.degrees_of_freedom
     q = z[:n]
     direction = np.random.default_rng(2).standard_normal((n, 1)) + np.zeros_like(q)

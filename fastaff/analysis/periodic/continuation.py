@@ -20,7 +20,7 @@ from ...flows.needs import check_needs
 from ...flows.options import Options, plan
 from ...formulas.section_text import section_of
 from ...models.contracts import Model, Section
-from ...schemes.catalogue import RungeKutta, Splitting, scheme_of
+from ...schemes.catalogue import Scheme, scheme_of
 from .bifurcations import Bifurcation, bifurcations
 from .family import VANISHED, Family, Point
 from .found_orbits import PeriodicOrbits, no_orbits
@@ -91,7 +91,7 @@ def continuation(
     max_time: float | None = None,
     tolerance: float = 1e-12,
     step: float | None = None,
-    scheme: Splitting | RungeKutta | None = None,
+    scheme: Scheme | None = None,
     rtol: float = 1e-13,
     atol: float = 1e-13,
     threads: int | None = None,

@@ -15,7 +15,7 @@ from ...flows.options import Options
 from ...formulas.section_text import section_of
 from ...models.contracts import Model, Section
 from ...models.traits import traits_of
-from ...schemes.catalogue import RungeKutta, Splitting, scheme_of
+from ...schemes.catalogue import Scheme, scheme_of
 from ..sections.poincare_map import poincare_map
 from ..sections.section_map import SectionMap
 from .found_orbits import PeriodicOrbits, no_orbits
@@ -84,7 +84,7 @@ def find_periodic_orbits(
     tolerance: float = 1e-12,
     iterations: int = 40,
     step: float | None = None,
-    scheme: Splitting | RungeKutta | None = None,
+    scheme: Scheme | None = None,
     rtol: float = 1e-13,
     atol: float = 1e-13,
     threads: int | None = None,

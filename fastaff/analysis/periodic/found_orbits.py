@@ -15,7 +15,7 @@ from ...flows.coordinates import chart_row
 from ...flows.flow import Flow
 from ...models.contracts import Section
 from ...models.traits import traits_of
-from ...schemes.catalogue import RungeKutta, Splitting
+from ...schemes.catalogue import Scheme
 from .own_units import Scale
 from .return_map import Returns, each, reduced_monodromy, stability_indices
 
@@ -80,7 +80,7 @@ class PeriodicOrbits(Result):
     scale: Annotated[np.ndarray, along("coordinate", "orbit", labels="names")]
     names: tuple[str, ...]
     section: Any
-    scheme: Splitting | RungeKutta
+    scheme: Scheme
     paired: bool = True
 
     @property

@@ -7,8 +7,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ...flows.flow import Flow
-from ...flows.motion import inverse_masses, motion, natural_rates
-from ...models.mechanics import energies
+from ...flows.motion import motion, natural_rates
+from ...models.mechanics import energies, inverse_masses
 from ...models.traits import traits_of
 from ...schemes.catalogue import DOP853
 

@@ -17,7 +17,7 @@ from ...flows.needs import check_given
 from ...flows.options import Options
 from ...formulas.section_text import section_of
 from ...models.contracts import Map, Model, Section
-from ...schemes.catalogue import RungeKutta, Splitting, scheme_of
+from ...schemes.catalogue import Scheme, scheme_of
 from .closing_errors import closing_errors
 from .found_orbits import PeriodicOrbits, packed
 from .own_units import Scale, orbit_scale
@@ -65,7 +65,7 @@ def periodic_orbits(
     tolerance: float = 1e-12,
     iterations: int = 40,
     step: float | np.ndarray | None = None,
-    scheme: Splitting | RungeKutta | None = None,
+    scheme: Scheme | None = None,
     rtol: float = 1e-13,
     atol: float = 1e-13,
     threads: int | None = None,

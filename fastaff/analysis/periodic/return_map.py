@@ -26,7 +26,7 @@ from ...kernels import crossings as kernels
 from ...models.mechanics import energies, inside, kinetic_energies, potential_energies, slopes
 from ...models.sections import Stroboscopic
 from ...models.traits import traits_of
-from ...schemes.catalogue import ITERATION, KAHAN_LI8, VERNER9
+from ...schemes.catalogue import GAUSS16, ITERATION, KAHAN_LI8, VERNER9
 from ..sections.poincare_map import SPARE, follow_crossings, start_crossings
 from .own_units import Scale
 
@@ -98,7 +98,8 @@ def checked_return(model: Any, section: Any, scheme: Any) -> Any:
                 "section must be stroboscopic, such as 't=0', for a driven system: its periodic orbits are those of "
                 f"the map over its period; got {section!r}"
             )
-        return (KAHAN_LI8 if traits.canonical else VERNER9) if scheme is None else scheme
+        usual = KAHAN_LI8 if traits.separable else GAUSS16 if traits.canonical else VERNER9
+        return usual if scheme is None else scheme
     check_given(model, "a time", "the returns of a map are its images", section=section)
     return ITERATION if scheme is None else scheme
 
@@ -135,16 +136,16 @@ def section_returns(flow: Flow, section: Any, z: np.ndarray, period: int, max_ti
     live = np.flatnonzero(np.isfinite(z).all(axis=0) & inside(flow.model, z))
     if not live.size:
         return found
-    if flow.traits.iterated:
-        return _images(flow, z, live, found)
-    limit = np.broadcast_to(np.asarray(max_time, dtype=np.float64), orbits)[live]
     flow = replace(flow.of(live), vectors=rows)
     unit = np.broadcast_to(np.eye(rows)[:, :, None], (rows, rows, live.size))
     ensemble = flow.ensemble(np.ascontiguousarray(z[:, live]), unit)
+    if flow.traits.iterated:
+        return _images(flow, z[:, live], live, ensemble, found)
     if strobed:
         parts = _period_by_period(flow, section, ensemble, period)
         found.time[live], arrived = period * flow.model.period, np.isfinite(parts).all(axis=(1, 2, 3, 4))
         return _filled(found, live, parts, arrived, ensemble.status)
+    limit = np.broadcast_to(np.asarray(max_time, dtype=np.float64), orbits)[live]
     whole = len(ensemble.z)
     width = kernels.RECORD.state + whole
     observer = observers.crossings(section, period, n, rows)
@@ -192,29 +193,19 @@ def _filled(found: Returns, live: np.ndarray, parts: np.ndarray, arrived: np.nda
     return found
 
 
-def _images(flow: Flow, z: np.ndarray, live: np.ndarray, found: Returns) -> Returns:
-    """Fill in the images of the live ones of z (2n, orbits) by a map."""
-    rows, period, n = len(z), found.points.shape[1], len(z) // 2
-    flow = replace(flow, vectors=rows)
-    unit = np.broadcast_to(np.eye(rows)[:, :, None], (rows, rows, live.size))
-    ensemble = flow.ensemble(np.ascontiguousarray(z[:, live]), unit)
-    states = flow.sampled(ensemble, period, time=float(period)).reshape(live.size, period, 2, 1 + rows, n)
-    points = states[:, :, :, 0].reshape(live.size, period, rows)
+def _images(flow: Flow, z: np.ndarray, live: np.ndarray, ensemble: Ensemble, found: Returns) -> Returns:
+    """Return the returns with the images of z (2n, orbits), the live ones, by a map."""
+    rows, period = len(z), found.points.shape[1]
+    parts = flow.sampled(ensemble, period, time=float(period)).reshape(live.size, period, 2, 1 + rows, rows // 2)
     turns = np.array([1 / length if length > 0 else 0.0 for length in flow.model.periods()])
-    with np.errstate(all="ignore"):
-        around = np.rint((points[:, -1] - z[:, live].T) * turns)
-        points[:, -1] -= around * np.where(turns > 0, 1 / np.where(turns > 0, turns, 1.0), 0.0)
-    found.points[live], found.time[live] = points, float(period)
-    found.monodromy[live] = states[:, -1, :, 1:].transpose(0, 1, 3, 2).reshape(live.size, rows, rows)
-    arrived = np.isfinite(found.monodromy[live]).all(axis=(1, 2)) & (ensemble.status == Status.OK)
+    found.time[live], arrived = float(period), np.isfinite(parts[:, -1, :, 1:]).all(axis=(1, 2, 3))
     with np.errstate(all="ignore"):  # an angle that winds so fast that nothing is left of it
-        ahead = np.array(np.broadcast_arrays(*flow.model.iterate(*z[:, live])))
-        arrived &= (np.abs(ahead * turns[:, None]) < FASTEST).all(axis=0)
-    found.status[live] = np.where(
-        arrived, Status.OK, np.where(ensemble.status == Status.OK, Status.NONFINITE, ensemble.status)
-    )
-    for array in found[:3]:
-        array[live[~arrived]] = np.nan
+        ahead = np.array(np.broadcast_arrays(*flow.model.iterate(*z)))
+        arrived &= (ensemble.status == Status.OK) & (np.abs(ahead * turns[:, None]) < FASTEST).all(axis=0)
+        ended = np.where(ensemble.status == Status.OK, Status.NONFINITE, ensemble.status)
+        _filled(found, live, parts, arrived, ended)
+        around = np.rint((found.points[live, -1] - z.T) * turns)
+        found.points[live, -1] -= around * np.where(turns > 0, 1 / np.where(turns > 0, turns, 1.0), 0.0)
     return found
 
 

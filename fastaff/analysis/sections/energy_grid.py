@@ -200,7 +200,7 @@ def _grid_by_name(
     if not found.any():
         ranges = ", ".join(f"{name} in [{array.min():.6g}, {array.max():.6g}]" for name, array in zip(names, arrays))
         traits = traits_of(body)
-        if not traits.conserves:
+        if not traits.launches:
             what = "map" if traits.iterated else "system"
             raise NotReached(f"no cell of the grid {ranges} is in the domain of the {what}")
         low = None if traits.isotropic else too_low(body, energy, 0.0, 0.0)
@@ -287,59 +287,41 @@ def planes(alpha, p_alpha, p_eta, beta, p_beta, p_gamma):
     return np.array([alpha, 0 * alpha, beta, 0 * beta, p_alpha, across_a, p_beta, across_b])
 
 
-def _rest(body, energy, alpha, p_alpha, p_eta, beta, p_beta, p_gamma):
-    """Return 2 mu (energy - H) at these coordinates."""
-    centrifugal = (p_eta / alpha) ** 2 if p_eta else 0.0
-    centrifugal = centrifugal + ((p_gamma / beta) ** 2 if p_gamma else 0.0)
-    V = body.potential.value(alpha * alpha, beta * beta)
-    inside = body.potential.margin(alpha * alpha, beta * beta) > 0
-    return np.where(inside, 2 * body.mu * (energy - V) - centrifugal - p_alpha**2 - p_beta**2, np.nan)
-
-
 def _momentum(rest, direction):
     """Return the missing momentum, with the sign of the direction; NaN where the energy does not reach."""
     return np.where(rest >= 0, np.sqrt(np.maximum(rest, 0)), np.nan) * (-1.0 if direction < 0 else 1.0)
 
 
-@_lift.register
-def _(section: AlphaEquals, body, energy, p_eta, p_gamma, u, v):
-    alpha = np.full(u.shape, float(section.constant))
-    p_alpha = _momentum(_rest(body, energy, alpha, 0.0, p_eta, u, v, p_gamma), section.direction)
-    return planes(alpha, p_alpha, p_eta, u, v, p_gamma), ("beta", "p_beta")
+def radii_over(section: Any, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return alpha and beta on a section that gives one of them over the other, u."""
+    if isinstance(section, AreaEquals):
+        return np.sqrt(2 * section.constant + u * u), u
+    constant = np.full(u.shape, float(section.constant))
+    return (u, constant) if isinstance(section, BetaEquals) else (constant, u)
 
 
-@_lift.register
-def _(section: BetaEquals, body, energy, p_eta, p_gamma, u, v):
-    beta = np.full(u.shape, float(section.constant))
-    p_beta = _momentum(_rest(body, energy, u, v, p_eta, beta, 0.0, p_gamma), section.direction)
-    return planes(u, v, p_eta, beta, p_beta, p_gamma), ("alpha", "p_alpha")
+@_lift.register(AlphaEquals)
+@_lift.register(BetaEquals)
+@_lift.register(AreaEquals)
+def _(section, body, energy, p_eta, p_gamma, u, v):
+    alpha, beta = radii_over(section, u)
+    across = _momentum(room(body, energy, p_eta, p_gamma, alpha, beta)[0] - v**2, section.direction)
+    if isinstance(section, BetaEquals):
+        return planes(alpha, v, p_eta, beta, across, p_gamma), ("alpha", "p_alpha")
+    if isinstance(section, AreaEquals):
+        across = np.where((alpha * across - u * v) * section.direction >= 0, across, np.nan)
+    return planes(alpha, across, p_eta, beta, v, p_gamma), ("beta", "p_beta")
 
 
-@_lift.register
-def _(section: AreaEquals, body, energy, p_eta, p_gamma, u, v):
-    alpha = np.sqrt(2 * section.constant + u * u)
-    p_alpha = _momentum(_rest(body, energy, alpha, 0.0, p_eta, u, v, p_gamma), section.direction)
-    rising = alpha * p_alpha - u * v
-    p_alpha = np.where(rising * section.direction >= 0, p_alpha, np.nan)
-    return planes(alpha, p_alpha, p_eta, u, v, p_gamma), ("beta", "p_beta")
-
-
-@_lift.register
-def _(section: AlphaTurning, body, energy, p_eta, p_gamma, u, v):
-    alpha, across = _turning(body, energy, p_eta, p_gamma, u, v, section.direction, alpha=True)
-    z = [planes(x, 0 * x, p_eta, u, v, p_gamma) for x in alpha]
-    for sheet, through in zip(z, across, strict=True):
-        sheet[5] = np.where(through > 0, through, sheet[5])
-    return np.array(z), ("beta", "p_beta")
-
-
-@_lift.register
-def _(section: BetaTurning, body, energy, p_eta, p_gamma, u, v):
-    beta, across = _turning(body, energy, p_eta, p_gamma, u, v, section.direction, alpha=False)
-    z = [planes(u, v, p_eta, x, 0 * x, p_gamma) for x in beta]
-    for sheet, through in zip(z, across, strict=True):
-        sheet[7] = np.where(through > 0, through, sheet[7])
-    return np.array(z), ("alpha", "p_alpha")
+@_lift.register(AlphaTurning)
+@_lift.register(BetaTurning)
+def _(section, body, energy, p_eta, p_gamma, u, v):
+    alpha = isinstance(section, AlphaTurning)
+    radius, across = _turning(body, energy, p_eta, p_gamma, u, v, section.direction, alpha=alpha)
+    z = np.array([planes(*((x, 0 * x, p_eta, u, v) if alpha else (u, v, p_eta, x, 0 * x)), p_gamma) for x in radius])
+    own = z[:, 5 if alpha else 7]
+    own[across > 0] = across[across > 0]
+    return z, ("beta", "p_beta") if alpha else ("alpha", "p_alpha")
 
 
 @_lift.register

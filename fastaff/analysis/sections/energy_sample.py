@@ -19,7 +19,7 @@ from ...models.mechanics import at_rest, least_energies
 from ...models.sections import AlphaEquals, AlphaTurning, AreaEquals, BetaEquals, BetaTurning, Linear
 from ...models.traits import traits_of
 from .allowed_region import LARGEST, Function, evaluated, extrema, highest, intervals, line, radii
-from .energy_grid import ARRAYS, checked_surface, lift_sheets, no_planes, planes, radial, room
+from .energy_grid import ARRAYS, checked_surface, lift_sheets, no_planes, planes, radial, radii_over, room
 from .energy_limits import NotReached, may_escape, too_low
 from .invariant_measure import Measure, Ranges, measure_of, ranges_of
 from .named_axes import are_named, by_name, checked_energy, checked_sign
@@ -183,7 +183,7 @@ def source_of(
     checked_model(body, needs="a start by rows")
     energy = checked_energy(body, energy)
     no_planes(p_eta, p_gamma)
-    if flag("at_rest", at_rest) or solve is not None or not traits_of(body).conserves:
+    if flag("at_rest", at_rest) or solve is not None or not traits_of(body).launches:
         return ranges_of(body, energy, section, axes, fixed, solve, sign, at_rest)
     if fixed is not None or sign != 1:
         raise ValueError(f"{'sign' if fixed is None else 'fixed'} goes with solve or at_rest, which are missing")
@@ -430,12 +430,8 @@ def _rest(body: Any, section: Any, energy: float, p_eta: float, p_gamma: float) 
     surface = body, energy, p_eta, p_gamma
     if isinstance(section, (AlphaTurning, BetaTurning)):
         return lambda u, _: _widest(*surface, u, alpha=isinstance(section, AlphaTurning))
-    if isinstance(section, AlphaEquals):
-        return lambda u, _: room(*surface, np.full_like(u, section.constant), u)
-    if isinstance(section, BetaEquals):
-        return lambda u, _: room(*surface, u, np.full_like(u, section.constant))
-    if isinstance(section, AreaEquals):
-        return lambda u, _: room(*surface, np.sqrt(2 * section.constant + u * u), u)
+    if isinstance(section, (AlphaEquals, BetaEquals, AreaEquals)):
+        return lambda u, _: room(*surface, *radii_over(section, u))
     raise TypeError(f"section {section!r} has no known boundary")
 
 

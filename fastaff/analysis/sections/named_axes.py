@@ -206,7 +206,7 @@ def launching(
             raise ValueError(f"axes and fixed both name {name}")
         if names.count(name) > 1:
             raise ValueError(f"axes names {name} twice")
-    if not traits.conserves:
+    if not traits.launches:
         return Launching(model, energy, names, tuple(base.get(name, 0.0) for name in rows), NOTHING, sign)
     left = [name for name in rows if name not in names and name not in base]
     if not left:
@@ -243,7 +243,7 @@ def _resting(model: Any, energy: float, names: Any, section: Any, base: dict[str
 
 def checked_energy(model: Any, energy: Any) -> float:
     """Return an energy; NaN of what keeps none."""
-    if traits_of(model).conserves:
+    if traits_of(model).launches:
         return real("energy", energy)
     unknown = isinstance(energy, float) and np.isnan(energy)
     check_given(model, "a start by energy", energy=None if unknown else energy)

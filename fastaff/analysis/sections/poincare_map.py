@@ -16,7 +16,7 @@ from ...base.short_forms import starts_of, takes
 from ...base.status import Status
 from ...compile.threads import by_portions
 from ...flows import observers
-from ...flows.accuracy import Steps, halved, planned
+from ...flows.accuracy import Steps, halved, planned, until
 from ...flows.checks import checked_model, checked_section, energy_drift
 from ...flows.ensemble import Ensemble
 from ...flows.flow import Flow, Report, Wear, energy_error
@@ -33,7 +33,7 @@ from ...models.mechanics import slopes
 from ...models.sections import Stroboscopic
 from ...models.traits import traits_of
 from ...schemes.automatic import Automatic
-from ...schemes.catalogue import RungeKutta, Splitting, scheme_of
+from ...schemes.catalogue import Scheme, scheme_of
 from ...schemes.time_transformed import TimeTransformed
 from .section_map import SectionMap
 from .stroboscopic import strobed
@@ -73,7 +73,7 @@ def poincare_map(
     max_time: float | None = None,
     accuracy: float | None = None,
     step: float | np.ndarray | None = None,
-    scheme: Splitting | RungeKutta | TimeTransformed | Automatic | None = None,
+    scheme: Scheme | TimeTransformed | Automatic | None = None,
     rtol: float = 1e-12,
     atol: float = 1e-12,
     energy_tolerance: float | None = None,
@@ -203,7 +203,8 @@ def _mapped(
 
     def found(interrupted: bool) -> SectionMap:
         result = _result(flow, body, ensemble, section, wanted, memory, out, tolerance)
-        result = replace(result, points=flow.states(result.points), section=asked)
+        points = traits_of(body).turned_back(flow.states(result.points))
+        result = replace(result, points=points, section=asked)
         if interrupted:
             result.status[result.status == Status.TOO_FEW_CROSSINGS] = Status.INTERRUPTED  # there may be more
         return result
@@ -287,26 +288,7 @@ def _accurate(flow, body, z, section, wanted, max_time, tolerance, accuracy, rep
         return _Crossings(replace(part, step=used), reached)
 
     def compare(fine: _Crossings, coarse: _Crossings, orbits: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        whole = np.empty((3, *fine.found.times.shape))
-
-        def some(at: slice) -> None:
-            scales, times, points = steps.motion.of(orbits[at]), fine.found.times[:, at], fine.found.points[..., at]
-            with np.errstate(all="ignore"):
-                late = np.abs(times - coarse.found.times[:, at]) * scales.rate
-                apart = scales.distance((points - coarse.found.points[..., at]).transpose(1, 0, 2))
-                apart = np.maximum(apart, late)
-                slant = slants(body, section, points, scales)
-                straight = apart / slant
-            same = np.isfinite(apart) & (apart < SAME)
-            # Behind the last crossing there is nothing to compare; behind one that only one of the runs has, nothing
-            # is known.
-            ended = ~np.isfinite(times)
-            known = np.logical_and.accumulate(same | ended, axis=0)
-            straight = np.where(known, np.where(ended, 0.0, straight), np.inf)
-            whole[..., at] = straight, np.where(ended, 0.0, times * scales.rate), np.where(ended, 1.0, slant)
-
-        by_portions(some, len(orbits), wanted * rows, flow.threads)
-        return whole[0], whole[1], whole[2]
+        return _compared(body, section, steps.motion.of(orbits), fine.found, coarse.found, flow.threads)
 
     def keep(orbits: np.ndarray, fine: _Crossings, chosen: np.ndarray, error: np.ndarray) -> None:
         where, part = orbits[chosen], fine if len(chosen) == len(orbits) else fine.of(chosen)
@@ -316,10 +298,8 @@ def _accurate(flow, body, z, section, wanted, max_time, tolerance, accuracy, rep
         late = np.where(there, error / scales.rate, np.nan)
         apart = np.where(there, error * np.concatenate([scales.position, scales.momentum])[:, None], np.nan)
         holds = np.where(there, error <= accuracy, True)
-        first = np.where(holds.all(axis=0), wanted, (~holds).argmax(axis=0))
-        before = np.take_along_axis(np.pad(part.found.times, ((1, 0), (0, 0))), first[None], axis=0)[0]
-        until = np.where(holds.all(axis=0), part.reached, before)
-        put(result, where, replace(part.found, time_error=late, point_error=apart, accurate_until=until))
+        lasting = until(holds, part.found.times, part.reached)
+        put(result, where, replace(part.found, time_error=late, point_error=apart, accurate_until=lasting))
 
     def drifts(run: _Crossings) -> np.ndarray:
         return run.found.status == Status.ENERGY_DRIFT
@@ -331,6 +311,29 @@ def _accurate(flow, body, z, section, wanted, max_time, tolerance, accuracy, rep
             asked = partial(run, portion(report, number, parts))
             halved(flow, steps.of(part), accuracy, asked, compare, keep, drifts, part)
     return result
+
+
+def _compared(body, section, motion: Motion, fine: SectionMap, coarse: SectionMap, threads: int) -> tuple:
+    """Return distances (crossings, orbits) of states at crossings of two runs, radians up to these, and `slants`."""
+    whole = np.empty((3, *fine.times.shape))
+
+    def some(at: slice) -> None:
+        scales, times, points = motion.of(at), fine.times[:, at], fine.points[..., at]
+        with np.errstate(all="ignore"):
+            late = np.abs(times - coarse.times[:, at]) * scales.rate
+            apart = scales.distance((points - coarse.points[..., at]).transpose(1, 0, 2))
+            apart = np.maximum(apart, late)
+            slant = slants(body, section, points, scales)
+            straight = apart / slant
+        same = np.isfinite(apart) & (apart < SAME)
+        # Behind the last crossing there is nothing to compare; behind one that one of the runs lacks nothing is known.
+        ended = ~np.isfinite(times)
+        known = np.logical_and.accumulate(same | ended, axis=0)
+        straight = np.where(known, np.where(ended, 0.0, straight), np.inf)
+        whole[..., at] = straight, np.where(ended, 0.0, times * scales.rate), np.where(ended, 1.0, slant)
+
+    by_portions(some, len(fine), fine.points[..., :1].size, threads)
+    return whole[0], whole[1], whole[2]
 
 
 def start_crossings(

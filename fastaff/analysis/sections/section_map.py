@@ -12,7 +12,7 @@ from ...base.results import Result
 from ...charts import Chart
 from ...flows.checks import checked_chart
 from ...flows.coordinates import chart_row, in_chart
-from ...schemes.catalogue import RungeKutta, Splitting
+from ...schemes.catalogue import Scheme
 from ...schemes.time_transformed import TimeTransformed
 
 
@@ -39,7 +39,7 @@ class SectionMap(Result):
     energy_error: Annotated[np.ndarray, along("orbit", unit="largest kinetic energy")]
     status: Annotated[np.ndarray, along("orbit")]
     section: Any
-    scheme: Splitting | RungeKutta | TimeTransformed
+    scheme: Scheme | TimeTransformed
     step: Annotated[float | np.ndarray, along("orbit", unit="time")]
     names: tuple[str, ...]
     time_error: Annotated[np.ndarray | None, along("crossing", "orbit", unit="time", padded="crossing")] = None

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -11,14 +11,14 @@ from ...base.interruption import keeping
 from ...base.numbers import fits, portion
 from ...base.status import Status
 from ...flows import observers
-from ...flows.accuracy import halved, planned
+from ...flows.accuracy import halved, planned, until
 from ...flows.checks import energy_drift
-from ...flows.ensemble import Ensemble
 from ...flows.flow import Flow, Report, Wear, energy_error, no_memory
 from ...flows.motion import motion
 from ...flows.options import Options, plan
 from ...models.sections import Stroboscopic
 from ...models.traits import traits_of
+from ..orbits.integrate import Compared
 from .section_map import SectionMap
 
 START = 8 * float(np.finfo(float).eps)
@@ -26,18 +26,6 @@ START = 8 * float(np.finfo(float).eps)
 
 PORTION, COMPARED = 2**27, 8
 """Bytes that are taken beside the result at a time; how many times the crossings of an orbit these are."""
-
-
-class _Run(NamedTuple):
-    """Orbits after a run: their states at the crossings (crossings, 2n, orbits), the ensemble and the steps."""
-
-    states: np.ndarray
-    ensemble: Ensemble
-    step: np.ndarray
-
-    def of(self, orbits: np.ndarray) -> _Run:
-        """Return those of some of the orbits."""
-        return _Run(self.states[..., orbits], self.ensemble.of(orbits), self.step[orbits])
 
 
 def strobed(body: Any, z0: Any, section: Stroboscopic, wanted: int, options: Options) -> SectionMap:
@@ -92,27 +80,24 @@ class _Strobed:
         errors = self.error
         asked = portion(report, 0, 1)
 
-        def run(orbits: np.ndarray, step: np.ndarray, wear: Wear | None) -> _Run:
+        def run(orbits: np.ndarray, step: np.ndarray, wear: Wear | None) -> Compared:
             return self._follow(flow.sized(step), orbits, found.radius[orbits], wear, asked)
 
-        def compare(fine: _Run, coarse: _Run, orbits: np.ndarray) -> tuple[np.ndarray, np.ndarray, float]:
+        def compare(fine: Compared, coarse: Compared, orbits: np.ndarray) -> tuple[np.ndarray, np.ndarray, float]:
             ended = ~np.isfinite(fine.states).all(axis=1)
             with np.errstate(all="ignore"):
                 apart = found.of(orbits).distance(fine.states - coarse.states)
             return np.where(ended, 0.0, apart), np.where(ended, 0.0, self.times[:, orbits] * found.rate[orbits]), 1.0
 
-        def keep(orbits: np.ndarray, fine: _Run, chosen: np.ndarray, error: np.ndarray) -> None:
+        def keep(orbits: np.ndarray, fine: Compared, chosen: np.ndarray, error: np.ndarray) -> None:
             where = orbits[chosen]
             self._keep(where, fine.of(chosen))
             error = error[:, chosen]
             errors[..., where] = error[:, None] * size[:, where]
             holds = np.isnan(self.states[:, 0, where]) | (error <= goal)
-            reached = np.where(holds, error, np.inf)
-            self.until[where] = np.where(
-                holds.all(axis=0), self.ensemble.time[where], _until(reached, self.times[:, where], goal)
-            )
+            self.until[where] = until(holds, self.times[:, where], self.ensemble.time[where])
 
-        def drifts(run: _Run) -> np.ndarray:
+        def drifts(run: Compared) -> np.ndarray:
             drift = energy_error(flow.model, run.ensemble)
             return (run.ensemble.status == Status.OK) & (drift > self.options.drift)
 
@@ -123,7 +108,7 @@ class _Strobed:
 
     def _follow(
         self, flow: Flow, orbits: np.ndarray, radius: np.ndarray, wear: Wear | None, report: Report | None
-    ) -> _Run:
+    ) -> Compared:
         """Run these orbits: to the section, where they do not start a period before it, then from period to period; the
         ones by themselves and the others, as each would run alone.
         """
@@ -137,7 +122,7 @@ class _Strobed:
                 part = self._follow(flow.of(some), orbits[some], radius[some], worn, report)
                 whole.take(some, part.ensemble)
                 states[..., some], steps[some] = part.states, part.step
-            return _Run(states, whole, steps)
+            return Compared(states, whole, steps)
         used = np.broadcast_to(np.inf if flow.adaptive else flow.step, orbits.size)
         ensemble = flow.ensemble(np.ascontiguousarray(self.z[:, orbits]), radius=radius)
         lead, rest = self.lead[orbits], self.wanted
@@ -156,7 +141,7 @@ class _Strobed:
             states, interrupted = flow.worn(ensemble, rest, wear, time=rest * self.period, report=report)
         if first:
             ensemble.time += lead
-        run = _Run(np.concatenate([*first, states]), ensemble, used)
+        run = Compared(np.concatenate([*first, states]), ensemble, used)
         if interrupted:
             done = np.isfinite(run.states[-1]).all(axis=0)
             ensemble.status[(ensemble.status == Status.OK) & ~done] = Status.INTERRUPTED
@@ -164,7 +149,7 @@ class _Strobed:
             raise KeyboardInterrupt
         return run
 
-    def _keep(self, orbits: np.ndarray, run: _Run) -> None:
+    def _keep(self, orbits: np.ndarray, run: Compared) -> None:
         self.states[..., orbits] = run.states
         self.ensemble.take(orbits, run.ensemble)
         if isinstance(self.step, np.ndarray):
@@ -207,11 +192,3 @@ class _Strobed:
             point_error=error,
             accurate_until=None if error is None else self.until,
         )
-
-
-def _until(error: np.ndarray, times: np.ndarray, accuracy: float) -> np.ndarray:
-    """Return the time (orbits,) up to which errors (crossings, orbits) at times of each orbit's own stay below the
-    accuracy.
-    """
-    first = (error <= accuracy).argmin(axis=0)
-    return np.where(first > 0, np.take_along_axis(times, np.maximum(first - 1, 0)[None], axis=0)[0], 0.0)

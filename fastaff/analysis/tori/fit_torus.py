@@ -7,12 +7,12 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 from types import MappingProxyType
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from ...base.interruption import keeping
-from ...base.numbers import positive
+from ...base.numbers import fits, positive
 from ...base.recipe import recorded
 from ...base.short_forms import takes
 from ...base.status import Status
@@ -22,17 +22,33 @@ from ...flows.motion import motion
 from ...flows.options import Options, iterates, plan
 from ...models.contracts import Model
 from ...models.mechanics import energies, kinetic_energies, slopes
-from ...schemes.catalogue import SOFRONIOU_SPALETTA10, RungeKutta, Splitting, scheme_of
+from ...models.traits import traits_of
+from ...schemes.catalogue import GAUSS16, SOFRONIOU_SPALETTA10, Scheme, scheme_of
+from ..chaos.chaos_map import chaos_map
+from ..frequencies.frequencies import FrequencyKind
 from ..frequencies.integer_lattice import quotient, relations
-from .fit_series import STEPS, errors, fit, grow, weights, window
-from .fit_signals import signals
-from .fit_turns import fit_turns
-from .fourier import actions, canonical, evaluate
-from .torus import TorusFit, Verdict, basis_name, doubted, flow_residual, nothing, point, resting, unsure
-from .turns import turned
-
-GRID = 512
-"""Points of the torus where the invariance equation is tried, and of the orbit where the prediction is."""
+from ..frequencies.orbit_frequencies import orbit_frequencies
+from ..orbits.given_orbits import ends, given_orbits
+from .lines import Signals, pieces_of, signals
+from .series import LARGEST_ORDER, STEPS, Series, actions, canonical, errors, evaluate, fit, grow, weights, window
+from .torus import (
+    GRID,
+    TorusFit,
+    Unknown,
+    Verdict,
+    area,
+    distance,
+    flow_of_turns,
+    image,
+    nothing,
+    periods_of,
+    point,
+    residual,
+    resting,
+    rows_of,
+    turned,
+    without_periods,
+)
 
 MOST_SAMPLES = 2**17
 
@@ -45,6 +61,21 @@ LARGEST_DRIFT = 1e-6
 LEAST_PERIODS = 8.0
 """Natural periods below which nothing is fitted: the lines could not be told apart."""
 
+LEAST_TURNS = 256
+"""Turns that a fit needs, of each of the pieces that an orbit lies on."""
+
+LEAST_SAMPLES = 384
+"""Samples of an orbit of others that a fit needs: its first lines are looked for in two thirds of them."""
+
+FARTHEST = 1e150
+"""Time whose square is still a number."""
+
+LONGEST = 512
+"""Largest order of the series of a curve of a map."""
+
+ROUNDS = 4
+"""How often angles that wind are freed of a better value of their rate."""
+
 
 @takes(scheme=scheme_of)
 @recorded
@@ -55,7 +86,7 @@ def fit_torus(
     time: float,
     tolerance: float = 1e-6,
     step: float | None = None,
-    scheme: Splitting | RungeKutta | None = None,
+    scheme: Scheme | None = None,
     rtol: float = 1e-12,
     atol: float = 1e-12,
     report: Report | None = None,
@@ -74,7 +105,7 @@ def fit_torus(
     tolerance : float, default 1e-6
         Largest residual and prediction error of a torus.
     step, scheme, rtol, atol : as in `integrate`
-        Default scheme: SOFRONIOU_SPALETTA10.
+        Default scheme: SOFRONIOU_SPALETTA10, GAUSS16 for H(q, p).
     report : callable, optional
         Called with the fraction done, a quarter for each of the orbit, the same by half the steps, the fit and the
         verdict.
@@ -131,138 +162,233 @@ def fit_torus(
     if z.shape[1] != 1:
         raise ValueError(f"z0 must be one phase point of shape ({len(z)},), got {z.shape[1]} orbits")
     time, done = iterates(body, "time", time), report or (lambda fraction: None)
+    if scheme is None and not traits_of(body).iterated:
+        scheme = SOFRONIOU_SPALETTA10 if traits_of(body).separable else GAUSS16
     options = Options(scheme=scheme, step=step, rtol=rtol, atol=atol, report=report)
     energy = math.nan if turned(body) else float(energies(body, z)[0])
-    known = [nothing(body, energy, {"status": float(Status.INTERRUPTED)}, Verdict.UNDECIDED)]
+    known = [nothing(body, energy, {"status": float(Status.INTERRUPTED)})]
     with keeping("fit_torus", lambda: known[-1]):
-        if turned(body):
-            found = fit_turns(body, z, time, tolerance, options, known, done)
-        else:
-            options = replace(options, scheme=SOFRONIOU_SPALETTA10 if scheme is None else scheme)
-            flow, z, _ = plan(body, z, options)
-            found = _found(flow, body, z, time, tolerance, energy, known, done)
-        if report is not None:
-            report(1.0)
+        found = (_turns if turned(body) else _samples)(body, z, time, options, energy, done)
+        if isinstance(found, Samples):
+            found = fitted(body, found)
+            done(0.75)
+            if not max(found.residual, found.prediction_error) <= tolerance:
+                known.append(unsure(found, {"longer": 4 * time}))
+                found = doubted(known[-1], z, time)
+        done(1.0)
     return found
 
 
-def _found(
-    flow: Flow,
-    body: Any,
-    z: np.ndarray,
-    time: float,
-    tolerance: float,
-    energy: float,
-    known: list[TorusFit],
-    report: Report,
-) -> TorusFit:
-    """Return the torus of the orbit from z (2n, 1), if there is one; add to `known` what is known on the way."""
-    own = motion(body, z)
-    least = LEAST_PERIODS * 2 * np.pi / float(own.rate[0])
-    short = time < least and own.kinetic[0] > 0
-    times, inside, (path, evidence) = np.zeros(0), 0, _path(flow, z, time, 64) if short else (z, {})
-    if not short:
-        times, path, inside, evidence = _sampled(flow, z, time)
-    tiny = not resting(path) and not (kinetic_energies(body, path) > 0).any()  # its energy is below the smallest number
-    if short or tiny or evidence["status"] != Status.OK:
-        evidence |= {"longer": least} if evidence["status"] == Status.OK else {}
-        return nothing(
-            body, energy, evidence, Verdict.NOT_A_TORUS if evidence["status"] == Status.ESCAPED else Verdict.UNDECIDED
-        )
-    if resting(path):
-        residual = float(np.abs(slopes(body, path[:, :1])).max())
-        return point(body, path, evidence, residual=residual, energy=energy)
-    report(0.25)
-    taken = flow.fitted(1.5 * time / (len(times) - 1))  # the steps that it took between samples
-    finer, state = _path(taken.finer(), z, time, inside)
-    finer = finer if state["status"] == Status.OK else path
-    report(0.5)
-    found = fitted(body, times, path, finer, inside, energy, evidence)
-    report(0.75)
-    if max(found.residual, found.prediction_error) <= tolerance:
-        return found
-    known.append(unsure(found, time))
-    return doubted(known[-1], z, time)
+class Samples(NamedTuple):
+    """Equidistant samples of an orbit: times (samples,), states (2n, samples), how many of them are fitted; the later
+    ones are predicted.
+
+    finer: the same by half the steps, None where there are none; pieces: turns from one sample to the next, images of
+    which the torus consists; what is known of the orbit, as of `TorusFit`.
+    """
+
+    t: np.ndarray
+    path: np.ndarray
+    inside: int
+    finer: np.ndarray | None
+    evidence: dict
+    energy: float = math.nan
+    pieces: int = 1
 
 
-def _sampled(flow: Flow, z0: np.ndarray, time: float) -> tuple[np.ndarray, np.ndarray, int, dict]:
-    """Return times, states (2n, samples) over 3/2 of the time, how many of them lie inside it, and what became of the
-    orbit.
+def _samples(
+    body: Any, z: np.ndarray, time: float, options: Options, energy: float, report: Report
+) -> Samples | TorusFit:
+    """Return samples of the orbit from z (2n, 1) over 3/2 of the time, or what there is to say where it has no fit.
 
     They are made so dense that the spectrum falls to rounding before its end, judged from its exponential fall.
     """
-    inside = 4096
+    flow, z, _ = plan(body, z, options)
+    own = motion(body, z)
+    least = LEAST_PERIODS * 2 * np.pi / float(own.rate[0])
+    short = time < least and own.kinetic[0] > 0
+    inside = 64 if short else 4096
     while True:
-        path, state = _path(flow, z0, time, inside)
+        path, evidence = _path(flow, z, 1.5 * time, 3 * inside // 2)
+        evidence["samples"] = float(inside)
+        if short or evidence["status"] != Status.OK or 2 * inside > MOST_SAMPLES:
+            break
         spectrum = np.abs(np.fft.rfft(path[:, :inside] * weights(inside)))
         end = spectrum[:, -inside // 8 :].max() / (spectrum.max() or 1.0)
-        if state["status"] != Status.OK or end <= END_OF_SPECTRUM or 2 * inside > MOST_SAMPLES:
-            return 1.5 * time / (path.shape[1] - 1) * np.arange(path.shape[1]), path, inside, state
+        if end <= END_OF_SPECTRUM:
+            break
         factor = np.log(END_OF_SPECTRUM) / min(np.log(end), -0.5)
         inside = int(min(MOST_SAMPLES, inside * 2 ** np.ceil(np.log2(max(factor, 2.0)))))
+    if evidence["status"] != Status.OK:
+        return nothing(body, energy, evidence, gone=evidence["status"] == Status.ESCAPED)
+    still = resting(path)
+    if short or not (still or (kinetic_energies(body, path) > 0).any()):  # or its energy is below the smallest number
+        return nothing(body, energy, evidence | {"longer": least})
+    if still:
+        left = float(np.abs(slopes(body, path[:, :1])).max())
+        return point(body, path, energy, evidence, residual=left)
+    report(0.25)
+    interval = 1.5 * time / (path.shape[1] - 1)
+    finer, state = _path(flow.fitted(interval).finer(), z, 1.5 * time, path.shape[1] - 1)  # half the steps that it took
+    report(0.5)
+    finer = finer if state["status"] == Status.OK else path
+    return Samples(interval * np.arange(path.shape[1]), path, inside, finer, evidence, energy)
 
 
-def _path(flow: Flow, z0: np.ndarray, time: float, inside: int) -> tuple[np.ndarray, dict]:
-    """Return the states (2n, samples) over 3/2 of the time, `inside` of them in it, and what became of the orbit."""
-    ensemble = flow.ensemble(z0.copy())
-    states = flow.sampled(ensemble, 3 * inside // 2, time=1.5 * time)
-    path = np.column_stack([z0, states[0].T])
-    error = 0.0 if resting(path) else energy_drift(flow.model, path, ensemble.energy, ensemble.scale).max()
-    mark_drift(ensemble, np.array([error]), LARGEST_DRIFT)
-    return path, {"status": float(ensemble.status[0]), "energy error": float(error), "samples": float(inside)}
-
-
-def fitted(
-    body: Any, times: np.ndarray, path: np.ndarray, finer: np.ndarray, inside: int, energy: float, evidence: dict
-) -> TorusFit:
-    """Fit `inside` samples of path (2n, samples) and compare with the equations of motion, the later samples, and finer
-    steps.
+def _turns(
+    body: Any, z: np.ndarray, time: float, options: Options, energy: float, report: Report
+) -> Samples | TorusFit:
+    """Return samples of the orbit of a map, or of a driven system's map over its period, from z (2n, 1) over 3/2 of the
+    time, or what there is to say where it has no fit.
     """
-    t = times[:inside]
-    start = signals(body, t, path[:, :inside])
+    mapping, periods, rows = traits_of(body).iterated, periods_of(body), rows_of(body)
+    flow, _, interval = flow_of_turns(body, z, options)
+    count = int(time / interval + 1e-9)
+    if count < LEAST_TURNS:
+        return nothing(body, energy, {"status": float(Status.OK), "longer": LEAST_TURNS * interval})
+    fits("time", 3 * count, len(z))
+    path, evidence = _path(flow, z, (3 * count // 2) * interval, 3 * count // 2)
+    evidence["samples"] = float(3 * count // 2)
+    if evidence["status"] != Status.OK or not np.isfinite(path).all():
+        gone = evidence["status"] in ((Status.LOST, Status.NONFINITE) if mapping else (Status.ESCAPED,))
+        return nothing(body, energy, evidence, gone=gone)
+    report(0.25)
+    pieces = pieces_of(body, path[:, :count])
+    evidence["islands"] = float(pieces)
+    if pieces > 1:
+        path = _without_steps(path[:, ::pieces], periods)
+    every = path[rows]
+    if resting(every - every.mean(axis=1, keepdims=True) + every[:, :1]) or (np.ptp(every, axis=1) == 0).all():
+        away = without_periods(image(body, path[:, :1], pieces) - path[:, :1], periods)[rows]
+        return point(body, path, energy, evidence, residual=float(np.abs(away).max()), islands=pieces)
+    inside, finer = 2 * path.shape[1] // 3, None
+    if inside < LEAST_TURNS:
+        return nothing(body, energy, evidence | {"longer": pieces * LEAST_TURNS * interval})
+    if not mapping:
+        finer, state = _path(flow.finer(), z, pieces * inside * interval, pieces * inside)
+        finer = finer[:, ::pieces] if state["status"] == Status.OK else None
+    report(0.5)
+    return Samples(np.arange(float(path.shape[1])), path, inside, finer, evidence, energy, pieces)
+
+
+def _path(flow: Flow, z: np.ndarray, time: float, count: int) -> tuple[np.ndarray, dict[str, float]]:
+    """Return the states (2n, count + 1) of the orbit from z (2n, 1) up to a time, angles of a map as they wind on, and
+    what became of the orbit.
+    """
+    ensemble, traits, error = flow.ensemble(z.copy()), flow.traits, 0.0
+    states = flow.sampled(ensemble, count, time=time)
+    path = np.column_stack([z, states[0].T])
+    if traits.iterated:
+        path = _unwound(flow.model, path)
+    else:
+        if traits.driven:
+            path[traits.moving] = z[traits.moving]
+        if traits.driven or not resting(path):
+            with np.errstate(all="ignore"):
+                error = float(energy_drift(flow.model, path, ensemble.energy, ensemble.scale).max())
+        if not traits.driven:
+            mark_drift(ensemble, np.array([error]), LARGEST_DRIFT)
+    return path, {"status": float(ensemble.status[0]), "energy error": error}
+
+
+def _unwound(model: Any, path: np.ndarray) -> np.ndarray:
+    """Return the iterates (2n, samples) of a map with angles as they wind on, whole periods from what they are."""
+    with np.errstate(all="ignore"):
+        ahead = np.array(np.broadcast_arrays(*model.iterate(*path[:, :-1])))
+        for row, period in enumerate(model.periods()):
+            if period > 0:
+                path[row, 1:] += period * np.cumsum(np.rint((ahead[row] - path[row, 1:]) / period))
+    return path
+
+
+def _without_steps(path: np.ndarray, periods: np.ndarray) -> np.ndarray:
+    """Return rows without the whole periods that they wind on from one sample to the next, where these are the same."""
+    path = path.copy()
+    for row in np.flatnonzero(periods > 0):
+        steps = (path[row, -1] - path[row, 0]) / periods[row] / (path.shape[1] - 1)
+        if abs(steps - np.rint(steps)) * path.shape[1] < 1:
+            path[row] -= np.rint(steps) * periods[row] * np.arange(path.shape[1])
+    return path
+
+
+def _series(body: Any, orbit: Samples) -> tuple[Signals, Series, np.ndarray, float, np.ndarray]:
+    """Return the signals of the samples inside, the series that fits them, the errors of its frequencies, their
+    diffusion and their relations.
+    """
+    t, path, turns = orbit.t[: orbit.inside], orbit.path[:, : orbit.inside], turned(body)
+    start = signals(body, t, path)
     samples = window(t, start.values, start.carrier)
-    series = grow(samples, start.nu, start.rank)
-    parts = np.linalg.lstsq(np.hstack([start.rows.real, -start.rows.imag]), finer[:, :inside], rcond=None)[0]
-    same = window(t, parts[: len(start.values)] + 1j * parts[len(start.values) :], start.carrier)
-    error, diffusion = errors(samples, series, start.rank, 2 * evidence["energy error"])
-    error = error + STEPS * np.abs(fit(same, series.nu, start.rank, series.orders, iterations=3).nu - series.nu)
-    relation = relations(
-        series.nu, error, _reach(error.max(initial=0.0) / np.abs(series.nu).max(initial=1 / samples.time))
-    )
-    R, C = quotient(relation, len(series.nu))
-    carriers = np.vstack([R[start.rank :], np.zeros((1, R.shape[1]), int)])
-    k = np.concatenate([carriers[c] + series.k @ R[: start.rank] for c in start.carrier])
-    z = np.concatenate([back[:, None] * c for back, c in zip(start.rows.T, series.c, strict=True)], axis=1)
+    largest = min(LONGEST, len(t) // 4) if turns and start.rank == 1 else LARGEST_ORDER
+    series = grow(samples, start.nu, start.rank, largest)
+    for _ in range(ROUNDS if start.winding.any() else 0):
+        moved = np.abs(series.nu - start.nu).max() * len(t)
+        start = start.at(series.nu, samples.t, path)
+        samples = window(t, start.values, start.carrier)
+        series = fit(samples, start.nu, start.rank, series.orders)
+        if moved < 1e-12:
+            break
+    error, diffusion = errors(samples, series, start.rank, 2 * orbit.evidence["energy error"])
+    for bar in start.bars:
+        error = error + bar
+    if orbit.finer is not None:
+        same = samples._replace(signals=start.same(samples.t, orbit.finer[:, : len(t)]))
+        change = fit(same, series.nu, start.rank, series.orders, iterations=3).nu - series.nu
+        error = error + STEPS * np.abs(change)
+    relative = error.max(initial=0.0) / np.abs(series.nu).max(initial=1 / samples.time)
+    return start, series, error, diffusion, relations(series.nu, error, 0 if turns else _reach(relative))
+
+
+def fitted(body: Any, orbit: Samples) -> TorusFit:
+    """Fit the samples inside; compare with the equations of motion or the map, the later samples, and finer steps."""
+    t, turns, middle = orbit.t, turned(body), (orbit.t[0] + orbit.t[orbit.inside - 1]) / 2
+    start, series, error, diffusion, relation = _series(body, orbit)
+    R, C = quotient(relation, len(error))
+    nu, winding, zero = C @ series.nu, start.winding @ R, np.zeros((1, R.shape[1]), int)
+    carriers = np.vstack([R[start.rank :], zero])
+    k = np.concatenate([zero, *[carriers[c] + series.k @ R[: start.rank] for c in start.carrier]])
+    parts = [back[:, None] * c for back, c in zip(start.rows.T, series.c, strict=True)]
+    z = np.concatenate([np.zeros((len(orbit.path), 1), complex), *parts], axis=1)
+    free = turns & ~winding.any(axis=0)
+    if free.any():  # their sense is that of a positive action
+        sign = np.where(free & (actions(*canonical(k, z)[:2]) < 0), -1, 1)
+        nu, winding, k = sign * nu, winding * sign, k * sign
     k, z, angles = canonical(k, z)
-    nu = C @ series.nu
-    prediction = _distance(body, times[inside:], path[:, inside:], k, z, angles, nu, (t[0] + t[-1]) / 2)
-    residual = flow_residual(body, k, z, nu)
-    evidence |= {
-        "residual": residual,
-        "prediction error": prediction,
+    if turns:
+        k, z = _about(start.centre - start.steady * middle - winding @ angles, k, z)
+    theta0 = (angles - nu * middle) % 1.0  # before a whole turn is taken off: the middle may be half a sample
+    nu, wound = np.where(free, nu % 1.0, nu), winding if winding.any() else None
+    left = residual(body, k, z, nu, wound, orbit.pieces)
+    count = len(t) // 3 if turns else len(t) - orbit.inside
+    later = np.arange(orbit.inside, len(t), max(1, count // GRID))
+    origin, time = (theta0, 0.0) if turns else (angles, middle)
+    theta = origin[:, None] + nu[:, None] * (t[later] - time)
+    prediction = distance(body, evaluate(k, z, theta) + winding @ theta, orbit.path[:, later])
+    tried = {"residual": left, "prediction error": prediction}
+    fit_of = {
         "misfit": series.misfit,
         "diffusion": diffusion,
         "edge of the series": float(series.edge.max(initial=0.0)),
         "terms left out": float(series.left_out),
         "unexplained lines": float(start.unknown),
     }
-    verdict = Verdict.TORUS if body.degrees_of_freedom == len(nu) else Verdict.RESONANT
     return TorusFit(
         names=tuple(basis_name(unit, R, start.names) for unit in np.eye(len(nu), dtype=int)),
-        nu=nu,
-        nu_error=np.abs(C) @ error,
-        J=actions(k, z),
-        theta0=(angles - nu * (t[0] + t[-1]) / 2) % 1.0,
+        nu=nu / orbit.pieces,
+        nu_error=np.abs(C) @ error / orbit.pieces,
+        J=area(body, k, z, wound),
+        theta0=theta0,
         k=k,
         coefficients=z,
-        residual=residual,
+        residual=left,
         prediction_error=prediction,
-        verdict=verdict,
+        verdict=Verdict.TORUS if traits_of(body).moving == len(nu) else Verdict.RESONANT,
         dimension=len(nu),
         relations=relation,
-        evidence=MappingProxyType(evidence),
-        energy=energy,
+        evidence=MappingProxyType(orbit.evidence | (fit_of | tried if turns else tried | fit_of)),
+        energy=orbit.energy,
         body=body,
+        winding=wound,
+        islands=orbit.pieces,
     )
 
 
@@ -273,18 +399,83 @@ def _reach(error: float) -> int:
     return 8 if error < 1e-9 else 4 if error < 1e-7 else 2 if error < 1e-5 else 0
 
 
-def _distance(
-    body: Model,
-    times: np.ndarray,
-    path: np.ndarray,
-    k: np.ndarray,
-    z: np.ndarray,
-    angles: np.ndarray,
-    nu: np.ndarray,
-    middle: float,
-) -> float:
-    """Return the largest distance of the orbit from the torus at the predicted angles, relative to the orbit's size."""
-    every = max(1, len(times) // GRID)
-    times, path, n = times[::every], path[:, ::every], len(z) // 2
-    apart = path - evaluate(k, z, angles[:, None] + nu[:, None] * (times - middle))
-    return float(max(np.abs(apart[s]).max() / (np.abs(path[s]).max() or 1.0) for s in (slice(n), slice(n, 2 * n))))
+def _about(centre: np.ndarray, k: np.ndarray, z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return a series (terms), z (2n, terms) about another centre (2n,)."""
+    if k.any(axis=1).all():
+        k, z = np.vstack([k, np.zeros((1, k.shape[1]), int)]), np.column_stack([z, np.zeros(len(z), complex)])
+    z[:, ~k.any(axis=1)] += centre[:, None]
+    return k, z
+
+
+def unsure(found: TorusFit, evidence: dict, *, chaotic: bool = False) -> TorusFit:
+    """Return a fit that is not good enough, undecided or no torus, with more evidence."""
+    verdict, none = Verdict.NOT_A_TORUS if chaotic else Verdict.UNDECIDED, np.full_like(found.nu_error, np.inf)
+    return replace(found, verdict=verdict, nu_error=none, evidence=MappingProxyType({**found.evidence, **evidence}))
+
+
+def doubted(found: TorusFit, z: np.ndarray, time: float) -> TorusFit:
+    """Return an undecided fit with the verdict that chaos gives, or that there is none to be seen."""
+    if not traits_of(found.body).iterated and not hasattr(found.body, "tangent_force"):
+        return found
+    seen = chaos_map(found.body, z, time=1.5 * time)
+    values = {name: float(value[0]) for name, value in zip(seen.names, seen.values, strict=True)}
+    return unsure(found, values, chaotic=bool(seen.chaotic[0]))
+
+
+def basis_name(unit: np.ndarray, R: np.ndarray, names: tuple[str, ...]) -> str:
+    """Return the name of the frequency whose row of R is that unit vector, else a number."""
+    return next(
+        (name for row, name in zip(R, names, strict=True) if np.array_equal(row, unit)),
+        f"theta {int(unit.argmax()) + 1}",
+    )
+
+
+def fit_samples(
+    samples: Any, dt: float | None = None, *, times: Any = None, coordinates: Any = None, tolerance: float = 1e-6
+) -> TorusFit:
+    """Fit a Fourier torus to the samples of one orbit of another program.
+
+    :Parameters: samples (2n, samples) or (2n, 1, samples), dt, times, coordinates as in `orbit_frequencies`, 384
+        samples or more of an orbit that does not end, dense enough for all harmonics; tolerance: largest prediction
+        error of a torus.
+    :Returns: TorusFit, whose residual and energy are NaN and body None: no equations of motion are known.
+    :Raises: ValueError or TypeError naming the wrong argument.
+
+    The first two thirds of the samples are fitted as `fit_torus` does its own; the fit predicts the last third. Where
+    the prediction fails, the orbit is "not a torus" if its frequencies change from half to half (`orbit_frequencies`),
+    else undecided. nu_error knows nothing of the scheme that made the samples. theta0 are the angles of the first one.
+    Actions J are those of the rows as they are: canonical where these are.
+
+    :Cost: as `fit_torus`, without its runs.
+    :Source: as `fit_torus`.
+    """
+    tolerance = positive("tolerance", tolerance)
+    given = given_orbits(samples, dt=dt, times=times, coordinates=coordinates, least=LEAST_SAMPLES)
+    if given.shape[1] != 1:
+        raise ValueError(f"samples must be of one orbit, (2n, samples), got {given.shape[1]} orbits")
+    if given.interval is None:
+        raise ValueError("dt must be given, the time between samples: these do not tell")
+    if not 1.0 / FARTHEST < given.interval * LEAST_SAMPLES < given.interval * given.shape[2] < FARTHEST:
+        raise ValueError(f"dt must be neither so small nor so large that squares of times are none, got {dt!r}")
+    z = given.read(0, 1)
+    known = int(ends(z)[0][0])
+    path = np.ascontiguousarray(z[:, 0])
+    if known < path.shape[1]:
+        raise ValueError(
+            f"samples must be finite and move to the last one, got {path[:, known]} from sample {known} on"
+        )
+    if resting(path):
+        raise ValueError("samples must be of an orbit that moves")
+    body: Any = Unknown(given.angles)
+    inside = 2 * path.shape[1] // 3
+    evidence = {"status": float(Status.OK), "energy error": 0.0, "samples": float(inside)}
+    t = given.interval * np.arange(path.shape[1])
+    try:
+        found = fitted(body, Samples(t, path, inside, path, evidence))
+    except np.linalg.LinAlgError:
+        found = nothing(body, np.nan, evidence)
+    if not found.prediction_error <= tolerance:
+        seen = orbit_frequencies(path, given.interval)
+        change = {"longer": 4 * t[inside], "frequency diffusion": float(seen.diffusion[0])}
+        found = unsure(found, change, chaotic=seen.kind[0] == FrequencyKind.IRREGULAR)
+    return replace(found, body=None)

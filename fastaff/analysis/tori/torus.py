@@ -1,13 +1,15 @@
-"""A torus as a Fourier series: the result of fits, and how well it obeys equations of motion or a map."""
+"""A torus as a Fourier series: the result of fits, and how well it obeys equations of motion or a map.
+
+Of a map, and of a driven system's map over its period, orbits are looked at once a turn: an iterate, a period.
+"""
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from enum import Enum
 from types import MappingProxyType
-from typing import Annotated, Any
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
@@ -15,13 +17,32 @@ from ...base.axes import along
 from ...base.numbers import numbers, shown, whole
 from ...base.results import Result
 from ...base.status import Status
-from ...models.mechanics import slopes
+from ...flows.flow import Flow
+from ...flows.options import Options, plan
+from ...models.mechanics import inside, slopes
 from ...models.traits import traits_of
-from ..chaos.chaos_map import chaos_map
 from ..frequencies.integer_lattice import determinant, inverse
-from .fit_signals import Unknown
-from .fourier import actions, evaluate
-from .turns import area, spread, turn_residual, turned
+from .series import actions, evaluate
+
+GRID = 512
+"""Points of the torus where its equation is tried, and of the orbit where the prediction is."""
+
+STEP_ERROR = 1e-13
+"""What the steps over a period of a driven system are chosen for."""
+
+CONSTANT = 1e-6
+"""Part of its distance from the origin below which the spread of a row is no scale of its errors."""
+
+
+class Unknown(NamedTuple):
+    """What stands for the model of orbits that were given: the names of its coordinates, no equations of motion."""
+
+    coordinates: tuple[str, ...]
+
+    @property
+    def degrees_of_freedom(self) -> int:
+        """Number of coordinates."""
+        return len(self.coordinates)
 
 
 class Verdict(Enum):
@@ -136,11 +157,8 @@ class TorusFit(Result, axis=None):
         """
         kept = np.abs(self.k).sum(axis=1) <= whole("order", order, 0)
         k, z = self.k[kept], self.coefficients[:, kept]
-        if self.body is not None and turned(self.body):
-            nu, J = self.nu * self.islands, area(self.body, k, z, self.winding)
-            left = turn_residual(self.body, k, z, nu, self.winding, self.islands)
-            return replace(self, k=k, coefficients=z, J=J, residual=left)
-        return replace(self, k=k, coefficients=z, J=actions(k, z), residual=flow_residual(self.body, k, z, self.nu))
+        left = residual(self.body, k, z, self.nu * self.islands, self.winding, self.islands)
+        return replace(self, k=k, coefficients=z, J=area(self.body, k, z, self.winding), residual=left)
 
     def summary(self) -> str:
         """Say in one line the verdict and its numbers."""
@@ -161,44 +179,12 @@ class TorusFit(Result, axis=None):
         return text
 
 
-def flow_residual(body: Any, k: np.ndarray, z: np.ndarray, nu: np.ndarray) -> float:
-    """Return the largest |nu . dz/dtheta - X(z)| on the torus over the largest |X|, for coordinates and momenta apart;
-    NaN where no equations of motion are known.
-    """
-    if body is None or isinstance(body, Unknown):
-        return float("nan")
-    n, theta = len(z) // 2, spread(k.shape[1])
-    point, slope = np.split(evaluate(k, np.vstack([z, 2j * np.pi * (k @ nu) * z]), theta), 2)
-    with np.errstate(all="ignore"):
-        speed = slopes(body, point)
-        parts = [
-            np.abs(slope[s] - speed[s]).max() / (np.abs(speed[s]).max() or 1.0) for s in (slice(n), slice(n, 2 * n))
-        ]
-    return float(max(parts)) if np.isfinite(parts).all() else np.inf
-
-
 def resting(path: np.ndarray) -> bool:
     """Tell whether the orbit stays where it is, to rounding."""
     return bool((np.ptp(path, axis=1) <= 1e-12 * np.abs(path).max()).all())
 
 
-def unsure(found: TorusFit, time: float) -> TorusFit:
-    """Return a fit that is not good enough, undecided."""
-    evidence, none = MappingProxyType({**found.evidence, "longer": 4 * time}), np.full_like(found.nu_error, np.inf)
-    return replace(found, verdict=Verdict.UNDECIDED, nu_error=none, evidence=evidence)
-
-
-def doubted(found: TorusFit, z: np.ndarray, time: float) -> TorusFit:
-    """Return an undecided fit with the verdict that chaos gives, or that there is none to be seen."""
-    if not traits_of(found.body).iterated and not hasattr(found.body, "tangent_force"):
-        return found
-    seen = chaos_map(found.body, z, time=1.5 * time)
-    values = {name: float(value[0]) for name, value in zip(seen.names, seen.values, strict=True)}
-    verdict = Verdict.NOT_A_TORUS if seen.chaotic[0] else found.verdict
-    return replace(found, verdict=verdict, evidence=MappingProxyType({**found.evidence, **values}))
-
-
-def nothing(body: Any, energy: float, evidence: dict, verdict: Verdict) -> TorusFit:
+def nothing(body: Any, energy: float, evidence: dict, *, gone: bool = False) -> TorusFit:
     """Return what there is to say of an orbit that failed, or is too short: its status."""
     n = body.degrees_of_freedom
     unknown, one = np.full(n, np.nan), np.full((2 * n, 1), np.nan + 0j)
@@ -212,7 +198,7 @@ def nothing(body: Any, energy: float, evidence: dict, verdict: Verdict) -> Torus
         coefficients=one,
         residual=np.inf,
         prediction_error=np.inf,
-        verdict=verdict,
+        verdict=Verdict.NOT_A_TORUS if gone else Verdict.UNDECIDED,
         dimension=n,
         relations=np.zeros((0, n), int),
         evidence=MappingProxyType(evidence),
@@ -221,13 +207,12 @@ def nothing(body: Any, energy: float, evidence: dict, verdict: Verdict) -> Torus
     )
 
 
-def point(
-    body: Any, path: np.ndarray, evidence: dict, *, residual: float, rows: Any = slice(None), energy: float = math.nan
-) -> TorusFit:
+def point(body: Any, path: np.ndarray, energy: float, evidence: dict, *, residual: float, islands: int = 1) -> TorusFit:
     """Return the torus of dimension 0 of an orbit (2n, samples) that stays where it is; its residual is absolute."""
-    none, moved, size = np.zeros(0), np.ptp(path[rows], axis=1).max(), np.abs(path[rows]).max() or 1.0
+    none, moving = np.zeros(0), path[rows_of(body)]
     return replace(
-        nothing(body, energy, evidence, Verdict.RESONANT),
+        nothing(body, energy, evidence),
+        verdict=Verdict.RESONANT,
         names=(),
         nu=none,
         nu_error=none,
@@ -236,18 +221,120 @@ def point(
         k=np.zeros((1, 0), int),
         coefficients=path[:, :1] + 0j,
         residual=residual,
-        prediction_error=float(moved / size),
+        prediction_error=float(np.ptp(moving, axis=1).max() / (np.abs(moving).max() or 1.0)),
         dimension=0,
         relations=np.zeros((0, 0), int),
+        islands=islands,
     )
 
 
-def basis_name(unit: np.ndarray, R: np.ndarray, names: tuple[str, ...]) -> str:
-    """Return the name of the frequency whose row of R is that unit vector, else a number."""
-    return next(
-        (name for row, name in zip(R, names, strict=True) if np.array_equal(row, unit)),
-        f"theta {int(unit.argmax()) + 1}",
-    )
+def turned(body: Any) -> bool:
+    """Tell whether the torus of a model's orbit is one of a map: its own, or that over the period of its drive."""
+    traits = traits_of(body)
+    return traits.iterated or traits.driven
+
+
+def periods_of(body: Any) -> np.ndarray:
+    """Return the periods (2n,) of the rows, 0 where there is none."""
+    if traits_of(body).iterated:
+        return np.array(body.periods(), dtype=np.float64)
+    return np.zeros(2 * body.degrees_of_freedom)
+
+
+def rows_of(body: Any) -> np.ndarray:
+    """Return the rows that move from turn to turn: all but the time of a driven system and its momentum."""
+    n, kept = body.degrees_of_freedom, np.arange(traits_of(body).moving)
+    return np.concatenate([kept, n + kept])
+
+
+def flow_of_turns(body: Any, z: np.ndarray, options: Options) -> tuple[Flow, np.ndarray, float]:
+    """Return a flow of the orbits from z (2n, orbits), their starts, and the time of a turn, which its steps divide."""
+    interval = 1.0 if traits_of(body).iterated else float(body.period)
+    flow, z, _ = plan(body, z, options, error=STEP_ERROR)
+    return flow.fitted(interval), z, interval
+
+
+def image(body: Any, z: np.ndarray, count: int) -> np.ndarray:
+    """Return where phase points z (2n, points) are after `count` turns, NaN where they do not get there."""
+    result = np.full(z.shape, np.nan)
+    live = np.isfinite(z).all(axis=0) & inside(body, z)
+    if not live.any():
+        return result
+    if traits_of(body).iterated:
+        points = z[:, live]
+        with np.errstate(all="ignore"):
+            for _ in range(count):
+                points = np.array(np.broadcast_arrays(*body.iterate(*points)))
+        result[:, live] = points
+        return result
+    (flow, points, period), row = flow_of_turns(body, z[:, live], Options()), traits_of(body).moving
+    ensemble = flow.ensemble(points.copy())
+    states = flow.sampled(ensemble, 1 if flow.adaptive else count, time=count * period)
+    after = np.where(ensemble.status == Status.OK, states[:, -1].T, np.nan)
+    after[row] = np.where(np.isfinite(after[row]), points[row], np.nan)
+    result[:, live] = after
+    return result
+
+
+def spread(d: int) -> np.ndarray:
+    """Return GRID evenly spread points (d, GRID) of the torus of d angles (Roberts)."""
+    ratio = np.roots([1.0, *[0.0] * (d - 1), -1.0, -1.0]).real.max() if d else 1.0
+    return np.arange(GRID) * ratio ** -np.arange(1.0, d + 1)[:, None] % 1.0
+
+
+def without_periods(away: np.ndarray, periods: np.ndarray) -> np.ndarray:
+    """Take whole periods (rows,), 0 where a row has none, off differences (rows, points), which are returned."""
+    for r in np.flatnonzero(periods > 0):
+        away[r] -= periods[r] * np.rint(away[r] / periods[r])
+    return away
+
+
+def distance(body: Any, one: np.ndarray, other: np.ndarray) -> float:
+    """Return the largest difference of phase points (2n, points), for coordinates and momenta apart; inf where it is
+    not finite. It is relative to the size of the others; of turns, whole periods aside, to their extent.
+    """
+    periods, rows = periods_of(body), rows_of(body)
+    half = len(rows) // 2
+    with np.errstate(all="ignore"):
+        away, size = one - other, np.abs(other).max(axis=1)
+        if turned(body):
+            away = without_periods(away, periods)
+            size = np.maximum(np.ptp(other, axis=1) / 2, CONSTANT * size)
+            size = np.where(periods > 0, np.minimum(size, periods / 2), size)
+        parts = [np.abs(away[s]).max() / (size[s].max() or 1.0) for s in (rows[:half], rows[half:])]
+    return float(max(parts)) if np.isfinite(parts).all() else np.inf
+
+
+def residual(
+    body: Any, k: np.ndarray, z: np.ndarray, nu: np.ndarray, winding: np.ndarray | None, islands: int
+) -> float:
+    """Return how far points of the torus are from obeying the equations of motion, NaN where none are known: the
+    largest |nu . dz/dtheta - X(z)|, or |z(theta + nu) - M(z(theta))| with M that of so many turns; see `distance`.
+    """
+    if body is None or isinstance(body, Unknown):
+        return float("nan")
+    theta = spread(k.shape[1])
+    if not turned(body):
+        point, slope = np.split(evaluate(k, np.vstack([z, 2j * np.pi * (k @ nu) * z]), theta), 2)
+        with np.errstate(all="ignore"):
+            return distance(body, slope, slopes(body, point))
+    points, after = evaluate(k, z, theta), evaluate(k, z, theta + nu[:, None])
+    if winding is not None:
+        points, after = points + winding @ theta, after + winding @ (theta + nu[:, None])
+    return distance(body, image(body, points, islands), after)
+
+
+def area(body: Any, k: np.ndarray, z: np.ndarray, winding: np.ndarray | None) -> np.ndarray:
+    """Return the integrals J (d,) of p dq over the cycles of a torus; NaN where they mean nothing: more than one degree
+    of freedom of a map that is not symplectic, a momentum that winds.
+    """
+    n, J = len(z) // 2, actions(k, z)
+    if n > 1 and body is not None and not traits_of(body).symplectic:
+        return np.full(J.shape, np.nan)
+    if winding is None:
+        return J
+    constant = z[n:, ~k.any(axis=1)].real.sum(axis=1)
+    return np.where(winding[n:].any(), np.nan, J + winding[:n].T @ constant)
 
 
 def combination(row: np.ndarray, names: tuple[str, ...]) -> str:

@@ -10,11 +10,13 @@ import { showConstant, showOthers, showParameters, showState, showWrong } from "
 import { makeSaving } from "./offers.js";
 import { OWN, firstState, hashOf, othersOf, systemOf } from "./state.js";
 import { showRow } from "./table.js";
-import { shownNumber, writeLabel } from "./text.js";
+import { shownFormula, shownNumber, writeLabel } from "./text.js";
 import { takeRegion } from "./view_configuration.js";
-import { changeView, wholeView, zoomView } from "./view_section.js";
+import { changeView, isAllowed, wholeView, zoomView } from "./view_section.js";
 
 const REGION_CELLS = 256; // cells of the accessible region, each way
+const FIRST = 12, EVENLY = [0.7548776662466927, 0.5698402909980532]; // orbits at the beginning, spread evenly (Roberts 2018)
+const CHANGE = 1000; // milliseconds within which changes are one
 const LIVE = 60; // milliseconds between two surfaces while a slider moves
 
 export function makeActions(app) {
@@ -42,7 +44,7 @@ export function makeActions(app) {
 
   function addressOf() {
     const starts = [...orbits.shown.values()].map((orbit) => orbit.point);
-    return hashOf(app.state, starts.length ? starts : (app.pending ?? []).map((start) => start.point).filter(Boolean), section.past.length ? section.frame.view : null);
+    return hashOf(app.refused ? app.accepted : app.state, starts.length ? starts : (app.pending ?? []).map((start) => start.point).filter(Boolean), section.past.length ? section.frame.view : null);
   }
 
   // ---- orbits
@@ -66,6 +68,8 @@ export function makeActions(app) {
   function click(u, v) {
     if (!section.surface) return;
     notice("");
+    part("hello").hidden = true;
+    app.changedAt = -Infinity; // what comes next is a change of its own
     const orbit = launch({ point: shortPoint(u, v) }, app.state.crossings);
     forget(remember(orbits, { launched: [orbit.number] }));
     choose(orbit.number, true);
@@ -74,6 +78,7 @@ export function makeActions(app) {
 
   function fill() {
     if (!section.surface) return;
+    part("hello").hidden = true;
     const cells = Number(part("grid").value);
     const entry = { first: orbits.next, end: orbits.next + cells * cells, numbers: [] };
     orbits.next = entry.end;
@@ -128,7 +133,9 @@ export function makeActions(app) {
       if (action.fill) app.send({ type: "stop", orbit: null });
       forget(takeAll([...action.launched]));
       orbits.nextMark = Math.max(0, ...[...orbits.shown.values()].map((orbit) => orbit.mark)) + 1;
-      return notice("The launch is undone.");
+      if (!action.before) return notice("The launch is undone.");
+      useState(action.before);
+      return notice("As it was before.");
     }
     for (const orbit of action.removed) {
       showOrbit(orbits, orbit);
@@ -147,7 +154,7 @@ export function makeActions(app) {
     if (!removeOrbit(orbits, number)) return;
     for (const action of orbits.actions) if (action.launched) action.launched = action.launched.filter((entry) => entry !== number);
     orbits.nextMark = Math.max(0, ...[...orbits.shown.values()].map((orbit) => orbit.mark)) + 1;
-    orbits.actions = orbits.actions.filter((action) => action.fill || action.removed || action.launched.length);
+    orbits.actions = orbits.actions.filter((action) => action.fill || action.removed || action.before || action.launched.length);
     if (orbits.chosen === null) choose([...orbits.shown.keys()].at(-1) ?? null, true);
     everything();
   }
@@ -189,14 +196,15 @@ export function makeActions(app) {
   // ---- system, surface
 
   // Show a whole state: another system, or that of an address.
-  function useState(state) {
-    app.state = state;
+  function useState(state, before = null) {
+    Object.assign(app, { state, before, changedAt: -Infinity });
     const system = systemOf(setup, state);
-    app.pending = state.points.map((point) => ({ point }));
+    app.alive = state.points === null;
+    app.pending = (state.points ?? []).map((point) => ({ point }));
     showState(app.panel, state, system);
     for (const what of ["formula", "energy", "section"]) showWrong(app.panel, what, null);
     part("title").textContent = system.title;
-    writeLabel(part("formula-shown"), system.formula ?? "");
+    writeLabel(part("formula-shown"), system.name === "own" ? shownFormula(system.formula) : system.formula ?? "");
     part("body-figure").hidden = system.kind !== "body";
     app.root.dataset.kind = system.kind;
     app.root.toggleAttribute("data-driven", Boolean(system.driven));
@@ -256,6 +264,33 @@ export function makeActions(app) {
     everything();
   }
 
+  // Say what to do where no orbit stays.
+  function adviseEnergy() {
+    const { surface } = section, shown = [...orbits.shown.values()];
+    if (!surface || surface.periods || !shown.length || !shown.every((orbit) => orbit.reading.status.toLowerCase() === "escaped")) return;
+    const { minimum, escape } = surface;
+    const opens = Number.isFinite(minimum) && escape !== null && surface.energy > escape;
+    if (opens) notice("All escape over E = " + shownNumber(escape, 5) + ": try E = " + shownNumber(minimum + 0.75 * (escape - minimum), 2) + ".");
+    else notice(minimum === null ? "All escape: the potential has no minimum." : "All orbits escape.");
+  }
+
+  // What an answer without a surface leaves: the orbits of the surface before, named, if the backend still has them.
+  function keepSurface() {
+    if (app.surfaceLost || !section.surface || !app.accepted) return void closeSurface();
+    Object.assign(app, { pending: null, refused: true, before: null, changedAt: -Infinity });
+    return "E = " + shownNumber(app.accepted.energy, 8);
+  }
+
+  // The state before a change that takes the orbits away, for undo; a slider that moves is one change.
+  function aboutToChange() {
+    const now = performance.now();
+    if (now - (app.changedAt ?? -Infinity) > CHANGE && app.accepted && section.surface) {
+      const points = [...orbits.shown.values()].map((orbit) => orbit.point).filter(Boolean);
+      app.before = { ...structuredClone(app.accepted), points, view: section.past.length ? [...section.frame.view] : null };
+    }
+    app.changedAt = now;
+  }
+
   function askSurface() {
     const { state } = app;
     if (!app.ready) return;
@@ -268,29 +303,47 @@ export function makeActions(app) {
 
   // Another surface of the same system: orbits start anew from the same points of the section, or of phase space.
   function surfaceChanged(byState, first) {
+    aboutToChange();
     if (!app.pending) {
       app.pending = [...orbits.shown.values()].filter((orbit) => orbit.point).map((orbit) => (byState && orbit.z0 ? { z0: orbit.z0, mark: orbit.mark } : { point: orbit.point, mark: orbit.mark }));
     }
-    dropOrbits();
+    if (first) { // the backend forgets its orbits
+      dropOrbits();
+      app.surfaceLost = true;
+    }
     notice("");
     clearTimeout(timer);
     timer = setTimeout(first ?? askSurface, LIVE);
   }
 
   function launchPending() {
-    const starts = app.pending ?? [];
-    app.pending = null;
+    dropOrbits();
+    const starts = app.pending?.length ? app.pending : app.alive ? firstStarts() : [];
+    Object.assign(app, { pending: null, alive: false, refused: false, accepted: structuredClone({ ...app.state, points: [] }) });
     for (const start of starts) launch(start, app.state.crossings, start.mark);
     if (starts.length) orbits.nextMark = Math.max(...[...orbits.shown.values()].map((orbit) => orbit.mark)) + 1;
     if (orbits.shown.size) {
       choose([...orbits.shown.keys()].at(-1), true);
-      forget(remember(orbits, { launched: [...orbits.shown.keys()] }));
-    } else part("hello").hidden = false;
+      forget(remember(orbits, { launched: [...orbits.shown.keys()], before: app.before }));
+    }
+  }
+
+  // Points that fill the region evenly, the first ones too.
+  function firstStarts() {
+    const { surface } = section, [u0, u1, v0, v1] = surface.extent, found = [];
+    for (let k = 1; k < 40 * FIRST && found.length < FIRST; k++) {
+      const [u, v] = shortPoint(u0 + (u1 - u0) * ((0.5 + k * EVENLY[0]) % 1), v0 + (v1 - v0) * ((0.5 + k * EVENLY[1]) % 1));
+      if (isAllowed(surface, u, v)) found.push({ point: [u, v] });
+    }
+    return found;
   }
 
   const panel = {
     state: () => app.state,
-    system: (name) => useState(firstState(setup, name)),
+    system(name) {
+      aboutToChange();
+      useState(firstState(setup, name), app.before);
+    },
     formula(text, coordinates, angles) {
       Object.assign(app.state, { formula: text, coordinates: coordinates || "x y", angles });
       if (OWN[app.state.system] === "plane" && !/^[A-Za-z]\w*[ ,]+[A-Za-z]\w*$/.test(app.state.coordinates)) {
@@ -482,6 +535,6 @@ export function makeActions(app) {
   }
 
   return {
-    do: act, choose, more, hide, forget: forgetOne, step, moveCursor, pan, pointer, panel, notice, remembered, useState, askSurface, launchPending, takeParsed, dropRefused, closeSurface, showBackgroundState, showFoot, showPlaying, click,
+    do: act, choose, more, hide, forget: forgetOne, step, moveCursor, pan, pointer, panel, notice, remembered, useState, askSurface, launchPending, takeParsed, dropRefused, closeSurface, keepSurface, adviseEnergy, showBackgroundState, showFoot, showPlaying, click,
   };
 }

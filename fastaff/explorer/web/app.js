@@ -8,8 +8,10 @@ import { makeDrawing, askFrame } from "./drawing.js";
 import { receive } from "./messages.js";
 import { makeMotion } from "./motion.js";
 import { makeOrbits } from "./orbits.js";
+import { PAINTS } from "./paint.js";
 import { makePanel } from "./panel.js";
 import { followPointers } from "./pointer.js";
+import { fillList } from "./controls.js";
 import { firstState, readHash } from "./state.js";
 import { makeTable } from "./table.js";
 import { makeBodyView } from "./view_body.js";
@@ -67,6 +69,7 @@ function followTheme(app) {
     app.root.dataset.theme = app.theme;
     app.root.querySelector('[data-do="theme"]').textContent = "Theme: " + app.themeChoice;
     app.colours = plotColours(app.root);
+    app.paintStale = true; // the scale has other colours
     askFrame(app, "section", "configuration", "body", "frequency", "table");
   };
   dark.addEventListener("change", app.applyTheme);
@@ -92,6 +95,13 @@ function followHands(app) {
   part("frequency-axes").addEventListener("change", () => {
     app.frequency.axes = part("frequency-axes").value;
     askFrame(app, "frequency");
+  });
+  fillList(part("paint"), PAINTS, app.orbits.paintedBy);
+  part("paint").addEventListener("change", () => {
+    app.orbits.paintedBy = part("paint").value;
+    part("paint").blur(); // keys are those of the page again
+    Object.assign(app, { paintStale: true, paintedAt: -Infinity });
+    askFrame(app, "section", "configuration", "body", "frequency", "table");
   });
   part("series-row").addEventListener("change", () => {
     app.series.row = Number(part("series-row").value);

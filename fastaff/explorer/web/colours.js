@@ -29,6 +29,17 @@ export const MAP_TABLE = (() => {
   return table;
 })();
 
+// Shades of a value of orbits, from 0 to SHADES, that can be told from the ground; grey is the sea, or what is not known.
+export const SHADES = 48;
+
+const GREYS = { light: { sea: "#a3a9b2", open: "#5b626c" }, dark: { sea: "#6f7883", open: "#b9c0c9" } };
+
+export function shadeColour(paint, theme) {
+  if (typeof paint === "string") return GREYS[theme][paint];
+  const place = (theme === "dark" ? 75 : 0) + Math.round((paint / SHADES) * (theme === "dark" ? 180 : 190));
+  return "#" + [...MAP_TABLE.subarray(3 * place, 3 * place + 3)].map((part) => part.toString(16).padStart(2, "0")).join("");
+}
+
 // Colours that canvases use, read from the style sheet once for each theme.
 export function plotColours(root) {
   const style = getComputedStyle(root);

@@ -3,6 +3,7 @@
 import { backgroundDiffers, backgroundValue } from "./background.js";
 import { innerOf, insideFrame, toPlane } from "./frame.js";
 import { askMotion, tickMotion } from "./motion.js";
+import { repaint, showScale } from "./paint.js";
 import { hasRotation, nearestPoint, summaryOf } from "./orbits.js";
 import { systemOf } from "./state.js";
 import { drawTable } from "./table.js";
@@ -46,6 +47,15 @@ function drawFrame(app, now) {
   app.frames++;
   const scene = sceneOf(app);
   const next = [];
+  if (app.paintStale && now - (app.paintedAt ?? -Infinity) > CALM) {
+    Object.assign(app, { paintStale: false, paintedAt: now });
+    if (repaint(app.orbits)) {
+      if (app.section.layer) app.section.layer.stale = true;
+      for (const name of ["section", "configuration", "body", "frequency", "table"]) dirty.add(name);
+    }
+    showScale(app.part("scale"), app.orbits, app.theme);
+  } else if (app.paintStale) next.push("paint");
+  dirty.delete("paint");
   if (dirty.delete("section") && drawSection(app.section, scene)) next.push("section");
   if (dirty.delete("hover")) drawReadout(app);
   if (dirty.has("table") || dirty.has("frequency")) {

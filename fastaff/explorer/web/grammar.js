@@ -78,21 +78,20 @@ class FormulaReader {
       depth += (letter === "(") - (letter === ")");
       if (depth < 0) throw this.refuse("a closing parenthesis without an opening one", column);
       if (depth > GRAMMAR.limits.depth) throw this.refuse(`parentheses nested deeper than ${GRAMMAR.limits.depth}`, column);
-      if (letter === "^") throw this.refuse("^", column, "powers are written **");
     });
     if (depth > 0) throw this.refuse("not one expression, '(' was never closed", this.text.lastIndexOf("(") + 1);
   }
 
   /** Tokens {kind, text, column, end}: number, name, a sign, end. */
   scanned() {
-    const found = [], pattern = /[ \t\n\r]+|(0[xX](?:_?[0-9a-fA-F])+|0[oO](?:_?[0-7])+|0[bB](?:_?[01])+|(?:\d(?:_?\d)*\.?(?:\d(?:_?\d)*)?|\.\d(?:_?\d)*)(?:[eE][+-]?\d(?:_?\d)*)?)|([A-Za-z_]\w*)|(\*\*|\/\/|[-+*/(),.])/y;
+    const found = [], pattern = /[ \t\n\r]+|(0[xX](?:_?[0-9a-fA-F])+|0[oO](?:_?[0-7])+|0[bB](?:_?[01])+|(?:\d(?:_?\d)*\.?(?:\d(?:_?\d)*)?|\.\d(?:_?\d)*)(?:[eE][+-]?\d(?:_?\d)*)?)|([A-Za-z_]\w*)|(\*\*|\/\/|[-+*/(),.^])/y;
     while (pattern.lastIndex < this.text.length) {
       const column = pattern.lastIndex + 1, match = pattern.exec(this.text);
       if (!match) throw this.refuse("not one expression, invalid syntax", column);
       const [text, number, name, sign] = match;
       if (number !== undefined) this.checkLiteral(number, column);
       if (number ?? name ?? sign) {
-        const kind = number !== undefined ? "number" : name !== undefined ? "name" : sign;
+        const kind = number !== undefined ? "number" : name !== undefined ? "name" : sign === "^" ? "**" : sign;
         found.push({ kind, text, column, end: column + text.length });
       }
     }
@@ -151,6 +150,11 @@ class FormulaReader {
     const base = this.called();
     if (this.kind() !== "**") return base;
     const sign = this.take(), exponent = this.signed();
+    let tower = exponent;
+    while (tower.type === "sign" && !tower.inParentheses) tower = tower.operand;
+    if (tower.kind === "**" && !tower.inParentheses && this.text.includes("^")) {
+      throw this.refuse("a power of a power", sign.column, "with ^ it needs parentheses: x^(y^z)");
+    }
     return { type: "binary", kind: "**", left: base, right: exponent, column: base.column, between: sign.column };
   }
 

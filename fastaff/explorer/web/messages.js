@@ -50,12 +50,13 @@ function takeParsedMessage(app, message) {
 
 function takeSurfaceMessage(app, message) {
   const { state, section } = app;
-  if (message.energy !== state.energy) return;
+  app.surfaceLost = message.energy !== state.energy; // of an older question, whose orbits went with it
+  if (app.surfaceLost) return;
   showWrong(app.panel, "energy", null);
   showWrong(app.panel, "section", null);
   const key = [state.system, message.axes].join(), isMap = systemOf(app.setup, state).kind === "map";
   message.labels = message.labels.map(greek);
-  takeSurface(section, message, app.keepView && key === app.surfaceFor);
+  takeSurface(section, message, app.keepView && key === app.surfaceFor && section.past.length > 0);
   app.keepView = true;
   app.surfaceFor = key;
   if (state.view) {
@@ -91,7 +92,6 @@ function takeLaunchedMessage(app, message) {
   }
   orbit.point = Array.from(message.point);
   orbit.z0 = Array.from(message.z0);
-  app.part("hello").hidden = true;
   if (orbits.chosen === null) app.actions.choose(orbit.number, true);
   app.actions.remembered();
   askFrame(app, "section", "table");
@@ -137,6 +137,8 @@ function takeReadingMessage(app, message) {
     app.step = values.step;
     app.actions.showFoot();
   }
+  app.paintStale = true;
+  if (values.status.toLowerCase() === "escaped") app.actions.adviseEnergy();
   askFrame(app, "table", "frequency");
 }
 
@@ -151,8 +153,8 @@ function takeSpeedMessage(app, message) {
 
 function takeWrongMessage(app, message) {
   if (message.what === "formula" || message.what === "energy" || message.what === "section") {
-    app.actions.closeSurface();
-    showWrong(app.panel, message.what, sentence(message.message));
+    const kept = app.actions.keepSurface();
+    showWrong(app.panel, message.what, sentence(message.message) + (kept ? " The orbits are those of " + kept + "." : ""));
   } else if (message.what === "orbit" && app.motion.asked !== null) app.motion.asked = null;
   else app.actions.notice(sentence(message.message), true);
   askFrame(app, "section");

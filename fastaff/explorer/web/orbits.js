@@ -1,18 +1,18 @@
 // The orbits of the page: their points in double precision, their readings, and what undo brings back.
 
-import { orbitColour, rgbOf } from "./colours.js";
+import { orbitColour, rgbOf, shadeColour } from "./colours.js";
 
 const UNDONE = 30; // actions that can be undone
 
 export function makeOrbits() {
-  return { shown: new Map(), actions: [], next: 1, nextMark: 1, chosen: null, total: 0 };
+  return { shown: new Map(), actions: [], next: 1, nextMark: 1, chosen: null, total: 0, paintedBy: "verdict", span: null };
 }
 
 // number is what the worker knows it by; mark is what people see, and its colour: an orbit that starts anew on another
 // surface keeps its mark.
 export function newOrbit(number, mark, point) {
   return {
-    number, mark, point, z0: null, step: null, points: new Float64Array(256), count: 0, hidden: false,
+    number, mark, point, z0: null, step: null, points: new Float64Array(256), count: 0, hidden: false, paint: "open",
     reading: { crossings: 0, time: 0, rotation: null, lyapunov: null, megno: null, verdict: "undecided", energy_error: null, frequencies: null, status: "running" },
   };
 }
@@ -67,7 +67,7 @@ export function knownOrbit(orbits, number) {
 }
 
 export function colourOf(orbit, theme) {
-  return orbitColour(orbit.mark - 1, theme);
+  return orbit.paint === null ? orbitColour(orbit.mark - 1, theme) : shadeColour(orbit.paint, theme);
 }
 
 export function colourBytes(orbit, theme) {

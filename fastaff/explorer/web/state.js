@@ -61,20 +61,20 @@ export function firstState(setup, name) {
   const common = { scheme: setup.schemes[0].name, accuracy: 1e-10, crossings: 500, direction: 1, formula: "", coordinates: "x y", angles: "", ...picked(start, ["scheme", "accuracy", "crossings", "direction"]) };
   const kind = OWN[name];
   if (kind === "map") {
-    const own = { energy: null, p_eta: 0, p_gamma: 0, section: "x,p", constant: null, others: {}, view: null, points: [] };
+    const own = { energy: null, p_eta: 0, p_gamma: 0, section: "x,p", constant: null, others: {}, view: null, points: null };
     return { ...common, ...own, crossings: start.crossings ?? MAP_ITERATES, system: name, formula: OWN_FORMULAS.map, angles: "x=2*pi", parameters: { K: 0.9 } };
   }
   if (kind) {
     const values = kind === "body" ? { G: 1, K: 2 } : { lam: 1 };
     const surface = kind === "body" ? { energy: 1.5, p_eta: 0.3, p_gamma: 0.2, section: "alpha-turning", constant: null } : { energy: 0.125, p_eta: 0, p_gamma: 0, section: "x=c", constant: 0 };
-    return { ...common, ...surface, system: name, formula: OWN_FORMULAS[kind], parameters: values, view: null, points: [] };
+    return { ...common, ...surface, system: name, formula: OWN_FORMULAS[kind], parameters: values, view: null, points: null };
   }
   const system = setup.systems.find((entry) => entry.name === name) ?? setup.systems[0];
   const parameters = Object.fromEntries(system.parameters.map((entry) => [entry.name, entry.value]));
   const isMap = system.kind === "map";
   if (isMap) common.crossings = start.crossings ?? MAP_ITERATES;
   const others = isMap ? othersOf(system) : {};
-  const own = { others, phase: system.phase ?? null, energy: system.energy, p_eta: system.p_eta ?? 0, p_gamma: system.p_gamma ?? 0, section: system.sections[0].name, constant: system.sections[0].constant, parameters, view: null, points: [] };
+  const own = { others, phase: system.phase ?? null, energy: system.energy, p_eta: system.p_eta ?? 0, p_gamma: system.p_gamma ?? 0, section: system.sections[0].name, constant: system.sections[0].constant, parameters, view: null, points: null };
   const given = start.system === system.name ? { ...start, parameters: { ...parameters, ...start.parameters } } : {};
   return { ...common, ...own, ...picked(given, Object.keys(own)), system: system.name };
 }
@@ -118,7 +118,7 @@ export function readHash(setup, text) {
   const known = name !== undefined && (Object.hasOwn(OWN, name) || setup.systems.some((system) => system.name === name));
   if (name !== undefined && !known) wrong.push("system");
   const state = firstState(setup, known ? name : setup.start?.system);
-  if (given.size && !given.has("points")) state.points = [];
+  if (given.size) state.points = [];
   const read = (key, accepts, take) => {
     if (!given.has(key)) return;
     const value = given.get(key);

@@ -45,7 +45,7 @@ export function plainNumber(value) {
 // A formula as it is typed, in signs that people read: powers raised, products by juxtaposition.
 export function shownFormula(text) {
   return text
-    .replace(/\*\*\s*(\d+)/g, (_, power) => [...power].map((digit) => RAISED[digit]).join(""))
+    .replace(/(?:\*\*|\^)\s*(\d+)/g, (_, power) => [...power].map((digit) => RAISED[digit]).join(""))
     .replaceAll("**", "^")
     .replace(/\s*\*\s*/g, "\u2009")
     .replace(/\b([A-Z])([12])\b/g, (_, letter, low) => letter + "_" + low)

@@ -1,10 +1,10 @@
 // The section: accessible region, background map, points or their density, axes and marks, on three canvases.
 
 import { MAP_COVER, backgroundDiffers, backgroundExtents, drawColourBar } from "./background.js";
-import { rgbOf } from "./colours.js";
-import { clipToInner, drawAxes, drawExtent, fittedContext, imageOf, innerOf, makeFrame, toPixel, widened } from "./frame.js";
+import { clipToInner, drawAxes, drawExtent, fittedContext, innerOf, makeFrame, toPixel, widened } from "./frame.js";
 import { colourOf } from "./orbits.js";
 import { aimDensity, countDensity, densityImage, makeDensity } from "./view_density.js";
+import { outlineOf } from "./outline.js";
 import { drawPoints, makePointLayer, pointSize } from "./view_points.js";
 import { makeRaster, rasterPoints } from "./view_raster.js";
 
@@ -17,7 +17,7 @@ const BAR_ROOM = 62; // room for the colour bar
 export function makeSection(canvases) {
   const layer = makePointLayer(canvases.points);
   return {
-    canvases, frame: makeFrame(), surface: null, region: null, regionColour: "", layer, software: layer?.software ?? true, raster: makeRaster(), density: makeDensity(),
+    canvases, frame: makeFrame(), surface: null, region: null, layer, software: layer?.software ?? true, raster: makeRaster(), density: makeDensity(),
     wantsDensity: false, wantsBackground: true, cursor: null, box: null, hover: null, past: [], revision: 0,
   };
 }
@@ -33,11 +33,25 @@ export function backgroundShown(section, background, state) {
 // Take a new surface; the view is kept where it is still of use.
 export function takeSurface(section, surface, keepView) {
   section.surface = surface;
-  section.regionColour = "";
+  section.region = surface.open ? null : pathOf(surface.outline ?? outlineOf(surface.allowed, surface.extent, surface.width, surface.height));
   section.frame.labels = surface.labels;
   if (keepView) return;
   section.frame.view = widened(surface.extent, 0.04);
   section.past = [];
+}
+
+// The polygons of an outline as one path in the plane.
+function pathOf(outline) {
+  const path = new Path2D();
+  let begins = true;
+  for (let k = 0; k < outline.length; k += 2) {
+    const ends = Number.isNaN(outline[k]);
+    if (ends) path.closePath();
+    else if (begins) path.moveTo(outline[k], outline[k + 1]);
+    else path.lineTo(outline[k], outline[k + 1]);
+    begins = ends;
+  }
+  return path;
 }
 
 export function changeView(section, view, kept = true) {
@@ -103,14 +117,13 @@ function drawMap(ctx, frame, background, periods) {
   ctx.restore();
 }
 
-function regionImage(section, colours) {
-  if (section.regionColour !== colours.plot) {
-    const { width, height, allowed } = section.surface;
-    const rgb = rgbOf(colours.plot);
-    section.region = imageOf(width, height, (i) => [...rgb, allowed[i] ? 255 : 0]);
-    section.regionColour = colours.plot;
-  }
-  return section.region;
+function fillRegion(ctx, frame, path, colour) {
+  const [x0, y0] = toPixel(frame, 0, 0), [x1, y1] = toPixel(frame, 1, 1);
+  ctx.save();
+  ctx.transform(x1 - x0, 0, 0, y1 - y0, x0, y0);
+  ctx.fillStyle = colour;
+  ctx.fill(path);
+  ctx.restore();
 }
 
 // Draw all; returns true if there is more to draw in the next frame. scale: pixels of a CSS pixel, for pictures.
@@ -128,7 +141,7 @@ export function drawSection(section, { orbits, background, state, theme, colours
   ctx.fillStyle = surface ? colours.forbidden : colours.plot;
   ctx.fillRect(inner.x, inner.y, inner.width, inner.height);
   if (surface?.open) drawOpen(ctx, frame, surface.periods, colours.plot);
-  else if (surface) drawExtent(ctx, frame, regionImage(section, colours), surface.extent, true);
+  else if (surface) fillRegion(ctx, frame, section.region, colours.plot);
   if (withMap) drawMap(ctx, frame, background, surface.periods);
   if (dense) {
     aimDensity(section.density, orbits, frame.view, Math.round(inner.width * ratio), Math.round(inner.height * ratio), section.revision);

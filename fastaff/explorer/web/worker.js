@@ -5,6 +5,7 @@ import { Strobed } from "./driven.js";
 import { landscape } from "./landscape.js";
 import { MapOrbit } from "./map_orbit.js";
 import { MapPlane } from "./map_plane.js";
+import { betweenColumns, outlineOf } from "./outline.js";
 import { regionOf } from "./region.js";
 import { Surface, wrong } from "./sections.js";
 
@@ -44,10 +45,14 @@ export class Explorer {
     this.surface = null;
   }
 
-  on_surface(message) {
+  /** Take a surface that its energy reaches: all orbits go. */
+  begin(surface, extent) {
     this.orbits.clear();
     this.queue = [];
-    this.surface = null;
+    Object.assign(this, { surface, extent });
+  }
+
+  on_surface(message) {
     const map = this.mapAt(message.phase ?? 0);
     if (map) return this.showPlane(new MapPlane(map, this.P, this, message), message);
     const surface = new Surface(this.system, this.P, this.coordinates, message), { width = 200, height = 160 } = message;
@@ -56,12 +61,13 @@ export class Explorer {
       const lowest = minimum === null ? "" : `: the minimum there is ${Number(minimum.toPrecision(8))}`;
       throw wrong("energy", `energy ${surface.energy} reaches no point of the section${lowest}`);
     }
-    Object.assign(this, { surface, extent });
-    const allowed = surface.mask(extent, width, height);
+    this.begin(surface, extent);
+    const allowed = surface.mask(extent, width, height), top = betweenColumns((u) => surface.top(u), extent, width);
+    const outline = outlineOf(allowed, extent, width, height, (u, v) => surface.allows(u, v, top(u)), 0.2);
     this.post({
-      type: "surface", labels: surface.labels, axes: surface.axes, extent, width, height, allowed, minimum, escape,
+      type: "surface", labels: surface.labels, axes: surface.axes, extent, width, height, allowed, outline, minimum, escape,
       section: surface.section, constant: surface.constant, energy: surface.energy,
-    }, [allowed.buffer]);
+    }, [allowed.buffer, outline.buffer]);
     return undefined;
   }
 
@@ -78,10 +84,11 @@ export class Explorer {
   showPlane(surface, { width = 200, height = 160 }) {
     const extent = surface.extent(), allowed = surface.mask(extent, width, height), open = allowed.every((is) => is);
     if (!allowed.some((is) => is)) throw wrong("section", "no point of the plane is in the domain of the map");
-    Object.assign(this, { surface, extent });
+    this.begin(surface, extent);
+    const outline = open ? null : outlineOf(allowed, extent, width, height, (u, v) => surface.allows(u, v));
     const { labels, axes, section, energy, constant, periods } = surface;
     this.post({
-      type: "surface", labels, axes, extent, width, height, allowed, minimum: null, escape: null, section, constant, energy,
+      type: "surface", labels, axes, extent, width, height, allowed, outline, minimum: null, escape: null, section, constant, energy,
       periods, open,
     }, [allowed.buffer]);
   }

@@ -1,4 +1,5 @@
-"""Fourier series of signals on a torus of given frequencies, and the frequencies themselves to rounding.
+"""Fourier series of tori, z(theta) = Re sum_k z_k exp(2 pi i k . theta): their canonical form, values and actions; and
+the fit of the series of signals and of their frequencies, to rounding.
 
 Signals are s(t) = e^{2 pi i nu_c t} sum_k c_k e^{2 pi i k . nu t}: a carrier nu_c of their own (or none) times a series
 in the librations nu that all share. c and the frequencies are a stationary point of the weighted misfit
@@ -17,7 +18,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ...kernels.birkhoff import SHARPNESS
-from ..frequencies.integer_lattice import box
+from ..frequencies.integer_lattice import box, first_basis
 
 CHUNK = 512
 """Samples whose tables of phases are in memory at once."""
@@ -32,10 +33,12 @@ ROUNDING = 1e-13
 
 FIRST_ORDER, LARGEST_ORDER, LARGEST_BOX = 6, 72, 9000
 
-
 EARLY, LATE, STEPS = 0.47, 0.41, 1.5
 """End of the first and start of the last part of the window that are compared; factor of the change that half the step
 makes, of which a scheme of order 2 has 3/4 left."""
+
+TERMS = 1e-16
+"""Relative size of the coefficients that are kept."""
 
 
 class Samples(NamedTuple):
@@ -200,6 +203,9 @@ def fit(samples: Samples, nu: np.ndarray, rank: int, orders: tuple[int, ...], *,
     """
     t, w = samples.t, samples.w
     nu = np.array(nu, dtype=float)
+    if not len(samples.signals):
+        none = np.zeros((0, 1), complex), np.zeros((1, rank), int), (0,) * rank, np.zeros(rank)
+        return Series(nu, *none, misfit=0.0, left_out=0, unsettled=0.0)
     k = box(orders)
     units = np.vstack([np.eye(len(nu) - rank), np.zeros((1, len(nu) - rank))])[samples.carrier]
     directions = [np.hstack([k, np.broadcast_to(unit, (len(k), len(unit)))]) for unit in units]
@@ -268,6 +274,8 @@ def errors(samples: Samples, series: Series, rank: int, drift: float) -> tuple[n
     The parts are unequal: where the motion returns to its phase after half the window, halves would agree on wrong
     frequencies.
     """
+    if not len(samples.signals):
+        return np.zeros(len(series.nu)), 0.0
     size, orders = len(samples.t), tuple(-(-2 * order // 3) for order in series.orders)
     ends = [slice(0, int(EARLY * size)), slice(int(LATE * size), size)]
     parts = [
@@ -279,3 +287,49 @@ def errors(samples: Samples, series: Series, rank: int, drift: float) -> tuple[n
     difference = np.maximum(np.abs(parts[0].nu - parts[1].nu), unsettled)
     error = 3 * difference + series.unsettled / samples.time + (1e-13 + drift) * largest
     return error, float(difference.max(initial=0.0) / largest)
+
+
+def canonical(k: np.ndarray, z: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return k, z with one of each pair +-k, the largest first, and the angles at the middle, their origin made
+    canonical.
+    """
+    d = k.shape[1]
+    for i in range(d):  # the last component that is not 0 is positive
+        negative = (k[:, i] < 0) & (k[:, i + 1 :] == 0).all(axis=1)
+        k, z = np.where(negative[:, None], -k, k), np.where(negative, z.conj(), z)
+    k, place = np.unique(k, axis=0, return_inverse=True) if d else (k[:1], np.zeros(len(k), int))
+    summed = np.zeros((len(z), len(k)), complex)
+    np.add.at(summed.T, place.ravel(), z.T)
+    summed[:, ~k.any(axis=1)] = summed[:, ~k.any(axis=1)].real
+    n = len(z) // 2
+    scale = np.repeat([np.sqrt((np.abs(part) ** 2).sum()) or 1.0 for part in (summed[:n], summed[n:])], n)[:, None]
+    size = np.abs(summed / scale).max(axis=0)
+    order = np.argsort(-np.round(np.log(np.maximum(size, 1e-300)), 6), kind="stable")  # equal sizes in the order of k
+    order = order[size[order] > TERMS * size.max()]
+    k, z = k[order], summed[:, order]
+    leading = np.flatnonzero(k.any(axis=1))[:60]
+    chosen = leading[first_basis(k[leading])]
+    large = np.abs(z[:n, chosen])
+    coordinate = (large > (1 - 1e-6) * large.max(axis=0)).argmax(axis=0)  # the first of equals
+    phases = np.angle(z[coordinate, chosen]) / (2 * np.pi)
+    angles = np.linalg.lstsq(k[chosen].astype(float), phases, rcond=None)[0] if len(chosen) else np.zeros(d)
+    return k, z * np.exp(-2j * np.pi * (k @ angles)), angles
+
+
+def actions(k: np.ndarray, z: np.ndarray) -> np.ndarray:
+    """Return J = 2 pi I, I_i = 1/2 Re sum_k i k_i conj(p_k) . q_k."""
+    n = len(z) // 2
+    return np.pi * k.T @ (1j * (z[n:].conj() * z[:n]).sum(axis=0)).real
+
+
+def evaluate(k: np.ndarray, z: np.ndarray, theta: np.ndarray) -> np.ndarray:
+    """Return Re sum_k z_k exp(2 pi i k . theta) at theta (d, points), from tables of exp(2 pi i j theta_i)."""
+    out = np.empty((len(z), theta.shape[1]))
+    reach = np.abs(k).max(axis=0, initial=0)
+    for start in range(0, theta.shape[1], 64):
+        part = slice(start, start + 64)
+        waves = np.ones((len(k), theta[:, part].shape[1]), complex)
+        for component, largest, angle in zip(k.T, reach, theta[:, part] % 1.0, strict=True):
+            waves *= np.exp(2j * np.pi * np.arange(-largest, largest + 1)[:, None] * angle)[component + largest]
+        out[:, part] = (z @ waves).real
+    return out

@@ -1,0 +1,354 @@
+"""From samples of an orbit to what a torus is fitted from: signals, the lattice of their lines, first frequencies.
+
+From turn to turn, of a map or over the period of a drive, frequencies are known modulo one turn, and rows with a period
+wind on: then signals are what a path does beside its winding.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ...models.traits import traits_of
+from ..frequencies.integer_lattice import box, first_basis, generators, inverse, reduced
+from ..frequencies.naff import naff
+from .series import EARLY, LATE, weights
+from .torus import periods_of, turned
+
+LINES = (16, 48)
+"""Lines of each signal from which the lattice of frequencies is found; the second number where the first leave it
+incomplete.
+"""
+
+FLAT, STILL = 1e-11, 1e-12
+"""Size of a signal, relative to the orbit, below which it counts as constant; part of its distance from the origin
+below which a row does not move from turn to turn."""
+
+TRUSTED = 0.03
+"""Error bar of a line, in cycles over the window, up to which it can add to the lattice or speak against it."""
+
+PIECES, EXACT = 64, 1e-8
+"""Most pieces that a torus is looked for on; error of a line that may tell them, in cycles per turn."""
+
+
+class Signals(NamedTuple):
+    """Complex signals of unit size (signals, samples), and the way back to phase points: z_k = rows @ c_k, rows (2n,
+    signals).
+
+    carrier (signals,): number of each signal's carrier frequency, -1 for none; nu: first values of `rank` libration
+    frequencies, then of the carriers; names of both; unknown: lines that are no integer combination of the librations.
+
+    Of turns, signals are what is left of a path without its winding: winding (2n, d), how far a row goes on in a cycle
+    of an angle; steady (2n,), in a turn beside that; centre (2n,) of the rest, about the middle of the window, and its
+    size (2n,); bars (rates, d), errors of winding rates that are frequencies.
+    """
+
+    values: np.ndarray
+    rows: np.ndarray
+    carrier: np.ndarray
+    rank: int
+    nu: np.ndarray
+    names: tuple[str, ...]
+    unknown: int
+    winding: np.ndarray
+    steady: np.ndarray = np.zeros(0)
+    centre: np.ndarray = np.zeros(0)
+    size: np.ndarray = np.zeros(0)
+    bars: np.ndarray = np.zeros((0, 0))
+
+    def at(self, nu: np.ndarray, t: np.ndarray, path: np.ndarray) -> Signals:
+        """Return the signals of a path (2n, samples) whose angles wind at those frequencies, at times t about the
+        middle.
+        """
+        rest, centre = self._beside_winding(nu, t, path)
+        size = np.abs(rest).max(axis=1)
+        size = np.where(size > STILL * np.abs(path).max(axis=1), size, 0.0)
+        q, p = np.split(size, 2)
+        moving = self._replace(
+            nu=nu, size=size, centre=centre, rows=np.vstack([np.diag(q), 1j * np.diag(p)])[:, q + p > 0]
+        )
+        values = moving._loops(rest)
+        return moving._replace(values=values, carrier=np.full(len(values), -1))
+
+    def same(self, t: np.ndarray, path: np.ndarray) -> np.ndarray:
+        """Return the signals (signals, samples) of a path near this one, in the same units."""
+        if not self.size.size:
+            parts = np.linalg.lstsq(np.hstack([self.rows.real, -self.rows.imag]), path, rcond=None)[0]
+            return parts[: len(self.values)] + 1j * parts[len(self.values) :]
+        return self._loops(self._beside_winding(self.nu, t, path)[0])
+
+    def _beside_winding(self, nu: np.ndarray, t: np.ndarray, path: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return what a path does beside winding, about its centre, and this."""
+        rest = path - (self.winding @ nu + self.steady)[:, None] * t
+        centre = rest @ weights(rest.shape[1])
+        return rest - centre[:, None], centre
+
+    def _loops(self, rest: np.ndarray) -> np.ndarray:
+        """Return q - i p of the coordinates that move, in units of their own sizes."""
+        n, size = len(rest) // 2, self.size
+        scaled = rest * (size / np.where(size > 0, size * size, 1.0))[:, None]
+        return (scaled[:n] - 1j * scaled[n:])[size[:n] + size[n:] > 0]
+
+
+class Lines(NamedTuple):
+    """Lines of loops, those that lead first: frequencies, errors, the loop of each, its strength, and whether it is
+    sharp.
+    """
+
+    nu: np.ndarray
+    error: np.ndarray
+    loop: np.ndarray
+    strength: np.ndarray
+    sharp: np.ndarray
+
+
+def _lines(loops: np.ndarray, dt: float, time: float, count: int, unit: float | None = None) -> Lines:
+    """Return the lines of loops (loops, samples), `count` of each, that are strong and sharp, and the leading ones;
+    unit: the frequency that is known to rounding, by default the largest.
+    """
+    found = naff(loops, dt, lines=count, window_order=4)
+    known = np.isfinite(found.error)
+    strength = np.abs(found.amplitude) / np.abs(found.amplitude).max(axis=1, keepdims=True)
+    strength = np.where(known & (np.abs(found.nu) * time > 3), strength, 0.0)
+    error = np.where(known, 3 * found.error, np.inf) + 1e-12 * (unit or np.abs(found.nu).max())
+    leading = np.arange(count) == strength.argmax(axis=1)[:, None]
+    sharp = error * time < TRUSTED
+    order = np.argsort(-(strength + 2.0 * leading), axis=None, kind="stable")
+    order = order[(((strength > 1e-6) & sharp) | leading).ravel()[order]]
+    return Lines(*(rows.ravel()[order] for rows in (found.nu, error, np.indices(error.shape)[0], strength, sharp)))
+
+
+def signals(body: Any, t: np.ndarray, z: np.ndarray) -> Signals:
+    """Return the signals of samples z (2n, samples) at equidistant times t, and the first values of their frequencies.
+
+    For a body the planes a and b and their momenta, whose carriers are the mean turning rates of eta and gamma;
+    for other systems the loops q - i kappa p of the coordinates, without carriers.
+    """
+    if turned(body):
+        return _turn_signals(body, t, z)
+    n = body.degrees_of_freedom
+    size = [np.sqrt((part**2).sum(axis=0).mean()) or 1.0 for part in (z[:n], z[n:])]
+    librations, names, unknown = _lattice(body, t, z, size[0])
+    if traits_of(body).isotropic:
+        found = _plane_signals(t, z, size, librations)
+    else:
+        loops = z[:n] / size[0] - 1j * z[n:] / size[1]
+        found = loops, np.vstack([size[0] * np.eye(n), 1j * size[1] * np.eye(n)]), np.full(n, -1), [], ()
+    values, rows, carrier, turning, planes = found
+    return Signals(
+        values=values,
+        rows=rows,
+        carrier=carrier,
+        rank=len(librations),
+        nu=np.append(librations, turning),
+        names=(*names, *planes),
+        unknown=unknown,
+        winding=np.zeros((2 * n, len(librations) + len(turning))),
+    )
+
+
+def _plane_signals(
+    t: np.ndarray, z: np.ndarray, size: list[float], librations: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, list[float], tuple[str, ...]]:
+    """Return the signals of the planes that move, the way back, the carriers, and rates and names of these."""
+    values: list[np.ndarray] = []
+    rows: list[np.ndarray] = []
+    carrier: list[int] = []
+    turning: list[float] = []
+    names: tuple[str, ...] = ()
+    for name, q, p in (("eta", 0, 4), ("gamma", 2, 6)):
+        planes = [z[q] + 1j * z[q + 1], z[p] + 1j * z[p + 1]]
+        if all(np.abs(plane).max() <= FLAT * s for plane, s in zip(planes, size, strict=True)):
+            continue
+        for plane, s, row in zip(planes, size, (q, p), strict=True):
+            back = np.zeros(8, complex)
+            back[row : row + 2] = s, -1j * s  # Re of the plane, and Im
+            values.append(plane / s)
+            rows.append(back)
+            carrier.append(len(turning))
+        turning.append(_turning(values[-2], values[-1], t[1] - t[0], librations))
+        names = (*names, name)
+    return np.array(values), np.array(rows).T, np.array(carrier), turning, names
+
+
+def _loops(body: Any, z: np.ndarray, size: float) -> tuple[np.ndarray, list[str]]:
+    """Return the loops Q - c - i kappa P of the librations that move, (loops, samples), and their names."""
+    n = body.degrees_of_freedom
+    angles = getattr(body, "angles", None)
+    if angles is None or (any(angles.planes) and not traits_of(body).isotropic):
+        pairs, names = [(z[i], z[n + i]) for i in range(n)], list(body.coordinates)
+    else:
+        s = np.array([np.broadcast_to(row, z[0].shape) for row in angles.signals(*z)]).reshape(-1, 4, z.shape[1])
+        kept = [i for i, plane in enumerate(angles.planes) if not plane]
+        pairs, names = [(s[i, 0], s[i, 2]) for i in kept], [angles.names[i] for i in kept]
+    loops, moving = [], []
+    for (q, p), name in zip(pairs, names, strict=True):
+        width, height = np.ptp(q), np.ptp(p)
+        if width > FLAT * max(np.abs(q).max(), size) and height > 0:
+            loops.append(q - (q.max() + q.min()) / 2 - 1j * width / height * p)
+            moving.append(name)
+    return np.array(loops).reshape(-1, z.shape[1]), moving
+
+
+def _lattice(body: Any, t: np.ndarray, z: np.ndarray, size: float) -> tuple[np.ndarray, tuple[str, ...], int]:
+    """Return a basis of the librations' frequencies with names, and how many lines it does not explain.
+
+    The leading lines of the natural signals come first where they can be part of a basis, then the stronger ones; all
+    positive.
+    """
+    loops, names = _loops(body, z, size)
+    if not len(loops):
+        return np.zeros(0), (), 0
+    rank = 2 if traits_of(body).isotropic else body.degrees_of_freedom
+    for lines in LINES:  # many multiples of one strong frequency can hide the second one
+        found = _lines(loops, t[1] - t[0], t[-1], lines)
+        lattice = generators(found.nu, found.error, rank)
+        if len(lattice.nu) == rank:
+            break
+    unknown = int((~lattice.known & found.sharp).sum())
+    k = lattice.k[lattice.known]
+    chosen = first_basis(k)
+    if len(chosen) < len(lattice.nu):  # no lines are a basis: take the generators themselves
+        return np.abs(lattice.nu), tuple(names[: len(lattice.nu)]), unknown
+    own = [names[j] for j in found.loop[lattice.known][chosen]]  # the signal of each, or one that none is from
+    spare = [name for name in names if name not in own]
+    own = [name if name not in own[:i] or not spare else spare.pop(0) for i, name in enumerate(own)]
+    basis, natural = np.abs(k[chosen] @ lattice.nu), sorted(range(len(own)), key=lambda i: names.index(own[i]))
+    return basis[natural], tuple(own[i] for i in natural), unknown
+
+
+def _turning(a: np.ndarray, p: np.ndarray, dt: float, librations: np.ndarray) -> float:
+    """Return the mean turning rate of a plane: a line of its loop a - i kappa p, minus what librations bring it to the
+    mean rate.
+
+    The loop never vanishes where kappa has the sign of Im(conj(a) p), so the mean rate of its argument is that of arg
+    a; its weighted average says which of the lines' classes is meant, the line itself is sharper.
+    """
+    sense = -1.0 if np.mean(np.imag(a.conj() * p)) < -1e-13 else 1.0
+    loop = a - 1j * sense * np.sqrt(np.mean(np.abs(a) ** 2) / (np.mean(np.abs(p) ** 2) or np.inf)) * p
+    steps = np.angle(loop[1:] * loop[:-1].conj()) / (2 * np.pi * dt)
+    half = len(steps) // 2
+    rate, first, second = (float(weights(len(s)) @ s) for s in (steps, steps[:half], steps[half:]))
+    line = naff(loop, dt, lines=LINES[0], window_order=4).nu[0]
+    k = box([12] * len(librations))
+    candidates = line - k @ librations
+    miss = np.abs(candidates - rate)
+    near = np.flatnonzero(miss <= max(3 * abs(first - second) + 1e-9 * abs(rate), miss.min()))
+    return float(candidates[near[np.argmin(np.abs(k[near]).sum(axis=1))]])
+
+
+class Rates(NamedTuple):
+    """How far rows with a period wind on in a turn, in periods: rows, rate, error, and whether it is a whole number."""
+
+    rows: np.ndarray
+    rate: np.ndarray
+    error: np.ndarray
+    whole: np.ndarray
+
+
+def _rates(body: Any, path: np.ndarray) -> Rates:
+    """Return the mean rates at which rows wind: weighted averages, with what two parts of the window differ by."""
+    periods = periods_of(body)
+    rows = np.flatnonzero(periods > 0)
+    steps = np.diff(path[rows], axis=1) / periods[rows, None]
+    size = steps.shape[1]
+    parts = [steps[:, : int(EARLY * size)], steps[:, int(LATE * size) :]]
+    rate = steps @ weights(size)
+    error = 3 * np.abs(parts[0] @ weights(parts[0].shape[1]) - parts[1] @ weights(parts[1].shape[1]))
+    error = error + 1e-15 * np.maximum(np.abs(rate), 1.0) + 1e-16 * np.abs(path[rows]).max(axis=1) / periods[rows]
+    off = path[rows] - periods[rows, None] * np.rint(rate)[:, None] * np.arange(path.shape[1])
+    bounded = np.ptp(off, axis=1) < periods[rows]
+    return Rates(rows, rate, error, bounded | (np.abs(rate - np.rint(rate)) <= error))
+
+
+def _turn_lines(body: Any, path: np.ndarray, rates: Rates) -> tuple[Lines, list[str]]:
+    """Return the lines of the loops of a path, in cycles per sample, and the coordinate of each."""
+    n, flat, traits = body.degrees_of_freedom, path.copy(), traits_of(body)
+    periods, length = periods_of(body), path.shape[1]
+    flat[rates.rows] -= (periods[rates.rows] * rates.rate)[:, None] * np.arange(length)
+    flat -= flat.mean(axis=1, keepdims=True)
+    size = np.abs(flat).max(axis=1)
+    moves = size > STILL * np.maximum(np.abs(path).max(axis=1), periods)
+    kept = np.flatnonzero((moves[:n] | moves[n:])[: traits.moving])
+    if not kept.size:
+        return Lines(*(np.zeros(0, kind) for kind in (float, float, int, float, bool))), []
+    q, p = (flat[r] / np.where(size[r] > 0, size[r], 1.0)[:, None] * moves[r, None] for r in (kept, n + kept))
+    found = _lines(q - 1j * p, 1.0, length, LINES[1] if n > 1 else LINES[0], unit=1.0)
+    found = Lines(*(rows[found.strength > 0] for rows in found))
+    return found, [traits.names[kept[j]] for j in found.loop]
+
+
+def pieces_of(body: Any, path: np.ndarray) -> int:
+    """Return on how many pieces an orbit lies that are images of each other: the least common denominator of its lines
+    that are fractions of a turn.
+    """
+    rates = _rates(body, path)
+    lines, _ = _turn_lines(body, path, rates)
+    rate, bars = np.concatenate([rates.rate, lines.nu]), np.concatenate([rates.error, lines.error])
+    pieces, q = 1, np.arange(1, PIECES + 1)
+    for value, bar in zip(rate[bars < EXACT], bars[bars < EXACT], strict=True):
+        near = np.flatnonzero(np.abs(q * value - np.rint(q * value)) <= q * bar)
+        if near.size and math.lcm(pieces, int(q[near[0]])) <= PIECES:
+            pieces = math.lcm(pieces, int(q[near[0]]))
+    return pieces
+
+
+def _turn_signals(body: Any, t: np.ndarray, path: np.ndarray) -> Signals:
+    """Return the signals of a path from turn to turn: those of the coordinates that move, beside their winding."""
+    periods, rates = periods_of(body), _rates(body, path)
+    nu, names, w, unknown = _turn_lattice(body, path, rates)
+    winding, steady = np.zeros((len(path), len(nu))), np.zeros(len(path))
+    winding[rates.rows] = periods[rates.rows, None] * w
+    steady[rates.rows] = np.where(rates.whole, np.rint(rates.rate), 0.0) * periods[rates.rows]
+    alone = ~rates.whole & (np.abs(w).sum(axis=1) == 1)
+    none = np.zeros((0, 0))
+    found = Signals(
+        values=none,
+        rows=none,
+        carrier=none,
+        rank=len(nu),
+        nu=nu,
+        names=names,
+        unknown=unknown,
+        winding=winding,
+        steady=steady,
+        bars=rates.error[alone, None] * np.abs(w[alone]),
+    )
+    return found.at(nu, t - (t[0] + t[-1]) / 2, path)
+
+
+def _turn_lattice(body: Any, path: np.ndarray, rates: Rates) -> tuple[np.ndarray, tuple[str, ...], np.ndarray, int]:
+    """Return a basis of the frequencies beside the turn, with names: rates of angles that wind and leading lines first;
+    how often the rows that wind do so in a cycle of each, and how many lines the basis does not explain.
+    """
+    n, names = body.degrees_of_freedom, traits_of(body).names
+    winds = ~rates.whole
+    lines, owners = _turn_lines(body, path, rates)
+    values = np.concatenate([[1.0], rates.rate[winds], lines.nu])
+    bars = np.concatenate([[0.0], rates.error[winds], lines.error])
+    own = ["", *(names[r % n] for r in rates.rows[winds]), *owners]
+    found = generators(values, bars, traits_of(body).moving + 1)
+    unknown = int((~found.known[1 + winds.sum() :] & lines.sharp).sum())
+    k = found.k[found.known]
+    chosen = first_basis(k)
+    if len(chosen) == len(found.nu) and found.known[0] and chosen[0] == 0:
+        basis = k[chosen]
+        nu = values[found.known][chosen][1:]
+        called = [own[c] for c in np.flatnonzero(found.known)[chosen[1:]]]
+    else:  # no lines are a basis: complete the turn to one
+        _, V = reduced(k[:1])
+        basis = inverse(V)
+        nu = (basis @ found.nu)[1:]
+        called = [""] * len(nu)
+    spare = [name for name in names if name not in called]
+    for j, name in enumerate(called):
+        if name == "" or name in called[:j]:
+            called[j] = spare.pop(0) if spare else f"theta {j + 1}"
+    w = np.zeros((len(rates.rows), len(nu)), int)
+    for at, j in enumerate(map(int, np.flatnonzero(winds)), 1):
+        if found.known[at]:
+            w[j] = np.rint(found.k[at] @ np.linalg.inv(basis))[1:]
+    order = sorted(range(len(nu)), key=lambda i: (*names, *called).index(called[i]))
+    return nu[order], tuple(called[i] for i in order), w[:, order], unknown

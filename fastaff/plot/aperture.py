@@ -1,0 +1,75 @@
+"""The dynamic aperture: how many turns particles survive, over the amplitude and angle of their starts."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from ..base.numbers import numbers, whole
+from ..base.status import Status
+from .picking import carry
+from .style import ACCENT, Artists, colour_map, figure
+
+BINS = 15
+"""Angles where starts have too many of their own."""
+
+
+@figure
+def plot_aperture(
+    result: Any, z0: Any, *, ax: Any = None, x: int = 0, y: int = 1, bins: int | None = None, colorbar: bool = True
+) -> Artists:
+    """Draw the time or turns that orbits survived, over angle and amplitude of their starts, with the aperture: at each
+    angle the largest amplitude up to which all survived.
+
+    :Parameters: result: with `t` and `status` (orbits,), such as that of `fastaff.integrate` for a map, or
+        `fastaff.tunes`; z0: starts (2n, orbits), or a grid or sample of them; x, y: their rows, r (cos a, sin a);
+        bins: of the angles, by default the starts' own where there are few.
+    :Returns: Artists: points are the starts, lines the aperture and, where nothing is lost at an angle, marks of
+        "at least"; labels the text with its least, mean and largest value; missing is 0. A click picks the orbit.
+    """
+    z0 = numbers("z0", getattr(z0, "z0", z0))
+    if z0.ndim != 2 or z0.shape[1:] != np.shape(result.t):
+        raise ValueError(f"z0 must be the starts (2n, {np.size(result.t)}) of the result, got {z0.shape}")
+    rows = [whole(name, row, 0, len(z0) - 1) for name, row in (("x", x), ("y", y))]
+    across, up = z0[rows]
+    angle, radius = np.degrees(np.arctan2(up, across)), np.hypot(across, up)
+    lost = np.asarray(result.status) != Status.OK
+    from matplotlib.colors import LogNorm
+
+    end = float(np.max(result.t, initial=1.0))
+    shown = np.clip(result.t, 1e-3 * end, end)
+    how = {"cmap": colour_map().reversed(), "norm": LogNorm(float(shown.min(initial=0.1 * end)), end)}
+    points = ax.scatter(angle, radius, c=shown, s=14, linewidths=0, rasterized=True, **how)
+    carry(points, angle, radius, np.arange(angle.size))
+    middles, aperture, least = _aperture(angle, radius, lost, bins)
+    (curve,) = ax.plot(middles, aperture, color=ACCENT, lw=1.6, marker="o", ms=3, label="dynamic aperture")
+    (open_,) = ax.plot(middles[least], aperture[least], ls="", marker="^", ms=7, color=ACCENT)
+    known = aperture[np.isfinite(aperture)]
+    said = f"aperture {known.min():.3g} to {known.max():.3g}, mean {known.mean():.3g}" if known.size else "no aperture"
+    text = ax.set_title(said + (", ▲ at least" if least.any() else ""), fontsize=9, loc="left")
+    ax.set(xlabel="angle of the start  (degrees)", ylabel="amplitude of the start", ylim=(0.0, None))
+    unit = "turns" if getattr(result, "scheme", None) is None or repr(result.scheme) == "ITERATION" else "time"
+    bar = ax.figure.colorbar(points, ax=ax, label=f"{unit} survived") if colorbar else None
+    return Artists(points, bar, (curve, open_), (text,), 0)
+
+
+def _aperture(
+    angle: np.ndarray, radius: np.ndarray, lost: np.ndarray, bins: int | None
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return angles, the largest amplitude at each below the smallest that is lost, and where none is lost."""
+    own = np.unique(np.round(angle[radius > 0], 6))
+    if bins is None and own.size <= max(BINS, angle.size // 4):
+        middles, number = own, np.searchsorted(own, np.round(angle, 6) - 1e-9).clip(0, max(own.size - 1, 0))
+    else:
+        count = BINS if bins is None else whole("bins", bins, 1)
+        edges = np.linspace(angle.min(), angle.max(), count + 1)
+        middles, number = (edges[1:] + edges[:-1]) / 2, np.clip(np.digitize(angle, edges) - 1, 0, count - 1)
+    found, least = np.full(middles.size, np.nan), np.zeros(middles.size, bool)
+    for k in range(middles.size):
+        mine = (number == k) | (radius == 0)
+        first = np.min(radius[mine & lost], initial=np.inf)
+        inside = radius[mine & ~lost & (radius < first * (1 - 1e-9))]
+        found[k] = inside.max() if inside.size else 0.0 if np.isfinite(first) else np.nan
+        least[k] = not np.isfinite(first) and bool(inside.size)
+    return middles, found, least

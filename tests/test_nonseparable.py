@@ -1,0 +1,319 @@
+"""H(q, p) that is not T(p) + V(q), from a line of text: orbits, errors, sections, frequencies, chaos against truths."""
+
+import math
+
+import mpmath as mp
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+import fastaff as fa
+from fastaff.base.status import Status
+from fastaff.models.sections import AngleEquals
+from fastaff.models.traits import traits_of
+from fastaff.schemes import DOP853, GAUSS8, GAUSS16, VERNER9
+
+DOUBLE = (
+    "(p1**2*m2*b**2 + p2**2*(m1 + m2)*a**2 - 2*m2*a*b*p1*p2*cos(q1 - q2))/(2*m2*a**2*b**2*(m1 + m2*sin(q1 - q2)**2))"
+    " - (m1 + m2)*g*a*cos(q1) - m2*g*b*cos(q2)"
+)
+UNIT = {"m1": 1.0, "m2": 1.0, "a": 1.0, "b": 1.0, "g": 1.0}
+RNG = np.random.default_rng(32)
+
+
+def pendulum(**parameters):
+    turn = {"q1": "2*pi", "q2": "2*pi"}
+    return fa.hamiltonian(DOUBLE, coordinates="q1 q2", momenta="p1 p2", periods=turn, **{**UNIT, **parameters})
+
+
+def drawn():
+    """Masses, lengths and gravity, and the slowest rate of small oscillations, about."""
+    parameters = {name: float(10 ** RNG.uniform(-0.5, 0.5)) for name in UNIT}
+    return parameters, math.sqrt(parameters["g"] / (parameters["a"] + parameters["b"]))
+
+
+def lagrangian(t, y, m1, m2, a, b, g):
+    """Angles and angular velocities, by the equations of Lagrange: they share nothing with H."""
+    q1, q2, v1, v2 = y
+    s, c = np.sin(q1 - q2), np.cos(q1 - q2)
+    mass = np.array([[(m1 + m2) * a * a, m2 * a * b * c], [m2 * a * b * c, m2 * b * b]])
+    force = [
+        -m2 * a * b * s * v2 * v2 - (m1 + m2) * g * a * np.sin(q1),
+        m2 * a * b * s * v1 * v1 - m2 * g * b * np.sin(q2),
+    ]
+    return [v1, v2, *np.linalg.solve(mass, force)]
+
+
+def momenta(y, m1, m2, a, b, g):
+    c = np.cos(y[0] - y[1])
+    return np.array(
+        [*y[:2], (m1 + m2) * a * a * y[2] + m2 * a * b * c * y[3], m2 * b * b * y[3] + m2 * a * b * c * y[2]]
+    )
+
+
+@pytest.mark.parametrize("accuracy", [1e-6, 1e-9, 1e-12])
+def test_orbits_are_those_of_the_equations_of_lagrange_within_their_errors(accuracy):
+    late = []
+    for _ in range(3):
+        parameters, rate = drawn()
+        starts = RNG.uniform(-1.2, 1.2, (4, 6)) * np.array([1, 1, rate, rate])[:, None]
+        z0 = np.array([momenta(y, **parameters) for y in starts.T]).T
+        found = fa.integrate(pendulum(**parameters), z0, time=10 / rate, accuracy=accuracy)
+        assert (found.status == Status.OK).all()
+        for k, y in enumerate(starts.T):
+            end = solve_ivp(
+                lagrangian, (0, 10 / rate), y, args=(*parameters.values(),), method="DOP853", rtol=3e-14, atol=1e-15
+            )
+            truth = momenta(end.y[:, -1], **parameters)
+            allowed = found.error[:, k] + 3e-12 * np.abs(truth).max()
+            late.append(np.abs(found.z[:, k] - truth) / allowed)
+    assert np.mean(np.array(late) <= 1) >= 0.99
+    assert np.max(late) <= 10
+
+
+def test_an_orbit_in_more_digits():
+    z0, H = [1.1, -0.4, 0.3, 0.2], pendulum()
+
+    def rates(t, z):
+        d = z[0] - z[1]
+        s, c = mp.sin(d), mp.cos(d)
+        D, K = 1 + s * s, z[2] ** 2 + 2 * z[3] ** 2 - 2 * z[2] * z[3] * c
+        slope = z[2] * z[3] * s / D - K * s * c / D**2
+        return [(z[2] - z[3] * c) / D, (2 * z[3] - z[2] * c) / D, -slope - 2 * mp.sin(z[0]), slope - mp.sin(z[1])]
+
+    with mp.workdps(22):
+        truth = mp.odefun(rates, 0, [mp.mpf(repr(x)) for x in z0], tol=mp.mpf("1e-18"))(2)
+    tight = {"rtol": 1e-14, "atol": 1e-15}
+    for scheme, bound, how in (
+        (GAUSS16, 4e-15, {"step": 0.1}),
+        (GAUSS8, 5e-12, {"step": 0.05}),
+        (DOP853, 5e-14, tight),
+        (VERNER9, 5e-14, tight),
+    ):
+        found = fa.integrate(H, z0, time=2.0, scheme=scheme, **how).z[:, 0]
+        assert np.abs(found - np.array(truth, dtype=float)).max() < bound, scheme
+
+
+@pytest.mark.parametrize(("scheme", "step"), [(GAUSS8, 0.2), (GAUSS16, 0.5)], ids=["GAUSS8", "GAUSS16"])
+def test_the_order_is_that_of_the_scheme(scheme, step):
+    z0, H = [0.5, 0.2, 0.1, -0.2], pendulum()
+    fine = fa.integrate(H, z0, time=8.0, scheme=GAUSS16, step=0.1).z
+    error = [np.abs(fa.integrate(H, z0, time=8.0, scheme=scheme, step=h).z - fine).max() for h in (step, step / 1.5)]
+    assert abs(math.log(error[0] / error[1]) / math.log(1.5) - scheme.order) < 1.5
+
+
+def test_small_oscillations_have_the_frequencies_of_the_linear_theory():
+    found = fa.frequency_map(pendulum(), [[1e-4], [-2e-4], [0.0], [1e-4]], time=600.0)
+    omega = np.sort(2 * np.pi * found.nu[:, 0])
+    np.testing.assert_allclose(omega, [math.sqrt(2 - math.sqrt(2)), math.sqrt(2 + math.sqrt(2))], rtol=1e-7)
+    parameters, _ = drawn()
+    m1, m2, a, b, g = parameters.values()
+    mass, stiff = [[(m1 + m2) * a * a, m2 * a * b], [m2 * a * b, m2 * b * b]], np.diag([(m1 + m2) * g * a, m2 * g * b])
+    truth = np.sort(np.sqrt(np.linalg.eigvals(np.linalg.solve(mass, stiff))))
+    found = fa.frequency_map(pendulum(**parameters), [[1e-4], [-2e-4], [0.0], [0.0]], time=600 / truth[0])
+    np.testing.assert_allclose(np.sort(2 * np.pi * found.nu[:, 0]), truth, rtol=1e-6)
+
+
+def test_a_rotating_pendulum_has_its_mean_turn_for_a_frequency():
+    z0 = [0.1, 0.0, 20.0, 12.0]
+    found = fa.frequency_map(pendulum(), z0, time=400.0)
+    angles = fa.integrate(pendulum(), z0, time=400.0, samples=800).samples[:, 0, 0]
+    x = (np.arange(800) + 0.5) / 800
+    weight = np.exp(-1 / (x * (1 - x)))
+    turn = (np.diff(angles, prepend=0.1) * weight).sum() / weight.sum() / 0.5
+    assert np.abs(2 * np.pi * found.nu[:, 0] - turn).min() < 1e-5 * turn
+    assert not np.any(np.isnan(found.error))
+
+
+@pytest.mark.parametrize("scheme", [GAUSS8, GAUSS16], ids=lambda s: s.name)
+def test_energy_stays_and_time_goes_back(scheme):
+    z0, H = [[0.9, 2.0], [0.4, -1.0], [0.3, 0.5], [0.2, 0.1]], pendulum()
+    step = {"GAUSS8": 0.1, "GAUSS16": 0.25}[scheme.name]
+    errors = [fa.integrate(H, z0, time=t, scheme=scheme, step=step).energy_error for t in (25.0, 5000.0)]
+    assert errors[1][0] < 3e-9 if scheme is GAUSS8 else errors[1][0] < 1e-13
+    there = fa.integrate(H, z0, time=10.0, scheme=scheme, step=step).z
+    back = fa.integrate(H, there * np.array([1, 1, -1, -1])[:, None], time=10.0, scheme=scheme, step=step).z
+    np.testing.assert_allclose(back * np.array([1, 1, -1, -1])[:, None], z0, rtol=0, atol=2e-13)
+
+
+@pytest.mark.slow
+def test_energy_error_is_bounded_over_a_million_steps():
+    z0, H = [0.9, 0.4, 0.3, 0.2], pendulum()
+    found = fa.integrate(H, z0, time=2.5e5, scheme=GAUSS16, step=0.25, samples=1000)
+    drift = np.array([H.energy(*z) for z in found.samples[..., 0]]) - H.energy(*z0)
+    assert np.abs(drift).max() < 1e-12
+
+
+def test_the_tangent_map_is_symplectic_and_the_derivative():
+    parameters, rate = drawn()
+    H, z0 = pendulum(**parameters), np.array([0.5, -0.3, 0.1 * rate, 0.2 * rate])
+    found = fa.tangent_map(H, z0, time=3 / rate).matrix[..., 0]
+    J = np.kron([[0, 1], [-1, 0]], np.eye(2))
+    assert np.abs(found.T @ J @ found - J).max() < 1e-13 * np.abs(found).max() ** 2
+    shifts = 1e-5 * np.eye(4)
+    ends = [fa.integrate(H, (z0 + s * shifts).T, time=3 / rate, scheme=GAUSS16, step=0.05 / rate).z for s in (1, -1)]
+    np.testing.assert_allclose(found, (ends[0] - ends[1]) / 2e-5, rtol=0, atol=1e-7 * np.abs(found).max())
+
+
+def test_orbits_do_not_know_their_company():
+    H, z0 = pendulum(), RNG.uniform(-2, 2, (4, 200))
+    z0[:, 17] = [3.1, 3.1, 30.0, -40.0]  # whose iteration takes longest, and fails
+    run = {"time": 20.0, "scheme": GAUSS16, "step": 0.25}
+    whole = fa.integrate(H, z0, **run)
+    assert whole.status[17] == Status.NOT_CONVERGED
+    for some in ([3], [3, 17, 150], np.arange(199, -1, -1)):
+        part = fa.integrate(H, z0[:, some], threads=1, **run)
+        np.testing.assert_array_equal(part.z, whole.z[:, some])
+        np.testing.assert_array_equal(part.status, whole.status[some])
+
+
+def test_a_separable_hamiltonian_written_with_momenta_has_the_bits_of_today():
+    V, z0 = "(x**2 + 2*y**2)/2 + x**2*y - e*y**3/3", RNG.uniform(-0.3, 0.3, (4, 5))
+    for T, masses in (("(px**2 + py**2)/2", None), ("px**2/(2*m) + py**2/6", [2.5, 3.0])):
+        more = {} if masses is None else {"m": 2.5}
+        new = fa.hamiltonian(f"{T} + {V}", coordinates="x y", momenta="px py", e=0.7, **more)
+        old = fa.hamiltonian(V, coordinates="x y", masses=masses, e=0.7)
+        assert traits_of(new).separable
+        for run in (fa.integrate, fa.frequency_map):
+            one, other = (run(model, z0, time=80.0) for model in (new, old))
+            np.testing.assert_array_equal(
+                one.z if run is fa.integrate else one.nu, other.z if run is fa.integrate else other.nu
+            )
+    drive = {"coordinates": "x", "period": "2*pi/w", "w": 1.3}
+    new, old = fa.hamiltonian("p**2/2 - cos(x - w*t)", momenta="p", **drive), fa.hamiltonian("-cos(x - w*t)", **drive)
+    np.testing.assert_array_equal(*(fa.integrate(model, [0.3, 0.1], time=30.0).z for model in (new, old)))
+    skew = fa.hamiltonian("px**2/2 + py**2/2 + k*px*py + x**2 + y**4/4", coordinates="x y", momenta="px py", k=0.4)
+    assert traits_of(skew).separable
+    assert skew.kinetic_energy(1.0, 2.0) == 0.5 + 2.0 + 0.8
+
+
+def test_a_rotating_frame_written_out_agrees_with_the_exact_turn():
+    V, z0 = "(x**2 + 1.7*y**2)/2 + x**2*y", RNG.uniform(-0.2, 0.2, (4, 5))
+    whole = f"(px**2 + py**2)/2 + {V} - w*(x*py - y*px)"
+    new = fa.integrate(fa.hamiltonian(whole, coordinates="x y", momenta="px py", w=0.3), z0, time=60.0, accuracy=1e-11)
+    old = fa.integrate(fa.hamiltonian(V, coordinates="x y", rotation=0.3), z0, time=60.0, accuracy=1e-11)
+    assert (np.abs(new.z - old.z) <= new.error + old.error).all()
+
+
+def test_a_driven_one_has_the_orbits_of_its_equations():
+    H = fa.hamiltonian(
+        "p**2*(1 + x**2)/2 + x**2/2 - e*x*p*cos(w*t)", coordinates="x", momenta="p", period="2*pi/w", e=0.3, w=1.7
+    )
+    assert traits_of(H).terms == {"drive", "nonseparable"}
+
+    def rates(t, z):
+        x, p = z
+        c = 0.3 * np.cos(1.7 * t)
+        return [p * (1 + x * x) - c * x, -p * p * x - x + c * p]
+
+    z0 = RNG.uniform(-0.5, 0.5, (2, 4))
+    found = fa.integrate(H, z0, time=30.0, accuracy=1e-10)
+    for k in range(4):
+        end = solve_ivp(rates, (0, 30), z0[:, k], method="DOP853", rtol=1e-13, atol=1e-15).y[:, -1]
+        assert (np.abs(found.z[[0, 2], k] - end) <= found.error[[0, 2], k] + 1e-11).all()
+    assert (found.energy_error < 1e-9).all()
+    cut = fa.poincare_map(H, z0, section="t=0", crossings=5, accuracy=1e-10)
+    step = fa.integrate(H, z0, time=5 * 2 * np.pi / 1.7, accuracy=1e-11)
+    np.testing.assert_allclose(cut.points[[0, 2], -1], step.z[[0, 2]], rtol=0, atol=1e-8)
+
+
+@pytest.mark.parametrize("direction", [1, -1, 0])
+def test_sections_at_an_angle_are_meant_up_to_whole_turns(direction):
+    """Against the crossings of q1 = 2 pi k that SciPy's events find, of librating and of turning orbits."""
+    H = pendulum()
+    z0 = np.array([[0.5, 0.2, 0.1, -0.2], [0.5, 1.0, 9.0, 1.0], [0.5, 1.0, -9.0, 1.0], [2.5, -2.0, 1.0, 3.0]]).T
+    cut = fa.poincare_map(
+        H,
+        z0,
+        section=AngleEquals((1.0, 0.0, 0.0, 0.0), direction=direction),
+        crossings=60,
+        max_time=15.0,
+        accuracy=1e-9,
+    )
+
+    def event(t, z):
+        return np.sin(z[0] / 2)
+
+    for k in range(4):
+        path = solve_ivp(
+            lambda t, z: H.rates(*z), (0, 15), z0[:, k], method="DOP853", rtol=1e-12, atol=1e-13, events=event
+        )
+        rising = np.array([H.rates(*z)[0] for z in path.y_events[0]])
+        times = path.t_events[0][(rising * direction > 0) | (direction == 0)]
+        assert cut.counts[k] == len(times)
+        np.testing.assert_allclose(cut.times[: len(times), k], times, rtol=0, atol=1e-7)
+        points = cut.points[:, : len(times), k]
+        assert np.abs(points[0]).max(initial=0.0) < 1e-12
+        assert np.abs(points[1]).max(initial=0.0) <= np.pi
+    text = fa.poincare_map(H, z0, section="q1=0", crossings=60, max_time=15.0, accuracy=1e-9)
+    if direction == 1:
+        np.testing.assert_array_equal(text.points, cut.points)
+
+
+def test_chaos_is_told_from_order():
+    """Small swings are regular; a double pendulum from the top is chaotic. The exponents come in pairs."""
+    z0 = np.array([[0.05, 0.02, 0.0, 0.0], [0.1, -0.1, 0.05, 0.0], [2.6, 2.9, 0.0, 0.0], [2.2, -1.5, 0.0, 0.0]]).T
+    found = fa.chaos_map(pendulum(), z0, time=1000.0)
+    assert found.regular.tolist() == [True, True, False, False]
+    spectrum = fa.chaos_map(pendulum(), z0[:, 2], time=300.0, indicators=fa.LyapunovSpectrum())
+    exponents = spectrum.spectrum[:, 0]
+    np.testing.assert_allclose(exponents + exponents[::-1], 0.0, atol=1e-9)
+    assert exponents[0] > 0.1
+
+
+def test_a_periodic_orbit_closes():
+    """The slow normal mode, continued to a finite amplitude."""
+    H = pendulum()
+    guess = [[0.0], [0.0], [0.1 * (2 + math.sqrt(2))], [0.1 * (1 + math.sqrt(2))]]
+    found = fa.periodic_orbits(H, guess, section="q1=0", period=1)
+    assert found.status[0] == Status.OK
+    z, time = found.z[:, 0], float(found.time[0])
+    assert abs(time - 2 * math.pi / math.sqrt(2 - math.sqrt(2))) < 0.1
+    end = fa.integrate(H, z, time=time, accuracy=1e-11).z[:, 0]
+    np.testing.assert_allclose(end, z, rtol=0, atol=1e-9)
+
+
+def test_a_torus_has_the_frequencies_of_its_orbit():
+    z0 = [0.3, -0.1, 0.1, 0.2]
+    torus, orbit = fa.fit_torus(pendulum(), z0, time=2000.0), fa.frequency_map(pendulum(), z0, time=2000.0)
+    assert torus.verdict.value == "torus"
+    assert (np.abs(torus.nu - orbit.nu[:, 0]) <= orbit.error[:, 0]).all()
+
+
+def test_what_does_not_go_with_it_is_refused():
+    H = pendulum()
+    text, names = "p**2*x**2 + x**4", {"coordinates": "x", "momenta": "p"}
+    for call, error, match in (
+        (lambda: fa.hamiltonian(text, **names, friction=0.1), ValueError, "friction .* no part of H"),
+        (lambda: fa.hamiltonian(text, **names, masses=[1.0]), ValueError, "masses does not go with momenta"),
+        (lambda: fa.hamiltonian(text, **names, rotation=1.0), ValueError, "rotation does not go with momenta"),
+        (lambda: fa.hamiltonian(text, coordinates="x", momenta="x"), ValueError, "'x' is taken"),
+        (lambda: fa.hamiltonian(text, coordinates="x y", momenta="p p"), ValueError, "'p' is taken"),
+        (lambda: fa.hamiltonian(text, coordinates="x y", momenta="p"), ValueError, "momenta must be 2 names"),
+        (lambda: fa.hamiltonian(text, coordinates="x"), ValueError, "'p'"),
+        (lambda: fa.hamiltonian(text, **names, periods={"x": 1.0}), ValueError, r"periods\['x'\] must be one of"),
+        (lambda: fa.hamiltonian(text, **names, periods={"p": 1.0}), ValueError, "periods must be of x"),
+        (lambda: fa.hamiltonian("p**2*x**2 + t", **names, period=1.0), ValueError, "period"),
+        (
+            lambda: fa.integrate(H, [0.1] * 4, time=1.0, scheme="KAHAN_LI8"),
+            ValueError,
+            "KAHAN_LI8 .* is H.q, p.: take GAUSS16",
+        ),
+        (lambda: fa.integrate(H, [0.1] * 4, time=1.0, scheme=fa.AUTO), ValueError, "is H.q, p.: take GAUSS16"),
+        (
+            lambda: fa.integrate(H, [0.1] * 4, time=1.0, scheme=fa.TimeTransformed()),
+            ValueError,
+            "is H.q, p.: take GAUSS16",
+        ),
+        (
+            lambda: fa.energy_grid(H, energy=1.0, axes={"q2": [0.1], "p2": [0.1]}, section="q1=0"),
+            (TypeError, ValueError),
+            "H",
+        ),
+        (lambda: fa.energy_grid(H, energy=1.0, axes={"q2": [0.1], "p2": [0.1]}), ValueError, "energy is for H"),
+        (lambda: fa.energy_sample(H, orbits=5, energy=1.0), ValueError, "energy is for H"),
+        (lambda: fa.action_angles(H, [[0.1]] * 4), (TypeError, ValueError), "H"),
+        (lambda: fa.explore(H), TypeError, "H.q, p."),
+    ):
+        with pytest.raises(error, match=match):
+            call()
