@@ -83,13 +83,14 @@ MODELS = [
     fa.hamiltonian("x**2/2 + (y - 1)**4/4", magnetic="2*b", b=0.35),
     fa.hamiltonian("cosh(x)", coordinates="x", friction=0.2),
     fa.hamiltonian("x**4/4 - f*x*cos(w*t)", coordinates="x", period="2*pi/w", f=0.3, w=1.2),
+    fa.hamiltonian("a*p1**2/2 + p2**2*(1 + x**2) + x**2*y**2 + y**4", coordinates="x y", momenta="p1 p2", a=0.8),
     fa.flow("x' = s*(y - x); y' = x*(r - z) - y; z' = x*y - b*z", s=10.0, r=28.0, b=8 / 3),
 ]
 
 
 def starts(model):
-    rows = len(model.coordinates) if hasattr(model, "rates") else 2 * len([q for q in model.coordinates if q != "t"])
-    return RNG.uniform(-0.5, 0.5, rows)
+    """A point with the rows that the text names."""
+    return RNG.uniform(-0.5, 0.5, source(model).split("* z: ")[1].split("\n")[0].count(",") + 1)
 
 
 @pytest.mark.skipif(shutil.which("cc") is None, reason="no C compiler")

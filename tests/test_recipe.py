@@ -71,7 +71,7 @@ def test_the_text_of_a_formula_is_in_the_file(tmp_path):
     path = files.save(tmp_path / "own", fa.integrate(OWN, Z4, time=1.0, step=0.1), model=OWN)
     metadata = files.contents(path).metadata
     for model in (metadata["model"], metadata["call"]["arguments"]["body"]):
-        assert model["formula"] == [OWN.formula, OWN.domain, ["a", "b", "c"], ["x", "y"], "masses", *[None] * 4]
+        assert model["formula"] == [OWN.formula, OWN.domain, ["a", "b", "c"], ["x", "y"], "masses", *[None] * 4, [], []]
         assert (model["a"], model["m_1"], model["m_2"]) == (A, D, A)
     assert metadata["call"]["arguments"]["rtol"] == 1e-12  # what was left at its default is stated too
 

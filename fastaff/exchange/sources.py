@@ -47,6 +47,10 @@ def _equations(request: Request, fields: tuple[str, ...]) -> tuple[list[str], li
         return coordinates, [to_sympy(program, names) for program in request.programs(MOST)]
     masses = [c.get(f"m_{i + 1}", sympy.Integer(1)) for i in range(n)]
     q, p = z[:n], z[n:]
+    if request.momenta:
+        energy = to_sympy(request.program(MOST), {**names, **dict(zip(request.momenta, p))})
+        sides = [sympy.diff(energy, p_i) for p_i in p] + [-sympy.diff(energy, q_i) for q_i in q]
+        return [*coordinates, *request.momenta], sides
     turning = {name: to_sympy(program, c) for name, program in request.turning_programs().items()}
     energy = to_sympy(request.program(MOST), names) + sum(p_i**2 / (2 * m) for p_i, m in zip(p, masses))
     rate = turning.get("rotation", sympy.Integer(0))
