@@ -196,6 +196,11 @@ def idle_block(kind: str) -> Any:
     return _compiled(kind, "    return\n" if SIGNATURES[kind].return_type == types.void else "    return 0\n", (), ())
 
 
+def step_block(function: Callable) -> Any:
+    """Return the compiled step(derivative, params, ...) of a scheme that steps by the derivative."""
+    return _compiled("step", f"    return take({ARGUMENTS['step']})\n", (), (("take", function),))
+
+
 def observer_block(value: Any, function: Callable, sizes: tuple[int, ...], calls: bool) -> Any:
     """Return the compiled observer function(value, [calls,] *sizes, lanes, ...); `value` is built from params."""
     line, classes = _built(value)

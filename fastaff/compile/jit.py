@@ -284,7 +284,7 @@ def block_function(function: Callable, signature: Any, *, cache: bool) -> Callab
 
 
 _f8, _i8 = types.float64, types.int64
-_vector = types.Array(_f8, 1, "C")
+_vector, _matrix = (types.Array(_f8, axes, "C") for axes in (1, 2))
 SIGNATURES = {
     # (params, lanes, drifts, kicks, step, steps, z) -> steps taken: until a lane leaves the domain
     "splitting": _i8(_vector, _i8, _vector, _vector, _vector, _i8, _vector),
@@ -294,6 +294,8 @@ SIGNATURES = {
     "angles": _i8(_vector, _i8, _vector, _vector, _vector, _i8, _vector),
     # (params, drifts, kicks, step, steps, z) -> steps taken: whole steps of lane 0, until it leaves the domain
     "march": _i8(_vector, _vector, _vector, _f8, _i8, _vector),
+    # (address of the derivative, params, lanes, rows, a, b, dense, sweeps, step, z, k, work) -> steps taken: one
+    "step": _i8(_i8, _vector, _i8, _i8, _matrix, _vector, _matrix, _i8, _vector, _vector, _vector, _vector),
     # (params, lanes, z, result)
     "derivative": types.void(_vector, _i8, _vector, _vector),
     "inside": types.void(_vector, _i8, _vector, _vector),

@@ -445,6 +445,7 @@ ARGUMENTS = {
     "moments": "params, lanes, drifts, kicks, step, steps, z",
     "angles": "params, lanes, drifts, kicks, step, steps, z",
     "march": "params, drift, kick, step, steps, z",
+    "step": "derivative, params, lanes, rows, a, b, dense, sweeps, step, z, k, work",
     "check": "params, lanes, radius, z, result, kinetic",
     "inside": "params, lanes, z, result",
     "derivative": "params, lanes, z, result",

@@ -13,15 +13,16 @@ import numpy as np
 from ..base.numbers import fits, number_of_steps
 from ..base.status import Status
 from ..compile import damping
-from ..compile.blocks import idle_block, model_block, parameters
+from ..compile.blocks import idle_block, model_block, parameters, step_block
 from ..compile.jit import JIT_DISABLED, LANES
 from ..compile.packing import run_units
+from ..compile.pointers import address
 from ..compile.threads import together, works
 from ..compile.turning import spare_rows
 from ..kernels import crossings
 from ..kernels.drive import AdaptiveSteps, FixedSteps, run_adaptive, run_fixed
 from ..kernels.samples import WEAR_ROWS
-from ..kernels.stepping import Blocks, Coefficients
+from ..kernels.stepping import Blocks, Coefficients, collocate, runge_kutta
 from ..models.mechanics import energies, kinetic_energies, slopes
 from ..models.traits import Traits, traits_of
 from ..schemes.catalogue import Collocation, Scheme, Splitting
@@ -83,7 +84,7 @@ def blocks_of(model: Any, vectors: int = 0, **kinds: str) -> Blocks:
     """Return what kernels see of a model: block functions of these kinds, idle ones in the other places."""
     n = model.degrees_of_freedom
     found = {place: model_block(kind, model, n, vectors) for place, kind in kinds.items()}
-    idle = {place: idle_block(place) for place in Blocks._fields[1:] if place not in kinds}
+    idle = {place: idle_block(place) for place in Blocks._fields[1:-1] if place not in kinds}
     return Blocks(parameters(model), **found, **idle)
 
 
@@ -191,10 +192,13 @@ class Flow:
 
     def _blocks(self, *kinds: str, solo: bool = False) -> Blocks:
         """Return the blocks of these kinds, and that by which the scheme steps, units of one orbit where `solo`."""
-        by = {"derivative": "derivative"}
+        same = {kind: kind for kind in kinds}
         if isinstance(self.scheme, Splitting):
             by = {"march": "march"} if solo else {"splitting": "precise_splitting" if self.precise else "splitting"}
-        return blocks_of(self.model, self.vectors, **by, **{kind: kind for kind in kinds})
+            return blocks_of(self.model, self.vectors, **by, **same)
+        step = step_block(collocate if isinstance(self.scheme, Collocation) else runge_kutta)
+        slope = model_block("derivative", self.model, self.model.degrees_of_freedom, self.vectors)
+        return blocks_of(self.model, self.vectors, **same)._replace(step=step, derivative=address(slope))
 
     def steps(self, time: float | np.ndarray) -> np.ndarray:
         """Return the number of steps that reach `time`, for each orbit where steps or times differ."""

@@ -13,7 +13,7 @@ import numpy as np
 
 from ..base.status import NOT_CONVERGED_CODE, STEP_TOO_SMALL_CODE
 from ..compile.jit import LANES, jit, read_now, write_now
-from .stepping import advance, combine, load_lane, move_lane, room, runge_kutta_stages, store_lane
+from .stepping import advance, call_derivative, combine, load_lane, move_lane, room, runge_kutta_stages, store_lane
 
 BURST, BETWEEN = 128, 37
 """Steps between looks at the stop flag; steps after these when the orbits are looked at once more."""
@@ -307,7 +307,7 @@ def run_adaptive(u, stop, progress, blocks, scheme, observer, steps, unit, orbit
     Each attempted step of a block costs stages - 1 slopes (the last slope is the first of the next step), 3 or 4 more
     where the interpolant is used.
     """
-    params, derivative, check = blocks.params, blocks.derivative, blocks.check
+    params, check, derivative = blocks.params, blocks.check, blocks.derivative
     observe, numbers, calls = observer
     a, b, cadence = scheme.a, scheme.b, steps.cadence
     z0, time0, attempts, step0, ticks0, kinetic0, radius, status, memory0, out = orbits
@@ -343,10 +343,10 @@ def run_adaptive(u, stop, progress, blocks, scheme, observer, steps, unit, orbit
         if lanes == 0:
             break
         if loaded > 0:
-            derivative(params, lanes, z, k[:size])
+            call_derivative(derivative, params, lanes, z, k[:size])
         for i in range(lanes):
             h[i] = min(ahead[i], until[i] - t[i])
-        runge_kutta_stages(blocks, a, 1, stages, rows, lanes, h, z, k, work)
+        runge_kutta_stages(derivative, params, a, 1, stages, rows, lanes, h, z, k, work)
         combine(rows, lanes, 0, stages, b, k, new)
         for r in range(rows):
             for i in range(lanes):
@@ -382,7 +382,7 @@ def run_adaptive(u, stop, progress, blocks, scheme, observer, steps, unit, orbit
                 if fresh[i] > 0.0 and (ticks[i] + 1) * cadence <= (t[i] + h[i]) * (1.0 + 4e-16):
                     inside += 1
             if inside > 0:
-                runge_kutta_stages(blocks, a, stages, a.shape[0], rows, lanes, h, z, k, work)
+                runge_kutta_stages(derivative, params, a, stages, a.shape[0], rows, lanes, h, z, k, work)
                 ended += observe_dense(observer, scheme.dense, rows, lanes, cadence, block, work2, out)
         for i in range(lanes):
             if fresh[i] > 0.0:
@@ -393,7 +393,7 @@ def run_adaptive(u, stop, progress, blocks, scheme, observer, steps, unit, orbit
         if cadence == 0.0:
             ended += observe(numbers, calls, lanes, orbit, fresh, t, z, memory, out, done)
             if steps.renew:
-                derivative(params, lanes, z, k[:size])
+                call_derivative(derivative, params, lanes, z, k[:size])
         write_now(progress, u, following - u * unit - lanes)
         i = 0
         while i < lanes:

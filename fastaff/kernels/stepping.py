@@ -8,20 +8,24 @@ import numpy as np
 
 from ..compile.fused import fma
 from ..compile.jit import LANES, jit
+from ..compile.pointers import caller
 
 LINE = 64
 """Bytes of a cache line, and of the widest vector registers."""
 
 
 class Blocks(NamedTuple):
-    """A model as kernels see it: its parameters and its block functions, idle ones where a run has no use for them."""
+    """A model and a scheme's step as kernels see them: parameters and block functions, idle ones where a run has no use
+    for them, and the address of the derivative, 0 likewise.
+    """
 
     params: np.ndarray
     splitting: Any
     march: Any
-    derivative: Any
+    step: Any
     inside: Any
     check: Any
+    derivative: int = 0
 
 
 class Coefficients(NamedTuple):
@@ -70,16 +74,21 @@ def combine(rows, lanes, first, last, coefficients, k, total):
                     total[row + i] += coefficients[s] * ks[i]
 
 
+call_derivative = caller("derivative")
+
+
 @jit
-def runge_kutta_stages(blocks, a, first, last, rows, lanes, step, z, k, work):
-    """Fill the slopes k[first:last] (stages, rows*LANES) of an explicit tableau a at the state z."""
+def runge_kutta_stages(derivative, params, a, first, last, rows, lanes, step, z, k, work):
+    """Fill the slopes k[first:last] (stages, rows*LANES) of an explicit tableau a at the state z, by the derivative at
+    that address.
+    """
     size = rows * LANES
     for s in range(first, last):
         combine(rows, lanes, 0, s, a[s], k, work)
         for r in range(rows):
             for i in range(lanes):
                 work[r * LANES + i] = z[r * LANES + i] + step[i] * work[r * LANES + i]
-        blocks.derivative(blocks.params, lanes, work, k[s * size : (s + 1) * size])
+        call_derivative(derivative, params, lanes, work, k[s * size : (s + 1) * size])
 
 
 SETTLED = 2.0**-36
@@ -87,18 +96,29 @@ SETTLED = 2.0**-36
 
 
 @jit
-def collocate(blocks, scheme, rows, lanes, step, z, k, work):
+def runge_kutta(derivative, params, lanes, rows, a, b, dense, sweeps, step, z, k, work):
+    """Take one step of an explicit tableau."""
+    runge_kutta_stages(derivative, params, a, 0, b.size, rows, lanes, step, z, k, work)
+    combine(rows, lanes, 0, b.size, b, k, work)
+    for r in range(rows):
+        for i in range(lanes):
+            z[r * LANES + i] += step[i] * work[r * LANES + i]
+    return 1
+
+
+@jit
+def collocate(derivative, params, lanes, rows, a, b, dense, sweeps, step, z, k, work):
     """Take one step of a collocation: z, its carried rounding errors, the parts L_s = h b_s f(Y_s) of the step before.
 
     Y_s = z + sum of a[s, j] L_j is iterated stage after stage, from parts that are extrapolated from the step before,
     until in all rows of a lane the change has stopped to fall: it is rounding then, and the lane is frozen while others
-    go on. Where it is not within scheme.sweeps, z becomes NaN and its carried errors inf. The parts are summed with
+    go on. Where it is not within so many sweeps, z becomes NaN and its carried errors inf. The parts are summed with
     the rounding errors carried over (Kahan's summation).
 
     Source: Hairer, Lubich & Wanner, Geometric Numerical Integration, 2nd ed. 2006, VIII.6; Antonana, Makazaga & Murua,
     Numer. Algorithms 76 (2017) 861 (form of a, stopping); Hairer, McLachlan & Razakarivony, BIT 48 (2008) 231.
     """
-    size, stages, half = rows * LANES, scheme.b.size, rows // 2
+    size, stages, half = rows * LANES, b.size, rows // 2
     carried, parts = z[size : 2 * size], z[2 * size :]
     slope, change, least = k[:size], k[size : 2 * size], k[2 * size : 3 * size]
     going, large, new = room(1), room(1), room(stages)
@@ -109,7 +129,7 @@ def collocate(blocks, scheme, rows, lanes, step, z, k, work):
         for s in range(stages):
             for t in range(stages):
                 for i in range(lanes):
-                    new[s * LANES + i] += scheme.dense[s, t] * parts[t * size + row + i]
+                    new[s * LANES + i] += dense[s, t] * parts[t * size + row + i]
         for s in range(stages):
             for i in range(lanes):
                 parts[s * size + row + i] = new[s * LANES + i]
@@ -118,7 +138,7 @@ def collocate(blocks, scheme, rows, lanes, step, z, k, work):
     for i in range(lanes):
         going[i] = 1.0
     count = lanes
-    for _ in range(scheme.sweeps):
+    for _ in range(sweeps):
         for j in range(size):
             change[j] = 0.0
         for s in range(stages):
@@ -127,7 +147,7 @@ def collocate(blocks, scheme, rows, lanes, step, z, k, work):
                 for i in range(lanes):
                     work[row + i] = carried[row + i]
                 for j in range(0, stages, 4):
-                    a0, a1, a2, a3 = scheme.a[s, j], scheme.a[s, j + 1], scheme.a[s, j + 2], scheme.a[s, j + 3]
+                    a0, a1, a2, a3 = a[s, j], a[s, j + 1], a[s, j + 2], a[s, j + 3]
                     at = j * size + row
                     for i in range(lanes):
                         first = fma(a1, parts[at + size + i], a0 * parts[at + i])
@@ -135,11 +155,11 @@ def collocate(blocks, scheme, rows, lanes, step, z, k, work):
                         work[row + i] += first + last
                 for i in range(lanes):
                     work[row + i] += z[row + i]
-            blocks.derivative(blocks.params, lanes, work, slope)
+            call_derivative(derivative, params, lanes, work, slope)
             for r in range(rows):
                 row, at = r * LANES, s * size + r * LANES
                 for i in range(lanes):
-                    part = step[i] * scheme.b[s] * slope[row + i]
+                    part = step[i] * b[s] * slope[row + i]
                     moved = abs(part - parts[at + i])
                     change[row + i] = change[row + i] if change[row + i] >= moved else moved
                     parts[at + i] = part if going[i] > 0.0 else parts[at + i]
@@ -193,15 +213,8 @@ def advance(blocks, scheme, rows, lanes, step, steps, z, k, work):
     """
     if scheme.kick.size > 0:
         return blocks.splitting(blocks.params, lanes, scheme.drift, scheme.kick, step, steps, z)
-    if scheme.sweeps > 0:
-        return collocate(blocks, scheme, rows, lanes, step, z, k, work)
-    stages = scheme.b.size
-    runge_kutta_stages(blocks, scheme.a, 0, stages, rows, lanes, step, z, k, work)
-    combine(rows, lanes, 0, stages, scheme.b, k, work)
-    for r in range(rows):
-        for i in range(lanes):
-            z[r * LANES + i] += step[i] * work[r * LANES + i]
-    return 1
+    a, b, dense = scheme.a, scheme.b, scheme.dense
+    return blocks.step(blocks.derivative, blocks.params, lanes, rows, a, b, dense, scheme.sweeps, step, z, k, work)
 
 
 @jit
