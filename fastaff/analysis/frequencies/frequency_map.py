@@ -386,6 +386,10 @@ class FrequencyWork:
         """Fill in what samples of these orbits say."""
         found = read(self.layout, samples, self.fallback, self.flow.threads)
         self.found.adopt(orbits, found)
+        # How fast an angle goes round is in no line of its loop.
+        turns = np.array(self.flow.traits.periods)[:, None]
+        wound = np.abs(self.ensemble.z[: self.n, orbits] - self.z0[: self.n, orbits]) > turns
+        self.found.vague[orbits] |= ((turns > 0) & wound).any(axis=0) & (self.found.rank[orbits] < self.n)
         if self.found.lines is not None:
             # The first sample is an interval after the start.
             self.found.lines.adopt(orbits, self.layout, samples.run, 1.0)
