@@ -373,8 +373,10 @@ CALLS = {
     "TorusFit.truncated": (method("fit", "truncated"), {"order": 3}),
 }
 
-FILES = {"explore", "load", "rerun", "resume", "save"}
-"""What takes the name of a file: tests/test_recipe.py, test_jobs.py and explorer/test_engine.py hand it everything."""
+FILES = {"explore", "load", "progress", "rerun", "resume", "save"}
+"""What takes the name of a file, which tests/test_recipe.py, test_jobs.py and explorer/test_engine.py hand everything,
+and what keeps calls silent.
+"""
 
 CONTAINERS = {
     "Bifurcation",

@@ -5,7 +5,7 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 from fastaff import KAHAN_LI8, Anharmonic, Body, Harmonic, HeavyTop, HenonHeiles, Hyperelastic, NeoHookean
-from fastaff.schemes import Splitting
+from fastaff.schemes import Collocation, Splitting
 
 MODELS = (
     Body(Harmonic(C=1.3), mu=0.7),
@@ -68,9 +68,19 @@ def runge_kutta_step(model, scheme, z, h):
     return z + h * sum(b * s for b, s in zip(scheme.b, k, strict=True))
 
 
+def collocation_step(model, scheme, z, h):
+    """Return z after one step of a collocation, by a hundred sweeps over all stages at once."""
+    a, b = scheme.a_array * scheme.b_array, scheme.b_array
+    k = [slope(model, z)] * b.size
+    for _ in range(100):
+        k = [slope(model, z + h * sum(entry * s for entry, s in zip(row, k, strict=True))) for row in a]
+    return z + h * sum(entry * s for entry, s in zip(b, k, strict=True))
+
+
 def step(model, scheme, z, h):
     """Return z after one step of any scheme."""
-    one = splitting_step if isinstance(scheme, Splitting) else runge_kutta_step
+    steps = {Splitting: splitting_step, Collocation: collocation_step}
+    one = steps.get(type(scheme), runge_kutta_step)
     return one(model, scheme, np.asarray(z, dtype=float), h)
 
 

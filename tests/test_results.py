@@ -233,7 +233,7 @@ def test_one_line_and_a_table(name):
     assert "\n" not in repr(result)
     assert len(repr(result)) <= 240
     text = result._repr_html_()
-    assert text.count("<tr>") == 1 + len(dataclasses.fields(result)) == str(result).count("\n") + 1
+    assert text.count("<tr>") == 1 + len(dataclasses.fields(result)) <= str(result).count("\n") + 1
     for field in dataclasses.fields(result):
         assert f"<td>{field.name}</td>" in text
     result.summary()
