@@ -49,7 +49,7 @@ def _packs(tree: Path, place: Path) -> None:
     levels = LEVELS.values()
     end([start(one.name, NUMBA_CPU_NAME=one.name, NUMBA_CPU_FEATURES=one.features) for one in levels])
     for level in levels:
-        (code,) = (place / level.name).iterdir()
+        (code,) = filter(Path.is_dir, (place / level.name).iterdir())
         pack = build(code, level, pack_key(), FOLDER)
         print(f"{pack.name}: {pack.stat().st_size / 2**20:.1f} MiB")
     end([start("again")])
