@@ -216,7 +216,7 @@ def first_calls():
         seconds = found(attempt)[0]
         return seconds[name][0] / seconds["loop"][0]
 
-    for name, measured in (("section", 15.0), ("frequency map", 19.0), ("chaos map", 5.6), ("formula", 2.4)):
+    for name, measured in (("section", 14.2), ("frequency map", 17.7), ("chaos map", 5.6), ("formula", 2.4)):
         bound = round(1.3 * measured, 1)
         yield f"first {name}, cold / one loop", measured, bound, functools.partial(beside_loop, name)
     yield "machine code of these, MiB", 2.3, 3.0, lambda attempt: found(attempt)[2] / 2**20

@@ -47,8 +47,8 @@ def plot_frequency_map(
         drawn, else the two rows; values: colours (orbits,), the name of a column of the map or a `Colouring` of another
         result of the same orbits, by default the map's diffusion on its `diffusion_scale`; norm, vmin, vmax, label as
         in `plot_section`; lines: integers (k1, k2, k0), each for k1 X + k2 Y + k0 = 0, where X and Y are ratios to one
-        frequency: a resonance k . nu = 0; or "order<=5", all of these up to an order, which is |k1| + |k2| + |k0| of
-        ratios and |k1| + |k2| of tunes; shown: a mask of orbits; limits: (x0, x1), (y0, y1), by default of all orbits
+        frequency: a resonance k . nu = 0; or "order<=5", all of these up to an order, ``|k1| + |k2| + |k0|`` of ratios
+        and ``|k1| + |k2|`` of tunes; shown: a mask of orbits; limits: (x0, x1), (y0, y1), by default of all orbits
         or, where a few lie far from all others, of these; how many are beyond is written.
     :Returns: Artists; `missing` counts orbits that are not OK or not shown. Vertical lines n X = m are labelled m:n
         above the frame, the others by their equation; a label without room is left out, its line is drawn. A click
