@@ -9,7 +9,7 @@ import numpy as np
 from ..base.foreign import System
 from ..base.interruption import imported
 from .quantities import plain
-from .sums import apart_from, check, summed, trial_points
+from .sums import apart_from, check, parts_of, summed, trial_points
 
 CUSPED = ("NFWPotential", "StonePotential")
 """Those whose formulas divide by zero at the centre, where they are finite."""
@@ -20,7 +20,7 @@ def system(given: Any) -> System:
     frame, potential = getattr(given, "frame", None), getattr(given, "potential", given)
     if not hasattr(potential, "to_sympy"):
         raise TypeError(f"text must be a gala potential or Hamiltonian, got {type(given).__name__}")
-    dims, parts = "xyz"[: potential.ndim], dict(_parts("", potential))
+    dims, parts = "xyz"[: potential.ndim], parts_of(potential, _children)
     text, parameters = summed({key: _part(part, dims) for key, part in parts.items()})
     cusps = [_origin(part) for part in parts.values() if type(part).__name__ in CUSPED]
     rotation = None
@@ -41,13 +41,10 @@ def system(given: Any) -> System:
     )
 
 
-def _parts(name: str, potential: Any) -> list[tuple[str, Any]]:
-    """Return the potentials that a sum consists of, with names."""
+def _children(potential: Any) -> Any:
     if hasattr(potential, "get_three_potentials"):  # an exponential disk
         potential = potential.get_three_potentials()
-    if not hasattr(potential, "items"):
-        return [(name, potential)]
-    return [part for key, entry in potential.items() for part in _parts(f"{name}_{key}".strip("_"), entry)]
+    return potential.items() if hasattr(potential, "items") else None
 
 
 def _part(potential: Any, dims: str) -> tuple[Any, dict[str, float]]:

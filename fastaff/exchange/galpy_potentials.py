@@ -11,7 +11,7 @@ from ..base.interruption import imported
 from ..formulas.grammar import parse
 from ..formulas.sympy_bridge import to_sympy
 from .galpy_formulas import CUSPED, FORMULAS
-from .sums import apart_from, check, summed, trial_points
+from .sums import apart_from, check, parts_of, summed, trial_points
 
 
 def system(potential: Any) -> System:
@@ -19,7 +19,7 @@ def system(potential: Any) -> System:
     if not hasattr(potential, "dim") or callable(potential.dim):
         raise TypeError(f"text must be a potential of galpy, got {type(potential).__name__}")
     dims = "xyz"[: potential.dim]
-    parts = dict(_parts("", potential))
+    parts = parts_of(potential, _children)
     text, parameters = summed({key: _part(part, dims) for key, part in parts.items()})
     cusp = [(0.0,) * len(dims)] * any(type(part).__name__ in CUSPED for part in parts.values())
     points = trial_points(len(dims))
@@ -35,12 +35,9 @@ def system(potential: Any) -> System:
     )
 
 
-def _parts(name: str, potential: Any) -> list[tuple[str, Any]]:
-    """Return the potentials that a sum consists of, numbered."""
+def _children(potential: Any) -> Any:
     listed = getattr(potential, "_potlist", None)
-    if listed is None:
-        return [(name, potential)]
-    return [part for k, entry in enumerate(listed, 1) for part in _parts(f"{name}_{k}".strip("_"), entry)]
+    return None if listed is None else enumerate(listed, 1)
 
 
 def _part(potential: Any, dims: str) -> tuple[Any, dict[str, float]]:

@@ -6,7 +6,7 @@ from typing import Any
 
 from ..base.interruption import imported
 from ..formulas.drive import TIME
-from ..formulas.library import Request
+from ..formulas.library import Request, in_frame
 from ..formulas.sympy_bridge import to_sympy
 
 MOST = 8000
@@ -52,11 +52,8 @@ def _equations(request: Request, fields: tuple[str, ...]) -> tuple[list[str], li
         sides = [sympy.diff(energy, p_i) for p_i in p] + [-sympy.diff(energy, q_i) for q_i in q]
         return [*coordinates, *request.momenta], sides
     turning = {name: to_sympy(program, c) for name, program in request.turning_programs().items()}
-    energy = to_sympy(request.program(MOST), names) + sum(p_i**2 / (2 * m) for p_i, m in zip(p, masses))
-    rate = turning.get("rotation", sympy.Integer(0))
-    if "magnetic" in turning:
-        larmor = turning["magnetic"] / (2 * masses[0])
-        energy, rate = energy + masses[0] * larmor**2 * (q[0] ** 2 + q[1] ** 2) / 2, rate + larmor
+    V, rate = in_frame(to_sympy(request.program(MOST), names), q, turning, masses[0])
+    energy = V + sum(p_i**2 / (2 * m) for p_i, m in zip(p, masses))
     if rate != 0:
         energy -= rate * (q[0] * p[1] - q[1] * p[0])
     lost = turning.get("friction", sympy.Integer(0))

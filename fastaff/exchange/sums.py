@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -16,6 +16,15 @@ SAME = 1e-9
 
 POINTS = 12
 """Points at which a formula is compared with the tool that it is from."""
+
+
+def parts_of(potential: Any, children: Callable[[Any], Iterable[tuple[Any, Any]] | None], name: str = "") -> dict:
+    """Return the potentials that a sum consists of, by names; children: those of a sum with keys, None of one."""
+    found = children(potential)
+    if found is None:
+        return {name: potential}
+    every = (parts_of(entry, children, f"{name}_{key}".strip("_")) for key, entry in found)
+    return {key: part for parts in every for key, part in parts.items()}
 
 
 def summed(parts: Mapping[str, tuple[Any, dict[str, float]]]) -> tuple[Any, dict[str, float]]:

@@ -80,12 +80,16 @@ def units(orbits: int, size: int = LANES) -> np.ndarray:
     return np.zeros(math.ceil(orbits / size), np.int64)
 
 
-def blocks_of(model: Any, vectors: int = 0, **kinds: str) -> Blocks:
-    """Return what kernels see of a model: block functions of these kinds, idle ones in the other places."""
-    n = model.degrees_of_freedom
+def blocks_of(model: Any, vectors: int = 0, step: Callable | None = None, **kinds: str) -> Blocks:
+    """Return what kernels see of a model: block functions of these kinds, idle ones in the other places; step: the
+    kernel of a scheme that steps by the derivative.
+    """
+    n, derivative = model.degrees_of_freedom, 0
     found = {place: model_block(kind, model, n, vectors) for place, kind in kinds.items()}
-    idle = {place: idle_block(place) for place in Blocks._fields[1:-1] if place not in kinds}
-    return Blocks(parameters(model), **found, **idle)
+    if step is not None:
+        found["step"], derivative = step_block(step), address(model_block("derivative", model, n, vectors))
+    idle = {place: idle_block(place) for place in Blocks._fields[1:-1] if place not in found}
+    return Blocks(parameters(model), **found, **idle, derivative=derivative)
 
 
 class Wear(NamedTuple):
@@ -192,13 +196,10 @@ class Flow:
 
     def _blocks(self, *kinds: str, solo: bool = False) -> Blocks:
         """Return the blocks of these kinds, and that by which the scheme steps, units of one orbit where `solo`."""
-        same = {kind: kind for kind in kinds}
+        by: dict[str, Any] = {"step": collocate if isinstance(self.scheme, Collocation) else runge_kutta}
         if isinstance(self.scheme, Splitting):
             by = {"march": "march"} if solo else {"splitting": "precise_splitting" if self.precise else "splitting"}
-            return blocks_of(self.model, self.vectors, **by, **same)
-        step = step_block(collocate if isinstance(self.scheme, Collocation) else runge_kutta)
-        slope = model_block("derivative", self.model, self.model.degrees_of_freedom, self.vectors)
-        return blocks_of(self.model, self.vectors, **same)._replace(step=step, derivative=address(slope))
+        return blocks_of(self.model, self.vectors, **by | {kind: kind for kind in kinds})
 
     def steps(self, time: float | np.ndarray) -> np.ndarray:
         """Return the number of steps that reach `time`, for each orbit where steps or times differ."""

@@ -12,7 +12,7 @@ import hashlib
 import json
 import sys
 import types
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -244,13 +244,21 @@ def _derive_hamiltonian(request: Request, programs: tuple[Program, Program | Non
     parts = {name: to_sympy(part, names) for name, part in request.turning_programs().items()}
     damping = parts.pop("friction", None)
     mass = sympy.Symbol("self.m_1", real=True) if masses else sympy.Integer(1)
-    omega = parts.get("rotation", 0) + parts.get("magnetic", 0) / (2 * mass)
-    if "magnetic" in parts:  # in the symmetric gauge
-        V += parts["magnetic"] ** 2 / (8 * mass) * sum(own[name] ** 2 for name in request.coordinates[:2])
+    V, omega = in_frame(V, [own[name] for name in request.coordinates], parts, mass)
     turns = omega if parts else None
     return hamiltonian_model(
         description, V, walls, masses=masses, omega=turns, damping=damping, inertia=inertia, periods=periods
     )
+
+
+def in_frame(V: Any, places: Sequence[Any], parts: Mapping[str, Any], mass: Any) -> tuple[Any, Any]:
+    """Return V of places as it is seen by a rotation and a magnetic field, in the symmetric gauge, of these parts, and
+    the rate at which the frame turns.
+    """
+    omega = parts.get("rotation", 0) + parts.get("magnetic", 0) / (2 * mass)
+    if "magnetic" in parts:
+        V += parts["magnetic"] ** 2 / (8 * mass) * sum(x**2 for x in places[:2])
+    return V, omega
 
 
 def _derive_flow(
