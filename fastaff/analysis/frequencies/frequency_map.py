@@ -41,8 +41,8 @@ from .windows import BRIEF
 ACCURACY = 1e-11
 """Relative error that the scheme may leave in frequencies where neither a step nor an accuracy is asked for."""
 
-BUDGET = 1 << 27
-"""Bytes of samples in memory at once."""
+BUDGET, MOST = 1 << 27, 1 << 29
+"""Bytes of samples in memory at once; and of long orbits, as few of them fill no block of lanes."""
 
 PILOT = 16
 """The step's error is found over this part of the time, or a longer one of at least PILOT_STEPS steps."""
@@ -156,7 +156,8 @@ def frequency_map(
 
     Cost: a run, a half-step run over a part of it, a Fourier transform of each loop and a pass over its samples;
     several times as much where lines are not isolated (bench/test_frequency.py). Memory: samples of some orbits at a
-    time, 128 MiB or one orbit, and as much for intermediate arrays (bench/memory.py).
+    time, 128 MiB, 512 MiB of orbits so long that few fill it, or one orbit, and 128 MiB or one orbit's for intermediate
+    arrays (bench/memory.py).
 
     References
     ----------
@@ -304,7 +305,10 @@ class FrequencyWork:
         begin = 0
         while begin < orbits.size:
             end = begin + 1
-            while end < orbits.size and (end + 1 - begin) * counts[order[end]] * rows * 8 <= BUDGET:
+            while end < orbits.size:
+                room = BUDGET if end - begin >= flow.threads * LANES else MOST
+                if (end + 1 - begin) * counts[order[end]] * rows * 8 > room:
+                    break
                 if flow.adaptive and counts[order[end]] != counts[order[begin]]:
                     break
                 end += 1
@@ -353,9 +357,11 @@ class FrequencyWork:
         # Tables are longer than the samples of a long orbit: these are read by equal numbers.
         kinds = np.where(counts[done] > BRIEF, counts[done], 0)
         scheme = self.flow.scheme
-        for some in np.split(done, np.flatnonzero(np.diff(kinds)) + 1) if done.size else ():
-            samples = Samples(signals.of(some), start.of(some), scheme.order if scheme.symplectic else 0)
-            self._adopt(orbits[some], samples)
+        for alike in np.split(done, np.flatnonzero(np.diff(kinds)) + 1) if done.size else ():
+            parts = max(1, math.ceil(8 * self.layout.rows * float(counts[alike].sum()) / BUDGET))
+            for some in np.array_split(alike, min(parts, alike.size)):
+                samples = Samples(signals.of(some), start.of(some), scheme.order if scheme.symplectic else 0)
+                self._adopt(orbits[some], samples)
         self.unfinished[orbits] &= self.accuracy is not None  # with one, once its error is judged
         self.done += orbits.size
         if self.report is not None:
