@@ -42,7 +42,8 @@ from .periodic import plot_periodic
 from .quantum import plot_degeneracies, plot_density, plot_levels, plot_spectrum
 from .quantum_chaos import plot_husimi
 from .resonances import plot_diffusion_histogram, plot_resonances, plot_web
-from .sections import plot_edge, plot_section, plot_starts
+from .sections import plot_edge, plot_section
+from .starts import plot_starts
 from .tori import plot_actions, plot_energy_of_actions, plot_frequency_lines, plot_torus
 
 NEEDED = {
