@@ -7,7 +7,8 @@ from typing import Any
 import numpy as np
 
 from ..analysis.sections.energy_grid import EnergyGrid
-from ..analysis.sections.energy_sample import Edge, EnergySample
+from ..analysis.sections.energy_sample import EnergySample
+from ..analysis.sections.section_edge import Edge
 from ..base.status import Status
 from ..charts import ALPHA_BETA, Chart
 from ..flows.checks import checked_chart
