@@ -31,8 +31,9 @@ from .analysis.sections.energy_grid import energy_grid
 from .analysis.sections.energy_sample import energy_sample
 from .analysis.sections.islands import islands, rotation_number
 from .analysis.sections.poincare_map import poincare_map
-from .analysis.tori.action_angles import action_angles, energy_of_actions, from_action_angles
+from .analysis.tori.action_angles import action_angles
 from .analysis.tori.fit_torus import fit_torus
+from .analysis.tori.inverse_tori import energy_of_actions, from_action_angles
 from .analysis.tori.separation import constants_of_motion
 from .base.interruption import Interrupted
 from .base.progress import progress

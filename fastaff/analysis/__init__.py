@@ -27,8 +27,9 @@ from .sections.energy_grid import EnergyGrid, NotReached
 from .sections.energy_sample import EnergySample
 from .sections.islands import Islands, Rotation
 from .sections.section_map import SectionMap
-from .tori.action_angles import ActionAngles, EnergyOfActions
+from .tori.action_angles import ActionAngles
 from .tori.fit_torus import fit_samples
+from .tori.inverse_tori import EnergyOfActions
 from .tori.torus import TorusFit, Verdict
 
 __all__ = [

@@ -14,9 +14,9 @@ from ..analysis.chaos.indicators import MEGNO, Lyapunov
 from ..analysis.frequencies.frequency_map import frequency_map
 from ..analysis.orbits.integrate import integrate
 from ..analysis.sections.energy_grid import lift
-from ..analysis.sections.energy_sample import edge
 from ..analysis.sections.islands import rotation_number
 from ..analysis.sections.poincare_map import poincare_map
+from ..analysis.sections.section_edge import edge
 from ..base.status import Status
 from ..flows.checks import checked_model
 from ..flows.coordinates import chart_row

@@ -15,7 +15,8 @@ from ..schemes.automatic import Automatic, Trial, cheapest, fastest
 from ..schemes.catalogue import DOP853, GAUSS16, ITERATION, KAHAN_LI8, Collocation, RungeKutta, Scheme
 from ..schemes.time_transformed import TimeTransformed
 from .checks import checked_model, checked_scheme, phase_points, suited_scheme
-from .flow import Flow, Report
+from .flow import Flow
+from .launch import Report
 from .motion import motion
 from .needs import check_given, check_needs
 from .time_transformed import prepared

@@ -77,6 +77,7 @@ class Starts:
     def launch(self, body: Any, section: Any, surface: Surface, default: str) -> Launch:
         """Return the launch set that this describes, on a grid of `default` cells unless it says otherwise."""
         from ..analysis.sections import energy_sample
+        from ..analysis.sections.section_edge import edge as section_edge
 
         if self.grid is not None and self.orbits is not None:
             raise Wrong("give --grid or --orbits, not both")
@@ -95,7 +96,7 @@ class Starts:
         where = Where(body, section, *checked_surface(body, section, surface.energy, surface.p_eta, surface.p_gamma))
         edge, ranges = None, given
         try:
-            edge = energy_sample.edge(body, section, energy=where.energy, p_eta=where.p_eta, p_gamma=where.p_gamma)
+            edge = section_edge(body, section, energy=where.energy, p_eta=where.p_eta, p_gamma=where.p_gamma)
             ranges = [mine or found for mine, found in zip(given, edge.axes)]
         except ValueError as problem:
             if None in ranges:

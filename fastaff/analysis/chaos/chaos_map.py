@@ -16,7 +16,8 @@ from ...base.results import Result, put
 from ...base.short_forms import starts_of, takes
 from ...base.status import Status, describe
 from ...flows.checks import checked_model
-from ...flows.flow import Flow, Report, energy_error, mark_drift
+from ...flows.flow import Flow, energy_error, mark_drift
+from ...flows.launch import Report
 from ...flows.options import Options, iterates, plan
 from ...kernels.readings import LN10
 from ...models.contracts import Model

@@ -18,7 +18,7 @@ from ...base.recipe import recorded
 from ...base.results import Result
 from ...base.short_forms import axes_of, names_of, takes
 from ...base.status import Status
-from ...flows.flow import Report
+from ...flows.launch import Report
 from ...models.traits import traits_of
 from ...schemes.catalogue import VERNER9, RungeKutta, Scheme, scheme_of
 from ..sections.energy_grid import NotReached

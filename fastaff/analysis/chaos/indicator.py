@@ -11,7 +11,8 @@ import numpy as np
 
 from ...base.names import named
 from ...base.numbers import real
-from ...flows.flow import Flow, Report
+from ...flows.flow import Flow
+from ...flows.launch import Report
 from ...flows.needs import check_needs
 from .own_passes import Watch
 

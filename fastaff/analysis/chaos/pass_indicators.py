@@ -12,7 +12,8 @@ from typing import Any
 import numpy as np
 
 from ...base.numbers import whole
-from ...flows.flow import Flow, Report
+from ...flows.flow import Flow
+from ...flows.launch import Report
 from ...models.traits import traits_of
 from ..frequencies.frequency_map import checked_angles
 from .indicator import MANY, Indicator, decades

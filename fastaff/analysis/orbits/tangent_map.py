@@ -19,7 +19,8 @@ from ...flows import motion, observers
 from ...flows.checks import carried, checked_tangent_model
 from ...flows.coordinates import chart_row
 from ...flows.ensemble import Ensemble
-from ...flows.flow import Flow, Report, energy_error, mark_drift, no_memory
+from ...flows.flow import Flow, energy_error, mark_drift, no_memory
+from ...flows.launch import Report
 from ...flows.options import Options, Plan, iterates, plan, suited
 from ...models.contracts import Model
 from ...models.mechanics import frame_rate, tangent_velocities, without_time

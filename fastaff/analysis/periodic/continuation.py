@@ -24,11 +24,9 @@ from ...schemes.catalogue import Scheme, scheme_of
 from .bifurcations import Bifurcation, bifurcations
 from .family import VANISHED, Family, Point
 from .found_orbits import PeriodicOrbits, no_orbits
-from .own_units import orbit_scale
+from .own_units import Scale, orbit_scale
 from .periodic_orbits import LONGER, periodic_orbits
-from .return_map import (
-    checked_return,
-)
+from .return_map import checked_return
 
 EASY = 3
 """Corrections after which the next step along the branch is longer."""
@@ -172,47 +170,40 @@ def continuation(
     longest, tolerance = positive("longest", longest), positive("tolerance", tolerance)
     length = min(positive("length", length), longest)
     steps, period = whole("steps", steps, 1), whole("period", period, 1)
+    limit = None if max_time is None else positive("max_time", max_time)
     none, (status, ending) = no_orbits(first_model, section, scheme), STOPPED
     empty = Branch(np.zeros(0), np.zeros(0), none, bifurcations=(), status=status, ending=ending)
+    how: Any = {"scheme": scheme, "step": step, "rtol": rtol, "atol": atol, "threads": threads}
     with keeping("continuation", lambda: empty):
-        first = periodic_orbits(
-            first_model,
-            z0,
-            section=section,
-            period=period,
-            energy=energy,
-            max_time=max_time,
-            tolerance=tolerance,
-            step=step,
-            scheme=scheme,
-            rtol=rtol,
-            atol=atol,
-            threads=threads,
-        )
+        cut: Any = {"section": section, "period": period, "max_time": max_time}
+        first = periodic_orbits(first_model, z0, energy=energy, tolerance=tolerance, **cut, **how)
         if first.status.size != 1 or first.status[0] != Status.OK:
             raise ValueError(f"z0 must be a guess (2n,) that leads to a periodic orbit, got {first.summary()}")
         value = float(first.energy[0]) if parameter is None else parameter
         if not low <= value <= high:
             raise ValueError(f"bounds must contain the first value {value!r}, got {bounds!r}")
-        given = not np.isinf(first.step[0]) and section is not None
-        taken = float(first.step[0]) if given else None
-        flow = plan(first_model, first.z, Options(first.scheme, taken, rtol=rtol, atol=atol, threads=threads)).flow
-        limit = None if max_time is None else positive("max_time", max_time)
+        how["step"] = None if section is None or np.isinf(first.step[0]) else float(first.step[0])
+        flow = plan(first_model, first.z, Options(**{**how, "scheme": first.scheme})).flow
         own = step is None and flow.fixed
         scale = orbit_scale(first_model, first.z, first.energy, flow.threads)
         units = np.append(scale.rows[:, 0], scale.energy[0])
-        kept = None if parameter is None else float(first.energy[0])
-        wait = LONGER * first.time[0]
+        kept, wait = None if parameter is None else float(first.energy[0]), LONGER * first.time[0]
         family = Family(make, flow, section, period, limit, tolerance, kept, own, units=units, wait=wait)
-        if parameter is not None:
-            units[-1] = family.parameter_unit(np.append(first.z[:, 0], value), scale)
-        start = family.corrected(np.append(first.z[:, 0], value), None, scale, first.step[0])
-        if start is None:
-            raise ValueError("z0 leads to an orbit that cannot be continued")
+        start = _first_point(family, np.append(first.z[:, 0], value), scale, first.step[0])
     points = [_turned(start, direction)]
     with keeping("continuation", lambda: _branch(family, points, *STOPPED)):
         branch = _branch(family, points, *_follow(family, points, length, longest, steps, (low, high)))
         return replace(branch, bifurcations=tuple(bifurcations(family, points, branch.arclength, branch.orbits)))
+
+
+def _first_point(family: Family, u: np.ndarray, scale: Scale, step: float) -> Point:
+    """Return the first orbit as a point of the family, once the family has its unit of the parameter."""
+    if family.energy is not None:
+        family.units[-1] = family.parameter_unit(u, scale)
+    start = family.corrected(u, None, scale, step)
+    if start is None:
+        raise ValueError("z0 leads to an orbit that cannot be continued")
+    return start
 
 
 def _branch(family: Family, points: list[Point], status: Status, ending: str) -> Branch:

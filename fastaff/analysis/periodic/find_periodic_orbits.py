@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -149,63 +152,52 @@ def find_periodic_orbits(
     if given and len(z0.points) != rows:
         raise ValueError(f"z0 must be a SectionMap of {rows} rows, got one of {len(z0.points)}")
     starts = z0.points[:, 0, z0.counts > 0] if given else z0
-    flow, z, _ = checked_guesses(model, starts, None, Options(scheme, step, rtol=rtol, atol=atol, threads=threads))
+    how: Any = {"scheme": scheme, "step": step, "rtol": rtol, "atol": atol, "threads": threads}
+    flow, z, _ = checked_guesses(model, starts, None, Options(**how))
+    how["scheme"] = flow.scheme
     count = longest + 8 if crossings is None else whole("crossings", crossings, 2)
     wait = WAIT / typical_rate(model, z) if max_time is None else positive("max_time", max_time) / count
-    found: list[PeriodicOrbits] = []
-
-    def near_returns() -> SectionMap:
-        if given:
-            return z0
-        return poincare_map(
-            model,
-            z[:rows],
-            section=section,
-            crossings=count,
-            max_time=None if section is None or traits_of(model).driven else wait * count,
-            step=step,
-            scheme=flow.scheme,
-            rtol=rtol,
-            atol=atol,
-            threads=threads,
-        )
-
-    def newton(guesses: np.ndarray, period: int) -> PeriodicOrbits:
-        try:
-            return periodic_orbits(
-                model,
-                guesses,
-                section=section,
-                period=period,
-                energy=energy,
-                tolerance=tolerance,
-                iterations=iterations,
-                max_time=None if max_time is None else wait * period,
-                step=step,
-                scheme=flow.scheme,
-                rtol=rtol,
-                atol=atol,
-                threads=threads,
-            )
-        except Interrupted as stopped:
-            found.append(stopped.partial.take(stopped.partial.prime == period))
-            raise
-
-    def search(guesses: np.ndarray, period: int) -> None:
-        if guesses.size:
-            orbits = newton(guesses, period)
-            prime = orbits.prime
-            found.append(orbits.take(prime == period))
-            for shorter in np.unique(prime[(prime > 0) & (prime < period)]):
-                search(orbits.z[:, prime == shorter], int(shorter))
-
-    def partial() -> PeriodicOrbits:
-        return PeriodicOrbits.concat([no_orbits(model, section, flow.scheme), *found]).unique()
-
-    with keeping("find_periodic_orbits", partial):
-        seen = near_returns()
+    newton = partial(
+        periodic_orbits, model, section=section, energy=energy, tolerance=tolerance, iterations=iterations, **how
+    )
+    search = _Search(newton, None if max_time is None else wait, [no_orbits(model, section, flow.scheme)])
+    with keeping("find_periodic_orbits", search.orbits):
+        seen = z0
+        if not given:
+            limit = None if section is None or traits_of(model).driven else wait * count
+            seen = poincare_map(model, z[:rows], section=section, crossings=count, max_time=limit, **how)
         for period in range(1, longest + 1):
-            search(periodic_guesses(seen, period, most=most, apart=apart), period)
-        if not found:
+            search.near(periodic_guesses(seen, period, most=most, apart=apart), period)
+        if len(search.found) == 1:
             raise ValueError("z0 has no orbit that returns to the section more than once")
-        return PeriodicOrbits.concat(found).unique()
+        return search.orbits()
+
+
+@dataclass(frozen=True)
+class _Search:
+    """Orbits of their least period found so far, the first entry none, and Newton's method, which finds more.
+
+    wait: time for each crossing of a period, or None.
+    """
+
+    newton: Callable[..., PeriodicOrbits]
+    wait: float | None
+    found: list[PeriodicOrbits]
+
+    def orbits(self) -> PeriodicOrbits:
+        """Return each orbit once."""
+        return PeriodicOrbits.concat(self.found).unique()
+
+    def near(self, guesses: np.ndarray, period: int) -> None:
+        """Add the orbits near guesses (2n, guesses) of a period; those of a shorter one are sought again as that."""
+        if not guesses.size:
+            return
+        try:
+            orbits = self.newton(guesses, period=period, max_time=None if self.wait is None else self.wait * period)
+        except Interrupted as stopped:
+            self.found.append(stopped.partial.take(stopped.partial.prime == period))
+            raise
+        prime = orbits.prime
+        self.found.append(orbits.take(prime == period))
+        for shorter in np.unique(prime[(prime > 0) & (prime < period)]):
+            self.near(orbits.z[:, prime == shorter], int(shorter))

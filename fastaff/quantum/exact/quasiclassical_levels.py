@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ...analysis.tori.action_angles import LARGEST_ACTION, energy_of_actions
+from ...analysis.tori.inverse_tori import LARGEST_ACTION, energy_of_actions
 from ...base.numbers import flag, positive, real, whole
 from ...base.recipe import recorded
 from ..states.level_table import LevelTable

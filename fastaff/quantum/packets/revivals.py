@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ...analysis.tori.action_angles import energy_of_actions
+from ...analysis.tori.inverse_tori import energy_of_actions
 from ...analysis.tori.separation import separate
 from ...base.differences import FIRST, OFFSETS
 from ...base.display import screen
