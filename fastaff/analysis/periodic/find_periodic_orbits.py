@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
 from ...base.interruption import Interrupted, keeping
 from ...base.numbers import positive, whole
 from ...base.recipe import recorded
-from ...base.short_forms import starts_of, takes
+from ...base.short_forms import Starts, starts_of, takes
 from ...flows.motion import typical_rate
 from ...flows.options import Options
 from ...formulas.section_text import section_of
-from ...models.contracts import Model, Section
+from ...models.contracts import Dynamics, Section
 from ...models.traits import traits_of
 from ...schemes.catalogue import Scheme, scheme_of
 from ..sections.poincare_map import poincare_map
@@ -71,10 +69,10 @@ def periodic_guesses(section_map: SectionMap, period: int, *, most: int = 100, a
 @takes(z0=starts_of, section=section_of, scheme=scheme_of)
 @recorded
 def find_periodic_orbits(
-    model: Model,
-    z0: Any,
+    model: Dynamics,
+    z0: Starts | SectionMap,
     *,
-    section: Section | None = None,
+    section: Section | str | None = None,
     max_period: int,
     energy: float | None = None,
     most: int = 100,
@@ -84,7 +82,7 @@ def find_periodic_orbits(
     tolerance: float = 1e-12,
     iterations: int = 40,
     step: float | None = None,
-    scheme: Scheme | None = None,
+    scheme: Scheme | str | None = None,
     rtol: float = 1e-13,
     atol: float = 1e-13,
     threads: int | None = None,
@@ -144,19 +142,19 @@ def find_periodic_orbits(
     """
     scheme = checked_return(model, section, scheme)
     longest = whole("max_period", max_period, 1)
-    given = isinstance(z0, SectionMap)
+    given = z0 if isinstance(z0, SectionMap) else None
     rows = traits_of(model).rows
-    if given and len(z0.points) != rows:
-        raise ValueError(f"z0 must be a SectionMap of {rows} rows, got one of {len(z0.points)}")
-    starts = z0.points[:, 0, z0.counts > 0] if given else z0
+    if given is not None and len(given.points) != rows:
+        raise ValueError(f"z0 must be a SectionMap of {rows} rows, got one of {len(given.points)}")
+    starts = z0 if given is None else given.points[:, 0, given.counts > 0]
     flow, z, _ = checked_guesses(model, starts, None, Options(scheme, step, rtol=rtol, atol=atol, threads=threads))
     count = longest + 8 if crossings is None else whole("crossings", crossings, 2)
     wait = WAIT / typical_rate(model, z) if max_time is None else positive("max_time", max_time) / count
     found: list[PeriodicOrbits] = []
 
     def near_returns() -> SectionMap:
-        if given:
-            return z0
+        if given is not None:
+            return given
         return poincare_map(
             model,
             z[:rows],

@@ -13,8 +13,9 @@ from ...base.interruption import keeping
 from ...base.numbers import numbers, shown
 from ...base.recipe import recorded
 from ...base.results import Result
-from ...base.short_forms import starts_of, takes
+from ...base.short_forms import Starts, starts_of, takes
 from ...base.status import Status
+from ...charts.chart import Chart
 from ...compile.threads import checked_threads
 from ...flows.checks import phase_points
 from ...flows.flow import Report, launch, units
@@ -91,7 +92,12 @@ class ActionAngles(Result):
 @takes(z0=starts_of)
 @recorded
 def action_angles(
-    body: Any, z0: ArrayLike, *, chart: Any = None, threads: int | None = None, report: Report | None = None
+    body: Model,
+    z0: Starts,
+    *,
+    chart: Chart | str | None = None,
+    threads: int | None = None,
+    report: Report | None = None,
 ) -> ActionAngles:
     """Find actions, frequencies, angles and separation constants of states of a separable body.
 
@@ -234,7 +240,7 @@ def from_action_angles(
     J: ArrayLike,
     theta: ArrayLike,
     *,
-    chart: Any = None,
+    chart: Chart | str | None = None,
     near: ArrayLike | None = None,
     threads: int | None = None,
 ) -> np.ndarray:
@@ -320,7 +326,12 @@ class EnergyOfActions(Result):
 
 @recorded
 def energy_of_actions(
-    body: Any, J: ArrayLike, *, chart: Any = None, near: ArrayLike | None = None, threads: int | None = None
+    body: Model,
+    J: ArrayLike,
+    *,
+    chart: Chart | str | None = None,
+    near: ArrayLike | None = None,
+    threads: int | None = None,
 ) -> EnergyOfActions:
     """Compute the Hamiltonian as a function of the actions, E(J), and its gradient, the frequencies.
 
