@@ -12,7 +12,7 @@ from ..base.numbers import numbers, positive, shown
 from ..compile.threads import checked_threads
 from ..models.traits import traits_of
 from ..schemes.automatic import Automatic, Trial, cheapest, fastest
-from ..schemes.catalogue import DOP853, GAUSS16, ITERATION, KAHAN_LI8, Collocation, RungeKutta, Scheme
+from ..schemes.catalogue import DOP853, GAUSS16, ITERATION, KAHAN_LI8, Collocation, RungeKutta
 from ..schemes.time_transformed import TimeTransformed
 from .checks import checked_model, checked_scheme, phase_points, suited_scheme
 from .flow import Flow
@@ -50,7 +50,7 @@ class Options:
     :Raises: ValueError or TypeError for wrong input.
     """
 
-    scheme: Scheme | TimeTransformed | Automatic | None = None
+    scheme: Any = None
     step: float | np.ndarray | None = None
     accuracy: float | None = None
     rtol: float = 1e-12

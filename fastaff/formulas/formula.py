@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from ..base.foreign import System, read_by
 from ..base.numbers import positive, real
 from ..models import Body
+from ..models.contracts import WrittenModel, WrittenNonseparable
 from ..models.mechanics import slopes
 from .drive import period_of
 from .grammar import TIME, checked_name, parse
@@ -26,7 +28,13 @@ TRIED, SAME = 32, 1e-9
 """Points at which a system's periods are tried, and the change of its equations that counts as none."""
 
 
-def formula(text: Any, /, *, mu: Any = 1.0, domain: str | None = None, **parameters: float) -> Any:
+Text = str | object
+"""A formula as text; else an expression of SymPy, or a potential or expression of another tool."""
+
+
+def formula(
+    text: Text, /, *, mu: float | Sequence[float] = 1.0, domain: str | None = None, **parameters: float
+) -> WrittenModel:
     """Make a body from its potential energy V, written as one line of mathematics; the derivatives are exact.
 
     Parameters
@@ -84,25 +92,25 @@ def formula(text: Any, /, *, mu: Any = 1.0, domain: str | None = None, **paramet
     request = Request(written, domain, tuple(values), (), "pair" if pair else "mu")
     cls: Any = _class(request, values, length)
     if cls.__name__ == "FormulaPotential":
-        return Body(cls(**values), inertia[0])
+        return cast(WrittenModel, Body(cls(**values), inertia[0]))
     return cls(*values.values(), *inertia)
 
 
 def hamiltonian(
-    text: Any,
+    text: Text,
     /,
     *,
     coordinates: str | Sequence[str] = "x y",
     momenta: str | Sequence[str] | None = None,
     periods: Mapping[str, float | str] | None = None,
-    masses: Any = None,
+    masses: ArrayLike | None = None,
     domain: str | None = None,
     rotation: float | str | None = None,
     magnetic: float | str | None = None,
     period: float | str | None = None,
     friction: float | str | None = None,
     **parameters: float,
-) -> Any:
+) -> WrittenModel | WrittenNonseparable:
     """Make a system with ``H = sum p_i^2/2 m_i + V(q)``, or a V(q, t) periodic in t, from V written as one line of
     text; or with any H(q, p) or H(q, p, t), written with its momenta.
 
@@ -190,7 +198,13 @@ def hamiltonian(
     """
     given = read_by("system", text)
     if given is not None:
-        beside = {"masses": masses, "rotation": rotation, "magnetic": magnetic, "period": period, "friction": friction}
+        beside: dict[str, Any] = {
+            "masses": masses,
+            "rotation": rotation,
+            "magnetic": magnetic,
+            "period": period,
+            "friction": friction,
+        }
         beside |= {"domain": domain, "momenta": momenta, "periods": periods}
         return _taken(given, coordinates, beside, parameters)
     written, length = _written(text)

@@ -14,6 +14,7 @@ import numpy as np
 
 from ..base.interruption import imported
 from ..compile import jit
+from ..models.contracts import WrittenMap
 from .ceiling import ceiling
 from .formula import checked_names, values_of
 from .grammar import CONSTANTS, FUNCTIONS, Program, parse
@@ -36,7 +37,7 @@ def mapping(
     periods: Mapping[str, float | str] | None = None,
     domain: str | None = None,
     **parameters: float,
-) -> Any:
+) -> WrittenMap:
     """Make a map from text; its derivative is exact.
 
     Parameters

@@ -11,7 +11,7 @@ import numpy as np
 from ...base.interruption import keeping
 from ...base.numbers import fits, whole
 from ...base.recipe import recorded
-from ...base.short_forms import starts_of, takes
+from ...base.short_forms import Starts, starts_of, takes
 from ...base.status import Status
 from ...compile.jit import LANES
 from ...flows import observers
@@ -23,7 +23,7 @@ from ...flows.needs import check_needs
 from ...flows.options import Options, iterates, plan
 from ...flows.trials import on_ladder
 from ...kernels.samples import CHUNK_ROWS
-from ...models.contracts import Angles, Model
+from ...models.contracts import Angles, Dynamics
 from ...models.traits import traits_of
 from ...schemes.catalogue import Scheme, scheme_of
 from .angle_loops import Layout, Plain, angles_of
@@ -68,16 +68,16 @@ SIZES = np.array([16 * q * 2**k for k in range(40) for q in (4, 5, 6, 7)])
 @takes(z0=starts_of, scheme=scheme_of, method=method_of, angles=angles_of)
 @recorded
 def frequency_map(
-    body: Model,
-    z0: Any,
+    body: Dynamics,
+    z0: Starts,
     *,
     time: float,
     accuracy: float | None = None,
-    method: BirkhoffAverages | NaffLines = BirkhoffAverages(),  # noqa: B008 - a value
-    angles: Angles | None = None,
+    method: BirkhoffAverages | NaffLines | str = BirkhoffAverages(),  # noqa: B008 - a value
+    angles: Angles | str | None = None,
     window: int | None = None,
     step: float | np.ndarray | None = None,
-    scheme: Scheme | None = None,
+    scheme: Scheme | str | None = None,
     rtol: float = 1e-12,
     atol: float = 1e-12,
     energy_tolerance: float | None = None,

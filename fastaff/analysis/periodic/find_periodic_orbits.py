@@ -12,11 +12,11 @@ import numpy as np
 from ...base.interruption import Interrupted, keeping
 from ...base.numbers import positive, whole
 from ...base.recipe import recorded
-from ...base.short_forms import starts_of, takes
+from ...base.short_forms import Starts, starts_of, takes
 from ...flows.motion import typical_rate
 from ...flows.options import Options
 from ...formulas.section_text import section_of
-from ...models.contracts import Model, Section
+from ...models.contracts import Dynamics, Section
 from ...models.traits import traits_of
 from ...schemes.catalogue import Scheme, scheme_of
 from ..sections.poincare_map import poincare_map
@@ -74,10 +74,10 @@ def periodic_guesses(section_map: SectionMap, period: int, *, most: int = 100, a
 @takes(z0=starts_of, section=section_of, scheme=scheme_of)
 @recorded
 def find_periodic_orbits(
-    model: Model,
-    z0: Any,
+    model: Dynamics,
+    z0: Starts | SectionMap,
     *,
-    section: Section | None = None,
+    section: Section | str | None = None,
     max_period: int,
     energy: float | None = None,
     most: int = 100,
@@ -87,7 +87,7 @@ def find_periodic_orbits(
     tolerance: float = 1e-12,
     iterations: int = 40,
     step: float | None = None,
-    scheme: Scheme | None = None,
+    scheme: Scheme | str | None = None,
     rtol: float = 1e-13,
     atol: float = 1e-13,
     threads: int | None = None,
@@ -147,11 +147,11 @@ def find_periodic_orbits(
     """
     scheme = checked_return(model, section, scheme)
     longest = whole("max_period", max_period, 1)
-    given = isinstance(z0, SectionMap)
+    given = z0 if isinstance(z0, SectionMap) else None
     rows = traits_of(model).rows
-    if given and len(z0.points) != rows:
-        raise ValueError(f"z0 must be a SectionMap of {rows} rows, got one of {len(z0.points)}")
-    starts = z0.points[:, 0, z0.counts > 0] if given else z0
+    if given is not None and len(given.points) != rows:
+        raise ValueError(f"z0 must be a SectionMap of {rows} rows, got one of {len(given.points)}")
+    starts = z0 if given is None else given.points[:, 0, given.counts > 0]
     how: Any = {"scheme": scheme, "step": step, "rtol": rtol, "atol": atol, "threads": threads}
     flow, z, _ = checked_guesses(model, starts, None, Options(**how))
     how["scheme"] = flow.scheme
@@ -162,8 +162,8 @@ def find_periodic_orbits(
     )
     search = _Search(newton, None if max_time is None else wait, [no_orbits(model, section, flow.scheme)])
     with keeping("find_periodic_orbits", search.orbits):
-        seen = z0
-        if not given:
+        seen = given
+        if seen is None:
             limit = None if section is None or traits_of(model).driven else wait * count
             seen = poincare_map(model, z[:rows], section=section, crossings=count, max_time=limit, **how)
         for period in range(1, longest + 1):

@@ -14,6 +14,7 @@ from ...base.numbers import numbers, shown
 from ...base.recipe import recorded
 from ...base.results import Result
 from ...base.status import Status
+from ...charts.chart import Chart
 from ...compile.threads import checked_threads
 from ...flows.checks import phase_points
 from ...kernels import tori_inverse, tori_quadrature
@@ -32,7 +33,7 @@ def from_action_angles(
     J: ArrayLike,
     theta: ArrayLike,
     *,
-    chart: Any = None,
+    chart: Chart | str | None = None,
     near: ArrayLike | None = None,
     threads: int | None = None,
 ) -> np.ndarray:
@@ -118,7 +119,12 @@ class EnergyOfActions(Result):
 
 @recorded
 def energy_of_actions(
-    body: Any, J: ArrayLike, *, chart: Any = None, near: ArrayLike | None = None, threads: int | None = None
+    body: Model,
+    J: ArrayLike,
+    *,
+    chart: Chart | str | None = None,
+    near: ArrayLike | None = None,
+    threads: int | None = None,
 ) -> EnergyOfActions:
     """Compute the Hamiltonian as a function of the actions, E(J), and its gradient, the frequencies.
 
