@@ -355,7 +355,8 @@ class Flow:
             return
         certain = records[where, crossings.RECORD.kind] == crossings.CERTAIN
         doubtful = where[~certain]
-        where = np.concatenate([where[certain], doubtful])  # whose search takes longer
+        if doubtful.size:
+            where = np.concatenate([where[certain], doubtful])  # whose search takes longer
         function = observers.bound("value", section, self.model.degrees_of_freedom, self.vectors)
         found = self._blocks(), self._coefficients(), function
         if doubtful.size:

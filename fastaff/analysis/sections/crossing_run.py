@@ -120,8 +120,8 @@ def follow_crossings(
         try:
             flow.locate(section, records, where)
         finally:
-            limit = np.broadcast_to(max_time, orbits)[where // slot.size]
-            late = ~((records[where, RECORD.time] > 0.0) & (records[where, RECORD.time] <= limit * (1 + START)))
+            time, limit = records[where, RECORD.time], max_time * (1 + START)
+            late = ~((time > 0.0) & (time <= (limit[where // slot.size] if np.ndim(limit) else limit)))
             records[where[late], RECORD.kind] = kernels.NOTHING
             kind = records[found, RECORD.kind]
             left = found[(kind != kernels.LOCATED) & (kind != kernels.NOTHING)] // slot.size
@@ -190,15 +190,15 @@ def _result(flow, body, ensemble, section, wanted, memory, out, tolerance) -> Se
     counts = np.minimum(memory[kernels.ROWS.written].astype(np.int64), wanted)
     kept = np.arange(wanted) < counts[:, None]
     points, times = records[:, :, RECORD.state :], np.where(kept, records[:, :, RECORD.time], np.nan)
-    drift = np.full(times.shape, -1.0)
+    drift = np.empty(times.shape)
     most = max(1, PORTION // (8 * COMPARED * wanted * rows))
 
     def look(at: slice) -> None:
         for first in range(at.start, min(at.stop, orbits), most):
             part = slice(first, min(first + most, at.stop))
-            there, count = kept[part], counts[part]
-            start, scale = (np.repeat(entry[part], count) for entry in (ensemble.energy, ensemble.scale))
-            drift[part][there] = energy_drift(flow.model, points[part].transpose(2, 0, 1)[:, there], start, scale)
+            z = np.ascontiguousarray(points[part].transpose(2, 0, 1))
+            start, scale = ensemble.energy[part, None], ensemble.scale[part, None]
+            drift[part] = np.where(kept[part], energy_drift(flow.model, z, start, scale), -1.0)
 
     by_portions(look, orbits, wanted * rows, flow.threads)
     beyond = drift > tolerance

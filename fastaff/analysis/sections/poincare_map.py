@@ -265,7 +265,7 @@ def _accurate(flow, body, z, section, wanted, max_time, tolerance, accuracy, rep
 
 def _compared(body, section, motion: Motion, fine: SectionMap, coarse: SectionMap, threads: int) -> tuple:
     """Return distances (crossings, orbits) of states at crossings of two runs, radians up to these, and `slants`."""
-    whole = np.empty((3, *fine.times.shape))
+    whole = np.empty((3, *fine.times.T.shape)).transpose(0, 2, 1)  # as crossings lie in memory
 
     def some(at: slice) -> None:
         scales, times, points = motion.of(at), fine.times[:, at], fine.points[..., at]
