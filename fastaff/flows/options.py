@@ -7,8 +7,10 @@ from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from ..base.numbers import numbers, positive, shown
+from ..base.results import Result
 from ..compile.threads import checked_threads
 from ..models.traits import traits_of
 from ..schemes.automatic import Automatic, Trial, cheapest, fastest
@@ -33,6 +35,12 @@ accuracy of their own.
 DRIFT, DRIFTING = 1e-6, 10.0
 """Energy error, over the largest kinetic energy met, of an orbit that drifts, and how many times the accuracy it is:
 orbits within their accuracy have up to twice that, at steep walls.
+"""
+
+
+Starts = ArrayLike | Result | object
+"""Phase points (2n,) or (2n, orbits), a result that has them, such as an EnergyGrid, or what `base.foreign` knows of
+other tools.
 """
 
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from typing import Annotated, Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from ...base.axes import along
 from ...base.interruption import keeping
@@ -18,7 +19,7 @@ from ...base.status import Status, describe
 from ...flows.checks import checked_model
 from ...flows.flow import Flow, energy_error, mark_drift
 from ...flows.launch import Report
-from ...flows.options import Options, iterates, plan
+from ...flows.options import Options, Starts, iterates, plan
 from ...kernels.readings import LN10
 from ...models.contracts import Model
 from ...models.traits import traits_of
@@ -124,13 +125,13 @@ class ChaosMap(Result):
 @recorded
 def chaos_map(
     body: Model,
-    z0: Any,
+    z0: Starts,
     *,
     time: float,
     indicators: tuple[Indicator, ...] = (MEGNO(), SALI()),
     history: int = 0,
     early_stop: bool = False,
-    deviations: Any = None,
+    deviations: ArrayLike | None = None,
     step: float | np.ndarray | None = None,
     scheme: Scheme | None = None,
     rtol: float = 1e-12,

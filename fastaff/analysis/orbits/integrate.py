@@ -22,7 +22,7 @@ from ...flows.ensemble import Ensemble
 from ...flows.flow import Flow, Wear, energy_error, mark_drift
 from ...flows.launch import Report
 from ...flows.motion import motion
-from ...flows.options import Options, iterates, plan, suited
+from ...flows.options import Options, Starts, iterates, plan, suited
 from ...flows.time_transformed import TransformedFlow
 from ...models.contracts import Model
 from ...models.mechanics import energies, kinetic_energies
@@ -80,7 +80,7 @@ class Orbits(Result):
 @recorded
 def integrate(
     body: Model,
-    z0: Any,
+    z0: Starts,
     *,
     time: float,
     accuracy: float | None = None,

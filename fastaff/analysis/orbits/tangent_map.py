@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 from typing import Annotated, Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from ...base.axes import along
 from ...base.interruption import keeping
@@ -21,7 +22,7 @@ from ...flows.coordinates import chart_row
 from ...flows.ensemble import Ensemble
 from ...flows.flow import Flow, energy_error, mark_drift, no_memory
 from ...flows.launch import Report
-from ...flows.options import Options, Plan, iterates, plan, suited
+from ...flows.options import Options, Plan, Starts, iterates, plan, suited
 from ...models.contracts import Model
 from ...models.mechanics import frame_rate, tangent_velocities, without_time
 from ...models.traits import traits_of
@@ -60,10 +61,10 @@ class TangentMap(Result):
 @recorded
 def tangent_map(
     body: Model,
-    z0: Any,
+    z0: Starts,
     *,
     time: float,
-    deviations: Any = None,
+    deviations: ArrayLike | None = None,
     step: float | np.ndarray | None = None,
     scheme: Scheme | None = None,
     rtol: float = 1e-12,

@@ -8,6 +8,7 @@ from itertools import pairwise
 from typing import Annotated, Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from ...base.axes import along
 from ...base.interruption import keeping
@@ -75,7 +76,7 @@ class Branch(Result, axis="point"):
 @recorded
 def continuation(
     model: Model,
-    z0: Any,
+    z0: ArrayLike,
     *,
     section: Section | None = None,
     period: int = 1,

@@ -14,7 +14,7 @@ from ...base.numbers import positive, whole
 from ...base.recipe import recorded
 from ...base.short_forms import starts_of, takes
 from ...flows.motion import typical_rate
-from ...flows.options import Options
+from ...flows.options import Options, Starts
 from ...formulas.section_text import section_of
 from ...models.contracts import Model, Section
 from ...models.traits import traits_of
@@ -75,7 +75,7 @@ def periodic_guesses(section_map: SectionMap, period: int, *, most: int = 100, a
 @recorded
 def find_periodic_orbits(
     model: Model,
-    z0: Any,
+    z0: Starts,
     *,
     section: Section | None = None,
     max_period: int,
@@ -147,11 +147,10 @@ def find_periodic_orbits(
     """
     scheme = checked_return(model, section, scheme)
     longest = whole("max_period", max_period, 1)
-    given = isinstance(z0, SectionMap)
-    rows = traits_of(model).rows
-    if given and len(z0.points) != rows:
-        raise ValueError(f"z0 must be a SectionMap of {rows} rows, got one of {len(z0.points)}")
-    starts = z0.points[:, 0, z0.counts > 0] if given else z0
+    seen, rows = z0 if isinstance(z0, SectionMap) else None, traits_of(model).rows
+    if seen is not None and len(seen.points) != rows:
+        raise ValueError(f"z0 must be a SectionMap of {rows} rows, got one of {len(seen.points)}")
+    starts = z0 if seen is None else seen.points[:, 0, seen.counts > 0]
     how: Any = {"scheme": scheme, "step": step, "rtol": rtol, "atol": atol, "threads": threads}
     flow, z, _ = checked_guesses(model, starts, None, Options(**how))
     how["scheme"] = flow.scheme
@@ -162,8 +161,7 @@ def find_periodic_orbits(
     )
     search = _Search(newton, None if max_time is None else wait, [no_orbits(model, section, flow.scheme)])
     with keeping("find_periodic_orbits", search.orbits):
-        seen = z0
-        if not given:
+        if seen is None:
             limit = None if section is None or traits_of(model).driven else wait * count
             seen = poincare_map(model, z[:rows], section=section, crossings=count, max_time=limit, **how)
         for period in range(1, longest + 1):

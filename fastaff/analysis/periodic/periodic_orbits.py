@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from ...base.interruption import keeping
 from ...base.numbers import fits, positive, whole
@@ -14,7 +15,7 @@ from ...base.short_forms import starts_of, takes
 from ...base.status import Status
 from ...flows.flow import Flow
 from ...flows.needs import check_given
-from ...flows.options import Options
+from ...flows.options import Options, Starts
 from ...formulas.section_text import section_of
 from ...models.contracts import Map, Model, Section
 from ...schemes.catalogue import Scheme, scheme_of
@@ -56,11 +57,11 @@ the start may be much faster than what follows.
 @recorded
 def periodic_orbits(
     model: Model | Map,
-    z0: Any,
+    z0: Starts,
     *,
     section: Section | None = None,
     period: int = 1,
-    energy: Any = None,
+    energy: ArrayLike | None = None,
     max_time: float | None = None,
     tolerance: float = 1e-12,
     iterations: int = 40,

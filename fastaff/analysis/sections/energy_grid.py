@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import singledispatch
 from typing import Annotated, Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from ...base.axes import along
 from ...base.numbers import an_array, fits, numbers, real, shown
@@ -15,6 +17,7 @@ from ...base.results import Result
 from ...base.short_forms import takes
 from ...flows.checks import checked_model, checked_section
 from ...formulas.section_text import section_in_words, section_of
+from ...models.contracts import Model, Section
 from ...models.mechanics import at_rest, energies, inside, kinetic_energies, potential_energies
 from ...models.sections import AlphaEquals, AlphaTurning, AreaEquals, BetaEquals, BetaTurning, Linear
 from ...models.traits import traits_of
@@ -64,12 +67,12 @@ class EnergyGrid(Result):
 @takes(section=section_of, axes=by_name, fixed=by_name)
 @recorded
 def energy_grid(
-    body: Any,
+    body: Model,
     *,
     energy: float | None = None,
-    axes: Any,
-    section: Any = None,
-    fixed: Any = None,
+    axes: Mapping[str, ArrayLike] | Sequence[ArrayLike],
+    section: Section | None = None,
+    fixed: Mapping[str, float] | None = None,
     solve: str | None = None,
     sign: int = 1,
     at_rest: bool = False,

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Annotated, Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from ...base.axes import along
 from ...base.numbers import entries, fits, flag, shown, span, whole
@@ -38,6 +40,10 @@ class EnergySample(Result):
     energy: float
 
 
+Seed = int | Sequence[int] | np.random.SeedSequence | np.random.BitGenerator
+"""A seed of `numpy.random.default_rng`."""
+
+
 @takes(section=section_of, axes=by_name, fixed=by_name)
 @recorded
 def energy_sample(
@@ -46,10 +52,10 @@ def energy_sample(
     orbits: int,
     energy: float | None = None,
     section: Section | None = None,
-    seed: Any = 0,
-    rng: Any = None,
-    axes: Any = None,
-    fixed: Any = None,
+    seed: Seed = 0,
+    rng: Seed | np.random.Generator | None = None,
+    axes: Mapping[str, ArrayLike] | Sequence[ArrayLike] | None = None,
+    fixed: Mapping[str, float] | None = None,
     solve: str | None = None,
     sign: int = 1,
     at_rest: bool = False,

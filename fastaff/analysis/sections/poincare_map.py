@@ -21,7 +21,7 @@ from ...flows.flow import Flow, Wear
 from ...flows.launch import Report
 from ...flows.motion import Motion, motion
 from ...flows.needs import check_given
-from ...flows.options import Options, plan, suited
+from ...flows.options import Options, Starts, plan, suited
 from ...formulas.section_text import section_of
 from ...models.contracts import Map, Model, Section
 from ...models.mechanics import slopes
@@ -46,7 +46,7 @@ SAME = 0.1
 @recorded
 def poincare_map(
     body: Model | Map,
-    z0: Any,
+    z0: Starts,
     *,
     section: Section | None = None,
     crossings: int,

@@ -14,12 +14,13 @@ from ...base.recipe import recorded
 from ...base.results import Result
 from ...base.short_forms import starts_of, takes
 from ...base.status import Status
+from ...charts import Chart
 from ...compile.threads import checked_threads
 from ...flows.checks import phase_points
 from ...flows.launch import Report, launch, units
 from ...kernels import tori_closed, tori_quadrature
 from ...kernels.tori_closed import TURN, Tori
-from ...models import Zero
+from ...models import Body, StackelBody, Zero
 from .closed_oscillators import closed_form
 from .separation import Separated, separate
 
@@ -85,7 +86,12 @@ class ActionAngles(Result):
 @takes(z0=starts_of)
 @recorded
 def action_angles(
-    body: Any, z0: ArrayLike, *, chart: Any = None, threads: int | None = None, report: Report | None = None
+    body: Body | StackelBody,
+    z0: ArrayLike,
+    *,
+    chart: Chart | None = None,
+    threads: int | None = None,
+    report: Report | None = None,
 ) -> ActionAngles:
     """Find actions, frequencies, angles and separation constants of states of a separable body.
 

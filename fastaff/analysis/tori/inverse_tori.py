@@ -14,10 +14,12 @@ from ...base.numbers import numbers, shown
 from ...base.recipe import recorded
 from ...base.results import Result
 from ...base.status import Status
+from ...charts import Chart
 from ...compile.threads import checked_threads
 from ...flows.checks import phase_points
 from ...kernels import tori_inverse, tori_quadrature
 from ...kernels.tori_closed import TURN
+from ...models import Body, StackelBody
 from ...models.contracts import Model
 from .action_angles import run_kernel, to_spin
 from .closed_oscillators import closed_energy, closed_form, closed_points
@@ -32,7 +34,7 @@ def from_action_angles(
     J: ArrayLike,
     theta: ArrayLike,
     *,
-    chart: Any = None,
+    chart: Chart | None = None,
     near: ArrayLike | None = None,
     threads: int | None = None,
 ) -> np.ndarray:
@@ -118,7 +120,12 @@ class EnergyOfActions(Result):
 
 @recorded
 def energy_of_actions(
-    body: Any, J: ArrayLike, *, chart: Any = None, near: ArrayLike | None = None, threads: int | None = None
+    body: Body | StackelBody,
+    J: ArrayLike,
+    *,
+    chart: Chart | None = None,
+    near: ArrayLike | None = None,
+    threads: int | None = None,
 ) -> EnergyOfActions:
     """Compute the Hamiltonian as a function of the actions, E(J), and its gradient, the frequencies.
 

@@ -9,10 +9,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ...base.numbers import shown
+from ...charts import Chart
 from ...compile.blocks import function_block, parameters
 from ...flows.checks import checked_function, checked_model, phase_points
-from ...kernels.tori_wells import Term
-from ...models import Zero
+from ...kernels.tori_coordinates import Term
+from ...models import Body, StackelBody, Zero
 from ...models.regular_variables import in_regular_variable
 from ...models.traits import traits_of
 from .families import FAMILIES, Family, Motion
@@ -99,7 +100,7 @@ def separate(body: Any, chart: Any = None) -> Separated:
     return Separated(chosen[0], tuple(member), angular, body.mu)
 
 
-def constants_of_motion(body: Any, z: ArrayLike, *, chart: Any = None) -> dict[str, np.ndarray]:
+def constants_of_motion(body: Body | StackelBody, z: ArrayLike, *, chart: Chart | None = None) -> dict[str, np.ndarray]:
     """Compute the four constants of motion in involution of a separable body.
 
     Parameters
