@@ -28,12 +28,13 @@ from ..base.identity import by_identity
 from . import cache, jit, map_sums, map_texts
 from .callees import Callee
 from .damping import shortened
-from .elementary import replaced
 from .fused import fma
 from .jit import JIT_DISABLED, SIGNATURES
 from .plane_loops import angle_of
 from .pointers import Bound, Calls, call_table
-from .texts import ARGUMENTS, ONE_VARIABLE, TEXTS, Rows, observed, read, rows_of, signals, taken
+from .state_rows import Rows, rows_of
+from .substitution import replaced
+from .texts import ARGUMENTS, ONE_VARIABLE, TEXTS, observed, read, signals, taken
 from .turning import turn
 
 _TUPLE_NAMES = {*dir(tuple), "_make", "_asdict", "_replace", "_fields", "_field_defaults"}

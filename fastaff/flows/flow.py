@@ -16,8 +16,10 @@ from ..compile.blocks import idle_block, model_block, parameters, step_block
 from ..compile.jit import LANES
 from ..compile.pointers import address
 from ..compile.turning import spare_rows
-from ..kernels import crossings
-from ..kernels.drive import AdaptiveSteps, FixedSteps, run_adaptive, run_fixed
+from ..kernels import crossing_roots as roots
+from ..kernels.adaptive_drive import AdaptiveSteps, run_adaptive
+from ..kernels.crossings import CERTAIN, RECORD
+from ..kernels.drive import FixedSteps, run_fixed
 from ..kernels.samples import WEAR_ROWS
 from ..kernels.stepping import Blocks, Coefficients, collocate, runge_kutta
 from ..models.mechanics import energies, kinetic_energies, slopes
@@ -353,24 +355,24 @@ class Flow:
         """Turn the records numbered `where` into crossings of the section, in place."""
         if not where.size:
             return
-        certain = records[where, crossings.RECORD.kind] == crossings.CERTAIN
+        certain = records[where, RECORD.kind] == CERTAIN
         doubtful = where[~certain]
         if doubtful.size:
             where = np.concatenate([where[certain], doubtful])  # whose search takes longer
         function = observers.bound("value", section, self.model.degrees_of_freedom, self.vectors)
         found = self._blocks(), self._coefficients(), function
         if doubtful.size:
-            steps = float(crossings.SLOW * doubtful.size)
-            launch(crossings.bracket, (*found, records, doubtful), units(doubtful.size), 0.0, self.threads, None, steps)
+            steps = float(roots.SLOW * doubtful.size)
+            launch(roots.bracket, (*found, records, doubtful), units(doubtful.size), 0.0, self.threads, None, steps)
         arguments = *found, float(section.direction), records, where
-        steps = float(crossings.USUAL * where.size)
-        launch(crossings.locate, arguments, units(where.size), float(where.size), self.threads, report, steps)
+        steps = float(roots.USUAL * where.size)
+        launch(roots.locate, arguments, units(where.size), float(where.size), self.threads, report, steps)
 
     def shifted(self, z: np.ndarray, steps: np.ndarray) -> np.ndarray:
         """Return the states z (rows, orbits) one step of steps[orbit] later, or earlier where that is negative."""
         table = np.array(z, order="C")
         arguments = self._blocks(), self._coefficients(), steps, table
-        launch(crossings.shift, arguments, units(z.shape[1]), 0.0, self.threads, None, z.shape[1])
+        launch(roots.shift, arguments, units(z.shape[1]), 0.0, self.threads, None, z.shape[1])
         return table
 
 

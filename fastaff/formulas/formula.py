@@ -214,7 +214,7 @@ def hamiltonian(
     conjugate = () if momenta is None else _momenta(momenta, names, masses, rotation, magnetic, friction)
     values = values_of(parameters, (*names, *conjugate, *([] if period is None else [TIME])))
     weights = () if masses is None else _masses(masses, len(names))
-    own = period_texts(periods, names, values)
+    own = period_texts(periods, names)
     if period is not None:
         if rotation is not None or magnetic is not None:
             raise ValueError(

@@ -108,7 +108,7 @@ def untried(
     values = values_of(dict(parameters), ())
     found = statements(text, tuple(values))
     q, p = _paired(found.variables, coordinates, momenta)
-    request = MapRequest(TAG, text, domain, tuple(values), q, p, period_texts(periods, (*q, *p), values))
+    request = MapRequest(TAG, text, domain, tuple(values), q, p, period_texts(periods, (*q, *p)))
     cls: Any = _class(request, found, values)
     return cls(*values.values())
 

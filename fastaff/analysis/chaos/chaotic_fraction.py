@@ -265,7 +265,7 @@ def chaotic_fraction(
         share = portion(report, number, len(cells))
         try:
             with keeping("chaotic_fraction", lambda: scan):
-                _fill(scan, cell, make, time, run, step, scheme, second, indicators, share)
+                _fill(scan, cell, make, time, run, step, scheme, second, share)
         except (TypeError, ValueError) as problem:
             at = ", ".join(f"{axis[i]:g}" for axis, i in zip(values, cell))
             raise type(problem)(f"axes at {at}: {problem}") from problem
@@ -296,7 +296,7 @@ def _empty(names: tuple[str, ...], axes: tuple[np.ndarray, ...], indicators: tup
     )
 
 
-def _fill(scan, cell, make, time, run, step, scheme, second, indicators, report) -> None:
+def _fill(scan, cell, make, time, run, step, scheme, second, report) -> None:
     """Compute one case and write its numbers into the arrays of the scan."""
     try:
         body, z0 = make(*(float(axis[i]) for axis, i in zip(scan.axes, cell)))

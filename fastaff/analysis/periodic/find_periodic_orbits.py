@@ -147,11 +147,10 @@ def find_periodic_orbits(
     """
     scheme = checked_return(model, section, scheme)
     longest = whole("max_period", max_period, 1)
-    given = z0 if isinstance(z0, SectionMap) else None
-    rows = traits_of(model).rows
-    if given is not None and len(given.points) != rows:
-        raise ValueError(f"z0 must be a SectionMap of {rows} rows, got one of {len(given.points)}")
-    starts = z0 if given is None else given.points[:, 0, given.counts > 0]
+    seen, rows = z0 if isinstance(z0, SectionMap) else None, traits_of(model).rows
+    if seen is not None and len(seen.points) != rows:
+        raise ValueError(f"z0 must be a SectionMap of {rows} rows, got one of {len(seen.points)}")
+    starts = z0 if seen is None else seen.points[:, 0, seen.counts > 0]
     how: Any = {"scheme": scheme, "step": step, "rtol": rtol, "atol": atol, "threads": threads}
     flow, z, _ = checked_guesses(model, starts, None, Options(**how))
     how["scheme"] = flow.scheme
@@ -162,7 +161,6 @@ def find_periodic_orbits(
     )
     search = _Search(newton, None if max_time is None else wait, [no_orbits(model, section, flow.scheme)])
     with keeping("find_periodic_orbits", search.orbits):
-        seen = given
         if seen is None:
             limit = None if section is None or traits_of(model).driven else wait * count
             seen = poincare_map(model, z[:rows], section=section, crossings=count, max_time=limit, **how)

@@ -17,6 +17,7 @@ from ...flows.ensemble import Ensemble
 from ...flows.flow import Flow, energy_error
 from ...flows.time_transformed import TransformedFlow
 from ...kernels import crossings as kernels
+from ...kernels.crossing_roots import compact
 from ...kernels.crossings import RECORD
 from ...kernels.samples import WEAR_ROWS
 from ...models.mechanics import slopes
@@ -125,7 +126,7 @@ def follow_crossings(
             records[where[late], RECORD.kind] = kernels.NOTHING
             kind = records[found, RECORD.kind]
             left = found[(kind != kernels.LOCATED) & (kind != kernels.NOTHING)] // slot.size
-            kernels.compact(rows, out, written)
+            compact(rows, out, written)
             ensemble.status[left[written[left] < wanted]] = Status.INTERRUPTED
             memory[kernels.ROWS.written], memory[kernels.ROWS.certain] = written, written
         return written

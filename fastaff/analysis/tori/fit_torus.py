@@ -5,11 +5,13 @@ one.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import replace
 from types import MappingProxyType
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from ...base.interruption import keeping
 from ...base.numbers import positive
@@ -279,7 +281,12 @@ def basis_name(unit: np.ndarray, R: np.ndarray, names: tuple[str, ...]) -> str:
 
 
 def fit_samples(
-    samples: Any, dt: float | None = None, *, times: Any = None, coordinates: Any = None, tolerance: float = 1e-6
+    samples: object,
+    dt: float | None = None,
+    *,
+    times: ArrayLike | None = None,
+    coordinates: Sequence[str] | None = None,
+    tolerance: float = 1e-6,
 ) -> TorusFit:
     """Fit a Fourier torus to the samples of one orbit of another program.
 

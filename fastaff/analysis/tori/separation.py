@@ -12,7 +12,7 @@ from ...base.numbers import shown
 from ...charts.chart import Chart
 from ...compile.blocks import function_block, parameters
 from ...flows.checks import checked_function, checked_model, phase_points
-from ...kernels.tori_wells import Term
+from ...kernels.tori_coordinates import Term
 from ...models import Zero
 from ...models.contracts import Model
 from ...models.regular_variables import in_regular_variable

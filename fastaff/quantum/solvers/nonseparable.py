@@ -322,7 +322,7 @@ def _solve_elements(
     """Return as `by_channels`, in products of functions of elements of n nodes: V is diagonal, the matrix sparse."""
     from scipy.sparse import diags, identity, kron
 
-    rho, x = (part.cut(phases) for part, phases in zip(parts, _phases(problem, parts, bottom, top), strict=True))
+    rho, x = (part.cut(phases) for part, phases in zip(parts, _phases(problem, parts, top), strict=True))
     size, fewest = (math.prod(side.missed.size * (n - 1) + 1 for side in sides) for sides in ((rho, x), parts))
     if size > PRODUCTS:
         raise too_large(size, PRODUCTS, parts, 2 * fewest > PRODUCTS)
@@ -360,7 +360,7 @@ def _solve_elements(
     return E[order], ElementWaves(radii, angles, tables[order]), U.size, left[order]
 
 
-def _phases(problem: Problem, parts: tuple[Panels, Panels], bottom: float, top: float) -> tuple[np.ndarray, np.ndarray]:
+def _phases(problem: Problem, parts: tuple[Panels, Panels], top: float) -> tuple[np.ndarray, np.ndarray]:
     """Return the phases of the shortest waves over the panels of rho and of x."""
     rho, x = parts
     lowest = np.interp(np.hstack([rho.points, rho.edges[1:, None]]), problem.rho, problem.lowest).min(axis=1)

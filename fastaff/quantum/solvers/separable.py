@@ -197,7 +197,7 @@ def _by_elements(
                 values[:count],
                 (2 * gap + rounding + left_over(line, parts.missed, c))[:count],
                 line,
-                c * first_signs(line, c),
+                c * first_signs(c),
             )
         )
     values, errors = (np.array([row[k] for row in rows]) for k in (0, 1))
