@@ -141,9 +141,13 @@ def nystrom_block(kind: str, value: Any, degrees_of_freedom: int, vectors: int, 
     """Return the compiled block `nystrom_splitting` or, of one orbit, `nystrom_march`: steps of a Runge-Kutta-Nyström
     scheme; terms: which forces its sums are of.
     """
-    line, classes = _built(value)
+    return _nystrom_block(kind, *_built(value), rows_of(value, degrees_of_freedom, vectors), terms)
+
+
+@functools.cache
+def _nystrom_block(kind: str, line: str, classes: tuple, rows: Rows, terms: nystrom.Terms) -> Any:
     text = nystrom.march_text if kind == "nystrom_march" else nystrom.steps_text
-    return _compiled(kind, line + text(rows_of(value, degrees_of_freedom, vectors), terms), classes, ())
+    return _compiled(kind, line + text(rows, terms), classes, ())
 
 
 def source(value: Any, kind: str, degrees_of_freedom: int | None = None, vectors: int = 0) -> str:

@@ -219,6 +219,8 @@ def suited_scheme(scheme: Any, model: Any) -> Any:
     if not getattr(scheme, "nystrom", False):
         return scheme
     check_needs(model, "forces of the coordinates alone", got=scheme.name, order=scheme.order, argument="body")
+    if isinstance(scheme, Nystrom):
+        check_needs(model, "accelerations of the coordinates alone", got=scheme.name, argument="body")
     if not traits_of(model).quadratic:
         raise ValueError(
             f"scheme {scheme.name} has its order {scheme.order} only where T is quadratic in the momenta, and that of "

@@ -86,10 +86,12 @@ def blocks_of(model: Any, vectors: int = 0, step: Callable | None = None, **kind
     idle ones in the other places; step: the kernel of a scheme that steps by the derivative.
     """
     n, derivative = model.degrees_of_freedom, 0
-    found = {place: model_block(kind, model, n, vectors) for place, kind in kinds.items() if isinstance(kind, str)}
-    for place, terms in kinds.items():
-        if place not in found:
-            found[place] = nystrom_block(f"nystrom_{place}", model, n, vectors, terms)
+    found = {
+        place: model_block(kind, model, n, vectors)
+        if isinstance(kind, str)
+        else nystrom_block(f"nystrom_{place}", model, n, vectors, kind)
+        for place, kind in kinds.items()
+    }
     if step is not None:
         found["step"], derivative = step_block(step), address(model_block("derivative", model, n, vectors))
     idle = {place: idle_block(place) for place in Blocks._fields[1:-1] if place not in found}

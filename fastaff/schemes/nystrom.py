@@ -6,6 +6,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from fractions import Fraction
+from functools import cached_property
 from itertools import chain
 from math import factorial, isfinite
 
@@ -67,12 +68,12 @@ class Nystrom:
         size = (float(np.abs(b) @ np.abs(a).sum(axis=1)),)
         inner = a @ c[:, None] ** powers - c[:, None] ** (powers + 2) / ((powers + 1) * (powers + 2))
         for k in powers[:-2]:
-            found = [(b * c**k) @ inner[:, : self.order - 2 - k]]  # of forces linear in q, with coefficients t^k
+            defects = [(b * c**k) @ inner[:, : self.order - 2 - k]]  # of forces linear in q, with coefficients t^k
             moved = c**k
             for m in range(1, (self.order - 1 - k) // 2 + 1):  # of a linear force with a part t^k
                 moved = a @ moved
-                found.append(np.array([b @ moved - factorial(k) / factorial(k + 1 + 2 * m)]))
-            require(agree(np.concatenate(found), 0.0, size), self.name, f"a contradicts the order {self.order}")
+                defects.append(np.array([b @ moved - factorial(k) / factorial(k + 1 + 2 * m)]))
+            require(agree(np.concatenate(defects), 0.0, size), self.name, f"a contradicts the order {self.order}")
 
     @property
     def stages(self) -> int:
@@ -94,12 +95,12 @@ class Nystrom:
         """A fresh float64 array of those of a_ij/c_i, then b_j (1 - c_j) and b_j, that are not 0."""
         return np.array([x for row in self._sums for x in row if x != 0.0], dtype=np.float64)
 
-    @property
+    @cached_property
     def terms(self) -> tuple[tuple[int, ...], ...]:
         """Which forces the sums of stages, of the drift and of the kick are of."""
         return tuple(tuple(j for j, x in enumerate(row) if x != 0.0) for row in self._sums)
 
-    @property
+    @cached_property
     def _sums(self) -> list[list[float]]:
         rows = [[x / node for x in row] for row, node in zip(self.a, self.c)]
         return [*rows, [x * (1 - node) for x, node in zip(self.b, self.c)], [*self.b]]
