@@ -47,22 +47,28 @@ def _steps(rows: Rows, first: int, after: str, size: int) -> str:
     time of a stage. Lanes that turn with one step share the numbers of their rotations, a fifth of the time with a
     cheap force: in steps of their own, as both kinds of loops in one would take that time again.
     """
-    margin = f"outside += 0 if value.margin({', '.join(_at(r) for r in range(rows.n))}) > 0.0 else 1\n"
     made = turning.made(size, "lanes", "drifts", "step[i]") if rows.frame else ""
     made += damping.made(size, "lanes", "kicks", "step[i]") if rows.friction else ""
+    phase = "" if rows.time is None else _loop(f"{_at(rows.time)} = value.phase({_at(rows.time)})\n", 0)
     own, alike = (
-        "taken = 0\nwhile taken < steps:\n"
-        + _indent(_drifts_kicks(rows, first, alike=alike) + after, 1)
-        + ("" if rows.time is None else _loop(f"{_at(rows.time)} = value.phase({_at(rows.time)})\n", 1))
-        + "    taken += 1\n    if taken == steps:\n        break\n    outside = 0\n"
-        + _loop(margin, 1)
-        + "    if outside > 0:\n        break\n"
-        for alike in (False, True)
+        while_inside(rows, _drifts_kicks(rows, first, alike=alike) + after + phase) for alike in (False, True)
     )
     if not rows.shares:
         return f"{made}{_indent(own, 1)}    return taken\n"
     uneven = "    uneven = 0\n" + _loop("uneven += 0 if step[i] == step[0] else 1\n", 1)
     return f"{made}{uneven}    if uneven > 0:\n{_indent(own, 2)}    else:\n{_indent(alike, 2)}    return taken\n"
+
+
+def while_inside(rows: Rows, step: str) -> str:
+    """Text of so many steps, or up to the one with which a lane leaves the domain."""
+    margin = f"outside += 0 if value.margin({', '.join(_at(r) for r in range(rows.n))}) > 0.0 else 1\n"
+    return (
+        "taken = 0\nwhile taken < steps:\n"
+        + _indent(step, 1)
+        + "    taken += 1\n    if taken == steps:\n        break\n    outside = 0\n"
+        + _loop(margin, 1)
+        + "    if outside > 0:\n        break\n"
+    )
 
 
 def _settling(size: int) -> str:
@@ -331,6 +337,8 @@ ARGUMENTS = {
     "moments": "params, lanes, drifts, kicks, step, steps, z",
     "angles": "params, lanes, drifts, kicks, step, steps, z",
     "march": "params, drift, kick, step, steps, z",
+    "nystrom_splitting": "params, lanes, drifts, kicks, step, steps, z",
+    "nystrom_march": "params, drifts, kicks, step, steps, z",
     "step": "derivative, params, lanes, rows, a, b, dense, sweeps, step, z, k, work",
     "check": "params, lanes, radius, z, result, kinetic",
     "inside": "params, lanes, z, result",

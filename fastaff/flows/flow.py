@@ -11,9 +11,10 @@ import numpy as np
 
 from ..base.numbers import fits, number_of_steps
 from ..base.status import Status
-from ..compile import damping
-from ..compile.blocks import idle_block, model_block, parameters, step_block
+from ..compile import damping, nystrom
+from ..compile.blocks import idle_block, model_block, nystrom_block, parameters, step_block
 from ..compile.jit import LANES
+from ..compile.nystrom import Terms
 from ..compile.pointers import address
 from ..compile.turning import spare_rows
 from ..kernels import crossing_roots as roots
@@ -24,7 +25,7 @@ from ..kernels.samples import WEAR_ROWS
 from ..kernels.stepping import Blocks, Coefficients, collocate, runge_kutta
 from ..models.mechanics import energies, kinetic_energies, slopes
 from ..models.traits import Traits, traits_of
-from ..schemes.catalogue import Collocation, Scheme, Splitting
+from ..schemes.catalogue import Collocation, Nystrom, Scheme, Splitting
 from . import observers
 from .checks import energy_drift
 from .ensemble import Ensemble
@@ -36,12 +37,17 @@ WEAR_STEPS = 2, 4, 8, 16, 32
 """Steps, or one, after which orbits that are slowed lose some of their momenta: lanes of a block stop together."""
 
 
-def blocks_of(model: Any, vectors: int = 0, step: Callable | None = None, **kinds: str) -> Blocks:
-    """Return what kernels see of a model: block functions of these kinds, idle ones in the other places; step: the
-    kernel of a scheme that steps by the derivative.
+def blocks_of(model: Any, vectors: int = 0, step: Callable | None = None, **kinds: str | Terms) -> Blocks:
+    """Return what kernels see of a model: block functions of these kinds, or of a Runge-Kutta-Nyström scheme's terms,
+    idle ones in the other places; step: the kernel of a scheme that steps by the derivative.
     """
     n, derivative = model.degrees_of_freedom, 0
-    found = {place: model_block(kind, model, n, vectors) for place, kind in kinds.items()}
+    found = {
+        place: model_block(kind, model, n, vectors)
+        if isinstance(kind, str)
+        else nystrom_block(f"nystrom_{place}", model, n, vectors, kind)
+        for place, kind in kinds.items()
+    }
     if step is not None:
         found["step"], derivative = step_block(step), address(model_block("derivative", model, n, vectors))
     idle = {place: idle_block(place) for place in Blocks._fields[1:-1] if place not in found}
@@ -103,7 +109,12 @@ class Flow:
 
     @property
     def spare(self) -> int:
-        """Rows that blocks of states need besides: those of the rotations of drifts, or of the friction of kicks."""
+        """Rows that blocks of states need besides: those of the rotations of drifts, of the friction of kicks, or of
+        the forces of stages.
+        """
+        if isinstance(self.scheme, Nystrom):
+            n = self.model.degrees_of_freedom
+            return nystrom.spare_rows(n, n * (1 + self.vectors), self.scheme.stages)
         if not isinstance(self.scheme, Splitting):
             return 0
         if self.traits.friction:
@@ -142,8 +153,8 @@ class Flow:
 
     def _coefficients(self) -> Coefficients:
         scheme = self.scheme
-        if isinstance(scheme, Splitting):
-            copies = 3 if self.precise else 1
+        if isinstance(scheme, (Splitting, Nystrom)):
+            copies = 2 if isinstance(scheme, Nystrom) else 3 if self.precise else 1
             return Coefficients(scheme.drift_array, scheme.kick_array, copies=copies, spare=self.spare)
         if isinstance(scheme, Collocation):
             a, b, dense = scheme.a_array, scheme.b_array, scheme.dense_array
@@ -153,6 +164,8 @@ class Flow:
     def _blocks(self, *kinds: str, solo: bool = False) -> Blocks:
         """Return the blocks of these kinds, and that by which the scheme steps, units of one orbit where `solo`."""
         by: dict[str, Any] = {"step": collocate if isinstance(self.scheme, Collocation) else runge_kutta}
+        if isinstance(self.scheme, Nystrom):
+            by = {"march" if solo else "splitting": self.scheme.terms}
         if isinstance(self.scheme, Splitting):
             by = {"march": "march"} if solo else {"splitting": "precise_splitting" if self.precise else "splitting"}
         return blocks_of(self.model, self.vectors, **by | {kind: kind for kind in kinds})
@@ -341,7 +354,8 @@ class Flow:
         # Orbits that are observed and end together share blocks.
         order = np.lexsort((-total, every))
         unit = self._unit(orbits) if refill else self.unit(orbits)
-        solo = unit == 1 and isinstance(self.scheme, Splitting) and not self.precise
+        single = isinstance(self.scheme, Nystrom) or (isinstance(self.scheme, Splitting) and not self.precise)
+        solo = unit == 1 and single
         steps = FixedSteps(h, total, every, order, strict=self.vectors > 0, refill=refill, solo=solo)
         blocks = self._blocks("inside", "check", solo=solo)
         arguments = blocks, self._coefficients(), observer.bound, steps, unit, ensemble.orbits(memory, out)

@@ -86,6 +86,10 @@ REFUSALS = {
         "friction": "scheme {got} has its order {order} only where forces depend on the coordinates alone, and "
         "{argument} {model} has friction: take KAHAN_LI8"
     },
+    "accelerations of the coordinates alone": {
+        "frame": "scheme {got} takes accelerations that depend on the coordinates alone, and {argument} {model} turns: "
+        "take BLANES_CASAS_ESCORIHUELA8"
+    },
 }
 """By what is asked for, the terms that together do not go with it, and the sentence that says what would do."""
 

@@ -11,7 +11,7 @@ import numpy as np
 from ..base.status import Status
 from ..models.mechanics import energies
 from ..schemes.automatic import TRIAL_ORBITS, Automatic, Trial, spread, trial_rounds
-from ..schemes.catalogue import DOP853, RungeKutta, Splitting
+from ..schemes.catalogue import DOP853, Nystrom, RungeKutta, Splitting
 from . import observers
 from .checks import energy_drift
 from .flow import Flow, no_memory
@@ -71,7 +71,8 @@ def chosen_steps(flow: Flow, z: np.ndarray, found: Motion, error: np.ndarray) ->
     """
     orbits = z.shape[1]
     rate, pace = found.rate, found.pace
-    step, least, order = FIRST / pace, np.full(orbits, np.nan), np.full(orbits, float(flow.scheme.order))
+    first = 2 * FIRST if isinstance(flow.scheme, Nystrom) else FIRST
+    step, least, order = first / pace, np.full(orbits, np.nan), np.full(orbits, float(flow.scheme.order))
     coarse, most = np.full((2, orbits), np.nan)
     wanted, todo = np.maximum(error, MEASURABLE), np.arange(orbits)
     for _ in range(TRIALS):
