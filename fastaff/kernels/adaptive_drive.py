@@ -66,28 +66,59 @@ def error_norm(rows, lanes, steps, errors, step, z, new, k, work, work2, norm):
         share, other = 0.01, work2
         combine(rows, lanes, 0, stages, errors[1], k, other)
     half = rows // 2
-    for i in range(lanes):
-        upper, lower = 0.0, 0.0
-        for r in range(own):
-            upper = max(upper, abs(z[r * LANES + i]))
-            lower = max(lower, abs(z[(half + r) * LANES + i]))
-        if steps.mixed:
-            upper = max(upper, lower)
-            lower = upper
-        first, second = 0.0, 0.0
-        for r in range(rows):
-            j = r * LANES + i
-            size = max(abs(z[j]), abs(new[j]))
-            scale = atol + rtol * size
-            if (r < half and r < own) or (r >= half and r - half < own):
-                noise = STATE_NOISE * (upper if r < half else lower)
+    upper, lower, first, second = room(1), room(1), room(1), room(1)
+    for r in range(own):
+        for i in range(lanes):
+            upper[i] = max(upper[i], abs(z[r * LANES + i]))
+            lower[i] = max(lower[i], abs(z[(half + r) * LANES + i]))
+    if steps.mixed:
+        for i in range(lanes):
+            upper[i] = max(upper[i], lower[i])
+            lower[i] = upper[i]
+    for r in range(rows):
+        row, place = r * LANES, r if r < half else r - half
+        if place < own:
+            widest = upper if r < half else lower
+            for i in range(lanes):
+                j = row + i
+                size = max(abs(z[j]), abs(new[j]))
+                noise = STATE_NOISE * widest[i]
                 scale = rtol * size + atol * max(size, step[i] * abs(k[j])) + noise + TINY
-            first += (work[j] / scale) ** 2
-            second += (other[j] / scale) ** 2
-        denominator = first + share * second
-        norm[i] = step[i] * first / np.sqrt(denominator * rows) if denominator > 0.0 else 0.0
+                first[i] += (work[j] / scale) ** 2
+                second[i] += (other[j] / scale) ** 2
+        else:
+            for i in range(lanes):
+                j = row + i
+                scale = atol + rtol * max(abs(z[j]), abs(new[j]))
+                first[i] += (work[j] / scale) ** 2
+                second[i] += (other[j] / scale) ** 2
+    for i in range(lanes):
+        denominator = first[i] + share * second[i]
+        norm[i] = step[i] * first[i] / np.sqrt(denominator * rows) if denominator > 0.0 else 0.0
         if not (denominator >= 0.0):
             norm[i] = np.inf
+
+
+@jit
+def controlled(lanes, norm, code, h, fresh, ceiling, ahead, longest):
+    """Say which steps are accepted, and how long the next ones are, by the norms of their errors.
+
+    The eighth root of the error norm, of exactly rounded roots: for an estimate that shrinks as h^9 too, where a wrong
+    step leaves -1/8 of its (logarithmic) error to the next; a ninth root changed the cost by less than 4 %.
+    """
+    for i in range(lanes):
+        root = np.sqrt(np.sqrt(np.sqrt(norm[i])))
+        wanted = 0.9 / root
+        wanted = wanted if wanted > 0.2 else 0.2
+        factor = wanted if (norm[i] > 0.0) & (wanted < ceiling[i]) else ceiling[i]
+        # A trial beyond the wall is a step too long, not yet a collapse: try a shorter one.
+        factor = 0.2 if (code[i] != 0.0) & (factor > 0.2) else factor
+        ahead[i] = h[i] * factor
+    for i in range(lanes):
+        fresh[i] = 1.0 if (norm[i] < 1.0) & (code[i] == 0.0) else 0.0
+        ceiling[i] = 10.0 if fresh[i] > 0.0 else 1.0
+    for i in range(lanes):
+        longest[i] = h[i] if (fresh[i] > 0.0) & (h[i] > longest[i]) else longest[i]
 
 
 @jit
@@ -183,18 +214,10 @@ def run_adaptive(u, stop, progress, blocks, scheme, observer, steps, unit, orbit
         for i in range(lanes):
             reached[i] = kinetic[i]
         check(params, lanes, bound, new, code, reached)
+        controlled(lanes, norm, code, h, fresh, ceiling, ahead, longest)
         for i in range(lanes):
-            # The eighth root of the error norm, of exactly rounded roots: for an estimate that shrinks as h^9 too,
-            # where a wrong step leaves -1/8 of its (logarithmic) error to the next; a ninth root changed the cost by
-            # less than 4 %.
-            root = np.sqrt(np.sqrt(np.sqrt(norm[i])))
-            factor = min(ceiling[i], max(0.2, 0.9 / root)) if norm[i] > 0.0 else ceiling[i]
-            fresh[i] = 1.0 if norm[i] < 1.0 and code[i] == 0.0 else 0.0
-            ceiling[i] = 10.0 if fresh[i] > 0.0 else 1.0
-            # A trial beyond the wall is a step too long, not yet a collapse: try a shorter one.
-            ahead[i] = h[i] * (factor if code[i] == 0.0 else min(factor, 0.2))
             if fresh[i] > 0.0:
-                count, longest[i] = attempts[orbit[i]], max(longest[i], h[i])
+                count = attempts[orbit[i]]
                 runs = count > PATIENCE and t[i] < RUNAWAY * longest[i] * count
                 code[i] = STEP_TOO_SMALL_CODE if runs else 0.0
             elif not (t[i] + ahead[i] > t[i]) or (code[i] > 0.0 and ahead[i] < AT_WALL * longest[i]):
@@ -213,8 +236,8 @@ def run_adaptive(u, stop, progress, blocks, scheme, observer, steps, unit, orbit
             if fresh[i] > 0.0:
                 kinetic[i] = reached[i]
                 t[i] = until[i] if h[i] == until[i] - t[i] else t[i] + h[i]
-                move_step(rows, i, size, stages, new, z, k)
             attempts[orbit[i]] += 1
+        move_steps(rows, lanes, fresh, new, k[(stages - 1) * size :], z, k)
         if cadence == 0.0:
             observe(numbers, calls, lanes, orbit, fresh, t, z, memory, out, done)
             if steps.renew:
@@ -246,9 +269,10 @@ def run_adaptive(u, stop, progress, blocks, scheme, observer, steps, unit, orbit
 
 
 @jit
-def move_step(rows, i, size, stages, new, z, k):
-    """Accept the step of lane i: the new state, and its slope as the first one of the next step."""
+def move_steps(rows, lanes, fresh, new, last, z, k):
+    """Accept the steps of fresh lanes: the new states, and their slopes as the first ones of the next steps."""
     for r in range(rows):
-        j = r * LANES + i
-        z[j] = new[j]
-        k[j] = k[(stages - 1) * size + j]
+        for i in range(lanes):
+            j = r * LANES + i
+            z[j] = new[j] if fresh[i] > 0.0 else z[j]
+            k[j] = last[j] if fresh[i] > 0.0 else k[j]
