@@ -11,6 +11,7 @@ from .reduced_body import ReducedBody, reduced
 from .separable import SeparableAlphaBeta, SeparableElliptic, SeparableRVartheta, StackelBody
 
 __all__ = [
+    "AffineBody",
     "Anharmonic",
     "AsymmetricTop",
     "Barriers",
@@ -41,6 +42,7 @@ __all__ = [
     "StackelBody",
     "StandardMap",
     "SymmetricTop",
+    "TwoPolarBody",
     "Zero",
     "one_variable",
     "reduced",

@@ -1,62 +1,20 @@
-"""Named systems H(q, p): each is its text, the names and periods of its rows, and its constants of motion."""
+"""A pendulum and rigid bodies about a fixed point."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
-from ..base.numbers import positive, real, shown
-from .formula import hamiltonian
-
-Constants = Callable[[Any, np.ndarray], dict[str, Any]]
-"""A function of a model and phase points (rows, orbits)."""
-
-
-class System(NamedTuple):
-    """Text of H, coordinates and momenta, those coordinates that are angles, and what is conserved."""
-
-    text: str
-    coordinates: str
-    momenta: str
-    angles: str
-    constants: Constants
-
-    def made(self, parameters: dict[str, Any], more: str = "", domain: str | None = None) -> Any:
-        """Return the model with these parameters; more: text of a potential energy that is added."""
-        return hamiltonian(
-            f"{self.text} + ({more})" if more else self.text,
-            coordinates=self.coordinates,
-            momenta=self.momenta,
-            periods=dict.fromkeys(self.angles.split(), "2*pi"),
-            domain=domain,
-            **parameters,
-        )
-
-
-def constants_of(model: Any) -> Constants | None:
-    """Return the constants of motion of a named system, None where a model is none."""
-    rows = " ".join(getattr(model, "coordinates", ())), " ".join(getattr(model, "momenta", ()))
-    text = getattr(model, "formula", None)
-    if not isinstance(text, str):
-        return None
-    found = [
-        s
-        for s in SYSTEMS
-        if (s.coordinates, s.momenta) == rows and (text == s.text or text.startswith(f"{s.text} + ("))
-    ]
-    return found[0].constants if found else None
-
-
-# --- pendulum and tops ------------------------------------------------------------------------------------------------
+from ...base.numbers import positive, real, shown
+from .system import System
 
 
 def _of_pendulum(model: Any, z: np.ndarray) -> dict[str, Any]:
     return {"energy": model.energy(*z), "p_phi": z[3]}
 
 
-_PENDULUM = System(
+PENDULUM = System(
     "(p_theta**2 + p_phi**2/sin(theta)**2)/(2*m*l**2) - m*g*l*cos(theta)",
     "theta phi",
     "p_theta p_phi",
@@ -101,14 +59,14 @@ def SphericalPendulum(m: float = 1.0, l: float = 1.0, g: float = 1.0) -> Any:
     >>> float(pendulum.energy(np.pi / 2, 0.0, 0.0, 1.0))
     0.5
     """
-    return _PENDULUM.made({"m": positive("m", m), "l": positive("l", l), "g": positive("g", g)})
+    return PENDULUM.made({"m": positive("m", m), "l": positive("l", l), "g": positive("g", g)})
 
 
 def _of_symmetric_top(model: Any, z: np.ndarray) -> dict[str, Any]:
     return {"energy": model.energy(*z), "p_phi": z[4], "p_psi": z[5]}
 
 
-_SYMMETRIC = System(
+SYMMETRIC = System(
     "p_theta**2/(2*I_1) + (p_phi - p_psi*cos(theta))**2/(2*I_1*sin(theta)**2) + p_psi**2/(2*I_3) + h*cos(theta)",
     "theta phi psi",
     "p_theta p_phi p_psi",
@@ -155,7 +113,7 @@ def SymmetricTop(I_1: float = 1.0, I_3: float = 0.5, h: float = 1.0) -> Any:
     >>> list(constants)
     ['energy', 'p_phi', 'p_psi']
     """
-    return _SYMMETRIC.made({"I_1": positive("I_1", I_1), "I_3": positive("I_3", I_3), "h": real("h", h)})
+    return SYMMETRIC.made({"I_1": positive("I_1", I_1), "I_3": positive("I_3", I_3), "h": real("h", h)})
 
 
 def _of_euler(model: Any, z: np.ndarray) -> dict[str, Any]:
@@ -194,7 +152,7 @@ def _of_top(model: Any, found: dict[str, Any], L: np.ndarray, up: np.ndarray) ->
 
 
 _K = "(p_phi - p_psi*cos(theta))/sin(theta)"
-_TOP = System(
+TOP = System(
     f"({_K}*sin(psi) + p_theta*cos(psi))**2/(2*I_1) + ({_K}*cos(psi) - p_theta*sin(psi))**2/(2*I_2) + p_psi**2/(2*I_3)"
     " + (h_1*sin(psi) + h_2*cos(psi))*sin(theta) + h_3*cos(theta)",
     "theta phi psi",
@@ -202,7 +160,7 @@ _TOP = System(
     "phi psi",
     _of_euler,
 )
-_QUATERNION = System(
+QUATERNION = System(
     "((q0*p1 - q1*p0 + q3*p2 - q2*p3)**2/I_1 + (q0*p2 - q2*p0 + q1*p3 - q3*p1)**2/I_2"
     " + (q0*p3 - q3*p0 + q2*p1 - q1*p2)**2/I_3)/8 + (2*h_1*(q1*q3 - q0*q2) + 2*h_2*(q2*q3 + q0*q1)"
     " + h_3*(q0**2 - q1**2 - q2**2 + q3**2))/(q0**2 + q1**2 + q2**2 + q3**2)",
@@ -275,149 +233,4 @@ def AsymmetricTop(
         raise ValueError(f"chart must be 'euler' or 'quaternion', got {shown(chart)}")
     moments = {"I_1": positive("I_1", I_1), "I_2": positive("I_2", I_2), "I_3": positive("I_3", I_3)}
     weights = {"h_1": real("h_1", h_1), "h_2": real("h_2", h_2), "h_3": real("h_3", h_3)}
-    return (_TOP if chart == "euler" else _QUATERNION).made(moments | weights)
-
-
-# --- geodesics --------------------------------------------------------------------------------------------------------
-
-
-def _of_ellipsoid(model: Any, z: np.ndarray) -> dict[str, Any]:
-    squares, v = np.array([[model.a**2], [model.b**2], [model.c**2]]), np.array(model.rates(*z)[:3])
-    joachimsthal = (z[:3] ** 2 / squares**2).sum(axis=0) * (v**2 / squares).sum(axis=0)
-    size, qp = (z[:3] ** 2 / squares).sum(axis=0), (z[:3] * z[3:]).sum(axis=0)
-    return {"energy": model.energy(*z), "joachimsthal": joachimsthal, "size": size, "qp": qp}
-
-
-_ELLIPSOID = System(
-    "(x**2/a**2 + y**2/b**2 + z**2/c**2)*((a/(b*c)*(c**2*y*p_z - b**2*z*p_y))**2"
-    " + (b/(a*c)*(a**2*z*p_x - c**2*x*p_z))**2 + (c/(a*b)*(b**2*x*p_y - a**2*y*p_x))**2)"
-    "/(2*a**2*b**2*c**2*(x**2/a**4 + y**2/b**4 + z**2/c**4))",
-    "x y z",
-    "p_x p_y p_z",
-    "",
-    _of_ellipsoid,
-)
-
-
-def EllipsoidGeodesic(a: float = 1.0, b: float = 1.2, c: float = 1.5) -> Any:
-    """Make the geodesic flow on the ellipsoid x^2/a^2 + y^2/b^2 + z^2/c^2 = 1, in Cartesian coordinates.
-
-    H = s N/(2 (a b c)^2 (x^2/a^4 + y^2/b^4 + z^2/c^4)), N the sum of ``(a/(b c) (c^2 y p_z - b^2 z p_y))^2`` and its
-    cyclic permutations, and s = x^2/a^2 + y^2/b^2 + z^2/c^2, which is conserved.
-
-    Parameters
-    ----------
-    a, b, c : float
-        Semiaxes, positive, in any order; two or three may be equal.
-
-    Returns
-    -------
-    model
-        As of `hamiltonian`, with the fields a, b, c, rows x, y, z, p_x, p_y, p_z; without singular points.
-
-    Raises
-    ------
-    ValueError, TypeError
-        A semiaxis is not a positive number.
-
-    Notes
-    -----
-    Starts are points of the surface, s = 1, with the velocity, a tangent vector, for p. Velocities later are ``rates``:
-    p differs from them by a vector along the normal, on which H does not depend. Conserved (`constants_of_motion`):
-    energy, Joachimsthal's integral (x^2/a^4 + ...)(x'^2/a^2 + ...), size = s, and qp = x . p.
-
-    References
-    ----------
-    Jacobi 1839, J. reine angew. Math. 19, 309; Klingenberg 1995, Riemannian Geometry, section 3.5.
-
-    Examples
-    --------
-    >>> surface = fa.models.EllipsoidGeodesic(1.0, 1.2, 1.5)
-    >>> float(surface.energy(1.0, 0.0, 0.0, 0.0, 0.6, 0.8))
-    0.5
-    """
-    return _ELLIPSOID.made({"a": positive("a", a), "b": positive("b", b), "c": positive("c", c)})
-
-
-def _of_kerr(model: Any, z: np.ndarray) -> dict[str, Any]:
-    (*_, theta, _), (*_, p_theta, p_phi) = np.split(z, 2)
-    first = {"energy": -z[4], "mass_shell": model.energy(*z)} if len(z) == 8 else {"energy": model.energy(*z)}
-    E, c2, s2 = first["energy"], np.cos(theta) ** 2, np.sin(theta) ** 2
-    carter = p_theta**2 + c2 * (model.a**2 * (1 - E * E) + p_phi**2 / s2)
-    return {**first, "p_phi": p_phi, "carter": carter}
-
-
-_DELTA, _SIGMA = "(r**2 - 2*r + a**2)", "(r**2 + a**2*cos(theta)**2)"
-_AREA = f"((r**2 + a**2)**2 - a**2*{_DELTA}*sin(theta)**2)"
-_KERR = System(
-    f"2*a*r*p_phi/{_AREA} + sqrt({_SIGMA}*{_DELTA}/{_AREA}"
-    f"*(1 + ({_DELTA}*p_r**2 + p_theta**2)/{_SIGMA} + {_SIGMA}*p_phi**2/({_AREA}*sin(theta)**2)))",
-    "r theta phi",
-    "p_r p_theta p_phi",
-    "phi",
-    _of_kerr,
-)
-_MINO = System(
-    f"({_DELTA}*p_r**2 - ((r**2 + a**2)*p_t + a*p_phi)**2/{_DELTA} + p_theta**2"
-    " + (p_phi/sin(theta) + a*p_t*sin(theta))**2 + r**2 + a**2*cos(theta)**2)/2",
-    "t r theta phi",
-    "p_t p_r p_theta p_phi",
-    "phi",
-    _of_kerr,
-)
-
-
-def KerrGeodesic(a: float = 0.5, *, time: str = "coordinate") -> Any:
-    """Make the geodesics of massive particles around a rotating black hole, in Boyer and Lindquist's coordinates.
-
-    Units: G = c = 1, the hole's mass 1, the particle's mass 1. With coordinate time H(r, theta, phi, p_r, p_theta,
-    p_phi) = -p_t, the energy that solves g^(mu nu) p_mu p_nu = -1. With Mino's time lambda, d tau = Sigma d lambda, H =
-    Sigma (g^(mu nu) p_mu p_nu + 1)/2 of t, r, theta, phi and their momenta: it separates, and its orbits are those
-    with H = 0.
-
-    Parameters
-    ----------
-    a : float
-        Spin of the hole, -1 < a < 1; p_phi < 0 for retrograde orbits of a > 0.
-    time : "coordinate" or "mino"
-        What `time` means in integrations.
-
-    Returns
-    -------
-    model
-        As of `hamiltonian`, with the field a, outside the horizon: the margin is r less its radius. Orbits that fall in
-        end COLLAPSED.
-
-    Raises
-    ------
-    ValueError, TypeError
-        a is not a number between -1 and 1, or time is none of these.
-
-    Notes
-    -----
-    H = E, in coordinate time, or -p_t = E, p_phi and Carter's Q = p_theta^2 + cos(theta)^2 (a^2 (1 - E^2) +
-    p_phi^2/sin(theta)^2) are conserved (`constants_of_motion`). Mean rates in Mino's time are Upsilon_r, Upsilon_theta,
-    Upsilon_phi and, of t, Gamma; those in coordinate time, of frequency maps, are Upsilon/Gamma. Equatorial orbits have
-    theta = pi/2, p_theta = 0. The chart is singular on the axis, theta = 0 and pi.
-
-    References
-    ----------
-    Carter 1968, Phys. Rev. 174, 1559; Mino 2003, Phys. Rev. D 67, 084027; Schmidt 2002, Class. Quantum Grav. 19, 2743;
-    Fujita & Hikida 2009, Class. Quantum Grav. 26, 135002.
-
-    Examples
-    --------
-    >>> hole = fa.models.KerrGeodesic(0.9)
-    >>> round(float(hole.energy(10.0, np.pi / 2, 0.0, 0.0, 2.0, 3.0)), 12)
-    0.955885698868
-    """
-    if time not in ("coordinate", "mino"):
-        raise ValueError(f"time must be 'coordinate' or 'mino', got {shown(time)}")
-    if not -1 < real("a", a) < 1:
-        raise ValueError(f"a must be between -1 and 1, got {a!r}")
-    system = _KERR if time == "coordinate" else _MINO
-    return system.made({"a": float(a)}, domain="r - 1 - sqrt(1 - a**2)")
-
-
-SYSTEMS = (_PENDULUM, _SYMMETRIC, _TOP, _QUATERNION, _ELLIPSOID, _KERR, _MINO)
-"""All named systems."""
+    return (TOP if chart == "euler" else QUATERNION).made(moments | weights)
