@@ -398,6 +398,30 @@ def separated(
     return None
 
 
+def in_turning_frame(
+    H: Any, walls: Sequence[Any], momenta: Sequence[Any], places: Sequence[Any]
+) -> tuple[Any, Inertia, Any] | None:
+    """Return V(q), the inertia and Omega of H = T(p) + V(q) - Omega (x p_y - y p_x), with T of one mass for the first
+    two coordinates x, y; None where it is not of that form.
+    """
+    import sympy
+
+    if len(places) < 2 or _bounded(walls, momenta):
+        return None
+    rest, slopes = dict.fromkeys(momenta, 0), [H.diff(p) for p in momenta]
+    W = [[slope.diff(other) for other in momenta] for slope in slopes]
+    entries, free = [w for row in W for w in row], {*momenta, *places}
+    apart = all(W[i][j] == 0 for i in range(len(W)) for j in range(i))
+    if not apart or any(w.free_symbols & free for w in entries) or 0 in [W[i][i] for i in range(len(W))]:
+        return None
+    first, second, *others = (sympy.expand(slope.xreplace(rest)) for slope in slopes)
+    omega = first.diff(places[1])
+    turned = sympy.expand(first - omega * places[1]) == 0 == sympy.expand(second + omega * places[0])
+    if not turned or any(others) or omega == 0 or omega.free_symbols & free or sympy.expand(W[0][0] - W[1][1]) != 0:
+        return None
+    return H.xreplace(rest), _quadratic_inertia(W, [str(place) for place in places]), omega
+
+
 def _coupled(H: Any, momenta: Sequence[Any]) -> bool:
     """Tell whether velocities are seen to depend on more than momenta and parameters, at a few points: to expand a long
     H takes minutes.
