@@ -56,7 +56,7 @@ def SphericalPendulum(m: float = 1.0, l: float = 1.0, g: float = 1.0) -> Any:
     Examples
     --------
     >>> pendulum = fa.models.SphericalPendulum()
-    >>> float(pendulum.energy(np.pi / 2, 0.0, 0.0, 1.0))
+    >>> round(float(pendulum.energy(np.pi / 2, 0.0, 0.0, 1.0)), 12)
     0.5
     """
     return PENDULUM.made({"m": positive("m", m), "l": positive("l", l), "g": positive("g", g)})
