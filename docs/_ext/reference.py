@@ -24,7 +24,9 @@ PAGES: dict[str, Page] = {
         {
             "": "Body NeoHookean Hyperelastic Harmonic Anharmonic HeavyTop HenonHeiles formula hamiltonian mapping "
             "flow reduced one_variable SeparableAlphaBeta SeparableRVartheta SeparableElliptic",
-            "models": "DoublePendulum StandardMap HenonMap McMillanMap FroeschleMap OneTurnMap StackelBody Barriers "
+            "models": "DoublePendulum SphericalPendulum SymmetricTop AsymmetricTop EllipsoidGeodesic KerrGeodesic "
+            "TwoPolarBody AffineBody "
+            "StandardMap HenonMap McMillanMap FroeschleMap OneTurnMap StackelBody Barriers "
             "ReducedBody Oscillator CosOscillator CoshOscillator Cosine Secant Spring "
             "Zero",
         },

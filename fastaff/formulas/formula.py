@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..base.foreign import System, read_by
-from ..base.numbers import positive, real
+from ..base.numbers import positive, real, shown
 from ..models import Body
 from ..models.contracts import WrittenModel, WrittenNonseparable
 from ..models.mechanics import slopes
@@ -107,6 +107,7 @@ def hamiltonian(
     domain: str | None = None,
     rotation: float | str | None = None,
     magnetic: float | str | None = None,
+    vector_potential: Mapping[str, Any] | None = None,
     period: float | str | None = None,
     friction: float | str | None = None,
     **parameters: float,
@@ -138,6 +139,10 @@ def hamiltonian(
     magnetic : float or str, optional
         Charge times magnetic field, e B, along x cross y, in the symmetric gauge: Omega = e B/2m, and m Omega^2 (x^2 +
         y^2)/2 is added to V. The p are canonical momenta.
+    vector_potential : dict of str, optional
+        Charge times vector potential, e A, of any magnetic field, {"y": "B*x + k*x**2/2"}: formulas as the text, of the
+        coordinates named, others being 0; with a period also of t. ``H = sum (p_i - e A_i)^2/2 m_i + V``, where V has
+        the charge in it too, the speed of light is 1 and p are the canonical momenta, p_x for x.
     period : float or str, optional
         Period of a driven system, in whose formula t is the time.
     friction : float or str, optional
@@ -164,7 +169,8 @@ def hamiltonian(
     -----
     H with momenta that is T(p) + V(q), T quadratic, becomes the same model as without, with the same bits. Any other
     is of the kind "H(q, p)": its schemes are GAUSS16 (default) and GAUSS8, symplectic, and DOP853 and VERNER9; energies
-    are not split, so launching by energy is refused.
+    are not split, so launching by energy is refused. Where T is quadratic and what is linear in p is Omega (y p_x - x
+    p_y) of equal masses, as of a uniform field in the symmetric gauge, it is the model of a rotation, with exact turns.
 
     A driven system of n coordinates moves in the phase space extended by the time: rows q, t, p, p_t. p_t takes up the
     work of the drive, so T + V + p_t is conserved and its error is checked like an energy. Starts of 2n rows have t = 0
@@ -205,14 +211,19 @@ def hamiltonian(
             "period": period,
             "friction": friction,
         }
-        beside |= {"domain": domain, "momenta": momenta, "periods": periods}
+        beside |= {"domain": domain, "momenta": momenta, "periods": periods, "vector_potential": vector_potential}
         return _taken(given, coordinates, beside, parameters)
     written, length = _written(text)
     names = checked_names("coordinates", coordinates)
+    inside: dict[str, float] = {}
+    if vector_potential is not None:
+        others = {"momenta": momenta, "rotation": rotation, "magnetic": magnetic, "friction": friction}
+        written, momenta, inside = _charged(written, vector_potential, names, masses, others, (parameters, period))
+        masses, length = None, _SYMPY_LENGTH
     if friction is not None and any(entry is not None for entry in (rotation, magnetic, period)):
         raise ValueError("friction does not go with rotation, magnetic or period: write dz/dt = f(z) as fa.flow")
     conjugate = () if momenta is None else _momenta(momenta, names, masses, rotation, magnetic, friction)
-    values = values_of(parameters, (*names, *conjugate, *([] if period is None else [TIME])))
+    values = values_of(parameters, (*names, *conjugate, *([] if period is None else [TIME]))) | inside
     weights = () if masses is None else _masses(masses, len(names))
     own = period_texts(periods, names)
     if period is not None:
@@ -244,6 +255,43 @@ def _taken(given: System, coordinates: Any, beside: dict[str, Any], parameters: 
     options = own | {name: entry for name, entry in beside.items() if entry is not None}
     values: dict[str, Any] = {**given.parameters, **parameters, **options}
     return hamiltonian(given.text, coordinates=given.coordinates or coordinates, **values)
+
+
+def _charged(
+    V: str,
+    potential: Any,
+    names: tuple[str, ...],
+    masses: Any,
+    others: Mapping[str, Any],
+    beside: tuple[Mapping[str, float], Any],
+) -> tuple[str, tuple[str, ...], dict[str, float]]:
+    """Return H of charges in a vector potential as text, its momenta, and the masses in it; others: what does not go
+    with that; beside: parameters, and the period if there is one.
+    """
+    given = [name for name, entry in others.items() if entry is not None]
+    if given:
+        raise ValueError(f"{given[0]} does not go with vector_potential: write the whole of H with its momenta")
+    example = "{'y': 'B*x'}"
+    if not isinstance(potential, Mapping):
+        raise TypeError(f"vector_potential must be formulas by coordinate such as {example}, got {shown(potential)}")
+    wrong = [name for name in potential if name not in names]
+    if wrong or not potential:
+        raise ValueError(f"vector_potential must be of {', '.join(names)}, as {example}, got {shown(dict(potential))}")
+    (parameters, period), terms = beside, []
+    weights = {} if masses is None else {f"m_{i + 1}": m for i, m in enumerate(_masses(masses, len(names)))}
+    variables = (*names, *([] if period is None else [TIME]))
+    parse(V, variables, parameters, length=_SYMPY_LENGTH)
+    for name, mass in zip(names, [*weights] or [""] * len(names), strict=True):
+        p, entry, argument = f"p_{name}", potential.get(name), f"vector_potential[{name!r}]"
+        if name in potential:
+            try:
+                field = text_of(entry)
+            except TypeError:
+                raise TypeError(f"{argument} must be a formula such as 'B*x', got {shown(entry)}") from None
+            parse(field, variables, parameters, argument=argument, length=_SYMPY_LENGTH)
+            p = f"({p} - ({field}))"
+        terms.append(f"{p}**2/(2*{mass})" if mass else f"{p}**2/2")
+    return f"{' + '.join(terms)} + ({V})", tuple(f"p_{name}" for name in names), weights
 
 
 def _driven(

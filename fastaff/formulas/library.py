@@ -208,7 +208,7 @@ def _derive_hamiltonian(request: Request, programs: tuple[Program, Program | Non
 
     from .domains import conditions
     from .flow_source import nonseparable_model
-    from .model_source import driven_model, hamiltonian_model, separated
+    from .model_source import driven_model, hamiltonian_model, in_turning_frame, separated
     from .potential_source import Description
     from .sympy_bridge import to_sympy
 
@@ -233,7 +233,12 @@ def _derive_hamiltonian(request: Request, programs: tuple[Program, Program | Non
     periods = [sympy.Integer(0) if p is None else to_sympy(p, names) for p in request.period_programs()]
     inertia = None
     if request.momenta:
-        found = separated(V, walls, [own[name] for name in request.momenta], request.coordinates)
+        p, q = ([own[name] for name in part] for part in (request.momenta, request.coordinates))
+        found = separated(V, walls, p, request.coordinates)
+        turning = in_turning_frame(V, walls, p, q) if found is None and period is None else None
+        if turning is not None:
+            V, inertia, omega = turning
+            return hamiltonian_model(description, V, walls, masses=False, omega=omega, inertia=inertia, periods=periods)
         if found is None:
             momenta = (*request.momenta, *(["p_t"] if period is not None else []))
             own |= {name: sympy.Symbol(name, real=True) for name in momenta}

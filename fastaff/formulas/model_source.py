@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from random import Random
 from typing import Any, NamedTuple
 
 from .potential_source import Description, class_text, constant, margin_method, method, module
@@ -217,37 +218,45 @@ def _margin(walls: Sequence[Any], q: Sequence[str], taken: Sequence[str]) -> str
 _LOOPS = '''\
 class Loops(NamedTuple):
     """Loops in the coordinate planes (q_i, p_i){about}."""
-{field}
+{fields}
     names = {names!r}
     planes = {planes!r}
 
     def signals(self, {row}):
         """Return Re Q, Im Q, Re P, Im P of each angle in turn."""
         zero = 0.0*{first}
-{phase}        return {signals}
+{lines}        return {signals}
 
 
 '''
 
 
-def loops(coordinates: Sequence[str], *, time: bool = False) -> str:
+def loops(coordinates: Sequence[str], *, time: bool = False, cyclic: Sequence[int] = ()) -> str:
     """Return the text of angle variables of loops in (q_i, p_i), one for each coordinate; `time`: the last of them is
-    the time, whose loop is that of the drive's phase.
+    the time, whose loop is that of the drive's phase; cyclic: places of angles that H does not depend on, which come
+    last and go round circles, by turn_i radians per unit.
     """
     n = range(len(coordinates))
+    order = sorted(n, key=lambda i: i in cyclic)
     q, p = ([f"{stem}{i}" for i in n] for stem in ("q", "p"))
     signals = [f"{q[i]}, zero, {p[i]}, zero" for i in n]
+    fields, lines = [f"turn{i}" for i in cyclic], []
+    for i in cyclic:  # Q = exp(i q), P = i p Q, so that p = Im(conj(Q) P)
+        lines.append(f"c{i}, s{i} = np.cos(self.turn{i}*{q[i]}), np.sin(self.turn{i}*{q[i]})")
+        signals[i] = f"c{i}, s{i}, -{p[i]}*s{i}, {p[i]}*c{i}"
     if time:
+        fields.append("omega")
+        lines.append(f"c, s = np.cos(self.omega*{q[-1]}), np.sin(self.omega*{q[-1]})")
         signals[-1] = "c, zero, -self.omega*s, zero"
     return _LOOPS.format(
         about=" and of the drive's phase" if time else "",
-        field="\n    omega: float\n" if time else "",
-        phase=f"        c, s = np.cos(self.omega*{q[-1]}), np.sin(self.omega*{q[-1]})\n" if time else "",
-        names=tuple(coordinates),
-        planes=(False,) * len(n),
+        fields="".join(f"\n    {field}: float" for field in fields) + ("\n" if fields else ""),
+        lines="".join(f"        {line}\n" for line in lines),
+        names=tuple(coordinates[i] for i in order),
+        planes=tuple(i in cyclic for i in order),
         first=q[0],
         row=", ".join((*q, *p)),
-        signals=", ".join(signals),
+        signals=", ".join(signals[i] for i in order),
     )
 
 
@@ -374,6 +383,8 @@ def separated(
     """
     import sympy
 
+    if _coupled(H, momenta):
+        return None
     parts = [sympy.Add.make_args(form) for form in (H, sympy.expand(H))]
     of_momenta = [[part for part in sums if part.free_symbols & {*momenta}] for sums in parts]
     places = {sympy.Symbol(name, real=True) for name in coordinates}
@@ -385,6 +396,55 @@ def separated(
         if not (mixed or rest != 0 or any(row[i] == 0 for i, row in enumerate(W)) or _bounded(walls, momenta)):
             return sympy.Add(*(part for part in sums if part not in own)), _quadratic_inertia(W, coordinates)
     return None
+
+
+def in_turning_frame(
+    H: Any, walls: Sequence[Any], momenta: Sequence[Any], places: Sequence[Any]
+) -> tuple[Any, Inertia, Any] | None:
+    """Return V(q), the inertia and Omega of H = T(p) + V(q) - Omega (x p_y - y p_x), with T of one mass for the first
+    two coordinates x, y; None where it is not of that form.
+    """
+    import sympy
+
+    if len(places) < 2 or _bounded(walls, momenta):
+        return None
+    rest, slopes = dict.fromkeys(momenta, 0), [H.diff(p) for p in momenta]
+    W = [[slope.diff(other) for other in momenta] for slope in slopes]
+    entries, free = [w for row in W for w in row], {*momenta, *places}
+    apart = all(W[i][j] == 0 for i in range(len(W)) for j in range(i))
+    if not apart or any(w.free_symbols & free for w in entries) or 0 in [W[i][i] for i in range(len(W))]:
+        return None
+    first, second, *others = (sympy.expand(slope.xreplace(rest)) for slope in slopes)
+    omega = first.diff(places[1])
+    turned = sympy.expand(first - omega * places[1]) == 0 == sympy.expand(second + omega * places[0])
+    if not turned or any(others) or omega == 0 or omega.free_symbols & free or sympy.expand(W[0][0] - W[1][1]) != 0:
+        return None
+    return H.xreplace(rest), _quadratic_inertia(W, [str(place) for place in places]), omega
+
+
+def _coupled(H: Any, momenta: Sequence[Any]) -> bool:
+    """Tell whether velocities are seen to depend on more than momenta and parameters, at a few points: to expand a long
+    H takes minutes.
+    """
+    import mpmath
+    import sympy
+
+    names = [*momenta, *sorted(H.free_symbols - {*momenta}, key=str)]
+    rates, random = sympy.lambdify(names, [H.diff(p) for p in momenta], "mpmath", cse=True), Random(7)
+    with mpmath.workdps(30):
+        for _ in range(8):
+            here = {name: mpmath.mpf(random.uniform(0.2, 5)) for name in names}
+            there = {
+                name: value if name in momenta or str(name).startswith("self.") else value * random.uniform(1, 1.5)
+                for name, value in here.items()
+            }
+            try:
+                one, other = (rates(*point.values()) for point in (here, there))
+            except (ArithmeticError, ValueError):
+                continue
+            if any(abs(a - b) > 1e-9 * (abs(a) + abs(b)) for a, b in zip(one, other, strict=True)):
+                return True
+    return False
 
 
 def _bounded(walls: Sequence[Any], momenta: Sequence[Any]) -> bool:

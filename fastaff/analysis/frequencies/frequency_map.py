@@ -199,8 +199,9 @@ def frequency_map(
 def checked_angles(angles: Any, body: Any) -> Any:
     """Return `angles`, or those natural to the body for None, if they suit it; `Plain` where it has none."""
     chosen: Any = getattr(body, "angles", None) if angles is None else angles
-    if angles is None and (chosen is None or (any(chosen.planes) and not traits_of(body).isotropic)):
-        return Plain(traits_of(body).names)  # without the symmetry the planes' angles are coordinates like others
+    traits = traits_of(body)
+    if angles is None and (chosen is None or (any(chosen.planes) and traits.separable and not traits.isotropic)):
+        return Plain(traits.names)  # without the symmetry the planes' angles are coordinates like others
     if not all(hasattr(chosen, name) for name in ("signals", "names", "planes")):
         raise TypeError(
             f"angles must be a value of fastaff.models.angles such as AlphaBeta(), got {chosen!r}; "
