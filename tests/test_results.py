@@ -18,7 +18,7 @@ from own_models import OneSpring
 import fastaff as fa
 from fastaff import Status, files
 from fastaff.analysis.chaos.chaotic_fraction import FoundCases
-from fastaff.analysis.sections.energy_sample import edge
+from fastaff.analysis.sections.section_edge import edge
 from fastaff.base import numbers
 from fastaff.base.results import Result
 

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from ..analysis.sections.energy_grid import NotReached
-from ..analysis.sections.energy_sample import edge
+from ..analysis.sections.section_edge import edge
 from ..base.numbers import numbers, positive, real
 from ..base.placing import placed
 from ..base.provenance import provenance

@@ -278,9 +278,11 @@ def hamiltonian_model(
     damping: Any = None,
     inertia: Inertia | None = None,
     periods: Sequence[Any] = (),
+    momenta: Sequence[str] = (),
 ) -> str:
     """Return the text of a system of particles on lines: T = sum p_i^2/2 m_i + V(q), or T of an inertia, perhaps in a
-    frame that turns at the rate omega, or with friction at the rate damping; periods: of its rows, if it has some.
+    frame that turns at the rate omega, or with friction at the rate damping; periods: of its rows, if it has some;
+    momenta: their names, if they have some.
     """
     more: Sequence[str] = ()
     if omega is not None:
@@ -299,7 +301,7 @@ def hamiltonian_model(
         angles="Loops()",
         before=loops(d.coordinates),
         imports="\nfrom fastaff.models.contracts import Kind\n" if more else "",
-        more=[*more, *_periods(periods)],
+        more=[*more, *_periods(periods), *_names_of(momenta)],
     )
 
 
@@ -320,6 +322,7 @@ def driven_model(
     masses: bool,
     inertia: Inertia | None = None,
     periods: Sequence[Any] = (),
+    momenta: Sequence[str] = (),
 ) -> str:
     """Return the text of a driven system of particles on lines: T = sum p_i^2/2 m_i + V(q, t), or T of an inertia, in
     the phase space that is extended by the time, the last coordinate, and its momentum. Its period is a field where
@@ -330,6 +333,7 @@ def driven_model(
     fields, more = period_methods(time, period, inertia.fields)
     inertia = inertia._replace(fields=fields)
     more += [constant("kind", "What the motion is made of.", "Kind.DRIVEN"), *_periods(periods)]
+    more += _names_of((*momenta, "p_t") if momenta else ())
     return model(
         "FormulaHamiltonian",
         f"{len(own)} driven degrees of freedom, T = {'sum p_i^2/2 m_i' if masses else '|p|^2/2'}",
@@ -364,6 +368,37 @@ def _periods(periods: Sequence[Any]) -> list[str]:
     lines = Lines(())
     doc = "Return the period of each row, 0 where it has none."
     return [method("periods", (), doc, lines, lines.add(periods))] if any(p != 0 for p in periods) else []
+
+
+def _names_of(momenta: Sequence[str]) -> list[str]:
+    """Return the constant of the names of momenta where they have some."""
+    doc = f"Names of the last {len(momenta)} rows of z."
+    return [constant("momenta", doc, repr(tuple(momenta)))] if momenta else []
+
+
+def in_turning_frame(
+    H: Any, walls: Sequence[Any], momenta: Sequence[Any], coordinates: Sequence[str]
+) -> tuple[Any, Any, Inertia] | None:
+    """Return V(q), the rate w and the inertia of H = T(p) + V(q) - w (x p_y - y p_x), with T quadratic and round in the
+    momenta of the first two coordinates x, y; None where it is not of that form.
+    """
+    import sympy
+
+    if len(momenta) < 2:
+        return None
+    x, y = (sympy.Symbol(name, real=True) for name in coordinates[:2])
+    parts = sympy.Add.make_args(H)
+    mixed = sympy.expand(sympy.Add(*(part for part in parts if part.free_symbols & {*momenta})))
+    rate = -mixed.diff(momenta[1], x)
+    rest = sympy.expand(mixed + rate * (x * momenta[1] - y * momenta[0]))
+    W = [[sympy.simplify(rest.diff(one, other)) for other in momenta] for one in momenta[:2]]
+    round_ = W[0][0] == W[1][1] and not any(w != 0 for i, row in enumerate(W) for j, w in enumerate(row) if i != j)
+    varied = {*momenta, *(sympy.Symbol(name, real=True) for name in coordinates)}
+    if rate == 0 or rate.free_symbols & varied or not round_:
+        return None
+    others = (part for part in parts if not part.free_symbols & {*momenta})
+    found = separated(sympy.Add(*others, rest), walls, momenta, coordinates)
+    return None if found is None else (found[0], rate, found[1])
 
 
 def separated(

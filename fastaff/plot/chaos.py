@@ -16,7 +16,8 @@ import numpy as np
 from ..analysis.chaos.chaos_map import ChaosMap
 from ..analysis.chaos.chaotic_fraction import ChaoticFraction
 from ..analysis.sections.energy_grid import EnergyGrid
-from ..analysis.sections.energy_sample import Edge, EnergySample
+from ..analysis.sections.energy_sample import EnergySample
+from ..analysis.sections.section_edge import Edge
 from ..base.status import Status
 from .parameters import parameter_label
 from .picking import carry

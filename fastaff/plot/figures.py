@@ -22,8 +22,9 @@ from ..analysis.periodic.bifurcations import Bifurcation
 from ..analysis.periodic.continuation import Branch
 from ..analysis.periodic.found_orbits import PeriodicOrbits
 from ..analysis.sections.energy_grid import EnergyGrid
-from ..analysis.sections.energy_sample import Edge, EnergySample
+from ..analysis.sections.energy_sample import EnergySample
 from ..analysis.sections.islands import Islands, Rotation
+from ..analysis.sections.section_edge import Edge
 from ..analysis.sections.section_map import SectionMap
 from ..analysis.tori.action_angles import ActionAngles, EnergyOfActions
 from ..analysis.tori.torus import TorusFit

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 
 from ..analysis.periodic.found_orbits import PeriodicOrbits
 from ..analysis.sections.energy_grid import EnergyGrid
-from ..analysis.sections.energy_sample import Edge
+from ..analysis.sections.section_edge import Edge
 from ..base.arrays import checked
 from ..base.numbers import entries, positive, shown, whole
 from ..charts import ALPHA_BETA

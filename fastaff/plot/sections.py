@@ -7,13 +7,14 @@ from typing import Any
 import numpy as np
 
 from ..analysis.sections.energy_grid import EnergyGrid
-from ..analysis.sections.energy_sample import Edge, EnergySample
+from ..analysis.sections.energy_sample import EnergySample
+from ..analysis.sections.section_edge import Edge
 from ..base.numbers import shown
 from ..base.results import Result
 from ..base.status import Status
 from ..charts import ALPHA_BETA, Chart
 from ..flows.checks import checked_chart
-from ..models.sections import BetaEquals, BetaTurning, Linear
+from ..models.sections import AngleEquals, BetaEquals, BetaTurning, Linear
 from .density import DENSE, draw_density
 from .picking import carry
 from .scales import Colouring, clipped, colouring, colours_of, each_value, falls, limited, stepped
@@ -170,7 +171,9 @@ def _look_at(
     if starts is not None:
         near.append(places(starts))
     if edge is not None:
-        near.append(np.array([np.tile(edge.coordinate, 2), edge.centre + np.append(edge.momentum, -edge.momentum)]))
+        near.append(
+            np.array([np.tile(edge.coordinate, 2), np.append(edge.centre + edge.momentum, edge.centre - edge.momentum)])
+        )
     inside = np.concatenate(near, axis=1)
     inside = inside[:, np.isfinite(inside).all(axis=0)]
     if not inside.size:  # the first crossings, without those that were farthest
@@ -235,7 +238,7 @@ def _section_coordinates(section_map: Any, chart: Chart) -> tuple[tuple[str, ...
 
 
 def _free_coordinate(section: Any, names: tuple[str, ...]) -> str:
-    if isinstance(section, Linear):
+    if isinstance(section, (Linear, AngleEquals)):
         own = int(np.flatnonzero(section.normal)[0]) % (len(names) // 2)
         return names[1 if own == 0 and len(names) > 2 else 0]
     chosen = "alpha" if isinstance(section, (BetaTurning, BetaEquals)) else "beta"
