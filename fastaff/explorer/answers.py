@@ -253,8 +253,7 @@ class Answers:
         """Return the section coordinates (2, ...) of states (2n, ...)."""
         if isinstance(self.section, Plane):
             return self.section.projected(z)
-        names = list(traits_of(self.body).names)
-        rows = {**dict(zip([*names, *(f"p_{name}" for name in names)], z))}
+        rows = dict(zip(traits_of(self.body).row_names, z))
         found = [rows[name] if name in rows else chart_row(z, name) for name in self.names]
         return np.array(found)
 

@@ -13,7 +13,7 @@ NEEDS: dict[str, frozenset[str]] = {
     "a start by rows": frozenset({"drive"}),
     "regular motion": frozenset({"friction", "rates"}),
     "Hamilton's equations": frozenset({"friction", "rates", "iterates"}),
-    "an energy surface": frozenset({"drive", "friction", "nonseparable", "rates", "iterates"}),
+    "an energy surface": frozenset({"drive", "friction", "rates", "iterates"}),
     "H = T(p) + V(q)": frozenset(TERMS),
     "a page": frozenset({"frame", "friction", "nonseparable", "rates"}),
 }
@@ -25,7 +25,6 @@ REFUSALS = {
         "iterates": "{argument} is for systems in time: a map has no energy; got {got}",
         "friction": "{argument} is for systems with an energy: one with friction keeps none; got {got}",
         "rates": "{argument} is for systems with an energy: dz/dt = f(z) has none; got {got}",
-        "nonseparable": "{argument} is for H = T(p) + V(q): of H(q, p) give all rows; got {got}",
     },
     "a page of orbits": {
         "drive": "{argument} does not go with a driven system, whose states once a period are shown; got {got}"

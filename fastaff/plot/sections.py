@@ -12,7 +12,7 @@ from ..analysis.sections.section_edge import Edge
 from ..base.status import Status
 from ..charts import ALPHA_BETA, Chart
 from ..flows.checks import checked_chart
-from ..models.sections import BetaEquals, BetaTurning, Linear
+from ..models.sections import AngleEquals, BetaEquals, BetaTurning, Linear
 from .colour_bars import colour_bar, plain_numbers
 from .density import DENSE, draw_density
 from .picking import carry
@@ -152,7 +152,9 @@ def _look_at(
     if starts is not None:
         near.append(places(starts))
     if edge is not None:
-        near.append(np.array([np.tile(edge.coordinate, 2), edge.centre + np.append(edge.momentum, -edge.momentum)]))
+        near.append(
+            np.array([np.tile(edge.coordinate, 2), np.append(edge.centre + edge.momentum, edge.centre - edge.momentum)])
+        )
     inside = np.concatenate(near, axis=1)
     inside = inside[:, np.isfinite(inside).all(axis=0)]
     if not inside.size:  # the first crossings, without those that were farthest
@@ -217,7 +219,7 @@ def _section_coordinates(section_map: Any, chart: Chart) -> tuple[tuple[str, ...
 
 
 def _free_coordinate(section: Any, names: tuple[str, ...]) -> str:
-    if isinstance(section, Linear):
+    if isinstance(section, (Linear, AngleEquals)):
         own = int(np.flatnonzero(section.normal)[0]) % (len(names) // 2)
         return names[1 if own == 0 and len(names) > 2 else 0]
     chosen = "alpha" if isinstance(section, (BetaTurning, BetaEquals)) else "beta"

@@ -1,4 +1,4 @@
-"""The accessible part of a section of an energy surface: its boundary, and random points spread evenly over it."""
+"""Random points of an energy surface or of a section of it, spread evenly in the invariant measure."""
 
 from __future__ import annotations
 
@@ -16,13 +16,14 @@ from ...base.short_forms import takes
 from ...flows.checks import checked_model
 from ...formulas.section_text import section_of
 from ...models.contracts import Dynamics, Model, Section
-from ...models.sections import AreaEquals, Linear
+from ...models.sections import AngleEquals, AreaEquals, Linear
 from ...models.traits import traits_of
 from .energy_grid import ARRAYS, checked_surface, lift_sheets, no_planes, planes, room
 from .energy_limits import NotReached
 from .invariant_measure import Measure, Ranges, measure_of, ranges_of
 from .named_axes import Axes, are_named, by_name, checked_energy, checked_sign
-from .section_edge import bounded_parts, centre_of
+from .section_edge import parts
+from .surface_points import Surface
 
 
 @dataclass(frozen=True)
@@ -105,14 +106,20 @@ def energy_sample(
     ranges of coordinates). With `solve` they are uniform in the ranges of `axes` by name, the rest as in `energy_grid`.
     At rest: directions uniform over the sphere. Of a map, which has no energy: uniform in the ranges of `axes` by name.
 
+    Of H(q, p) of second degree in p, momenta fill the ellipsoid of each place, whose volume weighs the places. Any
+    other H is met by random lines along its rows, whose points are weighed to have the density 1/|grad H| on the
+    surface; on sections all roots count, and `axes` may name momenta too. Angles are drawn from one period around 0.
+
     Cost: that of `energy_grid` for about 1.5 times the points, and half a second for `edge` of a turning section. In
     the volume of n degrees of freedom: some tenths of a second for the box of coordinates, and 2 evaluations of the
-    potential a point for n = 2, 6 for n = 3, 2000 for n = 8, by the share of the box that the energy fills.
+    potential a point for n = 2, 6 for n = 3, 2000 for n = 8, by the share of the box that the energy fills. Of H(q, p)
+    some seconds for the box; by lines, thousands of evaluations of H a point.
 
     References
     ----------
     Poincare's integral invariant (Lichtenberg & Lieberman 1992, Regular and Chaotic Dynamics, section 1.2b);
-    Liouville's theorem; Smith 1984, Oper. Res. 32, 1296 (walks along random chords, for the box).
+    Liouville's theorem; Smith 1984, Oper. Res. 32, 1296 (walks along random chords, for the box); Santalo 1976,
+    Integral Geometry and Geometric Probability, section 14.4 (lines across a surface).
 
     Examples
     --------
@@ -146,7 +153,11 @@ def on_section(
     coordinates.
     """
     by_rows = are_named(axes) or fixed is not None or solve is not None or sign != 1 or at_rest is not False
-    plain = type(section) is Linear and not traits_of(body).isotropic and getattr(body, "degrees_of_freedom", 2) != 2
+    plain = (
+        type(section) in (Linear, AngleEquals)
+        and not traits_of(body).isotropic
+        and getattr(body, "degrees_of_freedom", 2) != 2
+    )
     return not (by_rows or plain)
 
 
@@ -162,12 +173,12 @@ def source_of(
     *,
     p_eta: Any = 0.0,
     p_gamma: Any = 0.0,
-) -> Measure | Ranges:
+) -> Measure | Surface | Ranges:
     """Return what points of any number of degrees of freedom are drawn from; raises naming what is wrong."""
     checked_model(body, needs="a start by rows")
     energy = checked_energy(body, energy)
     no_planes(p_eta, p_gamma)
-    if flag("at_rest", at_rest) or solve is not None or not traits_of(body).launches:
+    if flag("at_rest", at_rest) or solve is not None or not traits_of(body).conserves:
         return ranges_of(body, energy, section, axes, fixed, solve, sign, at_rest)
     if fixed is not None or sign != 1:
         raise ValueError(f"{'sign' if fixed is None else 'fixed'} goes with solve or at_rest, which are missing")
@@ -192,7 +203,7 @@ def _seed(seed: Any, rng: Any) -> Any:
     return value
 
 
-def sample_of(source: Measure | Ranges, count: int, seed: Any) -> EnergySample:
+def sample_of(source: Measure | Surface | Ranges, count: int, seed: Any) -> EnergySample:
     """Return so many points of a source."""
     z0, points = source.draw(count, seed)
     return EnergySample(z0, points, source.names, energy=source.energy)
@@ -206,9 +217,8 @@ def ranges_to_draw(body: Any, section: Any, energy: float, p_eta: float, p_gamma
     section.
     """
     if axes is None:
-        parts = bounded_parts(body, section, energy, p_eta, p_gamma)
-        centre = centre_of(body, section)
-        boxes = [((part.low, part.high), (centre - part.top, centre + part.top)) for part in parts]
+        found = parts(body, section, energy, p_eta, p_gamma)
+        boxes = [((part.low, part.high), (part.bottom, part.top)) for part in found]
     else:
         ranges = entries("axes", axes, "two ranges (low, high)", 2)
         (u0, u1), (v0, v1) = (span(f"axes[{k}]", ends) for k, ends in enumerate(ranges))
