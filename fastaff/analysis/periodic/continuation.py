@@ -144,8 +144,10 @@ def continuation(
     point's own: shortened until that moves the return no more than the tolerance, and longer again where it may be.
     Bifurcations are sign changes of the product of the residues, or of 1 - residue, between two points, polished in the
     arclength by false position (the Illinois rule). A residue that touches 0 or 1, or passes it twice between two
-    points, is not seen. At a branching the branch goes straight on. Cost: about 3 returns of 2n + 1 vectors for each
-    point (9 with a parameter), of one orbit at a time.
+    points, is not seen. Of dz/dt = f(z), whose limit cycles are followed in a parameter, products of (1 - m)/2 and
+    (1 + m)/2 over the multipliers m take their place; a pair that leaves the unit circle elsewhere (a torus is born)
+    is seen in `stability` alone. At a branching the branch goes straight on. Cost: about 3 returns of 2n + 1 vectors
+    for each point (9 with a parameter), of one orbit at a time.
 
     References
     ----------
@@ -163,7 +165,6 @@ def continuation(
     make, first_model = _family(model, parameter)
     section = section_of(section, first_model)
     scheme = checked_return(first_model, section, scheme)
-    check_needs(first_model, "a residue")
     if parameter is None:
         check_needs(first_model, "a branch along the energy")
     if not isinstance(direction, (int, float, np.number)) or direction not in (-1, 1):
@@ -196,17 +197,19 @@ def continuation(
             raise ValueError(f"bounds must contain the first value {value!r}, got {bounds!r}")
         given = not np.isinf(first.step[0]) and section is not None
         taken = float(first.step[0]) if given else None
-        flow = plan(first_model, first.z, Options(first.scheme, taken, rtol=rtol, atol=atol, threads=threads)).flow
+        how = Options(first.scheme, taken, rtol=rtol, atol=atol, threads=threads)
+        flow, z, _ = plan(first_model, first.z, how)  # z: of an odd number of variables with the idle row
+        surface = None if section is None else flow.section(section)
         limit = None if max_time is None else positive("max_time", max_time)
         own = step is None and flow.fixed
-        scale = orbit_scale(first_model, first.z, first.energy, flow.threads)
+        scale = orbit_scale(first_model, z, first.energy, flow.threads)
         units = np.append(scale.rows[:, 0], scale.energy[0])
         kept = None if parameter is None else float(first.energy[0])
         wait = LONGER * first.time[0]
-        family = Family(make, flow, section, period, limit, tolerance, kept, own, units=units, wait=wait)
+        family = Family(make, flow, surface, section, period, limit, tolerance, kept, own, units=units, wait=wait)
         if parameter is not None:
-            units[-1] = family.parameter_unit(np.append(first.z[:, 0], value), scale)
-        start = family.corrected(np.append(first.z[:, 0], value), None, scale, first.step[0])
+            units[-1] = family.parameter_unit(np.append(z[:, 0], value), scale)
+        start = family.corrected(np.append(z[:, 0], value), None, scale, first.step[0])
         if start is None:
             raise ValueError("z0 leads to an orbit that cannot be continued")
     points = [_turned(start, direction)]
