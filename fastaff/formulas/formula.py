@@ -16,6 +16,7 @@ from ..models.contracts import WrittenModel, WrittenNonseparable
 from ..models.mechanics import slopes
 from .drive import period_of
 from .grammar import TIME, checked_name, parse
+from .laws import written_out
 from .library import RESERVED, Request, generated_class
 from .map_source import period_texts
 from .variables import VARIABLES
@@ -41,7 +42,9 @@ def formula(
     ----------
     text : str or SymPy expression
         V in the variables D1, D2; alpha, beta; r, vartheta; rho; x, y, z, u (phi = [[x, y], [z, u]]); a1, a2, b1, b2,
-        which may be mixed; with numbers, pi, ``+ - * / **``, sqrt exp log sin cos tan sinh cosh tanh asin acos atan.
+        which may be mixed; with numbers, pi, ``+ - * / **``, sqrt exp log sin cos tan sinh cosh tanh asin acos atan. Or
+        the name of a hyperelastic law in plane strain: "mooney-rivlin" (c10, c01, K), "ogden" (a1, m1, a2, m2, ..., K),
+        "gent" (G, Jm, K), "hencky" and "saint-venant-kirchhoff" (G, lam); G is the shear modulus, mu the inertia.
     mu : float or pair of floats, default 1
         Inertia, or (mu_1, mu_2) for T = (mu_1 (x'^2 + z'^2) + mu_2 (y'^2 + u'^2))/2.
     domain : str, optional
@@ -85,8 +88,9 @@ def formula(
     >>> body.potential.C, body.mu
     (1.0, 1.0)
     """
-    written, length = _written(text)
-    values = values_of(parameters, VARIABLES)
+    law, letters = written_out(text, parameters)
+    written, length = _written(law)
+    values = values_of(letters, VARIABLES)
     pair = isinstance(mu, (tuple, list)) or (isinstance(mu, np.ndarray) and mu.ndim > 0)
     inertia = _inertia(mu) if pair else (positive("mu", mu),)
     request = Request(written, domain, tuple(values), (), "pair" if pair else "mu")

@@ -142,8 +142,10 @@ def continuation(
     point's own: shortened until that moves the return no more than the tolerance, and longer again where it may be.
     Bifurcations are sign changes of the product of the residues, or of 1 - residue, between two points, polished in the
     arclength by false position (the Illinois rule). A residue that touches 0 or 1, or passes it twice between two
-    points, is not seen. At a branching the branch goes straight on. Cost: about 3 returns of 2n + 1 vectors for each
-    point (9 with a parameter), of one orbit at a time.
+    points, is not seen. Of dz/dt = f(z), whose limit cycles are followed in a parameter, products of (1 - m)/2 and
+    (1 + m)/2 over the multipliers m take their place; a pair that leaves the unit circle elsewhere (a torus is born)
+    is seen in `stability` alone. At a branching the branch goes straight on. Cost: about 3 returns of 2n + 1 vectors
+    for each point (9 with a parameter), of one orbit at a time.
 
     References
     ----------
@@ -161,7 +163,6 @@ def continuation(
     make, first_model = _family(model, parameter)
     section = section_of(section, first_model)
     scheme = checked_return(first_model, section, scheme)
-    check_needs(first_model, "a residue")
     if parameter is None:
         check_needs(first_model, "a branch along the energy")
     if not isinstance(direction, (int, float, np.number)) or direction not in (-1, 1):
@@ -183,13 +184,15 @@ def continuation(
         if not low <= value <= high:
             raise ValueError(f"bounds must contain the first value {value!r}, got {bounds!r}")
         how["step"] = None if section is None or np.isinf(first.step[0]) else float(first.step[0])
-        flow = plan(first_model, first.z, Options(**{**how, "scheme": first.scheme})).flow
+        # z: of an odd number of variables with the idle row.
+        flow, z, _ = plan(first_model, first.z, Options(**{**how, "scheme": first.scheme}))
+        surface = None if section is None else flow.section(section)
         own = step is None and flow.fixed
-        scale = orbit_scale(first_model, first.z, first.energy, flow.threads)
+        scale = orbit_scale(first_model, z, first.energy, flow.threads)
         units = np.append(scale.rows[:, 0], scale.energy[0])
         kept, wait = None if parameter is None else float(first.energy[0]), LONGER * first.time[0]
-        family = Family(make, flow, section, period, limit, tolerance, kept, own, units=units, wait=wait)
-        start = _first_point(family, np.append(first.z[:, 0], value), scale, first.step[0])
+        family = Family(make, flow, surface, section, period, limit, tolerance, kept, own, units=units, wait=wait)
+        start = _first_point(family, np.append(z[:, 0], value), scale, first.step[0])
     points = [_turned(start, direction)]
     with keeping("continuation", lambda: _branch(family, points, *STOPPED)):
         branch = _branch(family, points, *_follow(family, points, length, longest, steps, (low, high)))
