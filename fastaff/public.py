@@ -8,13 +8,10 @@ from .analysis.chaos.indicators import (
     MEGNO,
     OFLI,
     SALI,
-    BirkhoffDigits,
-    FrequencyDiffusion,
     Lyapunov,
     LyapunovSpectrum,
-    ReversibilityError,
-    ZeroOne,
 )
+from .analysis.chaos.pass_indicators import BirkhoffDigits, FrequencyDiffusion, ReversibilityError, ZeroOne
 from .analysis.frequencies.frequency_map import frequency_map
 from .analysis.frequencies.naff import naff
 from .analysis.frequencies.orbit_frequencies import orbit_frequencies

@@ -19,16 +19,18 @@ import dataclasses
 import html
 from collections.abc import Iterable, Iterator
 from functools import singledispatch
+from pathlib import Path
 from types import MappingProxyType
-from typing import Any, ClassVar, NamedTuple, Self, cast
+from typing import Any, ClassVar, NamedTuple, Self, SupportsIndex, cast, overload
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from . import status as outcomes
 from .axes import Axes, padded
 from .display import brief, screen, short
 from .interruption import imported
-from .numbers import an_array
+from .numbers import StrPath, an_array
 from .provenance import provenance
 from .result_items import alike, axes_of, dims_of, field_names, index_of, rows_of
 
@@ -38,6 +40,10 @@ def _table(entries: dict) -> MappingProxyType:
 
 
 copyreg.pickle(MappingProxyType, lambda view: (_table, (dict(view),)))  # a field of some results
+
+
+Items = SupportsIndex | slice | ArrayLike
+"""Which items of a result: a number, a slice, numbers or a mask."""
 
 
 class Drawable:
@@ -111,6 +117,10 @@ class Result(Drawable):
             raise TypeError(f"{type(self).__name__} of a single {self.axis} has no length")
         return shape[0]
 
+    @overload
+    def __getitem__(self, key: str) -> Any: ...
+    @overload
+    def __getitem__(self, key: Items | tuple[Items, ...]) -> Self: ...
     def __getitem__(self, key: Any) -> Any:
         """Return an array by name, or the result of some items: a number, slice, mask or array of numbers."""
         return named(self, key) if isinstance(key, str) else self.take(key)
@@ -118,7 +128,7 @@ class Result(Drawable):
     def __iter__(self) -> Iterator[Self]:
         return (self.take(k) for k in range(len(self)))
 
-    def take(self, items: Any) -> Self:
+    def take(self, items: Items | tuple[Items, ...]) -> Self:
         """Return the result of some of the items: a number, a slice, numbers or a mask; a tuple of these where items
         have several axes.
 
@@ -186,7 +196,7 @@ class Result(Drawable):
         """Raise OrbitError unless every item is OK; a result without statuses has none that failed."""
         outcomes.raise_if_failed(getattr(self, "status", np.zeros(0)))
 
-    def save(self, path: Any, *, force: bool = False, **parameters: Any) -> Any:
+    def save(self, path: StrPath, *, force: bool = False, **parameters: Any) -> Path:
         """Write the result to a file, as `fastaff.files.save` does, which `fastaff.files.load` reads; return its
         path.
         """

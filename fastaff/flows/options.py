@@ -7,14 +7,12 @@ from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from ..base.numbers import numbers, positive, shown
-from ..base.results import Result
 from ..compile.threads import checked_threads
 from ..models.traits import traits_of
 from ..schemes.automatic import Automatic, Trial, cheapest, fastest
-from ..schemes.catalogue import DOP853, GAUSS16, ITERATION, KAHAN_LI8, Collocation, RungeKutta, Scheme
+from ..schemes.catalogue import DOP853, GAUSS16, ITERATION, KAHAN_LI8, Collocation, RungeKutta
 from ..schemes.time_transformed import TimeTransformed
 from .checks import checked_model, checked_scheme, phase_points, suited_scheme
 from .flow import Flow
@@ -38,12 +36,6 @@ orbits within their accuracy have up to twice that, at steep walls.
 """
 
 
-Starts = ArrayLike | Result | object
-"""Phase points (2n,) or (2n, orbits), a result that has them, such as an EnergyGrid, or what `base.foreign` knows of
-other tools.
-"""
-
-
 @dataclass(frozen=True)
 class Options:
     """How orbits are run: the keywords that all functions of orbits share, checked together.
@@ -58,7 +50,7 @@ class Options:
     :Raises: ValueError or TypeError for wrong input.
     """
 
-    scheme: Scheme | TimeTransformed | Automatic | None = None
+    scheme: Any = None
     step: float | np.ndarray | None = None
     accuracy: float | None = None
     rtol: float = 1e-12

@@ -213,7 +213,7 @@ class Chaos:
 
     def compute(self, orbits: Orbits, settled: dict[str, Any], run: Run, report: Any = None) -> Any:
         """Return the ChaosMap of orbits."""
-        how = {"indicators": self.values(), "early_stop": self.early_stop}
+        how: dict[str, Any] = {"indicators": self.values(), "early_stop": self.early_stop}
         return chaos_map(orbits.body, orbits.z0, report=report, **how, **settled, **run.build(orbits.body))
 
 

@@ -7,8 +7,6 @@ from .catalogue import (
     BLANES_CASAS_ESCORIHUELA8,
     BLANES_MOAN6,
     DOP853,
-    GAUSS8,
-    GAUSS16,
     ITERATION,
     KAHAN_LI8,
     LEAPFROG,
@@ -18,7 +16,6 @@ from .catalogue import (
     SOFRONIOU_SPALETTA10,
     VERNER9,
     YOSHIDA4,
-    Collocation,
     RungeKutta,
     Scheme,
     Splitting,
@@ -26,6 +23,7 @@ from .catalogue import (
     scheme_named,
     triple_jump,
 )
+from .collocation import GAUSS8, GAUSS16, Collocation
 from .time_transformed import Algebraic, Exponential, Logistic, TimeTransformed
 
 __all__ = [

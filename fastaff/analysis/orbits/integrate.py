@@ -13,7 +13,7 @@ from ...base.interruption import keeping
 from ...base.numbers import fits, whole
 from ...base.recipe import recorded
 from ...base.results import Result
-from ...base.short_forms import starts_of, takes
+from ...base.short_forms import Starts, starts_of, takes
 from ...base.status import Status
 from ...flows.accuracy import halved, planned, until
 from ...flows.checks import energy_drift
@@ -22,9 +22,9 @@ from ...flows.ensemble import Ensemble
 from ...flows.flow import Flow, Wear, energy_error, mark_drift
 from ...flows.launch import Report
 from ...flows.motion import motion
-from ...flows.options import Options, Starts, iterates, plan, suited
+from ...flows.options import Options, iterates, plan, suited
 from ...flows.time_transformed import TransformedFlow
-from ...models.contracts import Model
+from ...models.contracts import Dynamics
 from ...models.mechanics import energies, kinetic_energies
 from ...models.traits import traits_of
 from ...schemes.automatic import Automatic
@@ -79,13 +79,13 @@ class Orbits(Result):
 @takes(z0=starts_of, scheme=scheme_of)
 @recorded
 def integrate(
-    body: Model,
+    body: Dynamics,
     z0: Starts,
     *,
     time: float,
     accuracy: float | None = None,
     step: float | np.ndarray | None = None,
-    scheme: Scheme | TimeTransformed | Automatic | None = None,
+    scheme: Scheme | str | TimeTransformed | Automatic | None = None,
     samples: int = 0,
     rtol: float = 1e-12,
     atol: float = 1e-12,

@@ -13,7 +13,7 @@ from ...base.interruption import keeping
 from ...base.numbers import numbers
 from ...base.recipe import recorded
 from ...base.results import Result
-from ...base.short_forms import starts_of, takes
+from ...base.short_forms import Starts, starts_of, takes
 from ...base.status import Status
 from ...base.sums import length
 from ...flows import motion, observers
@@ -22,8 +22,8 @@ from ...flows.coordinates import chart_row
 from ...flows.ensemble import Ensemble
 from ...flows.flow import Flow, energy_error, mark_drift, no_memory
 from ...flows.launch import Report
-from ...flows.options import Options, Plan, Starts, iterates, plan, suited
-from ...models.contracts import Model
+from ...flows.options import Options, Plan, iterates, plan, suited
+from ...models.contracts import Dynamics
 from ...models.mechanics import frame_rate, tangent_velocities, without_time
 from ...models.traits import traits_of
 from ...schemes.catalogue import Scheme, scheme_of
@@ -60,13 +60,13 @@ class TangentMap(Result):
 @takes(z0=starts_of, scheme=scheme_of)
 @recorded
 def tangent_map(
-    body: Model,
+    body: Dynamics,
     z0: Starts,
     *,
     time: float,
     deviations: ArrayLike | None = None,
     step: float | np.ndarray | None = None,
-    scheme: Scheme | None = None,
+    scheme: Scheme | str | None = None,
     rtol: float = 1e-12,
     atol: float = 1e-12,
     energy_tolerance: float | None = None,

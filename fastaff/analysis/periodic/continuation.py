@@ -8,19 +8,18 @@ from itertools import pairwise
 from typing import Annotated, Any
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from ...base.axes import along
 from ...base.interruption import keeping
 from ...base.numbers import numbers, positive, real, shown, whole
 from ...base.recipe import recorded
 from ...base.results import Result
-from ...base.short_forms import takes
+from ...base.short_forms import Starts, takes
 from ...base.status import Status
 from ...flows.needs import check_needs
 from ...flows.options import Options, plan
 from ...formulas.section_text import section_of
-from ...models.contracts import Model, Section
+from ...models.contracts import Dynamics, Section
 from ...schemes.catalogue import Scheme, scheme_of
 from .bifurcations import Bifurcation, bifurcations
 from .family import VANISHED, Family, Point
@@ -75,10 +74,10 @@ class Branch(Result, axis="point"):
 @takes(section=section_of, scheme=scheme_of)
 @recorded
 def continuation(
-    model: Model,
-    z0: ArrayLike,
+    model: Dynamics,
+    z0: Starts,
     *,
-    section: Section | None = None,
+    section: Section | str | None = None,
     period: int = 1,
     parameter: float | None = None,
     energy: float | None = None,
@@ -90,7 +89,7 @@ def continuation(
     max_time: float | None = None,
     tolerance: float = 1e-12,
     step: float | None = None,
-    scheme: Scheme | None = None,
+    scheme: Scheme | str | None = None,
     rtol: float = 1e-13,
     atol: float = 1e-13,
     threads: int | None = None,

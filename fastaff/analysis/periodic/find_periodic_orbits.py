@@ -12,11 +12,11 @@ import numpy as np
 from ...base.interruption import Interrupted, keeping
 from ...base.numbers import positive, whole
 from ...base.recipe import recorded
-from ...base.short_forms import starts_of, takes
+from ...base.short_forms import Starts, starts_of, takes
 from ...flows.motion import typical_rate
-from ...flows.options import Options, Starts
+from ...flows.options import Options
 from ...formulas.section_text import section_of
-from ...models.contracts import Model, Section
+from ...models.contracts import Dynamics, Section
 from ...models.traits import traits_of
 from ...schemes.catalogue import Scheme, scheme_of
 from ..sections.poincare_map import poincare_map
@@ -74,10 +74,10 @@ def periodic_guesses(section_map: SectionMap, period: int, *, most: int = 100, a
 @takes(z0=starts_of, section=section_of, scheme=scheme_of)
 @recorded
 def find_periodic_orbits(
-    model: Model,
-    z0: Starts,
+    model: Dynamics,
+    z0: Starts | SectionMap,
     *,
-    section: Section | None = None,
+    section: Section | str | None = None,
     max_period: int,
     energy: float | None = None,
     most: int = 100,
@@ -87,7 +87,7 @@ def find_periodic_orbits(
     tolerance: float = 1e-12,
     iterations: int = 40,
     step: float | None = None,
-    scheme: Scheme | None = None,
+    scheme: Scheme | str | None = None,
     rtol: float = 1e-13,
     atol: float = 1e-13,
     threads: int | None = None,

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import singledispatch
 from typing import Annotated, Any
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from ...base.axes import along
 from ...base.numbers import an_array, fits, numbers, real, shown
@@ -17,13 +16,13 @@ from ...base.results import Result
 from ...base.short_forms import takes
 from ...flows.checks import checked_model, checked_section
 from ...formulas.section_text import section_in_words, section_of
-from ...models.contracts import Model, Section
+from ...models.contracts import Dynamics, Section
 from ...models.mechanics import at_rest, energies, inside, kinetic_energies, potential_energies
 from ...models.sections import AlphaEquals, AlphaTurning, AreaEquals, BetaEquals, BetaTurning, Linear
 from ...models.traits import traits_of
 from .allowed_region import Function, crossings, extrema
 from .energy_limits import NotReached, too_low
-from .named_axes import are_named, by_name, checked_energy, checked_sign, checked_values, launching
+from .named_axes import Axes, are_named, by_name, checked_energy, checked_sign, checked_values, launching
 
 ARRAYS = 32
 """Arrays of the size of a grid that lifting it takes at a time."""
@@ -67,11 +66,11 @@ class EnergyGrid(Result):
 @takes(section=section_of, axes=by_name, fixed=by_name)
 @recorded
 def energy_grid(
-    body: Model,
+    body: Dynamics,
     *,
     energy: float | None = None,
-    axes: Mapping[str, ArrayLike] | Sequence[ArrayLike],
-    section: Section | None = None,
+    axes: Axes,
+    section: Section | str | None = None,
     fixed: Mapping[str, float] | None = None,
     solve: str | None = None,
     sign: int = 1,

@@ -12,7 +12,7 @@ from ...base.interruption import Interrupted, keeping
 from ...base.numbers import fits, portion, positive, whole
 from ...base.recipe import recorded
 from ...base.results import put
-from ...base.short_forms import starts_of, takes
+from ...base.short_forms import Starts, starts_of, takes
 from ...base.status import Status
 from ...compile.threads import by_portions
 from ...flows.accuracy import Steps, halved, planned, until
@@ -21,9 +21,9 @@ from ...flows.flow import Flow, Wear
 from ...flows.launch import Report
 from ...flows.motion import Motion, motion
 from ...flows.needs import check_given
-from ...flows.options import Options, Starts, plan, suited
+from ...flows.options import Options, plan, suited
 from ...formulas.section_text import section_of
-from ...models.contracts import Map, Model, Section
+from ...models.contracts import Dynamics, Section
 from ...models.mechanics import slopes
 from ...models.sections import Stroboscopic
 from ...models.traits import traits_of
@@ -45,15 +45,15 @@ SAME = 0.1
 @takes(z0=starts_of, section=section_of, scheme=scheme_of)
 @recorded
 def poincare_map(
-    body: Model | Map,
+    body: Dynamics,
     z0: Starts,
     *,
-    section: Section | None = None,
+    section: Section | str | None = None,
     crossings: int,
     max_time: float | None = None,
     accuracy: float | None = None,
     step: float | np.ndarray | None = None,
-    scheme: Scheme | TimeTransformed | Automatic | None = None,
+    scheme: Scheme | str | TimeTransformed | Automatic | None = None,
     rtol: float = 1e-12,
     atol: float = 1e-12,
     energy_tolerance: float | None = None,

@@ -6,21 +6,21 @@ from dataclasses import dataclass
 from typing import Annotated, Any
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from ...base.axes import along
 from ...base.interruption import keeping
 from ...base.recipe import recorded
 from ...base.results import Result
-from ...base.short_forms import starts_of, takes
+from ...base.short_forms import Starts, starts_of, takes
 from ...base.status import Status
-from ...charts import Chart
+from ...charts.chart import Chart
 from ...compile.threads import checked_threads
 from ...flows.checks import phase_points
 from ...flows.launch import Report, launch, units
 from ...kernels import tori_closed, tori_quadrature
 from ...kernels.tori_closed import TURN, Tori
-from ...models import Body, StackelBody, Zero
+from ...models import Zero
+from ...models.contracts import Model
 from .closed_oscillators import closed_form
 from .separation import Separated, separate
 
@@ -86,10 +86,10 @@ class ActionAngles(Result):
 @takes(z0=starts_of)
 @recorded
 def action_angles(
-    body: Body | StackelBody,
-    z0: ArrayLike,
+    body: Model,
+    z0: Starts,
     *,
-    chart: Chart | None = None,
+    chart: Chart | str | None = None,
     threads: int | None = None,
     report: Report | None = None,
 ) -> ActionAngles:

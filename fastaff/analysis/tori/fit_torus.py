@@ -16,12 +16,12 @@ from numpy.typing import ArrayLike
 from ...base.interruption import keeping
 from ...base.numbers import positive
 from ...base.recipe import recorded
-from ...base.short_forms import takes
+from ...base.short_forms import Starts, takes
 from ...base.status import Status
 from ...flows.checks import checked_model, phase_points
 from ...flows.launch import Report
 from ...flows.options import Options, iterates
-from ...models.contracts import Model
+from ...models.contracts import Dynamics
 from ...models.mechanics import energies
 from ...models.traits import traits_of
 from ...schemes.catalogue import GAUSS16, SOFRONIOU_SPALETTA10, Scheme, scheme_of
@@ -62,13 +62,13 @@ ROUNDS = 4
 @takes(scheme=scheme_of)
 @recorded
 def fit_torus(
-    body: Model,
-    z0: ArrayLike,
+    body: Dynamics,
+    z0: Starts,
     *,
     time: float,
     tolerance: float = 1e-6,
     step: float | None = None,
-    scheme: Scheme | None = None,
+    scheme: Scheme | str | None = None,
     rtol: float = 1e-12,
     atol: float = 1e-12,
     report: Report | None = None,

@@ -14,12 +14,11 @@ from ...base.numbers import numbers, shown
 from ...base.recipe import recorded
 from ...base.results import Result
 from ...base.status import Status
-from ...charts import Chart
+from ...charts.chart import Chart
 from ...compile.threads import checked_threads
 from ...flows.checks import phase_points
 from ...kernels import tori_inverse, tori_quadrature
 from ...kernels.tori_closed import TURN
-from ...models import Body, StackelBody
 from ...models.contracts import Model
 from .action_angles import run_kernel, to_spin
 from .closed_oscillators import closed_energy, closed_form, closed_points
@@ -34,7 +33,7 @@ def from_action_angles(
     J: ArrayLike,
     theta: ArrayLike,
     *,
-    chart: Chart | None = None,
+    chart: Chart | str | None = None,
     near: ArrayLike | None = None,
     threads: int | None = None,
 ) -> np.ndarray:
@@ -120,10 +119,10 @@ class EnergyOfActions(Result):
 
 @recorded
 def energy_of_actions(
-    body: Body | StackelBody,
+    body: Model,
     J: ArrayLike,
     *,
-    chart: Chart | None = None,
+    chart: Chart | str | None = None,
     near: ArrayLike | None = None,
     threads: int | None = None,
 ) -> EnergyOfActions:
