@@ -8,8 +8,9 @@ from typing import Any
 
 from ..base.numbers import real, shown
 from ..models.contracts import WrittenFlow
+from .arguments import text_of
 from .equations import split
-from .formula import Text, text_of
+from .formula import Text
 from .grammar import checked_name
 from .library import RESERVED, Request, generated_class
 

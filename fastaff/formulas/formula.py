@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Mapping, Sequence
 from typing import Any, cast
 
@@ -14,15 +13,14 @@ from ..base.numbers import positive, real, shown
 from ..models import Body
 from ..models.contracts import WrittenModel, WrittenNonseparable
 from ..models.mechanics import slopes
+from .arguments import checked_names, inertia_of, masses_of, text_of, values_of
 from .drive import period_of
-from .grammar import TIME, checked_name, parse
+from .grammar import TIME, parse
 from .laws import written_out
-from .library import RESERVED, Request, generated_class
+from .library import Request, generated_class
 from .map_source import period_texts
 from .variables import VARIABLES
 
-MAX_DEGREES_OF_FREEDOM = 8
-MAX_PARAMETERS = 64
 _SYMPY_LENGTH = 8000
 
 TRIED, SAME = 32, 1e-9
@@ -92,7 +90,7 @@ def formula(
     written, length = _written(law)
     values = values_of(letters, VARIABLES)
     pair = isinstance(mu, (tuple, list)) or (isinstance(mu, np.ndarray) and mu.ndim > 0)
-    inertia = _inertia(mu) if pair else (positive("mu", mu),)
+    inertia = inertia_of(mu) if pair else (positive("mu", mu),)
     request = Request(written, domain, tuple(values), (), "pair" if pair else "mu")
     cls: Any = _class(request, values, length)
     if cls.__name__ == "FormulaPotential":
@@ -228,7 +226,7 @@ def hamiltonian(
         raise ValueError("friction does not go with rotation, magnetic or period: write dz/dt = f(z) as fa.flow")
     conjugate = () if momenta is None else _momenta(momenta, names, masses, rotation, magnetic, friction)
     values = values_of(parameters, (*names, *conjugate, *([] if period is None else [TIME]))) | inside
-    weights = () if masses is None else _masses(masses, len(names))
+    weights = () if masses is None else masses_of(masses, len(names))
     own = period_texts(periods, names)
     if period is not None:
         if rotation is not None or magnetic is not None:
@@ -282,14 +280,14 @@ def _charged(
     if wrong or not potential:
         raise ValueError(f"vector_potential must be of {', '.join(names)}, as {example}, got {shown(dict(potential))}")
     (parameters, period), terms = beside, []
-    weights = {} if masses is None else {f"m_{i + 1}": m for i, m in enumerate(_masses(masses, len(names)))}
+    weights = {} if masses is None else {f"m_{i + 1}": m for i, m in enumerate(masses_of(masses, len(names)))}
     variables = (*names, *([] if period is None else [TIME]))
     parse(V, variables, parameters, length=_SYMPY_LENGTH)
     for name, mass in zip(names, [*weights] or [""] * len(names), strict=True):
         p, entry, argument = f"p_{name}", potential.get(name), f"vector_potential[{name!r}]"
         if name in potential:
             try:
-                field = text_of(entry)
+                field = _written(entry)
             except TypeError:
                 raise TypeError(f"{argument} must be a formula such as 'B*x', got {shown(entry)}") from None
             parse(field, variables, parameters, argument=argument, length=_SYMPY_LENGTH)
@@ -362,31 +360,6 @@ def _written(text: Any) -> tuple[str, int]:
     return text_of(text), 2000 if isinstance(text, str) else _SYMPY_LENGTH
 
 
-def text_of(text: Any) -> str:
-    """Return a formula as text: expressions, of SymPy and of heyoka, go through a tree whitelist."""
-    if isinstance(text, str):
-        return text
-    expression = read_by("expression", text)
-    expression = text if expression is None else expression
-    sympy = sys.modules.get("sympy")
-    if sympy is not None and isinstance(expression, sympy.Expr):
-        from .sympy_bridge import to_text
-
-        return to_text(expression)
-    raise TypeError(
-        f"text must be a formula such as 'C/2*(D1**2 + D2**2)' or a SymPy expression, got {text!r} "
-        f"({type(text).__name__})"
-    )
-
-
-def values_of(parameters: dict[str, Any], variables: tuple[str, ...]) -> dict[str, float]:
-    """Return the parameters of a formula with their numbers, checked."""
-    if len(parameters) > MAX_PARAMETERS:
-        raise ValueError(f"parameters must be at most {MAX_PARAMETERS}, got {len(parameters)}")
-    taken = {*variables, *RESERVED}
-    return {checked_name(name, "parameter", taken): real(name, value) for name, value in parameters.items()}
-
-
 def _turning(given: dict[str, Any], values: dict[str, float], names: tuple[str, ...]) -> list[str | None]:
     """Return rotation, magnetic, friction as formulas of the parameters; a number becomes a parameter of that name."""
     found: list[str | None] = []
@@ -401,41 +374,6 @@ def _turning(given: dict[str, Any], values: dict[str, float], names: tuple[str, 
         values[name] = real(name, entry)
         found.append(name)
     return found
-
-
-def _inertia(mu: Any) -> tuple[float, float]:
-    if len(mu) != 2:
-        raise ValueError(f"mu must be a positive number or a pair of them, got {mu!r}")
-    return positive("mu[0]", mu[0]), positive("mu[1]", mu[1])
-
-
-def checked_names(argument: str, coordinates: Any, taken: Sequence[str] = ()) -> tuple[str, ...]:
-    """Return the names of coordinates, of a text or a sequence, none of which is taken."""
-    if isinstance(coordinates, str):
-        coordinates = coordinates.replace(",", " ").split()
-    if not isinstance(coordinates, Sequence):
-        raise TypeError(f"{argument} must be names such as 'x y', got {coordinates!r} ({type(coordinates).__name__})")
-    if not 1 <= len(coordinates) <= MAX_DEGREES_OF_FREEDOM:
-        raise ValueError(f"{argument} must be 1 to {MAX_DEGREES_OF_FREEDOM} names, got {len(coordinates)}")
-    names: list[str] = []
-    for name in coordinates:
-        what = {"coordinates": "coordinate"}.get(argument, argument)
-        names.append(checked_name(name, what, {*names, *taken, "self", "np"}))
-    return tuple(names)
-
-
-def _masses(masses: Any, count: int) -> tuple[float, ...]:
-    if (
-        not isinstance(masses, (Sequence, np.ndarray))
-        or isinstance(masses, str)
-        or (isinstance(masses, np.ndarray) and masses.ndim != 1)
-    ):
-        raise TypeError(
-            f"masses must be one positive number for each coordinate, got {masses!r} ({type(masses).__name__})"
-        )
-    if len(masses) != count:
-        raise ValueError(f"masses must be {count} positive numbers, one for each coordinate, got {len(masses)}")
-    return tuple(positive(f"masses[{i}]", mass) for i, mass in enumerate(masses))
 
 
 def _class(request: Request, values: dict[str, float], length: int) -> type:

@@ -15,8 +15,8 @@ import numpy as np
 from ..base.interruption import imported
 from ..compile import jit
 from ..models.contracts import WrittenMap
+from .arguments import checked_names, values_of
 from .ceiling import ceiling
-from .formula import checked_names, values_of
 from .grammar import CONSTANTS, FUNCTIONS, Program, parse
 from .library import loaded, rebuild
 from .map_source import TAG, MapRequest, Statements, class_of_map, pairs, period_texts, statements
