@@ -71,7 +71,7 @@ def chosen_steps(flow: Flow, z: np.ndarray, found: Motion, error: np.ndarray) ->
     """
     orbits = z.shape[1]
     rate, pace = found.rate, found.pace
-    first = 2 * FIRST if isinstance(flow.scheme, Nystrom) else FIRST
+    first = 2 * FIRST if isinstance(flow.scheme, Nystrom) else FIRST  # of order 12, whose steps are longer
     step, least, order = first / pace, np.full(orbits, np.nan), np.full(orbits, float(flow.scheme.order))
     coarse, most = np.full((2, orbits), np.nan)
     wanted, todo = np.maximum(error, MEASURABLE), np.arange(orbits)
