@@ -256,7 +256,7 @@ class FrequencyWork:
             flow = _resolving(flow, self.rate, time)
         self.flow, self.angles, self.z0, self.time, self.report = flow, angles, z0, time, report
         self.accuracy, self.fallback = accuracy, fallback
-        self.layout = Layout(angles, flow.model.degrees_of_freedom)
+        self.layout = Layout(angles, flow.model.degrees_of_freedom, flow.traits.periods)
         self.n, self.orbits = len(angles.names), z0.shape[1]
         self.ensemble: Ensemble = flow.ensemble(z0.copy())
         self.found = Found(self.layout, self.orbits, lines)
@@ -386,10 +386,6 @@ class FrequencyWork:
         """Fill in what samples of these orbits say."""
         found = read(self.layout, samples, self.fallback, self.flow.threads)
         self.found.adopt(orbits, found)
-        # How fast an angle goes round is in no line of its loop.
-        turns = np.array(self.flow.traits.periods)[:, None]
-        wound = np.abs(self.ensemble.z[: self.n, orbits] - self.z0[: self.n, orbits]) > turns
-        self.found.vague[orbits] |= ((turns > 0) & wound).any(axis=0) & (self.found.rank[orbits] < self.n)
         if self.found.lines is not None:
             # The first sample is an interval after the start.
             self.found.lines.adopt(orbits, self.layout, samples.run, 1.0)
