@@ -14,11 +14,10 @@ from ..models import Body
 from ..models.mechanics import slopes
 from .drive import period_of
 from .grammar import TIME, checked_name, parse
-from .library import RESERVED, Request, generated_class
+from .library import MAX_DEGREES_OF_FREEDOM, RESERVED, Request, generated_class
 from .map_source import period_texts
 from .variables import VARIABLES
 
-MAX_DEGREES_OF_FREEDOM = 8
 MAX_PARAMETERS = 64
 _SYMPY_LENGTH = 8000
 
@@ -113,7 +112,7 @@ def hamiltonian(
         an expression of heyoka; a potential of gala, or its Hamiltonian in a turning frame, in kpc, Myr and solar
         masses; a potential of galpy in its natural units. These bring their coordinates and parameters.
     coordinates : str or sequence of str, default "x y"
-        1 to 8 names.
+        1 to 16 names.
     momenta : str or sequence of str, optional
         Their momenta: the text is then the whole of H.
     periods : dict of float or str, optional
