@@ -8,7 +8,7 @@ import pytest
 from scipy import stats
 
 import fastaff
-from fastaff.analysis.sections.energy_sample import edge
+from fastaff.analysis.sections.section_edge import edge
 from fastaff.base.status import Status
 from fastaff.models.mechanics import energies
 

@@ -14,9 +14,9 @@ from ..analysis.chaos.indicators import MEGNO, Lyapunov
 from ..analysis.frequencies.frequency_map import frequency_map
 from ..analysis.orbits.integrate import integrate
 from ..analysis.sections.energy_grid import lift
-from ..analysis.sections.energy_sample import edge
 from ..analysis.sections.islands import rotation_number
 from ..analysis.sections.poincare_map import poincare_map
+from ..analysis.sections.section_edge import edge
 from ..base.status import Status
 from ..flows.checks import checked_model
 from ..flows.coordinates import chart_row
@@ -253,8 +253,7 @@ class Answers:
         """Return the section coordinates (2, ...) of states (2n, ...)."""
         if isinstance(self.section, Plane):
             return self.section.projected(z)
-        names = list(traits_of(self.body).names)
-        rows = {**dict(zip([*names, *(f"p_{name}" for name in names)], z))}
+        rows = dict(zip(traits_of(self.body).row_names, z))
         found = [rows[name] if name in rows else chart_row(z, name) for name in self.names]
         return np.array(found)
 

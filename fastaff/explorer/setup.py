@@ -153,7 +153,7 @@ def plane_record(model: Any, fixed: Any, grid: Any = None) -> dict[str, Any]:
 def job_record(body: Any) -> dict[str, Any] | None:
     """Return the keys of a job's table [model] that name a system, without its parameters; None where none do."""
     found = described(body)
-    keys = ("model", "formula", "hamiltonian", "map", "angles", "coordinates", "domain", "period")
+    keys = ("model", "formula", "hamiltonian", "map", "angles", "coordinates", "momenta", "domain", "period")
     return None if found is None else {key: getattr(found, key) for key in keys if getattr(found, key) is not None}
 
 

@@ -2,38 +2,47 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from ..base.foreign import System, read_by
 from ..base.numbers import positive, real, shown
 from ..models import Body
+from ..models.contracts import WrittenModel, WrittenNonseparable
 from ..models.mechanics import slopes
+from .arguments import checked_names, inertia_of, masses_of, text_of, values_of
 from .drive import period_of
-from .grammar import TIME, checked_name, parse
-from .library import RESERVED, Request, generated_class
+from .grammar import TIME, parse
+from .laws import written_out
+from .library import Request, generated_class
 from .map_source import period_texts
 from .variables import VARIABLES
 
-MAX_DEGREES_OF_FREEDOM = 8
-MAX_PARAMETERS = 64
 _SYMPY_LENGTH = 8000
 
 TRIED, SAME = 32, 1e-9
 """Points at which a system's periods are tried, and the change of its equations that counts as none."""
 
 
-def formula(text: Any, /, *, mu: Any = 1.0, domain: str | None = None, **parameters: float) -> Any:
+Text = str | object
+"""A formula as text; else an expression of SymPy, or a potential or expression of another tool."""
+
+
+def formula(
+    text: Text, /, *, mu: float | Sequence[float] = 1.0, domain: str | None = None, **parameters: float
+) -> WrittenModel:
     """Make a body from its potential energy V, written as one line of mathematics; the derivatives are exact.
 
     Parameters
     ----------
     text : str or SymPy expression
         V in the variables D1, D2; alpha, beta; r, vartheta; rho; x, y, z, u (phi = [[x, y], [z, u]]); a1, a2, b1, b2,
-        which may be mixed; with numbers, pi, ``+ - * / **``, sqrt exp log sin cos tan sinh cosh tanh asin acos atan.
+        which may be mixed; with numbers, pi, ``+ - * / **``, sqrt exp log sin cos tan sinh cosh tanh asin acos atan. Or
+        the name of a hyperelastic law in plane strain: "mooney-rivlin" (c10, c01, K), "ogden" (a1, m1, a2, m2, ..., K),
+        "gent" (G, Jm, K), "hencky" and "saint-venant-kirchhoff" (G, lam); G is the shear modulus, mu the inertia.
     mu : float or pair of floats, default 1
         Inertia, or (mu_1, mu_2) for T = (mu_1 (x'^2 + z'^2) + mu_2 (y'^2 + u'^2))/2.
     domain : str, optional
@@ -77,25 +86,26 @@ def formula(text: Any, /, *, mu: Any = 1.0, domain: str | None = None, **paramet
     >>> body.potential.C, body.mu
     (1.0, 1.0)
     """
-    written, length = _written(text)
-    values = values_of(parameters, VARIABLES)
+    law, letters = written_out(text, parameters)
+    written, length = _written(law)
+    values = values_of(letters, VARIABLES)
     pair = isinstance(mu, (tuple, list)) or (isinstance(mu, np.ndarray) and mu.ndim > 0)
-    inertia = _inertia(mu) if pair else (positive("mu", mu),)
+    inertia = inertia_of(mu) if pair else (positive("mu", mu),)
     request = Request(written, domain, tuple(values), (), "pair" if pair else "mu")
     cls: Any = _class(request, values, length)
     if cls.__name__ == "FormulaPotential":
-        return Body(cls(**values), inertia[0])
+        return cast(WrittenModel, Body(cls(**values), inertia[0]))
     return cls(*values.values(), *inertia)
 
 
 def hamiltonian(
-    text: Any,
+    text: Text,
     /,
     *,
     coordinates: str | Sequence[str] = "x y",
     momenta: str | Sequence[str] | None = None,
     periods: Mapping[str, float | str] | None = None,
-    masses: Any = None,
+    masses: ArrayLike | None = None,
     domain: str | None = None,
     rotation: float | str | None = None,
     magnetic: float | str | None = None,
@@ -103,7 +113,7 @@ def hamiltonian(
     period: float | str | None = None,
     friction: float | str | None = None,
     **parameters: float,
-) -> Any:
+) -> WrittenModel | WrittenNonseparable:
     """Make a system with ``H = sum p_i^2/2 m_i + V(q)``, or a V(q, t) periodic in t, from V written as one line of
     text; or with any H(q, p) or H(q, p, t), written with its momenta.
 
@@ -159,10 +169,10 @@ def hamiltonian(
 
     Notes
     -----
-    H with momenta that is T(p) + V(q), T quadratic, becomes the same model as without, with the same bits. Any other
-    is of the kind "H(q, p)": its schemes are GAUSS16 (default) and GAUSS8, symplectic, and DOP853 and VERNER9; energies
-    are not split, so launching by energy is refused. Where T is quadratic and what is linear in p is Omega (y p_x - x
-    p_y) of equal masses, as of a uniform field in the symmetric gauge, it is the model of a rotation, with exact turns.
+    H with momenta that is T(p) + V(q), T quadratic, becomes the same model as without, with the same bits; with a term
+    -Omega (x p_y - y p_x) of the first two coordinates, round in their momenta, that of `rotation`, which turns
+    exactly. Any other is of the kind "H(q, p)": its schemes are GAUSS16 (default) and GAUSS8, symplectic, and DOP853
+    and VERNER9.
 
     A driven system of n coordinates moves in the phase space extended by the time: rows q, t, p, p_t. p_t takes up the
     work of the drive, so T + V + p_t is conserved and its error is checked like an energy. Starts of 2n rows have t = 0
@@ -196,7 +206,13 @@ def hamiltonian(
     """
     given = read_by("system", text)
     if given is not None:
-        beside = {"masses": masses, "rotation": rotation, "magnetic": magnetic, "period": period, "friction": friction}
+        beside: dict[str, Any] = {
+            "masses": masses,
+            "rotation": rotation,
+            "magnetic": magnetic,
+            "period": period,
+            "friction": friction,
+        }
         beside |= {"domain": domain, "momenta": momenta, "periods": periods, "vector_potential": vector_potential}
         return _taken(given, coordinates, beside, parameters)
     written, length = _written(text)
@@ -210,8 +226,8 @@ def hamiltonian(
         raise ValueError("friction does not go with rotation, magnetic or period: write dz/dt = f(z) as fa.flow")
     conjugate = () if momenta is None else _momenta(momenta, names, masses, rotation, magnetic, friction)
     values = values_of(parameters, (*names, *conjugate, *([] if period is None else [TIME]))) | inside
-    weights = () if masses is None else _masses(masses, len(names))
-    own = period_texts(periods, names, values)
+    weights = () if masses is None else masses_of(masses, len(names))
+    own = period_texts(periods, names)
     if period is not None:
         if rotation is not None or magnetic is not None:
             raise ValueError(
@@ -264,14 +280,14 @@ def _charged(
     if wrong or not potential:
         raise ValueError(f"vector_potential must be of {', '.join(names)}, as {example}, got {shown(dict(potential))}")
     (parameters, period), terms = beside, []
-    weights = {} if masses is None else {f"m_{i + 1}": m for i, m in enumerate(_masses(masses, len(names)))}
+    weights = {} if masses is None else {f"m_{i + 1}": m for i, m in enumerate(masses_of(masses, len(names)))}
     variables = (*names, *([] if period is None else [TIME]))
     parse(V, variables, parameters, length=_SYMPY_LENGTH)
     for name, mass in zip(names, [*weights] or [""] * len(names), strict=True):
         p, entry, argument = f"p_{name}", potential.get(name), f"vector_potential[{name!r}]"
         if name in potential:
             try:
-                field = text_of(entry)
+                field = _written(entry)
             except TypeError:
                 raise TypeError(f"{argument} must be a formula such as 'B*x', got {shown(entry)}") from None
             parse(field, variables, parameters, argument=argument, length=_SYMPY_LENGTH)
@@ -346,31 +362,6 @@ def _written(text: Any) -> tuple[str, int]:
     return text_of(text), 2000 if isinstance(text, str) else _SYMPY_LENGTH
 
 
-def text_of(text: Any) -> str:
-    """Return a formula as text: expressions, of SymPy and of heyoka, go through a tree whitelist."""
-    if isinstance(text, str):
-        return text
-    expression = read_by("expression", text)
-    expression = text if expression is None else expression
-    sympy = sys.modules.get("sympy")
-    if sympy is not None and isinstance(expression, sympy.Expr):
-        from .sympy_bridge import to_text
-
-        return to_text(expression)
-    raise TypeError(
-        f"text must be a formula such as 'C/2*(D1**2 + D2**2)' or a SymPy expression, got {text!r} "
-        f"({type(text).__name__})"
-    )
-
-
-def values_of(parameters: dict[str, Any], variables: tuple[str, ...]) -> dict[str, float]:
-    """Return the parameters of a formula with their numbers, checked."""
-    if len(parameters) > MAX_PARAMETERS:
-        raise ValueError(f"parameters must be at most {MAX_PARAMETERS}, got {len(parameters)}")
-    taken = {*variables, *RESERVED}
-    return {checked_name(name, "parameter", taken): real(name, value) for name, value in parameters.items()}
-
-
 def _turning(given: dict[str, Any], values: dict[str, float], names: tuple[str, ...]) -> list[str | None]:
     """Return rotation, magnetic, friction as formulas of the parameters; a number becomes a parameter of that name."""
     found: list[str | None] = []
@@ -385,41 +376,6 @@ def _turning(given: dict[str, Any], values: dict[str, float], names: tuple[str, 
         values[name] = real(name, entry)
         found.append(name)
     return found
-
-
-def _inertia(mu: Any) -> tuple[float, float]:
-    if len(mu) != 2:
-        raise ValueError(f"mu must be a positive number or a pair of them, got {mu!r}")
-    return positive("mu[0]", mu[0]), positive("mu[1]", mu[1])
-
-
-def checked_names(argument: str, coordinates: Any, taken: Sequence[str] = ()) -> tuple[str, ...]:
-    """Return the names of coordinates, of a text or a sequence, none of which is taken."""
-    if isinstance(coordinates, str):
-        coordinates = coordinates.replace(",", " ").split()
-    if not isinstance(coordinates, Sequence):
-        raise TypeError(f"{argument} must be names such as 'x y', got {coordinates!r} ({type(coordinates).__name__})")
-    if not 1 <= len(coordinates) <= MAX_DEGREES_OF_FREEDOM:
-        raise ValueError(f"{argument} must be 1 to {MAX_DEGREES_OF_FREEDOM} names, got {len(coordinates)}")
-    names: list[str] = []
-    for name in coordinates:
-        what = {"coordinates": "coordinate"}.get(argument, argument)
-        names.append(checked_name(name, what, {*names, *taken, "self", "np"}))
-    return tuple(names)
-
-
-def _masses(masses: Any, count: int) -> tuple[float, ...]:
-    if (
-        not isinstance(masses, (Sequence, np.ndarray))
-        or isinstance(masses, str)
-        or (isinstance(masses, np.ndarray) and masses.ndim != 1)
-    ):
-        raise TypeError(
-            f"masses must be one positive number for each coordinate, got {masses!r} ({type(masses).__name__})"
-        )
-    if len(masses) != count:
-        raise ValueError(f"masses must be {count} positive numbers, one for each coordinate, got {len(masses)}")
-    return tuple(positive(f"masses[{i}]", mass) for i, mass in enumerate(masses))
 
 
 def _class(request: Request, values: dict[str, float], length: int) -> type:

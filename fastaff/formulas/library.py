@@ -233,27 +233,35 @@ def _derive_hamiltonian(request: Request, programs: tuple[Program, Program | Non
     periods = [sympy.Integer(0) if p is None else to_sympy(p, names) for p in request.period_programs()]
     inertia = None
     if request.momenta:
-        p, q = ([own[name] for name in part] for part in (request.momenta, request.coordinates))
+        p = [own[name] for name in request.momenta]
         found = separated(V, walls, p, request.coordinates)
-        turning = in_turning_frame(V, walls, p, q) if found is None and period is None else None
-        if turning is not None:
-            V, inertia, omega = turning
-            return hamiltonian_model(description, V, walls, masses=False, omega=omega, inertia=inertia, periods=periods)
+        turned = None if found or period is not None else in_turning_frame(V, walls, p, request.coordinates)
+        if turned is not None:
+            rest, omega, inertia = turned
+            return hamiltonian_model(
+                description,
+                rest,
+                walls,
+                masses=False,
+                omega=omega,
+                inertia=inertia,
+                periods=periods,
+                momenta=request.momenta,
+            )
         if found is None:
             momenta = (*request.momenta, *(["p_t"] if period is not None else []))
             own |= {name: sympy.Symbol(name, real=True) for name in momenta}
             return nonseparable_model(description, V, walls, own, momenta, periods, period)
         V, inertia = found
+    more: dict[str, Any] = {"inertia": inertia, "periods": periods, "momenta": request.momenta}
     if period is not None:
-        return driven_model(description, V, walls, period, masses=masses, inertia=inertia, periods=periods)
+        return driven_model(description, V, walls, period, masses=masses, **more)
     parts = {name: to_sympy(part, names) for name, part in request.turning_programs().items()}
     damping = parts.pop("friction", None)
     mass = sympy.Symbol("self.m_1", real=True) if masses else sympy.Integer(1)
     V, omega = in_frame(V, [own[name] for name in request.coordinates], parts, mass)
     turns = omega if parts else None
-    return hamiltonian_model(
-        description, V, walls, masses=masses, omega=turns, damping=damping, inertia=inertia, periods=periods
-    )
+    return hamiltonian_model(description, V, walls, masses=masses, omega=turns, damping=damping, **more)
 
 
 def in_frame(V: Any, places: Sequence[Any], parts: Mapping[str, Any], mass: Any) -> tuple[Any, Any]:

@@ -14,8 +14,9 @@ import numpy as np
 
 from ..base.interruption import imported
 from ..compile import jit
+from ..models.contracts import WrittenMap
+from .arguments import checked_names, values_of
 from .ceiling import ceiling
-from .formula import checked_names, values_of
 from .grammar import CONSTANTS, FUNCTIONS, Program, parse
 from .library import loaded, rebuild
 from .map_source import TAG, MapRequest, Statements, class_of_map, pairs, period_texts, statements
@@ -36,7 +37,7 @@ def mapping(
     periods: Mapping[str, float | str] | None = None,
     domain: str | None = None,
     **parameters: float,
-) -> Any:
+) -> WrittenMap:
     """Make a map from text; its derivative is exact.
 
     Parameters
@@ -107,7 +108,7 @@ def untried(
     values = values_of(dict(parameters), ())
     found = statements(text, tuple(values))
     q, p = _paired(found.variables, coordinates, momenta)
-    request = MapRequest(TAG, text, domain, tuple(values), q, p, period_texts(periods, (*q, *p), values))
+    request = MapRequest(TAG, text, domain, tuple(values), q, p, period_texts(periods, (*q, *p)))
     cls: Any = _class(request, found, values)
     return cls(*values.values())
 

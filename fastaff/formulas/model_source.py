@@ -287,9 +287,11 @@ def hamiltonian_model(
     damping: Any = None,
     inertia: Inertia | None = None,
     periods: Sequence[Any] = (),
+    momenta: Sequence[str] = (),
 ) -> str:
     """Return the text of a system of particles on lines: T = sum p_i^2/2 m_i + V(q), or T of an inertia, perhaps in a
-    frame that turns at the rate omega, or with friction at the rate damping; periods: of its rows, if it has some.
+    frame that turns at the rate omega, or with friction at the rate damping; periods: of its rows, if it has some;
+    momenta: their names, if they have some.
     """
     more: Sequence[str] = ()
     if omega is not None:
@@ -308,7 +310,7 @@ def hamiltonian_model(
         angles="Loops()",
         before=loops(d.coordinates),
         imports="\nfrom fastaff.models.contracts import Kind\n" if more else "",
-        more=[*more, *_periods(periods)],
+        more=[*more, *_periods(periods), *_names_of(momenta)],
     )
 
 
@@ -329,6 +331,7 @@ def driven_model(
     masses: bool,
     inertia: Inertia | None = None,
     periods: Sequence[Any] = (),
+    momenta: Sequence[str] = (),
 ) -> str:
     """Return the text of a driven system of particles on lines: T = sum p_i^2/2 m_i + V(q, t), or T of an inertia, in
     the phase space that is extended by the time, the last coordinate, and its momentum. Its period is a field where
@@ -339,6 +342,7 @@ def driven_model(
     fields, more = period_methods(time, period, inertia.fields)
     inertia = inertia._replace(fields=fields)
     more += [constant("kind", "What the motion is made of.", "Kind.DRIVEN"), *_periods(periods)]
+    more += _names_of((*momenta, "p_t") if momenta else ())
     return model(
         "FormulaHamiltonian",
         f"{len(own)} driven degrees of freedom, T = {'sum p_i^2/2 m_i' if masses else '|p|^2/2'}",
@@ -375,6 +379,37 @@ def _periods(periods: Sequence[Any]) -> list[str]:
     return [method("periods", (), doc, lines, lines.add(periods))] if any(p != 0 for p in periods) else []
 
 
+def _names_of(momenta: Sequence[str]) -> list[str]:
+    """Return the constant of the names of momenta where they have some."""
+    doc = f"Names of the last {len(momenta)} rows of z."
+    return [constant("momenta", doc, repr(tuple(momenta)))] if momenta else []
+
+
+def in_turning_frame(
+    H: Any, walls: Sequence[Any], momenta: Sequence[Any], coordinates: Sequence[str]
+) -> tuple[Any, Any, Inertia] | None:
+    """Return V(q), the rate w and the inertia of H = T(p) + V(q) - w (x p_y - y p_x), with T quadratic and round in the
+    momenta of the first two coordinates x, y; None where it is not of that form.
+    """
+    import sympy
+
+    if len(momenta) < 2:
+        return None
+    x, y = (sympy.Symbol(name, real=True) for name in coordinates[:2])
+    parts = sympy.Add.make_args(H)
+    mixed = sympy.expand(sympy.Add(*(part for part in parts if part.free_symbols & {*momenta})))
+    rate = -mixed.diff(momenta[1], x)
+    rest = sympy.expand(mixed + rate * (x * momenta[1] - y * momenta[0]))
+    W = [[sympy.simplify(rest.diff(one, other)) for other in momenta] for one in momenta[:2]]
+    round_ = W[0][0] == W[1][1] and not any(w != 0 for i, row in enumerate(W) for j, w in enumerate(row) if i != j)
+    varied = {*momenta, *(sympy.Symbol(name, real=True) for name in coordinates)}
+    if rate == 0 or rate.free_symbols & varied or not round_:
+        return None
+    others = (part for part in parts if not part.free_symbols & {*momenta})
+    found = separated(sympy.Add(*others, rest), walls, momenta, coordinates)
+    return None if found is None else (found[0], rate, found[1])
+
+
 def separated(
     H: Any, walls: Sequence[Any], momenta: Sequence[Any], coordinates: Sequence[str]
 ) -> tuple[Any, Inertia] | None:
@@ -396,30 +431,6 @@ def separated(
         if not (mixed or rest != 0 or any(row[i] == 0 for i, row in enumerate(W)) or _bounded(walls, momenta)):
             return sympy.Add(*(part for part in sums if part not in own)), _quadratic_inertia(W, coordinates)
     return None
-
-
-def in_turning_frame(
-    H: Any, walls: Sequence[Any], momenta: Sequence[Any], places: Sequence[Any]
-) -> tuple[Any, Inertia, Any] | None:
-    """Return V(q), the inertia and Omega of H = T(p) + V(q) - Omega (x p_y - y p_x), with T of one mass for the first
-    two coordinates x, y; None where it is not of that form.
-    """
-    import sympy
-
-    if len(places) < 2 or _bounded(walls, momenta):
-        return None
-    rest, slopes = dict.fromkeys(momenta, 0), [H.diff(p) for p in momenta]
-    W = [[slope.diff(other) for other in momenta] for slope in slopes]
-    entries, free = [w for row in W for w in row], {*momenta, *places}
-    apart = all(W[i][j] == 0 for i in range(len(W)) for j in range(i))
-    if not apart or any(w.free_symbols & free for w in entries) or 0 in [W[i][i] for i in range(len(W))]:
-        return None
-    first, second, *others = (sympy.expand(slope.xreplace(rest)) for slope in slopes)
-    omega = first.diff(places[1])
-    turned = sympy.expand(first - omega * places[1]) == 0 == sympy.expand(second + omega * places[0])
-    if not turned or any(others) or omega == 0 or omega.free_symbols & free or sympy.expand(W[0][0] - W[1][1]) != 0:
-        return None
-    return H.xreplace(rest), _quadratic_inertia(W, [str(place) for place in places]), omega
 
 
 def _coupled(H: Any, momenta: Sequence[Any]) -> bool:

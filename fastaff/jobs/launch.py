@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import re
 from dataclasses import dataclass, replace
 from typing import Any, NamedTuple, Protocol
 
@@ -11,6 +12,7 @@ import numpy as np
 from ..analysis.sections.energy_grid import ARRAYS, EnergyGrid, NotReached, checked_surface, grid_of, lift
 from ..analysis.sections.energy_sample import EnergySample, drawn, on_section, sample_of, source_of
 from ..analysis.sections.named_axes import Launching, checked_energy, launching
+from ..analysis.sections.section_edge import edge as section_edge
 from ..base.names import pairs
 from ..base.numbers import fits
 from ..formulas.number import number
@@ -86,7 +88,7 @@ class Starts:
             fits("--orbits", self.orbits, itemsize=1)
         if self.seed < 0:
             raise Wrong(f"--seed must be at least 0, got {self.seed}")
-        if self.by_name or section is None or not traits_of(body).launches or not on_section(body, section):
+        if self.by_name or section is None or not traits_of(body).conserves or not on_section(body, section):
             return self._by_name(body, section, surface)
         cells = _cells(self.grid or default)
         fits("--grid", *cells, itemsize=1)
@@ -95,7 +97,7 @@ class Starts:
         where = Where(body, section, *checked_surface(body, section, surface.energy, surface.p_eta, surface.p_gamma))
         edge, ranges = None, given
         try:
-            edge = energy_sample.edge(body, section, energy=where.energy, p_eta=where.p_eta, p_gamma=where.p_gamma)
+            edge = section_edge(body, section, energy=where.energy, p_eta=where.p_eta, p_gamma=where.p_gamma)
             ranges = [mine or found for mine, found in zip(given, edge.axes)]
         except ValueError as problem:
             if None in ranges:
@@ -125,7 +127,7 @@ class Starts:
             raise Wrong(f"give --microcanonical or --{'at-rest' if self.at_rest else 'solve'}, not both")
         if self.microcanonical and self.orbits is None:
             raise Wrong("--microcanonical needs --orbits, how many are drawn")
-        free = not traits_of(body).launches
+        free = not traits_of(body).conserves
         here = None if free or self.microcanonical or self.at_rest or self.solve is not None else section
         sign = -1 if surface.direction == "-1" and (self.solve is not None) else 1
         fixed = {name: number(f"--fixed {name}", text) for name, text in pairs("--fixed", self.fixed or (), "VALUE")}
@@ -144,7 +146,7 @@ class Starts:
             made = launching(body, checked_energy(body, surface.energy), tuple(parts), here, *taken)
             return NamedCells(made, tuple(parts.values()))
         except (ValueError, TypeError) as problem:
-            text = str(problem)
+            text = re.sub(r"axes=\{(.*)\}", _flags_of_axes, str(problem))
             raise Wrong(f"--{text}" if text.split(" ")[0] in BY_NAME else text) from None
 
     def ranges(self) -> list[Any]:
@@ -382,6 +384,11 @@ def some(launch: Launch, count: int) -> np.ndarray:
             raise NotReached("the energy reaches no point of the launch set: it is below the minimum there") from None
     z0 = np.concatenate(found, axis=1)
     return np.ascontiguousarray(z0[:, np.unique(np.linspace(0, z0.shape[1] - 1, count).astype(np.int64))])
+
+
+def _flags_of_axes(found: re.Match[str]) -> str:
+    """Return the flags for ranges of rows that a sentence names as a dict."""
+    return " ".join(f"--axes {name}=LOW:HIGH" for name in re.findall(r'"(\w+)":', found[1]) or ["NAME"])
 
 
 def _range(option: str, text: str | None) -> tuple[float, float] | None:

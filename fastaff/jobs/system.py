@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -36,14 +37,21 @@ MAPS = {
 }
 """Maps by name, whose parameters are given by --parameter."""
 
+SYSTEMS = {"double-pendulum": "DoublePendulum"}
+"""Systems H(q, p) by name, whose parameters are given by --parameter too."""
+
+OWN = (*MODELS, *MAPS, *SYSTEMS)
+"""All models by name."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class Model:
     """The body."""
 
     model: str | None = None
-    """harmonic, anharmonic, hyperelastic (parameter C), heavy-top (C, A), neo-hookean (G, K), henon-heiles (lam); maps,
-    with --parameter: standard-map, henon-map, mcmillan-map, froeschle-map, one-turn-map. [neo-hookean]
+    """harmonic, anharmonic, hyperelastic (parameter C), heavy-top (C, A), neo-hookean (G, K), henon-heiles (lam); with
+    --parameter double-pendulum, and maps: standard-map, henon-map, mcmillan-map, froeschle-map, one-turn-map.
+    [neo-hookean]
     """
     C: float | None = None
     """Stiffness of harmonic, anharmonic, hyperelastic and heavy-top [1]."""
@@ -58,13 +66,19 @@ class Model:
     formula: str | None = None
     """Potential energy of a body of your own, such as `C/2*(D1**2+D2**2) + C/(D1*D2)`, instead of a model."""
     hamiltonian: str | None = None
-    """Potential energy of a system p^2/2 + V of your own, such as `(x**2+y**2)/2 + x**2*y - y**3/3`."""
+    """Potential energy of a system p^2/2 + V of your own, such as `(x**2+y**2)/2 + x**2*y - y**3/3`; with --momenta the
+    whole of H.
+    """
     map: str | None = None
     """Map of your own, such as `p1 = p + K*sin(x); x1 = x + p1`."""
     angles: list[str] | None = None
-    """NAME=PERIOD of a variable of --map that winds, such as `x=2*pi`; once for each."""
+    """NAME=PERIOD of a variable of --map that winds, or a coordinate of --hamiltonian that is an angle, such as
+    `x=2*pi`; once for each.
+    """
     coordinates: str | None = None
     """Coordinates of --hamiltonian ["x y"] or of --map [by their names]."""
+    momenta: str | None = None
+    """Momenta in the text of --hamiltonian, one for each coordinate, such as "p1 p2": any H(q, p)."""
     rotation: str | None = None
     """Rate at which the frame of the first two coordinates of --hamiltonian turns, a number or a formula."""
     magnetic: str | None = None
@@ -88,17 +102,17 @@ class Model:
         import fastaff
 
         given = {name: getattr(self, name) for name in ("C", "A", "G", "K", "lam") if getattr(self, name) is not None}
-        if self.angles is not None and self.map is None:
-            raise Wrong("--angles belongs to --map")
+        if self.angles is not None and self.map is None and self.hamiltonian is None:
+            raise Wrong("--angles belongs to --map or --hamiltonian")
         if any(entry is not None for entry in self._texts):
             return self._own(given)
-        key = named("--model", self.model or "neo-hookean", {**MODELS, **MAPS})
-        letters = () if key in MAPS else ("parameter",)
-        for name in ("coordinates", "domain", "rotation", "magnetic", "friction", "period", *letters):
+        key = named("--model", self.model or "neo-hookean", OWN)
+        letters = ("parameter",) if key in MODELS else ()
+        for name in ("coordinates", "momenta", "domain", "rotation", "magnetic", "friction", "period", *letters):
             if getattr(self, name) is not None:
                 raise Wrong(f"--{name} belongs to --formula, --hamiltonian, --map or --flow")
-        if key in MAPS:
-            return self._named_map(key, given)
+        if key not in MODELS:
+            return self._by_parameters(key, given)
         kind, names = MODELS[key]
         for name in given:
             if name not in names:
@@ -113,13 +127,13 @@ class Model:
 
     def canonical(self) -> Model:
         """Return the same with the model's name as it is written here."""
-        return self if self.model is None else replace(self, model=spelled(self.model, {**MODELS, **MAPS}))
+        return self if self.model is None else replace(self, model=spelled(self.model, OWN))
 
-    def _named_map(self, key: str, given: dict[str, float]) -> Any:
-        """Return one of the maps of the package."""
+    def _by_parameters(self, key: str, given: dict[str, float]) -> Any:
+        """Return one of the maps of the package, or of the systems H(q, p)."""
         from .. import models
 
-        kind: Any = getattr(models, MAPS[key])
+        kind: Any = getattr(models, {**MAPS, **SYSTEMS}[key])
         values = self._values() | given
         for name in values:
             if name not in kind._fields:
@@ -133,7 +147,18 @@ class Model:
         values: dict[str, float] = {}
         for name, text in pairs("--parameter", self.parameter or (), "VALUE with a number, for example C=1.5"):
             values[name] = number(f"--parameter {name}", text)
-            if name in ("mu", "domain", "coordinates", "masses", "rotation", "magnetic", "friction", "period"):
+            if name in (
+                "mu",
+                "domain",
+                "coordinates",
+                "momenta",
+                "periods",
+                "masses",
+                "rotation",
+                "magnetic",
+                "friction",
+                "period",
+            ):
                 raise Wrong(
                     f"--parameter {name}=...: {name} is an option of its own, --{name}, or has a meaning: choose "
                     "another letter"
@@ -155,10 +180,12 @@ class Model:
             )
         if self.flow is not None and self.coordinates is not None:
             raise Wrong("--coordinates belongs to --hamiltonian; the variables of --flow are those of its equations")
-        for name in ("rotation", "magnetic", "friction", "period"):
+        for name in ("rotation", "magnetic", "friction", "period", "momenta"):
             if self.hamiltonian is None and getattr(self, name) is not None:
                 raise Wrong(
                     f"--{name} belongs to --hamiltonian: the coordinates of a body do not turn, nor is it driven"
+                    if name != "momenta"
+                    else "--momenta belongs to --hamiltonian, as the names of momenta in its text"
                 )
         if self.formula is None and self.mu != 1.0:
             raise Wrong(
@@ -175,6 +202,8 @@ class Model:
                 else ""
             )
             said = str(problem).replace("text: ", f"{option}: ", 1).replace("text must", f"{option} must", 1)
+            if self.hamiltonian is not None:
+                said = re.sub("^(coordinates|momenta) must", r"--\1 must", re.sub("^periods", "--angles", said))
             raise Wrong(said + more) from None
 
     def _made(self, values: dict[str, float]) -> Any:
@@ -186,13 +215,14 @@ class Model:
             raise Wrong("this version of fastaff has no formulas")
         if self.flow is not None:
             return fastaff.flow(self.flow, domain=self.domain, **values)
+        periods = dict(pairs("--angles", self.angles or (), "PERIOD")) or None
         if self.map is not None:
-            periods = dict(pairs("--angles", self.angles or (), "PERIOD")) or None
             how: dict[str, Any] = {"coordinates": self.coordinates, "periods": periods, "domain": self.domain, **values}
             return fastaff.mapping(self.map, **how)
         if self.formula is None:
             own = {name: _rate(getattr(self, name)) for name in ("rotation", "magnetic", "friction", "period")}
-            return maker(self.hamiltonian, coordinates=self.coordinates or "x y", domain=self.domain, **own, **values)
+            rows = {"coordinates": self.coordinates or "x y", "momenta": self.momenta, "periods": periods}
+            return maker(self.hamiltonian, **rows, domain=self.domain, **own, **values)
         return maker(self.formula, mu=self.mu, domain=self.domain, **values)
 
 
@@ -269,7 +299,7 @@ def described(value: Any) -> Model | None:
     text = getattr(inner, "formula", None)
     found = None
     request = (*getattr(value, "_request", ()), *[None] * 11)
-    if text is not None and (traits.iterated or not any(request[9:11])):  # tables know no momenta in the text
+    if text is not None:
         rates = {"rotation": request[5], "magnetic": request[6], "friction": request[8]}
         rotation, magnetic, friction = (repr(fields.pop(name)) if how == name else how for name, how in rates.items())
         parameter = [f"{name}={entry!r}" for name, entry in fields.items()] or None
@@ -294,8 +324,12 @@ def described(value: Any) -> Model | None:
                 said = fields.pop("period", None)
                 period = Request(*value._request).period if said is None else repr(said)
                 parameter = [f"{name}={entry!r}" for name, entry in fields.items()] or None
+            made = Request(*value._request)
+            angles = [f"{name}={text}" for name, text in zip(made.coordinates, made.periods) if text]
             found = Model(
                 hamiltonian=text,
+                momenta=" ".join(made.momenta) or None,
+                angles=angles or None,
                 coordinates=coordinates,
                 parameter=parameter,
                 domain=domain,
@@ -306,7 +340,7 @@ def described(value: Any) -> Model | None:
             )
     else:
         keys = [key for key, (kind, _) in MODELS.items() if type(inner) is getattr(fastaff, kind)]
-        maps = [key for key, kind in MAPS.items() if type(value) is getattr(fastaff.models, kind)]
+        maps = [key for key, kind in {**MAPS, **SYSTEMS}.items() if type(value) is getattr(fastaff.models, kind)]
         if maps:
             found = Model(model=maps[0], parameter=[f"{name}={entry!r}" for name, entry in fields.items()])
         if keys:

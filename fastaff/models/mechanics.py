@@ -110,6 +110,14 @@ def inverse_masses(model: Any, z: np.ndarray) -> np.ndarray:
         )
 
 
+def momentum_form(model: Any, q: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return W (n, n, ...), v (n, ...) and H (...) over places q (n, ...) of H(q, p) = H + v.p + p.W p/2."""
+    n, z = len(q), np.concatenate([q, np.zeros_like(q)])
+    W = tangent_slopes(model, z[:, None], np.eye(2 * n)[:, n:].reshape(2 * n, n, *[1] * (q.ndim - 1)))[:n]
+    with np.errstate(all="ignore"):
+        return W, velocities(model, z), energies(model, z)
+
+
 def tangent_slopes(model: Any, z: np.ndarray, w: np.ndarray) -> np.ndarray:
     """Return the change of dz/dt (2n, ...) of H(q, p) along vectors w (2n, ...) at phase points z (2n, ...)."""
     with np.errstate(all="ignore"):

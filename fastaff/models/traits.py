@@ -50,11 +50,6 @@ class Traits:
         """Whether its motion conserves an energy, of a driven one H + p_t."""
         return self.energetic and not self.friction
 
-    @property
-    def launches(self) -> bool:
-        """Whether starts are found by an energy: it is conserved, and split into T(p) and V(q)."""
-        return self.conserves and self.separable
-
     @cached_property
     def symplectic(self) -> bool:
         """Whether its motion conserves the symplectic form; of a map to rounding, at random points."""
@@ -128,6 +123,42 @@ class Traits:
             v, rest, change = (np.array(self.model.velocity(*at))[: self.moving] for at in (p, p + d, d))
         rest = rest - v - change
         return bool(np.abs(rest).max() <= 1e-12 * np.abs(v).max())
+
+    @cached_property
+    def of_degree_two(self) -> bool:
+        """Whether H is of second degree in the momenta over each place, found at random points of all sizes."""
+        return self.quadratic if self.separable else self.nonseparable and self._tried[0]
+
+    @cached_property
+    def ellipsoidal(self) -> bool:
+        """Whether an energy allows an ellipsoid of momenta over each place: of second degree, with positive masses."""
+        return self.quadratic if self.separable else self.of_degree_two and self._tried[1]
+
+    @cached_property
+    def _tried(self) -> tuple[bool, bool]:
+        """Whether velocities are linear in the momenta, and the inverse masses positive definite, where it was
+        tried.
+        """
+        n, random, count = self.n, np.random.default_rng(11), 512
+        q = random.standard_normal((n, count)) * 10.0 ** random.uniform(-2, 1, count)
+        p, d = random.standard_normal((2, n, count)) * 10.0 ** random.uniform(-20, 20, count)
+        zero = np.zeros((n, count))
+        with np.errstate(all="ignore"):
+            v0, v1, vd, both = (
+                np.array(np.broadcast_arrays(*self.model.rates(*q, *p), p[0])[:n]) for p in (zero, p, d, p + d)
+            )
+            margins = [np.broadcast_to(self.model.margin(*q, *p), count) > 0 for p in (zero, p, d)]
+            columns = [
+                self.model.tangent_rates(*q, *zero, *zero, *np.repeat(row[:, None], count, 1)) for row in np.eye(n)
+            ]
+            W = np.array([np.broadcast_arrays(*column, p[0])[:n] for column in columns])
+            size = np.abs(both) + np.abs(v1) + np.abs(vd) + np.abs(v0)
+            kept = margins[0] & np.isfinite(size).all(axis=0) & np.isfinite(W).all(axis=(0, 1))
+            linear = np.abs(both - v1 - vd + v0)[:, kept] <= 1e-9 * size.max(axis=0)[kept]
+        same = all((margin == margins[0]).all() for margin in margins)
+        if kept.sum() < count // 64 or not same or not linear.all():
+            return False, False
+        return True, bool((np.linalg.eigvalsh(np.moveaxis(W[..., kept], 2, 0)) > 0).all())
 
 
 @by_identity

@@ -4,7 +4,7 @@ All have one style (`style`), in force while they draw and only then; Matplotlib
 click on a figure tells the orbit (`picked`). `result.plot()` draws what a result is best seen as.
 """
 
-from ..analysis.sections.energy_sample import Edge, edge
+from ..analysis.sections.section_edge import Edge, edge
 from .animation import animate, save_animation
 from .aperture import plot_aperture
 from .backbone import plot_backbone, plot_bifurcation
@@ -22,7 +22,8 @@ from .ratios import frequency, on_line, resonances_between
 from .resonances import plot_diffusion_histogram, plot_ratio_web, plot_resonances, plot_web
 from .scales import Colouring, clipped, colouring, diffusion_scale
 from .scars import plot_scars
-from .sections import plot_diffusion_grid, plot_edge, plot_section, plot_starts
+from .sections import plot_edge, plot_section
+from .starts import plot_diffusion_grid, plot_starts
 from .style import Artists, colour_map, styled, symbol
 from .tori import plot_actions, plot_energy_of_actions, plot_frequency_lines, plot_torus
 

@@ -13,13 +13,13 @@ from numpy.typing import ArrayLike
 
 from ..analysis.periodic.found_orbits import PeriodicOrbits
 from ..analysis.sections.energy_grid import EnergyGrid
-from ..analysis.sections.energy_sample import Edge
+from ..analysis.sections.section_edge import Edge
 from ..base.arrays import checked
 from ..base.numbers import entries, positive, shown, whole
 from ..charts import ALPHA_BETA
 from .periodic import plot_periodic
 from .picking import carry
-from .sections import places, widths
+from .starts import places, widths
 from .style import ACCENT, DARK, Artists, figure, outline, symbol
 
 LABELLED = 'laws of spacings, or such by their labels, as {"Poisson": BerryRobnik(0.0)}'

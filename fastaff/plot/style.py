@@ -199,6 +199,6 @@ def outline(ax: Any, boundary: Any) -> list[Any]:
 
     if not all(hasattr(boundary, name) for name in ("coordinate", "momentum", "centre")):
         raise TypeError(f"boundary must be an Edge, such as fastaff.plot.edge returns, got {shown(boundary)}")
-    u, p, c = boundary.coordinate, boundary.momentum, boundary.centre
-    loop = np.concatenate([u, u[::-1], u[:1]]), np.concatenate([c + p, c - p[::-1], c + p[:1]])
+    u, high, low = boundary.coordinate, boundary.centre + boundary.momentum, boundary.centre - boundary.momentum
+    loop = np.concatenate([u, u[::-1], u[:1]]), np.concatenate([high, low[::-1], high[:1]])
     return list(ax.plot(*loop, color=OUTLINE, lw=0.8))

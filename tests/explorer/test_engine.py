@@ -91,7 +91,7 @@ def sections(body):
 
 def drawn(body, section, energy, p_eta, p_gamma):
     """A random point of a section, (u, v), that the energy reaches."""
-    edge = fa.analysis.sections.energy_sample.edge(body, section, energy=energy, p_eta=p_eta, p_gamma=p_gamma)
+    edge = fa.analysis.sections.section_edge.edge(body, section, energy=energy, p_eta=p_eta, p_gamma=p_gamma)
     for _ in range(200):
         u, v = (low + (high - low) * RNG.uniform(0.1, 0.9) for low, high in edge.axes)
         try:

@@ -5,7 +5,7 @@ The function is the least energy over a point, infinite where the potential does
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -115,6 +115,30 @@ def box_of(floor: Floor, d: int, energy: float) -> Box:
     wide = MARGIN * (high - low)
     low, high = low - wide, high + wide
     return Box(low, high, least, _leaks(floor, energy, low, high))
+
+
+def walled(floor: Floor, periods: Sequence[float]) -> Floor:
+    """Return a function of coordinates with these periods, 0 for none, as it is within half of one around 0."""
+    half = np.array([0.5 * period if period > 0 else np.inf for period in periods])
+    if not np.isfinite(half).any():
+        return floor
+
+    def within_walls(x: np.ndarray) -> np.ndarray:
+        edge = half.reshape(-1, *[1] * (x.ndim - 1))
+        return np.where((np.abs(x) <= edge).all(axis=0), floor(np.clip(x, -edge, edge)), np.inf)
+
+    return within_walls
+
+
+def box_of_angles(floor: Floor, periods: Sequence[float], energy: float) -> Box:
+    """Return the box of wells of coordinates with these periods, 0 for none: within half of one around 0."""
+    box, half = box_of(walled(floor, periods), len(periods), energy), np.array(periods) / 2
+    turns = half > 0
+    low, high = (
+        np.where(turns, np.maximum(box.low, -half), box.low),
+        np.where(turns, np.minimum(box.high, half), box.high),
+    )
+    return box._replace(low=low, high=high)
 
 
 def least_within(floor: Floor, low: np.ndarray, high: np.ndarray) -> float:

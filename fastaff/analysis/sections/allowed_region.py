@@ -100,7 +100,7 @@ def extrema(f: Function, columns: int, nodes: np.ndarray | None = None) -> Extre
     maxima show.
     """
     if nodes is None:
-        nodes = _where_it_happens(f, columns)
+        nodes = _where_it_happens(f, columns, radii())
     j = np.arange(columns)
     parts = [_block(_among(f, block), block.size, nodes) for block in np.split(j, range(_BLOCK, columns, _BLOCK))]
     length = max(len(part.x) for part in parts)
@@ -113,24 +113,33 @@ def _among(f: Function, chosen: np.ndarray) -> Function:
     return lambda x, j: f(x, chosen[j])
 
 
-def _where_it_happens(f: Function, columns: int) -> np.ndarray:
-    """Return close nodes around all extrema and zeros of a few columns, with three decades of margin."""
+def line_where_it_happens(f: Function, columns: int) -> np.ndarray:
+    """Return numbers of both signs and 0, at all sizes where something happens in a few columns."""
+    if columns <= _PILOTS:
+        return line()
+    near = _where_it_happens(f, columns, line(), COARSE)
+    return np.concatenate([-near[::-1], [0.0], near])
+
+
+def _where_it_happens(f: Function, columns: int, nodes: np.ndarray, density: int = FINE) -> np.ndarray:
+    """Return close nodes around the sizes of all extrema and zeros of a few columns, with three decades of margin."""
     pilots = np.unique(np.linspace(0, columns - 1, min(columns, _PILOTS)).astype(np.int64))
     few = _among(f, pilots)
-    found = _block(few, pilots.size, radii())
-    positive = found.f >= 0
+    found = _block(few, pilots.size, nodes)
+    size, positive = np.abs(found.x), found.f >= 0
     edges = positive[1:] != positive[:-1]
     happens = np.zeros(found.x.shape, dtype=bool)
-    happens[1:-1] = (found.x[1:-1] > SMALLEST * 2) & (found.x[1:-1] < LARGEST / 2)
-    marks = [found.x[happens]]
+    happens[1:-1] = (size[1:-1] > SMALLEST * 2) & (size[1:-1] < LARGEST / 2)
+    marks = [size[happens]]
     rows, column = np.nonzero(edges)
     if rows.size:
         up = ~positive[rows, column]
-        marks.append(_bisected(few, column, found.x[rows, column], found.x[rows + 1, column], up, 0.0 * column))
+        zeros = _bisected(few, column, found.x[rows, column], found.x[rows + 1, column], up, 0.0 * column)
+        marks.append(np.abs(zeros[zeros != 0]))
     seen = np.concatenate(marks)
     if not seen.size:
         return radii()
-    return radii(max(SMALLEST, 1e-3 * seen.min()), min(LARGEST, 1e3 * seen.max()), FINE)
+    return radii(max(SMALLEST, 1e-3 * seen.min()), min(LARGEST, 1e3 * seen.max()), density)
 
 
 def _block(f: Function, columns: int, nodes: np.ndarray) -> Extrema:

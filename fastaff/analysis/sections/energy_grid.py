@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import singledispatch
 from typing import Annotated, Any
@@ -15,12 +16,14 @@ from ...base.results import Result
 from ...base.short_forms import takes
 from ...flows.checks import checked_model, checked_section
 from ...formulas.section_text import section_in_words, section_of
+from ...models.contracts import Dynamics, Section
 from ...models.mechanics import at_rest, energies, inside, kinetic_energies, potential_energies
-from ...models.sections import AlphaEquals, AlphaTurning, AreaEquals, BetaEquals, BetaTurning, Linear
+from ...models.sections import AlphaEquals, AlphaTurning, AngleEquals, AreaEquals, BetaEquals, BetaTurning, Linear
 from ...models.traits import traits_of
 from .allowed_region import Function, crossings, extrema
 from .energy_limits import NotReached, too_low
-from .named_axes import are_named, by_name, checked_energy, checked_sign, checked_values, launching
+from .named_axes import Axes, are_named, by_name, checked_energy, checked_sign, checked_values, launching
+from .surface_roots import roots_along
 
 ARRAYS = 32
 """Arrays of the size of a grid that lifting it takes at a time."""
@@ -64,12 +67,12 @@ class EnergyGrid(Result):
 @takes(section=section_of, axes=by_name, fixed=by_name)
 @recorded
 def energy_grid(
-    body: Any,
+    body: Dynamics,
     *,
     energy: float | None = None,
-    axes: Any,
-    section: Any = None,
-    fixed: Any = None,
+    axes: Axes,
+    section: Section | str | None = None,
+    fixed: Mapping[str, float] | None = None,
     solve: str | None = None,
     sign: int = 1,
     at_rest: bool = False,
@@ -122,6 +125,10 @@ def energy_grid(
     direction (0: +). AreaEquals takes one of its two branches. Roots are neighbours of the exact ones, at radii from
     1e-40 to 1e40 in any unit. Wells are missed where they are narrower than 1/40 of a decade and lie off the maxima of
     wider ones.
+
+    Of H(q, p) the momentum of the section follows from all of H: in closed form where H is of second degree in it, else
+    between the extrema of H along it, at all sizes. Of several roots with a velocity of that sign the outermost counts.
+    Coordinates with a period are meant modulo it.
 
     Arrays by name run over coordinates q_i and momenta p_i. A Linear section of one row fixes that row; the section of
     a coordinate q_i = c solves for p_i with the sign of its direction unless `solve` names another row. At rest the
@@ -200,7 +207,7 @@ def _grid_by_name(
     if not found.any():
         ranges = ", ".join(f"{name} in [{array.min():.6g}, {array.max():.6g}]" for name, array in zip(names, arrays))
         traits = traits_of(body)
-        if not traits.launches:
+        if not traits.conserves:
             what = "map" if traits.iterated else "system"
             raise NotReached(f"no cell of the grid {ranges} is in the domain of the {what}")
         low = None if traits.isotropic else too_low(body, energy, 0.0, 0.0)
@@ -324,8 +331,9 @@ def _(section, body, energy, p_eta, p_gamma, u, v):
     return z, ("beta", "p_beta") if alpha else ("alpha", "p_alpha")
 
 
-@_lift.register
-def _(section: Linear, body, energy, p_eta, p_gamma, u, v):
+@_lift.register(Linear)
+@_lift.register(AngleEquals)
+def _(section, body, energy, p_eta, p_gamma, u, v):
     normal = np.asarray(section.normal, dtype=np.float64)
     axis = np.flatnonzero(normal)
     if body.degrees_of_freedom != 2 or axis.size != 1 or axis[0] > 1:
@@ -336,15 +344,21 @@ def _(section: Linear, body, energy, p_eta, p_gamma, u, v):
     i = int(axis[0])
     z = np.zeros((4, u.size))
     z[i], z[1 - i], z[3 - i] = section.offset / normal[i], u, v
+    sign = section.direction * np.sign(normal[i])
+    coordinates, momenta = np.reshape(traits_of(body).row_names, (2, 2))
+    names = str(coordinates[1 - i]), str(momenta[1 - i])
+    if not traits_of(body).quadratic:
+        roots = roots_along(body, energy, z, 2 + i, -1 if sign < 0 else 1)
+        sheets = np.repeat(z[None], len(roots), axis=0)
+        sheets[:, 2 + i] = roots
+        return sheets, names
     unit = np.zeros(2)
     unit[i] = 1.0
     weight = body.kinetic_energy(*unit)
-    sign = section.direction * np.sign(normal[i])
     own = at_rest(body, z[:2])[i]  # the velocity has the sign, which in a turning frame is that of what is beyond it
     z[2 + i] = _momentum((energy - energies(body, z)) / weight + own * own, sign)
     z[2 + i] += own
-    other = body.coordinates[1 - i]
-    return z, (other, f"p_{other}")
+    return z, names
 
 
 def room(

@@ -1,9 +1,10 @@
-"""The accessible part of a section of an energy surface: its boundary, and random points spread evenly over it."""
+"""Random points of an energy surface or of a section of it, spread evenly in the invariant measure."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, Any
 
 import numpy as np
 
@@ -13,36 +14,16 @@ from ...base.recipe import recorded
 from ...base.results import Result
 from ...base.short_forms import takes
 from ...flows.checks import checked_model
-from ...formulas.section_text import section_in_words, section_of
-from ...models.contracts import Model, Section
-from ...models.mechanics import at_rest, least_energies
-from ...models.sections import AlphaEquals, AlphaTurning, AreaEquals, BetaEquals, BetaTurning, Linear
+from ...formulas.section_text import section_of
+from ...models.contracts import Dynamics, Model, Section
+from ...models.sections import AngleEquals, AreaEquals, Linear
 from ...models.traits import traits_of
-from .allowed_region import LARGEST, Function, evaluated, extrema, highest, intervals, line, radii
-from .energy_grid import ARRAYS, checked_surface, lift_sheets, no_planes, planes, radial, radii_over, room
-from .energy_limits import NotReached, may_escape, too_low
+from .energy_grid import ARRAYS, checked_surface, lift_sheets, no_planes, planes, room
+from .energy_limits import NotReached
 from .invariant_measure import Measure, Ranges, measure_of, ranges_of
-from .named_axes import are_named, by_name, checked_energy, checked_sign
-
-ENDLESS = 32
-"""Bounded pieces of a section beyond which there is no end of them, as of a potential that is periodic."""
-
-
-@dataclass(frozen=True)
-class Edge(Result, axis=None):
-    """The boundary of the accessible part of a section: coordinate (points,) and the largest momentum there, beyond the
-    `centre`, that of rest in a turning frame, else 0.
-    """
-
-    coordinate: Annotated[np.ndarray, along("point")]
-    momentum: Annotated[np.ndarray, along("point")]
-    centre: float = 0.0
-
-    @property
-    def axes(self) -> tuple[tuple[float, float], tuple[float, float]]:
-        """The ranges of the coordinate and of its momentum."""
-        top = float(self.momentum.max())
-        return (float(self.coordinate[0]), float(self.coordinate[-1])), (self.centre - top, self.centre + top)
+from .named_axes import Axes, are_named, by_name, checked_energy, checked_sign
+from .section_edge import parts
+from .surface_points import Surface
 
 
 @dataclass(frozen=True)
@@ -59,18 +40,22 @@ class EnergySample(Result):
     energy: float
 
 
+Seed = int | Sequence[int] | np.random.SeedSequence | np.random.BitGenerator | np.random.Generator | None
+"""What `numpy.random.default_rng` takes."""
+
+
 @takes(section=section_of, axes=by_name, fixed=by_name)
 @recorded
 def energy_sample(
-    body: Model,
+    body: Dynamics,
     *,
     orbits: int,
     energy: float | None = None,
-    section: Section | None = None,
-    seed: Any = 0,
-    rng: Any = None,
-    axes: Any = None,
-    fixed: Any = None,
+    section: Section | str | None = None,
+    seed: Seed = 0,
+    rng: Seed = None,
+    axes: Axes | None = None,
+    fixed: Mapping[str, float] | None = None,
     solve: str | None = None,
     sign: int = 1,
     at_rest: bool = False,
@@ -121,14 +106,20 @@ def energy_sample(
     ranges of coordinates). With `solve` they are uniform in the ranges of `axes` by name, the rest as in `energy_grid`.
     At rest: directions uniform over the sphere. Of a map, which has no energy: uniform in the ranges of `axes` by name.
 
+    Of H(q, p) of second degree in p, momenta fill the ellipsoid of each place, whose volume weighs the places. Any
+    other H is met by random lines along its rows, whose points are weighed to have the density 1/|grad H| on the
+    surface; on sections all roots count, and `axes` may name momenta too. Angles are drawn from one period around 0.
+
     Cost: that of `energy_grid` for about 1.5 times the points, and half a second for `edge` of a turning section. In
     the volume of n degrees of freedom: some tenths of a second for the box of coordinates, and 2 evaluations of the
-    potential a point for n = 2, 6 for n = 3, 2000 for n = 8, by the share of the box that the energy fills.
+    potential a point for n = 2, 6 for n = 3, 2000 for n = 8, by the share of the box that the energy fills. Of H(q, p)
+    some seconds for the box; by lines, thousands of evaluations of H a point.
 
     References
     ----------
     Poincare's integral invariant (Lichtenberg & Lieberman 1992, Regular and Chaotic Dynamics, section 1.2b);
-    Liouville's theorem; Smith 1984, Oper. Res. 32, 1296 (walks along random chords, for the box).
+    Liouville's theorem; Smith 1984, Oper. Res. 32, 1296 (walks along random chords, for the box); Santalo 1976,
+    Integral Geometry and Geometric Probability, section 14.4 (lines across a surface).
 
     Examples
     --------
@@ -162,7 +153,11 @@ def on_section(
     coordinates.
     """
     by_rows = are_named(axes) or fixed is not None or solve is not None or sign != 1 or at_rest is not False
-    plain = type(section) is Linear and not traits_of(body).isotropic and getattr(body, "degrees_of_freedom", 2) != 2
+    plain = (
+        type(section) in (Linear, AngleEquals)
+        and not traits_of(body).isotropic
+        and getattr(body, "degrees_of_freedom", 2) != 2
+    )
     return not (by_rows or plain)
 
 
@@ -178,12 +173,12 @@ def source_of(
     *,
     p_eta: Any = 0.0,
     p_gamma: Any = 0.0,
-) -> Measure | Ranges:
+) -> Measure | Surface | Ranges:
     """Return what points of any number of degrees of freedom are drawn from; raises naming what is wrong."""
     checked_model(body, needs="a start by rows")
     energy = checked_energy(body, energy)
     no_planes(p_eta, p_gamma)
-    if flag("at_rest", at_rest) or solve is not None or not traits_of(body).launches:
+    if flag("at_rest", at_rest) or solve is not None or not traits_of(body).conserves:
         return ranges_of(body, energy, section, axes, fixed, solve, sign, at_rest)
     if fixed is not None or sign != 1:
         raise ValueError(f"{'sign' if fixed is None else 'fixed'} goes with solve or at_rest, which are missing")
@@ -208,7 +203,7 @@ def _seed(seed: Any, rng: Any) -> Any:
     return value
 
 
-def sample_of(source: Measure | Ranges, count: int, seed: Any) -> EnergySample:
+def sample_of(source: Measure | Surface | Ranges, count: int, seed: Any) -> EnergySample:
     """Return so many points of a source."""
     z0, points = source.draw(count, seed)
     return EnergySample(z0, points, source.names, energy=source.energy)
@@ -222,9 +217,8 @@ def ranges_to_draw(body: Any, section: Any, energy: float, p_eta: float, p_gamma
     section.
     """
     if axes is None:
-        parts = _bounded_parts(body, section, energy, p_eta, p_gamma)
-        centre = _centre(body, section)
-        boxes = [((part.low, part.high), (centre - part.top, centre + part.top)) for part in parts]
+        found = parts(body, section, energy, p_eta, p_gamma)
+        boxes = [((part.low, part.high), (part.bottom, part.top)) for part in found]
     else:
         ranges = entries("axes", axes, "two ranges (low, high)", 2)
         (u0, u1), (v0, v1) = (span(f"axes[{k}]", ends) for k, ends in enumerate(ranges))
@@ -326,123 +320,3 @@ def _area_lift(
         p_alpha, p_beta = (across * alpha + along * u) / length, (along * alpha - across * u) / length
         z = planes(alpha, p_alpha, p_eta, u, p_beta, p_gamma)
     return z[None], (found & np.isfinite(z).all(axis=0))[None], ("beta", "P")
-
-
-class _Part(NamedTuple):
-    """A bounded part of a section: range of the coordinate, largest momentum."""
-
-    low: float
-    high: float
-    top: float
-
-
-def edge(
-    body: Any, section: Any, *, energy: float, p_eta: float = 0.0, p_gamma: float = 0.0, points: int = 800
-) -> Edge:
-    """Return the boundary of the accessible part of a section of an energy surface, for axis ranges and for drawing.
-
-    Parameters as in `energy_grid`.
-
-    :Returns: Edge; where the bounded part falls apart, of all its pieces in turn; valleys that go to infinity beside
-        them are left out; on AreaEquals the direction forbids a little more on one side.
-    :Raises: ValueError where the energy reaches nothing or no piece is bounded, TypeError for a section without a grid.
-        Coordinates of all sizes are searched.
-    :Source: the kinetic energy of the coordinate, p^2/(2 mu) = E - min V_effective, has to be positive.
-    """
-    checked_model(body, needs="an energy surface")
-    section = section_of(section, body)
-    parts = _bounded_parts(body, section, energy, p_eta, p_gamma)
-    rest = _rest(body, section, energy, p_eta, p_gamma)
-    share = max(2, points // len(parts))
-    # Dense at all ends, where the boundary is steep.
-    dense = (1 - np.cos(np.linspace(0, np.pi, share))) / 2
-    u = np.concatenate([part.low + (part.high - part.low) * dense for part in parts])
-    value = evaluated(rest, u, np.zeros(u.size, np.int64))[0]
-    return Edge(u, np.sqrt(np.maximum(value, 0.0)), _centre(body, section))
-
-
-def _centre(body: Any, section: Any) -> float:
-    """Return the momentum about which the accessible part of a section is symmetric: that of rest."""
-    if not isinstance(section, Linear) or not traits_of(body).frame:
-        return 0.0
-    i = int(np.flatnonzero(section.normal)[0])
-    q = np.zeros(2)
-    q[i] = section.offset / section.normal[i]
-    return float(at_rest(body, q)[1 - i])
-
-
-def _bounded_parts(body: Any, section: Any, energy: float, p_eta: float, p_gamma: float) -> list[_Part]:
-    """Return the pieces of the section that the energy allows, without those that go to infinity."""
-    rest = _rest(body, section, energy, p_eta, p_gamma)
-    nodes = radii() if traits_of(body).isotropic else line()
-    found, name = intervals(rest, nodes), section_in_words(section, body)
-    if not found:
-        raise NotReached(
-            too_low(body, energy, p_eta, p_gamma)
-            or f"energy {energy:g} does not reach the section {name}: the least energy there is "
-            f"{_least(body, section, energy, rest, nodes):.6g}"
-        )
-    bounded, parts = [ends for ends in found if np.isfinite(ends).all()], []
-    endless = len(bounded) > ENDLESS
-    for low, high in [min(bounded, key=lambda ends: abs(ends[0] + ends[1]))] if endless else bounded:
-        inside = extrema(rest, 1, np.linspace(low, high, 65)) if high > low else extrema(rest, 1, np.full(3, low))
-        parts.append(_Part(low, high, float(np.sqrt(max(0.0, inside.f.max())))))
-    if not parts or not all(np.isfinite(part.top) for part in parts):
-        if below := too_low(body, energy, p_eta, p_gamma):
-            raise NotReached(below)
-        why = may_escape(body, energy, p_eta, p_gamma) or f"energy {energy:g} does not bound the motion"
-        raise ValueError(f"{why}; nothing bounds the section {name}: give the ranges of the axes")
-    if endless:
-        low, high, top = parts[0]
-        raise ValueError(
-            f"what energy {energy:g} allows of the section {name} falls apart into pieces without end: give the ranges "
-            f"of the axes, such as (({low:.6g}, {high:.6g}), ({-top:.6g}, {top:.6g}))"
-        )
-    return parts
-
-
-def _least(body: Any, section: Any, energy: float, rest: Function, nodes: np.ndarray) -> float:
-    """Return the least energy on a section: from there on some momentum is left."""
-    if traits_of(body).isotropic:
-        mass = body.mu
-    else:
-        mass = 0.5 / body.kinetic_energy(*np.eye(2)[1 - int(np.flatnonzero(section.normal)[0])])
-    return energy - float(highest(rest, 1, nodes)[0]) / (2 * mass)
-
-
-def _rest(body: Any, section: Any, energy: float, p_eta: float, p_gamma: float) -> Function:
-    """Return the largest squared momentum at a coordinate as a function of one column; infinite where nothing bounds
-    the other radius.
-    """
-    if isinstance(section, Linear) and body.degrees_of_freedom == 2:
-        i = int(np.flatnonzero(section.normal)[0])
-        at = section.offset / section.normal[i]
-        weight = body.kinetic_energy(*np.eye(2)[1 - i])
-
-        def left(u, _):
-            q = np.array([at + 0 * u, u] if i == 0 else [u, at + 0 * u])
-            V = np.where(body.margin(*q) > 0, least_energies(body, q), np.inf)
-            return (energy - V) / weight, (abs(energy) + np.abs(V)) / weight
-
-        return left
-    if not traits_of(body).isotropic:
-        raise TypeError(f"section {section!r} has no known boundary for {type(body).__name__}")
-    surface = body, energy, p_eta, p_gamma
-    if isinstance(section, (AlphaTurning, BetaTurning)):
-        return lambda u, _: _widest(*surface, u, alpha=isinstance(section, AlphaTurning))
-    if isinstance(section, (AlphaEquals, BetaEquals, AreaEquals)):
-        return lambda u, _: room(*surface, *radii_over(section, u))
-    raise TypeError(f"section {section!r} has no known boundary")
-
-
-def _widest(
-    body: Any, energy: float, p_eta: float, p_gamma: float, u: np.ndarray, *, alpha: bool
-) -> tuple[np.ndarray, np.ndarray]:
-    """Return the largest squared momentum at u over all values of the other radius, infinite where it has no bound; and
-    its size.
-    """
-    flat = u.ravel()
-    rest = radial(body, energy, p_eta, p_gamma, flat, alpha=alpha)
-    far = evaluated(rest, np.full(flat.size, LARGEST), np.arange(flat.size))[0] > 0
-    best = np.where(far, np.inf, highest(rest, flat.size, radii())).reshape(u.shape)
-    return best, 2 * body.mu * abs(energy) + np.abs(best)

@@ -1,8 +1,9 @@
 """Random points of energy surfaces and sections of any number of degrees of freedom, uniform in what the motion keeps.
 
 Over coordinates q the energy allows an ellipsoid of momenta: H = floor(q) + |y|^2/2 with y = L^T (p - p*(q)). The
-measure of the energy surface is uniform on that sphere of y, and has the density (E - floor)^(n/2 - 1) in q; that of
-dq dp on a section q_i = c is uniform in the ball of the other y, with the density (E - floor)^((n - 1)/2).
+measure of the energy surface is uniform on that sphere of y, and has the density (E - floor)^(n/2 - 1)/det L in q; that
+of dq dp on a section q_i = c is uniform in the ball of the other y, with the density (E - floor)^((n - 1)/2)/det L' of
+the block L' of the others. Of H(q, p) L depends on q; what is no such ellipsoid is drawn from by `surface_points`.
 """
 
 from __future__ import annotations
@@ -13,11 +14,13 @@ import numpy as np
 
 from ...base.names import named
 from ...base.numbers import span
-from ...models.mechanics import energies, inside, velocities
+from ...models.mechanics import energies, inside, momentum_form, velocities
 from ...models.traits import traits_of
-from .accessible_box import Box, NoWell, box_of, least_within, within
-from .energy_limits import NotReached, may_escape, too_low
+from .accessible_box import Box, NoWell, box_of_angles, least_within, walled, within
+from .energy_limits import NotReached, too_low
 from .named_axes import Launching, angle_names, angles_of, checked_names, launching, section_row
+from .surface_points import Surface, no_well, surface_of
+from .surface_roots import backward, cholesky, forward
 
 BATCH = 4096
 """Points that are tried together: the first ones are the same however many are asked for."""
@@ -27,35 +30,73 @@ FEWEST, FEWEST_OF_RANGES, CHANCE = 1e-6, 1e-3, 3
 
 
 class Momenta(NamedTuple):
-    """The momenta over coordinates: the coordinates' order, that of a section first, and L of the inverse inertia."""
+    """The momenta over coordinates: the coordinates' order, that of a section first, and L of the inverse inertia, None
+    where that depends on the coordinates.
+    """
 
     model: Any
     order: tuple[int, ...]
-    lower: np.ndarray
+    lower: np.ndarray | None
 
     @classmethod
     def of(cls, model: Any, first: int = 0) -> Momenta:
         """Return those of a model whose kinetic energy is quadratic."""
         n = model.degrees_of_freedom
         order = (first, *(k for k in range(n) if k != first))
+        if traits_of(model).nonseparable:
+            return cls(model, order, None)
         inverse = np.array([model.velocity(*row) for row in np.eye(n)], dtype=np.float64)[np.ix_(order, order)]
         return cls(model, order, np.linalg.cholesky((inverse + inverse.T) / 2))
 
     def floor(self, q: np.ndarray) -> np.ndarray:
         """Return the least energy over coordinates q (n, ...), infinite where the potential does not live."""
         z = np.concatenate([q, np.zeros_like(q)])
-        drift = self._scaled(velocities(self.model, z))
-        energy = energies(self.model, z) - (drift**2).sum(axis=0) / 2
+        if self.lower is None:
+            lower, drift, energy = self._here(q)
+            energy = np.where(np.isnan(lower).any(axis=(0, 1)), -np.inf, energy - (drift**2).sum(axis=0) / 2)
+        else:
+            drift = self._scaled(velocities(self.model, z))
+            energy = energies(self.model, z) - (drift**2).sum(axis=0) / 2
         return np.where(inside(self.model, z) & ~np.isnan(energy), energy, np.inf)
 
     def lifted(self, q: np.ndarray, y: np.ndarray) -> np.ndarray:
         """Return phase points (2n, points) over q (n, points) at y (n, points)."""
         z = np.concatenate([q, np.zeros_like(q)])
+        if self.lower is None:
+            lower, drift, _ = self._here(q)
+            z[len(q) + np.array(self.order)] = backward(lower, y - drift)
+            return z
         y = y - self._scaled(velocities(self.model, z))
         z[len(q) + np.array(self.order)] = np.linalg.solve(self.lower.T, y)
         return z
 
+    def reach(self, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return, of two coordinates (2, ...), how far the second momentum goes to each side where 1/2 of the energy is
+        left, and its value in the middle.
+        """
+        lower, drift, _ = self._here(q)
+        return 1 / lower[1, 1], -backward(lower, drift)[1]
+
+    def density(self, q: np.ndarray, room: np.ndarray, power: float, sign: int) -> np.ndarray:
+        """Return the density of the measure over q (n, ...) where so much of the energy is left, 0 where none is."""
+        with np.errstate(all="ignore"):
+            size = np.where(room > 0, np.abs(room) ** power, np.nan)
+            if self.lower is None:
+                lower = self._here(q)[0]
+                size = size / np.prod([lower[k, k] for k in range(bool(sign), len(lower))], axis=0)
+        return np.where(np.isnan(size), 0.0, size)
+
+    def _here(self, q: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return L, NaN where the inverse inertia is finite and not positive definite, L^-1 dq/dt and H at p = 0."""
+        W, v, energy = momentum_form(self.model, q)
+        order = np.array(self.order)
+        with np.errstate(all="ignore"):
+            known = np.isfinite(W).all(axis=(0, 1))
+            lower = cholesky(W[order][:, order])
+            return np.where(known, lower, np.inf), forward(lower, v[order]), np.where(known, energy, np.nan)
+
     def _scaled(self, velocity: np.ndarray) -> np.ndarray:
+        assert self.lower is not None
         flat = velocity[list(self.order)].reshape(len(velocity), -1)
         return np.linalg.solve(self.lower, flat).reshape(velocity.shape)
 
@@ -63,7 +104,8 @@ class Momenta(NamedTuple):
 class Measure(NamedTuple):
     """The invariant measure over a box of the free coordinates (d,) of those at (n,).
 
-    sign: of the velocity through a section; 0 for the whole energy surface.
+    sign: of the velocity through a section; 0 for the whole energy surface; heaviest: the largest density, 0 where it
+    is that of the least energy in the box.
     """
 
     momenta: Momenta
@@ -72,12 +114,18 @@ class Measure(NamedTuple):
     free: tuple[int, ...]
     box: Box
     sign: int
+    heaviest: float = 0.0
 
     @property
     def names(self) -> tuple[str, ...]:
         """Names of the rows that are drawn."""
         n, rows = len(self.at), traits_of(self.momenta.model).row_names
         return tuple(rows[k] for half in (0, n) for k in (half + f for f in self.free))
+
+    @property
+    def turns(self) -> list[float]:
+        """Periods of the free coordinates, 0 where there is none."""
+        return [traits_of(self.momenta.model).periods[k] for k in self.free]
 
     def floor(self, x: np.ndarray) -> np.ndarray:
         """Return the least energy over free coordinates x (d, ...)."""
@@ -93,14 +141,20 @@ class Measure(NamedTuple):
             level, normal = random.uniform(size=BATCH), random.standard_normal((n + 1 if self.sign else n, BATCH))
             room = self.energy - self.floor(x)
             top = self.energy - box.least
-            if power and room.max() > top * (1 + 1e-9):  # a deeper place: once more from the beginning
+            if self.momenta.lower is None:
+                density = self.density(x)
+                if density.max() > self.heaviest * (1 + 1e-9):  # once more from the beginning
+                    return self._heavier(1.1 * float(density.max())).draw(count, seed)
+                good = level * self.heaviest < density
+            elif power and room.max() > top * (1 + 1e-9):  # a deeper place: once more from the beginning
                 return self._replace(box=box._replace(least=self.energy - float(room.max()))).draw(count, seed)
-            good = room > 0
-            if power:
-                good &= level < np.where(good, room / top, 0.0) ** power
+            else:
+                good = room > 0
+                if power:
+                    good &= level < np.where(good, room / top, 0.0) ** power
             chosen = np.flatnonzero(good)
             if box.leaky and chosen.size:
-                chosen = chosen[within(self.floor, box, x[:, chosen])]
+                chosen = chosen[within(walled(self.floor, self.turns), box, x[:, chosen])]
             z = self.momenta.lifted(self._full(x[:, chosen]), self._on_ball(normal[:, chosen], room[chosen]))
             found.append(z)
             kept, tried = kept + chosen.size, tried + BATCH
@@ -112,6 +166,20 @@ class Measure(NamedTuple):
                 )
         z = np.ascontiguousarray(np.concatenate(found, axis=1)[:, :count])
         return z, z[[half + f for half in (0, n) for f in self.free]]
+
+    def density(self, x: np.ndarray) -> np.ndarray:
+        """Return the density of the measure over free coordinates x (d, ...)."""
+        n = len(self.at)
+        power = (n - 1) / 2 if self.sign else n / 2 - 1
+        return self.momenta.density(self._full(x), self.energy - self.floor(x), power, self.sign)
+
+    def _heavier(self, density: float) -> Measure:
+        if not np.isfinite(density):
+            raise ValueError(
+                f"axes must leave out where the masses of {type(self.momenta.model).__name__} are without bound, or "
+                "not positive"
+            )
+        return self._replace(heaviest=density)
 
     def _on_ball(self, normal: np.ndarray, room: np.ndarray) -> np.ndarray:
         """Return y (n, points) with |y|^2/2 = room: on the sphere, or uniform in the ball of all but the first."""
@@ -189,7 +257,7 @@ def ranges_of(
     return Ranges(made, tuple(ranges.values()))
 
 
-def measure_of(model: Any, energy: float, section: Any, axes: Any) -> Measure:
+def measure_of(model: Any, energy: float, section: Any, axes: Any) -> Measure | Surface:
     """Return the invariant measure of an energy surface (section None) or of a section; raises NotReached where the
     energy reaches nothing, ValueError where nothing bounds it.
     """
@@ -199,11 +267,8 @@ def measure_of(model: Any, energy: float, section: Any, axes: Any) -> Measure:
             f"body must have two degrees of freedom or more, {type(model).__name__} has {n}: its energy surface is one "
             "orbit, of which integrate gives points at equal times"
         )
-    if not traits_of(model).quadratic:
-        raise ValueError(
-            f"body {type(model).__name__} must have a velocity linear in the momenta (T quadratic) for random points "
-            "in the invariant measure; axes and solve draw from ranges of rows"
-        )
+    if not traits_of(model).ellipsoidal:
+        return surface_of(model, energy, section, None if axes is None else _ranges(axes))
     at, free, sign, first = [0.0] * n, list(range(n)), 0, 0
     if section is not None:
         name, value, sign = section_row(model, section)
@@ -217,7 +282,10 @@ def measure_of(model: Any, energy: float, section: Any, axes: Any) -> Measure:
         named("axes", name, [names[k] for k in free])
     nothing = Box(np.zeros(1), np.zeros(1), 0.0, False)
     made = Measure(Momenta.of(model, first), energy, tuple(at), tuple(free), nothing, sign)
-    return made._replace(box=_box(made, {names.index(name): ends for name, ends in given.items()}))
+    made = made._replace(box=_box(made, {names.index(name): ends for name, ends in given.items()}))
+    if made.momenta.lower is None:
+        made = made._heavier(-least_within(lambda x: -made.density(x), made.box.low, made.box.high))
+    return made
 
 
 def _ranges(axes: Any) -> dict[str, tuple[float, float]]:
@@ -232,9 +300,10 @@ def _box(measure: Measure, given: dict[int, tuple[float, float]]) -> Box:
         low, high = np.array([given[k] for k in measure.free]).T
     else:
         try:
-            box = box_of(measure.floor, len(measure.free), energy)
+            box = box_of_angles(measure.floor, measure.turns, energy)
         except NoWell as problem:
-            raise _no_well(measure, problem) from None
+            names = tuple(traits_of(model).names[k] for k in measure.free)
+            raise no_well(model, energy, problem, names, measure.sign != 0) from None
         if not given:
             return box
         low, high = box.low.copy(), box.high.copy()
@@ -250,18 +319,3 @@ def _box(measure: Measure, given: dict[int, tuple[float, float]]) -> Box:
     if not np.isfinite(least):
         raise ValueError(f"axes must leave out where the potential of {type(model).__name__} is not bounded below")
     return Box(low, high, least, False)
-
-
-def _no_well(measure: Measure, problem: NoWell) -> ValueError:
-    model, energy, least = measure.momenta.model, measure.energy, problem.least
-    if energy <= least:
-        where = "" if len(measure.free) == len(measure.at) else " on the section"
-        return NotReached(f"energy {energy:g} lies below the minimum {least:.6g} of this system's energy{where}")
-    if problem.endless:
-        why = f"what energy {energy:g} allows falls apart into wells without end"
-    else:
-        escape = None if traits_of(model).isotropic else may_escape(model, energy)
-        why = escape or f"energy {energy:g} does not bound the motion"
-    names = traits_of(model).names
-    ranges = ", ".join(f'"{names[k]}": (low, high)' for k in measure.free)
-    return ValueError(f"{why}: give ranges of the coordinates, axes={{{ranges}}}")

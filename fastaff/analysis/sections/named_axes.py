@@ -4,20 +4,22 @@ named is given, one row follows from the energy, all others are 0.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from ...base.names import did_you_mean, named
 from ...base.numbers import flag, numbers, real, shown
 from ...flows.checks import checked_section
 from ...flows.needs import check_given
-from ...models.mechanics import at_rest, energies, inside, kinetic_energies, potential_energies, velocities
-from ...models.sections import Linear
+from ...models.mechanics import energies, inside, kinetic_energies, potential_energies, velocities
+from ...models.sections import AngleEquals, Linear
 from ...models.traits import traits_of
 from .accessible_box import spread
-from .allowed_region import crossings, extrema, line
+from .allowed_region import crossings, extrema
+from .surface_roots import left, rest, roots_along
 
 TOLERANCE = 1e-9
 """Largest relative error of the energy of a point that was found: at a wall where the potential jumps there is none."""
@@ -51,7 +53,7 @@ class Launching(NamedTuple):
             if self.row == AT_REST:
                 n = len(self.base) // 2
                 z[:n] += self._rest(values, z)
-                z[n:] = at_rest(self.model, z[:n])
+                z[n:] = rest(self.model, z[:n])
             else:
                 rows = traits_of(self.model).row_names
                 for name, value in zip(self.names, values, strict=True):
@@ -69,8 +71,8 @@ class Launching(NamedTuple):
         def room(r: np.ndarray, column: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
             at = spread(z[:, column], r)
             at[:n] += r * spread(each[:, column], r)
-            at[n:] = at_rest(self.model, at[:n])
-            return self._room(at)
+            at[n:] = rest(self.model, at[:n])
+            return left(self.model, self.energy, at)
 
         column = np.arange(angles.shape[1])
         sheets, _ = crossings(room, extrema(room, column.size), column, np.zeros(column.size), False)
@@ -80,31 +82,13 @@ class Launching(NamedTuple):
     def _solved(self, z: np.ndarray) -> np.ndarray:
         """Return the row that the energy gives; NaN where it gives none."""
         n = len(z) // 2
-        if self.row < n or not traits_of(self.model).quadratic:
-            return self._outermost(z)
+        if self.row < n or not traits_of(self.model).quadratic:  # the last one, up to which the energy allows it
+            return roots_along(self.model, self.energy, z, self.row, self.sign)[0]
         z[self.row] = 0.0
         weight = self.model.kinetic_energy(*np.eye(n)[self.row - n])
         half = velocities(self.model, z)[self.row - n] / (2 * weight)
-        rest = half * half + (self.energy - energies(self.model, z)) / weight
-        return self.sign * np.sqrt(np.where(rest >= 0, rest, np.nan)) - half
-
-    def _outermost(self, z: np.ndarray) -> np.ndarray:
-        """Return the last value of the row, in the direction of the sign, up to which the energy allows the motion."""
-
-        def room(x: np.ndarray, column: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-            at = spread(z[:, column], x)
-            at[self.row] = self.sign * x
-            return self._room(at)
-
-        column = np.arange(z.shape[1])
-        found = extrema(room, column.size, line())
-        return self.sign * crossings(room, found, column, np.zeros(column.size), False)[0][0]
-
-    def _room(self, z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return what is left of the energy at phase points, and the size of its terms."""
-        T, V = kinetic_energies(self.model, z), potential_energies(self.model, z)
-        left = np.where(inside(self.model, z), self.energy - T - V, -np.inf)
-        return left, abs(self.energy) + np.abs(T) + np.abs(V)
+        square = half * half + (self.energy - energies(self.model, z)) / weight
+        return self.sign * np.sqrt(np.where(square >= 0, square, np.nan)) - half
 
 
 def on_surface(model: Any, z: np.ndarray, energy: float) -> np.ndarray:
@@ -136,6 +120,10 @@ def angles_of(unit: np.ndarray) -> np.ndarray:
     n = len(unit)
     polar = [np.arctan2(np.sqrt((unit[: k - 1] ** 2).sum(axis=0)), unit[k - 1]) for k in range(n, 2, -1)]
     return np.array([*polar, np.arctan2(unit[1], unit[0])])
+
+
+Axes = Mapping[str, ArrayLike] | Sequence[ArrayLike] | Sequence[tuple[str, ArrayLike]]
+"""Rows by name, or two section coordinates."""
 
 
 def by_name(value: Any, _: Any = None) -> Any:
@@ -200,13 +188,13 @@ def launching(
             )
         base[name] = value
         if solve is None and name in rows[:n]:
-            solve, sign = f"p_{name}", direction or 1
+            solve, sign = rows[n + rows.index(name)], direction or 1
     for name in names:
         if name in base:
             raise ValueError(f"axes and fixed both name {name}")
         if names.count(name) > 1:
             raise ValueError(f"axes names {name} twice")
-    if not traits.launches:
+    if not traits.conserves:
         return Launching(model, energy, names, tuple(base.get(name, 0.0) for name in rows), NOTHING, sign)
     left = [name for name in rows if name not in names and name not in base]
     if not left:
@@ -224,6 +212,11 @@ def _resting(model: Any, energy: float, names: Any, section: Any, base: dict[str
     rows, n = traits_of(model).row_names, model.degrees_of_freedom
     if n < 2:
         raise ValueError(f"at_rest needs two degrees of freedom or more, {type(model).__name__} has {n}")
+    if traits_of(model).nonseparable and not traits_of(model).ellipsoidal:
+        raise ValueError(
+            f"at_rest needs H of second degree in the momenta, with positive masses, which that of "
+            f"{type(model).__name__} is not: give rows by name"
+        )
     if section is not None or solve is not None:
         what = "section" if section is not None else "solve"
         raise ValueError(f"at_rest and {what} exclude one another: at rest the energy gives the distance")
@@ -243,7 +236,7 @@ def _resting(model: Any, energy: float, names: Any, section: Any, base: dict[str
 
 def checked_energy(model: Any, energy: Any) -> float:
     """Return an energy; NaN of what keeps none."""
-    if traits_of(model).launches:
+    if traits_of(model).conserves:
         return real("energy", energy)
     unknown = isinstance(energy, float) and np.isnan(energy)
     check_given(model, "a start by energy", energy=None if unknown else energy)
@@ -255,7 +248,7 @@ def section_row(model: Any, section: Any) -> tuple[str, float, int]:
     checked_section(section, model)
     names = traits_of(model).row_names
     normal = np.asarray(getattr(section, "normal", ()), dtype=np.float64)
-    if type(section) is not Linear or np.count_nonzero(normal) != 1:
+    if type(section) not in (Linear, AngleEquals) or np.count_nonzero(normal) != 1:
         raise TypeError(
             f"section must be Linear with one non-zero entry, such as {names[0]}=0, where axes go by name; "
             f"got {section!r}"

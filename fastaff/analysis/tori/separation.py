@@ -9,11 +9,13 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ...base.numbers import shown
+from ...charts.chart import Chart
 from ...compile.blocks import function_block, parameters
 from ...flows.checks import checked_function, checked_model, phase_points
 from ...formulas.systems import constants_of
-from ...kernels.tori_wells import Term
+from ...kernels.tori_coordinates import Term
 from ...models import Zero
+from ...models.contracts import Model
 from ...models.regular_variables import in_regular_variable
 from ...models.traits import traits_of
 from .families import FAMILIES, Family, Motion
@@ -63,7 +65,7 @@ def _term(V: Any, places: np.ndarray) -> Term:
     return Term(function_block(V), parameters(V), places)
 
 
-def separate(body: Any, chart: Any = None) -> Separated:
+def separate(body: Any, chart: Chart | str | None = None) -> Separated:
     """Return `body` in the chart it separates in (by default the first of alpha-beta, r-vartheta, elliptic).
 
     Raises TypeError for what is no Body or StackelBody, ValueError where the body does not separate, in that chart or
@@ -100,7 +102,7 @@ def separate(body: Any, chart: Any = None) -> Separated:
     return Separated(chosen[0], tuple(member), angular, body.mu)
 
 
-def constants_of_motion(body: Any, z: ArrayLike, *, chart: Any = None) -> dict[str, np.ndarray]:
+def constants_of_motion(body: Model, z: ArrayLike, *, chart: Chart | str | None = None) -> dict[str, np.ndarray]:
     """Compute the four constants of motion in involution of a separable body, or those of a named system H(q, p).
 
     Parameters

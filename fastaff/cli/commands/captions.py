@@ -47,6 +47,7 @@ def stated(job: Job, plan: Plan, z0: np.ndarray | None) -> dict[str, Any]:
 
 NAMES = {
     "Anharmonic": "anharmonic body",
+    "DoublePendulum": "double pendulum",
     "Harmonic": "harmonic body",
     "HeavyTop": "heavy top",
     "HenonHeiles": "Hénon-Heiles system",
@@ -67,7 +68,7 @@ def in_words(section: Any, body: Any) -> str:
     """Name a section in a caption."""
     turn = {1: "rising", -1: "falling", 0: "both ways"}[section.direction]
     name = type(section).__name__
-    if name == "Linear":
+    if name in ("Linear", "AngleEquals"):
         row = next(k for k, entry in enumerate(section.normal) if entry)
         return f"{equal(traits_of(body).row_names[row], section.offset)}, {turn}"
     if name == "Stroboscopic":
@@ -94,17 +95,18 @@ def titled(body: Any, without: tuple[str, ...] = ()) -> str:
         values.append(equal("mu", body.mu))
     text = getattr(inner, "formula", None)
     name = type(inner).__name__
-    said = NAMES.get(name, name) if text is None else text if "=" in text else potential(text)
+    of = "H" if hasattr(inner, "momenta") else "V"
+    said = NAMES.get(name, name) if text is None else text if "=" in text else potential(text, of)
     return said + (f" ({', '.join(values)})" if values else "")
 
 
-def potential(text: str) -> str:
+def potential(text: str, of: str = "V") -> str:
     """Write a formula in a title, its terms apart so that lines can be broken between them."""
     parts, kept = terms(text), 0
     while kept < len(parts) and sum(map(visible, parts[: kept + 1])) <= LONGEST:
         kept += 1
     shown = parts[: max(kept, 1)] + ([r"+\,\ldots"] if kept < len(parts) else [])
-    return " ".join(f"${'V = ' if k == 0 else ''}{part}$" for k, part in enumerate(shown))
+    return " ".join(f"${f'{of} = ' if k == 0 else ''}{part}$" for k, part in enumerate(shown))
 
 
 def surface_in_words(body: Any, surface: Any, without: tuple[str, ...] = ()) -> str:

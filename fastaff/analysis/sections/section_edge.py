@@ -1,0 +1,230 @@
+"""The boundary of the accessible part of a section of an energy surface."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated, Any, NamedTuple
+
+import numpy as np
+
+from ...base.axes import along
+from ...base.results import Result
+from ...flows.checks import checked_model
+from ...formulas.section_text import section_in_words, section_of
+from ...models.mechanics import at_rest, least_energies
+from ...models.sections import AlphaEquals, AlphaTurning, AngleEquals, AreaEquals, BetaEquals, BetaTurning, Linear
+from ...models.traits import traits_of
+from .allowed_region import LARGEST, Function, evaluated, extrema, highest, intervals, line, radii
+from .energy_grid import radial, radii_over, room
+from .energy_limits import NotReached, may_escape, too_low
+from .named_axes import section_row
+from .section_sides import Ellipses, Sides, sides_of_any
+from .surface_points import surface_of
+
+ENDLESS = 32
+"""Bounded pieces of a section beyond which there is no end of them, as of a potential that is periodic."""
+
+
+TURN = 256
+"""Parts of a turn of an angle between which extrema are looked for."""
+
+
+@dataclass(frozen=True)
+class Edge(Result, axis=None):
+    """The boundary of the accessible part of a section: coordinate (points,) and the largest momentum there, beyond the
+    `centre`: that of rest in a turning frame, (points,) of H(q, p), else 0.
+    """
+
+    coordinate: Annotated[np.ndarray, along("point")]
+    momentum: Annotated[np.ndarray, along("point")]
+    centre: Annotated[float | np.ndarray, along("point")] = 0.0
+
+    @property
+    def axes(self) -> tuple[tuple[float, float], tuple[float, float]]:
+        """The ranges of the coordinate and of its momentum."""
+        first, last = float(self.coordinate[0]), float(self.coordinate[-1])
+        if isinstance(self.centre, np.ndarray):
+            return (first, last), (
+                float((self.centre - self.momentum).min()),
+                float((self.centre + self.momentum).max()),
+            )
+        top = float(self.momentum.max())
+        return (first, last), (self.centre - top, self.centre + top)
+
+
+class Part(NamedTuple):
+    """A bounded part of a section: ranges of the coordinate and of the momentum."""
+
+    low: float
+    high: float
+    bottom: float
+    top: float
+
+
+def edge(
+    body: Any, section: Any, *, energy: float, p_eta: float = 0.0, p_gamma: float = 0.0, points: int = 800
+) -> Edge:
+    """Return the boundary of the accessible part of a section of an energy surface, for axis ranges and for drawing.
+
+    Parameters as in `energy_grid`.
+
+    :Returns: Edge; where the bounded part falls apart, of all its pieces in turn; valleys that go to infinity beside
+        them are left out; on AreaEquals the direction forbids a little more on one side.
+    :Raises: ValueError where the energy reaches nothing or no piece is bounded, TypeError for a section without a grid.
+        Coordinates of all sizes are searched.
+    :Source: the kinetic energy of the coordinate, p^2/(2 mu) = E - min V_effective, has to be positive.
+    """
+    checked_model(body, needs="an energy surface")
+    section = section_of(section, body)
+    if not _of_ellipses(body) and not traits_of(body).quadratic:
+        return _edge_of(sides_of_any(body, section, energy, max(2, points // 4)))
+    parts = _bounded_parts(body, section, energy, p_eta, p_gamma)
+    rest = _rest(body, section, energy, p_eta, p_gamma)
+    share = max(2, points // len(parts))
+    # Dense at all ends, where the boundary is steep.
+    dense = (1 - np.cos(np.linspace(0, np.pi, share))) / 2
+    u = np.concatenate([part.low + (part.high - part.low) * dense for part in parts])
+    if _of_ellipses(body):
+        return _edge_of([Ellipses(body, section, energy).sides(u)])
+    value = evaluated(rest, u, np.zeros(u.size, np.int64))[0]
+    return Edge(u, np.sqrt(np.maximum(value, 0.0)), _centre(body, section))
+
+
+def _nodes(body: Any, section: Any) -> np.ndarray:
+    """Return the coordinates between which the allowed ones are looked for: of an angle one turn."""
+    if traits_of(body).isotropic:
+        return radii()
+    turns = [
+        period
+        for name, period in zip(traits_of(body).names, traits_of(body).periods)
+        if isinstance(section, (Linear, AngleEquals)) and name != section_row(body, section)[0]
+    ]
+    half = turns[0] / 2 if len(turns) == 1 else 0.0
+    return np.linspace(-half, half, TURN + 1) if half > 0 else line()
+
+
+def _of_ellipses(body: Any) -> bool:
+    """Tell whether ellipses of momenta differ from place to place."""
+    traits = traits_of(body)
+    return traits.nonseparable and traits.ellipsoidal
+
+
+def _edge_of(pieces: list[Sides]) -> Edge:
+    u, low, high = (np.concatenate(rows) for rows in zip(*pieces, strict=True))
+    return Edge(u, (high - low) / 2, (low + high) / 2)
+
+
+def parts(body: Any, section: Any, energy: float, p_eta: float, p_gamma: float) -> list[Part]:
+    """Return the pieces of the section of any system."""
+    if _of_ellipses(body) or traits_of(body).quadratic:
+        return _bounded_parts(body, section, energy, p_eta, p_gamma)
+    box = surface_of(body, energy, section, None).box
+    k = 2 - traits_of(body).names.index(section_row(body, section)[0])
+    return [Part(*map(float, (box.low[0], box.high[0], box.low[k], box.high[k])))]
+
+
+def _momenta_of(body: Any, section: Any, energy: float, rest: Function, low: float, high: float) -> tuple[float, float]:
+    """Return the range of momenta on a piece of a section."""
+    nodes = np.linspace(low, high, 65) if high > low else np.full(3, low)
+    if _of_ellipses(body):
+        found = Ellipses(body, section, energy)
+
+        def end(side: int) -> Function:
+            return lambda u, _: (side * found.sides(u.ravel())[1 if side < 0 else 2].reshape(u.shape), 0.0 * u)
+
+        bottom, top = (float(highest(end(side), 1, nodes)[0]) for side in (-1, 1))
+        return -bottom, top
+    centre, top = _centre(body, section), float(np.sqrt(max(0.0, extrema(rest, 1, nodes).f.max())))
+    return centre - top, centre + top
+
+
+def _centre(body: Any, section: Any) -> float:
+    """Return the momentum about which the accessible part of a section is symmetric: that of rest."""
+    if not isinstance(section, (Linear, AngleEquals)) or not traits_of(body).frame:
+        return 0.0
+    i = int(np.flatnonzero(section.normal)[0])
+    q = np.zeros(2)
+    q[i] = section.offset / section.normal[i]
+    return float(at_rest(body, q)[1 - i])
+
+
+def _bounded_parts(body: Any, section: Any, energy: float, p_eta: float, p_gamma: float) -> list[Part]:
+    """Return the pieces of the section that the energy allows, without those that go to infinity."""
+    rest = _rest(body, section, energy, p_eta, p_gamma)
+    nodes = _nodes(body, section)
+    found, name = intervals(rest, nodes), section_in_words(section, body)
+    if abs(nodes[-1]) < LARGEST:  # of an angle
+        found = [(max(low, float(nodes[0])), min(high, float(nodes[-1]))) for low, high in found]
+    if not found:
+        raise NotReached(
+            too_low(body, energy, p_eta, p_gamma)
+            or f"energy {energy:g} does not reach the section {name}: the least energy there is "
+            f"{_least(body, section, energy, rest, nodes):.6g}"
+        )
+    bounded, parts = [ends for ends in found if np.isfinite(ends).all()], []
+    endless = len(bounded) > ENDLESS
+    for low, high in [min(bounded, key=lambda ends: abs(ends[0] + ends[1]))] if endless else bounded:
+        parts.append(Part(low, high, *_momenta_of(body, section, energy, rest, low, high)))
+    if not parts or not all(np.isfinite([part.bottom, part.top]).all() for part in parts):
+        if below := too_low(body, energy, p_eta, p_gamma):
+            raise NotReached(below)
+        why = may_escape(body, energy, p_eta, p_gamma) or f"energy {energy:g} does not bound the motion"
+        raise ValueError(f"{why}; nothing bounds the section {name}: give the ranges of the axes")
+    if endless:
+        low, high, bottom, top = parts[0]
+        raise ValueError(
+            f"what energy {energy:g} allows of the section {name} falls apart into pieces without end: give the ranges "
+            f"of the axes, such as (({low:.6g}, {high:.6g}), ({bottom:.6g}, {top:.6g}))"
+        )
+    return parts
+
+
+def _least(body: Any, section: Any, energy: float, rest: Function, nodes: np.ndarray) -> float:
+    """Return the least energy on a section: from there on some momentum is left."""
+    if traits_of(body).isotropic:
+        mass = body.mu
+    elif _of_ellipses(body):
+        return energy - float(highest(rest, 1, nodes)[0])
+    else:
+        mass = 0.5 / body.kinetic_energy(*np.eye(2)[1 - int(np.flatnonzero(section.normal)[0])])
+    return energy - float(highest(rest, 1, nodes)[0]) / (2 * mass)
+
+
+def _rest(body: Any, section: Any, energy: float, p_eta: float, p_gamma: float) -> Function:
+    """Return the largest squared momentum at a coordinate as a function of one column; infinite where nothing bounds
+    the other radius.
+    """
+    if _of_ellipses(body) and body.degrees_of_freedom == 2:
+        return Ellipses(body, section, energy).room
+    if isinstance(section, (Linear, AngleEquals)) and body.degrees_of_freedom == 2:
+        i = int(np.flatnonzero(section.normal)[0])
+        at = section.offset / section.normal[i]
+        weight = body.kinetic_energy(*np.eye(2)[1 - i])
+
+        def left(u, _):
+            q = np.array([at + 0 * u, u] if i == 0 else [u, at + 0 * u])
+            V = np.where(body.margin(*q) > 0, least_energies(body, q), np.inf)
+            return (energy - V) / weight, (abs(energy) + np.abs(V)) / weight
+
+        return left
+    if not traits_of(body).isotropic:
+        raise TypeError(f"section {section!r} has no known boundary for {type(body).__name__}")
+    surface = body, energy, p_eta, p_gamma
+    if isinstance(section, (AlphaTurning, BetaTurning)):
+        return lambda u, _: _widest(*surface, u, alpha=isinstance(section, AlphaTurning))
+    if isinstance(section, (AlphaEquals, BetaEquals, AreaEquals)):
+        return lambda u, _: room(*surface, *radii_over(section, u))
+    raise TypeError(f"section {section!r} has no known boundary")
+
+
+def _widest(
+    body: Any, energy: float, p_eta: float, p_gamma: float, u: np.ndarray, *, alpha: bool
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return the largest squared momentum at u over all values of the other radius, infinite where it has no bound; and
+    its size.
+    """
+    flat = u.ravel()
+    rest = radial(body, energy, p_eta, p_gamma, flat, alpha=alpha)
+    far = evaluated(rest, np.full(flat.size, LARGEST), np.arange(flat.size))[0] > 0
+    best = np.where(far, np.inf, highest(rest, flat.size, radii())).reshape(u.shape)
+    return best, 2 * body.mu * abs(energy) + np.abs(best)

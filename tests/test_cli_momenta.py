@@ -1,0 +1,124 @@
+"""H(q, p) on the command line and in jobs: the library's own numbers, interrupted jobs, and what is refused."""
+
+import numpy as np
+import pytest
+
+import fastaff as fa
+from fastaff.jobs.analyses import Chaos
+from fastaff.jobs.job import Job
+from fastaff.jobs.launch import Starts
+from fastaff.jobs.running import begin
+from fastaff.jobs.system import Surface, described
+from fastaff.jobs.units import compute_unit
+from fastaff.models.double_pendulum import DoublePendulum
+
+pytest.importorskip("cyclopts")
+pytest.importorskip("matplotlib")
+
+from fastaff.cli.main import main
+
+DOUBLE = "(p1**2 + 2*p2**2 - 2*p1*p2*cos(q1-q2))/(2*(1 + sin(q1-q2)**2)) - 2*g*cos(q1) - g*cos(q2)"
+TEXT = [f"--hamiltonian={DOUBLE}", "--coordinates", "q1 q2", "--momenta", "p1 p2", "--parameter", "g=1"]
+TEXT += ["--angles", "q1=2*pi", "--angles", "q2=2*pi"]
+ENERGY = ["--energy", "-1.2", "--no-figure"]
+
+
+def pendulum():
+    turns = {"q1": "2*pi", "q2": "2*pi"}
+    return fa.hamiltonian(DOUBLE, coordinates="q1 q2", momenta="p1 p2", periods=turns, g=1.0)
+
+
+@pytest.mark.parametrize("words", [TEXT, ["--model", "double-pendulum", "--parameter", "g=1"]], ids=["text", "named"])
+def test_a_section_of_random_starts(tmp_path, monkeypatch, words):
+    monkeypatch.chdir(tmp_path)
+    how = ["--orbits", "5", "--seed", "3", "--crossings", "10", "--max-time", "200"]
+    assert main(["poincare", *words, "--energy", "-1.2", *how]) == 0
+    found = fa.load("fastaff-poincare.npz")
+    model = pendulum() if words is TEXT else DoublePendulum()
+    surface = Surface(energy=-1.2)
+    launch = Starts(orbits=5, seed=3).launch(model, surface.build(model), surface, "3x3")
+    truth = fa.poincare_map(model, launch.points(0)[0], section="q1=0", crossings=10, max_time=200.0)
+    np.testing.assert_array_equal(found.points, truth.points)
+    assert (found.counts == 10).all()
+    np.testing.assert_allclose(model.energy(*found.points), -1.2, rtol=0, atol=1e-10)
+
+
+def test_a_grid_of_named_rows_and_the_whole_surface(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    cells = {"q2": [-2 / 3, 0.0, 2 / 3], "p2": [-0.25, 0.25]}
+    z0 = fa.energy_grid(pendulum(), energy=-1.2, axes=cells, solve="p1").z0
+    truth = fa.chaos_map(pendulum(), z0, time=30.0)
+    grid = ["--axes", "q2=-1:1:3", "--axes", "p2=-0.5:0.5:2", "--solve", "p1"]
+    for starts in (grid, ["--orbits", "6", "--microcanonical"]):
+        assert main(["chaos-map", *TEXT, *ENERGY, *starts, "--time", "30"]) == 0
+        found = fa.load("fastaff-chaos-map.npz")
+        assert len(found) == 6
+        if starts is grid:
+            np.testing.assert_allclose(found.megno, truth.megno, rtol=1e-6)
+
+
+@pytest.mark.parametrize(
+    "value",
+    [
+        pendulum(),
+        DoublePendulum(m_1=2.0),
+        fa.hamiltonian("p**2*(1 + x**2)/2 + x**2 + x*p*cos(t)", coordinates="x", momenta="p", period="2*pi"),
+        fa.hamiltonian("s**2/2 - k*cos(x)", coordinates="x", momenta="s", periods={"x": "2*pi"}, k=0.5),
+    ],
+    ids=["text", "named", "driven", "separable"],
+)
+def test_models_are_described_as_options(value):
+    found = described(value)
+    assert found is not None
+    assert found.build() == value
+    assert type(found.build()) is type(value)
+
+
+def test_a_job_that_was_stopped_has_the_bits_of_one_run(tmp_path):
+    """Half of its units in another order, and the rest after that; in text form too."""
+    job = Job(
+        model=pendulum(),
+        surface=Surface(energy=-0.5),
+        starts=Starts(grid="5x4"),
+        chaos_map=Chaos(time=20.0, indicators="megno"),
+        unit=3,
+    )
+    whole = fa.run(job, tmp_path / "whole")["chaos_map"]
+    count = begin(job, tmp_path / "parts").units
+    for number in range(count - 1, count // 2, -1):
+        compute_unit(str(tmp_path / "parts"), number, 1)
+    parts = fa.resume(tmp_path / "parts")["chaos_map"]
+    np.testing.assert_array_equal(whole.megno, parts.megno)
+    assert len(whole) > 10
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        ([*TEXT[:3], "--momenta", "p1", "--energy", "1"], "--momenta must be 2 names"),
+        (["--formula", "D1*D2", "--momenta", "p1 p2", "--energy", "1"], "--momenta belongs to --hamiltonian"),
+        (["--model", "double-pendulum", "--momenta", "p1 p2"], "--momenta belongs to --formula, --hamiltonian"),
+        (["--model", "double-pendulum", "--parameter", "h=1"], "--parameter h is none of double-pendulum"),
+        (["--model", "double-pendulum", "--mu", "2"], "--mu belongs to bodies"),
+        (["--model", "double-pendulum"], "--energy is required"),
+        (["--model", "double-pendulum", "--energy", "-4"], "the least energy there is -3"),
+        ([*TEXT[:7], "--angles", "q1=1", "--energy", "1"], "--angles['q1'] must be one of the system's"),
+        ([*TEXT, "--friction", "0.1", "--energy", "1"], "friction does not go with momenta"),
+        (
+            [
+                "--hamiltonian=p**2*x**2 - s**2 + y**2",
+                "--momenta",
+                "p s",
+                "--energy",
+                "1",
+                "--orbits",
+                "3",
+                "--microcanonical",
+            ],
+            "give ranges of the rows, --axes x=LOW:HIGH --axes y=LOW:HIGH --axes p=LOW:HIGH --axes s=LOW:HIGH",
+        ),
+    ],
+)
+def test_what_is_wrong_is_said_of_flags(words, said, capsys):
+    assert main(["chaos-map", *words, "--no-figure"]) == 2
+    assert said in capsys.readouterr().err
