@@ -218,45 +218,37 @@ def _margin(walls: Sequence[Any], q: Sequence[str], taken: Sequence[str]) -> str
 _LOOPS = '''\
 class Loops(NamedTuple):
     """Loops in the coordinate planes (q_i, p_i){about}."""
-{fields}
+{field}
     names = {names!r}
     planes = {planes!r}
 
     def signals(self, {row}):
         """Return Re Q, Im Q, Re P, Im P of each angle in turn."""
         zero = 0.0*{first}
-{lines}        return {signals}
+{phase}        return {signals}
 
 
 '''
 
 
-def loops(coordinates: Sequence[str], *, time: bool = False, cyclic: Sequence[int] = ()) -> str:
+def loops(coordinates: Sequence[str], *, time: bool = False) -> str:
     """Return the text of angle variables of loops in (q_i, p_i), one for each coordinate; `time`: the last of them is
-    the time, whose loop is that of the drive's phase; cyclic: places of angles that H does not depend on, which come
-    last and go round circles, by turn_i radians per unit.
+    the time, whose loop is that of the drive's phase.
     """
     n = range(len(coordinates))
-    order = sorted(n, key=lambda i: i in cyclic)
     q, p = ([f"{stem}{i}" for i in n] for stem in ("q", "p"))
     signals = [f"{q[i]}, zero, {p[i]}, zero" for i in n]
-    fields, lines = [f"turn{i}" for i in cyclic], []
-    for i in cyclic:  # Q = exp(i q), P = i p Q, so that p = Im(conj(Q) P)
-        lines.append(f"c{i}, s{i} = np.cos(self.turn{i}*{q[i]}), np.sin(self.turn{i}*{q[i]})")
-        signals[i] = f"c{i}, s{i}, -{p[i]}*s{i}, {p[i]}*c{i}"
     if time:
-        fields.append("omega")
-        lines.append(f"c, s = np.cos(self.omega*{q[-1]}), np.sin(self.omega*{q[-1]})")
         signals[-1] = "c, zero, -self.omega*s, zero"
     return _LOOPS.format(
         about=" and of the drive's phase" if time else "",
-        fields="".join(f"\n    {field}: float" for field in fields) + ("\n" if fields else ""),
-        lines="".join(f"        {line}\n" for line in lines),
-        names=tuple(coordinates[i] for i in order),
-        planes=tuple(i in cyclic for i in order),
+        field="\n    omega: float\n" if time else "",
+        phase=f"        c, s = np.cos(self.omega*{q[-1]}), np.sin(self.omega*{q[-1]})\n" if time else "",
+        names=tuple(coordinates),
+        planes=(False,) * len(n),
         first=q[0],
         row=", ".join((*q, *p)),
-        signals=", ".join(signals[i] for i in order),
+        signals=", ".join(signals),
     )
 
 

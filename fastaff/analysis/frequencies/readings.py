@@ -13,6 +13,7 @@ from .demodulated import PARTS, demodulated, parts, turning
 from .fundamental import Loops, Modes, adopt, fit, modes, taken, values
 from .integer_lattice import box, combined
 from .line_rates import line_changes, line_rates
+from .rotations import going_round, mean_turns
 from .signals import Signals
 from .turning import CHANGED
 from .windows import damping
@@ -31,6 +32,9 @@ BEATS = 10.0
 """Factor of the errors of mean rates of orbits whose lines are closer than 1/time: all windows see the same part of
 their beats.
 """
+
+ROUND = 2.0
+"""Factor of the errors of mean rates of coordinates: of few turns two windows see too little."""
 
 BEATEN = 5.0
 """Factor of the change from half to half: so much frequencies may be off by beats of combinations about as slow as the
@@ -213,7 +217,30 @@ def read(layout: Layout, samples: Samples, fallback: float | None, threads: int)
     known &= through[1] < leading_error[:, :m]
     leading[:, :m] = np.where(known, through[0], leading[:, :m])
     leading_error[:, :m] = np.where(known, through[1], leading_error[:, :m])
-    return _with_scheme(chosen, samples, found.rank + n - m, leading, leading_error, basis, vague, irregular)
+    rank = found.rank + n - m
+    if layout.periods.any():
+        _count_turns(samples, layout.periods, found, chosen, (leading, leading_error, basis, rank, vague))
+    return _with_scheme(chosen, samples, rank, leading, leading_error, basis, vague, irregular)
+
+
+def _count_turns(samples: Samples, periods: np.ndarray, found: Modes, rates: _Rates, places: tuple) -> None:
+    """Fill in the mean rates of coordinates that go round where a frequency is missing that is in no line."""
+    leading, leading_error, basis, rank, vague = places
+    s, start, n = samples.run, samples.start, rates.nu.shape[1]
+    going = going_round(s, periods) & (rank < n)[:, None]
+    wound = np.flatnonzero(going.any(axis=1))
+    free = going[wound] & ~found.owned[wound]
+    turns = _of_parts(*mean_turns(s.of(wound), None if start is None else start.of(wound), periods))
+    turns = turns._replace(error=np.where(vague[wound, None], BEATS, ROUND) * turns.error)
+    adopt(rates, wound, turns.where(free, taken(rates, wound)))
+    for table, new in (leading, turns.nu), (leading_error, turns.error):
+        table[wound] = np.where(free, new, table[wound])
+    basis[wound] = np.where(free[:, :, None], np.eye(n, dtype=np.int64), basis[wound])
+    rank[wound] += free.sum(axis=1)
+    # A rate that has no place may be a frequency of its own.
+    vague[wound] &= found.moving[wound].any(axis=1)
+    vague[wound] |= (going[wound] & ~free).any(axis=1) & (rank[wound] < n)
+    vague[wound] |= related(np.where(found.owned[wound] | free, rates.nu[wound], np.nan), rates.error[wound])
 
 
 def _lattice_rates(s: Signals, start: Signals | None, loops: Loops, found: Modes, threads: int) -> _Rates:
@@ -355,19 +382,25 @@ def _averages(s: Signals, start: Signals | None, loops: Loops, librations: int, 
                 first = run if part.size == o.size else run[part]
                 coarse, fine = (turning(x, theirs, brief, dt, threads) for x in (first, fine))
                 change[o[part]] = (coarse - fine)[:, :, :1]
-    nu = rates[:, :, 0]
+    found = _of_parts(rates, change)
+    # The argument of a loop whose centre is not exact beats with its frequency; that of a plane has none.
+    found.error[:, :librations] += damping(np.abs(found.nu[:, :librations]) * s.time[:, None]) / s.time[:, None]
+    return found
+
+
+def _of_parts(rates: np.ndarray, change: np.ndarray) -> _Rates:
+    """Return frequencies from mean rates (orbits, loops, PARTS), and what these lose (orbits, loops, 1) where the step
+    is halved.
+    """
 
     def spread(whole: int, *parts: int) -> np.ndarray:
         return SAFETY * np.abs(rates[:, :, parts] - rates[:, :, whole, None]).max(axis=2)
 
-    error = spread(0, 3, 4)
-    # The argument of a loop whose centre is not exact beats with its frequency; that of a plane has none.
-    error[:, :librations] += damping(np.abs(nu[:, :librations]) * s.time[:, None]) / s.time[:, None]
-    halves_error = np.stack([spread(1, 5, 6), spread(2, 7, 8)], axis=2)
+    error, halves_error = spread(0, 3, 4), np.stack([spread(1, 5, 6), spread(2, 7, 8)], axis=2)
     return _Rates(
-        nu,
+        rates[:, :, 0].copy(),
         np.where(np.isfinite(error), error, np.inf),
-        np.zeros(nu.shape, np.int8),
+        np.zeros(error.shape, np.int8),
         *_of_step(change),
         rates[:, :, 1:3],
         np.where(np.isfinite(halves_error), halves_error, np.inf),
