@@ -11,7 +11,7 @@ import numpy as np
 from ..base.foreign import read_by
 from ..base.numbers import positive, real
 from .grammar import checked_name
-from .library import MAX_DEGREES_OF_FREEDOM, RESERVED
+from .reserved import MAX_DEGREES_OF_FREEDOM, RESERVED
 
 MAX_PARAMETERS = 64
 

@@ -160,16 +160,22 @@ def read(layout: Layout, samples: Samples, fallback: float | None, threads: int)
         leading[:, m:], leading_error[:, m:] = planes.nu, planes.error
         basis[:, range(m, n), range(m, n)] = 1
     basis[:, :m, :m] = combination
-    # Where the integers are known the frequencies tell the leading lines better than bins do.
-    known = (combination != 0).any(axis=2) & np.isfinite(chosen.error[:, :m]).all(axis=1, keepdims=True)
-    through = combined(combination, chosen.nu[:, :m]), combined(np.abs(combination), chosen.error[:, :m])
-    known &= through[1] < leading_error[:, :m]
-    leading[:, :m] = np.where(known, through[0], leading[:, :m])
-    leading_error[:, :m] = np.where(known, through[1], leading_error[:, :m])
+    _better_leading(leading[:, :m], leading_error[:, :m], combination, chosen.of(slice(0, m)))
     rank = found.rank + n - m
     if layout.periods.any():
         _count_turns(samples, layout.periods, found, chosen, (leading, leading_error, basis, rank, vague))
     return _with_scheme(chosen, samples, rank, leading, leading_error, basis, vague, irregular)
+
+
+def _better_leading(leading: np.ndarray, error: np.ndarray, combination: np.ndarray, rates: Rates) -> None:
+    """Set leading lines (orbits, m) and their errors by the frequencies where the integers are known and tell them
+    better than bins do.
+    """
+    known = (combination != 0).any(axis=2) & np.isfinite(rates.error).all(axis=1, keepdims=True)
+    through = combined(combination, rates.nu), combined(np.abs(combination), rates.error)
+    known &= through[1] < error
+    leading[:] = np.where(known, through[0], leading)
+    error[:] = np.where(known, through[1], error)
 
 
 def _count_turns(samples: Samples, periods: np.ndarray, found: Modes, rates: Rates, places: tuple) -> None:
