@@ -412,7 +412,7 @@ LONG_FUNCTIONS = {
     "kernels.adaptive_drive.run_adaptive": 101,
     "kernels.drive.run_fixed": 100,
 }
-"""Functions above the gate. The kernels are one loop over the arrays of a block, too many for the parameters of a part."""
+"""Functions above the gate. The kernels are one loop over a block's arrays, too many for the parameters of a part."""
 
 
 def above(measured, gate, known):
