@@ -21,23 +21,18 @@ from typing import Any
 import numba
 import numpy as np
 from numba import types
-from numba.core.typing.templates import AbstractTemplate, AttributeTemplate, infer_getattr
-from numba.extending import lower_builtin
 
 from ..base.identity import by_identity
 from . import cache, jit, map_sums, map_texts, nystrom
-from .callees import Callee
 from .damping import shortened
 from .fused import fma
 from .jit import JIT_DISABLED, SIGNATURES
+from .methods import compiled_method, own_methods, register_methods
 from .plane_loops import angle_of
 from .pointers import Bound, Calls, call_table
 from .state_rows import Rows, rows_of
-from .substitution import replaced
 from .texts import ARGUMENTS, ONE_VARIABLE, TEXTS, observed, read, signals, taken
 from .turning import turn
-
-_TUPLE_NAMES = {*dir(tuple), "_make", "_asdict", "_replace", "_fields", "_field_defaults"}
 
 
 def is_value(candidate: Any) -> bool:
@@ -104,7 +99,7 @@ def _compilable(cls: type) -> type:
     if cls._fields:  # type: ignore[attr-defined]
         return cls
     twin: type = namedtuple("twin", ["unused"])
-    for name, method in _methods(cls):
+    for name, method in own_methods(cls):
         setattr(twin, name, method)
     return twin
 
@@ -129,7 +124,7 @@ def _model_block(kind: str, line: str, classes: tuple, rows: Rows) -> Any:
     helpers = {"turn": turn} if rows.frame else {"shortened": shortened} if rows.friction else {}
     if kind == "angles":
         helpers = {"angle_of": _ANGLE_OF}
-    names = tuple((name, entry if JIT_DISABLED else _compiled_method(entry)) for name, entry in helpers.items())
+    names = tuple((name, entry if JIT_DISABLED else compiled_method(entry)) for name, entry in helpers.items())
     return _compiled(kind, line + _texts(rows)[kind](rows), classes, names)
 
 
@@ -225,7 +220,7 @@ def observer_block(value: Any, function: Callable, sizes: tuple[int, ...], calls
 def reading_block(function: Callable, parameters: int, view: Callable) -> Any:
     """Return the compiled reading function(growth, i, *parameters), where growth = view(n, k, m, memory)."""
     plain = getattr(function, "py_func", function)
-    names = ("read", plain if JIT_DISABLED else _compiled_method(plain)), ("view", view)
+    names = ("read", plain if JIT_DISABLED else compiled_method(plain)), ("view", view)
     with _explained(f"reading must be a function reading(growth, i, *parameters) of {parameters} parameters for Numba"):
         return _compiled("reading", read(parameters), (), names)
 
@@ -262,7 +257,7 @@ def _compiled(kind: str, body: str, classes: tuple, namespace: tuple) -> Any:
     exec(compile("\n" + text, filename, "exec"), names)  # below the line of the checksum
     if not JIT_DISABLED:
         for cls, _ in classes:
-            _register_methods(cls)
+            register_methods(cls)
     return jit.block_function(names[kind], SIGNATURES[kind], cache=folder is not None)
 
 
@@ -284,7 +279,7 @@ def fingerprint(classes: tuple[type, ...], functions: tuple[Callable, ...] = ())
         if source_file is None or not Path(source_file).is_file():
             return None
         digest.update(Path(source_file).read_bytes())
-        for name, code in _methods(entry) if isinstance(entry, type) else [(entry.__qualname__, entry)]:
+        for name, code in own_methods(entry) if isinstance(entry, type) else [(entry.__qualname__, entry)]:
             digest.update(name.encode())
             if not _fingerprint(code, digest, set()):
                 return None
@@ -346,63 +341,6 @@ def _numbers(entry: Any) -> bool:
     return isinstance(entry, tuple) and all(map(_is_number, entry))
 
 
-def _methods(cls: type) -> list[tuple[str, Callable]]:
-    return [
-        (name, entry)
-        for name, entry in vars(cls).items()
-        if inspect.isfunction(entry) and name not in _TUPLE_NAMES and not name.startswith("__")
-    ]
-
-
-_REGISTERED: set[str] = set()
-
-
-def _register_methods(cls: type) -> None:
-    """Teach Numba to call the plain methods of NamedTuple classes by name."""
-    for name, _ in _methods(cls):
-        if name not in _REGISTERED:
-            _register(name)
-            _REGISTERED.add(name)
-
-
-@infer_getattr
-class _Methods(AttributeTemplate):
-    """The types of methods of NamedTuples; `_register` adds what calls compile to."""
-
-    key = types.BaseNamedTuple
-
-    def generic_resolve(self, value, name):
-        method = vars(value.instance_class).get(name) if name in _REGISTERED else None
-        if not inspect.isfunction(method):
-            return None
-        compiled = types.Dispatcher(_compiled_method(method))
-
-        class Call(AbstractTemplate):
-            key = types.BaseNamedTuple, name
-
-            def generic(self, args, kws):
-                return compiled.get_call_type(self.context, (value, *args), kws).as_method()
-
-        return types.BoundFunction(Call, value)
-
-
-def _register(name: str) -> None:
-    @lower_builtin((types.BaseNamedTuple, name), types.BaseNamedTuple, types.VarArg(types.Any))
-    def call(context, builder, signature, arguments):
-        compiled = types.Dispatcher(_compiled_method(vars(signature.args[0].instance_class)[name]))
-        function = context.get_function(compiled, signature)
-        context.add_linking_libs(function.libs)
-        return function(builder, arguments)
-
-
 def _compiled_function(function: Callable) -> Callable:
     """Return a kernel of the package as it is, another function compiled as methods of models are."""
-    return function if _ours(function) else _compiled_method(getattr(function, "py_func", function))
-
-
-@functools.cache
-def _compiled_method(method: Any) -> Callable:
-    """Return a method with branch-free functions, always inlined: one call left in a loop over lanes, because LLVM
-    finds a method too long, and the loop does not vectorise.
-    """
-    return Callee(replaced(method), constants=True, forceinline=True)
+    return function if _ours(function) else compiled_method(getattr(function, "py_func", function))

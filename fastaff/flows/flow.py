@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
@@ -12,10 +11,7 @@ import numpy as np
 from ..base.numbers import fits, number_of_steps
 from ..base.status import Status
 from ..compile import damping, nystrom
-from ..compile.blocks import idle_block, model_block, nystrom_block, parameters, step_block
 from ..compile.jit import LANES
-from ..compile.nystrom import Terms
-from ..compile.pointers import address
 from ..compile.turning import spare_rows
 from ..kernels import crossing_roots as roots
 from ..kernels.adaptive_drive import AdaptiveSteps, run_adaptive
@@ -30,28 +26,12 @@ from . import observers
 from .checks import energy_drift
 from .ensemble import Ensemble
 from .launch import Report, launch, units
+from .model_blocks import blocks_of
 from .observers import Observer
 from .reaches import escape_radii
 
 WEAR_STEPS = 2, 4, 8, 16, 32
 """Steps, or one, after which orbits that are slowed lose some of their momenta: lanes of a block stop together."""
-
-
-def blocks_of(model: Any, vectors: int = 0, step: Callable | None = None, **kinds: str | Terms) -> Blocks:
-    """Return what kernels see of a model: block functions of these kinds, or of a Runge-Kutta-Nyström scheme's terms,
-    idle ones in the other places; step: the kernel of a scheme that steps by the derivative.
-    """
-    n, derivative = model.degrees_of_freedom, 0
-    found = {
-        place: model_block(kind, model, n, vectors)
-        if isinstance(kind, str)
-        else nystrom_block(f"nystrom_{place}", model, n, vectors, kind)
-        for place, kind in kinds.items()
-    }
-    if step is not None:
-        found["step"], derivative = step_block(step), address(model_block("derivative", model, n, vectors))
-    idle = {place: idle_block(place) for place in Blocks._fields[1:-1] if place not in found}
-    return Blocks(parameters(model), **found, **idle, derivative=derivative)
 
 
 class Wear(NamedTuple):

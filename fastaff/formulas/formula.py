@@ -287,7 +287,7 @@ def _charged(
         p, entry, argument = f"p_{name}", potential.get(name), f"vector_potential[{name!r}]"
         if name in potential:
             try:
-                field = _written(entry)
+                field = text_of(entry)
             except TypeError:
                 raise TypeError(f"{argument} must be a formula such as 'B*x', got {shown(entry)}") from None
             parse(field, variables, parameters, argument=argument, length=_SYMPY_LENGTH)

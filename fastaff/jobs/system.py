@@ -291,53 +291,14 @@ def described(value: Any) -> Model | None:
     """Return the options that build this model, None where none do."""
     import fastaff
 
-    inner, traits = getattr(value, "potential", value), traits_of(value)
+    inner = getattr(value, "potential", value)
     mu = float(getattr(value, "mu", 1.0)) if inner is not value else 1.0
     fields: dict[str, Any] = (
         {name: float(entry) for name, entry in zip(inner._fields, inner)} if hasattr(inner, "_fields") else {}
     )
-    text = getattr(inner, "formula", None)
     found = None
-    request = (*getattr(value, "_request", ()), *[None] * 11)
-    if text is not None:
-        rates = {"rotation": request[5], "magnetic": request[6], "friction": request[8]}
-        rotation, magnetic, friction = (repr(fields.pop(name)) if how == name else how for name, how in rates.items())
-        parameter = [f"{name}={entry!r}" for name, entry in fields.items()] or None
-        domain = getattr(inner, "domain", None)
-        if traits.iterated:
-            rows = (*value.coordinates, *value.momenta)
-            angles = [f"{name}={text}" for name, text in zip(rows, MapRequest(*value._request).periods) if text]
-            found = Model(
-                map=text,
-                coordinates=" ".join(value.coordinates),
-                angles=angles or None,
-                parameter=parameter,
-                domain=domain,
-            )
-        elif not traits.canonical:
-            found = Model(flow=text, parameter=parameter, domain=domain)
-        elif inner is not value:
-            found = Model(formula=text, parameter=parameter, domain=domain, mu=mu)
-        else:
-            coordinates, period = " ".join(value.coordinates[: traits.moving]), None
-            if traits.driven:
-                said = fields.pop("period", None)
-                period = Request(*value._request).period if said is None else repr(said)
-                parameter = [f"{name}={entry!r}" for name, entry in fields.items()] or None
-            made = Request(*value._request)
-            angles = [f"{name}={text}" for name, text in zip(made.coordinates, made.periods) if text]
-            found = Model(
-                hamiltonian=text,
-                momenta=" ".join(made.momenta) or None,
-                angles=angles or None,
-                coordinates=coordinates,
-                parameter=parameter,
-                domain=domain,
-                rotation=rotation,
-                magnetic=magnetic,
-                friction=friction,
-                period=period,
-            )
+    if getattr(inner, "formula", None) is not None:
+        found = _of_text(value, inner, fields, mu)
     else:
         keys = [key for key, (kind, _) in MODELS.items() if type(inner) is getattr(fastaff, kind)]
         maps = [key for key, kind in {**MAPS, **SYSTEMS}.items() if type(value) is getattr(fastaff.models, kind)]
@@ -350,3 +311,40 @@ def described(value: Any) -> Model | None:
     except (ValueError, TypeError):
         return None
     return found if found is not None and type(same) is type(value) and same == value else None
+
+
+def _of_text(value: Any, inner: Any, fields: dict[str, float], mu: float) -> Model:
+    """Return the options of a model of a text: of a map, equations, a body's potential, or a Hamiltonian."""
+    traits, text, domain = traits_of(value), inner.formula, getattr(inner, "domain", None)
+    request = (*getattr(value, "_request", ()), *[None] * 11)
+    rates = {"rotation": request[5], "magnetic": request[6], "friction": request[8]}
+    rotation, magnetic, friction = (repr(fields.pop(name)) if how == name else how for name, how in rates.items())
+    parameter = [f"{name}={entry!r}" for name, entry in fields.items()] or None
+    if traits.iterated:
+        rows = (*value.coordinates, *value.momenta)
+        angles = [f"{name}={text}" for name, text in zip(rows, MapRequest(*value._request).periods) if text]
+        return Model(
+            map=text, coordinates=" ".join(value.coordinates), angles=angles or None, parameter=parameter, domain=domain
+        )
+    if not traits.canonical:
+        return Model(flow=text, parameter=parameter, domain=domain)
+    if inner is not value:
+        return Model(formula=text, parameter=parameter, domain=domain, mu=mu)
+    period, made = None, Request(*value._request)
+    if traits.driven:
+        said = fields.pop("period", None)
+        period = made.period if said is None else repr(said)
+        parameter = [f"{name}={entry!r}" for name, entry in fields.items()] or None
+    angles = [f"{name}={text}" for name, text in zip(made.coordinates, made.periods) if text]
+    return Model(
+        hamiltonian=text,
+        momenta=" ".join(made.momenta) or None,
+        angles=angles or None,
+        coordinates=" ".join(value.coordinates[: traits.moving]),
+        parameter=parameter,
+        domain=domain,
+        rotation=rotation,
+        magnetic=magnetic,
+        friction=friction,
+        period=period,
+    )

@@ -20,7 +20,8 @@ from ...models.contracts import Dynamics, Section
 from ...models.mechanics import at_rest, energies, inside, kinetic_energies, potential_energies
 from ...models.sections import AlphaEquals, AlphaTurning, AngleEquals, AreaEquals, BetaEquals, BetaTurning, Linear
 from ...models.traits import traits_of
-from .allowed_region import Function, crossings, extrema
+from .allowed_region import crossings, extrema
+from .body_planes import planes, radial, radii_over, room
 from .energy_limits import NotReached, too_low
 from .named_axes import Axes, are_named, by_name, checked_energy, checked_sign, checked_values, launching
 from .surface_roots import roots_along
@@ -287,24 +288,9 @@ def _lift(section, body, energy, p_eta, p_gamma, u, v):
     )
 
 
-def planes(alpha, p_alpha, p_eta, beta, p_beta, p_gamma):
-    """Return phase points with eta = gamma = 0; a radius 0 is allowed where its angular momentum is 0."""
-    across_a = p_eta / alpha if p_eta else 0.0 * alpha
-    across_b = p_gamma / beta if p_gamma else 0.0 * beta
-    return np.array([alpha, 0 * alpha, beta, 0 * beta, p_alpha, across_a, p_beta, across_b])
-
-
 def _momentum(rest, direction):
     """Return the missing momentum, with the sign of the direction; NaN where the energy does not reach."""
     return np.where(rest >= 0, np.sqrt(np.maximum(rest, 0)), np.nan) * (-1.0 if direction < 0 else 1.0)
-
-
-def radii_over(section: Any, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return alpha and beta on a section that gives one of them over the other, u."""
-    if isinstance(section, AreaEquals):
-        return np.sqrt(2 * section.constant + u * u), u
-    constant = np.full(u.shape, float(section.constant))
-    return (u, constant) if isinstance(section, BetaEquals) else (constant, u)
 
 
 @_lift.register(AlphaEquals)
@@ -359,27 +345,6 @@ def _(section, body, energy, p_eta, p_gamma, u, v):
     z[2 + i] = _momentum((energy - energies(body, z)) / weight + own * own, sign)
     z[2 + i] += own
     return z, names
-
-
-def room(
-    body: Any, energy: float, p_eta: float, p_gamma: float, alpha: Any, beta: Any
-) -> tuple[np.ndarray, np.ndarray]:
-    """Return 2 mu (energy - H) at rest in alpha and beta, the squared momentum that is left, and the sum of the sizes
-    of its terms.
-    """
-    A, B = alpha * alpha, beta * beta
-    barrier = (p_eta / alpha) ** 2 if p_eta else 0.0
-    barrier = barrier + ((p_gamma / beta) ** 2 if p_gamma else 0.0)
-    V = body.potential.value(A, B)
-    left = np.where(body.potential.margin(A, B) > 0, 2 * body.mu * (energy - V) - barrier, -np.inf)
-    return left, 2 * body.mu * (abs(energy) + np.abs(V)) + barrier
-
-
-def radial(body: Any, energy: float, p_eta: float, p_gamma: float, u: np.ndarray, *, alpha: bool) -> Function:
-    """Return `room` as a function of alpha (else beta) in columns over values u of the other radius."""
-    if alpha:
-        return lambda x, j: room(body, energy, p_eta, p_gamma, x, u[j])
-    return lambda x, j: room(body, energy, p_eta, p_gamma, u[j], x)
 
 
 def _turning(body, energy, p_eta, p_gamma, u, v, direction, *, alpha):
