@@ -188,7 +188,8 @@ def _observed(model: Any, z: np.ndarray) -> Motion:
         states, failed = _look(model, np.ascontiguousarray(z[:, todo]), step[todo], radius[todo])
         now, kinetic[todo] = _measured(model, states, W[:, :, todo])
         if any(periods):
-            speed[:, todo] = np.fmax.reduce(np.abs(np.diff(states[:, :n], axis=0)), axis=0) / step[todo]
+            turned = np.fmax.reduce(np.abs(np.diff(states[:, :n], axis=0)), axis=0) / step[todo]
+            speed[:, todo] = np.where(np.isfinite(turned), turned, speed[:, todo])  # none where no step was reached
         reach[:, todo] = np.fmax.reduce(np.abs(states[:, :n]), axis=0)
         moves = np.isfinite(now) & (now > 0)
         rate[todo], gone[todo] = np.where(moves, now, rate[todo]), failed

@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from .model_source import fresh, loops, period_methods
+from .inertia import fresh
+from .model_source import loops, period_methods
 from .potential_source import Description, class_text, constant, margin_method, method, module, spread
 from .printing import Lines
 
@@ -38,24 +39,17 @@ def nonseparable_model(
     of coordinates, then of momenta. Where it has the period of a drive, "" for a field, the last coordinate is the
     time, and its momentum is added to the energy.
     """
-    import sympy
-
     n, (names, driven) = len(d.coordinates), ((*d.coordinates, *momenta), period is not None)
     q, p = ([symbols[name] for name in part] for part in (d.coordinates, momenta))
     H = H + p[-1] if driven else H
     rates = [*(H.diff(x) for x in p), *(-H.diff(x) for x in q)]
-    lines, own, rate = Lines(names), Lines(names), Lines(names)
-    cyclic = [i for i, (x, P) in enumerate(zip(q, periods)) if P != 0 and not (driven or x in H.free_symbols)]
-    turns = [*rate.add([2 * sympy.pi / periods[i] for i in cyclic]), *(["2*np.pi/self.period"] * driven)]
-    angles = method(
-        "angles", (), "Angle variables natural to this system.", rate, [f"Loops({', '.join(turns)})"], single=True
-    )
+    lines, own = Lines(names), Lines(names)
     energy = spread(H, lines.add([H])[0], names)
     methods = [
         constant("degrees_of_freedom", f"Return {n}.", str(n)),
         constant("coordinates", f"Names of the first {n} rows of z.", repr(tuple(d.coordinates))),
         constant("momenta", f"Names of the last {n} rows of z.", repr(tuple(momenta))),
-        f"@property\n{angles}",
+        constant("angles", "Angle variables natural to this system.", f"Loops({'2*np.pi/self.period' * driven})"),
         method("periods", (), "Return the periods of the rows, 0 where there is none.", own, own.add(periods)),
         method("energy", names, "Return H.", lines, [energy], single=True),
         *_methods_of_rates(names, d.parameters, rates, walls, symbols),
@@ -68,7 +62,7 @@ def nonseparable_model(
         methods += more
     methods.append(constant("kind", "What the motion is made of.", kind))
     what = f"{n - driven} degrees of freedom{', driven' if driven else ''}"
-    body = loops(d.coordinates, time=driven, cyclic=cyclic) + class_text("FormulaHamiltonian", what, d, fields, methods)
+    body = loops(d.coordinates, time=driven) + class_text("FormulaHamiltonian", what, d, fields, methods)
     return module(d, body, "\nfrom fastaff.models.contracts import Kind\n").replace('"""V = ', '"""H = ')
 
 

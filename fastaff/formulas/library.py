@@ -25,6 +25,9 @@ from .grammar import Program, parse
 from .singular import AXES, body_places, invariant_places, plain_places, refuse_removable, ring_text, vanishing
 from .variables import VARIABLES, Trial, check_real, check_symmetry, everything, is_isotropic
 
+MAX_DEGREES_OF_FREEDOM = 16
+"""Coordinates of a text. Nothing breaks beyond: 32 compile in seconds; it is the parts of a formula that end first."""
+
 RESERVED = {
     *dir(tuple),
     "degrees_of_freedom",
@@ -62,7 +65,7 @@ RESERVED = {
     "mu_1",
     "mu_2",
     "masses",
-    *(f"m_{i}" for i in range(1, 9)),
+    *(f"m_{i}" for i in range(1, MAX_DEGREES_OF_FREEDOM + 1)),
 }
 """Names that parameters can't have: they mean something on the model."""
 
@@ -208,7 +211,8 @@ def _derive_hamiltonian(request: Request, programs: tuple[Program, Program | Non
 
     from .domains import conditions
     from .flow_source import nonseparable_model
-    from .model_source import driven_model, hamiltonian_model, in_turning_frame, separated
+    from .inertia import in_turning_frame, separated
+    from .model_source import driven_model, hamiltonian_model
     from .potential_source import Description
     from .sympy_bridge import to_sympy
 

@@ -95,7 +95,7 @@ SETTLED = 2.0**-36
 """Change of a sweep, beside the largest numbers of its half of a state, above which no iteration has converged."""
 
 
-NOTHING, FASTEST = 2.0**-62, 2.0**-6
+NOTHING, FASTEST = 2.0**-64, 2.0**-6
 """Error of an iteration beside the size of a row that is none: a million of them are a rounding error. It is what two
 changes leave, whose quotient is taken for a factor of at least the second number by which all later ones fall.
 """

@@ -199,9 +199,8 @@ def frequency_map(
 def checked_angles(angles: Any, body: Any) -> Any:
     """Return `angles`, or those natural to the body for None, if they suit it; `Plain` where it has none."""
     chosen: Any = getattr(body, "angles", None) if angles is None else angles
-    traits = traits_of(body)
-    if angles is None and (chosen is None or (any(chosen.planes) and traits.separable and not traits.isotropic)):
-        return Plain(traits.names)  # without the symmetry the planes' angles are coordinates like others
+    if angles is None and (chosen is None or (any(chosen.planes) and not traits_of(body).isotropic)):
+        return Plain(traits_of(body).names)  # without the symmetry the planes' angles are coordinates like others
     if not all(hasattr(chosen, name) for name in ("signals", "names", "planes")):
         raise TypeError(
             f"angles must be a value of fastaff.models.angles such as AlphaBeta(), got {chosen!r}; "
@@ -258,7 +257,7 @@ class FrequencyWork:
             flow = _resolving(flow, self.rate, time)
         self.flow, self.angles, self.z0, self.time, self.report = flow, angles, z0, time, report
         self.accuracy, self.fallback = accuracy, fallback
-        self.layout = Layout(angles, flow.model.degrees_of_freedom)
+        self.layout = Layout(angles, flow.model.degrees_of_freedom, flow.traits.periods)
         self.n, self.orbits = len(angles.names), z0.shape[1]
         self.ensemble: Ensemble = flow.ensemble(z0.copy())
         self.found = Found(self.layout, self.orbits, lines)
@@ -393,10 +392,6 @@ class FrequencyWork:
         """Fill in what samples of these orbits say."""
         found = read(self.layout, samples, self.fallback, self.flow.threads)
         self.found.adopt(orbits, found)
-        # How fast an angle goes round is in no line of its loop.
-        turns = np.array(self.flow.traits.periods)[:, None]
-        wound = np.abs(self.ensemble.z[: self.n, orbits] - self.z0[: self.n, orbits]) > turns
-        self.found.vague[orbits] |= ((turns > 0) & wound).any(axis=0) & (self.found.rank[orbits] < self.n)
         if self.found.lines is not None:
             # The first sample is an interval after the start.
             self.found.lines.adopt(orbits, self.layout, samples.run, 1.0)

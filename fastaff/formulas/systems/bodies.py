@@ -7,8 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from ...base.numbers import positive, real, shown
-from .system import System
+from ...base.numbers import positive, real
+from ..grammar import parse
+from .system import System, chosen
 
 
 def _of_two_polar(model: Any, z: np.ndarray) -> dict[str, Any]:
@@ -75,6 +76,7 @@ def TwoPolarBody(
     """
     if not parameters and potential == "C/2*(D1**2 + D2**2) + C/(D1*D2)":
         parameters = {"C": 1.0}
+    parse(potential, ("D1", "D2"), parameters, argument="potential")
     return TWO_POLAR.made({"inertia": positive("inertia", inertia), **parameters}, potential, domain)
 
 
@@ -165,8 +167,7 @@ def AffineBody(
     >>> list(constants)[3:8]
     ['Sigma_11', 'Sigma_12', 'Sigma_21', 'Sigma_22', 'Sigma_body_11']
     """
-    if invariance not in AFFINE:
-        raise ValueError(f"invariance must be 'left', 'right' or 'both', got {shown(invariance)}")
+    invariance = chosen("invariance", invariance, tuple(AFFINE))
     constants = {"I": real("I", I), "A": real("A", A), "B": real("B", B)}
     if invariance == "both":
         constants["I"] = 0.0
@@ -177,8 +178,7 @@ def AffineBody(
         del constants["I"]
     more = ""
     if potential is not None:
-        if not isinstance(potential, str):
-            raise TypeError(f"potential must be a formula of det and r, got {shown(potential)}")
+        parse(potential, ("det", "r"), parameters, argument="potential")
         of_elements = {"det": "(x*u - y*z)", "r": "(x**2 + y**2 + z**2 + u**2)"}
         more = re.sub(r"\b(det|r)\b", lambda found: of_elements[found[0]], potential)
     return AFFINE[invariance].made({**constants, **parameters}, more)

@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from ...base.numbers import positive, real, shown
-from .system import System
+from ...base.numbers import positive, real
+from .system import System, chosen
 
 
 def _of_ellipsoid(model: Any, z: np.ndarray) -> dict[str, Any]:
@@ -140,9 +140,7 @@ def KerrGeodesic(a: float = 0.5, *, time: str = "coordinate") -> Any:
     >>> round(float(hole.energy(10.0, np.pi / 2, 0.0, 0.0, 2.0, 3.0)), 12)
     0.955963194159
     """
-    if time not in ("coordinate", "mino"):
-        raise ValueError(f"time must be 'coordinate' or 'mino', got {shown(time)}")
+    system = {"coordinate": KERR, "mino": MINO}[chosen("time", time, ("coordinate", "mino"))]
     if not -1 < real("a", a) < 1:
         raise ValueError(f"a must be between -1 and 1, got {a!r}")
-    system = KERR if time == "coordinate" else MINO
     return system.made({"a": float(a)}, domain="r - 1 - sqrt(1 - a**2)")

@@ -7,6 +7,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ...base.names import named
+from ...base.numbers import shown
 from ..formula import hamiltonian
 
 Constants = Callable[[Any, np.ndarray], dict[str, Any]]
@@ -32,3 +34,10 @@ class System(NamedTuple):
             domain=domain,
             **parameters,
         )
+
+
+def chosen(argument: str, given: Any, names: tuple[str, ...]) -> str:
+    """Return the one of the names that is given; TypeError or ValueError for anything else."""
+    if not isinstance(given, str):
+        raise TypeError(f"{argument} must be one of {', '.join(names)}, got {shown(given)} ({type(given).__name__})")
+    return named(argument, given, names)

@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from ...base.numbers import positive, real, shown
-from .system import System
+from ...base.numbers import positive, real
+from .system import System, chosen
 
 
 def _of_pendulum(model: Any, z: np.ndarray) -> dict[str, Any]:
@@ -229,8 +229,7 @@ def AsymmetricTop(
     >>> list(constants)
     ['energy', 'p_phi', 'kovalevskaya']
     """
-    if chart not in ("euler", "quaternion"):
-        raise ValueError(f"chart must be 'euler' or 'quaternion', got {shown(chart)}")
+    system = {"euler": TOP, "quaternion": QUATERNION}[chosen("chart", chart, ("euler", "quaternion"))]
     moments = {"I_1": positive("I_1", I_1), "I_2": positive("I_2", I_2), "I_3": positive("I_3", I_3)}
     weights = {"h_1": real("h_1", h_1), "h_2": real("h_2", h_2), "h_3": real("h_3", h_3)}
-    return (TOP if chart == "euler" else QUATERNION).made(moments | weights)
+    return system.made(moments | weights)
