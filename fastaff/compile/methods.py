@@ -18,6 +18,7 @@ _TUPLE_NAMES = {*dir(tuple), "_make", "_asdict", "_replace", "_fields", "_field_
 
 
 def own_methods(cls: type) -> list[tuple[str, Callable]]:
+    """Return the plain methods of a class, by name."""
     return [
         (name, entry)
         for name, entry in vars(cls).items()
