@@ -6,7 +6,7 @@ PYTEST := $(BIN)/python -m pytest -n $(WORKERS) --dist worksteal -p no:benchmark
 
 DOCS_JOBS ?= 2
 
-.PHONY: demo wheel test test-deep coverage bounds faults lowest newest docs bench tables bench-peers bench-compare bench-cold gate peers lint clean
+.PHONY: demo wheel release test test-deep coverage bounds faults lowest newest docs bench tables bench-peers bench-compare bench-cold gate peers lint clean
 .DELETE_ON_ERROR:
 
 # An environment is made anew when pyproject.toml changes.
@@ -29,6 +29,9 @@ demo: $(VENV)/.demo  ## the main job: a Poincaré map and a frequency map
 
 wheel: $(VENV)/.dev  ## dist/*.whl with machine code for x86-64-v3 and v4, for this version of Python
 	$(BIN)/python .ci/wheel.py dist
+
+release: $(VENV)/.dev  ## all of a release but the upload: dist/ with sdist, wheel and the text of the tag, all checked
+	$(BIN)/python .ci/release.py dist
 
 test: $(VENV)/.dev  ## the tests of every change, on WORKERS cores
 	$(PYTEST) -m "not slow"

@@ -12,7 +12,7 @@ import pytest
 from common import ORBITS, alternating
 
 from fastaff import KAHAN_LI8, SOFRONIOU_SPALETTA10, hamiltonian, integrate
-from fastaff.schemes import BLANES_CASAS_ESCORIHUELA8
+from fastaff.schemes import BLANES_CASAS_ESCORIHUELA8, RKN12
 
 STEPS, STEP = 250, 0.05
 WAVES = "-cos(x) - a*cos(x - {t})"
@@ -61,6 +61,7 @@ LADDER = {
     KAHAN_LI8: (0.1, 0.05),
     BLANES_CASAS_ESCORIHUELA8: (0.15, 0.1, 0.05, 0.03),
     SOFRONIOU_SPALETTA10: (0.3, 0.2, 0.15, 0.1),
+    RKN12: (0.5, 0.42, 0.36, 0.3, 0.25, 0.2, 0.16, 0.12),
 }
 
 

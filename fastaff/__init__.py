@@ -9,6 +9,21 @@ import sys
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from . import analysis as analysis
+    from . import charts as charts
+    from . import cli as cli
+    from . import compile as compile
+    from . import exchange as exchange
+    from . import explorer as explorer
+    from . import flows as flows
+    from . import formulas as formulas
+    from . import jobs as jobs
+    from . import models as models
+    from . import paper as paper
+    from . import plot as plot
+    from . import quantum as quantum
+    from . import schemes as schemes
+    from .exchange import files as files
     from .public import *  # noqa: F403
     from .public import __all__ as __all__
 
@@ -57,7 +72,7 @@ _RENAMED = {
 """Names of version 0.1 that are others now."""
 
 
-def __getattr__(name: str) -> Any:
+def _named(name: str) -> Any:
     """Load a folder of the package or its public names when one is first used.
 
     Raises AttributeError for a name that is none, which says where one of version 0.1 is now; in `from fastaff import
@@ -95,6 +110,10 @@ def _loaded() -> dict[str, Any]:
     for name, value in names.items():
         globals().setdefault(name, value)
     return names
+
+
+if not TYPE_CHECKING:  # type checkers know the names, and what is none
+    __getattr__ = _named
 
 
 def __dir__() -> list[str]:

@@ -8,13 +8,10 @@ from .analysis.chaos.indicators import (
     MEGNO,
     OFLI,
     SALI,
-    BirkhoffDigits,
-    FrequencyDiffusion,
     Lyapunov,
     LyapunovSpectrum,
-    ReversibilityError,
-    ZeroOne,
 )
+from .analysis.chaos.pass_indicators import BirkhoffDigits, FrequencyDiffusion, ReversibilityError, ZeroOne
 from .analysis.frequencies.frequency_map import frequency_map
 from .analysis.frequencies.naff import naff
 from .analysis.frequencies.orbit_frequencies import orbit_frequencies
@@ -31,8 +28,9 @@ from .analysis.sections.energy_grid import energy_grid
 from .analysis.sections.energy_sample import energy_sample
 from .analysis.sections.islands import islands, rotation_number
 from .analysis.sections.poincare_map import poincare_map
-from .analysis.tori.action_angles import action_angles, energy_of_actions, from_action_angles
+from .analysis.tori.action_angles import action_angles
 from .analysis.tori.fit_torus import fit_torus
+from .analysis.tori.inverse_tori import energy_of_actions, from_action_angles
 from .analysis.tori.separation import constants_of_motion
 from .base.interruption import Interrupted
 from .base.progress import progress

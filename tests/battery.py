@@ -285,6 +285,17 @@ CALLS = {
     "from_matrix": (fa.charts.from_matrix, {"phi": np.eye(2), "momentum": np.eye(2)}),
     "hamiltonian": (fa.hamiltonian, {"text": "k*(x**2 + y**2)", "masses": (1.0, 2.0), "k": 1.0}),
     "damped hamiltonian": (fa.hamiltonian, {"text": "k*(x**2 + y**2)", "friction": 0.1, "k": 1.0}),
+    "charged hamiltonian": (
+        fa.hamiltonian,
+        {"text": "k*x**2", "vector_potential": {"y": "k*x**2/2"}, "masses": (1.0, 2.0), "k": 1.0},
+    ),
+    "SphericalPendulum": (fa.models.SphericalPendulum, {"m": 1.0, "l": 1.0, "g": 1.0}),
+    "SymmetricTop": (fa.models.SymmetricTop, {"I_1": 1.0, "I_3": 0.5, "h": 1.0}),
+    "AsymmetricTop": (fa.models.AsymmetricTop, {"I_1": 1.0, "h_3": 0.5, "chart": "euler"}),
+    "EllipsoidGeodesic": (fa.models.EllipsoidGeodesic, {"a": 1.0, "b": 1.2, "c": 1.5}),
+    "KerrGeodesic": (fa.models.KerrGeodesic, {"a": 0.5, "time": "mino"}),
+    "TwoPolarBody": (fa.models.TwoPolarBody, {"potential": "C*(D1**2 + D2**2)", "inertia": 1.0, "C": 1.0}),
+    "AffineBody": (fa.models.AffineBody, {"invariance": "left", "I": 1.0, "A": 0.5, "potential": "C*det", "C": 1.0}),
     "driven hamiltonian": (
         fa.hamiltonian,
         {"text": "k*(x**2 + y**2)*cos(t)", "masses": (1.0, 2.0), "period": "2*pi", "k": 1.0},
@@ -454,6 +465,7 @@ calls through their results.
 PUBLIC = {name: getattr(home, name) for home in (fa, fa.analysis, fa.quantum) for name in home.__all__}
 PUBLIC |= {name: getattr(fa.charts, name) for name in ("from_matrix", "to_matrix")}
 PUBLIC |= {name: getattr(fa.models, name) for name in ("ReducedBody", "StackelBody", "Zero")}
+PUBLIC |= {name: getattr(fa.models, name) for name in fa.formulas.systems.__all__ if name[0].isupper()}
 PUBLIC |= {
     name: getattr(fa.schemes, name) for name in ("Automatic", "Algebraic", "Exponential", "Logistic", "RungeKutta")
 }
@@ -795,7 +807,15 @@ def _ring(_, frame):
     raise TooLong
 
 
-OF_TEXTS = ("flow", "formula", "hamiltonian", "damped hamiltonian", "driven hamiltonian", "mapping")
+OF_TEXTS = (
+    "flow",
+    "formula",
+    "hamiltonian",
+    "charged hamiltonian",
+    "damped hamiltonian",
+    "driven hamiltonian",
+    "mapping",
+)
 """Callables that take a text first, by its place."""
 
 

@@ -5,7 +5,7 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 from fastaff import KAHAN_LI8, Anharmonic, Body, Harmonic, HeavyTop, HenonHeiles, Hyperelastic, NeoHookean
-from fastaff.schemes import Collocation, Splitting
+from fastaff.schemes import Collocation, Nystrom, Splitting
 
 MODELS = (
     Body(Harmonic(C=1.3), mu=0.7),
@@ -77,9 +77,22 @@ def collocation_step(model, scheme, z, h):
     return z + h * sum(entry * s for entry, s in zip(b, k, strict=True))
 
 
+def nystrom_step(model, scheme, z, h):
+    """One step as it is published, for q'' = v(F(q)) of a velocity v linear in the momenta, plain arrays."""
+    n, forces = len(z) // 2, []
+    q, p = z[:n], z[n:]
+    accelerations = lambda: np.array([model.velocity(*f) for f in forces]).reshape(len(forces), *q.shape)  # noqa: E731
+    velocity = np.array(model.velocity(*p))
+    for row, node in zip(scheme.a, scheme.c):
+        forces.append(np.array(model.force(*(q + node * h * velocity + h * h * np.tensordot(row, accelerations(), 1)))))
+    drift = [w * (1 - node) for w, node in zip(scheme.b, scheme.c)]
+    q = q + h * velocity + h * h * np.tensordot(drift, accelerations(), 1)
+    return np.concatenate([q, p + h * np.tensordot(scheme.b, np.array(forces), 1)])
+
+
 def step(model, scheme, z, h):
     """Return z after one step of any scheme."""
-    steps = {Splitting: splitting_step, Collocation: collocation_step}
+    steps = {Splitting: splitting_step, Collocation: collocation_step, Nystrom: nystrom_step}
     one = steps.get(type(scheme), runge_kutta_step)
     return one(model, scheme, np.asarray(z, dtype=float), h)
 

@@ -407,14 +407,14 @@ def test_an_answer_with_an_error_costs_few_plain_runs(which, monkeypatch):
         )
     else:
         body, section, (_, _, z0) = HH, fa.Linear((1, 0, 0, 0)), chaotic("Henon-Heiles")
-    made, own = [], poincare_module._mapped
+    made, own = [], poincare_module.crossed
 
     def counted(*asked, **more):
         part, reached = own(*asked, **more)
         made.append(float((np.nanmax(part.times, axis=0) / part.step).sum()))
         return part, reached
 
-    monkeypatch.setattr(poincare_module, "_mapped", counted)
+    monkeypatch.setattr(poincare_module, "crossed", counted)
     cut = fa.poincare_map(body, z0, section=section, crossings=60, max_time=1000.0)
     plain = float((np.nanmax(cut.times, axis=0) / cut.step).sum())
     assert 1.5 < sum(made) / plain < 2.3

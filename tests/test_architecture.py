@@ -96,7 +96,7 @@ def test_every_folder_has_a_storey():
     for folder, rooms in ROOMS.items():
         assert {module_of(path).split(".")[1] for path in FILES if module_of(path).startswith(f"{folder}.")} == {*rooms}
     entries = [path for path in ROOT.iterdir() if path.name != "__pycache__"]
-    assert len(entries) <= 20, sorted(path.name for path in entries)
+    assert len(entries) <= ENTRIES, sorted(path.name for path in entries)
     assert len(ARROWS) > 30
 
 
@@ -346,7 +346,7 @@ def test_names_of_version_0_1_say_where_they_are():
             getattr(fastaff, name)
     assert not hasattr(fastaff, "nothing")
     assert set(fastaff.__all__) <= set(dir(fastaff))
-    assert len(fastaff.__all__) <= 84
+    assert len(fastaff.__all__) <= TOP_NAMES
 
 
 @pytest.mark.parametrize(("name", "value"), PUBLIC, ids=[name for name, _ in PUBLIC])
@@ -382,23 +382,83 @@ def test_public_functions_say_what_they_raise_and_take(name, function):
     for parameter in inspect.signature(function).parameters:
         assert parameter in function.__doc__ or parameter in shared or parameter == "body", parameter
     kinds = {p.kind for p in inspect.signature(function).parameters.values()}
-    own = ("flow", "formula", "hamiltonian", "load", "mapping", "save")  # parameters of a formula, of a file
+    of_text = ("flow", "formula", "hamiltonian", "mapping", "AffineBody", "TwoPolarBody")
+    own = (*of_text, "load", "save")  # parameters of a formula, of a file
     assert inspect.Parameter.VAR_KEYWORD not in kinds or name in own
 
 
-@pytest.mark.parametrize("path", FILES, ids=[module_of(p) or "fastaff" for p in FILES])
-def test_modules_have_one_subject(path):
-    """At most 500 lines as the formatter sets them, and a docstring."""
-    lines = len(path.read_text().splitlines())
-    assert lines <= 500
-    assert ast.get_docstring(ast.parse(path.read_text()))
+MODULE, FUNCTION, PARAMETERS, KERNEL_PARAMETERS, TOP_NAMES, ENTRIES = 400, 60, 10, 12, 78, 20
+"""The gates of ARCHITECTURE.md, which only fall: lines of a module and of a function without its docstring, parameters
+of a function beside keywords and of a kernel, names of `fastaff`, entries of its folder.
+"""
+LONG_MODULES = {
+    "analysis.frequencies.frequency_map": 435,
+    "analysis.frequencies.fundamental": 465,
+    "analysis.frequencies.readings": 467,
+    "analysis.frequencies.tunes": 471,
+    "exchange.files": 498,
+    "explorer.javascript": 494,
+    "formulas.library": 428,
+    "formulas.model_source": 404,
+    "jobs.job": 432,
+    "jobs.launch": 425,
+    "jobs.running": 500,
+    "jobs.store": 412,
+    "kernels.fundamental": 456,
+    "schemes.catalogue": 450,
+}
+"""Modules above the gate, with their lines today."""
+LONG_FUNCTIONS = {
+    "analysis.frequencies.readings.read": 61,
+    "analysis.frequencies.resonances.resonances": 69,
+    "cli.commands.scans.scanned": 78,
+    "cli.commands.spectrum.energy_levels": 79,
+    "explorer.explore.setup_of": 66,
+    "kernels.adaptive_drive.run_adaptive": 109,
+    "kernels.drive.run_fixed": 100,
+    "kernels.stepping.collocate": 84,
+}
+"""Functions above the gate. The three kernels are one loop over the arrays of a block, too many for the parameters of a
+part.
+"""
+
+
+def above(measured, gate, known):
+    """What is above a gate and is not known to be, or is more than it was; what is known and is no longer above it."""
+    more = {name: size for name, size in measured.items() if size > max(gate, known.get(name, 0))}
+    return more, {name for name in known if measured.get(name, 0) <= gate}
+
+
+def length(function):
+    """Lines of a function as the formatter sets them, without its docstring."""
+    first = function.body[0] if ast.get_docstring(function, clean=False) is not None else None
+    return function.end_lineno - function.lineno + 1 - (first.end_lineno - first.lineno + 1 if first else 0)
+
+
+def test_modules_have_one_subject():
+    """At most so many lines as the formatter sets them, and a docstring."""
+    texts = {module_of(path) or "fastaff": path.read_text() for path in FILES}
+    lines = {name: len(text.splitlines()) for name, text in texts.items()}
+    assert above(lines, MODULE, LONG_MODULES) == ({}, set())
+    assert not [name for name, text in texts.items() if not ast.get_docstring(ast.parse(text))]
+
+
+def test_functions_are_short():
+    """A name that a module has twice counts as its longest."""
+    lines = {}
+    for path in FILES:
+        for node in ast.walk(ast.parse(path.read_text())):
+            if isinstance(node, ast.FunctionDef):
+                name = f"{module_of(path)}.{node.name}"
+                lines[name] = max(length(node), lines.get(name, 0))
+    assert above(lines, FUNCTION, LONG_FUNCTIONS) == ({}, set())
 
 
 def test_what_belongs_together_is_one_argument():
-    """At most 12 parameters of a kernel, 10 of other functions beside those that are keywords."""
+    """At most so many parameters of a kernel, and of other functions beside those that are keywords."""
     many = []
     for path in FILES:
-        most = 12 if module_of(path).startswith("kernels.") else 10
+        most = KERNEL_PARAMETERS if module_of(path).startswith("kernels.") else PARAMETERS
         for node in ast.walk(ast.parse(path.read_text())):
             if isinstance(node, ast.FunctionDef) and len(node.args.posonlyargs + node.args.args) > most:
                 many.append(f"{module_of(path)}.{node.name}")

@@ -144,8 +144,8 @@ def test_company_and_words():
         fa.periodic_orbits(VAN_DER_POL, [1.5, 0.3], section="y=0", energy=1.0)
     with pytest.raises(ValueError, match="two variables or more"):
         fa.periodic_orbits(fa.flow("x' = -x"), [1.0], section="x=0")
-    with pytest.raises(TypeError, match="no residues to follow"):
-        fa.continuation(lambda m: VAN_DER_POL._replace(m=m), [2.0, 0.0], section="y=0", parameter=1.0)
+    with pytest.raises(ValueError, match="parameter must be given for dz/dt"):
+        fa.continuation(VAN_DER_POL, [2.0, 0.0], section="y=0")
 
 
 FAMILIES = {  # x, p_y, T, C, S = half the trace

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import fastaff as fa
-from fastaff.compile import elementary
+from fastaff.compile import elementary, substitution
 from fastaff.compile.blocks import model_block, parameters
 from fastaff.compile.fused import FUSED
 from fastaff.compile.jit import JIT_DISABLED, LANES
@@ -226,7 +226,7 @@ def test_the_polynomials_are_those_through_chebyshev_points():
 def test_all_functions_of_formulas_are_replaced_but_the_root_which_is_an_instruction():
     for name in FUNCTIONS:
         if name != "sqrt":
-            free = elementary.replaced(lambda x, name=name: getattr(np, name)(x))
+            free = substitution.replaced(lambda x, name=name: getattr(np, name)(x))
             assert free.__globals__["np"] is not np
             assert getattr(free.__globals__["np"], name) is not getattr(np, name)
             assert getattr(free.__globals__["math"], name) is getattr(free.__globals__["np"], name)
@@ -246,7 +246,7 @@ by_name = np.tanh
 
 def test_functions_are_replaced_however_they_are_read():
     function = read_in_many_ways()
-    twin = elementary.replaced(function)
+    twin = substitution.replaced(function)
     given = 0.7, 3, 1 + 2j, np.array([0.1, 0.2])
     found, true = numba.njit(twin)(*given), function(*given)
     for value, other in zip(found, true, strict=True):

@@ -133,6 +133,7 @@ STEPS = {  # the coarsest of three steps in the ratio sqrt2 for Henon-Heiles and
     "KAHAN_LI8": (0.4, 0.28),
     "SOFRONIOU_SPALETTA8": (0.5, 0.28),
     "SOFRONIOU_SPALETTA10": (0.5, 0.28),
+    "RKN12": (1.8, 0.7),
     "RK4": (0.05, 0.05),
     "DOP853": (0.28, 0.2),
     "VERNER9": (0.4, 0.28),

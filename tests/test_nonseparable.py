@@ -361,16 +361,86 @@ def test_what_does_not_go_with_it_is_refused():
             call()
 
 
-def test_an_angle_that_goes_round_leaves_a_frequency_open():
-    """A spherical pendulum: the rate of its azimuth is in no line, so that a rank of 1 is no proof of dependence."""
+def spherical(rng, orbits):
+    """Return a spherical pendulum, its azimuth in a drawn unit, starts, and frequencies (2, orbits) by quadrature.
+
+    With u = cos th, u'^2 = 2 (E - g u)(1 - u^2) - L^2 = 2 g (u - u1)(u2 - u)(u3 - u), and f' = L/(1 - u^2).
+    """
+    g, unit = rng.uniform(0.5, 2.0), rng.uniform(0.2, 5.0)
+    text = "pt**2/2 + (s*pf)**2/(2*sin(th)**2) + g*cos(th)"
+    model = fa.hamiltonian(text, coordinates="th f", momenta="pt pf", periods={"f": "2*pi*s"}, g=g, s=unit)
+    L = rng.uniform(0.25, 1.0, orbits) * rng.choice([-1, 1], orbits)
+    z = np.array([rng.uniform(1.4, 2.6, orbits), rng.uniform(-9, 9, orbits), rng.uniform(-0.5, 0.5, orbits), L / unit])
+    E = z[2] ** 2 / 2 + L**2 / (2 * np.sin(z[0]) ** 2) + g * np.cos(z[0])
+    truth = np.empty((2, orbits))
+    phase = (np.arange(4096) + 0.5) * np.pi / 4096
+    for o in range(orbits):
+        u1, u2, u3 = np.sort(np.roots([2 * g, -2 * E[o], -2 * g, 2 * E[o] - L[o] ** 2]).real)
+        u = (u1 + u2) / 2 - (u2 - u1) / 2 * np.cos(phase)
+        rate = 1 / np.sqrt(2 * g * (u3 - u))
+        period = 2 * np.pi * rate.mean()
+        truth[:, o] = 1 / period, L[o] * (rate / (1 - u**2)).mean() / period
+    return model, z, truth
+
+
+def test_an_angle_that_goes_round_has_its_mean_rate_for_a_frequency():
+    """A spherical pendulum: the rate of its azimuth is in no line."""
     rng = np.random.default_rng(3)
-    text = "pt**2/2 + pf**2/(2*sin(th)**2) + g*cos(th)"
-    g = rng.uniform(0.5, 2.0)
-    model = fa.hamiltonian(text, coordinates="th f", momenta="pt pf", periods={"f": "2*pi"}, g=g)
-    z = np.array([rng.uniform(1.6, 2.6, 8), np.zeros(8), rng.uniform(-0.5, 0.5, 8), rng.uniform(0.3, 0.8, 8)])
+    for _ in range(2):
+        model, z, truth = spherical(rng, 16)
+        found = fa.frequency_map(model, z, time=400.0)
+        off = np.abs(found.nu - truth) / found.error
+        assert np.mean(off <= 1) >= 0.98
+        assert off.max() < 10
+        assert np.median(found.error[1]) < 1e-10
+        assert np.mean(found.kind == fa.analysis.FrequencyKind.INDEPENDENT) > 0.9
+        assert (found.basis[:, :, found.kind == 0] == np.eye(2)[:, :, None]).all()
+
+
+def test_the_rate_of_an_angle_does_not_know_its_company_nor_where_it_begins():
+    model, z, _ = spherical(np.random.default_rng(5), 6)
+    whole = fa.frequency_map(model, z, time=200.0, threads=2)
+    one = fa.frequency_map(model, z[:, 2:3], time=200.0, threads=1)
+    assert one.nu[1, 0] == whole.nu[1, 2]
+    assert one.error[1, 0] == whole.error[1, 2]
+    moved = fa.frequency_map(model, z + np.array([[0.0], [123.4], [0.0], [0.0]]), time=200.0)
+    assert (np.abs(moved.nu - whole.nu) <= whole.error).all()
+
+
+def test_a_rotor_coupled_to_nothing_turns_as_it_does():
+    rng = np.random.default_rng(6)
+    text = "a**2/(2*J) + p**2/2 + x**2/2 + k*x**4/4"
+    J, k, period = rng.uniform(0.5, 2.0), rng.uniform(0.3, 1.0), rng.uniform(0.5, 5.0)
+    model = fa.hamiltonian(text, coordinates="x f", momenta="p a", periods={"f": "period0"}, J=J, k=k, period0=period)
+    z = rng.uniform(0.5, 2.0, (4, 12)) * rng.choice([-1, 1], (4, 12))
     found = fa.frequency_map(model, z, time=300.0)
-    assert np.all(found.status == fa.Status.OK)
-    assert np.all(found.kind == fa.analysis.FrequencyKind.UNDECIDED)
+    assert (np.abs(found.nu[1] - z[3] / J / period) <= found.error[1]).all()
+    assert found.error[1].max() < 1e-11
+    assert np.mean(found.kind == fa.analysis.FrequencyKind.INDEPENDENT) > 0.9
+    alone = fa.hamiltonian("a**2/2", coordinates="f", momenta="a", periods={"f": "2*pi"})
+    turning = fa.frequency_map(alone, [[0.0, 1.0], [1.7, -2.3]], time=300.0)
+    np.testing.assert_allclose(turning.omega[0], [1.7, -2.3], rtol=1e-11)
+    assert (turning.kind == fa.analysis.FrequencyKind.INDEPENDENT).all()
+
+
+def test_a_rate_that_is_a_multiple_of_another_frequency_decides_nothing():
+    """In a plane, an oscillator and its polar angle: the radius swings twice a turn, in every orbit."""
+    text = "(pr**2 + (pf/r)**2)/2 + r**2/2"
+    model = fa.hamiltonian(text, coordinates="r f", momenta="pr pf", periods={"f": "2*pi"})
+    rng = np.random.default_rng(7)
+    z = np.array([rng.uniform(0.7, 1.5, 6), rng.uniform(-3, 3, 6), rng.uniform(-0.5, 0.5, 6), rng.uniform(0.3, 1, 6)])
+    found = fa.frequency_map(model, z, time=400.0)
+    assert (found.kind != fa.analysis.FrequencyKind.INDEPENDENT).all()
+    np.testing.assert_allclose(found.omega, [[2.0] * 6, [1.0] * 6], atol=1e-9)
+
+
+def test_an_orbit_of_which_no_look_is_finite_has_a_status_and_not_an_exception():
+    text = "pt**2/2 + (s*pf)**2/(2*sin(th)**2) + g*cos(th)"
+    numbers = {"g": 1.267732437050385, "s": 2.8662519800800252}
+    model = fa.hamiltonian(text, coordinates="th f", momenta="pt pf", periods={"f": "2*pi*s"}, **numbers)
+    run = fa.integrate(model, [2.67863293, -5.34165221, -0.0102855, 0.09021383], time=60.0, accuracy=1e-9)
+    assert run.status[0] == fa.Status.OK
+    assert run.energy_error[0] < 1e-7
 
 
 @pytest.mark.slow

@@ -13,7 +13,7 @@ import pytest
 
 import fastaff as fa
 from fastaff import AlphaTurning, BetaTurning, Body, HenonHeiles, Hyperelastic
-from fastaff.analysis.sections.poincare_map import start_crossings
+from fastaff.analysis.sections.crossing_run import start_crossings
 from fastaff.compile.jit import LANES
 from fastaff.flows import observers
 from fastaff.flows.observers import Observer

@@ -650,7 +650,7 @@ def raising(monkeypatch, module, name, calls):
 
 @pytest.mark.parametrize("calls", [0, 1])
 def test_a_torus_fit_is_undecided(monkeypatch, calls):
-    raising(monkeypatch, "fastaff.analysis.tori.fit_torus", "_path", calls)
+    raising(monkeypatch, "fastaff.analysis.tori.orbit_samples", "_path", calls)
     partial = interrupted(fa.fit_torus, HH, battery.Z4[:, 0], time=60.0, step=0.1)
     assert isinstance(partial, fa.analysis.TorusFit)
     assert partial.verdict is fa.analysis.Verdict.UNDECIDED
@@ -700,7 +700,7 @@ def test_a_search_keeps_the_orbits_found(monkeypatch, calls):
 
 
 def test_a_search_that_is_stopped_at_its_map_has_found_none(monkeypatch):
-    raising(monkeypatch, "fastaff.analysis.sections.poincare_map", "follow_crossings", 0)
+    raising(monkeypatch, "fastaff.analysis.sections.crossing_run", "follow_crossings", 0)
     partial = interrupted(fa.find_periodic_orbits, HH, made("EnergyGrid").z0, **SURFACE, max_period=1, step=0.1)
     assert isinstance(partial, fa.analysis.PeriodicOrbits)
     assert len(partial) == 0

@@ -18,7 +18,7 @@ from hypothesis import strategies as st
 from scipy.integrate import DOP853 as ScipyDOP853
 
 from fastaff import schemes
-from fastaff.schemes import _verner98
+from fastaff.schemes import _dprkn12, _verner98
 from fastaff.schemes.catalogue import (
     BLANES_CASAS_ESCORIHUELA8,
     BLANES_MOAN6,
@@ -28,12 +28,14 @@ from fastaff.schemes.catalogue import (
     KAHAN_LI8,
     LEAPFROG,
     RK4,
+    RKN12,
     SCHEMES,
     SOFRONIOU_SPALETTA8,
     SOFRONIOU_SPALETTA10,
     VERNER9,
     YOSHIDA4,
     Collocation,
+    Nystrom,
     RungeKutta,
     Splitting,
     compose,
@@ -56,6 +58,7 @@ ORDERS = [
     (KAHAN_LI8, 8, 24),
     (SOFRONIOU_SPALETTA8, 8, 16),
     (SOFRONIOU_SPALETTA10, 10, 12),
+    (RKN12, 12, 12),
     (RK4, 4, 90),
     (DOP853, 8, 24),
     (VERNER9, 9, 28),
@@ -138,7 +141,36 @@ def gauss_step(scheme, z, h):
     return combine(z, h, b, k)
 
 
+def fractions(row):
+    return [Fraction(x) for x in row.split()]
+
+
+@cache
+def nystrom():
+    """RKN12 with all its digits."""
+    numbers = [fractions(row) for row in (*_dprkn12.A, _dprkn12.B, _dprkn12.C)]
+    *a, b, c = [[mp.mpf(x.numerator) / x.denominator for x in row] for row in numbers]
+    return a, b, c
+
+
+def nystrom_step(z, h):
+    """The formula as it is published, for q'' = f(q)."""
+    (a, b, c), forces = nystrom(), []
+    q, p = z[:2], z[2:]
+    drift = [w * (1 - x) for w, x in zip(b, c)]
+    for row, node in zip((*a, drift), (*c, mp.mpf(1))):
+        at = [
+            x + node * h * v + h**2 * mp.fsum(w * f[i] for w, f in zip(row, forces))
+            for i, (x, v) in enumerate(zip(q, p))
+        ]
+        if len(forces) < len(b):
+            forces.append(force(at))
+    return at + combine(p, h, b, forces)
+
+
 def step(scheme, z, h):
+    if isinstance(scheme, Nystrom):
+        return nystrom_step(z, h)
     if isinstance(scheme, Collocation):
         return gauss_step(scheme, z, h)
     return split_step(scheme, z, h) if isinstance(scheme, Splitting) else combine(z, h, scheme.b, slopes(scheme, z, h))
@@ -175,7 +207,7 @@ def agrees(scheme, slope, order, allowance):
 
     Its orders themselves are the business of the rooted trees.
     """
-    return -allowance < slope - order < (1.0 if scheme in (VERNER9, GAUSS8, GAUSS16) else allowance)
+    return -allowance < slope - order < (1.0 if scheme in (VERNER9, RKN12, GAUSS8, GAUSS16) else allowance)
 
 
 def test_the_order_table_is_complete():
@@ -329,6 +361,7 @@ def test_shapes_and_derived_properties():
         "KAHAN_LI8": (17, 17),
         "SOFRONIOU_SPALETTA8": (21, 21),
         "SOFRONIOU_SPALETTA10": (35, 35),
+        "RKN12": (17, 17),
         "RK4": (4, 4),
         "DOP853": (13, 12),
         "VERNER9": (17, 16),
@@ -346,6 +379,59 @@ def test_shapes_and_derived_properties():
         assert not np.triu(s.a_array).any()
     KAHAN_LI8.drift_array[:] = 0.0
     assert KAHAN_LI8.drift_array.all()
+
+
+def test_nystrom_coefficients_fulfil_the_conditions_in_all_their_digits():
+    """Simplifying conditions and quadratures of RKN12, exactly but for the digits that are kept, whence its order by
+    rooted trees; its numbers are these, and sums of them.
+    """
+    a, (b, c) = [fractions(row) for row in _dprkn12.A], map(fractions, (_dprkn12.B, _dprkn12.C))
+    stages = range(len(b))
+    assert all(abs(sum(w * x**k for w, x in zip(b, c)) - Fraction(1, k + 1)) < 1e-28 for k in range(12))
+    for k in range(5):  # rows of the stages that weights and later sums are of
+        defects = [
+            sum(w * c[j] ** k for j, w in enumerate(row)) - x ** (k + 2) / ((k + 1) * (k + 2)) for row, x in zip(a, c)
+        ]
+        assert max(map(abs, defects[6:])) < 1e-26
+    for j in stages:  # columns
+        column = sum(b[i] * a[i][j] for i in stages if i > j)
+        assert abs(column - b[j] * (c[j] ** 2 / 2 - c[j] + Fraction(1, 2))) < 1e-26 or j == 1
+    sums = [[x / node for x in row] for row, node in zip(a, c)] + [[x * (1 - y) for x, y in zip(b, c)], b]
+    flat = [float(x) for row in sums for x in row if x != 0]
+    np.testing.assert_allclose(RKN12.drift_array, flat, rtol=1e-15, atol=0)
+    assert [list(terms) for terms in RKN12.terms] == [[j for j, x in enumerate(row) if x] for row in sums]
+    np.testing.assert_array_equal(RKN12.kick_array, [float(x) for x in c])
+
+
+@pytest.mark.parametrize(
+    ("wrong", "fault"),
+    [
+        (lambda s: {"b": s.b[:-1]}, "one row or entry per stage"),
+        (lambda s: {"a": (*s.a[:-1], s.a[-1][:-1])}, "row i of a must have i entries"),
+        (lambda s: {"c": (0.0, -0.02, *s.c[2:])}, "nodes must be positive"),
+        (lambda s: {"b": (math.nan, *s.b[1:])}, "finite"),
+        (lambda s: {"order": 13}, "contradicts the order 13"),
+        *(
+            (lambda s, i=i, j=j: {"a": _moved_apart(s.a, i, j)}, "a contradicts the order")
+            for i, j in ((4, 2), (5, 2), (8, 6), (11, 4), (13, 9), (14, 13), (16, 7))
+        ),
+        *((lambda s, j=j: {"b": _changed(s.b, j)}, "b contradicts the order") for j in (0, 6, 12, 16)),
+        *((lambda s, j=j: {"c": _changed(s.c, j)}, "contradict|must sum to") for j in (3, 9, 14)),
+    ],
+)
+def test_nystrom_refuses_what_is_not(wrong, fault):
+    with pytest.raises(ValueError, match=fault):
+        replace(RKN12, **wrong(RKN12))
+
+
+def _changed(row, j, by=1e-9):
+    return (*row[:j], row[j] + by, *row[j + 1 :])
+
+
+def _moved_apart(a, i, j):
+    """A row with the same sum."""
+    by = 1e-9 if i > 6 else 1e-5
+    return (*a[:i], _changed(_changed(a[i], j, by), (j + 1) % i, -by), *a[i + 1 :])
 
 
 def test_every_scheme_names_its_source_and_is_exported():

@@ -9,7 +9,7 @@ import numpy as np
 from pages import version
 
 from fastaff import BLANES_MOAN6, DOP853, KAHAN_LI8, SOFRONIOU_SPALETTA10, YOSHIDA4, integrate
-from fastaff.schemes import BLANES_CASAS_ESCORIHUELA8
+from fastaff.schemes import BLANES_CASAS_ESCORIHUELA8, RKN12
 
 from .contest import Contestant, Row
 from .systems import CHECKED, SYSTEMS, System, equations, peer_functions, true_states
@@ -24,6 +24,7 @@ LADDER = {
     "BLANES_CASAS_ESCORIHUELA8, carried": (CARRIED, (0.085, 0.07, 0.06, 0.05, 0.04)),
     "KAHAN_LI8": (KAHAN_LI8, (0.2, 0.1, 0.07)),
     "SOFRONIOU_SPALETTA10": (SOFRONIOU_SPALETTA10, (0.3, 0.2, 0.15, 0.12, 0.1, 0.088, 0.075, 0.06)),
+    "RKN12": (RKN12, (1.0, 0.7, 0.5, 0.36, 0.3, 0.25, 0.22, 0.2, 0.18, 0.16, 0.14, 0.12)),
 }
 """Schemes with their steps; `carried` carries rounding errors on."""
 

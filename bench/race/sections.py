@@ -8,7 +8,7 @@ import numpy as np
 from pages import version
 
 from fastaff import BLANES_MOAN6, KAHAN_LI8, SOFRONIOU_SPALETTA10, poincare_map
-from fastaff.schemes import BLANES_CASAS_ESCORIHUELA8
+from fastaff.schemes import BLANES_CASAS_ESCORIHUELA8, RKN12
 
 from .contest import Contestant, Row
 from .systems import SYSTEMS, System, equations, peer_functions, true_crossings
@@ -18,6 +18,7 @@ LADDER = {
     "BLANES_CASAS_ESCORIHUELA8": (BLANES_CASAS_ESCORIHUELA8, (0.3, 0.2, 0.15, 0.1, 0.07, 0.05)),
     "KAHAN_LI8": (KAHAN_LI8, (0.1, 0.05)),
     "SOFRONIOU_SPALETTA10": (SOFRONIOU_SPALETTA10, (0.2, 0.15, 0.1, 0.088, 0.075)),
+    "RKN12": (RKN12, (1.0, 0.7, 0.6, 0.5, 0.4, 0.3, 0.25, 0.2)),
 }
 
 

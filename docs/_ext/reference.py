@@ -24,7 +24,9 @@ PAGES: dict[str, Page] = {
         {
             "": "Body NeoHookean Hyperelastic Harmonic Anharmonic HeavyTop HenonHeiles formula hamiltonian mapping "
             "flow reduced one_variable SeparableAlphaBeta SeparableRVartheta SeparableElliptic",
-            "models": "DoublePendulum StandardMap HenonMap McMillanMap FroeschleMap OneTurnMap StackelBody Barriers "
+            "models": "DoublePendulum SphericalPendulum SymmetricTop AsymmetricTop EllipsoidGeodesic KerrGeodesic "
+            "TwoPolarBody AffineBody "
+            "StandardMap HenonMap McMillanMap FroeschleMap OneTurnMap StackelBody Barriers "
             "ReducedBody Oscillator CosOscillator CoshOscillator Cosine Secant Spring "
             "Zero",
         },
@@ -50,8 +52,9 @@ PAGES: dict[str, Page] = {
         "`fastaff` are in that folder.",
         {
             "": "BLANES_MOAN6 KAHAN_LI8 SOFRONIOU_SPALETTA10 YOSHIDA4 LEAPFROG RK4 DOP853 VERNER9 AUTO TimeTransformed",
-            "schemes": "ITERATION BLANES_CASAS_ESCORIHUELA8 SOFRONIOU_SPALETTA8 GAUSS8 GAUSS16 Splitting RungeKutta "
-            "Collocation Scheme compose triple_jump scheme_named SCHEMES Automatic Exponential Logistic Algebraic",
+            "schemes": "ITERATION BLANES_CASAS_ESCORIHUELA8 SOFRONIOU_SPALETTA8 RKN12 GAUSS8 GAUSS16 Splitting "
+            "RungeKutta Nystrom Collocation Scheme compose triple_jump scheme_named SCHEMES Automatic Exponential "
+            "Logistic Algebraic",
         },
     ),
     "frequencies": Page(

@@ -23,12 +23,14 @@ from .periodic.bifurcations import Bifurcation, Event
 from .periodic.continuation import Branch
 from .periodic.find_periodic_orbits import periodic_guesses
 from .periodic.found_orbits import PeriodicOrbits, Stability
-from .sections.energy_grid import EnergyGrid, NotReached
+from .sections.energy_grid import EnergyGrid
+from .sections.energy_limits import NotReached
 from .sections.energy_sample import EnergySample
 from .sections.islands import Islands, Rotation
 from .sections.section_map import SectionMap
-from .tori.action_angles import ActionAngles, EnergyOfActions
+from .tori.action_angles import ActionAngles
 from .tori.fit_torus import fit_samples
+from .tori.inverse_tori import EnergyOfActions
 from .tori.torus import TorusFit, Verdict
 
 __all__ = [

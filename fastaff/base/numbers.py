@@ -24,6 +24,9 @@ DEEPEST = 24
 SINGLE = (int, float, complex, np.generic, str, bytes)
 """Classes of single entries that carry neither a unit nor a mask."""
 
+StrPath = str | os.PathLike[str]
+"""A path."""
+
 
 def positive(name: str, value: Any) -> float:
     """Return `value` as a finite float above 0."""

@@ -9,7 +9,7 @@ import functools
 import inspect
 import math
 from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, ParamSpec, TypeVar, cast
 
 import numpy as np
 
@@ -38,7 +38,11 @@ class NoData(TypeError):
     """What is neither a number, a text, a value of the package nor a collection of these."""
 
 
-def recorded(function: Callable) -> Callable:
+P = ParamSpec("P")
+R = TypeVar("R")
+
+
+def recorded(function: Callable[P, R]) -> Callable[P, R]:
     """Make a function keep its call with the dataclass that it returns, as the attribute `call`.
 
     `report` is no part of it: it is checked here. A partial result of an interrupted call keeps it too. Where the
@@ -67,7 +71,7 @@ def recorded(function: Callable) -> Callable:
             raise
         return keep(result, call)
 
-    return wrapped
+    return cast(Callable[P, R], wrapped)
 
 
 def _misfit(function: Callable, signature: inspect.Signature, given: tuple, named: dict[str, Any]) -> Any:

@@ -16,22 +16,23 @@ from __future__ import annotations
 
 import copyreg
 import dataclasses
-import functools
 import html
-import operator
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator
 from functools import singledispatch
+from pathlib import Path
 from types import MappingProxyType
-from typing import Any, ClassVar, NamedTuple, Self, cast
+from typing import Any, ClassVar, NamedTuple, Self, SupportsIndex, cast, overload
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from . import status as outcomes
-from .axes import Axes, declared, padded
+from .axes import Axes, padded
 from .display import brief, screen, short
 from .interruption import imported
-from .numbers import an_array, shown
+from .numbers import StrPath, an_array
 from .provenance import provenance
+from .result_items import alike, axes_of, dims_of, field_names, index_of, rows_of
 
 
 def _table(entries: dict) -> MappingProxyType:
@@ -39,6 +40,10 @@ def _table(entries: dict) -> MappingProxyType:
 
 
 copyreg.pickle(MappingProxyType, lambda view: (_table, (dict(view),)))  # a field of some results
+
+
+Items = SupportsIndex | slice | ArrayLike
+"""Which items of a result: a number, a slice, numbers or a mask."""
 
 
 class Drawable:
@@ -78,8 +83,8 @@ class Result(Drawable):
         """Return the table that a notebook shows."""
         rows = []
         for field in dataclasses.fields(cast(Any, self)):
-            axes, value = _axes(self, field.name), getattr(self, field.name)
-            named = ", ".join(_dims(self, field.name, value)) if isinstance(value, np.ndarray) else ""
+            axes, value = axes_of(self, field.name), getattr(self, field.name)
+            named = ", ".join(dims_of(self, field.name, value)) if isinstance(value, np.ndarray) else ""
             cells = (field.name, named, brief(value), axes.unit if axes else "")
             rows.append("<tr>" + "".join(f"<td>{html.escape(cell)}</td>" for cell in cells) + "</tr>")
         head = "<tr><th>field</th><th>axes</th><th>value</th><th>unit</th></tr>"
@@ -87,7 +92,7 @@ class Result(Drawable):
 
     def __array__(self, *_: Any, **__: Any) -> np.ndarray:
         hint = ", give its .z0" if hasattr(self, "z0") else ""
-        raise TypeError(f"a {type(self).__name__} is no array{hint}; its arrays are {', '.join(_names(self))}")
+        raise TypeError(f"a {type(self).__name__} is no array{hint}; its arrays are {', '.join(field_names(self))}")
 
     def __bool__(self) -> bool:
         return True
@@ -96,7 +101,7 @@ class Result(Drawable):
     def item_shape(self) -> tuple[int, ...]:
         """Shape of the axes over items: (orbits,), () of a single one."""
         for field in dataclasses.fields(cast(Any, self)):
-            axes, value = _axes(self, field.name), getattr(self, field.name)
+            axes, value = axes_of(self, field.name), getattr(self, field.name)
             if axes is None or self.axis not in axes.names:
                 continue
             if isinstance(value, Result):
@@ -112,6 +117,10 @@ class Result(Drawable):
             raise TypeError(f"{type(self).__name__} of a single {self.axis} has no length")
         return shape[0]
 
+    @overload
+    def __getitem__(self, key: str) -> Any: ...
+    @overload
+    def __getitem__(self, key: Items | tuple[Items, ...]) -> Self: ...
     def __getitem__(self, key: Any) -> Any:
         """Return an array by name, or the result of some items: a number, slice, mask or array of numbers."""
         return named(self, key) if isinstance(key, str) else self.take(key)
@@ -119,7 +128,7 @@ class Result(Drawable):
     def __iter__(self) -> Iterator[Self]:
         return (self.take(k) for k in range(len(self)))
 
-    def take(self, items: Any) -> Self:
+    def take(self, items: Items | tuple[Items, ...]) -> Self:
         """Return the result of some of the items: a number, a slice, numbers or a mask; a tuple of these where items
         have several axes.
 
@@ -127,7 +136,7 @@ class Result(Drawable):
 
         :Raises: TypeError or ValueError naming the values allowed.
         """
-        index = _index(self, items)
+        index = index_of(self, items)
         return dataclasses.replace(
             cast(Any, self),
             **{name: _taken(value, axes, self, index) for name, axes, value in _shared(self)},
@@ -187,7 +196,7 @@ class Result(Drawable):
         """Raise OrbitError unless every item is OK; a result without statuses has none that failed."""
         outcomes.raise_if_failed(getattr(self, "status", np.zeros(0)))
 
-    def save(self, path: Any, *, force: bool = False, **parameters: Any) -> Any:
+    def save(self, path: StrPath, *, force: bool = False, **parameters: Any) -> Path:
         """Write the result to a file, as `fastaff.files.save` does, which `fastaff.files.load` reads; return its
         path.
         """
@@ -225,7 +234,7 @@ def drawn(result: Any, *others: Any, **options: Any) -> Any:
 
 def put(result: Any, items: Any, part: Any) -> None:
     """Write the arrays of `part` over those items of a result, in place, where both have an array."""
-    index = _index(result, items)
+    index = index_of(result, items)
     for name, axes, value in _shared(result):
         new = getattr(part, name)
         if isinstance(value, Result) and isinstance(new, Result):
@@ -236,10 +245,10 @@ def put(result: Any, items: Any, part: Any) -> None:
 
 def named(result: Result, name: str) -> Any:
     """Return what has that name: a field, a property, a row by its label. Raises KeyError naming what there is."""
-    own = _names(result)
+    own = field_names(result)
     if name in own or isinstance(getattr(type(result), name, None), property):
         return getattr(result, name)
-    rows = _rows(result)
+    rows = rows_of(result)
     if name in rows:
         return rows[name]()
     derived = result._row(name)
@@ -248,34 +257,11 @@ def named(result: Result, name: str) -> Any:
     raise KeyError(f"{type(result).__name__} has no {name!r}; it has {', '.join([*own, *rows])}")
 
 
-def _names(result: Any) -> list[str]:
-    return [field.name for field in dataclasses.fields(result)]
-
-
-def _axes(result: Any, name: str) -> Axes | None:
-    return declared(cast(Any, type(result))).get(name)
-
-
-def _rows(result: Any) -> dict[str, Callable[[], np.ndarray]]:
-    """Return what gives the labelled rows of arrays, by name."""
-    found: dict[str, Callable[[], np.ndarray]] = {}
-    for field in dataclasses.fields(result):
-        axes, value = _axes(result, field.name), getattr(result, field.name)
-        if axes is None or not axes.labels or not isinstance(value, np.ndarray):
-            continue
-        for k, label in enumerate(getattr(result, axes.labels)):
-            entry = functools.partial(value.__getitem__, k)
-            found.setdefault(f"{field.name}_{label}", entry)
-            if axes.plain:
-                found.setdefault(label, entry)
-    return found
-
-
 def _shared(result: Any) -> Iterator[tuple[str, Axes, Any]]:
     """Yield name, axes and value of the fields that have an entry for each item; not numbers that hold for all."""
     orbits = len(result.item_shape)
     for field in dataclasses.fields(result):
-        axes, value = _axes(result, field.name), getattr(result, field.name)
+        axes, value = axes_of(result, field.name), getattr(result, field.name)
         if axes is None or result.axis not in axes.names:
             continue
         if isinstance(value, Result) or (isinstance(value, np.ndarray) and value.ndim >= len(axes.names) - 1 + orbits):
@@ -284,46 +270,6 @@ def _shared(result: Any) -> Iterator[tuple[str, Axes, Any]]:
 
 def _taken(value: Any, axes: Axes, result: Any, index: tuple) -> Any:
     return value.take(index) if isinstance(value, Result) else value[axes.place(result.axis, index)]
-
-
-def _index(result: Any, items: Any) -> tuple:
-    """Return an index of the axes over items; a single number becomes a slice, so that every axis stays."""
-    shape = result.item_shape
-    if not shape:
-        raise TypeError(f"{type(result).__name__} of a single {result.axis} has no items to take")
-    given = items if isinstance(items, tuple) else (items,)
-    found: list[Any] = []
-    used = 0
-    for entry in given:
-        size = shape[used] if used < len(shape) else 0
-        if used >= len(shape):
-            raise ValueError(f"items must be an index of {len(shape)} axes, got {shown(items)}")
-        if isinstance(entry, slice):
-            found.append(entry)
-        elif isinstance(entry, (int, np.integer)) and not isinstance(entry, bool):
-            k = operator.index(entry)
-            if not -size <= k < size:
-                raise ValueError(f"items must be numbers of {size} {result.axis}s, got {k}")
-            found.append(slice(k % size, k % size + 1))
-        else:
-            found.append(_chosen(result, entry, shape[used:]))
-            used += found[-1].ndim - 1 if found[-1].dtype == bool else 0
-        used += 1
-    return tuple(found)
-
-
-def _chosen(result: Any, entry: Any, shape: tuple[int, ...]) -> np.ndarray:
-    """Return numbers of items or a mask of them as an array."""
-    array = np.asarray(an_array("items", entry))
-    if not array.size and array.dtype.kind == "f":
-        array = array.astype(np.int64)
-    if array.dtype == bool and array.ndim and array.shape == shape[: array.ndim]:
-        return array
-    if array.dtype.kind in "iu" and array.ndim == 1:
-        if np.all((array >= -shape[0]) & (array < shape[0])):
-            return array
-        raise ValueError(f"items must be numbers of {shape[0]} {result.axis}s, got {shown(entry)}")
-    raise ValueError(f"items must be numbers of {shape[0]} {result.axis}s, a slice or a mask, got {shown(entry)}")
 
 
 def _joined(cls: type, parts: list[Any]) -> Any:
@@ -336,10 +282,10 @@ def _joined(cls: type, parts: list[Any]) -> Any:
     first, shared = parts[0], [{name for name, _, _ in _shared(part)} for part in parts]
     values: dict[str, Any] = {}
     for field in dataclasses.fields(first):
-        name, axes = field.name, _axes(first, field.name)
+        name, axes = field.name, axes_of(first, field.name)
         entries = [getattr(part, name) for part in parts]
         if axes is None or not any(name in own for own in shared):
-            if not all(_alike(entries[0], entry) for entry in entries[1:]):
+            if not all(alike(entries[0], entry) for entry in entries[1:]):
                 if axes is not None and axes.names == (first.axis,) and None not in entries:  # one number for each part
                     values[name] = np.concatenate([np.full(p.item_shape, e) for p, e in zip(parts, entries)])
                     continue
@@ -370,37 +316,6 @@ def _joined_arrays(name: str, axes: Axes, axis: str | None, entries: list, parts
     return np.concatenate(arrays, axis=place)
 
 
-def _alike(one: Any, other: Any) -> bool:
-    """Tell whether two settings are the same, NaN where NaN is."""
-    if one is other:
-        return True
-    if isinstance(one, np.ndarray) and isinstance(other, np.ndarray):
-        return one.shape == other.shape and np.array_equal(one, other, equal_nan=one.dtype.kind in "fc")
-    if type(one) is not type(other):
-        return False
-    if isinstance(one, (tuple, list)):
-        return len(one) == len(other) and all(map(_alike, one, other))
-    if isinstance(one, Mapping):
-        return list(one) == list(other) and all(_alike(one[key], other[key]) for key in one)
-    if dataclasses.is_dataclass(one):
-        return all(_alike(getattr(one, name), getattr(other, name)) for name in _names(one))
-    return bool(one == other) or (one != one and other != other)
-
-
-def _dims(result: Any, name: str, value: np.ndarray) -> tuple[str, ...]:
-    """Return the names of an array's axes; where items have several axes these are numbered."""
-    axes = _axes(result, name)
-    if axes is None:
-        return tuple(f"{name}_{k + 1}" for k in range(value.ndim))
-    repeated = axes.names.index(result.axis) if result.axis in axes.names else len(axes.names) - 1
-    extra = value.ndim - len(axes.names)
-    item = axes.names[repeated]
-    if extra < 0:
-        return tuple(axes.names[:repeated] + axes.names[repeated + 1 :])[: value.ndim]
-    several = (item, *(f"{item}_{k + 2}" for k in range(extra)))
-    return (*axes.names[:repeated], *several, *axes.names[repeated + 1 :])
-
-
 class Column(NamedTuple):
     """An array of a result or of one within it, items last: its name, the names of its axes, the labels of the first,
     its unit.
@@ -419,7 +334,7 @@ def columns(result: Any, prefix: str = "") -> Iterator[Column]:
     A number that holds for all items is an array too.
     """
     for field in dataclasses.fields(result):
-        axes, value = _axes(result, field.name), getattr(result, field.name)
+        axes, value = axes_of(result, field.name), getattr(result, field.name)
         if isinstance(value, Result):
             yield from columns(value, f"{prefix}{field.name}_")
         elif axes is not None and result.axis in axes.names and value is not None:
@@ -436,14 +351,14 @@ def _labelled(result: Any, prefix: str = "") -> dict[str, Any]:
     data: dict[str, Any] = {}
     coords: dict[str, Any] = {}
     for field in dataclasses.fields(result):
-        axes, value = _axes(result, field.name), getattr(result, field.name)
+        axes, value = axes_of(result, field.name), getattr(result, field.name)
         name = prefix + field.name
         if isinstance(value, Result):
             inner = _labelled(value, f"{name}_")
             data |= inner["data_vars"]
             coords = {**inner["coords"], **coords}
         elif isinstance(value, np.ndarray):
-            dims = _dims(result, field.name, value)
+            dims = dims_of(result, field.name, value)
             data[name] = {"dims": dims, "data": value, "attrs": {"units": axes.unit} if axes and axes.unit else {}}
             if axes and axes.labels and len(getattr(result, axes.labels)) == value.shape[0]:
                 coords[dims[0]] = {"dims": dims[:1], "data": list(getattr(result, axes.labels)), "attrs": {}}
@@ -453,7 +368,7 @@ def _labelled(result: Any, prefix: str = "") -> dict[str, Any]:
 def _facts(result: Any) -> dict[str, Any]:
     """Return the numbers and texts of a result, other values as text."""
     facts: dict[str, Any] = {"result": type(result).__name__}
-    for name in _names(result):
+    for name in field_names(result):
         value = getattr(result, name)
         if value is None or isinstance(value, (Result, np.ndarray)):
             continue

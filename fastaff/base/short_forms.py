@@ -8,9 +8,10 @@ import dataclasses
 import functools
 import inspect
 from collections.abc import Callable
-from typing import Any
+from typing import Any, ParamSpec, Protocol, TypeVar, cast
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from .foreign import read_by
 
@@ -18,10 +19,26 @@ Full = Callable[[Any, Any], Any]
 """The full form of an argument: a function of what was given and of the function's first argument, its system."""
 
 
-def takes(**forms: Full) -> Callable[[Callable], Callable]:
+P = ParamSpec("P")
+R = TypeVar("R")
+
+
+class Launched(Protocol):
+    """A grid or a sample of phase points."""
+
+    @property
+    def z0(self) -> np.ndarray:
+        """Phase points (2n, orbits)."""
+
+
+Starts = ArrayLike | Launched
+"""Phase points, or what has them; objects of other tools have no types."""
+
+
+def takes(**forms: Full) -> Callable[[Callable[P, R]], Callable[P, R]]:
     """Let a function take short forms of some of its arguments after the first."""
 
-    def wrap(function: Callable) -> Callable:
+    def wrap(function: Callable[P, R]) -> Callable[P, R]:
         first, *rest = inspect.signature(function).parameters
         by_position = [forms.get(name) for name in rest]
 
@@ -33,7 +50,7 @@ def takes(**forms: Full) -> Callable[[Callable], Callable]:
             more = [value if make is None else make(value, system) for make, value in zip(by_position, given[1:])]
             return function(*given[:1], *more, *given[1 + len(more) :], **named)
 
-        return wrapped
+        return cast(Callable[P, R], wrapped)
 
     return wrap
 

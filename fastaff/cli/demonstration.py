@@ -102,40 +102,8 @@ def run(
         portrait("hyperelastic", Body(Hyperelastic(C=1.0), 1.0), 3.5, size, threads, say, meter),
     ]
     seconds = clock.perf_counter() - start
-    stem = folder / "fastaff-demo"
-    names = [f"-{p.name.lower()}-{part}.npz" for p in portraits for part in ("section", "map")]
-    written: list[Path] = []
-    for p in portraits:
-        common = {
-            "model": p.body,
-            "energy": p.energy,
-            "p_eta": P_ETA,
-            "seed": SEED,
-            "threads": threads or cores(),
-            "quick": quick,
-        }
-        for part, result, extra in (
-            ("section", p.section, {"p_gamma": P_GAMMA, "diffusion": p.diffusion, "wall_time": p.seconds[0]}),
-            (
-                "map",
-                p.map,
-                {
-                    "section": SECTION,
-                    "z0": p.grid.z0,
-                    "cell": p.grid.cell,
-                    "shown": p.shown,
-                    "axis_0": p.grid.axes[0],
-                    "axis_1": p.grid.axes[1],
-                    "axis_names": p.grid.names,
-                    "wall_time": p.seconds[1],
-                },
-            ),
-        ):
-            ending = f"-{p.name.lower()}-{part}.npz"
-            beside = [] if written else [".png", *names]  # all have the number of the first
-            path = files.save_among(stem, ending, result, parameters={**common, **extra}, beside=beside, force=force)
-            written.append(path)
-            stem = path.with_name(path.name.removesuffix(ending))
+    how = {"threads": threads or cores(), "quick": quick}
+    written, stem = _saved(portraits, folder / "fastaff-demo", how, force)
     figure = draw(*portraits)
     facts = {
         **provenance(),
@@ -153,6 +121,34 @@ def run(
     for path in (image, *written):
         say(f"  {path}")
     return [image, *written]
+
+
+def _saved(portraits: list[Portrait], stem: Path, how: dict[str, Any], force: bool) -> tuple[list[Path], Path]:
+    """Write section and map of each body with what they were made of; return the files, and how their names begin: all
+    have the number of the first.
+    """
+    written: list[Path] = []
+    endings = [f"-{p.name.lower()}-{part}.npz" for p in portraits for part in ("section", "map")]
+    for p in portraits:
+        common = {"model": p.body, "energy": p.energy, "p_eta": P_ETA, "seed": SEED, **how}
+        extra = {"p_gamma": P_GAMMA, "diffusion": p.diffusion, "wall_time": p.seconds[0]}
+        over = {
+            "section": SECTION,
+            "z0": p.grid.z0,
+            "cell": p.grid.cell,
+            "shown": p.shown,
+            "axis_0": p.grid.axes[0],
+            "axis_1": p.grid.axes[1],
+            "axis_names": p.grid.names,
+            "wall_time": p.seconds[1],
+        }
+        for result, more in ((p.section, extra), (p.map, over)):
+            ending = endings[len(written)]
+            beside = [] if written else [".png", *endings]
+            path = files.save_among(stem, ending, result, parameters={**common, **more}, beside=beside, force=force)
+            written.append(path)
+            stem = path.with_name(path.name.removesuffix(ending))
+    return written, stem
 
 
 def portrait(name, body, energy, size: Size, threads, say: Say, meter: Meter | None) -> Portrait:

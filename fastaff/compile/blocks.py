@@ -25,15 +25,16 @@ from numba.core.typing.templates import AbstractTemplate, AttributeTemplate, inf
 from numba.extending import lower_builtin
 
 from ..base.identity import by_identity
-from . import cache, jit, map_sums, map_texts
+from . import cache, jit, map_sums, map_texts, nystrom
 from .callees import Callee
 from .damping import shortened
-from .elementary import replaced
 from .fused import fma
 from .jit import JIT_DISABLED, SIGNATURES
 from .plane_loops import angle_of
 from .pointers import Bound, Calls, call_table
-from .texts import ARGUMENTS, ONE_VARIABLE, TEXTS, Rows, observed, read, rows_of, signals, taken
+from .state_rows import Rows, rows_of
+from .substitution import replaced
+from .texts import ARGUMENTS, ONE_VARIABLE, TEXTS, observed, read, signals, taken
 from .turning import turn
 
 _TUPLE_NAMES = {*dir(tuple), "_make", "_asdict", "_replace", "_fields", "_field_defaults"}
@@ -135,6 +136,19 @@ def _model_block(kind: str, line: str, classes: tuple, rows: Rows) -> Any:
 def _texts(rows: Rows) -> dict[str, Callable[[Rows], str]]:
     """Return the texts by kind of a system with these rows."""
     return {**map_texts.TEXTS, **map_sums.TEXTS} if rows.winding else TEXTS
+
+
+def nystrom_block(kind: str, value: Any, degrees_of_freedom: int, vectors: int, terms: nystrom.Terms) -> Any:
+    """Return the compiled block `nystrom_splitting` or, of one orbit, `nystrom_march`: steps of a Runge-Kutta-Nyström
+    scheme; terms: which forces its sums are of.
+    """
+    return _nystrom_block(kind, *_built(value), rows_of(value, degrees_of_freedom, vectors), terms)
+
+
+@functools.cache
+def _nystrom_block(kind: str, line: str, classes: tuple, rows: Rows, terms: nystrom.Terms) -> Any:
+    text = nystrom.march_text if kind == "nystrom_march" else nystrom.steps_text
+    return _compiled(kind, line + text(rows, terms), classes, ())
 
 
 def source(value: Any, kind: str, degrees_of_freedom: int | None = None, vectors: int = 0) -> str:

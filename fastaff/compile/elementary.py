@@ -1,7 +1,7 @@
 """Elementary functions without branches or tables, for loops over lanes, which then vectorise.
 
 Numba's own are calls for one number at a time: in a loop over lanes they cost five to ten times as much and keep the
-rest of it scalar too. `replaced` puts these in the place of NumPy's and Python's where methods of models are compiled.
+rest of it scalar too. `substitution` puts these in the place of NumPy's and Python's where models are compiled.
 
 Errors are below 1 unit in the last place, of hypot 1.2, arcsin and arccos 1.4; of sin, cos and tan up to |x| = 1e10,
 from where their absolute errors grow to 1e-12 at 1e15 (tests/test_elementary.py). 0, infinite numbers and NaN give what
@@ -10,8 +10,6 @@ they give in IEEE 754, or NaN; e^x and powers below 3.3e-308 are 0. Without fuse
 
 from __future__ import annotations
 
-import math
-import types
 from collections.abc import Callable
 from typing import Any
 
@@ -400,29 +398,3 @@ sinh, cosh, tanh = _branch_free(_sinh, np.sinh), _branch_free(_cosh, np.cosh), _
 arcsin, arccos = _branch_free(_arcsin, np.arcsin), _branch_free(_arccos, np.arccos)
 arctan, arctan2 = _branch_free(_arctan, np.arctan), _branch_free(_arctan2, np.arctan2)
 hypot, power = _branch_free(_hypot, np.hypot), _branch_free(_power, np.power)
-
-_OURS = {
-    **{"exp": exp, "expm1": expm1, "log": log, "sin": sin, "cos": cos, "tan": tan, "sinh": sinh, "cosh": cosh},
-    **{"tanh": tanh, "hypot": hypot, "arcsin": arcsin, "arccos": arccos, "arctan": arctan, "arctan2": arctan2},
-    **{"asin": arcsin, "acos": arccos, "atan": arctan, "atan2": arctan2, "power": power, "pow": power},
-}
-_INSTEAD: dict[int, Any] = {}
-"""What is put in the place of functions and modules, by the identity of these."""
-
-for _module in (np, math):
-    _INSTEAD.update({id(getattr(_module, name)): entry for name, entry in _OURS.items() if hasattr(_module, name)})
-    _twin: Any = types.ModuleType(_module.__name__)
-    _twin.__dict__.update({name: _INSTEAD.get(id(entry), entry) for name, entry in vars(_module).items()})
-    _INSTEAD[id(_module)] = _twin
-
-
-def replaced(function: types.FunctionType) -> types.FunctionType:
-    """Return the function with the functions of this module in place of NumPy's and Python's, whether it reads them by
-    their module or by name.
-    """
-    names = {name: _INSTEAD.get(id(entry), entry) for name, entry in function.__globals__.items()}
-    contents = (cell.cell_contents for cell in function.__closure__ or ())
-    cells = tuple(types.CellType(_INSTEAD.get(id(entry), entry)) for entry in contents)
-    twin = types.FunctionType(function.__code__, names, function.__name__, function.__defaults__, cells or None)
-    twin.__kwdefaults__, twin.__qualname__ = function.__kwdefaults__, function.__qualname__
-    return twin

@@ -289,11 +289,14 @@ SIGNATURES = {
     # (params, lanes, drifts, kicks, step, steps, z) -> steps taken: until a lane leaves the domain
     "splitting": _i8(_vector, _i8, _vector, _vector, _vector, _i8, _vector),
     "precise_splitting": _i8(_vector, _i8, _vector, _vector, _vector, _i8, _vector),
+    # drifts and kicks are the tableau of `nystrom`
+    "nystrom_splitting": _i8(_vector, _i8, _vector, _vector, _vector, _i8, _vector),
     # Of maps: drifts are the weights of iterates, see `map_sums`
     "moments": _i8(_vector, _i8, _vector, _vector, _vector, _i8, _vector),
     "angles": _i8(_vector, _i8, _vector, _vector, _vector, _i8, _vector),
     # (params, drifts, kicks, step, steps, z) -> steps taken: whole steps of lane 0, until it leaves the domain
     "march": _i8(_vector, _vector, _vector, _f8, _i8, _vector),
+    "nystrom_march": _i8(_vector, _vector, _vector, _f8, _i8, _vector),
     # (address of the derivative, params, lanes, rows, a, b, dense, sweeps, step, z, k, work) -> steps taken: one
     "step": _i8(_i8, _vector, _i8, _i8, _matrix, _vector, _matrix, _i8, _vector, _vector, _vector, _vector),
     # (params, lanes, z, result)

@@ -11,7 +11,8 @@ from typing import NamedTuple
 from .jit import LANES
 from .map_texts import _counted, _image, _names, _periods, _read, _stored
 from .plane_loops import COLUMNS, MOMENTS, SPANS
-from .texts import Rows, _at, _indent, _loop
+from .state_rows import Rows
+from .texts import _at, _indent, _loop
 
 
 class Moments(NamedTuple):

@@ -10,7 +10,8 @@ from collections.abc import Callable
 
 from ..base.status import LOST_CODE
 from .jit import LANES
-from .texts import Rows, _at, _indent, _list, _loop
+from .state_rows import Rows, listed
+from .texts import _at, _indent, _loop
 
 
 def _names(rows: Rows, vector: int) -> list[str]:
@@ -34,7 +35,7 @@ def _periods(rows: Rows) -> str:
 
 def _image(rows: Rows) -> str:
     """Text that sets z0, z1, ... to the image of the orbit."""
-    text = f"{_list('z', range(2 * rows.n))}, = value.iterate({', '.join(_names(rows, 0))})\n"
+    text = f"{listed('z', range(2 * rows.n))}, = value.iterate({', '.join(_names(rows, 0))})\n"
     wound = [r for r, winds in enumerate(rows.winding) if winds]
     return text + "".join(f"z{r} -= period{r}*np.rint(z{r}*turns{r})\n" for r in wound)
 
@@ -42,7 +43,7 @@ def _image(rows: Rows) -> str:
 def _vector_image(rows: Rows, vector: int) -> str:
     """Text that sets w0, w1, ... to the image of a tangent vector."""
     given = ", ".join(_names(rows, 0) + _names(rows, vector))
-    return f"{_list('w', range(2 * rows.n))}, = value.tangent_iterate({given})\n"
+    return f"{listed('w', range(2 * rows.n))}, = value.tangent_iterate({given})\n"
 
 
 def _read(rows: Rows, vector: int) -> str:
@@ -53,7 +54,7 @@ def _counted(rows: Rows) -> str:
     """Text that counts a lane as outside whose image has left the domain or has momenta that are not finite: the margin
     of coordinates that are not is not positive.
     """
-    q, p = _list("z", range(rows.n)), " + ".join(f"z{r}" for r in range(rows.n, 2 * rows.n))
+    q, p = listed("z", range(rows.n)), " + ".join(f"z{r}" for r in range(rows.n, 2 * rows.n))
     return f"outside += 0 if value.margin({q}) + 0.0*({p}) > 0.0 else 1\n"
 
 

@@ -5,128 +5,14 @@ State blocks are flat: row r of lane i is z[r*LANES + i].
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence, Set
-from dataclasses import dataclass
-from typing import Any
+from collections.abc import Callable, Iterable, Sequence
 
 from . import damping, turning
 from .jit import LANES
-from .kinds import term, terms_of, winding_of
-
-VECTORS_PER_LOOP = {1: 8, 2: 4, 3: 4, 4: 4}
-"""Tangent vectors that one loop over lanes moves, by degrees of freedom (else 2): longer loops no longer vectorise."""
-
+from .state_rows import Rows, listed
 
 DRIFT, KICK = "hd = drift*step[i]\n", "hk = kick*step[i]\n"
 """Texts of the lengths of a lane's drift and kick."""
-
-
-@dataclass(frozen=True)
-class Rows:
-    """Rows of a state block: positions, then momenta, of the orbit (n each) and of its tangent vectors (n each, one
-    after another).
-
-    terms: those of the equations, see `kinds.TERMS`. The time of a drive is no distance and no vector changes it. It
-    takes one addition a step, not one a stage, and is reduced by its period: in many periods a rounding error that all
-    steps share would be a phase. variables: of a system dz/dt = f(z), 2n of H(q, p), 0 of others; the last row is idle
-    where they are odd; winding: which rows (2n,) of a map have a period, none of others.
-    """
-
-    n: int
-    vectors: int
-    terms: Set[str] = frozenset()
-    variables: int = 0
-    winding: tuple[bool, ...] = ()
-
-    driven, frame, friction, nonseparable = map(term, ("drive", "frame", "friction", "nonseparable"))
-
-    @property
-    def half(self) -> int:
-        """The number of positions."""
-        return self.n * (1 + self.vectors)
-
-    @property
-    def time(self) -> int | None:
-        """The row of the time, if there is one."""
-        return self.n - 1 if self.driven else None
-
-    @property
-    def shares(self) -> bool:
-        """Whether lanes of one step have a text of their own, which takes twice as long to compile: not beside the many
-        vectors of a tangent map.
-        """
-        return self.frame and self.vectors <= 2
-
-    @property
-    def orbit(self) -> list[int]:
-        """The rows of the orbit itself."""
-        return [*range(self.n), *range(self.half, self.half + self.n)]
-
-    @property
-    def all(self) -> range:
-        """Numbers of the rows of a half."""
-        return range(self.half)
-
-    @property
-    def groups(self) -> list[range]:
-        """Numbers of the rows of a half that one loop moves: the orbit with its first vectors, then the other
-        vectors.
-        """
-        width = VECTORS_PER_LOOP.get(self.n, 2)
-        ends = [1 + min(self.vectors, width), *range(1 + 2 * width, 1 + self.vectors + width, width)]
-        ends = [min(end, 1 + self.vectors) * self.n for end in ends]
-        return [range(first, last) for first, last in zip([0, *ends], ends) if last > first]
-
-    def parts(self, rows: range) -> list[range]:
-        """Numbers of those of these rows that are an orbit's or one vector's, for each."""
-        return [range(first, first + self.n) for first in range(rows.start, rows.stop, self.n)]
-
-    def state(self, part: range) -> list[int]:
-        """The rows of the variables of a system dz/dt = f(z), of the orbit or of one vector."""
-        return [*part, *range(self.half + part.start, self.half + part.stop)][: self.variables]
-
-    @property
-    def place(self) -> list[int]:
-        """The rows that the domain and the distance from the origin are of."""
-        return self.state(range(self.n)) if self.variables else [*range(self.n)]
-
-    def velocities(self, rows: range) -> str:
-        """Text that sets the v of these rows to the velocities at p: T is quadratic, so a vector's is that of its own
-        momenta.
-        """
-        text = ""
-        for part in self.parts(rows):
-            text += f"{_list('v', part)}, = value.velocity({_list('p', part)})\n"
-            text += f"v{part[-1]} = 0.0\n" if self.driven and part.start > 0 else ""
-        return text
-
-    def forces(self, rows: range) -> str:
-        """Text that sets the f of these rows to the force at q, or its change along a vector."""
-        text, orbit = "", range(self.n)
-        for part in self.parts(rows):
-            call = (
-                f"force({_list('q', orbit)})"
-                if part == orbit
-                else f"tangent_force({_list('q', orbit)}, {_list('q', part)})"
-            )
-            text += f"{_list('f', part)}, = value.{call}\n"
-        return text + (damping.drag(rows) if self.friction else "")
-
-    def slopes(self, rows: range) -> str:
-        """Text that sets v and f of these rows to dq/dt and dp/dt."""
-        text = self.velocities(rows) + self.forces(rows)
-        return text + "".join(turning.rates(part[0], part[1]) for part in self.parts(rows) if self.frame)
-
-
-def rows_of(value: Any, n: int, vectors: int) -> Rows:
-    """Return the rows of a state of a model, or those that a section sees, by the terms of its equations."""
-    terms = terms_of(value)
-    variables = len(value.coordinates) if "rates" in terms else 2 * n if "nonseparable" in terms else 0
-    return Rows(n, vectors, terms, variables, winding_of(value))
-
-
-def _list(letter: str, rows: Iterable[int]) -> str:
-    return ", ".join(f"{letter}{r}" for r in rows)
 
 
 def _indent(text: str, depth: int) -> str:
@@ -161,22 +47,28 @@ def _steps(rows: Rows, first: int, after: str, size: int) -> str:
     time of a stage. Lanes that turn with one step share the numbers of their rotations, a fifth of the time with a
     cheap force: in steps of their own, as both kinds of loops in one would take that time again.
     """
-    margin = f"outside += 0 if value.margin({', '.join(_at(r) for r in range(rows.n))}) > 0.0 else 1\n"
     made = turning.made(size, "lanes", "drifts", "step[i]") if rows.frame else ""
     made += damping.made(size, "lanes", "kicks", "step[i]") if rows.friction else ""
+    phase = "" if rows.time is None else _loop(f"{_at(rows.time)} = value.phase({_at(rows.time)})\n", 0)
     own, alike = (
-        "taken = 0\nwhile taken < steps:\n"
-        + _indent(_drifts_kicks(rows, first, alike=alike) + after, 1)
-        + ("" if rows.time is None else _loop(f"{_at(rows.time)} = value.phase({_at(rows.time)})\n", 1))
-        + "    taken += 1\n    if taken == steps:\n        break\n    outside = 0\n"
-        + _loop(margin, 1)
-        + "    if outside > 0:\n        break\n"
-        for alike in (False, True)
+        while_inside(rows, _drifts_kicks(rows, first, alike=alike) + after + phase) for alike in (False, True)
     )
     if not rows.shares:
         return f"{made}{_indent(own, 1)}    return taken\n"
     uneven = "    uneven = 0\n" + _loop("uneven += 0 if step[i] == step[0] else 1\n", 1)
     return f"{made}{uneven}    if uneven > 0:\n{_indent(own, 2)}    else:\n{_indent(alike, 2)}    return taken\n"
+
+
+def while_inside(rows: Rows, step: str) -> str:
+    """Text of so many steps, or up to the one with which a lane leaves the domain."""
+    margin = f"outside += 0 if value.margin({', '.join(_at(r) for r in range(rows.n))}) > 0.0 else 1\n"
+    return (
+        "taken = 0\nwhile taken < steps:\n"
+        + _indent(step, 1)
+        + "    taken += 1\n    if taken == steps:\n        break\n    outside = 0\n"
+        + _loop(margin, 1)
+        + "    if outside > 0:\n        break\n"
+    )
 
 
 def _settling(size: int) -> str:
@@ -292,7 +184,7 @@ def _march(rows: Rows) -> str:
         + "            if s < kick.size:\n"
         + _indent(kick, 4)
         + end
-        + f"        taken += 1\n        if not value.margin({_list('q', range(rows.n))}) > 0.0:\n            break\n"
+        + f"        taken += 1\n        if not value.margin({listed('q', range(rows.n))}) > 0.0:\n            break\n"
         + "".join(f"    z[{r * LANES}] = {name}\n" for r, name in enumerate(state))
         + "    return taken\n"
     )
@@ -320,7 +212,7 @@ def _rates(rows: Rows, group: range) -> str:
         call = f"rates({given})"
         if part.start:
             body += "".join(f"w{j} = {_at(r)}\n" for j, r in enumerate(own))
-            call = f"tangent_rates({given}, {_list('w', range(rows.variables))})"
+            call = f"tangent_rates({given}, {listed('w', range(rows.variables))})"
         body += f"{', '.join(f)}, = value.{call}\n"
         body += "".join(f"result[{r * LANES} + i] = {name}\n" for name, r in zip(f, own, strict=True))
         if rows.variables < 2 * rows.n:
@@ -364,7 +256,7 @@ def _kinetic_energy(rows: Rows, name: str, z: Sequence[str]) -> str:
     orbit = [z[r] for r in rows.orbit]
     if not rows.nonseparable:
         return f"{name} = value.kinetic_energy({', '.join(orbit[rows.n :])})\n"
-    text = f"{_list('g', range(2 * rows.n))}, = value.rates({', '.join(orbit)})\n"
+    text = f"{listed('g', range(2 * rows.n))}, = value.rates({', '.join(orbit)})\n"
     work = " + ".join(f"{orbit[rows.n + r]}*g{r}" for r in range(rows.n - rows.driven))
     return f"{text}{name} = 0.5*np.abs({work})\n"
 
@@ -445,6 +337,8 @@ ARGUMENTS = {
     "moments": "params, lanes, drifts, kicks, step, steps, z",
     "angles": "params, lanes, drifts, kicks, step, steps, z",
     "march": "params, drift, kick, step, steps, z",
+    "nystrom_splitting": "params, lanes, drifts, kicks, step, steps, z",
+    "nystrom_march": "params, drifts, kicks, step, steps, z",
     "step": "derivative, params, lanes, rows, a, b, dense, sweeps, step, z, k, work",
     "check": "params, lanes, radius, z, result, kinetic",
     "inside": "params, lanes, z, result",

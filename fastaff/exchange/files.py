@@ -22,7 +22,7 @@ from ..analysis.chaos import indicators, own_indicator
 from ..analysis.frequencies import methods
 from ..analysis.tori import families, separation
 from ..base.display import screen
-from ..base.numbers import fits, shown
+from ..base.numbers import StrPath, fits, shown
 from ..base.placing import placed
 from ..base.provenance import provenance
 from ..base.recipe import OWN, Call, NoData, encoded, keep, plain
@@ -52,7 +52,7 @@ class Saved(NamedTuple):
         return screen(self)
 
 
-def save(path: Any, result: Any, *, force: bool = False, **parameters: Any) -> Path:
+def save(path: StrPath, result: object, *, force: bool = False, **parameters: Any) -> Path:
     """Write a result and all that made it to an .npz file; `load` gives the same result back.
 
     Parameters
@@ -157,7 +157,7 @@ def _(result: Result, path: Any, **parameters: Any) -> Path:
     return save(path, result, **parameters)
 
 
-def load(path: Any, **given: Any) -> Any:
+def load(path: StrPath, **given: Any) -> Any:
     """Read the result in a file of `save`: the same class, with the same bits in every field, and its call.
 
     Parameters

@@ -3,20 +3,24 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
-from ..analysis.sections.energy_grid import NotReached
+from ..analysis.sections.energy_grid import EnergyGrid, NotReached
 from ..analysis.sections.section_edge import edge
-from ..base.numbers import numbers, positive, real
+from ..base.numbers import StrPath, numbers, positive, real
 from ..base.placing import placed
 from ..base.provenance import provenance
+from ..base.results import Result
 from ..flows.checks import checked_model, suited_scheme
 from ..flows.needs import check_given
 from ..formulas.section_text import section_named
 from ..jobs.system import Surface
+from ..models.contracts import Dynamics, Section
 from ..models.sections import Stroboscopic
 from ..models.traits import traits_of
 from ..schemes.automatic import cheapest
@@ -41,18 +45,18 @@ ACCURACY = 1e-10
 
 
 def explore(
-    body: Any = None,
+    body: Dynamics | None = None,
     *,
     energy: float | None = None,
-    section: Any = None,
+    section: Section | str | None = None,
     p_eta: float = 0.0,
     p_gamma: float = 0.0,
     accuracy: float = ACCURACY,
-    scheme: Any = None,
-    background: Any = None,
-    points: Any = None,
-    fixed: Any = None,
-    out: Any = None,
+    scheme: Splitting | str | None = None,
+    background: StrPath | tuple[Result, EnergyGrid] | None = None,
+    points: ArrayLike | None = None,
+    fixed: Mapping[str, float] | None = None,
+    out: StrPath | None = None,
 ) -> Path:
     """Write the explorer of a system, one HTML file that needs no server, network or Python, and return its path.
 
@@ -113,8 +117,9 @@ def explore(
     >>> fa.explore(fa.HenonHeiles(), energy=0.1, section="x=0", out="explorer.html").name
     'explorer.html'
     """
-    given = {"energy": energy, "section": section, "p_eta": p_eta, "p_gamma": p_gamma, "accuracy": accuracy}
-    setup, _ = setup_of(body, **given, scheme=scheme, background=background, points=points, fixed=fixed)
+    given: dict[str, Any] = {"energy": energy, "section": section, "p_eta": p_eta, "p_gamma": p_gamma}
+    given |= {"accuracy": accuracy, "scheme": scheme, "background": background, "points": points, "fixed": fixed}
+    setup, _ = setup_of(body, **given)
     path = _path(out)
     text = page(setup)
     return placed(

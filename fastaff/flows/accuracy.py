@@ -18,7 +18,7 @@ from ..schemes.catalogue import Collocation
 from .flow import Flow, Wear
 from .motion import Motion
 from .time_transformed import TransformedFlow
-from .trials import SPAN, chosen_steps, halving, on_ladder
+from .trials import SPAN, chosen_steps, on_ladder, sampled
 
 SHARE = 1 / 24
 """Share of the accuracy that the error expected from the trial may take: a larger one saves less in the first runs than
@@ -119,8 +119,8 @@ def planned(
     spans = np.maximum(np.broadcast_to(time, z.shape[1]) * found.rate / SPAN, 1.0)
     step, local, order = chosen_steps(flow, z, found, SHARE * accuracy / spans)  # type: ignore[arg-type]
     if isinstance(flow.scheme, Collocation):  # whose iteration must converge with twice the step too
-        apart = halving(flow, z, 2 * step, np.maximum(SPAN / found.rate, 2 * step), found)
-        step = np.where(np.isfinite(apart), step, step / 2)
+        states = sampled(flow, z, 2 * step, np.maximum(SPAN / found.rate, 2 * step), found.radius)
+        step = np.where(np.isfinite(states).all(axis=(0, 1)), step, step / 2)
     used = on_ladder(step, run, parts)
     return Steps(used, local * (used / step) ** order, order, motion=found, ratio=twice, run=run, parts=parts)
 

@@ -16,7 +16,7 @@ from ..models.contracts import Autonomous, Map, Model, Nonseparable, Potential, 
 from ..models.mechanics import kinetic_energies, potential_energies, velocities
 from ..models.sections import Linear, Stroboscopic
 from ..models.traits import traits_of
-from ..schemes.catalogue import SCHEMES, Collocation, RungeKutta, Scheme, Splitting
+from ..schemes.catalogue import SCHEMES, Collocation, Nystrom, RungeKutta, Scheme, Splitting
 from ..schemes.time_transformed import TimeTransformed
 from .needs import check_kind, check_needs
 
@@ -206,7 +206,7 @@ def checked_scheme(scheme: Any) -> Scheme:
             f"scheme {scheme.name} steps in a fictitious time: only integrate and poincare_map take it; got it "
             "elsewhere, where a Splitting or RungeKutta such as fastaff.KAHAN_LI8 is needed"
         )
-    if not isinstance(scheme, (Splitting, RungeKutta, Collocation)):
+    if not isinstance(scheme, (Splitting, Nystrom, RungeKutta, Collocation)):
         raise TypeError(
             f"scheme must be a scheme such as fastaff.KAHAN_LI8, got {scheme!r} ({type(scheme).__name__}); "
             f"or a name of {', '.join(SCHEMES)}"
@@ -219,6 +219,8 @@ def suited_scheme(scheme: Any, model: Any) -> Any:
     if not getattr(scheme, "nystrom", False):
         return scheme
     check_needs(model, "forces of the coordinates alone", got=scheme.name, order=scheme.order, argument="body")
+    if isinstance(scheme, Nystrom):
+        check_needs(model, "accelerations of the coordinates alone", got=scheme.name, argument="body")
     if not traits_of(model).quadratic:
         raise ValueError(
             f"scheme {scheme.name} has its order {scheme.order} only where T is quadratic in the momenta, and that of "

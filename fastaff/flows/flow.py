@@ -5,87 +5,49 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from ..base.numbers import fits, number_of_steps
 from ..base.status import Status
-from ..compile import damping
-from ..compile.blocks import idle_block, model_block, parameters, step_block
-from ..compile.jit import JIT_DISABLED, LANES
-from ..compile.packing import run_units
+from ..compile import damping, nystrom
+from ..compile.blocks import idle_block, model_block, nystrom_block, parameters, step_block
+from ..compile.jit import LANES
+from ..compile.nystrom import Terms
 from ..compile.pointers import address
-from ..compile.threads import together, works
 from ..compile.turning import spare_rows
-from ..kernels import crossings
-from ..kernels.drive import AdaptiveSteps, FixedSteps, run_adaptive, run_fixed
+from ..kernels import crossing_roots as roots
+from ..kernels.adaptive_drive import AdaptiveSteps, run_adaptive
+from ..kernels.crossings import CERTAIN, RECORD
+from ..kernels.drive import FixedSteps, run_fixed
 from ..kernels.samples import WEAR_ROWS
 from ..kernels.stepping import Blocks, Coefficients, collocate, runge_kutta
 from ..models.mechanics import energies, kinetic_energies, slopes
 from ..models.traits import Traits, traits_of
-from ..schemes.catalogue import Collocation, Scheme, Splitting
+from ..schemes.catalogue import Collocation, Nystrom, Scheme, Splitting
 from . import observers
 from .checks import energy_drift
 from .ensemble import Ensemble
+from .launch import Report, launch, units
 from .observers import Observer
 from .reaches import escape_radii
-
-BRIEF = 10_000
-"""Steps of an orbit that the caller's own thread takes: at most a fraction of a second, which Ctrl-C waits for, while
-another thread needs as long as a hundred to wake up.
-"""
 
 WEAR_STEPS = 2, 4, 8, 16, 32
 """Steps, or one, after which orbits that are slowed lose some of their momenta: lanes of a block stop together."""
 
-Report = Callable[[float], None]
-"""Called about ten times a second with the fraction of the work that is done."""
 
-
-def launch(
-    kernel: Callable,
-    arguments: tuple,
-    progress: np.ndarray,
-    work: float,
-    threads: int,
-    report: Report | None,
-    steps: float = math.inf,
-) -> None:
-    """Run kernel(unit, stop, progress, *arguments) for all units, one entry of `progress` each, without the GIL in a
-    worker thread.
-
-    The main thread draws progress and owns Ctrl-C, which sets stop[0], which kernels poll; KeyboardInterrupt is raised
-    when the kernel has put its state back. What takes so few `steps` of an orbit that they are BRIEF runs here, and
-    what a thread of `by_portions` begins.
-    """
-
-    stop = np.zeros(1, np.int64)
-
-    def tell() -> None:
-        if report is not None and work > 0:
-            report(min(1.0, float(progress.sum()) / work))
-
-    if (steps <= BRIEF or works()) and not JIT_DISABLED:
-        run_units(kernel, (stop, progress, *arguments), progress.size, threads=1)
-        tell()
-        return
-    run = partial(run_units, kernel, (stop, progress, *arguments), progress.size, threads=threads)
-    together([run], partial(stop.fill, 1), tell)
-
-
-def units(orbits: int, size: int = LANES) -> np.ndarray:
-    """Return the progress of as many units of that size as so many orbits make, at their beginning."""
-    return np.zeros(math.ceil(orbits / size), np.int64)
-
-
-def blocks_of(model: Any, vectors: int = 0, step: Callable | None = None, **kinds: str) -> Blocks:
-    """Return what kernels see of a model: block functions of these kinds, idle ones in the other places; step: the
-    kernel of a scheme that steps by the derivative.
+def blocks_of(model: Any, vectors: int = 0, step: Callable | None = None, **kinds: str | Terms) -> Blocks:
+    """Return what kernels see of a model: block functions of these kinds, or of a Runge-Kutta-Nyström scheme's terms,
+    idle ones in the other places; step: the kernel of a scheme that steps by the derivative.
     """
     n, derivative = model.degrees_of_freedom, 0
-    found = {place: model_block(kind, model, n, vectors) for place, kind in kinds.items()}
+    found = {
+        place: model_block(kind, model, n, vectors)
+        if isinstance(kind, str)
+        else nystrom_block(f"nystrom_{place}", model, n, vectors, kind)
+        for place, kind in kinds.items()
+    }
     if step is not None:
         found["step"], derivative = step_block(step), address(model_block("derivative", model, n, vectors))
     idle = {place: idle_block(place) for place in Blocks._fields[1:-1] if place not in found}
@@ -147,7 +109,12 @@ class Flow:
 
     @property
     def spare(self) -> int:
-        """Rows that blocks of states need besides: those of the rotations of drifts, or of the friction of kicks."""
+        """Rows that blocks of states need besides: those of the rotations of drifts, of the friction of kicks, or of
+        the forces of stages.
+        """
+        if isinstance(self.scheme, Nystrom):
+            n = self.model.degrees_of_freedom
+            return nystrom.spare_rows(n, n * (1 + self.vectors), self.scheme.stages)
         if not isinstance(self.scheme, Splitting):
             return 0
         if self.traits.friction:
@@ -186,8 +153,8 @@ class Flow:
 
     def _coefficients(self) -> Coefficients:
         scheme = self.scheme
-        if isinstance(scheme, Splitting):
-            copies = 3 if self.precise else 1
+        if isinstance(scheme, (Splitting, Nystrom)):
+            copies = 2 if isinstance(scheme, Nystrom) else 3 if self.precise else 1
             return Coefficients(scheme.drift_array, scheme.kick_array, copies=copies, spare=self.spare)
         if isinstance(scheme, Collocation):
             a, b, dense = scheme.a_array, scheme.b_array, scheme.dense_array
@@ -197,6 +164,8 @@ class Flow:
     def _blocks(self, *kinds: str, solo: bool = False) -> Blocks:
         """Return the blocks of these kinds, and that by which the scheme steps, units of one orbit where `solo`."""
         by: dict[str, Any] = {"step": collocate if isinstance(self.scheme, Collocation) else runge_kutta}
+        if isinstance(self.scheme, Nystrom):
+            by = {"march" if solo else "splitting": self.scheme.terms}
         if isinstance(self.scheme, Splitting):
             by = {"march": "march"} if solo else {"splitting": "precise_splitting" if self.precise else "splitting"}
         return blocks_of(self.model, self.vectors, **by | {kind: kind for kind in kinds})
@@ -385,7 +354,8 @@ class Flow:
         # Orbits that are observed and end together share blocks.
         order = np.lexsort((-total, every))
         unit = self._unit(orbits) if refill else self.unit(orbits)
-        solo = unit == 1 and isinstance(self.scheme, Splitting) and not self.precise
+        single = isinstance(self.scheme, Nystrom) or (isinstance(self.scheme, Splitting) and not self.precise)
+        solo = unit == 1 and single
         steps = FixedSteps(h, total, every, order, strict=self.vectors > 0, refill=refill, solo=solo)
         blocks = self._blocks("inside", "check", solo=solo)
         arguments = blocks, self._coefficients(), observer.bound, steps, unit, ensemble.orbits(memory, out)
@@ -399,23 +369,24 @@ class Flow:
         """Turn the records numbered `where` into crossings of the section, in place."""
         if not where.size:
             return
-        certain = records[where, crossings.RECORD.kind] == crossings.CERTAIN
+        certain = records[where, RECORD.kind] == CERTAIN
         doubtful = where[~certain]
-        where = np.concatenate([where[certain], doubtful])  # whose search takes longer
+        if doubtful.size:
+            where = np.concatenate([where[certain], doubtful])  # whose search takes longer
         function = observers.bound("value", section, self.model.degrees_of_freedom, self.vectors)
         found = self._blocks(), self._coefficients(), function
         if doubtful.size:
-            steps = float(crossings.SLOW * doubtful.size)
-            launch(crossings.bracket, (*found, records, doubtful), units(doubtful.size), 0.0, self.threads, None, steps)
+            steps = float(roots.SLOW * doubtful.size)
+            launch(roots.bracket, (*found, records, doubtful), units(doubtful.size), 0.0, self.threads, None, steps)
         arguments = *found, float(section.direction), records, where
-        steps = float(crossings.USUAL * where.size)
-        launch(crossings.locate, arguments, units(where.size), float(where.size), self.threads, report, steps)
+        steps = float(roots.USUAL * where.size)
+        launch(roots.locate, arguments, units(where.size), float(where.size), self.threads, report, steps)
 
     def shifted(self, z: np.ndarray, steps: np.ndarray) -> np.ndarray:
         """Return the states z (rows, orbits) one step of steps[orbit] later, or earlier where that is negative."""
         table = np.array(z, order="C")
         arguments = self._blocks(), self._coefficients(), steps, table
-        launch(crossings.shift, arguments, units(z.shape[1]), 0.0, self.threads, None, z.shape[1])
+        launch(roots.shift, arguments, units(z.shape[1]), 0.0, self.threads, None, z.shape[1])
         return table
 
 

@@ -8,7 +8,8 @@ from ..kernels.drive import FixedSteps, run_fixed
 from ..kernels.stepping import Coefficients
 from . import observers
 from .ensemble import Ensemble
-from .flow import Flow, blocks_of, launch, no_memory, units
+from .flow import Flow, blocks_of, no_memory
+from .launch import launch, units
 
 
 def extended(ensemble: Ensemble, rows: np.ndarray) -> Ensemble:

@@ -91,13 +91,15 @@ class Motion(NamedTuple):
         amplitudes.
         """
         size = np.concatenate([self.position, self.momentum])
-        size = np.where(size > 0, size, 1.0)
-        apart = apart / size
-        if np.isfinite(self.winding).any():
-            n, turns = len(self.winding), self.winding / size[: len(self.winding)]
-            whole = np.where(np.isfinite(turns), turns * np.rint(apart[..., :n, :] / turns), 0.0)
-            apart[..., :n, :] -= whole
-        return np.abs(apart).max(axis=-2)
+        size, winds = np.where(size > 0, size, 1.0), np.isfinite(self.winding).any(axis=-1)
+        largest = np.zeros((*apart.shape[:-2], apart.shape[-1]))
+        for row in range(len(size)):  # rows one after the other: they need not lie side by side
+            away = apart[..., row, :] / size[row]
+            if row < len(winds) and winds[row]:
+                turn = self.winding[row] / size[row]
+                away -= np.where(np.isfinite(turn), turn * np.rint(away / turn), 0.0)
+            np.maximum(largest, np.abs(away, out=away), out=largest)
+        return largest
 
 
 def natural_rates(model: Any, z: np.ndarray, threads: int = 1) -> np.ndarray:
@@ -186,7 +188,8 @@ def _observed(model: Any, z: np.ndarray) -> Motion:
         states, failed = _look(model, np.ascontiguousarray(z[:, todo]), step[todo], radius[todo])
         now, kinetic[todo] = _measured(model, states, W[:, :, todo])
         if any(periods):
-            speed[:, todo] = np.fmax.reduce(np.abs(np.diff(states[:, :n], axis=0)), axis=0) / step[todo]
+            turned = np.fmax.reduce(np.abs(np.diff(states[:, :n], axis=0)), axis=0) / step[todo]
+            speed[:, todo] = np.where(np.isfinite(turned), turned, speed[:, todo])  # none where no step was reached
         reach[:, todo] = np.fmax.reduce(np.abs(states[:, :n]), axis=0)
         moves = np.isfinite(now) & (now > 0)
         rate[todo], gone[todo] = np.where(moves, now, rate[todo]), failed

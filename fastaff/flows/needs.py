@@ -43,12 +43,9 @@ REFUSALS = {
         "drive": "energy must be left out of a driven system, which has none, got {got}",
     },
     "a time of return": {"drive": "max_time must be left out of a driven system, got {got}"},
-    "a residue": {
-        "rates": "model {model} is dz/dt = f(z), whose orbits have no residues to follow: periodic_orbits finds them "
-        "at each value"
-    },
     "a branch along the energy": {
         "iterates": "parameter must be a number for a map, which has no energy to follow; got None",
+        "rates": "parameter must be given for dz/dt = f(z), which has no energy to follow",
         "drive": "parameter must be given for a driven system, which has no energy to follow",
     },
     "an indicator of the energy": {
@@ -85,10 +82,14 @@ REFUSALS = {
         "friction": "scheme {got} has its order {order} only where forces depend on the coordinates alone, and "
         "{argument} {model} has friction: take KAHAN_LI8"
     },
+    "accelerations of the coordinates alone": {
+        "frame": "scheme {got} takes accelerations that depend on the coordinates alone, and {argument} {model} turns: "
+        "take BLANES_CASAS_ESCORIHUELA8"
+    },
 }
 """By what is asked for, the terms that together do not go with it, and the sentence that says what would do."""
 
-OF_MODELS = ("a return", "a residue", "an indicator of the energy")
+OF_MODELS = ("a return", "an indicator of the energy")
 """Needs that a model as a whole has not: refused by TypeError, as a wrong argument beside it is by ValueError."""
 
 

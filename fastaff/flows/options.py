@@ -11,11 +11,12 @@ import numpy as np
 from ..base.numbers import numbers, positive, shown
 from ..compile.threads import checked_threads
 from ..models.traits import traits_of
-from ..schemes.automatic import Automatic, Trial, cheapest, fastest
-from ..schemes.catalogue import DOP853, GAUSS16, ITERATION, KAHAN_LI8, Collocation, RungeKutta, Scheme
+from ..schemes.automatic import Automatic, Trial, cheapest, fastest, quickest
+from ..schemes.catalogue import DOP853, GAUSS16, ITERATION, KAHAN_LI8, Collocation, RungeKutta
 from ..schemes.time_transformed import TimeTransformed
 from .checks import checked_model, checked_scheme, phase_points, suited_scheme
-from .flow import Flow, Report
+from .flow import Flow
+from .launch import Report
 from .motion import motion
 from .needs import check_given, check_needs
 from .time_transformed import prepared
@@ -39,17 +40,18 @@ orbits within their accuracy have up to twice that, at steep walls.
 class Options:
     """How orbits are run: the keywords that all functions of orbits share, checked together.
 
-    scheme: one of the package or your own, AUTO, or None for the splitting that is `cheapest` for the accuracy
-    (KAHAN_LI8 where a step is given), or the collocation that is `fastest` for H(q, p); accuracy: error that the
-    function's results may have, or step: the longest fixed step, one for all or (orbits,), or the first of an adaptive
-    scheme; rtol, atol: tolerances of an adaptive scheme; energy_tolerance: energy error, over the largest kinetic
-    energy met, above which an orbit's status is ENERGY_DRIFT, None for DRIFT, or DRIFTING times the accuracy where that
-    is more; threads: None for all; report(fraction): called about ten times a second.
+    scheme: one of the package or your own, AUTO, or None for the splitting that is `cheapest` for the accuracy, what is
+    `quickest` where another run confirms it (KAHAN_LI8 where a step is given), or the collocation that is `fastest` for
+    H(q, p); accuracy: error that the function's results may have, or step: the longest fixed step, one for all or
+    (orbits,), or the first of an adaptive scheme; rtol, atol: tolerances of an adaptive scheme; energy_tolerance:
+    energy error, over the largest kinetic energy met, above which an orbit's status is ENERGY_DRIFT, None for DRIFT, or
+    DRIFTING times the accuracy where that is more; threads: None for all; report(fraction): called about ten times a
+    second.
 
     :Raises: ValueError or TypeError for wrong input.
     """
 
-    scheme: Scheme | TimeTransformed | Automatic | None = None
+    scheme: Any = None
     step: float | np.ndarray | None = None
     accuracy: float | None = None
     rtol: float = 1e-12
@@ -170,6 +172,8 @@ def plan(
         if step is None:
             split = traits.quadratic and not traits.friction
             scheme = cheapest(wanted, split) if traits.separable else fastest(wanted)
+            if error is None and traits.separable and split and not traits.frame:
+                scheme = quickest(wanted, traits.driven)
             why.append(f"{scheme.name} for an accuracy of {wanted:.1e}")
     if isinstance(scheme, Automatic):
         every = transformed and not traits.frame and not traits.driven

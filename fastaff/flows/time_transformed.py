@@ -30,7 +30,8 @@ from ..schemes.time_transformed import (
 from . import observers
 from .checks import energy_drift
 from .ensemble import Ensemble
-from .flow import Flow, Report
+from .flow import Flow
+from .launch import Report
 from .motion import typical_rate
 from .observers import Observer
 from .trials import following_step, staying, trial_step

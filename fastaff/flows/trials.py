@@ -11,7 +11,7 @@ import numpy as np
 from ..base.status import Status
 from ..models.mechanics import energies
 from ..schemes.automatic import TRIAL_ORBITS, Automatic, Trial, spread, trial_rounds
-from ..schemes.catalogue import DOP853, RungeKutta, Splitting
+from ..schemes.catalogue import DOP853, Nystrom, RungeKutta, Splitting
 from . import observers
 from .checks import energy_drift
 from .flow import Flow, no_memory
@@ -71,7 +71,8 @@ def chosen_steps(flow: Flow, z: np.ndarray, found: Motion, error: np.ndarray) ->
     """
     orbits = z.shape[1]
     rate, pace = found.rate, found.pace
-    step, least, order = FIRST / pace, np.full(orbits, np.nan), np.full(orbits, float(flow.scheme.order))
+    first = 2 * FIRST if isinstance(flow.scheme, Nystrom) else FIRST  # of order 12, whose steps are longer
+    step, least, order = first / pace, np.full(orbits, np.nan), np.full(orbits, float(flow.scheme.order))
     coarse, most = np.full((2, orbits), np.nan)
     wanted, todo = np.maximum(error, MEASURABLE), np.arange(orbits)
     for _ in range(TRIALS):
@@ -105,13 +106,18 @@ def _change(gain: np.ndarray, order: np.ndarray, most: int) -> np.ndarray:
     return gain ** (1 / np.where(gain > 1, most, order))
 
 
+def sampled(flow: Flow, z: np.ndarray, step: np.ndarray, time: np.ndarray, radius: np.ndarray) -> np.ndarray:
+    """Return states (SAMPLES, rows, orbits) with each orbit's step at equal intervals of its time, NaN where none."""
+    tried = replace(flow, step=step)
+    return tried.sampled(tried.ensemble(z.copy(), radius=radius), SAMPLES, time=time).transpose(1, 2, 0)
+
+
 def halving(flow: Flow, z: np.ndarray, step: np.ndarray, time: np.ndarray, found: Motion) -> np.ndarray:
     """Return the largest distance between states with each orbit's step and with half of it, at SAMPLES moments; inf
     where none.
     """
-    both, orbits = replace(flow, step=np.concatenate([step, step / 2])), z.shape[1]
-    ensemble = both.ensemble(np.tile(z, 2), radius=np.tile(found.radius, 2))
-    states = both.sampled(ensemble, SAMPLES, time=np.tile(time, 2)).transpose(1, 2, 0)
+    orbits = z.shape[1]
+    states = sampled(flow, np.tile(z, 2), np.concatenate([step, step / 2]), np.tile(time, 2), np.tile(found.radius, 2))
     with np.errstate(all="ignore"):
         apart = found.distance(states[..., :orbits] - states[..., orbits:])
     known = np.isfinite(apart)

@@ -7,8 +7,10 @@ from collections.abc import Mapping
 from typing import Any
 
 from ..base.numbers import real, shown
+from ..models.contracts import WrittenFlow
+from .arguments import text_of
 from .equations import split
-from .formula import text_of
+from .formula import Text
 from .grammar import checked_name
 from .library import RESERVED, Request, generated_class
 
@@ -16,7 +18,7 @@ LENGTH = 2000
 """Characters of a text, at most, and of each equation that is an expression."""
 
 
-def flow(text: Any, /, *, domain: str | None = None, **parameters: float) -> Any:
+def flow(text: Text, /, *, domain: str | None = None, **parameters: float) -> WrittenFlow:
     """Make an autonomous system dz/dt = f(z) from equations written as text; the derivatives are exact.
 
     Parameters
@@ -60,8 +62,8 @@ def flow(text: Any, /, *, domain: str | None = None, **parameters: float) -> Any
     >>> lorenz.coordinates, lorenz.rates(1.0, 1.0, 1.0)
     (('x', 'y', 'z'), (-0.0, 26.0, -1.6666666666666665))
     """
-    text, length = _written(text)
-    equations = split(text)
+    written, length = _written(text)
+    equations = split(written)
     names: list[str] = []
     for name, _ in equations:
         names.append(checked_name(name, "variable", {*names, *RESERVED}))
@@ -71,14 +73,14 @@ def flow(text: Any, /, *, domain: str | None = None, **parameters: float) -> Any
     for name, side in equations:
         if re.search(r"\bt\b", side) and "t" not in (*names, *values):
             raise ValueError(f"text: {name}' depends on t, which a flow does not know: make it a variable, t' = 1")
-    request = Request(text, domain, tuple(values), tuple(names), "flow")
+    request = Request(written, domain, tuple(values), tuple(names), "flow")
     programs = request.programs(length)
     domain_program = request.domain_program()
     used = frozenset().union(*(p.names for p in (*programs, domain_program) if p is not None))
     unused = [name for name in values if name not in used]
     if unused:
         raise ValueError(
-            f"parameter {unused[0]!r} is not used by the equations {text!r}: leave it out, or is a name misspelt?"
+            f"parameter {unused[0]!r} is not used by the equations {written!r}: leave it out, or is a name misspelt?"
         )
     return generated_class(request, (programs, domain_program), values)(*values.values())
 

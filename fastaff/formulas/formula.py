@@ -2,37 +2,47 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from ..base.foreign import System, read_by
-from ..base.numbers import positive, real
+from ..base.numbers import positive, real, shown
 from ..models import Body
+from ..models.contracts import WrittenModel, WrittenNonseparable
 from ..models.mechanics import slopes
+from .arguments import checked_names, inertia_of, masses_of, text_of, values_of
 from .drive import period_of
-from .grammar import TIME, checked_name, parse
-from .library import MAX_DEGREES_OF_FREEDOM, RESERVED, Request, generated_class
+from .grammar import TIME, parse
+from .laws import written_out
+from .library import Request, generated_class
 from .map_source import period_texts
 from .variables import VARIABLES
 
-MAX_PARAMETERS = 64
 _SYMPY_LENGTH = 8000
 
 TRIED, SAME = 32, 1e-9
 """Points at which a system's periods are tried, and the change of its equations that counts as none."""
 
 
-def formula(text: Any, /, *, mu: Any = 1.0, domain: str | None = None, **parameters: float) -> Any:
+Text = str | object
+"""A formula as text; else an expression of SymPy, or a potential or expression of another tool."""
+
+
+def formula(
+    text: Text, /, *, mu: float | Sequence[float] = 1.0, domain: str | None = None, **parameters: float
+) -> WrittenModel:
     """Make a body from its potential energy V, written as one line of mathematics; the derivatives are exact.
 
     Parameters
     ----------
     text : str or SymPy expression
         V in the variables D1, D2; alpha, beta; r, vartheta; rho; x, y, z, u (phi = [[x, y], [z, u]]); a1, a2, b1, b2,
-        which may be mixed; with numbers, pi, ``+ - * / **``, sqrt exp log sin cos tan sinh cosh tanh asin acos atan.
+        which may be mixed; with numbers, pi, ``+ - * / **``, sqrt exp log sin cos tan sinh cosh tanh asin acos atan. Or
+        the name of a hyperelastic law in plane strain: "mooney-rivlin" (c10, c01, K), "ogden" (a1, m1, a2, m2, ..., K),
+        "gent" (G, Jm, K), "hencky" and "saint-venant-kirchhoff" (G, lam); G is the shear modulus, mu the inertia.
     mu : float or pair of floats, default 1
         Inertia, or (mu_1, mu_2) for T = (mu_1 (x'^2 + z'^2) + mu_2 (y'^2 + u'^2))/2.
     domain : str, optional
@@ -76,32 +86,34 @@ def formula(text: Any, /, *, mu: Any = 1.0, domain: str | None = None, **paramet
     >>> body.potential.C, body.mu
     (1.0, 1.0)
     """
-    written, length = _written(text)
-    values = values_of(parameters, VARIABLES)
+    law, letters = written_out(text, parameters)
+    written, length = _written(law)
+    values = values_of(letters, VARIABLES)
     pair = isinstance(mu, (tuple, list)) or (isinstance(mu, np.ndarray) and mu.ndim > 0)
-    inertia = _inertia(mu) if pair else (positive("mu", mu),)
+    inertia = inertia_of(mu) if pair else (positive("mu", mu),)
     request = Request(written, domain, tuple(values), (), "pair" if pair else "mu")
     cls: Any = _class(request, values, length)
     if cls.__name__ == "FormulaPotential":
-        return Body(cls(**values), inertia[0])
+        return cast(WrittenModel, Body(cls(**values), inertia[0]))
     return cls(*values.values(), *inertia)
 
 
 def hamiltonian(
-    text: Any,
+    text: Text,
     /,
     *,
     coordinates: str | Sequence[str] = "x y",
     momenta: str | Sequence[str] | None = None,
     periods: Mapping[str, float | str] | None = None,
-    masses: Any = None,
+    masses: ArrayLike | None = None,
     domain: str | None = None,
     rotation: float | str | None = None,
     magnetic: float | str | None = None,
+    vector_potential: Mapping[str, Any] | None = None,
     period: float | str | None = None,
     friction: float | str | None = None,
     **parameters: float,
-) -> Any:
+) -> WrittenModel | WrittenNonseparable:
     """Make a system with ``H = sum p_i^2/2 m_i + V(q)``, or a V(q, t) periodic in t, from V written as one line of
     text; or with any H(q, p) or H(q, p, t), written with its momenta.
 
@@ -129,6 +141,10 @@ def hamiltonian(
     magnetic : float or str, optional
         Charge times magnetic field, e B, along x cross y, in the symmetric gauge: Omega = e B/2m, and m Omega^2 (x^2 +
         y^2)/2 is added to V. The p are canonical momenta.
+    vector_potential : dict of str, optional
+        Charge times vector potential, e A, of any magnetic field, {"y": "B*x + k*x**2/2"}: formulas as the text, of the
+        coordinates named, others being 0; with a period also of t. ``H = sum (p_i - e A_i)^2/2 m_i + V``, where V has
+        the charge in it too, the speed of light is 1 and p are the canonical momenta, p_x for x.
     period : float or str, optional
         Period of a driven system, in whose formula t is the time.
     friction : float or str, optional
@@ -190,17 +206,28 @@ def hamiltonian(
     """
     given = read_by("system", text)
     if given is not None:
-        beside = {"masses": masses, "rotation": rotation, "magnetic": magnetic, "period": period, "friction": friction}
-        beside |= {"domain": domain, "momenta": momenta, "periods": periods}
+        beside: dict[str, Any] = {
+            "masses": masses,
+            "rotation": rotation,
+            "magnetic": magnetic,
+            "period": period,
+            "friction": friction,
+        }
+        beside |= {"domain": domain, "momenta": momenta, "periods": periods, "vector_potential": vector_potential}
         return _taken(given, coordinates, beside, parameters)
     written, length = _written(text)
     names = checked_names("coordinates", coordinates)
+    inside: dict[str, float] = {}
+    if vector_potential is not None:
+        others = {"momenta": momenta, "rotation": rotation, "magnetic": magnetic, "friction": friction}
+        written, momenta, inside = _charged(written, vector_potential, names, masses, others, (parameters, period))
+        masses, length = None, _SYMPY_LENGTH
     if friction is not None and any(entry is not None for entry in (rotation, magnetic, period)):
         raise ValueError("friction does not go with rotation, magnetic or period: write dz/dt = f(z) as fa.flow")
     conjugate = () if momenta is None else _momenta(momenta, names, masses, rotation, magnetic, friction)
-    values = values_of(parameters, (*names, *conjugate, *([] if period is None else [TIME])))
-    weights = () if masses is None else _masses(masses, len(names))
-    own = period_texts(periods, names, values)
+    values = values_of(parameters, (*names, *conjugate, *([] if period is None else [TIME]))) | inside
+    weights = () if masses is None else masses_of(masses, len(names))
+    own = period_texts(periods, names)
     if period is not None:
         if rotation is not None or magnetic is not None:
             raise ValueError(
@@ -230,6 +257,43 @@ def _taken(given: System, coordinates: Any, beside: dict[str, Any], parameters: 
     options = own | {name: entry for name, entry in beside.items() if entry is not None}
     values: dict[str, Any] = {**given.parameters, **parameters, **options}
     return hamiltonian(given.text, coordinates=given.coordinates or coordinates, **values)
+
+
+def _charged(
+    V: str,
+    potential: Any,
+    names: tuple[str, ...],
+    masses: Any,
+    others: Mapping[str, Any],
+    beside: tuple[Mapping[str, float], Any],
+) -> tuple[str, tuple[str, ...], dict[str, float]]:
+    """Return H of charges in a vector potential as text, its momenta, and the masses in it; others: what does not go
+    with that; beside: parameters, and the period if there is one.
+    """
+    given = [name for name, entry in others.items() if entry is not None]
+    if given:
+        raise ValueError(f"{given[0]} does not go with vector_potential: write the whole of H with its momenta")
+    example = "{'y': 'B*x'}"
+    if not isinstance(potential, Mapping):
+        raise TypeError(f"vector_potential must be formulas by coordinate such as {example}, got {shown(potential)}")
+    wrong = [name for name in potential if name not in names]
+    if wrong or not potential:
+        raise ValueError(f"vector_potential must be of {', '.join(names)}, as {example}, got {shown(dict(potential))}")
+    (parameters, period), terms = beside, []
+    weights = {} if masses is None else {f"m_{i + 1}": m for i, m in enumerate(masses_of(masses, len(names)))}
+    variables = (*names, *([] if period is None else [TIME]))
+    parse(V, variables, parameters, length=_SYMPY_LENGTH)
+    for name, mass in zip(names, [*weights] or [""] * len(names), strict=True):
+        p, entry, argument = f"p_{name}", potential.get(name), f"vector_potential[{name!r}]"
+        if name in potential:
+            try:
+                field = text_of(entry)
+            except TypeError:
+                raise TypeError(f"{argument} must be a formula such as 'B*x', got {shown(entry)}") from None
+            parse(field, variables, parameters, argument=argument, length=_SYMPY_LENGTH)
+            p = f"({p} - ({field}))"
+        terms.append(f"{p}**2/(2*{mass})" if mass else f"{p}**2/2")
+    return f"{' + '.join(terms)} + ({V})", tuple(f"p_{name}" for name in names), weights
 
 
 def _driven(
@@ -283,7 +347,9 @@ def _of_periods(model: Any) -> Any:
     z = random.uniform(-1, 1, (2 * model.degrees_of_freedom, TRIED)) * np.where(periods > 0, periods / 2, 1.5)
     for row in np.flatnonzero(periods[:, 0] > 0):
         here, there = slopes(model, z), slopes(model, z + periods * (np.arange(len(periods)) == row)[:, None])
-        if (np.abs(here - there) > SAME * (np.abs(here) + np.abs(there) + np.abs(here).max(axis=0))).any():
+        with np.errstate(all="ignore"):  # where they are infinite
+            off = np.abs(here - there) > SAME * (np.abs(here) + np.abs(there) + np.abs(here).max(axis=0))
+        if off.any():
             raise ValueError(
                 f"periods[{model.coordinates[row]!r}] must be one of the system's, whose equations change over "
                 f"{periods[row, 0]:.9g}"
@@ -294,31 +360,6 @@ def _of_periods(model: Any) -> Any:
 def _written(text: Any) -> tuple[str, int]:
     """Return a formula as text, and how long it may be."""
     return text_of(text), 2000 if isinstance(text, str) else _SYMPY_LENGTH
-
-
-def text_of(text: Any) -> str:
-    """Return a formula as text: expressions, of SymPy and of heyoka, go through a tree whitelist."""
-    if isinstance(text, str):
-        return text
-    expression = read_by("expression", text)
-    expression = text if expression is None else expression
-    sympy = sys.modules.get("sympy")
-    if sympy is not None and isinstance(expression, sympy.Expr):
-        from .sympy_bridge import to_text
-
-        return to_text(expression)
-    raise TypeError(
-        f"text must be a formula such as 'C/2*(D1**2 + D2**2)' or a SymPy expression, got {text!r} "
-        f"({type(text).__name__})"
-    )
-
-
-def values_of(parameters: dict[str, Any], variables: tuple[str, ...]) -> dict[str, float]:
-    """Return the parameters of a formula with their numbers, checked."""
-    if len(parameters) > MAX_PARAMETERS:
-        raise ValueError(f"parameters must be at most {MAX_PARAMETERS}, got {len(parameters)}")
-    taken = {*variables, *RESERVED}
-    return {checked_name(name, "parameter", taken): real(name, value) for name, value in parameters.items()}
 
 
 def _turning(given: dict[str, Any], values: dict[str, float], names: tuple[str, ...]) -> list[str | None]:
@@ -335,41 +376,6 @@ def _turning(given: dict[str, Any], values: dict[str, float], names: tuple[str, 
         values[name] = real(name, entry)
         found.append(name)
     return found
-
-
-def _inertia(mu: Any) -> tuple[float, float]:
-    if len(mu) != 2:
-        raise ValueError(f"mu must be a positive number or a pair of them, got {mu!r}")
-    return positive("mu[0]", mu[0]), positive("mu[1]", mu[1])
-
-
-def checked_names(argument: str, coordinates: Any, taken: Sequence[str] = ()) -> tuple[str, ...]:
-    """Return the names of coordinates, of a text or a sequence, none of which is taken."""
-    if isinstance(coordinates, str):
-        coordinates = coordinates.replace(",", " ").split()
-    if not isinstance(coordinates, Sequence):
-        raise TypeError(f"{argument} must be names such as 'x y', got {coordinates!r} ({type(coordinates).__name__})")
-    if not 1 <= len(coordinates) <= MAX_DEGREES_OF_FREEDOM:
-        raise ValueError(f"{argument} must be 1 to {MAX_DEGREES_OF_FREEDOM} names, got {len(coordinates)}")
-    names: list[str] = []
-    for name in coordinates:
-        what = {"coordinates": "coordinate"}.get(argument, argument)
-        names.append(checked_name(name, what, {*names, *taken, "self", "np"}))
-    return tuple(names)
-
-
-def _masses(masses: Any, count: int) -> tuple[float, ...]:
-    if (
-        not isinstance(masses, (Sequence, np.ndarray))
-        or isinstance(masses, str)
-        or (isinstance(masses, np.ndarray) and masses.ndim != 1)
-    ):
-        raise TypeError(
-            f"masses must be one positive number for each coordinate, got {masses!r} ({type(masses).__name__})"
-        )
-    if len(masses) != count:
-        raise ValueError(f"masses must be {count} positive numbers, one for each coordinate, got {len(masses)}")
-    return tuple(positive(f"masses[{i}]", mass) for i, mass in enumerate(masses))
 
 
 def _class(request: Request, values: dict[str, float], length: int) -> type:

@@ -16,77 +16,14 @@ from collections.abc import Callable, Iterable, Mapping
 from fractions import Fraction
 from typing import Any, NamedTuple
 
+from .outside import ADVICE, FOUND, SIGNS, SPELLINGS
+
 FUNCTIONS = ("sqrt", "exp", "log", "sin", "cos", "tan", "sinh", "cosh", "tanh", "asin", "acos", "atan")
 CONSTANTS = {"pi": math.pi}
 MAX_LENGTH, MAX_NODES, MAX_DEPTH, MAX_EXPONENT = 2000, 1000, 60, 64
 
 ALLOWED = f"allowed are numbers, names, pi, + - * / ** (or ^), parentheses and {', '.join(FUNCTIONS)}"
 LETTERS = frozenset("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_.+-*/^(), \t\n\r")
-SIGNS = {
-    **dict.fromkeys("'\"`", "a string"),
-    **dict.fromkeys("[]", "a subscript or list"),
-    **dict.fromkeys("{}", "a set or dictionary"),
-    **dict.fromkeys("<>!", "a comparison"),
-    "=": "an assignment or comparison",
-    ":": "a colon (lambda, slice or assignment)",
-    "#": "a comment",
-    ";": "a second statement",
-    "\\": "a backslash",
-    "%": "the operator %",
-    "@": "the operator @",
-    "&": "the operator &",
-    "|": "the operator |",
-    "~": "the operator ~",
-    "\0": "a null byte",
-}
-SPELLINGS = {
-    "α": "alpha",
-    "β": "beta",
-    "ϑ": "vartheta",
-    "θ": "vartheta",
-    "ρ": "rho",
-    "π": "pi",
-    "²": "**2",
-    "³": "**3",
-    "·": "*",
-    "×": "*",
-    "−": "-",
-    "–": "-",
-    "÷": "/",
-    "√": "sqrt(...)",
-}
-ADVICE = {
-    "abs": "abs is not smooth at 0, forces would jump: write sqrt(q**2 + small**2)",
-    "ln": "the natural logarithm is log",
-    "sign": "sign is not continuous",
-    "arcsin": "write asin",
-    "arccos": "write acos",
-    "arctan": "write atan",
-    "atan2": "write atan",
-    "cbrt": "write (...)**(1/3)",
-    "pow": "powers are written **",
-    "max": "max is not smooth",
-    "min": "min is not smooth",
-}
-_FOUND: dict[type, str] = {
-    ast.Attribute: "attribute access",
-    ast.Subscript: "a subscript",
-    ast.Compare: "a comparison",
-    ast.Lambda: "a lambda",
-    ast.ListComp: "a comprehension",
-    ast.SetComp: "a comprehension",
-    ast.DictComp: "a comprehension",
-    ast.GeneratorExp: "a comprehension",
-    ast.NamedExpr: "an assignment",
-    ast.IfExp: "a condition",
-    ast.BoolOp: "a logical operator",
-    ast.Tuple: "a comma",
-    ast.Await: "await",
-    ast.Yield: "yield",
-    ast.YieldFrom: "yield",
-    ast.Starred: "a star",
-    ast.JoinedStr: "a string",
-}
 _BINARY: dict[type, str] = {ast.Add: "+", ast.Sub: "-", ast.Mult: "*", ast.Div: "/", ast.Pow: "**"}
 _OTHER_BINARY: dict[type, str] = {ast.FloorDiv: "//"}
 _NUMERIC: dict[str, Callable[[float], float]] = {name: getattr(math, name) for name in FUNCTIONS}
@@ -296,7 +233,7 @@ class _Reader:
             elif isinstance(node, ast.Name):
                 done.append((self.name(node), column))
             else:
-                found = _FOUND.get(type(node), f"Python's {type(node).__name__}")
+                found = FOUND.get(type(node), f"Python's {type(node).__name__}")
                 found = "a logical operator" if isinstance(node, ast.UnaryOp) else found
                 raise self.refuse(found, column)
         return done
@@ -330,7 +267,7 @@ class _Reader:
         """Return the name of a function that is called with one argument."""
         column = self.column(node)
         if not isinstance(node.func, ast.Name):
-            found = _FOUND.get(type(node.func), "something that is no function")
+            found = FOUND.get(type(node.func), "something that is no function")
             raise self.refuse(f"a call of {found}", column, "a product needs *")
         name = node.func.id
         if name in self.variables or name in self.parameters or name in CONSTANTS:

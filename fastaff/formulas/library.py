@@ -211,7 +211,8 @@ def _derive_hamiltonian(request: Request, programs: tuple[Program, Program | Non
 
     from .domains import conditions
     from .flow_source import nonseparable_model
-    from .model_source import driven_model, hamiltonian_model, in_turning_frame, separated
+    from .inertia import in_turning_frame, separated
+    from .model_source import driven_model, hamiltonian_model
     from .potential_source import Description
     from .sympy_bridge import to_sympy
 
@@ -242,7 +243,14 @@ def _derive_hamiltonian(request: Request, programs: tuple[Program, Program | Non
         if turned is not None:
             rest, omega, inertia = turned
             return hamiltonian_model(
-                description, rest, walls, masses=False, omega=omega, inertia=inertia, momenta=request.momenta
+                description,
+                rest,
+                walls,
+                masses=False,
+                omega=omega,
+                inertia=inertia,
+                periods=periods,
+                momenta=request.momenta,
             )
         if found is None:
             momenta = (*request.momenta, *(["p_t"] if period is not None else []))

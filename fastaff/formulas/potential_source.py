@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import cmath
 import re
 import textwrap
 from collections.abc import Sequence
@@ -101,6 +102,8 @@ def margin_method(walls: Sequence[Any], coordinates: Sequence[str], lines: Lines
 
 # --- doubly isotropic potentials ------------------------------------------------------------------------------------
 
+_ISOTROPIC = "a doubly isotropic potential of A = alpha^2, B = beta^2"
+
 
 def potential(d: Description, V: Any, walls: Sequence[Any], s: dict[str, Any], *, clamp: bool) -> str:
     """Return the text of a potential V(A, B) with value, slopes, curvatures and margin; `clamp` keeps alpha above
@@ -122,8 +125,7 @@ def potential(d: Description, V: Any, walls: Sequence[Any], s: dict[str, Any], *
         ]
         methods.append(method(name, ("A", "B"), doc, lines, texts, single=name == "value"))
     methods.append(margin_method(walls, ("A", "B"), Lines(("A", "B"))))
-    what = "a doubly isotropic potential of A = alpha^2, B = beta^2"
-    return module(d, class_text("FormulaPotential", what, d, d.parameters, methods))
+    return module(d, class_text("FormulaPotential", _ISOTROPIC, d, d.parameters, methods))
 
 
 NODES = (
@@ -140,6 +142,24 @@ far, inner, choice = np.maximum(beta, near), np.minimum(beta, near), 1.0*(beta <
 """
 
 
+class _Start(NamedTuple):
+    """How a method of V(A, B) begins: its lines, the names that are taken, and the symbols alpha, beta and far, a beta
+    that is kept away from 0.
+    """
+
+    lines: list[str]
+    taken: tuple[str, ...]
+    alpha: Any
+    beta: Any
+    far: Any
+
+    def begun(self) -> Lines:
+        """Return the lines of a new method."""
+        lines = Lines(self.taken)
+        lines.lines += self.lines
+        return lines
+
+
 def even_potential(d: Description, g: Any, walls: Sequence[Any], s: dict[str, Any], even_alpha: bool) -> str:
     """Return the text of a potential g(alpha, beta) that is even in beta but has no formula in B.
 
@@ -151,14 +171,13 @@ def even_potential(d: Description, g: Any, walls: Sequence[Any], s: dict[str, An
     import sympy
 
     alpha, beta = s["alpha"], s["beta"]
-    far = sympy.Symbol("far", positive=True)
     roots = _ROOTS.format(
         alpha=f"np.sqrt(np.maximum(A, {2.0**-34!r}))" if even_alpha else "np.sqrt(A)",
         near="(alpha + 0.25)/64" if even_alpha else "alpha/64",
     ).splitlines()
     taken = ("A", "B", "alpha", "beta", "near", "far", "inner", "choice")
-    g_a, g_b = g.diff(alpha), g.diff(beta)
-    g_bb, g_aa, g_ab = g_b.diff(beta), g_a.diff(alpha), g_a.diff(beta)
+    start = _Start(roots, taken, alpha, beta, sympy.Symbol("far", positive=True))
+    g_bb = g.diff(beta).diff(beta)
 
     def helper(name: str, doc: str, results: Sequence[Any]) -> str:
         lines = Lines(("alpha", "beta"))
@@ -166,27 +185,38 @@ def even_potential(d: Description, g: Any, walls: Sequence[Any], s: dict[str, An
 
     lines = Lines(("A", "B", "alpha", "beta"))
     lines.lines += ["alpha, beta = np.sqrt(A), np.sqrt(B)"]
-    methods = [method("value", ("A", "B"), "Return V.", lines, lines.add([g]), single=True)]
+    higher = "Return that derivative's slope in alpha, and the fourth derivative in beta."
+    methods = [
+        method("value", ("A", "B"), "Return V.", lines, lines.add([g]), single=True),
+        _even_slopes(g, start),
+        _even_curvatures(g, start),
+        helper("second", "Return the second derivative in beta.", [g_bb]),
+        helper("higher", higher, [g_bb.diff(alpha), g_bb.diff(beta, 2)]),
+        margin_method(walls, ("A", "B"), Lines(("A", "B"))),
+    ]
+    return module(d, class_text("FormulaPotential", _ISOTROPIC, d, d.parameters, methods))
 
-    lines = Lines(taken)
-    lines.lines += roots
-    texts = lines.add([g_a / (2 * alpha), g_b.xreplace({beta: far}) / (2 * far)])
+
+def _even_slopes(g: Any, start: _Start) -> str:
+    """Return the text of V_A, V_B, with the mean of `second` near beta = 0."""
+    lines, alpha, far = start.begun(), start.alpha, start.far
+    g_a, g_b = g.diff(alpha), g.diff(start.beta)
+    texts = lines.add([g_a / (2 * alpha), g_b.xreplace({start.beta: far}) / (2 * far)])
     nodes = " + ".join(f"{w / 2!r}*self.second(alpha, {t!r}*inner)" for t, w in NODES)
     lines.lines.append(f"limit = {nodes}")
-    methods.append(
-        method(
-            "slopes", ("A", "B"), "Return V_A, V_B.", lines, [texts[0], f"choice*limit + (1.0 - choice)*({texts[1]})"]
-        )
-    )
+    results = [texts[0], f"choice*limit + (1.0 - choice)*({texts[1]})"]
+    return method("slopes", ("A", "B"), "Return V_A, V_B.", lines, results)
 
-    lines = Lines(taken)
-    lines.lines += roots
-    at = {beta: far}
+
+def _even_curvatures(g: Any, start: _Start) -> str:
+    """Return the text of V_AA, V_AB, V_BB, with means of `higher` near beta = 0."""
+    lines, alpha, beta, far = start.begun(), start.alpha, start.beta, start.far
+    g_a, g_b, at = g.diff(alpha), g.diff(beta), {beta: far}
     texts = lines.add(
         [
-            (g_aa - g_a / alpha) / (4 * alpha**2),
-            g_ab.xreplace(at) / (4 * alpha * far),
-            (g_bb.xreplace(at) - g_b.xreplace(at) / far) / (4 * far**2),
+            (g_a.diff(alpha) - g_a / alpha) / (4 * alpha**2),
+            g_a.diff(beta).xreplace(at) / (4 * alpha * far),
+            (g_b.diff(beta).xreplace(at) - g_b.xreplace(at) / far) / (4 * far**2),
         ]
     )
     for k, (t, _) in enumerate(NODES):
@@ -198,19 +228,7 @@ def even_potential(d: Description, g: Any, walls: Sequence[Any], s: dict[str, An
         f"choice*({mixed})/alpha + (1.0 - choice)*({texts[1]})",
         f"choice*({fourth}) + (1.0 - choice)*({texts[2]})",
     ]
-    methods.append(method("curvatures", ("A", "B"), "Return V_AA, V_AB, V_BB.", lines, results))
-    methods.append(helper("second", "Return the second derivative in beta.", [g_bb]))
-    methods.append(
-        helper(
-            "higher",
-            "Return that derivative's slope in alpha, and the fourth derivative in beta.",
-            [g_bb.diff(alpha), g_bb.diff(beta, 2)],
-        )
-    )
-
-    methods.append(margin_method(walls, ("A", "B"), Lines(("A", "B"))))
-    what = "a doubly isotropic potential of A = alpha^2, B = beta^2"
-    return module(d, class_text("FormulaPotential", what, d, d.parameters, methods))
+    return method("curvatures", ("A", "B"), "Return V_AA, V_AB, V_BB.", lines, results)
 
 
 RING = 14
@@ -225,47 +243,62 @@ def ring_potential(d: Description, g: Any, walls: Sequence[Any], s: dict[str, An
     2^-56 where g is analytic up to |beta| = alpha.
     Source: Trefethen & Weideman 2014, SIAM Rev. 56, 385.
     """
-    import cmath
-
     import sympy
 
     alpha, beta = s["alpha"], s["beta"]
-    far = sympy.Symbol("far", positive=True)
-    taken = ("A", "B", "alpha", "beta", "near", "far", "choice", "u")
-    g_a = g.diff(alpha)
-    g_aa = g_a.diff(alpha)
-    start = [
+    lines = [
         f"alpha, beta = {f'np.sqrt(np.maximum(A, {2.0**-34!r}))' if even_alpha else 'np.sqrt(A)'}, np.sqrt(B)",
         "near = alpha/4",
         "far, choice = np.maximum(beta, near), 1.0*(beta < near)",
         "u = 4*np.minimum(beta, near)**2/(alpha*alpha)",
     ]
-    turns = [cmath.exp(1j * cmath.pi * (2 * k + 1) / (4 * RING)) for k in range(RING)]
+    taken = ("A", "B", "alpha", "beta", "near", "far", "choice", "u")
+    start = _Start(lines, taken, alpha, beta, sympy.Symbol("far", positive=True))
+    methods = []
+    for count, (name, (doc, beyond, near)) in enumerate(_ring_results(g, start).items()):
+        own = start.begun()
+        texts = own.add(beyond)
+        own.lines += _on_ring(count)
+        chosen = [f"choice*({inner}) + (1.0 - choice)*({outer})" for inner, outer in zip(near, texts, strict=True)]
+        methods.append(method(name, ("A", "B"), doc, own, chosen, single=name == "value"))
+    own, doc = Lines(("alpha", "beta")), "Return V of a complex beta, and its first and second derivatives in alpha."
+    g_a = g.diff(alpha)
+    methods.append(method("ring", ("alpha", "beta"), doc, own, own.add([g, g_a, g_a.diff(alpha)])))
+    methods.append(margin_method(walls, ("A", "B"), Lines(("A", "B"))))
+    return module(d, class_text("FormulaPotential", _ISOTROPIC, d, d.parameters, methods))
 
-    def on_ring(lines: Lines, count: int) -> None:
-        for k, turn in enumerate(turns):
-            names = ", ".join(f"{name}{k}" for name in ("g", "ga", "gaa"))
-            lines.lines.append(f"{names} = self.ring(alpha, {turn / 2!r}*alpha)")
-            lines.lines.append(f"v{k} = 1.0/(1.0 - {turn**-2!r}*u)")
-            for power in range(2, count + 2):
-                lines.lines.append(f"v{k}_{power} = {'*'.join([f'v{k}'] * power)}*{turn ** (2 - 2 * power)!r}")
 
-    def mean(name: str, power: int) -> str:
-        weight = [f"v{k}" if power == 1 else f"v{k}_{power}" for k in range(RING)]
-        return "(" + " + ".join(f"({name}{k}*{w}).real" for k, w in enumerate(weight)) + f")/{RING}"
+def _on_ring(count: int) -> list[str]:
+    """Return the lines of V on the ring with its derivatives in alpha, and of the weights of so many more powers."""
+    lines = []
+    for k in range(RING):
+        turn = cmath.exp(1j * cmath.pi * (2 * k + 1) / (4 * RING))
+        names = ", ".join(f"{name}{k}" for name in ("g", "ga", "gaa"))
+        lines.append(f"{names} = self.ring(alpha, {turn / 2!r}*alpha)")
+        lines.append(f"v{k} = 1.0/(1.0 - {turn**-2!r}*u)")
+        for power in range(2, count + 2):
+            lines.append(f"v{k}_{power} = {'*'.join([f'v{k}'] * power)}*{turn ** (2 - 2 * power)!r}")
+    return lines
 
-    def chosen(near: str, beyond: str) -> str:
-        return f"choice*({near}) + (1.0 - choice)*({beyond})"
 
-    at = {beta: far}
-    g_b, g_ab, g_bb = g.diff(beta), g_a.diff(beta), g.diff(beta, 2)
-    slope, square = mean("ga", 1), "(alpha*alpha)"
-    results = {
-        "value": ("Return V.", [g.xreplace(at)], [mean("g", 1)]),
+def _mean(name: str, power: int) -> str:
+    """Return the text of the mean over the ring of values with a power of the weight."""
+    weight = [f"v{k}" if power == 1 else f"v{k}_{power}" for k in range(RING)]
+    return "(" + " + ".join(f"({name}{k}*{w}).real" for k, w in enumerate(weight)) + f")/{RING}"
+
+
+def _ring_results(g: Any, start: _Start) -> dict[str, tuple[str, list[Any], list[str]]]:
+    """Return, by the name of the method, what it says, its results at far, and their texts by means over the ring."""
+    alpha, beta, far = start.alpha, start.beta, start.far
+    at, g_a = {beta: far}, g.diff(alpha)
+    g_aa, g_b, g_ab, g_bb = g_a.diff(alpha), g.diff(beta), g_a.diff(beta), g.diff(beta, 2)
+    slope, square = _mean("ga", 1), "(alpha*alpha)"
+    return {
+        "value": ("Return V.", [g.xreplace(at)], [_mean("g", 1)]),
         "slopes": (
             "Return V_A, V_B.",
             [g_a.xreplace(at) / (2 * alpha), g_b.xreplace(at) / (2 * far)],
-            [f"0.5*{slope}/alpha", f"4*{mean('g', 2)}/{square}"],
+            [f"0.5*{slope}/alpha", f"4*{_mean('g', 2)}/{square}"],
         ),
         "curvatures": (
             "Return V_AA, V_AB, V_BB.",
@@ -275,22 +308,9 @@ def ring_potential(d: Description, g: Any, walls: Sequence[Any], s: dict[str, An
                 (g_bb.xreplace(at) - g_b.xreplace(at) / far) / (4 * far**2),
             ],
             [
-                f"0.25*({mean('gaa', 1)} - {slope}/alpha)/{square}",
-                f"2*{mean('ga', 2)}/(alpha*{square})",
-                f"32*{mean('g', 3)}/({square}*{square})",
+                f"0.25*({_mean('gaa', 1)} - {slope}/alpha)/{square}",
+                f"2*{_mean('ga', 2)}/(alpha*{square})",
+                f"32*{_mean('g', 3)}/({square}*{square})",
             ],
         ),
     }
-    methods = []
-    for count, (name, (doc, beyond, near)) in enumerate(results.items()):
-        lines = Lines(taken)
-        lines.lines += start
-        texts = lines.add(beyond)
-        on_ring(lines, count)
-        methods.append(method(name, ("A", "B"), doc, lines, list(map(chosen, near, texts)), single=name == "value"))
-    lines = Lines(("alpha", "beta"))
-    doc = "Return V of a complex beta, and its first and second derivatives in alpha."
-    methods.append(method("ring", ("alpha", "beta"), doc, lines, lines.add([g, g_a, g_aa])))
-    methods.append(margin_method(walls, ("A", "B"), Lines(("A", "B"))))
-    what = "a doubly isotropic potential of A = alpha^2, B = beta^2"
-    return module(d, class_text("FormulaPotential", what, d, d.parameters, methods))

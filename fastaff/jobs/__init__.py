@@ -13,11 +13,12 @@ from .analyses import Actions, Chaos, Frequencies, Motion, Poincare, Run
 from .job import Job
 from .launch import Starts
 from .results import JobResults
-from .running import Progress, rerun, resume, run
+from .running import rerun, resume, run
 from .scans import Scan
 from .store import Store
 from .system import Model, Surface
 from .units import Unit, compute_unit
+from .watching import Progress
 
 __all__ = [
     "Actions",

@@ -31,8 +31,8 @@ class Run:
     """Error wanted, in sizes of the orbit: steps are halved until it is reached. Not of chaos maps. [none asked]"""
     scheme: str | None = None
     """LEAPFROG, YOSHIDA4, BLANES_MOAN6, BLANES_CASAS_ESCORIHUELA8, KAHAN_LI8, SOFRONIOU_SPALETTA8,
-    SOFRONIOU_SPALETTA10, RK4, DOP853 and VERNER9 (both adaptive). [the cheapest for the accuracy, KAHAN_LI8 with a
-    step]
+    SOFRONIOU_SPALETTA10, RKN12, RK4, DOP853 and VERNER9 (both adaptive). [the cheapest for the accuracy, KAHAN_LI8 with
+    a step]
     """
     step: float | None = None
     """Fixed step. [chosen for each orbit by a short trial]"""
@@ -213,7 +213,7 @@ class Chaos:
 
     def compute(self, orbits: Orbits, settled: dict[str, Any], run: Run, report: Any = None) -> Any:
         """Return the ChaosMap of orbits."""
-        how = {"indicators": self.values(), "early_stop": self.early_stop}
+        how: dict[str, Any] = {"indicators": self.values(), "early_stop": self.early_stop}
         return chaos_map(orbits.body, orbits.z0, report=report, **how, **settled, **run.build(orbits.body))
 
 

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import shlex
 import time as clock
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from concurrent.futures import Executor
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -14,13 +15,15 @@ import numpy as np
 from ..base.interruption import Interrupted
 from ..base.machine import processor
 from ..base.names import named
-from ..base.numbers import flag, free_memory, function, positive, reporter, shown, whole
+from ..base.numbers import StrPath, flag, free_memory, function, positive, reporter, shown, whole
 from ..base.placing import sweep
 from ..base.provenance import provenance
 from ..base.results import columns
 from ..base.status import Status
 from ..compile.jit import package_hash
 from ..compile.threads import checked_threads
+from ..models.contracts import Dynamics
+from ..schemes.catalogue import Scheme
 from .analyses import Orbits
 from .holding import alone, as_path
 from .job import Job, Plan, difference, distinct
@@ -53,15 +56,15 @@ SHARE = 0.25
 @says_progress
 def run(
     job: Job,
-    store: Any = None,
+    store: StrPath | None = None,
     *,
-    executor: Any = None,
+    executor: Executor | None = None,
     threads: int | None = None,
     memory: float | None = None,
     overwrite: bool = False,
     other_processor: bool = False,
-    report: Callable[[float], Any] | None = None,
-    watch: Callable[[Progress, Unit], Any] | None = None,
+    report: Callable[[float], object] | None = None,
+    watch: Callable[[Progress, Unit], object] | None = None,
 ) -> JobResults:
     """Run a job and return its results: in memory, or in a store, which goes on where it was stopped.
 
@@ -145,13 +148,13 @@ def run(
 
 @says_progress
 def resume(
-    store: Any,
+    store: StrPath,
     *,
-    executor: Any = None,
+    executor: Executor | None = None,
     threads: int | None = None,
-    report: Callable[[float], Any] | None = None,
-    watch: Callable[[Progress, Unit], Any] | None = None,
-    model: Any = None,
+    report: Callable[[float], object] | None = None,
+    watch: Callable[[Progress, Unit], object] | None = None,
+    model: Dynamics | None = None,
     other_processor: bool = False,
 ) -> JobResults:
     """Go on with the job of a store where it was stopped, and return its results.
@@ -199,18 +202,18 @@ def resume(
 
 @says_progress
 def rerun(
-    store: Any,
+    store: StrPath,
     *,
-    status: Any,
-    scheme: Any = None,
+    status: Status | str | Sequence[Status | str],
+    scheme: Scheme | str | None = None,
     step: float | None = None,
     accuracy: float | None = None,
-    analyses: Any = None,
-    executor: Any = None,
+    analyses: str | Sequence[str] | None = None,
+    executor: Executor | None = None,
     threads: int | None = None,
-    report: Callable[[float], Any] | None = None,
-    watch: Callable[[Progress, Unit], Any] | None = None,
-    model: Any = None,
+    report: Callable[[float], object] | None = None,
+    watch: Callable[[Progress, Unit], object] | None = None,
+    model: Dynamics | None = None,
     other_processor: bool = False,
 ) -> JobResults:
     """Run the orbits of a store with given statuses again, another way; return its results.

@@ -8,7 +8,7 @@ import json
 import time as clock
 from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, ParamSpec, TypeVar, cast
 
 import numpy as np
 
@@ -45,7 +45,11 @@ class Progress(NamedTuple):
         return "; ".join(parts)
 
 
-def says_progress(function: Callable) -> Callable:
+P = ParamSpec("P")
+R = TypeVar("R")
+
+
+def says_progress(function: Callable[P, R]) -> Callable[P, R]:
     """Let a function say on a terminal or in a notebook how much is done, unless `report` or `watch` is told."""
 
     @functools.wraps(function)
@@ -54,9 +58,10 @@ def says_progress(function: Callable) -> Callable:
             with silent():
                 return function(*given, **named)
         with watched(function.__name__) as report:
-            return function(*given, **named, **({} if report is None or "report" in named else {"report": report}))
+            told: dict[str, Any] = {} if report is None or "report" in named else {"report": report}
+            return function(*given, **named, **told)
 
-    return wrapped
+    return cast(Callable[P, R], wrapped)
 
 
 class Watched:

@@ -13,15 +13,7 @@ import numpy as np
 
 from ..compile.jit import LANES, jit
 from .naff_bins import EPS, apart, bins_of, fit_group, group_of, settle_lines, update_spectrum
-from .naff_spectrum import (
-    first_guess,
-    leakage,
-    load_spectrum,
-    noise_floor,
-    spectrum_power,
-    start_phase,
-    strongest_bin,
-)
+from .naff_spectrum import first_guess, leakage, load_spectrum, noise_floor, spectrum_power, start_phase, strongest_bin
 
 CUT = 16
 """Size, in floors, of what cut tails may leave: no line."""

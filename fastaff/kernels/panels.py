@@ -7,7 +7,7 @@ coefficients of all integrands vanish. Panels lie in the rows of work memory one
 import numpy as np
 
 from ..compile.jit import jit
-from .tori_wells import PANELS, S1, SINE, WIDTH
+from .tori_coordinates import PANELS, S1, SINE, WIDTH
 
 ORDER = 16
 """Gauss-Legendre nodes of a panel."""

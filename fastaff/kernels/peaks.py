@@ -15,13 +15,11 @@ import numpy as np
 
 from ..compile.jit import jit, read_now
 from .fundamental import BLOCK, Lattice, Rows, generate, growth, relate, rows_of, total
+from .spectrum_lines import amplitude_at, find_peaks
 
 SLOW = 1e-3
 """Amplitude of slow motion, relative to the largest line's, up to which it is left alone."""
 
-
-FEWEST = 1e-6
-"""Amplitude beside the largest line's, below which lines are not looked for."""
 
 DOUBLE, DOUBTFUL = 0.05, 1.5
 """Bar of a line from which it may be two, and how far these may be from it, in bins."""
@@ -134,131 +132,6 @@ def windowed(unit, stop, progress, signals, tables, at_rest, spectra):
 
 
 @jit
-def shape_of(d, samples, order):
-    """Return the transform of the window, 1 at d = 0, at so many bins |d| < 1 from the line."""
-    x = math.sin(math.pi * d / samples)
-    value = 1.0 if d == 0.0 else math.sin(math.pi * d) / (samples * x)
-    for i in range(1, order + 1):
-        s = math.sin(math.pi * i / samples)
-        value *= s * s / (s * s - x * x)
-    return value
-
-
-@jit
-def centred(spectrum, k, samples):
-    """Return the real and imaginary part of bin k of a spectrum, any integer, with the time from the middle of the
-    samples.
-    """
-    phase, number = math.pi * ((k * (samples - 1)) % (2 * samples)) / samples, spectrum[k % samples]
-    x, y = math.cos(phase), math.sin(phase)
-    return number.real * x - number.imag * y, number.real * y + number.imag * x
-
-
-@jit
-def quotient(one, other):
-    """Return the real and imaginary part of one over the other, both given by theirs."""
-    (a, b), (c, d) = one, other
-    if abs(c) >= abs(d):
-        ratio = d / c
-        whole = c + d * ratio
-        return (a + b * ratio) / whole, (b - a * ratio) / whole
-    ratio = c / d
-    whole = c * ratio + d
-    return (a * ratio + b) / whole, (b * ratio - a) / whole
-
-
-@jit
-def place_of(spectrum, k, samples, order):
-    """Return the place in bins of the line whose largest bin is k, and its error by what the two pairs of bins say."""
-    middle, below, above = (
-        centred(spectrum, k, samples),
-        centred(spectrum, k - 1, samples),
-        centred(spectrum, k + 1, samples),
-    )
-    step = math.pi / samples
-    half = math.tan(step * (order + 0.5))
-    ahead, turned = quotient(above, middle)
-    behind, back = quotient(below, middle)
-    up = math.atan(half * (ahead - 1.0) / (ahead + 1.0)) / step + 0.5 if ahead > -1.0 else 9.0
-    down = 0.5 - math.atan(half * (behind - 1.0) / (behind + 1.0)) / step - 1.0 if behind > -1.0 else 9.0
-    error = abs(up - down) + abs(turned) + abs(back)
-    return k + 0.5 * (up + down), error
-
-
-@jit
-def top_of(part, best):
-    """Return the largest of so many values, BLOCK or fewer. best (BLOCK // 4,): scratch."""
-    for i in range(best.size):
-        best[i] = part[i] if i < part.size else -1.0
-    for start in range(best.size, part.size, best.size):
-        more = part[start : start + best.size]
-        for i in range(more.size):
-            best[i] = more[i] if more[i] > best[i] else best[i]
-    top = -1.0
-    for i in range(best.size):
-        top = best[i] if best[i] > top else top
-    return top
-
-
-@jit
-def largest(power, tops):
-    """Return the place of the largest of the values, whose largest of each BLOCK are known."""
-    block = 0
-    for i in range(tops.size):
-        block = i if tops[i] > tops[block] else block
-    part = power[block * BLOCK : (block + 1) * BLOCK]
-    for i in range(part.size):
-        if part[i] == tops[block]:
-            return block * BLOCK + i
-    return 0
-
-
-@jit
-def find_peaks(spectrum, order, place, size, error):
-    """Fill place, size, error with the peaks of a spectrum, the largest first; return their number and the share of the
-    power that is in none.
-    """
-    samples, count = spectrum.size, 0
-    power, sums, best = np.empty(samples), np.zeros(BLOCK), np.empty(BLOCK // 4)
-    tops = np.empty(-(-samples // BLOCK))
-    for block in range(tops.size):
-        own, part = spectrum[block * BLOCK : (block + 1) * BLOCK], power[block * BLOCK : (block + 1) * BLOCK]
-        for i in range(part.size):
-            part[i] = own[i].real * own[i].real + own[i].imag * own[i].imag
-        for i in range(part.size):
-            sums[i] += part[i]
-        tops[block] = top_of(part, best)
-    whole = total(sums)
-    rest, top = whole, 0.0
-    while count < place.size:
-        k = largest(power, tops)
-        height = power[k]
-        if not height > FEWEST**2 * top or height == 0.0:
-            break
-        top = max(top, height)
-        u, bar = place_of(spectrum, k, samples, order)
-        found = abs(u - k) < 1.0
-        place[count], error[count] = (u if found else k), (bar if found else 9.0)
-        size[count] = math.sqrt(height) / abs(shape_of(place[count] - k, samples, order))
-        count += 1
-        for j in range(k - order - 1, k + order + 2):
-            rest -= power[j % samples]
-            power[j % samples] = 0.0
-        for j in (k - order - 1, k, k + order + 1):
-            block = j % samples // BLOCK
-            tops[block] = top_of(power[block * BLOCK : (block + 1) * BLOCK], best)
-    return count, math.sqrt(max(rest, 0.0) / whole) if whole > 0.0 else 0.0
-
-
-@jit
-def amplitude_at(spectrum, u, samples, order):
-    """Return the real and imaginary part of the amplitude, in the middle of the samples, of a line at u bins."""
-    k = math.floor(u + 0.5)
-    (x, y), shape = centred(spectrum, k, samples), shape_of(u - k, samples, order)
-    return x / shape, y / shape
-
-
-@jit
 def solve(matrix, right, n):
     """Solve matrix x = right in place (n, columns) by elimination; return whether it could be done."""
     largest_one = 0.0
@@ -326,6 +199,111 @@ class Apart(NamedTuple):
     clear: np.ndarray
 
 
+@jit
+def _measure(unit, j, spectrum, limits, found, apart):
+    """Write the lines of loop j to found (place, size and error, each (m, lines)) and apart; return whether its leading
+    one is sharp and moves, and the loop has no part so slow that it is no line yet.
+    """
+    order, sharp, width = limits
+    (value, bar, strength), rest, tail = apart.lines, apart.rest, apart.tail
+    (place, size, error), samples = found, spectrum.size
+    count, left = find_peaks(spectrum, order, place[j], size[j], error[j])
+    rest[unit] = max(rest[unit], left)
+    high = 0.0
+    for i in range(3 * samples // 8, 5 * samples // 8):
+        own = spectrum[i]
+        high = max(high, own.real * own.real + own.imag * own.imag)
+    tail[unit] = max(tail[unit], math.sqrt(high) / size[j, 0]) if size[j, 0] > 0.0 else tail[unit]
+    for i in range(count):
+        u = place[j, i] if place[j, i] < samples / 2 else place[j, i] - samples
+        place[j, i], value[unit, j, i] = u, abs(u)
+        bar[unit, j, i], strength[unit, j, i] = 3.0 * error[j, i] + width, size[j, i]
+    slow = 0.0
+    for i in range(-order - 1, order + 2):
+        own = spectrum[i % samples]
+        slow = max(slow, math.hypot(own.real, own.imag))
+    return error[j, 0] < sharp and value[unit, j, 0] > order + 2.0 and slow < SLOW * size[j, 0]
+
+
+@jit
+def _ranked(unit, minor, sharp, found, lines, values, bars):
+    """Write the frequencies and bars of the sharp lines of all loops, the leading ones first, then the others by what
+    they have of their loops; return their number.
+    """
+    (_, size, error), (value, bar, _), used = found, lines, 0
+    key = np.zeros(values.size)
+    for j in range(size.shape[0]):
+        for i in range(size.shape[1]):
+            if size[j, i] > minor * size[j, 0] and error[j, i] < sharp and value[unit, j, i] > 2.0:
+                own = size[j, i] / size[j, 0] + (2.0 if i == 0 else 0.0)
+                at = used
+                while at > 0 and key[at - 1] < own:
+                    key[at], values[at], bars[at] = key[at - 1], values[at - 1], bars[at - 1]
+                    at -= 1
+                key[at], values[at], bars[at] = own, value[unit, j, i], bar[unit, j, i]
+                used += 1
+    return used
+
+
+@jit
+def _explained(unit, moving, order, size, generators, vectors, apart):
+    """Return whether the generators found explain every leading line, are no multiples of a strong one, each a line
+    itself, and stand apart.
+    """
+    (value, bar, _), (nu, bars, source, found), (tables, sizes) = apart.lines, generators, vectors
+    m, k, r = size.shape[0], np.zeros(size.shape[0], np.int64), max(found, 1) - 1
+    for j in range(m):
+        if moving[j] != 0 and not (
+            found > 0 and relate(value[unit, j, 0], bar[unit, j, 0], nu, bars, found, tables[r], sizes[r, 0], 0.5, k)
+        ):
+            return False
+        for i in range(size.shape[1]):
+            if (
+                size[j, i] > STRONG * size[j, 0]
+                and found > 0
+                and divides(value[unit, j, i], bar[unit, j, i], 1.0, nu, bars, found, tables[r], sizes[r, 0], k)
+            ):
+                return False
+    for i in range(found):
+        if source[i] < 0:
+            return False
+        for j in range(i):
+            if not abs(nu[i] - nu[j]) > order + 1.0:
+                return False
+    return True
+
+
+@jit
+def _conjugate(unit, moving, spectrum, order, nu, found, apart):
+    """Write share and dual of the generators, from the amplitudes of Q and P of each loop; return whether there is a
+    dual.
+    """
+    m, samples = spectrum.shape
+    matrix, right = np.zeros((2 * found, 2 * found)), np.zeros((2 * found, 2 * found))
+    rows, row = np.zeros(2 * m, np.int64), 0
+    for j in range(m):
+        if moving[j] != 0:
+            for i in range(found):
+                a, b = amplitude_at(spectrum[j], nu[i], samples, order)
+                c, d = amplitude_at(spectrum[j], -nu[i], samples, order)
+                # Q - i P is (a + i b) exp(i phi) + (c + i d) exp(-i phi): the amplitudes of Q and of P.
+                q, p = (0.5 * (a + c), 0.5 * (b - d)), (-0.5 * (b + d), 0.5 * (a - c))
+                apart.share[unit, i, j] = math.hypot(q[0], q[1]) * math.hypot(p[0], p[1])
+                # s = sum_i 2 Re(A_i exp(i phi)): rows q, p of the real matrix of 2 Re A, -2 Im A.
+                matrix[row, 2 * i], matrix[row, 2 * i + 1] = 2.0 * q[0], -2.0 * q[1]
+                matrix[row + 1, 2 * i], matrix[row + 1, 2 * i + 1] = 2.0 * p[0], -2.0 * p[1]
+            rows[row], rows[row + 1] = 2 * j, 2 * j + 1
+            row += 2
+    for i in range(2 * found):
+        right[i, i] = 1.0
+    if not solve(matrix, right, 2 * found):
+        return False
+    for i in range(found):
+        for r in range(2 * found):
+            apart.dual[unit, i, rows[r]] = complex(right[2 * i, r], right[2 * i + 1, r])
+    return True
+
+
 def separate(unit, stop, progress, spectra, order, minor, sharp, width, vectors, apart):
     """Find the lines of the loops of an orbit and the generators of their lattice, where all stand apart.
 
@@ -333,97 +311,22 @@ def separate(unit, stop, progress, spectra, order, minor, sharp, width, vectors,
     """
     if read_now(stop, 0) > 0:
         return
-    (value, bar, strength), moving, (tables, sizes) = apart.lines, spectra.rows.moving, vectors
-    rest, tail, dual, share = apart.rest, apart.tail, apart.dual, apart.share
-    m, samples, lines, first = moving.shape[1], spectra.n[unit], value.shape[2], spectra.start[unit]
+    moving, lattice = spectra.rows.moving[unit], apart.lattice
+    m, samples, lines, first = moving.size, spectra.n[unit], apart.lines.value.shape[2], spectra.start[unit]
     spectrum = spectra.numbers[first : first + m * samples].reshape((m, samples))
-    place, size, error = np.zeros((m, lines)), np.zeros((m, lines)), np.zeros((m, lines))
-    good, some = 1, 0
+    size, error = np.zeros((m, lines)), np.full((m, lines), 9.0)
+    found = np.zeros((m, lines)), size, error
+    good, some = True, 0
     for j in range(m):
-        for i in range(lines):
-            error[j, i] = 9.0
-        if moving[unit, j] == 0:
-            continue
-        some += 1
-        count, left = find_peaks(spectrum[j], order, place[j], size[j], error[j])
-        rest[unit] = max(rest[unit], left)
-        high = 0.0
-        for i in range(3 * samples // 8, 5 * samples // 8):
-            own = spectrum[j, i]
-            high = max(high, own.real * own.real + own.imag * own.imag)
-        tail[unit] = max(tail[unit], math.sqrt(high) / size[j, 0]) if size[j, 0] > 0.0 else tail[unit]
-        for i in range(count):
-            u = place[j, i] if place[j, i] < samples / 2 else place[j, i] - samples
-            place[j, i], value[unit, j, i] = u, abs(u)
-            bar[unit, j, i], strength[unit, j, i] = 3.0 * error[j, i] + width, size[j, i]
-        if not (error[j, 0] < sharp and value[unit, j, 0] > order + 2.0):
-            good = 0
-        slow = 0.0  # what moves so slowly that it is no line yet
-        for i in range(-order - 1, order + 2):
-            own = spectrum[j, i % samples]
-            slow = max(slow, math.hypot(own.real, own.imag))
-        good = good if slow < SLOW * size[j, 0] else 0
-    # The leading lines first, then the others by what they have of their loops.
-    all_values, all_bars, key = np.zeros(m * lines), np.zeros(m * lines), np.zeros(m * lines)
-    used = 0
-    for j in range(m):
-        for i in range(lines):
-            if size[j, i] > minor * size[j, 0] and error[j, i] < sharp and value[unit, j, i] > 2.0:
-                own = size[j, i] / size[j, 0] + (2.0 if i == 0 else 0.0)
-                at = used
-                while at > 0 and key[at - 1] < own:
-                    key[at], all_values[at], all_bars[at] = key[at - 1], all_values[at - 1], all_bars[at - 1]
-                    at -= 1
-                key[at], all_values[at], all_bars[at] = own, value[unit, j, i], bar[unit, j, i]
-                used += 1
-    nu, bars, source = apart.lattice.nu[unit], apart.lattice.spread[unit], apart.lattice.source[unit]
-    found = generate(all_values, all_bars, used, m, vectors, float(samples), nu, bars, source)
-    apart.lattice.rank[unit] = found
-    k, r = np.zeros(m, np.int64), max(found, 1)
-    for j in range(m):
-        if moving[unit, j] != 0 and good == 1:
-            explained = found > 0 and relate(
-                value[unit, j, 0], bar[unit, j, 0], nu, bars, found, tables[r - 1], sizes[r - 1, 0], 0.5, k
-            )
-            good = good if explained else 0
-        for i in range(lines):
-            if size[j, i] > STRONG * size[j, 0] and good == 1 and found > 0:
-                good = (
-                    0
-                    if divides(
-                        value[unit, j, i], bar[unit, j, i], 1.0, nu, bars, found, tables[r - 1], sizes[r - 1, 0], k
-                    )
-                    else 1
-                )
-    for i in range(found):
-        good = good if source[i] >= 0 else 0
-        for j in range(i):
-            good = good if abs(nu[i] - nu[j]) > order + 1.0 else 0
-    if good == 1 and found == some and some > 0:
-        matrix, right = np.zeros((2 * found, 2 * found)), np.zeros((2 * found, 2 * found))
-        rows, row = np.zeros(2 * m, np.int64), 0
-        for j in range(m):
-            if moving[unit, j] != 0:
-                for i in range(found):
-                    a, b = amplitude_at(spectrum[j], nu[i], samples, order)
-                    c, d = amplitude_at(spectrum[j], -nu[i], samples, order)
-                    # Q - i P is (a + i b) exp(i phi) + (c + i d) exp(-i phi): the amplitudes of Q and of P.
-                    q, p = (0.5 * (a + c), 0.5 * (b - d)), (-0.5 * (b + d), 0.5 * (a - c))
-                    share[unit, i, j] = math.hypot(q[0], q[1]) * math.hypot(p[0], p[1])
-                    # s = sum_i 2 Re(A_i exp(i phi)): rows q, p of the real matrix of 2 Re A, -2 Im A.
-                    matrix[row, 2 * i], matrix[row, 2 * i + 1] = 2.0 * q[0], -2.0 * q[1]
-                    matrix[row + 1, 2 * i], matrix[row + 1, 2 * i + 1] = 2.0 * p[0], -2.0 * p[1]
-                rows[row], rows[row + 1] = 2 * j, 2 * j + 1
-                row += 2
-        for i in range(2 * found):
-            right[i, i] = 1.0
-        if solve(matrix, right, 2 * found):
-            for i in range(found):
-                for r in range(2 * found):
-                    dual[unit, i, rows[r]] = complex(right[2 * i, r], right[2 * i + 1, r])
-        else:
-            good = 0
-    else:
-        good = 0
-    apart.clear[unit] = good
+        if moving[j] != 0:
+            some += 1
+            good = _measure(unit, j, spectrum[j], (order, sharp, width), found, apart) and good
+    values, bars = np.zeros(m * lines), np.zeros(m * lines)
+    used = _ranked(unit, minor, sharp, found, apart.lines, values, bars)
+    nu, spread, source = lattice.nu[unit], lattice.spread[unit], lattice.source[unit]
+    rank = generate(values, bars, used, m, vectors, float(samples), nu, spread, source)
+    lattice.rank[unit] = rank
+    good = good and _explained(unit, moving, order, size, (nu, spread, source, rank), vectors, apart)
+    good = good and rank == some and some > 0
+    apart.clear[unit] = good and _conjugate(unit, moving, spectrum, order, nu, rank, apart)
     progress[unit] = 1.0

@@ -7,9 +7,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..compile.jit import read_now
+from ..compile.jit import jit, read_now
 from .fundamental import relate
-from .peaks import FEWEST, STRONG, divides
+from .peaks import STRONG, divides
+from .spectrum_lines import FEWEST
 
 SHORT = 6
 """|k|_1 of combinations whose lines may hide behind others."""
@@ -42,6 +43,17 @@ class Closeness(NamedTuple):
     near: np.ndarray
     close: np.ndarray
     beating: np.ndarray
+
+
+@jit
+def _sums(k, nu):
+    """Return the frequencies (vectors,) of combinations k (m, vectors) of nu (m,)."""
+    sums = np.zeros(k.shape[1])
+    for j in range(nu.size):
+        known, row = nu[j], k[j]
+        for v in range(sums.size):
+            sums[v] += row[v] * known
+    return sums
 
 
 def relations(unit, stop, progress, seen, nu, spread, vectors, combinations, times, rates, limits, closeness):
@@ -91,11 +103,7 @@ def relations(unit, stop, progress, seen, nu, spread, vectors, combinations, tim
                 value[unit, j, i], bar[unit, j, i], 1.0 / time, own, bars, rank, tables[r], sizes[r, 0], found
             ):
                 strange[unit] = max(strange[unit], part)
-    sums = np.zeros(lengths.size)
-    for j in range(m):
-        known, row = nu[unit, j], k[j]
-        for v in range(sums.size):
-            sums[v] += row[v] * known
+    sums = _sums(k, nu[unit])
     for v in range(sums.size):
         aliases = math.floor(sums[v] / rate + 0.5)
         cycles = abs(sums[v] - rate * aliases) * time

@@ -95,6 +95,12 @@ SETTLED = 2.0**-36
 """Change of a sweep, beside the largest numbers of its half of a state, above which no iteration has converged."""
 
 
+NOTHING, FASTEST = 2.0**-64, 2.0**-6
+"""Error of an iteration beside the size of a row that is none: a million of them are a rounding error. It is what two
+changes leave, whose quotient is taken for a factor of at least the second number by which all later ones fall.
+"""
+
+
 @jit
 def runge_kutta(derivative, params, lanes, rows, a, b, dense, sweeps, step, z, k, work):
     """Take one step of an explicit tableau."""
@@ -104,6 +110,109 @@ def runge_kutta(derivative, params, lanes, rows, a, b, dense, sweeps, step, z, k
         for i in range(lanes):
             z[r * LANES + i] += step[i] * work[r * LANES + i]
     return 1
+
+
+@jit
+def weighted(rows, lanes, weights, parts, begin, end, total):
+    """Set total = begin + the sum of weights[t]*parts[t] + end of states; parts are as many as a multiple of 4.
+
+    Here and below slices of one length spare the loops a look at their indices, and are not made in the function that
+    makes arrays, where the references to them would be counted.
+    """
+    stages, size = weights.size, rows * LANES
+    for at in range(0, size, LANES):
+        to = at + lanes
+        head, tail, result = begin[at:to], end[at:to], total[at:to]
+        for t in range(0, stages, 4):
+            a0, a1, a2, a3 = weights[t], weights[t + 1], weights[t + 2], weights[t + 3]
+            b0, b1, b2, b3 = t * size, (t + 1) * size, (t + 2) * size, (t + 3) * size
+            p0, p1 = parts[b0 + at : b0 + to], parts[b1 + at : b1 + to]
+            p2, p3 = parts[b2 + at : b2 + to], parts[b3 + at : b3 + to]
+            if stages == 8:  # in one loop: what is stored between two takes as long as the sums
+                a4, a5, a6, a7 = weights[4], weights[5], weights[6], weights[7]
+                b4, b5, b6, b7 = 4 * size, 5 * size, 6 * size, 7 * size
+                p4, p5 = parts[b4 + at : b4 + to], parts[b5 + at : b5 + to]
+                p6, p7 = parts[b6 + at : b6 + to], parts[b7 + at : b7 + to]
+                for i in range(lanes):
+                    first, second = fma(a1, p1[i], a0 * p0[i]), fma(a3, p3[i], a2 * p2[i])
+                    third, last = fma(a5, p5[i], a4 * p4[i]), fma(a7, p7[i], a6 * p6[i])
+                    result[i] = (head[i] + ((first + second) + (third + last))) + tail[i]
+                break
+            for i in range(lanes):
+                first, last = fma(a1, p1[i], a0 * p0[i]), fma(a3, p3[i], a2 * p2[i])
+                result[i] = (result[i] if t > 0 else head[i]) + (first + last)
+        if stages != 8:
+            for i in range(lanes):
+                result[i] += tail[i]
+
+
+@jit
+def renewed(rows, lanes, weight, step, slope, going, parts, change):
+    """Set the parts of lanes under way to weight*step*slope, and change to its largest of the sweep."""
+    h, active = step[:lanes], going[:lanes]
+    for at in range(0, rows * LANES, LANES):
+        f, part, most = slope[at : at + lanes], parts[at : at + lanes], change[at : at + lanes]
+        for i in range(lanes):
+            new = h[i] * weight * f[i]
+            moved = abs(new - part[i])
+            most[i] = most[i] if most[i] >= moved else moved
+            part[i] = new if active[i] > 0.0 else part[i]
+
+
+@jit
+def judged(rows, lanes, change, least, z, stage, going, before, relative, most, whole):
+    """Set going, from the changes of a sweep, to 0 for lanes that are done and to 1/2 for those that take one more
+    sweep; return how many are under way. before: the largest change beside a row's size of the sweep before.
+    """
+    half, more, now, then, state = rows // 2 * LANES, most[:lanes], relative[:lanes], before[:lanes], going[:lanes]
+    bound, width, size = whole[:lanes], whole[LANES : LANES + lanes], whole[2 * LANES : 2 * LANES + lanes]
+    now[:], more[:] = 0.0, 0.0
+    for first in range(0, rows * LANES, half):
+        bound[:], width[:] = 0.0, 0.0
+        for at in range(first, first + half, LANES):
+            moved, best = change[at : at + lanes], least[at : at + lanes]
+            y, other = z[at : at + lanes], stage[at : at + lanes]
+            for i in range(lanes):  # loops of so few arrays each become vector instructions
+                more[i] = 1.0 if (moved[i] > 0.0) & (moved[i] < best[i]) else more[i]
+                best[i] = moved[i] if moved[i] < best[i] else best[i]
+            for i in range(lanes):
+                size[i] = abs(y[i]) + abs(other[i])
+            for i in range(lanes):
+                part = moved[i] / size[i]
+                now[i] = part if part > now[i] else now[i]
+            for i in range(lanes):
+                bound[i] = bound[i] if bound[i] >= moved[i] else moved[i]
+                width[i] = width[i] if width[i] >= size[i] else size[i]
+        for i in range(lanes):
+            more[i] = 1.0 if bound[i] > SETTLED * width[i] else more[i]
+    active = 0
+    for i in range(lanes):
+        factor = now[i] / then[i]
+        factor = factor if factor > FASTEST else FASTEST
+        then[i] = now[i]
+        left = 0.5 if factor * factor * now[i] <= NOTHING else 1.0
+        state[i] = left if (state[i] == 1.0) & (more[i] > 0.0) else 0.0
+        active += 1 if state[i] > 0.0 else 0
+    return active
+
+
+@jit
+def settled(rows, lanes, stages, z, carried, parts, work):
+    """Add the parts to a state, with its carried rounding errors (Kahan's summation)."""
+    size = rows * LANES
+    for at in range(0, size, LANES):
+        to = at + lanes
+        y, error, add = z[at:to], carried[at:to], work[at:to]
+        for i in range(lanes):
+            add[i] = error[i]
+        for first in range(at, stages * size, size):
+            part = parts[first : first + lanes]
+            for i in range(lanes):
+                add[i] += part[i]
+        for i in range(lanes):
+            total = y[i] + add[i]
+            error[i] = add[i] - (total - y[i])
+            y[i] = total
 
 
 @jit
@@ -118,86 +227,30 @@ def collocate(derivative, params, lanes, rows, a, b, dense, sweeps, step, z, k, 
     Source: Hairer, Lubich & Wanner, Geometric Numerical Integration, 2nd ed. 2006, VIII.6; Antonana, Makazaga & Murua,
     Numer. Algorithms 76 (2017) 861 (form of a, stopping); Hairer, McLachlan & Razakarivony, BIT 48 (2008) 231.
     """
-    size, stages, half = rows * LANES, b.size, rows // 2
+    size, stages = rows * LANES, b.size
     carried, parts = z[size : 2 * size], z[2 * size :]
     slope, change, least = k[:size], k[size : 2 * size], k[2 * size : 3 * size]
-    going, large, new = room(1), room(1), room(stages)
-    for r in range(rows):
-        row = r * LANES
-        for j in range(stages * LANES):
-            new[j] = 0.0
-        for s in range(stages):
-            for t in range(stages):
-                for i in range(lanes):
-                    new[s * LANES + i] += dense[s, t] * parts[t * size + row + i]
-        for s in range(stages):
-            for i in range(lanes):
-                parts[s * size + row + i] = new[s * LANES + i]
-        for i in range(lanes):
-            least[row + i] = np.inf
-    for i in range(lanes):
-        going[i] = 1.0
-    count = lanes
+    going, before, none = room(1), room(1), room(rows)
+    relative, most, whole = room(1), room(1), room(3)
+    for s in range(stages):
+        weighted(rows, lanes, dense[s], parts, none, none, k[s * size :])
+    parts[:] = k[: stages * size]
+    least[:], before[:] = np.inf, np.inf
+    going[:lanes] = 1.0
     for _ in range(sweeps):
-        for j in range(size):
-            change[j] = 0.0
+        change[:] = 0.0
         for s in range(stages):
-            for r in range(rows):
-                row = r * LANES
-                for i in range(lanes):
-                    work[row + i] = carried[row + i]
-                for j in range(0, stages, 4):
-                    a0, a1, a2, a3 = a[s, j], a[s, j + 1], a[s, j + 2], a[s, j + 3]
-                    at = j * size + row
-                    for i in range(lanes):
-                        first = fma(a1, parts[at + size + i], a0 * parts[at + i])
-                        last = fma(a3, parts[at + 3 * size + i], a2 * parts[at + 2 * size + i])
-                        work[row + i] += first + last
-                for i in range(lanes):
-                    work[row + i] += z[row + i]
+            weighted(rows, lanes, a[s], parts, carried, z, work)
             call_derivative(derivative, params, lanes, work, slope)
-            for r in range(rows):
-                row, at = r * LANES, s * size + r * LANES
-                for i in range(lanes):
-                    part = step[i] * b[s] * slope[row + i]
-                    moved = abs(part - parts[at + i])
-                    change[row + i] = change[row + i] if change[row + i] >= moved else moved
-                    parts[at + i] = part if going[i] > 0.0 else parts[at + i]
-        for i in range(lanes):
-            large[i] = going[i]
-            going[i] = 0.0
-        for first in range(0, rows, half):
-            for i in range(lanes):
-                most, falls, whole = 0.0, 0.0, 0.0
-                for r in range(first, first + half):
-                    j = r * LANES + i
-                    falls = 1.0 if (change[j] > 0.0) & (change[j] < least[j]) else falls
-                    least[j] = change[j] if change[j] < least[j] else least[j]
-                    most = max(most, change[j])
-                    whole = max(whole, abs(z[j]) + abs(work[j]))
-                falls = falls if most <= SETTLED * whole else 1.0
-                going[i] = large[i] if falls > 0.0 else going[i]
-        count = 0
-        for i in range(lanes):
-            count += 1 if going[i] > 0.0 else 0
-        if count == 0:
+            renewed(rows, lanes, b[s], step, slope, going, parts[s * size :], change)
+        if judged(rows, lanes, change, least, z, work, going, before, relative, most, whole) == 0:
             break
-    for r in range(rows):
-        row = r * LANES
-        for i in range(lanes):
-            work[row + i] = carried[row + i]
-        for s in range(stages):
-            for i in range(lanes):
-                work[row + i] += parts[s * size + row + i]
-        for i in range(lanes):
-            total = z[row + i] + work[row + i]
-            carried[row + i] = work[row + i] - (total - z[row + i])
-            z[row + i] = total
+    settled(rows, lanes, stages, z, carried, parts, work)
     for i in range(lanes):
-        whole = going[i]
+        lost = going[i]
         for r in range(rows):
-            whole += 0.0 * z[r * LANES + i]
-        if whole != 0.0:
+            lost += 0.0 * z[r * LANES + i]
+        if lost != 0.0:
             for r in range(rows):
                 z[r * LANES + i], carried[r * LANES + i] = np.nan, np.inf
     return 1

@@ -128,6 +128,38 @@ def planes(unit, stop, progress, mu, k_a, wall_a, k_b, wall_b, tori):
 
 
 @jit
+def _latitude(A, B, pA, pB, Lambda, L_a, L_b, z, i):
+    """Motion of vartheta: whether it is nearer to pi, ends of s = sin^2(vartheta/2) and of t = 1 - s, half-width l,
+    l cos(chi), l sin(chi).
+
+    F = (s - s1)(s2 - s) Lambda^2 with s1 s2 = (L_b/Lambda)^2, (1 - s1)(1 - s2) = (L_a/Lambda)^2. The middle from the
+    nearer axis: a sum of positive terms, F = root^2 there, where the energy would be a difference.
+    """
+    r = A + B
+    s, t, root = B / r, A / r, (A * pB - B * pA) / (r * Lambda)
+    upper = s > 0.5
+    x, near = (t, L_a / Lambda) if upper else (s, L_b / Lambda)
+    if x > 0.0:
+        total = (root * root + near * near) / x + x
+        width = np.sqrt(root * root + (0.5 * total - x) * (0.5 * total - x))
+    else:  # on the axis all of the momentum across it counts
+        p = z[4, i] * z[4, i] + z[5, i] * z[5, i] if upper else z[6, i] * z[6, i] + z[7, i] * z[7, i]
+        total = r * p / (Lambda * Lambda) + (near * near if near > 0.0 else 0.0)
+        width = 0.5 * total
+    bent = width <= NOISE * total
+    width = 0.0 if bent else width
+    x2 = 0.5 * total + width
+    x1 = near * near / x2 if x2 > 0.0 else 0.0
+    s1, s2, t1, t2 = (1 - x2, 1 - x1, x2, x1) if upper else (x1, x2, 1 - x1, 1 - x2)
+    if upper:
+        s1 = (L_b / Lambda) ** 2 / s2
+    else:
+        t2 = (L_a / Lambda) ** 2 / t1
+    cosine = 0.0 if bent else (x - 0.5 * total if upper else 0.5 * total - x)
+    return upper, s1, s2, t1, t2, width, cosine, 0.0 if bent else root
+
+
+@jit
 def _shell(mu, k, wall_r, wall_a, wall_b, tori, i):
     """One state of V = k r/2 + wall_r/r + (wall_a/cos^2(vartheta/2) + wall_b/sin^2(vartheta/2))/r; returns its
     status.
@@ -153,33 +185,10 @@ def _shell(mu, k, wall_r, wall_a, wall_b, tori, i):
     stiffness = np.sqrt(mu * k)
     mean = outer / stiffness
     width_r, cos_r, sin_r, r1, r2, chi_r = _cycle(E / k, mean * mean, r, pA + pB, stiffness)
-    # F = (s - s1)(s2 - s) Lambda^2 with s = sin^2(vartheta/2), s1 s2 = (L_b/Lambda)^2, (1 - s1)(1 - s2) =
-    # (L_a/Lambda)^2. The middle from the nearer axis: a sum of positive terms, F = root^2 there, where the energy would
-    # be a difference.
-    s, t, root = B / r, A / r, (A * pB - B * pA) / (r * Lambda)
-    upper = s > 0.5
-    x, near = (t, L_a / Lambda) if upper else (s, L_b / Lambda)
-    if x > 0.0:
-        total = (root * root + near * near) / x + x
-        width = np.sqrt(root * root + (0.5 * total - x) * (0.5 * total - x))
-    else:  # on the axis all of the momentum across it counts
-        p = z[4, i] * z[4, i] + z[5, i] * z[5, i] if upper else z[6, i] * z[6, i] + z[7, i] * z[7, i]
-        total = r * p / (Lambda * Lambda) + (near * near if near > 0.0 else 0.0)
-        width = 0.5 * total
-    bent = width <= NOISE * total
-    width = 0.0 if bent else width
-    x2 = 0.5 * total + width
-    x1 = near * near / x2 if x2 > 0.0 else 0.0
-    s1, s2, t1, t2 = (1 - x2, 1 - x1, x2, x1) if upper else (x1, x2, 1 - x1, 1 - x2)
-    if upper:
-        s1 = (L_b / Lambda) ** 2 / s2
-    else:
-        t2 = (L_a / Lambda) ** 2 / t1
+    upper, s1, s2, t1, t2, width, cosine, root = _latitude(A, B, pA, pB, Lambda, L_a, L_b, z, i)
+    chi, bent = _angle(root, cosine), width == 0.0
     product_s, product_t = L_b / Lambda, L_a / Lambda  # sqrt(s1 s2), sqrt(t1 t2)
     spread = 2 * width / (np.sqrt(t1) + np.sqrt(t2) if upper else np.sqrt(s1) + np.sqrt(s2)) if width > 0.0 else 0.0
-    cosine = 0.0 if bent else (x - 0.5 * total if upper else 0.5 * total - x)
-    root = 0.0 if bent else root
-    chi = _angle(root, cosine)
     turning[0, 0, i], turning[0, 1, i], turning[0, 2, i] = r1, r2, 1.0
     turning[1, 0, i], turning[1, 1, i], turning[1, 2, i] = s1, s2, t2
     J[2, i], J[3, i] = TURN * p_eta, TURN * p_gamma

@@ -13,23 +13,10 @@ import numpy as np
 
 from ..base.status import NOT_CONVERGED_CODE, OK_CODE
 from ..compile.jit import jit
-from .panels import (
-    HIGH,
-    LENGTH,
-    LOW,
-    ORDER,
-    WEIGHTS,
-    first_panels,
-    halve,
-    panel_value,
-    place_panel,
-    size_and_rest,
-    turned_integral,
-)
-from .tori_wells import (
+from .panels import HIGH, LENGTH, LOW, ORDER, WEIGHTS, first_panels, halve, place_panel, size_and_rest
+from .tori_coordinates import (
     ACTION,
     CENTRE,
-    CHI,
     D2,
     D3,
     ERROR,
@@ -44,15 +31,11 @@ from .tori_wells import (
     SINH,
     T1,
     T2,
-    W0,
-    W2,
-    W3,
     WIDTH,
     complement,
-    powers,
     radicands,
-    turning_points,
 )
+from .tori_narrow import powers
 
 LEAST, MOST = 16, 2048
 """Numbers of midpoints: doubled until the last Fourier coefficients vanish."""
@@ -68,11 +51,11 @@ difference.
 ROWS = 14
 """Rows of work memory, of MOST numbers each."""
 
-_FIRST = 5
+FIRST = 5
 """Rows of work memory: s and t; F; the quotient of a narrow well; the integrands J, D0...D3; cosines (or panels);
 sin^2, cos^2 of chi/2. Rows 2 and 4 hold weights."""
 
-D0_ROW = _FIRST + 1
+D0_ROW = FIRST + 1
 
 
 def _tables():
@@ -90,7 +73,7 @@ TABLES = _tables()
 
 
 @jit
-def _poles(coordinate, out):
+def poles(coordinate, out):
     """Lambda = sqrt(-F) at s = 0 and at t = 0, 0 where that end is far from the turning points or its pole is not
     there.
     """
@@ -169,11 +152,11 @@ def _integrands(coordinate, first, nodes, at_0, at_1, work, out):
 def _tail(kind, nodes, at_0, at_1, work):
     """Size of the last Fourier coefficients of the integrands, relative to the integrals with what was taken off."""
     off, worst = nodes - LEAST, 0.0
-    for row in range(_FIRST, _FIRST + 2 if kind == LINE else _FIRST + 5):
+    for row in range(FIRST, FIRST + 2 if kind == LINE else FIRST + 5):
         first, second, size, sign = 0.0, 0.0, 0.0, 1.0
-        if row == _FIRST + 4 and at_0 > 0.0:
+        if row == FIRST + 4 and at_0 > 0.0:
             size = nodes / at_0
-        if row == _FIRST + 3 and at_1 > 0.0:
+        if row == FIRST + 3 and at_1 > 0.0:
             size = nodes / at_1
         f = work[row]
         for k in range(nodes):
@@ -196,7 +179,7 @@ def _noise(coordinate, first, nodes, work, out):
     total, sum_f = 0.0, 0.0
     size = 4e-16 * mu * (abs(u[0]) + abs(u[1])) / (4 * out[WIDTH] * out[WIDTH])
     for k in range(first, first + nodes):
-        f, square = work[_FIRST + 1, k], work[LOW, k] * work[HIGH, k]
+        f, square = work[FIRST + 1, k], work[LOW, k] * work[HIGH, k]
         total += size * (work[0, k] * work[1, k] if kind != LINE else 1.0) * f * f * f / square
         sum_f += f
     return total, sum_f
@@ -239,7 +222,7 @@ def _by_midpoints(coordinate, at_0, at_1, goal, most, work, out):
         nodes *= 2
     scale = (2 if kind == LINE else 1) * np.pi / nodes
     for j in range(5):
-        out[ACTION + j] = scale * (1.0 if j == 0 else mu) * work[_FIRST + j, :nodes].sum()
+        out[ACTION + j] = scale * (1.0 if j == 0 else mu) * work[FIRST + j, :nodes].sum()
     if out[RADIUS] == 0.0:
         total, sum_f = _noise(coordinate, 0, nodes, work, out)
         out[ERROR] = 1e-15 + total / sum_f
@@ -262,7 +245,7 @@ def _by_panels(coordinate, at_0, at_1, goal, work, out):
         sizes[:] = 0.0
         for panel in range(count):
             for j in range(rows):
-                sizes[j] += size_and_rest(_FIRST + j, panel, work)[0]
+                sizes[j] += size_and_rest(FIRST + j, panel, work)[0]
         sizes[3] += np.pi / at_1 if at_1 > 0.0 else 0.0
         sizes[4] += np.pi / at_0 if at_0 > 0.0 else 0.0
         tail, noise, done = 0.0, 0.0, count
@@ -270,14 +253,14 @@ def _by_panels(coordinate, at_0, at_1, goal, work, out):
             rest = 0.0
             for j in range(rows):
                 if sizes[j] > 0.0:
-                    rest = max(rest, size_and_rest(_FIRST + j, panel, work)[1] / sizes[j])
+                    rest = max(rest, size_and_rest(FIRST + j, panel, work)[1] / sizes[j])
             total, sum_f = _noise(coordinate, panel * ORDER, ORDER, work, out)
             for k in range(
                 panel * ORDER, (panel + 1) * ORDER
             ):  # s itself is rounded: next to a wall F has a large slope
                 edge = 0.5 / work[LOW, k] + 0.5 / work[HIGH, k]
-                total += 1e-16 * work[0, k] / (2 * out[WIDTH]) * edge * work[_FIRST + 1, k] if kind != LINE else 0.0
-            rounding = total / sum_f * size_and_rest(_FIRST + 1, panel, work)[0] / sizes[1]
+                total += 1e-16 * work[0, k] / (2 * out[WIDTH]) * edge * work[FIRST + 1, k] if kind != LINE else 0.0
+            rounding = total / sum_f * size_and_rest(FIRST + 1, panel, work)[0] / sizes[1]
             tail, noise = tail + rest, noise + rounding
             if rest > max(0.1 * goal, 4 * rounding, 2e-16) and count < most and work[LENGTH, panel] > 1e-9:
                 halve(panel, count, work)
@@ -293,7 +276,7 @@ def _by_panels(coordinate, at_0, at_1, goal, work, out):
         total = 0.0
         for panel in range(count):
             for k in range(ORDER):
-                total += 0.5 * work[LENGTH, panel] * WEIGHTS[k] * work[_FIRST + j, panel * ORDER + k]
+                total += 0.5 * work[LENGTH, panel] * WEIGHTS[k] * work[FIRST + j, panel * ORDER + k]
         out[ACTION + j] = scale * (1.0 if j == 0 else mu) * total
     out[NODES], out[PANELS], out[ERROR] = count * ORDER, count, tail + noise + 1e-15
     return OK_CODE if tail < 1e-7 else NOT_CONVERGED_CODE
@@ -303,7 +286,7 @@ def _by_panels(coordinate, at_0, at_1, goal, work, out):
 def integrals(coordinate, goal, work, out):
     """Loop integrals J, dJ/du0...dJ/du3 between the turning points in `out`; returns a status."""
     kind, knots = coordinate.kind, coordinate.term.knots
-    at_0, at_1 = _poles(coordinate, out)
+    at_0, at_1 = poles(coordinate, out)
     code, low, high = -1, out[S1], out[S2]
     if kind == SINE:
         low, high = low / max(out[T1], 1e-300), high / max(out[T2], 1e-300)
@@ -321,91 +304,6 @@ def integrals(coordinate, goal, work, out):
                 code = _by_panels(coordinate, at_0, at_1, goal, work, out)
     _finish(coordinate, at_0, at_1, out)
     return code
-
-
-@jit
-def _dirichlet(nodes, x):
-    """1 + 2 (cos x + ... + cos((nodes - 1) x))."""
-    x = abs(x)
-    x = x if x < np.pi else 2 * np.pi - x  # both sines of one small number: their errors cancel
-    half = np.sin(0.5 * x)
-    return np.sin((nodes - 0.5) * x) / half if abs(half) > 1e-12 else 2.0 * nodes - 1
-
-
-@jit
-def inverse_root(chi, work, out):
-    """1/sqrt(G) at the phase chi: the cosine series through its values at the midpoints."""
-    nodes, total = int(out[NODES]), 0.0
-    chi = chi if chi < np.pi else 2 * np.pi - chi
-    if out[PANELS] > 0.0:
-        return panel_value(_FIRST + 1, chi, work, out)
-    for k in range(nodes):
-        at = (k + 0.5) * np.pi / nodes
-        total += work[6, k] * (_dirichlet(nodes, chi - at) + _dirichlet(nodes, chi + at))
-    return total / (2 * nodes)
-
-
-@jit
-def phase(kind, s0, t0, root0, work, out):
-    """Set chi of the state: s = s1 + 2 l sin^2(chi/2), and near the turning points sqrt(F) = l sin(chi) sqrt(G),
-    precise there.
-    """
-    width = out[WIDTH]
-    if width <= 0.0:
-        out[CHI] = 0.0
-        return
-    upper = kind == SINE and s0 > 0.5
-    d1, d2 = out[T1] - t0 if upper else s0 - out[S1], t0 - out[T2] if upper else out[S2] - s0
-    sign = 1.0 if root0 >= 0.0 else -1.0
-    chi = np.arctan2(sign * np.sqrt(max(0.0, d1 * d2)), (d2 - d1) / 2)
-    near = d1 < 1e-3 * s0 or d2 < 1e-3 * (t0 if upper else s0)
-    if near or kind == LINE:
-        chi = np.arctan2(root0 * inverse_root(chi, work, out), (d2 - d1) / 2)
-    out[CHI] = chi if chi >= 0.0 else chi + 2 * np.pi
-
-
-@jit
-def _partial_sums(chi, scale, work, out):
-    """Set W0...W3 without what was taken off, from the midpoints."""
-    nodes = int(out[NODES])
-    half, off, last, now, even, odd = nodes // 2, nodes - LEAST, work[10], work[11], work[2], work[4]
-    for k in range(half):  # cos(n chi) of node nodes - 1 - k is that of node k, with the sign (-1)^n
-        last[k], now[k], even[k], odd[k] = 1.0, TABLES[2, off + k], chi, 0.0
-    sine, sine_last, turn = np.sin(chi), 0.0, 2 * np.cos(chi)
-    for n in range(1, nodes, 2):
-        c = 2 * sine / n
-        sine, sine_last = turn * sine - sine_last, sine
-        d = 2 * sine / (n + 1) if n + 1 < nodes else 0.0
-        sine, sine_last = turn * sine - sine_last, sine
-        for k in range(half):
-            double = 2 * TABLES[2, off + k]
-            odd[k] += c * now[k]
-            last[k] = double * now[k] - last[k]
-            even[k] += d * last[k]
-            now[k] = double * last[k] - now[k]
-    for j in range(4):
-        f, total = work[_FIRST + 1 + j], 0.0
-        for k in range(half):
-            total += (even[k] + odd[k]) * f[k] + (even[k] - odd[k]) * f[nodes - 1 - k]
-        out[W0 + j] = scale / nodes * total
-
-
-@jit
-def partials(coordinate, work, out):
-    """Set W0...W3, the integrals of dJ/du0...dJ/du3 from chi = 0 to the state's chi (a whole turn gives dJ/du)."""
-    mu, kind = coordinate.mu, coordinate.kind
-    chi, scale = out[CHI], (1.0 if kind == LINE else 0.5) * mu
-    if out[PANELS] > 0.0:
-        for j in range(4):
-            out[W0 + j] = scale * turned_integral(_FIRST + 1 + j, chi, work, out)
-    else:
-        _partial_sums(chi, scale, work, out)
-    at_0, at_1 = _poles(coordinate, out)
-    half_sine, half_cosine = np.sin(chi / 2), np.cos(chi / 2)
-    if at_0 > 0.0:
-        out[W3] += mu / at_0 * np.arctan2(np.sqrt(out[S2]) * half_sine, np.sqrt(out[S1]) * half_cosine)
-    if at_1 > 0.0:
-        out[W2] += mu / at_1 * np.arctan2(np.sqrt(out[T2]) * half_sine, np.sqrt(out[T1]) * half_cosine)
 
 
 @jit
@@ -428,15 +326,3 @@ def limits(coordinate, work):
             ends[1] = near
         elif abs(near) > 0.5 * abs(far):
             ends[1] = near + (near - far) / 99
-
-
-@jit
-def librate(coordinate, s0, t0, root0, speed2, goal, work, out):
-    """Turning points, loop integrals, phase and integrals up to it of one state; returns a status."""
-    code = turning_points(coordinate, s0, t0, root0, speed2, work, out)
-    if code == OK_CODE:
-        code = integrals(coordinate, goal, work, out)
-    if code == OK_CODE:
-        phase(coordinate.kind, s0, t0, root0, work, out)
-        partials(coordinate, work, out)
-    return code

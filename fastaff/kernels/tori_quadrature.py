@@ -12,8 +12,9 @@ import numpy as np
 
 from ..base.status import ACTION_ZERO_CODE, NOT_CONVERGED_CODE, OK_CODE, SEPARATRIX_CODE
 from ..compile.jit import jit
-from .tori_librations import MOST, ROWS, librate, limits
-from .tori_wells import ACTION, D0, ERROR, LINE, RADIAL, RESULTS, S1, S2, SINE, SINH, T2, W0, WIDTH, Coordinate
+from .tori_coordinates import ACTION, D0, ERROR, LINE, RADIAL, RESULTS, S1, S2, SINE, SINH, T2, W0, WIDTH, Coordinate
+from .tori_librations import MOST, ROWS, limits
+from .tori_phases import librate
 
 ALPHA_BETA, R_VARTHETA, ELLIPTIC = 0, 1, 2
 KINDS = np.array([[RADIAL, RADIAL], [RADIAL, SINE], [SINH, SINE]])
@@ -223,6 +224,53 @@ class Scratch(NamedTuple):
 
 
 @jit
+def _place_angles(angles, angular, z, k, at, momenta, V, work):
+    """Write the angles eta and gamma of state k, their momenta, and V (2,): their potentials, 0 where there is none."""
+    for a in range(2):
+        i, j = 2 * a, 2 * a + 1
+        at[a] = (
+            np.arctan2(z[j, k], z[i, k]) if z[j, k] != 0.0 or z[i, k] != 0.0 else np.arctan2(z[4 + j, k], z[4 + i, k])
+        )
+        momenta[a] = z[i, k] * z[4 + j, k] - z[j, k] * z[4 + i, k]
+        V[a] = 0.0
+        if angular[a]:
+            term = angles[a].term
+            term.function(term.params, 1, at[a:], work[2])
+            V[a] = work[2, 0]
+
+
+@jit
+def _inner(chart, j, row, results):
+    """Return the sum over both coordinates of dS/dc_j to the phase of the state, of the coefficients from `row` on."""
+    total = 0.0
+    for i in range(2):
+        for u in range(row, 4):
+            if LINKS[chart, i, u, j] != 0.0:
+                total += LINKS[chart, i, u, j] * results[i, W0 + u]
+    return total
+
+
+@jit
+def _settle(tori, k, results, still, code):
+    """Bring the angles theta of state k into [0, 1), NaN where an action vanishes; return the status."""
+    _, J, nu, theta, _, _, _, _ = tori
+    for i in range(2):
+        if results[i, WIDTH] <= 0.0:
+            theta[i, k] = np.nan
+            code = ACTION_ZERO_CODE if code == OK_CODE else code
+    for a in range(2):
+        if still[a] == 1.0:
+            theta[2 + a, k], J[2 + a, k] = np.nan, 0.0
+            nu[2 + a, k] = nu[2 + a, k] if np.isfinite(nu[2 + a, k]) else np.nan
+            code = ACTION_ZERO_CODE if code == OK_CODE else code
+    for i in range(4):
+        theta[i, k] -= np.floor(theta[i, k])
+        if theta[i, k] >= 1.0:
+            theta[i, k] = 0.0
+    return code
+
+
+@jit
 def _state(chart, coordinates, angles, angular, tori, k, scratch):
     """All of one state; returns its status. J, nu, theta have rows of the two coordinates, eta, gamma."""
     work, where, small, results = scratch
@@ -231,21 +279,11 @@ def _state(chart, coordinates, angles, angular, tori, k, scratch):
     place(chart, z, k, where)
     c, u, U, V, at, momenta, pair = small[0], small[1], small[2], small[3], small[4], small[5], small[6]
     answer, turn, partial, M, N, still = small[7], small[8], small[9], small[10:12], small[12:14], small[14]
-    V[0], V[1] = 0.0, 0.0
     for i in range(2):
         term = coordinates[i].term
         term.function(term.params, 1, where[i, :1], work[2])
         U[i] = work[2, 0]
-    for a in range(2):
-        i, j = 2 * a, 2 * a + 1
-        at[a] = (
-            np.arctan2(z[j, k], z[i, k]) if z[j, k] != 0.0 or z[i, k] != 0.0 else np.arctan2(z[4 + j, k], z[4 + i, k])
-        )
-        momenta[a] = z[i, k] * z[4 + j, k] - z[j, k] * z[4 + i, k]
-        if angular[a]:
-            term = angles[a].term
-            term.function(term.params, 1, at[a:], work[2])
-            V[a] = work[2, 0]
+    _place_angles(angles, angular, z, k, at, momenta, V, work)
     separate(chart, mu, z, k, where, U, V, c)
     for j in range(4):
         constants[j, k] = c[j]
@@ -277,36 +315,14 @@ def _state(chart, coordinates, angles, angular, tori, k, scratch):
         if np.isnan(N[0, a]) or np.isnan(N[1, a]):
             code = SEPARATRIX_CODE
     for j in range(2):
-        pair[j] = 0.0
-        for i in range(2):
-            for row in range(4):
-                if LINKS[chart, i, row, j] != 0.0:
-                    pair[j] += LINKS[chart, i, row, j] * results[i, W0 + row]
+        pair[j] = _inner(chart, j, 0, results)
     solve_transposed(M, pair, answer)
     for a in range(2):
-        total = 0.0
-        for i in range(2):
-            for row in range(2, 4):
-                if LINKS[chart, i, row, 2 + a] != 0.0:
-                    total += LINKS[chart, i, row, 2 + a] * results[i, W0 + row]
         factor = 1.0 if angular[a] else momenta[a] / mu
-        partial[a] += factor * total if factor != 0.0 else 0.0
+        partial[a] += factor * _inner(chart, 2 + a, 2, results) if factor != 0.0 else 0.0
+        theta[a, k] = answer[a]
         theta[2 + a, k] = (partial[a] - answer[0] * N[0, a] - answer[1] * N[1, a]) / turn[a]
-    for i in range(2):
-        theta[i, k] = answer[i]
-        if results[i, WIDTH] <= 0.0:
-            theta[i, k] = np.nan
-            code = ACTION_ZERO_CODE if code == OK_CODE else code
-    for a in range(2):
-        if still[a] == 1.0:
-            theta[2 + a, k], J[2 + a, k] = np.nan, 0.0
-            nu[2 + a, k] = nu[2 + a, k] if np.isfinite(nu[2 + a, k]) else np.nan
-            code = ACTION_ZERO_CODE if code == OK_CODE else code
-    for i in range(4):
-        theta[i, k] -= np.floor(theta[i, k])
-        if theta[i, k] >= 1.0:
-            theta[i, k] = 0.0
-    return code
+    return _settle(tori, k, results, still, code)
 
 
 def tori_by_quadrature(unit, stop, progress, chart, first, second, eta, gamma, mu, angular, tori):

@@ -1,5 +1,7 @@
 """Models: NamedTuples of float parameters whose plain methods are the physics."""
 
+from typing import Any
+
 from .body import Body, HenonHeiles
 from .double_pendulum import DoublePendulum
 from .functions import Barriers, CoshOscillator, Cosine, CosOscillator, Oscillator, Secant, Spring, Zero, one_variable
@@ -9,19 +11,23 @@ from .reduced_body import ReducedBody, reduced
 from .separable import SeparableAlphaBeta, SeparableElliptic, SeparableRVartheta, StackelBody
 
 __all__ = [
+    "AffineBody",
     "Anharmonic",
+    "AsymmetricTop",
     "Barriers",
     "Body",
     "CosOscillator",
     "CoshOscillator",
     "Cosine",
     "DoublePendulum",
+    "EllipsoidGeodesic",
     "FroeschleMap",
     "Harmonic",
     "HeavyTop",
     "HenonHeiles",
     "HenonMap",
     "Hyperelastic",
+    "KerrGeodesic",
     "McMillanMap",
     "NeoHookean",
     "OneTurnMap",
@@ -31,10 +37,22 @@ __all__ = [
     "SeparableAlphaBeta",
     "SeparableElliptic",
     "SeparableRVartheta",
+    "SphericalPendulum",
     "Spring",
     "StackelBody",
     "StandardMap",
+    "SymmetricTop",
+    "TwoPolarBody",
     "Zero",
     "one_variable",
     "reduced",
 ]
+
+
+def __getattr__(name: str) -> Any:
+    """Load a system of the list that is a text: `fastaff.formulas`, which stands above, makes models of texts."""
+    if name not in __all__:
+        raise AttributeError(f"fastaff.models has no {name!r}")
+    from ..base.interruption import imported
+
+    return getattr(imported(".formulas.systems", "fastaff"), name)

@@ -7,32 +7,6 @@ from typing import Any, NamedTuple
 from .angles import AreaTrace, Coordinates2
 
 
-class _Planes:
-    """What bodies in the two planes share, whatever their potential; `planar_body` attaches it."""
-
-    degrees_of_freedom, coordinates = 4, ("a1", "a2", "b1", "b2")
-
-    def velocity(self, pa1, pa2, pb1, pb2):
-        """Return dq/dt = p/mu."""
-        w = 1.0 / self.mu
-        return w * pa1, w * pa2, w * pb1, w * pb2
-
-    def kinetic_energy(self, pa1, pa2, pb1, pb2):
-        """Return T = ``|p|^2``/(2 mu)."""
-        return (pa1 * pa1 + pa2 * pa2 + pb1 * pb1 + pb2 * pb2) / (2 * self.mu)
-
-
-def planar_body(cls):
-    """Complete a NamedTuple class with a field mu into a body in the two planes: coordinates, velocity, kinetic energy.
-
-    A NamedTuple cannot inherit, so the methods are attached.
-    """
-    for name in ("degrees_of_freedom", "coordinates", "velocity", "kinetic_energy"):
-        setattr(cls, name, vars(_Planes)[name])
-    return cls
-
-
-@planar_body
 class Body(NamedTuple):
     """Planar affinely-rigid body with a doubly isotropic potential: ``H = |p|^2/(2 mu) + V(|a|^2, |b|^2)``.
 
@@ -61,6 +35,16 @@ class Body(NamedTuple):
     mu: float = 1.0
 
     @property
+    def degrees_of_freedom(self) -> int:
+        """Return 4."""
+        return 4
+
+    @property
+    def coordinates(self) -> tuple[str, ...]:
+        """Names of the first 4 rows of z."""
+        return "a1", "a2", "b1", "b2"
+
+    @property
     def isotropic(self) -> bool:
         """Whether p_eta and p_gamma are conserved: yes."""
         return True
@@ -69,6 +53,15 @@ class Body(NamedTuple):
     def angles(self) -> Any:
         """Angle variables natural to the potential: its own `angles`, else loops in area and trace."""
         return getattr(self.potential, "angles", AreaTrace())
+
+    def velocity(self, pa1, pa2, pb1, pb2):
+        """Return dq/dt = p/mu."""
+        w = 1.0 / self.mu
+        return w * pa1, w * pa2, w * pb1, w * pb2
+
+    def kinetic_energy(self, pa1, pa2, pb1, pb2):
+        """Return T = ``|p|^2``/(2 mu)."""
+        return (pa1 * pa1 + pa2 * pa2 + pb1 * pb1 + pb2 * pb2) / (2 * self.mu)
 
     def force(self, a1, a2, b1, b2):
         """Return dp/dt = -grad V."""

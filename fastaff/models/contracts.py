@@ -7,7 +7,7 @@ scalars, which kernels compile, and of arrays. `fastaff.flows.checks` refuses wh
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any, Protocol, runtime_checkable
+from typing import Any, Protocol, Self, runtime_checkable
 
 from ..compile.kinds import Kind as Kind
 
@@ -140,6 +140,36 @@ class Nonseparable(Protocol):
     @property
     def margin(self) -> Arithmetic:
         """A function of 2n numbers that is positive where the system lives."""
+
+
+class Written(Protocol):
+    """What a text has become: its parameters are fields, `system.k`, and `system._replace(k=2.0)` compiles nothing."""
+
+    def _replace(self, **parameters: float) -> Self:
+        """Return the same with other parameters."""
+
+    def __getattr__(self, name: str) -> Any:
+        """Parameters, and what some kinds of systems have, are known once the text is read."""
+
+
+class WrittenModel(Model, Written, Protocol):
+    """A `Model` of a text."""
+
+
+class WrittenNonseparable(Nonseparable, Written, Protocol):
+    """A `Nonseparable` system of a text."""
+
+
+class WrittenMap(Map, Written, Protocol):
+    """A `Map` of a text."""
+
+
+class WrittenFlow(Autonomous, Written, Protocol):
+    """An `Autonomous` system of a text."""
+
+
+Dynamics = Model | Map | Autonomous | Nonseparable
+"""Whatever moves: what the verbs take."""
 
 
 @runtime_checkable

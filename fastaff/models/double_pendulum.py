@@ -26,6 +26,11 @@ class DoublePendulum(NamedTuple):
     l_2: float = 1.0
     g: float = 1.0
 
+    @property
+    def degrees_of_freedom(self) -> int:
+        """Return 2."""
+        return 2
+
     def periods(self):
         """Return the periods of the rows: angles have one, momenta have not."""
         return 2 * np.pi, 2 * np.pi, 0.0, 0.0
@@ -83,5 +88,5 @@ class DoublePendulum(NamedTuple):
 
 
 _named: Any = DoublePendulum
-_named.degrees_of_freedom, _named.kind = 2, Kind.NONSEPARABLE
+_named.kind = Kind.NONSEPARABLE
 _named.coordinates, _named.momenta = ("q1", "q2"), ("p1", "p2")

@@ -12,9 +12,11 @@ import contextlib
 import inspect
 from collections import namedtuple
 from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, cast
 
 import numpy as np
+
+from .contracts import Arithmetic, OneVariable
 
 COMPLEX_STEP = 1e-100
 
@@ -232,7 +234,9 @@ class CosOscillator(NamedTuple):
         return oscillator + self.c / (1 - s) if self.c != 0 else oscillator
 
 
-def one_variable(value: Callable, slope: Callable | None = None, curvature: Callable | None = None) -> Any:
+def one_variable(
+    value: Arithmetic, slope: Arithmetic | None = None, curvature: Arithmetic | None = None
+) -> OneVariable:
     """Make a function of one variable for a separable potential from plain Python functions.
 
     Parameters
@@ -296,7 +300,7 @@ def one_variable(value: Callable, slope: Callable | None = None, curvature: Call
         if function is not None:
             setattr(cls, name, _method(function))
     cls.__module__ = value.__module__
-    return cls()
+    return cast(OneVariable, cls())
 
 
 def _check_function(name: str, function: Any) -> None:

@@ -23,7 +23,6 @@ def _map(coordinates: str, momenta: str) -> Any:
     def named(cls: Any) -> Any:
         cls.kind = Kind.MAP
         cls.coordinates, cls.momenta = tuple(coordinates.split()), tuple(momenta.split())
-        cls.degrees_of_freedom = len(cls.coordinates)
         return cls
 
     return named
@@ -39,6 +38,11 @@ class StandardMap(NamedTuple):
     """
 
     K: float = 0.971635406
+
+    @property
+    def degrees_of_freedom(self) -> int:
+        """Return 1."""
+        return 1
 
     def periods(self):
         """Return the periods of x and p."""
@@ -68,6 +72,11 @@ class HenonMap(NamedTuple):
     """
 
     nu: float = 0.2114
+
+    @property
+    def degrees_of_freedom(self) -> int:
+        """Return 1."""
+        return 1
 
     def periods(self):
         """Return 0: nothing winds."""
@@ -99,6 +108,11 @@ class McMillanMap(NamedTuple):
 
     m: float = 1.6
 
+    @property
+    def degrees_of_freedom(self) -> int:
+        """Return 1."""
+        return 1
+
     def periods(self):
         """Return 0: nothing winds."""
         return 0.0, 0.0
@@ -127,6 +141,11 @@ class FroeschleMap(NamedTuple):
     K_1: float = 0.5
     K_2: float = 0.3
     b: float = 0.02
+
+    @property
+    def degrees_of_freedom(self) -> int:
+        """Return 2."""
+        return 2
 
     def periods(self):
         """Return the periods of both angles, and 0 for the momenta."""
@@ -164,6 +183,11 @@ class OneTurnMap(NamedTuple):
     nu_y: float = 0.31
     octupole: float = 0.0
     aperture: float = 1e3
+
+    @property
+    def degrees_of_freedom(self) -> int:
+        """Return 2."""
+        return 2
 
     def periods(self):
         """Return 0: nothing winds."""

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from .angles import AlphaBeta, RVartheta
-from .body import planar_body
+from .contracts import OneVariable
 
 TINY = 1e-300
 """Added to A and B under square roots: at alpha = 0 or beta = 0 slopes are those of a point next to it."""
@@ -35,8 +35,8 @@ class SeparableAlphaBeta(NamedTuple):
     np.float64(2.5)
     """
 
-    V_alpha: Any
-    V_beta: Any
+    V_alpha: OneVariable
+    V_beta: OneVariable
 
     @property
     def angles(self) -> AlphaBeta:
@@ -88,8 +88,8 @@ class SeparableRVartheta(NamedTuple):
     np.float64(1.0)
     """
 
-    V_r: Any
-    V_vartheta: Any
+    V_r: OneVariable
+    V_vartheta: OneVariable
 
     @property
     def angles(self) -> RVartheta:
@@ -154,8 +154,8 @@ class SeparableElliptic(NamedTuple):
     np.float64(1.75)
     """
 
-    V_kappa: Any
-    V_lambda: Any
+    V_kappa: OneVariable
+    V_lambda: OneVariable
 
     @property
     def angles(self) -> AlphaBeta:
@@ -227,7 +227,6 @@ class SeparableElliptic(NamedTuple):
         return 1.0 * (V - V == 0) - 0.5
 
 
-@planar_body
 class StackelBody(NamedTuple):
     """Body with angular potentials: H = ``|p|^2``/(2 mu) + V(alpha, beta) + V_eta(eta)/alpha^2 + V_gamma(gamma)/beta^2.
 
@@ -239,14 +238,33 @@ class StackelBody(NamedTuple):
     """
 
     potential: Any
-    V_eta: Any
-    V_gamma: Any
+    V_eta: OneVariable
+    V_gamma: OneVariable
     mu: float = 1.0
 
     @property
     def isotropic(self) -> bool:
         """Whether p_eta and p_gamma are conserved: no."""
         return False
+
+    @property
+    def degrees_of_freedom(self) -> int:
+        """Return 4."""
+        return 4
+
+    @property
+    def coordinates(self) -> tuple[str, ...]:
+        """Names of the first 4 rows of z."""
+        return "a1", "a2", "b1", "b2"
+
+    def velocity(self, pa1, pa2, pb1, pb2):
+        """Return dq/dt = p/mu."""
+        w = 1.0 / self.mu
+        return w * pa1, w * pa2, w * pb1, w * pb2
+
+    def kinetic_energy(self, pa1, pa2, pb1, pb2):
+        """Return T = ``|p|^2``/(2 mu)."""
+        return (pa1 * pa1 + pa2 * pa2 + pb1 * pb1 + pb2 * pb2) / (2 * self.mu)
 
     def force(self, a1, a2, b1, b2):
         """Return dp/dt = -grad V."""

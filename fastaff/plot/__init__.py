@@ -22,7 +22,8 @@ from .ratios import frequency, on_line, resonances_between
 from .resonances import plot_diffusion_histogram, plot_ratio_web, plot_resonances, plot_web
 from .scales import Colouring, clipped, colouring, diffusion_scale
 from .scars import plot_scars
-from .sections import plot_diffusion_grid, plot_edge, plot_section, plot_starts
+from .sections import plot_edge, plot_section
+from .starts import plot_diffusion_grid, plot_starts
 from .style import Artists, colour_map, styled, symbol
 from .tori import plot_actions, plot_energy_of_actions, plot_frequency_lines, plot_torus
 

@@ -19,10 +19,12 @@ from ..analysis.sections.energy_grid import EnergyGrid
 from ..analysis.sections.energy_sample import EnergySample
 from ..analysis.sections.section_edge import Edge
 from ..base.status import Status
+from .colour_bars import colour_bar
 from .parameters import parameter_label
 from .picking import carry
 from .scales import Colouring, calm, falls, label_of, limit_colours, limit_scale, limited
-from .sections import above_frame, cell_edges, colour_bar, grey_cells, places, why, widths
+from .sections import above_frame, why
+from .starts import cell_edges, grey_cells, places, widths
 from .style import DARK, GREY, PALE_END, Artists, chosen_orbits, figure, outline, symbol
 
 VERDICTS = ("regular", "undecided", "chaotic")

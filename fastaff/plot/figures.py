@@ -26,7 +26,8 @@ from ..analysis.sections.energy_sample import EnergySample
 from ..analysis.sections.islands import Islands, Rotation
 from ..analysis.sections.section_edge import Edge
 from ..analysis.sections.section_map import SectionMap
-from ..analysis.tori.action_angles import ActionAngles, EnergyOfActions
+from ..analysis.tori.action_angles import ActionAngles
+from ..analysis.tori.inverse_tori import EnergyOfActions
 from ..analysis.tori.torus import TorusFit
 from ..base.numbers import shown
 from ..base.results import drawn
@@ -43,7 +44,8 @@ from .periodic import plot_periodic
 from .quantum import plot_degeneracies, plot_density, plot_levels, plot_spectrum
 from .quantum_chaos import plot_husimi
 from .resonances import plot_diffusion_histogram, plot_resonances, plot_web
-from .sections import plot_edge, plot_section, plot_starts
+from .sections import plot_edge, plot_section
+from .starts import plot_starts
 from .tori import plot_actions, plot_energy_of_actions, plot_frequency_lines, plot_torus
 
 NEEDED = {

@@ -11,11 +11,12 @@ from ..analysis.frequencies.frequencies import FrequencyKind
 from ..base.numbers import entries, reals
 from ..base.status import Status
 from ..schemes.catalogue import ITERATION
+from .colour_bars import colour_bar
 from .labels import Box, settled, write_along
 from .picking import carry
 from .ratios import by_leading_lines, frequency, lines_of
-from .scales import Colouring, clipped, colouring, colours_of, each_value, limited
-from .sections import colour_bar, why
+from .scales import colouring, colours_of, orbit_colours
+from .sections import why
 from .style import DARK, GREY, Artists, figure, nothing, symbol
 
 FEW = 50
@@ -54,50 +55,25 @@ def plot_frequency_map(
         above the frame, the others by their equation; a label without room is left out, its line is drawn. A click
         picks the orbit (`picked`).
     """
-    names = frequency_map.names
-    body = getattr(frequency_map, "nu_eta", None) is not None
-    if len(names) == 1:
+    if len(frequency_map.names) == 1:
         return _one_frequency(frequency_map, ax)
-    if x is None and y is None and by_leading_lines(frequency_map):
-        x, y = f"{names[0]}/{names[2]}", f"{names[1]}/{names[2]}"
-    if x is None and y is None and not body:
-        x, y = names[0], names[1]
-    x, y = x or f"{names[1]}/{names[0]}", y or f"gamma/{names[0]}"
+    x, y = _plane(frequency_map, x, y)
     X, Y = frequency(frequency_map, x), frequency(frequency_map, y)
-    if values is None or isinstance(values, str):
-        values = colouring(frequency_map, values)
-    if not isinstance(values, Colouring):
-        each = each_value(values)
-        values = Colouring(each, "", clipped(each))
-    if values.values.shape != X.shape:
-        raise ValueError(f"values must have shape {X.shape}, one for each orbit, got {values.values.shape}")
-    c, norm = values.values, limited(norm or values.norm, vmin, vmax)
+    values = colouring(frequency_map) if values is None else values
+    values = orbit_colours(frequency_map, values, X.size, norm, vmin, vmax, label)
+    c = values.values
     good = (frequency_map.status == Status.OK) & np.isfinite(X) & np.isfinite(Y) & np.isfinite(c)
     good &= np.ones(good.shape, bool) if shown is None else np.asarray(shown)
     order = np.random.default_rng(0).permutation(np.flatnonzero(good))
     area = size if size is not None else float(np.clip(24000 / max(order.size, 1), 1.2, 16.0))
-    how = {"cmap": colours_of(values._replace(norm=norm)), "norm": norm}
+    how = {"cmap": colours_of(values), "norm": values.norm}
     points = ax.scatter(X[order], Y[order], c=c[order], s=area, linewidths=0, rasterized=True, zorder=2, **how)
     carry(points, X[order], Y[order], order)
-    noted: list[Any] = []
-    if limits is not None:
-        wide, high = (reals("limits", pair) for pair in entries("limits", limits, "((x0, x1), (y0, y1))", 2))
-        ax.set(xlim=wide, ylim=high)
-    else:
-        wide, high = (_bulk(values[order], limit) for values, limit in ((X, ax.get_xlim()), (Y, ax.get_ylim())))
-        ax.set(xlim=wide, ylim=high)
-        inside = (X[order] >= wide[0]) & (X[order] <= wide[1]) & (Y[order] >= high[0]) & (Y[order] <= high[1])
-        beyond = np.count_nonzero(~inside)
-        if beyond:
-            said = f"{beyond} of {order.size} orbits beyond the axes"
-            noted = [
-                ax.text(0.99, 0.01, said, transform=ax.transAxes, ha="right", va="bottom", fontsize=8, color="0.35")
-            ]
+    noted = _frame(ax, X[order], Y[order], limits)
     per = "iterate" if getattr(frequency_map, "scheme", None) is ITERATION else "unit time"
     unit = "" if "/" in x else f"  (cycles per {per})"
     ax.set(xlabel=f"${_fraction(x)}${unit}", ylabel=f"${_fraction(y)}${unit}")
-    label = values.label if label is None else label
-    bar = colour_bar(ax, points, values._replace(norm=norm, label=label, values=c[good])) if colorbar else None
+    bar = colour_bar(ax, points, values._replace(values=c[good])) if colorbar else None
     if not order.size:
         nothing(ax, why(frequency_map.status, ~good) if good.size else "")
     chosen = lines_of(lines, x, y, (ax.get_xlim(), ax.get_ylim()))
@@ -120,6 +96,31 @@ def plot_tunes(tunes: Any, *, ax: Any = None, values: Any = None, **options: Any
         ax.set(xlabel=f"${_fraction(x)}$", ylabel=f"${_fraction(y)}$")
         return found
     return _one_frequency(tunes, ax)
+
+
+def _plane(found: Any, x: str | None, y: str | None) -> tuple[str, str]:
+    """Return the names of the two frequencies or ratios to draw; by default those that tell its orbits apart."""
+    names = found.names
+    if x is None and y is None and by_leading_lines(found):
+        return f"{names[0]}/{names[2]}", f"{names[1]}/{names[2]}"
+    if x is None and y is None and getattr(found, "nu_eta", None) is None:
+        return names[0], names[1]
+    return x or f"{names[1]}/{names[0]}", y or f"gamma/{names[0]}"
+
+
+def _frame(ax: Any, X: np.ndarray, Y: np.ndarray, limits: tuple | None) -> list[Any]:
+    """Set the frame, by default around all orbits but a few that lie far off; return what notes how many those are."""
+    if limits is not None:
+        wide, high = (reals("limits", pair) for pair in entries("limits", limits, "((x0, x1), (y0, y1))", 2))
+        ax.set(xlim=wide, ylim=high)
+        return []
+    wide, high = _bulk(X, ax.get_xlim()), _bulk(Y, ax.get_ylim())
+    ax.set(xlim=wide, ylim=high)
+    inside = (wide[0] <= X) & (wide[1] >= X) & (high[0] <= Y) & (high[1] >= Y)
+    if inside.all():
+        return []
+    said = f"{np.count_nonzero(~inside)} of {X.size} orbits beyond the axes"
+    return [ax.text(0.99, 0.01, said, transform=ax.transAxes, ha="right", va="bottom", fontsize=8, color="0.35")]
 
 
 def _bulk(values: np.ndarray, whole: tuple[float, float]) -> tuple[float, float]:

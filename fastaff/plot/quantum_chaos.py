@@ -19,7 +19,7 @@ from ..base.numbers import entries, positive, shown, whole
 from ..charts import ALPHA_BETA
 from .periodic import plot_periodic
 from .picking import carry
-from .sections import places, widths
+from .starts import places, widths
 from .style import ACCENT, DARK, Artists, figure, outline, symbol
 
 LABELLED = 'laws of spacings, or such by their labels, as {"Poisson": BerryRobnik(0.0)}'

@@ -267,3 +267,18 @@ def _column(result: Any, name: str | None) -> np.ndarray:
         known += list(getattr(result, "names", ())) if isinstance(result, ChaosMap) else []
         raise ValueError(f"the column must be one of {', '.join(dict.fromkeys(known))}, got {name!r}")
     return array.astype(np.float64)
+
+
+def orbit_colours(
+    result: Any, values: Any, orbits: int, norm: Any, vmin: float | None, vmax: float | None, label: str | None
+) -> Colouring:
+    """Return what orbits are coloured by, of what a caller gives: values, the name of a column or a Colouring."""
+    if isinstance(values, str):
+        values = colouring(result, values)
+    if not isinstance(values, Colouring):
+        each = each_value(values)
+        values = Colouring(each, "", clipped(each))
+    if values.values.shape != (orbits,):
+        raise ValueError(f"values must have shape ({orbits},), one for each orbit, got {values.values.shape}")
+    chosen = limited(norm or values.norm, vmin, vmax)
+    return values._replace(norm=chosen, label=values.label if label is None else label)

@@ -9,15 +9,15 @@ import numpy as np
 from ..analysis.sections.energy_grid import EnergyGrid
 from ..analysis.sections.energy_sample import EnergySample
 from ..analysis.sections.section_edge import Edge
-from ..base.numbers import shown
-from ..base.results import Result
 from ..base.status import Status
 from ..charts import ALPHA_BETA, Chart
 from ..flows.checks import checked_chart
 from ..models.sections import AngleEquals, BetaEquals, BetaTurning, Linear
+from .colour_bars import colour_bar, plain_numbers
 from .density import DENSE, draw_density
 from .picking import carry
-from .scales import Colouring, clipped, colouring, colours_of, each_value, falls, limited, stepped
+from .scales import Colouring, colours_of, orbit_colours
+from .starts import places
 from .style import DARK, GREY, Artists, figure, outline, symbol
 
 
@@ -61,7 +61,7 @@ def plot_section(
         if name not in names:
             raise ValueError(f"x and y must be among {', '.join(names)}, got {name!r}")
     u, v = coordinates[names.index(x)], coordinates[names.index(y)]
-    colours = _colours(section_map, values, u.shape[1], norm, vmin, vmax, label)
+    colours = None if values is None else orbit_colours(section_map, values, u.shape[1], norm, vmin, vmax, label)
     gone = ~np.isin(section_map.status, (Status.OK, Status.TOO_FEW_CROSSINGS, Status.INTERRUPTED))
     crossed = section_map.counts > 0
     drawn = crossed & (~gone if colours is None else np.isfinite(colours.values))
@@ -92,25 +92,6 @@ def plot_section(
         if points.norm.vmax < 100:
             plain_numbers(bar)
     return Artists(points, bar, tuple(lines), (), int(np.count_nonzero(~(drawn | grey | waiting))))
-
-
-def _colours(
-    result: Any, values: Any, orbits: int, norm: Any, vmin: float | None, vmax: float | None, label: str | None
-) -> Colouring | None:
-    """Return what orbits are coloured by, of what a caller gives."""
-    if values is None:
-        return None
-    if isinstance(values, str):
-        values = colouring(result, values)
-    if not isinstance(values, Colouring):
-        each = each_value(values)
-        if each.shape != (orbits,):
-            raise ValueError(f"values must have shape ({orbits},), one for each orbit, got {each.shape}")
-        values = Colouring(each, "" if label is None else label, norm or clipped(each))
-    if values.values.shape != (orbits,):
-        raise ValueError(f"values must be of the same {orbits} orbits, got {values.values.size}")
-    chosen = limited(norm or values.norm, vmin, vmax)
-    return values._replace(norm=chosen, label=values.label if label is None else label)
 
 
 def _crossings(u: np.ndarray, v: np.ndarray, orbits: np.ndarray) -> tuple[np.ndarray, ...]:
@@ -243,182 +224,6 @@ def _free_coordinate(section: Any, names: tuple[str, ...]) -> str:
         return names[1 if own == 0 and len(names) > 2 else 0]
     chosen = "alpha" if isinstance(section, (BetaTurning, BetaEquals)) else "beta"
     return chosen if chosen in names else names[0]
-
-
-def places(starts: EnergyGrid | EnergySample) -> np.ndarray:
-    """Return the section coordinates (2, orbits) of where orbits started. Raises ValueError where they are not two."""
-    if not isinstance(starts, (EnergyGrid, EnergySample)):
-        raise TypeError(f"starts must be an EnergyGrid or EnergySample, got {shown(starts)}")
-    if len(starts.names) != 2:
-        raise ValueError(
-            f"starts must lie over two coordinates to be drawn, these are {', '.join(starts.names)}: draw some, "
-            'such as plt.scatter(starts["x"], starts["z"])'
-        )
-    if isinstance(starts, EnergyGrid):
-        return np.array([grid.ravel()[starts.cell] for grid in np.meshgrid(*starts.axes, indexing="ij")])
-    return starts.points
-
-
-def cell_edges(axis: np.ndarray) -> np.ndarray:
-    """Return the edges (n + 1,) of the cells about the n entries of an axis; one alone is 1 wide."""
-    if axis.size == 1:
-        return np.array([axis[0] - 0.5, axis[0] + 0.5])
-    middle = (axis[1:] + axis[:-1]) / 2
-    return np.concatenate([[2 * axis[0] - middle[0]], middle, [2 * axis[-1] - middle[-1]]])
-
-
-def widths(grid: EnergyGrid) -> tuple[float, float]:
-    """Return width and height of the cells of a grid."""
-    first, second = (float(np.ptp(axis)) / max(axis.size - 1, 1) or 1.0 for axis in grid.axes)
-    return first, second
-
-
-@figure
-def plot_diffusion_grid(
-    grid: EnergyGrid,
-    values: Any,
-    *,
-    ax: Any = None,
-    norm: Any = None,
-    vmin: float | None = None,
-    vmax: float | None = None,
-    label: str | None = None,
-    colorbar: bool = True,
-) -> Artists:
-    """Draw values of the orbits of an EnergyGrid as an image over its two coordinates.
-
-    :Parameters: values: (orbits,), such as a map's diffusion, or a `Colouring`, or a result of the grid's orbits, with
-        the values, scale and label of its own figure; norm, vmin, vmax, label, colorbar as in
-        `plot_section`. Cells that the energy does not reach stay white, orbits without a value are grey.
-    :Returns: Artists; `missing` counts those. A click picks the orbit of a cell.
-    """
-    if isinstance(values, Result):
-        values = colouring(values)
-    if not isinstance(values, Colouring) and np.shape(values) != grid.cell.shape:
-        raise ValueError(
-            f"values must have shape {grid.cell.shape}, one for each orbit of the grid, got {np.shape(values)}"
-        )
-    at = places(grid)
-    colours = _colours(grid, values, grid.cell.size, norm, vmin, vmax, label)
-    assert colours is not None
-    each = colours.values
-    grey_cells(ax, grid, ~np.isfinite(each))
-    image = np.ma.masked_invalid(grid.spread(each))
-    cells = ax.pcolormesh(
-        *map(cell_edges, grid.axes),
-        image.T,
-        cmap=colours_of(colours),
-        norm=colours.norm,
-        rasterized=True,
-    )
-    carry(cells, at[0], at[1], np.arange(each.size), cell=widths(grid))
-    ax.set(xlabel=f"${symbol(grid.names[0])}$", ylabel=f"${symbol(grid.names[1])}$")
-    bar = colour_bar(ax, cells, colours) if colorbar else None
-    return Artists(cells, bar, (), (), int(np.count_nonzero(~np.isfinite(each))))
-
-
-def grey_cells(ax: Any, grid: EnergyGrid, chosen: np.ndarray) -> Any:
-    """Draw the cells of the chosen orbits (orbits,) in grey."""
-    from matplotlib.colors import ListedColormap
-
-    if not chosen.any():
-        return None
-    image = np.ma.masked_invalid(grid.spread(np.where(chosen, 1.0, np.nan)))
-    return ax.pcolormesh(*map(cell_edges, grid.axes), image.T, cmap=ListedColormap([GREY]), rasterized=True)
-
-
-def colour_bar(ax: Any, drawn: Any, colours: Colouring) -> Any:
-    """Draw a colour bar with arrows where values lie beyond it and, for an indicator, its limit among the ticks."""
-    values, scale = colours.values[np.isfinite(colours.values)], drawn.norm
-    below, above = bool((values < scale.vmin).any()), bool((values > scale.vmax).any())
-    extend = {(True, True): "both", (True, False): "min", (False, True): "max", (False, False): "neither"}[below, above]
-    limit = colours.limit
-    if limit is None or not scale.vmin < limit < scale.vmax:
-        return ax.figure.colorbar(drawn, ax=ax, label=colours.label, extend=extend)
-    bar = ax.figure.colorbar(drawn, ax=ax, label=colours.label, extend=extend, spacing="uniform")
-    room = [(scale.vmax - limit) / 8, (limit - scale.vmin) / 8]  # no tick so close to the limit
-    if getattr(scale, "vcenter", None) is None:
-        room = [(scale.vmax - scale.vmin) / 16] * 2
-    ticks = [t for t in _ticks(scale.vmin, limit) if t < limit - room[1]] + [
-        t for t in _ticks(limit, scale.vmax) if t > limit + room[0]
-    ]
-    labels = [*(f"{t:g}" for t in ticks), f"limit {limit:.3g}"]
-    bar.set_ticks([*ticks, limit], labels=[text.replace("-", "\N{MINUS SIGN}") for text in labels])
-    bar.ax.get_yticklabels()[-1].set_fontweight("bold")
-    bar.ax.axhline(limit, color="black", lw=1.6)
-    if falls(colours.name):
-        bar.ax.invert_yaxis()
-    for where, text, colour in ((0.25, "regular", "white"), (0.75, "chaotic", "black")) if stepped(colours) else ():
-        style = {"rotation": 90, "ha": "center", "va": "center", "fontsize": 7.5, "color": colour}
-        bar.ax.text(0.5, where, text, transform=bar.ax.transAxes, **style)
-    return bar
-
-
-def plain_numbers(bar: Any) -> None:
-    """Write the ticks of a logarithmic colour bar as numbers without powers."""
-    from matplotlib.ticker import LogFormatter
-
-    bar.ax.yaxis.set_major_formatter(LogFormatter())
-    bar.ax.yaxis.set_minor_formatter(LogFormatter())
-
-
-def _ticks(low: float, high: float) -> list[float]:
-    from matplotlib.ticker import MaxNLocator
-
-    return [float(t) for t in MaxNLocator(4).tick_values(low, high) if low <= t <= high]
-
-
-@figure
-def plot_starts(
-    starts: EnergyGrid | EnergySample, *, ax: Any = None, values: Any = None, size: float = 4.0, **options: Any
-) -> Artists:
-    """Draw where the orbits of an EnergyGrid or EnergySample start; cells of a grid that the energy does not reach are
-    pale.
-
-    :Parameters: values: (orbits,) or a `Colouring`, to colour cells or dots, with `norm`, `vmin`, `vmax`, `label` and
-        `colorbar` as in `plot_diffusion_grid`; size: area of a dot in square points.
-    :Returns: Artists: points are the dots, whose clicks pick the orbit; `missing` counts orbits without a value.
-    """
-    from matplotlib.colors import ListedColormap
-
-    if values is not None:
-        if isinstance(starts, EnergyGrid):
-            return plot_diffusion_grid(starts, values, ax=ax, **options)
-        return _sample(starts, values, ax=ax, **options)
-    at = places(starts)
-    if isinstance(starts, EnergyGrid) and starts.forbidden.any():
-        image = np.ma.masked_equal(starts.forbidden, False)
-        ax.pcolormesh(*map(cell_edges, starts.axes), image.T, cmap=ListedColormap(["0.9"]), rasterized=True)
-    points = ax.scatter(*at, s=size, color=DARK, linewidths=0, rasterized=True)
-    carry(points, at[0], at[1], np.arange(at.shape[1]))
-    ax.set(xlabel=f"${symbol(starts.names[0])}$", ylabel=f"${symbol(starts.names[1])}$")
-    return Artists(points, None, (), (), 0)
-
-
-def _sample(
-    starts: EnergySample,
-    values: Any,
-    *,
-    ax: Any,
-    norm: Any = None,
-    vmin: float | None = None,
-    vmax: float | None = None,
-    label: str | None = None,
-    colorbar: bool = True,
-) -> Artists:
-    """Draw values of the orbits of a sample as dots."""
-    colours = _colours(starts, values, starts.z0.shape[1], norm, vmin, vmax, label)
-    assert colours is not None
-    at, each = places(starts), colours.values
-    fine = np.isfinite(each)
-    area = float(np.clip(24000 / max(fine.size, 1), 2.0, 24.0))
-    ax.scatter(*at[:, ~fine], s=area, color=GREY, linewidths=0, rasterized=True)
-    how = {"cmap": colours_of(colours), "norm": colours.norm}
-    points = ax.scatter(*at[:, fine], c=each[fine], s=area, linewidths=0, rasterized=True, **how)
-    carry(points, at[0, fine], at[1, fine], np.flatnonzero(fine))
-    ax.set(xlabel=f"${symbol(starts.names[0])}$", ylabel=f"${symbol(starts.names[1])}$")
-    bar = colour_bar(ax, points, colours) if colorbar else None
-    return Artists(points, bar, (), (), int(np.count_nonzero(~fine)))
 
 
 @figure

@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 
 from ..analysis.frequencies.naff import FrequencyLines
-from ..analysis.tori.action_angles import ActionAngles, EnergyOfActions
+from ..analysis.tori.action_angles import ActionAngles
+from ..analysis.tori.inverse_tori import EnergyOfActions
 from ..analysis.tori.torus import TorusFit
 from ..base.numbers import numbers, whole
 from .picking import carry

@@ -7,18 +7,17 @@ from .catalogue import (
     BLANES_CASAS_ESCORIHUELA8,
     BLANES_MOAN6,
     DOP853,
-    GAUSS8,
-    GAUSS16,
     ITERATION,
     KAHAN_LI8,
     LEAPFROG,
     RK4,
+    RKN12,
     SCHEMES,
     SOFRONIOU_SPALETTA8,
     SOFRONIOU_SPALETTA10,
     VERNER9,
     YOSHIDA4,
-    Collocation,
+    Nystrom,
     RungeKutta,
     Scheme,
     Splitting,
@@ -26,6 +25,7 @@ from .catalogue import (
     scheme_named,
     triple_jump,
 )
+from .collocation import GAUSS8, GAUSS16, Collocation
 from .time_transformed import Algebraic, Exponential, Logistic, TimeTransformed
 
 __all__ = [
@@ -39,6 +39,7 @@ __all__ = [
     "KAHAN_LI8",
     "LEAPFROG",
     "RK4",
+    "RKN12",
     "SCHEMES",
     "SOFRONIOU_SPALETTA8",
     "SOFRONIOU_SPALETTA10",
@@ -49,6 +50,7 @@ __all__ = [
     "Collocation",
     "Exponential",
     "Logistic",
+    "Nystrom",
     "RungeKutta",
     "Scheme",
     "Splitting",

@@ -17,9 +17,11 @@ from .catalogue import (
     GAUSS8,
     GAUSS16,
     KAHAN_LI8,
+    RKN12,
     SOFRONIOU_SPALETTA10,
     VERNER9,
     Collocation,
+    Nystrom,
     RungeKutta,
     Splitting,
 )
@@ -46,6 +48,11 @@ SHARE = 0.25
 """Share of the wanted energy error that a trial may use: it sees fewer orbits, for a shorter time, at fewer moments."""
 
 
+DRIVEN, NATURAL = 1e-9, 1e-12
+"""Accuracies from which on RKN12 takes less time than a splitting where the error is that of the end of a run, found by
+another one: of driven systems and of others.
+"""
+
 FINE = 1e-11
 """Error of states down to which GAUSS8 is faster than GAUSS16: the race of bench/nonseparable.py."""
 
@@ -58,6 +65,15 @@ def cheapest(error: float, quadratic: bool) -> Splitting:
     if not quadratic:
         return KAHAN_LI8
     return BLANES_MOAN6 if error >= COARSE else BLANES_CASAS_ESCORIHUELA8
+
+
+def quickest(accuracy: float, driven: bool) -> Splitting | Nystrom:
+    """Return the scheme that takes the least time for an accuracy of states at the end of a run, which another run
+    confirms, for accelerations that depend on the coordinates, and on time, alone.
+
+    Source: the race of bench/test_schemes.py, docs/schemes.md.
+    """
+    return RKN12 if accuracy <= (DRIVEN if driven else NATURAL) else cheapest(accuracy, quadratic=True)
 
 
 def fastest(error: float) -> Collocation:

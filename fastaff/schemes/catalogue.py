@@ -31,6 +31,7 @@ from ..base.numbers import flag, reals, text, whole
 from . import _dop853, _splittings, _verner98
 from .collocation import GAUSS8, GAUSS16, Collocation
 from .conditions import MOST_ORDER, Rows, Weights, agree, moments, nested, require, tableau
+from .nystrom import RKN12, Nystrom
 
 
 def _label(scheme: "Splitting | RungeKutta") -> None:
@@ -410,7 +411,7 @@ VERNER9 = RungeKutta(
     dense_order=8,
 )
 
-Scheme = Splitting | RungeKutta | Collocation
+Scheme = Splitting | Nystrom | RungeKutta | Collocation
 
 SCHEMES: Mapping[str, Scheme] = MappingProxyType(
     {
@@ -423,6 +424,7 @@ SCHEMES: Mapping[str, Scheme] = MappingProxyType(
             KAHAN_LI8,
             SOFRONIOU_SPALETTA8,
             SOFRONIOU_SPALETTA10,
+            RKN12,
             RK4,
             DOP853,
             VERNER9,

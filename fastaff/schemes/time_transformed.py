@@ -8,8 +8,9 @@ of one more degree of freedom, for the same kernels.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
@@ -69,6 +70,14 @@ class Algebraic(NamedTuple):
         return np.exp(-self.exponent * np.log(u + np.sqrt(u * u + 1.0)))
 
 
+class Rate(Protocol):
+    """What slows the fictitious time down: a NamedTuple of floats with this method."""
+
+    @property
+    def at(self) -> Callable[..., Any]:
+        """The function dt/ds of V."""
+
+
 @dataclass(frozen=True)
 class TimeTransformed:
     """A splitting in a fictitious time s that slows down near a wall: explicit, reversible, symplectic in extended
@@ -104,7 +113,7 @@ class TimeTransformed:
     """
 
     splitting: Splitting = KAHAN_LI8
-    rate: Any = None
+    rate: Rate | None = None
 
     def __repr__(self) -> str:
         return f"TimeTransformed({self.splitting!r}{'' if self.rate is None else f', {self.rate!r}'})"
@@ -128,7 +137,7 @@ class TimeTransformed:
             )
         if not np.all(np.isfinite(parameters(self.rate))):
             raise ValueError(f"rate has a parameter that is not finite: {self.rate!r}")
-        for name in {"kappa", "exponent"} & set(self.rate._fields):
+        for name in {"kappa", "exponent"} & set(vars(type(self.rate))):
             if not getattr(self.rate, name) > 0:
                 raise ValueError(f"rate.{name} must be positive, got {getattr(self.rate, name)!r}")
 

@@ -7,23 +7,25 @@ from dataclasses import dataclass, replace
 from typing import Annotated, Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from ...base.axes import along
 from ...base.interruption import keeping
 from ...base.numbers import flag, portion, whole
 from ...base.recipe import recorded
 from ...base.results import Result, put
-from ...base.short_forms import starts_of, takes
+from ...base.short_forms import Starts, starts_of, takes
 from ...base.status import Status, describe
 from ...flows.checks import checked_model
-from ...flows.flow import Flow, Report, energy_error, mark_drift
+from ...flows.flow import Flow, energy_error, mark_drift
+from ...flows.launch import Report
 from ...flows.options import Options, iterates, plan
 from ...kernels.readings import LN10
-from ...models.contracts import Model
+from ...models.contracts import Dynamics
 from ...models.traits import traits_of
 from ...schemes.catalogue import Scheme, scheme_of
 from ..orbits.tangent_map import stable_plan
-from .indicator import MANY, Character, Indicator, checked_indicators, judged, refuse
+from .indicator import MANY, Character, Indicators, checked_indicators, judged, refuse
 from .indicators import MEGNO, SALI, indicators_of
 from .shares import Shares
 from .streamed import ChaosRun
@@ -122,16 +124,16 @@ class ChaosMap(Result):
 @takes(z0=starts_of, scheme=scheme_of, indicators=indicators_of)
 @recorded
 def chaos_map(
-    body: Model,
-    z0: Any,
+    body: Dynamics,
+    z0: Starts,
     *,
     time: float,
-    indicators: tuple[Indicator, ...] = (MEGNO(), SALI()),
+    indicators: Indicators = (MEGNO(), SALI()),  # noqa: B008 - values
     history: int = 0,
     early_stop: bool = False,
-    deviations: Any = None,
+    deviations: ArrayLike | None = None,
     step: float | np.ndarray | None = None,
-    scheme: Scheme | None = None,
+    scheme: Scheme | str | None = None,
     rtol: float = 1e-12,
     atol: float = 1e-12,
     energy_tolerance: float | None = None,

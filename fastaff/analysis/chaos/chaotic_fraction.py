@@ -10,6 +10,7 @@ from dataclasses import dataclass, fields
 from typing import Annotated, Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from ...base.axes import along
 from ...base.interruption import keeping
@@ -18,12 +19,13 @@ from ...base.recipe import recorded
 from ...base.results import Result
 from ...base.short_forms import axes_of, names_of, takes
 from ...base.status import Status
-from ...flows.flow import Report
+from ...flows.launch import Report
+from ...models.contracts import Dynamics
 from ...models.traits import traits_of
 from ...schemes.catalogue import VERNER9, RungeKutta, Scheme, scheme_of
 from ..sections.energy_grid import NotReached
 from .chaos_map import chaos_map
-from .indicator import MANY, Indicator, is_indicator
+from .indicator import MANY, Indicators, is_indicator
 from .indicators import MEGNO, SALI, indicators_of
 from .shares import Shares
 
@@ -169,16 +171,16 @@ AXES = "one or two arrays of values, such as (np.linspace(1, 2, 5),)"
 @takes(scheme=scheme_of, second=scheme_of, indicators=indicators_of, names=names_of, axes=axes_of)
 @recorded
 def chaotic_fraction(
-    make: Callable[..., tuple[Any, Any]],
-    axes: Sequence[Any],
+    make: Callable[..., tuple[Dynamics, ArrayLike]],
+    axes: Sequence[ArrayLike],
     *,
-    time: float | Callable[[Any, np.ndarray], float],
-    names: Sequence[str] = (),
-    indicators: tuple[Indicator, ...] = (MEGNO(), SALI()),
+    time: float | Callable[[Dynamics, np.ndarray], float],
+    names: str | Sequence[str] = (),
+    indicators: Indicators = (MEGNO(), SALI()),  # noqa: B008 - values
     early_stop: bool = False,
     step: float | None = None,
-    scheme: Scheme | None = None,
-    second: RungeKutta | None = VERNER9,
+    scheme: Scheme | str | None = None,
+    second: RungeKutta | str | None = VERNER9,
     rtol: float = 1e-12,
     atol: float = 1e-12,
     energy_tolerance: float | None = None,
@@ -263,7 +265,7 @@ def chaotic_fraction(
         share = portion(report, number, len(cells))
         try:
             with keeping("chaotic_fraction", lambda: scan):
-                _fill(scan, cell, make, time, run, step, scheme, second, indicators, share)
+                _fill(scan, cell, make, time, run, step, scheme, second, share)
         except (TypeError, ValueError) as problem:
             at = ", ".join(f"{axis[i]:g}" for axis, i in zip(values, cell))
             raise type(problem)(f"axes at {at}: {problem}") from problem
@@ -294,7 +296,7 @@ def _empty(names: tuple[str, ...], axes: tuple[np.ndarray, ...], indicators: tup
     )
 
 
-def _fill(scan, cell, make, time, run, step, scheme, second, indicators, report) -> None:
+def _fill(scan, cell, make, time, run, step, scheme, second, report) -> None:
     """Compute one case and write its numbers into the arrays of the scan."""
     try:
         body, z0 = make(*(float(axis[i]) for axis, i in zip(scan.axes, cell)))

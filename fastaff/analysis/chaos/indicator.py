@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from abc import abstractmethod
+from collections.abc import Sequence
 from enum import IntEnum
 from typing import Any, Protocol, runtime_checkable
 
@@ -11,7 +12,8 @@ import numpy as np
 
 from ...base.names import named
 from ...base.numbers import real
-from ...flows.flow import Flow, Report
+from ...flows.flow import Flow
+from ...flows.launch import Report
 from ...flows.needs import check_needs
 from .own_passes import Watch
 
@@ -103,6 +105,9 @@ def is_indicator(value: Any) -> bool:
     """Tell whether a value, not a class, is an indicator."""
     return isinstance(value, Indicator) and not isinstance(value, type)
 
+
+Indicators = Indicator | str | Sequence[Indicator | str]
+"""Indicators of chaos, also by their names."""
 
 NEEDS = {
     "energy": "an energy: no friction, no dz/dt = f(z)",

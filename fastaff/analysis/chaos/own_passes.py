@@ -13,7 +13,8 @@ import numpy as np
 from ...base.numbers import fits
 from ...base.status import Status
 from ...flows import observers
-from ...flows.flow import Flow, Report, launch, no_memory, units
+from ...flows.flow import Flow, no_memory
+from ...flows.launch import Report, launch, units
 from ...flows.motion import motion
 from ...kernels import birkhoff
 from ...kernels import zero_one as correlations

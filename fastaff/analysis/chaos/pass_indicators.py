@@ -12,7 +12,9 @@ from typing import Any
 import numpy as np
 
 from ...base.numbers import whole
-from ...flows.flow import Flow, Report
+from ...flows.flow import Flow
+from ...flows.launch import Report
+from ...models.contracts import Angles
 from ...models.traits import traits_of
 from ..frequencies.frequency_map import checked_angles
 from .indicator import MANY, Indicator, decades
@@ -84,7 +86,7 @@ class FrequencyDiffusion(Indicator):
     """
 
     limit: float | None = None
-    angles: Any = None
+    angles: Angles | None = None
     name = "frequency_diffusion"
     least = MANY
     needs = ("energy",)

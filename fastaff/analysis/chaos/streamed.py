@@ -16,7 +16,8 @@ from ...base.sums import length
 from ...flows import observers
 from ...flows.checks import carried
 from ...flows.ensemble import Ensemble
-from ...flows.flow import Flow, Report, no_memory
+from ...flows.flow import Flow, no_memory
+from ...flows.launch import Report
 from ...flows.motion import motion, natural_rates
 from ...kernels.deviations import ROWS, layout
 from ...models.mechanics import inverse_masses

@@ -44,9 +44,11 @@ def angles_of(value: Any, _: Any = None) -> Any:
 
 
 class Layout:
-    """Which rows of signals belong to which angle: two for each libration (real Q and P), then four for each plane."""
+    """Which rows of signals belong to which angle: two for each libration (real Q and P), then four for each plane;
+    and the periods (n,) of coordinates that are signals themselves and may go round, 0 of others.
+    """
 
-    def __init__(self, angles: Any, degrees_of_freedom: int):
+    def __init__(self, angles: Any, degrees_of_freedom: int, periods: tuple[float, ...] = ()):
         self.angles, planes = angles, angles.planes
         if sorted(planes) != list(planes):
             raise ValueError(f"angles must have those of planes last, got planes {planes} of {angles!r}")
@@ -58,6 +60,12 @@ class Layout:
         self.body = bool(self.planes)
         self.separate = isinstance(angles, (AlphaBeta, RVartheta))
         self.rows, self.n = len(self.kept), degrees_of_freedom
+        self.periods = np.array(periods, dtype=np.float64)
+        if self.periods.any() and not isinstance(angles, Plain):
+            with np.errstate(all="ignore"):
+                point = np.arange(1.0, 2 * self.n + 1)
+                themselves = np.array(angles.signals(*point)[::4]) == point[: self.n]
+            self.periods = np.where(themselves, self.periods, 0.0)
 
     @functools.cached_property
     def call(self) -> Bound:

@@ -11,7 +11,7 @@ import numpy as np
 from ...base.interruption import keeping
 from ...base.numbers import fits, whole
 from ...base.recipe import recorded
-from ...base.short_forms import starts_of, takes
+from ...base.short_forms import Starts, starts_of, takes
 from ...base.status import Status
 from ...compile.jit import LANES
 from ...flows import observers
@@ -23,7 +23,7 @@ from ...flows.needs import check_needs
 from ...flows.options import Options, iterates, plan
 from ...flows.trials import on_ladder
 from ...kernels.samples import CHUNK_ROWS
-from ...models.contracts import Angles, Model
+from ...models.contracts import Angles, Dynamics
 from ...models.traits import traits_of
 from ...schemes.catalogue import Scheme, scheme_of
 from .angle_loops import Layout, Plain, angles_of
@@ -41,8 +41,8 @@ from .windows import BRIEF
 ACCURACY = 1e-11
 """Relative error that the scheme may leave in frequencies where neither a step nor an accuracy is asked for."""
 
-BUDGET = 1 << 27
-"""Bytes of samples in memory at once."""
+BUDGET, MOST = 1 << 27, 1 << 29
+"""Bytes of samples in memory at once; and of long orbits, as few of them fill no block of lanes."""
 
 PILOT = 16
 """The step's error is found over this part of the time, or a longer one of at least PILOT_STEPS steps."""
@@ -68,16 +68,16 @@ SIZES = np.array([16 * q * 2**k for k in range(40) for q in (4, 5, 6, 7)])
 @takes(z0=starts_of, scheme=scheme_of, method=method_of, angles=angles_of)
 @recorded
 def frequency_map(
-    body: Model,
-    z0: Any,
+    body: Dynamics,
+    z0: Starts,
     *,
     time: float,
     accuracy: float | None = None,
-    method: BirkhoffAverages | NaffLines = BirkhoffAverages(),  # noqa: B008 - a value
-    angles: Angles | None = None,
+    method: BirkhoffAverages | NaffLines | str = BirkhoffAverages(),  # noqa: B008 - a value
+    angles: Angles | str | None = None,
     window: int | None = None,
     step: float | np.ndarray | None = None,
-    scheme: Scheme | None = None,
+    scheme: Scheme | str | None = None,
     rtol: float = 1e-12,
     atol: float = 1e-12,
     energy_tolerance: float | None = None,
@@ -156,7 +156,8 @@ def frequency_map(
 
     Cost: a run, a half-step run over a part of it, a Fourier transform of each loop and a pass over its samples;
     several times as much where lines are not isolated (bench/test_frequency.py). Memory: samples of some orbits at a
-    time, 128 MiB or one orbit, and as much for intermediate arrays (bench/memory.py).
+    time, 128 MiB, 512 MiB of orbits so long that few fill it, or one orbit, and 128 MiB or one orbit's for intermediate
+    arrays (bench/memory.py).
 
     References
     ----------
@@ -256,7 +257,7 @@ class FrequencyWork:
             flow = _resolving(flow, self.rate, time)
         self.flow, self.angles, self.z0, self.time, self.report = flow, angles, z0, time, report
         self.accuracy, self.fallback = accuracy, fallback
-        self.layout = Layout(angles, flow.model.degrees_of_freedom)
+        self.layout = Layout(angles, flow.model.degrees_of_freedom, flow.traits.periods)
         self.n, self.orbits = len(angles.names), z0.shape[1]
         self.ensemble: Ensemble = flow.ensemble(z0.copy())
         self.found = Found(self.layout, self.orbits, lines)
@@ -304,7 +305,10 @@ class FrequencyWork:
         begin = 0
         while begin < orbits.size:
             end = begin + 1
-            while end < orbits.size and (end + 1 - begin) * counts[order[end]] * rows * 8 <= BUDGET:
+            while end < orbits.size:
+                room = BUDGET if end - begin >= flow.threads * LANES else MOST
+                if (end + 1 - begin) * counts[order[end]] * rows * 8 > room:
+                    break
                 if flow.adaptive and counts[order[end]] != counts[order[begin]]:
                     break
                 end += 1
@@ -353,9 +357,11 @@ class FrequencyWork:
         # Tables are longer than the samples of a long orbit: these are read by equal numbers.
         kinds = np.where(counts[done] > BRIEF, counts[done], 0)
         scheme = self.flow.scheme
-        for some in np.split(done, np.flatnonzero(np.diff(kinds)) + 1) if done.size else ():
-            samples = Samples(signals.of(some), start.of(some), scheme.order if scheme.symplectic else 0)
-            self._adopt(orbits[some], samples)
+        for alike in np.split(done, np.flatnonzero(np.diff(kinds)) + 1) if done.size else ():
+            parts = max(1, math.ceil(8 * self.layout.rows * float(counts[alike].sum()) / BUDGET))
+            for some in np.array_split(alike, min(parts, alike.size)):
+                samples = Samples(signals.of(some), start.of(some), scheme.order if scheme.symplectic else 0)
+                self._adopt(orbits[some], samples)
         self.unfinished[orbits] &= self.accuracy is not None  # with one, once its error is judged
         self.done += orbits.size
         if self.report is not None:
@@ -386,10 +392,6 @@ class FrequencyWork:
         """Fill in what samples of these orbits say."""
         found = read(self.layout, samples, self.fallback, self.flow.threads)
         self.found.adopt(orbits, found)
-        # How fast an angle goes round is in no line of its loop.
-        turns = np.array(self.flow.traits.periods)[:, None]
-        wound = np.abs(self.ensemble.z[: self.n, orbits] - self.z0[: self.n, orbits]) > turns
-        self.found.vague[orbits] |= ((turns > 0) & wound).any(axis=0) & (self.found.rank[orbits] < self.n)
         if self.found.lines is not None:
             # The first sample is an interval after the start.
             self.found.lines.adopt(orbits, self.layout, samples.run, 1.0)

@@ -321,7 +321,8 @@ def _lines(spectra: Spectra, orbits: np.ndarray, lines: int, threads: int) -> tu
     n = spectra.n[orbits]
     for samples in np.unique(n):
         own = np.flatnonzero(n == samples)
-        parts = spectra.numbers[spectra.start[orbits[own], None] + np.arange(m * samples)].reshape(-1, samples)
+        begins = spectra.start[orbits[own]]
+        parts = np.concatenate([spectra.numbers[at : at + m * samples] for at in begins]).reshape(-1, samples)
         most = max(1, min(lines, int(samples) // 4 - APART_ORDER))
         found = lines_of_transforms(parts, APART_ORDER, most, threads if len(parts) > FEW else 1)
         value, amplitude, error, residual = (entry.reshape(own.size, m, *entry.shape[1:]) for entry in found)

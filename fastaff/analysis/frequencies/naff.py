@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from typing import Annotated
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from ...base.axes import along
 from ...base.interruption import keeping
@@ -56,7 +57,7 @@ class FrequencyLines(Result, axis="signal"):
 
 
 def naff(
-    signal,
+    signal: ArrayLike,
     dt: float,
     *,
     lines: int,

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from ...base.interruption import keeping
 from ...base.numbers import reporter, whole
@@ -13,8 +15,8 @@ from ...base.status import Status
 from ...compile.threads import checked_threads
 from ...flows.checks import checked_model
 from ...flows.flow import Report
-from ...models.contracts import Angles, Model
-from ..orbits.given_orbits import GivenOrbits, ends, given_orbits, lengths
+from ...models.contracts import Angles, Dynamics
+from ..orbits.given_orbits import Given, GivenOrbits, ends, given_orbits, lengths
 from .angle_loops import Layout, Plain, angles_of
 from .found_frequencies import Found
 from .frequencies import FrequencyMap
@@ -39,14 +41,14 @@ that of a line with three and a half samples a period.
 
 @takes(method=method_of, angles=angles_of)
 def orbit_frequencies(
-    samples: Any,
+    samples: Given,
     dt: float | None = None,
     *,
-    times: Any = None,
-    coordinates: Any = None,
-    body: Model | None = None,
-    angles: Angles | None = None,
-    method: BirkhoffAverages | NaffLines = BirkhoffAverages(),  # noqa: B008 - a value
+    times: ArrayLike | None = None,
+    coordinates: str | Sequence[str] | None = None,
+    body: Dynamics | None = None,
+    angles: Angles | str | None = None,
+    method: BirkhoffAverages | NaffLines | str = BirkhoffAverages(),  # noqa: B008 - a value
     lines: int | None = None,
     threads: int | None = None,
     report: Report | None = None,

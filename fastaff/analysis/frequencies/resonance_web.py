@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from typing import Annotated, Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from ...base.axes import along
 from ...base.numbers import an_array, entries, numbers, real, shown, span, whole
@@ -45,13 +46,13 @@ class ResonanceLine(Result, axis=None):
 
 
 def resonance_web(
-    nu: Any,
+    nu: ArrayLike | Result,
     *,
-    axes: Sequence[Any] | None = None,
+    axes: Sequence[ArrayLike] | Result | None = None,
     max_order: int = 8,
-    resonances: Any = None,
+    resonances: ArrayLike | None = None,
     tolerance: float = 1e-6,
-    errors: Any = None,
+    errors: ArrayLike | None = None,
     jump: float | None = None,
     shortest: int = 4,
 ) -> list[ResonanceLine]:
@@ -192,7 +193,7 @@ def _segment(k: np.ndarray, box: np.ndarray) -> np.ndarray | None:
     return np.clip(foot + np.outer([low, high], along), box[:, 0], box[:, 1])
 
 
-def _axes(axes: Sequence[Any] | None, shape: tuple[int, ...]) -> tuple[np.ndarray, np.ndarray]:
+def _axes(axes: Any, shape: tuple[int, ...]) -> tuple[np.ndarray, np.ndarray]:
     """Return the two coordinates of a grid."""
     takes = f"two increasing arrays of {shape[0]} and {shape[1]} coordinates"
     given = [np.arange(m) for m in shape] if axes is None else entries("axes", axes, takes)

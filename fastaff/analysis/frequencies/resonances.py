@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from typing import Annotated, Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from ...base.axes import along
 from ...base.interruption import keeping
@@ -135,11 +136,11 @@ def vectors(n: int, max_order: int) -> np.ndarray:
 
 
 def resonances(
-    nu: Any,
+    nu: ArrayLike | Result,
     *,
     max_order: int = 8,
     tolerance: float = 1e-9,
-    errors: Any = None,
+    errors: ArrayLike | None = None,
     names: Sequence[str] | None = None,
     threads: int | None = None,
     report: Report | None = None,
@@ -201,19 +202,18 @@ def resonances(
     (array(1), '2 nu_1 - nu_2 = 0')
     """
     reporter(report)
-    if (
-        isinstance(nu, Tunes) or getattr(nu, "scheme", None) == ITERATION
-    ):  # known modulo 1: the turn's own frequency is one of them
-        row = np.ones((1, *nu.nu.shape[1:]))
-        errors = np.concatenate([nu.error, 0 * row]) if errors is None else errors
-        names = (*nu.names, "turn") if names is None else names
-        nu = np.concatenate([nu.nu, row])
-    if hasattr(nu, "nu") and hasattr(nu, "names"):  # a result that carries its names
-        names = nu.names if names is None else names
-        if errors is None and np.shape(nu.error) == np.shape(nu.nu):
-            errors = nu.error
-        nu = nu.nu
-    nu, errors = checked_frequencies(nu, errors)
+    given: Any = nu
+    if isinstance(given, Tunes) or getattr(given, "scheme", None) == ITERATION:
+        row = np.ones((1, *given.nu.shape[1:]))  # known modulo 1: the turn's own frequency is one of them
+        errors = np.concatenate([given.error, 0 * row]) if errors is None else errors
+        names = (*given.names, "turn") if names is None else names
+        given = np.concatenate([given.nu, row])
+    if hasattr(given, "nu") and hasattr(given, "names"):  # a result that carries its names
+        names = given.names if names is None else names
+        if errors is None and np.shape(given.error) == np.shape(given.nu):
+            errors = given.error
+        given = given.nu
+    nu, errors = checked_frequencies(given, errors)
     max_order, tolerance = whole("max_order", max_order, 1), real("tolerance", tolerance)
     if max_order > MAX_ORDER:
         raise ValueError(f"max_order must be at most {MAX_ORDER}, got {max_order}")

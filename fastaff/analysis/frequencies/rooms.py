@@ -7,7 +7,7 @@ import threading
 
 import numpy as np
 
-KEPT = 1 << 26
+KEPT = 1 << 27
 """Bytes up to which memory is kept for the next call: to get new pages costs as much as a run."""
 
 

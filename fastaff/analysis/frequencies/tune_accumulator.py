@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import copy
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Annotated, Any
+from typing import Annotated
 
 import numpy as np
 
@@ -13,7 +14,7 @@ from ...base.results import Result
 from ...base.status import Status
 from ...compile.threads import checked_threads
 from ...kernels import tunes as kernels
-from ..orbits.given_orbits import gap, given_orbits, row_names, stays
+from ..orbits.given_orbits import Given, gap, given_orbits, row_names, stays
 from .tunes import Tunes, tunes_of
 from .turning import PIECE, Means, Turning, Window, run_orbits, without_standing
 
@@ -104,7 +105,7 @@ class TuneAccumulator:
     array([[0.28]])
     """
 
-    def __init__(self, coordinates: Any = None, *, threads: int | None = None):
+    def __init__(self, coordinates: str | Sequence[str] | None = None, *, threads: int | None = None):
         self._coordinates = None if coordinates is None else row_names(coordinates)
         self._threads = threads
         checked_threads(threads)
@@ -135,7 +136,7 @@ class TuneAccumulator:
         """
         return self._pushed().state()
 
-    def push(self, samples: Any) -> None:
+    def push(self, samples: Given) -> None:
         """Take the next turns of all orbits.
 
         :Parameters: samples (2n, orbits, turns), any number of turns, or (2n, turns) of one orbit, as `tunes` takes

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import Annotated, Any
+from typing import Annotated
 
 import numpy as np
 
@@ -18,7 +18,7 @@ from ...base.status import Status
 from ...compile.plane_loops import COLUMNS
 from ...compile.threads import checked_threads
 from ...flows.flow import Report
-from ..orbits.given_orbits import GivenOrbits, ends, given_orbits, lengths
+from ..orbits.given_orbits import Given, GivenOrbits, ends, given_orbits, lengths
 from .angle_lines import AngleLines, LineTable
 from .angle_loops import Layout, Plain
 from .frequencies import MANY_TURNS, FrequencyKind
@@ -124,10 +124,10 @@ class Tunes(Result):
 
 @takes(method=method_of)
 def tunes(
-    samples: Any,
+    samples: Given,
     *,
-    coordinates: Any = None,
-    method: BirkhoffAverages | NaffLines = BirkhoffAverages(),  # noqa: B008 - a value
+    coordinates: str | Sequence[str] | None = None,
+    method: BirkhoffAverages | NaffLines | str = BirkhoffAverages(),  # noqa: B008 - a value
     lines: int | None = None,
     threads: int | None = None,
     report: Report | None = None,

@@ -7,9 +7,11 @@ from typing import Any, NamedTuple
 from weakref import WeakValueDictionary
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from ...base.foreign import read_by, without_unit
 from ...base.numbers import an_array, entries, fits, numbers, positive, refuse_unit, shown
+from ...base.results import Result
 from ...base.status import Status
 
 COORDINATES = ("coordinate", "coordinates", "component", "components", "row", "rows", "variable", "variables")
@@ -28,6 +30,9 @@ LADDER = 8
 
 SAMPLED: WeakValueDictionary[int, np.ndarray] = WeakValueDictionary()
 """The `samples` (samples, 2n, orbits) of results of `integrate`, by identity: their axes are known."""
+
+Given = ArrayLike | Mapping[Any, ArrayLike] | Result
+"""Orbits of any program, by rows or by name; objects of most tools have no types."""
 
 
 class GivenOrbits(NamedTuple):

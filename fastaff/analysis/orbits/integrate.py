@@ -13,17 +13,18 @@ from ...base.interruption import keeping
 from ...base.numbers import fits, whole
 from ...base.recipe import recorded
 from ...base.results import Result
-from ...base.short_forms import starts_of, takes
+from ...base.short_forms import Starts, starts_of, takes
 from ...base.status import Status
 from ...flows.accuracy import halved, planned, until
 from ...flows.checks import energy_drift
 from ...flows.coordinates import chart_row
 from ...flows.ensemble import Ensemble
-from ...flows.flow import Flow, Report, Wear, energy_error, mark_drift
+from ...flows.flow import Flow, Wear, energy_error, mark_drift
+from ...flows.launch import Report
 from ...flows.motion import motion
 from ...flows.options import Options, iterates, plan, suited
 from ...flows.time_transformed import TransformedFlow
-from ...models.contracts import Model
+from ...models.contracts import Dynamics
 from ...models.mechanics import energies, kinetic_energies
 from ...models.traits import traits_of
 from ...schemes.automatic import Automatic
@@ -78,13 +79,13 @@ class Orbits(Result):
 @takes(z0=starts_of, scheme=scheme_of)
 @recorded
 def integrate(
-    body: Model,
-    z0: Any,
+    body: Dynamics,
+    z0: Starts,
     *,
     time: float,
     accuracy: float | None = None,
     step: float | np.ndarray | None = None,
-    scheme: Scheme | TimeTransformed | Automatic | None = None,
+    scheme: Scheme | str | TimeTransformed | Automatic | None = None,
     samples: int = 0,
     rtol: float = 1e-12,
     atol: float = 1e-12,
@@ -112,8 +113,8 @@ def integrate(
     scheme : scheme or str, optional
         A splitting, a Runge-Kutta scheme, a name ("KAHAN_LI8", "dop853"), `TimeTransformed` for steep walls, or AUTO,
         which chooses by trial. Default: the splitting with the fewest forces for the accuracy: BLANES_MOAN6 from 1e-7,
-        below it BLANES_CASAS_ESCORIHUELA8; KAHAN_LI8 where T is not quadratic in the momenta, and where a step is given
-        (docs/schemes.md).
+        below it BLANES_CASAS_ESCORIHUELA8, and RKN12, which is no splitting, from 1e-12, of driven systems from 1e-9;
+        KAHAN_LI8 where T is not quadratic in the momenta, and where a step is given (docs/schemes.md).
     samples : int, default 0
         Number of equidistant samples in (0, time].
     rtol, atol : float, default 1e-12
@@ -148,7 +149,7 @@ def integrate(
     it, near a separatrix by many orders. The estimates cover 99 % of the true errors. Where rounding alone exceeds the
     accuracy, the error is larger and `accurate_until` ends. Errors of chaotic orbits grow exponentially: no step keeps
     them small, and `accurate_until` tells how long they are. The domain is checked between steps: an orbit that leaves
-    it for less than a step goes unnoticed. The energy error of a splitting does not grow with time.
+    it for less than a step goes unnoticed. The energy error of a splitting does not grow with time, that of RKN12 does.
 
     Cost: `stages` forces per step, and half as much again for the second run, twice where rounding exceeds the
     accuracy. Orbits of an adaptive scheme take their own steps; a lane is refilled when its orbit ends. Peak memory:

@@ -6,22 +6,24 @@ from dataclasses import dataclass, replace
 from typing import Annotated, Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from ...base.axes import along
 from ...base.interruption import keeping
 from ...base.numbers import numbers
 from ...base.recipe import recorded
 from ...base.results import Result
-from ...base.short_forms import starts_of, takes
+from ...base.short_forms import Starts, starts_of, takes
 from ...base.status import Status
 from ...base.sums import length
 from ...flows import motion, observers
 from ...flows.checks import carried, checked_tangent_model
 from ...flows.coordinates import chart_row
 from ...flows.ensemble import Ensemble
-from ...flows.flow import Flow, Report, energy_error, mark_drift, no_memory
+from ...flows.flow import Flow, energy_error, mark_drift, no_memory
+from ...flows.launch import Report
 from ...flows.options import Options, Plan, iterates, plan, suited
-from ...models.contracts import Model
+from ...models.contracts import Dynamics
 from ...models.mechanics import frame_rate, tangent_velocities, without_time
 from ...models.traits import traits_of
 from ...schemes.catalogue import Scheme, scheme_of
@@ -58,13 +60,13 @@ class TangentMap(Result):
 @takes(z0=starts_of, scheme=scheme_of)
 @recorded
 def tangent_map(
-    body: Model,
-    z0: Any,
+    body: Dynamics,
+    z0: Starts,
     *,
     time: float,
-    deviations: Any = None,
+    deviations: ArrayLike | None = None,
     step: float | np.ndarray | None = None,
-    scheme: Scheme | None = None,
+    scheme: Scheme | str | None = None,
     rtol: float = 1e-12,
     atol: float = 1e-12,
     energy_tolerance: float | None = None,

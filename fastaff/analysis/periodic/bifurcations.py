@@ -52,7 +52,12 @@ class Bifurcation(Result, axis=None):
 
 
 def residue_products(orbits: PeriodicOrbits) -> np.ndarray:
-    """Return the products (orbits, 2) of the residues and of 1 - residue."""
+    """Return the products (orbits, 2) of the residues and of 1 - residue; of multipliers without pairs those that they
+    generalise, of (1 - multiplier)/2 and of (1 + multiplier)/2.
+    """
+    if not orbits.paired:
+        values = orbits.multipliers
+        return np.array([np.prod((1 - values) / 2, axis=0).real, np.prod((1 + values) / 2, axis=0).real]).T
     R = orbits.residues
     return np.array([np.prod(R, axis=0).real, np.prod(1 - R, axis=0).real]).T
 
@@ -70,7 +75,8 @@ def bifurcations(family: Any, points: list[Any], arclength: np.ndarray, orbits: 
             if abs(product) < VANISHING or error > 0.01 * abs(following.u[-1] - last.u[-1]):
                 event = Event.DOUBLING if kind else Event.FOLD if turned else Event.BRANCHING
                 place, value, time = float(arclength[k] + s), float(point.u[-1]), float(point.back.time[0])
-                found.append(Bifurcation(event, place, value, z=point.u[:-1], time=time, error=error))
+                z = point.u[: len(orbits.z)]
+                found.append(Bifurcation(event, place, value, z=z, time=time, error=error))
     return sorted(found, key=lambda b: b.arclength)
 
 

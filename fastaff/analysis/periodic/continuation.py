@@ -14,21 +14,19 @@ from ...base.interruption import keeping
 from ...base.numbers import numbers, positive, real, shown, whole
 from ...base.recipe import recorded
 from ...base.results import Result
-from ...base.short_forms import takes
+from ...base.short_forms import Starts, takes
 from ...base.status import Status
 from ...flows.needs import check_needs
 from ...flows.options import Options, plan
 from ...formulas.section_text import section_of
-from ...models.contracts import Model, Section
+from ...models.contracts import Dynamics, Section
 from ...schemes.catalogue import Scheme, scheme_of
 from .bifurcations import Bifurcation, bifurcations
 from .family import VANISHED, Family, Point
 from .found_orbits import PeriodicOrbits, no_orbits
-from .own_units import orbit_scale
+from .own_units import Scale, orbit_scale
 from .periodic_orbits import LONGER, periodic_orbits
-from .return_map import (
-    checked_return,
-)
+from .return_map import checked_return
 
 EASY = 3
 """Corrections after which the next step along the branch is longer."""
@@ -76,10 +74,10 @@ class Branch(Result, axis="point"):
 @takes(section=section_of, scheme=scheme_of)
 @recorded
 def continuation(
-    model: Model,
-    z0: Any,
+    model: Dynamics,
+    z0: Starts,
     *,
-    section: Section | None = None,
+    section: Section | str | None = None,
     period: int = 1,
     parameter: float | None = None,
     energy: float | None = None,
@@ -91,7 +89,7 @@ def continuation(
     max_time: float | None = None,
     tolerance: float = 1e-12,
     step: float | None = None,
-    scheme: Scheme | None = None,
+    scheme: Scheme | str | None = None,
     rtol: float = 1e-13,
     atol: float = 1e-13,
     threads: int | None = None,
@@ -144,8 +142,10 @@ def continuation(
     point's own: shortened until that moves the return no more than the tolerance, and longer again where it may be.
     Bifurcations are sign changes of the product of the residues, or of 1 - residue, between two points, polished in the
     arclength by false position (the Illinois rule). A residue that touches 0 or 1, or passes it twice between two
-    points, is not seen. At a branching the branch goes straight on. Cost: about 3 returns of 2n + 1 vectors for each
-    point (9 with a parameter), of one orbit at a time.
+    points, is not seen. Of dz/dt = f(z), whose limit cycles are followed in a parameter, products of (1 - m)/2 and
+    (1 + m)/2 over the multipliers m take their place; a pair that leaves the unit circle elsewhere (a torus is born)
+    is seen in `stability` alone. At a branching the branch goes straight on. Cost: about 3 returns of 2n + 1 vectors
+    for each point (9 with a parameter), of one orbit at a time.
 
     References
     ----------
@@ -163,7 +163,6 @@ def continuation(
     make, first_model = _family(model, parameter)
     section = section_of(section, first_model)
     scheme = checked_return(first_model, section, scheme)
-    check_needs(first_model, "a residue")
     if parameter is None:
         check_needs(first_model, "a branch along the energy")
     if not isinstance(direction, (int, float, np.number)) or direction not in (-1, 1):
@@ -172,47 +171,43 @@ def continuation(
     longest, tolerance = positive("longest", longest), positive("tolerance", tolerance)
     length = min(positive("length", length), longest)
     steps, period = whole("steps", steps, 1), whole("period", period, 1)
+    limit = None if max_time is None else positive("max_time", max_time)
     none, (status, ending) = no_orbits(first_model, section, scheme), STOPPED
     empty = Branch(np.zeros(0), np.zeros(0), none, bifurcations=(), status=status, ending=ending)
+    how: Any = {"scheme": scheme, "step": step, "rtol": rtol, "atol": atol, "threads": threads}
     with keeping("continuation", lambda: empty):
-        first = periodic_orbits(
-            first_model,
-            z0,
-            section=section,
-            period=period,
-            energy=energy,
-            max_time=max_time,
-            tolerance=tolerance,
-            step=step,
-            scheme=scheme,
-            rtol=rtol,
-            atol=atol,
-            threads=threads,
-        )
+        cut: Any = {"section": section, "period": period, "max_time": max_time}
+        first = periodic_orbits(first_model, z0, energy=energy, tolerance=tolerance, **cut, **how)
         if first.status.size != 1 or first.status[0] != Status.OK:
             raise ValueError(f"z0 must be a guess (2n,) that leads to a periodic orbit, got {first.summary()}")
         value = float(first.energy[0]) if parameter is None else parameter
         if not low <= value <= high:
             raise ValueError(f"bounds must contain the first value {value!r}, got {bounds!r}")
-        given = not np.isinf(first.step[0]) and section is not None
-        taken = float(first.step[0]) if given else None
-        flow = plan(first_model, first.z, Options(first.scheme, taken, rtol=rtol, atol=atol, threads=threads)).flow
-        limit = None if max_time is None else positive("max_time", max_time)
+        how["step"] = None if section is None or np.isinf(first.step[0]) else float(first.step[0])
+        # z: of an odd number of variables with the idle row.
+        flow, z, _ = plan(first_model, first.z, Options(**{**how, "scheme": first.scheme}))
+        surface = None if section is None else flow.section(section)
         own = step is None and flow.fixed
-        scale = orbit_scale(first_model, first.z, first.energy, flow.threads)
+        scale = orbit_scale(first_model, z, first.energy, flow.threads)
         units = np.append(scale.rows[:, 0], scale.energy[0])
-        kept = None if parameter is None else float(first.energy[0])
-        wait = LONGER * first.time[0]
-        family = Family(make, flow, section, period, limit, tolerance, kept, own, units=units, wait=wait)
-        if parameter is not None:
-            units[-1] = family.parameter_unit(np.append(first.z[:, 0], value), scale)
-        start = family.corrected(np.append(first.z[:, 0], value), None, scale, first.step[0])
-        if start is None:
-            raise ValueError("z0 leads to an orbit that cannot be continued")
+        kept, wait = None if parameter is None else float(first.energy[0]), LONGER * first.time[0]
+        more: Any = {"own_step": own, "units": units, "wait": wait}
+        family = Family(make, flow, surface, section, period, limit, tolerance, kept, **more)
+        start = _first_point(family, np.append(z[:, 0], value), scale, first.step[0])
     points = [_turned(start, direction)]
     with keeping("continuation", lambda: _branch(family, points, *STOPPED)):
         branch = _branch(family, points, *_follow(family, points, length, longest, steps, (low, high)))
         return replace(branch, bifurcations=tuple(bifurcations(family, points, branch.arclength, branch.orbits)))
+
+
+def _first_point(family: Family, u: np.ndarray, scale: Scale, step: float) -> Point:
+    """Return the first orbit as a point of the family, once the family has its unit of the parameter."""
+    if family.energy is not None:
+        family.units[-1] = family.parameter_unit(u, scale)
+    start = family.corrected(u, None, scale, step)
+    if start is None:
+        raise ValueError("z0 leads to an orbit that cannot be continued")
+    return start
 
 
 def _branch(family: Family, points: list[Point], status: Status, ending: str) -> Branch:

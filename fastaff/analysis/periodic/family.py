@@ -70,13 +70,14 @@ class Point:
 class Family:
     """The equations of a family: flow(z) = z on the section and the energy, for z and the energy or parameter.
 
-    energy: None where it is the value itself; own_step: whether the scheme's step may change; units (2n + 1,) of z and
-    value; wait: time to wait for a return at least, where none is given.
+    section: the one asked, of the rows in memory; energy: None where it is the value itself; own_step: whether the
+    scheme's step may change; units (2n + 1,) of z and value; wait: least time to wait, where none is given.
     """
 
     make: Callable
     flow: Flow
     section: Any
+    asked: Any
     period: int
     max_time: float | None
     tolerance: float
@@ -144,7 +145,7 @@ class Family:
         if self.section is None:  # of a map, which has no energy
             column[:rows] = unit * self.shifted(u, back, scale, step, 1e-5 * unit)
             return np.column_stack([closing, column])
-        length = np.linalg.norm(energy_gradient(model, z)[0] * scale.rows[:, 0])
+        length = np.linalg.norm(energy_gradient(model, z)[0] * scale.rows[:, 0]) or 1.0  # dz/dt = f(z) has no energy
         if self.energy is None:
             column[rows + 1] = -unit / length
         else:
@@ -245,7 +246,7 @@ class Family:
         """Return a point of the branch as PeriodicOrbits of one orbit."""
         residual = point.scale.norm(point.back.points[:, -1] - point.u[:-1])
         energy, count = self.aim(point.u[-1]), np.array([point.corrections + 1])
-        return packed(
+        found = packed(
             self.at(point.u[-1], point.step),
             self.section,
             point.u[:-1, None],
@@ -257,6 +258,7 @@ class Family:
             reduced_error=point.errors.reduced,
             iterations=count,
         )
+        return replace(found, section=self.asked)
 
     def products(self, point: Point) -> np.ndarray:
         """Return the products of the residues and of 1 - residue: they change sign at bifurcations."""

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -9,11 +12,11 @@ import numpy as np
 from ...base.interruption import Interrupted, keeping
 from ...base.numbers import positive, whole
 from ...base.recipe import recorded
-from ...base.short_forms import starts_of, takes
+from ...base.short_forms import Starts, starts_of, takes
 from ...flows.motion import typical_rate
 from ...flows.options import Options
 from ...formulas.section_text import section_of
-from ...models.contracts import Model, Section
+from ...models.contracts import Dynamics, Section
 from ...models.traits import traits_of
 from ...schemes.catalogue import Scheme, scheme_of
 from ..sections.poincare_map import poincare_map
@@ -71,10 +74,10 @@ def periodic_guesses(section_map: SectionMap, period: int, *, most: int = 100, a
 @takes(z0=starts_of, section=section_of, scheme=scheme_of)
 @recorded
 def find_periodic_orbits(
-    model: Model,
-    z0: Any,
+    model: Dynamics,
+    z0: Starts | SectionMap,
     *,
-    section: Section | None = None,
+    section: Section | str | None = None,
     max_period: int,
     energy: float | None = None,
     most: int = 100,
@@ -84,7 +87,7 @@ def find_periodic_orbits(
     tolerance: float = 1e-12,
     iterations: int = 40,
     step: float | None = None,
-    scheme: Scheme | None = None,
+    scheme: Scheme | str | None = None,
     rtol: float = 1e-13,
     atol: float = 1e-13,
     threads: int | None = None,
@@ -144,68 +147,55 @@ def find_periodic_orbits(
     """
     scheme = checked_return(model, section, scheme)
     longest = whole("max_period", max_period, 1)
-    given = isinstance(z0, SectionMap)
-    rows = traits_of(model).rows
-    if given and len(z0.points) != rows:
-        raise ValueError(f"z0 must be a SectionMap of {rows} rows, got one of {len(z0.points)}")
-    starts = z0.points[:, 0, z0.counts > 0] if given else z0
-    flow, z, _ = checked_guesses(model, starts, None, Options(scheme, step, rtol=rtol, atol=atol, threads=threads))
+    seen, rows = z0 if isinstance(z0, SectionMap) else None, traits_of(model).rows
+    if seen is not None and len(seen.points) != rows:
+        raise ValueError(f"z0 must be a SectionMap of {rows} rows, got one of {len(seen.points)}")
+    starts = z0 if seen is None else seen.points[:, 0, seen.counts > 0]
+    how: Any = {"scheme": scheme, "step": step, "rtol": rtol, "atol": atol, "threads": threads}
+    flow, z, _ = checked_guesses(model, starts, None, Options(**how))
+    how["scheme"] = flow.scheme
     count = longest + 8 if crossings is None else whole("crossings", crossings, 2)
     wait = WAIT / typical_rate(model, z) if max_time is None else positive("max_time", max_time) / count
-    found: list[PeriodicOrbits] = []
-
-    def near_returns() -> SectionMap:
-        if given:
-            return z0
-        return poincare_map(
-            model,
-            z[:rows],
-            section=section,
-            crossings=count,
-            max_time=None if section is None or traits_of(model).driven else wait * count,
-            step=step,
-            scheme=flow.scheme,
-            rtol=rtol,
-            atol=atol,
-            threads=threads,
-        )
-
-    def newton(guesses: np.ndarray, period: int) -> PeriodicOrbits:
-        try:
-            return periodic_orbits(
-                model,
-                guesses,
-                section=section,
-                period=period,
-                energy=energy,
-                tolerance=tolerance,
-                iterations=iterations,
-                max_time=None if max_time is None else wait * period,
-                step=step,
-                scheme=flow.scheme,
-                rtol=rtol,
-                atol=atol,
-                threads=threads,
-            )
-        except Interrupted as stopped:
-            found.append(stopped.partial.take(stopped.partial.prime == period))
-            raise
-
-    def search(guesses: np.ndarray, period: int) -> None:
-        if guesses.size:
-            orbits = newton(guesses, period)
-            prime = orbits.prime
-            found.append(orbits.take(prime == period))
-            for shorter in np.unique(prime[(prime > 0) & (prime < period)]):
-                search(orbits.z[:, prime == shorter], int(shorter))
-
-    def partial() -> PeriodicOrbits:
-        return PeriodicOrbits.concat([no_orbits(model, section, flow.scheme), *found]).unique()
-
-    with keeping("find_periodic_orbits", partial):
-        seen = near_returns()
+    newton = partial(
+        periodic_orbits, model, section=section, energy=energy, tolerance=tolerance, iterations=iterations, **how
+    )
+    search = _Search(newton, None if max_time is None else wait, [no_orbits(model, section, flow.scheme)])
+    with keeping("find_periodic_orbits", search.orbits):
+        if seen is None:
+            limit = None if section is None or traits_of(model).driven else wait * count
+            seen = poincare_map(model, z[:rows], section=section, crossings=count, max_time=limit, **how)
         for period in range(1, longest + 1):
-            search(periodic_guesses(seen, period, most=most, apart=apart), period)
-        if not found:
+            search.near(periodic_guesses(seen, period, most=most, apart=apart), period)
+        if len(search.found) == 1:
             raise ValueError("z0 has no orbit that returns to the section more than once")
-        return PeriodicOrbits.concat(found).unique()
+        return search.orbits()
+
+
+@dataclass(frozen=True)
+class _Search:
+    """Orbits of their least period found so far, the first entry none, and Newton's method, which finds more.
+
+    wait: time for each crossing of a period, or None.
+    """
+
+    newton: Callable[..., PeriodicOrbits]
+    wait: float | None
+    found: list[PeriodicOrbits]
+
+    def orbits(self) -> PeriodicOrbits:
+        """Return each orbit once."""
+        return PeriodicOrbits.concat(self.found).unique()
+
+    def near(self, guesses: np.ndarray, period: int) -> None:
+        """Add the orbits near guesses (2n, guesses) of a period; those of a shorter one are sought again as that."""
+        if not guesses.size:
+            return
+        try:
+            orbits = self.newton(guesses, period=period, max_time=None if self.wait is None else self.wait * period)
+        except Interrupted as stopped:
+            self.found.append(stopped.partial.take(stopped.partial.prime == period))
+            raise
+        prime = orbits.prime
+        self.found.append(orbits.take(prime == period))
+        for shorter in np.unique(prime[(prime > 0) & (prime < period)]):
+            self.near(orbits.z[:, prime == shorter], int(shorter))

@@ -6,17 +6,18 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from ...base.interruption import keeping
 from ...base.numbers import fits, positive, whole
 from ...base.recipe import recorded
-from ...base.short_forms import starts_of, takes
+from ...base.short_forms import Starts, starts_of, takes
 from ...base.status import Status
 from ...flows.flow import Flow
 from ...flows.needs import check_given
 from ...flows.options import Options
 from ...formulas.section_text import section_of
-from ...models.contracts import Map, Model, Section
+from ...models.contracts import Dynamics, Section
 from ...schemes.catalogue import Scheme, scheme_of
 from .closing_errors import closing_errors
 from .found_orbits import PeriodicOrbits, packed
@@ -55,17 +56,17 @@ the start may be much faster than what follows.
 @takes(z0=starts_of, section=section_of, scheme=scheme_of)
 @recorded
 def periodic_orbits(
-    model: Model | Map,
-    z0: Any,
+    model: Dynamics,
+    z0: Starts,
     *,
-    section: Section | None = None,
+    section: Section | str | None = None,
     period: int = 1,
-    energy: Any = None,
+    energy: ArrayLike | None = None,
     max_time: float | None = None,
     tolerance: float = 1e-12,
     iterations: int = 40,
     step: float | np.ndarray | None = None,
-    scheme: Scheme | None = None,
+    scheme: Scheme | str | None = None,
     rtol: float = 1e-13,
     atol: float = 1e-13,
     threads: int | None = None,

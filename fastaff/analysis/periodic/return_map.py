@@ -27,7 +27,7 @@ from ...models.mechanics import energies, inside, kinetic_energies, potential_en
 from ...models.sections import Stroboscopic
 from ...models.traits import traits_of
 from ...schemes.catalogue import GAUSS16, ITERATION, KAHAN_LI8, VERNER9
-from ..sections.poincare_map import SPARE, follow_crossings, start_crossings
+from ..sections.crossing_run import SPARE, follow_crossings, start_crossings
 from .own_units import Scale
 
 STEP_ERROR = 1e-13

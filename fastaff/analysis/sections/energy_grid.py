@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import singledispatch
 from typing import Annotated, Any
@@ -15,12 +16,13 @@ from ...base.results import Result
 from ...base.short_forms import takes
 from ...flows.checks import checked_model, checked_section
 from ...formulas.section_text import section_in_words, section_of
+from ...models.contracts import Dynamics, Section
 from ...models.mechanics import at_rest, energies, inside, kinetic_energies, potential_energies
 from ...models.sections import AlphaEquals, AlphaTurning, AngleEquals, AreaEquals, BetaEquals, BetaTurning, Linear
 from ...models.traits import traits_of
 from .allowed_region import Function, crossings, extrema
 from .energy_limits import NotReached, too_low
-from .named_axes import are_named, by_name, checked_energy, checked_sign, checked_values, launching
+from .named_axes import Axes, are_named, by_name, checked_energy, checked_sign, checked_values, launching
 from .surface_roots import roots_along
 
 ARRAYS = 32
@@ -65,12 +67,12 @@ class EnergyGrid(Result):
 @takes(section=section_of, axes=by_name, fixed=by_name)
 @recorded
 def energy_grid(
-    body: Any,
+    body: Dynamics,
     *,
     energy: float | None = None,
-    axes: Any,
-    section: Any = None,
-    fixed: Any = None,
+    axes: Axes,
+    section: Section | str | None = None,
+    fixed: Mapping[str, float] | None = None,
     solve: str | None = None,
     sign: int = 1,
     at_rest: bool = False,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Annotated, Any
 
@@ -14,13 +15,13 @@ from ...base.results import Result
 from ...base.short_forms import takes
 from ...flows.checks import checked_model
 from ...formulas.section_text import section_of
-from ...models.contracts import Model, Section
+from ...models.contracts import Dynamics, Model, Section
 from ...models.sections import AngleEquals, AreaEquals, Linear
 from ...models.traits import traits_of
 from .energy_grid import ARRAYS, checked_surface, lift_sheets, no_planes, planes, room
 from .energy_limits import NotReached
 from .invariant_measure import Measure, Ranges, measure_of, ranges_of
-from .named_axes import are_named, by_name, checked_energy, checked_sign
+from .named_axes import Axes, are_named, by_name, checked_energy, checked_sign
 from .section_edge import parts
 from .surface_points import Surface
 
@@ -39,18 +40,22 @@ class EnergySample(Result):
     energy: float
 
 
+Seed = int | Sequence[int] | np.random.SeedSequence | np.random.BitGenerator | np.random.Generator | None
+"""What `numpy.random.default_rng` takes."""
+
+
 @takes(section=section_of, axes=by_name, fixed=by_name)
 @recorded
 def energy_sample(
-    body: Model,
+    body: Dynamics,
     *,
     orbits: int,
     energy: float | None = None,
-    section: Section | None = None,
-    seed: Any = 0,
-    rng: Any = None,
-    axes: Any = None,
-    fixed: Any = None,
+    section: Section | str | None = None,
+    seed: Seed = 0,
+    rng: Seed = None,
+    axes: Axes | None = None,
+    fixed: Mapping[str, float] | None = None,
     solve: str | None = None,
     sign: int = 1,
     at_rest: bool = False,

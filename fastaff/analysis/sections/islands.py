@@ -11,6 +11,7 @@ from enum import IntEnum
 from typing import Annotated, Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from ...base.axes import along
 from ...base.numbers import an_array, fits, numbers, positive, whole
@@ -104,7 +105,7 @@ class Islands(Result):
         return "; ".join(f"{count} {Kind(kind).name}" for kind, count in zip(kinds, counts, strict=True))
 
 
-def rotation_number(points: Any, *, centre: Any = None) -> Rotation:
+def rotation_number(points: ArrayLike | SectionMap, *, centre: ArrayLike | None = None) -> Rotation:
     """Find the rotation number of section orbits about a centre by weighted Birkhoff averages of their angle.
 
     Parameters
@@ -148,7 +149,9 @@ def rotation_number(points: Any, *, centre: Any = None) -> Rotation:
     return _rotation(points, counts, _centres(centre, points, counts))
 
 
-def islands(points: Any, *, centre: Any = None, max_period: int = 32, digits: float = 4.0) -> Islands:
+def islands(
+    points: ArrayLike | SectionMap, *, centre: ArrayLike | None = None, max_period: int = 32, digits: float = 4.0
+) -> Islands:
     """Tell invariant curves, chains of islands and chaotic orbits of a section apart.
 
     Parameters

@@ -4,10 +4,11 @@ named is given, one row follows from the energy, all others are 0.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from ...base.names import did_you_mean, named
 from ...base.numbers import flag, numbers, real, shown
@@ -119,6 +120,10 @@ def angles_of(unit: np.ndarray) -> np.ndarray:
     n = len(unit)
     polar = [np.arctan2(np.sqrt((unit[: k - 1] ** 2).sum(axis=0)), unit[k - 1]) for k in range(n, 2, -1)]
     return np.array([*polar, np.arctan2(unit[1], unit[0])])
+
+
+Axes = Mapping[str, ArrayLike] | Sequence[ArrayLike] | Sequence[tuple[str, ArrayLike]]
+"""Rows by name, or two section coordinates."""
 
 
 def by_name(value: Any, _: Any = None) -> Any:

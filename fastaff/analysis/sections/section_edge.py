@@ -78,7 +78,7 @@ def edge(
     section = section_of(section, body)
     if not _of_ellipses(body) and not traits_of(body).quadratic:
         return _edge_of(sides_of_any(body, section, energy, max(2, points // 4)))
-    parts = _boundedparts(body, section, energy, p_eta, p_gamma)
+    parts = _bounded_parts(body, section, energy, p_eta, p_gamma)
     rest = _rest(body, section, energy, p_eta, p_gamma)
     share = max(2, points // len(parts))
     # Dense at all ends, where the boundary is steep.
@@ -117,7 +117,7 @@ def _edge_of(pieces: list[Sides]) -> Edge:
 def parts(body: Any, section: Any, energy: float, p_eta: float, p_gamma: float) -> list[Part]:
     """Return the pieces of the section of any system."""
     if _of_ellipses(body) or traits_of(body).quadratic:
-        return _boundedparts(body, section, energy, p_eta, p_gamma)
+        return _bounded_parts(body, section, energy, p_eta, p_gamma)
     box = surface_of(body, energy, section, None).box
     k = 2 - traits_of(body).names.index(section_row(body, section)[0])
     return [Part(*map(float, (box.low[0], box.high[0], box.low[k], box.high[k])))]
@@ -148,7 +148,7 @@ def _centre(body: Any, section: Any) -> float:
     return float(at_rest(body, q)[1 - i])
 
 
-def _boundedparts(body: Any, section: Any, energy: float, p_eta: float, p_gamma: float) -> list[Part]:
+def _bounded_parts(body: Any, section: Any, energy: float, p_eta: float, p_gamma: float) -> list[Part]:
     """Return the pieces of the section that the energy allows, without those that go to infinity."""
     rest = _rest(body, section, energy, p_eta, p_gamma)
     nodes = _nodes(body, section)

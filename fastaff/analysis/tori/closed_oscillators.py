@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
-from ...models import Oscillator
+from ...kernels import tori_closed
+from ...kernels.tori_closed import TURN
+from ...models import Barriers, Oscillator, Spring
 from .separation import Separated
-
-TURN = 2 * np.pi
 
 
 def _barriers(
@@ -102,3 +104,25 @@ def _swing(J: np.ndarray, Lambda: np.ndarray, stiffness: float, chi: np.ndarray)
     least = (Lambda / stiffness) ** 2 / np.where(high > 0, high, 1.0)
     psi = np.arctan2(np.sqrt(high) * np.sin(chi / 2), np.sqrt(least) * np.cos(chi / 2))
     return least + 2 * amplitude * np.sin(chi / 2) ** 2, stiffness * amplitude * np.sin(chi), psi, chi
+
+
+def closed_form(separated: Separated) -> tuple[Any, tuple[float, ...]] | None:
+    """Return the kernel and parameters of a closed form, where there is one."""
+    first, second = separated.functions
+    if not separated.isotropic:
+        return None
+    if (
+        isinstance(first, Oscillator)
+        and isinstance(second, Oscillator)
+        and min(first.k, second.k) > 0
+        and min(first.c, second.c) >= 0
+    ):
+        return tori_closed.planes, (first.k, first.c, second.k, second.c)
+    if (
+        isinstance(first, Spring)
+        and isinstance(second, Barriers)
+        and first.k > 0
+        and min(first.c, second.c_alpha, second.c_beta) >= 0
+    ):
+        return tori_closed.shells, (first.k, first.c, second.c_alpha, second.c_beta)
+    return None

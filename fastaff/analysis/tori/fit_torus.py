@@ -5,23 +5,24 @@ one.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import replace
 from types import MappingProxyType
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from ...base.interruption import keeping
-from ...base.numbers import fits, positive
+from ...base.numbers import positive
 from ...base.recipe import recorded
-from ...base.short_forms import takes
+from ...base.short_forms import Starts, takes
 from ...base.status import Status
-from ...flows.checks import checked_model, energy_drift, phase_points
-from ...flows.flow import Flow, Report, mark_drift
-from ...flows.motion import motion
-from ...flows.options import Options, iterates, plan
-from ...models.contracts import Model
-from ...models.mechanics import energies, kinetic_energies, slopes
+from ...flows.checks import checked_model, phase_points
+from ...flows.launch import Report
+from ...flows.options import Options, iterates
+from ...models.contracts import Dynamics
+from ...models.mechanics import energies
 from ...models.traits import traits_of
 from ...schemes.catalogue import GAUSS16, SOFRONIOU_SPALETTA10, Scheme, scheme_of
 from ..chaos.chaos_map import chaos_map
@@ -29,8 +30,9 @@ from ..frequencies.frequencies import FrequencyKind
 from ..frequencies.integer_lattice import quotient, relations
 from ..frequencies.orbit_frequencies import orbit_frequencies
 from ..orbits.given_orbits import ends, given_orbits
-from .lines import Signals, pieces_of, signals
-from .series import LARGEST_ORDER, STEPS, Series, actions, canonical, errors, evaluate, fit, grow, weights, window
+from .lines import Signals, signals
+from .orbit_samples import Samples, samples_of_flow, samples_of_turns
+from .series import LARGEST_ORDER, STEPS, Series, actions, canonical, errors, evaluate, fit, grow, window
 from .torus import (
     GRID,
     TorusFit,
@@ -38,31 +40,11 @@ from .torus import (
     Verdict,
     area,
     distance,
-    flow_of_turns,
-    image,
     nothing,
-    periods_of,
-    point,
     residual,
     resting,
-    rows_of,
     turned,
-    without_periods,
 )
-
-MOST_SAMPLES = 2**17
-
-END_OF_SPECTRUM = 1e-13
-"""Relative height of the spectrum at the sampling limit that is dense enough."""
-
-LARGEST_DRIFT = 1e-6
-"""Relative energy error above which an orbit counts as failed."""
-
-LEAST_PERIODS = 8.0
-"""Natural periods below which nothing is fitted: the lines could not be told apart."""
-
-LEAST_TURNS = 256
-"""Turns that a fit needs, of each of the pieces that an orbit lies on."""
 
 LEAST_SAMPLES = 384
 """Samples of an orbit of others that a fit needs: its first lines are looked for in two thirds of them."""
@@ -80,13 +62,13 @@ ROUNDS = 4
 @takes(scheme=scheme_of)
 @recorded
 def fit_torus(
-    body: Model,
-    z0: Any,
+    body: Dynamics,
+    z0: Starts,
     *,
     time: float,
     tolerance: float = 1e-6,
     step: float | None = None,
-    scheme: Scheme | None = None,
+    scheme: Scheme | str | None = None,
     rtol: float = 1e-12,
     atol: float = 1e-12,
     report: Report | None = None,
@@ -168,7 +150,7 @@ def fit_torus(
     energy = math.nan if turned(body) else float(energies(body, z)[0])
     known = [nothing(body, energy, {"status": float(Status.INTERRUPTED)})]
     with keeping("fit_torus", lambda: known[-1]):
-        found = (_turns if turned(body) else _samples)(body, z, time, options, energy, done)
+        found = (samples_of_turns if turned(body) else samples_of_flow)(body, z, time, options, energy, done)
         if isinstance(found, Samples):
             found = fitted(body, found)
             done(0.75)
@@ -177,138 +159,6 @@ def fit_torus(
                 found = doubted(known[-1], z, time)
         done(1.0)
     return found
-
-
-class Samples(NamedTuple):
-    """Equidistant samples of an orbit: times (samples,), states (2n, samples), how many of them are fitted; the later
-    ones are predicted.
-
-    finer: the same by half the steps, None where there are none; pieces: turns from one sample to the next, images of
-    which the torus consists; what is known of the orbit, as of `TorusFit`.
-    """
-
-    t: np.ndarray
-    path: np.ndarray
-    inside: int
-    finer: np.ndarray | None
-    evidence: dict
-    energy: float = math.nan
-    pieces: int = 1
-
-
-def _samples(
-    body: Any, z: np.ndarray, time: float, options: Options, energy: float, report: Report
-) -> Samples | TorusFit:
-    """Return samples of the orbit from z (2n, 1) over 3/2 of the time, or what there is to say where it has no fit.
-
-    They are made so dense that the spectrum falls to rounding before its end, judged from its exponential fall.
-    """
-    flow, z, _ = plan(body, z, options)
-    own = motion(body, z)
-    least = LEAST_PERIODS * 2 * np.pi / float(own.rate[0])
-    short = time < least and own.kinetic[0] > 0
-    inside = 64 if short else 4096
-    while True:
-        path, evidence = _path(flow, z, 1.5 * time, 3 * inside // 2)
-        evidence["samples"] = float(inside)
-        if short or evidence["status"] != Status.OK or 2 * inside > MOST_SAMPLES:
-            break
-        spectrum = np.abs(np.fft.rfft(path[:, :inside] * weights(inside)))
-        end = spectrum[:, -inside // 8 :].max() / (spectrum.max() or 1.0)
-        if end <= END_OF_SPECTRUM:
-            break
-        factor = np.log(END_OF_SPECTRUM) / min(np.log(end), -0.5)
-        inside = int(min(MOST_SAMPLES, inside * 2 ** np.ceil(np.log2(max(factor, 2.0)))))
-    if evidence["status"] != Status.OK:
-        return nothing(body, energy, evidence, gone=evidence["status"] == Status.ESCAPED)
-    still = resting(path)
-    if short or not (still or (kinetic_energies(body, path) > 0).any()):  # or its energy is below the smallest number
-        return nothing(body, energy, evidence | {"longer": least})
-    if still:
-        left = float(np.abs(slopes(body, path[:, :1])).max())
-        return point(body, path, energy, evidence, residual=left)
-    report(0.25)
-    interval = 1.5 * time / (path.shape[1] - 1)
-    finer, state = _path(flow.fitted(interval).finer(), z, 1.5 * time, path.shape[1] - 1)  # half the steps that it took
-    report(0.5)
-    finer = finer if state["status"] == Status.OK else path
-    return Samples(interval * np.arange(path.shape[1]), path, inside, finer, evidence, energy)
-
-
-def _turns(
-    body: Any, z: np.ndarray, time: float, options: Options, energy: float, report: Report
-) -> Samples | TorusFit:
-    """Return samples of the orbit of a map, or of a driven system's map over its period, from z (2n, 1) over 3/2 of the
-    time, or what there is to say where it has no fit.
-    """
-    mapping, periods, rows = traits_of(body).iterated, periods_of(body), rows_of(body)
-    flow, _, interval = flow_of_turns(body, z, options)
-    count = int(time / interval + 1e-9)
-    if count < LEAST_TURNS:
-        return nothing(body, energy, {"status": float(Status.OK), "longer": LEAST_TURNS * interval})
-    fits("time", 3 * count, len(z))
-    path, evidence = _path(flow, z, (3 * count // 2) * interval, 3 * count // 2)
-    evidence["samples"] = float(3 * count // 2)
-    if evidence["status"] != Status.OK or not np.isfinite(path).all():
-        gone = evidence["status"] in ((Status.LOST, Status.NONFINITE) if mapping else (Status.ESCAPED,))
-        return nothing(body, energy, evidence, gone=gone)
-    report(0.25)
-    pieces = pieces_of(body, path[:, :count])
-    evidence["islands"] = float(pieces)
-    if pieces > 1:
-        path = _without_steps(path[:, ::pieces], periods)
-    every = path[rows]
-    if resting(every - every.mean(axis=1, keepdims=True) + every[:, :1]) or (np.ptp(every, axis=1) == 0).all():
-        away = without_periods(image(body, path[:, :1], pieces) - path[:, :1], periods)[rows]
-        return point(body, path, energy, evidence, residual=float(np.abs(away).max()), islands=pieces)
-    inside, finer = 2 * path.shape[1] // 3, None
-    if inside < LEAST_TURNS:
-        return nothing(body, energy, evidence | {"longer": pieces * LEAST_TURNS * interval})
-    if not mapping:
-        finer, state = _path(flow.finer(), z, pieces * inside * interval, pieces * inside)
-        finer = finer[:, ::pieces] if state["status"] == Status.OK else None
-    report(0.5)
-    return Samples(np.arange(float(path.shape[1])), path, inside, finer, evidence, energy, pieces)
-
-
-def _path(flow: Flow, z: np.ndarray, time: float, count: int) -> tuple[np.ndarray, dict[str, float]]:
-    """Return the states (2n, count + 1) of the orbit from z (2n, 1) up to a time, angles of a map as they wind on, and
-    what became of the orbit.
-    """
-    ensemble, traits, error = flow.ensemble(z.copy()), flow.traits, 0.0
-    states = flow.sampled(ensemble, count, time=time)
-    path = np.column_stack([z, states[0].T])
-    if traits.iterated:
-        path = _unwound(flow.model, path)
-    else:
-        if traits.driven:
-            path[traits.moving] = z[traits.moving]
-        if traits.driven or not resting(path):
-            with np.errstate(all="ignore"):
-                error = float(energy_drift(flow.model, path, ensemble.energy, ensemble.scale).max())
-        if not traits.driven:
-            mark_drift(ensemble, np.array([error]), LARGEST_DRIFT)
-    return path, {"status": float(ensemble.status[0]), "energy error": error}
-
-
-def _unwound(model: Any, path: np.ndarray) -> np.ndarray:
-    """Return the iterates (2n, samples) of a map with angles as they wind on, whole periods from what they are."""
-    with np.errstate(all="ignore"):
-        ahead = np.array(np.broadcast_arrays(*model.iterate(*path[:, :-1])))
-        for row, period in enumerate(model.periods()):
-            if period > 0:
-                path[row, 1:] += period * np.cumsum(np.rint((ahead[row] - path[row, 1:]) / period))
-    return path
-
-
-def _without_steps(path: np.ndarray, periods: np.ndarray) -> np.ndarray:
-    """Return rows without the whole periods that they wind on from one sample to the next, where these are the same."""
-    path = path.copy()
-    for row in np.flatnonzero(periods > 0):
-        steps = (path[row, -1] - path[row, 0]) / periods[row] / (path.shape[1] - 1)
-        if abs(steps - np.rint(steps)) * path.shape[1] < 1:
-            path[row] -= np.rint(steps) * periods[row] * np.arange(path.shape[1])
-    return path
 
 
 def _series(body: Any, orbit: Samples) -> tuple[Signals, Series, np.ndarray, float, np.ndarray]:
@@ -431,7 +281,12 @@ def basis_name(unit: np.ndarray, R: np.ndarray, names: tuple[str, ...]) -> str:
 
 
 def fit_samples(
-    samples: Any, dt: float | None = None, *, times: Any = None, coordinates: Any = None, tolerance: float = 1e-6
+    samples: object,
+    dt: float | None = None,
+    *,
+    times: ArrayLike | None = None,
+    coordinates: Sequence[str] | None = None,
+    tolerance: float = 1e-6,
 ) -> TorusFit:
     """Fit a Fourier torus to the samples of one orbit of another program.
 

@@ -9,10 +9,13 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ...base.numbers import shown
+from ...charts.chart import Chart
 from ...compile.blocks import function_block, parameters
 from ...flows.checks import checked_function, checked_model, phase_points
-from ...kernels.tori_wells import Term
+from ...formulas.systems import constants_of
+from ...kernels.tori_coordinates import Term
 from ...models import Zero
+from ...models.contracts import Model
 from ...models.regular_variables import in_regular_variable
 from ...models.traits import traits_of
 from .families import FAMILIES, Family, Motion
@@ -62,7 +65,7 @@ def _term(V: Any, places: np.ndarray) -> Term:
     return Term(function_block(V), parameters(V), places)
 
 
-def separate(body: Any, chart: Any = None) -> Separated:
+def separate(body: Any, chart: Chart | str | None = None) -> Separated:
     """Return `body` in the chart it separates in (by default the first of alpha-beta, r-vartheta, elliptic).
 
     Raises TypeError for what is no Body or StackelBody, ValueError where the body does not separate, in that chart or
@@ -99,23 +102,23 @@ def separate(body: Any, chart: Any = None) -> Separated:
     return Separated(chosen[0], tuple(member), angular, body.mu)
 
 
-def constants_of_motion(body: Any, z: ArrayLike, *, chart: Any = None) -> dict[str, np.ndarray]:
-    """Compute the four constants of motion in involution of a separable body.
+def constants_of_motion(body: Model, z: ArrayLike, *, chart: Chart | str | None = None) -> dict[str, np.ndarray]:
+    """Compute the four constants of motion in involution of a separable body, or those of a named system H(q, p).
 
     Parameters
     ----------
-    body : `Body` or `StackelBody`
-        With a separable potential.
-    z : array (8,) or (8, orbits)
-        Phase points.
+    body : `Body`, `StackelBody` or named system
+        With a separable potential; or a system of `fastaff.models` such as `AsymmetricTop`.
+    z : array (2n,) or (2n, orbits)
+        Phase points, 2n = 8 for a body.
     chart : `Chart`, optional
-        One in which the body separates (see `separate`).
+        One in which the body separates (see `separate`); named systems have none.
 
     Returns
     -------
     dict of array (orbits,)
         H_alpha and H_beta, or E and h_vartheta, or E, K and L = E - K, with p_phi and p_psi. Where the angles have
-        potentials, c_eta = p_eta^2/(2 mu) + V_eta(eta) and c_gamma instead.
+        potentials, c_eta = p_eta^2/(2 mu) + V_eta(eta) and c_gamma instead. Of a named system what its docstring says.
 
     Raises
     ------
@@ -139,6 +142,9 @@ def constants_of_motion(body: Any, z: ArrayLike, *, chart: Any = None) -> dict[s
     >>> list(constants)
     ['H_alpha', 'H_beta', 'p_phi', 'p_psi']
     """
+    named = constants_of(body) if chart is None else None
+    if named is not None:
+        return named(body, phase_points("z", z, body))
     separated = separate(body, chart)
     return involution(body, separated, phase_points("z", z, body))
 

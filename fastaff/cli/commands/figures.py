@@ -161,7 +161,7 @@ def chaos_figure(scene: Scene, result: Any, found: Mapping[str, Any]) -> Any:
     section.
     """
     from ...plot import chaos as plot_chaos
-    from ...plot.sections import plot_starts
+    from ...plot.starts import plot_starts
 
     if scene.where is None:
         return None

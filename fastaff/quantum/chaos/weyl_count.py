@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike
 
 from ...base.arrays import checked
 from ...flows.checks import checked_model
+from ...models import Body
 from ...models.traits import traits_of
 from ..solvers.cover import Cover, plane_cover
 from ..solvers.panels import DENSE, Panels, panels
@@ -117,7 +118,7 @@ def _hidden(body: Any, walled: bool, low: float, top: float) -> Cover:
     return found._replace(lo=np.stack([lo[0], hi[1]]), hi=np.stack([hi[0], lo[1]]), at=at)
 
 
-def weyl_count(body: Any, energy: ArrayLike, *, m: int, l: int, hbar: float = 1.0) -> np.ndarray:
+def weyl_count(body: Body, energy: ArrayLike, *, m: int, l: int, hbar: float = 1.0) -> np.ndarray:
     """Count the levels of one symmetry class below given energies, smoothly, by the classical phase space.
 
     :Parameters: body: a Body, whose potential has `curvatures`; energy: one or (...), in any order; m, l: whole quantum

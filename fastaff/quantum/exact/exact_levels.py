@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import replace
 from itertools import count
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -12,6 +11,8 @@ from numpy.typing import ArrayLike
 from ...base.numbers import fits, flag, real, whole
 from ...base.recipe import recorded
 from ...base.status import Status
+from ...charts import Chart
+from ...models import Body
 from ..states.level_table import LevelTable
 from ..states.symmetry import checked_numbers
 from .numbers_below import numbers_below
@@ -23,7 +24,7 @@ ROUNDING = 16 * np.finfo(float).eps
 
 @recorded
 def exact_levels(
-    body: Any,
+    body: Body,
     *,
     n: ArrayLike | None = None,
     m: ArrayLike | None = None,
@@ -31,7 +32,7 @@ def exact_levels(
     below: float | None = None,
     multiplets: int | None = None,
     hbar: float = 1.0,
-    chart: Any = None,
+    chart: Chart | None = None,
     single_valued: bool = True,
 ) -> LevelTable:
     """Compute exact energy levels of a solvable body: of given quantum numbers, or all of the lowest.

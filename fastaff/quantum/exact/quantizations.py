@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from ...base.display import screen
+from ...charts import Chart
+from ...models import Body
 from ..states.level_table import LevelTable
 from .exact_levels import exact_levels
 from .quasiclassical_levels import BOHR_SOMMERFELD, EBK, quasiclassical_levels
@@ -33,13 +35,13 @@ class Quantizations(NamedTuple):
 
 
 def quantizations(
-    body: Any,
+    body: Body,
     *,
     n: ArrayLike,
     m: ArrayLike,
     l: ArrayLike,
     hbar: float = 1.0,
-    chart: Any = None,
+    chart: Chart | None = None,
     single_valued: bool = True,
 ) -> Quantizations:
     """Compute levels of a solvable body by Bohr and Sommerfeld, by EBK, and exactly.

@@ -7,9 +7,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ...analysis.tori.action_angles import LARGEST_ACTION, energy_of_actions
+from ...analysis.tori.inverse_tori import LARGEST_ACTION, energy_of_actions
 from ...base.numbers import flag, positive, real, whole
 from ...base.recipe import recorded
+from ...charts import Chart
+from ...models import Body
 from ..states.level_table import LevelTable
 from ..states.symmetry import checked_numbers
 from .numbers_below import numbers_below
@@ -28,7 +30,7 @@ QUADRATURE = 5e-10
 
 @recorded
 def quasiclassical_levels(
-    body: Any,
+    body: Body,
     *,
     n: ArrayLike | None = None,
     m: ArrayLike | None = None,
@@ -37,7 +39,7 @@ def quasiclassical_levels(
     maslov: tuple[int, int] = EBK,
     hbar: float = 1.0,
     single_valued: bool = True,
-    chart: Any = None,
+    chart: Chart | None = None,
     near: ArrayLike | None = None,
 ) -> LevelTable:
     """Compute quasiclassical levels of a separable body: of given quantum numbers, or all below an energy.

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
 from ...analysis.tori.families import ALPHA_BETA_FAMILY
 from ...base.numbers import entries
 from ...charts import ALPHA_BETA, R_VARTHETA, Chart
+from ...models import Body
 from ..states.factors import AngleFactor, Factor, PlaneFactor, RadialFactor, quantum_number
 from ..states.state import Product, State, invariants_of
 from ..states.symmetry import SymmetryClass, checked_class
@@ -16,7 +15,7 @@ from .solvable_body import SolvableBody, solvable
 
 
 def wavefunction(
-    body: Any,
+    body: Body,
     *,
     m: int,
     l: int,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 from ...base.numbers import whole
 from ...flows.checks import checked_model, phase_points
 from ...flows.interruptible import interruptible
+from ...models import Body
 from ..states.coherent_width import plane_widths
 from ..states.quadrature import resolved
 from ..states.symmetry import SymmetryClass, action_quantum, checked_class
@@ -27,7 +28,7 @@ REACH = 12.0
 
 
 def coherent_packet(
-    body: Any,
+    body: Body,
     z0: ArrayLike,
     *,
     width: ArrayLike,

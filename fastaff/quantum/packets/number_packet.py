@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 
 from ...base.numbers import an_array, fits, whole_numbers
 from ...charts import Chart
+from ...models import Body
 from ..spectra.spectrum import spectrum_table
 from ..states.level_table import LevelTable
 from ..states.quadrature import converged_box, grid_tables
@@ -24,7 +25,7 @@ TAIL = 7.7
 
 
 def number_packet(
-    body: Any,
+    body: Body,
     *,
     n: ArrayLike,
     m: int,

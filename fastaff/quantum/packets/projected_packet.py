@@ -10,6 +10,7 @@ import numpy as np
 
 from ...base.numbers import real, whole
 from ...charts import ALPHA_BETA, Chart
+from ...models import Body
 from ...models.traits import traits_of
 from ..spectra.spectrum import solved_families, spectrum, spectrum_table
 from ..states.quadrature import GROWTH, Grid, converged_box, resolved
@@ -22,7 +23,7 @@ NOTHING = 1e-3
 
 
 def projected_packet(
-    body: Any,
+    body: Body,
     function: Callable[[np.ndarray, np.ndarray], np.ndarray],
     *,
     m: int,

@@ -8,11 +8,13 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ...analysis.tori.action_angles import energy_of_actions
+from ...analysis.tori.inverse_tori import energy_of_actions
 from ...analysis.tori.separation import separate
 from ...base.differences import FIRST, OFFSETS
 from ...base.display import screen
 from ...base.numbers import whole, whole_numbers
+from ...charts import Chart
+from ...models import Body
 from ..exact.quasiclassical_levels import EBK
 from ..states.symmetry import SymmetryClass, action_quantum, checked_class
 from .number_packet import labelled_levels
@@ -65,13 +67,13 @@ class Revivals(NamedTuple):
 
 
 def revivals(
-    body: Any,
+    body: Body,
     *,
     n: ArrayLike,
     m: int,
     l: int,
     hbar: float = 1.0,
-    chart: Any = None,
+    chart: Chart | None = None,
     maslov: tuple[int, int] = EBK,
     single_valued: bool = True,
     near: ArrayLike | None = None,

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
@@ -10,9 +9,10 @@ import numpy as np
 from ..states.level_table import Waves
 from .jacobi_basis import Basis, Interval, basis, gauss_jacobi, jacobi_table
 from .panels import Panels
+from .plane_problem import Problem
 from .plane_shape import ChannelWaves
 from .separable import angular_interval, angular_potential
-from .singular_ends import REACH, Well, decayed, exponent, sampled
+from .singular_ends import decayed, exponent, sampled
 
 LARGEST = 6000
 """Largest matrix: 0.3 GB each of a handful."""
@@ -25,36 +25,6 @@ STEEP = 1e9
 """Where exponential walls are cut off, in units of the energy: no wave reaches there, and its rounding would be that of
 all levels.
 """
-
-
-class Problem(NamedTuple):
-    """One class of a body in units hbar^2/2 mu = 1: U(rho, vartheta) = 2 mu V/hbar^2, and samples of it with
-    centrifugal terms.
-
-    rho, v: where V is seen; lowest: the least of every rho, with Langer's 1/rho^2; threshold: what it grows to, inf
-    without bound; far: a wall, or inf; smooth: whether the weights take all that is not smooth at the ends of vartheta.
-    """
-
-    U: Callable
-    a: np.ndarray
-    b: np.ndarray
-    well: Well
-    rho: np.ndarray
-    v: np.ndarray
-    lowest: np.ndarray
-    threshold: float
-    smooth: bool
-    states: Callable
-    channels: Callable
-    far: float
-
-    def share(self, rho: np.ndarray, top: float) -> np.ndarray:
-        """Return what there is at rho at most of states up to `top`, relative to where they live: e^-action."""
-        allowed = np.flatnonzero(self.lowest < top)
-        decay = np.minimum(np.sqrt(np.maximum(self.lowest - top, 0)) * np.gradient(self.rho), REACH)
-        decay[allowed[0] : allowed[-1] + 1] = 0
-        action = np.cumsum(decay)
-        return np.exp(-np.interp(rho, self.rho, np.abs(action - action[allowed[0]])))
 
 
 class TooLarge(Exception):

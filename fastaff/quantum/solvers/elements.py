@@ -360,7 +360,7 @@ def left_over(line: Elements, missed: np.ndarray, c: np.ndarray) -> np.ndarray:
     return np.minimum(missed, 1e300) @ share
 
 
-def first_signs(line: Elements, c: np.ndarray) -> np.ndarray:
+def first_signs(c: np.ndarray) -> np.ndarray:
     """Return the signs (count,) of vectors c (size, count) where they begin, from the lower end."""
     density = c**2
     first = np.argmax(density > 1e-8 * density.max(axis=0), axis=0)

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
 from functools import partial
 from typing import Any
 
@@ -12,23 +13,20 @@ import numpy as np
 from ...flows.interruptible import interruptible
 from ..states.level_table import LevelTable, Waves, class_levels, level_scale
 from ..states.symmetry import SymmetryClass
-from .channels import STEEP, Problem, TooLarge, beyond, by_channels, cut_off, inner_exponent, sizes, too_large
+from .channels import STEEP, TooLarge, beyond, by_channels, cut_off, inner_exponent, sizes, too_large
+from .convergence import by_chance
 from .cover import Cover, plane_cover
 from .elements import elements, left_over, lowest, quadratic
 from .factor_tables import angle_of
 from .panels import DENSE, Panels, between, merged, panels
+from .plane_problem import Problem, plane_problem
 from .plane_shape import ElementWaves
-from .separable import angular_interval, angular_potential, by_chance
+from .separable import angular_interval, angular_potential
 from .singular_ends import (
     NoGroundState,
-    Well,
-    check_bottom,
-    check_poles,
     count_top,
     decayed,
-    potential,
     sampled,
-    well,
 )
 
 ELEMENTS = ((5,), (6,), (8,), (11,), (14,), (18,))
@@ -93,12 +91,12 @@ def plane_levels(
     representation).
     """
     unit = hbar**2 / (2 * body.mu)
-    problem = _problem(body, chosen, unit, limit)
+    problem = plane_problem(body, chosen, unit, limit)
     bottom, top = _range(problem, count, unit)
     seen = interruptible(_seen, problem, body, unit, bottom, top)
     hidden = seen.unseen([problem.rho, np.cos(problem.v[::-1])])
     if hidden.low.size:
-        problem = _problem(body, chosen, unit, limit, hidden)
+        problem = plane_problem(body, chosen, unit, limit, hidden)
         bottom, top = _range(problem, count, unit)
     with np.errstate(invalid="ignore"):
         ends = decayed("V", problem.rho, problem.lowest, beyond(problem, bottom, top), 0.0, problem.far)
@@ -110,8 +108,14 @@ def plane_levels(
         else "spectral elements in rho and vartheta"
     )
 
-    def table(E: np.ndarray, error: np.ndarray, size: int, waves: Waves) -> LevelTable:
-        return class_levels(
+    known = [] if known is None else known
+    bases = _Bases(problem, parts, count, bottom, top, smooth)
+
+    def keep() -> np.ndarray:
+        """Add the table of the largest basis so far to those known; return its errors."""
+        E, waves, size, _ = bases.done[-1]
+        error = unit * (bases.errors() + seen.lost(E))
+        table = class_levels(
             chosen,
             unit * E,
             error,
@@ -125,55 +129,85 @@ def plane_levels(
             functions=size,
             waves=waves,
         )
+        known.append(table)
+        return error
 
-    known = [] if known is None else known
-    bases, start = STEPS if smooth else ELEMENTS, SMALLER[smooth]
-    done: list[tuple] = []
-    why: object = (
+    for E in bases.larger(report):
+        if np.all(keep() <= tolerance * level_scale(unit * E)):
+            break
+    for _ in bases.smaller():
+        keep()
+    if not known:
+        raise ValueError(f"count = {count} needs {bases.refused or _unlike(chosen)}")
+    return known[-1]
+
+
+def _unlike(chosen: SymmetryClass) -> str:
+    """Say what levels need that are near none of the functions of their class."""
+    return (
         f"other functions than those of |m - l| = {2 * chosen.a:g} and |m + l| = {2 * chosen.b:g}, whose barriers are "
         "so unlike V that none of them are near its levels; take smaller m and l, or a larger hbar"
     )
 
-    def solved(number: int) -> tuple | None:
-        """The levels of one basis, or None where it has no room for them."""
-        nonlocal why
-        try:
-            found = interruptible(
-                by_channels if smooth else _solve_elements, problem, parts, count, bottom, top, *bases[number]
-            )
-        except TooLarge as reason:
-            why = reason
-            return None
-        return found if found[2] >= count else None
 
-    def keep() -> np.ndarray:
-        """Add the table of the largest basis so far to those known; return its errors."""
-        E, waves, size, left = done[-1]
-        gap = by_chance(np.abs(E - done[-2][0])) if len(done) > 1 else np.full(count, np.inf)
-        rounding = 64 * np.finfo(float).eps * (np.abs(E) + abs(top - bottom))
-        factor = SPECTRAL if not smooth else SMOOTH if problem.smooth else ALGEBRAIC
-        error = unit * (factor * gap + left + rounding + seen.lost(E))
-        known.append(table(E, error, size, waves))
-        return error
+@dataclass
+class _Bases:
+    """Bases of a problem from small to large: levels, waves, size and what is left over of those that were solved
+    (`done`), and why one was refused.
+    """
 
-    for number in range(start, len(bases)):
-        found = solved(number)
-        if found is None and (done or isinstance(why, TooLarge)):
-            break
-        if found is not None:
-            done.append(found)
-            top = max(found[0][-1], top)
-            if np.all(keep() <= tolerance * level_scale(unit * found[0])):
+    problem: Problem
+    parts: tuple[Panels, Panels]
+    count: int
+    bottom: float
+    top: float
+    smooth: bool
+    done: list[tuple] = field(default_factory=list)
+    refused: TooLarge | None = None
+
+    @property
+    def sizes(self) -> tuple:
+        """Return what `solve` takes of each basis."""
+        return STEPS if self.smooth else ELEMENTS
+
+    def larger(self, report: Callable[[float], None] | None) -> Iterator[np.ndarray]:
+        """Solve one basis after another; yield the levels of each that has room for them."""
+        for number in range(SMALLER[self.smooth], len(self.sizes)):
+            found = self.solve(number)
+            if found is None and (self.done or self.refused):
                 break
-        if report is not None:
-            report((number + 1) / len(bases))
-    for number in range(start - 1, -1, -1):
-        if len(done) < 2 and (found := solved(number)) is not None:
-            done.insert(0, found)
-            keep()
-    if not known:
-        raise ValueError(f"count = {count} needs {why}")
-    return known[-1]
+            if found is not None:
+                self.done.append(found)
+                self.top = max(found[0][-1], self.top)
+                yield found[0]
+            if report is not None:
+                report((number + 1) / len(self.sizes))
+
+    def smaller(self) -> Iterator[None]:
+        """Put smaller bases before the only one, or where there is none, until there are two to compare."""
+        for number in range(SMALLER[self.smooth] - 1, -1, -1):
+            if len(self.done) < 2 and (found := self.solve(number)) is not None:
+                self.done.insert(0, found)
+                yield
+
+    def solve(self, number: int) -> tuple | None:
+        """Return the levels of one basis, or None where it has no room for them."""
+        solver = by_channels if self.smooth else _solve_elements
+        how = self.problem, self.parts, self.count, self.bottom, self.top, *self.sizes[number]
+        try:
+            found = interruptible(solver, *how)
+        except TooLarge as reason:
+            self.refused = reason
+            return None
+        return found if found[2] >= self.count else None
+
+    def errors(self) -> np.ndarray:
+        """Return the errors of the levels of the largest basis so far."""
+        E, _, _, left = self.done[-1]
+        gap = by_chance(np.abs(E - self.done[-2][0])) if len(self.done) > 1 else np.full(self.count, np.inf)
+        rounding = 64 * np.finfo(float).eps * (np.abs(E) + abs(self.top - self.bottom))
+        factor = SPECTRAL if not self.smooth else SMOOTH if self.problem.smooth else ALGEBRAIC
+        return factor * gap + left + rounding
 
 
 def _range(problem: Problem, count: int, unit: float) -> tuple[float, float]:
@@ -282,107 +316,13 @@ def _global(
     return parts[0].needed <= 1.3 * n_rho and parts[1].needed <= max(3 * n_x, ANGLES)
 
 
-def _problem(body: Any, chosen: SymmetryClass, unit: float, limit: float, hidden: Cover | None = None) -> Problem:
-    """Return the problem of a class; hidden: where there are wells that the samples do not see."""
-    a, b = np.array([chosen.a]), np.array([chosen.b])
-
-    def U(rho, vartheta):
-        A, B = (rho * np.cos(vartheta / 2)) ** 2, (rho * np.sin(vartheta / 2)) ** 2
-        with np.errstate(over="ignore"):
-            return potential(body, A, B) / unit
-
-    v = np.pi * (np.arange(256) + 0.5) / 256
-    rho = _size(U, v[::16], a, b) * np.geomspace(1e-4, 1e4, 1601)
-    if hidden is not None:
-        inside = (x := hidden.nodes(1))[(np.abs(x) < 1)]
-        rho, v = np.union1d(rho, hidden.nodes(0)), np.union1d(v, np.arccos(inside))
-    grid, far = U(rho[:, None], v), np.inf
-    if np.isfinite(limit):
-        far = decayed("V", rho, grid.min(axis=1), limit / unit, 0.0, np.inf)[1]
-        rho, grid = rho[rho <= far], grid[rho <= far]
-    with np.errstate(over="ignore"):
-        w = grid + (a**2 / np.cos(v / 2) ** 2 + b**2 / np.sin(v / 2) ** 2) / rho[:, None] ** 2
-    lowest = w.min(axis=1) + 1 / rho**2
-    place = int(np.argmin(lowest))
-    if not np.isfinite(lowest[place]):
-        raise ValueError("the potential is finite nowhere")
-    if place == 0 and lowest[0] < 0:
-        raise NoGroundState(
-            "V falls as fast as -1/rho^2 or faster at phi = 0: the energy is unbounded below, there is no ground state"
-        )
-    check_bottom("V", place, rho.size, far)
-    wells = [
-        well("V", lambda angle, q=q: U(q, angle) * q * q / 4, 0.0, np.pi)
-        for q in (0.8 * rho[place], rho[place], 1.3 * rho[place])
-    ]
-    one = wells[1]
-    if any(abs(other.hi - one.hi) > 1e-9 or abs(other.lo - one.lo) > 1e-9 for other in wells) or one.lo != 0:
-        raise ValueError(
-            "the potential must live on det phi > 0 or on all of GL(2,R), alpha > beta or all alpha, beta > 0"
-        )
-    for angle in one.hi * np.array([0.2, 0.5, 0.8]):
-        along = U(rho, angle)
-        live = slice(*(np.flatnonzero(np.isfinite(along))[[0, -1]] + [0, 1]))
-        check_poles("V along rho", lambda q, angle=angle: U(q, angle), rho[live], along[live])
-    around = rho[:, None] / 2 * np.gradient(v)
-    cell = np.gradient(rho)[:, None] * around
-
-    def states(top):
-        """Cells of phase space: int int (top - w) dalpha dbeta/(4 pi)."""
-        return float((np.maximum(top - w, 0) * cell).sum() / (4 * np.pi))
-
-    def channels(top):
-        """Semiclassical number of channels below `top`, the most of all rho."""
-        return float((np.sqrt(np.maximum(top - w, 0)) * around).sum(axis=1).max() / np.pi)
-
-    strengths = [sum(getattr(x, c) for x in wells) / 3 for c in ("c_lo", "c_hi")]
-    uniform = all(
-        max(getattr(x, c) for x in wells) - min(getattr(x, c) for x in wells) <= 1e-6 * (1 + abs(s))
-        for c, s in zip(("c_lo", "c_hi"), strengths)
-    )
-    fine = np.pi * (np.arange(200_000) + 0.5) / 200_000  # valleys far out are narrow in vartheta
-    before, last = (float(U(q, fine).min()) for q in (rho[-1] / 10, rho[-1]))
-    level_out = np.isinf(far) and last - before < 0.01 * (last - lowest[place])
-    smooth = uniform and _even(U, rho[place], one)
-    # Strengths that change with rho: no one exponent; that of the free problem, 1 at a wall.
-    ends = one if uniform else one._replace(c_lo=0.0, c_hi=0.0)
-    top = last if level_out else np.inf
-    return Problem(U, a, b, ends, rho, v, lowest, top, smooth=smooth, states=states, channels=channels, far=far)
-
-
-def _size(U: Callable, v: np.ndarray, a: np.ndarray, b: np.ndarray) -> float:
-    """Return the unit of rho: 1 where the lowest state lives there, in so many decades."""
-    rho = np.geomspace(1e-24, 1e24, 193)
-    with np.errstate(all="ignore"):
-        around = a**2 / np.cos(v / 2) ** 2 + b**2 / np.sin(v / 2) ** 2
-        lowest = (U(rho[:, None], v) + (1 + around) / rho[:, None] ** 2).min(axis=1)
-    place = int(np.argmin(np.where(np.isnan(lowest), np.inf, lowest)))
-    size = float(rho[place])
-    return 1.0 if 1e-3 < size < 1e3 or place in (0, rho.size - 1) else size
-
-
-def _even(U: Callable, rho: float, found: Well) -> bool:
-    """Return whether V less its singular part is even in vartheta at both natural ends: no cone, as |beta| would
-    make.
-    """
-    for natural, c, end, sign in ((found.natural_lo, found.c_lo, 0.0, 1), (found.natural_hi, found.c_hi, np.pi, -1)):
-        if not natural:
-            continue
-        d = np.array([0.01, 0.02, 0.04])
-        V = U(rho, end + sign * d) * rho**2 / 4 - c / d**2
-        rise, next_rise = abs(V[1] - V[0]), abs(V[2] - V[1])
-        if rise > 1e-9 * np.abs(V).max() and next_rise < 3 * rise:  # 2 for a cone, 4 for a smooth top
-            return False
-    return True
-
-
 def _solve_elements(
     problem: Problem, parts: tuple[Panels, Panels], count: int, bottom: float, top: float, n: int
 ) -> tuple[np.ndarray, Waves, int, np.ndarray]:
     """Return as `by_channels`, in products of functions of elements of n nodes: V is diagonal, the matrix sparse."""
     from scipy.sparse import diags, identity, kron
 
-    rho, x = (part.cut(phases) for part, phases in zip(parts, _phases(problem, parts, bottom, top), strict=True))
+    rho, x = (part.cut(phases) for part, phases in zip(parts, _phases(problem, parts, top), strict=True))
     size, fewest = (math.prod(side.missed.size * (n - 1) + 1 for side in sides) for sides in ((rho, x), parts))
     if size > PRODUCTS:
         raise too_large(size, PRODUCTS, parts, 2 * fewest > PRODUCTS)
@@ -420,7 +360,7 @@ def _solve_elements(
     return E[order], ElementWaves(radii, angles, tables[order]), U.size, left[order]
 
 
-def _phases(problem: Problem, parts: tuple[Panels, Panels], bottom: float, top: float) -> tuple[np.ndarray, np.ndarray]:
+def _phases(problem: Problem, parts: tuple[Panels, Panels], top: float) -> tuple[np.ndarray, np.ndarray]:
     """Return the phases of the shortest waves over the panels of rho and of x."""
     rho, x = parts
     lowest = np.interp(np.hstack([rho.points, rho.edges[1:, None]]), problem.rho, problem.lowest).min(axis=1)

@@ -5,12 +5,14 @@ vartheta.
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
+from functools import partial
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from ...models.functions import Barriers, Oscillator, Spring, Zero
-from .cover import line_cover
+from .convergence import LARGEST, near_end, powers_of, until_equal
+from .cover import Cover, line_cover
 from .elements import Elements, elements, first_signs, left_over, solve
 from .factor_tables import (
     AngularTable,
@@ -23,29 +25,17 @@ from .factor_tables import (
     angle_of,
 )
 from .jacobi_basis import Basis, Interval, basis
-from .panels import DENSE, ORDER, Panels, chebyshev, panels
-from .singular_ends import NoGroundState, Well, decayed, exponent, radii, reach, sampled, well
+from .panels import DENSE, Panels, panels
+from .singular_ends import NoGroundState, Reach, Well, decayed, exponent, radii, reach, sampled, well
 
-LARGEST = 1200
-"""Functions of the largest basis in one dimension."""
 LONGEST = 50_000
 """The same on elements, whose matrices are banded."""
-FLOOR = 3e-14
-"""Relative rounding of eigenvalues."""
 GLOBAL = 400
 """Nodes of one interval beyond which a potential is resolved by elements instead."""
 PANELS = 800
 """Panels of an interval at most."""
-POWERS = np.geomspace(0.1, 40.0, 200)
-"""Powers of the size of a basis that errors are taken to fall by."""
-ROUGH = 3.0
-"""The highest of them where V is not smooth at an end, the lowest where it is."""
-NOISE = 1e-6
-"""Part of a change below which the sign of the next one means nothing."""
 SHORT = 0.01
 """Part of an interval at whose end V is looked at for that."""
-SAFE = 2.0
-"""Error in units of what such a power leaves."""
 ORDERS = (14, 18)
 """Nodes of every element: of the smaller basis and of the larger."""
 
@@ -89,73 +79,102 @@ def radial(
         else np.array([exponent(name, found.c_lo, "at its wall")])
     )
     deepest = K.min() + (dimension - 2) ** 2 / 4
-    highest = K.max() + (dimension - 2) ** 2 / 4
-    y, sides = radii(found.lo, found.hi), (highest, deepest)
+    sides = K.max() + (dimension - 2) ** 2 / 4, deepest
     if np.isfinite(limit):
-        w = sampled(U, y) + min(deepest, 0.0) / y**2
-        far = decayed(name, y, w, limit / unit, found.lo, found.hi)[1]
-        if far < found.hi:
-            found = found._replace(hi=far, natural_hi=False, c_hi=0.0)
-            y = radii(found.lo, far)
+        found = _walled(name, U, found, min(deepest, 0.0), limit / unit)
+    y = radii(found.lo, found.hi)
+    above, below, seen = _reaches(name, U, found, sides, y, count + spare)
+    far = max(above.hi, below.hi)
+    e_lo = np.broadcast_to(e_zero if below.lo == found.lo else np.ones(1), K.shape)
+    e_far = exponent(name, found.c_hi, "at its outer wall") if far == found.hi else 1.0
+    equations = _Equations(U, strength, below.lo, found.c_lo, below.lo == 0.0 == found.lo, e_lo, e_far)
+    parts = equations.panels(far, below.top, below.kinetic, seen)
+    if parts.needed > GLOBAL:
+        top = max(above.top, below.top)
+        room = np.maximum(top - sampled(U, parts.points) - deepest / parts.points**2, 0).max(axis=1)
+        fine = parts.cut(np.diff(parts.edges) * np.sqrt(room))
+        check_size(name, fine.missed.size * ORDERS[-1], count, LONGEST)
+        values, error, solutions, n = _by_elements(equations.of_elements, K.size, fine, top, below.kinetic, count)
+        if far < found.hi and values.max() > top:
+            # Barriers raise levels: they reach farther than the semiclassical ones.
+            return radial(name, V, dimension, K, count, hbar, mu, tolerance, 2 * spare + 2, limit)
+        error = error + seen.lost(values)
+        return Factors(unit * values, unit * error, RadialTable(solutions, dimension), n, seen.said)
+    first = int(1.3 * max(above.nodes, below.nodes)) + count + 24
+    check_size(name, first, count)
+    d = SHORT * (far - below.lo)
+    ends = [near_end(U, below.lo, d, 1.0)] * (below.lo == found.lo) + [near_end(U, far, -d, 1.0)] * (far == found.hi)
+    n, grow = max(first, parts.needed), 1.0 if far == found.hi else 1.05
+    in_one_basis = partial(equations.in_one_basis, count=count + 1)
+    b, (values, vectors), error, n = until_equal(in_one_basis, n, far, grow, count, tolerance, powers_of(*ends))
+    functions, values = RadialTable(IntervalFunctions(b.interval, vectors), dimension), values[:, :count]
+    return Factors(unit * values, unit * (error + seen.lost(values)), functions, n, seen.said)
+
+
+def _walled(name: str, U: Callable, found: Well, centrifugal: float, top: float) -> Well:
+    """Return a well with a wall where waves of -u'' + (U + centrifugal/q^2) u up to an energy have decayed."""
+    y = radii(found.lo, found.hi)
+    far = decayed(name, y, sampled(U, y) + centrifugal / y**2, top, found.lo, found.hi)[1]
+    return found._replace(hi=far, natural_hi=False, c_hi=0.0) if far < found.hi else found
+
+
+def _reaches(
+    name: str, U: Callable, found: Well, sides: tuple[float, float], y: np.ndarray, count: int
+) -> tuple[Reach, Reach, Cover]:
+    """Return how far states reach with the highest and the deepest centrifugal term, and where wells may be hidden:
+    radii y that see none of those are joined by the radii of the wells.
+    """
 
     def reaches(y):
-        return [reach(name, lambda q, k=k: U(q) + k / q**2, y, found.lo, found.hi, count + spare) for k in sides]
+        return [reach(name, lambda q, k=k: U(q) + k / q**2, y, found.lo, found.hi, count) for k in sides]
 
     def W(q):
-        return U(q) + deepest / q**2
+        return U(q) + sides[1] / q**2
 
     above, below = reaches(y)
     seen = line_cover(W, W, y[::40], max(above.top, below.top), below.kinetic)
     if (hidden := seen.unseen([y])).low.size:
         above, below = reaches(np.union1d(y, hidden.nodes(0)))
-    near, far = below.lo, max(above.hi, below.hi)
-    e_lo = np.broadcast_to(e_zero if near == found.lo else np.ones(1), K.shape)
-    e_far = exponent(name, found.c_hi, "at its outer wall") if far == found.hi else 1.0
-    regular = near == 0.0 == found.lo
+    return above, below, seen
 
-    def attempt(n, hi):
-        b = basis(Interval(near, hi, e_lo.copy(), np.full(K.shape, e_far), True, True), n, 16)
-        kept = strength[:, None] / b.x**2 if not regular else (-found.c_lo / b.x**2)
-        e0, e1 = e_lo[:, None], e_far
-        singular = 2 * e0 * e1 / (b.below * b.above)
-        if not regular:
-            singular = singular - e0 * (e0 - 1) / b.below**2
-        q = sampled(U, b.x) + kept + singular - e1 * (e1 - 1) / b.above**2
-        return b, b.lowest(q, np.ones_like(q), count + 1, 0)
 
-    d = SHORT * (far - near)
-    ends = [_end(U, near, d, 1.0)] * (near == found.lo) + [_end(U, far, -d, 1.0)] * (far == found.hi)
-    first = int(1.3 * max(above.nodes, below.nodes)) + count + 24
-    grow = 1.0 if far == found.hi else 1.05
-    parts = panels(U, near, far, below.top - below.kinetic, below.kinetic, DENSE, PANELS, seen.thin(near, far, DENSE))
-    if parts.needed > GLOBAL:
+class _Equations(NamedTuple):
+    """The equations -u'' + (U + strength/q^2) u = E u of every K from `near` on, u ~ (q - near)^e_lo and, at the outer
+    end, a power e_far of the distance; c_lo: what U has of 1/q^2; regular: whether `near` is the origin.
+    """
 
-        def problem(i, edges, n):
-            line = elements(edges, n, float(e_lo[i]), e_far, True, True)
-            q = sampled(U, line.x) + strength[i] / line.x**2
-            q[0] -= (
-                (strength[i] + found.c_lo) / line.x[0] ** 2 if regular else e_lo[i] * (e_lo[i] - 1) / line.below[0] ** 2
-            )
-            q[-1] -= e_far * (e_far - 1) / line.above[-1] ** 2
-            return line, np.ones_like(q), q
+    U: Callable
+    strength: np.ndarray
+    near: float
+    c_lo: float
+    regular: bool
+    e_lo: np.ndarray
+    e_far: float
 
-        top = max(above.top, below.top)
-        room = np.maximum(top - sampled(U, parts.points) - deepest / parts.points**2, 0).max(axis=1)
-        fine = parts.cut(np.diff(parts.edges) * np.sqrt(room))
-        check_size(name, fine.missed.size * ORDERS[-1], count, LONGEST)
-        values, error, solutions, n = _by_elements(problem, K.size, fine, top, below.kinetic, count)
-        if (
-            far < found.hi and values.max() > top
-        ):  # barriers raise levels: they reach farther than the semiclassical ones
-            return radial(name, V, dimension, K, count, hbar, mu, tolerance, 2 * spare + 2, limit)
-        error = error + seen.lost(values)
-        return Factors(unit * values, unit * error, RadialTable(solutions, dimension), n, seen.said)
-    check_size(name, first, count)
-    b, (values, vectors), error, n = _until_equal(
-        attempt, max(first, parts.needed), far, grow, count, tolerance, _powers(*ends)
-    )
-    functions, values = RadialTable(IntervalFunctions(b.interval, vectors), dimension), values[:, :count]
-    return Factors(unit * values, unit * (error + seen.lost(values)), functions, n, seen.said)
+    def panels(self, far: float, top: float, kinetic: float, seen: Cover) -> Panels:
+        """Return the partition up to `far` that resolves U."""
+        thin = seen.thin(self.near, far, DENSE)
+        return panels(self.U, self.near, far, top - kinetic, kinetic, DENSE, PANELS, thin)
+
+    def in_one_basis(self, n: int, hi: float, count: int) -> tuple[Basis, tuple[np.ndarray, np.ndarray]]:
+        """Return the polynomials of n nodes up to hi, with the lowest values and their vectors."""
+        e_lo, e_far = self.e_lo[:, None], self.e_far
+        b = basis(Interval(self.near, hi, self.e_lo.copy(), np.full(self.e_lo.shape, e_far), True, True), n, 16)
+        kept = self.strength[:, None] / b.x**2 if not self.regular else (-self.c_lo / b.x**2)
+        singular = 2 * e_lo * e_far / (b.below * b.above)
+        if not self.regular:
+            singular = singular - e_lo * (e_lo - 1) / b.below**2
+        q = sampled(self.U, b.x) + kept + singular - e_far * (e_far - 1) / b.above**2
+        return b, b.lowest(q, np.ones_like(q), count, 0)
+
+    def of_elements(self, i: int, edges: np.ndarray, n: int) -> tuple[Elements, np.ndarray, np.ndarray]:
+        """Return the elements between edges, p and q of the i-th equation."""
+        e_lo, e_far, strength = self.e_lo[i], self.e_far, self.strength[i]
+        line = elements(edges, n, float(e_lo), e_far, True, True)
+        q = sampled(self.U, line.x) + strength / line.x**2
+        q[0] -= (strength + self.c_lo) / line.x[0] ** 2 if self.regular else e_lo * (e_lo - 1) / line.below[0] ** 2
+        q[-1] -= e_far * (e_far - 1) / line.above[-1] ** 2
+        return line, np.ones_like(q), q
 
 
 def _by_elements(
@@ -178,7 +197,7 @@ def _by_elements(
                 values[:count],
                 (2 * gap + rounding + left_over(line, parts.missed, c))[:count],
                 line,
-                c * first_signs(line, c),
+                c * first_signs(c),
             )
         )
     values, errors = (np.array([row[k] for row in rows]) for k in (0, 1))
@@ -193,73 +212,6 @@ def check_size(name: str, size: int, count: int, largest: int = LARGEST) -> None
             f"{count} levels of {name} take {size} basis functions and more, above {largest}: ask for fewer, or a "
             "larger hbar"
         )
-
-
-def _until_equal(solve, n, hi, grow, count, tolerance, powers):
-    """Enlarge basis and interval until the values of two in succession agree: twofold while they are far from it.
-
-    Return basis, values and vectors, errors, size. A smaller basis goes before, for how fast changes fall.
-    """
-    sizes, change, far = [max(int((n - 12) / 1.25), count + 2)], None, False
-    _, (coarse, _) = solve(sizes[0], hi / grow)
-    while True:
-        sizes.append(2 * sizes[-1] if far else sizes[-1] + sizes[-1] // 4 + 12)
-        b, (values, vectors) = solve(sizes[-1], hi)
-        gap = values[:, :count] - coarse[:, :count]
-        scale = np.maximum(np.abs(values[:, :count]), np.abs(np.diff(values[:, : count + 1])))
-        if change is not None:
-            error = _left(sizes[-3:], change, gap, FLOOR * scale, powers)
-            if np.all(error <= max(0.1 * tolerance, FLOOR) * scale) or sizes[-1] > LARGEST:
-                rounding = 8 * np.finfo(float).eps * np.abs(values[:, :count]).max(axis=1, keepdims=True)
-                return b, (values, vectors), error + rounding, sizes[-1]
-            far = bool(np.any(np.abs(gap) > 1e-4 * scale))
-        coarse, change, hi = values, gap, hi * grow
-
-
-def _left(sizes: list[int], change: np.ndarray, gap: np.ndarray, floor: np.ndarray, powers: np.ndarray) -> np.ndarray:
-    """Return what is left behind two changes between bases of three sizes.
-
-    Twice the last one, and twice what follows if errors fall as a power of the size, as they do at singular ends whose
-    functions no exponent makes smooth. Changes of different signs, of the basis and of its quadrature, tell no power:
-    the error is the larger one.
-    """
-    size, last = np.abs(change), np.abs(gap)
-    if powers[-1] < POWERS[-1]:  # errors of the basis and of its quadrature may cancel
-        size, last = by_chance(size), by_chance(last)
-    error = 2 * last + SAFE * _remaining(sizes, size - floor, last - floor, powers)
-    turned = (change * gap < 0) & (last > np.maximum(floor, NOISE * size))
-    return np.where(turned, np.maximum(error, size), error)
-
-
-def by_chance(gap: np.ndarray) -> np.ndarray:
-    """Return the changes (..., levels), no less than those of neighbours: two bases may agree on a level by chance."""
-    wide = np.pad(gap, [(0, 0)] * (gap.ndim - 1) + [(1, 1)])
-    nearby = np.maximum(np.maximum(wide[..., :-2], wide[..., 2:]), gap)
-    return np.maximum(nearby, 0.1 * np.maximum.accumulate(gap, axis=-1))
-
-
-def _remaining(sizes: list[int], change: np.ndarray, gap: np.ndarray, powers: np.ndarray) -> np.ndarray:
-    """Return the error of the last of three bases if errors fall as one of some powers of their size."""
-    errors = [(size / sizes[-1]) ** -powers for size in sizes]
-    drop, last = errors[0] - errors[1], errors[1] - errors[2]
-    change = np.maximum(change, 1e-300)
-    return change * np.interp(np.maximum(gap, 0) / change, (last / drop)[::-1], (1 / drop)[::-1])
-
-
-def _end(U: Callable, place: float, step: float, power: float) -> Callable:
-    """Return d^2 U as a function of t, d = step t^power its distance from an end."""
-    return lambda t: (step * t**power) ** 2 * U(place + step * t**power)
-
-
-def _powers(*ends: Callable) -> np.ndarray:
-    """Return the powers by which errors may fall where V has such ends: functions of t in (0, 1), smooth or not."""
-    nodes, matrix = chebyshev(2 * ORDER)
-    between = (np.arange(2 * ORDER) + 0.5) / (2 * ORDER)
-    for end in ends:
-        inner, seen = sampled(end, nodes), sampled(end, between)
-        if not np.abs(matrix @ inner - seen).max() <= 1e-9 * np.abs(seen).max():
-            return POWERS[POWERS <= ROUGH]
-    return POWERS[POWERS > ROUGH]
 
 
 def _oscillator(name, V, dimension, K, count, hbar, mu):
@@ -292,7 +244,7 @@ def angular(
 
     d = SHORT * (found.hi - found.lo)  # polynomials of x are even at the natural ends
     places = (found.lo, d, found.natural_lo), (found.hi, -d, found.natural_hi)
-    ends = [_end(U, place, step, 0.5 if natural else 1.0) for place, step, natural in places]
+    ends = [near_end(U, place, step, 0.5 if natural else 1.0) for place, step, natural in places]
 
     def attempt(n, _):
         base = basis(interval, n, 24)
@@ -327,8 +279,8 @@ def angular(
         values, error, solutions, n = _by_elements(problem, a.size, fine, top, scale, count)
         lost = float(seen.lost(values).max())
         return Factors(unit * values, unit * error, AngularTable(solutions), n, seen.said, lost)
-    base, (values, vectors), error, n = _until_equal(
-        attempt, max(count + 24, parts.needed), 1.0, 1.0, count, tolerance, _powers(*ends)
+    base, (values, vectors), error, n = until_equal(
+        attempt, max(count + 24, parts.needed), 1.0, 1.0, count, tolerance, powers_of(*ends)
     )
     functions = AngularTable(IntervalFunctions(base.interval, vectors))
     values, lost = values[:, :count], float(seen.lost(values[:, :count]).max())

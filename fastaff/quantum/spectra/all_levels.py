@@ -18,6 +18,8 @@ import numpy as np
 from ...base.interruption import keeping
 from ...base.numbers import fits, flag, real, reporter, whole
 from ...base.recipe import recorded
+from ...charts import Chart
+from ...models import Body
 from ..states.level_table import LevelTable, level_list
 from ..states.symmetry import SymmetryClass
 from .spectrum import tables_below
@@ -30,13 +32,13 @@ FIRST = 16
 
 @recorded
 def all_levels(
-    body: Any,
+    body: Body,
     *,
     below: float | None = None,
     multiplets: int | None = None,
     hbar: float = 1.0,
     single_valued: bool = True,
-    chart: Any = None,
+    chart: Chart | None = None,
     tolerance: float = 1e-10,
     report: Callable[[float], None] | None = None,
 ) -> LevelTable:

@@ -14,6 +14,8 @@ from ...base.interruption import keeping
 from ...base.numbers import an_array, function, numbers, reporter, text, whole
 from ...base.recipe import recorded
 from ...base.results import Drawable
+from ...charts import Chart
+from ...models import Body
 from ..states.level_table import LevelTable
 from ..states.symmetry import SymmetryClass, checked_class
 from .spectrum import spectrum, spectrum_table
@@ -86,7 +88,7 @@ def level_diagram(
     name: str = "parameter",
     hbar: float = 1.0,
     single_valued: bool = True,
-    chart: Any = None,
+    chart: Chart | None = None,
     tolerance: float = 1e-10,
     report: Callable[[float], None] | None = None,
 ) -> LevelDiagram:
@@ -120,14 +122,14 @@ def level_diagram(
 
 @recorded
 def class_diagram(
-    body: Any,
+    body: Body,
     *,
     m: int | Sequence[int],
     l: int | Sequence[int],
     count: int,
     hbar: float = 1.0,
     single_valued: bool = True,
-    chart: Any = None,
+    chart: Chart | None = None,
     tolerance: float = 1e-10,
 ) -> LevelDiagram:
     """Compute levels of a body against its spin m at one vorticity l, or against l at one m.

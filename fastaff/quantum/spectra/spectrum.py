@@ -16,6 +16,7 @@ from ...base.recipe import recorded
 from ...charts import ALPHA_BETA, R_VARTHETA, Chart
 from ...flows.checks import checked_model
 from ...flows.interruptible import interruptible
+from ...models import Body
 from ...models.traits import traits_of
 from ..solvers.factor_tables import Factors, FactorTable
 from ..solvers.nonseparable import plane_levels
@@ -32,14 +33,14 @@ NEAR = (1e-2, 1e-4, 1e-6)
 
 @recorded
 def spectrum(
-    body: Any,
+    body: Body,
     *,
     m: int,
     l: int,
     count: int,
     hbar: float = 1.0,
     single_valued: bool = True,
-    chart: Any = None,
+    chart: Chart | None = None,
     tolerance: float = 1e-10,
     report: Callable[[float], None] | None = None,
 ) -> LevelTable:
@@ -103,7 +104,7 @@ def spectrum(
         if chart is None and not solved_families(body):
             plane_levels(body, chosen, count, hbar, tolerance, known, report)
         else:
-            options = {"hbar": hbar, "single_valued": single_valued, "chart": chart, "tolerance": tolerance}
+            options: Any = {"hbar": hbar, "single_valued": single_valued, "chart": chart, "tolerance": tolerance}
             known += spectrum_table(body, m=[chosen.m], l=[chosen.l], count=count, **options)
         if report is not None:
             report(1.0)
@@ -111,14 +112,14 @@ def spectrum(
 
 
 def spectrum_table(
-    body: Any,
+    body: Body,
     *,
     m: Sequence[int],
     l: Sequence[int],
     count: int,
     hbar: float = 1.0,
     single_valued: bool = True,
-    chart: Any = None,
+    chart: Chart | None = None,
     tolerance: float = 1e-10,
 ) -> list[LevelTable]:
     """Compute the lowest levels of many symmetry classes of a separable body at once.

@@ -1,0 +1,229 @@
+"""One run of orbits to their crossings of a section: brackets are recorded, then located on the flow."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from ...base.interruption import keeping
+from ...base.numbers import fits
+from ...base.status import Status
+from ...compile.threads import by_portions
+from ...flows import observers
+from ...flows.checks import energy_drift
+from ...flows.ensemble import Ensemble
+from ...flows.flow import Flow, energy_error
+from ...flows.time_transformed import TransformedFlow
+from ...kernels import crossings as kernels
+from ...kernels.crossing_roots import compact
+from ...kernels.crossings import RECORD
+from ...kernels.samples import WEAR_ROWS
+from ...models.mechanics import slopes
+from ...models.traits import traits_of
+from .section_map import SectionMap
+
+PORTION, COMPARED = 2**27, 16
+"""Bytes that are taken beside the result at a time; how many times the crossings of an orbit these are."""
+SPARE = 8
+"""Record slots beyond the wanted crossings, for suspected pairs of crossings inside a step."""
+NUDGE = 1e-6
+"""Displacement, in amplitudes of the motion or relative, for slopes of the section function."""
+START = 8 * float(np.finfo(float).eps)
+"""Section function at the start, relative to its changes with z and over a step, and time after max_time, that are
+rounding.
+"""
+LAST_RECORDS = 500_000
+"""Crossings still located after Ctrl-C: about half a second's worth; the later orbits of a larger run lose theirs."""
+
+
+def crossed(
+    flow, body, z, section, wanted, max_time, tolerance, report, radius=None, wear=None
+) -> tuple[SectionMap, np.ndarray]:
+    """Follow the orbits once; return their crossings and the times that they reached."""
+    asked, section = section, flow.section(section)
+    ensemble = flow.ensemble(z, radius=radius)
+    rows, orbits = ensemble.z.shape
+    width, slots = RECORD.state + rows, wanted + SPARE
+    fits("crossings", orbits, slots, width)
+    observer = observers.crossings(section, wanted, flow.model.degrees_of_freedom)
+    if wear is not None:
+        first, observer = observer.rows, observers.either(observer, observers.worn(rows))
+    memory, out = np.zeros((observer.rows, orbits)), np.full((orbits, slots * width), np.nan)
+    if wear is not None:
+        memory[first + WEAR_ROWS.share], memory[first + WEAR_ROWS.early] = wear.share, np.sqrt(wear.early)
+
+    def found(interrupted: bool) -> SectionMap:
+        result = _result(flow, body, ensemble, section, wanted, memory, out, tolerance)
+        points = traits_of(body).turned_back(flow.states(result.points))
+        result = replace(result, points=points, section=asked)
+        if interrupted:
+            result.status[result.status == Status.TOO_FEW_CROSSINGS] = Status.INTERRUPTED  # there may be more
+        return result
+
+    with keeping("poincare_map", lambda: found(True)):
+        start_crossings(flow, memory, section, ensemble)
+        follow_crossings(flow, ensemble, section, wanted, observer, memory, out, max_time, report)
+    return found(False), ensemble.time
+
+
+def start_crossings(
+    flow: Flow | TransformedFlow, memory: np.ndarray, section: Any, ensemble: Ensemble, *, on: bool = False
+) -> None:
+    """Set the section function at the start and a step before it; `on` says that all starts are on the section, to some
+    error.
+
+    Where a start is on the section, to rounding of z or of a step, it keeps only the sign of the function just after
+    it.
+    """
+    z, n = ensemble.points, flow.model.degrees_of_freedom
+    with np.errstate(all="ignore"):
+        value = _section_values(section, z)
+        change = (_section_values(section, z + NUDGE * ensemble.ahead * slopes(flow.model, z)) - value) / NUDGE
+        size = np.abs(change)
+        for row in np.eye(2 * n):
+            size += np.abs(_section_values(section, z * (1 + NUDGE * row[:, None])) - value) / NUDGE
+        leaving = np.where(np.abs(change) > 1e-9 * size, kernels.BARELY * np.sign(change), 0.0)
+        memory[kernels.ROWS.before] = np.where((np.abs(value) <= START * size) | on, leaving, value)
+    before = replace(ensemble, z=flow.shifted(ensemble.z, -ensemble.ahead))
+    memory[kernels.ROWS.earlier] = _section_values(section, before.points)
+    memory[kernels.ROWS.time_earlier] = -ensemble.ahead
+    memory[kernels.ROWS.state : kernels.ROWS.state + len(ensemble.z)] = ensemble.z
+
+
+def _section_values(section: Any, z: np.ndarray) -> np.ndarray:
+    """Return the section function at z (2n, orbits), one number for each orbit."""
+    with np.errstate(all="ignore"):
+        return np.asarray(section.value(*z), dtype=np.float64) + np.zeros(z.shape[1])
+
+
+def follow_crossings(
+    flow: Flow | TransformedFlow, ensemble: Ensemble, section, wanted, observer, memory, out, max_time, report
+) -> None:
+    """Run, locate and drop false alarms until every orbit has its crossings or has ended.
+
+    After an interruption the records so far are located before it is passed on; what is not located is never kept, and
+    an orbit that misses it is INTERRUPTED.
+    """
+    rows, orbits = ensemble.z.shape
+    records = out.reshape(-1, RECORD.state + rows)
+    slot = np.arange(out.shape[1] // records.shape[1])
+    located, looked, interrupted = np.zeros(orbits, np.int64), np.zeros(orbits, dtype=bool), False
+
+    def settle(most: int | None) -> np.ndarray:
+        """Locate what was recorded since, but at most so much, and keep what is there and in time; return the numbers
+        of crossings.
+        """
+        written = memory[kernels.ROWS.written].astype(np.int64)
+        found = np.flatnonzero((slot >= located[:, None]) & (slot < written[:, None]))
+        where = found[:most]
+        try:
+            flow.locate(section, records, where)
+        finally:
+            time, limit = records[where, RECORD.time], max_time * (1 + START)
+            late = ~((time > 0.0) & (time <= (limit[where // slot.size] if np.ndim(limit) else limit)))
+            records[where[late], RECORD.kind] = kernels.NOTHING
+            kind = records[found, RECORD.kind]
+            left = found[(kind != kernels.LOCATED) & (kind != kernels.NOTHING)] // slot.size
+            compact(rows, out, written)
+            ensemble.status[left[written[left] < wanted]] = Status.INTERRUPTED
+            memory[kernels.ROWS.written], memory[kernels.ROWS.certain] = written, written
+        return written
+
+    while True:
+        try:
+            flow.advance(ensemble, observer, memory, out, time=max_time, refill=True, report=report)
+        except KeyboardInterrupt:
+            interrupted = True
+        try:
+            located = settle(LAST_RECORDS if interrupted else None)
+            missing = (ensemble.status == Status.OK) & (located < wanted)
+            ended = ensemble.time >= max_time * (1 - 1e-12)
+            last = missing & ended & ~looked
+            if last.any() and not interrupted:
+                look_beyond(flow, ensemble, section, memory, out, last)
+                looked |= last
+                located = settle(None)
+        except KeyboardInterrupt:
+            interrupted = True
+        if interrupted:
+            raise KeyboardInterrupt
+        short = missing & ~ended
+        if not short.any():
+            return
+        _hold(flow, ensemble, short, max_time)
+
+
+def look_beyond(flow, ensemble, section, memory, out, last: np.ndarray) -> None:
+    """Record suspected pairs around the ends of the orbits `last`, from the section function a step beyond."""
+    rows, at = ensemble.z.shape[0], kernels.ROWS
+    after = replace(ensemble, z=flow.shifted(ensemble.z, ensemble.ahead))
+    now, step = _section_values(section, after.points), ensemble.ahead
+    records = out.reshape(len(out), -1, RECORD.state + rows)
+    for o in np.flatnonzero(last):
+        time = memory[at.time_before, o]
+        back = time - memory[at.time_earlier, o]
+        if kernels.dips(memory[at.earlier, o], memory[at.before, o], now[o], back, step[o]):
+            slot = int(memory[at.written, o])
+            for k, kind in enumerate((kernels.LOWER, kernels.UPPER)):
+                record = records[o, slot + k]
+                record[RECORD.time], record[RECORD.kind] = time, kind
+                record[RECORD.lower], record[RECORD.upper] = -back, step[o]
+                record[RECORD.state :] = memory[at.state : at.state + rows, o]
+            memory[at.written, o] += 2
+
+
+def _hold(flow: Flow | TransformedFlow, ensemble: Ensemble, short: np.ndarray, max_time: float) -> None:
+    """Leave only the orbits that still miss crossings to the next round."""
+    finished = ~short & (ensemble.status == Status.OK)
+    if flow.adaptive:
+        ensemble.time[finished] = np.broadcast_to(max_time, finished.shape)[finished]
+    else:
+        ensemble.count[finished] = np.broadcast_to(flow.steps(max_time), finished.shape)[finished]
+
+
+def _result(flow, body, ensemble, section, wanted, memory, out, tolerance) -> SectionMap:
+    """Assemble the map: cut each orbit at the wanted number and where its energy has drifted."""
+    rows, orbits = ensemble.z.shape
+    width = RECORD.state + rows
+    records = out.reshape(orbits, -1, width)[:, :wanted]
+    counts = np.minimum(memory[kernels.ROWS.written].astype(np.int64), wanted)
+    kept = np.arange(wanted) < counts[:, None]
+    points, times = records[:, :, RECORD.state :], np.where(kept, records[:, :, RECORD.time], np.nan)
+    drift = np.empty(times.shape)
+    most = max(1, PORTION // (8 * COMPARED * wanted * rows))
+
+    def look(at: slice) -> None:
+        for first in range(at.start, min(at.stop, orbits), most):
+            part = slice(first, min(first + most, at.stop))
+            z = np.ascontiguousarray(points[part].transpose(2, 0, 1))
+            start, scale = ensemble.energy[part, None], ensemble.scale[part, None]
+            drift[part] = np.where(kept[part], energy_drift(flow.model, z, start, scale), -1.0)
+
+    by_portions(look, orbits, wanted * rows, flow.threads)
+    beyond = drift > tolerance
+    first = np.where(beyond.any(axis=1), beyond.argmax(axis=1), wanted)
+    error = drift.max(axis=1)
+    error = np.where(ensemble.status == Status.OK, np.maximum(error, energy_error(flow.model, ensemble)), error)
+    status = ensemble.status.copy()
+    status[(status == Status.OK) & (error > tolerance)] = Status.ENERGY_DRIFT
+    status[(status == Status.OK) & (counts < wanted)] = Status.TOO_FEW_CROSSINGS
+    written = memory[kernels.ROWS.written].astype(np.int64)
+    counts = np.minimum(counts, first)
+    slot = np.arange(wanted)
+    dropped = (slot >= counts[:, None]) & (slot < written[:, None])
+    points[dropped], times[dropped] = np.nan, np.nan
+    residual = np.where(slot < counts[:, None], np.abs(records[:, :, RECORD.residual]), 0.0).max(axis=1)
+    return SectionMap(
+        points=points.transpose(2, 1, 0),
+        times=times.T,
+        counts=counts,
+        section_error=residual,
+        energy_error=np.maximum(error, 0.0),
+        status=status,
+        section=section,
+        scheme=flow.scheme,
+        step=flow.step,
+        names=traits_of(body).row_names,
+    )

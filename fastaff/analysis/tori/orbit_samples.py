@@ -1,0 +1,173 @@
+"""Equidistant samples of one orbit, as dense as its torus needs, and what is known of the orbit."""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ...base.numbers import fits
+from ...base.status import Status
+from ...flows.checks import energy_drift
+from ...flows.flow import Flow, mark_drift
+from ...flows.launch import Report
+from ...flows.motion import motion
+from ...flows.options import Options, plan
+from ...models.mechanics import kinetic_energies, slopes
+from ...models.traits import traits_of
+from .lines import pieces_of
+from .series import weights
+from .torus import (
+    TorusFit,
+    flow_of_turns,
+    image,
+    nothing,
+    periods_of,
+    point,
+    resting,
+    rows_of,
+    without_periods,
+)
+
+MOST_SAMPLES = 2**17
+END_OF_SPECTRUM = 1e-13
+"""Relative height of the spectrum at the sampling limit that is dense enough."""
+LARGEST_DRIFT = 1e-6
+"""Relative energy error above which an orbit counts as failed."""
+LEAST_PERIODS = 8.0
+"""Natural periods below which nothing is fitted: the lines could not be told apart."""
+LEAST_TURNS = 256
+"""Turns that a fit needs, of each of the pieces that an orbit lies on."""
+
+
+class Samples(NamedTuple):
+    """Equidistant samples of an orbit: times (samples,), states (2n, samples), how many of them are fitted; the later
+    ones are predicted.
+
+    finer: the same by half the steps, None where there are none; pieces: turns from one sample to the next, images of
+    which the torus consists; what is known of the orbit, as of `TorusFit`.
+    """
+
+    t: np.ndarray
+    path: np.ndarray
+    inside: int
+    finer: np.ndarray | None
+    evidence: dict
+    energy: float = math.nan
+    pieces: int = 1
+
+
+def samples_of_flow(
+    body: Any, z: np.ndarray, time: float, options: Options, energy: float, report: Report
+) -> Samples | TorusFit:
+    """Return samples of the orbit from z (2n, 1) over 3/2 of the time, or what there is to say where it has no fit.
+
+    They are made so dense that the spectrum falls to rounding before its end, judged from its exponential fall.
+    """
+    flow, z, _ = plan(body, z, options)
+    own = motion(body, z)
+    least = LEAST_PERIODS * 2 * np.pi / float(own.rate[0])
+    short = time < least and own.kinetic[0] > 0
+    inside = 64 if short else 4096
+    while True:
+        path, evidence = _path(flow, z, 1.5 * time, 3 * inside // 2)
+        evidence["samples"] = float(inside)
+        if short or evidence["status"] != Status.OK or 2 * inside > MOST_SAMPLES:
+            break
+        spectrum = np.abs(np.fft.rfft(path[:, :inside] * weights(inside)))
+        end = spectrum[:, -inside // 8 :].max() / (spectrum.max() or 1.0)
+        if end <= END_OF_SPECTRUM:
+            break
+        factor = np.log(END_OF_SPECTRUM) / min(np.log(end), -0.5)
+        inside = int(min(MOST_SAMPLES, inside * 2 ** np.ceil(np.log2(max(factor, 2.0)))))
+    if evidence["status"] != Status.OK:
+        return nothing(body, energy, evidence, gone=evidence["status"] == Status.ESCAPED)
+    still = resting(path)
+    if short or not (still or (kinetic_energies(body, path) > 0).any()):  # or its energy is below the smallest number
+        return nothing(body, energy, evidence | {"longer": least})
+    if still:
+        left = float(np.abs(slopes(body, path[:, :1])).max())
+        return point(body, path, energy, evidence, residual=left)
+    report(0.25)
+    interval = 1.5 * time / (path.shape[1] - 1)
+    finer, state = _path(flow.fitted(interval).finer(), z, 1.5 * time, path.shape[1] - 1)  # half the steps that it took
+    report(0.5)
+    finer = finer if state["status"] == Status.OK else path
+    return Samples(interval * np.arange(path.shape[1]), path, inside, finer, evidence, energy)
+
+
+def samples_of_turns(
+    body: Any, z: np.ndarray, time: float, options: Options, energy: float, report: Report
+) -> Samples | TorusFit:
+    """Return samples of the orbit of a map, or of a driven system's map over its period, from z (2n, 1) over 3/2 of the
+    time, or what there is to say where it has no fit.
+    """
+    mapping, periods, rows = traits_of(body).iterated, periods_of(body), rows_of(body)
+    flow, _, interval = flow_of_turns(body, z, options)
+    count = int(time / interval + 1e-9)
+    if count < LEAST_TURNS:
+        return nothing(body, energy, {"status": float(Status.OK), "longer": LEAST_TURNS * interval})
+    fits("time", 3 * count, len(z))
+    path, evidence = _path(flow, z, (3 * count // 2) * interval, 3 * count // 2)
+    evidence["samples"] = float(3 * count // 2)
+    if evidence["status"] != Status.OK or not np.isfinite(path).all():
+        gone = evidence["status"] in ((Status.LOST, Status.NONFINITE) if mapping else (Status.ESCAPED,))
+        return nothing(body, energy, evidence, gone=gone)
+    report(0.25)
+    pieces = pieces_of(body, path[:, :count])
+    evidence["islands"] = float(pieces)
+    if pieces > 1:
+        path = _without_steps(path[:, ::pieces], periods)
+    every = path[rows]
+    if resting(every - every.mean(axis=1, keepdims=True) + every[:, :1]) or (np.ptp(every, axis=1) == 0).all():
+        away = without_periods(image(body, path[:, :1], pieces) - path[:, :1], periods)[rows]
+        return point(body, path, energy, evidence, residual=float(np.abs(away).max()), islands=pieces)
+    inside, finer = 2 * path.shape[1] // 3, None
+    if inside < LEAST_TURNS:
+        return nothing(body, energy, evidence | {"longer": pieces * LEAST_TURNS * interval})
+    if not mapping:
+        finer, state = _path(flow.finer(), z, pieces * inside * interval, pieces * inside)
+        finer = finer[:, ::pieces] if state["status"] == Status.OK else None
+    report(0.5)
+    return Samples(np.arange(float(path.shape[1])), path, inside, finer, evidence, energy, pieces)
+
+
+def _path(flow: Flow, z: np.ndarray, time: float, count: int) -> tuple[np.ndarray, dict[str, float]]:
+    """Return the states (2n, count + 1) of the orbit from z (2n, 1) up to a time, angles of a map as they wind on, and
+    what became of the orbit.
+    """
+    ensemble, traits, error = flow.ensemble(z.copy()), flow.traits, 0.0
+    states = flow.sampled(ensemble, count, time=time)
+    path = np.column_stack([z, states[0].T])
+    if traits.iterated:
+        path = _unwound(flow.model, path)
+    else:
+        if traits.driven:
+            path[traits.moving] = z[traits.moving]
+        if traits.driven or not resting(path):
+            with np.errstate(all="ignore"):
+                error = float(energy_drift(flow.model, path, ensemble.energy, ensemble.scale).max())
+        if not traits.driven:
+            mark_drift(ensemble, np.array([error]), LARGEST_DRIFT)
+    return path, {"status": float(ensemble.status[0]), "energy error": error}
+
+
+def _unwound(model: Any, path: np.ndarray) -> np.ndarray:
+    """Return the iterates (2n, samples) of a map with angles as they wind on, whole periods from what they are."""
+    with np.errstate(all="ignore"):
+        ahead = np.array(np.broadcast_arrays(*model.iterate(*path[:, :-1])))
+        for row, period in enumerate(model.periods()):
+            if period > 0:
+                path[row, 1:] += period * np.cumsum(np.rint((ahead[row] - path[row, 1:]) / period))
+    return path
+
+
+def _without_steps(path: np.ndarray, periods: np.ndarray) -> np.ndarray:
+    """Return rows without the whole periods that they wind on from one sample to the next, where these are the same."""
+    path = path.copy()
+    for row in np.flatnonzero(periods > 0):
+        steps = (path[row, -1] - path[row, 0]) / periods[row] / (path.shape[1] - 1)
+        if abs(steps - np.rint(steps)) * path.shape[1] < 1:
+            path[row] -= np.rint(steps) * periods[row] * np.arange(path.shape[1])
+    return path

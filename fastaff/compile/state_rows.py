@@ -1,0 +1,122 @@
+"""Rows of a state block: those of the orbit, of its vectors and of the time, and the texts of their slopes."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Set
+from dataclasses import dataclass
+from typing import Any
+
+from . import damping, turning
+from .kinds import term, terms_of, winding_of
+
+VECTORS_PER_LOOP = {1: 8, 2: 4, 3: 4, 4: 4}
+"""Tangent vectors that one loop over lanes moves, by degrees of freedom (else 2): longer loops no longer vectorise."""
+
+
+@dataclass(frozen=True)
+class Rows:
+    """Rows of a state block: positions, then momenta, of the orbit (n each) and of its tangent vectors (n each, one
+    after another).
+
+    terms: those of the equations, see `kinds.TERMS`. The time of a drive is no distance and no vector changes it. It
+    takes one addition a step, not one a stage, and is reduced by its period: in many periods a rounding error that all
+    steps share would be a phase. variables: of a system dz/dt = f(z), 2n of H(q, p), 0 of others; the last row is idle
+    where they are odd; winding: which rows (2n,) of a map have a period, none of others.
+    """
+
+    n: int
+    vectors: int
+    terms: Set[str] = frozenset()
+    variables: int = 0
+    winding: tuple[bool, ...] = ()
+
+    driven, frame, friction, nonseparable = map(term, ("drive", "frame", "friction", "nonseparable"))
+
+    @property
+    def half(self) -> int:
+        """The number of positions."""
+        return self.n * (1 + self.vectors)
+
+    @property
+    def time(self) -> int | None:
+        """The row of the time, if there is one."""
+        return self.n - 1 if self.driven else None
+
+    @property
+    def shares(self) -> bool:
+        """Whether lanes of one step have a text of their own, which takes twice as long to compile: not beside the many
+        vectors of a tangent map.
+        """
+        return self.frame and self.vectors <= 2
+
+    @property
+    def orbit(self) -> list[int]:
+        """The rows of the orbit itself."""
+        return [*range(self.n), *range(self.half, self.half + self.n)]
+
+    @property
+    def all(self) -> range:
+        """Numbers of the rows of a half."""
+        return range(self.half)
+
+    @property
+    def groups(self) -> list[range]:
+        """Numbers of the rows of a half that one loop moves: the orbit with its first vectors, then the other
+        vectors.
+        """
+        width = VECTORS_PER_LOOP.get(self.n, 2)
+        ends = [1 + min(self.vectors, width), *range(1 + 2 * width, 1 + self.vectors + width, width)]
+        ends = [min(end, 1 + self.vectors) * self.n for end in ends]
+        return [range(first, last) for first, last in zip([0, *ends], ends) if last > first]
+
+    def parts(self, rows: range) -> list[range]:
+        """Numbers of those of these rows that are an orbit's or one vector's, for each."""
+        return [range(first, first + self.n) for first in range(rows.start, rows.stop, self.n)]
+
+    def state(self, part: range) -> list[int]:
+        """The rows of the variables of a system dz/dt = f(z), of the orbit or of one vector."""
+        return [*part, *range(self.half + part.start, self.half + part.stop)][: self.variables]
+
+    @property
+    def place(self) -> list[int]:
+        """The rows that the domain and the distance from the origin are of."""
+        return self.state(range(self.n)) if self.variables else [*range(self.n)]
+
+    def velocities(self, rows: range) -> str:
+        """Text that sets the v of these rows to the velocities at p: T is quadratic, so a vector's is that of its own
+        momenta.
+        """
+        text = ""
+        for part in self.parts(rows):
+            text += f"{listed('v', part)}, = value.velocity({listed('p', part)})\n"
+            text += f"v{part[-1]} = 0.0\n" if self.driven and part.start > 0 else ""
+        return text
+
+    def forces(self, rows: range) -> str:
+        """Text that sets the f of these rows to the force at q, or its change along a vector."""
+        text, orbit = "", range(self.n)
+        for part in self.parts(rows):
+            call = (
+                f"force({listed('q', orbit)})"
+                if part == orbit
+                else f"tangent_force({listed('q', orbit)}, {listed('q', part)})"
+            )
+            text += f"{listed('f', part)}, = value.{call}\n"
+        return text + (damping.drag(rows) if self.friction else "")
+
+    def slopes(self, rows: range) -> str:
+        """Text that sets v and f of these rows to dq/dt and dp/dt."""
+        text = self.velocities(rows) + self.forces(rows)
+        return text + "".join(turning.rates(part[0], part[1]) for part in self.parts(rows) if self.frame)
+
+
+def rows_of(value: Any, n: int, vectors: int) -> Rows:
+    """Return the rows of a state of a model, or those that a section sees, by the terms of its equations."""
+    terms = terms_of(value)
+    variables = len(value.coordinates) if "rates" in terms else 2 * n if "nonseparable" in terms else 0
+    return Rows(n, vectors, terms, variables, winding_of(value))
+
+
+def listed(letter: str, rows: Iterable[int]) -> str:
+    """Text of the names of rows: "q0, q1"."""
+    return ", ".join(f"{letter}{r}" for r in rows)

@@ -1,0 +1,60 @@
+"""Hyperelastic laws by name: stored energies W(D1, D2) of a planar body, as formulas.
+
+The body is in plane strain (the third stretch is 1) and free of stress at rest, D1 = D2 = 1: each law of the deviating
+part has the logarithm of D1 D2 that this takes, and the volume term K/2 (D1 D2 - 1)^2 of `NeoHookean`.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Mapping
+from types import MappingProxyType
+from typing import Any
+
+from .grammar import FUNCTIONS
+
+_VOLUME = "K/2*(D1*D2 - 1)**2"
+
+
+def _ogden(terms: int) -> str:
+    """Return the sum of terms (D1^m + D2^m - 2) c/m, with the logarithm that frees it of stress."""
+    sums = " + ".join(f"c{k}/m{k}*(D1**m{k} + D2**m{k} - 2)" for k in range(1, terms + 1))
+    return f"{sums} - ({' + '.join(f'c{k}' for k in range(1, terms + 1))})*log(D1*D2) + {_VOLUME}"
+
+
+LAWS: Mapping[str, str | Callable[[int], str]] = MappingProxyType(
+    {
+        "mooney-rivlin": "c10*(D1**2 + D2**2 - 2) + c01*(D1**2*D2**2 + D1**2 + D2**2 - 3)"
+        f" - 2*(c10 + 2*c01)*log(D1*D2) + {_VOLUME}",
+        "ogden": _ogden,
+        "gent": f"-G*Jm/2*log(1 - (D1**2 + D2**2 - 2)/Jm) - G*log(D1*D2) + {_VOLUME}",
+        "hencky": "G*(log(D1)**2 + log(D2)**2) + lam/2*log(D1*D2)**2",
+        "saint-venant-kirchhoff": "lam/8*(D1**2 + D2**2 - 2)**2 + G/4*((D1**2 - 1)**2 + (D2**2 - 1)**2)",
+    }
+)
+"""The text of each, or a function of the number of its terms.
+
+Source: Mooney 1940, J. Appl. Phys. 11, 582; Rivlin 1948, Phil. Trans. R. Soc. A 241, 379; Ogden 1972, Proc. R. Soc. A
+328, 567; Gent 1996, Rubber Chem. Technol. 69, 59; Hencky 1928, Z. tech. Phys. 9, 215; Ciarlet 1988, Mathematical
+Elasticity I, section 4.4 (Saint Venant-Kirchhoff).
+"""
+
+
+def written_out(text: Any, letters: Mapping[str, Any]) -> tuple[Any, dict[str, Any]]:
+    """Return the formula of a law that a text names, with its parameters; anything else as it is.
+
+    The a1, a2, ... of Ogden's terms are fields c1, c2, ...: a1 is a variable of formulas. Raises ValueError for letters
+    that are missing or not the law's.
+    """
+    name = "-".join(text.lower().split()) if isinstance(text, str) else ""
+    law = LAWS.get(name)
+    if law is None:
+        return text, dict(letters)
+    values = {re.sub(r"^a(\d)$", r"c\1", key) if name == "ogden" else key: entry for key, entry in letters.items()}
+    terms = max(1, sum(re.fullmatch(r"m\d", key) is not None for key in values))
+    found = law if isinstance(law, str) else law(terms)
+    needs = set(re.findall(r"[A-Za-z]\w*", found)) - {"D1", "D2", *FUNCTIONS}
+    if needs != values.keys():
+        takes = ", ".join(sorted(re.sub(r"^c(\d)$", r"a\1", key) if name == "ogden" else key for key in needs))
+        raise ValueError(f"the law {name!r} takes the parameters {takes}; got {', '.join(sorted(letters)) or 'none'}")
+    return found, values

@@ -1,0 +1,71 @@
+"""What is outside of the grammar of formulas, in words, and what to write instead."""
+
+from __future__ import annotations
+
+import ast
+
+SIGNS = {
+    **dict.fromkeys("'\"`", "a string"),
+    **dict.fromkeys("[]", "a subscript or list"),
+    **dict.fromkeys("{}", "a set or dictionary"),
+    **dict.fromkeys("<>!", "a comparison"),
+    "=": "an assignment or comparison",
+    ":": "a colon (lambda, slice or assignment)",
+    "#": "a comment",
+    ";": "a second statement",
+    "\\": "a backslash",
+    "%": "the operator %",
+    "@": "the operator @",
+    "&": "the operator &",
+    "|": "the operator |",
+    "~": "the operator ~",
+    "\0": "a null byte",
+}
+SPELLINGS = {
+    "α": "alpha",
+    "β": "beta",
+    "ϑ": "vartheta",
+    "θ": "vartheta",
+    "ρ": "rho",
+    "π": "pi",
+    "²": "**2",
+    "³": "**3",
+    "·": "*",
+    "×": "*",
+    "−": "-",
+    "–": "-",
+    "÷": "/",
+    "√": "sqrt(...)",
+}
+ADVICE = {
+    "abs": "abs is not smooth at 0, forces would jump: write sqrt(q**2 + small**2)",
+    "ln": "the natural logarithm is log",
+    "sign": "sign is not continuous",
+    "arcsin": "write asin",
+    "arccos": "write acos",
+    "arctan": "write atan",
+    "atan2": "write atan",
+    "cbrt": "write (...)**(1/3)",
+    "pow": "powers are written **",
+    "max": "max is not smooth",
+    "min": "min is not smooth",
+}
+FOUND: dict[type, str] = {
+    ast.Attribute: "attribute access",
+    ast.Subscript: "a subscript",
+    ast.Compare: "a comparison",
+    ast.Lambda: "a lambda",
+    ast.ListComp: "a comprehension",
+    ast.SetComp: "a comprehension",
+    ast.DictComp: "a comprehension",
+    ast.GeneratorExp: "a comprehension",
+    ast.NamedExpr: "an assignment",
+    ast.IfExp: "a condition",
+    ast.BoolOp: "a logical operator",
+    ast.Tuple: "a comma",
+    ast.Await: "await",
+    ast.Yield: "yield",
+    ast.YieldFrom: "yield",
+    ast.Starred: "a star",
+    ast.JoinedStr: "a string",
+}

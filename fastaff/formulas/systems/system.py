@@ -1,0 +1,43 @@
+"""A named system H(q, p): its text, the names and periods of its rows, and its constants of motion."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ...base.names import named
+from ...base.numbers import shown
+from ..formula import hamiltonian
+
+Constants = Callable[[Any, np.ndarray], dict[str, Any]]
+"""A function of a model and phase points (rows, orbits)."""
+
+
+class System(NamedTuple):
+    """Text of H, coordinates and momenta, those coordinates that are angles, and what is conserved."""
+
+    text: str
+    coordinates: str
+    momenta: str
+    angles: str
+    constants: Constants
+
+    def made(self, parameters: dict[str, Any], more: str = "", domain: str | None = None) -> Any:
+        """Return the model with these parameters; more: text of a potential energy that is added."""
+        return hamiltonian(
+            f"{self.text} + ({more})" if more else self.text,
+            coordinates=self.coordinates,
+            momenta=self.momenta,
+            periods=dict.fromkeys(self.angles.split(), "2*pi"),
+            domain=domain,
+            **parameters,
+        )
+
+
+def chosen(argument: str, given: Any, names: tuple[str, ...]) -> str:
+    """Return the one of the names that is given; TypeError or ValueError for anything else."""
+    if not isinstance(given, str):
+        raise TypeError(f"{argument} must be one of {', '.join(names)}, got {shown(given)} ({type(given).__name__})")
+    return named(argument, given, names)

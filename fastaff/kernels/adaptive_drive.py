@@ -1,0 +1,278 @@
+"""The driver of units of orbits by adaptive steps, each with step control of its own; bits and stops as in `drive`."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ..base.status import STEP_TOO_SMALL_CODE
+from ..compile.jit import LANES, jit, read_now, write_now
+from .stepping import call_derivative, combine, load_lane, move_lane, room, runge_kutta_stages, store_lane
+
+AT_WALL = 1e-13
+"""Step beside the longest one with which an orbit that would leave the domain has: shorter ones no longer move it."""
+PATIENCE, RUNAWAY = 2**19, 1e-4
+"""Steps after which an orbit ends whose mean step is this part of its longest one: it runs away ever faster."""
+STATE_NOISE = 1e-15
+"""Part of the largest coordinate that rounding may leave in another one, which is 0 but for it."""
+TINY = 1e-290
+
+
+class AdaptiveSteps(NamedTuple):
+    """Steps controlled by their errors, of each orbit to its time `until` (orbits,).
+
+    The first `own` rows of both halves are the state: whatever its units, atol counts by a row's value or, where that
+    is larger, by what its slope makes of the step, and rounding by the largest row of its half, of both if they are
+    `mixed`. The other rows are tangent vectors, whose lengths are near 1. The observer sees every accepted step
+    (cadence = 0), of which it may change the state with `renew`, or multiples of `cadence` by the interpolant.
+    """
+
+    until: np.ndarray
+    rtol: float
+    atol: float
+    own: int
+    mixed: bool
+    cadence: float
+    renew: bool
+
+
+class Lanes(NamedTuple):
+    """A block of orbits under way: their numbers, whether their step is accepted, samples so far, whether the observer
+    is done with them; the step from t to t + h from the state z with the slopes k; the observer's memory.
+    """
+
+    orbit: np.ndarray
+    fresh: np.ndarray
+    ticks: np.ndarray
+    done: np.ndarray
+    t: np.ndarray
+    h: np.ndarray
+    z: np.ndarray
+    k: np.ndarray
+    memory: np.ndarray
+
+
+@jit
+def error_norm(rows, lanes, steps, errors, step, z, new, k, work, work2, norm):
+    """Set norm (LANES) to the scaled RMS error estimate; two rows of errors give DOP853's blend of orders 5 and 3.
+
+    Source: Hairer, Norsett & Wanner II.4 and II.10.
+    """
+    own, rtol, atol = steps.own, steps.rtol, steps.atol
+    stages, share, other = errors.shape[1], 0.0, work
+    combine(rows, lanes, 0, stages, errors[0], k, work)
+    if errors.shape[0] > 1:
+        share, other = 0.01, work2
+        combine(rows, lanes, 0, stages, errors[1], k, other)
+    half = rows // 2
+    upper, lower, first, second = room(1), room(1), room(1), room(1)
+    for r in range(own):
+        for i in range(lanes):
+            upper[i] = max(upper[i], abs(z[r * LANES + i]))
+            lower[i] = max(lower[i], abs(z[(half + r) * LANES + i]))
+    if steps.mixed:
+        for i in range(lanes):
+            upper[i] = max(upper[i], lower[i])
+            lower[i] = upper[i]
+    for r in range(rows):
+        row, place = r * LANES, r if r < half else r - half
+        if place < own:
+            widest = upper if r < half else lower
+            for i in range(lanes):
+                j = row + i
+                size = max(abs(z[j]), abs(new[j]))
+                noise = STATE_NOISE * widest[i]
+                scale = rtol * size + atol * max(size, step[i] * abs(k[j])) + noise + TINY
+                first[i] += (work[j] / scale) ** 2
+                second[i] += (other[j] / scale) ** 2
+        else:
+            for i in range(lanes):
+                j = row + i
+                scale = atol + rtol * max(abs(z[j]), abs(new[j]))
+                first[i] += (work[j] / scale) ** 2
+                second[i] += (other[j] / scale) ** 2
+    for i in range(lanes):
+        denominator = first[i] + share * second[i]
+        norm[i] = step[i] * first[i] / np.sqrt(denominator * rows) if denominator > 0.0 else 0.0
+        if not (denominator >= 0.0):
+            norm[i] = np.inf
+
+
+@jit
+def controlled(lanes, norm, code, h, fresh, ceiling, ahead, longest):
+    """Say which steps are accepted, and how long the next ones are, by the norms of their errors.
+
+    The eighth root of the error norm, of exactly rounded roots: for an estimate that shrinks as h^9 too, where a wrong
+    step leaves -1/8 of its (logarithmic) error to the next; a ninth root changed the cost by less than 4 %.
+    """
+    for i in range(lanes):
+        root = np.sqrt(np.sqrt(np.sqrt(norm[i])))
+        wanted = 0.9 / root
+        wanted = wanted if wanted > 0.2 else 0.2
+        factor = wanted if (norm[i] > 0.0) & (wanted < ceiling[i]) else ceiling[i]
+        # A trial beyond the wall is a step too long, not yet a collapse: try a shorter one.
+        factor = 0.2 if (code[i] != 0.0) & (factor > 0.2) else factor
+        ahead[i] = h[i] * factor
+    for i in range(lanes):
+        fresh[i] = 1.0 if (norm[i] < 1.0) & (code[i] == 0.0) else 0.0
+        ceiling[i] = 10.0 if fresh[i] > 0.0 else 1.0
+    for i in range(lanes):
+        longest[i] = h[i] if (fresh[i] > 0.0) & (h[i] > longest[i]) else longest[i]
+
+
+@jit
+def dense_state(rows, i, x, z, step, k, dense, target):
+    """Evaluate the interpolant of lane i at the fraction x of its step into the same lane of target."""
+    size = rows * LANES
+    for r in range(rows):
+        j = r * LANES + i
+        value = 0.0
+        for m in range(dense.shape[0] - 1, -1, -1):
+            slope = 0.0
+            for s in range(dense.shape[1]):
+                slope += dense[m, s] * k[s * size + j]
+            value = slope + (x if m % 2 == 1 else 1.0 - x) * value
+        target[j] = z[j] + step * x * value
+
+
+@jit
+def observe_dense(observer, dense, rows, count, cadence, lanes, sample, out):
+    """Call the observer at all multiples of `cadence` inside the accepted steps of so many lanes. sample: scratch for
+    a state.
+    """
+    observe, numbers, calls = observer
+    orbit, fresh, ticks, done, t, h, z, k, memory = lanes
+    pending = 1
+    seen, at = room(1), room(1)
+    while pending > 0:
+        pending = 0
+        for i in range(count):
+            tick = (ticks[i] + 1) * cadence
+            seen[i] = 0.0
+            if fresh[i] > 0.0 and done[i] == 0.0 and tick <= (t[i] + h[i]) * (1.0 + 4e-16):
+                dense_state(rows, i, min(1.0, (tick - t[i]) / h[i]), z, h[i], k, dense, sample)
+                at[i], seen[i] = tick, 1.0
+                ticks[i] += 1
+                pending += 1
+        if pending > 0:
+            observe(numbers, calls, count, orbit, seen, at, sample, memory, out, done)
+
+
+def run_adaptive(u, stop, progress, blocks, scheme, observer, steps, unit, orbits):
+    """Advance the orbits of unit u from their times to steps.until with step control of each orbit's own, the lanes
+    always refilled.
+
+    Each attempted step of a block costs stages - 1 slopes (the last slope is the first of the next step), 3 or 4 more
+    where the interpolant is used.
+    """
+    params, check, derivative = blocks.params, blocks.check, blocks.derivative
+    observe, numbers, calls = observer
+    a, b, cadence = scheme.a, scheme.b, steps.cadence
+    z0, time0, attempts, step0, ticks0, kinetic0, radius, status, memory0, out = orbits
+    rows = z0.shape[0]
+    size, stages, memory_rows = rows * LANES, b.size, memory0.shape[0]
+    following, end = u * unit, min((u + 1) * unit, z0.shape[1])
+    z, new, work, work2 = room(rows), room(rows), room(rows), room(rows)
+    k, memory = room(max(stages, a.shape[0]) * rows), room(memory_rows)
+    t, h, norm, bound, until = room(1), room(1), room(1), room(1), room(1)
+    ahead, ceiling, kinetic, reached, longest = room(1), room(1), room(1), room(1), room(1)
+    code, done, fresh = room(1), room(1), room(1)
+    ticks, orbit = np.empty(LANES, np.int64), np.empty(LANES, np.int64)
+    block = Lanes(orbit, fresh, ticks, done, t, h, z, k, memory)
+    lanes = 0
+    while read_now(stop, 0) == 0:
+        loaded = 0
+        while lanes < LANES and following < end:
+            if status[following] == 0 and time0[following] < steps.until[following]:
+                load_lane(z0, following, z, lanes)
+                load_lane(memory0, following, memory, lanes)
+                orbit[lanes], t[lanes], ticks[lanes] = following, time0[following], ticks0[following]
+                ahead[lanes], ceiling[lanes], kinetic[lanes], longest[lanes] = (
+                    step0[following],
+                    10.0,
+                    kinetic0[following],
+                    0.0,
+                )
+                bound[lanes], until[lanes] = radius[following], steps.until[following]
+                code[lanes], done[lanes] = 0.0, 0.0
+                lanes += 1
+                loaded += 1
+            following += 1
+        if lanes == 0:
+            break
+        if loaded > 0:
+            call_derivative(derivative, params, lanes, z, k[:size])
+        for i in range(lanes):
+            h[i] = min(ahead[i], until[i] - t[i])
+        runge_kutta_stages(derivative, params, a, 1, stages, rows, lanes, h, z, k, work)
+        combine(rows, lanes, 0, stages, b, k, new)
+        for r in range(rows):
+            for i in range(lanes):
+                new[r * LANES + i] = z[r * LANES + i] + h[i] * new[r * LANES + i]
+        error_norm(rows, lanes, steps, scheme.errors, h, z, new, k, work, work2, norm)
+        for i in range(lanes):
+            reached[i] = kinetic[i]
+        check(params, lanes, bound, new, code, reached)
+        controlled(lanes, norm, code, h, fresh, ceiling, ahead, longest)
+        for i in range(lanes):
+            if fresh[i] > 0.0:
+                count = attempts[orbit[i]]
+                runs = count > PATIENCE and t[i] < RUNAWAY * longest[i] * count
+                code[i] = STEP_TOO_SMALL_CODE if runs else 0.0
+            elif not (t[i] + ahead[i] > t[i]) or (code[i] > 0.0 and ahead[i] < AT_WALL * longest[i]):
+                code[i] = code[i] if code[i] > 0.0 else STEP_TOO_SMALL_CODE
+            else:
+                code[i] = 0.0
+        if cadence > 0.0:
+            inside = 0
+            for i in range(lanes):
+                if fresh[i] > 0.0 and (ticks[i] + 1) * cadence <= (t[i] + h[i]) * (1.0 + 4e-16):
+                    inside += 1
+            if inside > 0:
+                runge_kutta_stages(derivative, params, a, stages, a.shape[0], rows, lanes, h, z, k, work)
+                observe_dense(observer, scheme.dense, rows, lanes, cadence, block, work2, out)
+        for i in range(lanes):
+            if fresh[i] > 0.0:
+                kinetic[i] = reached[i]
+                t[i] = until[i] if h[i] == until[i] - t[i] else t[i] + h[i]
+            attempts[orbit[i]] += 1
+        move_steps(rows, lanes, fresh, new, k[(stages - 1) * size :], z, k)
+        if cadence == 0.0:
+            observe(numbers, calls, lanes, orbit, fresh, t, z, memory, out, done)
+            if steps.renew:
+                call_derivative(derivative, params, lanes, z, k[:size])
+        write_now(progress, u, following - u * unit - lanes)
+        i = 0
+        while i < lanes:
+            o = orbit[i]
+            if code[i] > 0.0 or done[i] > 0.0 or t[i] == until[i]:
+                store_lane(z, i, z0, o)
+                store_lane(memory, i, memory0, o)
+                time0[o], step0[o], ticks0[o], kinetic0[o] = t[i], ahead[i], ticks[i], kinetic[i]
+                status[o] = np.int64(code[i])
+                lanes -= 1
+                move_lane(rows, lanes, i, z)
+                move_lane(rows, lanes, i, k)
+                move_lane(memory_rows, lanes, i, memory)
+                orbit[i], t[i], ticks[i] = orbit[lanes], t[lanes], ticks[lanes]
+                ahead[i], ceiling[i], code[i], done[i] = ahead[lanes], ceiling[lanes], code[lanes], done[lanes]
+                kinetic[i], bound[i], longest[i] = kinetic[lanes], bound[lanes], longest[lanes]
+                until[i] = until[lanes]
+            else:
+                i += 1
+    for i in range(lanes):
+        o = orbit[i]
+        store_lane(z, i, z0, o)
+        store_lane(memory, i, memory0, o)
+        time0[o], step0[o], ticks0[o], kinetic0[o] = t[i], ahead[i], ticks[i], kinetic[i]
+
+
+@jit
+def move_steps(rows, lanes, fresh, new, last, z, k):
+    """Accept the steps of fresh lanes: the new states, and their slopes as the first ones of the next steps."""
+    for r in range(rows):
+        for i in range(lanes):
+            j = r * LANES + i
+            z[j] = new[j] if fresh[i] > 0.0 else z[j]
+            k[j] = last[j] if fresh[i] > 0.0 else k[j]

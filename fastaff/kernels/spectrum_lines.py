@@ -1,0 +1,138 @@
+"""Lines of one spectrum from its bins: their places, sizes and errors, the largest first."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from ..compile.jit import jit
+from .fundamental import BLOCK, total
+
+FEWEST = 1e-6
+"""Amplitude beside the largest line's, below which lines are not looked for."""
+
+
+@jit
+def shape_of(d, samples, order):
+    """Return the transform of the window, 1 at d = 0, at so many bins |d| < 1 from the line."""
+    x = math.sin(math.pi * d / samples)
+    value = 1.0 if d == 0.0 else math.sin(math.pi * d) / (samples * x)
+    for i in range(1, order + 1):
+        s = math.sin(math.pi * i / samples)
+        value *= s * s / (s * s - x * x)
+    return value
+
+
+@jit
+def centred(spectrum, k, samples):
+    """Return the real and imaginary part of bin k of a spectrum, any integer, with the time from the middle of the
+    samples.
+    """
+    phase, number = math.pi * ((k * (samples - 1)) % (2 * samples)) / samples, spectrum[k % samples]
+    x, y = math.cos(phase), math.sin(phase)
+    return number.real * x - number.imag * y, number.real * y + number.imag * x
+
+
+@jit
+def quotient(one, other):
+    """Return the real and imaginary part of one over the other, both given by theirs."""
+    (a, b), (c, d) = one, other
+    if abs(c) >= abs(d):
+        ratio = d / c
+        whole = c + d * ratio
+        return (a + b * ratio) / whole, (b - a * ratio) / whole
+    ratio = c / d
+    whole = c * ratio + d
+    return (a * ratio + b) / whole, (b * ratio - a) / whole
+
+
+@jit
+def place_of(spectrum, k, samples, order):
+    """Return the place in bins of the line whose largest bin is k, and its error by what the two pairs of bins say."""
+    middle, below, above = (
+        centred(spectrum, k, samples),
+        centred(spectrum, k - 1, samples),
+        centred(spectrum, k + 1, samples),
+    )
+    step = math.pi / samples
+    half = math.tan(step * (order + 0.5))
+    ahead, turned = quotient(above, middle)
+    behind, back = quotient(below, middle)
+    up = math.atan(half * (ahead - 1.0) / (ahead + 1.0)) / step + 0.5 if ahead > -1.0 else 9.0
+    down = 0.5 - math.atan(half * (behind - 1.0) / (behind + 1.0)) / step - 1.0 if behind > -1.0 else 9.0
+    error = abs(up - down) + abs(turned) + abs(back)
+    return k + 0.5 * (up + down), error
+
+
+@jit
+def top_of(part, best):
+    """Return the largest of so many values, BLOCK or fewer. best (BLOCK // 4,): scratch."""
+    for i in range(best.size):
+        best[i] = part[i] if i < part.size else -1.0
+    for start in range(best.size, part.size, best.size):
+        more = part[start : start + best.size]
+        for i in range(more.size):
+            best[i] = more[i] if more[i] > best[i] else best[i]
+    top = -1.0
+    for i in range(best.size):
+        top = best[i] if best[i] > top else top
+    return top
+
+
+@jit
+def largest(power, tops):
+    """Return the place of the largest of the values, whose largest of each BLOCK are known."""
+    block = 0
+    for i in range(tops.size):
+        block = i if tops[i] > tops[block] else block
+    part = power[block * BLOCK : (block + 1) * BLOCK]
+    for i in range(part.size):
+        if part[i] == tops[block]:
+            return block * BLOCK + i
+    return 0
+
+
+@jit
+def find_peaks(spectrum, order, place, size, error):
+    """Fill place, size, error with the peaks of a spectrum, the largest first; return their number and the share of the
+    power that is in none.
+    """
+    samples, count = spectrum.size, 0
+    power, sums, best = np.empty(samples), np.zeros(BLOCK), np.empty(BLOCK // 4)
+    tops = np.empty(-(-samples // BLOCK))
+    for block in range(tops.size):
+        own, part = spectrum[block * BLOCK : (block + 1) * BLOCK], power[block * BLOCK : (block + 1) * BLOCK]
+        for i in range(part.size):
+            part[i] = own[i].real * own[i].real + own[i].imag * own[i].imag
+        for i in range(part.size):
+            sums[i] += part[i]
+        tops[block] = top_of(part, best)
+    whole = total(sums)
+    rest, top = whole, 0.0
+    while count < place.size:
+        k = largest(power, tops)
+        height = power[k]
+        if not height > FEWEST**2 * top or height == 0.0:
+            break
+        top = max(top, height)
+        u, bar = place_of(spectrum, k, samples, order)
+        found = abs(u - k) < 1.0
+        place[count], error[count] = (u if found else k), (bar if found else 9.0)
+        size[count] = math.sqrt(height) / abs(shape_of(place[count] - k, samples, order))
+        count += 1
+        for j in range(k - order - 1, k + order + 2):
+            rest -= power[j % samples]
+            power[j % samples] = 0.0
+        for j in (k - order - 1, k, k + order + 1):
+            block = j % samples // BLOCK
+            tops[block] = top_of(power[block * BLOCK : (block + 1) * BLOCK], best)
+    return count, math.sqrt(max(rest, 0.0) / whole) if whole > 0.0 else 0.0
+
+
+@jit
+def amplitude_at(spectrum, u, samples, order):
+    """Return the real and imaginary part of the amplitude, in the middle of the samples, of a line at u bins."""
+    k = math.floor(u + 0.5)
+    (x, y), shape = centred(spectrum, k, samples), shape_of(u - k, samples, order)
+    return x / shape, y / shape

@@ -1,0 +1,50 @@
+"""Colour bars: arrows where values lie beyond them, and the limit of an indicator among the ticks."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from .scales import Colouring, falls, stepped
+
+
+def colour_bar(ax: Any, drawn: Any, colours: Colouring) -> Any:
+    """Draw a colour bar with arrows where values lie beyond it and, for an indicator, its limit among the ticks."""
+    values, scale = colours.values[np.isfinite(colours.values)], drawn.norm
+    below, above = bool((values < scale.vmin).any()), bool((values > scale.vmax).any())
+    extend = {(True, True): "both", (True, False): "min", (False, True): "max", (False, False): "neither"}[below, above]
+    limit = colours.limit
+    if limit is None or not scale.vmin < limit < scale.vmax:
+        return ax.figure.colorbar(drawn, ax=ax, label=colours.label, extend=extend)
+    bar = ax.figure.colorbar(drawn, ax=ax, label=colours.label, extend=extend, spacing="uniform")
+    room = [(scale.vmax - limit) / 8, (limit - scale.vmin) / 8]  # no tick so close to the limit
+    if getattr(scale, "vcenter", None) is None:
+        room = [(scale.vmax - scale.vmin) / 16] * 2
+    ticks = [t for t in _ticks(scale.vmin, limit) if t < limit - room[1]] + [
+        t for t in _ticks(limit, scale.vmax) if t > limit + room[0]
+    ]
+    labels = [*(f"{t:g}" for t in ticks), f"limit {limit:.3g}"]
+    bar.set_ticks([*ticks, limit], labels=[text.replace("-", "\N{MINUS SIGN}") for text in labels])
+    bar.ax.get_yticklabels()[-1].set_fontweight("bold")
+    bar.ax.axhline(limit, color="black", lw=1.6)
+    if falls(colours.name):
+        bar.ax.invert_yaxis()
+    for where, text, colour in ((0.25, "regular", "white"), (0.75, "chaotic", "black")) if stepped(colours) else ():
+        style = {"rotation": 90, "ha": "center", "va": "center", "fontsize": 7.5, "color": colour}
+        bar.ax.text(0.5, where, text, transform=bar.ax.transAxes, **style)
+    return bar
+
+
+def plain_numbers(bar: Any) -> None:
+    """Write the ticks of a logarithmic colour bar as numbers without powers."""
+    from matplotlib.ticker import LogFormatter
+
+    bar.ax.yaxis.set_major_formatter(LogFormatter())
+    bar.ax.yaxis.set_minor_formatter(LogFormatter())
+
+
+def _ticks(low: float, high: float) -> list[float]:
+    from matplotlib.ticker import MaxNLocator
+
+    return [float(t) for t in MaxNLocator(4).tick_values(low, high) if low <= t <= high]

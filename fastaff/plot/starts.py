@@ -1,0 +1,145 @@
+"""Figures of where orbits start: dots, and values over the cells of a grid."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from ..analysis.sections.energy_grid import EnergyGrid
+from ..analysis.sections.energy_sample import EnergySample
+from ..base.numbers import shown
+from ..base.results import Result
+from .colour_bars import colour_bar
+from .picking import carry
+from .scales import colouring, colours_of, orbit_colours
+from .style import DARK, GREY, Artists, figure, symbol
+
+
+def places(starts: EnergyGrid | EnergySample) -> np.ndarray:
+    """Return the section coordinates (2, orbits) of where orbits started. Raises ValueError where they are not two."""
+    if not isinstance(starts, (EnergyGrid, EnergySample)):
+        raise TypeError(f"starts must be an EnergyGrid or EnergySample, got {shown(starts)}")
+    if len(starts.names) != 2:
+        raise ValueError(
+            f"starts must lie over two coordinates to be drawn, these are {', '.join(starts.names)}: draw some, "
+            'such as plt.scatter(starts["x"], starts["z"])'
+        )
+    if isinstance(starts, EnergyGrid):
+        return np.array([grid.ravel()[starts.cell] for grid in np.meshgrid(*starts.axes, indexing="ij")])
+    return starts.points
+
+
+def cell_edges(axis: np.ndarray) -> np.ndarray:
+    """Return the edges (n + 1,) of the cells about the n entries of an axis; one alone is 1 wide."""
+    if axis.size == 1:
+        return np.array([axis[0] - 0.5, axis[0] + 0.5])
+    middle = (axis[1:] + axis[:-1]) / 2
+    return np.concatenate([[2 * axis[0] - middle[0]], middle, [2 * axis[-1] - middle[-1]]])
+
+
+def widths(grid: EnergyGrid) -> tuple[float, float]:
+    """Return width and height of the cells of a grid."""
+    first, second = (float(np.ptp(axis)) / max(axis.size - 1, 1) or 1.0 for axis in grid.axes)
+    return first, second
+
+
+@figure
+def plot_diffusion_grid(
+    grid: EnergyGrid,
+    values: Any,
+    *,
+    ax: Any = None,
+    norm: Any = None,
+    vmin: float | None = None,
+    vmax: float | None = None,
+    label: str | None = None,
+    colorbar: bool = True,
+) -> Artists:
+    """Draw values of the orbits of an EnergyGrid as an image over its two coordinates.
+
+    :Parameters: values: (orbits,), such as a map's diffusion, or a `Colouring`, or a result of the grid's orbits, with
+        the values, scale and label of its own figure; norm, vmin, vmax, label, colorbar as in
+        `plot_section`. Cells that the energy does not reach stay white, orbits without a value are grey.
+    :Returns: Artists; `missing` counts those. A click picks the orbit of a cell.
+    """
+    if isinstance(values, Result):
+        values = colouring(values)
+    at = places(grid)
+    colours = orbit_colours(grid, values, grid.cell.size, norm, vmin, vmax, label)
+    each = colours.values
+    grey_cells(ax, grid, ~np.isfinite(each))
+    image = np.ma.masked_invalid(grid.spread(each))
+    cells = ax.pcolormesh(
+        *map(cell_edges, grid.axes),
+        image.T,
+        cmap=colours_of(colours),
+        norm=colours.norm,
+        rasterized=True,
+    )
+    carry(cells, at[0], at[1], np.arange(each.size), cell=widths(grid))
+    ax.set(xlabel=f"${symbol(grid.names[0])}$", ylabel=f"${symbol(grid.names[1])}$")
+    bar = colour_bar(ax, cells, colours) if colorbar else None
+    return Artists(cells, bar, (), (), int(np.count_nonzero(~np.isfinite(each))))
+
+
+def grey_cells(ax: Any, grid: EnergyGrid, chosen: np.ndarray) -> Any:
+    """Draw the cells of the chosen orbits (orbits,) in grey."""
+    from matplotlib.colors import ListedColormap
+
+    if not chosen.any():
+        return None
+    image = np.ma.masked_invalid(grid.spread(np.where(chosen, 1.0, np.nan)))
+    return ax.pcolormesh(*map(cell_edges, grid.axes), image.T, cmap=ListedColormap([GREY]), rasterized=True)
+
+
+@figure
+def plot_starts(
+    starts: EnergyGrid | EnergySample, *, ax: Any = None, values: Any = None, size: float = 4.0, **options: Any
+) -> Artists:
+    """Draw where the orbits of an EnergyGrid or EnergySample start; cells of a grid that the energy does not reach are
+    pale.
+
+    :Parameters: values: (orbits,) or a `Colouring`, to colour cells or dots, with `norm`, `vmin`, `vmax`, `label` and
+        `colorbar` as in `plot_diffusion_grid`; size: area of a dot in square points.
+    :Returns: Artists: points are the dots, whose clicks pick the orbit; `missing` counts orbits without a value.
+    """
+    from matplotlib.colors import ListedColormap
+
+    if values is not None:
+        if isinstance(starts, EnergyGrid):
+            return plot_diffusion_grid(starts, values, ax=ax, **options)
+        return _sample(starts, values, ax=ax, **options)
+    at = places(starts)
+    if isinstance(starts, EnergyGrid) and starts.forbidden.any():
+        image = np.ma.masked_equal(starts.forbidden, False)
+        ax.pcolormesh(*map(cell_edges, starts.axes), image.T, cmap=ListedColormap(["0.9"]), rasterized=True)
+    points = ax.scatter(*at, s=size, color=DARK, linewidths=0, rasterized=True)
+    carry(points, at[0], at[1], np.arange(at.shape[1]))
+    ax.set(xlabel=f"${symbol(starts.names[0])}$", ylabel=f"${symbol(starts.names[1])}$")
+    return Artists(points, None, (), (), 0)
+
+
+def _sample(
+    starts: EnergySample,
+    values: Any,
+    *,
+    ax: Any,
+    norm: Any = None,
+    vmin: float | None = None,
+    vmax: float | None = None,
+    label: str | None = None,
+    colorbar: bool = True,
+) -> Artists:
+    """Draw values of the orbits of a sample as dots."""
+    colours = orbit_colours(starts, values, starts.z0.shape[1], norm, vmin, vmax, label)
+    at, each = places(starts), colours.values
+    fine = np.isfinite(each)
+    area = float(np.clip(24000 / max(fine.size, 1), 2.0, 24.0))
+    ax.scatter(*at[:, ~fine], s=area, color=GREY, linewidths=0, rasterized=True)
+    how = {"cmap": colours_of(colours), "norm": colours.norm}
+    points = ax.scatter(*at[:, fine], c=each[fine], s=area, linewidths=0, rasterized=True, **how)
+    carry(points, at[0, fine], at[1, fine], np.flatnonzero(fine))
+    ax.set(xlabel=f"${symbol(starts.names[0])}$", ylabel=f"${symbol(starts.names[1])}$")
+    bar = colour_bar(ax, points, colours) if colorbar else None
+    return Artists(points, bar, (), (), int(np.count_nonzero(~fine)))

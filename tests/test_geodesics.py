@@ -1,0 +1,241 @@
+"""Geodesics of ellipsoids and around black holes against quadratures, published frequencies and constants of motion."""
+
+import math
+
+import mpmath as mp
+import numpy as np
+import pytest
+
+import fastaff as fa
+from fastaff.base.status import Status
+
+RNG = np.random.default_rng(1916)
+
+PUBLISHED = """
+0.050 10.200 0.160 0.740 2.463829345116514524 3.793215083788103570 3.804874962443791198 127.4552616822083593
+0.950 12.680 0.650 0.660 3.233652806127779833 3.956440724876448378 4.113595549682501407 383.0130811684927039
+0.450 18.000 0.660 0.260 3.871056938176167250 4.688501591346351915 4.745276373861005759 778.6915914081711207
+0.500 12.010 0.420 -0.340 2.777593692025730476 4.097540557116754023 -3.993019446096020886 210.8788191593237684
+0.500 19.760 0.230 -0.240 4.010950290142418773 4.854791552517200515 -4.798366611490850531 456.4236758339048379
+0.430 6.310 0.050 0.540 1.398612776386835677 3.273211438956314723 3.445522334907432871 54.38887024124261416
+0.220 18.630 0.490 -0.620 3.875610112759255266 4.777349224265896588 -4.750027428690057896 549.2035646859205826
+0.960 8.480 0.050 0.050 2.107533686287228925 3.565742608461105689 3.839124112427782176 89.89049495279019197
+0.110 7.040 0.620 0.920 1.246789238663324140 3.593952650930708703 3.650374411477899983 88.53174581536829635
+0.530 14.360 0.070 0.230 3.297614532632735074 4.228121109129313382 4.309008418018829722 233.2957508485017115
+0.140 14.670 0.470 -0.260 3.314470449731493851 4.345385927681731708 -4.322907753330222036 333.7647954039772458
+0.590 11.200 0.210 -0.440 2.540111114364512979 4.013079495623014026 -3.880953145105922264 154.7808589252198601
+0.630 8.570 0.410 0.320 2.205108475089508691 3.565031704340040353 3.746921480047956443 111.2735803142765718
+0.250 14.290 0.050 0.340 3.269088257302252387 4.231189045663695580 4.269878708676792201 230.4040676945215012
+0.740 9.400 0.390 -0.230 2.154359670575908048 3.827428687048907818 -3.616707437119702107 127.7617385027736674
+"""
+"""a, p, e, x; Upsilon_r, Upsilon_theta, Upsilon_phi, Gamma: of the tests of KerrGeoPy (tests/data/freq_values.txt and
+mathematica_freq_output.txt), computed there with KerrGeodesics of the Black Hole Perturbation Toolkit.
+"""
+ORBITS = np.array([row.split() for row in PUBLISHED.split("\n") if row], dtype=float)
+
+
+def constants(a, p, e, x):
+    """E, L, Q of the orbit between p/(1 - e) and p/(1 + e) whose least sin(theta) is x or -x (Schmidt 2002)."""
+    a, p, e, x = (mp.mpf(repr(float(v))) for v in (a, p, e, x))
+    z = 1 - x * x
+
+    def parts(r):
+        delta = r * r - 2 * r + a * a
+        f, h = r**4 + a * a * (r * (r + 2) + z * delta), r * (r - 2) + z * delta / (1 - z)
+        return f, 2 * a * r, h, (r * r + a * a * z) * delta
+
+    (f1, g1, h1, d1), (f2, g2, h2, d2) = parts(p / (1 - e)), parts(p / (1 + e))
+    k, n, q = d1 * h2 - h1 * d2, d1 * g2 - g1 * d2, f1 * h2 - h1 * f2
+    m, s, sign = f1 * g2 - g1 * f2, g1 * h2 - h1 * g2, mp.sign(x)
+    square = (k * q + 2 * n * s - 2 * sign * mp.sqrt(s * (s * n * n + q * n * k - m * k * k))) / (q * q + 4 * m * s)
+    E = mp.sqrt(square)
+    L = (-g1 * E + sign * mp.sqrt(g1 * g1 * square + (f1 * square - d1) * h1)) / h1
+    return E, L, z * (a * a * (1 - square) + L * L / (1 - z))
+
+
+def averages(a, p, e, x):
+    """Upsilon_r, Upsilon_theta, Upsilon_phi, Gamma by quadratures of the separated equations, to 25 digits."""
+    with mp.workdps(30):
+        E, L, Q = constants(a, p, e, x)
+        a, p, e, x = (mp.mpf(repr(float(v))) for v in (a, p, e, x))
+        near, far = p / (1 + e), p / (1 - e)
+        total, product = 2 / (1 - E * E) - near - far, a * a * Q / ((1 - E * E) * near * far)
+
+        def rate_r(r):  # (dr/dlambda)^2 without (far - r)(r - near)
+            return (1 - E * E) * (r * r - total * r + product)
+
+        beta, z = a * a * (1 - E * E), 1 - x * x
+
+        def rate_u(u):  # (d cos(theta)/dlambda)^2 = (z - u^2) of this
+            return L * L / (1 - z) + beta * (1 - u * u) if z == 0 else (Q / z - beta * u * u)
+
+        def mean(g, low, high, rest):
+            def at(s):
+                u = (low + high) / 2 + (high - low) / 2 * mp.sin(s)
+                return g(u) / mp.sqrt(rest(u))
+
+            return mp.quad(at, [-mp.pi / 2, 0, mp.pi / 2])
+
+        u = mp.sqrt(z)
+        half_r, half_u = mean(lambda r: 1, near, far, rate_r), mean(lambda u: 1, -u, u, rate_u)
+
+        def force(r):
+            return (E * (r * r + a * a) - a * L) / (r * r - 2 * r + a * a)
+
+        phi = mean(lambda r: a * force(r), near, far, rate_r) / half_r - a * E
+        phi += mean(lambda u: L / (1 - u * u), -u, u, rate_u) / half_u
+        t = mean(lambda r: (r * r + a * a) * force(r), near, far, rate_r) / half_r + a * L
+        t -= mean(lambda u: a * a * E * (1 - u * u), -u, u, rate_u) / half_u
+        return np.array([float(v) for v in (mp.pi / half_r, mp.pi / half_u, phi, t)])
+
+
+def drawn(count):
+    """Spins and bound orbits, p above the last stable one."""
+    a, e = RNG.uniform(0.05, 0.95, count), RNG.uniform(0.05, 0.6, count)
+    x = RNG.uniform(0.2, 0.9, count) * RNG.choice([-1, 1], count)
+    return np.array([a, RNG.uniform(11, 16, count), e, x]).T
+
+
+def start(a, p, e, x, time):
+    """The farthest point, in the equator, going up."""
+    E, L, Q = map(float, constants(a, p, e, x))
+    z = [p / (1 - e), math.pi / 2, 0.0, 0.0, math.sqrt(max(Q, 0.0)), L]
+    return np.array([0.0, *z[:3], -E, *z[3:]] if time == "mino" else z)
+
+
+def test_the_quadratures_are_the_published_frequencies():
+    for row in ORBITS:
+        np.testing.assert_allclose(averages(*row[:4]), row[4:], rtol=1e-13)
+
+
+def winding(samples, every):
+    """Mean rates of rows (samples, rows) by weighted Birkhoff averages of their steps."""
+    s = (np.arange(len(samples) - 1) + 0.5) / (len(samples) - 1)
+    weight = np.exp(-1 / (s * (1 - s)))
+    return (np.diff(samples, axis=0) * weight[:, None]).sum(axis=0) / weight.sum() / every
+
+
+@pytest.mark.parametrize("orbits", [ORBITS[:6, :4], drawn(3)], ids=["published", "drawn"])
+def test_orbits_around_a_hole_have_the_frequencies_of_minos_time(orbits):
+    """r and theta come back after their own periods; phi and t go on at their mean rates."""
+    for row in orbits:
+        truth, hole, z0 = averages(*row), fa.models.KerrGeodesic(row[0], time="mino"), start(*row, "mino")
+        for entry, rows in ((0, (1, 5)), (1, (2, 6))):
+            end = fa.integrate(hole, z0, time=float(2 * np.pi / truth[entry]), accuracy=1e-12).z[:, 0]
+            np.testing.assert_allclose(end[list(rows)], z0[list(rows)], rtol=1e-10, atol=1e-10)
+        count, every = 1500, 0.1
+        long = fa.integrate(hole, z0, time=count * every, samples=count, accuracy=1e-10).samples[..., 0]
+        rates = winding(np.concatenate([z0[None], long])[:, [3, 0]], every)
+        np.testing.assert_allclose(rates, truth[2:], rtol=1e-8)
+        before, after = (fa.constants_of_motion(hole, z) for z in (z0, end))
+        assert list(before) == ["energy", "mass_shell", "p_phi", "carter"]
+        for name in before:
+            assert abs(after[name] - before[name])[0] < 1e-11 * max(1.0, abs(before[name][0])), name
+        assert abs(before["mass_shell"][0]) < 1e-11
+
+
+def test_orbits_in_coordinate_time_have_frequencies_over_gamma():
+    """Those of r, of theta and, with its sense, of the azimuth; Carter's constant over a hundred turns."""
+    sharp = 0
+    for row in [*ORBITS[[3, 5], :4], *drawn(3)]:
+        truth, hole, z0 = averages(*row), fa.models.KerrGeodesic(row[0]), start(*row, "coordinate")
+        nu = truth[:3] / truth[3] / (2 * np.pi)
+        found = fa.frequency_map(hole, z0, time=150 / nu[0], accuracy=1e-11)
+        assert found.names == ("r", "theta", "phi")
+        off = np.abs(found.nu[:, 0] - nu)
+        assert (off <= found.error[:, 0]).all(), (off, found.error[:, 0])
+        sharp += (off < 1e-8 * np.abs(nu)).all()
+        end = fa.integrate(hole, z0, time=100 / nu[0], accuracy=1e-12).z
+        before, after = (fa.constants_of_motion(hole, z) for z in (z0, end))
+        for name in ("energy", "p_phi", "carter"):
+            assert abs(after[name] - before[name])[0] < 1e-11 * max(1.0, abs(before[name][0])), name
+    assert sharp >= 2
+
+
+def test_equatorial_orbits_turn_by_the_advance_of_the_periastron():
+    """One radial period: r comes back, phi has gone on by 2 pi Upsilon_phi/Upsilon_r, t by 2 pi Gamma/Upsilon_r."""
+    for a, p, e, _ in drawn(4):
+        truth = averages(a, p, e, 1.0)
+        period, advance = 2 * np.pi * truth[3] / truth[0], 2 * np.pi * truth[2] / truth[0]
+        end = fa.integrate(fa.models.KerrGeodesic(a), start(a, p, e, 1.0, "coordinate"), time=period, accuracy=1e-12).z[
+            :, 0
+        ]
+        np.testing.assert_allclose(end[:3], [p / (1 - e), np.pi / 2, advance], rtol=1e-9)
+
+
+def test_a_particle_that_falls_in_ends_and_bad_parameters_are_refused():
+    fallen = fa.integrate(fa.models.KerrGeodesic(0.5), [6.0, np.pi / 2, 0.0, -0.5, 0.0, 1.0], time=500.0)
+    assert fallen.status[0] != Status.OK
+    for call, match in (
+        (lambda: fa.models.KerrGeodesic(1.5), "a must be between -1 and 1, got 1.5"),
+        (lambda: fa.models.KerrGeodesic(0.5, time="proper"), "time must be one of coordinate, mino"),
+        (lambda: fa.models.EllipsoidGeodesic(0.0), "a must be positive"),
+        (lambda: fa.models.AsymmetricTop(chart="x"), "chart must be one of euler, quaternion, got 'x'"),
+        (lambda: fa.models.SphericalPendulum(g=-1.0), "g must be positive"),
+        (lambda: fa.models.SymmetricTop(I_3=0.0), "I_3 must be positive"),
+    ):
+        with pytest.raises(ValueError, match=match):
+            call()
+
+
+# --- ellipsoid --------------------------------------------------------------------------------------------------------
+
+
+def on_surface(axes, count):
+    """Points of the ellipsoid with tangent vectors of length 1."""
+    u = RNG.normal(size=(3, count))
+    x = u / np.sqrt((u * u).sum(axis=0)) * axes[:, None]
+    normal = x / axes[:, None] ** 2
+    v = np.cross(normal, RNG.normal(size=(3, count)), axis=0)
+    return np.concatenate([x, v / np.sqrt((v * v).sum(axis=0))])
+
+
+def test_geodesics_of_an_ellipsoid_keep_joachimsthals_integral():
+    axes = RNG.uniform(0.6, 2.0, 3)
+    model, z0 = fa.models.EllipsoidGeodesic(*map(float, axes)), on_surface(axes, 12)
+    np.testing.assert_allclose(model.energy(*z0), 0.5, rtol=1e-14)
+    np.testing.assert_allclose(model.rates(*z0)[:3], z0[3:], atol=1e-14)
+    end = fa.integrate(model, z0, time=600.0, accuracy=1e-13)
+    assert (end.status == Status.OK).all()
+    before, after = (fa.constants_of_motion(model, z) for z in (z0, end.z))
+    for name, value in before.items():
+        assert (np.abs(after[name] - value) <= 1e-12 * np.maximum(1.0, np.abs(value))).all(), name
+    v = np.array(model.rates(*end.z)[:3])
+    np.testing.assert_allclose((v * v).sum(axis=0), 1.0, rtol=1e-12)
+
+
+def test_geodesics_are_accelerated_along_the_normal():
+    """Against x'' = -k n, with k from the constraint, by SciPy."""
+    from scipy.integrate import solve_ivp
+
+    axes = RNG.uniform(0.6, 2.0, 3)
+    model, z0 = fa.models.EllipsoidGeodesic(*map(float, axes)), on_surface(axes, 3)
+
+    def curve(t, y):
+        n = y[:3] / axes**2
+        return [*y[3:], *(-(y[3:] ** 2 / axes**2).sum() / (n @ n) * n)]
+
+    found = fa.integrate(model, z0, time=10.0, accuracy=1e-12).z
+    for k in range(3):
+        end = solve_ivp(curve, (0, 10), z0[:, k], method="DOP853", rtol=1e-13, atol=1e-14).y[:, -1]
+        np.testing.assert_allclose(found[:3, k], end[:3], atol=1e-9)
+        np.testing.assert_allclose(model.rates(*found[:, k])[:3], end[3:], atol=1e-9)
+
+
+def test_geodesics_of_a_sphere_are_great_circles_and_those_through_umbilics_meet_again():
+    sphere = fa.models.EllipsoidGeodesic(1.3, 1.3, 1.3)
+    z0 = on_surface(np.full(3, 1.3), 4)
+    np.testing.assert_allclose(fa.integrate(sphere, z0, time=2.6 * np.pi, accuracy=1e-12).z, z0, atol=1e-10)
+    a, b, c = 2.0, 1.5, 1.0
+    umbilic = np.array(
+        [a * math.sqrt((a * a - b * b) / (a * a - c * c)), 0.0, c * math.sqrt((b * b - c * c) / (a * a - c * c))]
+    )
+    normal = umbilic / np.array([a, b, c]) ** 2
+    normal /= np.sqrt(normal @ normal)
+    across = np.array([0.0, 1.0, 0.0])
+    angle = np.linspace(0.3, 2.8, 4)
+    v = np.cross(normal, across)[:, None] * np.cos(angle) + across[:, None] * np.sin(angle)
+    z0 = np.concatenate([np.repeat(umbilic[:, None], 4, axis=1), v])
+    length = 2 * mp.quad(lambda s: mp.sqrt((a * mp.cos(s)) ** 2 + (c * mp.sin(s)) ** 2), [0, mp.pi / 2])
+    end = fa.integrate(fa.models.EllipsoidGeodesic(a, b, c), z0, time=float(length), accuracy=1e-12).z
+    np.testing.assert_allclose(end[:3], -z0[:3], atol=1e-8)

@@ -1,0 +1,100 @@
+"""Frequency response of a damped, driven oscillator: a branch of limit cycles over the driving frequency."""
+
+import functools
+
+import numpy as np
+import pytest
+from scipy.optimize import root
+
+import fastaff as fa
+
+DAMPING, PUSH = 0.2, 1.0
+TEXT = "x' = v; v' = -x - e*x**3 - 2*e*z*v + e*f*c; c' = -w*s + c*(1 - c**2 - s**2); s' = w*c + s*(1 - c**2 - s**2)"
+"""Duffing's oscillator and a circle on which its drive runs."""
+
+
+@functools.cache
+def _response(e):
+    """The branch over the frequencies around the resonance."""
+
+    def duffing(w):
+        return fa.flow(TEXT, e=e, z=DAMPING, f=PUSH, w=w)
+
+    first = 1 - 2 * e
+    start = fa.integrate(duffing(first), [0.3, 0.0, 1.0, 0.0], time=40 / (e * DAMPING)).z[:, 0]
+    return fa.continuation(duffing, start, section="s=0", parameter=first, bounds=(0.0, 1 + 4 * e), longest=0.4)
+
+
+def _balanced(e, w, x, v, count=24):
+    """The periodic solution by harmonic balance on `count` places of the period, from x and v at its begin."""
+    theta = 2 * np.pi * np.arange(count) / count
+    wave = 1j * np.fft.fftfreq(count, 1 / count)
+
+    def slopes(values, order):
+        return np.fft.ifft(np.fft.fft(values) * (w * wave) ** order).real
+
+    def rest(values):
+        forces = values + e * values**3 + 2 * e * DAMPING * slopes(values, 1) - e * PUSH * np.cos(theta)
+        return slopes(values, 2) + forces
+
+    found = root(rest, x * np.cos(theta) + v / w * np.sin(theta), tol=1e-13)
+    return found.x[0], slopes(found.x, 1)[0]
+
+
+@pytest.mark.slow
+def test_a_response_curve_is_that_of_harmonic_balance():
+    """On the stable and the unstable part, before and behind both folds."""
+    branch = _response(0.1)
+    assert branch.status == fa.Status.OK
+    for point in branch[:: len(branch) // 12]:
+        x, v = point.orbits.z[:2, 0]
+        np.testing.assert_allclose(_balanced(0.1, point.value[0], x, v), (x, v), atol=1e-9)
+
+
+@pytest.mark.slow
+def test_between_two_folds_the_response_is_unstable():
+    branch = _response(0.1)
+    assert [event.event for event in branch.bifurcations] == [fa.analysis.Event.FOLD] * 2
+    upper, lower = (event.arclength for event in branch.bifurcations)
+    between = (branch.arclength > upper) & (branch.arclength < lower)
+    saddle = branch.orbits.stability == fa.analysis.Stability.SADDLE
+    assert (saddle == between).all()
+    assert between.sum() > 5
+    turns = np.flatnonzero(np.diff(np.sign(np.diff(branch.value)))) + 1
+    for turn, event in zip(turns, branch.bifurcations, strict=True):
+        near = branch.value[turn - 1 : turn + 2]
+        assert abs(event.value - near[1]) <= np.ptp(near)
+
+
+@pytest.mark.slow
+def test_weakly_driven_it_is_the_averaged_curve():
+    """((w - 1)/e - 3 R^2/8)^2 + z^2 = (f/2R)^2, with an error that falls as e does (Nayfeh & Mook 1979, 4.1)."""
+    off = []
+    for e in (0.1, 0.025):
+        branch = _response(e)
+        (x, v), w = branch.orbits.z[:2], branch.value
+        squared = x**2 + (v / w) ** 2
+        rest = ((w - 1) / e - 0.375 * squared) ** 2 + DAMPING**2 - (PUSH / 2) ** 2 / squared
+        detuning = np.abs(rest) / (2 * np.sqrt(np.maximum((PUSH / 2) ** 2 / squared, DAMPING**2)))
+        off.append(detuning.max())
+    assert off[1] < 0.5 * off[0] < 1.5
+
+
+@pytest.mark.slow
+def test_a_cycle_doubles_its_period_where_a_multiplier_passes_minus_one():
+    """Roessler's: at the event the cycle has the multiplier -1, and one of twice the period branches off."""
+
+    def roessler(c):
+        return fa.flow("x' = -y - z; y' = x + 0.2*y; z' = 0.2 + z*(x - c)", c=c)
+
+    start = fa.integrate(roessler(2.5), [1.0, 1.0, 0.1], time=400.0).z[:, 0]
+    branch = fa.continuation(roessler, start, section="y=0", parameter=2.5, bounds=(2.0, 3.5), longest=0.3)
+    (event,) = branch.bifurcations
+    assert event.event == fa.analysis.Event.DOUBLING
+    cycle = fa.periodic_orbits(roessler(event.value), event.z, section="y=0")
+    assert np.abs(cycle.multipliers[:, 0] + 1).min() < 1e-6
+    later = roessler(event.value + 0.2)
+    twice = fa.periodic_orbits(later, fa.integrate(later, event.z, time=2000.0).z[:, 0], section="y=0", period=2)
+    assert twice.stability[0] == fa.analysis.Stability.ATTRACTING
+    assert abs(twice.time[0] / event.time - 2) < 0.1
+    assert twice.prime[0] == 2

@@ -1,0 +1,227 @@
+"""Named systems H(q, p) against closed forms: elliptic functions, quadratures, integrals of motion."""
+
+import functools
+import math
+
+import mpmath as mp
+import numpy as np
+import pytest
+from scipy.special import ellipj
+
+import fastaff as fa
+from fastaff.base.status import Status
+
+RNG = np.random.default_rng(3205)
+
+
+def quadrature(g, low, high, rest):
+    """Integral of g(u) dt from one turning point to the other, of u'^2 = (u - low)(high - u) rest(u)."""
+    with mp.workdps(25):
+
+        def at(s):
+            u = (low + high) / 2 + (high - low) / 2 * mp.sin(s)
+            return g(u) / mp.sqrt(rest(u))
+
+        return mp.quad(at, [-mp.pi / 2, 0, mp.pi / 2])
+
+
+def roots(coefficients):
+    """Real roots of a polynomial, ascending, with 25 digits."""
+    with mp.workdps(40):
+        return sorted(mp.re(r) for r in mp.polyroots(coefficients, maxsteps=200, extraprec=200))
+
+
+def conserved(model, z0, time, tolerance, **how):
+    """Check that the constants of motion of orbits stay."""
+    found = fa.integrate(model, z0, time=time, **how)
+    assert (found.status == Status.OK).all()
+    before, after = fa.constants_of_motion(model, z0), fa.constants_of_motion(model, found.z)
+    assert list(before) == list(after)
+    for name, value in before.items():
+        size = np.maximum(np.abs(value), 1.0)
+        assert (np.abs(after[name] - value) <= tolerance * size).all(), (name, np.abs(after[name] - value).max())
+    return list(before)
+
+
+# --- spherical pendulum -----------------------------------------------------------------------------------------------
+
+
+def test_a_spherical_pendulum_closes_after_its_period_with_the_advance_of_its_azimuth():
+    """Quadratures: u = cos(theta), (l u')^2 = 2 (E/m + g l u)(1 - u^2) - (L/ml)^2."""
+    for _ in range(4):
+        m, l, g = (float(x) for x in 10 ** RNG.uniform(-0.4, 0.4, 3))
+        model = fa.models.SphericalPendulum(m, l, g)
+        theta, turn = RNG.uniform(0.4, 2.4), math.sqrt(g / l) * m * l * l
+        z0 = [theta, 0.3, 0.0, float(RNG.uniform(0.3, 1.5) * turn)]
+        E, L = (mp.mpf(float(x)) for x in (model.energy(*z0), z0[3]))
+        a, b = E / (m * l * l), mp.mpf(g) / l
+        far, low, high = roots([-2 * b, -2 * a, 2 * b, 2 * a - (L / (m * l * l)) ** 2])
+        rest = functools.partial(lambda u, b, far: 2 * b * (u - far), b=b, far=far)
+        period = 2 * quadrature(lambda u: 1, low, high, rest)
+        advance = 2 * quadrature(lambda u: 1 / (1 - u * u), low, high, rest) * L / (m * l * l)
+        end = fa.integrate(model, z0, time=float(period), accuracy=1e-12).z[:, 0]
+        np.testing.assert_allclose(end, [z0[0], z0[1] + float(advance), 0.0, z0[3]], rtol=1e-11, atol=1e-11 * turn)
+
+
+def test_a_spherical_pendulums_azimuth_goes_round_at_a_frequency():
+    """1/T of theta, and the advance over 2 pi T of the azimuth, with its sense, from the same quadratures."""
+    model, decided = fa.models.SphericalPendulum(), 0
+    for _ in range(6):
+        z0 = [float(RNG.uniform(0.5, 2.2)), 0.3, 0.1, float(RNG.uniform(0.3, 1.3) * RNG.choice([-1, 1]))]
+        E, L = (mp.mpf(float(x)) for x in (model.energy(*z0), z0[3]))
+        far, low, high = roots([-2, -2 * E, 2, 2 * E - L * L])
+        rest = functools.partial(lambda u, far: 2 * (u - far), far=far)
+        period = 2 * quadrature(lambda u: 1, low, high, rest)
+        advance = 2 * quadrature(lambda u: 1 / (1 - u * u), low, high, rest) * L
+        truth = np.array([float(1 / period), float(advance / (2 * mp.pi * period))])
+        found = fa.frequency_map(model, z0, time=400.0)
+        assert (np.abs(found.nu[:, 0] - truth) <= found.error[:, 0]).all()
+        decided += (np.abs(found.nu[:, 0] - truth) < 1e-9).all()
+    assert decided >= 5
+
+
+def test_the_rotation_of_a_spherical_pendulum_has_monodromy_around_its_focus():
+    """Around the equilibrium on top, E = m g l and L = 0, the advance of the azimuth winds once; elsewhere not."""
+    model = fa.models.SphericalPendulum()
+    turns = []
+    for centre in (1.0, 1.9):
+        w = np.linspace(0, 2 * np.pi, 41)[:-1] + 0.05
+        E, L = centre + 0.35 * np.cos(w), 0.35 * np.sin(w) + (0.0 if centre == 1.0 else 0.9)
+        lowest = [float(roots([-2, -2 * e, 2, 2 * e - k * k])[2]) for e, k in zip(E, L, strict=True)]
+        z0 = np.array([np.arccos(lowest), 0 * L, 0 * L, L])
+        cut = fa.poincare_map(
+            model, z0, section=fa.Linear((0.0, 0.0, 1.0, 0.0), 0.0, 0), crossings=3, max_time=60.0, accuracy=1e-8
+        )
+        assert (cut.counts >= 3).all()
+        low = np.abs(cut.points[0] - z0[0]) < 1e-5
+        first = np.array([np.flatnonzero(low[:, k] & (cut.times[:, k] > 0.5))[0] for k in range(40)])
+        advance = cut.points[1, first, np.arange(40)]
+        steps = np.diff(np.append(advance, advance[0]))
+        turns.append(np.rint((steps - 2 * np.pi * np.rint(steps / (2 * np.pi))).sum() / (2 * np.pi)))
+    assert abs(turns[0]) == 1
+    assert turns[1] == 0
+
+
+# --- tops -------------------------------------------------------------------------------------------------------------
+
+
+def body_axes(z):
+    """Angular momentum along the axes of the body."""
+    theta, _, psi, p_theta, p_phi, p_psi = z
+    k = (p_phi - p_psi * np.cos(theta)) / np.sin(theta)
+    return np.array([k * np.sin(psi) + p_theta * np.cos(psi), k * np.cos(psi) - p_theta * np.sin(psi), p_psi])
+
+
+def from_axes(theta, psi, L):
+    """Phase point with angles theta, 0, psi and an angular momentum along the axes of the body."""
+    up = np.array([np.sin(theta) * np.sin(psi), np.sin(theta) * np.cos(psi), np.cos(theta)])
+    return np.array([theta, 0.0, psi, L[0] * np.cos(psi) - L[1] * np.sin(psi), L @ up, L[2]])
+
+
+def test_eulers_top_is_that_of_jacobi():
+    """Omega by sn, cn, dn (Landau & Lifshitz, section 37), and the constant angular momentum in space."""
+    for _ in range(5):
+        I = np.sort(RNG.uniform(0.5, 3.0, 3)) + np.array([0.0, 0.2, 0.5])
+        w0 = np.array([RNG.uniform(0.2, 0.6), 0.0, RNG.uniform(0.9, 1.5)])
+        E2, M2 = (I * w0 * w0).sum(), (I * I * w0 * w0).sum()
+        if E2 * I[1] >= M2:
+            w0[2] += 1.0
+            E2, M2 = (I * w0 * w0).sum(), (I * I * w0 * w0).sum()
+        time = 20.0
+        scale = math.sqrt((I[2] - I[1]) * (M2 - E2 * I[0]) / I.prod())
+        k2 = (I[1] - I[0]) * (E2 * I[2] - M2) / ((I[2] - I[1]) * (M2 - E2 * I[0]))
+        sn, cn, dn, _ = ellipj(scale * time, k2)
+        w = [
+            math.sqrt((E2 * I[2] - M2) / (I[0] * (I[2] - I[0]))) * cn,
+            math.sqrt((E2 * I[2] - M2) / (I[1] * (I[2] - I[1]))) * sn,
+            math.sqrt((M2 - E2 * I[0]) / (I[2] * (I[2] - I[0]))) * dn,
+        ]
+        model = fa.models.AsymmetricTop(*map(float, I))
+        z0 = from_axes(RNG.uniform(0.8, 2.2), RNG.uniform(0, 6), I * w0)
+        found = fa.integrate(model, z0, time=time, accuracy=1e-13)
+        np.testing.assert_allclose(body_axes(found.z[:, 0]) / I, w, rtol=0, atol=1e-12 * np.abs(w0).max())
+        assert conserved(model, z0, time, 1e-12, accuracy=1e-13) == ["energy", "p_phi", "L2"]
+
+
+def test_lagranges_top_nods_as_sn_squared():
+    """cos(theta) = u_1 + (u_2 - u_1) sn^2 (Whittaker, section 71), in both of the charts."""
+    for _ in range(5):
+        I_1, I_3, h = (float(x) for x in RNG.uniform(0.4, 2.0, 3))
+        p_phi, p_psi, theta = (float(x) for x in (RNG.uniform(0.5, 2), RNG.uniform(0.5, 3), RNG.uniform(0.5, 2.0)))
+        model = fa.models.SymmetricTop(I_1, I_3, h)
+        z0 = [theta, 0.0, 0.4, 0.2, p_phi, p_psi]
+        E = mp.mpf(float(model.energy(*z0))) - mp.mpf(p_psi) ** 2 / (2 * mp.mpf(I_3))
+        a, b, c, d = 2 * E / I_1, mp.mpf(2 * h) / I_1, mp.mpf(p_phi) / I_1, mp.mpf(p_psi) / I_1
+        u1, u2, u3 = map(float, roots([b, -a - d * d, 2 * c * d - b, a - c * c]))
+        z0 = np.array([math.acos(u1), 0.0, 0.4, 0.0, p_phi, p_psi])
+        time = 12.0
+        sn = ellipj(math.sqrt(h * (u3 - u1) / (2 * I_1)) * time, (u2 - u1) / (u3 - u1))[0]
+        for top in (model, fa.models.AsymmetricTop(I_1, I_1, I_3, h_3=h)):
+            found = fa.integrate(top, z0, time=time, accuracy=1e-13)
+            assert abs(np.cos(found.z[0, 0]) - (u1 + (u2 - u1) * sn**2)) < 2e-12, (u1, u2, u3)
+        assert conserved(model, z0, time, 1e-12, accuracy=1e-13) == ["energy", "p_phi", "p_psi"]
+
+
+def starts(count, p_phi=None):
+    """Phase points of tops, any orientation, in quaternions: p = 2 q L for an angular momentum L in the body."""
+    q, L = RNG.normal(size=(4, count)), RNG.uniform(-1.2, 1.2, (3, count))
+    q /= np.sqrt((q * q).sum(axis=0))
+    if p_phi is not None:
+        up = vertical(q)
+        L += (p_phi - (L * up).sum(axis=0)) * up
+    scalar, vector = -(q[1:] * L).sum(axis=0), q[0] * L + np.cross(q[1:], L, axis=0)
+    return np.array([*q, 2 * scalar, *(2 * vector)])
+
+
+def vertical(q):
+    """The vertical in the axes of the body: the third row of the matrix of a unit quaternion."""
+    a, b, c, d = q
+    return np.array([2 * (b * d - a * c), 2 * (c * d + a * b), a * a - b * b - c * c + d * d])
+
+
+def kovalevskaya():
+    J, h, angle = RNG.uniform(0.5, 1.5), RNG.uniform(0.5, 1.5), RNG.uniform(0, 6)
+    return fa.models.AsymmetricTop(2 * J, 2 * J, J, h * math.cos(angle), h * math.sin(angle), chart="quaternion")
+
+
+def test_both_charts_of_a_top_are_the_same_top():
+    """Orbits of the vertical and of the angular momentum in the axes of the body."""
+    parameters = [*map(float, RNG.uniform(0.5, 2, 3)), *map(float, RNG.uniform(-0.5, 0.5, 3))]
+    euler, regular = (fa.models.AsymmetricTop(*parameters, chart=chart) for chart in ("euler", "quaternion"))
+    z = np.array([RNG.uniform(1.0, 2.0), 0.4, 0.9, 0.1, 0.3, 0.5])
+    half, (s, c) = z[0] / 2, (z[1] + z[2], z[1] - z[2])
+    q = np.array([np.cos(half) * np.cos(s / 2), np.sin(half) * np.cos(c / 2), np.sin(half) * np.sin(c / 2)])
+    q = np.append(q, np.cos(half) * np.sin(s / 2))
+    L = body_axes(z)
+    other = np.array([*q, -2 * q[1:] @ L, *(2 * (q[0] * L + np.cross(q[1:], L)))])
+    assert abs(euler.energy(*z) - regular.energy(*other)) < 1e-14
+    one, two = (fa.integrate(top, at, time=4.0, accuracy=1e-12).z[:, 0] for top, at in ((euler, z), (regular, other)))
+    theta, psi = one[0], one[2]
+    up = [np.sin(theta) * np.sin(psi), np.sin(theta) * np.cos(psi), np.cos(theta)]
+    np.testing.assert_allclose(vertical(two[:4]), up, rtol=0, atol=1e-10)
+    names = fa.constants_of_motion(regular, other)
+    assert list(names) == ["energy", "p_phi", "q2", "qp"]
+    assert abs(names["p_phi"] - z[4]) < 1e-14
+
+
+def test_the_tops_of_kovalevskaya_and_of_goryachev_and_chaplygin_keep_their_integrals():
+    names = conserved(kovalevskaya(), starts(8), 50.0, 1e-11, accuracy=1e-12)
+    assert names == ["energy", "p_phi", "kovalevskaya", "q2", "qp"]
+    J, h = RNG.uniform(0.5, 1.5), RNG.uniform(0.3, 1, 2)
+    other = fa.models.AsymmetricTop(4 * J, 4 * J, J, *map(float, h), chart="quaternion")
+    names = conserved(other, starts(8, p_phi=0.0), 50.0, 1e-11, accuracy=1e-12)
+    assert "goryachev_chaplygin" in names
+    off = starts(8)  # where p_phi is not 0 it is no constant
+    after = fa.integrate(other, off, time=5.0).z
+    before, after = (fa.constants_of_motion(other, z)["goryachev_chaplygin"] for z in (off, after))
+    assert np.abs(after - before).max() > 1e-3
+
+
+@pytest.mark.parametrize("orbits", [12, pytest.param(1000, marks=pytest.mark.slow)])
+def test_kovalevskayas_top_has_no_chaotic_orbit_and_its_neighbour_has(orbits):
+    top = kovalevskaya()
+    found = fa.chaos_map(top, starts(orbits), time=1000.0, indicators="megno")
+    assert not found.chaotic.any()
+    assert found.regular.mean() > 0.5
+    near = top._replace(I_3=top.I_3 * 1.6, h_3=0.6)
+    assert fa.chaos_map(near, starts(12), time=1000.0, indicators="megno").chaotic.any()
