@@ -122,3 +122,34 @@ def test_a_job_that_was_stopped_has_the_bits_of_one_run(tmp_path):
 def test_what_is_wrong_is_said_of_flags(words, said, capsys):
     assert main(["chaos-map", *words, "--no-figure"]) == 2
     assert said in capsys.readouterr().err
+
+
+def test_rods_of_a_double_pendulum_carry_its_energy():
+    """T and V of the two masses where the rods put them, against H; and an animation of it."""
+    rng = np.random.default_rng(8)
+    model, z = DoublePendulum(*10 ** rng.uniform(-0.4, 0.4, 5)), rng.uniform(-2, 2, 4)
+    v = model.rates(*z)[:2]
+    here, ahead, behind = (
+        np.array(model.joints(*(q + s * w for q, w in zip(z, v, strict=False)))) for s in (0.0, 1e-5, -1e-5)
+    )
+    speed = (ahead - behind) / 2e-5
+    masses = np.array([0.0, model.m_1, model.m_2])
+    energy = (masses * (speed**2).sum(axis=0)).sum() / 2 + model.g * (masses * here[1]).sum()
+    assert energy == pytest.approx(model.energy(*z), rel=1e-9)
+    film = fa.plot.animate(model, z, time=2.0, frames=4)
+    film.draw(3)
+    rods = film.figure.axes[0].lines[1].get_xydata()
+    end = fa.integrate(model, z, time=2.0, samples=24, accuracy=1e-8).samples[-1, :2, 0]
+    np.testing.assert_allclose(rods.T, model.joints(*end), rtol=0, atol=1e-12)
+
+
+def test_a_point_of_another_h_moves_over_its_least_energies(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    text = ["--hamiltonian=(p + y)**2*(1 + x**2)/2 + s**2/2 + x**2/2 + y**2", "--momenta", "p s", "--energy", "0.4"]
+    assert main(["animate", *text, "--time", "2", "--frames", "3", "--out", "film.gif"]) == 0
+    assert (tmp_path / "film.gif").stat().st_size > 1000
+    model = fa.hamiltonian(text[0].partition("=")[2], coordinates="x y", momenta="p s")
+    film = fa.plot.animate(model, [0.1, 0.1, 0.3, 0.2], time=2.0, frames=3)
+    lines = film.figure.axes[0].collections[-1].get_paths()[0].vertices
+    energy = model.energy(0.1, 0.1, 0.3, 0.2)
+    np.testing.assert_allclose(lines[:, 0] ** 2 / 2 + lines[:, 1] ** 2, energy, rtol=2e-3)  # at rest p = -y

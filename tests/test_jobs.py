@@ -541,6 +541,7 @@ OTHER = {
     "model.hamiltonian": "a*x**2/2 + b*y**2/2 + c*x**2*y",
     "model.parameter": ["a=1.0", "b=1.0", "c=0.5"],
     "model.coordinates": "x y",
+    "model.momenta": "p s",
     "model.domain": "9 - x**2",
     "model.period": "6.3",
     "model.rotation": "0.3",

@@ -77,6 +77,11 @@ class DoublePendulum(NamedTuple):
             turn - g * np.cos(q2) * dq2,
         )
 
+    def joints(self, q1, q2):
+        """Return x and y, upwards, of where it hangs and of both masses, three each: animations draw them."""
+        x, y = self.l_1 * np.sin(q1), -self.l_1 * np.cos(q1)
+        return (0.0 * x, x, x + self.l_2 * np.sin(q2)), (0.0 * y, y, y - self.l_2 * np.cos(q2))
+
     def margin(self, q1, q2, p1, p2):
         """Return 1: it lives everywhere."""
         return 1.0 + 0.0 * (q1 + q2 + p1 + p2)

@@ -1,4 +1,6 @@
-"""Animations: the body itself, a deforming ellipse with material lines, and points of plane systems in their wells."""
+"""Animations: the body itself, a deforming ellipse with material lines, points of plane systems in their wells, and
+linkages of rods.
+"""
 
 from __future__ import annotations
 
@@ -11,12 +13,14 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..analysis.orbits.integrate import integrate
+from ..analysis.sections.invariant_measure import Momenta
 from ..base.numbers import positive, whole
 from ..base.placing import placed
 from ..base.status import Status
 from ..charts import CARTESIAN
 from ..models.contracts import Model
-from ..models.mechanics import energies, least_energies
+from ..models.mechanics import energies, inside, least_energies
+from ..models.traits import traits_of
 from .sections import words
 from .style import ACCENT, DARK, GREY, PALE, styled, symbol
 
@@ -64,7 +68,8 @@ def animate(
     threads: int | None = None,
 ) -> Animation:
     """Animate motions: of a body the ellipse that the unit circle of its material becomes, with its material lines; of
-    a system of two coordinates its point on the lines of equal potential.
+    a system of two coordinates its point on the lines of equal potential, of H(q, p) of the least energy over a place;
+    of a model with a method ``joints(q1, q2)``, x and y of places that rods join, such as a double pendulum, its rods.
 
     :Parameters: model: a body in the two planes, whose phase points have 8 rows, or any of two degrees of freedom; z0
         (2n,) or (2n, motions): one panel each; time > 0; frames, at equal times from 0 on; rate: frames a second;
@@ -91,7 +96,8 @@ def animate(
     heads = [""] * motions if titles is None else list(titles)
     heads = [_head(title, code) for title, code in zip(heads, status, strict=True)]
     with styled():
-        figure, panels = (_bodies if rows == 8 else _points)(model, states, times, heads, run.names)
+        kind = _bodies if rows == 8 else _linkages if hasattr(model, "joints") else _points
+        figure, panels = kind(model, states, times, heads, run.names)
 
     def draw(k: int) -> None:
         for panel in panels:
@@ -190,20 +196,57 @@ def _points(model: Any, states: np.ndarray, times: np.ndarray, heads: list[str],
     half = 0.7 * float(np.ptp(states[:, :2], axis=0).max()) or 1.0
     x, y = (np.linspace(c - half, c + half, 181) for c in middle)
     X, Y = np.meshgrid(x, y)
-    with np.errstate(all="ignore"):
-        V = least_energies(model, np.array([X, Y]))
-        V[~(np.broadcast_to(model.margin(X, Y), X.shape) > 0)] = np.nan
+    V = _wells(model, np.array([X, Y]))
     panels = []
     for k, ax in enumerate(axes):
         z = states[0, :, k]
         energy = float(energies(model, z))
-        low = float(np.nanmin(V))
-        if np.isfinite(V).any() and energy > low:
+        low = float(np.min(V, where=np.isfinite(V), initial=np.inf))
+        if energy > low:
             ax.contour(x, y, V, levels=np.linspace(low, energy, 8)[1:-1], colors="0.82", linewidths=0.7)
             ax.contour(x, y, V, levels=[energy], colors=GREY, linewidths=1.4)
         ax.set(title=heads[k], aspect="equal", xlabel=f"${symbol(names[0])}$", ylabel=f"${symbol(names[1])}$")
         panels.append(_point(ax, states[:, :2, k]))
     return figure, panels
+
+
+def _wells(model: Any, q: np.ndarray) -> np.ndarray:
+    """Return the least energy over places q (2, ...), NaN where there is none or it is not known."""
+    traits = traits_of(model)
+    with np.errstate(all="ignore"):
+        if traits.separable:
+            return np.where(inside(model, np.concatenate([q, 0 * q])), least_energies(model, q), np.nan)
+        if not traits.ellipsoidal:
+            return np.full(q.shape[1:], np.nan)
+        V = Momenta.of(model).floor(q)
+        return np.where(np.isfinite(V), V, np.nan)
+
+
+def _linkages(model: Any, states: np.ndarray, times: np.ndarray, heads: list[str], names: Any) -> tuple[Any, list]:
+    """Return a figure of rods, and what draws its frames."""
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(4.0 * len(heads), 4.0), dpi=100, layout="constrained")
+    axes = figure.subplots(1, len(heads), squeeze=False)[0]
+    places = np.array(model.joints(states[:, 0], states[:, 1]))  # (2, joints, frames, motions)
+    size = 1.1 * float(np.abs(places).max())
+    panels = []
+    for k, ax in enumerate(axes):
+        ax.set(xlim=(-size, size), ylim=(-size, size), aspect="equal", xticks=[], yticks=[], title=heads[k])
+        panels.append(_linkage(ax, places[..., k]))
+    return figure, panels
+
+
+def _linkage(ax: Any, places: np.ndarray) -> Callable[[int], None]:
+    """Draw rods between places (2, joints, frames), and the trace of the last; return what sets them to a frame."""
+    (trace,) = ax.plot([], [], color=PALE, lw=0.9)
+    (rods,) = ax.plot([], [], "-o", color=DARK, lw=1.6, ms=7, mfc=ACCENT, mec=DARK, zorder=4)
+
+    def draw(k: int) -> None:
+        trace.set_data(*places[:, -1, max(0, k - int(TRAIL * places.shape[2])) : k + 1])
+        rods.set_data(*places[:, :, k])
+
+    return draw
 
 
 def _point(ax: Any, path: np.ndarray) -> Callable[[int], None]:

@@ -11,6 +11,7 @@ import numpy as np
 
 from ...models.traits import traits_of
 from .allowed_region import evaluated, highest
+from .energy_limits import NotReached
 from .invariant_measure import Momenta
 from .named_axes import section_row
 from .surface_points import surface_of
@@ -88,6 +89,8 @@ def sides_of_any(model: Any, section: Any, energy: float, points: int) -> list[S
 
     u = np.linspace(low[1 - i], high[1 - i], ACROSS + 1)
     allowed, pieces = best(u)[1] > 0, []
+    if not allowed.any():
+        raise NotReached(f"energy {energy:g} reaches less of the section {name}={at:g} than can be seen")
     for first, last in _runs(allowed):
         ends = [
             _bisected(lambda x: best(x)[1] > 0, u[[k]], u[[k + step]])[0] if 0 <= k + step < u.size else u[k]
