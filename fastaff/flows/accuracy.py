@@ -215,8 +215,8 @@ def halved(
     run(orbits, step, wear) integrates the orbits of that index array, slowed where there is a wear, and returns what
     has a `status` (orbits,); compare(fine, coarse, orbits) returns distances of states and phases (moments, orbits),
     and how many times the error of a state counts; keep(orbits, fine, chosen, error) takes over the results numbered
-    `chosen` of a run; drifts(fine) says which orbits (orbits,) lose their energy. Others whose error is too large to be cured, as chaotic ones', or is
-    mostly rounding's are left at that.
+    `chosen` of a run; drifts(fine) says which orbits (orbits,) lose their energy. Others whose error is too large to be
+    cured, as chaotic ones', or is mostly rounding's are left at that.
     Cost: one and a half runs for orbits as expected, half a run more for those whose error is too large, which tells
     what of it is rounding's, and for driven ones.
     """
