@@ -14,6 +14,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ..base.status import Status
 from ..schemes.catalogue import Collocation
 from .flow import Flow, Wear
 from .motion import Motion
@@ -211,11 +212,11 @@ def halved(
     """Run orbits, of these numbers or all, with twice their steps and with these, then those that need it with such
     shorter ones as should do.
 
-    run(orbits, step, wear) integrates the orbits of that index array, slowed where there is a wear; compare(fine,
-    coarse, orbits) returns distances of states and phases (moments, orbits), and how many times the error of a state
-    counts; keep(orbits, fine, chosen, error) takes over the results numbered `chosen` of a run; drifts(fine) says
-    which orbits (orbits,) lose their energy. Others whose error is too large to be cured, as chaotic ones', or is
-    mostly rounding's are left at that.
+    run(orbits, step, wear) integrates the orbits of that index array, slowed where there is a wear, and returns what
+    has a `status` (orbits,); compare(fine, coarse, orbits) returns distances of states and phases (moments, orbits),
+    and how many times the error of a state counts; keep(orbits, fine, chosen, error) takes over the results numbered
+    `chosen` of a run; drifts(fine) says which orbits (orbits,) lose their energy. Others whose error is too large to be
+    cured, as chaotic ones', or is mostly rounding's are left at that.
     Cost: one and a half runs for orbits as expected, half a run more for those whose error is too large, which tells
     what of it is rounding's, and for driven ones.
     """
@@ -242,7 +243,9 @@ def halved(
         worn = None if worn is None else np.where(np.isfinite(worn), worn, apart)
         error, rounding = (weight * entry for entry in estimated(flow, plan, apart, phase, worn))
         factor = shortening(flow, plan, error, rounding, accuracy)
-        factor = np.where(drifts(fine), 2.0, factor)
+        # Twice the step may have been too long for the iteration of a collocation.
+        failed = (coarse.status == Status.NOT_CONVERGED) | (fine.status == Status.NOT_CONVERGED)
+        factor = np.where(drifts(fine) | failed, 2.0, factor)
         again = (factor > 1) & (round_ < HALVINGS)
         keep(orbits, fine, np.flatnonzero(~again), error)
         if not again.any():
@@ -256,7 +259,6 @@ def shortening(
 ) -> np.ndarray:
     """Return how many times shorter (orbits,) steps should be whose errors (moments, orbits), of which rounding makes a
     part, are too large: SLIGHTLY or 2, by the order at which the rest falls; 1 where it is not for steps to cure.
-    2 where twice the step may have been too long for the iteration of a collocation.
     """
     with np.errstate(all="ignore"):
         worst, floor = error.max(axis=0), np.sqrt(2.0) * rounding.max(axis=0)
@@ -265,8 +267,7 @@ def shortening(
         slight = MARGIN * (worst - rounding.max(axis=0)) <= goal * SLIGHTLY**plan.order
     curable &= (floor < accuracy) | (floor < 0.7 * worst)
     shorter = np.where(slight & (not flow.alike), SLIGHTLY, 2.0)
-    shorter = np.where(curable, shorter, 1.0)
-    return np.where(np.isinf(worst), 2.0, shorter) if isinstance(flow.scheme, Collocation) else shorter
+    return np.where(curable, shorter, 1.0)
 
 
 def until(holds: np.ndarray, times: np.ndarray, end: np.ndarray | float) -> np.ndarray:

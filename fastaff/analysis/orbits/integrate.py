@@ -222,6 +222,11 @@ class Compared(NamedTuple):
     ensemble: Ensemble
     step: np.ndarray
 
+    @property
+    def status(self) -> np.ndarray:
+        """The statuses (orbits,)."""
+        return self.ensemble.status
+
     def of(self, orbits: np.ndarray) -> Compared:
         """Return those of some of the orbits."""
         return Compared(self.states[..., orbits], self.ensemble.of(orbits), self.step[orbits])

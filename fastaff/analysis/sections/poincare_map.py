@@ -171,6 +171,11 @@ class _Crossings(NamedTuple):
     found: SectionMap
     reached: np.ndarray
 
+    @property
+    def status(self) -> np.ndarray:
+        """The statuses (orbits,)."""
+        return self.found.status
+
     def of(self, orbits: np.ndarray) -> _Crossings:
         """Return those of some of the orbits."""
         return _Crossings(self.found.take(orbits), self.reached[orbits])
