@@ -392,16 +392,12 @@ MODULE, FUNCTION, PARAMETERS, KERNEL_PARAMETERS, TOP_NAMES, ENTRIES = 400, 60, 1
 of a function beside keywords and of a kernel, names of `fastaff`, entries of its folder.
 """
 LONG_MODULES = {
-    "analysis.frequencies.frequency_map": 435,
+    "analysis.frequencies.frequency_map": 407,
     "analysis.frequencies.fundamental": 465,
-    "analysis.frequencies.readings": 467,
     "analysis.frequencies.tunes": 471,
     "exchange.files": 498,
     "explorer.javascript": 494,
-    "formulas.library": 428,
-    "formulas.model_source": 404,
     "jobs.job": 432,
-    "jobs.launch": 425,
     "jobs.running": 500,
     "jobs.store": 412,
     "kernels.fundamental": 456,
@@ -409,18 +405,14 @@ LONG_MODULES = {
 }
 """Modules above the gate, with their lines today."""
 LONG_FUNCTIONS = {
-    "analysis.frequencies.readings.read": 61,
     "analysis.frequencies.resonances.resonances": 69,
     "cli.commands.scans.scanned": 78,
     "cli.commands.spectrum.energy_levels": 79,
     "explorer.explore.setup_of": 66,
-    "kernels.adaptive_drive.run_adaptive": 109,
+    "kernels.adaptive_drive.run_adaptive": 101,
     "kernels.drive.run_fixed": 100,
-    "kernels.stepping.collocate": 84,
 }
-"""Functions above the gate. The three kernels are one loop over the arrays of a block, too many for the parameters of a
-part.
-"""
+"""Functions above the gate. The kernels are one loop over a block's arrays, too many for the parameters of a part."""
 
 
 def above(measured, gate, known):

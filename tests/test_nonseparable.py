@@ -441,3 +441,29 @@ def test_an_orbit_of_which_no_look_is_finite_has_a_status_and_not_an_exception()
     run = fa.integrate(model, [2.67863293, -5.34165221, -0.0102855, 0.09021383], time=60.0, accuracy=1e-9)
     assert run.status[0] == fa.Status.OK
     assert run.energy_error[0] < 1e-7
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("gauge", [0.0, 0.3], ids=["T(p) + V(q)", "H(q, p)"])
+def test_a_chain_of_sixteen_degrees_of_freedom_moves_by_its_normal_modes(gauge):
+    """A harmonic chain, whose momenta are shifted by a gradient: p - gauge q^2."""
+    n, rng = 16, np.random.default_rng(16)
+    q, p = [f"q{i}" for i in range(n)], [f"p{i}" for i in range(n)]
+    spring = " + ".join(f"({a} - {b})**2/2" for a, b in zip(["0", *q], [*q, "0"], strict=True))
+    kinetic = " + ".join(f"({w} - g*{x}**2)**2/2" if gauge else f"{w}**2/2" for w, x in zip(p, q, strict=True))
+    chain = fa.hamiltonian(f"{kinetic} + {spring}", coordinates=q, momenta=p, **({"g": gauge} if gauge else {}))
+    assert traits_of(chain).nonseparable == bool(gauge)
+    x, v = rng.uniform(-0.5, 0.5, (2, n, 3))
+    found = fa.integrate(chain, np.concatenate([x, v + gauge * x * x]), time=25.0, accuracy=1e-11)
+    k = np.arange(1, n + 1)
+    modes = np.sqrt(2 / (n + 1)) * np.sin(np.outer(k, k) * np.pi / (n + 1))
+    w = 2 * np.sin(k * np.pi / (2 * n + 2))[:, None]
+    a, b = modes @ x, modes @ v
+    there = modes @ (a * np.cos(25 * w) + b / w * np.sin(25 * w))
+    moved = modes @ (b * np.cos(25 * w) - a * w * np.sin(25 * w))
+    truth = np.concatenate([there, moved + gauge * there**2])
+    assert (np.abs(found.z - truth) <= found.error + 1e-12).mean() > 0.97
+    np.testing.assert_allclose(found.z, truth, rtol=0, atol=1e-9)
+    spectrum = fa.chaos_map(chain, found.z[:, :1], time=20.0, indicators=fa.LyapunovSpectrum()).spectrum[:, 0]
+    assert spectrum.size == 2 * n
+    np.testing.assert_allclose(spectrum + spectrum[::-1], 0.0, atol=1e-9)

@@ -14,6 +14,7 @@ from .interruption import imported
 
 ADAPTERS: Mapping[str, str] = {
     "astropy": "quantities",
+    "at": "from_at",
     "gala": "from_gala",
     "galpy": "from_galpy",
     "heyoka": "from_heyoka",

@@ -15,10 +15,8 @@ import sys
 import types as python_types
 from collections import namedtuple
 from collections.abc import Callable, Iterator
-from pathlib import Path
 from typing import Any
 
-import numba
 import numpy as np
 from numba import types
 from numba.core.typing.templates import AbstractTemplate, AttributeTemplate, infer_getattr
@@ -28,6 +26,7 @@ from ..base.identity import by_identity
 from . import cache, jit, map_sums, map_texts, nystrom
 from .callees import Callee
 from .damping import shortened
+from .fingerprint import fingerprint, is_number, is_ours, methods_of
 from .fused import fma
 from .jit import JIT_DISABLED, SIGNATURES
 from .plane_loops import angle_of
@@ -36,8 +35,6 @@ from .state_rows import Rows, rows_of
 from .substitution import replaced
 from .texts import ARGUMENTS, ONE_VARIABLE, TEXTS, observed, read, signals, taken
 from .turning import turn
-
-_TUPLE_NAMES = {*dir(tuple), "_make", "_asdict", "_replace", "_fields", "_field_defaults"}
 
 
 def is_value(candidate: Any) -> bool:
@@ -59,11 +56,6 @@ def _known(value: Any) -> tuple[tuple[str, tuple], np.ndarray]:
     return built, np.array(flat, dtype=np.float64) if flat else np.zeros(1)
 
 
-def _is_number(entry: Any) -> bool:
-    taken = isinstance(entry, (int, float, np.integer, np.floating))
-    return taken and not isinstance(entry, (bool, np.timedelta64))
-
-
 def _float(name: str, number: Any) -> float:
     try:
         return float(number)
@@ -83,10 +75,10 @@ def _walk(value: Any, flat: list[float], classes: dict[type, str]) -> str:
                 arguments.append(_walk(entry, flat, classes))
             except (TypeError, ValueError) as problem:
                 raise type(problem)(f"{type(value).__name__}.{field}: {problem}") from None
-        elif isinstance(entry, tuple) and entry and all(map(_is_number, entry)) and not number:
+        elif isinstance(entry, tuple) and entry and all(map(is_number, entry)) and not number:
             arguments.append("(" + "".join(f"params[{len(flat) + j}], " for j in range(len(entry))) + ")")
             flat.extend(_float(f"{type(value).__name__}.{field}", part) for part in entry)
-        elif _is_number(entry):
+        elif is_number(entry):
             arguments.append(f"params[{len(flat)}]")
             flat.append(_float(f"{type(value).__name__}.{field}", entry))
         else:
@@ -104,7 +96,7 @@ def _compilable(cls: type) -> type:
     if cls._fields:  # type: ignore[attr-defined]
         return cls
     twin: type = namedtuple("twin", ["unused"])
-    for name, method in _methods(cls):
+    for name, method in methods_of(cls):
         setattr(twin, name, method)
     return twin
 
@@ -266,100 +258,12 @@ def _compiled(kind: str, body: str, classes: tuple, namespace: tuple) -> Any:
     return jit.block_function(names[kind], SIGNATURES[kind], cache=folder is not None)
 
 
-def fingerprint(classes: tuple[type, ...], functions: tuple[Callable, ...] = ()) -> str | None:
-    """Content key of the code of classes and functions: what they do, call and read; None where that can't be known.
-
-    Numba stamps a cached function with its own file only, so an edited model in another file would return old numbers.
-    What has no source file (typed at a prompt) is compiled but never cached.
-    """
-    digest = hashlib.sha256()
-    for entry in (*classes, *(getattr(function, "py_func", function) for function in functions)):
-        if _ours(entry):
-            digest.update(f"{entry.__module__}.{entry.__qualname__}".encode())  # the folder's name covers it
-            continue
-        try:
-            source_file = inspect.getsourcefile(entry)
-        except (TypeError, OSError):
-            return None
-        if source_file is None or not Path(source_file).is_file():
-            return None
-        digest.update(Path(source_file).read_bytes())
-        for name, code in _methods(entry) if isinstance(entry, type) else [(entry.__qualname__, entry)]:
-            digest.update(name.encode())
-            if not _fingerprint(code, digest, set()):
-                return None
-    return digest.hexdigest()
-
-
-def _ours(entry: Any) -> bool:
-    """Tell whether the key of the compile cache covers the module of a class or function."""
-    package, _, module = (entry.__module__ or "").partition(".")
-    return package == __package__.partition(".")[0] and module.partition(".")[0] in jit.COMPILED
-
-
-def _fingerprint(function: Any, digest: Any, seen: set[int]) -> bool:
-    """Feed bytecode, constants and read globals of `function` to `digest`; False where a global has unknown content."""
-    function = getattr(function, "py_func", function)
-    if id(function) in seen:
-        return True
-    seen.add(id(function))
-    if _ours(function) and not function.__closure__:
-        digest.update(f"{function.__module__}.{function.__qualname__}".encode())
-        return True
-    for cell in function.__closure__ or ():
-        entry = cell.cell_contents
-        if isinstance(entry, (python_types.FunctionType, numba.core.registry.CPUDispatcher)):
-            if not _fingerprint(entry, digest, seen):
-                return False
-        elif isinstance(entry, (int, float, complex, str)):
-            digest.update(repr(entry).encode())
-        else:
-            return False
-    for default in (*(function.__defaults__ or ()), *(function.__kwdefaults__ or {}).values()):
-        if not isinstance(default, (int, float, complex, str, tuple, np.generic)):
-            return False
-        digest.update(repr(default).encode())
-    pending = [function.__code__]
-    while pending:
-        code = pending.pop()
-        digest.update(code.co_code)
-        pending.extend(c for c in code.co_consts if isinstance(c, python_types.CodeType))
-        digest.update(repr([c for c in code.co_consts if not isinstance(c, python_types.CodeType)]).encode())
-        digest.update(repr(code.co_names).encode())
-        for name in code.co_names:
-            entry = function.__globals__.get(name)
-            if isinstance(entry, (int, float, complex, str, np.generic)) or _numbers(entry):
-                digest.update(repr(entry).encode())
-            elif isinstance(entry, python_types.ModuleType):
-                digest.update(f"{entry.__name__} {getattr(entry, '__version__', '')} {entry.__doc__}".encode())
-                if entry.__name__ not in ("math", "numpy", "cmath"):
-                    return False
-            elif isinstance(entry, (python_types.FunctionType, numba.core.registry.CPUDispatcher)):
-                if not _fingerprint(entry, digest, seen):
-                    return False
-            elif entry is not None and not isinstance(entry, (type, python_types.BuiltinFunctionType, np.ufunc)):
-                return False
-    return True
-
-
-def _numbers(entry: Any) -> bool:
-    return isinstance(entry, tuple) and all(map(_is_number, entry))
-
-
-def _methods(cls: type) -> list[tuple[str, Callable]]:
-    return [
-        (name, entry)
-        for name, entry in vars(cls).items()
-        if inspect.isfunction(entry) and name not in _TUPLE_NAMES and not name.startswith("__")
-    ]
-
-
 _REGISTERED: set[str] = set()
 
 
 def _register_methods(cls: type) -> None:
     """Teach Numba to call the plain methods of NamedTuple classes by name."""
-    for name, _ in _methods(cls):
+    for name, _ in methods_of(cls):
         if name not in _REGISTERED:
             _register(name)
             _REGISTERED.add(name)
@@ -397,7 +301,7 @@ def _register(name: str) -> None:
 
 def _compiled_function(function: Callable) -> Callable:
     """Return a kernel of the package as it is, another function compiled as methods of models are."""
-    return function if _ours(function) else _compiled_method(getattr(function, "py_func", function))
+    return function if is_ours(function) else _compiled_method(getattr(function, "py_func", function))
 
 
 @functools.cache

@@ -1,4 +1,4 @@
-"""Monitors and particles of xtrack."""
+"""Monitors, particles and lines of xtrack."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from ..base.foreign import Foreign
+from .kicks import Kick, probed, turn
 
 ROWS = ("x", "y", "px", "py")
 
@@ -33,3 +34,33 @@ def starts(particles: Any, name: str) -> np.ndarray:
         raise TypeError(f"{name} must be Particles of xtrack, got {type(particles).__name__}")
     alive = np.asarray(particles.state) > 0
     return np.array([np.asarray(getattr(particles, entry))[alive] for entry in ROWS], dtype=float)
+
+
+DIPOLES = ("Bend", "RBend", "DipoleEdge")
+"""Elements whose linear part is taken."""
+
+
+def lattice(line: Any) -> str:
+    """Return the map of one turn of a Line, on momentum, as a text."""
+    if not hasattr(line, "element_dict") or getattr(line, "particle_ref", None) is None:
+        raise TypeError(f"text must be a Line of xtrack with its particle_ref, got {type(line).__name__}")
+    if not line._has_valid_tracker():
+        line.build_tracker()
+    return turn(_part(line, k, name) for k, name in enumerate(line.element_names))
+
+
+def _part(line: Any, k: int, name: str) -> Any:
+    """Return an element as a kick or a linear part; ValueError naming one that is neither."""
+    element = line.element_dict[name]
+    kind = type(element).__name__
+    if kind == "Multipole" and not np.any(element.hxl) and not getattr(element, "isthick", False):
+        return Kick(tuple(element.knl), tuple(element.ksl))
+
+    def track(points: np.ndarray) -> np.ndarray:
+        particles = line.build_particles(**dict(zip(("x", "y", "px", "py"), points, strict=True)), mode="set")
+        line.track(particles, ele_start=k, num_elements=1)
+        particles.sort(interleave_lost_particles=True)
+        lost = np.asarray(particles.state) < 1
+        return np.where(lost, np.nan, np.array([getattr(particles, row) for row in ("x", "y", "px", "py")]))
+
+    return probed(track, name, kind, kind in DIPOLES)

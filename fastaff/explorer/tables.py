@@ -6,7 +6,7 @@ import json
 import keyword
 
 from ..formulas import grammar
-from ..formulas.library import RESERVED
+from ..formulas.reserved import RESERVED
 
 
 def grammar_module() -> str:

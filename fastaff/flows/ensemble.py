@@ -7,7 +7,9 @@ from typing import Any
 
 import numpy as np
 
+from ..base.status import Status
 from ..kernels.drive import Orbits
+from .checks import energy_drift
 from .reaches import FARTHEST
 
 
@@ -72,3 +74,13 @@ class Ensemble:
     def deviations(self) -> np.ndarray:
         """The tangent vectors (vectors, 2n, orbits)."""
         return self.parts[:, 1:].transpose(1, 0, 2, 3).reshape(self.vectors, -1, self.z.shape[1])
+
+
+def energy_error(model: Any, ensemble: Ensemble) -> np.ndarray:
+    """Return |E - E0| of each orbit over the largest kinetic energy seen on it; inf where the energy has no value."""
+    return energy_drift(model, ensemble.points, ensemble.energy, ensemble.scale)
+
+
+def mark_drift(ensemble: Ensemble, error: np.ndarray, tolerance: float) -> None:
+    """Give orbits whose energy error exceeds the tolerance the status ENERGY_DRIFT, unless they have another."""
+    ensemble.status[(ensemble.status == Status.OK) & (error > tolerance)] = Status.ENERGY_DRIFT

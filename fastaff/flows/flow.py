@@ -10,7 +10,6 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..base.numbers import fits, number_of_steps
-from ..base.status import Status
 from ..compile import damping, nystrom
 from ..compile.blocks import idle_block, model_block, nystrom_block, parameters, step_block
 from ..compile.jit import LANES
@@ -27,7 +26,6 @@ from ..models.mechanics import energies, kinetic_energies, slopes
 from ..models.traits import Traits, traits_of
 from ..schemes.catalogue import Collocation, Nystrom, Scheme, Splitting
 from . import observers
-from .checks import energy_drift
 from .ensemble import Ensemble
 from .launch import Report, launch, units
 from .observers import Observer
@@ -393,13 +391,3 @@ class Flow:
 def no_memory(ensemble: Ensemble) -> tuple[np.ndarray, np.ndarray]:
     """Return the memory and output arrays of an observer that keeps nothing."""
     return np.zeros((1, ensemble.z.shape[1])), np.zeros((1, 1))
-
-
-def energy_error(model: Any, ensemble: Ensemble) -> np.ndarray:
-    """Return |E - E0| of each orbit over the largest kinetic energy seen on it; inf where the energy has no value."""
-    return energy_drift(model, ensemble.points, ensemble.energy, ensemble.scale)
-
-
-def mark_drift(ensemble: Ensemble, error: np.ndarray, tolerance: float) -> None:
-    """Give orbits whose energy error exceeds the tolerance the status ENERGY_DRIFT, unless they have another."""
-    ensemble.status[(ensemble.status == Status.OK) & (error > tolerance)] = Status.ENERGY_DRIFT

@@ -11,9 +11,8 @@ import numpy as np
 from ..base.foreign import read_by
 from ..base.numbers import positive, real
 from .grammar import checked_name
-from .library import RESERVED
+from .reserved import MAX_DEGREES_OF_FREEDOM, RESERVED
 
-MAX_DEGREES_OF_FREEDOM = 8
 MAX_PARAMETERS = 64
 
 

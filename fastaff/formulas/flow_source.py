@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from .model_source import fresh, loops, period_methods
+from .inertia import fresh
+from .model_source import loops, period_methods
 from .potential_source import Description, class_text, constant, margin_method, method, module, spread
 from .printing import Lines
 

@@ -12,7 +12,8 @@ from .arguments import text_of
 from .equations import split
 from .formula import Text
 from .grammar import checked_name
-from .library import RESERVED, Request, generated_class
+from .library import Request, generated_class
+from .reserved import RESERVED
 
 LENGTH = 2000
 """Characters of a text, at most, and of each equation that is an expression."""

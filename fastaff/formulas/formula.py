@@ -124,7 +124,7 @@ def hamiltonian(
         an expression of heyoka; a potential of gala, or its Hamiltonian in a turning frame, in kpc, Myr and solar
         masses; a potential of galpy in its natural units. These bring their coordinates and parameters.
     coordinates : str or sequence of str, default "x y"
-        1 to 8 names.
+        1 to 16 names.
     momenta : str or sequence of str, optional
         Their momenta: the text is then the whole of H.
     periods : dict of float or str, optional

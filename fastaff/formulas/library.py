@@ -1,8 +1,7 @@
 """The library of formulas: their classes, derived once, kept as source text beside the compiled kernels.
 
 A text is named by all that its content depends on: the request, the package's sources, Python and Numba. It is written
-at once and whole, carries a checksum, and is read back without SymPy. Where no folder can be written classes live in
-memory.
+whole, carries a checksum, and is read back without SymPy. Where no folder can be written classes live in memory.
 """
 
 from __future__ import annotations
@@ -24,47 +23,6 @@ from .equations import split
 from .grammar import Program, parse
 from .singular import AXES, body_places, invariant_places, plain_places, refuse_removable, ring_text, vanishing
 from .variables import VARIABLES, Trial, check_real, check_symmetry, everything, is_isotropic
-
-RESERVED = {
-    *dir(tuple),
-    "degrees_of_freedom",
-    "coordinates",
-    "kind",
-    "angular_velocity",
-    "angles",
-    "velocity",
-    "force",
-    "tangent_force",
-    "kinetic_energy",
-    "potential_energy",
-    "margin",
-    "value",
-    "slopes",
-    "curvatures",
-    "second",
-    "higher",
-    "formula",
-    "domain",
-    "proof",
-    "rates",
-    "tangent_rates",
-    "damping_rate",
-    "iterate",
-    "tangent_iterate",
-    "symplectic",
-    "momenta",
-    "periods",
-    "potential",
-    "ring",
-    "period",
-    "phase",
-    "mu",
-    "mu_1",
-    "mu_2",
-    "masses",
-    *(f"m_{i}" for i in range(1, 9)),
-}
-"""Names that parameters can't have: they mean something on the model."""
 
 
 class Request(NamedTuple):
@@ -208,7 +166,8 @@ def _derive_hamiltonian(request: Request, programs: tuple[Program, Program | Non
 
     from .domains import conditions
     from .flow_source import nonseparable_model
-    from .model_source import driven_model, hamiltonian_model, in_turning_frame, separated
+    from .inertia import in_turning_frame, separated
+    from .model_source import driven_model, hamiltonian_model
     from .potential_source import Description
     from .sympy_bridge import to_sympy
 

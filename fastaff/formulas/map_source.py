@@ -19,6 +19,9 @@ _PRIMED = re.compile(r"([A-Za-z]\w*)'")
 _IMAGE = "_image"
 MAX_ROWS = 16
 
+MANY, MOST = 16, 400_000
+"""Statements beyond which each is derived by itself, and characters that a text may have."""
+
 
 class MapRequest(NamedTuple):
     """All that the class of a map depends on; coordinates and momenta are names, periods texts, "" where none is."""
@@ -52,7 +55,7 @@ class Statements(NamedTuple):
         return frozenset().union(*(line.program.names for line in self.lines))
 
 
-def statements(text: Any, parameters: Sequence[str], length: int = 4000) -> Statements:
+def statements(text: Any, parameters: Sequence[str], length: int = MOST) -> Statements:
     """Return the statements of a text; ValueError for what is none."""
     example = "'p1 = p + K*sin(x); x1 = x + p1'"
     if not isinstance(text, str):
@@ -107,23 +110,25 @@ def class_of_map(
     own = {name: sympy.Symbol(name, real=True) for name in rows}
     parameters = {name: sympy.Symbol(f"self.{name}", real=True) for name in request.parameters}
     values: dict[str, Any] = {**own, **parameters}
-    for line in found.lines:
-        values[line.name] = checked(to_sympy(line.program, values))
-    images = [values[name + found.suffix] for name in rows]
     changes = {name: sympy.Symbol(f"d{name}", real=True) for name in rows}
-    derivative = [sum((e.diff(own[name]) * changes[name] for name in rows), sympy.Integer(0)) for e in images]
     taken = (*rows, *(f"d{name}" for name in rows))
 
-    def arrays(name: str, arguments: Sequence[str], doc: str, expressions: Sequence[Any]) -> str:
-        symbols, lines = {*own.values(), *changes.values()}, Lines(taken)
-        texts = [
-            t if e.free_symbols & symbols else f"{t} + 0.0*{rows[0]}"
-            for t, e in zip(lines.add(expressions), expressions, strict=True)
+    def arrays(expressions: Sequence[Any], lines: Lines) -> list[str]:
+        symbols, texts = {*own.values(), *changes.values()}, lines.add(expressions)
+        return [
+            t if e.free_symbols & symbols else f"{t} + 0.0*{rows[0]}" for t, e in zip(texts, expressions, strict=True)
         ]
-        return method(name, arguments, doc, lines, texts)
 
-    lines = Lines(taken)
-    texts = ["0.0" if p is None else f"1.0*({lines.text(to_sympy(p, parameters))})" for p in periods]
+    lines, moving, other = Lines(taken), Lines(taken), Lines(taken)
+    if len(found.lines) > MANY:
+        image, change = _one_by_one(found, values, changes, (lines, moving))
+    else:
+        for line in found.lines:
+            values[line.name] = checked(to_sympy(line.program, values))
+        images = [values[name + found.suffix] for name in rows]
+        derivative = [sum((e.diff(own[name]) * changes[name] for name in rows), sympy.Integer(0)) for e in images]
+        image, change = arrays(images, lines), arrays(derivative, moving)
+    texts = ["0.0" if p is None else f"1.0*({other.text(to_sympy(p, parameters))})" for p in periods]
     wall = None if domain is None else to_sympy(domain, {**{q: own[q] for q in request.coordinates}, **parameters})
     methods = [
         constant("kind", "A map.", "Kind.MAP"),
@@ -131,9 +136,9 @@ def class_of_map(
         constant("degrees_of_freedom", f"Return {len(rows) // 2}.", str(len(rows) // 2)),
         constant("coordinates", "Names of the coordinates.", repr(request.coordinates)),
         constant("momenta", "Names of the momenta.", repr(request.momenta)),
-        arrays("iterate", rows, "Return the image of a phase point.", images),
-        arrays("tangent_iterate", taken, "Return the derivative of the map applied to a vector.", derivative),
-        method("periods", (), "Return the period of each row, 0 where it has none.", lines, texts),
+        method("iterate", rows, "Return the image of a phase point.", lines, image),
+        method("tangent_iterate", taken, "Return the derivative of the map applied to a vector.", moving, change),
+        method("periods", (), "Return the period of each row, 0 where it has none.", other, texts),
         _margin(wall, request.coordinates, taken),
     ]
     return "\n".join(_head(request)) + "\n" + "\n".join(textwrap.indent(entry, "    ") for entry in methods)
@@ -170,6 +175,31 @@ def _head(request: MapRequest) -> list[str]:
         f"    domain = {request.domain!r}",
         "",
     ]
+
+
+def _one_by_one(
+    found: Statements, values: dict[str, Any], changes: dict[str, Any], lines: tuple[Lines, Lines]
+) -> tuple[list[str], list[str]]:
+    """Write the statements as they stand, each with its change by the chain rule; return the texts of the images and
+    of their changes. The cost grows as the length, where derivatives of what is written out grow as its square.
+    """
+    import sympy
+
+    from .sympy_bridge import to_sympy
+
+    image, moving = lines
+    moved = dict(changes)
+    for line in found.lines:
+        e, name, to = to_sympy(line.program, values), moving.name("s"), moving.name("ds")
+        image.name("s")
+        parts = [e.diff(values[entry]) * moved[entry] for entry in sorted(line.program.names & moved.keys())]
+        change = moving.text(sum(parts, sympy.Integer(0)))
+        for each in lines:
+            each.lines.append(f"{name} = {each.text(e)}")
+        moving.lines.append(f"{to} = {change}")
+        values[line.name], moved[line.name] = (sympy.Symbol(entry, real=True) for entry in (name, to))
+    ends = [entry + found.suffix for entry in changes]
+    return [values[entry].name for entry in ends], [moved[entry].name for entry in ends]
 
 
 def pairs(variables: Sequence[str]) -> tuple[tuple[str, ...], tuple[str, ...]]:

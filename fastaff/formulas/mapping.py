@@ -12,11 +12,13 @@ from typing import Any
 
 import numpy as np
 
+from ..base.foreign import read_by
 from ..base.interruption import imported
 from ..compile import jit
 from ..models.contracts import WrittenMap
 from .arguments import checked_names, values_of
 from .ceiling import ceiling
+from .formula import Text
 from .grammar import CONSTANTS, FUNCTIONS, Program, parse
 from .library import loaded, rebuild
 from .map_source import TAG, MapRequest, Statements, class_of_map, pairs, period_texts, statements
@@ -29,7 +31,7 @@ SAME = 1e-10
 
 
 def mapping(
-    text: str,
+    text: Text,
     /,
     *,
     coordinates: str | Sequence[str] | None = None,
@@ -42,10 +44,11 @@ def mapping(
 
     Parameters
     ----------
-    text : str
+    text : str, or lattice of another tool
         Statements `name = formula` in the grammar of `formula`, one a line or separated by semicolons, such as "p1 = p
         + K*sin(x); x1 = x + p1". x1, or x', is the image of x, which may be used once it has a value. Other names stand
-        for formulas used later.
+        for formulas used later. Also: a Line of xtrack or a lattice of PyAT, as the map of one turn of x, y, px, py on
+        momentum: its linear elements, kicks of thin multipoles, dipoles linear; any other is refused by its name.
     coordinates, momenta : str or sequence of str, optional
         Names of the variables, in pairs (default: x with p, p_x or px; q_1 with p_1; else the first half of the images
         are those of coordinates).
@@ -91,13 +94,16 @@ def mapping(
     array([[0.737],
            [0.447]])
     """
+    given = read_by("lattice", text)
+    if given is not None:
+        text, coordinates, momenta = given, "x y", "px py"
     model = untried(text, parameters, coordinates, momenta, periods, domain)
     _tried(model)
     return model
 
 
 def untried(
-    text: str,
+    text: Any,
     parameters: Mapping[str, float],
     coordinates: str | Sequence[str] | None = None,
     momenta: str | Sequence[str] | None = None,

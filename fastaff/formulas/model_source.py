@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from random import Random
-from typing import Any, NamedTuple
+from typing import Any
 
+from .inertia import Inertia, driven_inertia, fresh, mass_inertia, plane_inertia
 from .potential_source import Description, class_text, constant, margin_method, method, module
 from .printing import Lines
 
@@ -18,54 +18,6 @@ _LINEAR = {
 }
 _PLANE = {"A": ("a1", "a2"), "B": ("b1", "b2"), "alpha": ("a1", "a2"), "beta": ("b1", "b2")}
 _CLAMP = 2.0**-34
-
-
-class Inertia(NamedTuple):
-    """The kinetic side of a model: fields, and texts of the velocities and of T."""
-
-    fields: tuple[str, ...]
-    lines: tuple[str, ...]
-    velocity: tuple[str, ...]
-    kinetic: str
-
-
-def plane_inertia(pair: bool) -> Inertia:
-    """Return the inertia mu of a body, or diag(mu_1, mu_2) in the material frame: T = (p_x^2 + p_z^2)/2 mu_1 + (p_y^2 +
-    p_u^2)/2 mu_2.
-    """
-    p = ("pa1", "pa2", "pb1", "pb2")
-    if not pair:
-        square = " + ".join(f"{c}*{c}" for c in p)
-        return Inertia(("mu",), ("w = 1.0/self.mu",), tuple(f"w*{c}" for c in p), f"({square})/(2*self.mu)")
-    lines = ("v, w = 0.5/self.mu_1, 0.5/self.mu_2", "k, d = v + w, v - w")
-    velocity = ("k*pa1 + d*pb1", "k*pa2 + d*pb2", "d*pa1 + k*pb1", "d*pa2 + k*pb2")
-    first = "(pa1 + pb1)*(pa1 + pb1) + (pa2 + pb2)*(pa2 + pb2)"
-    second = "(pa1 - pb1)*(pa1 - pb1) + (pb2 - pa2)*(pb2 - pa2)"
-    return Inertia(("mu_1", "mu_2"), lines, velocity, f"({first})/(4*self.mu_1) + ({second})/(4*self.mu_2)")
-
-
-def mass_inertia(coordinates: Sequence[str], masses: bool, moving: int) -> Inertia:
-    """Return unit masses, or masses m_1, ... that are fields, of the first coordinates: T = sum p_i^2/2 m_i."""
-    p = fresh("p", coordinates, ())[:moving]
-    if not masses:
-        return Inertia((), (), p, f"({' + '.join(f'{c}*{c}' for c in p)})/2")
-    fields = tuple(f"m_{i}" for i in range(1, len(p) + 1))
-    velocity = tuple(f"{c}*(1.0/self.{m})" for c, m in zip(p, fields, strict=True))
-    kinetic = " + ".join(f"{c}*{c}/(2*self.{m})" for c, m in zip(p, fields, strict=True))
-    return Inertia(fields, (), velocity, kinetic)
-
-
-def driven_inertia(inertia: Inertia, coordinates: Sequence[str]) -> Inertia:
-    """Return the inertia of a driven system, of that of its coordinates without the time: the time goes on as 1."""
-    p = fresh("p", coordinates, ())[-1]
-    return inertia._replace(velocity=(*inertia.velocity, f"1.0 + 0.0*{p}"))
-
-
-def fresh(prefix: str, coordinates: Sequence[str], taken: Sequence[str]) -> tuple[str, ...]:
-    """Return names made of a prefix and each coordinate, none of which is a coordinate."""
-    while {prefix + c for c in coordinates} & {*coordinates, *taken, "self", "np"}:
-        prefix += "_"
-    return tuple(prefix + c for c in coordinates)
 
 
 class _Inner:
@@ -375,96 +327,3 @@ def _names_of(momenta: Sequence[str]) -> list[str]:
     """Return the constant of the names of momenta where they have some."""
     doc = f"Names of the last {len(momenta)} rows of z."
     return [constant("momenta", doc, repr(tuple(momenta)))] if momenta else []
-
-
-def in_turning_frame(
-    H: Any, walls: Sequence[Any], momenta: Sequence[Any], coordinates: Sequence[str]
-) -> tuple[Any, Any, Inertia] | None:
-    """Return V(q), the rate w and the inertia of H = T(p) + V(q) - w (x p_y - y p_x), with T quadratic and round in the
-    momenta of the first two coordinates x, y; None where it is not of that form.
-    """
-    import sympy
-
-    if len(momenta) < 2:
-        return None
-    x, y = (sympy.Symbol(name, real=True) for name in coordinates[:2])
-    twice = H.diff(momenta[1], x)
-    if twice == 0 or _varied([twice], ()):
-        return None
-    parts = sympy.Add.make_args(H)
-    mixed = sympy.expand(sympy.Add(*(part for part in parts if part.free_symbols & {*momenta})))
-    rate = -mixed.diff(momenta[1], x)
-    rest = sympy.expand(mixed + rate * (x * momenta[1] - y * momenta[0]))
-    W = [[sympy.simplify(rest.diff(one, other)) for other in momenta] for one in momenta[:2]]
-    round_ = W[0][0] == W[1][1] and not any(w != 0 for i, row in enumerate(W) for j, w in enumerate(row) if i != j)
-    varied = {*momenta, *(sympy.Symbol(name, real=True) for name in coordinates)}
-    if rate == 0 or rate.free_symbols & varied or not round_:
-        return None
-    others = (part for part in parts if not part.free_symbols & {*momenta})
-    found = separated(sympy.Add(*others, rest), walls, momenta, coordinates)
-    return None if found is None else (found[0], rate, found[1])
-
-
-def separated(
-    H: Any, walls: Sequence[Any], momenta: Sequence[Any], coordinates: Sequence[str]
-) -> tuple[Any, Inertia] | None:
-    """Return V(q) and the inertia of H = T(p) + V(q) with T quadratic in the symbols of the momenta, for coordinates
-    beside which there may be the time; None where it is not of that form.
-    """
-    import sympy
-
-    if _varied([H.diff(p) for p in momenta], momenta):
-        return None
-    parts = [sympy.Add.make_args(form) for form in (H, sympy.expand(H))]
-    of_momenta = [[part for part in sums if part.free_symbols & {*momenta}] for sums in parts]
-    places = {sympy.Symbol(name, real=True) for name in coordinates}
-    for sums, own in zip(parts, of_momenta, strict=True):
-        T = sympy.Add(*own)
-        W = [[T.diff(one, other) for other in momenta] for one in momenta]
-        rest = sympy.expand(T - sympy.Add(*(w * a * b / 2 for a, r in zip(momenta, W) for b, w in zip(momenta, r))))
-        mixed = T.free_symbols & places or any(w.free_symbols & {*momenta} for row in W for w in row)
-        if not (mixed or rest != 0 or any(row[i] == 0 for i, row in enumerate(W)) or _bounded(walls, momenta)):
-            return sympy.Add(*(part for part in sums if part not in own)), _quadratic_inertia(W, coordinates)
-    return None
-
-
-def _varied(expressions: Sequence[Any], fixed: Sequence[Any]) -> bool:
-    """Tell whether expressions are seen, at a few points, to depend on more than parameters and the fixed symbols: to
-    expand long ones takes minutes.
-    """
-    import mpmath
-    import sympy
-
-    names = sorted(sympy.Tuple(*expressions).free_symbols, key=str)
-    function, random = sympy.lambdify(names, list(expressions), "mpmath", cse=True), Random(7)
-    with mpmath.workdps(30):
-        for _ in range(8):
-            here = [mpmath.mpf(random.uniform(0.2, 5)) for _ in names]
-            there = [
-                value if name in fixed or str(name).startswith("self.") else value * random.uniform(1, 1.5)
-                for name, value in zip(names, here, strict=True)
-            ]
-            try:
-                one, other = function(*here), function(*there)
-            except (ArithmeticError, ValueError):
-                continue
-            if any(abs(a - b) > 1e-9 * (abs(a) + abs(b)) for a, b in zip(one, other, strict=True)):
-                return True
-    return False
-
-
-def _bounded(walls: Sequence[Any], momenta: Sequence[Any]) -> bool:
-    return any(wall.free_symbols & {*momenta} for wall in walls)
-
-
-def _quadratic_inertia(W: Sequence[Sequence[Any]], coordinates: Sequence[str]) -> Inertia:
-    """Return the inertia of T = p.W p/2, in the texts of `mass_inertia` where W is diagonal."""
-    p, n, lines = fresh("p", coordinates, ())[: len(W)], range(len(W)), Lines(())
-    if all(W[i][j] == 0 for i in n for j in n if i != j):
-        if all(W[i][i] == 1 for i in n):
-            return mass_inertia(coordinates, False, len(W))
-        masses = [f"({lines.text(1 / W[i][i])})" for i in n]
-        kinetic = " + ".join(f"{c}*{c}/(2*{m})" for c, m in zip(p, masses, strict=True))
-        return Inertia((), (), tuple(f"{c}*(1.0/{m})" for c, m in zip(p, masses, strict=True)), kinetic)
-    velocity = tuple(" + ".join(f"({lines.text(W[i][j])})*{p[j]}" for j in n if W[i][j] != 0) for i in n)
-    return Inertia((), (), velocity, f"({' + '.join(f'{c}*({v})' for c, v in zip(p, velocity, strict=True))})/2")

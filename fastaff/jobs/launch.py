@@ -17,6 +17,7 @@ from ..base.names import pairs
 from ..base.numbers import fits
 from ..formulas.number import number
 from ..models.traits import traits_of
+from .flags import axis_of, cells_of, flags_of_axes, range_of
 from .system import Surface
 from .wording import Wrong
 
@@ -90,7 +91,7 @@ class Starts:
             raise Wrong(f"--seed must be at least 0, got {self.seed}")
         if self.by_name or section is None or not traits_of(body).conserves or not on_section(body, section):
             return self._by_name(body, section, surface)
-        cells = _cells(self.grid or default)
+        cells = cells_of(self.grid or default)
         fits("--grid", *cells, itemsize=1)
         fits("--grid", ARRAYS, max(cells))
         given = self.ranges()
@@ -135,23 +136,23 @@ class Starts:
         try:
             if self.orbits is not None:
                 given = pairs("--axes", self.axes or (), "LOW:HIGH")
-                axes = {name: _range(f"--axes {name}", text) for name, text in given} or None
+                axes = {name: range_of(f"--axes {name}", text) for name, text in given} or None
                 planes = {"p_eta": surface.p_eta, "p_gamma": surface.p_gamma}
                 source = source_of(body, surface.energy, here, axes, *taken, **planes)
                 return RandomPoints(OfSource(source), self.orbits, self.seed)
             if not self.axes:
                 raise Wrong("--axes NAME=LOW:HIGH:N is required, once for each axis of the grid; or --orbits N")
-            parts = {name: _axis(name, text) for name, text in pairs("--axes", self.axes, "LOW:HIGH:N")}
+            parts = {name: axis_of(name, text) for name, text in pairs("--axes", self.axes, "LOW:HIGH:N")}
             fits("--axes", *(part.size for part in parts.values()), itemsize=1)
             made = launching(body, checked_energy(body, surface.energy), tuple(parts), here, *taken)
             return NamedCells(made, tuple(parts.values()))
         except (ValueError, TypeError) as problem:
-            text = re.sub(r"axes=\{(.*)\}", _flags_of_axes, str(problem))
+            text = re.sub(r"axes=\{(.*)\}", flags_of_axes, str(problem))
             raise Wrong(f"--{text}" if text.split(" ")[0] in BY_NAME else text) from None
 
     def ranges(self) -> list[Any]:
         """Return the ranges given, None for those not given."""
-        return [_range(name, text) for name, text in (("--range1", self.range1), ("--range2", self.range2))]
+        return [range_of(name, text) for name, text in (("--range1", self.range1), ("--range2", self.range2))]
 
 
 BY_NAME = ("axes", "fixed", "solve", "at_rest", "microcanonical")
@@ -384,48 +385,3 @@ def some(launch: Launch, count: int) -> np.ndarray:
             raise NotReached("the energy reaches no point of the launch set: it is below the minimum there") from None
     z0 = np.concatenate(found, axis=1)
     return np.ascontiguousarray(z0[:, np.unique(np.linspace(0, z0.shape[1] - 1, count).astype(np.int64))])
-
-
-def _flags_of_axes(found: re.Match[str]) -> str:
-    """Return the flags for ranges of rows that a sentence names as a dict."""
-    return " ".join(f"--axes {name}=LOW:HIGH" for name in re.findall(r'"(\w+)":', found[1]) or ["NAME"])
-
-
-def _range(option: str, text: str | None) -> tuple[float, float] | None:
-    if text is None:
-        return None
-    low, colon, high = text.partition(":")
-    try:
-        ends = number("LOW", low), number("HIGH", high)
-        if not (colon and ends[0] < ends[1]):
-            raise ValueError
-    except ValueError:
-        raise Wrong(f"{option} must be LOW:HIGH with LOW < HIGH, for example 0.1:1.2, got {text!r}") from None
-    return ends
-
-
-def _axis(name: str, text: str) -> np.ndarray:
-    """Return the centres of the cells of an axis LOW:HIGH:N; a number alone is one cell."""
-    ends, colon, count = text.rpartition(":")
-    try:
-        cells = int(count) if colon else 0
-        low, high = _range(f"--axes {name}", ends) or (0.0, 0.0)
-        if cells < 1:
-            raise ValueError
-    except ValueError:
-        raise Wrong(
-            f"--axes {name} must be LOW:HIGH:N with LOW < HIGH and N at least 1, for example {name}=-1:1:40, "
-            f"got {text!r}"
-        ) from None
-    return low + (high - low) * (np.arange(cells) + 0.5) / cells
-
-
-def _cells(text: str) -> tuple[int, int]:
-    first, cross, second = text.lower().partition("x")
-    try:
-        n1, n2 = int(first), int(second if cross else first)
-        if n1 < 1 or n2 < 1:
-            raise ValueError
-    except ValueError:
-        raise Wrong(f"--grid must be N1xN2 with whole numbers of at least 1, for example 40x40, got {text!r}") from None
-    return n1, n2

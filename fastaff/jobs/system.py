@@ -307,13 +307,8 @@ def described(value: Any) -> Model | None:
         if traits.iterated:
             rows = (*value.coordinates, *value.momenta)
             angles = [f"{name}={text}" for name, text in zip(rows, MapRequest(*value._request).periods) if text]
-            found = Model(
-                map=text,
-                coordinates=" ".join(value.coordinates),
-                angles=angles or None,
-                parameter=parameter,
-                domain=domain,
-            )
+            more: dict[str, Any] = {"angles": angles or None, "parameter": parameter, "domain": domain}
+            found = Model(map=text, coordinates=" ".join(value.coordinates), **more)
         elif not traits.canonical:
             found = Model(flow=text, parameter=parameter, domain=domain)
         elif inner is not value:

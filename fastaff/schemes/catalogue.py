@@ -1,8 +1,7 @@
 """Numerical schemes as data that checks itself: splittings, explicit Runge-Kutta tableaux and all others by name.
 
-A scheme is a frozen value: its coefficients, the order it claims and the publication it comes from. Construction tests
-it: wrong lengths, lost digits, broken symmetry or an order that the quadrature conditions refute raise ValueError, so
-a mistyped coefficient does not survive the import. Nothing here integrates.
+A scheme is a frozen value: its coefficients, the order it claims and the publication it comes from. Construction
+raises ValueError for wrong lengths, lost digits, broken symmetry or an order that the quadrature conditions refute.
 
 To choose by: forces per unit time for a global error of 1e-11 after time 20, on a Hénon-Heiles orbit of energy 0.096
 and on a Kepler orbit of eccentricity 0.3 (constants of the leading error, measured in 45 digits):
@@ -11,8 +10,7 @@ and on a Kepler orbit of eccentricity 0.3 (constants of the leading error, measu
     Hénon-Heiles     206500       1666             87         127                     84
     Kepler          1371000       5176            282         220                    169
 
-The race on seven systems is in docs/schemes.md: BLANES_MOAN6 leads down to errors of 1e-9, BLANES_CASAS_ESCORIHUELA8
-from there to 1e-13, SOFRONIOU_SPALETTA10 below; for T not quadratic KAHAN_LI8 and SOFRONIOU_SPALETTA8 down to 1e-9.
+The race on seven systems and what leads where is in docs/schemes.md.
 """
 
 from collections.abc import Iterable, Mapping, Sequence

@@ -17,7 +17,8 @@ from ...base.results import Result, put
 from ...base.short_forms import Starts, starts_of, takes
 from ...base.status import Status, describe
 from ...flows.checks import checked_model
-from ...flows.flow import Flow, energy_error, mark_drift
+from ...flows.ensemble import energy_error, mark_drift
+from ...flows.flow import Flow
 from ...flows.launch import Report
 from ...flows.options import Options, iterates, plan
 from ...kernels.readings import LN10

@@ -17,7 +17,8 @@ from ...compile.jit import LANES
 from ...flows import observers
 from ...flows.accuracy import HALVINGS
 from ...flows.checks import checked_model
-from ...flows.flow import Ensemble, Flow, Report, energy_error, mark_drift
+from ...flows.ensemble import energy_error, mark_drift
+from ...flows.flow import Ensemble, Flow, Report
 from ...flows.motion import fastest_rates, natural_rates
 from ...flows.needs import check_needs
 from ...flows.options import Options, iterates, plan
@@ -34,6 +35,7 @@ from .map_frequencies import map_frequencies
 from .methods import BirkhoffAverages, NaffLines, checked_method, method_of
 from .readings import Samples, read
 from .rooms import ROOMS, Room
+from .sampling import pilot_share, sample_counts
 from .signals import Signals
 from .turning import unresolved
 from .windows import BRIEF
@@ -44,10 +46,6 @@ ACCURACY = 1e-11
 BUDGET, MOST = 1 << 27, 1 << 29
 """Bytes of samples in memory at once; and of long orbits, as few of them fill no block of lanes."""
 
-PILOT = 16
-"""The step's error is found over this part of the time, or a longer one of at least PILOT_STEPS steps."""
-
-PILOT_STEPS, PILOT_SAMPLES = 128, 48
 PROBE = 128
 """Steps from which it is learned how fast an orbit moves."""
 
@@ -60,9 +58,6 @@ BESIDE = 0.1
 
 LONGEST = 1.5
 """Radians of the fastest small oscillation of an orbit that a step may have: more would show another frequency."""
-
-SIZES = np.array([16 * q * 2**k for k in range(40) for q in (4, 5, 6, 7)])
-"""Numbers of samples: few, as orbits of equal numbers are read together, all multiples of what pilots take."""
 
 
 @takes(z0=starts_of, scheme=scheme_of, method=method_of, angles=angles_of)
@@ -219,25 +214,6 @@ def _resolving(flow: Flow, rate: np.ndarray, time: float) -> Flow:
     return replace(flow, step=np.where(long, on_ladder(LONGEST / np.where(long, rate, 1.0), time), flow.step))
 
 
-def sample_counts(need: np.ndarray, steps: np.ndarray) -> np.ndarray:
-    """Return how many samples (orbits,), of few different numbers, are enough for those needed and take few more steps
-    than `steps`.
-    """
-    need = np.clip(need, SIZES[0], SIZES[-4])
-    first = np.searchsorted(SIZES, need * (1 - 1e-9))
-    choice = SIZES[first[:, None] + np.arange(3)]
-    cost = choice * -(-steps[:, None] // choice) / steps[:, None] + 0.1 * choice / need[:, None]
-    return np.take_along_axis(choice, cost.argmin(axis=1)[:, None], axis=1)[:, 0]
-
-
-def _share(steps: np.ndarray, counts: np.ndarray) -> np.ndarray:
-    """Return which part of so many steps, and samples, the pilot takes: PILOT, or a smaller power of 2 that leaves it
-    PILOT_STEPS and PILOT_SAMPLES.
-    """
-    room = np.maximum(np.minimum(steps // PILOT_STEPS, counts // PILOT_SAMPLES), 1)
-    return np.minimum(PILOT, 2 ** np.floor(np.log2(room)).astype(np.int64))
-
-
 class FrequencyWork:
     """A frequency map in the making; arrays over angles and orbits hold what is known so far."""
 
@@ -344,7 +320,7 @@ class FrequencyWork:
 
     def _portion(self, flow: Flow, orbits: np.ndarray, counts: np.ndarray, steps: np.ndarray) -> None:
         """Find the frequencies of these orbits from so many samples, and so many steps."""
-        share = _share(steps, counts)
+        share = pilot_share(steps, counts)
         order = np.argsort(counts, kind="stable")  # those of equally many samples side by side
         orbits, counts, steps, share = orbits[order], counts[order], steps[order], share[order]
         if not flow.adaptive:

@@ -2,26 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
 
 from .angle_loops import Layout
 from .closeness import Closeness, closeness, related
-from .demodulated import PARTS, demodulated, parts, turning
 from .fundamental import Loops, Modes, adopt, fit, modes, taken, values
 from .integer_lattice import box, combined
-from .line_rates import line_changes, line_rates
+from .line_rates import line_changes
+from .loop_rates import SAFETY, Rates, averages, line_frequencies, of_parts, portions, with_lines
 from .rotations import going_round, mean_turns
 from .signals import Signals
 from .turning import CHANGED
-from .windows import damping
-
-SAFETY = 5.0
-"""Factor of error estimates over the differences of windows and of steps: covers 99 % of the errors
-(bench/test_frequency.py).
-"""
 
 SURELY, EACH = 3.0, 1.5
 """Cycles over a half by which frequencies differ from half to half where no close lines may do that; of three loops and
@@ -61,17 +54,6 @@ CLEAN = 1e-7
 SLOW = 5.0
 """Cycles over the whole from which lines are told from what does not turn."""
 
-UNSETTLED = 0.02
-"""Cycles over the whole that a frequency may be off, from which lines are fitted where no `fallback` is asked for."""
-
-REST = 5.0
-"""Amplitude, relative to a line's, that is taken to be left at frequency 0, but of planes: their loops have no centre
-that may be off.
-"""
-
-HIGHER = 0.8
-"""Share of the change with half the step that the correction for the step may be off."""
-
 ROUNDING, GROWN, STEADY = 3e-13, 1e-14, 8192
 """Relative errors of frequencies by rounding: of all, and times what a coordinate grows by in units of its swing; the
 samples from which the first grows with the root of their number.
@@ -81,9 +63,6 @@ ALIASED = 2.5
 """Power of the amplitude near the highest frequency that samples show, up to which lines beyond, which may lie at any
 place, are as large.
 """
-
-AT_ONCE = 256
-"""Loops whose lines are fitted at once."""
 
 REACH = 12
 """Largest |k_i| that relates a body's own angles to the lattice of its librations' lines."""
@@ -124,36 +103,6 @@ class Reading(NamedTuple):
     irregular: np.ndarray
 
 
-class _Rates(NamedTuple):
-    """Frequencies (orbits, loops) with what their errors are but for the scheme's, and the method of each.
-
-    halves, halves_error (orbits, loops, 2): values of the halves; step: what they lose where the step is halved, and
-    step_error: how much that may be.
-    """
-
-    nu: np.ndarray
-    error: np.ndarray
-    method: np.ndarray
-    step: np.ndarray
-    step_error: np.ndarray
-    halves: np.ndarray
-    halves_error: np.ndarray
-
-    def where(self, chosen: np.ndarray, other: _Rates) -> _Rates:
-        """Return these for the chosen ones, `other` for the rest."""
-        return _Rates(
-            *(np.where(chosen if a.ndim == 2 else chosen[:, :, None], a, b) for a, b in zip(self, other, strict=True))
-        )
-
-    def better(self, other: _Rates) -> _Rates:
-        """Return for each entry the one of the smaller error."""
-        return self.where(self.error <= other.error, other)
-
-    def of(self, loops: slice) -> _Rates:
-        """Return those of some loops."""
-        return _Rates(*(entry[:, loops] for entry in self))
-
-
 def read(layout: Layout, samples: Samples, fallback: float | None, threads: int) -> Reading:
     """Read the frequencies of sampled orbits; lines are fitted to the whole where the relative error exceeds `fallback`
     (0: all are lines; None: where a frequency is off by UNSETTLED).
@@ -186,7 +135,7 @@ def read(layout: Layout, samples: Samples, fallback: float | None, threads: int)
     broad = irregular | ((found.rest > BROAD) & (fallback is None))  # fits would hardly tell more
     useless = broad[:, None] | slow | (lattice.error * time < blur)
     steady = centre if fallback == 0 else np.where(useless, 0.0, centre)
-    lattice = _with_lines(lattice, s, loops, steady, fallback, threads)
+    lattice = with_lines(lattice, s, loops, steady, fallback, threads)
     vague |= related(np.where(found.owned, lattice.nu, np.nan), lattice.error)
     aliased = found.tail[:, None] ** ALIASED
     lattice = lattice._replace(error=lattice.error + (blur + aliased) / time + _beaten(lattice, close.beating))
@@ -197,40 +146,46 @@ def read(layout: Layout, samples: Samples, fallback: float | None, threads: int)
     if layout.body:
         c, offset = layout.own(s, threads)
         loops = Loops(c, offset, np.zeros_like(offset))
-        own = _averages(s, start, loops, m, threads)
+        own = averages(s, start, loops, m, threads)
         own = own._replace(error=np.where(vague[:, None], BEATS, 1.0) * own.error)
         chosen, combination = _own_angles(lattice, own.of(slice(0, m)), found, layout.separate, time)
         planes, at = own.of(slice(m, None)), loops.of(slice(m, None))
         near = np.where(planes.error * time < 3 * SAFETY, planes.nu, 0.0)
-        line = _demodulated(s, start, at, near, threads, rest=0.0)
+        line = line_frequencies(s, start, at, near, threads, rest=0.0)
         same = np.abs(line.nu - planes.nu) <= planes.error
         planes = line.where(same & np.isfinite(line.error), planes)
-        planes = _with_lines(planes, s, at, np.where(broad[:, None] & (fallback != 0), 0.0, near), fallback, threads)
+        planes = with_lines(planes, s, at, np.where(broad[:, None] & (fallback != 0), 0.0, near), fallback, threads)
         planes = planes._replace(error=planes.error + aliased / time + _beaten(planes, close.beating))
-        chosen = _Rates(*(np.concatenate(pair, axis=1) for pair in zip(chosen, planes, strict=True)))
+        chosen = Rates(*(np.concatenate(pair, axis=1) for pair in zip(chosen, planes, strict=True)))
         leading[:, m:], leading_error[:, m:] = planes.nu, planes.error
         basis[:, range(m, n), range(m, n)] = 1
     basis[:, :m, :m] = combination
-    # Where the integers are known the frequencies tell the leading lines better than bins do.
-    known = (combination != 0).any(axis=2) & np.isfinite(chosen.error[:, :m]).all(axis=1, keepdims=True)
-    through = combined(combination, chosen.nu[:, :m]), combined(np.abs(combination), chosen.error[:, :m])
-    known &= through[1] < leading_error[:, :m]
-    leading[:, :m] = np.where(known, through[0], leading[:, :m])
-    leading_error[:, :m] = np.where(known, through[1], leading_error[:, :m])
+    _better_leading(leading[:, :m], leading_error[:, :m], combination, chosen.of(slice(0, m)))
     rank = found.rank + n - m
     if layout.periods.any():
         _count_turns(samples, layout.periods, found, chosen, (leading, leading_error, basis, rank, vague))
     return _with_scheme(chosen, samples, rank, leading, leading_error, basis, vague, irregular)
 
 
-def _count_turns(samples: Samples, periods: np.ndarray, found: Modes, rates: _Rates, places: tuple) -> None:
+def _better_leading(leading: np.ndarray, error: np.ndarray, combination: np.ndarray, rates: Rates) -> None:
+    """Set leading lines (orbits, m) and their errors by the frequencies where the integers are known and tell them
+    better than bins do.
+    """
+    known = (combination != 0).any(axis=2) & np.isfinite(rates.error).all(axis=1, keepdims=True)
+    through = combined(combination, rates.nu), combined(np.abs(combination), rates.error)
+    known &= through[1] < error
+    leading[:] = np.where(known, through[0], leading)
+    error[:] = np.where(known, through[1], error)
+
+
+def _count_turns(samples: Samples, periods: np.ndarray, found: Modes, rates: Rates, places: tuple) -> None:
     """Fill in the mean rates of coordinates that go round where a frequency is missing that is in no line."""
     leading, leading_error, basis, rank, vague = places
     s, start, n = samples.run, samples.start, rates.nu.shape[1]
     going = going_round(s, periods) & (rank < n)[:, None]
     wound = np.flatnonzero(going.any(axis=1))
     free = going[wound] & ~found.owned[wound]
-    turns = _of_parts(*mean_turns(s.of(wound), None if start is None else start.of(wound), periods))
+    turns = of_parts(*mean_turns(s.of(wound), None if start is None else start.of(wound), periods))
     turns = turns._replace(error=np.where(vague[wound, None], BEATS, ROUND) * turns.error)
     adopt(rates, wound, turns.where(free, taken(rates, wound)))
     for table, new in (leading, turns.nu), (leading_error, turns.error):
@@ -243,16 +198,16 @@ def _count_turns(samples: Samples, periods: np.ndarray, found: Modes, rates: _Ra
     vague[wound] |= related(np.where(found.owned[wound] | free, rates.nu[wound], np.nan), rates.error[wound])
 
 
-def _lattice_rates(s: Signals, start: Signals | None, loops: Loops, found: Modes, threads: int) -> _Rates:
+def _lattice_rates(s: Signals, start: Signals | None, loops: Loops, found: Modes, threads: int) -> Rates:
     """Return the frequencies of the loops of modes; the error is inf where nothing moves."""
-    rates = _demodulated(s, start, loops, found.nu, threads)
+    rates = line_frequencies(s, start, loops, found.nu, threads)
     # A coordinate that has grown to so many sizes of its swing is rounded to so much of it.
     rounded = GROWN * np.abs(loops.drift) * s.samples[:, None] * np.abs(found.nu)
     return rates._replace(error=np.where(found.moving, rates.error + rounded, np.inf))
 
 
 def _with_scheme(
-    rates: _Rates,
+    rates: Rates,
     samples: Samples,
     rank: np.ndarray,
     leading: np.ndarray,
@@ -300,7 +255,7 @@ def _vague(found: Modes, closeness: Closeness) -> np.ndarray:
 
 
 def _irregular(
-    rates: _Rates,
+    rates: Rates,
     s: Signals,
     loops: Loops,
     found: Modes,
@@ -326,7 +281,7 @@ def _irregular(
     result = (most > np.where(vague & (found.rank > 0), SURELY, least)) & rough & ~near
     # Of three loops and more beats may make all the change where no line is resolved.
     unsure = (most > least) & ~result & ~(vague & ((found.rank > 0) | (m > 2)))
-    for o, j in _parts(s, unsure[:, None] & (np.arange(m) == loop[:, None])):
+    for o, j in portions(s, unsure[:, None] & (np.arange(m) == loop[:, None])):
         f = values(s, loops, o, j, threads)
         result[o] = line_changes(f, float(s.interval[o[0]]), found.nu[o, j]) > CHANGED
     sharp = (found.leading_error * s.time[:, None] <= SHARP) | ~found.moving
@@ -340,79 +295,12 @@ def _lattice_loops(s: Signals, found: Modes) -> Loops:
     return Loops(c, found.offset, found.drift)
 
 
-def _demodulated(
-    s: Signals, start: Signals | None, loops: Loops, nu: np.ndarray, threads: int, rest: float = REST
-) -> _Rates:
-    """Return the frequencies of lines by nu (orbits, loops) of loops; the error is inf where there is none."""
-    found, time = demodulated(s, loops, nu, threads), s.time[:, None]
-    change = np.zeros((*nu.shape, 3))
-    if start is not None:
-        coarse, fine = (demodulated(x, loops, nu, threads, start.samples) for x in (s, start))
-        # The halves too: what one window says may be small by chance.
-        change = np.concatenate([(coarse.nu - fine.nu)[:, :, None], coarse.halves - fine.halves], axis=2)
-    return _Rates(
-        found.nu,
-        found.error + rest * damping(np.abs(found.nu) * time) / time,
-        np.zeros(nu.shape, np.int8),
-        *_of_step(change),
-        found.halves,
-        found.halves_error,
-    )
-
-
-def _of_step(change: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the change of frequencies (orbits, loops, windows) over the first window where the step is halved, and by
-    how much it may be off: by what the other windows say, and by terms of higher order.
-    """
-    first = change[:, :, 0]
-    return first, np.maximum(np.abs(change - change[:, :, :1]).max(axis=2), HIGHER * np.abs(first))
-
-
-def _averages(s: Signals, start: Signals | None, loops: Loops, librations: int, threads: int) -> _Rates:
-    """Return weighted averages of the rates of a body's own loops' arguments, those of librations first."""
-    shape = loops.offset.shape
-    rates, change = np.zeros((*shape, len(PARTS))), np.zeros((*shape, 1))
-    for o in s.alike():
-        own, run, dt = taken(loops, o), s.array(o), float(s.interval[o[0]])
-        rates[o] = turning(run, own, parts(run.shape[2] - 1), dt, threads)
-        if start is not None:
-            for part in start.of(o).alike():
-                count, theirs = int(start.samples[o[part[0]]]), taken(own, part)
-                brief, fine = parts(count - 1)[:3], start.array(o[part])
-                first = run if part.size == o.size else run[part]
-                coarse, fine = (turning(x, theirs, brief, dt, threads) for x in (first, fine))
-                change[o[part]] = (coarse - fine)[:, :, :1]
-    found = _of_parts(rates, change)
-    # The argument of a loop whose centre is not exact beats with its frequency; that of a plane has none.
-    found.error[:, :librations] += damping(np.abs(found.nu[:, :librations]) * s.time[:, None]) / s.time[:, None]
-    return found
-
-
-def _of_parts(rates: np.ndarray, change: np.ndarray) -> _Rates:
-    """Return frequencies from mean rates (orbits, loops, PARTS), and what these lose (orbits, loops, 1) where the step
-    is halved.
-    """
-
-    def spread(whole: int, *parts: int) -> np.ndarray:
-        return SAFETY * np.abs(rates[:, :, parts] - rates[:, :, whole, None]).max(axis=2)
-
-    error, halves_error = spread(0, 3, 4), np.stack([spread(1, 5, 6), spread(2, 7, 8)], axis=2)
-    return _Rates(
-        rates[:, :, 0].copy(),
-        np.where(np.isfinite(error), error, np.inf),
-        np.zeros(error.shape, np.int8),
-        *_of_step(change),
-        rates[:, :, 1:3],
-        np.where(np.isfinite(halves_error), halves_error, np.inf),
-    )
-
-
-def _change(rates: _Rates) -> np.ndarray:
+def _change(rates: Rates) -> np.ndarray:
     """Return by how much the rates (orbits, loops) differ from one half of the time to the other."""
     return np.abs(rates.halves[:, :, 0] - rates.halves[:, :, 1])
 
 
-def _beaten(rates: _Rates, beating: np.ndarray) -> np.ndarray:
+def _beaten(rates: Rates, beating: np.ndarray) -> np.ndarray:
     """Return what the frequencies of loops may be off where a combination of an orbit is so slow that all windows see
     the same part of its beat (orbits,): actions change with it, and all frequencies with them.
     """
@@ -420,48 +308,7 @@ def _beaten(rates: _Rates, beating: np.ndarray) -> np.ndarray:
     return np.where(beating[:, None] & np.isfinite(change), BEATEN * change, 0.0)
 
 
-def _parts(signals: Signals, needed: np.ndarray) -> Iterator[tuple[np.ndarray, np.ndarray]]:
-    """Yield the orbits and the loops of what is needed (orbits, loops), AT_ONCE or fewer, of equally many samples."""
-    for own in signals.alike(np.flatnonzero(needed.any(axis=1))):
-        orbits, loops = np.nonzero(needed[own])
-        for begin in range(0, orbits.size, AT_ONCE):
-            part = slice(begin, begin + AT_ONCE)
-            yield own[orbits[part]], loops[part]
-
-
-def _with_lines(
-    rates: _Rates,
-    s: Signals,
-    loops: Loops,
-    centre: np.ndarray,
-    fallback: float | None,
-    threads: int,
-) -> _Rates:
-    """Return the rates with those of lines by `centre` (orbits, loops), 0 for none, where needed and better, or where
-    all are asked for.
-    """
-    top = np.abs(rates.nu).max(axis=1, keepdims=True)
-    limit = UNSETTLED / s.time[:, None] if fallback is None else fallback * top
-    needed = (centre != 0) & ((rates.error > limit) | (fallback == 0))
-    lines = rates._replace(
-        nu=rates.nu.copy(),
-        error=np.full(rates.error.shape, np.inf),
-        method=np.ones_like(rates.method),
-        halves=rates.halves.copy(),
-        halves_error=rates.halves_error.copy(),
-    )
-    for o, j in _parts(s, needed):
-        useless = np.full(o.size, np.inf) if fallback == 0 else rates.error[o, j] / SAFETY
-        nu, uncertainty = line_rates(values(s, loops, o, j, threads), float(s.interval[o[0]]), centre[o, j], useless)
-        lines.nu[o, j], lines.error[o, j] = nu[0], SAFETY * uncertainty
-        both = np.isfinite(nu[1:3]).all(axis=0)
-        lines.halves[o, j] = np.where(both, nu[1:3], rates.halves[o, j].T).T
-    return lines.where(np.isfinite(lines.error), rates) if fallback == 0 else rates.better(lines)
-
-
-def _own_angles(
-    lattice: _Rates, own: _Rates, found: Modes, separate: bool, time: np.ndarray
-) -> tuple[_Rates, np.ndarray]:
+def _own_angles(lattice: Rates, own: Rates, found: Modes, separate: bool, time: np.ndarray) -> tuple[Rates, np.ndarray]:
     """Return a body's librations, by its own angles where their turning is a basis of the lattice, and the leading
     lines' integers.
 
@@ -481,7 +328,7 @@ def _own_angles(
     basis = matched & (np.abs(np.rint(np.linalg.det(vectors.astype(float)))) == 1)
     steady = (own.error * time < SAME).all(axis=1) & (found.rank < m)
     kept = basis | steady | separate
-    through = _Rates(
+    through = Rates(
         nu=combined(vectors, lattice.nu),
         error=np.where(basis[:, None], combined(np.abs(vectors), np.where(basis[:, None], bar, 0.0)), np.inf),
         method=np.where(vectors != 0, lattice.method[:, None, :], 0).max(axis=2),

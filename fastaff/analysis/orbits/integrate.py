@@ -18,8 +18,8 @@ from ...base.status import Status
 from ...flows.accuracy import halved, planned, until
 from ...flows.checks import energy_drift
 from ...flows.coordinates import chart_row
-from ...flows.ensemble import Ensemble
-from ...flows.flow import Flow, Wear, energy_error, mark_drift
+from ...flows.ensemble import Ensemble, energy_error, mark_drift
+from ...flows.flow import Flow, Wear
 from ...flows.launch import Report
 from ...flows.motion import motion
 from ...flows.options import Options, iterates, plan, suited

@@ -19,8 +19,8 @@ from ...base.sums import length
 from ...flows import motion, observers
 from ...flows.checks import carried, checked_tangent_model
 from ...flows.coordinates import chart_row
-from ...flows.ensemble import Ensemble
-from ...flows.flow import Flow, energy_error, mark_drift, no_memory
+from ...flows.ensemble import Ensemble, energy_error, mark_drift
+from ...flows.flow import Flow, no_memory
 from ...flows.launch import Report
 from ...flows.options import Options, Plan, iterates, plan, suited
 from ...models.contracts import Dynamics

@@ -191,7 +191,8 @@ def continuation(
         scale = orbit_scale(first_model, z, first.energy, flow.threads)
         units = np.append(scale.rows[:, 0], scale.energy[0])
         kept, wait = None if parameter is None else float(first.energy[0]), LONGER * first.time[0]
-        family = Family(make, flow, surface, section, period, limit, tolerance, kept, own, units=units, wait=wait)
+        more: Any = {"own_step": own, "units": units, "wait": wait}
+        family = Family(make, flow, surface, section, period, limit, tolerance, kept, **more)
         start = _first_point(family, np.append(z[:, 0], value), scale, first.step[0])
     points = [_turned(start, direction)]
     with keeping("continuation", lambda: _branch(family, points, *STOPPED)):

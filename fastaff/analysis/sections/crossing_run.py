@@ -13,8 +13,8 @@ from ...base.status import Status
 from ...compile.threads import by_portions
 from ...flows import observers
 from ...flows.checks import energy_drift
-from ...flows.ensemble import Ensemble
-from ...flows.flow import Flow, energy_error
+from ...flows.ensemble import Ensemble, energy_error
+from ...flows.flow import Flow
 from ...flows.time_transformed import TransformedFlow
 from ...kernels import crossings as kernels
 from ...kernels.crossing_roots import compact

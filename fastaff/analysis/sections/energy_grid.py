@@ -20,8 +20,8 @@ from ...models.contracts import Dynamics, Section
 from ...models.mechanics import at_rest, energies, inside, kinetic_energies, potential_energies
 from ...models.sections import AlphaEquals, AlphaTurning, AngleEquals, AreaEquals, BetaEquals, BetaTurning, Linear
 from ...models.traits import traits_of
-from .allowed_region import Function, crossings, extrema
-from .energy_limits import NotReached, too_low
+from .allowed_region import crossings, extrema
+from .energy_limits import NotReached, radial, room, too_low
 from .named_axes import Axes, are_named, by_name, checked_energy, checked_sign, checked_values, launching
 from .surface_roots import roots_along
 
@@ -359,27 +359,6 @@ def _(section, body, energy, p_eta, p_gamma, u, v):
     z[2 + i] = _momentum((energy - energies(body, z)) / weight + own * own, sign)
     z[2 + i] += own
     return z, names
-
-
-def room(
-    body: Any, energy: float, p_eta: float, p_gamma: float, alpha: Any, beta: Any
-) -> tuple[np.ndarray, np.ndarray]:
-    """Return 2 mu (energy - H) at rest in alpha and beta, the squared momentum that is left, and the sum of the sizes
-    of its terms.
-    """
-    A, B = alpha * alpha, beta * beta
-    barrier = (p_eta / alpha) ** 2 if p_eta else 0.0
-    barrier = barrier + ((p_gamma / beta) ** 2 if p_gamma else 0.0)
-    V = body.potential.value(A, B)
-    left = np.where(body.potential.margin(A, B) > 0, 2 * body.mu * (energy - V) - barrier, -np.inf)
-    return left, 2 * body.mu * (abs(energy) + np.abs(V)) + barrier
-
-
-def radial(body: Any, energy: float, p_eta: float, p_gamma: float, u: np.ndarray, *, alpha: bool) -> Function:
-    """Return `room` as a function of alpha (else beta) in columns over values u of the other radius."""
-    if alpha:
-        return lambda x, j: room(body, energy, p_eta, p_gamma, x, u[j])
-    return lambda x, j: room(body, energy, p_eta, p_gamma, u[j], x)
 
 
 def _turning(body, energy, p_eta, p_gamma, u, v, direction, *, alpha):

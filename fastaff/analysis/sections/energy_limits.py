@@ -9,6 +9,7 @@ import numpy as np
 from ...models.mechanics import frame_rate, least_energies, turning_mass
 from ...models.reduced_body import reduced
 from ...models.traits import traits_of
+from .allowed_region import Function
 
 RADII, ANGLES = np.geomspace(1e-8, 1e8, 129), 24
 """Where the search for stationary points starts: distances of all sizes, in so many directions."""
@@ -103,3 +104,24 @@ def may_escape(body: Any, energy: float, p_eta: float = 0.0, p_gamma: float = 0.
     if not energy > saddle + 1e-12 * abs(saddle):  # to rounding
         return None
     return f"energy {energy:g} lies above {saddle:.6g}, the lowest saddle of the potential: orbits may escape over it"
+
+
+def room(
+    body: Any, energy: float, p_eta: float, p_gamma: float, alpha: Any, beta: Any
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return 2 mu (energy - H) at rest in alpha and beta, the squared momentum that is left, and the sum of the sizes
+    of its terms.
+    """
+    A, B = alpha * alpha, beta * beta
+    barrier = (p_eta / alpha) ** 2 if p_eta else 0.0
+    barrier = barrier + ((p_gamma / beta) ** 2 if p_gamma else 0.0)
+    V = body.potential.value(A, B)
+    left = np.where(body.potential.margin(A, B) > 0, 2 * body.mu * (energy - V) - barrier, -np.inf)
+    return left, 2 * body.mu * (abs(energy) + np.abs(V)) + barrier
+
+
+def radial(body: Any, energy: float, p_eta: float, p_gamma: float, u: np.ndarray, *, alpha: bool) -> Function:
+    """Return `room` as a function of alpha (else beta) in columns over values u of the other radius."""
+    if alpha:
+        return lambda x, j: room(body, energy, p_eta, p_gamma, x, u[j])
+    return lambda x, j: room(body, energy, p_eta, p_gamma, u[j], x)

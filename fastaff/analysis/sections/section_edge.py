@@ -15,8 +15,8 @@ from ...models.mechanics import at_rest, least_energies
 from ...models.sections import AlphaEquals, AlphaTurning, AngleEquals, AreaEquals, BetaEquals, BetaTurning, Linear
 from ...models.traits import traits_of
 from .allowed_region import LARGEST, Function, evaluated, extrema, highest, intervals, line, radii
-from .energy_grid import radial, radii_over, room
-from .energy_limits import NotReached, may_escape, too_low
+from .energy_grid import radii_over
+from .energy_limits import NotReached, may_escape, radial, room, too_low
 from .named_axes import section_row
 from .section_sides import Ellipses, Sides, sides_of_any
 from .surface_points import surface_of

@@ -13,7 +13,8 @@ from ...base.status import Status
 from ...flows import observers
 from ...flows.accuracy import halved, planned, until
 from ...flows.checks import energy_drift
-from ...flows.flow import Flow, Wear, energy_error, no_memory
+from ...flows.ensemble import energy_error
+from ...flows.flow import Flow, Wear, no_memory
 from ...flows.launch import Report
 from ...flows.motion import motion
 from ...flows.options import Options, plan

@@ -10,7 +10,8 @@ import numpy as np
 from ...base.numbers import fits
 from ...base.status import Status
 from ...flows.checks import energy_drift
-from ...flows.flow import Flow, mark_drift
+from ...flows.ensemble import mark_drift
+from ...flows.flow import Flow
 from ...flows.launch import Report
 from ...flows.motion import motion
 from ...flows.options import Options, plan

@@ -1,0 +1,169 @@
+"""Frequencies of loops with their errors: of demodulated lines, of weighted mean rates, of fitted lines."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import numpy as np
+
+from .demodulated import PARTS, demodulated, parts, turning
+from .fundamental import Loops, taken, values
+from .line_rates import line_rates
+from .signals import Signals
+from .windows import damping
+
+SAFETY = 5.0
+"""Factor of error estimates over the differences of windows and of steps: covers 99 % of the errors
+(bench/test_frequency.py).
+"""
+
+UNSETTLED = 0.02
+"""Cycles over the whole that a frequency may be off, from which lines are fitted where no `fallback` is asked for."""
+
+REST = 5.0
+"""Amplitude, relative to a line's, that is taken to be left at frequency 0, but of planes: their loops have no centre
+that may be off.
+"""
+
+HIGHER = 0.8
+"""Share of the change with half the step that the correction for the step may be off."""
+
+AT_ONCE = 256
+"""Loops whose lines are fitted at once."""
+
+
+class Rates(NamedTuple):
+    """Frequencies (orbits, loops) with what their errors are but for the scheme's, and the method of each.
+
+    halves, halves_error (orbits, loops, 2): values of the halves; step: what they lose where the step is halved, and
+    step_error: how much that may be.
+    """
+
+    nu: np.ndarray
+    error: np.ndarray
+    method: np.ndarray
+    step: np.ndarray
+    step_error: np.ndarray
+    halves: np.ndarray
+    halves_error: np.ndarray
+
+    def where(self, chosen: np.ndarray, other: Rates) -> Rates:
+        """Return these for the chosen ones, `other` for the rest."""
+        return Rates(
+            *(np.where(chosen if a.ndim == 2 else chosen[:, :, None], a, b) for a, b in zip(self, other, strict=True))
+        )
+
+    def better(self, other: Rates) -> Rates:
+        """Return for each entry the one of the smaller error."""
+        return self.where(self.error <= other.error, other)
+
+    def of(self, loops: slice) -> Rates:
+        """Return those of some loops."""
+        return Rates(*(entry[:, loops] for entry in self))
+
+
+def line_frequencies(
+    s: Signals, start: Signals | None, loops: Loops, nu: np.ndarray, threads: int, rest: float = REST
+) -> Rates:
+    """Return the frequencies of lines by nu (orbits, loops) of loops; the error is inf where there is none."""
+    found, time = demodulated(s, loops, nu, threads), s.time[:, None]
+    change = np.zeros((*nu.shape, 3))
+    if start is not None:
+        coarse, fine = (demodulated(x, loops, nu, threads, start.samples) for x in (s, start))
+        # The halves too: what one window says may be small by chance.
+        change = np.concatenate([(coarse.nu - fine.nu)[:, :, None], coarse.halves - fine.halves], axis=2)
+    return Rates(
+        found.nu,
+        found.error + rest * damping(np.abs(found.nu) * time) / time,
+        np.zeros(nu.shape, np.int8),
+        *_of_step(change),
+        found.halves,
+        found.halves_error,
+    )
+
+
+def _of_step(change: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the change of frequencies (orbits, loops, windows) over the first window where the step is halved, and by
+    how much it may be off: by what the other windows say, and by terms of higher order.
+    """
+    first = change[:, :, 0]
+    return first, np.maximum(np.abs(change - change[:, :, :1]).max(axis=2), HIGHER * np.abs(first))
+
+
+def averages(s: Signals, start: Signals | None, loops: Loops, librations: int, threads: int) -> Rates:
+    """Return weighted averages of the rates of a body's own loops' arguments, those of librations first."""
+    shape = loops.offset.shape
+    rates, change = np.zeros((*shape, len(PARTS))), np.zeros((*shape, 1))
+    for o in s.alike():
+        own, run, dt = taken(loops, o), s.array(o), float(s.interval[o[0]])
+        rates[o] = turning(run, own, parts(run.shape[2] - 1), dt, threads)
+        if start is not None:
+            for part in start.of(o).alike():
+                count, theirs = int(start.samples[o[part[0]]]), taken(own, part)
+                brief, fine = parts(count - 1)[:3], start.array(o[part])
+                first = run if part.size == o.size else run[part]
+                coarse, fine = (turning(x, theirs, brief, dt, threads) for x in (first, fine))
+                change[o[part]] = (coarse - fine)[:, :, :1]
+    found = of_parts(rates, change)
+    # The argument of a loop whose centre is not exact beats with its frequency; that of a plane has none.
+    found.error[:, :librations] += damping(np.abs(found.nu[:, :librations]) * s.time[:, None]) / s.time[:, None]
+    return found
+
+
+def of_parts(rates: np.ndarray, change: np.ndarray) -> Rates:
+    """Return frequencies from mean rates (orbits, loops, PARTS), and what these lose (orbits, loops, 1) where the step
+    is halved.
+    """
+
+    def spread(whole: int, *parts: int) -> np.ndarray:
+        return SAFETY * np.abs(rates[:, :, parts] - rates[:, :, whole, None]).max(axis=2)
+
+    error, halves_error = spread(0, 3, 4), np.stack([spread(1, 5, 6), spread(2, 7, 8)], axis=2)
+    return Rates(
+        rates[:, :, 0].copy(),
+        np.where(np.isfinite(error), error, np.inf),
+        np.zeros(error.shape, np.int8),
+        *_of_step(change),
+        rates[:, :, 1:3],
+        np.where(np.isfinite(halves_error), halves_error, np.inf),
+    )
+
+
+def portions(signals: Signals, needed: np.ndarray) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+    """Yield the orbits and the loops of what is needed (orbits, loops), AT_ONCE or fewer, of equally many samples."""
+    for own in signals.alike(np.flatnonzero(needed.any(axis=1))):
+        orbits, loops = np.nonzero(needed[own])
+        for begin in range(0, orbits.size, AT_ONCE):
+            part = slice(begin, begin + AT_ONCE)
+            yield own[orbits[part]], loops[part]
+
+
+def with_lines(
+    rates: Rates,
+    s: Signals,
+    loops: Loops,
+    centre: np.ndarray,
+    fallback: float | None,
+    threads: int,
+) -> Rates:
+    """Return the rates with those of lines by `centre` (orbits, loops), 0 for none, where needed and better, or where
+    all are asked for.
+    """
+    top = np.abs(rates.nu).max(axis=1, keepdims=True)
+    limit = UNSETTLED / s.time[:, None] if fallback is None else fallback * top
+    needed = (centre != 0) & ((rates.error > limit) | (fallback == 0))
+    lines = rates._replace(
+        nu=rates.nu.copy(),
+        error=np.full(rates.error.shape, np.inf),
+        method=np.ones_like(rates.method),
+        halves=rates.halves.copy(),
+        halves_error=rates.halves_error.copy(),
+    )
+    for o, j in portions(s, needed):
+        useless = np.full(o.size, np.inf) if fallback == 0 else rates.error[o, j] / SAFETY
+        nu, uncertainty = line_rates(values(s, loops, o, j, threads), float(s.interval[o[0]]), centre[o, j], useless)
+        lines.nu[o, j], lines.error[o, j] = nu[0], SAFETY * uncertainty
+        both = np.isfinite(nu[1:3]).all(axis=0)
+        lines.halves[o, j] = np.where(both, nu[1:3], rates.halves[o, j].T).T
+    return lines.where(np.isfinite(lines.error), rates) if fallback == 0 else rates.better(lines)

@@ -1,0 +1,32 @@
+"""How many samples an orbit's signals need, and which part of them tells the error of a step."""
+
+from __future__ import annotations
+
+import numpy as np
+
+PILOT = 16
+"""The step's error is found over this part of the time, or a longer one of at least PILOT_STEPS steps."""
+
+PILOT_STEPS, PILOT_SAMPLES = 128, 48
+
+SIZES = np.array([16 * q * 2**k for k in range(40) for q in (4, 5, 6, 7)])
+"""Numbers of samples: few, as orbits of equal numbers are read together, all multiples of what pilots take."""
+
+
+def sample_counts(need: np.ndarray, steps: np.ndarray) -> np.ndarray:
+    """Return how many samples (orbits,), of few different numbers, are enough for those needed and take few more steps
+    than `steps`.
+    """
+    need = np.clip(need, SIZES[0], SIZES[-4])
+    first = np.searchsorted(SIZES, need * (1 - 1e-9))
+    choice = SIZES[first[:, None] + np.arange(3)]
+    cost = choice * -(-steps[:, None] // choice) / steps[:, None] + 0.1 * choice / need[:, None]
+    return np.take_along_axis(choice, cost.argmin(axis=1)[:, None], axis=1)[:, 0]
+
+
+def pilot_share(steps: np.ndarray, counts: np.ndarray) -> np.ndarray:
+    """Return which part of so many steps, and samples, the pilot takes: PILOT, or a smaller power of 2 that leaves it
+    PILOT_STEPS and PILOT_SAMPLES.
+    """
+    room = np.maximum(np.minimum(steps // PILOT_STEPS, counts // PILOT_SAMPLES), 1)
+    return np.minimum(PILOT, 2 ** np.floor(np.log2(room)).astype(np.int64))

@@ -1,0 +1,34 @@
+"""Lattices of PyAT as maps of one turn."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from .kicks import Kick, probed, strengths, turn
+
+ROWS = [0, 2, 1, 3]
+"""Of x, y, px, py among x, px, y, py, delta, ct."""
+
+
+def lattice(ring: Any) -> str:
+    """Return the map of one turn of a Lattice, on momentum, as a text."""
+    if not hasattr(ring, "energy"):
+        raise TypeError(f"text must be a Lattice of PyAT, got {type(ring).__name__}")
+    return turn(_part(ring, element) for element in ring)
+
+
+def _part(ring: Any, element: Any) -> Any:
+    """Return an element as a kick or a linear part; ValueError naming one that is neither."""
+    kind = type(element).__name__
+    if element.PassMethod == "ThinMPolePass" and not np.any(getattr(element, "BendingAngle", 0.0)):
+        return Kick(strengths(element.PolynomB), strengths(element.PolynomA))
+
+    def track(points: np.ndarray) -> np.ndarray:
+        rays = np.asfortranarray(np.zeros((6, points.shape[1])))
+        rays[ROWS] = points
+        element.track(rays, in_place=True, energy=ring.energy, particle=ring.particle)
+        return rays[ROWS]
+
+    return probed(track, element.FamName, kind, kind == "Dipole")
