@@ -68,6 +68,9 @@ def in_turning_frame(
     if len(momenta) < 2:
         return None
     x, y = (sympy.Symbol(name, real=True) for name in coordinates[:2])
+    twice = H.diff(momenta[1], x)
+    if twice == 0 or _varied([twice], ()):
+        return None
     parts = sympy.Add.make_args(H)
     mixed = sympy.expand(sympy.Add(*(part for part in parts if part.free_symbols & {*momenta})))
     rate = -mixed.diff(momenta[1], x)
@@ -90,7 +93,7 @@ def separated(
     """
     import sympy
 
-    if _coupled(H, momenta):
+    if _varied([H.diff(p) for p in momenta], momenta):
         return None
     parts = [sympy.Add.make_args(form) for form in (H, sympy.expand(H))]
     of_momenta = [[part for part in sums if part.free_symbols & {*momenta}] for sums in parts]
@@ -105,24 +108,24 @@ def separated(
     return None
 
 
-def _coupled(H: Any, momenta: Sequence[Any]) -> bool:
-    """Tell whether velocities are seen to depend on more than momenta and parameters, at a few points: to expand a long
-    H takes minutes.
+def _varied(expressions: Sequence[Any], fixed: Sequence[Any]) -> bool:
+    """Tell whether expressions are seen, at a few points, to depend on more than parameters and the fixed symbols: to
+    expand long ones takes minutes.
     """
     import mpmath
     import sympy
 
-    names = [*momenta, *sorted(H.free_symbols - {*momenta}, key=str)]
-    rates, random = sympy.lambdify(names, [H.diff(p) for p in momenta], "mpmath", cse=True), Random(7)
+    names = sorted(sympy.Tuple(*expressions).free_symbols, key=str)
+    function, random = sympy.lambdify(names, list(expressions), "mpmath", cse=True), Random(7)
     with mpmath.workdps(30):
         for _ in range(8):
-            here = {name: mpmath.mpf(random.uniform(0.2, 5)) for name in names}
-            there = {
-                name: value if name in momenta or str(name).startswith("self.") else value * random.uniform(1, 1.5)
-                for name, value in here.items()
-            }
+            here = [mpmath.mpf(random.uniform(0.2, 5)) for _ in names]
+            there = [
+                value if name in fixed or str(name).startswith("self.") else value * random.uniform(1, 1.5)
+                for name, value in zip(names, here, strict=True)
+            ]
             try:
-                one, other = (rates(*point.values()) for point in (here, there))
+                one, other = function(*here), function(*there)
             except (ArithmeticError, ValueError):
                 continue
             if any(abs(a - b) > 1e-9 * (abs(a) + abs(b)) for a, b in zip(one, other, strict=True)):
