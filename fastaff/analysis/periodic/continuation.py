@@ -206,7 +206,9 @@ def continuation(
         units = np.append(scale.rows[:, 0], scale.energy[0])
         kept = None if parameter is None else float(first.energy[0])
         wait = LONGER * first.time[0]
-        family = Family(make, flow, surface, section, period, limit, tolerance, kept, own, units=units, wait=wait)
+        family = Family(
+            make, flow, surface, section, period, limit, tolerance, kept, own_step=own, units=units, wait=wait
+        )
         if parameter is not None:
             units[-1] = family.parameter_unit(np.append(z[:, 0], value), scale)
         start = family.corrected(np.append(z[:, 0], value), None, scale, first.step[0])
