@@ -19,6 +19,7 @@ import dataclasses
 import functools
 import html
 import operator
+import re
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from functools import singledispatch
 from pathlib import Path
@@ -138,10 +139,13 @@ class Result(Drawable):
         :Raises: TypeError or ValueError naming the values allowed.
         """
         index = _index(self, items)
-        return dataclasses.replace(
+        found = dataclasses.replace(
             cast(Any, self),
             **{name: _taken(value, axes, self, index) for name, axes, value in _shared(self)},
         )
+        if hasattr(self, "units"):
+            object.__setattr__(found, "units", self.units)
+        return found
 
     def select(self, **wanted: Any) -> Self:
         """Return the items whose arrays have the wanted value, or one of several: `select(status=Status.OK)`."""
@@ -207,10 +211,17 @@ class Result(Drawable):
     def to_dict(self) -> dict[str, Any]:
         """Return the arrays with names of their axes, units and provenance, as `xarray.Dataset.from_dict` takes them.
 
+        Units are words, "time"; of a call that was given Quantities of Astropy they are those that these became, "Myr".
+
         Keys: data_vars and coords, by name a dict of dims, data and attrs; attrs: numbers and texts of the result, its
         `call`, versions and date.
         """
-        return {**_labelled(self), "attrs": {**_facts(self), **_call(self), **provenance()}}
+        found = _labelled(self)
+        named: Mapping[str, str] = getattr(self, "units", {})
+        for entry in found["data_vars"].values():
+            if "units" in entry["attrs"]:
+                entry["attrs"]["units"] = _in_units(entry["attrs"]["units"], named)
+        return {**found, "attrs": {**_facts(self), **_call(self), **provenance()}}
 
     def to_xarray(self) -> Any:
         """Return `to_dict` as an xarray.Dataset; raises ImportError where xarray is missing."""
@@ -458,6 +469,11 @@ def _labelled(result: Any, prefix: str = "") -> dict[str, Any]:
             if axes and axes.labels and len(getattr(result, axes.labels)) == value.shape[0]:
                 coords[dims[0]] = {"dims": dims[:1], "data": list(getattr(result, axes.labels)), "attrs": {}}
     return {"data_vars": data, "coords": coords}
+
+
+def _in_units(word: str, named: Mapping[str, str]) -> str:
+    """Return a unit such as cycles/time with what its words stand for; what is said in several words has none."""
+    return word if " " in word else re.sub(r"[a-z]+", lambda found: named.get(found[0], found[0]), word)
 
 
 def _facts(result: Any) -> dict[str, Any]:
