@@ -10,6 +10,7 @@ from typing import Annotated, Any
 import numpy as np
 
 from ...base.axes import along
+from ...base.interruption import imported
 from ...base.numbers import an_array, fits, numbers, real, shown
 from ...base.recipe import recorded
 from ...base.results import Result
@@ -264,9 +265,8 @@ def lift_sheets(
 
 def _whole(body: Any, section: Any, energy: float, p_eta: float, p_gamma: float) -> tuple[np.ndarray, np.ndarray]:
     """Return axes over all bounded parts of a section, CELLS each."""
-    from .energy_sample import ranges_to_draw
-
-    boxes = np.array(ranges_to_draw(body, section, energy, p_eta, p_gamma))
+    samples = imported(".energy_sample", __package__)  # which stands on grids, and knows what bounds a section
+    boxes = np.array(samples.ranges_to_draw(body, section, energy, p_eta, p_gamma))
     first, second = (np.linspace(boxes[:, k, 0].min(), boxes[:, k, 1].max(), CELLS) for k in range(2))
     return first, second
 
