@@ -93,6 +93,29 @@ def test_quantities_become_kpc_and_myr():
         fa.integrate(fa.HenonHeiles(), [0.1, 0, 0, 0.1], time=1.0 * units.s)
 
 
+def test_results_of_quantities_say_their_units():
+    units = pytest.importorskip("astropy.units")
+    q, v = ARRAY[:2] * units.kpc, (ARRAY[2:] * units.kpc / units.Myr).to(units.km / units.s)
+    named = {"x": q[0], "y": q[1], "vx": v[0], "vy": v[1]}
+    times = (OWN.times * units.Myr).to(units.Gyr)
+    found = fa.orbit_frequencies(named, times=times, coordinates="x y vx vy")
+    said = {name: entry["attrs"].get("units") for name, entry in found.to_dict()["data_vars"].items()}
+    assert said["nu"] == "cycles/Myr"
+    assert said["error"] == "cycles/Myr"
+    assert found[:2].to_dict()["data_vars"]["nu"]["attrs"] == {"units": "cycles/Myr"}
+    plain = fa.orbit_frequencies(ARRAY, times=OWN.times, coordinates="x y vx vy")
+    assert plain.to_dict()["data_vars"]["nu"]["attrs"] == {"units": "cycles/time"}
+
+
+def test_results_of_phase_points_of_gala_say_their_units():
+    units, dynamics = pytest.importorskip("astropy.units"), pytest.importorskip("gala.dynamics")
+    points = dynamics.PhaseSpacePosition(pos=ARRAY[:2, :3, 0] * units.kpc, vel=ARRAY[2:, :3, 0] * units.km / units.s)
+    found = fa.integrate(fa.hamiltonian("(x**2 + y**2)/2"), points, time=1.0, samples=4)
+    said = {name: entry["attrs"].get("units") for name, entry in found.to_dict()["data_vars"].items()}
+    assert said["times"] == "Myr"
+    assert said["energy_error"] == "largest kinetic energy"
+
+
 def test_orbits_of_gala():
     potentials = pytest.importorskip("gala.potential")
     units, dynamics = pytest.importorskip("astropy.units"), pytest.importorskip("gala.dynamics")

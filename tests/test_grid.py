@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from naive import constants, label
 
+import fastaff as fa
 from fastaff import (
     AlphaEquals,
     AlphaTurning,
@@ -389,3 +390,25 @@ def test_walls_are_no_turning_points():
     assert not inner.forbidden.any()
     with pytest.raises(NotReached):
         energy_grid(body, energy=8.0, section=AlphaTurning(-1), axes=axes, p_eta=0.3)
+
+
+@pytest.mark.parametrize(
+    ("body", "section", "energy", "angular"),
+    [
+        (fa.HenonHeiles(), fa.Linear((1, 0, 0, 0)), 0.11, {}),
+        (fa.Body(fa.NeoHookean()), fa.AlphaTurning(), 1.5, {"p_eta": 0.3, "p_gamma": 0.2}),
+        (fa.Body(fa.Hyperelastic()), fa.BetaTurning(), 3.2, {"p_eta": 0.1, "p_gamma": 0.2}),
+        (fa.Body(fa.NeoHookean()), fa.AreaEquals(1.0), 1.0, {"p_eta": 0.1, "p_gamma": 0.0}),
+    ],
+)
+def test_a_whole_grid_cuts_nothing(body, section, energy, angular):
+    """Random points of the section lie in it, and it is no wider than needed."""
+    grid = fa.energy_grid(body, energy=energy, section=section, axes="whole", **angular)
+    sample = fa.energy_sample(body, orbits=2000, energy=energy, section=section, seed=3, **angular)
+    for axis, points in zip(grid.axes, sample.points, strict=True):
+        assert axis.min() <= points.min()
+        assert axis.max() >= points.max()
+        assert np.ptp(points) > 0.8 * np.ptp(axis)
+    assert grid.forbidden.shape == (101, 101)
+    with pytest.raises(ValueError, match="axes must be two arrays, rows by name, or 'whole', got 'all'"):
+        fa.energy_grid(body, energy=energy, section=section, axes="all", **angular)

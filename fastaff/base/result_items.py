@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import functools
 import operator
+import re
 from collections.abc import Callable, Mapping
 from typing import Any, cast
 
@@ -108,3 +109,8 @@ def dims_of(result: Any, name: str, value: np.ndarray) -> tuple[str, ...]:
         return tuple(axes.names[:repeated] + axes.names[repeated + 1 :])[: value.ndim]
     several = (item, *(f"{item}_{k + 2}" for k in range(extra)))
     return (*axes.names[:repeated], *several, *axes.names[repeated + 1 :])
+
+
+def in_units(word: str, named: Mapping[str, str]) -> str:
+    """Return a unit such as cycles/time with what its words stand for; what is said in several words has none."""
+    return word if " " in word else re.sub(r"[a-z]+", lambda found: named.get(found[0], found[0]), word)

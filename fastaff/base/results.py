@@ -17,7 +17,7 @@ from __future__ import annotations
 import copyreg
 import dataclasses
 import html
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from functools import singledispatch
 from pathlib import Path
 from types import MappingProxyType
@@ -32,7 +32,7 @@ from .display import brief, screen, short
 from .interruption import imported
 from .numbers import StrPath, an_array
 from .provenance import provenance
-from .result_items import alike, axes_of, dims_of, field_names, index_of, rows_of
+from .result_items import alike, axes_of, dims_of, field_names, in_units, index_of, rows_of
 
 
 def _table(entries: dict) -> MappingProxyType:
@@ -137,10 +137,13 @@ class Result(Drawable):
         :Raises: TypeError or ValueError naming the values allowed.
         """
         index = index_of(self, items)
-        return dataclasses.replace(
+        found = dataclasses.replace(
             cast(Any, self),
             **{name: _taken(value, axes, self, index) for name, axes, value in _shared(self)},
         )
+        if hasattr(self, "units"):
+            object.__setattr__(found, "units", self.units)
+        return found
 
     def select(self, **wanted: Any) -> Self:
         """Return the items whose arrays have the wanted value, or one of several: `select(status=Status.OK)`."""
@@ -206,10 +209,17 @@ class Result(Drawable):
     def to_dict(self) -> dict[str, Any]:
         """Return the arrays with names of their axes, units and provenance, as `xarray.Dataset.from_dict` takes them.
 
+        Units are words, "time"; of a call that was given Quantities of Astropy they are those that these became, "Myr".
+
         Keys: data_vars and coords, by name a dict of dims, data and attrs; attrs: numbers and texts of the result, its
         `call`, versions and date.
         """
-        return {**_labelled(self), "attrs": {**_facts(self), **_call(self), **provenance()}}
+        found = _labelled(self)
+        named: Mapping[str, str] = getattr(self, "units", {})
+        for entry in found["data_vars"].values():
+            if "units" in entry["attrs"]:
+                entry["attrs"]["units"] = in_units(entry["attrs"]["units"], named)
+        return {**found, "attrs": {**_facts(self), **_call(self), **provenance()}}
 
     def to_xarray(self) -> Any:
         """Return `to_dict` as an xarray.Dataset; raises ImportError where xarray is missing."""

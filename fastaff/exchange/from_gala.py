@@ -9,6 +9,12 @@ import numpy as np
 from ..base.foreign import Foreign
 from .gala_potentials import system as system
 from .quantities import plain
+from .quantities import units as units_of
+
+
+def units(given: Any) -> dict[str, str] | None:
+    """Return the units of what Quantities of positions become; None where they have none."""
+    return units_of(_cartesian(given).pos.xyz) if hasattr(given, "pos") else None
 
 
 def orbits(orbit: Any, name: str, _: Any) -> Foreign:
@@ -30,5 +36,9 @@ def starts(point: Any, name: str) -> np.ndarray:
 
 
 def _phase_points(point: Any) -> np.ndarray:
-    point = point if hasattr(point.pos, "xyz") else point.represent_as("cartesian")
+    point = _cartesian(point)
     return np.array([plain(part) for part in (*point.pos.xyz, *point.vel.d_xyz)])
+
+
+def _cartesian(point: Any) -> Any:
+    return point if hasattr(point.pos, "xyz") else point.represent_as("cartesian")

@@ -14,6 +14,17 @@ BASES = ("kpc", "Myr", "solMass", "rad")
 """Units of the numbers that Quantities become: those of gala's `galactic`."""
 
 
+UNITS = {"time": "Myr", "energy": "kpc2 Myr-2", "action": "kpc2 Myr-1"}
+
+
+def units(value: Any) -> dict[str, str] | None:
+    """Return what the words of results stand for in the units of `BASES`, energies and actions for a unit of mass; None
+    for what has no unit, or none of physics.
+    """
+    kind = getattr(getattr(value, "unit", None), "physical_type", "dimensionless")
+    return None if kind == "dimensionless" else UNITS
+
+
 def plain(value: Any) -> Any:
     """Return the number or array that a Quantity is in the units of `BASES`; anything else as it is."""
     if not hasattr(value, "unit") or not hasattr(value, "decompose"):

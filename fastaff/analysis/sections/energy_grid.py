@@ -10,6 +10,7 @@ from typing import Annotated, Any
 import numpy as np
 
 from ...base.axes import along
+from ...base.interruption import imported
 from ...base.numbers import an_array, fits, numbers, real, shown
 from ...base.recipe import recorded
 from ...base.results import Result
@@ -24,6 +25,9 @@ from .allowed_region import crossings, extrema
 from .energy_limits import NotReached, radial, room, too_low
 from .named_axes import Axes, are_named, by_name, checked_energy, checked_sign, checked_values, launching
 from .surface_roots import roots_along
+
+CELLS = 101
+"""Cells along each axis of a whole section."""
 
 ARRAYS = 32
 """Arrays of the size of a grid that lifting it takes at a time."""
@@ -70,7 +74,7 @@ def energy_grid(
     body: Dynamics,
     *,
     energy: float | None = None,
-    axes: Axes,
+    axes: Axes | str,
     section: Section | str | None = None,
     fixed: Mapping[str, float] | None = None,
     solve: str | None = None,
@@ -87,8 +91,9 @@ def energy_grid(
         Any number n of degrees of freedom.
     energy : float, energy, optional
         None for a map.
-    axes : two arrays, or dict of arrays
-        Section coordinates, or rows of z by name, ``{"x": xs, "z": zs}``.
+    axes : two arrays, dict of arrays, or "whole"
+        Section coordinates, or rows of z by name, ``{"x": xs, "z": zs}``; "whole": 101 values of each section
+        coordinate over all bounded parts that the energy allows, so that nothing of them is cut.
     section : section or str, optional
         As in `poincare_map`.
     fixed : dict of float, optional
@@ -157,7 +162,10 @@ def energy_grid(
     if sign != 1:
         raise ValueError(f"sign goes with axes by name; here the section's direction has it, got {shown(sign)}")
     energy, p_eta, p_gamma = checked_surface(body, section, energy, p_eta, p_gamma)
-    first, second = _axes(axes)
+    whole = isinstance(axes, str)
+    if whole and axes != "whole":
+        raise ValueError(f"axes must be two arrays, rows by name, or 'whole', got {axes!r}")
+    first, second = _axes(_whole(body, section, energy, p_eta, p_gamma) if whole else axes)
     fits("axes", first.size, second.size, ARRAYS)
     u, v = (array.ravel() for array in np.meshgrid(first, second, indexing="ij"))
     z, found, names = lift(body, section, energy, p_eta, p_gamma, u, v)
@@ -258,6 +266,14 @@ def lift_sheets(
     # A sign change at a wall where the potential jumps is no turning point.
     found: np.ndarray = np.abs(T + V - energy) <= 1e-9 * (T + np.abs(V) + abs(energy))
     return z, found & np.isfinite(z).all(axis=1) & lives, names
+
+
+def _whole(body: Any, section: Any, energy: float, p_eta: float, p_gamma: float) -> tuple[np.ndarray, np.ndarray]:
+    """Return axes over all bounded parts of a section, CELLS each."""
+    samples = imported(".energy_sample", __package__)  # which stands on grids, and knows what bounds a section
+    boxes = np.array(samples.ranges_to_draw(body, section, energy, p_eta, p_gamma))
+    first, second = (np.linspace(boxes[:, k, 0].min(), boxes[:, k, 1].max(), CELLS) for k in range(2))
+    return first, second
 
 
 def _axes(axes: Any) -> tuple[np.ndarray, np.ndarray]:

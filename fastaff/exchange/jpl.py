@@ -1,0 +1,67 @@
+"""Periodic orbits of three bodies in the tables of JPL's Solar System Dynamics: a file of its interface, as saved."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ..base.numbers import StrPath
+from ..formulas.formula import hamiltonian
+from ..models.mechanics import energies
+
+TEXT = "-(1 - m)/sqrt((x + m)**2 + y**2 + z**2) - m/sqrt((x - 1 + m)**2 + y**2 + z**2)"
+NEEDED = ("x", "y", "z", "vx", "vy", "vz", "jacobi", "period")
+SAME = 1e-6
+"""Difference of Jacobi's constants from the file's that its digits explain."""
+
+
+class PeriodicTable(NamedTuple):
+    """Periodic orbits of a file: the circular restricted problem of three bodies in its turning frame, in the units of
+    their distance and motion.
+
+    model: with the mass ratio m; z0 (6, orbits): x, y, z and the momenta seen from a frame at rest, p_x = vx - y, p_y =
+    vy + x, p_z; period, jacobi, stability (orbits,); family: its name; length, time: the units, km and s, NaN where the
+    file does not say.
+    """
+
+    model: Any
+    z0: np.ndarray
+    period: np.ndarray
+    jacobi: np.ndarray
+    stability: np.ndarray
+    family: str
+    length: float
+    time: float
+
+
+def read_periodic(path: StrPath) -> PeriodicTable:
+    """Read a file of ssd-api.jpl.nasa.gov/periodic_orbits.api, whose keys are signature, system, family, fields, data.
+
+    :Returns: a `PeriodicTable`, whose z0 `integrate`, `periodic_orbits` and `continuation` take.
+    :Raises: ValueError where a key or field is missing, or where the states have not the Jacobi constants of the file,
+        C = x^2 + y^2 + 2 (1 - m)/r1 + 2 m/r2 - v^2, with or without the constant m (1 - m).
+    """
+    try:
+        found = json.loads(Path(path).read_text(encoding="utf-8"))
+        system, fields = found["system"], list(found["fields"])
+        table = np.array(found["data"], dtype=float).T
+        mass = float(system["mass_ratio"])
+        columns = {name: table[fields.index(name)] for name in NEEDED}
+    except (KeyError, ValueError, TypeError, IndexError) as problem:
+        raise ValueError(
+            f"path must be a file of JPL's periodic orbits with system, fields and data: {problem}"
+        ) from None
+    model = hamiltonian(TEXT, coordinates="x y z", rotation=1.0, m=mass)
+    x, y, z, vx, vy, vz, jacobi, period = columns.values()
+    z0 = np.array([x, y, z, vx - y, vy + x, vz])
+    off = jacobi + 2 * energies(model, z0)
+    if np.minimum(np.abs(off), np.abs(off - mass * (1 - mass))).max(initial=0.0) > SAME:
+        raise ValueError(
+            f"data must have the Jacobi constants of the states, they differ by up to {np.abs(off).max():.2g}"
+        )
+    stability = table[fields.index("stability")] if "stability" in fields else np.full(period.shape, np.nan)
+    units = (float(system.get(name, "nan")) for name in ("lunit", "tunit"))
+    return PeriodicTable(model, z0, period, jacobi, stability, str(found.get("family", "")), *units)
