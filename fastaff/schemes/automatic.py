@@ -48,9 +48,10 @@ SHARE = 0.25
 """Share of the wanted energy error that a trial may use: it sees fewer orbits, for a shorter time, at fewer moments."""
 
 
-DRIVEN, NATURAL = 1e-9, 1e-12
-"""Accuracies from which on RKN12 takes less time than a splitting where the error is that of the end of a run, found by
-another one: of driven systems and of others.
+DRIVEN, NATURAL = 1e-11, 1e-12
+"""Accuracies from which on RKN12 is taken where the error is that of the end of a run, found by another one: of driven
+systems and of others. It takes less time than a splitting from 1e-9 and 1e-12 on, but some seconds to compile for a
+model, so not where no accuracy is asked for.
 """
 
 FINE = 1e-11

@@ -113,7 +113,7 @@ def integrate(
     scheme : scheme or str, optional
         A splitting, a Runge-Kutta scheme, a name ("KAHAN_LI8", "dop853"), `TimeTransformed` for steep walls, or AUTO,
         which chooses by trial. Default: the splitting with the fewest forces for the accuracy: BLANES_MOAN6 from 1e-7,
-        below it BLANES_CASAS_ESCORIHUELA8, and RKN12, which is no splitting, from 1e-12, of driven systems from 1e-9;
+        below it BLANES_CASAS_ESCORIHUELA8, and RKN12, which is no splitting, from 1e-12, of driven systems from 1e-11;
         KAHAN_LI8 where T is not quadratic in the momenta, and where a step is given (docs/schemes.md).
     samples : int, default 0
         Number of equidistant samples in (0, time].
