@@ -109,7 +109,7 @@ def hamiltonian(
     domain: str | None = None,
     rotation: float | str | None = None,
     magnetic: float | str | None = None,
-    vector_potential: Mapping[str, Any] | None = None,
+    vector_potential: Mapping[str, Text] | None = None,
     period: float | str | None = None,
     friction: float | str | None = None,
     **parameters: float,
