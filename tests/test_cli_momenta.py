@@ -8,7 +8,7 @@ from fastaff.jobs.analyses import Chaos
 from fastaff.jobs.job import Job
 from fastaff.jobs.launch import Starts
 from fastaff.jobs.running import begin
-from fastaff.jobs.system import Surface, described
+from fastaff.jobs.system import Model, Surface, described
 from fastaff.jobs.units import compute_unit
 from fastaff.models.double_pendulum import DoublePendulum
 
@@ -90,6 +90,26 @@ def test_a_job_that_was_stopped_has_the_bits_of_one_run(tmp_path):
     parts = fa.resume(tmp_path / "parts")["chaos_map"]
     np.testing.assert_array_equal(whole.megno, parts.megno)
     assert len(whole) > 10
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("key", ["spherical-pendulum", "symmetric-top"])
+def test_named_systems_run_from_the_command_line(tmp_path, monkeypatch, key):
+    """A launch set on the energy of a point of theirs, by the library's own numbers."""
+    monkeypatch.chdir(tmp_path)
+    model = Model(model=key).build()
+    n, again = model.degrees_of_freedom, described(model)
+    assert again is not None
+    assert again.build() == model
+    z = np.concatenate([np.linspace(1.1, 1.3, n), np.linspace(0.3, 0.5, n)])
+    z = z.tolist()
+    names, energy = (*model.coordinates, *model.momenta), float(model.energy(*z))
+    words = ["chaos-map", "--model", key, f"--energy={energy!r}", "--solve", names[n], "--time", "5", "--no-figure"]
+    words += ["--axes", f"{names[n + 1]}={z[n + 1] - 1e-3!r}:{z[n + 1] + 1e-3!r}:1"]
+    for name, value in zip(names, z, strict=True):
+        words += ["--fixed", f"{name}={value!r}"] if name not in names[n : n + 2] else []
+    assert main(words) == 0
+    assert len(fa.load("fastaff-chaos-map.npz")) == 1
 
 
 @pytest.mark.parametrize(

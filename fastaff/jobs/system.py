@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 import re
 from dataclasses import dataclass, replace
 from typing import Any
@@ -37,7 +38,13 @@ MAPS = {
 }
 """Maps by name, whose parameters are given by --parameter."""
 
-SYSTEMS = {"double-pendulum": "DoublePendulum"}
+SYSTEMS = {
+    "double-pendulum": "DoublePendulum",
+    "spherical-pendulum": "SphericalPendulum",
+    "symmetric-top": "SymmetricTop",
+    "ellipsoid-geodesic": "EllipsoidGeodesic",
+    "kerr-geodesic": "KerrGeodesic",
+}
 """Systems H(q, p) by name, whose parameters are given by --parameter too."""
 
 OWN = (*MODELS, *MAPS, *SYSTEMS)
@@ -50,8 +57,8 @@ class Model:
 
     model: str | None = None
     """harmonic, anharmonic, hyperelastic (parameter C), heavy-top (C, A), neo-hookean (G, K), henon-heiles (lam); with
-    --parameter double-pendulum, and maps: standard-map, henon-map, mcmillan-map, froeschle-map, one-turn-map.
-    [neo-hookean]
+    --parameter double-pendulum, spherical-pendulum, symmetric-top, ellipsoid-geodesic, kerr-geodesic, and maps:
+    standard-map, henon-map, mcmillan-map, froeschle-map, one-turn-map. [neo-hookean]
     """
     C: float | None = None
     """Stiffness of harmonic, anharmonic, hyperelastic and heavy-top [1]."""
@@ -135,9 +142,11 @@ class Model:
 
         kind: Any = getattr(models, {**MAPS, **SYSTEMS}[key])
         values = self._values() | given
+        takes = inspect.signature(kind).parameters.values()
+        names = [entry.name for entry in takes if type(entry.default) is float]
         for name in values:
-            if name not in kind._fields:
-                raise Wrong(f"--parameter {name} is none of {key}, which has {', '.join(kind._fields)}")
+            if name not in names:
+                raise Wrong(f"--parameter {name} is none of {key}, which has {', '.join(names)}")
         if self.mu != 1.0:
             raise Wrong("--mu belongs to bodies")
         return kind(**values)
