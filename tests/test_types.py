@@ -101,7 +101,7 @@ def test_no_signature_says_any():
 
 
 def _checked(tmp_path, text):
-    script = tmp_path / "script.py"
+    script = tmp_path / f"script_{hash(text) % 10**9}.py"  # a name of its own: mypy keeps what a name held
     script.write_text(text)
     command = [sys.executable, "-m", "mypy", "--strict", "--follow-imports=silent", "--config-file=", str(script)]
     return subprocess.run(command, cwd=tmp_path, env={"MYPYPATH": str(ROOT)}, capture_output=True, text=True)
