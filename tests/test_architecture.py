@@ -392,7 +392,6 @@ MODULE, FUNCTION, PARAMETERS, KERNEL_PARAMETERS, TOP_NAMES, ENTRIES = 400, 60, 1
 of a function beside keywords and of a kernel, names of `fastaff`, entries of its folder.
 """
 LONG_MODULES = {
-    "analysis.frequencies.frequency_map": 407,
     "analysis.frequencies.fundamental": 465,
     "analysis.frequencies.tunes": 471,
     "exchange.files": 498,

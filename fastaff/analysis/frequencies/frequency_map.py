@@ -17,12 +17,12 @@ from ...compile.jit import LANES
 from ...flows import observers
 from ...flows.accuracy import HALVINGS
 from ...flows.checks import checked_model
-from ...flows.ensemble import energy_error, mark_drift
-from ...flows.flow import Ensemble, Flow, Report
+from ...flows.ensemble import Ensemble, energy_error, mark_drift
+from ...flows.flow import Flow
+from ...flows.launch import Report
 from ...flows.motion import fastest_rates, natural_rates
 from ...flows.needs import check_needs
 from ...flows.options import Options, iterates, plan
-from ...flows.trials import on_ladder
 from ...kernels.samples import CHUNK_ROWS
 from ...models.contracts import Angles, Dynamics
 from ...models.traits import traits_of
@@ -35,7 +35,7 @@ from .map_frequencies import map_frequencies
 from .methods import BirkhoffAverages, NaffLines, checked_method, method_of
 from .readings import Samples, read
 from .rooms import ROOMS, Room
-from .sampling import pilot_share, sample_counts
+from .sampling import LONGEST, pilot_share, resolving, sample_counts
 from .signals import Signals
 from .turning import unresolved
 from .windows import BRIEF
@@ -55,9 +55,6 @@ DENSE, BODY_DENSE = 1.1, 0.8
 
 BESIDE = 0.1
 """Share of a frequency's error from which the scheme's counts."""
-
-LONGEST = 1.5
-"""Radians of the fastest small oscillation of an orbit that a step may have: more would show another frequency."""
 
 
 @takes(z0=starts_of, scheme=scheme_of, method=method_of, angles=angles_of)
@@ -206,14 +203,6 @@ def checked_angles(angles: Any, body: Any) -> Any:
     return chosen
 
 
-def _resolving(flow: Flow, rate: np.ndarray, time: float) -> Flow:
-    """Return the flow with steps that resolve the fastest oscillation (orbits,) of each orbit, however weak."""
-    long = rate * flow.step > LONGEST
-    if not long.any():
-        return flow
-    return replace(flow, step=np.where(long, on_ladder(LONGEST / np.where(long, rate, 1.0), time), flow.step))
-
-
 class FrequencyWork:
     """A frequency map in the making; arrays over angles and orbits hold what is known so far."""
 
@@ -230,7 +219,7 @@ class FrequencyWork:
     ):
         if not flow.adaptive:
             self.rate = fastest_rates(flow.model, z0, flow.step)
-            flow = _resolving(flow, self.rate, time)
+            flow = resolving(flow, self.rate, time)
         self.flow, self.angles, self.z0, self.time, self.report = flow, angles, z0, time, report
         self.accuracy, self.fallback = accuracy, fallback
         self.layout = Layout(angles, flow.model.degrees_of_freedom, flow.traits.periods)

@@ -17,7 +17,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ...compile.threads import together
-from ...flows.flow import launch
+from ...flows.launch import launch
 from ...kernels import fundamental as kernels
 from ...kernels import peaks
 from ...kernels.demodulation import Loops, loop_values

@@ -14,7 +14,8 @@ from ...base.numbers import fits, whole
 from ...base.status import Status
 from ...flows import observers
 from ...flows.ensemble import Ensemble
-from ...flows.flow import Flow, Report, no_memory
+from ...flows.flow import Flow, no_memory
+from ...flows.launch import Report
 from ...flows.needs import check_given
 from ...flows.options import Options, plan
 from ..orbits.given_orbits import given_orbits, lengths

@@ -16,7 +16,7 @@ from ...base.interruption import keeping
 from ...base.numbers import an_array, positive, reporter, whole
 from ...base.results import Result
 from ...compile.threads import checked_threads, together
-from ...flows.flow import Report
+from ...flows.launch import Report
 from ...kernels.naff_bins import bins_of
 from ...kernels.naff_fit import fit_lines, sums_of
 from ...kernels.naff_lines import Window, find_lines, workspace

@@ -14,7 +14,7 @@ from ...base.short_forms import takes
 from ...base.status import Status
 from ...compile.threads import checked_threads
 from ...flows.checks import checked_model
-from ...flows.flow import Report
+from ...flows.launch import Report
 from ...models.contracts import Angles, Dynamics
 from ..orbits.given_orbits import Given, GivenOrbits, ends, given_orbits, lengths
 from .angle_loops import Layout, Plain, angles_of

@@ -18,7 +18,7 @@ from ...base.results import Result
 from ...base.status import Status, describe
 from ...compile.jit import LANES
 from ...compile.threads import checked_threads
-from ...flows.flow import Report, launch
+from ...flows.launch import Report, launch
 from ...kernels.resonance import relations
 from ...schemes.catalogue import ITERATION
 from .tunes import Tunes

@@ -1,8 +1,13 @@
-"""How many samples an orbit's signals need, and which part of them tells the error of a step."""
+"""Steps that resolve an orbit's motion, how many samples its signals need, and which part tells the error of a step."""
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
+
+from ...flows.flow import Flow
+from ...flows.trials import on_ladder
 
 PILOT = 16
 """The step's error is found over this part of the time, or a longer one of at least PILOT_STEPS steps."""
@@ -11,6 +16,17 @@ PILOT_STEPS, PILOT_SAMPLES = 128, 48
 
 SIZES = np.array([16 * q * 2**k for k in range(40) for q in (4, 5, 6, 7)])
 """Numbers of samples: few, as orbits of equal numbers are read together, all multiples of what pilots take."""
+
+LONGEST = 1.5
+"""Radians of the fastest small oscillation of an orbit that a step may have: more would show another frequency."""
+
+
+def resolving(flow: Flow, rate: np.ndarray, time: float) -> Flow:
+    """Return the flow with steps that resolve the fastest oscillation (orbits,) of each orbit, however weak."""
+    long = rate * flow.step > LONGEST
+    if not long.any():
+        return flow
+    return replace(flow, step=np.where(long, on_ladder(LONGEST / np.where(long, rate, 1.0), time), flow.step))
 
 
 def sample_counts(need: np.ndarray, steps: np.ndarray) -> np.ndarray:

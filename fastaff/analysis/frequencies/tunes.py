@@ -17,7 +17,7 @@ from ...base.short_forms import takes
 from ...base.status import Status
 from ...compile.plane_loops import COLUMNS
 from ...compile.threads import checked_threads
-from ...flows.flow import Report
+from ...flows.launch import Report
 from ..orbits.given_orbits import Given, GivenOrbits, ends, given_orbits, lengths
 from .angle_lines import AngleLines, LineTable
 from .angle_loops import Layout, Plain

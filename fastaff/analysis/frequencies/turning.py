@@ -9,7 +9,7 @@ import numpy as np
 
 from ...base.sums import total
 from ...compile.plane_loops import COLUMNS, MOMENTS
-from ...flows.flow import launch
+from ...flows.launch import launch
 from ...kernels import tunes as kernels
 from .integer_lattice import ball, one_of_each
 from .windows import SPANS, damping, weight_at
