@@ -403,6 +403,20 @@ RUNS = {
 }
 
 
+@pytest.mark.parametrize("scheme", ["GAUSS16", "SOFRONIOU_SPALETTA10", "RKN12"])
+def test_schemes_that_keep_something_from_step_to_step_know_no_company(scheme):
+    """Vectors are renormalised in some lanes: those of others keep what is carried."""
+    text = "p1**2/2 + p2**2/2*(1 + q1**2) + q1**2/2 + q2**2/2" if scheme == "GAUSS16" else None
+    names = {"coordinates": "q1 q2", "momenta": "p1 p2"}
+    model = HenonHeiles() if text is None else fastaff.hamiltonian(text, **names)
+    z0 = np.random.default_rng(5).uniform(-0.4, 0.4, (4, 24))
+    how = {"time": 40.0, "step": 0.2, "scheme": scheme, "indicators": "megno"}
+    whole = chaos_map(model, z0, threads=2, **how).megno
+    for first, last in ((0, 1), (1, 4), (4, 11), (11, 24)):
+        part = chaos_map(model, np.ascontiguousarray(z0[:, first:last]), threads=1, **how).megno
+        np.testing.assert_array_equal(part, whole[first:last])
+
+
 @pytest.mark.parametrize("run", RUNS.values(), ids=RUNS)
 def test_threads_neighbours_and_order_change_no_bit(run):
     """Alone and among others, some of them a thousand times faster, in another order, with other threads: rates, steps,

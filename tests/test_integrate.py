@@ -28,7 +28,7 @@ from fastaff import (
     integrate,
     poincare_map,
 )
-from fastaff.flows import flow, reaches
+from fastaff.flows import launch, reaches
 from fastaff.flows.reaches import ESCAPE, FARTHEST, escape_radii
 from fastaff.models.sections import AlphaTurning
 from fastaff.schemes import Splitting
@@ -502,7 +502,7 @@ def test_short_runs_have_the_bits_of_long_ones(monkeypatch, options):
     seen = []
     short = integrate(BALL, states(BALL, 5), time=3.0, report=seen.append, **options)
     assert seen[-1] == 1.0
-    monkeypatch.setattr(flow, "BRIEF", 0)
+    monkeypatch.setattr(launch, "BRIEF", 0)
     assert_same(integrate(BALL, states(BALL, 5), time=3.0, **options), short)
 
 

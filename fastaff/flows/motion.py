@@ -57,6 +57,9 @@ RUNAWAY = 1e4
 nothing is too fast.
 """
 
+FREE = 1 / 16
+"""Frequency that an orbit has at least, beside the turning of its angles: hardly a force may act on it."""
+
 
 class Motion(NamedTuple):
     """The scales of orbits, of each orbit by itself.
@@ -206,16 +209,17 @@ def _observed(model: Any, z: np.ndarray) -> Motion:
     own = np.abs(np.array([W[i, i] for i in range(n)]))
     own = np.where(own > 0, own, 1.0)
     with np.errstate(all="ignore"):
-        whole = np.maximum(rate, turning)
-        position, momentum = np.sqrt(2 * kinetic * own) / rate, np.sqrt(2 * kinetic / own) * (whole / rate)
-        winding = np.full((n, orbits), math.inf)
+        winding, around = np.full((n, orbits), math.inf), np.zeros(orbits)
         for i, period in enumerate(periods):
             if period > 0:  # of an angle, which steps must follow, whatever turns with it
-                winding[i], turning = period, np.maximum(turning, 2 * np.pi / period * speed[i])
+                winding[i], around = period, np.maximum(around, 2 * np.pi / period * speed[i])
+        rate = np.maximum(rate, FREE * around)
+        whole = np.maximum(rate, turning)
+        position, momentum = np.sqrt(2 * kinetic * own) / rate, np.sqrt(2 * kinetic / own) * (whole / rate)
         if traits_of(model).driven:
             position[-1], momentum[-1], winding[-1] = model.period, kinetic, model.period
         far = np.where((position > 0) & np.isfinite(reach), reach / position, 1.0).max(axis=0)
-        far, pace = np.maximum(far, 1.0), np.maximum(np.maximum(rate, turning), drive)
+        far, pace = np.maximum(far, 1.0), np.maximum(np.maximum(whole, around), drive)
         return Motion(whole, kinetic, position, momentum=momentum, radius=radius, far=far, pace=pace, winding=winding)
 
 

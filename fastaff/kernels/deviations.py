@@ -167,8 +167,9 @@ def orthonormalise(n, k, lanes, z, memory):
     """Make the k vectors of the due lanes orthonormal in the metric, in their order (modified Gram-Schmidt); R into
     memory, S summed.
 
-    z holds n positions of the orbit and of each vector, then momenta likewise (and carried rounding errors, which
-    vectors drop). A vector that nothing is left of, as a map may have a derivative of lower rank, is 0 from then on.
+    z holds n positions of the orbit and of each vector, then momenta likewise, and what a scheme keeps from step to
+    step, such as carried rounding errors, which the vectors of these lanes drop. A vector that nothing is left of, as a
+    map may have a derivative of lower rank, is 0 from then on.
     """
     half, at = n * (1 + k), parts_of(n, k, 0)
     for j in range(k):
@@ -201,10 +202,10 @@ def orthonormalise(n, k, lanes, z, memory):
                 else:
                     for i in range(lanes):
                         z[w + i] -= memory[entry + i] * z[u + i]
-    for first in range(4 * half, z.size // LANES, half):
+    for first in range(2 * half, z.size // LANES, half):
         for r in range(n, half):
             for i in range(lanes):
-                z[(first + r) * LANES + i] = 0.0
+                z[(first + r) * LANES + i] *= 1.0 - memory[ROWS.due * LANES + i]
 
 
 @jit(constants=True)
