@@ -107,7 +107,7 @@ def energy_sample(
     At rest: directions uniform over the sphere. Of a map, which has no energy: uniform in the ranges of `axes` by name.
 
     Of H(q, p) of second degree in p, momenta fill the ellipsoid of each place, whose volume weighs the places. Any
-    other H is met by random lines along its rows, whose points are weighed to have the density 1/|grad H| on the
+    other H is met by random lines along its rows, whose points are weighed to have the density ``1/|grad H|`` on the
     surface; on sections all roots count, and `axes` may name momenta too. Angles are drawn from one period around 0.
 
     Cost: that of `energy_grid` for about 1.5 times the points, and half a second for `edge` of a turning section. In
