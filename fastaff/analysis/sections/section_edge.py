@@ -24,7 +24,6 @@ from .surface_points import surface_of
 ENDLESS = 32
 """Bounded pieces of a section beyond which there is no end of them, as of a potential that is periodic."""
 
-
 TURN = 256
 """Parts of a turn of an angle between which extrema are looked for."""
 
@@ -42,14 +41,8 @@ class Edge(Result, axis=None):
     @property
     def axes(self) -> tuple[tuple[float, float], tuple[float, float]]:
         """The ranges of the coordinate and of its momentum."""
-        first, last = float(self.coordinate[0]), float(self.coordinate[-1])
-        if isinstance(self.centre, np.ndarray):
-            return (first, last), (
-                float((self.centre - self.momentum).min()),
-                float((self.centre + self.momentum).max()),
-            )
-        top = float(self.momentum.max())
-        return (first, last), (self.centre - top, self.centre + top)
+        low, high = float((self.centre - self.momentum).min()), float((self.centre + self.momentum).max())
+        return (float(self.coordinate[0]), float(self.coordinate[-1])), (low, high)
 
 
 class Part(NamedTuple):
@@ -79,14 +72,13 @@ def edge(
     if not _of_ellipses(body) and not traits_of(body).quadratic:
         return _edge_of(sides_of_any(body, section, energy, max(2, points // 4)))
     parts = _bounded_parts(body, section, energy, p_eta, p_gamma)
-    rest = _rest(body, section, energy, p_eta, p_gamma)
     share = max(2, points // len(parts))
     # Dense at all ends, where the boundary is steep.
     dense = (1 - np.cos(np.linspace(0, np.pi, share))) / 2
     u = np.concatenate([part.low + (part.high - part.low) * dense for part in parts])
     if _of_ellipses(body):
         return _edge_of([Ellipses(body, section, energy).sides(u)])
-    value = evaluated(rest, u, np.zeros(u.size, np.int64))[0]
+    value = evaluated(_rest(body, section, energy, p_eta, p_gamma), u, np.zeros(u.size, np.int64))[0]
     return Edge(u, np.sqrt(np.maximum(value, 0.0)), _centre(body, section))
 
 

@@ -9,19 +9,14 @@ import numpy as np
 
 from ...base.numbers import positive, real
 from ..grammar import parse
-from .system import System, chosen
-
-
-def _of_two_polar(model: Any, z: np.ndarray) -> dict[str, Any]:
-    return {"energy": model.energy(*z), "p_phi": z[6], "p_psi": z[7]}
-
+from .system import System, chosen, of_angles
 
 TWO_POLAR = System(
     "(p_1**2 + p_2**2 + ((p_phi - p_psi)**2/(D1 + D2)**2 + (p_phi + p_psi)**2/(D1 - D2)**2)/2)/(2*inertia)",
     "D1 D2 phi psi",
     "p_1 p_2 p_phi p_psi",
     "phi psi",
-    _of_two_polar,
+    of_angles,
 )
 
 

@@ -36,6 +36,13 @@ class System(NamedTuple):
         )
 
 
+def of_angles(model: Any, z: np.ndarray) -> dict[str, Any]:
+    """Return the energy and the momenta of the angles, of a system whose H depends on none of these."""
+    n = model.degrees_of_freedom
+    turning = {name: row for name, row, period in zip(model.momenta, z[n:], model.periods()) if period > 0}
+    return {"energy": model.energy(*z), **turning}
+
+
 def chosen(argument: str, given: Any, names: tuple[str, ...]) -> str:
     """Return the one of the names that is given; TypeError or ValueError for anything else."""
     if not isinstance(given, str):

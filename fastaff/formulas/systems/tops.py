@@ -7,19 +7,14 @@ from typing import Any
 import numpy as np
 
 from ...base.numbers import positive, real
-from .system import System, chosen
-
-
-def _of_pendulum(model: Any, z: np.ndarray) -> dict[str, Any]:
-    return {"energy": model.energy(*z), "p_phi": z[3]}
-
+from .system import System, chosen, of_angles
 
 PENDULUM = System(
     "(p_theta**2 + p_phi**2/sin(theta)**2)/(2*m*l**2) - m*g*l*cos(theta)",
     "theta phi",
     "p_theta p_phi",
     "phi",
-    _of_pendulum,
+    of_angles,
 )
 
 
@@ -62,16 +57,12 @@ def SphericalPendulum(m: float = 1.0, l: float = 1.0, g: float = 1.0) -> Any:
     return PENDULUM.made({"m": positive("m", m), "l": positive("l", l), "g": positive("g", g)})
 
 
-def _of_symmetric_top(model: Any, z: np.ndarray) -> dict[str, Any]:
-    return {"energy": model.energy(*z), "p_phi": z[4], "p_psi": z[5]}
-
-
 SYMMETRIC = System(
     "p_theta**2/(2*I_1) + (p_phi - p_psi*cos(theta))**2/(2*I_1*sin(theta)**2) + p_psi**2/(2*I_3) + h*cos(theta)",
     "theta phi psi",
     "p_theta p_phi p_psi",
     "phi psi",
-    _of_symmetric_top,
+    of_angles,
 )
 
 
