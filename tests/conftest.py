@@ -2,11 +2,13 @@
 
 import os
 import shutil
+import zlib
 from collections import Counter
 
 # Two test runs on two cores: threads of BLAS that wait for one another made matrices of 500 rows ten times slower.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
+import numpy as np
 import pytest
 from deep import DEEP
 from hypothesis import settings
@@ -24,6 +26,12 @@ def pytest_collection_modifyitems(items):
         seen[name] += 1
         if kept is not None and seen[name] > kept:
             item.add_marker(pytest.mark.slow)
+
+
+def pytest_runtest_setup(item):
+    """Give a test draws of its own, whichever tests ran before it."""
+    if hasattr(item.module, "RNG"):
+        item.module.RNG = np.random.default_rng(zlib.crc32(item.name.encode()))
 
 
 @pytest.fixture
