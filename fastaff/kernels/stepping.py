@@ -8,7 +8,7 @@ import numpy as np
 
 from ..compile.fused import fma
 from ..compile.jit import LANES, jit
-from ..compile.pointers import caller
+from ..compile.pointers import call, caller
 
 LINE = 64
 """Bytes of a cache line, and of the widest vector registers."""
@@ -265,9 +265,9 @@ def advance(blocks, scheme, rows, lanes, step, steps, z, k, work):
     Where z has room for increments and carried errors, the splitting works on increments.
     """
     if scheme.kick.size > 0:
-        return blocks.splitting(blocks.params, lanes, scheme.drift, scheme.kick, step, steps, z)
-    a, b, dense = scheme.a, scheme.b, scheme.dense
-    return blocks.step(blocks.derivative, blocks.params, lanes, rows, a, b, dense, scheme.sweeps, step, z, k, work)
+        return call(blocks.splitting, blocks.params, lanes, scheme.drift, scheme.kick, step, steps, z)
+    a, b, dense, sweeps = scheme.a, scheme.b, scheme.dense, scheme.sweeps
+    return call(blocks.step, blocks.derivative, blocks.params, lanes, rows, a, b, dense, sweeps, step, z, k, work)
 
 
 @jit
