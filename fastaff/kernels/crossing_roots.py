@@ -268,15 +268,17 @@ def locate(unit, stop, progress, blocks, scheme, section, direction, records, wh
 
 
 @jit
-def compact(rows, out, counts):
-    """Keep the located records of each orbit's row, without gaps, NaN after them; counts (orbits,) becomes their
-    number.
+def compact(rows, out, counts, limit, unlocated):
+    """Keep the records of each orbit's row that are located, after the start and up to its limit (orbits,), without
+    gaps, NaN after them; counts (orbits,) becomes their number. unlocated (orbits,) tells where some are left.
     """
     width = RECORD.state + rows
     for o in range(out.shape[0]):
         kept = 0
         for slot in range(counts[o]):
-            if out[o, slot * width + RECORD.kind] == LOCATED:
+            time, kind = out[o, slot * width + RECORD.time], out[o, slot * width + RECORD.kind]
+            unlocated[o] |= kind != LOCATED and kind != NOTHING
+            if kind == LOCATED and time > 0.0 and time <= limit[o]:
                 if kept != slot:
                     for c in range(width):  # from slice to slice takes 1.5 s to compile, most of it for an error's text
                         out[o, kept * width + c] = out[o, slot * width + c]

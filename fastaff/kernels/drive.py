@@ -90,7 +90,8 @@ def run_fixed(u, stop, progress, blocks, scheme, observer, steps, unit, orbits):
     z = block[: state_rows * LANES]
     t, h, code, done, fresh = room(1), room(1), room(1), room(1), room(1)
     kinetic, seen, found, reached, bound = room(1), room(1), room(1), room(1), room(1)
-    n, orbit, left = np.empty(LANES, np.int64), np.empty(LANES, np.int64), np.empty(LANES, np.int64)
+    n, orbit = np.empty(LANES, np.int64), np.empty(LANES, np.int64)
+    left, cadence = np.empty(LANES, np.int64), np.empty(LANES, np.int64)
     lanes = 0
     while read_now(stop, 0) == 0:
         if refill or lanes == 0:
@@ -101,7 +102,7 @@ def run_fixed(u, stop, progress, blocks, scheme, observer, steps, unit, orbits):
                     for r in range(rows, state_rows):
                         z[r * LANES + lanes] = 0.0
                     load_lane(memory0, o, memory, lanes)
-                    orbit[lanes], n[lanes], h[lanes] = o, count[o], step[o]
+                    orbit[lanes], n[lanes], h[lanes], cadence[lanes] = o, count[o], step[o], every[o]
                     left[lanes], kinetic[lanes], bound[lanes] = every[o] - count[o] % every[o], kinetic0[o], radius[o]
                     code[lanes], done[lanes], fresh[lanes] = 0.0, 0.0, 1.0
                     lanes += 1
@@ -114,8 +115,9 @@ def run_fixed(u, stop, progress, blocks, scheme, observer, steps, unit, orbits):
         ran, ended = 0, 0
         while ran < burst and ended == 0:
             quiet = 1 if refill else min(burst - ran, next_look(n[0]) - n[0])  # steps to what is to be seen or done
-            for i in range(lanes):
-                quiet = min(quiet, left[i])
+            if quiet > 1:
+                for i in range(lanes):
+                    quiet = min(quiet, left[i])
             taken = advance(blocks, scheme, rows, lanes, h, quiet, block, k, work)
             ran += taken
             due = 0
@@ -125,25 +127,30 @@ def run_fixed(u, stop, progress, blocks, scheme, observer, steps, unit, orbits):
                 left[i] -= taken
                 due += 1 if left[i] == 0 else 0
             all_look = refill or next_look(n[0] - 1) == n[0]
-            if not all_look:
+            if all_look:
+                call(check, params, lanes, bound, z, code, kinetic)
+            else:
                 call(inside, params, lanes, z, code)
-            if all_look or ran == burst or (strict and due > 0):
-                for i in range(lanes):
-                    found[i], reached[i] = code[i], kinetic[i]
-                call(check, params, lanes, bound, z, found, reached)
-                for i in range(lanes):  # an orbit is looked at when it is its turn, whatever its neighbours do
-                    if all_look or n[i] == total[orbit[i]] or (strict and left[i] == 0):
-                        code[i], kinetic[i] = found[i], reached[i]
+                if ran == burst or (strict and due > 0):
+                    for i in range(lanes):
+                        found[i], reached[i] = code[i], kinetic[i]
+                    call(check, params, lanes, bound, z, found, reached)
+                    for i in range(lanes):  # an orbit is looked at when it is its turn, whatever its neighbours do
+                        if n[i] == total[orbit[i]] or (strict and left[i] == 0):
+                            code[i], kinetic[i] = found[i], reached[i]
+            lost = 0
             for i in range(lanes):
-                if code[i] > 0.0:
-                    if scheme.sweeps > 0 and block[rows * LANES + i] == np.inf:
+                lost += 1 if code[i] > 0.0 else 0
+                fresh[i] = 0.0 if code[i] > 0.0 else fresh[i]
+            ended += lost
+            if lost > 0 and scheme.sweeps > 0:
+                for i in range(lanes):
+                    if code[i] > 0.0 and block[rows * LANES + i] == np.inf:
                         code[i] = NOT_CONVERGED_CODE
-                    fresh[i] = 0.0
-                    ended += 1
             if due > 0:
                 for i in range(lanes):
                     seen[i] = fresh[i] if left[i] == 0 else 0.0
-                    left[i] = every[orbit[i]] if left[i] == 0 else left[i]
+                    left[i] = cadence[i] if left[i] == 0 else left[i]
                 ended += call(observe, numbers, calls, lanes, orbit, seen, t, z, memory, out, done)
         write_now(progress, u, progress[u] + ran * lanes)
         i = 0
@@ -157,14 +164,8 @@ def run_fixed(u, stop, progress, blocks, scheme, observer, steps, unit, orbits):
                 lanes -= 1
                 move_lane(state_rows, lanes, i, z)
                 move_lane(memory_rows, lanes, i, memory)
-                orbit[i], n[i], h[i], left[i], kinetic[i] = (
-                    orbit[lanes],
-                    n[lanes],
-                    h[lanes],
-                    left[lanes],
-                    kinetic[lanes],
-                )
-                bound[i] = bound[lanes]
+                orbit[i], n[i], left[i], cadence[i] = orbit[lanes], n[lanes], left[lanes], cadence[lanes]
+                h[i], kinetic[i], bound[i] = h[lanes], kinetic[lanes], bound[lanes]
                 code[i], done[i], fresh[i] = code[lanes], done[lanes], fresh[lanes]
             else:
                 i += 1
