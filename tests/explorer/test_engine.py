@@ -30,9 +30,9 @@ from page_engine import (
 import fastaff as fa
 from fastaff.analysis.sections.energy_limits import energy_limits
 from fastaff.explorer.background import found as background_of
-from fastaff.explorer.javascript import model_code
 from fastaff.explorer.page import page, script, worker_text
 from fastaff.explorer.parameters import parameter_values
+from fastaff.explorer.records import model_code
 from fastaff.explorer.setup import NAMED, named_body
 from fastaff.formulas.grammar import parse
 from fastaff.models.traits import traits_of

@@ -39,7 +39,8 @@ function spaceRow() {
 function newRow() {
   const row = document.createElement("tr");
   for (let i = 0; i < 10; i++) row.append(document.createElement("td"));
-  for (const i of [3, 7]) row.cells[i].className = "in-time";
+  row.cells[3].className = "in-time";
+  row.cells[7].className = "in-time of-energy";
   const mark = document.createElementNS("http://www.w3.org/2000/svg", "svg");
   mark.setAttribute("class", "swatch");
   mark.setAttribute("viewBox", "0 0 14 11");
