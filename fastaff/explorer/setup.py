@@ -62,6 +62,12 @@ NAMED: dict[str, tuple[str, str, str, dict[str, Any]]] = {
         "V = (x² + y²)/2 + λ (x²y − y³/3)",
         {"energy": 0.125, "p_eta": 0.0, "p_gamma": 0.0},
     ),
+    "double-pendulum": (
+        "DoublePendulum",
+        "Double pendulum",
+        "H = (p₁² + 2p₂² − 2p₁p₂ cos(q₁ − q₂))/(2 + 2 sin²(q₁ − q₂)) − 2 cos q₁ − cos q₂ at unit masses, lengths and g",
+        {"energy": -1.0, "p_eta": 0.0, "p_gamma": 0.0},
+    ),
     "standard-map": ("StandardMap", "Standard map", "p′ = p + K sin x, x′ = x + p′", NOWHERE),
     "henon-map": (
         "HenonMap",

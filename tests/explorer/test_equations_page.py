@@ -109,7 +109,8 @@ def test_pages_of_models_made_in_python(browser, tmp_path):
     start, own = setup["start"], setup["systems"][0]
     assert (own["kind"], own["code"]["kind"], own["momenta"]) == ("plane", "equations", ["p1", "p2"])
     assert (start["section"], start["constant"], start["scheme"]) == ("q2=c", 0.2, "GAUSS16")
-    for body, given in ((model, {"energy": -1.0}), (LORENZ, {"section": "z=27"})):
+    pendulum = fa.models.DoublePendulum(m_2=0.7)
+    for body, given in ((model, {"energy": -1.0}), (LORENZ, {"section": "z=27"}), (pendulum, {"section": "q1=0"})):
         path = fa.explore(body, out=tmp_path / "page.html", **given)
         context = browser.new_context(viewport={"width": 1280, "height": 800}, reduced_motion="reduce")
         sheet = Sheet(context, path.as_uri())

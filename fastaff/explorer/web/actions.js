@@ -204,6 +204,7 @@ export function makeActions(app) {
     showState(app.panel, state, system);
     for (const what of ["formula", "energy", "section"]) showWrong(app.panel, what, null);
     part("title").textContent = system.title;
+    if (app.options.standalone) document.title = system.title + " – fastaff explorer";
     writeLabel(part("formula-shown"), system.name === "own" ? shownFormula(system.formula) : system.formula ?? "");
     part("body-figure").hidden = system.kind !== "body";
     showKind(system);
@@ -408,6 +409,7 @@ export function makeActions(app) {
     click,
     boxMode: () => app.boxMode,
     hover(place) {
+      part("readout").setAttribute("aria-live", "off");
       app.pointer = place;
       redraw("hover");
     },
@@ -450,6 +452,7 @@ export function makeActions(app) {
     const [u, v] = section.cursor ?? [(u0 + u1) / 2, (v0 + v1) / 2];
     section.cursor = [Math.min(u1, Math.max(u0, u + (dx * (u1 - u0)) / 60)), Math.min(v1, Math.max(v0, v + (dy * (v1 - v0)) / 60))];
     app.pointer = pixelOfCursor();
+    part("readout").setAttribute("aria-live", "polite"); // what the keyboard moves is read out
     redraw("section", "hover");
   }
 

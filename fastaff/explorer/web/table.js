@@ -3,7 +3,7 @@
 import { shownNumber, shownRotation } from "./text.js";
 import { colourOf, hasRotation } from "./orbits.js";
 
-const ROW = 25; // height of a row in pixels
+const ROW = 27; // height of a row in pixels
 
 // act: {choose(number), more(number), hide(number), forget(number)}
 export function makeTable(box, body, act) {
@@ -58,6 +58,8 @@ function newRow() {
   return row;
 }
 
+const SAYS = { more: "More crossings of", hide: "Hide or show", forget: "Forget" };
+
 const put = (element, text) => {
   if (element.textContent !== text) element.textContent = text;
 };
@@ -66,7 +68,8 @@ function fillRow(row, orbit, isChosen, theme) {
   const { reading } = orbit;
   row.dataset.orbit = orbit.number;
   row.className = (isChosen ? "is-chosen" : "") + (orbit.hidden ? " is-hidden" : "");
-  row.setAttribute("aria-selected", String(isChosen));
+  row.setAttribute("aria-current", String(isChosen));
+  for (const button of row.cells[9].querySelectorAll("button")) button.setAttribute("aria-label", SAYS[button.dataset.act] + " orbit " + orbit.mark);
   row.querySelector("rect").setAttribute("fill", colourOf(orbit, theme));
   put(row.cells[0].lastChild, String(orbit.mark));
   put(row.cells[2], String(Math.max(reading.crossings, orbit.count)));
