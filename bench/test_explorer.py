@@ -14,7 +14,7 @@ from page_engine import compute, launch_message, system_message
 from test_browser import FLAGS, FOUND, LISTEN, WAIT
 
 import fastaff as fa
-from fastaff.explorer.javascript import model_code
+from fastaff.explorer.records import model_code
 from fastaff.explorer.setup import scheme_record
 from fastaff.schemes import BLANES_CASAS_ESCORIHUELA8
 

@@ -14,8 +14,8 @@ from page_engine import compute, launch_message
 from test_browser import FLAGS, FOUND, LISTEN, WAIT
 
 import fastaff as fa
-from fastaff.explorer.javascript import model_code
 from fastaff.explorer.parameters import parameter_values
+from fastaff.explorer.records import model_code
 from fastaff.models import FroeschleMap, HenonMap, OneTurnMap, StandardMap
 
 COUNT = 4_000_000

@@ -253,7 +253,8 @@ class Answers:
         """Return the section coordinates (2, ...) of states (2n, ...)."""
         if isinstance(self.section, Plane):
             return self.section.projected(z)
-        rows = dict(zip(traits_of(self.body).row_names, z))
+        traits = traits_of(self.body)
+        rows = dict(zip(traits.row_names, traits.turned_back(np.array(z))))
         found = [rows[name] if name in rows else chart_row(z, name) for name in self.names]
         return np.array(found)
 
@@ -343,13 +344,14 @@ def _typed(given: dict[str, Any], parameters: dict[str, Any], known: bool = True
         if not traits_of(made).isotropic:
             raise ValueError("formula: turning a and b separately changes it, so there are no sections of it")
         return made
+    angles = [part.strip() for part in re.split(r"[,;\n]", given.get("angles") or "") if part.strip()]
+    periods = {name.strip(): value.strip() for name, _, value in (part.partition("=") for part in angles)}
     if given["kind"] == "map":
-        angles = [part.strip() for part in re.split(r"[,;\n]", given.get("angles") or "") if part.strip()]
-        periods = {name.strip(): value.strip() for name, _, value in (part.partition("=") for part in angles)}
         return mapping(text, periods=periods, **parameters) if known else untried(text, parameters, periods=periods)
-    return checked_model(
-        hamiltonian(text, coordinates=given.get("coordinates") or "x y", **parameters), needs="H = T(p) + V(q)"
-    )
+    if given["kind"] == "flow" or given.get("period"):
+        raise ValueError("formula: a notebook's explorer takes no drive and no flow, fastaff.explore does")
+    rows: dict[str, Any] = {"coordinates": given.get("coordinates") or "x y", "momenta": given.get("momenta") or None}
+    return checked_model(hamiltonian(text, **rows, periods=periods or None, **parameters), needs="a page")
 
 
 def section_of(body: Any, name: str, constant: float | None, direction: int) -> Any:

@@ -11,7 +11,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..analysis.sections.energy_grid import EnergyGrid, NotReached
+from ..analysis.sections.named_axes import checked_names
 from ..analysis.sections.section_edge import edge
+from ..base.names import named
 from ..base.numbers import StrPath, numbers, positive, real
 from ..base.placing import placed
 from ..base.provenance import provenance
@@ -25,6 +27,7 @@ from ..models.sections import Stroboscopic
 from ..models.traits import traits_of
 from ..schemes.automatic import cheapest
 from ..schemes.catalogue import Splitting, scheme_named
+from ..schemes.collocation import GAUSS16, Collocation
 from .background import Found, background_record, found
 from .page import page
 from .parameters import parameter_values
@@ -32,11 +35,11 @@ from .setup import (
     frames,
     named_body,
     named_systems,
+    page_schemes,
     plane_record,
     planes,
     scheme_record,
     section_record,
-    splittings,
     system_record,
 )
 
@@ -154,21 +157,21 @@ def setup_of(
     accuracy, p_eta, p_gamma = positive("accuracy", accuracy), real("p_eta", p_eta), real("p_gamma", p_gamma)
     if not traits_of(chosen).isotropic and (p_eta or p_gamma):
         raise ValueError(f"p_eta and p_gamma belong to a Body, got {p_eta}, {p_gamma} for {type(chosen).__name__}")
-    systems, schemes, mapping = named_systems(), splittings(), traits_of(chosen).iterated
+    systems, schemes, traits = named_systems(), page_schemes(), traits_of(chosen)
     usual = _usual(chosen, systems)
     start: dict[str, Any] = {"p_eta": p_eta, "p_gamma": p_gamma}
-    if mapping:
+    if traits.iterated:
         given = {"energy": energy, "section": section, "scheme": scheme}
         given["accuracy"] = None if accuracy == ACCURACY else accuracy
         check_given(chosen, "a time", "a map is iterated as it is", **given)
         start |= plane_record(chosen, fixed, None if under is None else under.grid)
-    elif traits_of(chosen).driven:
+    elif traits.driven:
         start |= _strobed(chosen, section, energy=energy, fixed=fixed, background=background)
+    elif not traits.canonical:
+        start |= _flowing(chosen, section, fixed, energy=energy, background=background)
     else:
         if fixed is not None:
-            raise ValueError(
-                f"fixed is of maps: elsewhere the section and the energy say where orbits are; got {fixed!r}"
-            )
+            raise ValueError(f"fixed is of maps and flows: here section and energy say where orbits are; got {fixed!r}")
         start["energy"] = _energy(energy, usual)
     if usual is None:
         systems.insert(0, system_record(chosen, "own", _title(chosen), _formula(chosen), start))
@@ -176,12 +179,12 @@ def setup_of(
         start.update({name: usual[name] for name in ("p_eta", "p_gamma") if not start[name]})
     start["system"] = "own" if usual is None else usual["name"]
     start["parameters"] = parameter_values(chosen)
-    taken = cheapest(accuracy, True) if mapping else _scheme(scheme, accuracy, chosen)
-    if not mapping and not traits_of(chosen).driven:
+    taken = cheapest(accuracy, True) if traits.iterated else _scheme(scheme, accuracy, chosen)
+    if start["energy"] is not None:
         cut = _section(section, chosen)
         start |= section_record(cut, chosen)
         _reached(chosen, cut, start)
-    start["accuracy"], start["scheme"] = accuracy, taken.name
+    start |= {"accuracy": accuracy, "scheme": taken.name}
     start["points"] = _points([] if points is None and under is not None else points)
     if start["scheme"] not in [entry["name"] for entry in schemes]:
         schemes.insert(0, scheme_record(taken))
@@ -256,8 +259,23 @@ def _section(section: Any, body: Any) -> Any:
     return section
 
 
-def _scheme(scheme: Any, accuracy: float, body: Any) -> Splitting:
-    """Return the scheme, which must be a splitting that suits the body."""
+def _flowing(model: Any, section: Any, fixed: Any, **given: Any) -> dict[str, Any]:
+    """Return where the page of dz/dt = f(z) begins: its section, and where variables beside the plane start."""
+    check_given(model, "a page of orbits", **given)
+    names = traits_of(model).names
+    cut = _section(f"{names[-1]}=0" if section is None else section, model)
+    starts = checked_names("fixed", () if fixed is None else fixed, "numbers")
+    others = {named("fixed", name, names): real(f"fixed[{name!r}]", value) for name, value in starts.items()}
+    return {"energy": None, **section_record(cut, model), "others": dict.fromkeys(names, 0.0) | others}
+
+
+def _scheme(scheme: Any, accuracy: float, body: Any) -> Splitting | Collocation:
+    """Return the scheme, which must be a splitting that suits the body, or a collocation where none does."""
+    if not traits_of(body).separable:
+        taken = GAUSS16 if scheme is None else scheme_named(scheme) if isinstance(scheme, str) else scheme
+        if not isinstance(taken, Collocation):
+            raise TypeError(f"scheme must be 'GAUSS8' or 'GAUSS16' to run such a system in a page, got {taken!r}")
+        return taken
     if scheme is None:
         return cheapest(accuracy, traits_of(body).quadratic)
     found = scheme_named(scheme) if isinstance(scheme, str) else scheme

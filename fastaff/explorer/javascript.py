@@ -17,10 +17,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..models.angles import Coordinates2
-from ..models.traits import traits_of
-from .loops import loops_of, turns_around
-from .parameters import fields_of, numbers_in, parameter_name
+from .parameters import fields_of, parameter_name
 
 FUNCTIONS = {
     **{name: f"Math.{name}" for name in ("sqrt", "exp", "log", "sin", "cos", "tan", "sinh", "cosh", "tanh", "hypot")},
@@ -62,71 +59,7 @@ class Refused(TypeError):
     """Raised for what cannot be printed: one sentence that names it."""
 
 
-def model_code(body: Any) -> dict[str, Any]:
-    """Return a model as data that `system.js` makes the text of a worker of.
-
-    Returns kind ("body", "plane" or "map"), n, parameters (names, in the order of `parameter_values`) and methods, each
-    with its lines and results in JavaScript. Raises TypeError for a model that the explorer has no sections of, or
-    whose methods have no source, or a construct outside of the whitelist: arithmetic, elementary functions of numpy,
-    tuples, assignments, conditions, calls of the model's own methods.
-    """
-    if traits_of(body).iterated:
-        return _map_code(body)
-    n = body.degrees_of_freedom
-    kind = "body" if traits_of(body).isotropic else "driven" if traits_of(body).driven else "plane"
-    if kind == "driven" and n != 2:
-        raise Refused(
-            f"body must have one coordinate beside its time to be explored; {type(body).__name__} has {n - 1}"
-        )
-    if n != (4 if kind == "body" else 2):
-        raise Refused(
-            "body must be one with a doubly isotropic potential, or a system of two coordinates, to be explored; "
-            f"{type(body).__name__} has the {n} coordinates {', '.join(traits_of(body).names)}"
-        )
-    q, p, d = ([f"{stem}{i}" for i in range(n)] for stem in "qpd")
-    own = Part(body, ())
-    wanted: list[tuple[str, Part, str, list[str]]] = [
-        ("velocity", own, "velocity", p),
-        ("force", own, "force", q),
-        ("kinetic", own, "kinetic_energy", p),
-        ("potential", own, "potential_energy", q),
-        ("margin", own, "margin", q),
-    ]
-    if kind == "body":
-        inner = Part(body.potential, ("potential",))
-        wanted += [("V", inner, "value", ["A", "B"]), ("inside", inner, "margin", ["A", "B"])]
-    if hasattr(body, "tangent_force") and traits_of(body).quadratic:
-        wanted.append(("tangent", own, "tangent_force", [*q, *d]))
-    names = [name for name, _ in numbers_in(body, ())]
-    methods = {key: _method(part, name, arguments, names) for key, part, name, arguments in wanted}
-    if kind == "driven":
-        own_period = {"lines": [], "results": ["$period"]}
-        methods["period"] = own_period if "period" in fields_of(body) else _method(own, "period", [], names)
-        methods["signals"] = _method(Part(Coordinates2(), ()), "signals", [*q, *p], [])
-        winds = [turns_around(body), False]
-        return {"kind": kind, "n": n, "parameters": names, "angles": ["x"], "winds": winds, "methods": methods}
-    angles = loops_of(body)
-    methods["signals"] = _method(Part(angles, ()), "signals", [*q, *p], [])
-    return {"kind": kind, "n": n, "parameters": names, "angles": list(angles.names), "methods": methods}
-
-
-def _map_code(model: Any) -> dict[str, Any]:
-    """Return a map as data: winds (2n,) says which rows have a period."""
-    n, own = model.degrees_of_freedom, Part(model, ())
-    rows = [f"{stem}{i}" for stem in "qp" for i in range(n)]
-    names = [name for name, _ in numbers_in(model, ())]
-    wanted: tuple[tuple[str, str, list[str]], ...] = (
-        ("iterate", "iterate", rows),
-        ("tangent", "tangent_iterate", [*rows, *(f"d{r}" for r in range(2 * n))]),
-        ("periods", "periods", []),
-        ("margin", "margin", rows[:n]),
-    )
-    methods = {key: _method(own, name, arguments, names) for key, name, arguments in wanted}
-    angles, winds = list(traits_of(model).names), [float(period) > 0 for period in model.periods()]
-    return {"kind": "map", "n": n, "parameters": names, "angles": angles, "winds": winds, "methods": methods}
-
-
-def _method(part: Part, name: str, arguments: list[str], parameters: list[str]) -> dict[str, Any]:
+def printed(part: Part, name: str, arguments: list[str], parameters: list[str]) -> dict[str, Any]:
     """Return lines and results of one method with those arguments."""
     work = _Printer(parameters)
     value = work.called(part, name, [Text(argument) for argument in arguments])

@@ -56,7 +56,7 @@ class Plane(NamedTuple):
         return z, inside(self.model, z)
 
     def projected(self, z: np.ndarray) -> np.ndarray:
-        """Return the coordinates (2, ...) of states (2n, ...), angles in [0, period)."""
+        """Return the coordinates (2, ...) of states (2n, ...), angles in [-T/2, T/2)."""
         return np.array([reduced(z[row], period) for row, period in zip(self.rows, self.periods, strict=True)])
 
     def extent(self) -> list[float]:
@@ -64,7 +64,7 @@ class Plane(NamedTuple):
         T, S = self.periods
         turn = 0.0 if T and S else self._turn(0) if T else self._turn(1) if S else 0.0
         u0, u1, v0, v1 = _square(turn / 2) if (T and S) or turn else self._bounds()
-        return [0.0 if T else u0, T or u1, 0.0 if S else v0, S or v1]
+        return [-T / 2 if T else u0, T / 2 if T else u1, -S / 2 if S else v0, S / 2 if S else v1]
 
     def _turn(self, k: int) -> float:
         """Return by how much the partner of the angle k changes where it winds by a turn more in each iterate."""
@@ -165,12 +165,12 @@ def _lifted(plane: Plane, z0: np.ndarray, states: np.ndarray, points: np.ndarray
 
 
 def reduced(x: Any, period: float) -> np.ndarray:
-    """Return numbers in the first period, themselves where there is none."""
+    """Return numbers in [-T/2, T/2), themselves where there is no period T."""
     values = np.asarray(x, dtype=np.float64)
     if not period > 0:
         return values
-    rest = values - period * np.floor(values / period)
-    return np.where(rest < period, rest, 0.0)
+    rest, half = values - period * np.floor(values / period + 0.5), period / 2
+    return np.where((rest < -half) | (rest >= half), -half, rest)
 
 
 def _square(size: float) -> list[float]:

@@ -15,11 +15,12 @@ from ..base.numbers import real
 from ..formulas.map_source import MAX_ROWS
 from ..formulas.section_text import EQUALS, TURNING
 from ..jobs.system import described
-from ..models.sections import Linear
+from ..models.sections import AngleEquals, Linear
 from ..models.traits import traits_of
 from ..schemes.catalogue import SCHEMES, Splitting
-from .javascript import model_code
+from ..schemes.collocation import Collocation
 from .parameters import parameter_values
+from .records import model_code
 
 NOWHERE: dict[str, Any] = {"energy": None, "p_eta": 0.0, "p_gamma": 0.0}
 """What a map has of an energy surface."""
@@ -61,6 +62,12 @@ NAMED: dict[str, tuple[str, str, str, dict[str, Any]]] = {
         "V = (x² + y²)/2 + λ (x²y − y³/3)",
         {"energy": 0.125, "p_eta": 0.0, "p_gamma": 0.0},
     ),
+    "double-pendulum": (
+        "DoublePendulum",
+        "Double pendulum",
+        "H = (p₁² + 2p₂² − 2p₁p₂ cos(q₁ − q₂))/(2 + 2 sin²(q₁ − q₂)) − 2 cos q₁ − cos q₂ at unit masses, lengths and g",
+        {"energy": -1.0, "p_eta": 0.0, "p_gamma": 0.0},
+    ),
     "standard-map": ("StandardMap", "Standard map", "p′ = p + K sin x, x′ = x + p′", NOWHERE),
     "henon-map": (
         "HenonMap",
@@ -96,8 +103,10 @@ def named_body(name: str) -> Any:
 def system_record(body: Any, name: str, title: str, formula: str, start: dict[str, Any]) -> dict[str, Any]:
     """Return what a page has of a system."""
     traits = traits_of(body)
-    names, momenta = (list(rows[: traits.moving]) for rows in (traits.names, traits.row_names[traits.n :]))
+    count = traits.moving if traits.canonical else traits.rows
+    names, momenta = (list(rows[:count]) for rows in (traits.names, traits.row_names[len(traits.names) :]))
     kind = "map" if traits.iterated or traits.driven else "body" if traits.isotropic else "plane"
+    kind = kind if traits.canonical else "flow"
     sections: Any = BODY_SECTIONS
     if kind != "body":
         sections = [(plane, None) for plane in planes(body)] if kind == "map" else [(f"{q}=c", 0.0) for q in names]
@@ -153,7 +162,7 @@ def plane_record(model: Any, fixed: Any, grid: Any = None) -> dict[str, Any]:
 def job_record(body: Any) -> dict[str, Any] | None:
     """Return the keys of a job's table [model] that name a system, without its parameters; None where none do."""
     found = described(body)
-    keys = ("model", "formula", "hamiltonian", "map", "angles", "coordinates", "momenta", "domain", "period")
+    keys = ("model", "formula", "hamiltonian", "map", "flow", "angles", "coordinates", "momenta", "domain", "period")
     return None if found is None else {key: getattr(found, key) for key in keys if getattr(found, key) is not None}
 
 
@@ -168,13 +177,16 @@ def named_systems() -> list[dict[str, Any]]:
     return [system_record(named_body(name), name, *entry[1:]) for name, entry in NAMED.items()]
 
 
-def splittings() -> list[dict[str, Any]]:
-    """Return the splittings of the package as data."""
-    return [scheme_record(scheme) for scheme in SCHEMES.values() if isinstance(scheme, Splitting)]
+def page_schemes() -> list[dict[str, Any]]:
+    """Return the splittings and collocations of the package as data."""
+    return [scheme_record(scheme) for scheme in SCHEMES.values() if isinstance(scheme, (Splitting, Collocation))]
 
 
-def scheme_record(scheme: Splitting) -> dict[str, Any]:
-    """Return a splitting as data."""
+def scheme_record(scheme: Splitting | Collocation) -> dict[str, Any]:
+    """Return a scheme as data: drifts and kicks, or of a collocation m_ij = a_ij/b_j in rows, and b."""
+    if isinstance(scheme, Collocation):
+        a, b = scheme.a_array.ravel().tolist(), scheme.b_array.tolist()
+        return {"name": scheme.name, "order": scheme.order, "collocation": True, "a": a, "b": b}
     return {
         "name": scheme.name,
         "order": scheme.order,
@@ -199,15 +211,15 @@ def section_record(section: Any, body: Any) -> dict[str, Any]:
     if traits.isotropic and kind in constant:
         return {"section": constant[kind], "constant": float(section.constant), "direction": int(section.direction)}
     names = traits.names
-    if isinstance(section, Linear) and not traits.isotropic and len(section.normal) == 4:
-        at = np.flatnonzero(section.normal)
-        if at.size == 1 and at[0] < 2 and math.isfinite(section.offset):
+    if isinstance(section, (Linear, AngleEquals)) and not traits.isotropic and len(section.normal) == traits.rows:
+        at, places = np.flatnonzero(section.normal), 2 if traits.canonical else traits.rows
+        if at.size == 1 and at[0] < places and math.isfinite(section.offset):
             factor = float(section.normal[at[0]])
             direction = int(section.direction) * (1 if factor > 0 else -1)
             return {"section": f"{names[at[0]]}=c", "constant": section.offset / factor, "direction": direction}
     takes = (
         "AlphaTurning, BetaTurning, AlphaEquals, BetaEquals, AreaEquals"
         if traits.isotropic
-        else f"Linear with one coordinate, {names[0]} = c or {names[1]} = c,"
+        else f"Linear with one coordinate, {' or '.join(f'{name} = c' for name in names)},"
     )
     raise TypeError(f"section must be {takes} for {type(body).__name__}, got {section!r}")

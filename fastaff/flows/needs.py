@@ -15,7 +15,7 @@ NEEDS: dict[str, frozenset[str]] = {
     "Hamilton's equations": frozenset({"friction", "rates", "iterates"}),
     "an energy surface": frozenset({"drive", "friction", "rates", "iterates"}),
     "H = T(p) + V(q)": frozenset(TERMS),
-    "a page": frozenset({"frame", "friction", "nonseparable", "rates"}),
+    "a page": frozenset({"frame", "friction"}),
 }
 """By what an analysis as a whole is of, the terms that it does not take."""
 
@@ -27,7 +27,8 @@ REFUSALS = {
         "rates": "{argument} is for systems with an energy: dz/dt = f(z) has none; got {got}",
     },
     "a page of orbits": {
-        "drive": "{argument} does not go with a driven system, whose states once a period are shown; got {got}"
+        "drive": "{argument} does not go with a driven system, whose states once a period are shown; got {got}",
+        "rates": "{argument} does not go with dz/dt = f(z), which has no energy; got {got}",
     },
     "angles of coordinates alone": {
         "drive": "angles must be given for {model}, which is driven and has none: of its coordinates, and of its time"

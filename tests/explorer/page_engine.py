@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 
 from fastaff import schemes
-from fastaff.explorer.javascript import model_code
 from fastaff.explorer.page import script, worker_text
 from fastaff.explorer.parameters import parameter_values
+from fastaff.explorer.records import model_code
 from fastaff.explorer.setup import frames, scheme_record, section_record
 from fastaff.models.traits import traits_of
 

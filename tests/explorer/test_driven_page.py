@@ -7,7 +7,7 @@ from test_page import Sheet, browser, saved
 
 import fastaff as fa
 from fastaff.explorer.explore import setup_of
-from fastaff.explorer.javascript import model_code
+from fastaff.explorer.records import model_code
 from fastaff.jobs import Job
 from fastaff.models.sections import Stroboscopic
 from fastaff.models.traits import traits_of

@@ -30,9 +30,9 @@ from page_engine import (
 import fastaff as fa
 from fastaff.analysis.sections.energy_limits import energy_limits
 from fastaff.explorer.background import found as background_of
-from fastaff.explorer.javascript import model_code
 from fastaff.explorer.page import page, script, worker_text
 from fastaff.explorer.parameters import parameter_values
+from fastaff.explorer.records import model_code
 from fastaff.explorer.setup import NAMED, named_body
 from fastaff.formulas.grammar import parse
 from fastaff.models.traits import traits_of
@@ -231,7 +231,7 @@ def check_values(codes, bodies, tolerance):
 
 @needs_node
 def test_printed_methods_have_pythons_values():
-    bodies = [body for body in map(named_body, NAMED) if not traits_of(body).iterated] + [
+    bodies = [body for body in map(named_body, NAMED) if traits_of(body).separable] + [
         Pendulum(),
         fa.reduced(fa.Body(fa.NeoHookean()), p_eta=0.3, p_gamma=0),
     ]

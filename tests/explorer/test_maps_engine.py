@@ -10,8 +10,8 @@ from page_engine import compute, crossings, explored, launch_message, needs_node
 
 import fastaff as fa
 from fastaff.explorer.explore import setup_of
-from fastaff.explorer.javascript import model_code
 from fastaff.explorer.parameters import parameter_values
+from fastaff.explorer.records import model_code
 from fastaff.explorer.setup import planes
 from fastaff.models import FroeschleMap, HenonMap, McMillanMap, OneTurnMap, StandardMap
 from fastaff.models.maps import jacobian
@@ -50,11 +50,11 @@ def plane_of(model, index=0, others=None, width=20, height=15):
 
 
 def reduced(rows, model):
-    """Rows (2n, ...) of states with those that have a period in [0, period)."""
+    """Rows (2n, ...) of states with those that have a period within half of one around 0."""
     out = np.array(rows, copy=True)
     for row, period in zip(out, model.periods(), strict=True):
         if period > 0:
-            row[...] = np.mod(row, period)
+            row[...] = np.mod(row + period / 2, period) - period / 2
     return out
 
 
@@ -76,7 +76,7 @@ def test_iterates_are_those_of_poincare_map():
         n = model.degrees_of_freedom
         for index in range(n):
             z0 = RNG.uniform(0.02, 0.12, 2 * n)
-            z0 += np.array(model.periods()) / 2  # of angles, about the elliptic point of a pendulum
+            z0 -= np.array(model.periods()) / 2  # of angles, about the elliptic point of a pendulum
             names = (*model.coordinates, *model.momenta)
             others = {name: z0[r] for r, name in enumerate(names) if r % n != index}
             tasks.append(
@@ -98,7 +98,8 @@ def test_iterates_are_those_of_poincare_map():
         (answer,) = of(heard, "surface")
         assert answer["axes"] == planes(model)[index].split(",")
         for value, row in zip(points, rows, strict=True):
-            assert model.periods()[row] == 0 or ((value >= 0) & (value < model.periods()[row])).all()
+            half = model.periods()[row] / 2
+            assert half == 0 or ((value >= -half) & (value < half)).all()
 
 
 @needs_node
@@ -277,9 +278,9 @@ def test_whole_planes_hold_what_stays():
     models += [fa.mapping("x1 = x + s*p; p1 = p - x1/s*(1 - x1/(s*s))", s=10.0**k) for k in (-4, 0, 3)]
     found = explored([(model_code(m), [told(m), plane_of(m)]) for m in models])
     extents = [of(heard, "surface")[0]["extent"] for heard in found]
-    np.testing.assert_allclose(extents[0], [0, 2 * np.pi, -np.pi, np.pi])
-    np.testing.assert_allclose(extents[4], [0, 1, 0, 1])
-    np.testing.assert_allclose(extents[5], [-1.75, 1.75, 0, 3.5])  # its coordinate is J
+    np.testing.assert_allclose(extents[0], [-np.pi, np.pi, -np.pi, np.pi])
+    np.testing.assert_allclose(extents[4], [-0.5, 0.5, -0.5, 0.5])
+    np.testing.assert_allclose(extents[5], [-1.75, 1.75, -1.75, 1.75])  # its coordinate is J
     for model, extent in list(zip(models, extents, strict=True))[1:4]:
         half = np.abs(extent).max()
         assert 0.3 < half < 10, type(model)

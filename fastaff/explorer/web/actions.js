@@ -8,7 +8,7 @@ import { newOrbit, remember, removeOrbit, showOrbit } from "./orbits.js";
 import { schemeTitle } from "./controls.js";
 import { showConstant, showOthers, showParameters, showState, showWrong } from "./panel.js";
 import { makeSaving } from "./offers.js";
-import { OWN, firstState, hashOf, othersOf, systemOf } from "./state.js";
+import { OWN, firstState, hashOf, settle, systemOf } from "./state.js";
 import { showRow } from "./table.js";
 import { shownFormula, shownNumber, writeLabel } from "./text.js";
 import { takeRegion } from "./view_configuration.js";
@@ -85,7 +85,7 @@ export function makeActions(app) {
     app.fills = [...(app.fills ?? []), entry].slice(-40);
     forget(remember(orbits, { launched: entry.numbers, fill: entry }));
     app.send({ type: "fill", columns: cells, rows: cells, view: [...section.frame.view], crossings: app.state.crossings, first: entry.first });
-    notice(cells + " × " + cells + " starts over the view" + (app.root.dataset.kind === "map" ? "." : ", where the energy reaches."));
+    notice(cells + " × " + cells + " starts over the view" + (app.state.energy === null ? "." : ", where the energy reaches."));
   }
 
   function forget(gone) {
@@ -204,10 +204,10 @@ export function makeActions(app) {
     showState(app.panel, state, system);
     for (const what of ["formula", "energy", "section"]) showWrong(app.panel, what, null);
     part("title").textContent = system.title;
+    if (app.options.standalone) document.title = system.title + " – fastaff explorer";
     writeLabel(part("formula-shown"), system.name === "own" ? shownFormula(system.formula) : system.formula ?? "");
     part("body-figure").hidden = system.kind !== "body";
-    app.root.dataset.kind = system.kind;
-    app.root.toggleAttribute("data-driven", Boolean(system.driven));
+    showKind(system);
     dropOrbits();
     app.keepView = false;
     section.past = state.view ? [[...state.view]] : [];
@@ -216,14 +216,25 @@ export function makeActions(app) {
     everything();
   }
 
+  function showKind(system) {
+    app.root.dataset.kind = system.kind;
+    app.root.toggleAttribute("data-driven", Boolean(system.driven));
+  }
+
   function sendSystem() {
     const { state } = app;
     const system = systemOf(setup, state);
     app.ready = false;
     takeRegion(app.configuration, null);
-    if (system.own) return app.send({ type: "parse", formula: state.formula, kind: system.kind, coordinates: system.coordinates, angles: state.angles });
+    if (system.own) return app.send({ type: "parse", ...written(system) });
     app.send({ type: "system", system: { name: system.name, kind: system.kind, coordinates: system.coordinates, momenta: system.momenta, parameters: { ...state.parameters }, code: system.code }, scheme: state.scheme, accuracy: state.accuracy });
     return showFoot();
+  }
+
+  // What is typed, as the backend takes it.
+  function written(system) {
+    const { formula, coordinates, momenta, angles, period } = app.state;
+    return { formula, kind: system.typed ?? system.kind, coordinates, momenta, angles, period };
   }
 
   // A formula is one: give its letters values and hand it over.
@@ -236,14 +247,14 @@ export function makeActions(app) {
     state.parameters = parameters;
     const system = systemOf(setup, state);
     if (!same) showParameters(app.panel, state, system);
-    if (system.kind === "map" && !(system.sections.some((section) => section.name === state.section) && Object.keys(othersOf(system)).join() === Object.keys(state.others).join())) {
-      Object.assign(state, { section: system.sections[0].name, others: othersOf(system) });
+    if (!settle(setup, state, system) || app.root.dataset.kind !== system.kind) {
       app.pending = [];
       app.keepView = false;
+      showKind(system);
       showState(app.panel, state, system);
     }
     writeLabel(part("formula-shown"), system.formula);
-    app.send({ type: "system", system: { kind: system.kind, formula: state.formula, coordinates: system.coordinates, momenta: system.momenta, angles: state.angles, parameters: { ...parameters } }, scheme: state.scheme, accuracy: state.accuracy });
+    app.send({ type: "system", system: { ...written(system), parameters: { ...parameters } }, scheme: state.scheme, accuracy: state.accuracy });
     showFoot();
   }
 
@@ -296,7 +307,7 @@ export function makeActions(app) {
     if (!app.ready) return;
     const system = systemOf(setup, state);
     if (system.kind === "map") app.send({ type: "surface", energy: null, section: state.section, others: { ...state.others }, phase: state.phase ?? 0, width: REGION_CELLS, height: REGION_CELLS });
-    else app.send({ type: "surface", energy: state.energy, section: state.section, constant: state.constant, direction: state.direction, p_eta: system.kind === "body" ? state.p_eta : 0, p_gamma: system.kind === "body" ? state.p_gamma : 0, width: REGION_CELLS, height: REGION_CELLS });
+    else app.send({ type: "surface", energy: state.energy, others: { ...state.others }, section: state.section, constant: state.constant, direction: state.direction, p_eta: system.kind === "body" ? state.p_eta : 0, p_gamma: system.kind === "body" ? state.p_gamma : 0, width: REGION_CELLS, height: REGION_CELLS });
     remembered();
     showBackgroundState();
   }
@@ -344,10 +355,10 @@ export function makeActions(app) {
       aboutToChange();
       useState(firstState(setup, name), app.before);
     },
-    formula(text, coordinates, angles) {
-      Object.assign(app.state, { formula: text, coordinates: coordinates || "x y", angles });
-      if (OWN[app.state.system] === "plane" && !/^[A-Za-z]\w*[ ,]+[A-Za-z]\w*$/.test(app.state.coordinates)) {
-        return showWrong(app.panel, "formula", "Coordinates must be two names, such as x y.");
+    formula(typed) {
+      Object.assign(app.state, typed, { coordinates: typed.coordinates || (typed.period ? "x" : "x y") });
+      for (const name of ["coordinates", "momenta"]) {
+        if (app.state[name] && !/^[A-Za-z]\w*([ ,]+[A-Za-z]\w*)?$/.test(app.state[name])) return showWrong(app.panel, "formula", name[0].toUpperCase() + name.slice(1) + " must be one or two names, such as x y.");
       }
       surfaceChanged(false, sendSystem);
       return undefined;
@@ -376,7 +387,7 @@ export function makeActions(app) {
       Object.assign(app.state, { section: name, constant: found.constant });
       showConstant(app.panel, app.state);
       const isMap = app.root.dataset.kind === "map";
-      if (isMap) showOthers(app.panel, app.state);
+      showOthers(app.panel, app.state, systemOf(setup, app.state));
       app.keepView = false;
       if (isMap) app.pending = []; // a point of one plane is none of another
       surfaceChanged(true);
@@ -398,6 +409,7 @@ export function makeActions(app) {
     click,
     boxMode: () => app.boxMode,
     hover(place) {
+      part("readout").setAttribute("aria-live", "off");
       app.pointer = place;
       redraw("hover");
     },
@@ -440,6 +452,7 @@ export function makeActions(app) {
     const [u, v] = section.cursor ?? [(u0 + u1) / 2, (v0 + v1) / 2];
     section.cursor = [Math.min(u1, Math.max(u0, u + (dx * (u1 - u0)) / 60)), Math.min(v1, Math.max(v0, v + (dy * (v1 - v0)) / 60))];
     app.pointer = pixelOfCursor();
+    part("readout").setAttribute("aria-live", "polite"); // what the keyboard moves is read out
     redraw("section", "hover");
   }
 
@@ -465,7 +478,7 @@ export function makeActions(app) {
     const { state, speed, step: length } = app;
     const isMap = systemOf(setup, state).kind === "map", version = "fastaff " + setup.version;
     const said = isMap
-      ? ["Iterates of regular orbits are those of fastaff in Python to 1e-9; those of chaotic ones as long as growing rounding errors let them.", version,
+      ? ["Regular orbits are those of fastaff in Python to 1e-9, chaotic ones until rounding errors have grown.", version,
           ...(state.phase === null || state.phase === undefined ? [] : ["an iterate is a period of the drive, " + schemeTitle(state.scheme) + ", accuracy " + state.accuracy])]
       : [
           "First crossings are those of fastaff in Python to 1e-9; late ones of chaotic orbits may differ with the browser's sin, exp and log.",

@@ -41,7 +41,7 @@ export function backgroundExtents(background, periods) {
   const shifts = (low, high, period) => {
     if (!period) return [0];
     const found = [];
-    for (let k = Math.ceil(-high / period); low + k * period < period && found.length < 4; k++) if (high + k * period > 0) found.push(k * period);
+    for (let k = Math.ceil(-high / period - 0.5); low + k * period < period / 2 && found.length < 4; k++) if (high + k * period > -period / 2) found.push(k * period);
     return found;
   };
   const [first, second] = periods ?? [0, 0];

@@ -118,10 +118,10 @@ function readoutAt(app, [x, y]) {
   if (near) {
     section.hover = near;
     const { reading, mark } = near.orbit;
-    said.push("orbit " + mark + (surface.periods ? ", iterate " : ", crossing ") + (near.index + 1) + ": " + reading.verdict);
+    said.push("orbit " + mark + (app.root.dataset.kind === "map" ? ", iterate " : ", crossing ") + (near.index + 1) + ": " + reading.verdict);
     if (hasRotation(near.orbit)) said.push("ν = " + shownRotation(reading.rotation));
     if (Number.isFinite(reading.megno)) said.push("MEGNO " + shownNumber(reading.megno, 3));
-    if (!surface.periods) said.push("|ΔE| " + shownNumber(reading.energy_error, 2));
+    if (Number.isFinite(reading.energy_error)) said.push("|ΔE| " + shownNumber(reading.energy_error, 2));
   }
   return said.join(" · ");
 }

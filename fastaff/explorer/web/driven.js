@@ -13,7 +13,7 @@ export class Strobed {
     this.state = new Float64Array(4); this.vector = new Float64Array(4); this.place = new Float64Array(4);
   }
 
-  periods() { return [this.winds[0] ? 2*Math.PI : 0, 0]; }
+  periods() { return [this.winds[0] ? this.base.periods?.(this.P)[0] ?? 2*Math.PI : 0, 0]; }
 
   margin(z) {
     this.place[0] = z[0]; this.place[1] = this.phase;
@@ -82,7 +82,7 @@ export class Strobed {
     const at = (x) => { place[0] = x; place[1] = this.phase; place[2] = 1; place[3] = 0; return place; };
     const slope = (x) => { base.tangent(at(x), P, out); return out[0]; };
     const first = slope(0);
-    let size = whole ? Math.PI : 1;
+    let size = whole ? this.periods()[0]/2 : 1;
     for (let k = 0; k < DECADES*PER_TEN && !whole; k++) {
       const x = LEAST_HOME*10**(k/PER_TEN);
       if (Math.max(Math.abs(slope(x) - first), Math.abs(slope(-x) - first)) > 0.5*Math.abs(first)) { size = WIDER*x; break; }

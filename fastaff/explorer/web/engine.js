@@ -1,6 +1,7 @@
 // Orbits: the package's splitting schemes, steps chosen by trial, crossings, one tangent vector, what is read of them.
 
 import { SectionWatch } from "./crossings.js";
+import { motionOfEquations } from "./equations.js";
 import { fundamentalFrequencies, rotationNumber } from "./readings.js";
 
 const TRIAL_SPAN = 16, TRIAL_MOMENTS = 4, MEASURABLE = 3e-12, FIRST_PHASE = 0.25, COARSEST = 1.2, FINEST = 1.5e-3;
@@ -22,6 +23,7 @@ export class Flow {
   advance(z, tau, count = 1) { this.system.march(z, this.P, this.a, this.b, tau, count); }
 
   derivative(z, out) {
+    if (this.system.rates) { this.system.rates(z, this.P, out); return; }
     this.system.velocity(z, this.P, this.part);
     for (let i = 0; i < this.n; i++) out[i] = this.part[i];
     this.system.force(z, this.P, this.part);
@@ -45,7 +47,9 @@ function inverseMasses({ system, P, n }) {
 
 /** What the motion of an orbit is like: natural frequency, amplitudes, largest kinetic energy, escape radius. */
 export function motionOf(system, P, scheme, z0) {
-  const flow = new Flow(system, P, scheme, 1), n = flow.n, W = inverseMasses(flow), f = new Float64Array(2*n);
+  const flow = new Flow(system, P, scheme, 1), n = flow.n;
+  if (system.rates) return motionOfEquations(flow, z0);
+  const W = inverseMasses(flow), f = new Float64Array(2*n);
   let step = LOOK_PHASE/firstRate(flow, z0, W), rate = 0, kinetic = 0, reach = 0;
   for (let round = 0; round < 14; round++) {
     const z = Float64Array.from(z0);
@@ -145,7 +149,9 @@ function firstCrossings(flow, surface, z0, count, longest) {
   for (let k = 1; found.length < count && k*flow.h <= longest; k++) {
     flow.advance(z, flow.h);
     if (!Number.isFinite(flow.energy(z)) || !(flow.system.margin(z, flow.P) > 0)) break;
-    watch.look(z, k*flow.h, (time, state) => { if (time > 0) found.push({ time, state: Float64Array.from(state) }); });
+    watch.look(z, k*flow.h, (time, state) => {
+      if (time > 0 && surface.counts(state)) found.push({ time, state: Float64Array.from(state) });
+    });
   }
   return found.slice(0, count);
 }
@@ -177,8 +183,8 @@ export function stepFor(system, P, scheme, surface, z0, accuracy) {
 export class Tangent {
   constructor(flow, motion, start, stride = 2**Math.floor(Math.log2(clip(1/(motion.rate*flow.h), 1, 2**40)))) {
     const { n } = flow, own = motion.W.map((w) => Math.sqrt(motion.rate/w));
-    this.scale = Float64Array.from([...own, ...own.map((s) => 1/s)]);
-    this.u = Float64Array.from({ length: 2*n }, (_, r) => start[r]/this.scale[r]);
+    this.scale = motion.scale ?? Float64Array.from([...own, ...own.map((s) => 1/s)]);
+    this.u = this.scale.map((s, r) => start[r]/s);
     this.rate = motion.rate;
     this.stride = this.left = stride;
     this.length = this.last = this.weighted = this.area = this.megno = 0;
@@ -272,7 +278,7 @@ export class Orbit {
     this.startEnergy = this.flow.energy(z0); this.energyError = 0; this.largest = this.motion.kinetic || 1;
     this.status = "running"; this.lastCrossing = 0;
     this.every = Math.max(1, Math.floor(SAMPLE_PHASE/(this.motion.rate*chosen.step)));
-    this.samples = new Numbers(); this.signal = new Float64Array(4*system.n);
+    this.samples = new Numbers(); this.signal = new Float64Array(4*system.angles.length);
     this.pair = new Float64Array(2);
     this.patience = PATIENCE*2*Math.PI/this.motion.rate;
     this.sample();
@@ -314,7 +320,7 @@ export class Orbit {
   end(status) { if (this.status === "running") this.status = status; }
 
   crossed(time, state) {
-    if (!(time > 0) || this.status !== "running") return;
+    if (!(time > 0) || this.status !== "running" || !this.surface.counts(state)) return;
     this.surface.project(state, this.pair, 0);
     if (!Number.isFinite(this.pair[0] + this.pair[1])) { this.end("escaped"); return; }
     const T = this.system.kinetic(state, this.P), V = this.system.potential(state, this.P);
@@ -339,14 +345,14 @@ export class Orbit {
     }
     return {
       crossings: this.count, time: this.time, rotation: this.rotation ?? null, ...own,
-      energy_error: this.energyError/this.largest, frequencies: this.frequencies ?? null, status: this.status,
+      energy_error: this.surface.energy === null ? null : this.energyError/this.largest, frequencies: this.frequencies ?? null, status: this.status,
       step: this.flow.h, error: this.error,
     };
   }
 
   lines() {
     const width = this.signal.length, rows = 2**Math.floor(Math.log2(this.samples.length/width));
-    if (rows === this.sampled) return this.frequencies;
+    if (!width || rows === this.sampled) return this.frequencies;
     this.sampled = rows;
     return fundamentalFrequencies(this.samples.view(), width, this.every*this.flow.h, this.system.angles);
   }

@@ -2,7 +2,9 @@
 
 import { Expressions } from "./derivatives.js";
 import { GRAMMAR_CONSTANTS, RESERVED_NAMES, checkedName, parametersOf, parseFormula, valueOf } from "./grammar.js";
+import { equationsCode, isEquations, readEquations } from "./equations_code.js";
 import { mapCode, readMap } from "./map_formula.js";
+import { least, wallsOf } from "./walls.js";
 
 export const BODY_VARIABLES = ["D1", "D2", "alpha", "beta", "r", "vartheta", "rho", "x", "y", "z", "u", "a1", "a2", "b1", "b2"];
 const TURNED = ["x", "y", "z", "u", "a1", "a2", "b1", "b2"], TRIALS = 24, SAME_VALUE = 1e-9, ON_AXIS = 2**-34;
@@ -11,8 +13,10 @@ const GAUSS = [[0.2386191860831969, 0.467913934572691], [0.6612093864662645, 0.3
 function refused(message) { return Object.assign(new Error(message), { what: "formula" }); }
 
 /** What a formula is: {names: its parameters}; throws the sentence that says why it is none. */
-export function readFormula({ formula, kind, coordinates = "x y", angles = "" }) {
+export function readFormula(given) {
+  const { formula, kind, coordinates = "x y", angles = "" } = given;
   if (kind === "map") return readMap({ formula, angles });
+  if (isEquations(given)) return readEquations(given);
   const variables = kind === "body" ? BODY_VARIABLES : planeCoordinates(coordinates);
   return { variables, names: parametersOf(formula, variables, new Set([...RESERVED_NAMES, ...variables])) };
 }
@@ -26,8 +30,10 @@ function planeCoordinates(coordinates) {
 }
 
 /** The record of a system, as Python's model_code, of a formula with values of its parameters (1 where there is none). */
-export function formulaCode({ formula, kind, coordinates, angles = "", parameters = {} }) {
+export function formulaCode(given) {
+  const { formula, kind, coordinates, angles = "", parameters = {} } = given;
   if (kind === "map") return mapCode({ formula, angles, parameters });
+  if (isEquations(given)) return equationsCode(given);
   const { variables, names } = readFormula({ formula, kind, coordinates });
   const program = parseFormula(formula, variables, names);
   const values = new Map(names.map((name) => [name, Object.hasOwn(parameters, name) ? parameters[name] : 1]));
@@ -55,38 +61,6 @@ function planeCode(program, names, trial, variables) {
     signals: { lines: [], results: ["q0", "0", "p0", "0", "q1", "0", "p1", "0"] },
   };
   return { kind: "plane", n: 2, parameters: names, angles: variables, methods };
-}
-
-/** The margin of walls: the least of them, 1 where there is none. */
-function least({ lines, results }) {
-  return { lines, results: [results.length ? `Math.min(${results.join(", ")})` : "1"] };
-}
-
-/** What must be positive: what stands in logarithms and roots, and poles that have one sign at the points. */
-function wallsOf(graph, V, points, values) {
-  const walls = [];
-  for (const part of graph.below([V])) {
-    const [a, b] = part.entries;
-    if (part.kind === "call" && a === "log") walls.push(b);
-    if (part.kind !== "power" || b.kind !== "number") continue;
-    if (!Number.isInteger(b.entries[0])) walls.push(a);
-    else if (b.entries[0] < 0) {
-      const signs = points.map((point) => Math.sign(graphValue(a, point, values))).filter((sign) => sign === sign);
-      if (signs.length && signs.every((sign) => sign > 0)) walls.push(a);
-      if (signs.length && signs.every((sign) => sign < 0)) walls.push(graph.negative(a));
-    }
-  }
-  return [...new Set(walls)].filter((wall) => graph.below([wall]).some((part) => part.kind === "name" && /^[. ]/.test(part.entries[0])));
-}
-
-function graphValue(part, point, values, done = new Map()) {
-  if (done.has(part)) return done.get(part);
-  const [a, b] = part.entries, at = (e) => graphValue(e, point, values, done);
-  const value = part.kind === "number" ? a : part.kind === "name" ? point.get(a) ?? values.get(a)
-    : part.kind === "sum" ? at(a) + at(b) : part.kind === "product" ? at(a)*at(b)
-      : part.kind === "call" ? Math[a](at(b)) : at(a)**at(b);
-  done.set(part, value);
-  return value;
 }
 
 /** A formula at random points, its parameters as given. */

@@ -83,7 +83,7 @@ export function drawAxes(ctx, frame, colours, size = 12) {
   ctx.font = size - 1 + "px system-ui, sans-serif";
   ctx.textAlign = "center";
   let last = -Infinity;
-  for (const tick of ticksBetween(u0, u1, Math.max(4, inner.width / 90))) {
+  for (const tick of ticksBetween(u0, u1, Math.max(4, inner.width / 90), frame.spans?.[0])) {
     const x = Math.round(toPixel(frame, tick.value, v0)[0]) + 0.5;
     ctx.moveTo(x, bottom);
     ctx.lineTo(x, bottom - 5);
@@ -94,7 +94,7 @@ export function drawAxes(ctx, frame, colours, size = 12) {
   }
   ctx.textAlign = "right";
   ctx.textBaseline = "middle";
-  for (const tick of ticksBetween(v0, v1, Math.max(3, inner.height / 48))) {
+  for (const tick of ticksBetween(v0, v1, Math.max(3, inner.height / 48), frame.spans?.[1])) {
     const y = Math.round(toPixel(frame, u0, tick.value)[1]) + 0.5;
     ctx.moveTo(inner.x, y);
     ctx.lineTo(inner.x + 5, y);

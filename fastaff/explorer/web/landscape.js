@@ -1,5 +1,8 @@
 // The energy's minimum, and the energy from which orbits can escape over a saddle; in units of any size.
 
+import { restingAt } from "./energy_surface.js";
+import { reduced } from "./angles.js";
+
 const RADII = 49, SMALLEST = 1e-8, LARGEST = 1e8, ANGLES = 12, TRIES = 60, LEAPS = 0.7, ARRIVED = 1e-9, APART = 1e-5;
 const REMOTE = 1e3, DOWNWARD = 4000;
 
@@ -15,6 +18,7 @@ export function landscape(surface) {
 
 /** The effective potential of two coordinates, those of a plane or alpha, beta of a body, and its gradient. */
 function planeOf({ system, P, body, mu, p_eta, p_gamma }) {
+  if (system.rates) return restingPlane(system, P);
   const n = system.n, other = body ? 2 : 1, z = new Float64Array(2*n), force = new Float64Array(n);
   const E = body ? p_eta*p_eta/mu : 0, G = body ? p_gamma*p_gamma/mu : 0;
   const inside = (x, y) => { z[0] = x; z[other] = y; return system.margin(z, P) > 0; };
@@ -29,13 +33,29 @@ function planeOf({ system, P, body, mu, p_eta, p_gamma }) {
   };
 }
 
+/** The same of H(q, p): its least value over the momenta, whose slopes are those of H there. */
+function restingPlane(system, P) {
+  const f = new Float64Array(4), spans = system.periods(P).slice(0, 2);
+  return {
+    turn: 2*Math.PI, stride: 1, largest: Math.max(...spans.map((span) => span || LARGEST)),
+    home: (x, k) => reduced(x, spans[k]), value: (x, y) => restingAt(system, P, x, y)?.value ?? Infinity,
+    gradient(x, y) {
+      const found = restingAt(system, P, x, y);
+      if (!found) return [NaN, NaN];
+      system.rates(found.z, P, f);
+      return [-f[2], -f[3]];
+    },
+  };
+}
+
 /** Critical points, by Newton's method from distances of all sizes in many directions; as energy_limits of the package. */
 function criticalPoints(plane) {
   const found = [];
   for (let i = 0; i < RADII; i++) {
-    const r = SMALLEST*(LARGEST/SMALLEST)**(i/(RADII - 1));
+    const r = SMALLEST*((plane.largest ?? LARGEST)/SMALLEST)**(i/(RADII - 1));
     for (let j = 0; j < ANGLES; j += plane.stride) {
       const angle = plane.turn*(j + 0.5)/ANGLES, point = newton(plane, r*Math.cos(angle), r*Math.sin(angle));
+      if (point && plane.home) Object.assign(point, { x: plane.home(point.x, 0), y: plane.home(point.y, 1) });
       if (point && !found.some((one) => Math.hypot(one.x - point.x, one.y - point.y) <= 1e-5*Math.hypot(one.x, one.y))) found.push(point);
     }
   }

@@ -2,10 +2,11 @@
 
 import { Expressions } from "./derivatives.js";
 import { GRAMMAR_CONSTANTS, RESERVED_NAMES, checkedName, parametersOf, parseFormula } from "./grammar.js";
+import { graphValue } from "./walls.js";
 
 const IMAGE = "_image", EXAMPLE = "'p1 = p + K*sin(x); x1 = x + p1'", MOST_ROWS = 16, MAP_TRIALS = 400;
 
-function noMap(message) { return Object.assign(new Error(message), { what: "formula" }); }
+export function noMap(message) { return Object.assign(new Error(message), { what: "formula" }); }
 
 const shownName = (name) => name.replace(IMAGE, "'");
 
@@ -43,7 +44,7 @@ export function readMap({ formula, angles = "" }) {
 }
 
 /** The period of each row of a text such as x=2*pi, null where it has none; its letters join the parameters. */
-function periodsOf(text, rows, names) {
+export function periodsOf(text, rows, names) {
   const found = new Map();
   for (const piece of text.split(/[,;\n]/).map((part) => part.trim()).filter(Boolean)) {
     const at = piece.indexOf("="), name = piece.slice(0, at).trim(), value = piece.slice(at + 1).trim();
@@ -94,18 +95,12 @@ export function mapCode({ formula, angles = "", parameters = {} }) {
 }
 
 /** Refuse a map that has a finite image nowhere around the origin. */
-function checkTried(graph, images, rows, values) {
-  const parts = graph.below(images);
+export function checkTried(graph, images, rows, values, what = "the map has a finite real image") {
   let seed = 12345;
   const random = () => { seed = seed*48271 % 2147483647; return seed/2147483647; };
   for (let k = 0; k < MAP_TRIALS; k++) {
     const point = new Map(rows.map((name) => [`.${name}`, 3*random() - 1.5])), done = new Map();
-    for (const part of parts) {
-      const [a, b] = part.entries, at = (entry) => done.get(entry);
-      done.set(part, part.kind === "number" ? a : part.kind === "name" ? point.get(a) ?? values.get(a) : part.kind === "sum" ? at(a) + at(b)
-        : part.kind === "product" ? at(a)*at(b) : part.kind === "call" ? Math[a](at(b)) : at(a)**at(b));
-    }
-    if (images.every((part) => Number.isFinite(done.get(part)))) return;
+    if (images.every((part) => Number.isFinite(graphValue(part, point, values, done)))) return;
   }
-  throw noMap(`formula: the map has a finite real image at none of ${MAP_TRIALS} points with |z| < 1.5`);
+  throw noMap(`formula: ${what} at none of ${MAP_TRIALS} points with |z| < 1.5`);
 }

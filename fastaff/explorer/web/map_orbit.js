@@ -1,7 +1,7 @@
 // Orbits of maps: iterates, one tangent vector by the exact derivative, what is read of them.
 
 import { KEPT_FOR_ROTATION, Numbers, SAMPLED, Tangent } from "./engine.js";
-import { reduced } from "./map_plane.js";
+import { reduced } from "./angles.js";
 import { fundamentalFrequencies, rotationNumber, windingNumber } from "./readings.js";
 import { wrong } from "./sections.js";
 

@@ -1,5 +1,6 @@
 // The plane of a coordinate of a map and its momentum: where its points are, which of them are in its domain, how far it reaches.
 
+import { reduced } from "./angles.js";
 import { wrong } from "./sections.js";
 
 const HOME = { sizes: 45, smallest: 1e-5, perDecade: 4, tried: 64, starts: 256, looks: 200, long: 1000, far: 1e3, some: 1/16, bent: 0.5, bends: 5, quantile: 0.005, edge: 0.06 };
@@ -28,7 +29,7 @@ export class MapPlane {
     this.periods = this.rows.map((r) => this.rowPeriods[r]);
   }
 
-  /** Section coordinates of a state, in their first period. */
+  /** Section coordinates of a state, angles in [-T/2, T/2). */
   project(z, out, at) {
     for (let k = 0; k < 2; k++) out[at + k] = reduced(z[this.rows[k]], this.periods[k]);
   }
@@ -40,7 +41,7 @@ export class MapPlane {
     return z.every(Number.isFinite) && this.system.margin(z, this.P) > 0 ? z : null;
   }
 
-  /** Whether a point of the first period is in the domain. */
+  /** Whether a point, of angles within half a period of 0, is in the domain. */
   allows(u, v) { return reduced(u, this.periods[0]) === u && reduced(v, this.periods[1]) === v && this.lift(u, v) !== null; }
 
   refusal(u, v) { return `${this.labels[0]} = ${u.toPrecision(5)}, ${this.labels[1]} = ${v.toPrecision(5)} is not in the domain of the map`; }
@@ -49,11 +50,11 @@ export class MapPlane {
   extent() {
     if (this.system.home) {
       const [T] = this.periods, [size, reach] = this.system.home();
-      return [T ? 0 : -size, T || size, -reach, reach];
+      return [T ? -T/2 : -size, T ? T/2 : size, -reach, reach];
     }
     const [T, S] = this.periods, turn = T && S ? 0 : T ? this.turn(0) : S ? this.turn(1) : 0;
     const [u0, u1, v0, v1] = (T && S) || turn ? square(turn/2) : this.bounds();
-    return [T ? 0 : u0, T || u1, S ? 0 : v0, S || v1];
+    return [T ? -T/2 : u0, T ? T/2 : u1, S ? -S/2 : v0, S ? S/2 : v1];
   }
 
   /** The change of its partner with which the angle k winds by a turn more in each iterate; 0 where it has none. */
@@ -143,17 +144,10 @@ export class MapPlane {
   }
 }
 
-/** A number in the first period, itself where there is none. */
-export function reduced(x, period) {
-  if (!(period > 0)) return x;
-  const rest = x - period*Math.floor(x/period);
-  return rest < period ? rest : 0;
-}
-
-function square(size) { return [-size, size, -size, size]; }
+export function square(size) { return [-size, size, -size, size]; }
 
 /** Where all but a few of some numbers lie, with an edge around. */
-function ends(values) {
+export function ends(values) {
   const sorted = Float64Array.from(values).sort(), skip = Math.floor(HOME.quantile*sorted.length);
   const low = sorted[skip], high = sorted[sorted.length - 1 - skip], edge = HOME.edge*(high - low) || HOME.edge*Math.abs(high) || 1;
   return [low - edge, high + edge];

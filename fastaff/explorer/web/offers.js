@@ -12,7 +12,7 @@ export function makeSaving(app, { notice, sceneOf, redraw, addressOf }) {
     const system = systemOf(setup, app.state);
     const name = stem(system) + suffix;
     const text = jobText(app.state, system, starts(name));
-    if (text === null) return notice("This system is made in Python: no text describes it, so it has no job file.", true);
+    if (text === null) return notice("No text of a job file describes this system: it is made in Python, or its equations are driven.", true);
     offerFile(name + ".toml", [text], "application/toml");
     return notice("Saved " + name + ".toml; run it with: fastaff run " + name + ".toml");
   }
@@ -33,7 +33,7 @@ export function makeSaving(app, { notice, sceneOf, redraw, addressOf }) {
         return fileOfStarts(name + ".npy");
       });
     },
-    "save-grid": () => app.root.hasAttribute("data-driven") ? notice("A driven system has no grid of starts yet: fill the view and save the job with these orbits.", true) : saveJob("-grid", () => (app.root.dataset.kind === "map" ? planeOfStarts(section.frame.view, Number(part("grid").value), app.state, section.surface.periods) : gridOfStarts(section.frame.view, Number(part("grid").value)))),
+    "save-grid": () => app.root.hasAttribute("data-driven") || app.root.dataset.kind === "flow" ? notice("A driven system, or a flow, has no grid of starts yet: fill the view and save the job with these orbits.", true) : saveJob("-grid", () => (app.root.dataset.kind === "map" ? planeOfStarts(section.frame.view, Number(part("grid").value), app.state, section.surface.periods) : gridOfStarts(section.frame.view, Number(part("grid").value)))),
     async "copy-address"() {
       const address = location.href.replace(/#.*$/, "") + "#" + addressOf();
       try {

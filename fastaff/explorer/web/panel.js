@@ -1,21 +1,21 @@
 // The panel of controls: it shows the state and tells what people change in it.
 
+import { schemesFor, startsBeside } from "./state.js";
 import { fillList, makeSlider, rangeSlider, saysWrong, schemeTitle, sectionTitle } from "./controls.js";
 
 const WAIT = 140; // milliseconds after the last sign of a formula before it is read
 
-// act: {system(name), formula(text, coordinates), parameter(name, value), surface(), section(name), integration()}
+// act: {system(name), formula({formula, coordinates, ...}), parameter(name, value), surface(), section(name), integration()}
 export function makePanel(part, setup, act) {
   const panel = { part, setup, act, sliders: {}, parameters: {}, constant: null, energyRange: "" };
   const choices = setup.systems.map((system) => [system.name, system.title]);
-  fillList(part("system"), [...choices, ["your-body", "Your formula: a body"], ["your-plane", "Your formula: two coordinates"], ["your-map", "Your formula: a map"]], "");
-  fillList(part("scheme"), setup.schemes.map((scheme) => [scheme.name, schemeTitle(scheme.name)]), "");
+  fillList(part("system"), [...choices, ["your-body", "Your formula: a body"], ["your-plane", "Your formula: H(q, p)"], ["your-map", "Your formula: a map"], ["your-flow", "Your formula: equations"]], "");
   part("system").addEventListener("change", () => act.system(part("system").value));
   let timer = null;
-  for (const name of ["formula", "coordinates", "angles"]) {
+  for (const name of WRITTEN) {
     part(name).addEventListener("input", () => {
       clearTimeout(timer);
-      timer = setTimeout(() => act.formula(part("formula").value.trim(), part("coordinates").value.trim(), part("angles").value.trim()), WAIT);
+      timer = setTimeout(() => act.formula(Object.fromEntries(WRITTEN.map((each) => [each, part(each).value.trim()]))), WAIT);
     });
   }
   part("section").addEventListener("change", () => act.section(part("section").value));
@@ -32,30 +32,35 @@ export function makePanel(part, setup, act) {
 
 const HINTS = {
   body: "in D1, D2, alpha, beta, r, vartheta and letters of your own",
-  plane: "in the coordinates and letters of your own",
-  map: "x1 or x' is the image of x; letters of your own. Angles, with their periods, are drawn in one period.",
+  plane: "in the coordinates, momenta, t and letters of your own. Without momenta it is V, and H = p²/2 + V; with a period it is of one coordinate and t.",
+  map: "x1 or x' is the image of x; letters of your own. Angles, with their periods, are drawn around 0.",
+  flow: "x' = ... of three variables or more; or x' and p' with t and a period. Friction may be in them.",
 };
+
+const FORMULA_NAMES = { body: "Potential energy V", plane: "Energy H(q, p), or V(q)", map: "Map", flow: "Equations" };
+const WRITTEN = ["formula", "coordinates", "momenta", "angles", "period"];
+const ROWS = { body: [], plane: ["coordinates", "momenta", "angles", "period"], map: ["angles"], flow: ["angles", "period"] };
 
 // Show a state; the controls of its system are made anew.
 export function showState(panel, state, system) {
   const { part, act } = panel;
   part("system").value = state.system;
   part("own").hidden = !system.own;
-  part("coordinates-row").hidden = system.kind !== "plane";
-  if (system.own && part("formula").value.trim() !== state.formula) part("formula").value = state.formula;
-  part("coordinates").value = state.coordinates;
-  if (part("angles").value.trim() !== state.angles) part("angles").value = state.angles;
-  part("formula-hint").textContent = HINTS[system.kind];
+  const kind = system.typed ?? system.kind;
+  for (const name of ROWS.plane) part(name + "-row").hidden = !(ROWS[kind] ?? []).includes(name);
+  for (const name of WRITTEN) if (system.own && part(name).value.trim() !== state[name]) part(name).value = state[name];
+  part("formula-hint").textContent = HINTS[kind];
+  part("formula-name").textContent = FORMULA_NAMES[kind];
   showParameters(panel, state, system);
-  const names = { body: ["energy", "p_eta", "p_gamma"], plane: ["energy"], map: [] }[system.kind];
+  const names = { body: ["energy", "p_eta", "p_gamma"], plane: ["energy"], map: [], flow: [] }[system.kind];
   panel.sliders = Object.fromEntries(names.map((name) => [name, makeSlider({ name: name === "energy" ? "E" : name, value: state[name], ...rangeAbout(state[name], name === "energy" ? 0 : -1.5) }, (value, final) => act.set(name, value, final))]));
   part("surface").replaceChildren(...names.map((name) => panel.sliders[name].row));
   panel.energyRange = "";
   fillList(part("section"), system.sections.map((section) => [section.name, sectionTitle(section.name)]), state.section);
   part("section-row").hidden = system.sections.length < 2;
-  if (system.kind === "map") showOthers(panel, state);
+  showOthers(panel, state, system);
+  fillList(part("scheme"), schemesFor(panel.setup, system).map((scheme) => [scheme.name, schemeTitle(scheme.name)]), state.scheme);
   part("direction").value = String(state.direction);
-  part("scheme").value = state.scheme;
   const accuracies = part("accuracy");
   if (![...accuracies.options].some((option) => Number(option.value) === state.accuracy)) accuracies.add(new Option(String(state.accuracy), String(state.accuracy)));
   accuracies.value = [...accuracies.options].find((option) => Number(option.value) === state.accuracy).value;
@@ -81,11 +86,10 @@ export function showParameters(panel, state, system) {
 }
 
 // Sliders of the rows of a map outside of the plane, at which its orbits start.
-export function showOthers(panel, state) {
-  const { part, act } = panel, plane = state.section.split(",");
-  const rows = Object.entries(state.others).filter(([name]) => !plane.includes(name));
+export function showOthers(panel, state, system) {
+  const { part, act } = panel, timeless = system.kind === "map" || system.kind === "flow", rows = timeless ? startsBeside(system, state) : [];
   const sliders = rows.map(([name, value]) => makeSlider({ name, value, ...rangeAbout(value, -1) }, (number) => act.other(name, number)));
-  part("surface").replaceChildren(...sliders.map((slider) => slider.row));
+  if (timeless) part("surface").replaceChildren(...sliders.map((slider) => slider.row));
   part("others-hint").hidden = !rows.length;
 }
 

@@ -1,5 +1,7 @@
 // The part of configuration space that orbits of a surface reach: alpha, beta of a body, two coordinates of a plane system.
 
+import { restingAt } from "./energy_surface.js";
+
 const CELLS = 64, DOUBLINGS = 14;
 
 /** Return {labels, extent, width, height, values}: potential with p_eta and p_gamma minus energy, in rows from the lowest;
@@ -7,7 +9,7 @@ const CELLS = 64, DOUBLINGS = 14;
 export function regionOf(surface, reach, width, height) {
   const seed = seedOf(surface, reach);
   if (!seed) return null;
-  const height0 = heightOver(surface);
+  const height0 = heightOver(surface), spans = surface.spans?.slice(0, 2) ?? [0, 0], winds = spans.some((span) => span > 0);
   let extent = enclosing(height0, seed, surface.body);
   if (extent === null) {
     const half = 1.5*Math.max(...reach.map(Math.abs));
@@ -15,14 +17,16 @@ export function regionOf(surface, reach, width, height) {
   } else {
     for (let pass = 0; pass < 2; pass++) extent = boxOf(filled(height0, seed, extent, CELLS, CELLS), extent, CELLS, CELLS, surface.body) ?? extent;
   }
+  extent = extent.map((end, k) => (spans[k >> 1] ? (k % 2 - 0.5)*spans[k >> 1] : end));
   const { values, inside } = filled(height0, seed, extent, width, height);
-  for (let i = 0; i < values.length; i++) if (values[i] <= 0 && !inside[i]) values[i] = NaN;
+  for (let i = 0; i < values.length; i++) if (values[i] <= 0 && !inside[i] && !winds) values[i] = NaN;
   const labels = surface.body ? ["α", "β"] : [...surface.coordinates];
-  return { labels, extent, width, height, values };
+  return { labels, extent, width, height, values, spans };
 }
 
 /** Potential minus energy as a function of the two coordinates. */
 function heightOver(surface) {
+  if (surface.spans) return (x, y) => (restingAt(surface.system, surface.P, x, y)?.value ?? NaN) - surface.energy;
   if (surface.body) return (alpha, beta) => -surface.room(alpha, beta)/(2*surface.mu);
   const z = new Float64Array(4);
   return (x, y) => {

@@ -20,7 +20,7 @@ export function captionOf(state, system) {
     if (system.driven) parts.push("stroboscopic at t = " + shownNumber(state.phase, 6));
     return parts.join(", ");
   }
-  parts.push("E = " + shownNumber(state.energy, 8));
+  if (state.energy !== null) parts.push("E = " + shownNumber(state.energy, 8));
   if (system.kind === "body") parts.push("p_η = " + shownNumber(state.p_eta, 6), "p_γ = " + shownNumber(state.p_gamma, 6));
   const crossed = state.section === "alpha-turning" ? "p_α = 0" : state.section === "beta-turning" ? "p_β = 0" : greek(state.section.replace("=c", "").replace("area", "D₁D₂")) + " = " + shownNumber(state.constant, 6);
   parts.push("section " + crossed + { 1: ", increasing", "-1": ", decreasing", 0: ", both ways" }[state.direction]);
@@ -81,7 +81,7 @@ export function jobText(state, system, starts) {
     ...tomlModel(state, system.job),
     "",
     "[surface]",
-    "energy = " + tomlNumber(state.energy),
+    ...(state.energy === null ? [] : ["energy = " + tomlNumber(state.energy)]),
     ...(system.kind === "body" ? ["p_eta = " + tomlNumber(state.p_eta), "p_gamma = " + tomlNumber(state.p_gamma)] : []),
     "section = " + tomlText(section),
     "direction = " + state.direction,
@@ -98,9 +98,9 @@ export function fileOfStarts(name) {
   return ["file = " + tomlText(name)];
 }
 
-// A grid over the view of a map's plane, over one period of angles.
+// A grid over the view of a map's plane, of angles within half a period of 0.
 export function planeOfStarts(view, cells, state, periods) {
-  const plane = state.section.split(","), ends = view.map((end, k) => (periods[k >> 1] ? Math.min(periods[k >> 1], Math.max(0, end)) : end));
+  const plane = state.section.split(","), ends = view.map((end, k) => (periods[k >> 1] ? Math.min(periods[k >> 1] / 2, Math.max(-periods[k >> 1] / 2, end)) : end));
   const axes = plane.map((name, k) => tomlText(name + "=" + ends[2 * k] + ":" + ends[2 * k + 1] + ":" + cells));
   const others = Object.entries(state.others).filter(([name, value]) => !plane.includes(name) && value !== 0);
   const fixed = others.map(([name, value]) => tomlText(name + "=" + value));

@@ -7,7 +7,7 @@ const SECTION_AXES = {
 const LETTERS = { alpha: "α", beta: "β" };
 const TINY = 1e-9, NODES_PER_DECADE = 40;
 
-function label(name) {
+export function label(name) {
   const plain = name.replace(/^p_/, ""), letter = LETTERS[plain] ?? plain;
   return name.startsWith("p_") ? `p_${letter}` : letter;
 }
@@ -57,6 +57,9 @@ export class Surface {
       default: return (z) => z[i] - c;
     }
   }
+
+  /** Whether a zero of the section function is on the section. */
+  counts() { return true; }
 
   /** Section coordinates u, v of a state, written to out[at], out[at + 1]. */
   project(z, out, at) {
@@ -226,12 +229,12 @@ export function wrong(what, message) { return Object.assign(new Error(message), 
 
 function finite(x) { return Number.isFinite(x) ? x : 0; }
 
-function geometric(low, high, perDecade) {
+export function geometric(low, high, perDecade) {
   const count = 2 + Math.ceil(perDecade*Math.log10(high/low)), ratio = Math.log(high/low)/(count - 1);
   return Array.from({ length: count }, (_, k) => low*Math.exp(ratio*k));
 }
 
-function bothSigns(x) { return [...x.map((v) => -v).reverse(), 0, ...x]; }
+export function bothSigns(x) { return [...x.map((v) => -v).reverse(), 0, ...x]; }
 
 /** The place and value of the largest f between two points with one maximum between them; sign -1: the smallest. */
 export function climb(f, low, high, sign = 1) {
@@ -274,7 +277,7 @@ export function monotone(f, nodes) {
 }
 
 /** The allowed one (f >= level) of the neighbouring doubles between which f crosses the level. */
-function bisected(f, low, high, up, level) {
+export function bisected(f, low, high, up, level) {
   let a = low, b = high;
   for (let k = 0; k < 200; k++) {
     const middle = a > 0 && b > 4*a ? Math.sqrt(a*b) : a < 0 && a < 4*b && b < 0 ? -Math.sqrt(a*b) : (a + b)/2;

@@ -1,5 +1,6 @@
 // What the page shows, as one record of numbers, names and formulas; and the same as the part of an address after "#".
 
+import { isEquations, sidesOf } from "./equations_code.js";
 import { readMap } from "./map_formula.js";
 import { shownFormula } from "./text.js";
 
@@ -8,17 +9,18 @@ const NAME = /^[A-Za-z][A-Za-z0-9_]{0,31}$/;
 const FORMULA = /^[\w\s+\-*/().,^]{1,600}$/;
 const MAP_TEXT = /^[\w\s+\-*/().,^=;']{1,600}$/;
 const ANGLES = /^[\w\s+\-*/().,=;]{0,200}$/;
-const COORDINATES = /^[A-Za-z]\w{0,15}[ ,]+[A-Za-z]\w{0,15}$/;
+const COORDINATES = /^[A-Za-z]\w{0,15}([ ,]+[A-Za-z]\w{0,15})?$/;
+const TYPED = ["coordinates", "momenta", "angles", "period"]; // what is typed beside a formula
 const MOST_POINTS = 400;
 const MAP_ITERATES = 2000; // of an orbit of a map: regular is said after 200 natural periods, each of 2 pi iterates
 
-export const OWN = { "your-body": "body", "your-plane": "plane", "your-map": "map" };
+export const OWN = { "your-body": "body", "your-plane": "plane", "your-map": "map", "your-flow": "flow" };
 
 const OWN_SECTIONS = {
   body: [{ name: "alpha-turning", constant: null }, { name: "beta-turning", constant: null }, { name: "alpha=c", constant: 1.5 }, { name: "beta=c", constant: 0.3 }, { name: "area=c", constant: 1 }],
 };
 
-export const OWN_FORMULAS = { body: "G/2*(D1**2 + D2**2 - 2) - G*log(D1*D2) + K/2*(D1*D2 - 1)**2", plane: "(x**2 + y**2)/2 + lam*(x**2*y - y**3/3)", map: "p1 = p + K*sin(x); x1 = x + p1" };
+export const OWN_FORMULAS = { body: "G/2*(D1**2 + D2**2 - 2) - G*log(D1*D2) + K/2*(D1*D2 - 1)**2", plane: "(x**2 + y**2)/2 + lam*(x**2*y - y**3/3)", map: "p1 = p + K*sin(x); x1 = x + p1", flow: "x' = s*(y - x); y' = x*(r - z) - y; z' = x*y - b*z" };
 
 // Coordinates and momenta of a typed map; x and p of what is none.
 const lastRead = { text: null, found: null };
@@ -34,9 +36,16 @@ function rowsOf(formula) {
   return lastRead.found;
 }
 
-// Where the rows of a map start beside the plane.
-export function othersOf({ coordinates, momenta }) {
-  return coordinates.length > 1 ? Object.fromEntries([...coordinates, ...momenta].map((row) => [row, 0])) : {};
+// Where the rows of a map or flow start that are beside the plane: [[name, value], ...].
+export function startsBeside(system, state) {
+  const own = state.section.replace("=c", ""), seen = system.kind === "map" ? state.section.split(",") : [own, ...system.coordinates.filter((name) => name !== own).slice(0, 2)];
+  return Object.entries(state.others ?? {}).filter(([name]) => !seen.includes(name));
+}
+
+// Where rows start beside what is seen: all rows of a flow, of a map those of more than one plane.
+export function othersOf({ kind, coordinates, momenta = [] }) {
+  const rows = kind === "flow" ? coordinates : kind === "map" && coordinates.length > 1 ? [...coordinates, ...momenta] : [];
+  return Object.fromEntries(rows.map((row) => [row, 0]));
 }
 
 // The system of a state: that of the set-up, or one made of the user's formula.
@@ -49,20 +58,53 @@ export function systemOf(setup, state) {
     const job = { map: state.formula, ...(angles.length ? { angles } : {}) };
     return { name: state.system, title: "Your map", formula: shownFormula(state.formula), kind, own: true, coordinates, momenta, parameters: [], sections, job };
   }
-  const names = state.coordinates.split(/[ ,]+/);
-  const sections = kind === "body" ? OWN_SECTIONS.body : names.map((name) => ({ name: name + "=c", constant: 0 }));
-  const job = kind === "body" ? { formula: state.formula } : { hamiltonian: state.formula, coordinates: names.join(" ") };
-  return { name: state.system, title: "Your formula", formula: "V = " + shownFormula(state.formula), kind, own: true, coordinates: names, parameters: [], sections, job };
+  const job = jobOf(kind, state), common = { name: state.system, own: true, parameters: [], job };
+  if (kind === "body") return { ...common, title: "Your formula", formula: "V = " + shownFormula(state.formula), kind, coordinates: [], sections: OWN_SECTIONS.body };
+  const names = kind === "flow" ? variablesOf(state.formula) : namesIn(state.coordinates), written = namesIn(state.momenta), driven = state.period !== "";
+  const momenta = kind === "flow" ? names.slice(1, 2) : written.length ? written : names.map((name) => "p_" + name);
+  const symbol = kind === "flow" ? "" : written.length ? "H = " : "V = ", title = kind === "flow" ? "Your equations" : "Your formula";
+  const said = { ...common, title, formula: symbol + shownFormula(state.formula) + (driven ? ", period " + shownFormula(state.period) : ""), rates: isEquations({ ...state, kind }) };
+  if (driven) return { ...said, kind: "map", typed: kind, driven: true, coordinates: names.slice(0, 1), momenta: momenta.slice(0, 1), sections: [{ name: names[0] + "," + momenta[0], constant: null }] };
+  return { ...said, kind, typed: kind, coordinates: names, momenta: kind === "flow" ? [] : momenta, sections: names.map((name) => ({ name: name + "=c", constant: 0 })) };
+}
+
+const namesIn = (text) => text.split(/[ ,]+/).filter(Boolean);
+
+// What a typed system is in a job file; null where a job has no such.
+function jobOf(kind, { formula, coordinates, momenta, angles, period }) {
+  if (kind === "body") return { formula };
+  if (kind === "flow") return period ? null : { flow: formula };
+  const beside = { ...(namesIn(momenta).length ? { momenta: namesIn(momenta).join(" ") } : {}), ...(angles ? { angles: angles.split(/[,;\n]/).map((part) => part.trim()).filter(Boolean) } : {}) };
+  return { hamiltonian: formula, coordinates: namesIn(coordinates).join(" "), ...beside, ...(period ? { period } : {}) };
+}
+
+// The variables of typed equations, x y z of what is none.
+function variablesOf(formula) {
+  try {
+    return sidesOf(formula).map(([name]) => name);
+  } catch {
+    return ["x", "y", "z"];
+  }
+}
+
+// The schemes that run a system: collocations those of rates, splittings others.
+export function schemesFor(setup, system) {
+  const rates = system.rates ?? system.code?.kind === "equations";
+  return setup.schemes.filter((scheme) => Boolean(scheme.collocation) === rates);
 }
 
 // The state that a system begins with.
 export function firstState(setup, name) {
   const start = setup.start ?? {};
-  const common = { scheme: setup.schemes[0].name, accuracy: 1e-10, crossings: 500, direction: 1, formula: "", coordinates: "x y", angles: "", ...picked(start, ["scheme", "accuracy", "crossings", "direction"]) };
+  const common = { scheme: setup.schemes[0].name, accuracy: 1e-10, crossings: 500, direction: 1, formula: "", coordinates: "x y", momenta: "", angles: "", period: "", ...picked(start, ["scheme", "accuracy", "crossings", "direction"]) };
   const kind = OWN[name];
   if (kind === "map") {
     const own = { energy: null, p_eta: 0, p_gamma: 0, section: "x,p", constant: null, others: {}, view: null, points: null };
     return { ...common, ...own, crossings: start.crossings ?? MAP_ITERATES, system: name, formula: OWN_FORMULAS.map, angles: "x=2*pi", parameters: { K: 0.9 } };
+  }
+  if (kind === "flow") {
+    const own = { energy: null, p_eta: 0, p_gamma: 0, section: "z=c", constant: 27, others: {}, view: null, points: null };
+    return { ...common, ...own, scheme: "GAUSS16", system: name, formula: OWN_FORMULAS.flow, parameters: { s: 10, r: 28, b: 8 / 3 } };
   }
   if (kind) {
     const values = kind === "body" ? { G: 1, K: 2 } : { lam: 1 };
@@ -73,10 +115,17 @@ export function firstState(setup, name) {
   const parameters = Object.fromEntries(system.parameters.map((entry) => [entry.name, entry.value]));
   const isMap = system.kind === "map";
   if (isMap) common.crossings = start.crossings ?? MAP_ITERATES;
-  const others = isMap ? othersOf(system) : {};
+  const others = othersOf(system);
+  if (!schemesFor(setup, system).some((scheme) => scheme.name === common.scheme)) common.scheme = usualScheme(setup, system);
   const own = { others, phase: system.phase ?? null, energy: system.energy, p_eta: system.p_eta ?? 0, p_gamma: system.p_gamma ?? 0, section: system.sections[0].name, constant: system.sections[0].constant, parameters, view: null, points: null };
   const given = start.system === system.name ? { ...start, parameters: { ...parameters, ...start.parameters } } : {};
   return { ...common, ...own, ...picked(given, Object.keys(own)), system: system.name };
+}
+
+// The scheme that a system begins with.
+export function usualScheme(setup, system) {
+  const suited = schemesFor(setup, system), wanted = setup.start?.scheme;
+  return (suited.find((scheme) => scheme.name === wanted) ?? suited.find((scheme) => scheme.name === "GAUSS16" || scheme.name === "KAHAN_LI8") ?? suited[0]).name;
 }
 
 function picked(record, names) {
@@ -89,16 +138,32 @@ const isNumeric = (value) => typeof value === "number";
 export function hashOf(state, startPoints, view) {
   const parts = [["system", state.system]], isMap = state.energy === null;
   if (OWN[state.system]) parts.push(["formula", state.formula]);
-  if (OWN[state.system] === "map" && state.angles) parts.push(["angles", state.angles]);
-  if (OWN[state.system] === "plane") parts.push(["coordinates", state.coordinates]);
+  const typed = { plane: TYPED, map: ["angles"], flow: ["angles", "period"] }[OWN[state.system]] ?? [];
+  for (const name of typed) if (state[name]) parts.push([name, state[name]]);
   for (const [name, value] of Object.entries(state.parameters)) parts.push(["parameter." + name, value]);
-  if (isMap) for (const [name, value] of Object.entries(state.others)) if (!state.section.split(",").includes(name)) parts.push(["start." + name, value]);
-  for (const name of isMap ? ["section", ...(isNumeric(state.phase) ? ["scheme", "accuracy"] : []), "crossings"] : ["energy", "section", "constant", "direction", "p_eta", "p_gamma", "scheme", "accuracy", "crossings"]) {
+  const isFlow = isMap && state.constant !== null;
+  if (isMap) for (const [name, value] of Object.entries(state.others)) if (isFlow ? value !== 0 : !state.section.split(",").includes(name)) parts.push(["start." + name, value]);
+  for (const name of isFlow ? ["section", "constant", "direction", "scheme", "accuracy", "crossings"] : isMap ? ["section", ...(isNumeric(state.phase) ? ["scheme", "accuracy"] : []), "crossings"] : ["energy", "section", "constant", "direction", "p_eta", "p_gamma", "scheme", "accuracy", "crossings"]) {
     if (state[name] !== null && state[name] !== undefined) parts.push([name, state[name]]);
   }
   if (view) parts.push(["view", view.join(":")]);
   if (startPoints.length) parts.push(["points", startPoints.slice(0, MOST_POINTS).map((point) => point.join(":")).join(",")]);
   return parts.map(([name, value]) => name + "=" + encodeURIComponent(value).replaceAll("%3A", ":").replaceAll("%2C", ",").replaceAll("%20", "+")).join("&");
+}
+
+// Make the rest of a typed state that of its system: section, scheme, what rows start at.
+export function settle(setup, state, system) {
+  const rows = othersOf(system);
+  const known = system.sections.some((section) => section.name === state.section), same = Object.keys(rows).join() === Object.keys(state.others ?? {}).join();
+  if (!known) Object.assign(state, { section: system.sections[0].name, constant: system.sections[0].constant });
+  if (!same || !state.others) state.others = rows;
+  if (!schemesFor(setup, system).some((scheme) => scheme.name === state.scheme)) state.scheme = usualScheme(setup, system);
+  if (system.driven) state.phase ??= 0;
+  else if (system.own) state.phase = null;
+  const timeless = system.kind === "map" || system.kind === "flow";
+  if (timeless) state.energy = null;
+  else state.energy ??= 1;
+  return known && same;
 }
 
 // Read such a text strictly: {state, wrong} with a sentence for each part that is no number, name or formula and is left out.
@@ -130,30 +195,31 @@ export function readHash(setup, text) {
   const isNumber = (value) => NUMBER.test(value) && Number.isFinite(Number(value));
   if (OWN[state.system]) {
     const isMap = OWN[state.system] === "map";
-    if (isMap && given.has("formula")) state.angles = "";
-    if (isMap) read("angles", (value) => ANGLES.test(value), String);
-    read("formula", (value) => (isMap ? MAP_TEXT : FORMULA).test(value), String);
-    read("coordinates", (value) => COORDINATES.test(value), String);
+    const equations = isMap || OWN[state.system] === "flow";
+    if (given.has("formula")) Object.assign(state, { angles: "", momenta: "", period: "" });
+    read("angles", (value) => ANGLES.test(value), String);
+    read("formula", (value) => (equations ? MAP_TEXT : FORMULA).test(value), String);
+    for (const name of ["coordinates", "momenta"]) read(name, (value) => COORDINATES.test(value), String);
+    read("period", (value) => FORMULA.test(value), String);
     if (given.size && [...given.keys()].some((key) => key.startsWith("parameter."))) state.parameters = {};
   }
   const system = systemOf(setup, state);
-  const hadConstant = given.has("constant");
-  if (system.kind === "map") {
-    if (system.own) Object.assign(state, { others: othersOf(system), section: system.sections[0].name });
-    for (const row of Object.keys(state.others)) {
-      const key = "start." + row;
-      if (given.has(key) && isNumber(given.get(key))) state.others[row] = Number(given.get(key));
-      else if (given.has(key)) wrong.push(key);
-      given.delete(key);
-    }
-  } else for (const key of ["energy", "constant", "p_eta", "p_gamma"]) read(key, isNumber, Number);
+  const hadConstant = given.has("constant") || !given.has("section");
+  if (OWN[state.system]) settle(setup, state, system);
+  for (const key of { map: [], flow: ["constant"] }[system.kind] ?? ["energy", "constant", "p_eta", "p_gamma"]) read(key, isNumber, Number);
+  for (const row of Object.keys(state.others ?? {})) {
+    const key = "start." + row;
+    if (given.has(key) && isNumber(given.get(key))) state.others[row] = Number(given.get(key));
+    else if (given.has(key)) wrong.push(key);
+    given.delete(key);
+  }
   read("accuracy", (value) => isNumber(value) && Number(value) >= 1e-14 && Number(value) <= 0.1, Number);
   read("crossings", (value) => /^\d{1,7}$/.test(value) && Number(value) >= 1, Number);
   read("direction", (value) => ["1", "-1", "0"].includes(value), Number);
   const section = (value) => system.sections.find((entry) => entry.name === value);
   read("section", section, String);
   if (!hadConstant) state.constant = section(state.section)?.constant ?? null;
-  read("scheme", (value) => setup.schemes.some((scheme) => scheme.name === value), String);
+  read("scheme", (value) => schemesFor(setup, system).some((scheme) => scheme.name === value), String);
   for (const key of [...given.keys()].filter((entry) => entry.startsWith("parameter."))) {
     const parameter = key.slice(10), value = given.get(key);
     const has = OWN[state.system] ? NAME.test(parameter) && Object.keys(state.parameters).length < 24 : Object.hasOwn(state.parameters, parameter);

@@ -1,6 +1,7 @@
 // The text of a system's functions, written out of its methods (`explorer/javascript.py` and `grammar.js` print them).
 // A method is lines and results in q0, q1, ..., p0, ..., d0, ... and the parameters $name.
 
+import { equationsText } from "./equations_text.js";
 import { mapText } from "./map_text.js";
 
 const IDENTIFIER = /^[A-Za-z][A-Za-z0-9_]*$/;
@@ -11,6 +12,7 @@ export function systemText(code) {
   for (const name of code.parameters) if (!IDENTIFIER.test(name)) throw new Error(`no name of a parameter: ${name}`);
   const constants = code.parameters.map((name, i) => `const $${name} = P[${i}];`).join(" ");
   if (code.kind === "map") return mapText(code, constants);
+  if (code.kind === "equations") return equationsText(code, constants);
   const load = (stem, array, first = 0) => all.map((i) => `let ${stem}${i} = ${array}[${first + i}];`).join(" ");
   const store = (stem, array, first = 0) => all.map((i) => `${array}[${first + i}] = ${stem}${i};`).join(" ");
   const bound = (stem, of) => `const ${all.map((i) => `${stem}${i} = ${of}${i}`).join(", ")};`;
@@ -70,7 +72,7 @@ export function systemText(code) {
       `${store("x", "z")} ${store("y", "z", n)} ${store("v", "u")} ${store("w", "u", n)}`));
     parts.push(numbers("tangent", "tangent", `${q} ${all.map((i) => `const d${i} = z[${n + i}];`).join(" ")}`));
   }
-  if (code.kind === "driven") parts.push(number("period", "z", "", "period"), `winds: ${JSON.stringify(code.winds)}`);
+  if (code.kind === "driven") parts.push("driven: true", number("period", "z", "", "period"), `winds: ${JSON.stringify(code.winds)}`);
   if (code.kind === "body") parts.push(number("V", "A, B", "", "V"), number("inside", "A, B", "", "inside"));
   return `const compiledSystem = {${parts.join(",\n")}\n};\n`;
 }

@@ -3,7 +3,7 @@
 import { shownNumber, shownRotation } from "./text.js";
 import { colourOf, hasRotation } from "./orbits.js";
 
-const ROW = 25; // height of a row in pixels
+const ROW = 27; // height of a row in pixels
 
 // act: {choose(number), more(number), hide(number), forget(number)}
 export function makeTable(box, body, act) {
@@ -39,7 +39,8 @@ function spaceRow() {
 function newRow() {
   const row = document.createElement("tr");
   for (let i = 0; i < 10; i++) row.append(document.createElement("td"));
-  for (const i of [3, 7]) row.cells[i].className = "in-time";
+  row.cells[3].className = "in-time";
+  row.cells[7].className = "in-time of-energy";
   const mark = document.createElementNS("http://www.w3.org/2000/svg", "svg");
   mark.setAttribute("class", "swatch");
   mark.setAttribute("viewBox", "0 0 14 11");
@@ -57,6 +58,8 @@ function newRow() {
   return row;
 }
 
+const SAYS = { more: "More crossings of", hide: "Hide or show", forget: "Forget" };
+
 const put = (element, text) => {
   if (element.textContent !== text) element.textContent = text;
 };
@@ -65,7 +68,8 @@ function fillRow(row, orbit, isChosen, theme) {
   const { reading } = orbit;
   row.dataset.orbit = orbit.number;
   row.className = (isChosen ? "is-chosen" : "") + (orbit.hidden ? " is-hidden" : "");
-  row.setAttribute("aria-selected", String(isChosen));
+  row.setAttribute("aria-current", String(isChosen));
+  for (const button of row.cells[9].querySelectorAll("button")) button.setAttribute("aria-label", SAYS[button.dataset.act] + " orbit " + orbit.mark);
   row.querySelector("rect").setAttribute("fill", colourOf(orbit, theme));
   put(row.cells[0].lastChild, String(orbit.mark));
   put(row.cells[2], String(Math.max(reading.crossings, orbit.count)));

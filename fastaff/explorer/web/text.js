@@ -111,10 +111,23 @@ export function writeLabel(element, label) {
   );
 }
 
-// Round values between two ends, about `wanted` of them, and the digits that tell them apart.
-export function ticksBetween(low, high, wanted) {
+// Multiples of a share of pi, as -π/2.
+function anglesBetween(low, high, share) {
+  const step = share * Math.PI, found = [];
+  for (let k = Math.ceil(low / step - 1e-9); k * step <= high + 1e-9 * step; k++) {
+    const parts = 1 / share, whole = Math.abs(k) % parts === 0 ? [Math.abs(k) / parts, 1] : Math.abs(k) % (parts / 2) === 0 ? [(2 * Math.abs(k)) / parts, 2] : [Math.abs(k), parts];
+    const text = k === 0 ? "0" : (k < 0 ? MINUS : "") + (whole[0] === 1 ? "" : whole[0]) + "π" + (whole[1] === 1 ? "" : "/" + whole[1]);
+    found.push({ value: k * step, text });
+  }
+  return found;
+}
+
+// Round values between two ends, about `wanted` of them, and the digits that tell them apart; parts of pi for an angle.
+export function ticksBetween(low, high, wanted, span = 0) {
   const width = high - low;
   if (!(width > 0) || !Number.isFinite(width)) return [];
+  const share = Math.abs(span - 2 * Math.PI) < 1e-9 ? [1 / 4, 1 / 2, 1].find((part) => width / (part * Math.PI) <= wanted) : undefined;
+  if (share && width > share * Math.PI) return anglesBetween(low, high, share);
   const rough = width / Math.max(1, wanted);
   const power = 10 ** Math.floor(Math.log10(rough));
   const step = power * [1, 2, 5, 10].find((factor) => factor * power >= rough * 0.999);

@@ -3,6 +3,7 @@
 import { rgbOf } from "./colours.js";
 import { clipToInner, drawAxes, drawExtent, evenView, fittedContext, imageOf, makeFrame, toPixel, widened } from "./frame.js";
 import { colourOf } from "./orbits.js";
+import { reduced } from "./angles.js";
 import { alphaBeta, stateNow } from "./motion.js";
 
 const LEVELS = 6; // shades of the potential below the energy
@@ -15,7 +16,7 @@ export function takeRegion(view, region) {
   Object.assign(view, { region, image: null, extent: null, revision: view.revision + 1 });
 }
 
-const placeOf = (kind, states, at) => (kind === "body" ? alphaBeta(states[at], states[at + 1], states[at + 2], states[at + 3]) : [states[at], states[at + 1]]);
+const placeOf = (view, kind, states, at) => (kind === "body" ? alphaBeta(states[at], states[at + 1], states[at + 2], states[at + 3]) : [0, 1].map((k) => reduced(states[at + k], view.region?.spans?.[k])));
 
 function regionPicture(view, theme, colours) {
   if (view.image && view.imageTheme === theme) return view.image;
@@ -35,14 +36,14 @@ function regionPicture(view, theme, colours) {
 export function drawConfiguration(view, { kind, motion, orbit, labels, theme, colours }) {
   const { frame } = view;
   const ctx = fittedContext(view.canvas, frame);
-  frame.labels = view.region?.labels ?? labels.places;
+  Object.assign(frame, { labels: view.region?.labels ?? labels.places, spans: view.region?.spans });
   const extent = view.region?.extent ?? traceExtent(view, motion, kind);
   if (!extent) return sayInstead(ctx, frame, colours, "Launch an orbit to see its trace.");
   frame.view = evenView(frame, widened(extent, 0.03));
   drawStill(view, { kind, motion, orbit, theme, colours }, extent);
   ctx.drawImage(view.still, 0, 0, frame.width, frame.height);
   const now = orbit && stateNow(motion);
-  if (now) dot(ctx, toPixel(frame, ...placeOf(kind, now, 0)), colourOf(orbit, theme), colours);
+  if (now) dot(ctx, toPixel(frame, ...placeOf(view, kind, now, 0)), colourOf(orbit, theme), colours);
   return undefined;
 }
 
@@ -64,7 +65,7 @@ function drawStill(view, { kind, motion, orbit, theme, colours }, extent) {
   if (orbit) {
     ctx.strokeStyle = colourOf(orbit, theme);
     ctx.lineWidth = 1;
-    for (const part of motion.windows) trace(ctx, frame, part, kind);
+    for (const part of motion.windows) trace(ctx, view, part, kind);
   }
   ctx.restore();
   drawAxes(ctx, frame, colours, 11);
@@ -75,7 +76,7 @@ function traceExtent(view, motion, kind) {
   const part = motion.windows[0];
   const found = [Infinity, -Infinity, Infinity, -Infinity];
   for (let i = 0; i < part.samples; i++) {
-    const [u, v] = placeOf(kind, part.states, i * part.rows);
+    const [u, v] = placeOf(view, kind, part.states, i * part.rows);
     found[0] = Math.min(found[0], u);
     found[1] = Math.max(found[1], u);
     found[2] = Math.min(found[2], v);
@@ -84,13 +85,16 @@ function traceExtent(view, motion, kind) {
   return (view.extent = widened(found, 0.1));
 }
 
-function trace(ctx, frame, part, kind) {
+function trace(ctx, view, part, kind) {
+  const { frame } = view, spans = view.region?.spans ?? [0, 0];
+  let before = null;
   ctx.globalAlpha = 0.65;
   ctx.beginPath();
   for (let i = 0; i < part.samples; i++) {
-    const [x, y] = toPixel(frame, ...placeOf(kind, part.states, i * part.rows));
-    if (i) ctx.lineTo(x, y);
-    else ctx.moveTo(x, y);
+    const place = placeOf(view, kind, part.states, i * part.rows), winds = before && spans.some((span, k) => span && Math.abs(place[k] - before[k]) > span / 2);
+    if (i && !winds) ctx.lineTo(...toPixel(frame, ...place));
+    else ctx.moveTo(...toPixel(frame, ...place));
+    before = place;
   }
   ctx.stroke();
   ctx.globalAlpha = 1;

@@ -34,7 +34,7 @@ export function backgroundShown(section, background, state) {
 export function takeSurface(section, surface, keepView) {
   section.surface = surface;
   section.region = surface.open ? null : pathOf(surface.outline ?? outlineOf(surface.allowed, surface.extent, surface.width, surface.height));
-  section.frame.labels = surface.labels;
+  Object.assign(section.frame, { labels: surface.labels, spans: surface.spans });
   if (keepView) return;
   section.frame.view = widened(surface.extent, 0.04);
   section.past = [];
@@ -83,12 +83,14 @@ export function isAllowed(surface, u, v) {
   return column >= 0 && row >= 0 && column < surface.width && row < surface.height && surface.allowed[row * surface.width + column] !== 0;
 }
 
-const inPeriod = (x, period) => !period || (x >= 0 && x < period);
+const inPeriod = (x, period) => !period || (x >= -period / 2 && x < period / 2);
+
+// A view without what is beyond half a period of 0, of axes that have one.
+const withinPeriods = (view, periods) => view.map((end, k) => (periods?.[k >> 1] ? ((k % 2) - 0.5) * periods[k >> 1] : end));
 
 // Fill what there is of the plane of a map without an edge: all, of angles one period.
 function drawOpen(ctx, frame, periods, colour) {
-  const [u0, u1, v0, v1] = frame.view, [first, second] = periods;
-  const [x0, y1] = toPixel(frame, first ? 0 : u0, second ? 0 : v0), [x1, y0] = toPixel(frame, first || u1, second || v1);
+  const [u0, u1, v0, v1] = withinPeriods(frame.view, periods), [x0, y1] = toPixel(frame, u0, v0), [x1, y0] = toPixel(frame, u1, v1);
   ctx.fillStyle = colour;
   ctx.fillRect(x0, y0, x1 - x0, y1 - y0);
 }
@@ -101,11 +103,11 @@ function clipTo(ctx, frame, [u0, u1, v0, v1]) {
   ctx.clip();
 }
 
-// Draw a map under the section, of axes that have a period in their first one, each place once.
+// Draw a map under the section, of axes that have a period within half of one, each place once.
 function drawMap(ctx, frame, background, periods) {
-  const [u0, u1, v0, v1] = frame.view, [first, second] = periods ?? [0, 0];
+  const [first, second] = periods ?? [0, 0];
   ctx.save();
-  clipTo(ctx, frame, [first ? 0 : u0, first || u1, second ? 0 : v0, second || v1]);
+  clipTo(ctx, frame, withinPeriods(frame.view, periods));
   ctx.globalAlpha = MAP_COVER;
   for (const extent of backgroundExtents(background, periods)) {
     const [a0, a1, b0, b1] = extent;

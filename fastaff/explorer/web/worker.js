@@ -2,6 +2,8 @@
 
 import { Orbit } from "./engine.js";
 import { Strobed } from "./driven.js";
+import { EnergySurface, FlowSection } from "./energy_surface.js";
+import { withSteps } from "./equations.js";
 import { landscape } from "./landscape.js";
 import { MapOrbit } from "./map_orbit.js";
 import { MapPlane } from "./map_plane.js";
@@ -14,7 +16,7 @@ const SLICE = 8, BATCH = 64, TOGETHER = 16, EVERY = 16, READ_EVERY = 300, SPEED_
 /** Answer messages of a page for one system; post(message, transfer) answers. */
 export class Explorer {
   constructor(system, post) {
-    Object.assign(this, { system, post, orbits: new Map(), queue: [], surface: null, next: 0, steps: 0, spent: 0 });
+    Object.assign(this, { system: withSteps(system), post, orbits: new Map(), queue: [], surface: null, next: 0, steps: 0, spent: 0 });
     this.waiting = false;
   }
 
@@ -55,17 +57,19 @@ export class Explorer {
   on_surface(message) {
     const map = this.mapAt(message.phase ?? 0);
     if (map) return this.showPlane(new MapPlane(map, this.P, this, message), message);
-    const surface = new Surface(this.system, this.P, this.coordinates, message), { width = 200, height = 160 } = message;
+    if (this.system.kind === "equations" && !this.system.canonical) return this.showPlane(new FlowSection(this.system, this.P, this, message), message);
+    const general = this.system.kind === "equations", surface = general ? new EnergySurface(this.system, this.P, this, message) : new Surface(this.system, this.P, this.coordinates, message);
+    const { width, height } = { width: 200, height: 160, ...message, ...(general && surface.cells < message.width ? { width: surface.cells, height: surface.cells } : {}) };
     const extent = surface.extent(), { minimum, escape } = this.landscapeOf(surface);
     if (!extent) {
       const lowest = minimum === null ? "" : `: the minimum there is ${Number(minimum.toPrecision(8))}`;
       throw wrong("energy", `energy ${surface.energy} reaches no point of the section${lowest}`);
     }
     this.begin(surface, extent);
-    const allowed = surface.mask(extent, width, height), top = betweenColumns((u) => surface.top(u), extent, width);
-    const outline = outlineOf(allowed, extent, width, height, (u, v) => surface.allows(u, v, top(u)), 0.2);
+    const allowed = surface.mask(extent, width, height), top = general ? () => 0 : betweenColumns((u) => surface.top(u), extent, width);
+    const outline = outlineOf(allowed, extent, width, height, (u, v) => surface.allows(u, v, top(u)), general ? 0 : 0.2);
     this.post({
-      type: "surface", labels: surface.labels, axes: surface.axes, extent, width, height, allowed, outline, minimum, escape,
+      type: "surface", labels: surface.labels, axes: surface.axes, extent, width, height, allowed, outline, minimum, escape, spans: surface.seenSpans ?? [0, 0],
       section: surface.section, constant: surface.constant, energy: surface.energy,
     }, [allowed.buffer, outline.buffer]);
     return undefined;
@@ -73,7 +77,7 @@ export class Explorer {
 
   /** The system as a map, of a driven one that of its states once a period; null where it is none. */
   mapAt(phase) {
-    if (this.system.kind !== "driven") return this.system.kind === "map" ? this.system : null;
+    if (!this.system.driven) return this.system.kind === "map" ? this.system : null;
     if (!Number.isFinite(phase)) throw wrong("section", `the phase must be a finite number, got ${phase}`);
     const map = new Strobed(this.system, this.P, this.scheme, this.accuracy, phase);
     if (!(Number.isFinite(map.period) && map.period > 0)) throw wrong("parameter", `the period must be positive, got ${map.period}`);
@@ -83,13 +87,13 @@ export class Explorer {
   /** Tell of a plane of a map; open: its domain has no edge in the rectangle, and goes on beside it. */
   showPlane(surface, { width = 200, height = 160 }) {
     const extent = surface.extent(), allowed = surface.mask(extent, width, height), open = allowed.every((is) => is);
-    if (!allowed.some((is) => is)) throw wrong("section", "no point of the plane is in the domain of the map");
+    if (!allowed.some((is) => is)) throw wrong("section", "no point of the plane is in the domain");
     this.begin(surface, extent);
     const outline = open ? null : outlineOf(allowed, extent, width, height, (u, v) => surface.allows(u, v));
     const { labels, axes, section, energy, constant, periods } = surface;
     this.post({
       type: "surface", labels, axes, extent, width, height, allowed, outline, minimum: null, escape: null, section, constant, energy,
-      periods, open,
+      periods, spans: surface.seenSpans ?? periods, open,
     }, [allowed.buffer]);
   }
 
@@ -101,7 +105,7 @@ export class Explorer {
   }
 
   on_region({ width = 120, height = 120 }) {
-    const region = this.surface && !(this.surface instanceof MapPlane) && regionOf(this.surface, this.extent, width, height);
+    const region = this.surface && this.surface.energy !== null && regionOf(this.surface, this.extent, width, height);
     if (region) this.post({ type: "region", ...region });
   }
 
@@ -110,7 +114,7 @@ export class Explorer {
   launch(id, point, z0, crossings) {
     if (!this.surface) throw wrong("point", "there is no section yet");
     const z = z0 ? Float64Array.from(z0) : this.surface.lift(point[0], point[1]);
-    if (!z || z.length !== 2*this.surface.system.n || !z.every(Number.isFinite)) {
+    if (!z || z.length !== (this.surface.system.rows ?? 2*this.surface.system.n) || !z.every(Number.isFinite)) {
       this.post({ type: "refused", orbit: id, point, message: point ? this.surface.refusal(...point) : "the state is not on the energy surface" });
       return;
     }
@@ -154,7 +158,7 @@ export class Explorer {
 
   on_motion({ orbit, from, to, samples }) {
     const states = this.known(orbit).motionBetween(from, to, Math.max(2, Math.min(samples, 20000)));
-    const rows = states.length/(2*this.system.n);
+    const rows = states.length/(this.system.rows ?? 2*this.system.n);
     this.post({ type: "motion", orbit, from, to, rows, states: this.system.kind === "body" ? withPhi(states) : states });
   }
 

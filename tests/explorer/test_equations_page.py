@@ -1,0 +1,131 @@
+"""The explorer's page of H(q, p), driven systems and flows: typed, opened from an address, saved; made in Python."""
+
+import numpy as np
+import pytest
+from test_equations import DOUBLE, TURNS
+from test_page import Sheet, browser, saved
+
+import fastaff as fa
+from fastaff.explorer.explore import setup_of
+from fastaff.jobs import Job
+
+assert browser  # the fixture of the pages of sections
+
+LORENZ = fa.flow("x' = s*(y - x); y' = x*(r - z) - y; z' = x*y - b*z", s=10.0, r=28.0, b=8 / 3)
+ENERGY = DOUBLE.replace("/(2*m*(", "/(2*(").replace("2*g*", "2*").replace(" g*", " ")
+
+
+@pytest.fixture(scope="module")
+def one_sheet(browser, tmp_path_factory):
+    path = tmp_path_factory.mktemp("equations") / "page.html"
+    fa.explore(fa.HenonHeiles(), energy=0.1, points=[], out=path)
+    context = browser.new_context(viewport={"width": 1280, "height": 800}, reduced_motion="reduce")
+    yield Sheet(context, path.as_uri() + "#system=henon-heiles")
+    context.close()
+
+
+@pytest.fixture
+def sheet(one_sheet):
+    """The page, which must say nothing on its console."""
+    yield one_sheet
+    assert one_sheet.said == []
+
+
+def type_in(sheet, **texts):
+    for name, text in texts.items():
+        sheet.page.locator(f"[data-part={name}]").fill(text)
+
+
+def test_a_double_pendulum_is_typed(sheet, tmp_path, monkeypatch):
+    """From V(q) to H(q, p) by typing: section, crossings, address, job; the angles from -pi to pi."""
+    monkeypatch.chdir(tmp_path)
+    sheet.state("system=your-plane&crossings=20")
+    type_in(sheet, formula=ENERGY, coordinates="q1 q2", momenta="p1 p2", angles="q1=2*pi, q2=2*pi")
+    sheet.wait("app.section.surface?.axes.join() === 'q2,p2' && app.pending === null && app.state.momenta === 'p1 p2'")
+    sheet.number("E", "-1.5")
+    sheet.wait("app.section.surface?.energy === -1.5 && app.pending === null")
+    assert sheet.get("app.state.scheme") == "GAUSS16"
+    assert sheet.page.locator("[data-part=scheme] option").all_inner_texts() == ["Gauss 8", "Gauss 16"]
+    assert sheet.get("app.section.surface.extent")[:2] == pytest.approx([-np.pi, np.pi])
+    assert sheet.get("app.section.surface.minimum") == pytest.approx(-3.0)
+    sheet.click(0.3, 0.2)
+    sheet.done(1)
+    (one,) = sheet.orbits()
+    model = fa.hamiltonian(ENERGY, coordinates="q1 q2", momenta="p1 p2", periods=TURNS)
+    assert model.energy(*one.z0) == pytest.approx(-1.5, rel=1e-12)
+    found = fa.poincare_map(model, one.z0, section="q1=0", crossings=20, max_time=400.0, accuracy=1e-12)
+    sure = found.times[:, 0] <= found.accurate_until[0]
+    np.testing.assert_allclose(one.points[:, sure], found.points[[1, 3], :, 0][:, sure], atol=1e-9)
+    sheet.wait("location.hash.includes('points=')")
+    text = sheet.get("location.hash")
+    files = saved(sheet, "save-job", tmp_path, 2)
+    cut = fa.run(Job.read(next(file for file in files if file.suffix == ".toml")), "own.zarr")["poincare"]
+    np.testing.assert_allclose(cut["p2"][:, 0][sure], one.points[1][sure], atol=1e-8)
+    sheet.state("system=henon-heiles")
+    sheet.state(text)
+    sheet.done(1)
+    np.testing.assert_array_equal(sheet.orbits()[0].points, one.points)
+    sheet.number("E", "-4")
+    sheet.wait("!app.part('wrong-energy').hidden")
+    assert "minimum there is -3" in sheet.text("wrong-energy")
+
+
+def test_driven_systems_and_flows_are_typed(sheet):
+    """A period makes V(x, t) driven, three equations have a section, and two of them a period."""
+    sheet.state("system=your-plane&crossings=30")
+    type_in(sheet, formula="-cos(x) - a*x*cos(w*t)", coordinates="x", angles="x=2*pi", period="2*pi/w")
+    sheet.wait("app.root.hasAttribute('data-driven') && app.section.surface?.axes.join() === 'x,p_x'")
+    sheet.number("a", "0.05")
+    sheet.number("w", "0.8")
+    sheet.wait("app.pending === null && app.state.parameters.w === 0.8 && app.section.surface.periods[0] > 6")
+    assert not sheet.page.locator("[data-part=direction]").is_visible()
+    sheet.click(0.5, 0.3)
+    sheet.done(1)
+    (one,) = sheet.orbits()
+    model = fa.hamiltonian("-cos(x) - a*x*cos(w*t)", coordinates="x", period="2*pi/w", a=0.05, w=0.8)
+    exact = fa.poincare_map(model, [one.z0[0], 0.0, one.z0[1], 0.0], section="t=0", crossings=30, accuracy=1e-12)
+    np.testing.assert_allclose(one.points[1], exact.points[2, :, 0], atol=1e-8)
+    sheet.state("system=your-flow&crossings=10")
+    assert sheet.get("[app.root.dataset.kind, app.state.section, app.state.constant]") == ["flow", "z=c", 27]
+    assert not sheet.page.locator("[data-number=E]").count()
+    sheet.click(3.0, 4.0)
+    sheet.done(1)
+    (one,) = sheet.orbits()
+    cut = fa.poincare_map(LORENZ, one.z0, section="z=27", crossings=3, max_time=50.0, rtol=1e-13, atol=1e-13)
+    np.testing.assert_allclose(one.points[:, :2], cut.points[:2, :2, 0], atol=1e-8)
+    type_in(sheet, formula="x' = p; p' = -sin(x) - g*p + a*cos(t)")
+    sheet.wait("!app.part('wrong-formula').hidden")
+    assert "3 to 16" in sheet.text("wrong-formula")
+    type_in(sheet, period="2*pi")
+    sheet.wait("app.part('wrong-formula').hidden && app.section.surface?.axes.join() === 'x,p'")
+    sheet.wait("location.hash.includes('period=2*pi')")
+    assert sheet.get("app.state.energy") is None
+
+
+def test_pages_of_models_made_in_python(browser, tmp_path):
+    """H(q, p) and a flow are systems of a page, which opens alive; what suits neither is said."""
+    model = fa.hamiltonian(ENERGY, coordinates="q1 q2", momenta="p1 p2", periods=TURNS)
+    setup, _ = setup_of(model, energy=-1.0, section="q2=0.2")
+    start, own = setup["start"], setup["systems"][0]
+    assert (own["kind"], own["code"]["kind"], own["momenta"]) == ("plane", "equations", ["p1", "p2"])
+    assert (start["section"], start["constant"], start["scheme"]) == ("q2=c", 0.2, "GAUSS16")
+    pendulum = fa.models.DoublePendulum(m_2=0.7)
+    for body, given in ((model, {"energy": -1.0}), (LORENZ, {"section": "z=27"}), (pendulum, {"section": "q1=0"})):
+        path = fa.explore(body, out=tmp_path / "page.html", **given)
+        context = browser.new_context(viewport={"width": 1280, "height": 800}, reduced_motion="reduce")
+        sheet = Sheet(context, path.as_uri())
+        sheet.wait("app.orbits.shown.size === 12 && app.orbits.total > 100")
+        assert sheet.said == []
+        context.close()
+    wide = fa.hamiltonian("(p1**2*q2**2 + p2**2 + p3**2)/2", coordinates="q1 q2 q3", momenta="p1 p2 p3")
+    for body, given, error, said in (
+        (model, {}, ValueError, "energy must be given"),
+        (model, {"energy": -4.0}, ValueError, "least energy there is -3"),
+        (model, {"energy": -1.0, "scheme": "KAHAN_LI8"}, TypeError, "GAUSS16"),
+        (LORENZ, {"energy": 1.0}, ValueError, "energy"),
+        (LORENZ, {"section": "z=27", "fixed": {"w": 1.0}}, ValueError, "w"),
+        (wide, {"energy": 1.0}, TypeError, "two degrees of freedom"),
+        (fa.flow("x' = -x; y' = x"), {}, TypeError, "3 variables"),
+    ):
+        with pytest.raises(error, match=said):
+            fa.explore(body, out=tmp_path / "x.html", **given)
