@@ -120,6 +120,7 @@ PAGES: dict[str, Page] = {
             "base.results": "Result",
             "": "save load",
             "exchange.files": "contents recipe Recipe Saved",
+            "exchange.jpl": "read_periodic PeriodicTable",
             "exchange.sources": "source",
         },
     ),
