@@ -121,6 +121,7 @@ PAGES: dict[str, Page] = {
             "": "save load",
             "exchange.files": "contents recipe Recipe Saved",
             "exchange.jpl": "read_periodic PeriodicTable",
+            "exchange.three_bodies": "three_bodies read_three_bodies ThreeBodies",
             "exchange.sources": "source",
         },
     ),

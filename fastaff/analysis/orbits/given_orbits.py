@@ -89,10 +89,11 @@ def given_orbits(
 
     Parameters: value: an array (2n, orbits, samples) or (2n, samples); a result with `samples` and `times`; a
     SectionMap, whose rows `coordinates` names, each point a sample; an object of another tool that `base.foreign`
-    knows; the path of a table of MAD's tracking; an array of PyAT (6, particles, 1, turns); a labelled array with `dims`, whose names say which axis is which;
-    anything with a shape and slices, such as a data set of a file; a mapping, group or Dataset, of which
-    `coordinates` names the 2n arrays (orbits, samples) or (samples,). dt or times (samples,), or neither; coordinates
-    (2n,): names of the rows; least: number of samples. Raises ValueError or TypeError naming what is wrong.
+    knows; the path of a table of MAD's tracking; an array of PyAT (6, particles, 1, turns); a labelled array with
+    `dims`, whose names say which axis is which; anything with a shape and slices, such as a data set of a file; a
+    mapping, group or Dataset, of which `coordinates` names the 2n arrays (orbits, samples) or (samples,). dt or times
+    (samples,), or neither; coordinates (2n,): names of the rows; least: number of samples. Raises ValueError or
+    TypeError naming what is wrong.
     """
     names = None if coordinates is None else row_names(coordinates)
     if isinstance(value, str):
