@@ -74,7 +74,7 @@ def energy_grid(
     body: Dynamics,
     *,
     energy: float | None = None,
-    axes: Axes | str,
+    axes: Axes | str = "whole",
     section: Section | str | None = None,
     fixed: Mapping[str, float] | None = None,
     solve: str | None = None,
@@ -91,7 +91,7 @@ def energy_grid(
         Any number n of degrees of freedom.
     energy : float, energy, optional
         None for a map.
-    axes : two arrays, dict of arrays, or "whole"
+    axes : two arrays, dict of arrays, or "whole", default "whole"
         Section coordinates, or rows of z by name, ``{"x": xs, "z": zs}``; "whole": 101 values of each section
         coordinate over all bounded parts that the energy allows, so that nothing of them is cut.
     section : section or str, optional
