@@ -371,7 +371,9 @@ def _(section, body, energy, p_eta, p_gamma, u, v):
     unit = np.zeros(2)
     unit[i] = 1.0
     weight = body.kinetic_energy(*unit)
-    own = at_rest(body, z[:2])[i]  # the velocity has the sign, which in a turning frame is that of what is beyond it
+    # The velocity has the sign: that of what is beyond the momentum at which it is 0, in a turning frame or where the
+    # kinetic energy has a product of momenta.
+    own = at_rest(body, z[:2])[i] - body.velocity(*z[2:])[i] / (2 * weight)
     z[2 + i] = _momentum((energy - energies(body, z)) / weight + own * own, sign)
     z[2 + i] += own
     return z, names
