@@ -208,6 +208,12 @@ def _grid_by_name(
     checked_model(body, needs="a start by rows")
     energy = checked_energy(body, energy)
     no_planes(*planes)
+    if isinstance(axes, str):
+        row = traits_of(body).row_names[0]
+        raise TypeError(
+            f"axes must be arrays by name where no section is given, such as {{{row!r}: np.linspace(0, 1, 50), ...}}, "
+            f"got {axes!r}"
+        )
     names, arrays = checked_values(axes)
     launch = launching(body, energy, names, section, *how)
     fits("axes", *(array.size for array in arrays), ARRAYS * body.degrees_of_freedom)
