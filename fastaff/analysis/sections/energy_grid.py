@@ -209,11 +209,7 @@ def _grid_by_name(
     energy = checked_energy(body, energy)
     no_planes(*planes)
     if isinstance(axes, str):
-        row = traits_of(body).row_names[0]
-        raise TypeError(
-            f"axes must be arrays by name where no section is given, such as {{{row!r}: np.linspace(0, 1, 50), ...}}, "
-            f"got {axes!r}"
-        )
+        raise TypeError(f"axes must be given by name, {{{traits_of(body).row_names[0]!r}: array, ...}}, or a section")
     names, arrays = checked_values(axes)
     launch = launching(body, energy, names, section, *how)
     fits("axes", *(array.size for array in arrays), ARRAYS * body.degrees_of_freedom)
@@ -377,8 +373,7 @@ def _(section, body, energy, p_eta, p_gamma, u, v):
     unit = np.zeros(2)
     unit[i] = 1.0
     weight = body.kinetic_energy(*unit)
-    # The velocity has the sign: that of what is beyond the momentum at which it is 0, in a turning frame or where the
-    # kinetic energy has a product of momenta.
+    # The velocity has the sign, which is 0 at another momentum in a turning frame or beside a product of momenta.
     own = at_rest(body, z[:2])[i] - body.velocity(*z[2:])[i] / (2 * weight)
     z[2 + i] = _momentum((energy - energies(body, z)) / weight + own * own, sign)
     z[2 + i] += own
