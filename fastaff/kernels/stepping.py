@@ -32,7 +32,7 @@ class Coefficients(NamedTuple):
     """A scheme as kernels see it: the coefficients of a splitting, or of a Runge-Kutta tableau with those of its error
     estimates and its interpolant; `copies`: how many times its rows a state takes, 3 where a splitting works on
     increments; `spare`: rows behind the state that it takes. Of a collocation, which makes up to so many `sweeps`, a is
-    in the form of `schemes.Collocation` and dense extrapolates its slopes.
+    in the form of `schemes.Collocation` and dense that of its first sweep.
     """
 
     drift: np.ndarray = np.zeros(1)
@@ -95,8 +95,8 @@ SETTLED = 2.0**-36
 """Change of a sweep, beside the largest numbers of its half of a state, above which no iteration has converged."""
 
 
-NOTHING, FASTEST = 2.0**-64, 2.0**-6
-"""Error of an iteration beside the size of a row that is none: a million of them are a rounding error. It is what two
+NOTHING, FASTEST = 2.0**-60, 2.0**-6
+"""Error of an iteration beside the size of a row that is none: hundreds of them are a rounding error. It is what two
 changes leave, whose quotient is taken for a factor of at least the second number by which all later ones fall.
 """
 
@@ -216,28 +216,70 @@ def settled(rows, lanes, stages, z, carried, parts, work):
 
 
 @jit
-def collocate(derivative, params, lanes, rows, a, b, dense, sweeps, step, z, k, work):
-    """Take one step of a collocation: z, its carried rounding errors, the parts L_s = h b_s f(Y_s) of the step before.
+def begun(rows, lanes, parts, fresh):
+    """Set fresh to 1 for lanes that have no step behind them, whose parts are 0; return how many there are."""
+    new, first = 0, fresh[:lanes]
+    first[:] = 1.0
+    for at in range(0, rows * LANES, LANES):
+        part = parts[at : at + lanes]
+        for i in range(lanes):
+            first[i] = first[i] if part[i] == 0.0 else 0.0
+    for i in range(lanes):
+        new += 1 if first[i] > 0.0 else 0
+    return new
 
-    Y_s = z + sum of a[s, j] L_j is iterated stage after stage, from parts that are extrapolated from the step before,
-    until in all rows of a lane the change has stopped to fall: it is rounding then, and the lane is frozen while others
-    go on. Where it is not within so many sweeps, z becomes NaN and its carried errors inf. The parts are summed with
-    the rounding errors carried over (Kahan's summation).
+
+@jit
+def kept(rows, lanes, source, target):
+    """Copy the rows of lanes."""
+    for at in range(0, rows * LANES, LANES):
+        own, other = source[at : at + lanes], target[at : at + lanes]
+        for i in range(lanes):
+            other[i] = own[i]
+
+
+@jit
+def begin_anew(rows, lanes, fresh, other, total):
+    """Take the other states in lanes that are fresh."""
+    first = fresh[:lanes]
+    for at in range(0, rows * LANES, LANES):
+        own, result = other[at : at + lanes], total[at : at + lanes]
+        for i in range(lanes):
+            result[i] = own[i] if first[i] > 0.0 else result[i]
+
+
+@jit
+def collocate(derivative, params, lanes, rows, a, b, dense, sweeps, step, z, k, work):
+    """Take one step of a collocation: z, its carried rounding errors, the parts L_s = h b_s f(Y_s) of the step before,
+    and room for them.
+
+    Y_s = z + sum of a[s, j] L_j is iterated stage after stage until in all rows of a lane the change has stopped to
+    fall: it is rounding then, and the lane is frozen while others go on. The first sweep is that of a multistep method:
+    a stage is the integral of the polynomial through the slopes of the step before and those of the stages before it
+    (`dense`); without a step before it, of the latter. Where the iteration is not done within so many sweeps, z becomes
+    NaN and its carried errors inf. The parts are summed with the rounding errors carried over (Kahan's summation).
 
     Source: Hairer, Lubich & Wanner, Geometric Numerical Integration, 2nd ed. 2006, VIII.6; Antonana, Makazaga & Murua,
     Numer. Algorithms 76 (2017) 861 (form of a, stopping); Hairer, McLachlan & Razakarivony, BIT 48 (2008) 231.
     """
     size, stages = rows * LANES, b.size
-    carried, parts = z[size : 2 * size], z[2 * size :]
+    carried, parts, old = z[size : 2 * size], z[2 * size : (2 + stages) * size], z[(2 + stages) * size :]
     slope, change, least = k[:size], k[size : 2 * size], k[2 * size : 3 * size]
-    going, before, none = room(1), room(1), room(rows)
+    going, before, none, fresh = room(1), room(1), room(rows), room(1)
     relative, most, whole = room(1), room(1), room(3)
-    for s in range(stages):
-        weighted(rows, lanes, dense[s], parts, none, none, k[s * size :])
-    parts[:] = k[: stages * size]
+    new = begun(rows, lanes, parts, fresh)
+    kept(stages * rows, lanes, parts, old)
     least[:], before[:] = np.inf, np.inf
     going[:lanes] = 1.0
-    for _ in range(sweeps):
+    for s in range(stages):
+        weighted(rows, lanes, dense[s, :stages], old, carried, none, slope)
+        weighted(rows, lanes, dense[s, stages:], parts, slope, z, work)
+        if new > 0:
+            weighted(rows, lanes, a[s], parts, carried, z, slope)
+            begin_anew(rows, lanes, fresh, slope, work)
+        call_derivative(derivative, params, lanes, work, slope)
+        renewed(rows, lanes, b[s], step, slope, going, parts[s * size :], change)
+    for _ in range(1, sweeps):
         change[:] = 0.0
         for s in range(stages):
             weighted(rows, lanes, a[s], parts, carried, z, work)
