@@ -62,7 +62,7 @@ def _coefficients(flow: Any) -> Coefficients:
         return Coefficients(scheme.drift_array, scheme.kick_array, copies=copies, spare=_spare(flow))
     if isinstance(scheme, Collocation):
         a, b, dense = scheme.a_array, scheme.b_array, scheme.dense_array
-        return Coefficients(a=a, b=b, dense=dense, copies=2 + scheme.stages, sweeps=scheme.sweeps)
+        return Coefficients(a=a, b=b, dense=dense, copies=2 * (1 + scheme.stages), sweeps=scheme.sweeps)
     return Coefficients(a=scheme.a_array, b=scheme.b_array, errors=scheme.error_array, dense=scheme.dense_array)
 
 
