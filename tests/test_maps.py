@@ -15,9 +15,9 @@ from fastaff.models.maps import jacobian, symplectic, symplectic_defect
 
 NAMED = (
     StandardMap(0.8),
+    FroeschleMap(0.5, 0.3, 0.02),
     HenonMap(0.2114),
     McMillanMap(1.6),
-    FroeschleMap(0.5, 0.3, 0.02),
     OneTurnMap(0.28, 0.31, -0.4),
 )
 TEXTS = {
