@@ -41,6 +41,9 @@ DEEP = {
         "test_integrable_models_have_no_chaotic_orbit": 1,
         "test_isochronous_orbits_have_constant_vectors": 0,
         "test_vectors_that_a_shear_tears_apart_at_once_are_no_evidence_of_chaos": 0,
+        "test_schemes_that_keep_something_from_step_to_step_know_no_company": 2,
+        "test_vectors_in_directions_at_rest_are_stable": 0,
+        "test_orbits_that_meet_steep_forces_late_get_shorter_steps": 0,
     },
     "test_cli": {
         "test_ctrl_c_keeps_finished_orbits": 0,
@@ -118,6 +121,7 @@ DEEP = {
         "test_chains_of_oscillators": 1,
         "test_orbits_of_a_divided_difference_keep_their_energy_through_the_axis": 0,
         "test_orbits_through_beta_zero": 0,
+        "test_sections_and_grids": 0,
     },
     "test_frequency": {
         "test_ctrl_c_stops_a_frequency_map": 0,
@@ -207,12 +211,17 @@ DEEP = {
         "test_texts_are_the_named_maps": 2,
         "test_tangent_maps_are_derivatives_and_symplectic": 2,
     },
+    "test_maps_engine": {
+        "test_readings_are_the_packages": 0,
+        "test_orbits_that_leave_keep_what_is_known": 0,
+    },
     "test_nonseparable": {
         "test_a_rotating_frame_written_out_is_the_exact_turn": 0,
         "test_an_orbit_in_more_digits": 0,
         "test_orbits_are_those_of_the_equations_of_lagrange_within_their_errors": 1,
         "test_sections_at_an_angle_are_meant_up_to_whole_turns": 1,
         "test_a_rotor_coupled_to_nothing_turns_as_it_does": 0,
+        "test_a_separable_hamiltonian_written_with_momenta_has_the_bits_of_today": 0,
     },
     "test_nystrom": {
         "test_an_orbit_has_its_bits_in_any_company": 1,
@@ -231,9 +240,13 @@ DEEP = {
         "test_longer_orbits_come_in_pairs": 0,
         "test_schemes_agree": 2,
         "test_resonant_torus_of_the_hyperelastic_body": 0,
+        "test_same_orbits_are_one_wherever_they_start": 0,
     },
     "test_plot": {
         "test_edge_is_where_the_energy_grid_ends": 1,
+    },
+    "test_plot_limits": {
+        "test_options_of_figures_are_taken_or_refused": 20,
     },
     "test_poincare": {
         "test_ctrl_c_stops_a_map_and_hands_over_what_there_is": 1,
@@ -296,7 +309,7 @@ DEEP = {
         "test_free_motion_is_exact_whatever_the_step": 1,
         "test_a_block_has_the_bits_of_its_text": 4,
         "test_tangent_maps_are_symplectic": 1,
-        "test_a_penning_trap_has_its_three_frequencies": 1,
+        "test_a_penning_trap_has_its_three_frequencies": 0,
         "test_frequencies_of_turning_springs_are_eigenvalues": 0,
         "test_hills_satellites_lose_their_stability_where_henon_found_it": 0,
         "test_frequencies_of_a_round_potential_are_shifted_by_the_turning": 0,
@@ -312,6 +325,7 @@ DEEP = {
     "test_starts": {
         "test_states_from_special_starts_are_within_their_errors": 0,
         "test_no_orbit_within_its_accuracy_drifts_and_errors_cover_at_any_accuracy": 1,
+        "test_all_analyses_take_the_centre_of_a_quartic_potential": 0,
     },
     "test_tangent": {
         "test_every_model_is_symplectic_and_follows_the_variational_equations": 1,
@@ -332,6 +346,7 @@ DEEP = {
     "test_torus_fit": {
         "test_separable_bodies_have_their_own_frequencies_and_actions": 2,
         "test_neo_hookean_torus": 0,
+        "test_a_potential_of_ones_own": 0,
     },
     "test_torus_turns": {
         "test_four_dimensions_have_two_frequencies_and_actions": 0,
