@@ -6,6 +6,9 @@ PYTEST := $(BIN)/python -m pytest -n $(WORKERS) --dist worksteal -p no:benchmark
 
 DOCS_JOBS ?= 2
 
+# Tests start a hundred processes and rewrite their own asserts: without bytecode that is kept, each does it all anew.
+export PYTHONDONTWRITEBYTECODE :=
+
 .PHONY: demo wheel release test test-deep coverage bounds faults lowest newest docs bench tables bench-peers bench-compare bench-cold gate peers lint clean
 .DELETE_ON_ERROR:
 

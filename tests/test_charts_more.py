@@ -259,10 +259,14 @@ def test_kinetic_energy(chart):
 
 
 def test_hamiltonians_of_the_paper():
-    """The kinetic parts of the Hamiltonians in (alpha, beta), (r, vartheta) and (kappa, lambda), written out."""
+    """The kinetic parts of the Hamiltonians in (D1, D2), (alpha, beta), (r, vartheta), (kappa, lambda), written out."""
     z = grid(ELLIPTIC)
     al, be, _, _, pal, pbe, pe, pg = ALPHA_BETA.from_planes(z)
     T = ALPHA_BETA.kinetic_energy_from_momenta(ALPHA_BETA.from_planes(z), MU)
+    D1, D2, _, _, p1, p2, pphi, ppsi = TWO_POLAR.from_planes(z)  # EQ2.0a inverted, EQ2.1a, EQ2.2f
+    size, area = D1**2 + D2**2, D1 * D2
+    turning = (size * (pphi**2 + ppsi**2) + 4 * area * pphi * ppsi) / (size**2 - 4 * area**2)
+    np.testing.assert_allclose(T, (p1**2 + p2**2 + turning) / (2 * MU), rtol=1e-11)
     np.testing.assert_allclose(T, ((pal**2 + pe**2 / al**2) + (pbe**2 + pg**2 / be**2)) / (2 * MU), rtol=1e-12)
     r, th, _, _, pr, pth, pphi, ppsi = R_VARTHETA.from_planes(z)
     top = (pphi**2 + ppsi**2 + 2 * pphi * ppsi * np.cos(th)) / np.sin(th) ** 2 + 4 * pth**2
@@ -507,6 +511,14 @@ def test_centres_of_r4_come_back(chart):
 @pytest.mark.parametrize(
     ("chart", "name", "q"),
     [
+        (ALPHA_BETA, "p_gamma", [1, 0, 0, 0, 0, 0, 0, 0.3]),
+        (ALPHA_BETA, "p_gamma", [1, 1e-320, 0, 0, 0, 0, 0, 0.3]),
+        (ALPHA_BETA, "p_eta", [0, 1, 0, 0, 0, 0, 0.3, 0]),
+        (TWO_POLAR, "p_gamma", [1, 1, 0, 0, 0, 0, 0.3, 0.3]),
+        (TWO_POLAR, "p_eta", [1, -1, 0, 0, 0, 0, 0.3, -0.3]),
+        (R_VARTHETA, "p_gamma", [1, 0, 0, 0, 0, 0, 0.3, 0.3]),
+        (R_VARTHETA, "p_eta", [1, np.pi, 0, 0, 0, 0, 0.3, -0.3]),
+        (R_VARTHETA, "p_vartheta", [0, 1, 0, 0, 0, 0.3, 0, 0]),
         (SPHERICAL, "p_nu", [1, 0, 0, 0, 0, 0, 0, 0.3]),
         (SPHERICAL, "p_nu", [1, 1, np.pi / 2, 0, 0, 0, 0, 0.3]),
         (SPHERICAL, "p_mu", [1, np.pi, 0, 0, 0, 0, 0.3, 0]),

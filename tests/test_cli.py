@@ -242,26 +242,6 @@ def test_poincare_command(tmp_path, capsys):
     assert b"NeoHookean" in (tmp_path / "s.png").read_bytes()
 
 
-def test_threads_do_not_change_a_bit(tmp_path):
-    common = [
-        "poincare",
-        *SURFACE,
-        "--orbits",
-        "150",
-        "--seed",
-        "3",
-        "--crossings",
-        "5",
-        "--no-figure",
-        "--no-diffusion",
-    ]
-    for threads in "12":
-        assert cli.main([*common, "--threads", threads, "--out", str(tmp_path / threads)]) == 0
-    one, two = (files.contents(tmp_path / f"{name}.npz").arrays for name in "12")
-    for name in one:
-        assert one[name].tobytes() == two[name].tobytes(), name
-
-
 def test_frequency_map_command(tmp_path):
     run = [
         "frequency-map",

