@@ -26,6 +26,11 @@ def test_sides_of_a_grid_beyond_which_there_is_more():
         assert _notes(drawn) == ["allowed too: $y < -0.2$, $p_{y} > 0.3$"]
     for drawn in (plot.plot_starts(whole), plot.plot_husimi(whole, np.ones(whole.cell.size))):
         assert _notes(drawn) == []
+    edge = fa.plot.edge(BODY, "x=0", energy=0.12)
+    for cells in (30, 50, 81):  # cells that end at the edge, and the upper half
+        y, p_y = ((np.arange(cells) + 0.5) / cells * (high - low) + low for low, high in edge.axes)
+        for axes in ((y, p_y), (y, (p_y - p_y[0]) / 2 + (p_y[1] - p_y[0]) / 4)):
+            assert _notes(plot.plot_starts(fa.energy_grid(BODY, energy=0.12, section="x=0", axes=axes))) == []
     y, p_y = whole.axes
     assert 0.5 * p_y[-1] ** 2 == pytest.approx(0.12, rel=1e-3)
     assert [0.5 * r**2 - r**3 / 3 for r in y[[0, -1]]] == pytest.approx([0.12, 0.12], rel=1e-6)

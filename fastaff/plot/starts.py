@@ -16,8 +16,8 @@ from .picking import carry
 from .scales import colouring, colours_of, orbit_colours
 from .style import DARK, GREY, Artists, beyond, figure, symbol
 
-EDGE = 0.05
-"""Part of the last cells of a grid that may be allowed where it ends with the energy surface."""
+STEEP = 0.8
+"""Part of the allowed cells beside them that the last ones of a grid have where it cuts: less where the region ends."""
 
 
 def places(starts: EnergyGrid | EnergySample) -> np.ndarray:
@@ -49,18 +49,19 @@ def widths(grid: EnergyGrid) -> tuple[float, float]:
 
 
 def cut_sides(ax: Any, grid: EnergyGrid | EnergySample) -> tuple[Any, ...]:
-    """Note on which sides the energy allows more than a grid shows: where a part of its last cells is allowed. Samples,
-    grids of maps and those at rest, over angles, and whole turns of an angle have no such sides.
+    """Note on which sides the energy allows more than a grid shows: where it allows its last cells nearly as it does
+    those beside them, but at 0 and at the ends of a whole turn of an angle. Samples, grids of maps and those at rest,
+    over angles, have no such sides.
     """
     if not isinstance(grid, EnergyGrid) or math.isnan(grid.energy) or grid.names[-1].startswith("phi"):
         return ()
     words = []
     for k, (axis, name) in enumerate(zip(grid.axes, grid.names, strict=True)):
         whole = axis.size > 1 and abs((axis[-1] - axis[0]) / (2 * math.pi) - 1) < 1.5 / (axis.size - 1)
-        allowed = np.moveaxis(~grid.forbidden, k, 0)
-        least = max(2, EDGE * allowed.shape[1])
-        for end, sign in () if whole or axis.size < 3 else ((0, "<"), (-1, ">")):
-            if np.count_nonzero(allowed[end]) > least:
+        allowed = np.moveaxis(~grid.forbidden, k, 0).sum(axis=1)
+        for end, beside, sign in () if whole or axis.size < 3 else ((0, 1, "<"), (-1, -2, ">")):
+            at_zero = abs(axis[end]) <= 1.5 * abs(axis[end] - axis[beside])
+            if not at_zero and allowed[end] > max(2, STEEP * allowed[beside]):
                 words.append(f"${symbol(name)} {sign} {axis[end]:.3g}$")
     return (beyond(ax, f"allowed too: {', '.join(words)}"),) if words else ()
 
