@@ -4,6 +4,7 @@ import csv
 import ctypes
 import shutil
 import subprocess
+from functools import cache
 
 import numpy as np
 import pytest
@@ -16,23 +17,32 @@ from fastaff.exchange.sources import source
 
 RNG = np.random.default_rng(33)
 HH = fa.HenonHeiles()
-FOUND = fa.frequency_map(HH, RNG.uniform(-0.2, 0.2, (4, 5)), time=200.0)
-ORBITS = fa.integrate(HH, RNG.uniform(-0.2, 0.2, (4, 3)), time=5.0, samples=10)
+STARTS = RNG.uniform(-0.2, 0.2, (4, 5))
+
+
+@cache
+def frequencies():
+    return fa.frequency_map(HH, STARTS, time=200.0)
+
+
+@cache
+def orbits():
+    return fa.integrate(HH, STARTS[:, :3], time=5.0, samples=10)
 
 
 def test_a_table_has_a_row_for_each_orbit(tmp_path):
-    path = fa.save(tmp_path / "nu.csv", FOUND)
+    path = fa.save(tmp_path / "nu.csv", frequencies())
     assert path.name == "nu.csv"
     with open(path, newline="") as file:
         rows = list(csv.DictReader(file))
     assert len(rows) == 5
     for name in ("nu_x", "nu_y", "error_x"):
-        np.testing.assert_array_equal([float(row[name]) for row in rows], FOUND[name])
-    np.testing.assert_array_equal([int(row["status"]) for row in rows], FOUND.status)
-    assert ORBITS.save(tmp_path / "nu.csv").name == "nu-2.csv"
-    assert FOUND.save(tmp_path / "nu.csv", force=True).name == "nu.csv"
+        np.testing.assert_array_equal([float(row[name]) for row in rows], frequencies()[name])
+    np.testing.assert_array_equal([int(row["status"]) for row in rows], frequencies().status)
+    assert orbits().save(tmp_path / "nu.csv").name == "nu-2.csv"
+    assert frequencies().save(tmp_path / "nu.csv", force=True).name == "nu.csv"
     with pytest.raises(ValueError, match=r"energy is kept in \.npz files alone"):
-        fa.save(tmp_path / "nu.csv", FOUND, energy=0.1)
+        fa.save(tmp_path / "nu.csv", frequencies(), energy=0.1)
     with pytest.raises(TypeError, match="result must be a result"):
         fa.save(tmp_path / "nu.csv", 3)
 
@@ -40,25 +50,25 @@ def test_a_table_has_a_row_for_each_orbit(tmp_path):
 def test_parquet_has_the_same_bits(tmp_path):
     frames = pytest.importorskip("pandas")
     pytest.importorskip("pyarrow")
-    table = frames.read_parquet(fa.save(tmp_path / "orbits.parquet", ORBITS))
+    table = frames.read_parquet(fa.save(tmp_path / "orbits.parquet", orbits()))
     for name in ("z_x", "z_p_y", "error_y", "energy_error"):
-        same(table[name].to_numpy(), np.ascontiguousarray(ORBITS[name]))
+        same(table[name].to_numpy(), np.ascontiguousarray(orbits()[name]))
 
 
 def test_netcdf_and_matlab_have_all_arrays(tmp_path):
     xarray = pytest.importorskip("xarray")
     pytest.importorskip("h5netcdf")
-    with xarray.open_dataset(fa.save(tmp_path / "orbits.nc", ORBITS), engine="h5netcdf") as data:
-        np.testing.assert_array_equal(data["samples"].values, ORBITS.samples)
-        assert list(data["coordinate"].values) == list(ORBITS.names)
-    content = loadmat(fa.save(tmp_path / "orbits.mat", ORBITS))
-    np.testing.assert_array_equal(content["samples"], ORBITS.samples)
+    with xarray.open_dataset(fa.save(tmp_path / "orbits.nc", orbits()), engine="h5netcdf") as data:
+        np.testing.assert_array_equal(data["samples"].values, orbits().samples)
+        assert list(data["coordinate"].values) == list(orbits().names)
+    content = loadmat(fa.save(tmp_path / "orbits.mat", orbits()))
+    np.testing.assert_array_equal(content["samples"], orbits().samples)
     assert content["facts"]["result"][0, 0] == "Orbits"
 
 
 def test_results_say_success_and_message():
-    assert ORBITS.success is True
-    assert ORBITS.message == ORBITS.summary()
+    assert orbits().success is True
+    assert orbits().message == orbits().summary()
     runaway = fa.hamiltonian("-x**4", coordinates="x")
     both = fa.integrate(runaway, [[1.0, 1e-3], [1.0, 0.0]], time=20.0)
     assert both.success is False

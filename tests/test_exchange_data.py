@@ -1,6 +1,7 @@
 """Orbits of other tools as they are: tables, labelled arrays, Quantities, Orbits, archives, monitors."""
 
 import warnings
+from functools import cache
 
 import numpy as np
 import pytest
@@ -10,20 +11,28 @@ import fastaff as fa
 
 RNG = np.random.default_rng(31)
 DT, SAMPLES = 0.2, 600
-OWN = fa.integrate(fa.HenonHeiles(), RNG.uniform(-0.15, 0.15, (4, 3)), time=DT * SAMPLES, samples=SAMPLES)
-ARRAY = OWN.samples.transpose(1, 2, 0)
+STARTS = RNG.uniform(-0.15, 0.15, (4, 3))
 NAMES = ("x", "y", "p_x", "p_y")
 
 
+@cache
+def own_orbits():
+    return fa.integrate(fa.HenonHeiles(), STARTS, time=DT * SAMPLES, samples=SAMPLES)
+
+
+def samples_of_own():
+    return own_orbits().samples.transpose(1, 2, 0)
+
+
 def test_own_samples_need_no_transpose():
-    same(fa.tunes(OWN.samples), fa.tunes(ARRAY))
-    same(fa.orbit_frequencies(OWN.samples, DT).nu, fa.orbit_frequencies(ARRAY, DT).nu)
-    same(fa.tunes(OWN[:2].samples), fa.tunes(ARRAY[:, :2]))
+    same(fa.tunes(own_orbits().samples), fa.tunes(samples_of_own()))
+    same(fa.orbit_frequencies(own_orbits().samples, DT).nu, fa.orbit_frequencies(samples_of_own(), DT).nu)
+    same(fa.tunes(own_orbits()[:2].samples), fa.tunes(samples_of_own()[:, :2]))
     standard = fa.mapping("p1 = p + K*sin(x); x1 = x + p1", K=-0.3)
     orbits = fa.integrate(standard, RNG.uniform(-0.5, 0.5, (2, 4)), time=300, samples=300)
     same(fa.tunes(orbits.samples), fa.tunes(np.ascontiguousarray(orbits.samples.transpose(1, 2, 0))))
     with pytest.raises(ValueError, match=r"samples.transpose\(1, 2, 0\)"):
-        fa.tunes(OWN.samples.copy())  # an array like any other
+        fa.tunes(own_orbits().samples.copy())  # an array like any other
 
 
 def columns(shuffled):
@@ -33,12 +42,12 @@ def columns(shuffled):
     orbit, sample = orbit[keep], sample[keep]
     order = RNG.permutation(orbit.size) if shuffled else np.arange(orbit.size)
     orbit, sample = orbit[order], sample[order]
-    rows = {name: ARRAY[k, orbit, sample] for k, name in enumerate(NAMES)}
-    return {"particle": 10 * orbit, "time": OWN.times[sample], **rows}
+    rows = {name: samples_of_own()[k, orbit, sample] for k, name in enumerate(NAMES)}
+    return {"particle": 10 * orbit, "time": own_orbits().times[sample], **rows}
 
 
 def ended():
-    array = np.array(ARRAY)
+    array = np.array(samples_of_own())
     array[:, 1, 300:] = np.nan
     return array
 
@@ -49,7 +58,7 @@ def test_tables_of_several_orbits(package, shuffled):
     frames = pytest.importorskip(package)
     table = frames.DataFrame(columns(shuffled))
     found = fa.orbit_frequencies(table, coordinates=NAMES)
-    expected = fa.orbit_frequencies(ended(), times=OWN.times, coordinates=NAMES)
+    expected = fa.orbit_frequencies(ended(), times=own_orbits().times, coordinates=NAMES)
     same(found, expected)
     assert found.status[1] == fa.Status.NONFINITE
     if package == "pandas":
@@ -71,18 +80,21 @@ def test_tables_of_several_orbits(package, shuffled):
 @pytest.mark.parametrize("package", ["pandas", "polars"])
 def test_tables_of_one_orbit_and_columns(package):
     frames = pytest.importorskip(package)
-    table = frames.DataFrame({name: ARRAY[k, 0] for k, name in enumerate(NAMES)})
-    same(fa.tunes(table, coordinates=NAMES), fa.tunes(ARRAY[:, 0], coordinates=NAMES))
-    same(fa.naff(table["x"], DT, lines=2), fa.naff(ARRAY[0, 0], DT, lines=2))
-    same(fa.orbit_frequencies(table, DT, coordinates="x p_x").nu, fa.orbit_frequencies(ARRAY[[0, 2], 0], DT).nu)
+    table = frames.DataFrame({name: samples_of_own()[k, 0] for k, name in enumerate(NAMES)})
+    same(fa.tunes(table, coordinates=NAMES), fa.tunes(samples_of_own()[:, 0], coordinates=NAMES))
+    same(fa.naff(table["x"], DT, lines=2), fa.naff(samples_of_own()[0, 0], DT, lines=2))
+    same(
+        fa.orbit_frequencies(table, DT, coordinates="x p_x").nu,
+        fa.orbit_frequencies(samples_of_own()[[0, 2], 0], DT).nu,
+    )
 
 
 def test_quantities_become_kpc_and_myr():
     units = pytest.importorskip("astropy.units")
-    q, v = ARRAY[:2] * units.kpc, (ARRAY[2:] * units.kpc / units.Myr).to(units.km / units.s)
-    expected = fa.orbit_frequencies(ARRAY, times=OWN.times, coordinates="x y vx vy")
+    q, v = samples_of_own()[:2] * units.kpc, (samples_of_own()[2:] * units.kpc / units.Myr).to(units.km / units.s)
+    expected = fa.orbit_frequencies(samples_of_own(), times=own_orbits().times, coordinates="x y vx vy")
     named = {"x": q[0], "y": q[1].to(units.pc), "vx": v[0], "vy": v[1]}
-    times = (OWN.times * units.Myr).to(units.Gyr)
+    times = (own_orbits().times * units.Myr).to(units.Gyr)
     for found in (
         fa.orbit_frequencies(named, times=times, coordinates="x y vx vy"),
         fa.orbit_frequencies([*q, *v], times=times, coordinates="x y vx vy"),
@@ -95,21 +107,23 @@ def test_quantities_become_kpc_and_myr():
 
 def test_results_of_quantities_say_their_units():
     units = pytest.importorskip("astropy.units")
-    q, v = ARRAY[:2] * units.kpc, (ARRAY[2:] * units.kpc / units.Myr).to(units.km / units.s)
+    q, v = samples_of_own()[:2] * units.kpc, (samples_of_own()[2:] * units.kpc / units.Myr).to(units.km / units.s)
     named = {"x": q[0], "y": q[1], "vx": v[0], "vy": v[1]}
-    times = (OWN.times * units.Myr).to(units.Gyr)
+    times = (own_orbits().times * units.Myr).to(units.Gyr)
     found = fa.orbit_frequencies(named, times=times, coordinates="x y vx vy")
     said = {name: entry["attrs"].get("units") for name, entry in found.to_dict()["data_vars"].items()}
     assert said["nu"] == "cycles/Myr"
     assert said["error"] == "cycles/Myr"
     assert found[:2].to_dict()["data_vars"]["nu"]["attrs"] == {"units": "cycles/Myr"}
-    plain = fa.orbit_frequencies(ARRAY, times=OWN.times, coordinates="x y vx vy")
+    plain = fa.orbit_frequencies(samples_of_own(), times=own_orbits().times, coordinates="x y vx vy")
     assert plain.to_dict()["data_vars"]["nu"]["attrs"] == {"units": "cycles/time"}
 
 
 def test_results_of_phase_points_of_gala_say_their_units():
     units, dynamics = pytest.importorskip("astropy.units"), pytest.importorskip("gala.dynamics")
-    points = dynamics.PhaseSpacePosition(pos=ARRAY[:2, :3, 0] * units.kpc, vel=ARRAY[2:, :3, 0] * units.km / units.s)
+    points = dynamics.PhaseSpacePosition(
+        pos=samples_of_own()[:2, :3, 0] * units.kpc, vel=samples_of_own()[2:, :3, 0] * units.km / units.s
+    )
     found = fa.integrate(fa.hamiltonian("(x**2 + y**2)/2"), points, time=1.0, samples=4)
     said = {name: entry["attrs"].get("units") for name, entry in found.to_dict()["data_vars"].items()}
     assert said["times"] == "Myr"

@@ -56,7 +56,7 @@ def test_points_are_those_of_the_stroboscopic_section():
         assert not of(heard, "wrong"), heard
         _, points = crossings(heard)
         z0 = [point[0], phase, point[1], 0.0]
-        found = fa.poincare_map(model, z0, section=Stroboscopic(phase), crossings=60, accuracy=1e-11)
+        found = fa.poincare_map(model, z0, section=Stroboscopic(phase), crossings=60, accuracy=2e-11)
         exact = found.points[[0, 2], :, 0]
         away = np.abs(points - [wrapped(exact[0], model), exact[1]])
         away[0] = np.minimum(away[0], 2 * np.pi - away[0]) if model is WEAK else away[0]
@@ -123,7 +123,7 @@ def test_the_page_of_a_driven_system(browser, tmp_path, monkeypatch):
         sheet.done(1)
         (one,) = sheet.orbits()
         z0 = [one.z0[0], phase, one.z0[1], 0.0]
-        found = fa.poincare_map(model, z0, section=Stroboscopic(phase), crossings=30, accuracy=1e-11)
+        found = fa.poincare_map(model, z0, section=Stroboscopic(phase), crossings=30, accuracy=2e-11)
         np.testing.assert_allclose(one.points[1], found.points[2, :, 0], atol=1e-8)
         files = saved(sheet, "save-job", tmp_path, 2)
         job = Job.read(next(file for file in files if file.suffix == ".toml"))

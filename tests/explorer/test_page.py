@@ -178,7 +178,7 @@ def test_clicks_launch_orbits_that_stream_in(sheet):
     np.testing.assert_allclose([one.point for one in found], starts, atol=2e-3)  # half a pixel of a view of width 1.3
     np.testing.assert_array_equal(z0[1], [one.point[0] for one in found])
     truth = fa.poincare_map(
-        fa.HenonHeiles(), z0, section=fa.Linear((1.0, 0.0, 0.0, 0.0)), crossings=60, max_time=900.0, accuracy=1e-12
+        fa.HenonHeiles(), z0, section=fa.Linear((1.0, 0.0, 0.0, 0.0)), crossings=60, max_time=900.0, accuracy=1e-11
     )
     told = sheet.page.evaluate("() => told")
     for i, one in enumerate(found):
