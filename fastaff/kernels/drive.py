@@ -183,7 +183,8 @@ def run_one(u, stop, progress, blocks, scheme, observer, steps, unit, orbits):
     if orbits.status[o] != 0 or n >= total:
         return
     rows, memory_rows = orbits.z.shape[0], orbits.memory.shape[0]
-    z, memory, orbit = room(scheme.copies * rows + scheme.spare), room(memory_rows), np.full(LANES, o, np.int64)
+    block, memory, orbit = room(scheme.copies * rows + scheme.spare), room(memory_rows), np.full(LANES, o, np.int64)
+    z = block[: scheme.copies * rows * LANES]
     t, code, done, seen, kinetic, bound = room(1), room(1), room(1), room(1), room(1), room(1)
     load_lane(orbits.z, o, z, 0)
     load_lane(orbits.memory, o, memory, 0)
@@ -192,7 +193,7 @@ def run_one(u, stop, progress, blocks, scheme, observer, steps, unit, orbits):
         until = min(total, n + LONG - n % LONG)
         while n < until and code[0] == 0.0 and done[0] == 0.0:
             quiet = min(left, 1 if refill else min(until, next_look(n)) - n)
-            taken = call(blocks.march, params, scheme.drift, scheme.kick, h, quiet, z)
+            taken = call(blocks.march, params, scheme.drift, scheme.kick, h, quiet, block)
             n, left = n + taken, left - taken
             t[0] = n * h
             if refill or n == total or next_look(n - 1) == n or (strict and left == 0):
