@@ -11,7 +11,7 @@ from fastaff.jobs import Job
 
 assert browser  # the fixture of the pages of sections
 
-LORENZ = fa.flow("x' = s*(y - x); y' = x*(r - z) - y; z' = x*y - b*z", s=10.0, r=28.0, b=8 / 3)
+LORENZ = fa.flow("x' = s*(y - x); y' = x*(r - z) - y; z' = x*y - b*z", s=10.0, r=28.0, b=2.667)
 ENERGY = DOUBLE.replace("/(2*m*(", "/(2*(").replace("2*g*", "2*").replace(" g*", " ")
 
 

@@ -104,7 +104,7 @@ export function firstState(setup, name) {
   }
   if (kind === "flow") {
     const own = { energy: null, p_eta: 0, p_gamma: 0, section: "z=c", constant: 27, others: {}, view: null, points: null };
-    return { ...common, ...own, scheme: "GAUSS16", system: name, formula: OWN_FORMULAS.flow, parameters: { s: 10, r: 28, b: 8 / 3 } };
+    return { ...common, ...own, scheme: "GAUSS16", system: name, formula: OWN_FORMULAS.flow, parameters: { s: 10, r: 28, b: 2.667 } };
   }
   if (kind) {
     const values = kind === "body" ? { G: 1, K: 2 } : { lam: 1 };
