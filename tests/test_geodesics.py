@@ -137,8 +137,8 @@ def test_orbits_around_a_hole_have_the_frequencies_of_minos_time(orbits):
 def test_orbits_in_coordinate_time_have_frequencies_over_gamma():
     """Those of r, of theta and, with its sense, of the azimuth; Carter's constant over a hundred turns.
 
-    Of an eccentric orbit the strongest line of theta is nu_theta - nu_r, not nu_theta: the mean of exp(i f), of the true
-    anomaly f, outweighs its first harmonic (for Kepler's ellipse, e > 1 - e^2: above 0.62).
+    Of an eccentric orbit the strongest line of theta is nu_theta - nu_r, not nu_theta: the mean of exp(i f), f the true
+    anomaly, outweighs its first harmonic (for Kepler's ellipse, e > 1 - e^2: above 0.62).
     """
     sharp = 0
     for row in [*ORBITS[[3, 5], :4], *drawn(3)]:

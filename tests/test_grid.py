@@ -412,3 +412,31 @@ def test_a_whole_grid_cuts_nothing(body, section, energy, angular):
     assert grid.forbidden.shape == (101, 101)
     with pytest.raises(ValueError, match="axes must be two arrays, rows by name, or 'whole', got 'all'"):
         fa.energy_grid(body, energy=energy, section=section, axes="all", **angular)
+
+
+@pytest.mark.parametrize("section", ["x=0", "y=0"])
+def test_a_product_of_momenta_in_the_kinetic_energy(section):
+    """Two oscillators with T = (a p_x^2 + b p_y^2)/2 + t p_x p_y: the section is an ellipse, free of the other momentum
+    where that has the least energy, and the velocity through it has the section's sign.
+    """
+    random = np.random.default_rng(17)
+    for _ in range(4):
+        a, b, t, k = *random.uniform(0.5, 2, 2), *random.uniform(-0.45, 0.45, 1), random.uniform(0.5, 2)
+        text = "(k*x**2 + y**2)/2 + t*p_x*p_y + (a*p_x**2 + b*p_y**2)/2"
+        model = fa.hamiltonian(text, coordinates="x y", momenta="p_x p_y", a=a, b=b, t=t, k=k)
+        stiff, heavy, own = (1.0, b, a) if section == "x=0" else (k, a, b)
+        ends = np.sqrt(2 * 0.7 / stiff), np.sqrt(2 * 0.7 / (heavy - t * t / own))
+        found = fa.plot.edge(model, section, energy=0.7).axes
+        np.testing.assert_allclose(np.array(found)[:, 1], ends, rtol=1e-5)
+        grid = fa.energy_grid(model, energy=0.7, section=section)
+        u, v = grid.axes[0][:, None] / ends[0], grid.axes[1] / ends[1]
+        near = np.abs(u * u + v * v - 1) < 1e-9
+        assert ((u * u + v * v < 1) == ~grid.forbidden)[~near].all()
+        x, y, p_x, p_y = grid.z0
+        H = (k * x**2 + y**2) / 2 + t * p_x * p_y + (a * p_x**2 + b * p_y**2) / 2
+        np.testing.assert_allclose(H, 0.7, rtol=1e-12)
+        assert ((a * p_x + t * p_y if section == "x=0" else b * p_y + t * p_x) >= 0).all()
+        sample = (
+            fa.energy_sample(model, energy=0.7, section=section, orbits=30, seed=2).points / np.array(ends)[:, None]
+        )
+        assert (np.hypot(*sample) < 1).all()

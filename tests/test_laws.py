@@ -147,3 +147,9 @@ def test_wrong_letters_are_named(letters):
         fa.formula("gent", **letters)
     with pytest.raises(ValueError, match="'ogden' takes the parameters K, a1, m1; got"):
         fa.formula("ogden", **letters)
+
+
+@pytest.mark.parametrize("text", ["arruda-boyce", "Yeoh", "neo hooke"])
+def test_laws_that_are_not_known_are_said_to_be_none(text):
+    with pytest.raises(ValueError, match=r"is no law known by name, those are mooney-rivlin, .*: write its formula"):
+        fa.formula(text, G=1.0)

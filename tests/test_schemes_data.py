@@ -453,9 +453,12 @@ def test_collocations_are_symplectic_symmetric_and_refuse_what_is_not(scheme):
     np.testing.assert_allclose(b, weights / 2, rtol=0, atol=1e-15)
     c = (1 + roots) / 2
     np.testing.assert_allclose(a @ b, c, rtol=0, atol=1e-15)
-    for k in range(scheme.stages):  # slopes that are a polynomial are extrapolated exactly
-        size = np.abs(dense).sum() * 1e-15
-        np.testing.assert_allclose(dense @ (b * c**k), b * (1 + c) ** k, rtol=0, atol=size)
+    for i, k in np.ndindex(scheme.stages, 2 * scheme.stages):  # polynomials through the slopes are integrated exactly
+        if k < scheme.stages + i:
+            parts = np.concatenate([b * (c - 1) ** k, b * c**k])
+            size = np.abs(dense[i] * parts).sum() * 1e-14
+            assert dense[i] @ parts == pytest.approx(c[i] ** (k + 1) / (k + 1), rel=0, abs=size)
+        assert not dense[i, scheme.stages + i :].any()
     for k, wrong in enumerate(scheme.nodes):
         nodes = (*scheme.nodes[:k], wrong[:4] + str((int(wrong[4]) + 3) % 10) + wrong[5:], *scheme.nodes[k + 1 :])
         with pytest.raises(ValueError, match="contradict order"):

@@ -120,6 +120,8 @@ PAGES: dict[str, Page] = {
             "base.results": "Result",
             "": "save load",
             "exchange.files": "contents recipe Recipe Saved",
+            "exchange.jpl": "read_periodic PeriodicTable",
+            "exchange.three_bodies": "three_bodies read_three_bodies ThreeBodies",
             "exchange.sources": "source",
         },
     ),

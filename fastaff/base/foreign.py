@@ -19,11 +19,12 @@ ADAPTERS: Mapping[str, str] = {
     "galpy": "from_galpy",
     "heyoka": "from_heyoka",
     "pandas": "frames",
+    "pathlib": "mad",
     "polars": "frames",
     "rebound": "from_rebound",
     "xtrack": "lattices",
 }
-"""Package: module of `fastaff.exchange`."""
+"""Package: module of `fastaff.exchange`; a path is a file of MAD."""
 
 
 class Foreign(NamedTuple):

@@ -40,10 +40,24 @@ class _WordsModel(models.PrimitiveModel):
         super().__init__(dmm, fe_type, cgutils.ir.IntType(64))
 
 
+class Packed:
+    """An argument of many calls with its words, and what their types follow from."""
+
+    def __init__(self, value: Any):
+        self.value = value
+        self.words: list[int] = []
+        self.kinds: list[Any] = []
+        if not JIT_DISABLED:
+            _pack((value,), self.words, self.kinds)
+
+
 def _pack(arguments: tuple, words: list, kinds: list) -> None:
     """Append the words of the arguments, and what their types follow from, in a tenth of the time that Numba needs."""
     for argument in arguments:
-        if isinstance(argument, np.ndarray):
+        if isinstance(argument, Packed):
+            words += argument.words
+            kinds += argument.kinds
+        elif isinstance(argument, np.ndarray):
             flags, shape = argument.flags.num, argument.shape
             words += (_data(argument, flags), *shape, *argument.strides)
             kinds += (argument.dtype, len(shape), flags)
@@ -138,14 +152,14 @@ def run_units(work: Callable, arguments: tuple, units: int, *, threads: int) -> 
     """
     if JIT_DISABLED:
         for unit in range(units):
-            work(unit, *arguments)
+            work(unit, *_values(arguments))
         return
     words: list[int] = []
     kinds: list[Any] = [work]
     _pack(arguments, words, kinds)
     key = tuple(kinds)
     if key not in _ENTRIES:
-        _ENTRIES[key] = _entry(work, tuple(map(numba.typeof, arguments)))
+        _ENTRIES[key] = _entry(work, tuple(map(numba.typeof, _values(arguments))))
     enter, memory = _UNIT(address(_ENTRIES[key])), np.array(words, np.int64)
     first, following, end = _data(memory, memory.flags.num), itertools.count(), [units]
 
@@ -166,6 +180,10 @@ def run_units(work: Callable, arguments: tuple, units: int, *, threads: int) -> 
                 # One that has not begun would wait for a free thread.
                 while not (other.withdrawn() or other.ended(1.0)):
                     pass
+
+
+def _values(arguments: tuple) -> list:
+    return [argument.value if isinstance(argument, Packed) else argument for argument in arguments]
 
 
 def _holding(call: Callable[[], object], *_held: Any) -> None:

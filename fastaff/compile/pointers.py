@@ -72,6 +72,25 @@ def address(function: Any) -> int:
     return id(function)
 
 
+def _called(context, builder, pointer, signature, parts, given):
+    """Call the function of that signature at a pointer.
+
+    It gets arrays without their counts of references: it keeps none, and to count up and down takes as long as a step
+    of one orbit.
+    """
+    arguments = []
+    for part, source, target in zip(parts, given, signature.args, strict=True):
+        value = context.cast(builder, part, source, target)
+        if isinstance(target, types.Array):
+            array = context.make_array(target)(context, builder, value)
+            array.meminfo = cgutils.get_null_value(array.meminfo.type)
+            value = array._getvalue()
+        arguments.append(value)
+    kinds = [context.get_value_type(entry) for entry in signature.args]
+    kind = cgutils.ir.FunctionType(context.get_value_type(signature.return_type), kinds)
+    return builder.call(builder.bitcast(pointer, kind.as_pointer()), arguments)
+
+
 def caller(kind: str) -> Callable:
     """Return the function that calls the block function of that kind at an address."""
     if JIT_DISABLED:
@@ -83,19 +102,27 @@ def caller(kind: str) -> Callable:
         given = types.BaseTuple.from_types(arguments)
 
         def generate(context, builder, signature, values):
-            parts = cgutils.unpack_tuple(builder, values[1])
-            parts = [
-                context.cast(builder, part, source, target)
-                for part, source, target in zip(parts, given, expected.args, strict=True)
-            ]
-            kinds = [context.get_value_type(entry) for entry in expected.args]
-            result = context.get_value_type(expected.return_type)
-            pointer = builder.inttoptr(values[0], cgutils.ir.FunctionType(result, kinds).as_pointer())
-            return builder.call(pointer, parts)
+            pointer = builder.inttoptr(values[0], cgutils.voidptr_t)
+            return _called(context, builder, pointer, expected, cgutils.unpack_tuple(builder, values[1]), given)
 
         return expected.return_type(at, given), generate
 
     return call
+
+
+@intrinsic
+def _pointed(typingcontext, function, *arguments):
+    given, expected = types.BaseTuple.from_types(arguments), function.signature
+
+    def generate(context, builder, signature, values):
+        pointer = cgutils.create_struct_proxy(signature.args[0])(context, builder, values[0]).c_addr
+        return _called(context, builder, pointer, expected, cgutils.unpack_tuple(builder, values[1]), given)
+
+    return expected.return_type(function, given), generate
+
+
+call: Any = (lambda function, *arguments: function(*arguments)) if JIT_DISABLED else _pointed
+"""Calls a block function, as `_called` says."""
 
 
 _value, _reading, _observe = map(caller, ("value", "reading", "observe"))

@@ -9,6 +9,7 @@ import numpy as np
 from ..analysis.orbits.given_orbits import ORBITS, SAMPLES
 from ..base.foreign import Foreign
 from ..base.numbers import fits, numbers
+from .taylor import of_columns, turn
 
 
 def orbits(table: Any, name: str, coordinates: tuple[str, ...] | None) -> Foreign | None:
@@ -47,6 +48,12 @@ def orbits(table: Any, name: str, coordinates: tuple[str, ...] | None) -> Foreig
     array = np.full((len(values), known.size, moments.size), np.nan)
     array[:, orbit, sample] = values
     return Foreign(array, moments, coordinates)
+
+
+def lattice(table: Any) -> str | None:
+    """Return the map of one turn of a table of its coefficients as a text; None for what is no table."""
+    columns = _columns(table)
+    return None if columns is None else turn(of_columns(columns, "text"))
 
 
 def _columns(table: Any) -> dict[str, Any] | None:

@@ -17,7 +17,7 @@ def orbits(archive: Any, name: str, _: Any) -> Foreign:
     if not hasattr(archive, "getSimulation"):
         raise TypeError(
             f"{name} must be a rebound.Simulationarchive of snapshots, got {type(archive).__name__}, one moment: "
-            "simulation.save_to_file(path, interval=...)"
+            "simulation.save_to_file(path, step=...)"
         )
     bodies, count = archive[0].N, len(archive)
     fits(name, 6, bodies, count)

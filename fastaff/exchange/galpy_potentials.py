@@ -46,7 +46,7 @@ def _part(potential: Any, dims: str) -> tuple[Any, dict[str, float]]:
     if kind not in FORMULAS or not 2 <= len(dims) <= 3:
         raise ValueError(
             f"text: no formula of galpy's {kind} is known, only of {', '.join(FORMULAS)}: write one, "
-            "fa.hamiltonian('...')"
+            "fa.hamiltonian('...'), or integrate in galpy and give the Orbit to fa.orbit_frequencies"
         )
     sympy = imported("sympy", what="a potential of galpy")
     text, fields = FORMULAS[kind]

@@ -35,7 +35,8 @@ def probed(track: Callable[[np.ndarray], np.ndarray], name: str, kind: str, line
     shift, matrix = images[:, 8], (images[:, :4] - images[:, 4:8]) / (2 * size)
     if not linear and np.abs(matrix @ points[:, 9] + shift - images[:, 9]).max() > LINEAR * size:
         raise ValueError(
-            f"the element {name!r} ({kind}) is neither linear nor a thin multipole: cut it into thin kicks first"
+            f"the element {name!r} ({kind}) is neither linear nor a thin multipole: cut it into thin kicks first "
+            "(xtrack: line.slice_thick_elements)"
         )
     for _ in range(2):  # to rounding symplectic, as differences of images are not
         matrix = matrix @ (np.eye(4) + J @ (matrix.T @ J @ matrix - J) / 2)

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from ..base.foreign import adapter
+from ..base.identity import by_identity
 from ..base.numbers import numbers, shown
 from ..charts import Chart
 from ..compile.blocks import is_value, parameters
@@ -33,6 +34,9 @@ def checked_model(model: Any, name: str = "body", needs: str = "equations") -> A
             f"{name} must be a model such as Body(Hyperelastic(C=1.0), mu=1.0) or HenonHeiles(), got {shown(model)} "
             f"({type(model).__name__}){_instead(model)}"
         )
+    met = _needs_met(model)
+    if needs in met:
+        return model
     traits = traits_of(model)
     missing = lacking(
         model,
@@ -70,7 +74,14 @@ def checked_model(model: Any, name: str = "body", needs: str = "equations") -> A
         _check_turning(name, model)
     if traits.friction:
         _check_rate(name, model, "has friction", "damping_rate")
+    met.add(needs)
     return model
+
+
+@by_identity
+def _needs_met(model: Any) -> set[str]:
+    """The needs for which a model has been checked: to do it for every call takes longer than a hundred steps."""
+    return set()
 
 
 def _check_rate(name: str, model: Any, has: str, method: str) -> None:

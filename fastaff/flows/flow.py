@@ -3,25 +3,18 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from ..base.numbers import fits, number_of_steps
-from ..compile import damping, nystrom
-from ..compile.blocks import idle_block, model_block, nystrom_block, parameters, step_block
 from ..compile.jit import LANES
-from ..compile.nystrom import Terms
-from ..compile.pointers import address
-from ..compile.turning import spare_rows
 from ..kernels import crossing_roots as roots
 from ..kernels.adaptive_drive import AdaptiveSteps, run_adaptive
 from ..kernels.crossings import CERTAIN, RECORD
-from ..kernels.drive import FixedSteps, run_fixed
+from ..kernels.drive import FixedSteps, run_fixed, run_one
 from ..kernels.samples import WEAR_ROWS
-from ..kernels.stepping import Blocks, Coefficients, collocate, runge_kutta
 from ..models.mechanics import energies, kinetic_energies, slopes
 from ..models.traits import Traits, traits_of
 from ..schemes.catalogue import Collocation, Nystrom, Scheme, Splitting
@@ -30,26 +23,10 @@ from .ensemble import Ensemble
 from .launch import Report, launch, units
 from .observers import Observer
 from .reaches import escape_radii
+from .stepping import stepping
 
 WEAR_STEPS = 2, 4, 8, 16, 32
 """Steps, or one, after which orbits that are slowed lose some of their momenta: lanes of a block stop together."""
-
-
-def blocks_of(model: Any, vectors: int = 0, step: Callable | None = None, **kinds: str | Terms) -> Blocks:
-    """Return what kernels see of a model: block functions of these kinds, or of a Runge-Kutta-Nyström scheme's terms,
-    idle ones in the other places; step: the kernel of a scheme that steps by the derivative.
-    """
-    n, derivative = model.degrees_of_freedom, 0
-    found = {
-        place: model_block(kind, model, n, vectors)
-        if isinstance(kind, str)
-        else nystrom_block(f"nystrom_{place}", model, n, vectors, kind)
-        for place, kind in kinds.items()
-    }
-    if step is not None:
-        found["step"], derivative = step_block(step), address(model_block("derivative", model, n, vectors))
-    idle = {place: idle_block(place) for place in Blocks._fields[1:-1] if place not in found}
-    return Blocks(parameters(model), **found, **idle, derivative=derivative)
 
 
 class Wear(NamedTuple):
@@ -105,20 +82,6 @@ class Flow:
         """
         return getattr(self.scheme, "increments", isinstance(self.scheme, Collocation))
 
-    @property
-    def spare(self) -> int:
-        """Rows that blocks of states need besides: those of the rotations of drifts, of the friction of kicks, or of
-        the forces of stages.
-        """
-        if isinstance(self.scheme, Nystrom):
-            n = self.model.degrees_of_freedom
-            return nystrom.spare_rows(n, n * (1 + self.vectors), self.scheme.stages)
-        if not isinstance(self.scheme, Splitting):
-            return 0
-        if self.traits.friction:
-            return damping.spare_rows(self.scheme.kick_array.size)
-        return spare_rows(self.scheme.drift_array.size) if self.traits.frame else 0
-
     def ensemble(
         self, z0: np.ndarray, deviations: np.ndarray | None = None, radius: np.ndarray | None = None
     ) -> Ensemble:
@@ -148,25 +111,6 @@ class Flow:
         if self.traits.driven:
             guess = np.full_like(guess, 1e-3 * self.model.period)
         return np.where(np.isfinite(self.step), self.step, guess)
-
-    def _coefficients(self) -> Coefficients:
-        scheme = self.scheme
-        if isinstance(scheme, (Splitting, Nystrom)):
-            copies = 2 if isinstance(scheme, Nystrom) else 3 if self.precise else 1
-            return Coefficients(scheme.drift_array, scheme.kick_array, copies=copies, spare=self.spare)
-        if isinstance(scheme, Collocation):
-            a, b, dense = scheme.a_array, scheme.b_array, scheme.dense_array
-            return Coefficients(a=a, b=b, dense=dense, copies=2 + scheme.stages, sweeps=scheme.sweeps)
-        return Coefficients(a=scheme.a_array, b=scheme.b_array, errors=scheme.error_array, dense=scheme.dense_array)
-
-    def _blocks(self, *kinds: str, solo: bool = False) -> Blocks:
-        """Return the blocks of these kinds, and that by which the scheme steps, units of one orbit where `solo`."""
-        by: dict[str, Any] = {"step": collocate if isinstance(self.scheme, Collocation) else runge_kutta}
-        if isinstance(self.scheme, Nystrom):
-            by = {"march" if solo else "splitting": self.scheme.terms}
-        if isinstance(self.scheme, Splitting):
-            by = {"march": "march"} if solo else {"splitting": "precise_splitting" if self.precise else "splitting"}
-        return blocks_of(self.model, self.vectors, **by | {kind: kind for kind in kinds})
 
     def steps(self, time: float | np.ndarray) -> np.ndarray:
         """Return the number of steps that reach `time`, for each orbit where steps or times differ."""
@@ -335,8 +279,8 @@ class Flow:
             cadence=float(time / observations) if observations else 0.0,
             renew=self.vectors > 0,
         )
-        blocks, under_way = self._blocks("check"), ensemble.orbits(memory, out)
-        arguments = blocks, self._coefficients(), observer.bound, steps, unit, under_way
+        under_way = ensemble.orbits(memory, out)
+        arguments = *stepping(self, "check"), observer.bound, steps, unit, under_way
         launch(run_adaptive, arguments, units(orbits, unit), float(orbits), self.threads, report)
 
     def _advance_fixed(self, ensemble, observer, memory, out, time, observations, refill, report) -> None:
@@ -354,12 +298,12 @@ class Flow:
         unit = self._unit(orbits) if refill else self.unit(orbits)
         single = isinstance(self.scheme, Nystrom) or (isinstance(self.scheme, Splitting) and not self.precise)
         solo = unit == 1 and single
-        steps = FixedSteps(h, total, every, order, strict=self.vectors > 0, refill=refill, solo=solo)
-        blocks = self._blocks("inside", "check", solo=solo)
-        arguments = blocks, self._coefficients(), observer.bound, steps, unit, ensemble.orbits(memory, out)
+        steps = FixedSteps(h, total, every, order, strict=self.vectors > 0, refill=refill)
+        how = stepping(self, "inside", "check", solo=solo)
+        arguments = *how, observer.bound, steps, unit, ensemble.orbits(memory, out)
         try:
             work = float((total - ensemble.count).sum())
-            launch(run_fixed, arguments, units(orbits, unit), work, self.threads, report, work)
+            launch(run_one if solo else run_fixed, arguments, units(orbits, unit), work, self.threads, report, work)
         finally:
             ensemble.time[:] = ensemble.count * h
 
@@ -372,7 +316,7 @@ class Flow:
         if doubtful.size:
             where = np.concatenate([where[certain], doubtful])  # whose search takes longer
         function = observers.bound("value", section, self.model.degrees_of_freedom, self.vectors)
-        found = self._blocks(), self._coefficients(), function
+        found = *stepping(self), function
         if doubtful.size:
             steps = float(roots.SLOW * doubtful.size)
             launch(roots.bracket, (*found, records, doubtful), units(doubtful.size), 0.0, self.threads, None, steps)
@@ -383,7 +327,7 @@ class Flow:
     def shifted(self, z: np.ndarray, steps: np.ndarray) -> np.ndarray:
         """Return the states z (rows, orbits) one step of steps[orbit] later, or earlier where that is negative."""
         table = np.array(z, order="C")
-        arguments = self._blocks(), self._coefficients(), steps, table
+        arguments = *stepping(self), steps, table
         launch(roots.shift, arguments, units(z.shape[1]), 0.0, self.threads, None, z.shape[1])
         return table
 

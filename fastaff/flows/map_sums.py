@@ -8,8 +8,9 @@ from ..kernels.drive import FixedSteps, run_fixed
 from ..kernels.stepping import Coefficients
 from . import observers
 from .ensemble import Ensemble
-from .flow import Flow, blocks_of, no_memory
+from .flow import Flow, no_memory
 from .launch import launch, units
+from .stepping import blocks_of
 
 
 def extended(ensemble: Ensemble, rows: np.ndarray) -> Ensemble:

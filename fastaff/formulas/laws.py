@@ -12,6 +12,7 @@ from types import MappingProxyType
 from typing import Any
 
 from .grammar import FUNCTIONS
+from .variables import VARIABLES
 
 _VOLUME = "K/2*(D1*D2 - 1)**2"
 
@@ -49,6 +50,9 @@ def written_out(text: Any, letters: Mapping[str, Any]) -> tuple[Any, dict[str, A
     name = "-".join(text.lower().split()) if isinstance(text, str) else ""
     law = LAWS.get(name)
     if law is None:
+        words = name.split("-")
+        if all(re.fullmatch("[a-z]{3,}", word) and word not in {*VARIABLES, *letters} for word in words):
+            raise ValueError(f"{text!r} is no law known by name, those are {', '.join(LAWS)}: write its formula")
         return text, dict(letters)
     values = {re.sub(r"^a(\d)$", r"c\1", key) if name == "ogden" else key: entry for key, entry in letters.items()}
     terms = max(1, sum(re.fullmatch(r"m\d", key) is not None for key in values))

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import textwrap
 from collections.abc import Mapping, Sequence
+from pathlib import Path
 from typing import Any, NamedTuple
 
 from ..models.contracts import Kind
@@ -68,7 +69,8 @@ def statements(text: Any, parameters: Sequence[str], length: int = MOST) -> Stat
     for piece in pieces:
         left, equals, right = piece.partition("=")
         if not (equals and right.strip()) or not left.strip().isidentifier():
-            raise ValueError(f"text must be statements name = formula, such as {example}; got {_shown(piece)!r}")
+            file = f"; a file of MAD is pathlib.Path({text!r})" if Path(text).suffix and len(pieces) == 1 else ""
+            raise ValueError(f"text must be statements name = formula, such as {example}; got {_shown(piece)!r}{file}")
         sides.append((left.strip(), right.strip()))
     images = [left for left, _ in sides if left.endswith(suffix) and len(left) > len(suffix)]
     variables = tuple(image.removesuffix(suffix) for image in images)

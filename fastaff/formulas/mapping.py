@@ -44,11 +44,13 @@ def mapping(
 
     Parameters
     ----------
-    text : str, or lattice of another tool
+    text : str, or lattice or map of another tool
         Statements `name = formula` in the grammar of `formula`, one a line or separated by semicolons, such as "p1 = p
         + K*sin(x); x1 = x + p1". x1, or x', is the image of x, which may be used once it has a value. Other names stand
         for formulas used later. Also: a Line of xtrack or a lattice of PyAT, as the map of one turn of x, y, px, py on
-        momentum: its linear elements, kicks of thin multipoles, dipoles linear; any other is refused by its name.
+        momentum: its linear elements, kicks of thin multipoles, dipoles linear; any other is refused by its name. The
+        path of MAD-X's map_table or of a damap of MAD-NG, or a table with these columns: its Taylor series of x, px, y,
+        py on momentum, of deviations from the closed orbit, symplectic up to the order at which it was cut.
     coordinates, momenta : str or sequence of str, optional
         Names of the variables, in pairs (default: x with p, p_x or px; q_1 with p_1; else the first half of the images
         are those of coordinates).

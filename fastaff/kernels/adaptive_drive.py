@@ -8,6 +8,7 @@ import numpy as np
 
 from ..base.status import STEP_TOO_SMALL_CODE
 from ..compile.jit import LANES, jit, read_now, write_now
+from ..compile.pointers import call
 from .stepping import call_derivative, combine, load_lane, move_lane, room, runge_kutta_stages, store_lane
 
 AT_WALL = 1e-13
@@ -156,7 +157,7 @@ def observe_dense(observer, dense, rows, count, cadence, lanes, sample, out):
                 ticks[i] += 1
                 pending += 1
         if pending > 0:
-            observe(numbers, calls, count, orbit, seen, at, sample, memory, out, done)
+            call(observe, numbers, calls, count, orbit, seen, at, sample, memory, out, done)
 
 
 def run_adaptive(u, stop, progress, blocks, scheme, observer, steps, unit, orbits):
@@ -213,7 +214,7 @@ def run_adaptive(u, stop, progress, blocks, scheme, observer, steps, unit, orbit
         error_norm(rows, lanes, steps, scheme.errors, h, z, new, k, work, work2, norm)
         for i in range(lanes):
             reached[i] = kinetic[i]
-        check(params, lanes, bound, new, code, reached)
+        call(check, params, lanes, bound, new, code, reached)
         controlled(lanes, norm, code, h, fresh, ceiling, ahead, longest)
         for i in range(lanes):
             if fresh[i] > 0.0:
@@ -239,7 +240,7 @@ def run_adaptive(u, stop, progress, blocks, scheme, observer, steps, unit, orbit
             attempts[orbit[i]] += 1
         move_steps(rows, lanes, fresh, new, k[(stages - 1) * size :], z, k)
         if cadence == 0.0:
-            observe(numbers, calls, lanes, orbit, fresh, t, z, memory, out, done)
+            call(observe, numbers, calls, lanes, orbit, fresh, t, z, memory, out, done)
             if steps.renew:
                 call_derivative(derivative, params, lanes, z, k[:size])
         write_now(progress, u, following - u * unit - lanes)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..compile.jit import LANES, jit, read_now, write_now
+from ..compile.pointers import call
 from .crossings import CERTAIN, LOCATED, LOWER, NOTHING, RECORD, RETURN, UPPER
 from .stepping import advance, load_lane, move_lane, room, row, store_lane
 
@@ -72,7 +73,7 @@ def fractional(flow, lanes, start, tau, z, k, work, f):
     for j in range(rows * LANES, z.size):
         z[j] = 0.0
     advance(blocks, scheme, rows, lanes, tau, 1, z, k, work)
-    section.function(section.parameters, lanes, z, f)
+    call(section.function, section.parameters, lanes, z, f)
 
 
 @jit
@@ -225,7 +226,7 @@ def locate(unit, stop, progress, blocks, scheme, section, direction, records, wh
         for r in range(rows):
             start[r * LANES + i] = records[o, RECORD.state + r]
     flow = blocks, scheme, section, rows
-    section.function(section.parameters, lanes, start, f1)
+    call(section.function, section.parameters, lanes, start, f1)
     if doubtful > 0:
         fractional(flow, lanes, start, x1, z, k, work, f1)
         fractional(flow, lanes, start, x2, z, k, work, f)
@@ -267,15 +268,17 @@ def locate(unit, stop, progress, blocks, scheme, section, direction, records, wh
 
 
 @jit
-def compact(rows, out, counts):
-    """Keep the located records of each orbit's row, without gaps, NaN after them; counts (orbits,) becomes their
-    number.
+def compact(rows, out, counts, limit, unlocated):
+    """Keep the records of each orbit's row that are located, after the start and up to its limit (orbits,), without
+    gaps, NaN after them; counts (orbits,) becomes their number. unlocated (orbits,) tells where some are left.
     """
     width = RECORD.state + rows
     for o in range(out.shape[0]):
         kept = 0
         for slot in range(counts[o]):
-            if out[o, slot * width + RECORD.kind] == LOCATED:
+            time, kind = out[o, slot * width + RECORD.time], out[o, slot * width + RECORD.kind]
+            unlocated[o] |= kind != LOCATED and kind != NOTHING
+            if kind == LOCATED and time > 0.0 and time <= limit[o]:
                 if kept != slot:
                     for c in range(width):  # from slice to slice takes 1.5 s to compile, most of it for an error's text
                         out[o, kept * width + c] = out[o, slot * width + c]

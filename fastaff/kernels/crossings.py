@@ -9,6 +9,8 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
+import numpy as np
+
 from ..compile.jit import LANES, jit
 from ..compile.pointers import call_value
 from .stepping import row
@@ -49,7 +51,7 @@ start.
 
 class Rows(NamedTuple):
     """Rows of observer memory: section function now, one and two steps ago; times one and two steps ago; records
-    written, certain crossings among them; the first one of the state a step ago.
+    written, certain crossings among them; whether there is news; the first one of the state a step ago.
     """
 
     now: int = 0
@@ -59,24 +61,26 @@ class Rows(NamedTuple):
     time_earlier: int = 4
     written: int = 5
     certain: int = 6
-    state: int = 7
+    news: int = 7
+    state: int = 8
 
 
 ROWS = Rows()
 
 
-@jit
 def dips(earlier, before, now, first, second):
     """Tell whether a parabola through three values of one sign, `first` and `second` apart, may reach zero beside the
-    middle one.
+    middle one; numbers or arrays.
 
     The middle one is the nearest to zero; with equal distances h and curvature c the parabola goes at most c h^2/8
     deeper, which is taken twice.
     """
-    if not (abs(before) < abs(now) and abs(before) <= abs(earlier) and before * now > 0.0 and before * earlier > 0.0):
-        return False
+    nearest = (abs(before) < abs(now)) & (abs(before) <= abs(earlier)) & (before * now > 0.0) & (before * earlier > 0.0)
     bend = 2.0 * ((now - before) / second - (before - earlier) / first) / (first + second)
-    return 4.0 * abs(before) <= abs(bend) * max(first, second) ** 2
+    return nearest & (4.0 * abs(before) <= abs(bend) * np.maximum(first, second) ** 2)
+
+
+_dips = jit(dips)
 
 
 @jit
@@ -100,15 +104,19 @@ def detect(value, calls, lanes, orbit, fresh, t, z, memory, out, done):
     """
     rows = int(value.rows)
     call_value(calls, 0, lanes, z, row(memory, ROWS.now))
-    hits, moved = 0, 0
-    for i in range(lanes):  # without branches: most steps have nothing to record
-        hits += 1 if has_news(value.most, memory, i) & (fresh[i] != 0.0) else 0
+    news, hits, moved = row(memory, ROWS.news), 0, 0
+    for i in range(lanes):  # loops without branches become vector instructions
+        news[i] = 1.0 if has_news(value.most, memory, i) & (fresh[i] != 0.0) else 0.0
+    for i in range(lanes):
         moved += 1 if fresh[i] != 0.0 else 0
+    for i in range(lanes):
+        found = news[i] != 0.0
+        news[hits] = i  # the lanes with news, in place
+        hits += 1 if found else 0
     ended = 0
-    if hits > 0:
-        for i in range(lanes):
-            if fresh[i] != 0.0 and has_news(value.most, memory, i):
-                ended += write_records(value, rows, i, orbit[i], t[i], memory, out, done)
+    for k in range(hits):
+        i = int(news[k])
+        ended += write_records(value, rows, i, orbit[i], t[i], memory, out, done)
     if moved == lanes:
         for i in range(lanes):
             memory[ROWS.earlier * LANES + i] = memory[ROWS.before * LANES + i]
@@ -144,7 +152,7 @@ def write_records(value, rows, i, o, t, memory, out, done):
     rises, falls = before < 0.0 and now >= 0.0 and smooth, before > 0.0 and now <= 0.0 and smooth
     crossed = (rises and value.direction >= 0.0) or (falls and value.direction <= 0.0)
     t1, t2 = memory[ROWS.time_before * LANES + i], memory[ROWS.time_earlier * LANES + i]
-    if not (crossed or dips(earlier, before, now, t1 - t2, t - t1)):
+    if not (crossed or _dips(earlier, before, now, t1 - t2, t - t1)):
         return 0
     slot = int(memory[ROWS.written * LANES + i])
     first, last = (CERTAIN, CERTAIN) if crossed else (LOWER, UPPER)

@@ -1,4 +1,4 @@
-"""The driver of units of orbits by fixed steps, lanes refilled as orbits finish; `adaptive_drive` has the other.
+"""The drivers of units of orbits, and of one orbit, by fixed steps; `adaptive_drive` has the other.
 
 Every orbit's arithmetic is its own, so results are bitwise the same for any number of threads, unit size or order of
 the orbits. State that outlives a call (z, observer memory, steps done, status) is per orbit: a stopped run goes on
@@ -13,10 +13,13 @@ import numpy as np
 
 from ..base.status import NOT_CONVERGED_CODE
 from ..compile.jit import LANES, jit, read_now, write_now
+from ..compile.pointers import call
 from .stepping import advance, load_lane, move_lane, room, store_lane
 
 BURST, BETWEEN = 128, 37
 """Steps between looks at the stop flag; steps after these when the orbits are looked at once more."""
+LONG = 64 * BURST
+"""Steps of one orbit between looks at the stop flag."""
 
 
 @jit
@@ -56,8 +59,7 @@ class FixedSteps(NamedTuple):
     """Steps of an orbit's own size, up to `total` of them, observed every every[orbit] steps; arrays (orbits,).
 
     Orbits are taken in that `order`. With `refill` a lane takes the next orbit as soon as it is free; else the lanes of
-    a block keep the same step number. `strict`: what is observed was looked at before; `solo`: units are of one orbit,
-    which `march` steps.
+    a block keep the same step number. `strict`: what is observed was looked at before.
     """
 
     size: np.ndarray
@@ -66,7 +68,6 @@ class FixedSteps(NamedTuple):
     order: np.ndarray
     strict: bool = False
     refill: bool = False
-    solo: bool = False
 
 
 def run_fixed(u, stop, progress, blocks, scheme, observer, steps, unit, orbits):
@@ -78,7 +79,7 @@ def run_fixed(u, stop, progress, blocks, scheme, observer, steps, unit, orbits):
     """
     params, inside, check = blocks.params, blocks.inside, blocks.check
     observe, numbers, calls = observer
-    step, total, every, order, strict, refill, solo = steps
+    step, total, every, order, strict, refill = steps
     z0, count, kinetic0, status = orbits.z, orbits.taken, orbits.kinetic, orbits.status
     radius, memory0, out = orbits.radius, orbits.memory, orbits.out
     rows, memory_rows = z0.shape[0], memory0.shape[0]
@@ -89,7 +90,8 @@ def run_fixed(u, stop, progress, blocks, scheme, observer, steps, unit, orbits):
     z = block[: state_rows * LANES]
     t, h, code, done, fresh = room(1), room(1), room(1), room(1), room(1)
     kinetic, seen, found, reached, bound = room(1), room(1), room(1), room(1), room(1)
-    n, orbit, left = np.empty(LANES, np.int64), np.empty(LANES, np.int64), np.empty(LANES, np.int64)
+    n, orbit = np.empty(LANES, np.int64), np.empty(LANES, np.int64)
+    left, cadence = np.empty(LANES, np.int64), np.empty(LANES, np.int64)
     lanes = 0
     while read_now(stop, 0) == 0:
         if refill or lanes == 0:
@@ -100,26 +102,23 @@ def run_fixed(u, stop, progress, blocks, scheme, observer, steps, unit, orbits):
                     for r in range(rows, state_rows):
                         z[r * LANES + lanes] = 0.0
                     load_lane(memory0, o, memory, lanes)
-                    orbit[lanes], n[lanes], h[lanes] = o, count[o], step[o]
+                    orbit[lanes], n[lanes], h[lanes], cadence[lanes] = o, count[o], step[o], every[o]
                     left[lanes], kinetic[lanes], bound[lanes] = every[o] - count[o] % every[o], kinetic0[o], radius[o]
                     code[lanes], done[lanes], fresh[lanes] = 0.0, 0.0, 1.0
                     lanes += 1
                 following += 1
         if lanes == 0:
             break
-        longest = 64 * BURST if solo else BURST
-        burst = longest - n[0] % longest
+        burst = BURST - n[0] % BURST
         for i in range(lanes):
             burst = min(burst, total[orbit[i]] - n[i])
         ran, ended = 0, 0
         while ran < burst and ended == 0:
             quiet = 1 if refill else min(burst - ran, next_look(n[0]) - n[0])  # steps to what is to be seen or done
-            for i in range(lanes):
-                quiet = min(quiet, left[i])
-            if solo:
-                taken = blocks.march(params, scheme.drift, scheme.kick, h[0], quiet, block)
-            else:
-                taken = advance(blocks, scheme, rows, lanes, h, quiet, block, k, work)
+            if quiet > 1:
+                for i in range(lanes):
+                    quiet = min(quiet, left[i])
+            taken = advance(blocks, scheme, rows, lanes, h, quiet, block, k, work)
             ran += taken
             due = 0
             for i in range(lanes):
@@ -128,26 +127,31 @@ def run_fixed(u, stop, progress, blocks, scheme, observer, steps, unit, orbits):
                 left[i] -= taken
                 due += 1 if left[i] == 0 else 0
             all_look = refill or next_look(n[0] - 1) == n[0]
-            if not all_look:
-                inside(params, lanes, z, code)
-            if all_look or ran == burst or (strict and due > 0):
-                for i in range(lanes):
-                    found[i], reached[i] = code[i], kinetic[i]
-                check(params, lanes, bound, z, found, reached)
-                for i in range(lanes):  # an orbit is looked at when it is its turn, whatever its neighbours do
-                    if all_look or n[i] == total[orbit[i]] or (strict and left[i] == 0):
-                        code[i], kinetic[i] = found[i], reached[i]
+            if all_look:
+                call(check, params, lanes, bound, z, code, kinetic)
+            else:
+                call(inside, params, lanes, z, code)
+                if ran == burst or (strict and due > 0):
+                    for i in range(lanes):
+                        found[i], reached[i] = code[i], kinetic[i]
+                    call(check, params, lanes, bound, z, found, reached)
+                    for i in range(lanes):  # an orbit is looked at when it is its turn, whatever its neighbours do
+                        if n[i] == total[orbit[i]] or (strict and left[i] == 0):
+                            code[i], kinetic[i] = found[i], reached[i]
+            lost = 0
             for i in range(lanes):
-                if code[i] > 0.0:
-                    if scheme.sweeps > 0 and block[rows * LANES + i] == np.inf:
+                lost += 1 if code[i] > 0.0 else 0
+                fresh[i] = 0.0 if code[i] > 0.0 else fresh[i]
+            ended += lost
+            if lost > 0 and scheme.sweeps > 0:
+                for i in range(lanes):
+                    if code[i] > 0.0 and block[rows * LANES + i] == np.inf:
                         code[i] = NOT_CONVERGED_CODE
-                    fresh[i] = 0.0
-                    ended += 1
             if due > 0:
                 for i in range(lanes):
                     seen[i] = fresh[i] if left[i] == 0 else 0.0
-                    left[i] = every[orbit[i]] if left[i] == 0 else left[i]
-                ended += observe(numbers, calls, lanes, orbit, seen, t, z, memory, out, done)
+                    left[i] = cadence[i] if left[i] == 0 else left[i]
+                ended += call(observe, numbers, calls, lanes, orbit, seen, t, z, memory, out, done)
         write_now(progress, u, progress[u] + ran * lanes)
         i = 0
         while i < lanes:
@@ -160,14 +164,8 @@ def run_fixed(u, stop, progress, blocks, scheme, observer, steps, unit, orbits):
                 lanes -= 1
                 move_lane(state_rows, lanes, i, z)
                 move_lane(memory_rows, lanes, i, memory)
-                orbit[i], n[i], h[i], left[i], kinetic[i] = (
-                    orbit[lanes],
-                    n[lanes],
-                    h[lanes],
-                    left[lanes],
-                    kinetic[lanes],
-                )
-                bound[i] = bound[lanes]
+                orbit[i], n[i], left[i], cadence[i] = orbit[lanes], n[lanes], left[lanes], cadence[lanes]
+                h[i], kinetic[i], bound[i] = h[lanes], kinetic[lanes], bound[lanes]
                 code[i], done[i], fresh[i] = code[lanes], done[lanes], fresh[lanes]
             else:
                 i += 1
@@ -175,3 +173,37 @@ def run_fixed(u, stop, progress, blocks, scheme, observer, steps, unit, orbits):
         store_lane(z, i, z0, orbit[i])
         store_lane(memory, i, memory0, orbit[i])
         count[orbit[i]], kinetic0[orbit[i]] = n[i], kinetic[i]
+
+
+def run_one(u, stop, progress, blocks, scheme, observer, steps, unit, orbits):
+    """Advance one orbit by `march`, with the bits of `run_fixed`, whose loops over lanes take as long as a step."""
+    params, strict, refill, o = blocks.params, steps.strict, steps.refill, steps.order[u]
+    observe, numbers, calls = observer
+    total, every, h, n, out = steps.total[o], steps.every[o], steps.size[o], orbits.taken[o], orbits.out
+    if orbits.status[o] != 0 or n >= total:
+        return
+    rows, memory_rows = orbits.z.shape[0], orbits.memory.shape[0]
+    z, memory, orbit = room(scheme.copies * rows + scheme.spare), room(memory_rows), np.full(LANES, o, np.int64)
+    t, code, done, seen, kinetic, bound = room(1), room(1), room(1), room(1), room(1), room(1)
+    load_lane(orbits.z, o, z, 0)
+    load_lane(orbits.memory, o, memory, 0)
+    kinetic[0], bound[0], left, begun = orbits.kinetic[o], orbits.radius[o], every - n % every, n
+    while n < total and code[0] == 0.0 and done[0] == 0.0 and read_now(stop, 0) == 0:
+        until = min(total, n + LONG - n % LONG)
+        while n < until and code[0] == 0.0 and done[0] == 0.0:
+            quiet = min(left, 1 if refill else min(until, next_look(n)) - n)
+            taken = call(blocks.march, params, scheme.drift, scheme.kick, h, quiet, z)
+            n, left = n + taken, left - taken
+            t[0] = n * h
+            if refill or n == total or next_look(n - 1) == n or (strict and left == 0):
+                call(blocks.check, params, 1, bound, z, code, kinetic)
+            else:
+                call(blocks.inside, params, 1, z, code)
+            if left == 0:
+                seen[0], left = 1.0 if code[0] == 0.0 else 0.0, every
+                call(observe, numbers, calls, 1, orbit, seen, t, z, memory, out, done)
+        write_now(progress, u, progress[u] + n - begun)
+        begun = n
+    store_lane(z, 0, orbits.z, o)
+    store_lane(memory, 0, orbits.memory, o)
+    orbits.taken[o], orbits.kinetic[o], orbits.status[o] = n, kinetic[0], np.int64(code[0])

@@ -8,7 +8,7 @@ import numpy as np
 
 from ..compile.fused import fma
 from ..compile.jit import LANES, jit
-from ..compile.pointers import caller
+from ..compile.pointers import call, caller
 
 LINE = 64
 """Bytes of a cache line, and of the widest vector registers."""
@@ -32,7 +32,7 @@ class Coefficients(NamedTuple):
     """A scheme as kernels see it: the coefficients of a splitting, or of a Runge-Kutta tableau with those of its error
     estimates and its interpolant; `copies`: how many times its rows a state takes, 3 where a splitting works on
     increments; `spare`: rows behind the state that it takes. Of a collocation, which makes up to so many `sweeps`, a is
-    in the form of `schemes.Collocation` and dense extrapolates its slopes.
+    in the form of `schemes.Collocation` and dense that of its first sweep.
     """
 
     drift: np.ndarray = np.zeros(1)
@@ -59,19 +59,85 @@ def room(rows):
 
 
 @jit
+def stretch(rows, lanes):
+    """Return how far apart the beginnings of stretches of neighbours are that a loop over all rows goes through, and
+    how long they are: rows of so many lanes, or of a nearly full block all at once, as a loop takes time to begin.
+    """
+    return (LANES, lanes) if lanes < 3 * LANES // 4 else (rows * LANES, rows * LANES)
+
+
+@jit
 def combine(rows, lanes, first, last, coefficients, k, total):
-    """Set total = sum of coefficients[s] * k[s] over first <= s < last, in the order of s."""
+    """Set total = sum of coefficients[s] * k[s] over first <= s < last, in the order of s, without those that are 0.
+
+    Eight or four of them at a time: what is stored between two takes longer than the sums.
+    """
+    size, begun, s = rows * LANES, 0, first
+    apart, length = stretch(rows, lanes)
+    terms = np.empty(8, np.int64)
+    while s < last or begun == 0:
+        found = 0
+        while s < last and found < 8:
+            if coefficients[s] != 0.0:
+                terms[found] = s
+                found += 1
+            s += 1
+        eight = found == 8
+        fours = 0 if eight else found // 4
+        if eight:
+            add_eight(rows, lanes, terms, coefficients, k, total, begun)
+        else:
+            if begun == 0 and found == 0:
+                for r in range(rows):
+                    for i in range(lanes):
+                        total[r * LANES + i] = 0.0
+            if fours:
+                add_four(rows, lanes, terms, coefficients, k, total, begun)
+            for t in range(4 * fours, found):
+                c = coefficients[terms[t]]
+                begin = terms[t] * size
+                new = begun == 0 and t == 0
+                for at in range(0, size, apart):
+                    ks, sums = k[begin + at : begin + at + length], total[at : at + length]
+                    for i in range(length):
+                        sums[i] = (0.0 if new else sums[i]) + c * ks[i]
+        begun = 1
+
+
+@jit
+def add_four(rows, lanes, terms, coefficients, k, total, begun):
+    """Add four terms to a sum, or begin it."""
     size = rows * LANES
-    for r in range(rows):
-        for i in range(lanes):
-            total[r * LANES + i] = 0.0
-    for s in range(first, last):
-        if coefficients[s] != 0.0:
-            for r in range(rows):
-                row = r * LANES
-                ks = k[s * size + row : s * size + row + lanes]
-                for i in range(lanes):
-                    total[row + i] += coefficients[s] * ks[i]
+    s0, s1, s2, s3 = terms[0], terms[1], terms[2], terms[3]
+    c0, c1, c2, c3 = coefficients[s0], coefficients[s1], coefficients[s2], coefficients[s3]
+    apart, length = stretch(rows, lanes)
+    for at in range(0, size, apart):
+        to, sums = at + length, total[at : at + length]
+        k0, k1 = k[s0 * size + at : s0 * size + to], k[s1 * size + at : s1 * size + to]
+        k2, k3 = k[s2 * size + at : s2 * size + to], k[s3 * size + at : s3 * size + to]
+        for i in range(length):
+            sum = (0.0 if begun == 0 else sums[i]) + c0 * k0[i]
+            sums[i] = ((sum + c1 * k1[i]) + c2 * k2[i]) + c3 * k3[i]
+
+
+@jit
+def add_eight(rows, lanes, terms, coefficients, k, total, begun):
+    """Add eight terms to a sum, or begin it."""
+    size = rows * LANES
+    s0, s1, s2, s3, s4, s5, s6, s7 = terms[0], terms[1], terms[2], terms[3], terms[4], terms[5], terms[6], terms[7]
+    c0, c1, c2, c3 = coefficients[s0], coefficients[s1], coefficients[s2], coefficients[s3]
+    c4, c5, c6, c7 = coefficients[s4], coefficients[s5], coefficients[s6], coefficients[s7]
+    apart, length = stretch(rows, lanes)
+    for at in range(0, size, apart):
+        to, sums = at + length, total[at : at + length]
+        k0, k1 = k[s0 * size + at : s0 * size + to], k[s1 * size + at : s1 * size + to]
+        k2, k3 = k[s2 * size + at : s2 * size + to], k[s3 * size + at : s3 * size + to]
+        k4, k5 = k[s4 * size + at : s4 * size + to], k[s5 * size + at : s5 * size + to]
+        k6, k7 = k[s6 * size + at : s6 * size + to], k[s7 * size + at : s7 * size + to]
+        for i in range(length):
+            sum = (0.0 if begun == 0 else sums[i]) + c0 * k0[i]
+            sum = ((sum + c1 * k1[i]) + c2 * k2[i]) + c3 * k3[i]
+            sums[i] = (((sum + c4 * k4[i]) + c5 * k5[i]) + c6 * k6[i]) + c7 * k7[i]
 
 
 call_derivative = caller("derivative")
@@ -95,8 +161,8 @@ SETTLED = 2.0**-36
 """Change of a sweep, beside the largest numbers of its half of a state, above which no iteration has converged."""
 
 
-NOTHING, FASTEST = 2.0**-64, 2.0**-6
-"""Error of an iteration beside the size of a row that is none: a million of them are a rounding error. It is what two
+NOTHING, FASTEST = 2.0**-60, 2.0**-6
+"""Error of an iteration beside the size of a row that is none: hundreds of them are a rounding error. It is what two
 changes leave, whose quotient is taken for a factor of at least the second number by which all later ones fall.
 """
 
@@ -120,8 +186,9 @@ def weighted(rows, lanes, weights, parts, begin, end, total):
     makes arrays, where the references to them would be counted.
     """
     stages, size = weights.size, rows * LANES
-    for at in range(0, size, LANES):
-        to = at + lanes
+    apart, length = stretch(rows, lanes)
+    for at in range(0, size, apart):
+        to = at + length
         head, tail, result = begin[at:to], end[at:to], total[at:to]
         for t in range(0, stages, 4):
             a0, a1, a2, a3 = weights[t], weights[t + 1], weights[t + 2], weights[t + 3]
@@ -133,16 +200,16 @@ def weighted(rows, lanes, weights, parts, begin, end, total):
                 b4, b5, b6, b7 = 4 * size, 5 * size, 6 * size, 7 * size
                 p4, p5 = parts[b4 + at : b4 + to], parts[b5 + at : b5 + to]
                 p6, p7 = parts[b6 + at : b6 + to], parts[b7 + at : b7 + to]
-                for i in range(lanes):
+                for i in range(length):
                     first, second = fma(a1, p1[i], a0 * p0[i]), fma(a3, p3[i], a2 * p2[i])
                     third, last = fma(a5, p5[i], a4 * p4[i]), fma(a7, p7[i], a6 * p6[i])
                     result[i] = (head[i] + ((first + second) + (third + last))) + tail[i]
                 break
-            for i in range(lanes):
+            for i in range(length):
                 first, last = fma(a1, p1[i], a0 * p0[i]), fma(a3, p3[i], a2 * p2[i])
                 result[i] = (result[i] if t > 0 else head[i]) + (first + last)
         if stages != 8:
-            for i in range(lanes):
+            for i in range(length):
                 result[i] += tail[i]
 
 
@@ -200,44 +267,88 @@ def judged(rows, lanes, change, least, z, stage, going, before, relative, most, 
 def settled(rows, lanes, stages, z, carried, parts, work):
     """Add the parts to a state, with its carried rounding errors (Kahan's summation)."""
     size = rows * LANES
-    for at in range(0, size, LANES):
-        to = at + lanes
+    apart, length = stretch(rows, lanes)
+    for at in range(0, size, apart):
+        to = at + length
         y, error, add = z[at:to], carried[at:to], work[at:to]
-        for i in range(lanes):
+        for i in range(length):
             add[i] = error[i]
         for first in range(at, stages * size, size):
-            part = parts[first : first + lanes]
-            for i in range(lanes):
+            part = parts[first : first + length]
+            for i in range(length):
                 add[i] += part[i]
-        for i in range(lanes):
+        for i in range(length):
             total = y[i] + add[i]
             error[i] = add[i] - (total - y[i])
             y[i] = total
 
 
 @jit
-def collocate(derivative, params, lanes, rows, a, b, dense, sweeps, step, z, k, work):
-    """Take one step of a collocation: z, its carried rounding errors, the parts L_s = h b_s f(Y_s) of the step before.
+def begun(rows, lanes, parts, fresh):
+    """Set fresh to 1 for lanes that have no step behind them, whose parts are 0; return how many there are."""
+    new, first = 0, fresh[:lanes]
+    first[:] = 1.0
+    for at in range(0, rows * LANES, LANES):
+        part = parts[at : at + lanes]
+        for i in range(lanes):
+            first[i] = first[i] if part[i] == 0.0 else 0.0
+    for i in range(lanes):
+        new += 1 if first[i] > 0.0 else 0
+    return new
 
-    Y_s = z + sum of a[s, j] L_j is iterated stage after stage, from parts that are extrapolated from the step before,
-    until in all rows of a lane the change has stopped to fall: it is rounding then, and the lane is frozen while others
-    go on. Where it is not within so many sweeps, z becomes NaN and its carried errors inf. The parts are summed with
-    the rounding errors carried over (Kahan's summation).
+
+@jit
+def kept(rows, lanes, source, target):
+    """Copy the rows of lanes."""
+    apart, length = stretch(rows, lanes)
+    for at in range(0, rows * LANES, apart):
+        own, other = source[at : at + length], target[at : at + length]
+        for i in range(length):
+            other[i] = own[i]
+
+
+@jit
+def begin_anew(rows, lanes, fresh, other, total):
+    """Take the other states in lanes that are fresh."""
+    first = fresh[:lanes]
+    for at in range(0, rows * LANES, LANES):
+        own, result = other[at : at + lanes], total[at : at + lanes]
+        for i in range(lanes):
+            result[i] = own[i] if first[i] > 0.0 else result[i]
+
+
+@jit
+def collocate(derivative, params, lanes, rows, a, b, dense, sweeps, step, z, k, work):
+    """Take one step of a collocation: z, its carried rounding errors, the parts L_s = h b_s f(Y_s) of the step before,
+    and room for them.
+
+    Y_s = z + sum of a[s, j] L_j is iterated stage after stage until in all rows of a lane the change has stopped to
+    fall: it is rounding then, and the lane is frozen while others go on. The first sweep is that of a multistep method:
+    a stage is the integral of the polynomial through the slopes of the step before and those of the stages before it
+    (`dense`); without a step before it, of the latter. Where the iteration is not done within so many sweeps, z becomes
+    NaN and its carried errors inf. The parts are summed with the rounding errors carried over (Kahan's summation).
 
     Source: Hairer, Lubich & Wanner, Geometric Numerical Integration, 2nd ed. 2006, VIII.6; Antonana, Makazaga & Murua,
     Numer. Algorithms 76 (2017) 861 (form of a, stopping); Hairer, McLachlan & Razakarivony, BIT 48 (2008) 231.
     """
     size, stages = rows * LANES, b.size
-    carried, parts = z[size : 2 * size], z[2 * size :]
+    carried, parts, old = z[size : 2 * size], z[2 * size : (2 + stages) * size], z[(2 + stages) * size :]
     slope, change, least = k[:size], k[size : 2 * size], k[2 * size : 3 * size]
-    going, before, none = room(1), room(1), room(rows)
+    going, before, none, fresh = room(1), room(1), room(rows), room(1)
     relative, most, whole = room(1), room(1), room(3)
-    for s in range(stages):
-        weighted(rows, lanes, dense[s], parts, none, none, k[s * size :])
-    parts[:] = k[: stages * size]
+    new = begun(rows, lanes, parts, fresh)
+    kept(stages * rows, lanes, parts, old)
     least[:], before[:] = np.inf, np.inf
     going[:lanes] = 1.0
-    for _ in range(sweeps):
+    for s in range(stages):
+        weighted(rows, lanes, dense[s, :stages], old, carried, none, slope)
+        weighted(rows, lanes, dense[s, stages:], parts, slope, z, work)
+        if new > 0:
+            weighted(rows, lanes, a[s], parts, carried, z, slope)
+            begin_anew(rows, lanes, fresh, slope, work)
+        call_derivative(derivative, params, lanes, work, slope)
+        renewed(rows, lanes, b[s], step, slope, going, parts[s * size :], change)
+    for _ in range(1, sweeps):
         change[:] = 0.0
         for s in range(stages):
             weighted(rows, lanes, a[s], parts, carried, z, work)
@@ -265,9 +376,9 @@ def advance(blocks, scheme, rows, lanes, step, steps, z, k, work):
     Where z has room for increments and carried errors, the splitting works on increments.
     """
     if scheme.kick.size > 0:
-        return blocks.splitting(blocks.params, lanes, scheme.drift, scheme.kick, step, steps, z)
-    a, b, dense = scheme.a, scheme.b, scheme.dense
-    return blocks.step(blocks.derivative, blocks.params, lanes, rows, a, b, dense, scheme.sweeps, step, z, k, work)
+        return call(blocks.splitting, blocks.params, lanes, scheme.drift, scheme.kick, step, steps, z)
+    a, b, dense, sweeps = scheme.a, scheme.b, scheme.dense, scheme.sweeps
+    return call(blocks.step, blocks.derivative, blocks.params, lanes, rows, a, b, dense, sweeps, step, z, k, work)
 
 
 @jit

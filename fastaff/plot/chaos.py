@@ -24,8 +24,8 @@ from .parameters import parameter_label
 from .picking import carry
 from .scales import Colouring, calm, falls, label_of, limit_colours, limit_scale, limited
 from .sections import above_frame, why
-from .starts import cell_edges, grey_cells, places, widths
-from .style import DARK, GREY, PALE_END, Artists, chosen_orbits, figure, outline, symbol
+from .starts import cell_edges, cut_sides, grey_cells, places, widths
+from .style import DARK, GREY, PALE_END, Artists, beyond, chosen_orbits, figure, outline, symbol
 
 VERDICTS = ("regular", "undecided", "chaotic")
 
@@ -81,7 +81,7 @@ def plot_chaos_map(
     bar = None
     if colorbar:
         bar = _verdict_bar(ax, points) if colours is None else colour_bar(ax, points, colours)
-    return Artists(points, bar, tuple(lines), (), int(np.count_nonzero(~fine)))
+    return Artists(points, bar, tuple(lines), cut_sides(ax, starts), int(np.count_nonzero(~fine)))
 
 
 def _drawn(ax: Any, starts: Any, each: np.ndarray, fine: np.ndarray, how: dict[str, Any], size: float | None) -> Any:
@@ -235,5 +235,6 @@ def plot_history(
     if (
         falls(indicator) and ax.get_ylim()[0] < 1.5 * limit
     ):  # room for the laws: chaotic orbits fall by hundreds of decades
+        written.append(beyond(ax, f"curves go on down to {ax.dataLim.ymin:.3g}"))
         ax.set_ylim(1.5 * limit, 0.05 * abs(limit))
     return Artists(curves, None, tuple(drawn), tuple(written), missing)

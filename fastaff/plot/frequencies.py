@@ -17,7 +17,7 @@ from .picking import carry
 from .ratios import by_leading_lines, frequency, lines_of
 from .scales import colouring, colours_of, orbit_colours
 from .sections import why
-from .style import DARK, GREY, Artists, figure, nothing, symbol
+from .style import DARK, GREY, Artists, beyond, figure, nothing, symbol
 
 FEW = 50
 """Orbits of which none is far from the others: each counts."""
@@ -119,8 +119,7 @@ def _frame(ax: Any, X: np.ndarray, Y: np.ndarray, limits: tuple | None) -> list[
     inside = (wide[0] <= X) & (wide[1] >= X) & (high[0] <= Y) & (high[1] >= Y)
     if inside.all():
         return []
-    said = f"{np.count_nonzero(~inside)} of {X.size} orbits beyond the axes"
-    return [ax.text(0.99, 0.01, said, transform=ax.transAxes, ha="right", va="bottom", fontsize=8, color="0.35")]
+    return [beyond(ax, f"{np.count_nonzero(~inside)} of {X.size} orbits beyond the axes")]
 
 
 def _bulk(values: np.ndarray, whole: tuple[float, float]) -> tuple[float, float]:

@@ -21,8 +21,8 @@ from .parameters import parameter_label
 from .style import DARK, LINES, PALE, Artists, colour_map, figure, symbol
 
 ENERGY = "energy $E$"
-NEGLIGIBLE = 1e-3
-"""Probability beyond either end of the frame of a density."""
+NEGLIGIBLE, TINY = 1e-3, 1e-12
+"""Probability beyond either end of the frame of a density; what makes the edge of a chart no curve."""
 CHARTS = (ALPHA_BETA, R_VARTHETA, TWO_POLAR)
 
 
@@ -207,8 +207,8 @@ def plot_density(
 
     :Parameters: state: such as `wavefunction` and `LevelTable.state` return; body: its Body, for the classical turning
         curve V + hbar^2 (a^2/alpha^2 + b^2/beta^2)/(2 mu) = E; chart: ALPHA_BETA, R_VARTHETA or TWO_POLAR (default: the
-        state's); limits: ((x0, x1), (y0, y1)), by default all but a thousandth of the probability at either end;
-        points: along each axis; norm: a colour scale.
+        state's); limits: ((x0, x1), (y0, y1)), by default all but a thousandth of the probability at either end, and
+        what is allowed to the body where that is bounded; points: along each axis; norm: a colour scale.
     :Returns: Artists: points are the image, lines the turning curve (white, where there is a body) and det phi = 0
         (dashed, where it passes through the frame), `missing` is 0. The density is per unit of both coordinates: its
         integral is 1.
@@ -221,7 +221,7 @@ def plot_density(
         raise ValueError(
             f"chart must be {', '.join(known.name for known in CHARTS)}, got {getattr(chosen, 'name', chosen)!r}"
         )
-    (x0, x1), (y0, y1) = limits or _frame(state, chosen)
+    (x0, x1), (y0, y1) = limits or _frame(state, chosen, body)
     x, y = np.linspace(x0, x1, points), np.linspace(y0, y1, points)
     X, Y = np.meshgrid(x, y)
     dx, dy = (x1 - x0) / (points - 1) / 2, (y1 - y0) / (points - 1) / 2
@@ -288,15 +288,23 @@ def _left(body: Any, state: Any, alpha: np.ndarray, beta: np.ndarray) -> np.ndar
         for number, square in ((m - l, A), (m + l, B)):
             V = V + (number * state.hbar) ** 2 / (8 * body.mu * square) if number else V
         height = np.tanh((V - state.energy) / max(abs(state.energy), 1e-300))
-        return np.where(margin > 0, np.where(np.isnan(height), 1.0, height) * margin, -margin)
+        return np.where(margin > 0, np.where(np.isnan(height), 1.0, height) * margin, TINY - margin)
 
 
-def _frame(state: Any, chart: Chart) -> tuple[tuple[float, float], tuple[float, float]]:
-    """Return where all but a little of the probability is, from its marginals on a grid of rho and vartheta."""
+def _frame(state: Any, chart: Chart, body: Any) -> tuple[tuple[float, float], tuple[float, float]]:
+    """Return where all but a little of the probability is, from its marginals on a grid of rho and vartheta, and what
+    the energy allows to a body.
+    """
     rho, v = np.geomspace(1e-3, 1e3, 1201), np.pi * (np.arange(181) + 0.5) / 181
     R, angle = np.meshgrid(rho, v, indexing="ij")
     near = state.density(rho[:, None] ** 2, v[::12], R_VARTHETA).sum(axis=1) * rho**2
     kept = near > 1e-12 * near.max()
+    allowed = np.zeros(R.shape, bool)
+    if hasattr(body, "potential"):
+        allowed = _left(body, state, R * np.cos(angle / 2), R * np.sin(angle / 2)) < 0
+        allowed &= ~allowed[-1].any()
+    kept = kept | allowed.any(axis=1)
+    allowed = allowed[kept]
     R, angle = R[kept], angle[kept]
     weight = state.density(R**2, angle, R_VARTHETA) * R**2
     alpha, beta = R * np.cos(angle / 2), R * np.sin(angle / 2)
@@ -304,15 +312,16 @@ def _frame(state: Any, chart: Chart) -> tuple[tuple[float, float], tuple[float, 
         pairs = ((alpha + beta) / math.sqrt(2), (alpha - beta) / math.sqrt(2))
     else:
         pairs = (R**2, angle) if chart.name == R_VARTHETA.name else (alpha, beta)
-    (x0, x1), (y0, y1) = (_span(values, weight) for values in pairs)
+    (x0, x1), (y0, y1) = (_span(values, weight, allowed) for values in pairs)
     if chart.name == TWO_POLAR.name:
         return (x0, x1), (y0, y1)
     return (max(x0, 0.0), x1), (max(y0, 0.0), min(y1, math.pi) if chart.name == R_VARTHETA.name else y1)
 
 
-def _span(values: np.ndarray, weight: np.ndarray) -> tuple[float, float]:
-    """Return the ends of the middle part of a distribution, and a little room."""
+def _span(values: np.ndarray, weight: np.ndarray, allowed: np.ndarray) -> tuple[float, float]:
+    """Return the ends of the middle part of a distribution and of what is allowed, and a little room."""
     order = np.argsort(values, axis=None)
     share = np.cumsum(weight.ravel()[order])
     low, high = np.interp([NEGLIGIBLE, 1 - NEGLIGIBLE], share / share[-1], values.ravel()[order])
+    low, high = (f(values, where=allowed, initial=end) for f, end in ((np.min, low), (np.max, high)))
     return float(low - 0.12 * (high - low)), float(high + 0.12 * (high - low))

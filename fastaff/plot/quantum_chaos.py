@@ -19,8 +19,8 @@ from ..base.numbers import entries, positive, shown, whole
 from ..charts import ALPHA_BETA
 from .periodic import plot_periodic
 from .picking import carry
-from .starts import places, widths
-from .style import ACCENT, DARK, Artists, figure, outline, symbol
+from .starts import cut_sides, places, widths
+from .style import ACCENT, DARK, Artists, beyond, figure, outline, symbol
 
 LABELLED = 'laws of spacings, or such by their labels, as {"Poisson": BerryRobnik(0.0)}'
 """What laws of a figure are."""
@@ -83,7 +83,7 @@ def plot_husimi(
     if colorbar:
         bar = ax.figure.colorbar(cells, ax=ax, label=r"Husimi function $|\langle z|\Psi\rangle|^2$")
         bar.formatter.set_powerlimits((-2, 3))
-    return Artists(cells, bar, tuple(lines), (), int(np.count_nonzero(~np.isfinite(each))))
+    return Artists(cells, bar, tuple(lines), cut_sides(ax, grid), int(np.count_nonzero(~np.isfinite(each))))
 
 
 @figure
@@ -121,7 +121,9 @@ def plot_spacings(
         colour, dashes = LAWS[number % len(LAWS)]
         lines += ax.plot(x, law.density(x), color=colour, ls=dashes, lw=1.5, label=name)
     ax.set(xlabel="spacing $s$ (unfolded)", ylabel="$P(s)$", xlim=(0.0, top))
-    return Artists(bars, None, tuple(lines), (), int(np.count_nonzero(s > top)))
+    many = int(np.count_nonzero(s > top))
+    texts = (beyond(ax, f"{many} of {s.size} spacings above {top:g}"),) if many else ()
+    return Artists(bars, None, tuple(lines), texts, many)
 
 
 def _labelled(laws: Any) -> Mapping[str, Any]:

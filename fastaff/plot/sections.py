@@ -18,7 +18,7 @@ from .density import DENSE, draw_density
 from .picking import carry
 from .scales import Colouring, colours_of, orbit_colours
 from .starts import places
-from .style import DARK, GREY, Artists, figure, outline, symbol
+from .style import DARK, GREY, Artists, beyond, figure, outline, symbol
 
 
 @figure
@@ -81,6 +81,7 @@ def plot_section(
     if boundary is not None:
         lines += outline(ax, boundary)
     _look_at(ax, flat, (u, v), grey, starts, boundary)
+    texts = _cut(ax, away)
     if legend:
         above_frame(ax, legend)
     ax.set(xlabel=f"${symbol(x)}$", ylabel=f"${symbol(y)}$")
@@ -91,7 +92,17 @@ def plot_section(
         bar = ax.figure.colorbar(points, ax=ax, label="crossings per cell")
         if points.norm.vmax < 100:
             plain_numbers(bar)
-    return Artists(points, bar, tuple(lines), (), int(np.count_nonzero(~(drawn | grey | waiting))))
+    return Artists(points, bar, tuple(lines), texts, int(np.count_nonzero(~(drawn | grey | waiting))))
+
+
+def _cut(ax: Any, away: tuple[np.ndarray, ...]) -> tuple[Any, ...]:
+    """Note how many of the grey crossings lie beyond the frame."""
+    if not away[0].size:
+        return ()
+    (x0, x1), (y0, y1) = sorted(ax.get_xlim()), sorted(ax.get_ylim())
+    inside = (x0 <= away[0]) & (away[0] <= x1) & (y0 <= away[1]) & (away[1] <= y1)
+    many = np.count_nonzero(~inside)
+    return (beyond(ax, f"{many} crossings of grey orbits beyond the axes"),) if many else ()
 
 
 def _crossings(u: np.ndarray, v: np.ndarray, orbits: np.ndarray) -> tuple[np.ndarray, ...]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
@@ -13,7 +14,10 @@ from ..base.results import Result
 from .colour_bars import colour_bar
 from .picking import carry
 from .scales import colouring, colours_of, orbit_colours
-from .style import DARK, GREY, Artists, figure, symbol
+from .style import DARK, GREY, Artists, beyond, figure, symbol
+
+EDGE = 0.05
+"""Part of the last cells of a grid that may be allowed where it ends with the energy surface."""
 
 
 def places(starts: EnergyGrid | EnergySample) -> np.ndarray:
@@ -42,6 +46,23 @@ def widths(grid: EnergyGrid) -> tuple[float, float]:
     """Return width and height of the cells of a grid."""
     first, second = (float(np.ptp(axis)) / max(axis.size - 1, 1) or 1.0 for axis in grid.axes)
     return first, second
+
+
+def cut_sides(ax: Any, grid: EnergyGrid | EnergySample) -> tuple[Any, ...]:
+    """Note on which sides the energy allows more than a grid shows: where a part of its last cells is allowed. Samples,
+    grids of maps and those at rest, over angles, and whole turns of an angle have no such sides.
+    """
+    if not isinstance(grid, EnergyGrid) or math.isnan(grid.energy) or grid.names[-1].startswith("phi"):
+        return ()
+    words = []
+    for k, (axis, name) in enumerate(zip(grid.axes, grid.names, strict=True)):
+        whole = axis.size > 1 and abs((axis[-1] - axis[0]) / (2 * math.pi) - 1) < 1.5 / (axis.size - 1)
+        allowed = np.moveaxis(~grid.forbidden, k, 0)
+        least = max(2, EDGE * allowed.shape[1])
+        for end, sign in () if whole or axis.size < 3 else ((0, "<"), (-1, ">")):
+            if np.count_nonzero(allowed[end]) > least:
+                words.append(f"${symbol(name)} {sign} {axis[end]:.3g}$")
+    return (beyond(ax, f"allowed too: {', '.join(words)}"),) if words else ()
 
 
 @figure
@@ -80,7 +101,7 @@ def plot_diffusion_grid(
     carry(cells, at[0], at[1], np.arange(each.size), cell=widths(grid))
     ax.set(xlabel=f"${symbol(grid.names[0])}$", ylabel=f"${symbol(grid.names[1])}$")
     bar = colour_bar(ax, cells, colours) if colorbar else None
-    return Artists(cells, bar, (), (), int(np.count_nonzero(~np.isfinite(each))))
+    return Artists(cells, bar, (), cut_sides(ax, grid), int(np.count_nonzero(~np.isfinite(each))))
 
 
 def grey_cells(ax: Any, grid: EnergyGrid, chosen: np.ndarray) -> Any:
@@ -117,7 +138,7 @@ def plot_starts(
     points = ax.scatter(*at, s=size, color=DARK, linewidths=0, rasterized=True)
     carry(points, at[0], at[1], np.arange(at.shape[1]))
     ax.set(xlabel=f"${symbol(starts.names[0])}$", ylabel=f"${symbol(starts.names[1])}$")
-    return Artists(points, None, (), (), 0)
+    return Artists(points, None, (), cut_sides(ax, starts), 0)
 
 
 def _sample(

@@ -126,6 +126,12 @@ def nothing(ax: Any, why: str = "") -> Any:
     return ax.text(0.5, 0.5, said, transform=ax.transAxes, ha="center", va="center", color="0.35", wrap=True)
 
 
+def beyond(ax: Any, said: str) -> Any:
+    """Note in a corner of axes what they do not show."""
+    style = {"ha": "right", "va": "bottom", "fontsize": 8, "color": "0.35", "bbox": PLATE, "zorder": 5}
+    return ax.text(0.99, 0.01, said, transform=ax.transAxes, **style)
+
+
 def figure(function: Function) -> Function:
     """Return a figure's function that draws in our style, on new axes where `ax` is not given."""
 

@@ -116,16 +116,21 @@ class Collocation:
         """A fresh float64 array (stages,)."""
         return np.array([float(b) for b in self._weights])
 
-    @property
+    @cached_property
     def dense_array(self) -> np.ndarray:
-        """A fresh float64 array (stages, stages): the L of a step by those of the step before, extrapolated."""
-        c, b = self._nodes, self._weights
-        return np.array(
-            [
-                [float(_value(p, 1 + c[i]) * b[i] / b[j]) for j, p in enumerate(self._lagrange)]
-                for i in range(self.stages)
-            ]
-        )
+        """A float64 array (stages, 2*stages): the states at the nodes by the L of the step before and those of the
+        nodes before, from the integral of the polynomial through their slopes.
+        """
+        s, c, b = self.stages, np.array([float(x) for x in self._nodes]), self.b_array
+        x, w = np.polynomial.legendre.leggauss(s)
+        found = np.zeros((s, 2 * s))
+        for i in range(s):
+            nodes, at = np.concatenate([c - 1, c[:i]]), c[i] * (x + 1) / 2
+            for j, own in enumerate(nodes):
+                others = np.delete(nodes, j)
+                values = np.prod((at[:, None] - others) / (own - others), axis=1)
+                found[i, j] = c[i] / 2 * (w @ values) / b[j % s]
+        return found
 
 
 def _value(polynomial: list[Fraction], x: Fraction) -> Fraction:

@@ -15,7 +15,19 @@ from ...base.results import Result
 from ...base.status import Status
 
 COORDINATES = ("coordinate", "coordinates", "component", "components", "row", "rows", "variable", "variables")
-ORBITS = ("orbit", "orbits", "particle", "particles", "particle_id", "star", "stars", "body", "bodies", "trajectory")
+ORBITS = (
+    "orbit",
+    "orbits",
+    "particle",
+    "particles",
+    "particle_id",
+    "number",
+    "star",
+    "stars",
+    "body",
+    "bodies",
+    "trajectory",
+)
 SAMPLES = ("sample", "samples", "time", "times", "t", "turn", "turns", "at_turn", "step", "steps")
 """Names of dimensions that say which axis of a labelled array is meant."""
 
@@ -77,12 +89,15 @@ def given_orbits(
 
     Parameters: value: an array (2n, orbits, samples) or (2n, samples); a result with `samples` and `times`; a
     SectionMap, whose rows `coordinates` names, each point a sample; an object of another tool that `base.foreign`
-    knows; an array of PyAT (6, particles, 1, turns); a labelled array with `dims`, whose names say which axis is which;
-    anything with a shape and slices, such as a data set of a file; a mapping, group or Dataset, of which
-    `coordinates` names the 2n arrays (orbits, samples) or (samples,). dt or times (samples,), or neither; coordinates
-    (2n,): names of the rows; least: number of samples. Raises ValueError or TypeError naming what is wrong.
+    knows; the path of a table of MAD's tracking; an array of PyAT (6, particles, 1, turns); a labelled array with
+    `dims`, whose names say which axis is which; anything with a shape and slices, such as a data set of a file; a
+    mapping, group or Dataset, of which `coordinates` names the 2n arrays (orbits, samples) or (samples,). dt or times
+    (samples,), or neither; coordinates (2n,): names of the rows; least: number of samples. Raises ValueError or
+    TypeError naming what is wrong.
     """
     names = None if coordinates is None else row_names(coordinates)
+    if isinstance(value, str):
+        raise TypeError(f"samples must be arrays, a result or, of MAD's tracking, pathlib.Path({value!r}); got a text")
     foreign = read_by("orbits", value, "samples", names)
     if foreign is not None:
         value, names = foreign.rows, foreign.names if names is None else names

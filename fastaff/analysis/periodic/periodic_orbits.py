@@ -331,9 +331,13 @@ class _Search:
         return closing_goal(self.tolerance, state.z[:, which], steps, found.monodromy[which], scale)
 
     def _rests(self, state: _State, which: np.ndarray) -> np.ndarray:
-        """Tell which orbits (orbits,) are equilibria of dz/dt = f(z), which return after any time."""
-        if self.flow.traits.canonical:
+        """Tell which orbits (orbits,) are none: points where the flow touches the section, which are back at once, and
+        equilibria of dz/dt = f(z), which return after any time.
+        """
+        if self.section is None:
             return np.zeros(which.size, bool)
+        if self.flow.traits.canonical:
+            return state.found.time[which] * state.scale.rate[which] < RESTS
         scale, field = state.scale.of(which), vector_field(self.flow.model, state.z[:, which])
         return scale.norm(field) < RESTS * scale.rate
 

@@ -74,7 +74,7 @@ def energy_grid(
     body: Dynamics,
     *,
     energy: float | None = None,
-    axes: Axes | str,
+    axes: Axes | str = "whole",
     section: Section | str | None = None,
     fixed: Mapping[str, float] | None = None,
     solve: str | None = None,
@@ -91,7 +91,7 @@ def energy_grid(
         Any number n of degrees of freedom.
     energy : float, energy, optional
         None for a map.
-    axes : two arrays, dict of arrays, or "whole"
+    axes : two arrays, dict of arrays, or "whole", default "whole"
         Section coordinates, or rows of z by name, ``{"x": xs, "z": zs}``; "whole": 101 values of each section
         coordinate over all bounded parts that the energy allows, so that nothing of them is cut.
     section : section or str, optional
@@ -208,6 +208,8 @@ def _grid_by_name(
     checked_model(body, needs="a start by rows")
     energy = checked_energy(body, energy)
     no_planes(*planes)
+    if isinstance(axes, str):
+        raise TypeError(f"axes must be given by name, {{{traits_of(body).row_names[0]!r}: array, ...}}, or a section")
     names, arrays = checked_values(axes)
     launch = launching(body, energy, names, section, *how)
     fits("axes", *(array.size for array in arrays), ARRAYS * body.degrees_of_freedom)
@@ -371,7 +373,8 @@ def _(section, body, energy, p_eta, p_gamma, u, v):
     unit = np.zeros(2)
     unit[i] = 1.0
     weight = body.kinetic_energy(*unit)
-    own = at_rest(body, z[:2])[i]  # the velocity has the sign, which in a turning frame is that of what is beyond it
+    # The velocity has the sign, which is 0 at another momentum in a turning frame or beside a product of momenta.
+    own = at_rest(body, z[:2])[i] - body.velocity(*z[2:])[i] / (2 * weight)
     z[2 + i] = _momentum((energy - energies(body, z)) / weight + own * own, sign)
     z[2 + i] += own
     return z, names

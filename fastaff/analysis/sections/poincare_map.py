@@ -16,10 +16,10 @@ from ...base.short_forms import Starts, starts_of, takes
 from ...base.status import Status
 from ...compile.threads import by_portions
 from ...flows.accuracy import Steps, halved, planned, until
-from ...flows.checks import checked_model, checked_section
+from ...flows.checks import checked_model, checked_section, phase_points
 from ...flows.flow import Flow, Wear
 from ...flows.launch import Report
-from ...flows.motion import Motion, motion
+from ...flows.motion import Motion, motion, typical_rate
 from ...flows.needs import check_given
 from ...flows.options import Options, plan, suited
 from ...formulas.section_text import section_of
@@ -126,7 +126,10 @@ def poincare_map(
         return strobed(body, z0, section, wanted, options)
     if not mapping:
         if max_time is None:
-            raise TypeError(f"max_time must be given: the time after which an orbit ends that misses {section!r}")
+            raise TypeError(
+                f"max_time must be given: the time after which an orbit ends that misses {section!r}"
+                f"{_enough(body, z0, wanted)}"
+            )
         max_time = positive("max_time", max_time)
     flow, z, _ = plan(body, z0, options, time=max_time, error=None, transformed=True)
     if mapping:
@@ -136,6 +139,14 @@ def poincare_map(
     if goal is not None:
         return _accurate(flow, body, z, section, wanted, max_time, tolerance, goal, report)
     return crossed(flow, body, z, section, wanted, max_time, tolerance, report)[0]
+
+
+def _enough(body: Any, z0: Any, wanted: int) -> str:
+    """Say which time does for so many crossings: four turns of the orbits for each."""
+    if not traits_of(body).canonical:
+        return ""
+    turn = 2 * np.pi / typical_rate(body, phase_points("z0", z0, body))
+    return f"; a turn of these orbits takes about {turn:.2g}: max_time={float(f'{4 * wanted * turn:.1g}'):g} will do"
 
 
 def _iterated(flow: Flow, body: Any, z: np.ndarray, wanted: int, report: Report | None) -> SectionMap:

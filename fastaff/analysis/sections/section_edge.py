@@ -178,8 +178,14 @@ def _least(body: Any, section: Any, energy: float, rest: Function, nodes: np.nda
     elif _of_ellipses(body):
         return energy - float(highest(rest, 1, nodes)[0])
     else:
-        mass = 0.5 / body.kinetic_energy(*np.eye(2)[1 - int(np.flatnonzero(section.normal)[0])])
+        mass = 0.5 / _weight(body, int(np.flatnonzero(section.normal)[0]))
     return energy - float(highest(rest, 1, nodes)[0]) / (2 * mass)
+
+
+def _weight(body: Any, i: int) -> float:
+    """Return the least kinetic energy at which the other momentum is 1, of two, whatever the i-th is."""
+    own, other = np.eye(2)[[i, 1 - i]]
+    return float(body.kinetic_energy(*other) - body.velocity(*other)[i] ** 2 / (4 * body.kinetic_energy(*own)))
 
 
 def _rest(body: Any, section: Any, energy: float, p_eta: float, p_gamma: float) -> Function:
@@ -191,7 +197,7 @@ def _rest(body: Any, section: Any, energy: float, p_eta: float, p_gamma: float) 
     if isinstance(section, (Linear, AngleEquals)) and body.degrees_of_freedom == 2:
         i = int(np.flatnonzero(section.normal)[0])
         at = section.offset / section.normal[i]
-        weight = body.kinetic_energy(*np.eye(2)[1 - i])
+        weight = _weight(body, i)
 
         def left(u, _):
             q = np.array([at + 0 * u, u] if i == 0 else [u, at + 0 * u])

@@ -1,0 +1,79 @@
+"""Files of MAD-X and MAD-NG: TFS tables of tracking as orbits, tables of maps and damaps as maps of one turn."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ..base.foreign import Foreign
+from .frames import orbits as orbits_of
+from .taylor import SIX, Terms, of_columns, turn
+
+WORDS = re.compile(r'"[^"]*"|\S+')
+SERIES = re.compile(r"^\s*I\s+COEFFICIENT\s+ORDER\s+EXPONENTS", re.MULTILINE)
+HEAD = re.compile(r"^\s*\S+\s*:\s*([RC]), NV =\s*(\d+)", re.MULTILINE)
+
+
+def read_tfs(path: Path) -> dict[str, np.ndarray]:
+    """Return the columns of a TFS file by their names in small letters; NaN for what is no number among numbers."""
+    names: list[str] = []
+    formats: list[str] = []
+    rows = []
+    for line in path.read_text(encoding="utf-8").splitlines():
+        first, *rest = WORDS.findall(line) or ["#"]
+        if first == "*":
+            names = [word.lower() for word in rest]
+        elif first == "$":
+            formats = rest
+        elif first[0] not in "@#":
+            rows.append([first, *rest])
+    if not names or len(formats) != len(names):
+        raise ValueError(f"{path} must be a TFS table with lines that begin with * and $, or a damap of MAD-NG")
+    uneven = next((row for row in rows if len(row) != len(names)), None)
+    if uneven is not None:
+        raise ValueError(f"{path} must have {len(names)} entries in each row, got {' '.join(uneven)[:80]!r}")
+    columns = zip(*rows, strict=True) if rows else [()] * len(names)
+    return {name: np.array([_read(w, kind) for w in c]) for name, kind, c in zip(names, formats, columns, strict=True)}
+
+
+def _read(word: str, kind: str) -> Any:
+    if kind.endswith("s"):
+        return word.strip('"')
+    try:
+        return float(word)
+    except ValueError:
+        return np.nan
+
+
+def orbits(path: Path, name: str, coordinates: tuple[str, ...] | None) -> Foreign | None:
+    """Return the particles of a table of tracking: of each turn its last row, at the end of the sequence."""
+    table = read_tfs(path)
+    owner = next((entry for entry in ("number", "id") if entry in table), None)
+    if owner is None or "turn" not in table:
+        raise ValueError(f"{name} must be a table of tracking with turn, and number or id; it has {', '.join(table)}")
+    wanted = coordinates or ("x", "y", "px", "py")
+    keys = np.array([table[owner], table["turn"]])[:, ::-1]
+    rows = keys.shape[1] - 1 - np.unique(keys, axis=1, return_index=True)[1]
+    columns = {entry: table[entry.lower()][rows] for entry in wanted if entry.lower() in table}
+    return orbits_of({**columns, "particle": table[owner][rows], "turn": table["turn"][rows]}, name, wanted)
+
+
+def lattice(path: Path) -> str:
+    """Return the map of one turn of a file, on momentum and about the closed orbit, as a text."""
+    text = path.read_text(encoding="utf-8")
+    return turn(_series(text, path) if SERIES.search(text) else of_columns(read_tfs(path), f"{path}"))
+
+
+def _series(text: str, path: Path) -> list[Terms]:
+    """Return the rows x, px, y, py, t, pt of a damap, those of them that it has; terms of parameters are none."""
+    kinds = HEAD.findall(text)
+    if not 4 <= len(kinds) <= len(SIX) or {kind for kind, _ in kinds} != {"R"}:
+        raise ValueError(f"{path} must have 4 to 6 real series x, px, y, py, t, pt, got {len(kinds)} series")
+    found: list[Terms] = []
+    for part in HEAD.split(text)[3::3]:
+        lines = (line.split() for line in part.splitlines() if re.match(r"\s*\d+\s+\S+E", line) and "^" not in line)
+        found.append({tuple(map(int, entry[3:])): float(entry[1]) for entry in lines})
+    return found

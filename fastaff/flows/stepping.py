@@ -1,0 +1,79 @@
+"""What kernels get of a flow: the blocks of its model, the coefficients of its scheme."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from ..base.identity import by_identity
+from ..compile import damping, nystrom, turning
+from ..compile.blocks import idle_block, model_block, nystrom_block, parameters, step_block
+from ..compile.packing import Packed
+from ..compile.pointers import address
+from ..kernels.stepping import Blocks, Coefficients, collocate, runge_kutta
+from ..models.traits import traits_of
+from ..schemes.catalogue import Collocation, Nystrom, Scheme, Splitting
+
+
+def blocks_of(model: Any, vectors: int = 0, step: Callable | None = None, **kinds: str | nystrom.Terms) -> Blocks:
+    """Return what kernels see of a model: block functions of these kinds, or of a Runge-Kutta-Nyström scheme's terms,
+    idle ones in the other places; step: the kernel of a scheme that steps by the derivative.
+    """
+    n, derivative = model.degrees_of_freedom, 0
+    found = {
+        place: model_block(kind, model, n, vectors)
+        if isinstance(kind, str)
+        else nystrom_block(f"nystrom_{place}", model, n, vectors, kind)
+        for place, kind in kinds.items()
+    }
+    if step is not None:
+        found["step"], derivative = step_block(step), address(model_block("derivative", model, n, vectors))
+    idle = {place: idle_block(place) for place in Blocks._fields[1:-1] if place not in found}
+    return Blocks(parameters(model), **found, **idle, derivative=derivative)
+
+
+@by_identity
+def _kept(model: Any) -> dict[tuple, tuple[Packed, Packed, Scheme]]:
+    """What kernels have got of a model, with the schemes, or the ids of these could become those of others."""
+    return {}
+
+
+def stepping(flow: Any, *kinds: str, solo: bool = False) -> tuple[Packed, Packed]:
+    """Return the blocks of these kinds with that by which the scheme steps, units of one orbit where `solo`, and the
+    scheme's coefficients.
+    """
+    scheme, kept = flow.scheme, _kept(flow.model)
+    key = id(scheme), flow.vectors, solo, kinds
+    if key not in kept:
+        by: dict[str, Any] = {"step": collocate if isinstance(scheme, Collocation) else runge_kutta}
+        if isinstance(scheme, Nystrom):
+            by = {"march" if solo else "splitting": scheme.terms}
+        if isinstance(scheme, Splitting):
+            by = {"march": "march"} if solo else {"splitting": "precise_splitting" if flow.precise else "splitting"}
+        blocks = blocks_of(flow.model, flow.vectors, **by | {kind: kind for kind in kinds})
+        kept[key] = Packed(blocks), Packed(_coefficients(flow)), scheme
+    return kept[key][:2]
+
+
+def _coefficients(flow: Any) -> Coefficients:
+    scheme = flow.scheme
+    if isinstance(scheme, (Splitting, Nystrom)):
+        copies = 2 if isinstance(scheme, Nystrom) else 3 if flow.precise else 1
+        return Coefficients(scheme.drift_array, scheme.kick_array, copies=copies, spare=_spare(flow))
+    if isinstance(scheme, Collocation):
+        a, b, dense = scheme.a_array, scheme.b_array, scheme.dense_array
+        return Coefficients(a=a, b=b, dense=dense, copies=2 * (1 + scheme.stages), sweeps=scheme.sweeps)
+    return Coefficients(a=scheme.a_array, b=scheme.b_array, errors=scheme.error_array, dense=scheme.dense_array)
+
+
+def _spare(flow: Any) -> int:
+    """Return the rows that blocks of states need besides: those of the rotations of drifts, of the friction of kicks,
+    or of the forces of stages.
+    """
+    traits, scheme = traits_of(flow.model), flow.scheme
+    if isinstance(scheme, Nystrom):
+        n = flow.model.degrees_of_freedom
+        return nystrom.spare_rows(n, n * (1 + flow.vectors), scheme.stages)
+    if traits.friction:
+        return damping.spare_rows(scheme.kick_array.size)
+    return turning.spare_rows(scheme.drift_array.size) if traits.frame else 0
