@@ -396,7 +396,7 @@ LONG_MODULES = {
     "analysis.frequencies.fundamental": 465,
     "analysis.frequencies.tunes": 471,
     "exchange.files": 498,
-    "explorer.javascript": 494,
+    "explorer.javascript": 427,
     "jobs.job": 432,
     "jobs.running": 500,
     "jobs.store": 412,

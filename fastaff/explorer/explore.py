@@ -55,7 +55,7 @@ def explore(
     p_eta: float = 0.0,
     p_gamma: float = 0.0,
     accuracy: float = ACCURACY,
-    scheme: Splitting | str | None = None,
+    scheme: Splitting | Collocation | str | None = None,
     background: StrPath | tuple[Result, EnergyGrid] | None = None,
     points: ArrayLike | None = None,
     fixed: Mapping[str, float] | None = None,
@@ -66,26 +66,27 @@ def explore(
     Parameters
     ----------
     body : model, optional
-        A Body with a doubly isotropic potential, a system of two coordinates, a driven one of one coordinate, or a map
-        (default: neo-Hookean; the page has all named models anyway).
+        A Body with a doubly isotropic potential, a system of two degrees of freedom, H(q, p) too, a driven one of one
+        coordinate, a map, or a flow of three variables or more (default: neo-Hookean; the page has all named models
+        anyway).
     energy : float, energy, optional
-        None for a map or a driven system.
+        None for a map, a flow or a driven system.
     section : value of `fastaff.models.sections` or str, optional
         Such as "alpha-turning", "beta=0.4", "x=0", of a driven system "t=0" (default: alpha-turning, the first
-        coordinate 0, or t = 0).
+        coordinate 0, the last variable of a flow 0, or t = 0).
     p_eta, p_gamma : float, action, default 0
         Angular momenta of a body's planes.
     accuracy : float, default 1e-10
         Relative error of the first crossings.
-    scheme : splitting or str, optional
-        Default: the splitting with the fewest forces.
+    scheme : splitting, collocation or str, optional
+        Default: the splitting with the fewest forces; GAUSS16 for H(q, p) and flows, which take GAUSS8 too.
     background : path or pair (result, EnergyGrid), optional
         A chaos or frequency map over a grid of the section.
     points : array (2, orbits), optional
         Section coordinates at which orbits start when the page is opened; [] for none (default: the page starts twelve
         over the region, or none where there is a background).
     fixed : dict of float, optional
-        Of a map, starting values of rows outside the plane, by name (0), as in `energy_grid`.
+        Of a map or flow, starting values of rows outside the plane, by name (0), as in `energy_grid`.
     out : path, optional
         The file (default: fastaff-explorer.html, with a number where it exists).
 
@@ -104,12 +105,13 @@ def explore(
     Notes
     -----
     A map has neither energy nor section, accuracy nor scheme: a point of the plane of its first coordinate and momentum
-    (another pair is chosen in the page) is an orbit of iterates, angles as they are in [0, period). The states of a
-    driven system once a period are such a map; it has no energy either, and its x is an angle where the force is the
-    same 2 pi farther on. The model's methods are printed as JavaScript from their Python source, with the package's
-    scheme coefficients; crossings are located on the scheme's own flow. First crossings agree with `poincare_map` to
-    the accuracy; later ones of chaotic orbits differ as elementary functions of browsers do. The page executes nothing
-    that is not in it.
+    (another pair is chosen in the page) is an orbit of iterates, angles of period T as they are in [-T/2, T/2). The
+    states of a driven system once a period are such a map; it has no energy either, and its x is an angle where the
+    force is the same 2 pi farther on, or where it is said to be one. H(q, p) is launched by the root of a momentum, the
+    outermost with a velocity of the direction's sign; it and flows run by collocation, iterated to rounding. The
+    model's methods are printed as JavaScript from their Python source, with the package's scheme coefficients;
+    crossings are located on the scheme's own flow. First crossings agree with `poincare_map` to the accuracy; later
+    ones of chaotic orbits differ as elementary functions of browsers do. The page executes nothing that is not in it.
 
     References
     ----------

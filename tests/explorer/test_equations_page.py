@@ -11,7 +11,7 @@ from fastaff.jobs import Job
 
 assert browser  # the fixture of the pages of sections
 
-LORENZ = fa.flow("x' = s*(y - x); y' = x*(r - z) - y; z' = x*y - b*z", s=10.0, r=28.0, b=8 / 3)
+LORENZ = fa.flow("x' = s*(y - x); y' = x*(r - z) - y; z' = x*y - b*z", s=10.0, r=28.0, b=2.667)
 ENERGY = DOUBLE.replace("/(2*m*(", "/(2*(").replace("2*g*", "2*").replace(" g*", " ")
 
 
@@ -85,6 +85,14 @@ def test_driven_systems_and_flows_are_typed(sheet):
     model = fa.hamiltonian("-cos(x) - a*x*cos(w*t)", coordinates="x", period="2*pi/w", a=0.05, w=0.8)
     exact = fa.poincare_map(model, [one.z0[0], 0.0, one.z0[1], 0.0], section="t=0", crossings=30, accuracy=1e-12)
     np.testing.assert_allclose(one.points[1], exact.points[2, :, 0], atol=1e-8)
+    sheet.number("t", "1.25")
+    sheet.wait("app.pending === null && app.orbits.shown.size === 1 && location.hash.includes('phase=1.25')")
+    sheet.done(1)
+    (later,) = sheet.orbits()
+    np.testing.assert_allclose(later.point, one.point, atol=1e-12)
+    moved = [later.z0[0], 1.25, later.z0[1], 0.0]
+    exact = fa.poincare_map(model, moved, section="t=1.25", crossings=30, accuracy=1e-12)
+    np.testing.assert_allclose(later.points[1], exact.points[2, :, 0], atol=1e-8)
     sheet.state("system=your-flow&crossings=10")
     assert sheet.get("[app.root.dataset.kind, app.state.section, app.state.constant]") == ["flow", "z=c", 27]
     assert not sheet.page.locator("[data-number=E]").count()

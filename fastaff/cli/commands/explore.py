@@ -42,11 +42,12 @@ def explore(
         U,V: section coordinates, or those of a map's plane, at which an orbit starts when the page is opened; once for
         each.
     fixed
-        NAME=VALUE: where a coordinate or momentum of a map outside of the plane starts; once for each. [0]
+        NAME=VALUE: where a row of a map or flow outside of the plane starts; once for each. [0]
     accuracy
         Relative error that the first crossings may have. [1e-10]
     scheme
-        A splitting by name, such as KAHAN_LI8. [the one that needs the fewest forces]
+        A splitting by name, such as KAHAN_LI8; GAUSS16 or GAUSS8 for H(q, p) and flows. [the one that needs the fewest
+        forces; GAUSS16]
     out
         Path of the page. [fastaff-explorer.html]
     force

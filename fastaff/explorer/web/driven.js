@@ -55,8 +55,9 @@ export class Strobed {
 
   /** The same with the steps that the first periods of an orbit need for the accuracy. */
   suited(z0) {
-    let before = this.with(FIRST_STEPS/2).trace(z0);
-    for (let steps = FIRST_STEPS; ; steps *= 2) {
+    const first = this.base.rates ? FIRST_STEPS/4 : FIRST_STEPS; // collocations are of higher order
+    let before = this.with(first/2).trace(z0);
+    for (let steps = first; ; steps *= 2) {
       const fine = this.with(steps), now = fine.trace(z0), size = [0, 1].map((r) => Math.max(...now.map((z) => Math.abs(z[r]))) || 1);
       const apart = Math.max(...now.map((z, k) => Math.max(...[0, 1].map((r) => Math.abs(z[r] - before[k][r])/size[r]))));
       // The finer run's error is 2^order times less; half of that is for what later periods add.

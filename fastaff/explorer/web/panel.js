@@ -89,6 +89,7 @@ export function showParameters(panel, state, system) {
 export function showOthers(panel, state, system) {
   const { part, act } = panel, timeless = system.kind === "map" || system.kind === "flow", rows = timeless ? startsBeside(system, state) : [];
   const sliders = rows.map(([name, value]) => makeSlider({ name, value, ...rangeAbout(value, -1) }, (number) => act.other(name, number)));
+  if (system.driven) sliders.push(makeSlider({ name: "t", value: state.phase, ...rangeAbout(state.phase, 0) }, (number, final) => act.set("phase", number, final)));
   if (timeless) part("surface").replaceChildren(...sliders.map((slider) => slider.row));
   part("others-hint").hidden = !rows.length;
 }

@@ -104,7 +104,7 @@ export function firstState(setup, name) {
   }
   if (kind === "flow") {
     const own = { energy: null, p_eta: 0, p_gamma: 0, section: "z=c", constant: 27, others: {}, view: null, points: null };
-    return { ...common, ...own, scheme: "GAUSS16", system: name, formula: OWN_FORMULAS.flow, parameters: { s: 10, r: 28, b: 8 / 3 } };
+    return { ...common, ...own, scheme: "GAUSS16", system: name, formula: OWN_FORMULAS.flow, parameters: { s: 10, r: 28, b: 2.667 } };
   }
   if (kind) {
     const values = kind === "body" ? { G: 1, K: 2 } : { lam: 1 };
@@ -143,7 +143,7 @@ export function hashOf(state, startPoints, view) {
   for (const [name, value] of Object.entries(state.parameters)) parts.push(["parameter." + name, value]);
   const isFlow = isMap && state.constant !== null;
   if (isMap) for (const [name, value] of Object.entries(state.others)) if (isFlow ? value !== 0 : !state.section.split(",").includes(name)) parts.push(["start." + name, value]);
-  for (const name of isFlow ? ["section", "constant", "direction", "scheme", "accuracy", "crossings"] : isMap ? ["section", ...(isNumeric(state.phase) ? ["scheme", "accuracy"] : []), "crossings"] : ["energy", "section", "constant", "direction", "p_eta", "p_gamma", "scheme", "accuracy", "crossings"]) {
+  for (const name of isFlow ? ["section", "constant", "direction", "scheme", "accuracy", "crossings"] : isMap ? ["section", ...(isNumeric(state.phase) ? ["phase", "scheme", "accuracy"] : []), "crossings"] : ["energy", "section", "constant", "direction", "p_eta", "p_gamma", "scheme", "accuracy", "crossings"]) {
     if (state[name] !== null && state[name] !== undefined) parts.push([name, state[name]]);
   }
   if (view) parts.push(["view", view.join(":")]);
@@ -206,7 +206,7 @@ export function readHash(setup, text) {
   const system = systemOf(setup, state);
   const hadConstant = given.has("constant") || !given.has("section");
   if (OWN[state.system]) settle(setup, state, system);
-  for (const key of { map: [], flow: ["constant"] }[system.kind] ?? ["energy", "constant", "p_eta", "p_gamma"]) read(key, isNumber, Number);
+  for (const key of { map: system.driven ? ["phase"] : [], flow: ["constant"] }[system.kind] ?? ["energy", "constant", "p_eta", "p_gamma"]) read(key, isNumber, Number);
   for (const row of Object.keys(state.others ?? {})) {
     const key = "start." + row;
     if (given.has(key) && isNumber(given.get(key))) state.others[row] = Number(given.get(key));

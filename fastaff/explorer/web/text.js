@@ -2,7 +2,8 @@
 
 const MINUS = "\u2212";
 const RAISED = { "-": "\u207b", 0: "\u2070", 1: "\u00b9", 2: "\u00b2", 3: "\u00b3", 4: "\u2074", 5: "\u2075", 6: "\u2076", 7: "\u2077", 8: "\u2078", 9: "\u2079" };
-const GREEK = { alpha: "α", beta: "β", gamma: "γ", eta: "η", lam: "λ", lambda: "λ", mu: "μ", nu: "ν", vartheta: "ϑ", theta: "θ", rho: "ρ", kappa: "κ", varphi: "φ", psi: "ψ", delta: "δ", omega: "ω", epsilon: "ε" };
+const lowered = (letter, digit) => letter + String.fromCharCode(0x2080 + Number(digit));
+const GREEK = { pi: "π", alpha: "α", beta: "β", gamma: "γ", eta: "η", lam: "λ", lambda: "λ", mu: "μ", nu: "ν", vartheta: "ϑ", theta: "θ", rho: "ρ", kappa: "κ", varphi: "φ", psi: "ψ", delta: "δ", omega: "ω", epsilon: "ε" };
 
 // A number with so many significant digits, as 0.1234, -1.2·10⁻⁷ with real minus and powers.
 export function shownNumber(value, digits = 4) {
@@ -48,14 +49,14 @@ export function shownFormula(text) {
     .replace(/(?:\*\*|\^)\s*(\d+)/g, (_, power) => [...power].map((digit) => RAISED[digit]).join(""))
     .replaceAll("**", "^")
     .replace(/\s*\*\s*/g, "\u2009")
-    .replace(/\b([A-Z])([12])\b/g, (_, letter, low) => letter + "_" + low)
+    .replace(/\b([A-Za-z])(\d)\b/g, (_, letter, digit) => lowered(letter, digit))
     .replace(/[A-Za-z]+/g, (word) => (word === "log" ? "ln" : (GREEK[word] ?? word)))
     .replaceAll("-", MINUS);
 }
 
 export function greek(name) {
   const [base, ...rest] = name.split("_");
-  return [GREEK[base] ?? base, ...rest.map((part) => GREEK[part] ?? part)].join("_");
+  return [GREEK[base] ?? base.replace(/^([A-Za-z])(\d)$/, (_, letter, digit) => lowered(letter, digit)), ...rest.map((part) => GREEK[part] ?? part)].join("_");
 }
 
 // Pieces of a label: {text, italic, low} for p_β, "rotation number ν", E = 1.5.
