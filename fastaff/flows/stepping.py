@@ -10,7 +10,8 @@ from ..compile import damping, nystrom, turning
 from ..compile.blocks import idle_block, model_block, nystrom_block, parameters, step_block
 from ..compile.packing import Packed
 from ..compile.pointers import address
-from ..kernels.stepping import Blocks, Coefficients, collocate, runge_kutta
+from ..kernels.collocation import collocate
+from ..kernels.stepping import Blocks, Coefficients, runge_kutta
 from ..models.traits import traits_of
 from ..schemes.catalogue import Collocation, Nystrom, Scheme, Splitting
 

@@ -1,0 +1,207 @@
+"""Steps of a collocation for a block of lanes: its stages iterated until their changes are rounding."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..compile.fused import fma
+from ..compile.jit import LANES, jit
+from .stepping import call_derivative, room, stretch
+
+SETTLED = 2.0**-36
+"""Change of a sweep, beside the largest numbers of its half of a state, above which no iteration has converged."""
+
+
+NOTHING, FASTEST = 2.0**-60, 2.0**-6
+"""Error of an iteration beside the size of a row that is none: hundreds of them are a rounding error. It is what two
+changes leave, whose quotient is taken for a factor of at least the second number by which all later ones fall.
+"""
+
+
+@jit
+def weighted(rows, lanes, weights, parts, begin, end, total):
+    """Set total = begin + the sum of weights[t]*parts[t] + end of states; parts are as many as a multiple of 4.
+
+    Here and below slices of one length spare the loops a look at their indices, and are not made in the function that
+    makes arrays, where the references to them would be counted.
+    """
+    stages, size = weights.size, rows * LANES
+    apart, length = stretch(rows, lanes)
+    for at in range(0, size, apart):
+        to = at + length
+        head, tail, result = begin[at:to], end[at:to], total[at:to]
+        for t in range(0, stages, 4):
+            a0, a1, a2, a3 = weights[t], weights[t + 1], weights[t + 2], weights[t + 3]
+            b0, b1, b2, b3 = t * size, (t + 1) * size, (t + 2) * size, (t + 3) * size
+            p0, p1 = parts[b0 + at : b0 + to], parts[b1 + at : b1 + to]
+            p2, p3 = parts[b2 + at : b2 + to], parts[b3 + at : b3 + to]
+            if stages == 8:  # in one loop: what is stored between two takes as long as the sums
+                a4, a5, a6, a7 = weights[4], weights[5], weights[6], weights[7]
+                b4, b5, b6, b7 = 4 * size, 5 * size, 6 * size, 7 * size
+                p4, p5 = parts[b4 + at : b4 + to], parts[b5 + at : b5 + to]
+                p6, p7 = parts[b6 + at : b6 + to], parts[b7 + at : b7 + to]
+                for i in range(length):
+                    first, second = fma(a1, p1[i], a0 * p0[i]), fma(a3, p3[i], a2 * p2[i])
+                    third, last = fma(a5, p5[i], a4 * p4[i]), fma(a7, p7[i], a6 * p6[i])
+                    result[i] = (head[i] + ((first + second) + (third + last))) + tail[i]
+                break
+            for i in range(length):
+                first, last = fma(a1, p1[i], a0 * p0[i]), fma(a3, p3[i], a2 * p2[i])
+                result[i] = (result[i] if t > 0 else head[i]) + (first + last)
+        if stages != 8:
+            for i in range(length):
+                result[i] += tail[i]
+
+
+@jit
+def renewed(rows, lanes, weight, step, slope, going, parts, change):
+    """Set the parts of lanes under way to weight*step*slope, and change to its largest of the sweep."""
+    h, active = step[:lanes], going[:lanes]
+    for at in range(0, rows * LANES, LANES):
+        f, part, most = slope[at : at + lanes], parts[at : at + lanes], change[at : at + lanes]
+        for i in range(lanes):
+            new = h[i] * weight * f[i]
+            moved = abs(new - part[i])
+            most[i] = most[i] if most[i] >= moved else moved
+            part[i] = new if active[i] > 0.0 else part[i]
+
+
+@jit
+def judged(rows, lanes, change, least, z, stage, going, before, relative, most, whole):
+    """Set going, from the changes of a sweep, to 0 for lanes that are done and to 1/2 for those that take one more
+    sweep; return how many are under way. before: the largest change beside a row's size of the sweep before.
+    """
+    half, more, now, then, state = rows // 2 * LANES, most[:lanes], relative[:lanes], before[:lanes], going[:lanes]
+    bound, width, size = whole[:lanes], whole[LANES : LANES + lanes], whole[2 * LANES : 2 * LANES + lanes]
+    now[:], more[:] = 0.0, 0.0
+    for first in range(0, rows * LANES, half):
+        bound[:], width[:] = 0.0, 0.0
+        for at in range(first, first + half, LANES):
+            moved, best = change[at : at + lanes], least[at : at + lanes]
+            y, other = z[at : at + lanes], stage[at : at + lanes]
+            for i in range(lanes):  # loops of so few arrays each become vector instructions
+                more[i] = 1.0 if (moved[i] > 0.0) & (moved[i] < best[i]) else more[i]
+                best[i] = moved[i] if moved[i] < best[i] else best[i]
+            for i in range(lanes):
+                size[i] = abs(y[i]) + abs(other[i])
+            for i in range(lanes):
+                part = moved[i] / size[i]
+                now[i] = part if part > now[i] else now[i]
+            for i in range(lanes):
+                bound[i] = bound[i] if bound[i] >= moved[i] else moved[i]
+                width[i] = width[i] if width[i] >= size[i] else size[i]
+        for i in range(lanes):
+            more[i] = 1.0 if bound[i] > SETTLED * width[i] else more[i]
+    active = 0
+    for i in range(lanes):
+        factor = now[i] / then[i]
+        factor = factor if factor > FASTEST else FASTEST
+        then[i] = now[i]
+        left = 0.5 if factor * factor * now[i] <= NOTHING else 1.0
+        state[i] = left if (state[i] == 1.0) & (more[i] > 0.0) else 0.0
+        active += 1 if state[i] > 0.0 else 0
+    return active
+
+
+@jit
+def settled(rows, lanes, stages, z, carried, parts, work):
+    """Add the parts to a state, with its carried rounding errors (Kahan's summation)."""
+    size = rows * LANES
+    apart, length = stretch(rows, lanes)
+    for at in range(0, size, apart):
+        to = at + length
+        y, error, add = z[at:to], carried[at:to], work[at:to]
+        for i in range(length):
+            add[i] = error[i]
+        for first in range(at, stages * size, size):
+            part = parts[first : first + length]
+            for i in range(length):
+                add[i] += part[i]
+        for i in range(length):
+            total = y[i] + add[i]
+            error[i] = add[i] - (total - y[i])
+            y[i] = total
+
+
+@jit
+def begun(rows, lanes, parts, fresh):
+    """Set fresh to 1 for lanes that have no step behind them, whose parts are 0; return how many there are."""
+    new, first = 0, fresh[:lanes]
+    first[:] = 1.0
+    for at in range(0, rows * LANES, LANES):
+        part = parts[at : at + lanes]
+        for i in range(lanes):
+            first[i] = first[i] if part[i] == 0.0 else 0.0
+    for i in range(lanes):
+        new += 1 if first[i] > 0.0 else 0
+    return new
+
+
+@jit
+def kept(rows, lanes, source, target):
+    """Copy the rows of lanes."""
+    apart, length = stretch(rows, lanes)
+    for at in range(0, rows * LANES, apart):
+        own, other = source[at : at + length], target[at : at + length]
+        for i in range(length):
+            other[i] = own[i]
+
+
+@jit
+def begin_anew(rows, lanes, fresh, other, total):
+    """Take the other states in lanes that are fresh."""
+    first = fresh[:lanes]
+    for at in range(0, rows * LANES, LANES):
+        own, result = other[at : at + lanes], total[at : at + lanes]
+        for i in range(lanes):
+            result[i] = own[i] if first[i] > 0.0 else result[i]
+
+
+@jit
+def collocate(derivative, params, lanes, rows, a, b, dense, sweeps, step, z, k, work):
+    """Take one step of a collocation: z, its carried rounding errors, the parts L_s = h b_s f(Y_s) of the step before,
+    and room for them.
+
+    Y_s = z + sum of a[s, j] L_j is iterated stage after stage until in all rows of a lane the change has stopped to
+    fall: it is rounding then, and the lane is frozen while others go on. The first sweep is that of a multistep method:
+    a stage is the integral of the polynomial through the slopes of the step before and those of the stages before it
+    (`dense`); without a step before it, of the latter. Where the iteration is not done within so many sweeps, z becomes
+    NaN and its carried errors inf. The parts are summed with the rounding errors carried over (Kahan's summation).
+
+    Source: Hairer, Lubich & Wanner, Geometric Numerical Integration, 2nd ed. 2006, VIII.6; Antonana, Makazaga & Murua,
+    Numer. Algorithms 76 (2017) 861 (form of a, stopping); Hairer, McLachlan & Razakarivony, BIT 48 (2008) 231.
+    """
+    size, stages = rows * LANES, b.size
+    carried, parts, old = z[size : 2 * size], z[2 * size : (2 + stages) * size], z[(2 + stages) * size :]
+    slope, change, least = k[:size], k[size : 2 * size], k[2 * size : 3 * size]
+    going, before, none, fresh = room(1), room(1), room(rows), room(1)
+    relative, most, whole = room(1), room(1), room(3)
+    new = begun(rows, lanes, parts, fresh)
+    kept(stages * rows, lanes, parts, old)
+    least[:], before[:] = np.inf, np.inf
+    going[:lanes] = 1.0
+    for s in range(stages):
+        weighted(rows, lanes, dense[s, :stages], old, carried, none, slope)
+        weighted(rows, lanes, dense[s, stages:], parts, slope, z, work)
+        if new > 0:
+            weighted(rows, lanes, a[s], parts, carried, z, slope)
+            begin_anew(rows, lanes, fresh, slope, work)
+        call_derivative(derivative, params, lanes, work, slope)
+        renewed(rows, lanes, b[s], step, slope, going, parts[s * size :], change)
+    for _ in range(1, sweeps):
+        change[:] = 0.0
+        for s in range(stages):
+            weighted(rows, lanes, a[s], parts, carried, z, work)
+            call_derivative(derivative, params, lanes, work, slope)
+            renewed(rows, lanes, b[s], step, slope, going, parts[s * size :], change)
+        if judged(rows, lanes, change, least, z, work, going, before, relative, most, whole) == 0:
+            break
+    settled(rows, lanes, stages, z, carried, parts, work)
+    for i in range(lanes):
+        lost = going[i]
+        for r in range(rows):
+            lost += 0.0 * z[r * LANES + i]
+        if lost != 0.0:
+            for r in range(rows):
+                z[r * LANES + i], carried[r * LANES + i] = np.nan, np.inf
+    return 1
