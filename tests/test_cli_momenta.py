@@ -93,7 +93,10 @@ def test_a_job_that_was_stopped_has_the_bits_of_one_run(tmp_path):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("key", ["spherical-pendulum", "symmetric-top"])
+@pytest.mark.parametrize(
+    "key",
+    ["spherical-pendulum", "symmetric-top", "asymmetric-top", "ellipsoid-geodesic", "two-polar-body", "affine-body"],
+)
 def test_named_systems_run_from_the_command_line(tmp_path, monkeypatch, key):
     """A launch set on the energy of a point of theirs, by the library's own numbers."""
     monkeypatch.chdir(tmp_path)
@@ -110,6 +113,17 @@ def test_named_systems_run_from_the_command_line(tmp_path, monkeypatch, key):
         words += ["--fixed", f"{name}={value!r}"] if name not in names[n : n + 2] else []
     assert main(words) == 0
     assert len(fa.load("fastaff-chaos-map.npz")) == 1
+
+
+def test_parameters_may_be_words():
+    words = {"affine-body": "invariance=right", "kerr-geodesic": "time=mino", "asymmetric-top": "chart=quaternion"}
+    made = (
+        fa.models.AffineBody("right"),
+        fa.models.KerrGeodesic(time="mino"),
+        fa.models.AsymmetricTop(chart="quaternion"),
+    )
+    for (key, word), model in zip(words.items(), made):
+        assert Model(model=key, parameter=[word]).build() == model
 
 
 @pytest.mark.parametrize(

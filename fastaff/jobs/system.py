@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import inspect
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -42,8 +43,11 @@ SYSTEMS = {
     "double-pendulum": "DoublePendulum",
     "spherical-pendulum": "SphericalPendulum",
     "symmetric-top": "SymmetricTop",
+    "asymmetric-top": "AsymmetricTop",
     "ellipsoid-geodesic": "EllipsoidGeodesic",
     "kerr-geodesic": "KerrGeodesic",
+    "two-polar-body": "TwoPolarBody",
+    "affine-body": "AffineBody",
 }
 """Systems H(q, p) by name, whose parameters are given by --parameter too."""
 
@@ -57,8 +61,9 @@ class Model:
 
     model: str | None = None
     """harmonic, anharmonic, hyperelastic (parameter C), heavy-top (C, A), neo-hookean (G, K), henon-heiles (lam); with
-    --parameter double-pendulum, spherical-pendulum, symmetric-top, ellipsoid-geodesic, kerr-geodesic, and maps:
-    standard-map, henon-map, mcmillan-map, froeschle-map, one-turn-map. [neo-hookean]
+    --parameter double-pendulum, spherical-pendulum, symmetric-top, asymmetric-top, ellipsoid-geodesic, kerr-geodesic,
+    two-polar-body, affine-body, and maps: standard-map, henon-map, mcmillan-map, froeschle-map, one-turn-map.
+    [neo-hookean]
     """
     C: float | None = None
     """Stiffness of harmonic, anharmonic, hyperelastic and heavy-top [1]."""
@@ -141,9 +146,10 @@ class Model:
         from .. import models
 
         kind: Any = getattr(models, {**MAPS, **SYSTEMS}[key])
-        values = self._values() | given
-        takes = inspect.signature(kind).parameters.values()
-        names = [entry.name for entry in takes if type(entry.default) is float]
+        takes = {entry.name: type(entry.default) for entry in inspect.signature(kind).parameters.values()}
+        names = [name for name in takes if takes[name] in (float, str)]
+        texts = [name for name in names if takes[name] is str]
+        values = self._values(texts) | given
         for name in values:
             if name not in names:
                 raise Wrong(f"--parameter {name} is none of {key}, which has {', '.join(names)}")
@@ -151,11 +157,11 @@ class Model:
             raise Wrong("--mu belongs to bodies")
         return kind(**values)
 
-    def _values(self) -> dict[str, float]:
-        """Return the parameters by name."""
-        values: dict[str, float] = {}
+    def _values(self, texts: Sequence[str] = ()) -> dict[str, Any]:
+        """Return the parameters by name: numbers, but those of the names `texts`."""
+        values: dict[str, Any] = {}
         for name, text in pairs("--parameter", self.parameter or (), "VALUE with a number, for example C=1.5"):
-            values[name] = number(f"--parameter {name}", text)
+            values[name] = text if name in texts else number(f"--parameter {name}", text)
             if name in (
                 "mu",
                 "domain",
