@@ -42,6 +42,13 @@ class NaffLines:
     """The strongest lines of each loop, fitted together (NAFF), for all of them.
 
     :Source: Laskar 1990, Icarus 88, 266.
+
+    Examples
+    --------
+    >>> method = fa.analysis.NaffLines()
+    >>> fa.frequency_map(fa.HenonHeiles(), [0.1, 0.05, 0.0, 0.1], time=500.0, method=method).nu.round(6)
+    array([[0.15556 ],
+           [0.159622]])
     """
 
     fallback = 0.0
