@@ -60,8 +60,9 @@ def three_bodies(v1: ArrayLike, v2: ArrayLike, period: ArrayLike, m3: float = 1.
 def read_three_bodies(path: StrPath, m3: float = 1.0) -> ThreeBodies:
     """Read a table of such orbits: text, or a page of Li & Liao, github.com/sjtu-liao/three-body.
 
-    Each line, or row of an HTML table, has v1, v2, the period and, where there are more, the scaled period ``T |E|^(3/2)``
-    as its first numbers with two decimals or more. Of rows with a mass in parentheses those of m3 are taken.
+    Each line, or row of an HTML table, has v1, v2, the period and, where there are more, the scaled period
+    ``T |E|^(3/2)`` as its first numbers with two decimals or more. Of rows with a mass in parentheses those of m3 are
+    taken.
 
     :Returns: as `three_bodies`.
     :Raises: ValueError where no row has three numbers, or where the states have not the scaled periods of the table.
