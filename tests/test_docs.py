@@ -232,6 +232,22 @@ VERBS |= {"spectrum": fastaff.quantum.spectrum, "Stroboscopic": fastaff.models.s
 """Functions and classes that are called, by name: those of `fastaff`, and a few of its folders."""
 
 
+def with_examples():
+    """All functions of the API pages, and the classes there that have an example, by their dotted names."""
+    sys.path.insert(0, str(DOCS / "_ext"))
+    reference = import_module("reference")
+    sys.path.remove(str(DOCS / "_ext"))
+    entries = [entry for page in reference.PAGES.values() for entry in reference.members(page)]
+    for module, name in entries:
+        value = getattr(import_module(module), name)
+        function = inspect.isroutine(value) or hasattr(value, "py_func")
+        if function or (inspect.isclass(value) and "Examples\n" in (value.__doc__ or "")):
+            yield f"{module}.{name}".removeprefix("fastaff."), value
+
+
+EXAMPLES = dict(with_examples())
+
+
 def sections(value):
     """Return the sections of a docstring in numpydoc form, by title."""
     parts = re.split(r"^(\w+)\n-+$", inspect.getdoc(value), flags=re.MULTILINE)
@@ -255,16 +271,23 @@ def test_public_docstrings_name_parameters_results_and_errors(name):
         assert found["Raises"].strip()
 
 
-@pytest.mark.parametrize("name", VERBS)
+@pytest.mark.parametrize("name", EXAMPLES)
 def test_examples_of_public_docstrings_run(name, tmp_path, monkeypatch):
-    """Each prints what it shows, with `fa` and `np` at hand."""
+    """Each ends its docstring and prints what it shows, with `fa` and `np` at hand."""
     monkeypatch.chdir(tmp_path)
-    text = sections(VERBS[name])["Examples"]
+    title, text = list(sections(EXAMPLES[name]).items())[-1]
+    assert title == "Examples"
     example = doctest.DocTestParser().get_doctest(text, {"fa": fastaff, "np": np}, name, None, None)
     assert example.examples
     report = []
     doctest.DocTestRunner(optionflags=doctest.ELLIPSIS).run(example, out=report.append)
+    if "matplotlib.pyplot" in sys.modules:
+        sys.modules["matplotlib.pyplot"].close("all")
     assert not report, "".join(report)
+
+
+def test_every_name_that_is_called_has_an_example_that_runs():
+    assert {id(value) for value in VERBS.values()} <= {id(value) for value in EXAMPLES.values()}
 
 
 def test_names_in_docstrings_become_links():

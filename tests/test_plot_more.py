@@ -14,6 +14,7 @@ import pytest
 import fastaff as fa
 from fastaff import plot
 from fastaff.analysis import Stability
+from fastaff.models.maps import StandardMap
 from fastaff.plot import labels as plot_labels
 from fastaff.plot import periodic, scars
 
@@ -79,6 +80,21 @@ def test_stability_changes_the_line_and_bifurcations_are_marked(ax, branch):
     assert [text.get_text() for text in drawn.labels] == ["a", "stable", "unstable", "fold"]
     with pytest.raises(ValueError, match="names must have 1 entries"):
         plot.plot_backbone(half, ax=ax, names=["a", "b"])
+
+
+@pytest.mark.parametrize(
+    ("model", "z0", "names"),
+    [
+        (StandardMap(0.9), [3.0, 0.1], ("$x$", "$p$")),
+        (fa.mapping("v1 = v + K*sin(u); u1 = u + v1", periods={"u": "2*pi"}, K=0.9), [0.1, 3.0], ("$u$", "$v$")),
+    ],
+)
+def test_periodic_orbits_are_marked_in_the_coordinates_that_a_system_has(ax, model, z0, names):
+    """Their names are its own: the momentum of x need not be p_x."""
+    drawn = plot.plot_periodic(fa.periodic_orbits(model, z0), ax=ax)
+    found = dict(zip((ax.get_xlabel(), ax.get_ylabel()), (drawn.points[0].get_xdata(), drawn.points[0].get_ydata())))
+    assert {*found} == {*names}
+    np.testing.assert_allclose([found[name][0] for name in names], [np.pi, 0.0], atol=1e-9)
 
 
 # --- scars -----------------------------------------------------------------------------------------------------------

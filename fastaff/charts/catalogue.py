@@ -87,6 +87,11 @@ def elliptic(focus: float) -> Chart:
         momentum comes back: `to_planes` refuses that point.
     :Formula: alpha + i beta = focus cosh(kappa + i lambda).
     :Source: section 3, elliptic variables.
+
+    Examples
+    --------
+    >>> fa.charts.elliptic(2**0.5).names
+    ('kappa', 'lambda', 'eta', 'gamma')
     """
     f = positive("focus", focus)
     singular = (
@@ -115,6 +120,11 @@ def bipolar(c: float) -> Chart:
         and refuses the pole (e infinite, D1 = D2 = c/sqrt2); `to_planes` refuses e = f = 0, the point at infinity.
     :Formula: alpha, beta = c (sinh e, sin f)/(cosh e - cos f).
     :Source: section 3, the variables (e, f).
+
+    Examples
+    --------
+    >>> fa.charts.bipolar(1.0).names
+    ('e', 'f', 'eta', 'gamma')
     """
     c = positive("c", c)
     singular = (

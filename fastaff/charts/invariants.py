@@ -95,6 +95,12 @@ def from_matrix(phi: ArrayLike, momentum: ArrayLike) -> Array:
     :Raises: TypeError or ValueError for other shapes and for numbers not real and finite.
     :Formula: a = (x + u, z - y)/sqrt2, b = (x - u, y + z)/sqrt2, and the same for the momenta (or velocities).
     :Source: EQ2.2c' (the matrix elements); the planes are derived.
+
+    Examples
+    --------
+    >>> fa.charts.from_matrix(np.eye(2), np.zeros((2, 2))).round(6)
+    array([1.414214, 0.      , 0.      , 0.      , 0.      , 0.      ,
+           0.      , 0.      ])
     """
     position, conjugate = checked("phi", phi, (2, 2)), checked("momentum", momentum, (2, 2))
     if position.shape != conjugate.shape:
@@ -111,6 +117,13 @@ def to_matrix(z: ArrayLike) -> tuple[Array, Array]:
     :Raises: TypeError or ValueError as `from_matrix`.
     :Formula: [[x, y], [z, u]] = [[a1 + b1, b2 - a2], [a2 + b2, a1 - b1]]/sqrt2, and the same for the momenta.
     :Source: EQ2.2c' (the matrix elements); the planes are derived.
+
+    Examples
+    --------
+    >>> phi, momentum = fa.charts.to_matrix(fa.charts.from_matrix(np.diag([2.0, 1.0]), np.eye(2)))
+    >>> phi.round(9)
+    array([[2., 0.],
+           [0., 1.]])
     """
     rows = checked("z", z, (8,))
     return _matrix(rows[:4]), _matrix(rows[4:])
@@ -125,6 +138,11 @@ def angular_momenta(z: ArrayLike) -> AngularMomenta:
     :Raises: TypeError or ValueError as `from_matrix`.
     :Formula: p_eta = a x p_a, p_gamma = b x p_b, p_phi = p_gamma + p_eta, p_psi = p_gamma - p_eta; regular everywhere.
     :Source: EQ2.1b.
+
+    Examples
+    --------
+    >>> fa.charts.angular_momenta([1.0, 0.0, 0.5, 0.0, 0.0, 0.3, 0.0, 0.2]).p_phi.round(9)
+    np.float64(0.4)
     """
     a1, a2, b1, b2, pa1, pa2, pb1, pb2 = checked("z", z, (8,))
     p_eta, p_gamma = a1 * pa2 - a2 * pa1, b1 * pb2 - b2 * pb1
@@ -141,6 +159,12 @@ def deformation(z: ArrayLike) -> Deformation:
     :Formula: alpha = ``|a|``, beta = ``|b|``, D1, D2 = (alpha +- beta)/sqrt2; D1 and ``|D2|`` are the singular values
         of phi. Near det phi = 0 the error of D2 is a few units of rounding of D1.
     :Source: EQ2.0, EQ2.0b.
+
+    Examples
+    --------
+    >>> found = fa.charts.deformation(fa.charts.from_matrix(np.diag([2.0, 1.0]), np.eye(2)))
+    >>> found.D1.round(9), found.D2.round(9)
+    (np.float64(2.0), np.float64(1.0))
     """
     a1, a2, b1, b2 = checked("z", z, (8,))[:4]
     alpha, beta = np.hypot(a1, a2), np.hypot(b1, b2)
@@ -156,6 +180,11 @@ def vartheta_of_b(b: ArrayLike) -> Array:
     :Raises: TypeError or ValueError for numbers not real and finite.
     :Formula: tan(vartheta) = sinh(b), sin(vartheta) = tanh(b), cos(vartheta) = 1/cosh(b), as 2 arctan(tanh(b/2)).
     :Source: section 3, below EQ2.2z.
+
+    Examples
+    --------
+    >>> np.sin(fa.charts.vartheta_of_b(np.log(2.0))).round(9)  # tanh(b)
+    np.float64(0.6)
     """
     return 2 * np.arctan(np.tanh(checked("b", b, ()) / 2))
 
@@ -169,6 +198,11 @@ def b_of_vartheta(vartheta: ArrayLike) -> Array:
     :Raises: ValueError for other angles.
     :Formula: sinh(b) = tan(vartheta).
     :Source: section 3, below EQ2.2z.
+
+    Examples
+    --------
+    >>> fa.charts.b_of_vartheta(np.pi / 4).round(9)
+    np.float64(0.881373587)
     """
     angle = checked("vartheta", vartheta, ())
     outside = np.abs(angle) >= np.pi / 2
@@ -188,6 +222,13 @@ def rotate(z: ArrayLike, *, space: float = 0.0, body: float = 0.0) -> Array:
     :Formula: phi -> phi + space, psi -> psi + body, so plane a turns by space - body, plane b by space + body. (The
         right translation phi -> phi O(x) is body = -x.)
     :Source: EQ2.0, below it.
+
+    Examples
+    --------
+    >>> z = fa.charts.rotate(fa.charts.from_matrix(np.eye(2), np.zeros((2, 2))), space=np.pi / 2)
+    >>> fa.charts.to_matrix(z)[0].round(9) + 0.0
+    array([[ 0., -1.],
+           [ 1.,  0.]])
     """
     rows = checked("z", z, (8,))
     left, right = checked("space", space, ()), checked("body", body, ())
@@ -204,6 +245,13 @@ def reflect_space(z: ArrayLike) -> Array:
     :Raises: TypeError or ValueError as `from_matrix`.
     :Formula: det phi changes its sign, alpha <-> beta, (eta, gamma) -> (-gamma, -eta).
     :Source: derived (EQ2.0 with O(2)).
+
+    Examples
+    --------
+    >>> z = fa.charts.from_matrix(np.eye(2), np.zeros((2, 2)))
+    >>> fa.charts.to_matrix(fa.charts.reflect_space(z))[0].round(9) + 0.0
+    array([[ 1.,  0.],
+           [ 0., -1.]])
     """
     a1, a2, b1, b2, pa1, pa2, pb1, pb2 = checked("z", z, (8,))
     return np.stack([b1, -b2, a1, -a2, pb1, -pb2, pa1, -pa2])
@@ -218,6 +266,13 @@ def reflect_body(z: ArrayLike) -> Array:
     :Raises: TypeError or ValueError as `from_matrix`.
     :Formula: det phi changes its sign, alpha <-> beta, eta <-> gamma.
     :Source: derived (EQ2.0 with O(2)).
+
+    Examples
+    --------
+    >>> z = fa.charts.from_matrix([[2.0, 1.0], [0.5, 1.0]], np.zeros((2, 2)))
+    >>> fa.charts.to_matrix(fa.charts.reflect_body(z))[0].round(9) + 0.0
+    array([[ 2. , -1. ],
+           [ 0.5, -1. ]])
     """
     a1, a2, b1, b2, pa1, pa2, pb1, pb2 = checked("z", z, (8,))
     return np.stack([b1, b2, a1, a2, pb1, pb2, pa1, pa2])

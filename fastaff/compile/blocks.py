@@ -151,6 +151,11 @@ def source(value: Any, kind: str, degrees_of_freedom: int | None = None, vectors
     which degrees_of_freedom must be given; vectors: tangent vectors that a state carries.
 
     :Raises: ValueError for an unknown kind, TypeError for another value.
+
+    Examples
+    --------
+    >>> print(fa.compile.source(fa.HenonHeiles(), "potential").splitlines()[1])
+    def potential(params, lanes, z, result):
     """
     if not is_value(value):
         raise TypeError(f"value must be a model or section, a NamedTuple of floats, got {value!r}")

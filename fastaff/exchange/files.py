@@ -80,16 +80,13 @@ def save(path: StrPath, result: object, *, force: bool = False, **parameters: An
         The value is no result, or has arrays of objects, or for a table none along its items.
     ValueError
         Parameters are given for a file of another program.
-    ImportError
-        The package that writes such a file is missing.
-    OSError
-        As in `open`.
+    ImportError, OSError
+        The package that writes such a file is missing; as in `open`.
 
     Notes
     -----
-    Metadata: versions (fastaff, numpy, numba, python), machine, CPU, cores, date, command line, the counts of each
-    status, scheme, section and the parameters. The file is complete or absent: it is written under another name and
-    then moved. Reading it needs no pickle.
+    Metadata: versions, machine, CPU, cores, date, command line, the counts of each status, scheme, section and the
+    parameters. The file is complete or absent: it is written under another name and then moved.
 
     References
     ----------
@@ -206,9 +203,13 @@ def load(path: StrPath, **given: Any) -> Any:
 def contents(path: Any) -> Saved:
     """Return the contents of a file of `save`, also of a class that is not known here: arrays by name and the metadata.
 
-    :Raises: FileNotFoundError, or ValueError for a file that `save` did not write, or whose arrays memory has no room
-        for. Nothing in the file is executed.
-    :Source: as `save`.
+    :Raises: FileNotFoundError; ValueError for a file that `save` did not write or that memory has no room for.
+
+    Examples
+    --------
+    >>> path = fa.save("orbits", fa.integrate(fa.HenonHeiles(), [0.1, 0.0, 0.0, 0.2], time=1.0))
+    >>> fa.files.contents(path).arrays["z"].shape
+    (4, 1)
     """
     try:
         _room(path)
@@ -228,9 +229,7 @@ def contents(path: Any) -> Saved:
 
 
 def _room(path: Any) -> None:
-    """Refuse arrays that memory has no room for, and those that say another size than there is in the file, before any
-    is made.
-    """
+    """Refuse arrays that memory has no room for, and those that say another size than the file has, before any is."""
     total = 0
     with zipfile.ZipFile(path) as archive:
         for entry in archive.infolist():
@@ -261,13 +260,18 @@ class Recipe(NamedTuple):
 
 
 def recipe(path: Any, **given: Any) -> Recipe:
-    """Return the call that made the result in a file of `save`: the function, the model with its formula, z0 and every
-    option.
+    """Return the call that made the result in a file of `save`: function, model with its formula, z0, every option.
 
     :Parameters: path; given: arguments that take the place of those in the file. Models, sections and schemes of the
         package and models of formulas are made anew from their numbers and texts; functions and values of classes of
         your own, which the file can't hold, are to be given by name. Nothing in the file is executed.
     :Raises: as `load`; ValueError for a file without a call, or naming the arguments to be given.
+
+    Examples
+    --------
+    >>> path = fa.save("orbits", fa.integrate(fa.HenonHeiles(), [0.1, 0.0, 0.0, 0.2], time=1.0))
+    >>> fa.files.recipe(path).run(time=2.0).t
+    array([2.])
     """
     arrays, metadata = contents(path)
     call = metadata.get("call")
@@ -342,9 +346,7 @@ _MARKS: dict[str, Callable[[Any, dict[str, np.ndarray]], Any]] = {
 
 @functools.cache
 def _classes() -> dict[str, type]:
-    """The package's classes of values by name: models, their potentials and functions, sections, angles, indicators and
-    schemes.
-    """
+    """The package's classes of values by name: models, potentials, functions, sections, angles, indicators, schemes."""
     values = models, models.functions, sections, angles, indicators, own_indicator, methods, schemes
     modules = *values, time_transformed, families, separation
     found = {entry for module in modules for entry in vars(module).values() if isinstance(entry, type)}
@@ -362,9 +364,7 @@ def _names(cls: Any) -> list[str]:
 
 @functools.cache
 def _results() -> dict[str, type]:
-    """The package's results and their parts by name: dataclasses and NamedTuples of `analysis` and `quantum`, but for
-    values.
-    """
+    """The package's results and their parts by name: dataclasses and NamedTuples of `analysis` and `quantum`."""
     rooms = tuple(f"{OWN}.{room}." for room in ("analysis", "quantum"))
     inside = [found.name for room in rooms for found in walk_packages(import_module(room[:-1]).__path__, room)]
     beside = [entry for name in inside for entry in vars(import_module(name)).values()]

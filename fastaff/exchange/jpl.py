@@ -43,6 +43,18 @@ def read_periodic(path: StrPath) -> PeriodicTable:
     :Returns: a `PeriodicTable`, whose z0 `integrate`, `periodic_orbits` and `continuation` take.
     :Raises: ValueError where a key or field is missing, or where the states have not the Jacobi constants of the file,
         C = x^2 + y^2 + 2 (1 - m)/r1 + 2 m/r2 - v^2, with or without the constant m (1 - m).
+
+    Examples
+    --------
+    >>> import json
+    >>> from pathlib import Path
+    >>> from fastaff.exchange.jpl import read_periodic
+    >>> names = ["x", "y", "z", "vx", "vy", "vz", "jacobi", "period"]
+    >>> row = ["0.4", "0.8660254037844386", "0", "0", "0", "0", "2.91", "6.28"]  # rest at L4
+    >>> content = {"system": {"mass_ratio": "0.1"}, "fields": names, "data": [row]}
+    >>> length = Path("orbits.json").write_text(json.dumps(content))
+    >>> read_periodic("orbits.json").z0[:, 0].round(6)
+    array([ 0.4     ,  0.866025,  0.      , -0.866025,  0.4     ,  0.      ])
     """
     try:
         found = json.loads(Path(path).read_text(encoding="utf-8"))

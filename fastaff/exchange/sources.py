@@ -22,6 +22,12 @@ def source(model: Any, language: str = "c") -> str:
         p_t; the parameters c are the model's fields, listed in the text with their values.
     :Raises: TypeError for a model that is no such formula, ValueError for another language; ImportError without SymPy.
     :Source: Meurer et al. 2017, PeerJ Comput. Sci. 3, e103 (SymPy: derivatives, common subexpressions, printing).
+
+    Examples
+    --------
+    >>> from fastaff.exchange.sources import source
+    >>> print(source(fa.flow("x' = s*(y - x); y' = -x", s=10.0)).splitlines()[-3])
+        dz[0] = c[0]*(-z[0] + z[1]);
     """
     if language not in LANGUAGES:
         raise ValueError(f"language must be one of {', '.join(LANGUAGES)}, got {language!r}")

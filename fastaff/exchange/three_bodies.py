@@ -41,6 +41,13 @@ def three_bodies(v1: ArrayLike, v2: ArrayLike, period: ArrayLike, m3: float = 1.
     :Raises: ValueError, TypeError for other numbers.
     :Source: Suvakov & Dmitrasinovic 2013, Phys. Rev. Lett. 110, 114301; Li & Liao 2017, Sci. China Phys. Mech. Astron.
         60, 129511; Li, Jing & Liao 2018, Publ. Astron. Soc. Japan 70, 64 (other masses).
+
+    Examples
+    --------
+    >>> from fastaff.exchange.three_bodies import three_bodies
+    >>> eight = three_bodies(0.3471168881, 0.5327249454, 6.3259139829)
+    >>> eight.z0.shape, eight.z0[6:8, 0]
+    ((12, 1), array([0.34711689, 0.53272495]))
     """
     given = (numbers(name, np.asarray(value)) for name, value in (("v1", v1), ("v2", v2), ("period", period)))
     vx, vy, time = np.broadcast_arrays(*map(np.atleast_1d, given))
@@ -53,11 +60,20 @@ def three_bodies(v1: ArrayLike, v2: ArrayLike, period: ArrayLike, m3: float = 1.
 def read_three_bodies(path: StrPath, m3: float = 1.0) -> ThreeBodies:
     """Read a table of such orbits: text, or a page of Li & Liao, github.com/sjtu-liao/three-body.
 
-    Each line, or row of an HTML table, has v1, v2, the period and, where there are more, the scaled period T |E|^(3/2)
-    as its first numbers with two decimals or more. Of rows with a mass in parentheses those of m3 are taken.
+    Each line, or row of an HTML table, has v1, v2, the period and, where there are more, the scaled period
+    ``T |E|^(3/2)`` as its first numbers with two decimals or more. Of rows with a mass in parentheses those of m3 are
+    taken.
 
     :Returns: as `three_bodies`.
     :Raises: ValueError where no row has three numbers, or where the states have not the scaled periods of the table.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from fastaff.exchange.three_bodies import read_three_bodies
+    >>> length = Path("table.txt").write_text("I.A 1: 0.3471168881 0.5327249454 6.3259139829 9.238")
+    >>> read_three_bodies("table.txt").period
+    array([6.32591398])
     """
     text = Path(path).read_text(encoding="utf-8")
     pieces = text.split("<tr>") if "<tr>" in text else text.splitlines()

@@ -49,6 +49,12 @@ class Options:
     second.
 
     :Raises: ValueError or TypeError for wrong input.
+
+    Examples
+    --------
+    >>> options = fa.flows.Options(step=0.1, scheme=fa.LEAPFROG)
+    >>> fa.flows.plan(fa.HenonHeiles(), [0.1, 0.0, 0.0, 0.2], options).flow.step
+    0.1
     """
 
     scheme: Any = None
@@ -157,6 +163,12 @@ def plan(
 
     The choice of a scheme, and the step in s of a `TimeTransformed` one, follow from a sample of the orbits, some 64
     evenly from their order: they belong to the set. A step in time belongs to its orbit alone.
+
+    Examples
+    --------
+    >>> made = fa.flows.plan(fa.HenonHeiles(), [0.1, 0.0, 0.0, 0.2], fa.flows.Options(step=0.1, scheme=fa.LEAPFROG))
+    >>> made.flow.scheme.name, made.z.shape
+    ('LEAPFROG', (4, 1))
     """
     z = phase_points("z0", z0, checked_model(model))
     traits = traits_of(model)

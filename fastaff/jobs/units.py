@@ -102,6 +102,13 @@ def compute_unit(path: str, number: int, threads: int | None = None, own: dict[s
     """Compute a unit of a store in this process and write it; the store, its job and kernels are kept for the next.
 
     For executors: the arguments are a path and numbers, the result is small.
+
+    Examples
+    --------
+    >>> job = fa.Job(model=fa.HenonHeiles(), starts=[0.1, 0.0, 0.0, 0.2], integrate=fa.jobs.Motion(time=1.0))
+    >>> whole = fa.run(job, "units.zarr")
+    >>> fa.jobs.compute_unit("units.zarr", 0).orbits
+    1
     """
     modified = (Path(path) / "zarr.json").stat().st_mtime
     return unit(_opened(path, package_hash(), modified, tuple((own or {}).items())), number, threads)

@@ -35,19 +35,46 @@ def growth_of(n, k, m, memory):
 
 @jit(inline=True)
 def time(growth, i):
-    """Return the time in lane i."""
+    """Return the time in lane i.
+
+    Examples
+    --------
+    >>> from fastaff.kernels import readings
+    >>> growth = readings.growth_of(2, 2, 0, np.zeros(29 * 128))
+    >>> growth.memory[3 * 128 + 5] = 40.0
+    >>> readings.time(growth, 5)
+    40.0
+    """
     return growth.memory[ROWS.last * LANES + i]
 
 
 @jit(inline=True)
 def length(growth, j, i):
-    """Return the logarithm of the length of vector j in lane i, 0 at the start."""
+    """Return the logarithm of the length of vector j in lane i, 0 at the start.
+
+    Examples
+    --------
+    >>> from fastaff.kernels import readings
+    >>> growth = readings.growth_of(2, 2, 0, np.zeros(29 * 128))
+    >>> growth.memory[growth.parts.lengths * 128 + 5] = 1.5
+    >>> readings.length(growth, 0, 5)
+    1.5
+    """
     return growth.memory[(growth.parts.lengths + j) * LANES + i]
 
 
 @jit(inline=True)
 def stretch(growth, j, i):
-    """Return the logarithm of the growth of the volume of vectors 0 ... j over that of 0 ... j - 1, in lane i."""
+    """Return the logarithm of the growth of the volume of vectors 0 ... j over that of 0 ... j - 1, in lane i.
+
+    Examples
+    --------
+    >>> from fastaff.kernels import readings
+    >>> growth = readings.growth_of(2, 2, 0, np.zeros(29 * 128))
+    >>> growth.memory[(growth.parts.sums + 1) * 128 + 5] = -1.5
+    >>> readings.stretch(growth, 1, 5)
+    -1.5
+    """
     return growth.memory[(growth.parts.sums + j) * LANES + i]
 
 
@@ -83,7 +110,16 @@ def mean_megno(growth, i):
 
 @jit
 def log_volume(growth, i, count):
-    """Return the logarithm of the volume of the first `count` normalised true vectors."""
+    """Return the logarithm of the volume of the first `count` normalised true vectors.
+
+    Examples
+    --------
+    >>> from fastaff.kernels import readings
+    >>> growth = readings.growth_of(2, 2, 0, np.zeros(29 * 128))
+    >>> growth.memory[growth.parts.lengths * 128 + 5] = 1.5
+    >>> readings.log_volume(growth, 5, 2)
+    -1.5
+    """
     total = 0.0
     for j in range(int(count)):
         total += stretch(growth, j, i) - length(growth, j, i)
@@ -92,13 +128,30 @@ def log_volume(growth, i, count):
 
 @jit
 def volume(growth, i, count):
-    """Return log10 of GALI of so many vectors."""
+    """Return log10 of GALI of so many vectors.
+
+    Examples
+    --------
+    >>> from fastaff.kernels import readings
+    >>> growth = readings.growth_of(2, 2, 0, np.zeros(29 * 128))
+    >>> growth.memory[growth.parts.lengths * 128 + 5] = 2 * np.log(10)
+    >>> readings.volume(growth, 5, 2)
+    -2.0
+    """
     return log_volume(growth, i, count) / LN10
 
 
 @jit
 def alignment(growth, i):
-    """Return log10 of SALI: the shorter diagonal 2 sin(x/2) of two unit vectors at the angle x, sin x their area."""
+    """Return log10 of SALI: the shorter diagonal 2 sin(x/2) of two unit vectors at the angle x, sin x their area.
+
+    Examples
+    --------
+    >>> from fastaff.kernels import readings
+    >>> growth = readings.growth_of(2, 2, 0, np.zeros(29 * 128))
+    >>> round(10 ** readings.alignment(growth, 5), 9)  # vectors at a right angle
+    1.414213562
+    """
     logarithm = log_volume(growth, i, 2)
     area = exp(logarithm)
     return (logarithm + 0.5 * log(2.0 / (1.0 + math.sqrt((1.0 - area) * (1.0 + area))))) / LN10

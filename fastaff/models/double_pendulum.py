@@ -18,6 +18,11 @@ class DoublePendulum(NamedTuple):
 
     :Source: Landau & Lifshitz, Mechanics, section 5, problem 1; Richter & Scholz 1984, in: Stochastic Phenomena and
         Chaotic Behaviour in Complex Systems, p. 86 (its chaos).
+
+    Examples
+    --------
+    >>> fa.models.DoublePendulum().joints(0.0, np.pi / 2)
+    ((np.float64(0.0), np.float64(0.0), np.float64(1.0)), (np.float64(-0.0), np.float64(-1.0), np.float64(-1.0)))
     """
 
     m_1: float = 1.0

@@ -44,6 +44,11 @@ class Oscillator(NamedTuple):
     """V = k x^2/2 + c/x^2 of x = alpha or beta.
 
     :Source: Martens & Slawianowski, EQ3.1 (k = C, c = 0) and EQa (V_alpha: c = 2 C).
+
+    Examples
+    --------
+    >>> fa.models.Oscillator(k=4.0, c=1.0).value(2.0)
+    8.25
     """
 
     k: float = 1.0
@@ -70,6 +75,11 @@ class Spring(NamedTuple):
     """V_r = k r/2 + c/r: the oscillator in r = rho^2, with the centrifugal-like term of V_vartheta = c.
 
     :Source: Martens & Slawianowski, EQ2.2h (V_r, c = 0), EQb (first term: c = 2 C).
+
+    Examples
+    --------
+    >>> fa.models.Spring(k=4.0, c=1.0).value(2.0)
+    4.5
     """
 
     k: float = 1.0
@@ -97,6 +107,11 @@ class Barriers(NamedTuple):
     0 and beta = 0.
 
     :Source: Martens & Slawianowski, EQ2.2f (V_eta, V_gamma constant) and EQb (c_alpha = 2 C).
+
+    Examples
+    --------
+    >>> fa.models.Barriers(c_alpha=1.0).value(np.pi / 2).round(9)
+    np.float64(2.0)
     """
 
     c_alpha: float = 0.0
@@ -128,6 +143,11 @@ class Secant(NamedTuple):
     """V_vartheta = k/cos(vartheta), +inf from vartheta = pi/2 (det phi = 0) on.
 
     :Source: Martens & Slawianowski, EQ2.2h (k = 2 C).
+
+    Examples
+    --------
+    >>> fa.models.Secant(k=2.0).value(np.pi / 3).round(9)
+    np.float64(4.0)
     """
 
     k: float = 2.0
@@ -155,6 +175,11 @@ class Cosine(NamedTuple):
     """V_vartheta = k cos(vartheta), the heavy top.
 
     :Source: Martens & Slawianowski, section 3 (V_vartheta = A cos vartheta).
+
+    Examples
+    --------
+    >>> fa.models.Cosine(k=0.5).value(np.pi / 3).round(9)
+    np.float64(0.25)
     """
 
     k: float = 1.0

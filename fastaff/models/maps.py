@@ -35,6 +35,11 @@ class StandardMap(NamedTuple):
     The last rotational invariant curve, of the golden mean, breaks at K = 0.971635406.
 
     :Source: Chirikov 1979, Phys. Rep. 52, 263; Greene 1979, J. Math. Phys. 20, 1183.
+
+    Examples
+    --------
+    >>> fa.models.StandardMap(0.9).iterate(0.0, 0.5)
+    (np.float64(0.5), np.float64(0.5))
     """
 
     K: float = 0.971635406
@@ -69,6 +74,12 @@ class HenonMap(NamedTuple):
     sin + (p + x^2) cos.
 
     :Source: Henon 1969, Quart. Appl. Math. 27, 291, whose y is -p.
+
+    Examples
+    --------
+    >>> orbit = fa.integrate(fa.models.HenonMap(), [0.01, 0.0], time=500, samples=500)
+    >>> orbit.samples.shape, fa.tunes(orbit).nu.round(4)
+    ((500, 2, 1), array([[0.2114]]))
     """
 
     nu: float = 0.2114
@@ -104,6 +115,11 @@ class McMillanMap(NamedTuple):
     It keeps x^2 p^2 + x^2 + p^2 - 2 m x p.
 
     :Source: McMillan 1971, in Topics in Modern Physics, Brittin & Odabasi (eds.), 219.
+
+    Examples
+    --------
+    >>> fa.models.McMillanMap().iterate(0.5, 0.0)
+    (0.0, -0.5)
     """
 
     m: float = 1.6
@@ -136,6 +152,11 @@ class FroeschleMap(NamedTuple):
     """Two standard maps, coupled: p_1' = p_1 + K_1 sin x_1 + b sin(x_1 + x_2), p_2' likewise, x' = x + p'.
 
     :Source: Froeschle 1972, Astron. Astrophys. 16, 172.
+
+    Examples
+    --------
+    >>> np.round(fa.models.FroeschleMap().iterate(np.pi, np.pi, 0.0, 0.0), 6) + 0.0
+    array([3.141593, 3.141593, 0.      , 0.      ])
     """
 
     K_1: float = 0.5
@@ -177,6 +198,12 @@ class OneTurnMap(NamedTuple):
     nu_y of the normalised coordinates. A particle is lost where x^2 + y^2 reaches aperture^2.
 
     :Source: Bazzani, Servizi, Todesco & Turchetti 1994, CERN 94-02; Todesco & Giovannozzi 1996, Phys. Rev. E 53, 4067.
+
+    Examples
+    --------
+    >>> orbit = fa.integrate(fa.models.OneTurnMap(), [0.01, 0.01, 0.0, 0.0], time=500, samples=500)
+    >>> fa.tunes(orbit).nu[:, 0].round(3)
+    array([0.28, 0.31])
     """
 
     nu_x: float = 0.28

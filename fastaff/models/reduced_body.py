@@ -23,6 +23,11 @@ class ReducedBody(NamedTuple):
 
     :Source: Arnold 1989, Mathematical Methods of Classical Mechanics, app. 5 (reduction); H is EQ2.1 of Martens &
         Slawianowski in the chart EQ2.0b.
+
+    Examples
+    --------
+    >>> fa.models.ReducedBody(fa.Harmonic(), p_eta=0.3, p_gamma=0.2).potential_energy(1.0, 0.5)
+    0.75
     """
 
     potential: Any

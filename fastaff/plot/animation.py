@@ -80,6 +80,12 @@ def animate(
     :Raises: ValueError or TypeError for wrong input.
     :Cost: one integration, and about 0.05 s for each frame that is written.
     :Source: Martens & Slawianowski, section 2 (y = phi a), section 3 (D1, D2).
+
+    Examples
+    --------
+    >>> film = fa.plot.animate(fa.HenonHeiles(), [0.1, 0.1, 0.3, 0.2], time=2.0, frames=3)
+    >>> film
+    <Animation of 3 frames, 0.12 s>
     """
     time, frames, rate = positive("time", time), whole("frames", frames, 2), whole("rate", rate, 1)
     rows = np.shape(z0)[0] if np.ndim(z0) else 0
@@ -310,6 +316,12 @@ def save_animation(
         the new one; report(fraction). The file is whole or not there: it is written beside its place and moved.
     :Raises: ValueError for another ending and where ffmpeg is missing, FileNotFoundError for a folder that does not
         exist.
+
+    Examples
+    --------
+    >>> film = fa.plot.animate(fa.HenonHeiles(), [0.1, 0.1, 0.3, 0.2], time=2.0, frames=3)
+    >>> fa.plot.save_animation(film, "orbit.gif", dpi=30.0).name
+    'orbit.gif'
     """
     from matplotlib.animation import FFMpegWriter
 

@@ -27,6 +27,13 @@ def plot_aperture(
         bins: of the angles, by default the starts' own where there are few.
     :Returns: Artists: points are the starts, lines the aperture and, where nothing is lost at an angle, marks of
         "at least"; labels the text with its least, mean and largest value; missing is 0. A click picks the orbit.
+
+    Examples
+    --------
+    >>> starts = np.array([[0.1, 0.2, 2.0], [0.0, 0.0, 0.0]])
+    >>> turns = fa.integrate(fa.models.HenonMap(), starts, time=100)
+    >>> [text.get_text() for text in fa.plot.plot_aperture(turns, starts).labels]
+    ['aperture 0.2 to 0.2, mean 0.2']
     """
     z0 = numbers("z0", getattr(z0, "z0", z0))
     if z0.ndim != 2 or z0.shape[1:] != np.shape(result.t):

@@ -47,6 +47,14 @@ def plot_backbone(
         the legend; `missing` counts points of branches without a period. A click picks the point of a branch.
     :Source: Kerschen et al. 2009, Mech. Syst. Signal Process. 23, 170 (frequency-energy plots of nonlinear normal
         modes).
+
+    Examples
+    --------
+    >>> family = fa.continuation(
+    ...     fa.HenonHeiles(), [0.0, 0.0, 0.3, 0.31], section="x=0", energy=0.1, steps=2, max_time=20.0
+    ... )
+    >>> fa.plot.plot_backbone(family).missing
+    0
     """
     listed = [branches] if isinstance(branches, Branch) else list(branches)
     if names is not None and len(names) != len(listed):
@@ -121,6 +129,13 @@ def plot_bifurcation(
     """Mark a bifurcation on a plot of frequency against energy, or the parameter that was followed.
 
     :Returns: Artists: points is the mark, of the shape that `plot_backbone` gives it.
+
+    Examples
+    --------
+    >>> model = fa.models.StandardMap
+    >>> family = fa.continuation(model, [np.pi, 0.0], parameter=3.5, bounds=(3.5, 4.5), steps=60)
+    >>> fa.plot.plot_bifurcation(family.bifurcations[0], parameter="K").points.get_xdata().round(6)
+    array([4.])
     """
     mark = _mark(ax, [bifurcation], bifurcation.event, 2 * math.pi if angular else 1.0)
     ax.annotate(

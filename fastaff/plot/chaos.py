@@ -52,6 +52,13 @@ def plot_chaos_map(
     :Returns: Artists: points are the cells or dots, lines the boundary; `missing` counts the orbits without a value,
         which are grey, and the legend says why. Cells that the energy does not reach stay white. A click picks the
         orbit (`picked`).
+
+    Examples
+    --------
+    >>> grid = fa.energy_grid(fa.HenonHeiles(), energy=0.1, section="x=0", axes=([-0.2, 0.0, 0.6], [0.0, 0.1]))
+    >>> chaos = fa.chaos_map(fa.HenonHeiles(), grid.z0, time=1000.0, indicators=fa.SALI())
+    >>> fa.plot.plot_chaos_map(grid, chaos).missing
+    0
     """
     if indicator is not None and indicator not in chaos_map.names:
         raise ValueError(f"indicator must be one of {', '.join(chaos_map.names)} or None, got {indicator!r}")
@@ -132,6 +139,14 @@ def plot_chaotic_fraction(
     :Returns: Artists. Curve: points are the error bars, lines the pale band that undecided orbits leave open, and the
         grey part where the energy reaches nothing. Map: points are the cells; cases without orbits are hatched.
         `missing` counts cases without a value.
+
+    Examples
+    --------
+    >>> def case(K):
+    ...     return fa.models.StandardMap(K), np.array([[0.5, 2.0, 3.0], [0.0, 0.1, 0.2]])
+    >>> scan = fa.chaotic_fraction(case, ([0.3, 6.0],), time=1000, names=["K"])
+    >>> fa.plot.plot_chaotic_fraction(scan).missing
+    0
     """
     fraction = scan.fraction
     missing = int(np.count_nonzero(~np.isfinite(fraction)))
@@ -197,6 +212,12 @@ def plot_history(
     :Returns: Artists: points are the curves, lines the laws. Time is logarithmic; indicators that are logarithms are
         drawn as such, not far below the limit (the dotted line). Regular orbits dark and solid, chaotic ones orange and
         thin, undecided ones dotted; `missing` counts orbits of the choice without a record.
+
+    Examples
+    --------
+    >>> chaos = fa.chaos_map(fa.models.StandardMap(1.3), [[3.1, 0.1], [0.2, 0.0]], time=2000, history=50)
+    >>> len(fa.plot.plot_history(chaos, chaos.names[0]).points)
+    2
     """
     if indicator not in chaos_map.names:
         raise ValueError(f"indicator must be one of {', '.join(chaos_map.names)}, got {indicator!r}")

@@ -54,6 +54,12 @@ def plot_frequency_map(
     :Returns: Artists; `missing` counts orbits that are not OK or not shown. Vertical lines n X = m are labelled m:n
         above the frame, the others by their equation; a label without room is left out, its line is drawn. A click
         picks the orbit (`picked`).
+
+    Examples
+    --------
+    >>> freq = fa.frequency_map(fa.HenonHeiles(), [0.1, 0.05, 0.0, 0.1], time=500.0)
+    >>> fa.plot.plot_frequency_map(freq, lines="order<=3").missing
+    0
     """
     if len(frequency_map.names) == 1:
         return _one_frequency(frequency_map, ax)
@@ -88,6 +94,12 @@ def plot_tunes(tunes: Any, *, ax: Any = None, values: Any = None, **options: Any
     :Parameters: as `plot_frequency_map`, whose resonance lines k1 X + k2 Y + k0 = 0 are those of tunes too; values: by
         default the diffusion.
     :Returns: Artists.
+
+    Examples
+    --------
+    >>> turn = 2 * np.pi * 0.28 * np.arange(300)
+    >>> fa.plot.plot_tunes(fa.tunes([2 * np.cos(turn), -np.sin(turn)])).missing
+    0
     """
     values = tunes.diffusion if values is None else values
     if len(tunes.names) > 1:

@@ -19,6 +19,13 @@ def plot_rotation(result: Rotation, x: Any = None, *, ax: Any = None, label: str
 
     :Parameters: x (orbits,): such as where the orbits start on a line, by default their numbers; label: of that axis.
     :Returns: Artists: points are the dots with bars; `missing` counts orbits without a rotation number.
+
+    Examples
+    --------
+    >>> angle = 2 * np.pi * 0.381966 * np.arange(500)
+    >>> turning = fa.rotation_number([np.cos(angle), np.sin(angle)])
+    >>> fa.plot.plot_rotation(turning).missing
+    0
     """
     rotation, error = np.atleast_1d(result.rotation), np.atleast_1d(result.error)
     at = np.arange(rotation.size) if x is None else np.asarray(x, float)
@@ -41,6 +48,12 @@ def plot_islands(result: Islands, *, ax: Any = None, labels: bool = True) -> Art
 
     :Returns: Artists: points are the middles, lines the ellipses, labels the rotation numbers; `missing` counts orbits
         of no chain. A click picks orbit and island. Over a section the axes keep their names.
+
+    Examples
+    --------
+    >>> turns = fa.poincare_map(fa.models.HenonMap(), [0.6, 0.0], crossings=1000)
+    >>> [text.get_text() for text in fa.plot.plot_islands(fa.islands(turns)).labels]
+    ['-1/5']
     """
     from matplotlib.patches import Ellipse
 

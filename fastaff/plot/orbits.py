@@ -28,6 +28,12 @@ def plot_orbits(
         first two coordinates, of a body alpha and beta; orbits: numbers of those drawn (default: up to 40). Curves of
         orbits that failed are grey.
     :Returns: Artists: points are the curves; `missing` counts orbits not drawn. A click picks orbit and sample.
+
+    Examples
+    --------
+    >>> orbits = fa.integrate(fa.HenonHeiles(), [0.1, 0.0, 0.0, 0.2], time=10.0, samples=50)
+    >>> len(fa.plot.plot_orbits(orbits, x="time", y="p_y").points)
+    1
     """
     body = len(result.z) == 8
     x, y = x or ("alpha" if body else result.names[0]), y or ("beta" if body else result.names[1 % len(result.names)])
@@ -73,6 +79,12 @@ def plot_tangent_map(result: TangentMap, *, ax: Any = None) -> Artists:
 
     :Returns: Artists: points are the dots of each vector, log10 of its length against the number of the orbit;
         `missing` counts orbits that are not OK. A click picks the orbit.
+
+    Examples
+    --------
+    >>> tangent = fa.tangent_map(fa.HenonHeiles(), [0.1, 0.0, 0.0, 0.2], time=5.0, step=0.1)
+    >>> fa.plot.plot_tangent_map(tangent).missing
+    0
     """
     from matplotlib.ticker import MaxNLocator
 

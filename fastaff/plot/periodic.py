@@ -56,10 +56,16 @@ def plot_periodic(
     complex. Set the limits of the axis before, so that labels find the room that there is.
 
     :Source: Greene 1979, J. Math. Phys. 20, 1183 (residue); colours: Okabe & Ito 2008, Color Universal Design.
+
+    Examples
+    --------
+    >>> orbit = fa.periodic_orbits(fa.HenonHeiles(), [0.0, 0.0, 0.3, 0.31], section="x=0", energy=0.1, max_time=20.0)
+    >>> [text.get_text() for text in fa.plot.plot_periodic(orbit).labels]
+    ['1: $-0.239$']
     """
     names, rows = _coordinates(orbits, chart)
     free = _free(orbits, names)
-    chosen = x or free, y or f"p_{free}"
+    chosen = x or free, y or names[names.index(free) + len(names) // 2]
     for name in chosen:
         if name not in names:
             raise ValueError(f"x and y must be among {', '.join(names)}, got {name!r}")

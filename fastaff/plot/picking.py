@@ -25,7 +25,13 @@ class Picked(NamedTuple):
 
 
 def picked(event: Any) -> Picked | None:
-    """Return which orbit a pick event of Matplotlib is of; None for artists that are not ours."""
+    """Return which orbit a pick event of Matplotlib is of; None for artists that are not ours.
+
+    Examples
+    --------
+    >>> fa.plot.picked(object()) is None
+    True
+    """
     return getattr(event, "picked", None)
 
 

@@ -51,6 +51,12 @@ def plot_levels(
     :Returns: Artists: points are the curves, lines the grey part above the highest level computed (of the class where
         it is lowest), where curves would be missing, labels the quantum numbers written; `missing` counts curves that
         are all in that part.
+
+    Examples
+    --------
+    >>> diagram = fa.quantum.level_diagram(lambda C: fa.Body(fa.Harmonic(C)), [1.0, 4.0], m=0, l=0, count=2, name="C")
+    >>> len(fa.plot.plot_levels(diagram).points)
+    2
     """
     order = np.argsort(diagram.values, kind="stable")
     x, scale = diagram.values[order], np.broadcast_to(np.asarray(unit, float), diagram.values.shape)[order]
@@ -147,6 +153,12 @@ def plot_spectrum(
 
     :Parameters: levels: of `all_levels` or `level_list`; unit: divisor of E, which ylabel then states.
     :Returns: Artists: points are the lines, wider for smaller ``|l|`` so that none is hidden; `missing` is 0.
+
+    Examples
+    --------
+    >>> levels = fa.quantum.all_levels(fa.Body(fa.Harmonic()), multiplets=3)
+    >>> fa.plot.plot_spectrum(levels).missing
+    0
     """
     import matplotlib
     from matplotlib.collections import LineCollection
@@ -180,6 +192,13 @@ def plot_degeneracies(levels: LevelTable, *, ax: Any = None, unit: float = 1.0, 
 
     :Parameters: levels: of `all_levels` or `level_list`; unit: divisor of E, which xlabel then states.
     :Returns: Artists: points are the dots, lines their stems; `missing` is 0.
+
+    Examples
+    --------
+    >>> levels = fa.quantum.all_levels(fa.Body(fa.Harmonic()), multiplets=3)
+    >>> drawn = fa.plot.plot_degeneracies(levels)
+    >>> drawn.points.get_offsets().data.round(9).tolist()
+    [[2.0, 1.0], [3.0, 4.0], [4.0, 10.0]]
     """
     gathered = levels.multiplets()
     E, degeneracy = gathered.E / unit, gathered.degeneracy
@@ -213,6 +232,13 @@ def plot_density(
         (dashed, where it passes through the frame), `missing` is 0. The density is per unit of both coordinates: its
         integral is 1.
     :Raises: ValueError for a chart that it does not take.
+
+    Examples
+    --------
+    >>> body = fa.Body(fa.Harmonic())
+    >>> drawn = fa.plot.plot_density(fa.quantum.wavefunction(body, m=1, l=1, n=(1, 0)), body=body, points=41)
+    >>> drawn.points.get_array().shape
+    (41, 41)
     """
     import matplotlib.patheffects as effects
 

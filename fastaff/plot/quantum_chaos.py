@@ -51,6 +51,14 @@ def plot_husimi(
         White is 0, and cells that the energy does not reach.
     :Returns: Artists: points are the cells, lines the dots, the boundary and the marks; `missing` counts values that
         are not finite. A click picks the orbit of a cell.
+
+    Examples
+    --------
+    >>> body, section, axes = fa.Body(fa.Harmonic()), fa.AlphaTurning(), ([0.5, 1.0, 1.5], [-0.5, 0.0, 0.5])
+    >>> grid = fa.energy_grid(body, energy=4.0, section=section, axes=axes)
+    >>> Q = fa.quantum.husimi(fa.quantum.wavefunction(body, m=0, l=0, n=(1, 0)))
+    >>> fa.plot.plot_husimi(grid, Q(grid.z0)).missing
+    0
     """
     from matplotlib.colors import LinearSegmentedColormap, Normalize
 
@@ -104,6 +112,13 @@ def plot_spacings(
         label: of the histogram.
     :Returns: Artists: points are the bars, lines the laws; `missing` counts spacings beyond `top`, which are part of
         the norm.
+
+    Examples
+    --------
+    >>> spacings = np.random.default_rng(0).exponential(size=4000)
+    >>> drawn = fa.plot.plot_spacings(spacings, {"Poisson": fa.quantum.BerryRobnik(0.0)})
+    >>> drawn.missing == int(np.sum(spacings > 3.5))
+    True
     """
     s, labelled = checked("spacings", spacings, ()).ravel(), _labelled(laws)
     edges = np.linspace(0.0, positive("top", top), whole("bins", bins, 1) + 1)

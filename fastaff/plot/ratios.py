@@ -24,6 +24,12 @@ def frequency(frequency_map: Any, name: str) -> np.ndarray:
     """Return one frequency (orbits,) of a map by name: a row of .names, `eta` or `gamma`; or a ratio of two:
     "beta/alpha"; NaN of orbits that have none. Of flows of three coordinates or more it is the leading line of that
     coordinate: the order of independent frequencies changes from orbit to orbit.
+
+    Examples
+    --------
+    >>> freq = fa.frequency_map(fa.HenonHeiles(), [0.1, 0.05, 0.0, 0.1], time=500.0)
+    >>> fa.plot.frequency(freq, "y/x").round(6)
+    array([1.02611])
     """
     numerator, slash, denominator = text("frequency", name).partition("/")
     if slash:
@@ -44,6 +50,11 @@ def frequency(frequency_map: Any, name: str) -> np.ndarray:
 def resonances_between(low: float, high: float, max_order: int) -> list[tuple[int, int, int]]:
     """Return the resonances m : n with low < m/n < high as lines (n, 0, -m) of a frequency map, of order m + n at
     most.
+
+    Examples
+    --------
+    >>> fa.plot.resonances_between(1.2, 1.6, 7)
+    [(2, 0, -3), (3, 0, -4)]
     """
     found = [
         (n, 0, -m)
@@ -91,6 +102,12 @@ def lines_of(lines: Any, x: str, y: str, view: tuple[Sequence[float], Sequence[f
 def on_line(frequency_map: Any, line: Sequence[int], *, x: str, y: str, tolerance: float, shown: Any = True) -> int:
     """Count the orbits, of those shown, with ``|k1 X + k2 Y + k0|`` < tolerance for the line (k1, k2, k0) of a map's
     plane.
+
+    Examples
+    --------
+    >>> freq = fa.frequency_map(fa.HenonHeiles(), [0.1, 0.05, 0.0, 0.1], time=500.0)
+    >>> fa.plot.on_line(freq, (1, 0, -1), x="y/x", y="x", tolerance=0.1)
+    1
     """
     X, Y = frequency(frequency_map, x), frequency(frequency_map, y)
     with np.errstate(all="ignore"):

@@ -43,6 +43,13 @@ def plot_web(
         the grid, as given to `resonance_web`; labels: how many resonances are named; dots: mark the grid points of
         `locked`, for resonances that do not hold everywhere.
     :Returns: Artists: points are the dots, or None; missing is 0.
+
+    Examples
+    --------
+    >>> axes = np.linspace(0.2, 0.4, 9), np.linspace(0.21, 0.43, 9)
+    >>> lines = fa.resonance_web(np.array(np.meshgrid(*axes)), max_order=2)
+    >>> len(fa.plot.plot_web(lines, names=("x", "y"), axes=axes).labels)
+    1
     """
     drawn: list[Any] = []
     marked = None
@@ -75,6 +82,12 @@ def plot_ratio_web(
         or None; values: of the shape of a row of nu, such as the diffusion, or None for one colour; labels: how many
         lines are named.
     :Returns: Artists; `missing` counts orbits that are not finite.
+
+    Examples
+    --------
+    >>> lines = fa.analysis.ratio_web(x=(0.6, 1.4), y=(0.7, 1.2), max_order=2)
+    >>> fa.plot.plot_ratio_web(lines, names=("x", "y", "z"), nu=[[0.2, 0.25], [0.21, 0.2], [0.22, 0.23]]).missing
+    0
     """
     drawn = [ax.plot(*part.T, **_style(line.order))[0] for line in lines for part in line.lines]
     points = bar = None
@@ -108,6 +121,12 @@ def plot_diffusion_histogram(histogram: DiffusionHistogram, *, ax: Any = None, l
     """Draw a histogram of diffusion, the part above its threshold in a second colour and with its fraction written.
 
     :Returns: Artists: points are the bars, lines the threshold, labels the text; `missing` as in the histogram.
+
+    Examples
+    --------
+    >>> histogram = fa.analysis.diffusion_histogram([-9.0, -8.0, -3.0, np.nan])
+    >>> fa.plot.plot_diffusion_histogram(histogram).missing
+    1
     """
     edges, counts, threshold = histogram.edges, histogram.counts, histogram.threshold
     colours = [ACCENT if middle > threshold else DARK for middle in (edges[:-1] + edges[1:]) / 2]
@@ -169,6 +188,12 @@ def plot_resonances(resonances: Resonances, *, ax: Any = None, most: int = 12) -
 
     :Parameters: most: modules drawn.
     :Returns: Artists: points are the bars, labels the numbers beside them; `missing` counts orbits that are not OK.
+
+    Examples
+    --------
+    >>> found = fa.resonances([[0.2, 0.1], [0.4, 0.2], [0.3137, 0.2719]], max_order=4)
+    >>> [text.get_text() for text in fa.plot.plot_resonances(found).labels]
+    ['2']
     """
     rows = resonances.table()[:most]
     text = [" and ".join(formula(k, resonances.names) for k in basis) or "none" for basis, _ in rows]

@@ -148,6 +148,12 @@ def diffusion_limit(time: float) -> float:
 def diffusion_scale(time: float) -> Any:
     """Return the colour scale of the diffusion over a time: eight decades below the limit of chaos and two above it,
     whatever the data.
+
+    Examples
+    --------
+    >>> scale = fa.plot.diffusion_scale(500.0)
+    >>> scale.vmax - scale.vmin
+    10.0
     """
     return scale_of("diffusion", (), diffusion_limit(time))
 
@@ -166,6 +172,12 @@ def scale_of(name: str, values: Any, limit: float | None) -> Any:
 def clipped(values: Any) -> Any:
     """Return a colour scale from the 5th to the 95th percentile of the finite values, rounded outwards to halves where
     they span more than that.
+
+    Examples
+    --------
+    >>> scale = fa.plot.clipped(np.linspace(-10.0, -2.0, 101))
+    >>> scale.vmin, scale.vmax
+    (-10.0, -2.0)
     """
     from matplotlib.colors import Normalize
 
@@ -210,6 +222,13 @@ def colouring(result: Any, name: str | None = None, *, vmin: float | None = None
     :Returns: Colouring, which `plot_section`, `plot_diffusion_grid` and others take as `values`; orbits that are not OK
         have no value.
     :Raises: ValueError naming the columns.
+
+    Examples
+    --------
+    >>> freq = fa.frequency_map(fa.HenonHeiles(), [0.1, 0.05, 0.0, 0.1], time=500.0)
+    >>> colours = fa.plot.colouring(freq, "y/x")
+    >>> colours.values.round(6)
+    array([1.02611])
     """
     fine = np.asarray(getattr(result, "status", 0)) == Status.OK
     if isinstance(result, ChaosMap) and (name is None or name in result.names):

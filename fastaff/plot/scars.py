@@ -61,6 +61,12 @@ def plot_scars(
     :Raises: ValueError for a chart that it does not take, or that is not that of the axes.
     :Cost: one integration of each orbit over its period.
     :Source: Heller 1984, Phys. Rev. Lett. 53, 1515 (scars).
+
+    Examples
+    --------
+    >>> orbit = fa.periodic_orbits(fa.HenonHeiles(), [0.0, 0.0, 0.3, 0.31], section="x=0", energy=0.1, max_time=20.0)
+    >>> fa.plot.plot_scars(orbit, fa.HenonHeiles(), points=60).missing
+    0
     """
     from matplotlib.patheffects import Normal, Stroke
 

@@ -53,6 +53,12 @@ def plot_section(
 
     :Returns: Artists; `missing` counts orbits of which nothing is drawn. A click picks orbit and crossing (`picked`).
     :Cost: an image takes about 0.1 us a crossing.
+
+    Examples
+    --------
+    >>> cut = fa.poincare_map(fa.HenonHeiles(), [0.0, 0.1, 0.3, 0.1], section="x=0", crossings=3, max_time=100.0)
+    >>> fa.plot.plot_section(cut).points.get_offsets().shape
+    (3, 2)
     """
     names, coordinates = _section_coordinates(section_map, chart)
     default = _free_coordinate(section_map.section, names)
@@ -242,6 +248,12 @@ def plot_edge(boundary: Edge, *, ax: Any = None) -> Artists:
     """Draw the boundary of the part of a section that an energy reaches.
 
     :Returns: Artists: points is the curve.
+
+    Examples
+    --------
+    >>> drawn = fa.plot.plot_edge(fa.plot.edge(fa.HenonHeiles(), "x=0", energy=1 / 8))
+    >>> drawn.points.get_ydata().max().round(4)
+    np.float64(0.5)
     """
     (curve,) = outline(ax, boundary)
     ax.set(xlabel="section coordinate", ylabel="its momentum")

@@ -84,6 +84,12 @@ def plot_diffusion_grid(
         the values, scale and label of its own figure; norm, vmin, vmax, label, colorbar as in
         `plot_section`. Cells that the energy does not reach stay white, orbits without a value are grey.
     :Returns: Artists; `missing` counts those. A click picks the orbit of a cell.
+
+    Examples
+    --------
+    >>> grid = fa.energy_grid(fa.HenonHeiles(), energy=0.1, section="x=0", axes=([-0.2, 0.0, 0.6], [0.0, 0.1]))
+    >>> fa.plot.plot_diffusion_grid(grid, grid.z0[1], label="y at the start").missing
+    0
     """
     if isinstance(values, Result):
         values = colouring(values)
@@ -125,6 +131,12 @@ def plot_starts(
     :Parameters: values: (orbits,) or a `Colouring`, to colour cells or dots, with `norm`, `vmin`, `vmax`, `label` and
         `colorbar` as in `plot_diffusion_grid`; size: area of a dot in square points.
     :Returns: Artists: points are the dots, whose clicks pick the orbit; `missing` counts orbits without a value.
+
+    Examples
+    --------
+    >>> grid = fa.energy_grid(fa.HenonHeiles(), energy=0.1, section="x=0", axes=([-0.2, 0.0, 0.6], [0.0, 0.1]))
+    >>> fa.plot.plot_starts(grid).points.get_offsets().shape
+    (4, 2)
     """
     from matplotlib.colors import ListedColormap
 

@@ -95,7 +95,15 @@ class Artists(NamedTuple):
 
 
 def styled() -> Any:
-    """Return the context in which figures are made; it leaves the settings of Matplotlib as they were."""
+    """Return the context in which figures are made; it leaves the settings of Matplotlib as they were.
+
+    Examples
+    --------
+    >>> import matplotlib
+    >>> with fa.plot.styled():
+    ...     print(matplotlib.rcParams["savefig.dpi"])
+    200.0
+    """
     return imported("matplotlib", what="a figure").rc_context({**SETTINGS, **INK, **PAPER})
 
 
@@ -174,7 +182,13 @@ def chosen_orbits(orbits: Any, total: int, most: int, name: str = "orbits") -> A
 
 
 def colour_map() -> Any:
-    """Return cividis without its palest end."""
+    """Return cividis without its palest end.
+
+    Examples
+    --------
+    >>> fa.plot.colour_map().N
+    256
+    """
     import matplotlib
     import numpy as np
     from matplotlib.colors import ListedColormap
@@ -185,6 +199,11 @@ def colour_map() -> Any:
 def symbol(name: str) -> str:
     """Return the mathematical symbol, without dollars, of a coordinate, a momentum (``p_...``) or a frequency
     (``nu_...``).
+
+    Examples
+    --------
+    >>> fa.plot.symbol("x2")
+    'x_{2}'
     """
     head, _, tail = name.partition("_")
     if tail and head in ("p", "nu"):

@@ -25,6 +25,12 @@ def plot_actions(
 
     :Parameters: x, y: rows of J; values, label: of the colours.
     :Returns: Artists; `missing` counts orbits without a torus. A click picks the orbit.
+
+    Examples
+    --------
+    >>> tori = fa.action_angles(fa.Body(fa.Harmonic()), [1.0, 0.0, 0.5, 0.0, 0.2, 0.5, 0.0, 0.3])
+    >>> fa.plot.plot_actions(tori).missing
+    0
     """
     each = np.atleast_1d(result.energy if values is None else numbers("values", values)).ravel()
     u, v = (result.I[k].ravel() for k in _rows(result.names, x=x, y=y))
@@ -41,6 +47,12 @@ def plot_energy_of_actions(result: EnergyOfActions, *, ax: Any = None, x: int = 
 
     :Parameters: x, y: rows of nu.
     :Returns: Artists; `missing` counts those that are not OK. A click picks the orbit.
+
+    Examples
+    --------
+    >>> tori = fa.energy_of_actions(fa.Body(fa.Harmonic()), [0.5, 0.6, 0.3, 0.2])
+    >>> fa.plot.plot_energy_of_actions(tori).missing
+    0
     """
     u, v = (result.nu[k].ravel() for k in _rows(result.names, x=x, y=y))
     points, bar, missing = _dots(ax, u, v, np.atleast_1d(result.energy).ravel(), "energy $E$")
@@ -75,6 +87,12 @@ def plot_frequency_lines(result: FrequencyLines, *, ax: Any = None, signals: Any
     :Parameters: signals: numbers of those drawn (default: the first five).
     :Returns: Artists: points are the dots of each signal, lines their stems; `missing` counts lines that were not
         found.
+
+    Examples
+    --------
+    >>> lines = fa.naff(np.exp(2j * np.pi * 0.031 * np.arange(256)), 1.0, lines=1)
+    >>> fa.plot.plot_frequency_lines(lines).missing
+    0
     """
     nu, size = (array.reshape(-1, array.shape[-1]) for array in (result.nu, np.abs(result.amplitude)))
     chosen = np.arange(min(len(nu), 5)) if signals is None else chosen_orbits(signals, len(nu), 5, "signals")
@@ -101,6 +119,12 @@ def plot_torus(result: TorusFit, *, ax: Any = None, row: int | None = None) -> A
 
     :Parameters: row: of z, by default the norm over all rows. Terms are darker the lower their order ``|k|``.
     :Returns: Artists: points are the dots, lines the stems; `missing` counts terms of size 0.
+
+    Examples
+    --------
+    >>> fit = fa.fit_torus(fa.models.StandardMap(0.5), [3.0, 0.3], time=1000)
+    >>> fa.plot.plot_torus(fit).missing
+    0
     """
     size = np.abs(result.coefficients)
     size = np.sqrt((size**2).sum(axis=0)) if row is None else size[whole("row", row, -len(size), len(size) - 1)]

@@ -111,6 +111,12 @@ class Automatic:
     `integrate` and `poincare_map` try all candidates, other functions those that step in time itself.
 
     :Raises: TypeError or ValueError for candidates that are no schemes.
+
+    Examples
+    --------
+    >>> either = fa.schemes.Automatic((fa.LEAPFROG, fa.BLANES_MOAN6))
+    >>> fa.integrate(fa.HenonHeiles(), [0.1, 0.0, 0.0, 0.2], time=2.0, scheme=either).scheme.name
+    'BLANES_MOAN6'
     """
 
     candidates: tuple[Any, ...] = (

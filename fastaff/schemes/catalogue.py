@@ -140,6 +140,12 @@ def compose(
     their digits. Adjacent flows of the same kind are merged exactly and rounded once. `increments` as in `Splitting`.
 
     :Source: Hairer, Lubich, Wanner, Geometric Numerical Integration, 2nd ed. 2006, V.3.2.
+
+    Examples
+    --------
+    >>> weights = ["1.3512071919596576"]
+    >>> fa.schemes.compose(fa.LEAPFROG, weights, name="three leapfrogs", order=4, source="Yoshida 1990").stages
+    3
     """
     outer = [Fraction(w) for w in weights]
     flows = [Fraction(0)] * (2 * len(base.kick) + 1)
@@ -163,6 +169,12 @@ def triple_jump(base: Splitting, *, name: str, source: str) -> Splitting:
     w = 1/(2 - 2**(1/(order + 1))).
 
     :Source: Yoshida, Phys. Lett. A 150 (1990) 262, eq. 4.4.
+
+    Examples
+    --------
+    >>> jump = fa.schemes.triple_jump(fa.LEAPFROG, name="triple leapfrog", source="Yoshida 1990")
+    >>> jump.order, jump.stages
+    (4, 3)
     """
     w = 1 / (2 - Decimal(2) ** (1 / Decimal(base.order + 1)))
     return compose(base, [Fraction(w)], name=name, order=base.order + 2, source=source)
@@ -411,32 +423,20 @@ VERNER9 = RungeKutta(
 
 Scheme = Splitting | Nystrom | RungeKutta | Collocation
 
-SCHEMES: Mapping[str, Scheme] = MappingProxyType(
-    {
-        scheme.name: scheme
-        for scheme in (
-            LEAPFROG,
-            YOSHIDA4,
-            BLANES_MOAN6,
-            BLANES_CASAS_ESCORIHUELA8,
-            KAHAN_LI8,
-            SOFRONIOU_SPALETTA8,
-            SOFRONIOU_SPALETTA10,
-            RKN12,
-            RK4,
-            DOP853,
-            VERNER9,
-            GAUSS8,
-            GAUSS16,
-        )
-    }
-)
+_BELOW_10 = (LEAPFROG, YOSHIDA4, BLANES_MOAN6, BLANES_CASAS_ESCORIHUELA8, KAHAN_LI8, SOFRONIOU_SPALETTA8)
+_OTHERS = (SOFRONIOU_SPALETTA10, RKN12, RK4, DOP853, VERNER9, GAUSS8, GAUSS16)
+SCHEMES: Mapping[str, Scheme] = MappingProxyType({scheme.name: scheme for scheme in (*_BELOW_10, *_OTHERS)})
 
 
 def scheme_named(name: str) -> Scheme:
     """Return the scheme of that name, in capitals or not, with spaces or hyphens too.
 
     :Raises: ValueError that lists the names, TypeError for a value that is no name.
+
+    Examples
+    --------
+    >>> fa.schemes.scheme_named("Kahan-Li8").order
+    8
     """
     if not isinstance(name, str):
         raise TypeError(

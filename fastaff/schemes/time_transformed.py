@@ -41,6 +41,11 @@ class Logistic(NamedTuple):
     It leaves the fast, free part of an orbit as it is. kappa > 0 and origin are energies.
 
     :Source: the family of Preto & Tremaine 1999, Astron. J. 118, 2532.
+
+    Examples
+    --------
+    >>> fa.TimeTransformed(rate=fa.schemes.Logistic(kappa=1.0)).rate
+    Logistic(kappa=1.0, origin=0.0)
     """
 
     kappa: float

@@ -30,6 +30,13 @@ class TangentIndicator(VectorIndicator):
 
     :Raises: nothing itself: `chaos_map` checks it.
     :Source: the tangent vectors are those of Benettin, Galgani, Giorgilli & Strelcyn 1980, Meccanica 15, 9.
+
+    Examples
+    --------
+    >>> from fastaff.kernels.readings import length
+    >>> own = fa.analysis.TangentIndicator("own", lambda growth, i: length(growth, 0, i), limit=9.0)
+    >>> fa.chaos_map(fa.models.StandardMap(6.0), [2.0, 0.1], time=500, indicators=own).chaotic
+    array([ True])
     """
 
     name: str

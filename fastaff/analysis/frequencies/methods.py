@@ -20,6 +20,13 @@ class BirkhoffAverages:
 
     :Raises: ValueError or TypeError for other values.
     :Source: Das, Saiki, Sander & Yorke 2017, Nonlinearity 30, 4111.
+
+    Examples
+    --------
+    >>> method = fa.analysis.BirkhoffAverages()
+    >>> fa.frequency_map(fa.HenonHeiles(), [0.1, 0.05, 0.0, 0.1], time=500.0, method=method).nu.round(6)
+    array([[0.15556 ],
+           [0.159622]])
     """
 
     fallback: float | None = None
@@ -35,6 +42,13 @@ class NaffLines:
     """The strongest lines of each loop, fitted together (NAFF), for all of them.
 
     :Source: Laskar 1990, Icarus 88, 266.
+
+    Examples
+    --------
+    >>> method = fa.analysis.NaffLines()
+    >>> fa.frequency_map(fa.HenonHeiles(), [0.1, 0.05, 0.0, 0.1], time=500.0, method=method).nu.round(6)
+    array([[0.15556 ],
+           [0.159622]])
     """
 
     fallback = 0.0

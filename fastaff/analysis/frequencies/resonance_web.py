@@ -163,6 +163,12 @@ def ratio_web(
     :Returns: the WebLines that cross the ranges, by order, each one segment (2, 2); `locked` is None.
     :Raises: ValueError or TypeError for wrong input. Exact to rounding.
     :Source: Laskar 1993, Physica D 67, 257.
+
+    Examples
+    --------
+    >>> lines = fa.analysis.ratio_web(x=(0.6, 1.4), y=(0.7, 1.2), max_order=2)
+    >>> [line.vector for line in lines]
+    [(1, 0, -1), (1, -1, 0), (0, 1, -1)]
     """
     box = np.array([span("x", x), span("y", y)])
     found = []

@@ -361,6 +361,12 @@ def diffusion_histogram(
     :Raises: ValueError or TypeError for wrong input.
     :Cost: one pass.
     :Source: Laskar 1993, Physica D 67, 257 (diffusion of frequencies).
+
+    Examples
+    --------
+    >>> histogram = fa.analysis.diffusion_histogram([-9.0, -8.0, -3.0, np.nan])
+    >>> histogram.fraction, histogram.missing
+    (0.3333333333333333, 1)
     """
     threshold, bin_width = real("threshold", threshold), positive("bin_width", bin_width)
     values = numbers("diffusion", diffusion)

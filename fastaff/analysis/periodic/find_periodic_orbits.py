@@ -38,6 +38,14 @@ def periodic_guesses(section_map: SectionMap, period: int, *, most: int = 100, a
     least displacement is kept: a local minimum of the displacement over the section.
 
     :Source: the method of close returns, Auerbach et al. 1987, Phys. Rev. Lett. 58, 2387.
+
+    Examples
+    --------
+    >>> cut = fa.poincare_map(fa.models.StandardMap(0.9), [[3.0, 2.8], [0.1, 0.0]], crossings=200)
+    >>> guesses = fa.analysis.periodic_guesses(cut, 1)
+    >>> fa.periodic_orbits(fa.models.StandardMap(0.9), guesses[:, :1]).z.round(9) + 0.0
+    array([[3.14159265],
+           [0.        ]])
     """
     if not isinstance(section_map, SectionMap):
         raise TypeError(f"section_map must be a SectionMap, got {section_map!r} ({type(section_map).__name__})")

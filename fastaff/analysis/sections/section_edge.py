@@ -66,6 +66,12 @@ def edge(
     :Raises: ValueError where the energy reaches nothing or no piece is bounded, TypeError for a section without a grid.
         Coordinates of all sizes are searched.
     :Source: the kinetic energy of the coordinate, p^2/(2 mu) = E - min V_effective, has to be positive.
+
+    Examples
+    --------
+    >>> edge = fa.plot.edge(fa.HenonHeiles(), "x=0", energy=1 / 8)
+    >>> edge.momentum.max().round(4)
+    np.float64(0.5)
     """
     checked_model(body, needs="an energy surface")
     section = section_of(section, body)

@@ -303,6 +303,13 @@ def fit_samples(
 
     :Cost: as `fit_torus`, without its runs.
     :Source: as `fit_torus`.
+
+    Examples
+    --------
+    >>> t = 0.1 * np.arange(400)
+    >>> fit = fa.analysis.fit_samples([np.cos(3 * t), -np.sin(3 * t)], 0.1)
+    >>> fit.omega.round(9), fit.J.round(9)
+    (array([3.]), array([3.14159265]))
     """
     tolerance = positive("tolerance", tolerance)
     given = given_orbits(samples, dt=dt, times=times, coordinates=coordinates, least=LEAST_SAMPLES)

@@ -88,6 +88,13 @@ def husimi(state: State, *, width: ArrayLike | None = None, tolerance: float = 1
 
     :Cost: two matrix products; 0.3 s for 40000 points at 100 quanta.
     :Source: Husimi 1940, Proc. Phys.-Math. Soc. Jpn. 22, 264; Bargmann 1961, Commun. Pure Appl. Math. 14, 187.
+
+    Examples
+    --------
+    >>> state = fa.quantum.wavefunction(fa.Body(fa.Harmonic()), m=0, l=0, n=(0, 0))
+    >>> Q = fa.quantum.husimi(state)
+    >>> Q(np.zeros(8)).round(9), Q([1.0, 0, 0, 0, 0, 0, 0, 0]).round(9)
+    (np.float64(1.0), np.float64(0.60653066))
     """
     if not isinstance(state, State):
         raise TypeError(f"state must be a State, of `wavefunction` or `LevelTable.state`, got {type(state).__name__}")

@@ -59,6 +59,11 @@ def spacing_ratios(levels: ArrayLike) -> np.ndarray:
     :Raises: ValueError or TypeError for wrong input: fewer than 3 levels, not ascending, not finite, degenerate
         (spacings below 1e-9 of the mean).
     :Source: Oganesyan & Huse 2007, Phys. Rev. B 75, 155111; Atas et al. 2013, Phys. Rev. Lett. 110, 084101.
+
+    Examples
+    --------
+    >>> fa.quantum.spacing_ratios([0.0, 1.0, 3.0, 4.0])
+    array([0.5, 0.5])
     """
     return _ratios("levels", levels)
 
@@ -78,6 +83,13 @@ def mean_spacing_ratio(spectra: Sequence[ArrayLike]) -> MeanRatio:
     :Raises: as `spacing_ratios`. The error has the variance of a ratio and its covariance with the next, which shares a
         spacing with it.
     :Source: Atas et al. 2013, Phys. Rev. Lett. 110, 084101; the error is derived.
+
+    Examples
+    --------
+    >>> levels = np.cumsum(np.random.default_rng(0).exponential(size=4000))
+    >>> found = fa.quantum.mean_spacing_ratio([levels])
+    >>> bool(abs(found.value - fa.quantum.POISSON_RATIO) < 3 * found.error)
+    True
     """
     if not isinstance(spectra, (list, tuple)) or not spectra or np.ndim(an_array("spectra[0]", spectra[0])) != 1:
         raise TypeError("spectra must be a list of level arrays, such as [levels]")
@@ -98,6 +110,11 @@ def number_variance(unfolded: ArrayLike, lengths: ArrayLike) -> np.ndarray:
         GOE and L > 1.
     :Raises: ValueError or TypeError for wrong input.
     :Source: Mehta 2004, Random Matrices, section 16.1.
+
+    Examples
+    --------
+    >>> fa.quantum.number_variance(np.arange(100.0), [1.0, 1.5]).round(6)
+    array([0.  , 0.25])
     """
     x, spans = checked_levels(unfolded, 5, "unfolded"), checked("lengths", lengths, ())
     if np.any(spans <= 0) or np.any(spans > (x[-1] - x[0]) / 5):

@@ -47,6 +47,11 @@ class BerryRobnik:
     gap probability e^(-(1 - q) s) erfc(sqrt(pi) q s/2), q = chaotic.
 
     :Source: Berry & Robnik 1984, J. Phys. A 17, 2413, eq. 28 (one chaotic region).
+
+    Examples
+    --------
+    >>> fa.quantum.BerryRobnik(0.0).density([0.0, 1.0]).round(6)
+    array([1.      , 0.367879])
     """
 
     chaotic: float
@@ -129,6 +134,11 @@ class Brody:
     P(s) = (w + 1) b s^w e^(-b s^(w + 1)), b = Gamma((w + 2)/(w + 1))^(w + 1), w = repulsion.
 
     :Source: Brody 1973, Lett. Nuovo Cimento 7, 482.
+
+    Examples
+    --------
+    >>> fa.quantum.Brody(1.0).cumulative([0.0, 1.0]).round(6)
+    array([0.      , 0.544062])
     """
 
     repulsion: float
@@ -168,6 +178,13 @@ def fit_spacings(spacings: ArrayLike, law: Callable[[float], SpacingLaw]) -> Spa
     :Raises: ValueError or TypeError for wrong input. Neighbouring spacings are taken as independent; those of GOE
         repel, with a correlation of -0.27, so that the interval is rather too wide.
     :Source: Brody et al. 1981, Rev. Mod. Phys. 53, 385.
+
+    Examples
+    --------
+    >>> spacings = np.random.default_rng(0).exponential(size=4000)
+    >>> found = fa.quantum.fit_spacings(spacings, fa.quantum.Brody)
+    >>> found.low, bool(found.high < 0.05)
+    (0.0, True)
     """
     s = checked("spacings", spacings, ())
     if s.ndim != 1 or s.size < 2 or np.any(s <= 0):

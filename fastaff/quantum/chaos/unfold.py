@@ -29,6 +29,11 @@ def polynomial_count(levels: ArrayLike, degree: int = 5) -> Callable[[ArrayLike]
     :Returns: a function of the energy, k + 1/2 on average at level k.
     :Raises: ValueError or TypeError for wrong input.
     :Source: Haake 2010, Quantum Signatures of Chaos, section 4.8.
+
+    Examples
+    --------
+    >>> fa.quantum.polynomial_count(np.arange(50.0), degree=1)([10.0, 20.5]).round(6)
+    array([10.5, 21. ])
     """
     degree = whole("degree", degree, 1)
     E = checked_levels(levels, degree + 2)
@@ -46,6 +51,11 @@ def unfold(levels: ArrayLike, smooth: Callable[[np.ndarray], ArrayLike]) -> np.n
     :Returns: smooth(levels) (n,).
     :Raises: ValueError or TypeError for wrong input, and where it does not grow along the levels.
     :Source: Bohigas, Giannoni & Schmit 1984, Phys. Rev. Lett. 52, 1.
+
+    Examples
+    --------
+    >>> fa.quantum.unfold([0.0, 1.0, 4.0, 9.0], lambda E: np.sqrt(E) + 0.5)
+    array([0.5, 1.5, 2.5, 3.5])
     """
     E = checked_levels(levels, 1)
     x = checked("smooth(levels)", function("smooth", smooth)(E), ())
@@ -68,6 +78,12 @@ def count_deviation(levels: ArrayLike, smooth: Callable[[np.ndarray], ArrayLike]
         lower, from a level too many 1 higher, and a drift tells of a wrong count.
     :Raises: ValueError or TypeError for wrong input.
     :Source: Baltes & Hilf 1976, Spectra of Finite Systems, chapter 6 (the check of completeness).
+
+    Examples
+    --------
+    >>> levels = np.delete(np.arange(8.0), 4)
+    >>> fa.quantum.count_deviation(levels, lambda E: E + 0.5)
+    array([ 0.,  0.,  0.,  0., -1., -1., -1.])
     """
     unfolded = unfold(levels, smooth)
     return np.arange(unfolded.size) + 0.5 - unfolded

@@ -141,6 +141,11 @@ def weyl_count(body: Body, energy: ArrayLike, *, m: int, l: int, hbar: float = 1
     :Source: Wigner 1932, Phys. Rev. 40, 749, and Kirkwood 1933, Phys. Rev. 44, 31 (order hbar^2); Langer 1937, Phys.
         Rev. 51, 669; the terms of fixed angular momenta are derived from H - omega_a L_a - omega_b L_b at imaginary
         rates.
+
+    Examples
+    --------
+    >>> fa.quantum.weyl_count(fa.Body(fa.Harmonic()), [4.0, 10.0], m=0, l=0).round(4)
+    array([ 1.9167, 12.4167])
     """
     checked_model(body, needs="H = T(p) + V(q)")
     if not traits_of(body).isotropic:

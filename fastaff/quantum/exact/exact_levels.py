@@ -51,6 +51,11 @@ def exact_levels(
         comes n1 + n2 + 1 times. E grows with both n and with ``|m - l|`` and ``|m + l|``, so lists are complete. Exact
         to rounding; nanoseconds for a level.
     :Source: Martens & Slawianowski, EQ5.1, EQ5.2, EQ3.2.2 (with m + l even; e_vartheta corrected).
+
+    Examples
+    --------
+    >>> fa.quantum.exact_levels(fa.Body(fa.Harmonic()), n=(1, 0), m=1, l=1).E
+    array([5.])
     """
     model, flagged = solvable(body, chart, hbar), flag("single_valued", single_valued)
     given = [name for name, value in (("below", below), ("multiplets", multiplets)) if value is not None]

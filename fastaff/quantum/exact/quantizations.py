@@ -52,6 +52,12 @@ def quantizations(
     :Formula: Bohr-Sommerfeld lacks the zero point 2 hbar omega of two librations; EBK, with Maslov indices 2, 2, is
         exact.
     :Source: Martens & Slawianowski, section 5, below EQ5.1; Keller 1958, Ann. Phys. 4, 180 (EBK).
+
+    Examples
+    --------
+    >>> found = fa.quantum.quantizations(fa.Body(fa.Harmonic()), n=(1, 0), m=1, l=1)
+    >>> found.bohr_sommerfeld.E.round(9), found.ebk.E.round(9), found.exact.E.round(9)
+    (array([3.]), array([5.]), array([5.]))
     """
     exact = exact_levels(body, n=n, m=m, l=l, hbar=hbar, chart=chart, single_valued=single_valued)
     first, second = (

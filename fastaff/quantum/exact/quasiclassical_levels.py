@@ -60,6 +60,14 @@ def quasiclassical_levels(
     :Cost: that of `energy_of_actions`, about 20 microseconds for a level by quadrature.
     :Source: Martens & Slawianowski, EQ3.2 and EQ3.6 (with m + l even, which they lack), section 4 (degeneracy of the
         Bohr-Sommerfeld levels); Keller 1958, Ann. Phys. 4, 180 (EBK).
+
+    Examples
+    --------
+    >>> body = fa.Body(fa.Harmonic())
+    >>> fa.quantum.quasiclassical_levels(body, n=(1, 0), m=1, l=1).E.round(9)
+    array([5.])
+    >>> fa.quantum.quasiclassical_levels(body, n=(1, 0), m=1, l=1, maslov=fa.quantum.BOHR_SOMMERFELD).E.round(9)
+    array([3.])
     """
     h, flagged = 2 * np.pi * positive("hbar", hbar), flag("single_valued", single_valued)
     indices = tuple(whole("maslov", index, 0) for index in maslov) if isinstance(maslov, (tuple, list)) else ()

@@ -50,6 +50,13 @@ def coherent_packet(
     :Formula: Psi ~ exp(-``|q - q0|^2``/(4 width^2) + i p0.(q - q0)/hbar) in R^4; its harmonics e^(i k eta + i k' gamma)
         by sums over equal angles, exact to rounding, on the grid of `projected_packet`. Seconds for some 100 classes.
     :Source: Heller 1975, J. Chem. Phys. 62, 1544 (Gaussian packets); Martens & Slawianowski, EQ4.3 (the states).
+
+    Examples
+    --------
+    >>> body, z0 = fa.Body(fa.Harmonic()), [1.2, 0.1, 0.4, 0.0, 0.1, 0.6, 0.1, 0.2]
+    >>> packet = fa.quantum.coherent_packet(body, z0, width=0.5**0.5, m=0, l=0, count=30)
+    >>> packet.missing < 1e-6, abs(packet.autocorrelation(np.pi)).round(6)
+    (True, np.float64(1.0))
     """
     z, tolerance = phase_points("z0", z0, checked_model(body, needs="H = T(p) + V(q)")), fraction(missing)
     if z.shape[1] != 1:

@@ -48,6 +48,12 @@ def number_packet(
         1e-13; factors counted positive next to the inner turning point.
     :Cost: that of `spectrum_table` for as many levels as lie below the last one.
     :Source: Robinett 2004, Phys. Rep. 392, 1 (Gaussian weights); Martens & Slawianowski, EQ4.3 (the states).
+
+    Examples
+    --------
+    >>> packet = fa.quantum.number_packet(fa.Body(fa.Harmonic()), n=(3, 2), m=0, l=0, width=(1.0, 0.0))
+    >>> abs(packet.autocorrelation([0.0, np.pi])).round(9)
+    array([1., 1.])
     """
     centre = np.array([*_pair("n", n), *checked_class(m, l, single_valued)])
     sigma, angles = _reals("width", width, (2, 4)), _reals("theta", theta, (4,))

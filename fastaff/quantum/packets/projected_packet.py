@@ -46,6 +46,13 @@ def projected_packet(
     :Formula: c_k = ``<Psi_k|Psi>``/||Psi||, Gauss-Legendre quadrature to about 1e-9.
     :Cost: that of `spectrum`, and milliseconds.
     :Source: Martens & Slawianowski, EQ4.3 (the states; the expansion is the spectral theorem).
+
+    Examples
+    --------
+    >>> body = fa.Body(fa.Harmonic())
+    >>> packet = fa.quantum.projected_packet(body, lambda a, b: np.exp(-(a**2 + b**2) / 2), m=0, l=0, count=3)
+    >>> packet.weights.round(9)
+    array([1.])
     """
     chosen, tolerance, invariants = checked_class(m, l, single_valued), fraction(missing), invariants_of(chart)
     if not callable(function):

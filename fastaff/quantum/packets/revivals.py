@@ -92,6 +92,11 @@ def revivals(
         differences of order 8 of `energy_of_actions`, to 1e-9. Both agree to O(hbar^2) at given actions. Milliseconds,
         once the tori are compiled.
     :Source: Averbukh & Perelman 1989, Phys. Lett. A 139, 449; Martens & Slawianowski, section 4 (E(J)).
+
+    Examples
+    --------
+    >>> fa.quantum.revivals(fa.Body(fa.Harmonic()), n=(3, 2), m=0, l=0).quantum.period.round(6)
+    array([3.141593, 3.141593])
     """
     quantum, symmetry = action_quantum(hbar), checked_class(m, l, single_valued)
     numbers = whole_numbers("n", n)

@@ -56,6 +56,12 @@ def all_levels(
         is much cheaper).
     :Source: Courant & Hilbert 1924, Methoden der mathematischen Physik I, ch. VI (min-max); Martens & Slawianowski,
         EQ4.1, EQ4.2 (a, b).
+
+    Examples
+    --------
+    >>> levels = fa.quantum.all_levels(fa.Body(fa.Harmonic()), multiplets=3)
+    >>> np.unique(levels.E.round(9), return_counts=True)
+    (array([2., 3., 4.]), array([ 1,  4, 10]))
     """
     if (below is None) == (multiplets is None):
         raise ValueError(f"give either below or multiplets, got below = {below!r}, multiplets = {multiplets!r}")

@@ -103,6 +103,13 @@ def level_diagram(
     :Cost: that of `spectrum` for every value; 1e-6 is tolerance enough for a figure of a body that does not separate.
     :Source: as `spectrum`; von Neumann & Wigner 1929, Phys. Z. 30, 467 (levels of a class cross only where more than it
         is conserved).
+
+    Examples
+    --------
+    >>> diagram = fa.quantum.level_diagram(lambda C: fa.Body(fa.Harmonic(C)), [1.0, 4.0], m=0, l=0, count=2, name="C")
+    >>> diagram.E[:, 0].round(9)
+    array([[2., 4.],
+           [4., 8.]])
     """
     text("name", name)
     points = np.atleast_1d(numbers("values", values))
@@ -139,6 +146,11 @@ def class_diagram(
     :Returns: LevelDiagram of one column, whose values are the sequence.
     :Raises: as `spectrum`.
     :Source: as `spectrum`.
+
+    Examples
+    --------
+    >>> fa.quantum.class_diagram(fa.Body(fa.Harmonic()), m=[0, 2, 4], l=0, count=1).E.ravel().round(9)
+    array([2., 4., 6.])
     """
     if (np.ndim(an_array("m", m)) == 1) == (np.ndim(an_array("l", l)) == 1):
         raise ValueError(f"one of m and l must be a sequence and the other a whole number, got m = {m!r}, l = {l!r}")

@@ -130,6 +130,12 @@ def spectrum_table(
     :Raises: as `spectrum`, and ValueError for a body that does not separate. Classes with the same ``|m - l|`` and ``|m
         + l|`` have the same levels and are computed once; eigenproblems of one size are solved in stacks.
     :Source: as `spectrum`.
+
+    Examples
+    --------
+    >>> classes = fa.quantum.spectrum_table(fa.Body(fa.Harmonic()), m=[0, 1], l=[0, 1], count=2)
+    >>> [table.E.round(9) for table in classes]
+    [array([2., 4.]), array([3., 5.])]
     """
     return separated_tables(body, m, l, count, hbar, single_valued, chart, tolerance)
 

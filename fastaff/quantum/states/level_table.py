@@ -192,6 +192,12 @@ def level_list(classes: Sequence[LevelTable], *, complete_below: float = -math.i
     :Raises: TypeError for values that are no tables, ValueError for none of them, or of different hbar or quantum
         numbers.
     :Source: none.
+
+    Examples
+    --------
+    >>> classes = fa.quantum.spectrum_table(fa.Body(fa.Harmonic()), m=[0, 1], l=[0, 1], count=2)
+    >>> fa.quantum.level_list(classes).E.round(9)
+    array([2., 3., 4., 5.])
     """
     if not isinstance(classes, (list, tuple)) or not all(isinstance(found, LevelTable) for found in classes):
         raise TypeError(f"classes must be a list of LevelTable, got {shown(classes)}")
