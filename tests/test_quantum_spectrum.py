@@ -8,6 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.special import jn_zeros
 
+import fastaff as fa
 from fastaff import (
     Anharmonic,
     Body,
