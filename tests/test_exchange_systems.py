@@ -26,6 +26,7 @@ GALA = [
     ("MN3ExponentialDiskPotential", {"m": 1e11, "h_R": 3.0, "h_z": 0.3}),
     ("NFWPotential", {"m": 1e12, "r_s": 16.0, "a": 1.0, "b": 0.9, "c": 0.8}),
     ("PlummerPotential", {"m": 1e11, "b": 1.0}),
+    ("PowerLawCutoffPotential", {"m": 1e10, "alpha": 1.1, "r_c": 1.9}),
     ("SatohPotential", {"m": 1e11, "a": 3.0, "b": 0.3}),
     ("StonePotential", {"m": 1e11, "r_c": 0.5, "r_h": 9.0}),
 ]
@@ -102,12 +103,13 @@ def test_what_gala_has_no_true_formula_of_is_refused():
     from gala.units import galactic
 
     turned = potentials.LogarithmicPotential(v_c=0.2, r_h=3.0, q1=1.0, q2=0.8, q3=0.6, phi=0.7, units=galactic)
-    with pytest.raises(ValueError, match="has not its energies"):  # gala's symbols leave the angle out
+    said = r"has not its energies, .* \(gala's formula leaves out phi = 0.7 of its LogarithmicPotential\)"
+    with pytest.raises(ValueError, match=said):
         fa.hamiltonian(turned)
+    with pytest.raises(ValueError, match=r"leaves out phi = 1.69297 of its LogarithmicPotential"):
+        fa.hamiltonian(potentials.LM10Potential())
     with pytest.raises(ValueError, match="no formula of a BurkertPotential; write one"):
         fa.hamiltonian(potentials.BurkertPotential(rho=1e7, r0=3.0, units=galactic))
-    with pytest.raises(ValueError, match="gamma"):
-        fa.hamiltonian(potentials.PowerLawCutoffPotential(m=1e10, alpha=1.8, r_c=1.9, units=galactic))
     with pytest.raises(TypeError, match=r"body must be a model .*fa.hamiltonian\(potential\)"):
         fa.integrate(turned, [1.0, 0, 0, 0, 0.2, 0], time=1.0)
 
@@ -127,6 +129,8 @@ GALPY = [
     ("NFWPotential", {"a": 2.1}),
     ("PlummerPotential", {"b": 0.6}),
     ("PowerSphericalPotential", {"alpha": 2.6}),
+    ("PowerSphericalPotentialwCutoff", {"alpha": 1.0, "rc": 0.4}),
+    ("PowerSphericalPotentialwCutoff", {"alpha": 0.37, "rc": 1.3}),
     ("PseudoIsothermalPotential", {"a": 0.9}),
 ]
 
@@ -138,8 +142,8 @@ def test_potentials_of_galpy(kind, fields):
     check_galpy(potentials, potential)
 
 
-def check_galpy(potentials, potential):
-    model = fa.hamiltonian(potential)
+def check_galpy(potentials, potential, model=None):
+    model = model or fa.hamiltonian(potential)
     points = RNG.uniform(-2, 2, (3, 20))
     R, phi = np.hypot(*points[:2]), np.arctan2(points[1], points[0])
     at = [(R[k], points[2, k], phi[k]) for k in range(20)]
@@ -154,6 +158,39 @@ def check_galpy(potentials, potential):
     np.testing.assert_allclose(slopes(model, points), theirs, rtol=1e-9, atol=1e-12)
 
 
+def test_the_milky_way_of_galpy_and_of_gala():
+    potentials = pytest.importorskip("galpy.potential")
+    from galpy.orbit import Orbit
+
+    model = fa.hamiltonian(potentials.MWPotential2014)
+    check_galpy(potentials, potentials.MWPotential2014, model)
+    disc = Orbit([1.0, 0.1, 1.1, 0.0, 0.1, 0.3])
+    times = np.linspace(0.0, 50.0, 501)
+    with warnings.catch_warnings():  # of the language that it runs in
+        warnings.simplefilter("ignore")
+        disc.integrate(times, potentials.MWPotential2014, method="dop853_c")
+    run = fa.integrate(model, disc, time=50.0, accuracy=1e-11)
+    assert run.status[0] == 0
+    np.testing.assert_allclose(run.z[:3, 0], [disc.x(50.0), disc.y(50.0), disc.z(50.0)], atol=1e-9)
+    found = fa.frequency_map(model, disc, time=200.0, angles="R z phi")
+    assert found.names == ("R", "z", "phi")
+    assert found.status[0] == 0
+    np.testing.assert_array_less(found.error[:, 0], 1e-7)
+    turns = np.unwrap(np.arctan2(disc.y(times), disc.x(times)))
+    assert abs((turns[-1] - turns[0]) / 50 / (2 * np.pi) - found.nu[2, 0]) < 0.003
+
+    gala, units = pytest.importorskip("gala.potential"), pytest.importorskip("astropy.units")
+    dynamics, whole = pytest.importorskip("gala.dynamics"), gala.BovyMWPotential2014()
+    model, points = fa.hamiltonian(whole), RNG.uniform(-9, 9, (3, 30))
+    energies = [model.potential_energy(*point) for point in points.T]
+    np.testing.assert_allclose(energies, whole.energy(points * units.kpc).value, rtol=1e-12)
+    np.testing.assert_allclose(slopes(model, points), whole.acceleration(points * units.kpc).value, rtol=1e-11)
+    start = dynamics.PhaseSpacePosition([8.0, 0.3, 0.1] * units.kpc, [10, 210, 20] * units.km / units.s)
+    theirs = whole.integrate_orbit(start, dt=0.25 * units.Myr, n_steps=2000, Integrator="dop853")
+    mine = fa.integrate(model, start, time=500.0, accuracy=1e-11)
+    np.testing.assert_allclose(mine.z[:3, 0], theirs.pos.xyz.value[:, -1], atol=1e-6)
+
+
 def test_sums_of_galpy_and_what_is_refused():
     potentials = pytest.importorskip("galpy.potential")
     disk = potentials.MiyamotoNagaiPotential(a=0.5, b=0.05, normalize=0.6)
@@ -163,10 +200,13 @@ def test_sums_of_galpy_and_what_is_refused():
     model = fa.hamiltonian(plane)
     ours, x, y = fa.HenonHeiles(), *RNG.uniform(-0.5, 0.5, 2)
     assert abs(model.potential_energy(x, y) - ours.potential_energy(x, y)) < 1e-15
-    with pytest.raises(
-        ValueError, match="no formula of galpy's PowerSphericalPotentialwCutoff is known, only of Dehnen"
-    ):
-        fa.hamiltonian(potentials.MWPotential2014)
+    check_galpy(potentials, disk + halo, fa.hamiltonian([disk, halo]))
+    with pytest.raises(ValueError, match="no formula of galpy's BurkertPotential is known, only of Dehnen"):
+        fa.hamiltonian(halo + potentials.BurkertPotential())
+    with pytest.raises(ValueError, match=r"alpha of a PowerSphericalPotentialwCutoff must be below 2, got 2.2"):
+        fa.hamiltonian(potentials.PowerSphericalPotentialwCutoff(alpha=2.2))
+    with pytest.raises(TypeError, match="some of one dimension, got HenonHeilesPotential"):
+        fa.hamiltonian([halo, potentials.HenonHeilesPotential()])
     with pytest.raises(ValueError, match="has not its energies"):
         fa.hamiltonian(potentials.PowerSphericalPotential(alpha=2.0))
     with warnings.catch_warnings():

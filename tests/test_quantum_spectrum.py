@@ -8,6 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.special import jn_zeros
 
+import fastaff as fa
 from fastaff import (
     Anharmonic,
     Body,
@@ -335,3 +336,13 @@ def test_no_level_is_lost_where_inner_exponents_are_weak():
     chi = np.sqrt(1 - 0.2)
     n = np.repeat(np.arange(3), np.arange(1, 4))
     np.testing.assert_allclose(found.E, 2 * n + 2 + chi, rtol=1e-11)
+
+
+def test_what_is_no_body_is_refused_before_quantum_numbers_are_asked_for():
+    for model in (fa.HenonHeiles(), fa.hamiltonian("(x**2 + y**2)/2")):
+        with pytest.raises(TypeError, match="body must be a Body with a doubly isotropic potential, got"):
+            fa.quantum.spectrum(model)
+        with pytest.raises(TypeError, match="body must be a Body with a doubly isotropic potential, got"):
+            fa.quantum.spectrum(body=model, count=3)
+    with pytest.raises(TypeError, match="missing 3 required keyword-only arguments"):
+        fa.quantum.spectrum(fa.Body(fa.Harmonic()))

@@ -64,8 +64,11 @@ def adapter(value: Any) -> Any:
 
 
 def read_by(part: str, value: Any, *given: Any) -> Any:
-    """Return what the adapter of a value makes of it, by its function `part`; None where there is none."""
-    reads = getattr(adapter(value), part, None)
+    """Return what the adapter of a value, or of the first of a list of systems, makes of it, by its function `part`;
+    None where there is none.
+    """
+    one = value[0] if part == "system" and isinstance(value, list) and value else value
+    reads = getattr(adapter(one), part, None)
     return None if reads is None else reads(value, *given)
 
 

@@ -8,10 +8,11 @@ import numpy as np
 
 from ..base.foreign import System
 from ..base.interruption import imported
+from ..formulas.gammainc import gammainc
 from .quantities import plain
 from .sums import apart_from, check, parts_of, summed, trial_points
 
-CUSPED = ("NFWPotential", "StonePotential")
+CUSPED = ("NFWPotential", "PowerLawCutoffPotential", "StonePotential")
 """Those whose formulas divide by zero at the centre, where they are finite."""
 
 
@@ -31,7 +32,7 @@ def system(given: Any) -> System:
         rotation = float(rates[-1])
     points = trial_points(len(dims))
     at = points * potential.units["length"] if _has_units(potential) else points
-    check(text, dims, parameters, plain(at), plain(potential.energy(at)))
+    check(text, dims, parameters, plain(at), plain(potential.energy(at)), _left_out(parts))
     return System(
         text=text,
         coordinates=tuple(dims),
@@ -66,7 +67,23 @@ def _part(potential: Any, dims: str) -> tuple[Any, dict[str, float]]:
     text = text.subs({variables[entry]: place[k] for k, entry in enumerate(dims)}, simultaneous=True)
     G = imported("astropy.constants").G if _has_units(potential) else potential.G
     values = {"G": plain(G)} | {k: plain(v) for k, v in potential.parameters.items()}
+    text = text.replace(sympy.lowergamma, lambda a, x: sympy.gamma(a) * gammainc()(a, x))
+    firsts = {symbol.name for entry in text.atoms(gammainc()) for symbol in entry.args[0].free_symbols}
+    text = text.xreplace({symbols[name]: sympy.Rational(repr(float(values[name]))) for name in firsts})
     return text, {key: float(values[key]) for key, symbol in symbols.items() if text.has(symbol)}
+
+
+def _left_out(parts: dict[str, Any]) -> str:
+    """Return a note of the parameters that are not in gala's formulas of these potentials; empty if there is none."""
+    found = []
+    for potential in parts.values():
+        text, _, symbols = potential.to_sympy()
+        found += [
+            f"{name} = {float(plain(value)):.6g} of its {type(potential).__name__}"
+            for name, value in potential.parameters.items()
+            if name not in symbols or not text.has(symbols[name])
+        ]
+    return f" (gala's formula leaves out {', '.join(found)})" if found else ""
 
 
 def _origin(potential: Any) -> list[float]:

@@ -1,14 +1,32 @@
 """Potentials that galpy has too, by the names of its classes, in x, y, z and the amplitude: textbook formulas.
 
 :Source: Binney & Tremaine 2008, Galactic Dynamics, chapter 2; Dehnen 1993, MNRAS 265, 250; Dejonghe & de Zeeuw 1988,
-    ApJ 333, 90 (Kuzmin & Kutuzov); Evans 1994, MNRAS 267, 333 (power laws); Henon & Heiles 1964, Astron. J. 69, 73.
+    ApJ 333, 90 (Kuzmin & Kutuzov); Evans 1994, MNRAS 267, 333 (power laws); Henon & Heiles 1964, Astron. J. 69, 73;
+    Bovy 2015, ApJS 216, 29 (the cut-off of MWPotential2014).
 """
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Any
 
 R2 = "(x**2 + y**2)"
 SQUARE = "(x**2 + y**2 + z**2)"
 R = f"sqrt{SQUARE}"
 
-FORMULAS: dict[str, tuple[str, dict[str, str]]] = {
+
+def _cut_off(potential: Any) -> str:
+    """Return the formula of a density r^-alpha exp(-r^2/rc^2), with the number alpha in it."""
+    alpha = float(potential.alpha)
+    if alpha >= 2:
+        raise ValueError(f"text: alpha of a PowerSphericalPotentialwCutoff must be below 2, got {alpha!r}")
+    a, b = 1 - alpha / 2, 1.5 - alpha / 2
+    inside = f"{math.gamma(b)!r}*gammainc({b!r}, {SQUARE}/rc**2)/{R}"
+    return f"2*pi*amp*rc**{3 - alpha!r}*({math.gamma(a)!r}*gammainc({a!r}, {SQUARE}/rc**2)/rc - {inside})"
+
+
+FORMULAS: dict[str, tuple[str | Callable[[Any], str], dict[str, str]]] = {
     "DehnenCoreSphericalPotential": (f"-amp*(1 - (1 + a/{R})**(-2))/(6*a)", {"a": "a"}),
     "DehnenSphericalPotential": (
         f"-amp*(1 - (1 + a/{R})**(alpha - 2))/(a*(2 - alpha)*(3 - alpha))",
@@ -35,9 +53,12 @@ FORMULAS: dict[str, tuple[str, dict[str, str]]] = {
     "NFWPotential": (f"-amp*log(1 + {R}/a)/{R}", {"a": "a"}),
     "PlummerPotential": (f"-amp/sqrt({SQUARE} + b**2)", {"b": "_b"}),
     "PowerSphericalPotential": (f"amp*{R}**(2 - alpha)/(2 - alpha)", {"alpha": "alpha"}),
+    "PowerSphericalPotentialwCutoff": (_cut_off, {"rc": "rc"}),
     "PseudoIsothermalPotential": (f"amp*(log(1 + {SQUARE}/a**2)/2 + a*atan({R}/a)/{R})/a", {"a": "_a"}),
 }
-"""Formula, and the attribute that holds each parameter but the amplitude; one that is None counts as 1."""
+"""Formula, or what writes it of a potential, and the attribute that holds each parameter but the amplitude; one that
+is None counts as 1.
+"""
 
-CUSPED = ("NFWPotential", "PseudoIsothermalPotential")
+CUSPED = ("NFWPotential", "PowerSphericalPotentialwCutoff", "PseudoIsothermalPotential")
 """Those whose formulas divide by zero at the centre, where they are finite."""

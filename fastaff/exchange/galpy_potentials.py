@@ -15,17 +15,19 @@ from .sums import apart_from, check, parts_of, summed, trial_points
 
 
 def system(potential: Any) -> System:
-    """Return the formula of a potential of `FORMULAS`, or of a sum of them."""
-    if not hasattr(potential, "dim") or callable(potential.dim):
-        raise TypeError(f"text must be a potential of galpy, got {type(potential).__name__}")
-    dims = "xyz"[: potential.dim]
+    """Return the formula of a potential of `FORMULAS`, or of a sum or list of them."""
+    every = potential if isinstance(potential, list) else [potential]
+    for entry in every:
+        if not hasattr(entry, "dim") or callable(entry.dim) or entry.dim != every[0].dim:
+            raise TypeError(f"text must be a potential of galpy, or some of one dimension, got {type(entry).__name__}")
+    dims = "xyz"[: every[0].dim]
     parts = parts_of(potential, _children)
     text, parameters = summed({key: _part(part, dims) for key, part in parts.items()})
     cusp = [(0.0,) * len(dims)] * any(type(part).__name__ in CUSPED for part in parts.values())
     points = trial_points(len(dims))
     R, phi = np.hypot(*points[:2]), np.arctan2(points[1], points[0])
     place = (R, points[2]) if len(dims) == 3 else (R,)
-    energies = [potential(*at, phi=angle, use_physical=False) for *at, angle in zip(*place, phi)]
+    energies = [sum(entry(*at, phi=angle, use_physical=False) for entry in every) for *at, angle in zip(*place, phi)]
     check(text, dims, parameters, points, np.array(energies, dtype=float))
     return System(
         text=text,
@@ -36,7 +38,7 @@ def system(potential: Any) -> System:
 
 
 def _children(potential: Any) -> Any:
-    listed = getattr(potential, "_potlist", None)
+    listed = potential if isinstance(potential, list) else getattr(potential, "_potlist", None)
     return None if listed is None else enumerate(listed, 1)
 
 
@@ -49,7 +51,8 @@ def _part(potential: Any, dims: str) -> tuple[Any, dict[str, float]]:
             "fa.hamiltonian('...'), or integrate in galpy and give the Orbit to fa.orbit_frequencies"
         )
     sympy = imported("sympy", what="a potential of galpy")
-    text, fields = FORMULAS[kind]
+    written, fields = FORMULAS[kind]
+    text = written if isinstance(written, str) else written(potential)
     found = {name: getattr(potential, field) for name, field in {"amp": "_amp", **fields}.items()}
     values = {name: 1.0 if value is None else float(value) for name, value in found.items()}
     symbols = {name: sympy.Symbol(name) for name in (*dims, *values)}

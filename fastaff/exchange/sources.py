@@ -6,6 +6,7 @@ from typing import Any
 
 from ..base.interruption import imported
 from ..formulas.drive import TIME
+from ..formulas.gammainc import gammainc
 from ..formulas.library import Request, in_frame
 from ..formulas.sympy_bridge import to_sympy
 
@@ -31,12 +32,16 @@ def source(model: Any, language: str = "c") -> str:
     """
     if language not in LANGUAGES:
         raise ValueError(f"language must be one of {', '.join(LANGUAGES)}, got {language!r}")
+    sympy = imported("sympy", what="the source text of a model")
     known: tuple = getattr(type(model), "_request", ())
     if len(known) != len(Request._fields) or known[4] not in ("unit", "masses", "flow"):
         raise TypeError(f"model must be one of fa.hamiltonian(...) or fa.flow(...), got {type(model).__name__}")
     request = Request(*known)
     named = ", ".join(f"{name} = {float(value)!r}" for name, value in zip(model._fields, model, strict=True))
     rows, sides = _equations(request, model._fields)
+    if any(side.has(gammainc()) for side in sides):
+        raise ValueError(f"model has gammainc, which neither C nor heyoka knows: {request.text}")
+    sides = [side.replace(sympy.gamma, lambda a: sympy.gamma(a).evalf(17)) for side in sides]
     said = [f"dz/dt of {request.text}", f"z: {', '.join(rows)}", f"c: {named}" if named else "c: none"]
     return LANGUAGES[language](said, rows, sides, [float(value) for value in model])
 

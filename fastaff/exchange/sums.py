@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from ..base.interruption import imported
+from ..formulas.gammainc import numeric
 from ..formulas.sympy_bridge import to_text
 
 SAME = 1e-9
@@ -41,18 +42,24 @@ def summed(parts: Mapping[str, tuple[Any, dict[str, float]]]) -> tuple[Any, dict
     return whole, values
 
 
-def check(text: Any, dims: str, parameters: Mapping[str, float], points: np.ndarray, energies: Any) -> None:
-    """Raise ValueError unless a formula has the energies (points,) that the tool itself gives at points (n, points)."""
+def check(
+    text: Any, dims: str, parameters: Mapping[str, float], points: np.ndarray, energies: Any, note: str = ""
+) -> None:
+    """Raise ValueError unless a formula has the energies (points,) that the tool itself gives at points (n, points);
+    note: what is known of the reason.
+    """
     sympy = imported("sympy", what="a potential of another tool")
     to_text(text)  # which refuses functions that no formula has
     with np.errstate(all="ignore"):
-        found = sympy.lambdify([*dims, *parameters], text, "numpy")(*points, *map(np.float64, parameters.values()))
+        found = sympy.lambdify([*dims, *parameters], text, numeric("numpy"))(
+            *points, *map(np.float64, parameters.values())
+        )
     off = ~(np.abs(found - energies) <= SAME * np.abs(energies).max())
     if off.any():
         k = int(off.argmax())
         raise ValueError(
             f"text: the formula that is known of this potential has not its energies, {found[k]:.9g} in place of "
-            f"{energies[k]:.9g} at {points[:, k]}: write it as a text, fa.hamiltonian('...')"
+            f"{energies[k]:.9g} at {points[:, k]}{note}: write it as a text, fa.hamiltonian('...')"
         )
 
 

@@ -6,6 +6,7 @@ import json
 import keyword
 
 from ..formulas import grammar
+from ..formulas.gammainc import GAMMAINC
 from ..formulas.reserved import RESERVED
 
 
@@ -24,7 +25,7 @@ def grammar_module() -> str:
         "letters": "".join(sorted(grammar.LETTERS)),
         "signs": grammar.SIGNS,
         "spellings": grammar.SPELLINGS,
-        "advice": grammar.ADVICE,
+        "advice": {**grammar.ADVICE, GAMMAINC: "the page has no gammainc; fa.hamiltonian has"},
         "keywords": keyword.kwlist,
         "reserved": sorted(name for name in RESERVED if not name.startswith("_")),
     }

@@ -1,8 +1,8 @@
 """Where a formula lives: conditions that are positive there.
 
-Arguments of logarithms and of roots and powers that are not whole must be positive, those of asin and acos below 1 in
-size, and a pole 1/g is a wall g > 0 (or -g > 0) where g has one sign on the whole region: D1 > D2 > 0 for a body,
-everywhere for other systems. 1/g^2 is always one.
+Arguments of logarithms, the second of gammainc, and those of roots and powers that are not whole must be positive,
+those of asin and acos below 1 in size, and a pole 1/g is a wall g > 0 (or -g > 0) where g has one sign on the whole
+region: D1 > D2 > 0 for a body, everywhere for other systems. 1/g^2 is always one.
 """
 
 from __future__ import annotations
@@ -11,6 +11,8 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
+
+from .gammainc import GAMMAINC, numeric
 
 SAMPLES = 400
 
@@ -39,6 +41,8 @@ def conditions(expression: Any, region: Callable[[np.random.Generator, int], Map
             add(e.args[0])
         elif isinstance(e, (sympy.asin, sympy.acos)):
             add(1 - e.args[0] ** 2)
+        elif type(e).__name__ == GAMMAINC:
+            add(e.args[1])
         elif e.is_Pow and not e.exp.is_Integer:
             add(e.base)
         elif e.is_Pow and e.exp.is_negative:
@@ -69,7 +73,7 @@ def _sign(g: Any, region: Callable) -> int:
     arguments = sorted(g.free_symbols, key=str)
     values = [points[a] if a in points else rng.uniform(0.1, 2.0, SAMPLES) for a in arguments]
     with np.errstate(all="ignore"):
-        numbers = np.broadcast_to(sympy.lambdify(arguments, g, "numpy", dummify=True)(*values), SAMPLES)
+        numbers = np.broadcast_to(sympy.lambdify(arguments, g, numeric("numpy"), dummify=True)(*values), SAMPLES)
     if numbers.dtype.kind != "f":
         return 0
     numbers = numbers[np.isfinite(numbers)]

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from ..base.numbers import positive, shown
-from .grammar import CONSTANTS, FUNCTIONS, TIME, Program, parse
+from .grammar import CONSTANTS, FUNCTIONS, NUMERIC, TIME, Program, parse
 from .library import Request
 
 POINTS, PHASES = 24, 7
@@ -73,16 +73,16 @@ def _check_period(program: Program, coordinates: tuple[str, ...], values: Mappin
 def _values(program: Program, names: Mapping[str, Any]) -> np.ndarray:
     """Return the values (POINTS, PHASES) of a program of arrays, NaN where they are no finite real numbers."""
     with np.errstate(all="ignore"):
-        value = program.run(np.float64, names, {name: getattr(np, name) for name in FUNCTIONS}, np.power)
+        functions = NUMERIC | {name: getattr(np, name) for name in FUNCTIONS}
+        value = program.run(np.float64, names, functions, np.power)
     value = np.broadcast_to(value, (POINTS, PHASES))
     return np.where(np.isfinite(value), value, np.nan)
 
 
 def _value(program: Program, names: Mapping[str, float]) -> float | None:
     """Return the value of a program in the arithmetic of floats; None where it is no finite real number."""
-    functions = {name: getattr(math, name) for name in FUNCTIONS}
     try:
-        value = program.run(float, {**names, **CONSTANTS}, functions, pow)
+        value = program.run(float, {**names, **CONSTANTS}, NUMERIC, pow)
     except (ArithmeticError, ValueError):
         return None
     return value if isinstance(value, (int, float)) and math.isfinite(value) else None

@@ -40,9 +40,10 @@ def formula(
     ----------
     text : str or SymPy expression
         V in the variables D1, D2; alpha, beta; r, vartheta; rho; x, y, z, u (phi = [[x, y], [z, u]]); a1, a2, b1, b2,
-        which may be mixed; with numbers, pi, ``+ - * / **``, sqrt exp log sin cos tan sinh cosh tanh asin acos atan. Or
-        the name of a hyperelastic law in plane strain: "mooney-rivlin" (c10, c01, K), "ogden" (a1, m1, a2, m2, ..., K),
-        "gent" (G, Jm, K), "hencky" and "saint-venant-kirchhoff" (G, lam); G is the shear modulus, mu the inertia.
+        which may be mixed; with numbers, pi, ``+ - * / **``, sqrt exp log sin cos tan sinh cosh tanh asin acos atan and
+        gammainc(a, x), the regularised lower incomplete gamma function of a number a, 0 < a <= 4. Or the name of a
+        hyperelastic law in plane strain: "mooney-rivlin" (c10, c01, K), "ogden" (a1, m1, a2, m2, ..., K), "gent" (G,
+        Jm, K), "hencky" and "saint-venant-kirchhoff" (G, lam); G is the shear modulus, mu the inertia.
     mu : float or pair of floats, default 1
         Inertia, or (mu_1, mu_2) for T = (mu_1 (x'^2 + z'^2) + mu_2 (y'^2 + u'^2))/2.
     domain : str, optional

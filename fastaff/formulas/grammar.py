@@ -7,6 +7,7 @@ allowed.
 from __future__ import annotations
 
 import ast
+import contextlib
 import difflib
 import keyword
 import math
@@ -16,6 +17,7 @@ from collections.abc import Callable, Iterable, Mapping
 from fractions import Fraction
 from typing import Any, NamedTuple
 
+from .gammainc import GAMMAINC, MOST_A, incomplete_gamma
 from .outside import ADVICE, FOUND, SIGNS, SPELLINGS
 
 FUNCTIONS = ("sqrt", "exp", "log", "sin", "cos", "tan", "sinh", "cosh", "tanh", "asin", "acos", "atan")
@@ -26,7 +28,8 @@ ALLOWED = f"allowed are numbers, names, pi, + - * / ** (or ^), parentheses and {
 LETTERS = frozenset("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_.+-*/^(), \t\n\r")
 _BINARY: dict[type, str] = {ast.Add: "+", ast.Sub: "-", ast.Mult: "*", ast.Div: "/", ast.Pow: "**"}
 _OTHER_BINARY: dict[type, str] = {ast.FloorDiv: "//"}
-_NUMERIC: dict[str, Callable[[float], float]] = {name: getattr(math, name) for name in FUNCTIONS}
+NUMERIC: dict[str, Callable] = {**{name: getattr(math, name) for name in FUNCTIONS}, GAMMAINC: incomplete_gamma}
+"""Functions of floats by name."""
 
 
 TIME = "t"
@@ -47,7 +50,9 @@ class UnknownName(ValueError):
 
 
 class Operation(NamedTuple):
-    """One step of a postfix program: kind is "number", "name", "call", "negate" or the sign of a binary operator."""
+    """One step of a postfix program: kind is "number", "name", "call", "gammainc" (the operand: its first argument),
+    "negate" or the sign of a binary operator.
+    """
 
     kind: str
     operand: Any = None
@@ -75,6 +80,8 @@ class Program(NamedTuple):
                 stack.append(names[operand])
             elif kind == "call":
                 stack.append(functions[operand](stack.pop()))
+            elif kind == GAMMAINC:
+                stack.append(functions[GAMMAINC](number(operand), stack.pop()))
             elif kind == "negate":
                 stack.append(-stack.pop())
             else:
@@ -107,7 +114,7 @@ def checked_name(name: str, what: str, taken: Iterable[str]) -> str:
             f"{what} must be an identifier of at most 40 ASCII letters, digits and _, starting with a letter; got "
             f"{name!r}"
         )
-    if name in FUNCTIONS or name in CONSTANTS or name in ADVICE:
+    if name in FUNCTIONS or name in CONSTANTS or name in ADVICE or name == GAMMAINC:
         raise ValueError(f"{what} {name!r} is the name of a function or constant of the grammar: choose another")
     if name in taken:
         raise ValueError(f"{what} {name!r} is taken: it names a variable or a part of the model; choose another")
@@ -225,6 +232,9 @@ class _Reader:
                 if isinstance(node.op, ast.USub):
                     pending.append((Operation("negate"), depth, column))
                 pending.append((node.operand, depth + 1, 0))
+            elif isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id == GAMMAINC:
+                pending.append((Operation(GAMMAINC, self.first_argument(node)), depth, column))
+                pending.append((node.args[1], depth + 1, 0))
             elif isinstance(node, ast.Call):
                 pending.append((Operation("call", self.called(node)), depth, column))
                 pending.append((node.args[0], depth + 1, 0))
@@ -280,6 +290,19 @@ class _Reader:
             )
         return name
 
+    def first_argument(self, node: ast.Call) -> Fraction:
+        """Return the number a of gammainc(a, x)."""
+        a, hint = None, f"it takes a number a, 0 < a <= {MOST_A}, and x >= 0: gammainc(0.6, x**2)"
+        if len(node.args) == 2 and not node.keywords and not any(isinstance(e, ast.Starred) for e in node.args):
+            program = Program(tuple(operation for operation, _ in self.postfix(node.args[0])), frozenset())
+            if all(kind in "+-*/" or kind in ("number", "negate") for kind, _ in program.operations):
+                with contextlib.suppress(ZeroDivisionError):
+                    a = program.run(lambda f: f, {}, {}, pow)
+        if a is None or not 0 < a <= MOST_A:
+            given = ", ".join(map(ast.unparse, node.args))
+            raise self.refuse(f"{GAMMAINC}({given})", self.column(node), hint)
+        return Fraction(a)
+
     def number(self, node: ast.Constant) -> Fraction:
         """Return a finite literal as the exact number that it reads."""
         value, column = node.value, self.column(node)
@@ -298,7 +321,7 @@ class _Reader:
     def name(self, node: ast.Name) -> Operation:
         """Return a variable, a parameter or a constant."""
         name, column = node.id, self.column(node)
-        if name in FUNCTIONS:
+        if name in (*FUNCTIONS, GAMMAINC):
             raise self.refuse(f"{name} without an argument", column, f"write {name}(...)")
         if name in CONSTANTS or name in self.variables or name in self.parameters:
             return Operation("name", name)
@@ -330,7 +353,10 @@ class _Reader:
                     entry = CONSTANTS.get(operand), 1.0
                 elif kind == "call":
                     value, power = stack.pop()
-                    entry = None if value is None else _NUMERIC[operand](value), power
+                    entry = None if value is None else NUMERIC[operand](value), power
+                elif kind == GAMMAINC:
+                    value, power = stack.pop()
+                    entry = None if value is None else float(incomplete_gamma(operand, value)), power
                 elif kind == "negate":
                     value, power = stack.pop()
                     entry = None if value is None else -value, power

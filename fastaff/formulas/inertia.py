@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from random import Random
 from typing import Any, NamedTuple
 
+from .gammainc import numeric
 from .printing import Lines
 
 
@@ -116,7 +117,7 @@ def _varied(expressions: Sequence[Any], fixed: Sequence[Any]) -> bool:
     import sympy
 
     names = sorted(sympy.Tuple(*expressions).free_symbols, key=str)
-    function, random = sympy.lambdify(names, list(expressions), "mpmath", cse=True), Random(7)
+    function, random = sympy.lambdify(names, list(expressions), numeric("mpmath"), cse=True), Random(7)
     with mpmath.workdps(30):
         for _ in range(8):
             here = [mpmath.mpf(random.uniform(0.2, 5)) for _ in names]

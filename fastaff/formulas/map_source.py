@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from ..models.contracts import Kind
+from .gammainc import GAMMAINC
 from .grammar import Program, checked_name, parse
 from .potential_source import constant, method, spread
 from .printing import Lines
@@ -164,6 +165,7 @@ def _head(request: MapRequest) -> list[str]:
         "",
         "import numpy as np",
         "",
+        *([f"from fastaff.compile.incomplete_gamma import {GAMMAINC}"] if GAMMAINC in request.text else []),
         "from fastaff.models.contracts import Kind",
         "from fastaff.models.maps import symplectic",
         "",

@@ -19,7 +19,7 @@ from ..models.contracts import WrittenMap
 from .arguments import checked_names, values_of
 from .ceiling import ceiling
 from .formula import Text
-from .grammar import CONSTANTS, FUNCTIONS, Program, parse
+from .grammar import CONSTANTS, NUMERIC, Program, parse
 from .library import loaded, rebuild
 from .map_source import TAG, MapRequest, Statements, class_of_map, pairs, period_texts, statements
 
@@ -157,11 +157,10 @@ def _class(request: MapRequest, found: Statements, values: Mapping[str, float]) 
     unused = [name for name in values if name not in used]
     if unused:
         raise ValueError(f"parameter {unused[0]!r} is not used by the map: leave it out, or is a name misspelt?")
-    functions = {name: getattr(math, name) for name in FUNCTIONS}
     for name, program in zip((*request.coordinates, *request.momenta), periods, strict=True):
         if program is not None:
             try:
-                period = program.run(float, {**values, **CONSTANTS}, functions, pow)
+                period = program.run(float, {**values, **CONSTANTS}, NUMERIC, pow)
             except (ArithmeticError, ValueError) as problem:
                 raise ValueError(f"periods[{name!r}] has no value: {problem}") from None
             if isinstance(period, complex) or not (math.isfinite(period) and period > 0):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from .grammar import CONSTANTS, FUNCTIONS, parse
+from .grammar import CONSTANTS, NUMERIC, parse
 
 
 def number(name: str, text: str) -> float:
@@ -15,9 +15,7 @@ def number(name: str, text: str) -> float:
         value = float(text)
     except ValueError:
         try:
-            value = parse(text, (), (), argument=name, length=200).run(
-                float, CONSTANTS, {entry: getattr(math, entry) for entry in FUNCTIONS}, pow
-            )
+            value = parse(text, (), (), argument=name, length=200).run(float, CONSTANTS, NUMERIC, pow)
         except (ValueError, ArithmeticError) as problem:
             what = str(problem).removeprefix(f"{name}: ").partition("; allowed")[0]
             hint = " (angles are in radians: 45*pi/180)" if text.rstrip().endswith(("deg", "°", "degrees")) else ""

@@ -8,6 +8,7 @@ import textwrap
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
+from .gammainc import GAMMAINC
 from .printing import Lines
 
 _WORD = re.compile(r"[A-Za-z_]\w*")
@@ -28,6 +29,8 @@ def module(description: Description, body: str, imports: str = "") -> str:
     head = (
         f'"""V = {_one_line(description.formula)}: written by fastaff from this formula; derivatives by SymPy."""\n\n'
     )
+    if f"{GAMMAINC}(" in body:
+        imports += f"\nfrom fastaff.compile.incomplete_gamma import {GAMMAINC}\n"
     text = f"{head}from typing import NamedTuple\n\nimport numpy as np\n{imports}\n\n{body}"
     return "\n".join(line.rstrip() for line in text.splitlines()) + "\n"
 

@@ -6,6 +6,8 @@ from collections.abc import Iterator, Sequence
 from fractions import Fraction
 from typing import Any
 
+from .gammainc import GAMMAINC
+
 NAMES = {"asin": "arcsin", "acos": "arccos", "atan": "arctan"}
 _FUNCTIONS = ("exp", "log", "sin", "cos", "tan", "sinh", "cosh", "tanh", "asin", "acos", "atan", "Abs", "Min", "Max")
 _SUM, _PRODUCT, _ATOM = 1, 2, 3
@@ -101,6 +103,10 @@ class Lines:
             for argument in e.args[1:]:
                 text = f"np.{name.lower()}imum({text}, {self.text(argument)})"
             return text, _ATOM
+        if name == GAMMAINC:
+            a, x = e.args
+            front = number(1 / sympy.gamma(a + 1))[0]
+            return f"{name}({number(a)[0]}, {self.text(x)}, {front})", _ATOM
         if name not in _FUNCTIONS or len(e.args) != 1:
             raise ValueError(f"text: the formula or a derivative of it contains {e}, which has no smooth derivative")
         return f"np.{NAMES.get(name, name.lower())}({self.text(e.args[0])})", _ATOM

@@ -6,6 +6,8 @@ import random
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, NamedTuple
 
+from .gammainc import numeric
+
 DIGITS, POINTS, DRAWS = 120, 24, 40
 _NEAR, _ROUNDING = (-3, -5, -7, -9, -12), 1e-10
 
@@ -93,7 +95,7 @@ def _function(expression: Any, numbers: str = "mpmath") -> tuple[Any, list[str]]
     import sympy
 
     symbols = sorted(expression.free_symbols, key=str)
-    return sympy.lambdify(symbols, expression, numbers, dummify=True), [symbol.name for symbol in symbols]
+    return sympy.lambdify(symbols, expression, numeric(numbers), dummify=True), [symbol.name for symbol in symbols]
 
 
 def _value(

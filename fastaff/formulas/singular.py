@@ -6,6 +6,7 @@ import types
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from .gammainc import gammainc, numeric
 from .potential_source import Description, ring_potential
 from .removable import Places, Vanishing, refused, vanishing
 from .variables import Trial, everything
@@ -88,6 +89,8 @@ def ring_text(d: Description, g: Any, walls: Sequence[Any], s: dict[str, Any], t
     """Return the source of a potential that is 0/0 at beta = 0, tried against more digits; ValueError where it would be
     inexact.
     """
+    if g.has(gammainc()):
+        raise ValueError("text: gammainc has no formula of complex numbers, which a potential 0/0 at beta = 0 needs")
     text = ring_potential(d, g, walls, s, _even(g, s))
     worst = _largest_error(text, g, s, trial)
     if not worst <= _RIGHT:
@@ -112,7 +115,7 @@ def _largest_error(text: str, g: Any, s: dict[str, Any], trial: Trial) -> float:
     exec(compile(text, "<fastaff formula on trial>", "exec"), module.__dict__)
     potential = module.FormulaPotential(**trial.parameters)
     symbols = [s["alpha"], s["beta"], *sorted(g.free_symbols - {s["alpha"], s["beta"]}, key=str)]
-    exact = sympy.lambdify(symbols, g, "mpmath", dummify=True)
+    exact = sympy.lambdify(symbols, g, numeric("mpmath"), dummify=True)
     worst = 0.0
     with mpmath.workdps(60):
         constants = [mpmath.mpf(trial.parameters[symbol.name.removeprefix("self.")]) for symbol in symbols[2:]]

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from fractions import Fraction
 from typing import Any
 
+from .gammainc import GAMMAINC, gammainc
 from .grammar import FUNCTIONS, Program
 
 _EXACT_BITS = 4096
@@ -17,7 +18,7 @@ def to_sympy(program: Program, names: Mapping[str, Any]) -> Any:
     """Return the SymPy expression of a program; decimal literals are exact rationals."""
     import sympy
 
-    functions = {name: getattr(sympy, name) for name in FUNCTIONS}
+    functions = {**{name: getattr(sympy, name) for name in FUNCTIONS}, GAMMAINC: gammainc()}
     expression = program.run(
         lambda f: sympy.Rational(f.numerator, f.denominator), {**names, "pi": sympy.pi}, functions, _power
     )
@@ -92,6 +93,10 @@ def _text(e: Any) -> str:
         return f"({_text(e.base)})**({_text(e.exp)})"
     if kind in FUNCTIONS and len(e.args) == 1:
         return f"{kind}({_text(e.args[0])})"
+    if kind == GAMMAINC:
+        return f"{kind}({_text(e.args[0])}, {_text(e.args[1])})"
+    if kind == "gamma" and e.is_number:
+        return f"({float(e)!r})"
     raise ValueError(
         f"text: the SymPy expression contains {e} ({kind}); allowed are sums, products, powers and "
         f"{', '.join(FUNCTIONS)}"

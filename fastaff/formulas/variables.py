@@ -11,6 +11,7 @@ import random
 from collections.abc import Mapping
 from typing import Any
 
+from .gammainc import GAMMAINC, incomplete_gamma
 from .grammar import FUNCTIONS, Program
 
 INVARIANTS = ("D1", "D2", "alpha", "beta", "r", "vartheta", "rho")
@@ -54,7 +55,10 @@ class Trial:
         self.mp.dps = DIGITS
         self.program, self.parameters = program, parameters
         self.random = random.Random(1)
-        self.functions = {name: functools.partial(self._bounded, getattr(self.mp, name)) for name in FUNCTIONS}
+        self.functions: dict[str, Any] = {
+            name: functools.partial(self._bounded, getattr(self.mp, name)) for name in FUNCTIONS
+        }
+        self.functions[GAMMAINC] = incomplete_gamma
 
     def uniform(self, low: float, high: float) -> Any:
         """Return a random number with all its digits."""

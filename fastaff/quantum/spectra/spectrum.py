@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, ParamSpec
 
 import numpy as np
 
@@ -30,7 +31,29 @@ SIDES = ("V_alpha", "V_beta")
 NEAR = (1e-2, 1e-4, 1e-6)
 """How close to what it grows to a potential is searched for its ground state, in units of its depth."""
 
+P = ParamSpec("P")
 
+
+def _checked_body(body: Any) -> None:
+    checked_model(body, needs="H = T(p) + V(q)")
+    if not traits_of(body).isotropic:
+        why = "; with angular potentials spin and vorticity are no quantum numbers" if traits_of(body).planar else ""
+        raise TypeError(f"body must be a Body with a doubly isotropic potential, got {type(body).__name__}{why}")
+
+
+def _of_bodies(function: Callable[P, LevelTable]) -> Callable[P, LevelTable]:
+    """Make a function refuse what is no body before it asks for numbers that others have not, as m and l."""
+
+    @functools.wraps(function)
+    def wrapped(*given: P.args, **named: P.kwargs) -> LevelTable:
+        if given or "body" in named:
+            _checked_body(given[0] if given else named["body"])
+        return function(*given, **named)
+
+    return wrapped
+
+
+@_of_bodies
 @recorded
 def spectrum(
     body: Body,
@@ -197,10 +220,7 @@ def solved_families(body: Any) -> list[Family]:
 
 
 def _checked(body: Any, count: Any, hbar: Any, tolerance: Any) -> tuple[int, float, float]:
-    checked_model(body, needs="H = T(p) + V(q)")
-    if not traits_of(body).isotropic:
-        why = "; with angular potentials spin and vorticity are no quantum numbers" if traits_of(body).planar else ""
-        raise TypeError(f"body must be a Body with a doubly isotropic potential, got {type(body).__name__}{why}")
+    _checked_body(body)
     return whole("count", count, 1), action_quantum(hbar, body.mu), positive("tolerance", tolerance)
 
 
