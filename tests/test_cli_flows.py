@@ -85,7 +85,9 @@ def test_jobs_carry_them(value):
         ([*GIVEN, *PLACED, "--map", "x1 = x"], "give one of"),
         ([*GIVEN, "--axes", "x=1:9:3", "--solve", "z"], "dz/dt = f(z) has none"),
         (["--flow", "x = y", *PLACED], "--flow"),
-        (["--flow", "x' = k*x", "--axes", "x=1:2:3"], "k"),
+        (["--flow", "x' = k*x", "--axes", "x=1:2:3"], "such as k=1.0"),
+        (["--flow", "x' = k*x", "--axes", "x=1:2:3"], "; --parameter gives a parameter"),
+        (["--map", "x1 = x + q; p1 = p"], "--map, x1: unknown name 'q'"),
         (["--model", "henon-heiles", "--friction", "0.1"], "--friction belongs to"),
     ],
 )

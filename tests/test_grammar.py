@@ -225,7 +225,7 @@ def test_refused_with_what_where_and_what_is_allowed(text, found, column):
         ("x^2^3", "with ^ it needs parentheses"),
         ("2x", "a product needs *"),
         ("k(x)", "write k*(...)"),
-        ("zeta", "a parameter needs a value"),
+        ("zeta", "a parameter needs a value, such as zeta=1.0"),
     ],
 )
 def test_hints(text, hint):

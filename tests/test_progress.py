@@ -141,3 +141,61 @@ def test_a_line_is_taken_away(capsys):
     line.start()
     line.end()
     assert capsys.readouterr().err == "\rintegrate: 5 s\rintegrate     \r         \r\r"
+
+
+def test_in_a_notebook_a_line_replaces_the_one_before(monkeypatch, clock):
+    """And ends as nothing: a stream's lines would all stay in the saved file."""
+    pytest.importorskip("IPython")
+    shown, outputs = [], {}
+
+    def display(output, *, raw, display_id):
+        assert raw
+        assert display_id is True
+        shown.append(output["text/plain"])
+        outputs["line"] = output
+        return SimpleNamespace(
+            update=lambda output, raw: (shown.append(output["text/plain"]), outputs.update(line=output))
+        )
+
+    monkeypatch.setattr("IPython.display.display", display)
+    monkeypatch.setattr(progress, "in_notebook", lambda: True)
+    line = progress._Line("frequency_map")
+    for text in ("frequency_map: 3 s", "frequency_map: 4 s"):
+        line.write(text)
+    line.start()
+    line.end()
+    assert shown == ["frequency_map: 3 s", "frequency_map: 4 s", ""]
+    assert outputs == {"line": {"text/plain": ""}}
+    silent = progress._Line("frequency_map")
+    silent.start()
+    silent.end()
+    assert len(shown) == 3  # a short call puts nothing there
+
+
+@pytest.mark.slow
+def test_a_kernel_shows_progress_and_a_saved_notebook_has_none_of_it(monkeypatch):
+    nbformat, nbclient = pytest.importorskip("nbformat"), pytest.importorskip("nbclient")
+    pytest.importorskip("ipykernel")
+    monkeypatch.delenv("FASTAFF_PROGRESS", raising=False)
+    begin = (
+        "import time\nimport fastaff as fa\nfrom fastaff.base import progress\nprogress.SILENCE = 0.1\n"
+        "def work():\n    with progress.watched('work') as report:\n        for i in range(10):\n"
+        "            time.sleep(0.1)\n            report and report(i / 10)\n    print('done')"
+    )
+    cells = [nbformat.v4.new_code_cell(text) for text in (begin, "work()", "fa.progress(False)\nwork()")]
+    told = []
+
+    class Client(nbclient.NotebookClient):
+        def process_message(self, message, cell, index):
+            if message["msg_type"].endswith("display_data"):
+                told.append((index, message["content"]["data"]["text/plain"]))
+            return super().process_message(message, cell, index)
+
+    book = nbformat.v4.new_notebook(cells=cells)
+    Client(book, timeout=60, kernel_name="python3").execute()
+    assert {index for index, _ in told} == {1}
+    assert any("%, about " in text for _, text in told)
+    assert told[-1] == (1, "")
+    data, stream = cells[1].outputs
+    assert data.data == {"text/plain": ""}
+    assert stream.text == cells[2].outputs[0].text == "done\n"

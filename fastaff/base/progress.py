@@ -194,6 +194,7 @@ class _Line(threading.Thread):
         self.begun = clock.perf_counter()
         self.first: tuple[float, float] | None = None
         self.fraction, self.width = 0.0, 0
+        self.cell: Any = None  # the line in a notebook: an output that is replaced, as it keeps what a stream was told
 
     def report(self, fraction: float) -> None:
         """Take the fraction that is done; where it falls, another pass has begun."""
@@ -225,17 +226,30 @@ class _Line(threading.Thread):
 
     def write(self, text: str) -> None:
         with contextlib.suppress(OSError, ValueError, AttributeError):  # a stream that is gone
+            if in_notebook():
+                return self.show({"text/plain": text})
             sys.stderr.write(f"\r{text:<{self.width}}")
             sys.stderr.flush()
             self.width = len(text)
+
+    def show(self, output: dict[str, str]) -> None:
+        """Put the line into the cell's output, in place of the one before."""
+        from IPython.display import display
+
+        if self.cell is None:
+            self.cell = display(output, raw=True, display_id=True)
+        else:
+            self.cell.update(output, raw=True)
 
     def end(self) -> None:
         """Take the line away, and keep how long compilation took."""
         self.bell.put(None)
         self.join(1.0)
-        if self.width:
+        if self.cell is not None:
+            self.show({"text/plain": ""})
+        elif self.width:
             self.write("")
-            self.write("\r" if not in_notebook() else "")
+            self.write("\r")
         if Compiling.kernels > self.kernels:
             keep_seconds(self.what, Compiling.spent() - self.seconds)
 

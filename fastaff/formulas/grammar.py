@@ -326,7 +326,7 @@ class _Reader:
         if name in CONSTANTS or name in self.variables or name in self.parameters:
             return Operation("name", name)
         known = (*self.variables, *self.parameters, *CONSTANTS)
-        hint = self.similar(name, (*known, *FUNCTIONS)) or "a parameter needs a value: give it by name"
+        hint = self.similar(name, (*known, *FUNCTIONS)) or f"a parameter needs a value, such as {name}=1.0"
         hint = TIME_HINT if name == TIME else hint
         said = f"{self.argument}: unknown name {name!r} at column {column} ({hint}); known are {', '.join(known)}"
         raise UnknownName(f"{said}; {ALLOWED}", name)

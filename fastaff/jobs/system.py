@@ -211,12 +211,10 @@ class Model:
         except ValueError as problem:
             given_as = zip(("--formula", "--hamiltonian", "--map", "--flow"), self._texts)
             option = next(name for name, entry in given_as if entry is not None)
-            more = (
-                "; --coordinates names the coordinates"
-                if self.hamiltonian is not None and "unknown name" in str(problem)
-                else ""
-            )
-            said = str(problem).replace("text: ", f"{option}: ", 1).replace("text must", f"{option} must", 1)
+            more = "; --parameter gives a parameter, NAME=VALUE" if "unknown name" in str(problem) else ""
+            if more and self.hamiltonian is not None:
+                more += ", and --coordinates names the coordinates"
+            said = re.sub("^text(?=: |, | must)", option, str(problem))
             if self.hamiltonian is not None:
                 said = re.sub("^(coordinates|momenta) must", r"--\1 must", re.sub("^periods", "--angles", said))
             raise Wrong(said + more) from None

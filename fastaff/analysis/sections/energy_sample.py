@@ -18,11 +18,12 @@ from ...formulas.section_text import section_of
 from ...models.contracts import Dynamics, Model, Section
 from ...models.sections import AngleEquals, AreaEquals, Linear
 from ...models.traits import traits_of
-from .energy_grid import ARRAYS, checked_surface, lift_sheets, no_planes, planes
+from .energy_grid import ARRAYS, checked_surface, lift_sheets, no_planes
 from .energy_limits import NotReached, room
 from .invariant_measure import Measure, Ranges, measure_of, ranges_of
 from .named_axes import Axes, are_named, by_name, checked_energy, checked_sign
 from .section_edge import parts
+from .section_points import planes
 from .surface_points import Surface
 
 

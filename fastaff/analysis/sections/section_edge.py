@@ -12,12 +12,12 @@ from ...base.results import Result
 from ...flows.checks import checked_model
 from ...formulas.section_text import section_in_words, section_of
 from ...models.mechanics import at_rest, least_energies
-from ...models.sections import AlphaEquals, AlphaTurning, AngleEquals, AreaEquals, BetaEquals, BetaTurning, Linear
+from ...models.sections import AlphaTurning, AngleEquals, BetaTurning, Linear
 from ...models.traits import traits_of
 from .allowed_region import LARGEST, Function, evaluated, extrema, highest, intervals, line, radii
-from .energy_grid import radii_over
 from .energy_limits import NotReached, may_escape, radial, room, too_low
 from .named_axes import section_row
+from .section_points import radii_over
 from .section_sides import Ellipses, Sides, sides_of_any
 from .surface_points import surface_of
 
@@ -216,9 +216,8 @@ def _rest(body: Any, section: Any, energy: float, p_eta: float, p_gamma: float) 
     surface = body, energy, p_eta, p_gamma
     if isinstance(section, (AlphaTurning, BetaTurning)):
         return lambda u, _: _widest(*surface, u, alpha=isinstance(section, AlphaTurning))
-    if isinstance(section, (AlphaEquals, BetaEquals, AreaEquals)):
-        return lambda u, _: room(*surface, *radii_over(section, u))
-    raise TypeError(f"section {section!r} has no known boundary")
+    radii_over(section, np.zeros(0))  # or TypeError
+    return lambda u, _: room(*surface, *radii_over(section, u))
 
 
 def _widest(

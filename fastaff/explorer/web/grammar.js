@@ -246,7 +246,7 @@ class FormulaReader {
     if (this.isKnown(name)) return name;
     if (this.parameters === null) return name;
     const known = [...this.variables, ...this.parameters, ...GRAMMAR_CONSTANTS.keys()];
-    const hint = similar(name, [...known, ...GRAMMAR_FUNCTIONS]) || "a parameter needs a value: give it by name";
+    const hint = similar(name, [...known, ...GRAMMAR_FUNCTIONS]) || `a parameter needs a value, such as ${name}=1.0`;
     throw formulaError(`${this.argument}: unknown name '${name}' at column ${column} (${hint}); known are ${known.join(", ")}; ${GRAMMAR.allowed}`);
   }
 

@@ -1,0 +1,119 @@
+"""The points of an energy surface over two coordinates of a section, for each kind of section."""
+
+from __future__ import annotations
+
+from functools import singledispatch
+from typing import Any
+
+import numpy as np
+
+from ...models.mechanics import at_rest, energies
+from ...models.sections import AlphaEquals, AlphaTurning, AngleEquals, AreaEquals, BetaEquals, BetaTurning, Linear
+from ...models.traits import traits_of
+from .allowed_region import crossings, extrema
+from .energy_limits import radial, room
+from .surface_roots import roots_along
+
+
+@singledispatch
+def section_points(section, body, energy, p_eta, p_gamma, u, v):
+    """Return phase points (2n, cells), NaN where there is none, and the names of the two coordinates."""
+    raise TypeError(
+        f"section must be one that has a grid (fastaff.models.sections), got {section!r} for {type(body).__name__}"
+    )
+
+
+def planes(alpha, p_alpha, p_eta, beta, p_beta, p_gamma):
+    """Return phase points with eta = gamma = 0; a radius 0 is allowed where its angular momentum is 0."""
+    across_a = p_eta / alpha if p_eta else 0.0 * alpha
+    across_b = p_gamma / beta if p_gamma else 0.0 * beta
+    return np.array([alpha, 0 * alpha, beta, 0 * beta, p_alpha, across_a, p_beta, across_b])
+
+
+def _momentum(rest, direction):
+    """Return the missing momentum, with the sign of the direction; NaN where the energy does not reach."""
+    return np.where(rest >= 0, np.sqrt(np.maximum(rest, 0)), np.nan) * (-1.0 if direction < 0 else 1.0)
+
+
+def radii_over(section: Any, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return alpha and beta on a section that gives one of them over the other, u; TypeError for any other section."""
+    if isinstance(section, AreaEquals):
+        return np.sqrt(2 * section.constant + u * u), u
+    if isinstance(section, (AlphaEquals, BetaEquals)):
+        constant = np.full(u.shape, float(section.constant))
+        return (u, constant) if isinstance(section, BetaEquals) else (constant, u)
+    raise TypeError(f"section {section!r} has no known boundary: give `axes`")
+
+
+@section_points.register(AlphaEquals)
+@section_points.register(BetaEquals)
+@section_points.register(AreaEquals)
+def _(section, body, energy, p_eta, p_gamma, u, v):
+    alpha, beta = radii_over(section, u)
+    across = _momentum(room(body, energy, p_eta, p_gamma, alpha, beta)[0] - v**2, section.direction)
+    if isinstance(section, BetaEquals):
+        return planes(alpha, v, p_eta, beta, across, p_gamma), ("alpha", "p_alpha")
+    if isinstance(section, AreaEquals):
+        across = np.where((alpha * across - u * v) * section.direction >= 0, across, np.nan)
+    return planes(alpha, across, p_eta, beta, v, p_gamma), ("beta", "p_beta")
+
+
+@section_points.register(AlphaTurning)
+@section_points.register(BetaTurning)
+def _(section, body, energy, p_eta, p_gamma, u, v):
+    alpha = isinstance(section, AlphaTurning)
+    radius, across = _turning(body, energy, p_eta, p_gamma, u, v, section.direction, alpha=alpha)
+    z = np.array([planes(*((x, 0 * x, p_eta, u, v) if alpha else (u, v, p_eta, x, 0 * x)), p_gamma) for x in radius])
+    own = z[:, 5 if alpha else 7]
+    own[across > 0] = across[across > 0]
+    return z, ("beta", "p_beta") if alpha else ("alpha", "p_alpha")
+
+
+@section_points.register(Linear)
+@section_points.register(AngleEquals)
+def _(section, body, energy, p_eta, p_gamma, u, v):
+    normal = np.asarray(section.normal, dtype=np.float64)
+    axis = np.flatnonzero(normal)
+    if body.degrees_of_freedom != 2 or axis.size != 1 or axis[0] > 1:
+        raise TypeError(
+            "section must be Linear with one non-zero entry, of a coordinate, for a system of two degrees of freedom, "
+            f"got {section!r} for {type(body).__name__}"
+        )
+    i = int(axis[0])
+    z = np.zeros((4, u.size))
+    z[i], z[1 - i], z[3 - i] = section.offset / normal[i], u, v
+    sign = section.direction * np.sign(normal[i])
+    coordinates, momenta = np.reshape(traits_of(body).row_names, (2, 2))
+    names = str(coordinates[1 - i]), str(momenta[1 - i])
+    if not traits_of(body).quadratic:
+        roots = roots_along(body, energy, z, 2 + i, -1 if sign < 0 else 1)
+        sheets = np.repeat(z[None], len(roots), axis=0)
+        sheets[:, 2 + i] = roots
+        return sheets, names
+    unit = np.zeros(2)
+    unit[i] = 1.0
+    weight = body.kinetic_energy(*unit)
+    # The velocity has the sign, which is 0 at another momentum in a turning frame or beside a product of momenta.
+    own = at_rest(body, z[:2])[i] - body.velocity(*z[2:])[i] / (2 * weight)
+    z[2 + i] = _momentum((energy - energies(body, z)) / weight + own * own, sign)
+    z[2 + i] += own
+    return z, names
+
+
+def _turning(body, energy, p_eta, p_gamma, u, v, direction, *, alpha):
+    """Return the turning points of a radius, (sheets, points): inner ones for direction +1, else outer ones, the
+    outermost first.
+
+    The last sheet of the inner ones is the axis, where the angular momentum is 0 and the motion goes through it; the
+    momentum that it then has, across like that of the inner turning points in the limit of small angular momentum,
+    comes second (sheets, points).
+    """
+    other, column = np.unique(u, return_inverse=True)
+    rest = radial(body, energy, p_eta, p_gamma, other, alpha=alpha)
+    sheets, axis = crossings(rest, extrema(rest, other.size), column, v * v, direction > 0)
+    across = 0.0 * sheets
+    if direction > 0 and axis.any():
+        through = rest(np.zeros(u.size), column)[0] - v * v
+        through = np.sqrt(np.where(axis & (through >= 0), through, np.nan))
+        sheets, across = np.concatenate([sheets, [0.0 * through]]), np.concatenate([across, [through]])
+    return sheets, across
