@@ -30,8 +30,11 @@ def pytest_collection_modifyitems(items):
 
 def pytest_runtest_setup(item):
     """Give a test draws of its own, whichever tests ran before it."""
-    if hasattr(item.module, "RNG"):
-        item.module.RNG = np.random.default_rng(zlib.crc32(item.name.encode()))
+    generator, seed = getattr(item.module, "RNG", None), zlib.crc32(item.name.encode())
+    if isinstance(generator, np.random.Generator):
+        item.module.RNG = np.random.default_rng(seed)
+    elif generator is not None:
+        generator.seed(seed)
 
 
 @pytest.fixture

@@ -35,7 +35,7 @@ from fastaff.compile import cache as files
 from fastaff.compile import jit as _jit
 from fastaff.compile import source
 from fastaff.compile.texts import TEXTS
-from fastaff.flows import flow as engine
+from fastaff.flows import stepping as engine
 
 pytestmark = pytest.mark.skipif(_jit.JIT_DISABLED, reason="no compiler, no cache")
 TESTS, PACKAGE = Path(__file__).parent, Path(fastaff.__file__).parent
