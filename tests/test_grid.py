@@ -440,3 +440,15 @@ def test_a_product_of_momenta_in_the_kinetic_energy(section):
             fa.energy_sample(model, energy=0.7, section=section, orbits=30, seed=2).points / np.array(ends)[:, None]
         )
         assert (np.hypot(*sample) < 1).all()
+
+
+@pytest.mark.parametrize("body", [fa.HenonHeiles(), fa.models.DoublePendulum()], ids=["V(q)", "H(q, p)"])
+def test_a_section_of_a_momentum_launches_nothing(body):
+    section = fa.Linear((0.0, 0.0, 1.0, 0.0))
+    for launch in (
+        lambda: fa.energy_sample(body, energy=0.1, orbits=3, section=section),
+        lambda: fa.energy_grid(body, energy=0.1, section=section),
+        lambda: fa.plot.edge(body, section, energy=0.1),
+    ):
+        with pytest.raises(TypeError, match="one non-zero entry, of a coordinate, to launch orbits on it"):
+            launch()

@@ -212,6 +212,24 @@ def test_lines_may_be_one_line_or_a_text(ax):
         plot.plot_frequency_map(found, ax=ax, lines="order<=99")
 
 
+def test_lines_of_a_flow_do_not_know_the_unit_of_time(ax):
+    """All up to an order go through 0: a flow has no turn, whose frequency is 1."""
+    found = fastaff.frequency_map(fastaff.HenonHeiles(), 0.2 * np.eye(4)[:, :2] + 0.1, time=300.0)
+    drawn = plot.plot_frequency_map(found, ax=ax, lines="order<=6", limits=((0.1, 0.2), (0.1, 0.2)))
+    view = ax.get_xlim(), ax.get_ylim()
+    chosen = plot.ratios.lines_of("order<=6", "x", "y", view, turns=False)
+    assert (1, -1, 0) in chosen
+    assert not any(k0 for _, _, k0 in chosen)
+    assert 3 <= len(drawn.lines) <= len(chosen)  # some touch a corner alone
+    assert all("=1$" not in label.get_text() for label in drawn.labels)
+    assert any(k0 for _, _, k0 in plot.ratios.lines_of("order<=6", "x", "y", view))
+
+
+def test_orbits_without_samples_are_their_ends(ax):
+    drawn = plot.plot_orbits(fastaff.integrate(fastaff.HenonHeiles(), 0.1 * np.ones((4, 3)), time=1.0), ax=ax)
+    assert [len(curve.get_xdata()) for curve in drawn.points] == [1, 1, 1]
+
+
 def test_a_few_orbits_far_away_do_not_make_the_view(ax):
     """They are counted in words that no label covers."""
     ratio = np.concatenate([np.linspace(1.25, 1.35, 197), [0.1, 5.0, 9.0]])

@@ -98,3 +98,15 @@ def test_a_cycle_doubles_its_period_where_a_multiplier_passes_minus_one():
     assert twice.stability[0] == fa.analysis.Stability.ATTRACTING
     assert abs(twice.time[0] / event.time - 2) < 0.1
     assert twice.prime[0] == 2
+
+
+@pytest.mark.slow
+def test_the_figure_is_solid_where_orbits_attract_and_knows_what_was_followed(ax):
+    branch = _response(0.1)
+    fa.plot.plot_backbone(branch, ax=ax, bifurcations=False)
+    solid, dashed = (np.isfinite(line.get_ydata()) for line in ax.lines[:2])
+    saddle = branch.orbits.stability == fa.analysis.Stability.SADDLE
+    assert solid[~saddle].all()
+    assert not solid[saddle].all()
+    assert dashed[saddle].all()
+    assert ax.get_xlabel() == "parameter"

@@ -321,7 +321,7 @@ def _formula(body: Any) -> str:
             else type(inner).__name__
         )
         return said if traits_of(body).symplectic else f"{said} (not symplectic)"
-    return f"V = {text}" if isinstance(text, str) else type(inner).__name__
+    return f"{'H' if traits_of(body).nonseparable else 'V'} = {text}" if isinstance(text, str) else type(inner).__name__
 
 
 def _path(out: Any) -> Path:

@@ -21,7 +21,7 @@ MARKS = {
     Event.DOUBLING: {"marker": "D", "label": "period doubling"},
 }
 """Shapes of bifurcations; others are circles."""
-STABLE = (Stability.ELLIPTIC, Stability.PARABOLIC)
+STABLE = (Stability.ELLIPTIC, Stability.PARABOLIC, Stability.ATTRACTING)
 
 
 @figure
@@ -29,7 +29,7 @@ def plot_backbone(
     branches: Branch | Sequence[Branch],
     *,
     ax: Any = None,
-    parameter: str = "energy",
+    parameter: str | None = None,
     angular: bool = False,
     names: Sequence[str] | None = None,
     bifurcations: bool = True,
@@ -37,11 +37,11 @@ def plot_backbone(
     """Draw the frequency 1/T of families of periodic orbits against their energy, solid where they are stable.
 
     :Parameters: branches: of `continuation`, one or many; those followed both ways from one orbit may have the same
-        name; parameter: the quantity followed, the energy or a parameter of the model; angular: draw 2 pi/T, in radians
-        per unit time, instead of cycles; names: of the families, for the legend; bifurcations: mark them.
+        name; parameter: name of the quantity followed, by default the energy, or "parameter"; angular: draw 2 pi/T, in
+        radians per unit time, instead of cycles; names: of the families, for the legend; bifurcations: mark them.
 
-    Solid: elliptic (multipliers on the unit circle), dashed: hyperbolic, inverse hyperbolic or complex. T is the period
-    in time of the whole orbit, of relative periodic orbits that of the reduced motion.
+    Solid: elliptic (multipliers on the unit circle) or attracting, dashed: others. T is the period in time of the whole
+    orbit, of relative periodic orbits that of the reduced motion.
 
     :Returns: Artists: points are the solid and dashed curves, NaN elsewhere; lines the marks of bifurcations, labels
         the legend; `missing` counts points of branches without a period. A click picks the point of a branch.
@@ -91,10 +91,17 @@ def plot_backbone(
     turned = r"2\pi" if angular else "1"
     unit = "radians per unit time" if angular else "cycles per unit time"
     ax.set(
-        xlabel=parameter_label(parameter),
+        xlabel=parameter_label(parameter or _followed(listed)),
         ylabel=rf"frequency ${turned}/T$  ({unit})",
     )
     return Artists(tuple(curves), None, tuple(marks), tuple(legend.get_texts()), missing)
+
+
+def _followed(branches: Sequence[Branch]) -> str:
+    """Return what the calls that made the branches have followed."""
+    calls = [getattr(branch, "call", None) for branch in branches]
+    own = any(call is not None and call.arguments.get("parameter") is not None for call in calls)
+    return "parameter" if own else "energy"
 
 
 def _joined(mask: np.ndarray) -> np.ndarray:

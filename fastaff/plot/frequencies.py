@@ -14,7 +14,7 @@ from ..schemes.catalogue import ITERATION
 from .colour_bars import colour_bar
 from .labels import Box, settled, write_along
 from .picking import carry
-from .ratios import by_leading_lines, frequency, lines_of
+from .ratios import by_leading_lines, frequency, in_time, lines_of
 from .scales import colouring, colours_of, orbit_colours
 from .sections import why
 from .style import DARK, GREY, Artists, beyond, figure, nothing, symbol
@@ -49,8 +49,9 @@ def plot_frequency_map(
         result of the same orbits, by default the map's diffusion on its `diffusion_scale`; norm, vmin, vmax, label as
         in `plot_section`; lines: integers (k1, k2, k0), each for k1 X + k2 Y + k0 = 0, where X and Y are ratios to one
         frequency: a resonance k . nu = 0; or "order<=5", all of these up to an order, ``|k1| + |k2| + |k0|`` of ratios
-        and ``|k1| + |k2|`` of tunes; shown: a mask of orbits; limits: (x0, x1), (y0, y1), by default of all orbits
-        or, where a few lie far from all others, of these; how many are beyond is written.
+        and ``|k1| + |k2|`` of tunes, or of frequencies in time, whose k0 is 0; shown: a mask of orbits; limits:
+        (x0, x1), (y0, y1), by default of all orbits or, where a few lie far from all others, of these; how many are
+        beyond is written.
     :Returns: Artists; `missing` counts orbits that are not OK or not shown. Vertical lines n X = m are labelled m:n
         above the frame, the others by their equation; a label without room is left out, its line is drawn. A click
         picks the orbit (`picked`).
@@ -82,7 +83,7 @@ def plot_frequency_map(
     bar = colour_bar(ax, points, values._replace(values=c[good])) if colorbar else None
     if not order.size:
         nothing(ax, why(frequency_map.status, ~good) if good.size else "")
-    chosen = lines_of(lines, x, y, (ax.get_xlim(), ax.get_ylim()))
+    chosen = lines_of(lines, x, y, (ax.get_xlim(), ax.get_ylim()), turns=not in_time(frequency_map))
     drawn, labels = _draw_lines(ax, chosen, x, y, noted)
     return Artists(points, bar, drawn, labels, int(np.count_nonzero(~good)))
 

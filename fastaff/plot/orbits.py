@@ -38,7 +38,7 @@ def plot_orbits(
     body = len(result.z) == 8
     x, y = x or ("alpha" if body else result.names[0]), y or ("beta" if body else result.names[1 % len(result.names)])
     z, whole = result.z.reshape(len(result.z), -1), result.z.ndim > 1
-    samples = result.samples.reshape(len(result.times), len(z), -1).transpose(1, 0, 2)
+    samples = result.samples.reshape(len(result.times), len(z), z.shape[1]).transpose(1, 0, 2)
     status = np.atleast_1d(result.status).ravel()
     total = z.shape[1]
     chosen = chosen_orbits(orbits, total, MOST)

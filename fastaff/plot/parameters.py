@@ -6,6 +6,7 @@ from .style import symbol
 
 KNOWN = {
     "energy": "energy $E$",
+    "parameter": "parameter",
     "p_phi": r"spin $p_\varphi$",
     "p_psi": r"vorticity $p_\psi$",
     "mu": r"inertia $\mu$",

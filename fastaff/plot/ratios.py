@@ -14,10 +14,14 @@ from ..base.numbers import text, whole
 from ..schemes.catalogue import ITERATION
 
 
+def in_time(frequency_map: Any) -> bool:
+    """Tell whether frequencies are those of a flow, in cycles per unit time: tunes of a map are modulo a turn."""
+    return hasattr(frequency_map, "leading") and frequency_map.scheme is not ITERATION
+
+
 def by_leading_lines(frequency_map: Any) -> bool:
     """Tell whether figures are of leading lines: of flows of three coordinates or more, but for a body's planes."""
-    flow = hasattr(frequency_map, "leading") and frequency_map.scheme is not ITERATION
-    return flow and frequency_map.nu_eta is None and len(frequency_map.names) > 2
+    return in_time(frequency_map) and frequency_map.nu_eta is None and len(frequency_map.names) > 2
 
 
 def frequency(frequency_map: Any, name: str) -> np.ndarray:
@@ -69,11 +73,14 @@ MOST_LINES = 400
 """Resonance lines that a figure can hold."""
 
 
-def lines_of(lines: Any, x: str, y: str, view: tuple[Sequence[float], Sequence[float]]) -> list[tuple[int, int, int]]:
+def lines_of(
+    lines: Any, x: str, y: str, view: tuple[Sequence[float], Sequence[float]], *, turns: bool = True
+) -> list[tuple[int, int, int]]:
     """Return resonance lines k1 X + k2 Y + k0 = 0 as integers: of a sequence of such triples, of one triple, or of a
     text "order<=5", which stands for all that cross a view ((x0, x1), (y0, y1)).
 
-    The order is |k1| + |k2| of tunes, whose k0 is any integer, and with |k0| of ratios, where k . nu = 0.
+    The order is |k1| + |k2| of tunes, whose k0 is any integer, and with |k0| of ratios, where k . nu = 0; where there
+    are no `turns` the k0 of frequencies is 0.
     """
     if not isinstance(lines, str):
         each = [lines] if len(lines) == 3 and all(np.ndim(k) == 0 for k in lines) else list(lines)
@@ -92,7 +99,7 @@ def lines_of(lines: Any, x: str, y: str, view: tuple[Sequence[float], Sequence[f
         value = [-(k1 * u + k2 * v) for u, v in corners]
         for k0 in range(math.ceil(min(value)), math.floor(max(value)) + 1):
             weight = abs(k1) + abs(k2) + (abs(k0) if ratios else 0)
-            if weight <= order and math.gcd(k1, k2, k0) == 1:
+            if weight <= order and math.gcd(k1, k2, k0) == 1 and (ratios or turns or k0 == 0):
                 kept.append((k1, k2, k0))
         if len(kept) > MOST_LINES:
             raise ValueError(f"lines: more than {MOST_LINES} of {lines!r} cross the figure; a lower order, or limits=")

@@ -198,10 +198,17 @@ def _rest(body: Any, section: Any, energy: float, p_eta: float, p_gamma: float) 
     """Return the largest squared momentum at a coordinate as a function of one column; infinite where nothing bounds
     the other radius.
     """
+    linear = isinstance(section, (Linear, AngleEquals))
+    axis = np.flatnonzero(section.normal) if linear else np.zeros(1, np.int64)
+    if axis.size != 1 or axis[0] >= body.degrees_of_freedom:
+        raise TypeError(
+            "section must be Linear with one non-zero entry, of a coordinate, to launch orbits on it (poincare_map "
+            f"takes others too), got {section!r}"
+        )
     if _of_ellipses(body) and body.degrees_of_freedom == 2:
         return Ellipses(body, section, energy).room
-    if isinstance(section, (Linear, AngleEquals)) and body.degrees_of_freedom == 2:
-        i = int(np.flatnonzero(section.normal)[0])
+    if linear and body.degrees_of_freedom == 2:
+        i = int(axis[0])
         at = section.offset / section.normal[i]
         weight = _weight(body, i)
 
