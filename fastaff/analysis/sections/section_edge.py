@@ -17,7 +17,7 @@ from ...models.traits import traits_of
 from .allowed_region import LARGEST, Function, evaluated, extrema, highest, intervals, line, radii
 from .energy_limits import NotReached, may_escape, radial, room, too_low
 from .named_axes import section_row
-from .section_points import radii_over
+from .section_points import fixed_coordinate, radii_over
 from .section_sides import Ellipses, Sides, sides_of_any
 from .surface_points import surface_of
 
@@ -140,7 +140,7 @@ def _centre(body: Any, section: Any) -> float:
     """Return the momentum about which the accessible part of a section is symmetric: that of rest."""
     if not isinstance(section, (Linear, AngleEquals)) or not traits_of(body).frame:
         return 0.0
-    i = int(np.flatnonzero(section.normal)[0])
+    i = fixed_coordinate(section, body)
     q = np.zeros(2)
     q[i] = section.offset / section.normal[i]
     return float(at_rest(body, q)[1 - i])
@@ -184,7 +184,7 @@ def _least(body: Any, section: Any, energy: float, rest: Function, nodes: np.nda
     elif _of_ellipses(body):
         return energy - float(highest(rest, 1, nodes)[0])
     else:
-        mass = 0.5 / _weight(body, int(np.flatnonzero(section.normal)[0]))
+        mass = 0.5 / _weight(body, fixed_coordinate(section, body))
     return energy - float(highest(rest, 1, nodes)[0]) / (2 * mass)
 
 
@@ -199,16 +199,10 @@ def _rest(body: Any, section: Any, energy: float, p_eta: float, p_gamma: float) 
     the other radius.
     """
     linear = isinstance(section, (Linear, AngleEquals))
-    axis = np.flatnonzero(section.normal) if linear else np.zeros(1, np.int64)
-    if axis.size != 1 or axis[0] >= body.degrees_of_freedom:
-        raise TypeError(
-            "section must be Linear with one non-zero entry, of a coordinate, to launch orbits on it (poincare_map "
-            f"takes others too), got {section!r}"
-        )
+    i = fixed_coordinate(section, body) if linear else 0
     if _of_ellipses(body) and body.degrees_of_freedom == 2:
         return Ellipses(body, section, energy).room
     if linear and body.degrees_of_freedom == 2:
-        i = int(axis[0])
         at = section.offset / section.normal[i]
         weight = _weight(body, i)
 

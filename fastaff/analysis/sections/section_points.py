@@ -30,6 +30,17 @@ def planes(alpha, p_alpha, p_eta, beta, p_beta, p_gamma):
     return np.array([alpha, 0 * alpha, beta, 0 * beta, p_alpha, across_a, p_beta, across_b])
 
 
+def fixed_coordinate(section: Any, body: Any) -> int:
+    """Return the number of the coordinate that a section with a normal fixes, on which alone orbits are launched."""
+    axis = np.flatnonzero(section.normal)
+    if axis.size != 1 or axis[0] >= body.degrees_of_freedom:
+        raise TypeError(
+            "section must be Linear with one non-zero entry, of a coordinate, to launch orbits on it (poincare_map "
+            f"takes others too), got {section!r}"
+        )
+    return int(axis[0])
+
+
 def _momentum(rest, direction):
     """Return the missing momentum, with the sign of the direction; NaN where the energy does not reach."""
     return np.where(rest >= 0, np.sqrt(np.maximum(rest, 0)), np.nan) * (-1.0 if direction < 0 else 1.0)
@@ -72,14 +83,12 @@ def _(section, body, energy, p_eta, p_gamma, u, v):
 @section_points.register(Linear)
 @section_points.register(AngleEquals)
 def _(section, body, energy, p_eta, p_gamma, u, v):
-    normal = np.asarray(section.normal, dtype=np.float64)
-    axis = np.flatnonzero(normal)
-    if body.degrees_of_freedom != 2 or axis.size != 1 or axis[0] > 1:
+    if body.degrees_of_freedom != 2:
         raise TypeError(
             "section must be Linear with one non-zero entry, of a coordinate, for a system of two degrees of freedom, "
             f"got {section!r} for {type(body).__name__}"
         )
-    i = int(axis[0])
+    normal, i = np.asarray(section.normal, dtype=np.float64), fixed_coordinate(section, body)
     z = np.zeros((4, u.size))
     z[i], z[1 - i], z[3 - i] = section.offset / normal[i], u, v
     sign = section.direction * np.sign(normal[i])
