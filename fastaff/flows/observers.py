@@ -84,6 +84,18 @@ def samples(rows: int) -> Observer:
     return Observer(sample_kernels.states, sample_kernels.ROWS.taken + 1, _Rows(float(rows)))
 
 
+class _Columns(NamedTuple):
+    rows: float
+    samples: float
+
+
+def columns(rows: int, samples: int) -> Observer:
+    """Keep the phase point (rows numbers) at each observation, orbits side by side, see `kernels.samples.columns`. The
+    caller sets how many samples there are before.
+    """
+    return Observer(sample_kernels.columns, sample_kernels.ROWS.taken + 1, _Columns(float(rows), float(samples)))
+
+
 def called_rows(call: Bound, rows: int) -> Observer:
     """Keep the rows that a call gives of the phase point at each observation, see `kernels.samples.CHUNK_ROWS`."""
     memory = sample_kernels.CHUNK_ROWS.kept + (sample_kernels.CHUNK + 1) * rows
