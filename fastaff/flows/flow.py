@@ -55,6 +55,8 @@ class Flow:
     threads: int
     vectors: int = 0
 
+    patience = 1
+
     @property
     def traits(self) -> Traits:
         """The traits of the model."""

@@ -17,6 +17,7 @@ from ..base.machine import processor
 from ..base.names import named
 from ..base.numbers import StrPath, flag, free_memory, function, positive, reporter, shown, whole
 from ..base.placing import sweep
+from ..base.progress import says_progress
 from ..base.provenance import provenance
 from ..base.results import columns
 from ..base.status import Status
@@ -33,7 +34,7 @@ from .scans import Cases, assembled
 from .store import Store, create, is_store
 from .system import Model
 from .units import Unit, computed, running, same_processor, stated, summed, unit, waiting
-from .watching import Progress, Watched, says_progress, submitted
+from .watching import Progress, Watched, submitted
 from .wording import Wrong
 
 SECONDS = 2.0

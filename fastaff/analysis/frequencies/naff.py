@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike
 from ...base.axes import along
 from ...base.interruption import keeping
 from ...base.numbers import an_array, positive, reporter, whole
+from ...base.progress import says_progress
 from ...base.results import Result
 from ...compile.threads import checked_threads, together
 from ...flows.launch import Report
@@ -57,6 +58,7 @@ class FrequencyLines(Result, axis="signal"):
         return 2 * np.pi * self.nu
 
 
+@says_progress
 def naff(
     signal: ArrayLike,
     dt: float,

@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 
 from ...base.interruption import keeping
 from ...base.numbers import reporter, whole
+from ...base.progress import says_progress
 from ...base.short_forms import takes
 from ...base.status import Status
 from ...compile.threads import checked_threads
@@ -40,6 +41,7 @@ that of a line with three and a half samples a period.
 
 
 @takes(method=method_of, angles=angles_of)
+@says_progress
 def orbit_frequencies(
     samples: Given,
     dt: float | None = None,

@@ -12,6 +12,7 @@ import numpy as np
 from ...base.axes import along
 from ...base.interruption import keeping
 from ...base.numbers import reporter, whole
+from ...base.progress import says_progress
 from ...base.results import Result
 from ...base.short_forms import takes
 from ...base.status import Status
@@ -123,6 +124,7 @@ class Tunes(Result):
 
 
 @takes(method=method_of)
+@says_progress
 def tunes(
     samples: Given,
     *,

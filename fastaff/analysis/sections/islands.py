@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike
 
 from ...base.axes import along
 from ...base.numbers import an_array, fits, numbers, positive, whole
+from ...base.progress import says_progress
 from ...base.results import Result
 from ...base.status import Status
 from ...kernels.birkhoff import SHARPNESS
@@ -105,6 +106,7 @@ class Islands(Result):
         return "; ".join(f"{count} {Kind(kind).name}" for kind, count in zip(kinds, counts, strict=True))
 
 
+@says_progress
 def rotation_number(points: ArrayLike | SectionMap, *, centre: ArrayLike | None = None) -> Rotation:
     """Find the rotation number of section orbits about a centre by weighted Birkhoff averages of their angle.
 
@@ -149,6 +151,7 @@ def rotation_number(points: ArrayLike | SectionMap, *, centre: ArrayLike | None 
     return _rotation(points, counts, _centres(centre, points, counts))
 
 
+@says_progress
 def islands(
     points: ArrayLike | SectionMap, *, centre: ArrayLike | None = None, max_period: int = 32, digits: float = 4.0
 ) -> Islands:
