@@ -48,11 +48,11 @@ def plot_frequency_map(
         body, the first two rows to the third one for other flows of three coordinates or more, else the two rows;
         frequencies: (n, orbits) those drawn, such as `freq.nu` or `freq.leading`, by default as in `frequency`; values:
         colours (orbits,), the name of a column of the map or a `Colouring` of another result of the same orbits, by
-        default the map's diffusion on its `diffusion_scale`; norm, vmin, vmax, label as in `plot_section`; lines: integers (k1, k2, k0), each for k1 X + k2 Y + k0 = 0, where X and Y are ratios to one
-        frequency: a resonance k . nu = 0; or "order<=5", all of these up to an order, ``|k1| + |k2| + |k0|`` of ratios
-        and ``|k1| + |k2|`` of tunes, or of frequencies in time, whose k0 is 0; shown: a mask of orbits; limits:
-        (x0, x1), (y0, y1), by default of all orbits or, where a few lie far from all others, of these; how many are
-        beyond is written.
+        default the map's diffusion on its `diffusion_scale`; norm, vmin, vmax, label as in `plot_section`; lines:
+        integers (k1, k2, k0), each for k1 X + k2 Y + k0 = 0, where X and Y are ratios to one frequency: a resonance
+        k . nu = 0; or "order<=5", all of these up to an order, ``|k1| + |k2| + |k0|`` of ratios and ``|k1| + |k2|`` of
+        tunes, or of frequencies in time, whose k0 is 0; shown: a mask of orbits; limits: (x0, x1), (y0, y1), by default
+        of all orbits or, where a few lie far from all others, of these; how many are beyond is written.
 
     How many regular orbits are drawn by another basis, not by the leading line of each coordinate, is written too.
 

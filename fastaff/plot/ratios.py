@@ -31,8 +31,8 @@ def by_own_lines(frequency_map: Any) -> bool:
 
 
 def harmonics(found: Any) -> np.ndarray:
-    """Tell which leading lines (n, orbits) of regular orbits are but a harmonic of another coordinate's: leading_i = c nu_j with
-    c > 1, where nu_j leads its own coordinate, and the own nu_i is far from it.
+    """Tell which leading lines (n, orbits) of regular orbits are but a harmonic of another coordinate's: leading_i =
+    c nu_j with c > 1, where nu_j leads its own coordinate, and the own nu_i is far from it.
 
     The radius of an orbit in a galaxy has the line 2 nu_z, often its strongest. Orbits that a resonance has caught,
     such as bananas, have these lines too, but swing about them slowly: their nu_i is within `CAUGHT` of the leading
