@@ -77,7 +77,7 @@ def plot_backbone(
         fine = (branch.orbits.status == Status.OK) & np.isfinite(branch.orbits.time)
         missing += int(np.count_nonzero(~fine))
         with np.errstate(all="ignore"):
-            height = turn / branch.orbits.time if row is None else branch.swing[row]
+            height = turn / branch.orbits.time if row is None or branch.swing is None else branch.swing[row]
         height = np.where(fine, height, np.nan)
         stable = np.isin(branch.orbits.stability, STABLE)
         for steady in (True, False):

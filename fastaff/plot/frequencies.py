@@ -119,11 +119,15 @@ def plot_tunes(tunes: Any, *, ax: Any = None, values: Any = None, **options: Any
 def _plane(found: Any, x: str | None, y: str | None) -> tuple[str, str]:
     """Return the names of the two frequencies or ratios to draw; by default those that tell its orbits apart."""
     names = found.names
-    if x is None and y is None and by_own_lines(found) and len(names) > 2:
-        return f"{names[0]}/{names[2]}", f"{names[1]}/{names[2]}"
-    if x is None and y is None and getattr(found, "nu_eta", None) is None:
-        return names[0], names[1]
-    return x or f"{names[1]}/{names[0]}", y or f"gamma/{names[0]}"
+    if getattr(found, "nu_eta", None) is not None:
+        return x or f"{names[1]}/{names[0]}", y or f"gamma/{names[0]}"
+    usual = tuple(names)
+    if by_own_lines(found) and len(names) > 2 and "/" in (x or y or "/"):
+        usual = f"{names[0]}/{names[2]}", f"{names[1]}/{names[2]}"
+    if x is None and y is None:
+        return usual[0], usual[1]
+    other = next((name for name in usual if name not in (x, y)), usual[0])
+    return x or other, y or other
 
 
 def _other_basis(found: Any, frequencies: Any, good: np.ndarray) -> list[str]:
