@@ -107,16 +107,16 @@ def test_a_map_without_a_domain_is_never_left():
     assert fa.integrate(within, [0.3, 0.0], time=20).status[0] == fa.Status.LOST
 
 
-def test_a_map_is_drawn_over_the_grid_of_its_orbits():
+def test_a_map_is_drawn_over_the_grid_of_its_orbits(ax):
     ring = fa.mapping(RING, s=1.0, q=0.2103)
     grid = fa.energy_grid(ring, axes={"x": np.linspace(0.05, 0.3, 4), "p": np.linspace(0.05, 0.3, 3)})
     found = fa.frequency_map(ring, grid, time=300)
-    drawn, same = found.plot(grid), fa.plot.plot_diffusion_grid(grid, found)
+    drawn, same = found.plot(grid, ax=ax), fa.plot.plot_diffusion_grid(grid, found, ax=ax)
     np.testing.assert_array_equal(drawn.points.get_array(), same.points.get_array())
     with pytest.raises(TypeError, match=r"grid must be an EnergyGrid, .* got FrequencyMap"):
-        fa.plot.plot_diffusion_grid(found, grid)
+        fa.plot.plot_diffusion_grid(found, grid, ax=ax)
     with pytest.raises(TypeError, match=r"colouring\(result, 'nu_x'\)"):
-        fa.plot.plot_diffusion_grid(grid, "nu_x")
+        fa.plot.plot_diffusion_grid(grid, "nu_x", ax=ax)
 
 
 def test_one_axis_of_a_frequency_figure_is_enough(ax):

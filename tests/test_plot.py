@@ -178,7 +178,8 @@ def test_a_harmonic_is_no_line_of_its_coordinate(ax):
     drawn = plot.plot_frequency_map(found, ax=ax)
     assert [text.get_text() for text in ax.texts] == [f"{strong.sum()} of {60 - drawn.missing} orbits by another basis"]
     for chosen in (found.leading, found.nu):
-        figure = plot.plot_frequency_map(found, frequencies=chosen)
+        ax.clear()
+        figure = plot.plot_frequency_map(found, ax=ax, frequencies=chosen)
         places = np.asarray(figure.points.get_offsets())
         shown = np.isfinite(found.error).all(axis=0) & np.isfinite(found.leading_error).all(axis=0)
         np.testing.assert_allclose(np.sort(places[:, 0]), np.sort((chosen[0] / chosen[2])[shown]))
