@@ -112,7 +112,7 @@ def plot_section(
 
 def _own_edge(found: Any) -> Edge:
     """Return the edge of a section at the energy, and for a body the angular momenta, of the orbits that cross it."""
-    call = getattr(found, "call", None)
+    call: Any = getattr(found, "call", None)
     instead = "give boundary=fastaff.plot.edge(body, section, energy=...)"
     try:
         body, z0 = (imported("..exchange.files", __package__).decoded(k, call.arguments[k], {}) for k in ("body", "z0"))
