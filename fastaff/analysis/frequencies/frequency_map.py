@@ -27,7 +27,7 @@ from ...kernels.samples import CHUNK_ROWS
 from ...models.contracts import Angles, Dynamics
 from ...models.traits import traits_of
 from ...schemes.catalogue import Scheme, scheme_of
-from .angle_loops import Layout, Plain, angles_of
+from .angle_loops import Layout, Plain, angles_of, suited
 from .found_frequencies import Found
 from .frequencies import FrequencyKind, FrequencyMap
 from .fundamental import fastest
@@ -199,11 +199,10 @@ def checked_angles(angles: Any, body: Any) -> Any:
         return Plain(traits_of(body).names)  # without the symmetry the planes' angles are coordinates like others
     if not all(hasattr(chosen, name) for name in ("signals", "names", "planes")):
         raise TypeError(
-            f"angles must be a value of fastaff.models.angles such as AlphaBeta(), got {chosen!r}; "
+            f"angles must be a text such as 'R z phi', or a value of fastaff.models.angles, got {chosen!r}; "
             f"{type(body).__name__} has no `angles` of its own"
         )
-    if len(chosen.names) != body.degrees_of_freedom:
-        raise ValueError(f"angles must have {body.degrees_of_freedom} angles for {type(body).__name__}, got {chosen!r}")
+    suited(chosen, body.degrees_of_freedom, type(body).__name__)
     return chosen
 
 

@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike
 from ...base.interruption import keeping
 from ...base.numbers import positive
 from ...base.recipe import recorded
-from ...base.short_forms import Starts, takes
+from ...base.short_forms import Starts, starts_of, takes
 from ...base.status import Status
 from ...flows.checks import checked_model, phase_points
 from ...flows.launch import Report
@@ -59,7 +59,7 @@ ROUNDS = 4
 """How often angles that wind are freed of a better value of their rate."""
 
 
-@takes(scheme=scheme_of)
+@takes(z0=starts_of, scheme=scheme_of)
 @recorded
 def fit_torus(
     body: Dynamics,
@@ -142,7 +142,9 @@ def fit_torus(
     time, tolerance = positive("time", time), positive("tolerance", tolerance)
     z = phase_points("z0", z0, checked_model(body, needs="regular motion"))
     if z.shape[1] != 1:
-        raise ValueError(f"z0 must be one phase point of shape ({len(z)},), got {z.shape[1]} orbits")
+        raise ValueError(
+            f"z0 must be one phase point of shape ({len(z)},), got {z.shape[1]} orbits: one at a time, z0[:, 0]"
+        )
     time, done = iterates(body, "time", time), report or (lambda fraction: None)
     if scheme is None and not traits_of(body).iterated:
         scheme = SOFRONIOU_SPALETTA10 if traits_of(body).separable else GAUSS16
