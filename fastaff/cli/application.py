@@ -13,7 +13,8 @@ import shlex
 import sys
 from typing import Any
 
-from ..jobs.job import as_flags
+from ..jobs.job import OPTIONS
+from ..jobs.wording import as_flag, respelled, spelled
 from .commands.animate import animate
 from .commands.chaos_map import chaos_map
 from .commands.demo import demo
@@ -56,7 +57,8 @@ def answer(arguments: list[str]) -> int:
     if (width := os.environ.get("COLUMNS", "")) and not (width.isdecimal() and int(width) >= NARROWEST):
         os.environ["COLUMNS"] = str(NARROWEST)  # help and progress bars in no columns at all never end
     try:
-        return int(app()(arguments, exit_on_error=False, print_error=False, result_action="return_value") or 0)
+        with spelled(as_flag):
+            return int(app()(arguments, exit_on_error=False, print_error=False, result_action="return_value") or 0)
     except cyclopts.UnusedCliTokensError as problem:
         word = (problem.unused_tokens or ("",))[0]
         _refuse(f"{word!r} belongs to no option: each takes one value after its name, as in --energy 1.5", arguments)
@@ -72,7 +74,8 @@ def answer(arguments: list[str]) -> int:
         raise
     except (ValueError, TypeError, OSError, ImportError) as problem:
         own = inspect.signature(COMMANDS[arguments[0]]).parameters if arguments[0] in COMMANDS else ()
-        _fail(_one_line(as_flags(str(problem), own)))
+        with spelled(as_flag):
+            _fail(_one_line(respelled(str(problem), OPTIONS.union(own))))
     return EXIT_WRONG_INPUT
 
 

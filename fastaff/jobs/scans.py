@@ -17,7 +17,7 @@ from ..models.traits import traits_of
 from .analyses import Chaos, Orbits, Run
 from .launch import Starts
 from .system import Surface
-from .wording import Wrong
+from .wording import Wrong, option
 
 PLANES = ("p_eta", "p_gamma", "p_phi", "p_psi")
 """Angular momenta that a body's energy surface has."""
@@ -51,22 +51,21 @@ class Scan:
         own = getattr(body, "potential", body)._fields
         names = ("energy", *(PLANES if planar else ()), *own, *(("mu",) if planar else ()))
         for axis in axes:
-            named("--scan", axis.name, names)
+            named(option("scan"), axis.name, names)
         return axes
 
 
 def scanned(texts: list[str]) -> list[Scanned]:
     """Return the parameters of a scan with their values."""
     if not 1 <= len(texts) <= 2:
-        raise Wrong(f"--scan takes one or two parameters, got {len(texts)}")
+        raise Wrong(f"{option('scan')} takes one or two parameters, got {len(texts)}")
     axes = [_parsed(text) for text in texts]
     taken = [axis.name for axis in axes]
     if len(set(taken)) < len(taken):
-        raise Wrong(f"--scan takes two different parameters, got {taken[0]} twice")
+        raise Wrong(f"{option('scan')} takes two different parameters, got {taken[0]} twice")
     if set(taken) & {"p_phi", "p_psi"} and set(taken) & {"p_eta", "p_gamma"}:
-        raise Wrong(
-            "--scan takes p_eta and p_gamma, or p_phi = p_gamma + p_eta and p_psi = p_gamma - p_eta, not one of each"
-        )
+        sums = "p_phi = p_gamma + p_eta and p_psi = p_gamma - p_eta"
+        raise Wrong.of("{scan} takes p_eta and p_gamma, or {sums}, not one of each", sums=sums)
     return axes
 
 
@@ -78,7 +77,7 @@ def _parsed(text: str) -> Scanned:
         if len(parts) != 3 or not equals or not math.isfinite(low + high) or not low < high or not 2 <= count < 10**6:
             raise ValueError
     except (ValueError, IndexError):
-        raise Wrong(f"--scan must be {FORM}, got {text!r}") from None
+        raise Wrong(f"{option('scan')} must be {FORM}, got {text!r}") from None
     return Scanned(name.strip().replace("p-", "p_"), np.linspace(low, high, count))
 
 
