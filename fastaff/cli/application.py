@@ -16,14 +16,12 @@ from typing import Any
 from ..jobs.job import OPTIONS
 from ..jobs.wording import as_flag, respelled, spelled
 from .commands.animate import animate
-from .commands.chaos_map import chaos_map
 from .commands.demo import demo
 from .commands.doctor import doctor
 from .commands.explore import explore
-from .commands.frequency_map import frequencies
 from .commands.jobs import rerun, resume, run, status
+from .commands.orbits import chaos_map, frequencies, poincare
 from .commands.plot import plot
-from .commands.poincare import poincare
 from .commands.spectrum import energy_levels
 from .commands.warmup import warmup
 from .options import HELP, Parameter, converted, cyclopts

@@ -213,7 +213,7 @@ class Model:
                 said += f", and {option('coordinates')} names the coordinates" if own == "hamiltonian" else ""
             raise Wrong(said) from None
 
-    def _made(self, values: dict[str, float]) -> Any:
+    def _made(self, values: dict[str, Any]) -> Any:
         """Return the model of the formula with its parameters."""
         import fastaff
 
@@ -224,9 +224,9 @@ class Model:
             how: dict[str, Any] = {"coordinates": self.coordinates, "periods": periods, "domain": self.domain, **values}
             return fastaff.mapping(self.map, **how)
         if self.formula is None:
-            own = {name: _rate(getattr(self, name)) for name in RATES}
-            rows = {"coordinates": self.coordinates or "x y", "momenta": self.momenta, "periods": periods}
-            return fastaff.hamiltonian(self.hamiltonian, **rows, domain=self.domain, **own, **values)
+            own: dict[str, Any] = {name: _rate(getattr(self, name)) for name in RATES}
+            own |= {"coordinates": self.coordinates or "x y", "momenta": self.momenta, "periods": periods}
+            return fastaff.hamiltonian(self.hamiltonian, domain=self.domain, **own, **values)
         return fastaff.formula(self.formula, mu=self.mu, domain=self.domain, **values)
 
 
