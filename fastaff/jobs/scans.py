@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import count
 from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
@@ -166,28 +168,45 @@ class ScanOfChaos:
     def _case(self, orbits: Orbits, values: np.ndarray, settled: dict[str, Any], run: Run, report: Any) -> FoundCases:
         at = [int(np.flatnonzero(axis.values == value)[0]) for axis, value in zip(self.cases.axes, values)]
         number = int(np.ravel_multi_index(at, self.cases.shape))
+        time = settled["time"] if settled else None
+        one = [np.array([value]) for value in values]
+        return FoundCases.of(self.fractions(orbits.body, orbits.section, one, run, report, number, time))
 
-        def make(*given: float) -> tuple[Any, Any]:
-            body, surface = case(orbits.body, self.surface, dict(zip(self.cases.names, given)))
-            ranges = self.starts.ranges()
-            drawn = energy_sample(
-                body,
-                section=orbits.section,
-                orbits=self.starts.orbits or ORBITS,
-                seed=np.random.SeedSequence(self.starts.seed, spawn_key=(number,)),
-                energy=surface.energy,
-                p_eta=surface.p_eta,
-                p_gamma=surface.p_gamma,
-                axes=ranges if all(ranges) else None,
-            )
-            return body, drawn.z0
+    def orbits(self, body: Any, section: Any, values: Sequence[float], number: int) -> tuple[Any, np.ndarray]:
+        """Return the body of a case, the one of that number, and its random starts (2n, orbits)."""
+        body, surface = case(body, self.surface, dict(zip(self.cases.names, values)))
+        ranges = self.starts.ranges()
+        drawn = energy_sample(
+            body,
+            section=section,
+            orbits=self.starts.orbits or ORBITS,
+            seed=np.random.SeedSequence(self.starts.seed, spawn_key=(number,)),
+            energy=surface.energy,
+            p_eta=surface.p_eta,
+            p_gamma=surface.p_gamma,
+            axes=ranges if all(ranges) else None,
+        )
+        return body, drawn.z0
+
+    def fractions(
+        self,
+        body: Any,
+        section: Any,
+        values: list[np.ndarray],
+        run: Run,
+        report: Any,
+        first: int = 0,
+        time: float | None = None,
+    ) -> ChaoticFraction:
+        """Return the chaotic fraction over values of each parameter, cases numbered from `first`."""
+        numbers = count(first)
 
         def length(body: Any, z0: np.ndarray) -> float:
-            return (settled or self.chaos.settled(Orbits(body, orbits.section, z0), run))["time"]
+            return self.chaos.settled(Orbits(body, section, z0), run)["time"] if time is None else time
 
-        found = chaotic_fraction(
-            make,
-            [np.array([value]) for value in values],
+        return chaotic_fraction(
+            lambda *given: self.orbits(body, section, given, next(numbers)),
+            values,
             names=self.cases.names,
             time=length,
             indicators=self.chaos.values(),
@@ -197,7 +216,6 @@ class ScanOfChaos:
             threads=run.threads,
             report=report,
         )
-        return FoundCases.of(found)
 
 
 def assembled(found: FoundCases, cases: Cases) -> ChaoticFraction:
