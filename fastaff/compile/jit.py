@@ -310,8 +310,6 @@ SIGNATURES = {
     "check": types.void(_vector, _i8, _vector, _vector, _vector, _vector),
     # (params, lanes, n, k, m, due, memory, result)
     "reading": types.void(_vector, _i8, _i8, _i8, _i8, _vector, _vector, _vector),
-    # (unit, address of its words), see `packing`
-    "unit": types.void(_i8, _i8),
     # (params, calls, lanes, orbit, fresh, t, z, memory, out, done) -> lanes that became done
     "observe": _i8(
         _vector,

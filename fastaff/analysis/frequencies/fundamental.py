@@ -299,7 +299,7 @@ def _fitted(signals: Signals, spectra: Spectra, orbits: np.ndarray, threads: int
         here = np.searchsorted(orbits, own)
         _, loops, _ = prepared(signals.array(own)[:, : 2 * m], int(spectra.n[own[0]]), threads)
         result.drifting[here] = drifts(
-            loops, result.leading[here], result.moving[here], float(signals.interval[own[0]])
+            loops, result.leading[here], result.moving[here], float(signals.interval[own[0]]), threads
         )
     # Where a leading line is not sharp it is not resolved, and no line beside it would be: more of them only show that
     # lines explain what is left.
