@@ -10,7 +10,7 @@ import numpy as np
 
 from ..base.numbers import numbers, positive, shown
 from ..compile.threads import checked_threads
-from ..models.traits import traits_of
+from ..models.traits import Traits, traits_of
 from ..schemes.automatic import Automatic, Trial, cheapest, fastest, quickest
 from ..schemes.catalogue import DOP853, GAUSS16, ITERATION, KAHAN_LI8, Collocation, RungeKutta
 from ..schemes.time_transformed import TimeTransformed
@@ -142,6 +142,36 @@ def suited(options: Options, model: Any) -> Options:
     return options
 
 
+class Problem(NamedTuple):
+    """What is to be run: a model, where its orbits start, and how. A function of orbits makes it of its arguments and
+    hands on this one value; nothing of it is checked before its `plan`.
+    """
+
+    model: Any
+    z0: Any
+    options: Options
+
+    @property
+    def traits(self) -> Traits:
+        """The facts about the model."""
+        return traits_of(self.model)
+
+    def iterates(self, name: str, count: Any) -> float:
+        """Return a time: of a map a whole number of iterates, else any positive number."""
+        number = positive(name, count)
+        if self.traits.iterated and number != math.floor(number):
+            raise ValueError(f"{name} of a map must be a whole number of iterates, got {count!r}")
+        return number
+
+    def suited(self) -> Problem:
+        """Return the same with the scheme that the kind of model needs."""
+        return self._replace(options=suited(self.options, self.model))
+
+    def plan(self, **how: Any) -> Plan:
+        """Return the flow and states of the run, see `plan`."""
+        return plan(*self, **how)
+
+
 class Plan(NamedTuple):
     """Flow and states of a run: the flow, z a fresh array (2n, orbits) of the starts, and why it has its scheme and
     steps.
@@ -220,16 +250,6 @@ def plan(
         flow = replace(flow, step=steps if time is None else on_ladder(steps, time))
         why.append(f"each orbit's own step, for an error of {error:.1e} of its amplitudes over 16 radians")
     return Plan(flow, z, "; ".join(why))
-
-
-def iterates(model: Any, name: str, count: Any) -> float:
-    """Return a time: of a map a whole number of iterates, else any positive number."""
-    if not traits_of(model).iterated:
-        return positive(name, count)
-    number = positive(name, count)
-    if number != math.floor(number):
-        raise ValueError(f"{name} of a map must be a whole number of iterates, got {count!r}")
-    return number
 
 
 def _iterated(model: Any, z: np.ndarray, options: Options) -> Plan:
