@@ -320,9 +320,11 @@ class Flow:
         if doubtful.size:
             steps = float(roots.SLOW * doubtful.size)
             launch(roots.bracket, (*found, records, doubtful), units(doubtful.size), 0.0, self.threads, None, steps)
-        arguments = *found, float(section.direction), records, where
+        portion = math.ceil(where.size / self.threads)
+        unit = portion if portion <= 8 * LANES else math.ceil(portion / 4)  # lanes of a unit take its next records
+        arguments = *found, float(section.direction), records, where, unit
         steps = float(roots.USUAL * where.size)
-        launch(roots.locate, arguments, units(where.size), float(where.size), self.threads, report, steps)
+        launch(roots.locate, arguments, units(where.size, unit), float(where.size), self.threads, report, steps)
 
     def shifted(self, z: np.ndarray, steps: np.ndarray) -> np.ndarray:
         """Return the states z (rows, orbits) one step of steps[orbit] later, or earlier where that is negative."""
