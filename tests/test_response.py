@@ -164,3 +164,31 @@ def test_a_forced_branch_is_drawn_by_its_swing(ax):
         branch.plot(ax=ax, y="v")
     with pytest.raises(TypeError, match=r"bifurcation must be one of a branch's, .* branch.plot\(\) draws a branch"):
         fa.plot.plot_bifurcation(branch, ax=ax)
+
+
+def test_a_torus_is_born_where_a_complex_pair_passes_the_unit_circle():
+    """Of a linear oscillator with friction g the multipliers are exp(s T), s^2 + g s + k = 0: they pass it at g = 0,
+    and two real ones, of a product 1 as of any saddle, are no torus.
+    """
+    rng = np.random.default_rng(34)
+    k, f, w = rng.uniform(0.5, 1.5), rng.uniform(0.2, 0.6), rng.uniform(1.7, 2.1)
+    turn = "c' = -w*s + c*(1 - c**2 - s**2); s' = w*c + s*(1 - c**2 - s**2)"
+
+    def followed(text, begin, end, slope):
+        def make(g):
+            return fa.flow(f"{text}; {turn}", k=k, f=f, w=w, g=g)
+
+        z = np.array([*slope(begin), 1.0, 0.0])
+        return fa.continuation(make, z, section="s=0", parameter=begin, bounds=(end, begin), direction=-1, longest=1.0)
+
+    def forced(g):  # x of x'' + g x' + k x = f cos(w t) at t = 0, and its velocity
+        x = f / (k - w * w + 1j * g * w)
+        return x.real, (1j * w * x).real
+
+    circle = followed("x' = v; v' = -k*x - g*v + f*c", 0.1, -0.1, forced)
+    (event,) = circle.bifurcations
+    assert event.event == fa.analysis.Event.TORUS
+    assert abs(event.value) <= event.error < 1e-6
+    saddle = followed("x' = k*x + f*c; v' = -(k + g)*v", 0.1, -0.1, lambda g: ((f / (1j * w - k)).real, 0.0))
+    assert saddle.value[-1] == -0.1
+    assert saddle.bifurcations == ()

@@ -20,6 +20,7 @@ from .style import LINES, Artists, figure, symbol
 MARKS = {
     Event.FOLD: {"marker": "^", "label": "fold"},
     Event.DOUBLING: {"marker": "D", "label": "period doubling"},
+    Event.TORUS: {"marker": "s", "label": "torus"},
 }
 """Shapes of bifurcations; others are circles."""
 FREQUENCY = "frequency"

@@ -26,12 +26,14 @@ class Event(IntEnum):
     """Event at a point of a branch where the stability changes.
 
     FOLD: the energy or parameter turns back, a residue passes 0; BRANCHING: a residue passes 0 without a turn
-    (pitchfork, transcritical); DOUBLING: a residue passes 1, an orbit of twice the period branches off.
+    (pitchfork, transcritical); DOUBLING: a residue passes 1, an orbit of twice the period branches off; TORUS: a
+    complex pair of multipliers of a system without pairs of exponents passes the unit circle (Neimark-Sacker).
     """
 
     FOLD = 0
     BRANCHING = 1
     DOUBLING = 2
+    TORUS = 3
 
 
 @dataclass(frozen=True)
@@ -54,13 +56,22 @@ class Bifurcation(Result, axis=None):
 
 def residue_products(orbits: PeriodicOrbits) -> np.ndarray:
     """Return the products (orbits, 2) of the residues and of 1 - residue; of multipliers without pairs those that they
-    generalise, of (1 - multiplier)/2 and of (1 + multiplier)/2.
+    generalise, of (1 - multiplier)/2 and of (1 + multiplier)/2, and that of 1 - the product of two (orbits, 3).
     """
     if not orbits.paired:
         values = orbits.multipliers
-        return np.array([np.prod((1 - values) / 2, axis=0).real, np.prod((1 + values) / 2, axis=0).real]).T
+        i, j = np.triu_indices(len(values), 1)
+        factors = (1 - values) / 2, (1 + values) / 2, 1 - values[i] * values[j]
+        return np.array([np.prod(factor, axis=0).real for factor in factors]).T
     R = orbits.residues
     return np.array([np.prod(R, axis=0).real, np.prod(1 - R, axis=0).real]).T
+
+
+def _complex(values: np.ndarray) -> bool:
+    """Tell whether the two multipliers whose product is nearest to 1 are a complex pair, no real ones (a saddle)."""
+    i, j = np.triu_indices(len(values), 1)
+    nearest = np.abs(1 - values[i] * values[j]).argmin()
+    return bool(values[i[nearest]].imag != 0)
 
 
 def bifurcations(family: Any, points: list[Any], arclength: np.ndarray, orbits: PeriodicOrbits) -> list[Bifurcation]:
@@ -69,12 +80,16 @@ def bifurcations(family: Any, points: list[Any], arclength: np.ndarray, orbits: 
     found = []
     for k, (last, following) in enumerate(pairwise(points)):
         turned = last.tangent[-1] * following.tangent[-1] < 0
-        for kind in range(2):
+        for kind in range(signs.shape[1]):
             if not signs[k, kind] * signs[k + 1, kind] < 0:
+                continue
+            if kind == 2 and np.abs(signs[k : k + 2, kind]).max() < VANISHING:  # rounding, where volumes are kept
                 continue
             s, point, product, error = _sign_change(family, last, following, signs[k : k + 2, kind], kind)
             if abs(product) < VANISHING or error > 0.01 * abs(following.u[-1] - last.u[-1]):
-                event = Event.DOUBLING if kind else Event.FOLD if turned else Event.BRANCHING
+                if kind == 2 and not _complex(family.orbits(point).multipliers[:, 0]):
+                    continue
+                event = (Event.FOLD if turned else Event.BRANCHING, Event.DOUBLING, Event.TORUS)[kind]
                 place, value, time = float(arclength[k] + s), float(point.u[-1]), float(point.back.time[0])
                 z = point.u[: len(orbits.z)]
                 swing = family.swing(point)

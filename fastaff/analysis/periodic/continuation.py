@@ -150,8 +150,9 @@ def continuation(
     Bifurcations are sign changes of the product of the residues, or of 1 - residue, between two points, polished in the
     arclength by false position (the Illinois rule). A residue that touches 0 or 1, or passes it twice between two
     points, is not seen. Of dz/dt = f(z), whose limit cycles are followed in a parameter, products of (1 - m)/2 and
-    (1 + m)/2 over the multipliers m take their place; a pair that leaves the unit circle elsewhere (a torus is born)
-    is seen in `stability` alone. At a branching the branch goes straight on. Cost: about 3 returns of 2n + 1 vectors
+    (1 + m)/2 over the multipliers m take their place, beside that of 1 - m m' over two of them, which passes 0 where a
+    complex pair passes the unit circle: a torus is born. Of systems with an energy a pair that leaves the circle is
+    seen in `stability` alone. At a branching the branch goes straight on. Cost: about 3 returns of 2n + 1 vectors
     for each point (9 with a parameter), of one orbit at a time.
 
     References
@@ -256,13 +257,15 @@ def _follow(family, points: list[Point], length, longest, steps, bounds) -> tupl
     """Step along the branch from its first point to its bounds, its number of steps, or the shortest step; add to the
     points. Return the status and the reason for the end in words.
     """
-    start, signs = points[0], family.products(points[0])
+    start, signs = points[0], family.products(points[0])[:2]
     shortest = SHORTEST * length
     while len(points) <= steps:
         last = points[-1]
         point = family.ahead(last, length)
         ahead = (
-            family.products(point) if point is not None and family.follows(last, point, length) else np.full(2, np.nan)
+            family.products(point)[:2]
+            if point is not None and family.follows(last, point, length)
+            else np.full(2, np.nan)
         )
         if not (np.abs(ahead - signs) <= JUMP * (1 + np.abs(signs))).all():
             length *= 0.5
