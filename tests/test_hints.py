@@ -18,6 +18,11 @@ SPACE = fa.hamiltonian("(x**2 + y**2 + z**2)/2 + x**2*y", coordinates="x y z")
     ("make", "said"),
     [
         (lambda: fa.hamiltonian(SPRING, coordinates="r a", m=1.0, k=4.0), "momentum? .* momenta='p_r p_a' it is"),
+        (
+            lambda: fa.hamiltonian("(p1**2 + p2**2)/2 - cos(a - b)", coordinates="a b"),
+            "a momentum? .* momenta='p1 p2' it",
+        ),
+        (lambda: fa.hamiltonian("p**2/2 - cos(a)", coordinates="a"), "a momentum? .* momenta='p' it is the whole of H"),
         (lambda: fa.hamiltonian("(px**2 + py**2)/2 + x**2"), "a momentum? .* momenta='px py' it is the whole of H"),
         (lambda: fa.hamiltonian(SPRING, m=1.0, k=4.0), "a momentum? Then coordinates='r ...' and momenta='p_r ...'"),
         (lambda: fa.hamiltonian(SPRING, momenta="p_r p_a", m=1.0, k=4.0), "a coordinate? .* coordinates='r ...'"),
@@ -49,6 +54,7 @@ def test_names_of_terms_may_be_parameters():
     [
         (lambda: fa.action_angles(PLANE, [0.1] * 4), TypeError, "fit_torus(body, z0, time=...)"),
         (lambda: fa.quantum.spectrum(PLANE, m=0, l=0, count=3), TypeError, "levels are those of bodies"),
+        (lambda: fa.quantum.quasiclassical_levels(PLANE, n=(0, 1)), TypeError, "fit_torus(body, z0, time=...)"),
         (lambda: fa.fit_torus(PLANE, np.full((4, 2), 0.1), time=50.0), ValueError, "one at a time, z0[:, 0]"),
         (lambda: fa.frequency_map(SPACE, [0.1] * 6, time=50.0, angles="R phi"), ValueError, "of 3 they are 'R z phi'"),
         (lambda: fa.frequency_map(PLANE, [0.1] * 4, time=50.0, angles="R z phi"), ValueError, "of 2 they are 'R phi'"),

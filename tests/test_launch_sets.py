@@ -458,6 +458,9 @@ def test_sections_of_periodic_potentials_ask_for_ranges():
         z = fa.energy_sample(model, energy=energy, section="x=0", orbits=50, axes=axes).z0
         assert (np.abs(z[1]) <= half).all()
         np.testing.assert_allclose(model.kinetic_energy(*z[2:]) + model.potential_energy(*z[:2]), energy, atol=1e-13)
+    turning = fa.hamiltonian("(p**2 + L**2)/(2 + cos(a)*sin(b)) - cos(a) - cos(b)", coordinates="a b", momenta="p L")
+    with pytest.raises(ValueError, match=r"such as .*an angle, its period: periods=\{'b': '2\*pi'\}, --angles b=2\*pi"):
+        fa.energy_sample(turning, energy=-1.2, section="a=0", orbits=5)
 
 
 @pytest.mark.parametrize("n", [2, 3])

@@ -466,3 +466,6 @@ def test_a_web_of_a_map_over_its_grid_is_that_of_the_arrays():
         assert f"order {a.order}, length {a.length:.3g}, {a.locked.sum()} points locked" in a.summary()
     with pytest.raises(TypeError, match="nu must be a frequency map of the"):
         fastaff.resonance_web(nu, axes=grid)
+    for other in (None, axes):
+        with pytest.raises(TypeError, match=r"axes must be the EnergyGrid .*found\.nu\.reshape\(-1, n1, n2\)"):
+            fastaff.resonance_web(found, axes=other)

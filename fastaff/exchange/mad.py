@@ -31,7 +31,10 @@ def read_tfs(path: Path) -> dict[str, np.ndarray]:
         elif first[0] not in "@#":
             rows.append([first, *rest])
     if not names or len(formats) != len(names):
-        raise ValueError(f"{path} must be a TFS table with lines that begin with * and $, or a damap of MAD-NG")
+        raise ValueError(
+            f"{path} must be a TFS table with lines that begin with * and $, or a damap of MAD-NG; "
+            "equations of a map are the text itself: mapping(path.read_text())"
+        )
     uneven = next((row for row in rows if len(row) != len(names)), None)
     if uneven is not None:
         raise ValueError(f"{path} must have {len(names)} entries in each row, got {' '.join(uneven)[:80]!r}")

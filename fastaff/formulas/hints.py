@@ -55,8 +55,10 @@ def _of_rows(name: str, named: Mapping[str, Any]) -> str:
     coordinates = named.get("coordinates")
     known = ("x", "y") if coordinates is None else checked_names("coordinates", coordinates)
     if named.get("momenta") is None:
-        for form in ("p_{}", "p{}", "P_{}", "P{}"):
-            if name in (own := [form.format(q) for q in known]):
+        count = range(1, len(known) + 1)
+        rows = [[form.format(k) for k in keys] for keys in (known, count) for form in ("p_{}", "p{}", "P_{}", "P{}")]
+        for own in (*rows, ["p"] if len(known) == 1 else []):
+            if name in own:
                 return f"a momentum? The text is V alone; with momenta='{' '.join(own)}' it is the whole of H"
         if coordinates is None and (found := re.fullmatch(r"p_([A-Za-z]\w*)", name)):
             return f"a momentum? Then coordinates='{found[1]} ...' and momenta='{name} ...' name those of H"

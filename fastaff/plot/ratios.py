@@ -125,6 +125,8 @@ def lines_of(
     are no `turns` the k0 of frequencies is 0.
     """
     if not isinstance(lines, str):
+        if not isinstance(lines, (Sequence, np.ndarray)):
+            raise TypeError(f'lines must be triples (k1, k2, k0), or a text such as "order<=5", got {lines!r}')
         each = [lines] if len(lines) == 3 and all(np.ndim(k) == 0 for k in lines) else list(lines)
         if any(np.shape(line) != (3,) for line in each):
             raise ValueError(f'lines must be triples (k1, k2, k0), or a text such as "order<=5", got {lines!r}')

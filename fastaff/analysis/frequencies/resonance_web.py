@@ -110,6 +110,11 @@ def resonance_web(
 
     if hasattr(axes, "spread"):
         nu, errors, axes = _over(axes, nu, errors)
+    elif hasattr(nu, "regular"):
+        raise TypeError(
+            f"axes must be the EnergyGrid of whose orbits nu, a {type(nu).__name__}, is, got {type(axes).__name__}: "
+            "over a grid of your own nu is an array (n, n1, n2), such as found.nu.reshape(-1, n1, n2)"
+        )
     nu, errors = checked_frequencies(nu, errors)
     if nu.ndim != 3 or min(nu.shape[1:]) < 2:
         raise ValueError(f"nu must have shape (n, n1, n2) over a grid of 2 x 2 points or more, got {nu.shape}")

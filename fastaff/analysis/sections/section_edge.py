@@ -170,9 +170,12 @@ def _bounded_parts(body: Any, section: Any, energy: float, p_eta: float, p_gamma
         raise ValueError(f"{why}; nothing bounds the section {name}: give the ranges of the axes")
     if endless:
         low, high, bottom, top = parts[0]
+        q = traits_of(body).names[1]
+        angle = f"; or, of what is an angle, its period: periods={{'{q}': '2*pi'}}, --angles {q}=2*pi"
+        angle *= not traits_of(body).separable
         raise ValueError(
             f"what energy {energy:g} allows of the section {name} falls apart into pieces without end: give the ranges "
-            f"of the axes, such as (({low:.6g}, {high:.6g}), ({bottom:.6g}, {top:.6g}))"
+            f"of the axes, such as (({low:.6g}, {high:.6g}), ({bottom:.6g}, {top:.6g}))" + angle
         )
     return parts
 

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ...analysis.tori.inverse_tori import LARGEST_ACTION, energy_of_actions
+from ...analysis.tori.separation import separate
 from ...base.numbers import flag, positive, real, whole
 from ...base.recipe import recorded
 from ...charts import Chart
@@ -69,6 +70,7 @@ def quasiclassical_levels(
     >>> fa.quantum.quasiclassical_levels(body, n=(1, 0), m=1, l=1, maslov=fa.quantum.BOHR_SOMMERFELD).E.round(9)
     array([3.])
     """
+    separate(body, chart)  # what has no tori is said before numbers are asked that it has not
     h, flagged = 2 * np.pi * positive("hbar", hbar), flag("single_valued", single_valued)
     indices = tuple(whole("maslov", index, 0) for index in maslov) if isinstance(maslov, (tuple, list)) else ()
     if len(indices) != 2:
