@@ -166,7 +166,7 @@ def continuation(
     ...     fa.HenonHeiles(), [0.0, 0.0, 0.3, 0.31], section="x=0", energy=0.1, steps=2, max_time=20.0
     ... )
     >>> print(family.summary())
-    3 points from 0.1 to 0.101885, 0 bifurcations; ended after its 2 steps: more, or longer ones, go on
+    3 points from 0.1 to 0.101885, 0 bifurcations; ended after its 2 steps: more (steps=) or longer (longest=) go on
     """
     make, first_model = _family(model, parameter)
     section = section_of(section, first_model)
@@ -288,4 +288,4 @@ def _follow(family, points: list[Point], length, longest, steps, bounds) -> tupl
         signs = ahead
         if point.corrections <= EASY:
             length = min(1.5 * length, longest)
-    return Status.OK, f"ended after its {steps} steps: more, or longer ones, go on"
+    return Status.OK, f"ended after its {steps} steps: more (steps=) or longer (longest=) go on"
