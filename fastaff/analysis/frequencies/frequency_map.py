@@ -22,12 +22,12 @@ from ...flows.flow import Flow
 from ...flows.launch import Report
 from ...flows.motion import fastest_rates, natural_rates
 from ...flows.needs import check_needs
-from ...flows.options import Options, iterates, plan
+from ...flows.options import Options, Problem
 from ...kernels.samples import CHUNK_ROWS
 from ...models.contracts import Angles, Dynamics
 from ...models.traits import traits_of
 from ...schemes.catalogue import Scheme, scheme_of
-from .angle_loops import Layout, Plain, angles_of
+from .angle_loops import Layout, Plain, angles_of, suited
 from .found_frequencies import Found
 from .frequencies import FrequencyKind, FrequencyMap
 from .fundamental import fastest
@@ -167,24 +167,25 @@ def frequency_map(
     array([[0.15556 ],
            [0.159622]])
     """
-    time = iterates(body, "time", time)
     options = Options(
         scheme, step, accuracy, rtol=rtol, atol=atol, energy_tolerance=energy_tolerance, threads=threads, report=report
     )
-    checked_model(body, needs="regular motion")
+    problem = Problem(body, z0, options)
+    time = problem.iterates("time", time)
+    checked_model(problem.model, needs="regular motion")
     lines = None if lines is None else whole("lines", lines, 1)
-    if traits_of(body).iterated:
+    if problem.traits.iterated:
         return map_frequencies(
-            body, z0, options, time=time, method=checked_method(method), window=window, angles=angles, lines=lines
+            problem, time=time, method=checked_method(method), window=window, angles=angles, lines=lines
         )
     if window is not None:
         raise ValueError(f"window is for maps: the diffusion of systems in time is that of the halves; got {window!r}")
-    if angles is None and getattr(body, "angles", None) is None:
-        check_needs(body, "angles of coordinates alone")
+    if angles is None and getattr(problem.model, "angles", None) is None:
+        check_needs(problem.model, "angles of coordinates alone")
     goal = options.goal(ACCURACY)
     fallback = checked_method(method).fallback
-    angles = checked_angles(angles, body)
-    flow, z, _ = plan(body, z0, options, time=time, error=goal or ACCURACY)
+    angles = checked_angles(angles, problem.model)
+    flow, z, _ = problem.plan(time=time, error=goal or ACCURACY)
     work = FrequencyWork(flow, angles, z, time, goal, fallback, report, lines)
     with keeping("frequency_map", lambda: work.result(options.drift)):
         work.run(options.drift)
@@ -198,11 +199,10 @@ def checked_angles(angles: Any, body: Any) -> Any:
         return Plain(traits_of(body).names)  # without the symmetry the planes' angles are coordinates like others
     if not all(hasattr(chosen, name) for name in ("signals", "names", "planes")):
         raise TypeError(
-            f"angles must be a value of fastaff.models.angles such as AlphaBeta(), got {chosen!r}; "
+            f"angles must be a text such as 'R z phi', or a value of fastaff.models.angles, got {chosen!r}; "
             f"{type(body).__name__} has no `angles` of its own"
         )
-    if len(chosen.names) != body.degrees_of_freedom:
-        raise ValueError(f"angles must have {body.degrees_of_freedom} angles for {type(body).__name__}, got {chosen!r}")
+    suited(chosen, body.degrees_of_freedom, type(body).__name__)
     return chosen
 
 

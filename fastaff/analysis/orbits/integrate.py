@@ -22,7 +22,7 @@ from ...flows.ensemble import Ensemble, energy_error, mark_drift
 from ...flows.flow import Flow, Wear
 from ...flows.launch import Report
 from ...flows.motion import motion
-from ...flows.options import Options, iterates, plan, suited
+from ...flows.options import Options, Problem
 from ...flows.time_transformed import TransformedFlow
 from ...models.contracts import Dynamics
 from ...models.mechanics import energies, kinetic_energies
@@ -167,26 +167,27 @@ def integrate(
     >>> orbits["p_x"].round(6)
     array([0.09314])
     """
-    time = iterates(body, "time", time)
-    count = whole("samples", samples, 0)
     options = Options(
         scheme, step, accuracy, rtol=rtol, atol=atol, energy_tolerance=energy_tolerance, threads=threads, report=report
     )
-    options = suited(options, body)
-    flow, z, _ = plan(body, z0, options, time=time, error=None, transformed=True)
+    problem = Problem(body, z0, options)
+    time, count = problem.iterates("time", time), whole("samples", samples, 0)
+    problem = problem.suited()
+    options = problem.options
+    flow, z, _ = problem.plan(time=time, error=None, transformed=True)
     fits("samples", count, *z.shape)
-    mapping = traits_of(body).iterated
+    mapping = problem.traits.iterated
     if mapping and count and time % count:
         raise ValueError(f"samples must divide the {time:g} iterates of a map, got {samples!r}")
     goal = None if mapping else options.goal()
     work: Any = (
         _Plain(flow, z, time, count, report)
         if goal is None
-        else _Accurate(flow, body, z, time, count, goal, options.drift, report)
+        else _Accurate(flow, problem.model, z, time, count, goal, options.drift, report)
     )
-    with keeping("integrate", lambda: work.result(body, options.drift, True)):
+    with keeping("integrate", lambda: work.result(problem.model, options.drift, True)):
         work.run()
-    return work.result(body, options.drift, False)
+    return work.result(problem.model, options.drift, False)
 
 
 class _Plain:

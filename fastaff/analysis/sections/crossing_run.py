@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -44,11 +44,23 @@ LAST_RECORDS = 500_000
 """Crossings still located after Ctrl-C: about half a second's worth; the later orbits of a larger run lose theirs."""
 
 
+class Crossings(NamedTuple):
+    """Which crossings are asked for: those of a section, how many of each orbit, the time after which an orbit ends
+    without them, and the energy error above which it drifts.
+    """
+
+    section: Any
+    number: int
+    max_time: Any
+    tolerance: float
+
+
 def crossed(
-    flow, body, z, section, wanted, max_time, tolerance, report, radius=None, wear=None
+    flow: Flow | TransformedFlow, body: Any, z: np.ndarray, crossings: Crossings, report, radius=None, wear=None
 ) -> tuple[SectionMap, np.ndarray]:
     """Follow the orbits once; return their crossings and the times that they reached."""
-    asked, section = section, flow.section(section)
+    asked, wanted, max_time, tolerance = crossings
+    section = flow.section(asked)
     ensemble = flow.ensemble(z, radius=radius)
     rows, orbits = ensemble.z.shape
     width, slots = RECORD.state + rows, wanted + SPARE

@@ -19,7 +19,7 @@ from ...base.progress import says_progress
 from ...base.results import Result
 from ...base.status import Status
 from ...kernels.birkhoff import SHARPNESS
-from ...models.sections import Linear
+from ...models.sections import AngleEquals, Linear
 from ..frequencies.turning import unresolved
 from ..frequencies.windows import SPANS
 from .scatter import scattered
@@ -250,7 +250,8 @@ def _plane(section_map: SectionMap) -> np.ndarray:
     points, normal = section_map.points, np.asarray(getattr(section_map.section, "normal", ()))
     if len(points) == 2:
         return points
-    if len(points) != 4 or type(section_map.section) is not Linear or np.count_nonzero(normal) != 1 or normal[2:].any():
+    one = type(section_map.section) in (Linear, AngleEquals) and np.count_nonzero(normal) == 1
+    if len(points) != 4 or not one or normal[2:].any():
         raise ValueError(
             "points must be a SectionMap of a map of one degree of freedom, or on a section q_i = c of two; elsewhere "
             "give the two coordinates: np.array([found['beta'], found['p_beta']])"

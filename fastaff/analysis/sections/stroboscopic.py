@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 
@@ -17,10 +16,11 @@ from ...flows.ensemble import energy_error
 from ...flows.flow import Flow, Wear, no_memory
 from ...flows.launch import Report
 from ...flows.motion import motion
-from ...flows.options import Options, plan
+from ...flows.options import Options, Problem
 from ...models.sections import Stroboscopic
 from ...models.traits import traits_of
 from ..orbits.integrate import Compared
+from .crossing_run import Crossings
 from .section_map import SectionMap
 
 START = 8 * float(np.finfo(float).eps)
@@ -30,11 +30,11 @@ PORTION, COMPARED = 2**27, 8
 """Bytes that are taken beside the result at a time; how many times the crossings of an orbit these are."""
 
 
-def strobed(body: Any, z0: Any, section: Stroboscopic, wanted: int, options: Options) -> SectionMap:
+def strobed(problem: Problem, crossings: Crossings) -> SectionMap:
     """Follow orbits of a driven system to so many crossings of a stroboscopic section; see `poincare_map`."""
-    flow, z, _ = plan(body, z0, options, time=float(body.period), error=None)
-    fits("crossings", wanted, *z.shape)
-    return _Strobed(flow, z, section, wanted, options).run()
+    flow, z, _ = problem.plan(time=float(problem.model.period), error=None)
+    fits("crossings", crossings.number, *z.shape)
+    return _Strobed(flow, z, crossings.section, crossings.number, problem.options).run()
 
 
 class _Strobed:

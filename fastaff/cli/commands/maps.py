@@ -17,7 +17,7 @@ from ..options import Look, Written
 from ..progress import Progress, compiled, drawing, watched
 from ..stops import say
 from .captions import stated, write
-from .figures import Scene, plain
+from .figures import Scene, plain, with_colour
 
 
 def on_grid(starts: Starts, cells: str) -> Starts:
@@ -69,6 +69,7 @@ class Work:
     def begun(cls, command: str, job: Job, output: Written, look: Look, **facts: Any) -> Work | None:
         """Return the work of a command; None where its job is written and nothing else is asked for."""
         look.check()
+        job = with_colour(job, look.colour)
         plan = checked(job)
         if output.wrote(job):
             return None
