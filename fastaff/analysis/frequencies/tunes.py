@@ -33,18 +33,11 @@ from .signals import signals_of
 from .turning import CHANGED, PIECE, ROUNDING, SAFETY, Means, Turning, Window, calm_change, without_standing
 from .windows import LINE_ORDER
 
-FALLBACK = 1e-9
-"""Error in turns above which lines are fitted."""
+FALLBACK, LEAST = 1e-9, 64
+"""Error in turns above which lines are fitted; samples that an orbit needs."""
 
-LEAST = 64
-"""Samples that an orbit needs."""
-
-BUDGET = 1 << 27
-"""Bytes of samples in work at once."""
-
-AT_ONCE = 1 << 22
-"""Samples of signals whose lines are fitted at once."""
-
+BUDGET, AT_ONCE = 1 << 27, 1 << 22
+"""Bytes of samples in work at once; samples of signals whose lines are fitted at once."""
 
 ROUGH = 0.05
 """Cycles over the window by which windows of a mean turn differ where the loop may pass through its centre."""
