@@ -46,7 +46,6 @@ PROBE = 256
 SMALLEST = 256
 """Orbits of a unit whose size is left open: two blocks of lanes."""
 
-
 WORKING = 6.0
 """Bytes that a unit takes while it runs for each byte of its results: measured by `bench/job_memory.py`."""
 

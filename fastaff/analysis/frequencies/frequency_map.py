@@ -54,8 +54,7 @@ DENSE, BODY_DENSE = 1.1, 0.8
 """
 
 FINER, READING = 0.1, 6.0
-"""Work of orbits that need a shorter step, and of reading samples, of a run of all: for the progress that is reported.
-"""
+"""Work of orbits that need a shorter step, and of reading samples, beside that of a run: for the progress reported."""
 
 BESIDE = 0.1
 """Share of a frequency's error from which the scheme's counts."""
@@ -267,20 +266,16 @@ class FrequencyWork:
 
     def _pass(self, flow: Flow, orbits: np.ndarray, report: Report | None) -> None:
         """Sample these orbits and find their frequencies, as many at a time as memory allows."""
-        rows = self.layout.rows
         counts, steps = self._counts(flow, orbits)
-        fits("time", rows, int(counts.max(initial=0)))  # samples of one orbit
+        fits("time", self.layout.rows, int(counts.max(initial=0)))  # samples of one orbit
         order = np.argsort(counts, kind="stable")
         begin, passes = 0, Passes(report)
         while begin < orbits.size:
-            end = begin + 1
-            while end < orbits.size:
-                room = BUDGET if end - begin >= flow.threads * LANES else MOST
-                if (end + 1 - begin) * counts[order[end]] * rows * 8 > room:
-                    break
-                if flow.adaptive and counts[order[end]] != counts[order[begin]]:
-                    break
-                end += 1
+            ahead = counts[order[begin:]]
+            number = np.arange(1, ahead.size + 1)
+            room = np.where(number > flow.threads * LANES, BUDGET, MOST)
+            full = (8 * self.layout.rows * number * ahead > room) | (flow.adaptive & (ahead != ahead[0]))
+            end = begin + (1 + int(full[1:].argmax()) if full[1:].any() else ahead.size)
             part = np.sort(order[begin:end])
             told = passes.take(counts[part].sum(), counts[order[end:]].sum())
             self._portion(flow, orbits[part], counts[part], steps[part], told)
@@ -357,9 +352,8 @@ class FrequencyWork:
         observer = observers.called_rows(self.layout.call, rows)
         memory = np.zeros((observer.rows, orbits.size))
         memory[CHUNK_ROWS.length], memory[CHUNK_ROWS.start] = counts, start
-        observations: Any = counts
-        if flow.adaptive:  # all alike
-            time, observations = float(np.max(time)), int(counts[0])
+        alike = flow.adaptive
+        time, observations = (float(np.max(time)), int(counts[0])) if alike else (time, counts)
         flow.advance(run, observer, memory, signals.numbers[None], time=time, observations=observations, report=report)
         return signals, run
 
