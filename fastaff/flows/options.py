@@ -25,6 +25,9 @@ from .trials import chosen_steps, on_ladder, trials_in_time
 ACCURACY = 1e-10
 """Accuracy of states where neither a step nor an accuracy is asked for."""
 
+FINEST = 1e-15
+"""Least accuracy that can be asked for: several roundings of a double."""
+
 STEP_ERROR = 1e-10
 """Error of states over 16 radians of the motion, in its amplitudes, for which steps are chosen by functions without an
 accuracy of their own.
@@ -96,6 +99,11 @@ class Options:
         if value >= 1:
             raise ValueError(
                 f"accuracy must be below 1, relative to the amplitudes of the motion, got {self.accuracy!r}"
+            )
+        if value < FINEST:
+            raise ValueError(
+                f"accuracy must be at least {FINEST:g}, as numbers have 16 digits, got {self.accuracy!r}; errors of a "
+                "result say what was reached"
             )
         if self.step is not None:
             raise ValueError(

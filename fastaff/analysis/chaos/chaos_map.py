@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from ...base.axes import along
 from ...base.interruption import keeping
-from ...base.numbers import flag, portion, whole
+from ...base.numbers import Passes, flag, portion, whole
 from ...base.recipe import recorded
 from ...base.results import Result, put
 from ...base.short_forms import Starts, starts_of, takes
@@ -220,16 +220,21 @@ def chaos_map(
                 run(portion(report, number, len(work.passes)))
         return _result(work, options.drift, False)
 
-    found = mapped(flow, z, deviations, report)
-    for halving in range(1, 1 + (HALVINGS if step is None and flow.fixed else 0)):
-        drifted = np.flatnonzero(found.status == Status.ENERGY_DRIFT)
-        if drifted.size:
-            shorter = flow.of(drifted)
-            shorter = replace(shorter, step=shorter.step / 2**halving)
-            with keeping("chaos_map", functools.partial(_unfinished, found, drifted)):
-                put(found, drifted, mapped(shorter, z[:, drifted], _of_orbits(deviations, drifted), None))
-    return found
+    with Passes(report) as passes:
+        found = mapped(flow, z, deviations, passes.take(1.0, DRIFTING))
+        for halving in range(1, 1 + (HALVINGS if step is None and flow.fixed else 0)):
+            drifted = np.flatnonzero(found.status == Status.ENERGY_DRIFT)
+            if drifted.size:
+                shorter = flow.of(drifted)
+                shorter = replace(shorter, step=shorter.step / 2**halving)
+                told = passes.take(1.0, 0.5)
+                with keeping("chaos_map", functools.partial(_unfinished, found, drifted)):
+                    put(found, drifted, mapped(shorter, z[:, drifted], _of_orbits(deviations, drifted), told))
+        return found
 
+
+DRIFTING = 0.02
+"""Work of orbits whose energy drifts, of that of all."""
 
 HALVINGS = 2
 """How often a step that a trial chose is halved where the orbit's energy drifts all the same: it came later to where

@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike
 from ...base.axes import along
 from ...base.interruption import keeping
 from ...base.numbers import an_array, positive, reporter, whole
+from ...base.progress import says_progress
 from ...base.results import Result
 from ...compile.threads import checked_threads, together
 from ...flows.launch import Report
@@ -57,6 +58,7 @@ class FrequencyLines(Result, axis="signal"):
         return 2 * np.pi * self.nu
 
 
+@says_progress
 def naff(
     signal: ArrayLike,
     dt: float,
@@ -195,7 +197,7 @@ def lines_of_transforms(
         found = nu[part], amplitude[part], error[part], residual[part]
         find_lines(transforms[part], window, work, *found, none[part])
 
-    _by_workers(fit, -(-batch // size))
+    by_workers(fit, -(-batch // size))
     return nu, amplitude, error, residual
 
 
@@ -228,11 +230,11 @@ def followed_line(
             find_lines(transforms, window, work, u[part], a[part], error[part], found[part], which[part])
 
     workers = max(1, min(-(-batch // rows), checked_threads(threads)))
-    _by_workers(follow, workers)
+    by_workers(follow, workers)
     return found / unit
 
 
-def _by_workers(call: Callable[[int], object], workers: int) -> None:
+def by_workers(call: Callable[[int], object], workers: int) -> None:
     """Make call(worker) for so many workers, each in a thread; of one in the caller's."""
     if workers == 1:
         call(0)

@@ -12,6 +12,7 @@ import numpy as np
 from ...base.axes import along
 from ...base.interruption import keeping
 from ...base.numbers import reporter, whole
+from ...base.progress import says_progress
 from ...base.results import Result
 from ...base.short_forms import takes
 from ...base.status import Status
@@ -38,12 +39,8 @@ FALLBACK = 1e-9
 LEAST = 64
 """Samples that an orbit needs."""
 
-BUDGET = 1 << 27
-"""Bytes of samples in work at once."""
-
-AT_ONCE = 1 << 22
-"""Samples of signals whose lines are fitted at once."""
-
+BUDGET, AT_ONCE = 1 << 27, 1 << 22
+"""Bytes of samples in work at once, and samples of signals whose lines are fitted at once."""
 
 ROUGH = 0.05
 """Cycles over the window by which windows of a mean turn differ where the loop may pass through its centre."""
@@ -123,6 +120,7 @@ class Tunes(Result):
 
 
 @takes(method=method_of)
+@says_progress
 def tunes(
     samples: Given,
     *,
@@ -365,11 +363,8 @@ class TuneWork:
             x, y = z[planes, orbits] - known[:, :1], z[n + planes, orbits] - known[:, 1:2]
             a, b, c = (known[:, k, None] for k in (COLUMNS.a, COLUMNS.b, COLUMNS.c))
             f = a * x + 1j * (b * x + c * y)
-            if always:
-                kept = np.ones(len(f), bool)
-            else:
-                kept = ~_restless(f, means.halves[:, planes, orbits], length, self.threads)
-            if not kept.all():
+            halves = means.halves[:, planes, orbits]
+            if not always and not (kept := ~_restless(f, halves, length, self.threads)).all():
                 planes, orbits, rough, f = planes[kept], orbits[kept], rough[kept], f[kept]
             turns = rough[:, None] * t
             f *= np.exp(-2j * np.pi * (turns - np.rint(turns)))

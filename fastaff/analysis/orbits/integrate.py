@@ -10,7 +10,7 @@ import numpy as np
 
 from ...base.axes import along
 from ...base.interruption import keeping
-from ...base.numbers import fits, whole
+from ...base.numbers import Passes, fits, whole
 from ...base.recipe import recorded
 from ...base.results import Result
 from ...base.short_forms import Starts, starts_of, takes
@@ -257,27 +257,28 @@ class _Accurate:
         self.error = np.full(z.shape, np.inf)
         self.sample_error = np.full(self.samples.shape, np.inf)
         self.until = np.zeros(z.shape[1])
-        self.done = 0
 
     def run(self) -> None:
         """Run all orbits, a chunk at a time."""
         orbits = self.z.shape[1]
-        for start in range(0, orbits, CHUNK):
-            self.chunk = np.arange(start, min(start + CHUNK, orbits))
-            z = np.ascontiguousarray(self.z[:, self.chunk])
-            found = motion(self.body, z, self.flow.threads)
-            self.steps = planned(self.flow, z, found, self.time, self.accuracy, run=self.time, parts=2 * self.parts)
-            halved(self.flow, self.steps, self.accuracy, self._run, self._compare, self._keep, self._drifts)
-            self.done += len(self.chunk)
+        with Passes(self.report) as passes:
+            for start in range(0, orbits, CHUNK):
+                self.chunk = np.arange(start, min(start + CHUNK, orbits))
+                z = np.ascontiguousarray(self.z[:, self.chunk])
+                found = motion(self.body, z, self.flow.threads)
+                self.steps = planned(self.flow, z, found, self.time, self.accuracy, run=self.time, parts=2 * self.parts)
+                how = self._run, self._compare, self._keep, self._drifts
+                told = passes.take(self.chunk.size, orbits - self.chunk[-1] - 1)
+                halved(self.flow, self.steps, self.accuracy, *how, report=told)
 
-    def _run(self, orbits: np.ndarray, step: np.ndarray, wear: Wear | None) -> Compared:
+    def _run(self, orbits: np.ndarray, step: np.ndarray, wear: Wear | None, report: Report | None) -> Compared:
         flow: Any = self.flow.sized(step)
         where = self.chunk[orbits]
         ensemble = flow.ensemble(np.ascontiguousarray(self.z[:, where]), radius=self.steps.motion.radius[orbits])
         if wear is None:
-            states, interrupted = flow.trajectory(ensemble, self.time, self.parts, self._report)
+            states, interrupted = flow.trajectory(ensemble, self.time, self.parts, report)
         else:
-            states, interrupted = flow.worn(ensemble, self.parts, wear, time=self.time, report=self._report)
+            states, interrupted = flow.worn(ensemble, self.parts, wear, time=self.time, report=report)
         ensemble.z = flow.states(ensemble.z)
         used = step if math.isfinite(np.max(flow.step)) else np.full(len(step), np.inf)
         if interrupted:
@@ -286,10 +287,6 @@ class _Accurate:
             self.step[where] = used
             raise KeyboardInterrupt
         return Compared(states, ensemble, used)
-
-    def _report(self, fraction: float) -> None:
-        if self.report is not None:
-            self.report((self.done + fraction * len(self.chunk)) / self.z.shape[1])
 
     def _compare(self, fine: Compared, coarse: Compared, orbits: np.ndarray) -> tuple[np.ndarray, np.ndarray, float]:
         with np.errstate(all="ignore"):

@@ -8,13 +8,15 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ...base.interruption import keeping
-from ...base.numbers import fits
+from ...base.numbers import Passes, fits
 from ...base.status import Status
 from ...compile.threads import by_portions
 from ...flows import observers
 from ...flows.checks import energy_drift
 from ...flows.ensemble import Ensemble, energy_error
 from ...flows.flow import Flow
+from ...flows.launch import early
+from ...flows.motion import typical_rate
 from ...flows.time_transformed import TransformedFlow
 from ...kernels import crossings as kernels
 from ...kernels.crossing_roots import compact
@@ -28,6 +30,8 @@ PORTION, COMPARED = 2**27, 16
 """Bytes that are taken beside the result at a time; how many times the crossings of an orbit these are."""
 LOOKED = 2**24
 """Bytes of the arrays whose energies are computed at a time: a part of the cache, where NumPy is a third faster."""
+LATER = 0.02
+"""Work of orbits that have lost a suspected crossing and go on, of what all have taken."""
 SPARE = 8
 """Record slots beyond the wanted crossings, for suspected pairs of crossings inside a step."""
 NUDGE = 1e-6
@@ -82,6 +86,14 @@ def crossed(
     return found(False), ensemble.time
 
 
+def _share(flow: Flow | TransformedFlow, ensemble: Ensemble, wanted: int, max_time: float) -> float:
+    """Return the share of the steps to max_time after which orbits should have their crossings: one a turn."""
+    turns = max_time
+    if traits_of(flow.model).canonical:
+        turns = min(max_time, wanted * 2 * np.pi / typical_rate(flow.model, ensemble.points))
+    return turns / max_time / flow.patience
+
+
 def start_crossings(
     flow: Flow | TransformedFlow, memory: np.ndarray, section: Any, ensemble: Ensemble, *, on: bool = False
 ) -> None:
@@ -124,6 +136,7 @@ def follow_crossings(
     records = out.reshape(-1, RECORD.state + rows)
     slot = np.arange(out.shape[1] // records.shape[1])
     located, looked, interrupted = np.zeros(orbits, np.int64), np.zeros(orbits, dtype=bool), False
+    passes, share = Passes(report), 1.0 if report is None else _share(flow, ensemble, wanted, max_time)
     limit = np.full(orbits, max_time * (1 + START))
 
     def settle(most: int | None) -> np.ndarray:
@@ -142,7 +155,8 @@ def follow_crossings(
 
     while True:
         try:
-            flow.advance(ensemble, observer, memory, out, time=max_time, refill=True, report=report)
+            told = early(passes.take(1.0, LATER), flow, ensemble, max_time, share)
+            flow.advance(ensemble, observer, memory, out, time=max_time, refill=True, report=told)
         except KeyboardInterrupt:
             interrupted = True
         try:

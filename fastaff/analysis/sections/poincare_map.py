@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -245,7 +244,7 @@ def _accurate(flow, body, z, crossings: Crossings, accuracy, report) -> SectionM
         accurate_until=np.zeros(orbits),
     )
 
-    def run(report: Report | None, orbits: np.ndarray, step: np.ndarray, wear: Wear | None) -> _Crossings:
+    def run(orbits: np.ndarray, step: np.ndarray, wear: Wear | None, report: Report | None) -> _Crossings:
         used = np.full(len(step), np.inf) if flow.adaptive else step
         start = np.ascontiguousarray(z[:, orbits])
         try:
@@ -277,8 +276,8 @@ def _accurate(flow, body, z, crossings: Crossings, accuracy, report) -> SectionM
     parts = max(1, min(orbits, 8 * COMPARED * wanted * rows * orbits // PORTION))
     with keeping("poincare_map", lambda: result):
         for number, part in enumerate(np.array_split(np.arange(orbits), parts)):
-            asked = partial(run, portion(report, number, parts))
-            halved(flow, steps.of(part), accuracy, asked, compare, keep, drifts, part)
+            told = portion(report, number, parts)
+            halved(flow, steps.of(part), accuracy, run, compare, keep, drifts, part, told)
     return result
 
 

@@ -80,10 +80,9 @@ class _Strobed:
         size = np.concatenate([found.position, found.momentum])
         self.error = np.full(self.states.shape, np.nan)
         errors = self.error
-        asked = portion(report, 0, 1)
 
-        def run(orbits: np.ndarray, step: np.ndarray, wear: Wear | None) -> Compared:
-            return self._follow(flow.sized(step), orbits, found.radius[orbits], wear, asked)
+        def run(orbits: np.ndarray, step: np.ndarray, wear: Wear | None, report: Report | None) -> Compared:
+            return self._follow(flow.sized(step), orbits, found.radius[orbits], wear, report)
 
         def compare(fine: Compared, coarse: Compared, orbits: np.ndarray) -> tuple[np.ndarray, np.ndarray, float]:
             ended = ~np.isfinite(fine.states).all(axis=1)
@@ -105,8 +104,8 @@ class _Strobed:
 
         parts = max(1, min(orbits, 8 * COMPARED * self.wanted * rows * orbits // PORTION))
         for number, part in enumerate(np.array_split(np.arange(orbits), parts)):
-            asked = portion(report, number, parts)
-            halved(flow, steps.of(part), goal, run, compare, keep, drifts, part)
+            told = portion(report, number, parts)
+            halved(flow, steps.of(part), goal, run, compare, keep, drifts, part, told)
 
     def _follow(
         self, flow: Flow, orbits: np.ndarray, radius: np.ndarray, wear: Wear | None, report: Report | None

@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike
 from ...base.interruption import keeping
 from ...base.numbers import positive
 from ...base.recipe import recorded
-from ...base.short_forms import Starts, takes
+from ...base.short_forms import Starts, starts_of, takes
 from ...base.status import Status
 from ...flows.checks import checked_model, phase_points
 from ...flows.launch import Report
@@ -59,7 +59,7 @@ ROUNDS = 4
 """How often angles that wind are freed of a better value of their rate."""
 
 
-@takes(scheme=scheme_of)
+@takes(z0=starts_of, scheme=scheme_of)
 @recorded
 def fit_torus(
     body: Dynamics,
@@ -143,7 +143,9 @@ def fit_torus(
     model, traits, tolerance = problem.model, problem.traits, positive("tolerance", tolerance)
     z = phase_points("z0", problem.z0, checked_model(model, needs="regular motion"))
     if z.shape[1] != 1:
-        raise ValueError(f"z0 must be one phase point of shape ({len(z)},), got {z.shape[1]} orbits")
+        raise ValueError(
+            f"z0 must be one phase point of shape ({len(z)},), got {z.shape[1]} orbits: one at a time, z0[:, 0]"
+        )
     time, done = problem.iterates("time", time), report or (lambda fraction: None)
     if scheme is None and not traits.iterated:
         chosen = SOFRONIOU_SPALETTA10 if traits.separable else GAUSS16

@@ -82,11 +82,11 @@ class Work:
         facts = {**stated(job, plan, z0), **vars(plan.analyses[mine]), **options[mine], "place": place, **facts}
         return cls(job, plan, scene, z0, options, output, stem, facts)
 
-    def compute(self, name: str, keep: Callable[[Any], Any], share: float = 1.0) -> Any:
+    def compute(self, name: str, keep: Callable[[Any], Any]) -> Any:
         """Return the result of an analysis; what Ctrl-C leaves of it is handed to `keep`."""
         orbits, analysis = Orbits(self.plan.body, self.plan.section, self.z0), self.plan.analyses[name]
         result = watched(
-            Progress(analysis.title, self.z0.shape[1], share),
+            Progress(analysis.title, self.z0.shape[1]),
             lambda report: analysis.compute(orbits, self.settled[name], self.job.run, report),
             keep,
         )

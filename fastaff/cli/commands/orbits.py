@@ -59,8 +59,7 @@ def poincare(
         return work.save(found, start, **extra, place=work.facts["place"][extra["begun"]])
 
     # Most orbits end at a fourth of the time that is left open.
-    share = 0.25 if asked.max_time is None else 1.0
-    result = work.compute("poincare", lambda partial: kept(partial, lambda: keep(partial)), share)
+    result = work.compute("poincare", lambda partial: kept(partial, lambda: keep(partial)))
     seconds = clock.perf_counter() - start
     say(finished(result, seconds))
     extra: dict[str, Any] = {"wall_time": seconds}
