@@ -467,3 +467,17 @@ def test_a_chain_of_sixteen_degrees_of_freedom_moves_by_its_normal_modes(gauge):
     spectrum = fa.chaos_map(chain, found.z[:, :1], time=20.0, indicators=fa.LyapunovSpectrum()).spectrum[:, 0]
     assert spectrum.size == 2 * n
     np.testing.assert_allclose(spectrum + spectrum[::-1], 0.0, atol=1e-9)
+
+
+def test_rounding_that_chaos_makes_larger_shortens_no_step():
+    """Rotations of a moon on an eccentric orbit: over the span of a trial rounding grows beyond the accuracy."""
+    text = "p**2/2 - e2/4*(cos(2*q - 2*t) + 3.5*ec*cos(2*q - 3*t) - ec/2*cos(2*q - t)) + d*p**3*cos(q)"
+    moon = fa.hamiltonian(
+        text, coordinates="q", momenta="p", period="2*pi", periods={"q": "2*pi"}, e2=0.2, ec=0.1, d=0.01
+    )
+    z0 = np.array([[1.11516043, 0.97066886], [-2.31418801, 0.86736902], [1.5549124, 1.34351452]]).T
+    found = fa.integrate(moon, z0, time=100.0, accuracy=1e-12)
+    assert (found.status == Status.OK).all()
+    assert (100.0 / found.step < 2e4).all()
+    truth = fa.integrate(moon, z0, time=100.0, scheme=VERNER9, rtol=1e-14, atol=1e-15).z
+    assert (np.abs(found.z - truth) <= 2 * found.error).all()
