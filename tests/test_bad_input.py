@@ -293,8 +293,8 @@ def test_names_of_methods():
 
 
 def test_angles():
-    refused("frequency_map", ValueError, "angles must be 'R phi' or 'R z phi', or a value", angles="alpha")
-    refused("frequency_map", TypeError, "angles must be a value of fastaff.models.angles", angles=3)
+    refused("frequency_map", ValueError, "angles must be 'R phi' of 2 coordinates or 'R z phi' of 3", angles="alpha")
+    refused("frequency_map", TypeError, "angles must be a text such as 'R z phi'", angles=3)
     refused("frequency_map", ValueError, "angles must have 4 angles for Body", angles=Coordinates2())
     refused(
         "frequency_map",

@@ -16,7 +16,7 @@ from fastaff import files
 from fastaff.cli import application, options
 from fastaff.cli import demonstration as demo
 from fastaff.cli import main as cli
-from fastaff.cli.commands import scans
+from fastaff.jobs import scans
 
 pytest.importorskip("cyclopts")
 pytest.importorskip("matplotlib")

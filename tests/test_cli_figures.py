@@ -150,7 +150,7 @@ def test_data_and_figure_have_one_number_whoever_else_writes(tmp_path, monkeypat
         return draw(*given)
 
     monkeypatch.setitem(figures.DRAWN, "poincare", late)
-    monkeypatch.setattr("fastaff.cli.commands.poincare.section_figure", late, raising=False)
+    monkeypatch.setattr("fastaff.cli.commands.orbits.section_figure", late, raising=False)
     assert cli.main(work) == 0
     assert cli.main([*work, "--no-figure"]) == 0
     assert cli.main(work) == 0

@@ -310,7 +310,7 @@ def _block(block, params, lanes, drift, kick, step, steps, z):
 
 @numba.njit
 def _march(block, params, drift, kick, step, steps, z):
-    return block(params, drift, kick, step, steps, z)
+    return block(params, drift, kick, step, steps, z, z[:0])
 
 
 @pytest.mark.parametrize("text", ["-cos(x) - cos(y) + a*cos(x)*cos(y)", "exp(x - y) + exp(y) + exp(-x) + a*x"])

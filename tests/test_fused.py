@@ -79,7 +79,7 @@ def _call(block, params, lanes, drift, kick, step, steps, z):
 
 @numba.njit
 def _call_alone(block, params, drift, kick, step, steps, z):
-    return block(params, drift, kick, step, steps, z)
+    return block(params, drift, kick, step, steps, z, z[:0])
 
 
 def test_steps_end_with_the_one_that_leaves_the_domain():

@@ -349,7 +349,7 @@ def test_angles_and_bodies_that_do_not_suit():
     with pytest.raises(ValueError, match="angles must have 2 angles for samples of 4 rows"):
         fa.orbit_frequencies(ARRAY, DT, angles=AlphaBeta())
     with pytest.raises(
-        TypeError, match=r"angles must be a value of fastaff.models.angles such as AlphaBeta\(\), got 3"
+        TypeError, match=r"angles must be a text such as 'R z phi', or a value of fastaff.models.angles, got 3"
     ):
         fa.orbit_frequencies(ARRAY, DT, angles=3)
     with pytest.raises(ValueError, match="body must have 2 degrees of freedom for samples of 4 rows, Body has 4"):

@@ -150,6 +150,58 @@ def test_three_coordinates_are_drawn_by_their_leading_lines(ax):
     assert inside == (np.abs(truth[0] - truth[1]) < 1e-6).sum()
 
 
+def _stars(body, seed: int, n: int = 60):
+    """Return starts (6, n) in a disc, near and far from circular, some of them high above its plane."""
+    rng = np.random.default_rng(seed)
+    R, z, turned = rng.uniform(0.6, 2, n), rng.uniform(0.05, 1.0, n), rng.uniform(0.6, 1.0, n)
+    pull = -body.force(R, 0 * R, 0 * R)[0]
+    return np.array([R, 0 * R, z, rng.normal(0, 0.1, n), turned * np.sqrt(R * pull), 0 * R])
+
+
+def test_a_harmonic_is_no_line_of_its_coordinate(ax):
+    """Small swings about a circular orbit under a strong vertical one: the strongest line of R is 2 nu_z, but its own
+    is the epicyclic one, which lies among those of the neighbours.
+    """
+    body = fastaff.hamiltonian(
+        "-1/sqrt(x**2 + y**2 + (0.5 + sqrt(z**2 + 0.01))**2) + 0.32*log(0.09 + x**2 + y**2 + z**2/0.64)",
+        coordinates="x, y, z",
+    )
+    found = fastaff.frequency_map(body, _stars(body, 3), time=400.0, angles="R z phi")
+    strong = (found.kind == 0) & (found.basis[0, 1] == 2) & (found.basis[0, 0] == 0)
+    plain = (found.kind == 0) & (found.basis[0, 0] == 1)
+    assert strong.sum() > 2 < plain.sum()
+    np.testing.assert_allclose(found.leading[0, strong], 2 * found.nu[1, strong], rtol=1e-6)
+    R = plot.frequency(found, "R/phi")
+    np.testing.assert_array_equal(R[strong], (found.nu[0] / found.leading[2])[strong])
+    np.testing.assert_array_equal(R[plain], (found.leading[0] / found.leading[2])[plain])
+    assert 1.2 < R[plain | strong].min() < R[plain | strong].max() < 2.0  # leading lines: up to 2.8
+    drawn = plot.plot_frequency_map(found, ax=ax)
+    assert [text.get_text() for text in ax.texts] == [f"{strong.sum()} of {60 - drawn.missing} orbits by another basis"]
+    for chosen in (found.leading, found.nu):
+        ax.clear()
+        figure = plot.plot_frequency_map(found, ax=ax, frequencies=chosen)
+        places = np.asarray(figure.points.get_offsets())
+        shown = np.isfinite(found.error).all(axis=0) & np.isfinite(found.leading_error).all(axis=0)
+        np.testing.assert_allclose(np.sort(places[:, 0]), np.sort((chosen[0] / chosen[2])[shown]))
+    assert any("by another basis" in text.get_text() for text in figure.points.axes.texts)  # that of nu
+    for wrong in ("nu", "leading", found.nu[:2], found.nu[0], 3.0):
+        with pytest.raises(ValueError, match=r"frequencies must be an array \(3, 60\), such as found.nu or"):
+            plot.plot_frequency_map(found, ax=ax, frequencies=wrong)
+
+
+def test_orbits_that_a_resonance_has_caught_stay_on_its_line(ax):
+    """Bananas of a logarithmic potential have the line 2 nu_x in y, and swing about it."""
+    body = fastaff.hamiltonian("0.5*log(x**2 + y**2/0.49 + 0.01)", coordinates="x, y")
+    starts = fastaff.energy_sample(body, energy=0.0, section="x=0", orbits=60, seed=4)
+    found = fastaff.frequency_map(body, starts, time=600.0)
+    caught = (found.kind == 0) & (found.basis[1, 0] == 2) & (found.basis[1, 1] == 0)
+    assert caught.sum() > 2
+    np.testing.assert_allclose(plot.frequency(found, "y/x")[caught], 2.0, rtol=1e-6)
+    x, y = np.asarray(plot.plot_frequency_map(found, ax=ax).points.get_offsets()).T
+    assert np.count_nonzero(np.abs(y / x - 2) < 1e-6) >= caught.sum()
+    assert not any("another basis" in text.get_text() for text in ax.texts)
+
+
 def test_particles_without_a_tune_are_not_drawn(ax):
     """They have the number 0 in `nu`; by any colours, and of one plane too."""
     turn, rng = np.arange(400), np.random.default_rng(7)

@@ -221,7 +221,7 @@ def test_frequencies_and_their_ratios_colour():
     found = fa.frequency_map(HH, [[0.0, 0.0], [0.0, 0.1], [0.2, 0.2], [0.1, 0.1]], time=50.0, step=0.1)
     first, second = found.names
     np.testing.assert_allclose(
-        plot.colouring(found, f"{second}/{first}").values, found.nu[1] / found.nu[0], equal_nan=True
+        plot.colouring(found, f"{second}/{first}").values, found.leading[1] / found.leading[0], equal_nan=True
     )
     np.testing.assert_array_equal(plot.colouring(found, f"nu_{first}").values, found.nu[0])
     assert plot.colouring(found).limit == pytest.approx(np.log10(0.6 / 50))

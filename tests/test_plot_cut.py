@@ -3,12 +3,17 @@
 import matplotlib
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 
 import fastaff as fa
 from fastaff import plot
 
 matplotlib.use("Agg")
 BODY = fa.HenonHeiles()
+
+
+def _axes():
+    return Figure().subplots()
 
 
 def _notes(drawn):
@@ -77,3 +82,29 @@ def test_the_frame_of_a_density_holds_what_is_allowed():
     held = plot.plot_density(state, body=body).points.axes.get_xlim()[1]
     assert held > end
     assert held >= x1
+
+
+def test_a_section_draws_the_edge_of_its_own_energy(tmp_path):
+    """That of `edge` at the energy and momenta of the starts; of a file too; orbits of two energies have none."""
+    rng = np.random.default_rng(11)
+    energy, spin = rng.uniform(0.8, 1.4), rng.uniform(0.05, 0.3)
+    rubber = fa.Body(fa.NeoHookean())
+    for body, section, planes in (
+        (BODY, "x=0", {"energy": rng.uniform(0.05, 0.15)}),
+        (rubber, "alpha-turning", {"energy": energy, "p_eta": spin, "p_gamma": 0.1}),
+    ):
+        starts = fa.energy_sample(body, section=section, orbits=5, seed=3, **planes)
+        cut = fa.poincare_map(body, starts, section=section, crossings=4, max_time=200.0, accuracy=1e-6)
+        edge = fa.plot.edge(body, section, **planes)
+        for found in (cut, fa.load(fa.save(tmp_path / section, cut))):
+            ((curve,), u) = found.plot(boundary=True, ax=_axes()).lines, edge.coordinate
+            np.testing.assert_allclose(curve.get_xdata()[: u.size], u, rtol=1e-6)
+            np.testing.assert_allclose(curve.get_ydata()[: u.size], edge.momentum, atol=1e-5)
+        assert cut.plot(boundary=False, ax=_axes()).lines == ()
+    mixed = fa.poincare_map(
+        BODY, [[0.0] * 2, [0.1] * 2, [0.3, 0.2], [0.1] * 2], section="x=0", crossings=2, max_time=99.0
+    )
+    with pytest.raises(ValueError, match=r"needs orbits of one energy, got 0.02\d+ to 0.05\d+: give boundary="):
+        mixed.plot(boundary=True, ax=_axes())
+    with pytest.raises(ValueError, match="boundary=True needs the call that made the map"):
+        cut[:2].plot(boundary=True, ax=_axes())

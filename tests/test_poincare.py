@@ -495,6 +495,22 @@ def test_a_lost_orbit_does_not_change_its_neighbours(options):
 # --- the result --------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.parametrize("scheme", ["KAHAN_LI8", "RKN12"])
+@pytest.mark.parametrize(("crossings", "time"), [(1, 30.0), (7, 55.0), (300, 77.7)])
+def test_one_orbit_alone_is_the_same(scheme, crossings, time):
+    """Its states are looked at a stretch at a time: orbits that end with their crossings, at max_time, or escape."""
+    rng = np.random.default_rng(crossings)
+    z = np.array([0.0, 0.1, 0.4, 0.14])[:, None] + rng.normal(0, [[0.05], [0.05], [0.05], [0.6]], (4, 12))
+    z[:, 0] = 0.0, 2.0, 0.4, 1.0
+    options = {"section": ON_X, "crossings": crossings, "max_time": time, "step": 0.1, "scheme": scheme, "threads": 1}
+    every = poincare_map(BALL, z, **options)
+    assert len(set(every.status)) > 1 or crossings == 1
+    for k in range(z.shape[1]):
+        alone = poincare_map(BALL, z[:, k], **options)
+        for name in ("points", "times", "counts", "section_error", "energy_error", "status"):
+            np.testing.assert_array_equal(getattr(alone, name)[..., 0], getattr(every, name)[..., k], err_msg=name)
+
+
 @pytest.mark.parametrize("chart", [ALPHA_BETA, TWO_POLAR, R_VARTHETA], ids=lambda c: c.name)
 def test_coordinates_in_charts(chart):
     cut = poincare_map(BODY, states(BODY, 30), section=BetaEquals(0.3, 1), crossings=10, max_time=15.0, step=0.1)

@@ -9,8 +9,10 @@ import pytest
 
 import fastaff as fa
 from fastaff.base import progress
+from fastaff.base.numbers import Passes
+from fastaff.base.progress import says_progress
 from fastaff.base.recipe import recorded
-from fastaff.jobs.watching import says_progress
+from fastaff.flows.launch import early
 
 
 @dataclass(frozen=True)
@@ -94,44 +96,163 @@ def test_where_nobody_looks(monkeypatch):
     assert not progress._looked_at()
 
 
-def test_share_and_time_left(clock):
+def test_share_and_time_left(clock, monkeypatch):
+    monkeypatch.setattr(progress.Compiling, "seconds", 0.0)
     line = progress._Line("poincare_map")
-    assert line.text(1.9) == ""
+    assert line.text(1.4) == ""
     assert line.text(3.0) == "poincare_map: 3 s"
     line.report(0.1)
+    assert line.text(3.0) == "poincare_map: 3 s"
     clock.time += 20.0
     line.report(0.35)  # a quarter in 20 s: the other 65 % take 52 s
     assert line.text(23.0) == "poincare_map:  35%, about 52 s left"
-    line.report(0.0)  # another pass
-    clock.time += 60.0
-    line.report(0.01)
-    assert line.text(83.0) == "poincare_map:   1%, about 1.6 h left"
-
-
-def test_seconds_of_compilation_are_those_of_this_machine(tmp_path, monkeypatch, clock):
-    sources = ["a"]
-    monkeypatch.setattr(progress.Compiling, "root", lambda: tmp_path)
-    monkeypatch.setattr(progress.Compiling, "sources", lambda: sources[0])
-    monkeypatch.setattr(progress.Compiling, "kernels", 0)
-    assert progress.compile_seconds("chaos_map") == progress.SECONDS["chaos_map"]
-    line = progress._Line("chaos_map")
-    progress.Compiling.kernels += 1
     with progress.Compiling.under_way():
-        clock.time += 5.0
-        with progress.Compiling.under_way():  # of what it calls: the same time
-            clock.time += 2.0
-        assert line.text(7.0) == "chaos_map: compiling once, 7 s of about 13 s"
-    line.start()
-    line.end()
-    assert progress.compile_seconds("chaos_map") == progress.MORE  # once more: a new model
-    progress.keep_seconds("chaos_map", 3.0)
-    assert progress.compile_seconds("chaos_map") == 3.0
-    sources[0] = "b"  # a new version
-    assert progress.compile_seconds("chaos_map") == 7.0
-    sources[0] = ""  # a pack
-    assert progress.compile_seconds("chaos_map") == 3.0
-    (tmp_path / "seconds.json").write_text('{"chaos_map": "x"}')
-    assert progress.compile_seconds("chaos_map") == progress.MORE
+        clock.time += 1000.0
+    line.report(0.35)  # what was compiled between is no pace
+    assert line.text(1023.0) == "poincare_map:  35%, about 52 s left"
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_the_time_left_is_that_of_the_pace_of_late(clock, seed):
+    """Of passes of random paces, each known to within a third by then; and of as many reports as a day has."""
+    rng = np.random.default_rng(seed)
+    times, shares = np.zeros(1), np.zeros(1)
+    for end, seconds in zip((0.3, 0.6, 1.0), rng.uniform(100.0, 20_000.0, 3), strict=True):
+        times = np.append(times, times[-1] + np.linspace(0.0, seconds, 400)[1:])
+        shares = np.append(shares, np.linspace(shares[-1], end, 400)[1:])
+        line = progress._Line("integrate")
+        for clock.time, share in zip(times, shares, strict=True):
+            line.report(share)
+        assert len(line.marks) <= progress.MARKS + 1
+        assert line.marks[-1] == (times[-1], shares[-1])
+        late = times > times[-1] * 2 / 3
+        pace = np.diff(shares[late]) / np.diff(times[late])
+        left = progress.time_left(line.marks, times[-1])
+        assert (1 - end) / pace.max() * 0.97 <= left <= (1 - end) / pace.min() * 1.03
+    assert progress.time_left([(0.0, 0.0)], 5.0) is None
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_passes_are_one_count(seed):
+    """Of random works, some of which were not expected: each gets its share of what is left, and none falls."""
+    rng, told = np.random.default_rng(seed), []
+    works = rng.uniform(0.1, 5.0, 6)
+    with Passes(told.append) as passes:
+        for k, work in enumerate(works):
+            begun = passes.end
+            report = passes.take(work, works[k + 1 :].sum())
+            assert np.isclose(passes.end - begun, work / works.sum())  # all was expected: shares of the whole
+            for fraction in (0.0, 0.5, 0.2, 1.0, 0.1):  # it may begin anew
+                report(fraction)
+            assert told[-1] == passes.end
+    assert told == sorted(told)
+    assert told[-1] == 1.0
+    with Passes(told.append) as passes:
+        passes.take(1.0)(0.5)
+        passes.take(1.0, 1.0)(1.0)  # more than was expected
+        assert told[-1] == 1.0
+    with pytest.raises(KeyboardInterrupt), Passes(told.append):
+        raise KeyboardInterrupt
+    assert Passes(None).take(1.0) is None
+
+
+def test_orbits_that_end_early_are_done_then():
+    """As a section's, far from max_time: by those that have ended, before these by what is expected."""
+    ensemble, told = SimpleNamespace(count=np.zeros(4, int)), []
+    flow = SimpleNamespace(adaptive=False, steps=lambda time: 10 * time)
+    report = early(told.append, flow, ensemble, 100.0, 0.2)
+    report(0.1)
+    assert told[-1] == 0.5
+    ensemble.count[1] = 100  # of 1000 steps
+    report(0.05)
+    assert told[-1] == 0.5
+    ensemble.count[:2] = 100, 300
+    report(0.15)
+    assert told[-1] == pytest.approx(0.75)
+    report(0.3)
+    assert told[-1] == 1.0
+    assert early(None, flow, ensemble, 1.0) is None
+    assert early(print, SimpleNamespace(adaptive=True), ensemble, 1.0) is print
+
+
+@pytest.fixture
+def machine(tmp_path, monkeypatch, clock):
+    """A compiler that keeps its times here, on a machine that is `slow` times slower and has a share of a processor."""
+    state = SimpleNamespace(sources="a", slow=1.0, share=1.0, worked=50.0)
+    monkeypatch.setattr(progress.Compiling, "root", lambda: tmp_path)
+    monkeypatch.setattr(progress.Compiling, "sources", lambda: state.sources)
+    monkeypatch.setattr(progress.clock, "process_time", lambda: state.worked)
+    for name, value in (("kernels", []), ("depth", 0), ("seconds", 0.0), ("worked", 0.0), ("speed", None)):
+        monkeypatch.setattr(progress.Compiling, name, value)
+
+    def kernel(name, seconds):
+        with progress.Compiling.under_way(), progress.Compiling.under_way():  # of what it calls: the same time
+            progress.Compiling.kernels.append(name)
+            state.worked += seconds * state.slow
+            clock.time += seconds * state.slow / state.share
+
+    state.kernel = kernel
+    return state
+
+
+@pytest.mark.parametrize(("slow", "share"), [(1.0, 1.0), (3.0, 1.0), (0.6, 0.4), (2.5, 0.25)])
+@pytest.mark.parametrize("name", ["poincare_map", "frequency_map", "chaos_map"])
+def test_how_long_a_compilation_takes_is_known_early(machine, name, slow, share):
+    """Of a machine of which nothing is known: after a kernel of a second; of a new version from the beginning."""
+    for sources in "ab":
+        machine.sources, machine.slow, machine.share = sources, slow, share
+        call = progress.Compilation(name)
+        if sources == "b":
+            assert call.expected() == pytest.approx(slow * whole(name))
+        machine.kernel("potential", 0.3)
+        for kernel, seconds in progress.KERNELS.items():
+            machine.kernel(kernel, seconds)
+            assert call.expected() == pytest.approx(whole(name) * slow / share, rel=0.01)
+        assert call.begins
+        machine.kernel("locate", whole(name) - 0.3 - sum(progress.KERNELS.values()))
+        assert call.expected() == pytest.approx(call.spent()[0])
+        call.end()
+        progress.Compiling.speed = None  # another process
+
+
+def whole(name):
+    """Seconds of all parts of a call, on the machine of the table."""
+    return sum(progress.PARTS[part] for part in progress.USED[name].split())
+
+
+def test_what_was_compiled_is_kept(machine, tmp_path):
+    for name in ("poincare_map", "chaos_map"):
+        call = progress.Compilation(name)
+        assert not call.begins
+        call.end()  # nothing was compiled: nothing is kept
+        assert not list(tmp_path.iterdir())
+    machine.kernel("observe", 3.0)
+    call.end()
+    assert progress.Compilation("chaos_map").expected() == progress.OTHER  # a new model
+    assert progress.Compilation("poincare_map").missing == ["sections"]
+    machine.sources = "b"  # a new version
+    assert progress.Compilation("poincare_map").missing == ["steps", "sections"]
+    machine.sources = ""  # a pack has all
+    assert progress.Compilation("poincare_map").missing == []
+    for text in ('{"parts": 3}', "x", "[]", '{"sources": "a", "parts": ["steps"], "speed": "x"}'):
+        machine.sources = "a"
+        (tmp_path / "seconds.json").write_text(text)
+        assert progress.Compilation("chaos_map").missing == ["steps", "indicators"]
+
+
+def test_a_line_of_compilation(machine):
+    line = progress._Line("chaos_map")
+    assert line.text(0.6) == ""
+    machine.kernel("observe", 7.0)
+    assert line.text(7.0) == "chaos_map: compiling once, 7 s of about 7 s"
+    line.report(0.0)
+    assert line.text(7.0) == "chaos_map: 7 s"  # it computes
+
+
+def test_functions_whose_seconds_are_known_are_there():
+    names = set(progress.USED) - {"demo", "doctor", "animate", "poincare", "chaos-map"}
+    assert names <= set(dir(fa))
+    assert set(" ".join(progress.USED.values()).split()) == set(progress.PARTS)
 
 
 def test_a_line_is_taken_away(capsys):

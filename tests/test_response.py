@@ -110,3 +110,57 @@ def test_the_figure_is_solid_where_orbits_attract_and_knows_what_was_followed(ax
     assert not solid[saddle].all()
     assert dashed[saddle].all()
     assert ax.get_xlabel() == "parameter"
+    assert ax.get_ylabel() == "half the swing of $x$"
+    drawn = branch.plot(ax=ax)
+    for mark, event in zip(drawn.lines[0].get_ydata(), branch.bifurcations, strict=True):  # folds, on the curve
+        assert mark == event.swing[0]
+        near = np.abs(branch.arclength - event.arclength).argsort()[:2]
+        assert branch.swing[0, near].min() < mark < branch.swing[0, near].max()
+
+
+@pytest.mark.slow
+def test_the_height_of_a_response_curve_is_the_swing():
+    """Of a damped linear oscillator f/sqrt((1 - w^2)^2 + (2 z w)^2), and w times that of its velocity."""
+    rng = np.random.default_rng(5)
+    z, f = rng.uniform(0.05, 0.4), rng.uniform(0.5, 2.0)
+    text = "x' = v; v' = -x - 2*z*v + f*c; c' = -w*s + c*(1 - c**2 - s**2); s' = w*c + s*(1 - c**2 - s**2)"
+
+    def oscillator(w):
+        return fa.flow(text, z=z, f=f, w=w)
+
+    start = fa.integrate(oscillator(0.5), [0.0, 0.0, 1.0, 0.0], time=300.0).z[:, 0]
+    branch = fa.continuation(oscillator, start, section="s=0", parameter=0.5, bounds=(0.0, 2.0), longest=0.5)
+    w = branch.value
+    truth = f / np.sqrt((1 - w**2) ** 2 + (2 * z * w) ** 2)
+    np.testing.assert_allclose(branch.swing[:2], [truth, w * truth], rtol=1e-9)
+    np.testing.assert_allclose(branch.swing[2:], 1.0, rtol=1e-9)
+
+
+def test_a_forced_branch_is_drawn_by_its_swing(ax):
+    """x'' = -x + f cos(w t) swings by f/|1 - w^2|; y chooses the height, and names what there is."""
+    rng = np.random.default_rng(6)
+    w, force = rng.uniform(0.3, 0.8), rng.uniform(0.5, 1.0)
+
+    def oscillator(f):
+        return fa.hamiltonian("x**2/2 - f*x*cos(w*t)", coordinates="x", period="2*pi/w", f=f, w=w)
+
+    start = [force / (1 - w**2), 0.0]
+    branch = fa.continuation(oscillator, start, section="t=0", parameter=force, steps=3)
+    assert len(branch) == 4
+    truth = branch.value / (1 - w**2)
+    np.testing.assert_allclose(branch.swing, [truth, 0 * truth, w * truth, branch.swing[3]], rtol=1e-10, atol=1e-14)
+    np.testing.assert_array_equal(branch["swing_x"], branch.swing[0])
+    for y, height, label in (
+        (None, truth, "half the swing of $x$"),
+        ("p_x", w * truth, "half the swing of $p_{x}$"),
+        ("frequency", 0 * truth + w / (2 * np.pi), "frequency $1/T$  (cycles per unit time)"),
+    ):
+        ax.clear()
+        drawn = fa.plot.plot_backbone(branch, ax=ax, y=y)
+        (shown,) = [line for line in drawn.points if np.isfinite(line.get_ydata()).any()]
+        np.testing.assert_allclose(shown.get_ydata(), height, rtol=1e-9)
+        assert ax.get_ylabel() == label
+    with pytest.raises(ValueError, match="y must be one of x, t, p_x, p_t, frequency, got 'v'"):
+        branch.plot(ax=ax, y="v")
+    with pytest.raises(TypeError, match=r"bifurcation must be one of a branch's, .* branch.plot\(\) draws a branch"):
+        fa.plot.plot_bifurcation(branch, ax=ax)

@@ -232,6 +232,36 @@ def portion(report: Any, part: int, parts: int) -> Any:
     return lambda fraction: report((part + min(fraction, 1.0)) / parts)
 
 
+class Passes:
+    """One count over the passes of a call, of which some follow from what others find: the fraction that is reported
+    never falls, and is 1 at the end.
+    """
+
+    def __init__(self, report: Any):
+        self.report, self.done, self.end = report, 0.0, 0.0
+
+    def take(self, work: float, rest: float = 0.0) -> Any:
+        """Return the report of the next pass: of the fraction that is left it gets the share that its work is of that
+        and of the `rest` that is expected behind it; None where nothing is reported.
+        """
+        if self.report is None:
+            return None
+        begin = self.end
+        end = self.end = 1.0 if rest <= 0 else begin + (1.0 - begin) * work / (work + rest)
+        return lambda fraction: self._tell(begin + (end - begin) * min(fraction, 1.0))
+
+    def _tell(self, fraction: float) -> None:
+        self.done = max(self.done, fraction)
+        self.report(self.done)
+
+    def __enter__(self) -> Passes:
+        return self
+
+    def __exit__(self, kind: Any, *_: Any) -> None:
+        if kind is None and self.report is not None:
+            self._tell(1.0)
+
+
 def fits(name: str, *shape: int, itemsize: int = 8) -> None:
     """Raise ValueError, with the bytes, where memory has no room for an array of that shape; `name` says what to make
     smaller.

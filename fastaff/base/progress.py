@@ -6,6 +6,8 @@ A thread of its own says it, as the caller's may be in the compiler, where Pytho
 from __future__ import annotations
 
 import contextlib
+import functools
+import inspect
 import json
 import os
 import sys
@@ -14,26 +16,49 @@ import time as clock
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from queue import Empty, SimpleQueue
-from typing import Any
+from typing import Any, ClassVar, ParamSpec, TypeVar, cast
 
 from .placing import placed
 
-SILENCE = 2.0
+SILENCE = 1.5
 """Seconds after which a call says something; half a second where it compiles, which is known to take more."""
 
-SECONDS = {"poincare_map": 26, "frequency_map": 25, "chaos_map": 13, "demo": 30, "animate": 5, "doctor": 4}
-"""Seconds of compilation by function where this machine has not measured any."""
+PARTS = {
+    "steps": 3.7, "sections": 3.2, "indicators": 3.0, "adaptive": 2.7, "lines": 5.9, "frequencies": 12.5, "tunes": 1.5,
+    "relations": 1.5, "torus": 3.5, "tori": 10.3, "tangents": 1.6,
+}  # fmt: skip
+"""Seconds of the processor in which parts of the package are compiled: of an AMD EPYC (Zen 5) at 3.7 GHz."""
 
-MOST, MORE = 30.0, 5.0
-"""The same of other functions, and where only a model, a section or the like is new."""
+OTHER = 1.2
+"""The same of a model, a section or the like that is new."""
+
+KERNELS = {"find_turns_of_words": 1.13, "run_fixed_of_words": 1.3}
+"""The same of kernels that almost every call needs: by them a machine is measured."""
+
+USED = {
+    "integrate": "steps", "animate": "steps", "doctor": "steps", "run": "steps", "resume": "steps", "rerun": "steps",
+    "poincare_map": "steps sections", "poincare": "steps sections lines frequencies",
+    "chaos_map": "steps indicators", "chaos-map": "steps indicators sections adaptive",
+    "chaotic_fraction": "steps indicators", "frequency_map": "steps lines frequencies",
+    "demo": "steps sections lines frequencies", "orbit_frequencies": "lines frequencies", "tunes": "lines tunes",
+    "naff": "lines", "resonances": "relations", "fit_torus": "steps lines relations torus", "action_angles": "tori",
+    "from_action_angles": "tori", "energy_of_actions": "tori", "tangent_map": "steps tangents",
+    "periodic_orbits": "steps sections tangents", "find_periodic_orbits": "steps sections tangents",
+    "continuation": "steps sections tangents",
+}  # fmt: skip
+"""Parts that functions and commands need."""
 
 
 class Compiling:
     """The compiler as others see it: `compile.jit` keeps it. root(): where its files are; sources(): what they are made
-    of, nothing where a pack has come with the package.
+    of, nothing where a pack has come with the package. Its seconds, and those of the processor in them; the names of
+    what it compiled, and how many times as long that took as on the machine of PARTS.
     """
 
-    depth, kernels, seconds, begun = 0, 0, 0.0, 0.0
+    depth, known, seconds, worked = 0, 0, 0.0, 0.0
+    begun = 0.0, 0.0
+    kernels: ClassVar[list[str]] = []
+    speed: float | None = None
     root: Callable[[], Path | None] = staticmethod(lambda: None)
     sources: Callable[[], str] = staticmethod(lambda: "")
 
@@ -42,19 +67,68 @@ class Compiling:
     def under_way(cls) -> Iterator[None]:
         """Count the time of a compilation, which may begin others."""
         if not cls.depth:
-            cls.begun = clock.perf_counter()
+            cls.begun, cls.known = (clock.perf_counter(), clock.process_time()), len(cls.kernels)
         cls.depth += 1
         try:
             yield
         finally:
             cls.depth -= 1
             if not cls.depth:
-                cls.seconds += clock.perf_counter() - cls.begun
+                worked = clock.process_time() - cls.begun[1]
+                cls.seconds += clock.perf_counter() - cls.begun[0]
+                cls.worked += worked
+                if len(new := cls.kernels[cls.known :]) == 1 and new[0] in KERNELS:
+                    cls.speed = worked / KERNELS[new[0]]
 
     @classmethod
-    def spent(cls) -> float:
-        """Return the seconds that this process has compiled and loaded so far."""
-        return cls.seconds + (clock.perf_counter() - cls.begun if cls.depth else 0.0)
+    def spent(cls) -> tuple[float, float]:
+        """Return the seconds that this process has compiled and loaded so far, and those of the processor in them."""
+        if not cls.depth:
+            return cls.seconds, cls.worked
+        return cls.seconds + clock.perf_counter() - cls.begun[0], cls.worked + clock.process_time() - cls.begun[1]
+
+
+class Compilation:
+    """What a call compiles from now on, and how long that takes."""
+
+    def __init__(self, name: str):
+        self.name, self.kernels, self.begun = name, len(Compiling.kernels), Compiling.spent()
+        self.known = _Known.read()
+        self.missing = [part for part in USED.get(name, "").split() if part not in self.known.parts]
+
+    @property
+    def begins(self) -> bool:
+        """Whether anything is compiled."""
+        return len(Compiling.kernels) > self.kernels
+
+    def spent(self) -> tuple[float, float]:
+        """Return the seconds so far, and those of the processor."""
+        now = Compiling.spent()
+        return now[0] - self.begun[0], now[1] - self.begun[1]
+
+    def expected(self) -> float:
+        """Return the seconds that all of it takes: those of its parts, by the speed of this machine and by what other
+        work leaves of it.
+        """
+        seconds, worked = self.spent()
+        crowded = max(seconds / worked, 1.0) if worked > 0.2 else 1.0
+        return max((sum(PARTS[part] for part in self.missing) or OTHER) * self.speed() * crowded, seconds)
+
+    def speed(self) -> float:
+        """Return how many times as long this machine takes."""
+        return self.known.speed if Compiling.speed is None else Compiling.speed
+
+    def end(self) -> None:
+        """Keep what was compiled, and how fast."""
+        if self.begins:
+            self.known.add(self.missing, self.speed())
+
+
+P = ParamSpec("P")
+R = TypeVar("R")
+
+MARKS = 256
+"""Reports that a line keeps: the fewer of the past."""
 
 
 class _Shown:
@@ -92,7 +166,8 @@ def progress(shown: bool = True) -> None:
 
     References
     ----------
-    The seconds of compilation are those of the last time, in seconds.json of the folder of the compile cache.
+    The seconds of compilation are those of a table, times the speed of this machine: measured by the first kernels, and
+    kept in seconds.json of the folder of the compile cache.
 
     Examples
     --------
@@ -142,46 +217,61 @@ def watched(name: str) -> Iterator[Callable[[float], Any] | None]:
         try:
             line.start()
             yield line.report
+            line.compilation.end()
         finally:
             line.end()
 
 
-def compile_seconds(name: str) -> float:
-    """Return how many seconds the compilation for a function takes: as measured on this machine, if it was."""
-    found = _measured()
-    if _is_new(name, found):
-        return found.get(name, (SECONDS.get(name, MOST), ""))[0]
-    return found.get(f"{name}, once more", (MORE, ""))[0]
+def says_progress(function: Callable[P, R]) -> Callable[P, R]:
+    """Let a function say on a terminal or in a notebook how much is done, unless `report` or `watch` is told."""
+    told = "report" in inspect.signature(function).parameters
+
+    @functools.wraps(function)
+    def wrapped(*given: Any, **named: Any) -> Any:
+        if named.get("report") is not None or named.get("watch") is not None:
+            with silent():
+                return function(*given, **named)
+        with watched(function.__name__) as report:
+            if told and report is not None and "report" not in named:
+                named["report"] = report
+            return function(*given, **named)
+
+    return cast(Callable[P, R], wrapped)
 
 
-def keep_seconds(name: str, seconds: float) -> None:
-    """Keep how long the compilation for a function took on this machine."""
-    path, found = _file(), _measured()
-    if path is None or seconds < 0.5:
-        return
-    found[name if _is_new(name, found) else f"{name}, once more"] = round(seconds, 1), Compiling.sources()
-    with contextlib.suppress(OSError):
-        placed(path.with_suffix(""), path.suffix, lambda draft: draft.write_text(json.dumps(found)), force=True)
+class _Known:
+    """What is known of compilations on this machine: the parts that these sources have compiled, and how many times as
+    long it takes as that of PARTS; nothing of its file is trusted to be more.
+    """
 
+    def __init__(self, parts: set[str], speed: float):
+        self.parts, self.speed = parts, speed
 
-def _is_new(name: str, found: dict[str, tuple[float, str]]) -> bool:
-    """Return whether nothing was compiled for a function of this version yet."""
-    sources = Compiling.sources()
-    return bool(sources) and found.get(name, (0.0, ""))[1] != sources
+    @classmethod
+    def read(cls) -> _Known:
+        """Return what is known."""
+        sources = Compiling.sources()
+        try:
+            found = json.loads((_file() or Path()).read_text())
+            speed = min(max(float(found["speed"]), 0.01), 100.0)
+            parts = {str(part) for part in found["parts"]} if found["sources"] == sources else set()
+        except (OSError, ValueError, TypeError, KeyError):
+            parts, speed = set(), 1.0
+        return cls(parts if sources else set(PARTS), speed)  # a pack has all of them
+
+    def add(self, parts: list[str], speed: float) -> None:
+        """Keep more parts, and the speed."""
+        path = _file()
+        if path is None or not parts:
+            return
+        known = {"sources": Compiling.sources(), "parts": sorted({*self.parts, *parts}), "speed": round(speed, 2)}
+        with contextlib.suppress(OSError):
+            placed(path.with_suffix(""), path.suffix, lambda draft: draft.write_text(json.dumps(known)), force=True)
 
 
 def _file() -> Path | None:
     root = Compiling.root()
     return None if root is None else root / "seconds.json"
-
-
-def _measured() -> dict[str, tuple[float, str]]:
-    """Return what was measured on this machine, and of which sources; nothing of the file is trusted to be more."""
-    try:
-        found = json.loads((_file() or Path()).read_text())
-        return {str(key): (min(max(float(value), 0.0), 1e5), str(of)) for key, (value, of) in found.items()}
-    except (OSError, ValueError, TypeError, AttributeError):
-        return {}
 
 
 class _Line(threading.Thread):
@@ -190,17 +280,16 @@ class _Line(threading.Thread):
     def __init__(self, name: str):
         super().__init__(name="fastaff-progress", daemon=True)
         self.what, self.bell = name, SimpleQueue[None]()  # without a lock that Ctrl-C may leave locked
-        self.kernels, self.seconds = Compiling.kernels, Compiling.spent()
-        self.begun = clock.perf_counter()
-        self.first: tuple[float, float] | None = None
-        self.fraction, self.width = 0.0, 0
+        self.compilation, self.begun = Compilation(name), clock.perf_counter()
+        self.marks: list[tuple[float, float]] = []
+        self.width = 0
         self.cell: Any = None  # the line in a notebook: an output that is replaced, as it keeps what a stream was told
 
     def report(self, fraction: float) -> None:
-        """Take the fraction that is done; where it falls, another pass has begun."""
-        if self.first is None or fraction < self.fraction:
-            self.first = clock.perf_counter(), fraction
-        self.fraction = fraction
+        """Take the fraction that is done."""
+        self.marks = [*self.marks, (computed(), fraction)]
+        if len(self.marks) > MARKS:
+            self.marks = self.marks[:-1:2] + self.marks[-1:]
 
     def run(self) -> None:
         """Say what there is to say, until the call ends."""
@@ -213,16 +302,16 @@ class _Line(threading.Thread):
 
     def text(self, seconds: float) -> str:
         """Return the line after so many seconds."""
-        if Compiling.kernels > self.kernels and (Compiling.depth or self.first is None) and seconds > 0.5:
-            spent = Compiling.spent() - self.seconds
-            return f"{self.what}: compiling once, {spent:.0f} s of about {max(compile_seconds(self.what), spent):.0f} s"
+        marks, compilation = self.marks, self.compilation
+        if compilation.begins and (Compiling.depth or not marks) and seconds > 0.5:
+            spent, expected = compilation.spent()[0], compilation.expected()
+            return f"{self.what}: compiling once, {spent:.0f} s of about {expected:.0f} s"
         if seconds < SILENCE:
             return ""
-        if self.first is None or not self.fraction > self.first[1]:
+        left = time_left(marks, computed())
+        if left is None:
             return f"{self.what}: {seconds:.0f} s"
-        since, at = self.first
-        left = (1.0 - self.fraction) / (self.fraction - at) * (clock.perf_counter() - since)
-        return f"{self.what}: {self.fraction:4.0%}, about {duration(left)} left"
+        return f"{self.what}: {marks[-1][1]:4.0%}, about {duration(left)} left"
 
     def write(self, text: str) -> None:
         with contextlib.suppress(OSError, ValueError, AttributeError):  # a stream that is gone
@@ -250,8 +339,23 @@ class _Line(threading.Thread):
         elif self.width:
             self.write("")
             self.write("\r")
-        if Compiling.kernels > self.kernels:
-            keep_seconds(self.what, Compiling.spent() - self.seconds)
+
+
+def computed() -> float:
+    """Return a time in seconds that stands still while something is compiled."""
+    return clock.perf_counter() - Compiling.spent()[0]
+
+
+def time_left(marks: list[tuple[float, float]], now: float) -> float | None:
+    """Return the seconds that are left after `marks` of times and fractions, at the pace of the last third of the time:
+    the passes of a call differ in theirs. None where nothing is known yet.
+    """
+    if not marks or marks[-1][1] <= marks[0][1]:
+        return None
+    last = marks[-1][1]
+    recent = [mark for mark in marks if mark[0] <= now - (now - marks[0][0]) / 3 and mark[1] < last]
+    since, fraction = recent[-1] if recent else marks[0]
+    return (1.0 - last) / (last - fraction) * (now - since)
 
 
 def duration(seconds: float) -> str:

@@ -13,16 +13,15 @@ import shlex
 import sys
 from typing import Any
 
-from ..jobs.job import as_flags
+from ..jobs.job import OPTIONS
+from ..jobs.wording import as_flag, respelled, spelled
 from .commands.animate import animate
-from .commands.chaos_map import chaos_map
 from .commands.demo import demo
 from .commands.doctor import doctor
 from .commands.explore import explore
-from .commands.frequency_map import frequencies
 from .commands.jobs import rerun, resume, run, status
+from .commands.orbits import chaos_map, frequencies, poincare
 from .commands.plot import plot
-from .commands.poincare import poincare
 from .commands.spectrum import energy_levels
 from .commands.warmup import warmup
 from .options import HELP, Parameter, converted, cyclopts
@@ -56,7 +55,8 @@ def answer(arguments: list[str]) -> int:
     if (width := os.environ.get("COLUMNS", "")) and not (width.isdecimal() and int(width) >= NARROWEST):
         os.environ["COLUMNS"] = str(NARROWEST)  # help and progress bars in no columns at all never end
     try:
-        return int(app()(arguments, exit_on_error=False, print_error=False, result_action="return_value") or 0)
+        with spelled(as_flag):
+            return int(app()(arguments, exit_on_error=False, print_error=False, result_action="return_value") or 0)
     except cyclopts.UnusedCliTokensError as problem:
         word = (problem.unused_tokens or ("",))[0]
         _refuse(f"{word!r} belongs to no option: each takes one value after its name, as in --energy 1.5", arguments)
@@ -72,7 +72,8 @@ def answer(arguments: list[str]) -> int:
         raise
     except (ValueError, TypeError, OSError, ImportError) as problem:
         own = inspect.signature(COMMANDS[arguments[0]]).parameters if arguments[0] in COMMANDS else ()
-        _fail(_one_line(as_flags(str(problem), own)))
+        with spelled(as_flag):
+            _fail(_one_line(respelled(str(problem), OPTIONS.union(own))))
     return EXIT_WRONG_INPUT
 
 

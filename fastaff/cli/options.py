@@ -18,10 +18,10 @@ from ..base.numbers import shown
 from ..base.placing import placed
 from ..formulas.number import number
 from ..jobs.analyses import Chaos, Frequencies, Poincare, Run
-from ..jobs.job import Job, as_flags
+from ..jobs.job import OPTIONS, Job
 from ..jobs.launch import Starts
 from ..jobs.system import Model, Surface
-from ..jobs.wording import Wrong
+from ..jobs.wording import Wrong, as_flag, respelled, spelled
 from .stops import say
 
 try:
@@ -301,7 +301,8 @@ def pair(takes: str, text: str) -> tuple[float, float]:
 
 def job_of(**tables: Any) -> Job:
     """Return the job that options describe; what is wrong with it is said of flags."""
-    try:
-        return Job(**tables)
-    except (ValueError, TypeError) as problem:
-        raise Wrong(as_flags(str(problem))) from None
+    with spelled(as_flag):
+        try:
+            return Job(**tables)
+        except (ValueError, TypeError) as problem:
+            raise Wrong(respelled(str(problem), OPTIONS)) from None

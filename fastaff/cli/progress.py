@@ -13,19 +13,16 @@ from typing import Any
 import numpy as np
 
 from ..base.interruption import Interrupted
-from ..base.progress import Compiling, compile_seconds, keep_seconds
+from ..base.progress import USED, Compilation
 from ..base.recipe import keep
 from ..base.status import Status
 from .stops import EXIT_INTERRUPTED, Stops, on_stop, say
 
 
 class Progress:
-    """Bar, orbits/s and time left on a terminal; nothing elsewhere. A `report` of the library's functions.
+    """Bar, orbits/s and time left on a terminal; nothing elsewhere. A `report` of the library's functions."""
 
-    `share` is the fraction of the work at which the end is expected. Where the fraction falls, another pass has begun.
-    """
-
-    def __init__(self, title: str, orbits: int | None = None, share: float = 1.0):
+    def __init__(self, title: str, orbits: int | None = None):
         from rich.console import Console
         from rich.progress import BarColumn, TextColumn, TimeRemainingColumn
         from rich.progress import Progress as Bar
@@ -54,18 +51,12 @@ class Progress:
         )
         self.shown = sys.stderr.isatty()  # rich takes FORCE_COLOR and notebooks for terminals
         self.task = self.bar.add_task(title, total=1.0, rate="")
-        self.orbits, self.share = orbits or 0, share
-        self.start, self.last = clock.perf_counter(), 0.0
+        self.orbits, self.start = orbits or 0, clock.perf_counter()
 
     def __call__(self, fraction: float) -> None:
         Stops.check()
-        if fraction < self.last:
-            self.bar.reset(self.task, rate="")
-            self.start, self.share = clock.perf_counter(), 1.0
-        self.last = fraction
-        done = min(fraction / self.share, 1.0)
-        rate = done * self.orbits / max(clock.perf_counter() - self.start, 1e-9)
-        self.bar.update(self.task, completed=done, rate=f"{rate:,.0f} orbits/s")
+        rate = fraction * self.orbits / max(clock.perf_counter() - self.start, 1e-9)
+        self.bar.update(self.task, completed=fraction, rate=f"{rate:,.0f} orbits/s")
 
     def __enter__(self) -> Progress:
         if self.shown:
@@ -167,8 +158,7 @@ def compiled(what: str, first: Any, announce: bool = True) -> None:
     """
     failure: list[BaseException] = []
     finished = threading.Event()
-    name = {"poincare": "poincare_map"}.get(what, what.replace("-", "_"))
-    kernels, spent = Compiling.kernels, Compiling.spent()
+    compilation = Compilation(what if what in USED else what.replace("-", "_"))
 
     def work() -> None:
         try:
@@ -182,13 +172,12 @@ def compiled(what: str, first: Any, announce: bool = True) -> None:
         threading.Thread(target=work, daemon=True).start()
         finished.wait(0.5)  # a small kernel is not worth a word
         while not finished.wait(0.1):
-            if announce and Compiling.kernels > kernels:
-                say(f"compiling once (about {compile_seconds(name):.0f} s)")
+            if announce and compilation.begins:
+                say(f"compiling once (about {compilation.expected():.0f} s)")
                 announce = False
-    if Compiling.kernels > kernels:
-        keep_seconds(name, Compiling.spent() - spent)
     if failure:
         raise failure[0]
+    compilation.end()
 
 
 def _leave_the_compiler(number: int, *_: Any) -> None:

@@ -294,9 +294,10 @@ SIGNATURES = {
     # Of maps: drifts are the weights of iterates, see `map_sums`
     "moments": _i8(_vector, _i8, _vector, _vector, _vector, _i8, _vector),
     "angles": _i8(_vector, _i8, _vector, _vector, _vector, _i8, _vector),
-    # (params, drifts, kicks, step, steps, z) -> steps taken: whole steps of lane 0, until it leaves the domain
-    "march": _i8(_vector, _vector, _vector, _f8, _i8, _vector),
-    "nystrom_march": _i8(_vector, _vector, _vector, _f8, _i8, _vector),
+    # (params, drifts, kicks, step, steps, z, trace) -> steps taken: whole steps of lane 0, until it leaves the domain;
+    # or all of them, and the state after the k-th in lane k of a trace that is not empty
+    "march": _i8(_vector, _vector, _vector, _f8, _i8, _vector, _vector),
+    "nystrom_march": _i8(_vector, _vector, _vector, _f8, _i8, _vector, _vector),
     # (address of the derivative, params, lanes, rows, a, b, dense, sweeps, step, z, k, work) -> steps taken: one
     "step": _i8(_i8, _vector, _i8, _i8, _matrix, _vector, _matrix, _i8, _vector, _vector, _vector, _vector),
     # (params, lanes, z, result)
@@ -310,8 +311,6 @@ SIGNATURES = {
     "check": types.void(_vector, _i8, _vector, _vector, _vector, _vector),
     # (params, lanes, n, k, m, due, memory, result)
     "reading": types.void(_vector, _i8, _i8, _i8, _i8, _vector, _vector, _vector),
-    # (unit, address of its words), see `packing`
-    "unit": types.void(_i8, _i8),
     # (params, calls, lanes, orbit, fresh, t, z, memory, out, done) -> lanes that became done
     "observe": _i8(
         _vector,

@@ -54,8 +54,8 @@ def _counted(rows: Rows) -> str:
     """Text that counts a lane as outside whose image has left the domain or has momenta that are not finite: the margin
     of coordinates that are not is not positive.
     """
-    q, p = listed("z", range(rows.n)), " + ".join(f"z{r}" for r in range(rows.n, 2 * rows.n))
-    return f"outside += 0 if value.margin({q}) + 0.0*({p}) > 0.0 else 1\n"
+    q, p = listed("z", range(rows.n)), " + ".join(f"0.0*z{r}" for r in range(rows.n, 2 * rows.n))
+    return f"outside += 0 if value.margin({q}) + {p} > 0.0 else 1\n"
 
 
 def _stored(rows: Rows, vector: int, letter: str) -> str:

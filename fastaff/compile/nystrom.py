@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 
 from .jit import LANES
-from .texts import Rows, _indent, while_inside
+from .texts import Rows, _indent, traced, while_inside
 
 Terms = tuple[tuple[int, ...], ...]
 """Which forces each of the sums is of: those of the stages, the drift's, the kick's."""
@@ -39,15 +39,16 @@ def steps_text(rows: Rows, terms: Terms) -> str:
 
 def march_text(rows: Rows, terms: Terms) -> str:
     """Text of steps of lane 0 with the bits of the others: for a single orbit."""
-    return "    own, lanes = z, 1\n" + _until_outside(rows, terms, _step(rows, terms, _alone))
+    kept = traced(f"z[{r * LANES}]" for r in range(2 * rows.half))
+    return "    own, lanes = z, 1\n" + _until_outside(rows, terms, _step(rows, terms, _alone), kept)
 
 
-def _until_outside(rows: Rows, terms: Terms, step: str) -> str:
+def _until_outside(rows: Rows, terms: Terms, step: str, kept: str = "") -> str:
     """Text of steps. The number of rows is made one that LLVM does not know: it would unroll the loops over them."""
     first, width = 4 * rows.half * LANES, lanes_at_once(rows.half)
     made = f"    sums = z[{first}:]\n    forces = z[{first + width * (2 * rows.half + rows.n)}:]\n"
     made += f"    half = {rows.half}*drifts.size//{sum(map(len, terms))}\n"
-    return made + _indent(while_inside(rows, step), 1) + "    return taken\n"
+    return made + _indent(while_inside(rows, step, kept), 1) + "    return taken\n"
 
 
 def _lanes(text: str) -> str:

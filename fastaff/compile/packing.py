@@ -123,13 +123,19 @@ def _arguments_in(typingcontext, words):
     return types.Tuple(words.arguments)(words), generate
 
 
-_UNIT = ctypes.CFUNCTYPE(None, ctypes.c_int64, ctypes.c_int64)
-"""A kernel as Python calls it, which lets go of the GIL meanwhile."""
+_UNITS = ctypes.CFUNCTYPE(None, ctypes.c_int64, ctypes.c_int64, ctypes.c_int64)
+"""A kernel as Python calls it for units from one number to another, which lets go of the GIL meanwhile."""
+
+SHARES, MOST_UNITS = 16, 64
+"""Parts that each thread takes of the units, and the most of them at once: Python takes a microsecond for each part,
+and where many threads wait for its lock, ten.
+"""
 
 
 def _of_words(work: Any) -> Callable:
-    def enter(unit, words):
-        work(unit, *_arguments_in(words))
+    def enter(begin, end, words):
+        for unit in range(begin, end):
+            work(unit, *_arguments_in(words))
 
     enter.__qualname__ = f"{work.py_func.__qualname__}_of_words"
     return enter
@@ -137,7 +143,7 @@ def _of_words(work: Any) -> Callable:
 
 @functools.cache
 def _entry(work: Callable, arguments: tuple) -> BlockFunction:
-    return BlockFunction(_of_words(Callee(work)), types.void(types.int64, Words(arguments)), cache=True)
+    return BlockFunction(_of_words(Callee(work)), types.void(types.int64, types.int64, Words(arguments)), cache=True)
 
 
 _ENTRIES: dict[tuple, BlockFunction] = {}
@@ -145,7 +151,7 @@ _ENTRIES: dict[tuple, BlockFunction] = {}
 
 def run_units(work: Callable, arguments: tuple, units: int, *, threads: int) -> None:
     """Run work(unit, *arguments), not compiled yet, for every unit below `units`, by so many threads: the caller's and
-    others, each of which takes the next unit as soon as it is free.
+    others, each of which takes the next units as soon as it is free.
 
     `work` is compiled for the types of its arguments. What interrupts the caller leaves undone what is not begun; what
     another thread has begun may go on for a moment.
@@ -160,15 +166,18 @@ def run_units(work: Callable, arguments: tuple, units: int, *, threads: int) -> 
     key = tuple(kinds)
     if key not in _ENTRIES:
         _ENTRIES[key] = _entry(work, tuple(map(numba.typeof, _values(arguments))))
-    enter, memory = _UNIT(address(_ENTRIES[key])), np.array(words, np.int64)
-    first, following, end = _data(memory, memory.flags.num), itertools.count(), [units]
+    enter, memory = _UNITS(address(_ENTRIES[key])), np.array(words, np.int64)
+    size = min(max(units // (SHARES * threads), 1), MOST_UNITS)
+    first, following, end = _data(memory, memory.flags.num), itertools.count(0, size), [units]
 
     def share() -> None:
         while (unit := next(following)) < end[0]:
-            enter(unit, first)
+            enter(unit, min(unit + size, units), first)
 
     # A caller that is interrupted lets go of memory to which the others may still write: they hold it too.
-    others = [Task(functools.partial(_holding, share, memory, arguments)) for _ in range(min(threads, units) - 1)]
+    others = [
+        Task(functools.partial(_holding, share, memory, arguments)) for _ in range(min(threads, -(-units // size)) - 1)
+    ]
     with ending(functools.partial(end.__setitem__, 0, 0)):
         try:
             for other in others:

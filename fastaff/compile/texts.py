@@ -59,16 +59,22 @@ def _steps(rows: Rows, first: int, after: str, size: int) -> str:
     return f"{made}{uneven}    if uneven > 0:\n{_indent(own, 2)}    else:\n{_indent(alike, 2)}    return taken\n"
 
 
-def while_inside(rows: Rows, step: str) -> str:
-    """Text of so many steps, or up to the one with which a lane leaves the domain."""
+def while_inside(rows: Rows, step: str, kept: str = "") -> str:
+    """Text of so many steps, or up to the one with which a lane leaves the domain; `kept`: what comes after each."""
     margin = f"outside += 0 if value.margin({', '.join(_at(r) for r in range(rows.n))}) > 0.0 else 1\n"
     return (
         "taken = 0\nwhile taken < steps:\n"
         + _indent(step, 1)
-        + "    taken += 1\n    if taken == steps:\n        break\n    outside = 0\n"
+        + f"    taken += 1\n{_indent(kept, 1)}    if taken == steps:\n        break\n    outside = 0\n"
         + _loop(margin, 1)
         + "    if outside > 0:\n        break\n"
     )
+
+
+def traced(state: Iterable[str]) -> str:
+    """Text that puts lane 0 into the trace of a march, where there is one, and goes on with the next step."""
+    kept = "".join(f"kept[{r * LANES}] = {entry}\n" for r, entry in enumerate(state))
+    return f"if trace.size > 0:\n    kept = trace[taken - 1:]\n{_indent(kept, 1)}    continue\n"
 
 
 def _settling(size: int) -> str:
@@ -184,7 +190,8 @@ def _march(rows: Rows) -> str:
         + "            if s < kick.size:\n"
         + _indent(kick, 4)
         + end
-        + f"        taken += 1\n        if not value.margin({listed('q', range(rows.n))}) > 0.0:\n            break\n"
+        + f"        taken += 1\n{_indent(traced(state), 2)}"
+        + f"        if not value.margin({listed('q', range(rows.n))}) > 0.0:\n            break\n"
         + "".join(f"    z[{r * LANES}] = {name}\n" for r, name in enumerate(state))
         + "    return taken\n"
     )
@@ -336,9 +343,9 @@ ARGUMENTS = {
     "precise_splitting": "params, lanes, drifts, kicks, step, steps, z",
     "moments": "params, lanes, drifts, kicks, step, steps, z",
     "angles": "params, lanes, drifts, kicks, step, steps, z",
-    "march": "params, drift, kick, step, steps, z",
+    "march": "params, drift, kick, step, steps, z, trace",
     "nystrom_splitting": "params, lanes, drifts, kicks, step, steps, z",
-    "nystrom_march": "params, drifts, kicks, step, steps, z",
+    "nystrom_march": "params, drifts, kicks, step, steps, z, trace",
     "step": "derivative, params, lanes, rows, a, b, dense, sweeps, step, z, k, work",
     "check": "params, lanes, radius, z, result, kinetic",
     "inside": "params, lanes, z, result",

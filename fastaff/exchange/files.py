@@ -283,7 +283,7 @@ def recipe(path: Any, **given: Any) -> Recipe:
     arguments = dict(given)
     for name, data in call["arguments"].items():
         if name not in given:
-            arguments[name] = _decoded(name, data, arrays)
+            arguments[name] = decoded(name, data, arrays)
     return Recipe(call["function"], arguments)
 
 
@@ -311,22 +311,22 @@ def _stored(name: str, data: Any, arrays: dict[str, np.ndarray]) -> Any:
     return data
 
 
-def _decoded(name: str, data: Any, arrays: dict[str, np.ndarray]) -> Any:
+def decoded(name: str, data: Any, arrays: dict[str, np.ndarray]) -> Any:
     """Return the value that `encoded` data describes; lists become tuples."""
     if isinstance(data, list):
-        return tuple(_decoded(f"{name}[{k}]", entry, arrays) for k, entry in enumerate(data))
+        return tuple(decoded(f"{name}[{k}]", entry, arrays) for k, entry in enumerate(data))
     if not isinstance(data, dict):
         return data
     if "class" not in data:
         ((kind, entry),) = data.items()
         return _MARKS[kind](entry, arrays)
     fields = {
-        key: _decoded(f"{name}.{key}", entry, arrays)
+        key: decoded(f"{name}.{key}", entry, arrays)
         for key, entry in data.items()
         if key not in ("class", "formula", "module")
     }
     if "formula" in data:
-        return remade(_decoded(name, data["formula"], arrays), tuple(fields.values()))
+        return remade(decoded(name, data["formula"], arrays), tuple(fields.values()))
     if "module" in data or data["class"] not in _classes():
         kind = ".".join(filter(None, [data.get("module"), data["class"]]))
         raise ValueError(
@@ -449,7 +449,7 @@ def unpacked(name: str, data: Any, arrays: dict[str, np.ndarray], given: Mapping
             return kind(unpacked(f"{inner}{k}", entry, arrays, given) for k, entry in enumerate(data[kind.__name__]))
     if "missing" in data or _foreign(data["value"]):
         raise _ToBeGiven(name)
-    return _decoded(name, data["value"], arrays)
+    return decoded(name, data["value"], arrays)
 
 
 def _known(classes: Mapping[str, Any], name: Any, field: str) -> Any:

@@ -20,8 +20,7 @@ from ..base.provenance import provenance
 from ..base.results import Result
 from ..flows.checks import checked_model, suited_scheme
 from ..flows.needs import check_given
-from ..formulas.section_text import section_named
-from ..jobs.system import Surface
+from ..formulas.section_text import section_forms, section_named
 from ..models.contracts import Dynamics, Section
 from ..models.sections import Stroboscopic
 from ..models.traits import traits_of
@@ -73,7 +72,7 @@ def explore(
         None for a map, a flow or a driven system.
     section : value of `fastaff.models.sections` or str, optional
         Such as "alpha-turning", "beta=0.4", "x=0", of a driven system "t=0" (default: alpha-turning, the first
-        coordinate 0, the last variable of a flow 0, or t = 0).
+        coordinate 0 where the energy reaches that, else the next one; the last variable of a flow 0, or t = 0).
     p_eta, p_gamma : float, action, default 0
         Angular momenta of a body's planes.
     accuracy : float, default 1e-10
@@ -183,9 +182,8 @@ def setup_of(
     start["parameters"] = parameter_values(chosen)
     taken = cheapest(accuracy, True) if traits.iterated else _scheme(scheme, accuracy, chosen)
     if start["energy"] is not None:
-        cut = _section(section, chosen)
+        cut = _section(section, chosen, start)
         start |= section_record(cut, chosen)
-        _reached(chosen, cut, start)
     start |= {"accuracy": accuracy, "scheme": taken.name}
     start["points"] = _points([] if points is None and under is not None else points)
     if start["scheme"] not in [entry["name"] for entry in schemes]:
@@ -254,18 +252,30 @@ def _energy(energy: Any, usual: dict[str, Any] | None) -> float:
     return float(usual["energy"])
 
 
-def _section(section: Any, body: Any) -> Any:
-    """Return a section given as a value or a text."""
-    if section is None or isinstance(section, str):
-        return Surface(section=section).section_of(body)
-    return section
+def _section(section: Any, body: Any, start: dict[str, Any]) -> Any:
+    """Return a section given as a value or a text; by default the first of the system's that the energy reaches."""
+    if section is not None:
+        cut = section_named(section, body) if isinstance(section, str) else section
+        _reached(body, cut, start)
+        return cut
+    refused = None
+    for form in section_forms(body):
+        cut = section_named(form.replace("=c", "=0"), body)
+        try:
+            _reached(body, cut, start)
+        except NotReached as problem:
+            refused = refused or problem
+            continue
+        return cut
+    raise refused or AssertionError
 
 
 def _flowing(model: Any, section: Any, fixed: Any, **given: Any) -> dict[str, Any]:
     """Return where the page of dz/dt = f(z) begins: its section, and where variables beside the plane start."""
     check_given(model, "a page of orbits", **given)
     names = traits_of(model).names
-    cut = _section(f"{names[-1]}=0" if section is None else section, model)
+    cut = f"{names[-1]}=0" if section is None else section
+    cut = section_named(cut, model) if isinstance(cut, str) else cut
     starts = checked_names("fixed", () if fixed is None else fixed, "numbers")
     others = {named("fixed", name, names): real(f"fixed[{name!r}]", value) for name, value in starts.items()}
     return {"energy": None, **section_record(cut, model), "others": dict.fromkeys(names, 0.0) | others}

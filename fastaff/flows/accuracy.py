@@ -14,9 +14,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ..base.numbers import Passes
 from ..base.status import Status
 from ..schemes.catalogue import Collocation
 from .flow import Flow, Wear
+from .launch import Report
 from .motion import Motion
 from .time_transformed import TransformedFlow
 from .trials import SPAN, chosen_steps, on_ladder, sampled
@@ -36,6 +38,9 @@ REACHED = 10.0
 
 HALVINGS = 3
 """How often steps are made shorter at most beyond the first pair of runs."""
+
+AGAIN = 0.25
+"""Work of orbits whose error may be too large, of a run of all: for the progress that is reported."""
 
 NOISE = float(np.finfo(float).eps)
 """Rounding error of a kick."""
@@ -203,55 +208,67 @@ def halved(
     flow: Flow | TransformedFlow,
     plan: Steps,
     accuracy: float,
-    run: Callable[[np.ndarray, np.ndarray, Wear | None], Any],
+    run: Callable[[np.ndarray, np.ndarray, Wear | None, Report | None], Any],
     compare: Callable[[Any, Any, np.ndarray], tuple[np.ndarray, np.ndarray, Any]],
     keep: Callable[[np.ndarray, Any, np.ndarray, np.ndarray], None],
     drifts: Callable[[Any], np.ndarray],
     orbits: np.ndarray | None = None,
+    report: Report | None = None,
 ) -> None:
     """Run orbits, of these numbers or all, with twice their steps and with these, then those that need it with such
     shorter ones as should do.
 
-    run(orbits, step, wear) integrates the orbits of that index array, slowed where there is a wear, and returns what
-    has a `status` (orbits,); compare(fine, coarse, orbits) returns distances of states and phases (moments, orbits),
-    and how many times the error of a state counts; keep(orbits, fine, chosen, error) takes over the results numbered
-    `chosen` of a run; drifts(fine) says which orbits (orbits,) lose their energy. Others whose error is too large to be
-    cured, as chaotic ones', or is mostly rounding's are left at that.
+    run(orbits, step, wear, report) integrates the orbits of that index array, slowed where there is a wear, and returns
+    what has a `status` (orbits,); compare(fine, coarse, orbits) returns distances of states and phases (moments,
+    orbits), and how many times the error of a state counts; keep(orbits, fine, chosen, error) takes over the results
+    numbered `chosen` of a run; drifts(fine) says which orbits (orbits,) lose their energy. Others whose error is too
+    large to be cured, as chaotic ones', or is mostly rounding's are left at that.
     Cost: one and a half runs for orbits as expected, half a run more for those whose error is too large, which tells
     what of it is rounding's, and for driven ones.
     """
     orbits = np.arange(len(plan.step)) if orbits is None else orbits
-    wear = wear_of(flow, plan)
-    coarse, fine = run(orbits, 2 * plan.step, wear), run(orbits, plan.step, None)
-    apart, phase, weight = compare(fine, coarse, orbits)
-    error, rounding = (weight * entry for entry in estimated(flow, plan, apart, phase))
-    # Of chaotic and driven orbits one distance is too small by chance too often: a run that is not slowed is another.
-    again = ((error.max(axis=0) > accuracy) | flow.traits.driven | drifts(fine)) & (not flow.adaptive)
-    keep(orbits, fine, np.flatnonzero(~again), error)
-    if not again.any():
-        return
-    orbits, plan, coarse, fine = orbits[again], plan.of(again), coarse.of(again), fine.of(again)
-    worn = None
-    for round_ in range(HALVINGS + 1):
-        if round_ == 0 and wear is not None:
-            plain = run(orbits, 2 * plan.step, None)
-            worn, coarse = compare(coarse, plain, orbits)[0], plain
-        elif round_ > 0:
-            coarse, fine = fine, run(orbits, plan.step, None)
-            worn = None if worn is None else np.sqrt(plan.ratio) * worn  # of so many times more kicks
+    with Passes(report) as passes:
+        wear = wear_of(flow, plan)
+        work = _work(plan.step)
+        more = 0.0 if flow.adaptive else work * (0.5 if flow.traits.driven else AGAIN)
+        coarse = run(orbits, 2 * plan.step, wear, passes.take(work / 2, work + more))
+        fine = run(orbits, plan.step, None, passes.take(work, more))
         apart, phase, weight = compare(fine, coarse, orbits)
-        worn = None if worn is None else np.where(np.isfinite(worn), worn, apart)
-        error, rounding = (weight * entry for entry in estimated(flow, plan, apart, phase, worn))
-        factor = shortening(flow, plan, error, rounding, accuracy)
-        # Twice the step may have been too long for the iteration of a collocation.
-        failed = (coarse.status == Status.NOT_CONVERGED) | (fine.status == Status.NOT_CONVERGED)
-        factor = np.where(drifts(fine) | failed, 2.0, factor)
-        again = (factor > 1) & (round_ < HALVINGS)
+        error, rounding = (weight * entry for entry in estimated(flow, plan, apart, phase))
+        # Of chaotic and driven orbits one distance is too small by chance too often: a run that is not slowed is
+        # another.
+        again = ((error.max(axis=0) > accuracy) | flow.traits.driven | drifts(fine)) & (not flow.adaptive)
         keep(orbits, fine, np.flatnonzero(~again), error)
         if not again.any():
             return
-        orbits, plan, fine = orbits[again], plan.of(again).shortened(factor[again]), fine.of(again)
-        worn = None if worn is None else worn[..., again]
+        orbits, plan, coarse, fine = orbits[again], plan.of(again), coarse.of(again), fine.of(again)
+        worn = None
+        for round_ in range(HALVINGS + 1):
+            work = _work(plan.step)
+            if round_ == 0 and wear is not None:
+                plain = run(orbits, 2 * plan.step, None, passes.take(work / 2, work / 2))
+                worn, coarse = compare(coarse, plain, orbits)[0], plain
+            elif round_ > 0:
+                coarse, fine = fine, run(orbits, plan.step, None, passes.take(work, work / 2))
+                worn = None if worn is None else np.sqrt(plan.ratio) * worn  # of so many times more kicks
+            apart, phase, weight = compare(fine, coarse, orbits)
+            worn = None if worn is None else np.where(np.isfinite(worn), worn, apart)
+            error, rounding = (weight * entry for entry in estimated(flow, plan, apart, phase, worn))
+            factor = shortening(flow, plan, error, rounding, accuracy)
+            # Twice the step may have been too long for the iteration of a collocation.
+            failed = (coarse.status == Status.NOT_CONVERGED) | (fine.status == Status.NOT_CONVERGED)
+            factor = np.where(drifts(fine) | failed, 2.0, factor)
+            again = (factor > 1) & (round_ < HALVINGS)
+            keep(orbits, fine, np.flatnonzero(~again), error)
+            if not again.any():
+                return
+            orbits, plan, fine = orbits[again], plan.of(again).shortened(factor[again]), fine.of(again)
+            worn = None if worn is None else worn[..., again]
+
+
+def _work(step: np.ndarray) -> float:
+    """Return how much a run takes: its steps, or its orbits where these choose their own."""
+    return float(np.sum(1.0 / step)) if np.isfinite(step).all() else float(step.size)
 
 
 def shortening(

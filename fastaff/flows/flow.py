@@ -13,7 +13,7 @@ from ..compile.jit import LANES
 from ..kernels import crossing_roots as roots
 from ..kernels.adaptive_drive import AdaptiveSteps, run_adaptive
 from ..kernels.crossings import CERTAIN, RECORD
-from ..kernels.drive import FixedSteps, run_fixed, run_one
+from ..kernels.drive import FixedSteps, run_along, run_fixed, run_one
 from ..kernels.samples import WEAR_ROWS
 from ..models.mechanics import energies, kinetic_energies, slopes
 from ..models.traits import Traits, traits_of
@@ -54,6 +54,8 @@ class Flow:
     atol: float
     threads: int
     vectors: int = 0
+
+    patience = 1
 
     @property
     def traits(self) -> Traits:
@@ -299,11 +301,14 @@ class Flow:
         single = isinstance(self.scheme, Nystrom) or (isinstance(self.scheme, Splitting) and not self.precise)
         solo = unit == 1 and single
         steps = FixedSteps(h, total, every, order, strict=self.vectors > 0, refill=refill)
+        kernel = run_one if solo else run_fixed
+        if solo and refill and observer.along is not None:
+            kernel, observer = run_along, observer.along
         how = stepping(self, "inside", "check", solo=solo)
         arguments = *how, observer.bound, steps, unit, ensemble.orbits(memory, out)
         try:
             work = float((total - ensemble.count).sum())
-            launch(run_one if solo else run_fixed, arguments, units(orbits, unit), work, self.threads, report, work)
+            launch(kernel, arguments, units(orbits, unit), work, self.threads, report, work)
         finally:
             ensemble.time[:] = ensemble.count * h
 
@@ -320,9 +325,11 @@ class Flow:
         if doubtful.size:
             steps = float(roots.SLOW * doubtful.size)
             launch(roots.bracket, (*found, records, doubtful), units(doubtful.size), 0.0, self.threads, None, steps)
-        arguments = *found, float(section.direction), records, where
+        portion = math.ceil(where.size / self.threads)
+        unit = portion if portion <= 8 * LANES else math.ceil(portion / 4)  # lanes of a unit take its next records
+        arguments = *found, float(section.direction), records, where, unit
         steps = float(roots.USUAL * where.size)
-        launch(roots.locate, arguments, units(where.size), float(where.size), self.threads, report, steps)
+        launch(roots.locate, arguments, units(where.size, unit), float(where.size), self.threads, report, steps)
 
     def shifted(self, z: np.ndarray, steps: np.ndarray) -> np.ndarray:
         """Return the states z (rows, orbits) one step of steps[orbit] later, or earlier where that is negative."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from functools import partial
+from typing import Any
 
 import numpy as np
 
@@ -49,6 +50,23 @@ def launch(
         return
     run = partial(run_units, kernel, (stop, progress, *arguments), progress.size, threads=threads)
     together([run], partial(stop.fill, 1), tell)
+
+
+def early(report: Report | None, flow: Any, ensemble: Any, time: float, share: float = 1.0) -> Report | None:
+    """Return what takes the fraction of a run to `time` whose orbits may end before, and reports that of the steps that
+    they need: such a share as those have needed which have ended, before these `share`.
+    """
+    if report is None or flow.adaptive:  # which counts orbits
+        return report
+    steps, begun = np.broadcast_to(flow.steps(time), ensemble.count.shape), ensemble.count.copy()
+
+    def tell(fraction: float) -> None:
+        taken = ensemble.count - begun
+        ended = taken > 0
+        need = taken[ended].sum() / steps[ended].sum() if ended.any() else share
+        report(min(1.0, fraction / need))
+
+    return tell
 
 
 def units(orbits: int, size: int = LANES) -> np.ndarray:

@@ -9,6 +9,7 @@ import numpy as np
 
 from ..base.status import Status
 from ..base.sums import length, total
+from ..compile.jit import LANES
 from ..compile.threads import by_portions
 from ..kernels.averages import scales
 from ..models.maps import jacobian
@@ -25,13 +26,14 @@ from ..models.mechanics import (
 from ..models.traits import traits_of
 from ..schemes.catalogue import GAUSS8, ITERATION, KAHAN_LI8
 from .flow import Flow
+from .observers import columns
 from .reaches import ESCAPE, FARTHEST, escape_radii
-
-CHUNK = 4096
-"""Orbits whose samples are in memory at once."""
 
 LOOKS = 64
 """Steps, and samples, of a first look at an orbit."""
+
+LOOKED = 1 << 21
+"""Bytes of samples in memory at once: more would be new pages each time."""
 
 PHASE, PHASES = 0.2, (0.08, 0.5)
 """The step of a first look in radians of the motion that it finds, and the range in which that is near enough."""
@@ -105,6 +107,11 @@ class Motion(NamedTuple):
         return largest
 
 
+def _chunk(rows: int) -> int:
+    """Return the number of orbits of so many rows that are looked at at once."""
+    return max(LANES, LOOKED // (8 * (1 + LOOKS) * rows))
+
+
 def natural_rates(model: Any, z: np.ndarray, threads: int = 1) -> np.ndarray:
     """Return the natural angular frequency (orbits,) of each orbit from z (2n, orbits), see `Motion`; of a flow how
     fast its velocity turns at the start.
@@ -135,8 +142,8 @@ def motion(model: Any, z: np.ndarray, threads: int = 1) -> Motion:
     found = Motion(one + 1, one.copy(), each, each.copy(), one.copy(), one + 1, one + 1, each + 1)
 
     def look(at: slice) -> None:
-        for start in range(at.start, min(at.stop, orbits), CHUNK):
-            part = slice(start, min(start + CHUNK, at.stop))
+        for start in range(at.start, min(at.stop, orbits), _chunk(2 * n)):
+            part = slice(start, min(start + _chunk(2 * n), at.stop))
             for whole, entry in zip(found, _observed(model, np.ascontiguousarray(z[:, part])), strict=True):
                 whole[..., part] = entry
 
@@ -151,8 +158,8 @@ def _motion_of_map(model: Any, z: np.ndarray, threads: int) -> Motion:
     """
     n, orbits, radius = z.shape[0] // 2, z.shape[1], escape_radii(model, z)
     position, momentum, one = np.empty((n, orbits)), np.empty((n, orbits)), np.ones(orbits)
-    for start in range(0, orbits, CHUNK):
-        part = slice(start, start + CHUNK)
+    for start in range(0, orbits, _chunk(2 * n)):
+        part = slice(start, start + _chunk(2 * n))
         flow = Flow(model, ITERATION, 1.0, 1e-12, 1e-12, threads)
         ensemble = flow.ensemble(z[:, part].copy(), radius=radius[part])
         states = flow.sampled(ensemble, LOOKS, time=float(LOOKS))
@@ -191,9 +198,9 @@ def _observed(model: Any, z: np.ndarray) -> Motion:
         states, failed = _look(model, np.ascontiguousarray(z[:, todo]), step[todo], radius[todo])
         now, kinetic[todo] = _measured(model, states, W[:, :, todo])
         if any(periods):
-            turned = np.fmax.reduce(np.abs(np.diff(states[:, :n], axis=0)), axis=0) / step[todo]
+            turned = np.fmax.reduce(np.abs(np.diff(states[:n], axis=1)), axis=1) / step[todo]
             speed[:, todo] = np.where(np.isfinite(turned), turned, speed[:, todo])  # none where no step was reached
-        reach[:, todo] = np.fmax.reduce(np.abs(states[:, :n]), axis=0)
+        reach[:, todo] = np.fmax.reduce(np.abs(states[:n]), axis=1)
         moves = np.isfinite(now) & (now > 0)
         rate[todo], gone[todo] = np.where(moves, now, rate[todo]), failed
         phase = np.maximum(rate[todo], turning) * step[todo]
@@ -252,21 +259,24 @@ def fastest_rates(model: Any, z: np.ndarray, step: Any) -> np.ndarray:
 
 
 def _look(model: Any, z: np.ndarray, step: np.ndarray, radius: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the starts and the states after each of some steps (1 + LOOKS, 2n, orbits), NaN where not reached, and who
+    """Return the starts and the states after each of some steps (2n, 1 + LOOKS, orbits), NaN where not reached, and who
     failed.
     """
     flow = Flow(model, KAHAN_LI8 if traits_of(model).separable else GAUSS8, step, 1e-12, 1e-12, 1)
-    ensemble = flow.ensemble(z.copy(), radius=radius)
-    states = flow.sampled(ensemble, LOOKS, time=LOOKS * step).transpose(1, 2, 0)
-    return np.concatenate([z[None], states]), ensemble.status != Status.OK
+    ensemble, samples = flow.ensemble(z.copy(), radius=radius), 1 + LOOKS
+    states = np.full((len(z), samples, z.shape[1]), np.nan)
+    states[:, 0] = z
+    observer = columns(len(z), samples)
+    memory = np.ones((observer.rows, z.shape[1]))  # the starts are there
+    flow.advance(ensemble, observer, memory, states.reshape(-1, z.shape[1]), time=LOOKS * step, observations=LOOKS)
+    return states, ensemble.status != Status.OK
 
 
-def _measured(model: Any, states: np.ndarray, W: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the angular frequency and the largest kinetic energy of states (samples, 2n, orbits), over those that are
-    finite.
+def _measured(model: Any, z: np.ndarray, W: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the angular frequency and the largest kinetic energy of states z (2n, samples, orbits), over those
+    that are finite.
     """
-    n, samples, orbits = states.shape[1] // 2, len(states), states.shape[2]
-    z = np.ascontiguousarray(np.moveaxis(states, 1, 0))
+    n, (samples, orbits) = len(z) // 2, z.shape[1:]
     T, rate, largest = np.empty((samples, orbits)), np.empty(orbits), np.empty(orbits)
     with np.errstate(all="ignore"):
         if not traits_of(model).separable:

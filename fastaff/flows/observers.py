@@ -47,7 +47,7 @@ class Observer:
     coordinates, then the momenta. Memory is zero at the start unless the caller sets it.
 
     sizes: constants that the function gets before `lanes`, compiled into it; calls: functions that it gets, before
-    these, as `Calls`.
+    these, as `Calls`. along: the same observer of states of one orbit, see `kernels.drive.run_along`, if there is one.
     """
 
     function: Callable
@@ -55,6 +55,7 @@ class Observer:
     value: Any = NO_NUMBERS
     sizes: tuple[int, ...] = ()
     calls: tuple[Bound, ...] = ()
+    along: Observer | None = None
 
     @cached_property
     def bound(self) -> Bound:
@@ -82,6 +83,18 @@ def nothing() -> Observer:
 def samples(rows: int) -> Observer:
     """Keep the phase point (rows numbers) at each observation."""
     return Observer(sample_kernels.states, sample_kernels.ROWS.taken + 1, _Rows(float(rows)))
+
+
+class _Columns(NamedTuple):
+    rows: float
+    samples: float
+
+
+def columns(rows: int, samples: int) -> Observer:
+    """Keep the phase point (rows numbers) at each observation, orbits side by side, see `kernels.samples.columns`. The
+    caller sets how many samples there are before.
+    """
+    return Observer(sample_kernels.columns, sample_kernels.ROWS.taken + 1, _Columns(float(rows), float(samples)))
 
 
 def called_rows(call: Bound, rows: int) -> Observer:
@@ -112,12 +125,10 @@ class _Crossings(NamedTuple):
 def crossings(section: Any, wanted: int, degrees_of_freedom: int, vectors: int = 0) -> Observer:
     """Record the brackets of section crossings until `wanted` certain ones are found or the record is full."""
     rows = 2 * degrees_of_freedom * (1 + vectors)
-    return Observer(
-        crossing_kernels.detect,
-        crossing_kernels.ROWS.state + rows,
-        _Crossings(float(wanted), float(section.direction), float(rows), getattr(section, "period", math.inf) / 2),
-        calls=(bound("value", section, degrees_of_freedom, vectors),),
-    )
+    value = _Crossings(float(wanted), float(section.direction), float(rows), getattr(section, "period", math.inf) / 2)
+    kept, calls = crossing_kernels.ROWS.state + rows, (bound("value", section, degrees_of_freedom, vectors),)
+    along = Observer(crossing_kernels.detect_along, kept, value, calls=calls)
+    return Observer(crossing_kernels.detect, kept, value, calls=calls, along=along)
 
 
 class _Levels(NamedTuple):

@@ -10,7 +10,7 @@ import numpy as np
 
 from ..base.numbers import numbers, positive, shown
 from ..compile.threads import checked_threads
-from ..models.traits import traits_of
+from ..models.traits import Traits, traits_of
 from ..schemes.automatic import Automatic, Trial, cheapest, fastest, quickest
 from ..schemes.catalogue import DOP853, GAUSS16, ITERATION, KAHAN_LI8, Collocation, RungeKutta
 from ..schemes.time_transformed import TimeTransformed
@@ -24,6 +24,9 @@ from .trials import chosen_steps, on_ladder, trials_in_time
 
 ACCURACY = 1e-10
 """Accuracy of states where neither a step nor an accuracy is asked for."""
+
+FINEST = 1e-15
+"""Least accuracy that can be asked for: several roundings of a double."""
 
 STEP_ERROR = 1e-10
 """Error of states over 16 radians of the motion, in its amplitudes, for which steps are chosen by functions without an
@@ -97,6 +100,11 @@ class Options:
             raise ValueError(
                 f"accuracy must be below 1, relative to the amplitudes of the motion, got {self.accuracy!r}"
             )
+        if value < FINEST:
+            raise ValueError(
+                f"accuracy must be at least {FINEST:g}, as numbers have 16 digits, got {self.accuracy!r}; errors of a "
+                "result say what was reached"
+            )
         if self.step is not None:
             raise ValueError(
                 "accuracy and step exclude one another: give one of them, got "
@@ -132,6 +140,36 @@ def suited(options: Options, model: Any) -> Options:
     if options.fixed and options.step is None:
         check_needs(model, "a step of its own", got=scheme.name)
     return options
+
+
+class Problem(NamedTuple):
+    """What is to be run: a model, where its orbits start, and how. A function of orbits makes it of its arguments and
+    hands on this one value; nothing of it is checked before its `plan`.
+    """
+
+    model: Any
+    z0: Any
+    options: Options
+
+    @property
+    def traits(self) -> Traits:
+        """The facts about the model."""
+        return traits_of(self.model)
+
+    def iterates(self, name: str, count: Any) -> float:
+        """Return a time: of a map a whole number of iterates, else any positive number."""
+        number = positive(name, count)
+        if self.traits.iterated and number != math.floor(number):
+            raise ValueError(f"{name} of a map must be a whole number of iterates, got {count!r}")
+        return number
+
+    def suited(self) -> Problem:
+        """Return the same with the scheme that the kind of model needs."""
+        return self._replace(options=suited(self.options, self.model))
+
+    def plan(self, **how: Any) -> Plan:
+        """Return the flow and states of the run, see `plan`."""
+        return plan(*self, **how)
 
 
 class Plan(NamedTuple):
@@ -212,16 +250,6 @@ def plan(
         flow = replace(flow, step=steps if time is None else on_ladder(steps, time))
         why.append(f"each orbit's own step, for an error of {error:.1e} of its amplitudes over 16 radians")
     return Plan(flow, z, "; ".join(why))
-
-
-def iterates(model: Any, name: str, count: Any) -> float:
-    """Return a time: of a map a whole number of iterates, else any positive number."""
-    if not traits_of(model).iterated:
-        return positive(name, count)
-    number = positive(name, count)
-    if number != math.floor(number):
-        raise ValueError(f"{name} of a map must be a whole number of iterates, got {count!r}")
-    return number
 
 
 def _iterated(model: Any, z: np.ndarray, options: Options) -> Plan:

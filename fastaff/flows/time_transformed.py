@@ -31,7 +31,7 @@ from . import observers
 from .checks import energy_drift
 from .ensemble import Ensemble
 from .flow import Flow
-from .launch import Report
+from .launch import Report, early
 from .motion import typical_rate
 from .observers import Observer
 from .trials import following_step, staying, trial_step
@@ -133,9 +133,8 @@ class TransformedFlow:
         most = self.steps(time)
         running = (ensemble.status == Status.OK) & (ensemble.count < most)
         watcher = observers.either(observer, observers.beyond(self.row, 1.0))
-        expected = None if report is None else lambda fraction: report(min(1.0, self.patience * fraction))
         try:
-            self.flow.advance(ensemble, watcher, memory, out, time=most * self.step, refill=True, report=expected)
+            self.flow.advance(ensemble, watcher, memory, out, time=most * self.step, refill=True, report=report)
         finally:
             tau = ensemble.z[self.row]
             exhausted = running & (ensemble.status == Status.OK) & (ensemble.count >= most) & (tau < 1.0)
@@ -168,7 +167,8 @@ class TransformedFlow:
         memory[ROWS.state :] = ensemble.z
         interrupted = False
         try:
-            self.advance(ensemble, observer, memory, out, time=self.model.time, report=report)
+            told = early(report, self, ensemble, self.model.time, 1 / self.patience)
+            self.advance(ensemble, observer, memory, out, time=self.model.time, report=told)
         except KeyboardInterrupt:
             interrupted = True
         records = out.reshape(-1, width)

@@ -13,10 +13,12 @@ from typing import Any
 
 import numpy as np
 
+from ..base.numbers import Passes
 from ..base.status import Status
 from ..schemes.catalogue import VERNER9
-from .accuracy import NOISE, counted
+from .accuracy import AGAIN, NOISE, counted
 from .flow import Flow
+from .launch import Report
 from .motion import Motion
 from .trials import SPAN
 
@@ -72,26 +74,28 @@ def tightened(
     found: Motion,
     time: float,
     accuracy: float,
-    run: Callable[[np.ndarray, np.ndarray], Any],
+    run: Callable[[np.ndarray, np.ndarray, Report | None], Any],
     compare: Callable[[Any, Any, np.ndarray, np.ndarray], np.ndarray],
     keep: Callable[[np.ndarray, Any, np.ndarray, np.ndarray], None],
+    report: Report | None = None,
 ) -> np.ndarray:
     """Run the orbits for which that is short in pairs of tolerances; return the index array of those left to others.
 
-    run(orbits, tolerance) integrates orbits, and returns what has a `status` (orbits,); compare(fine, coarse, orbits,
-    tolerance) returns the errors (moments, orbits), inf where the fine run is no good; keep(orbits, fine, chosen,
-    error) takes over the results numbered `chosen`.
+    run(orbits, tolerance, report) integrates orbits, and returns what has a `status` (orbits,); compare(fine, coarse,
+    orbits, tolerance) returns the errors (moments, orbits), inf where the fine run is no good; keep(orbits, fine,
+    chosen, error) takes over the results numbered `chosen`.
     Cost: 1.6 runs for orbits as expected, one more for others.
     """
     tolerance = tolerances(found, time, accuracy)
     orbits = np.flatnonzero(np.isfinite(tolerance))
     rest = [np.flatnonzero(np.isnan(tolerance))]
     tolerance = tolerance[orbits]
-    coarse: Any = run(orbits, RATIO * tolerance) if orbits.size else None
+    passes = Passes(report)
+    coarse: Any = run(orbits, RATIO * tolerance, passes.take(0.6, 1 + AGAIN)) if orbits.size else None
     for _ in range(PAIRS):
         if not orbits.size:
             break
-        fine = run(orbits, tolerance)
+        fine = run(orbits, tolerance, passes.take(1.0, AGAIN))
         error = compare(fine, coarse, orbits, tolerance)
         worst, sound = error.max(axis=0), (fine.status == Status.OK) & (coarse.status == Status.OK)
         good = sound & (worst <= accuracy)

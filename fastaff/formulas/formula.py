@@ -16,6 +16,7 @@ from ..models.mechanics import slopes
 from .arguments import checked_names, inertia_of, masses_of, text_of, values_of
 from .drive import period_of
 from .grammar import TIME, parse
+from .hints import hinted, no_terms_of_motion
 from .laws import written_out
 from .library import Request, generated_class
 from .map_source import period_texts
@@ -31,6 +32,7 @@ Text = str | object
 """A formula as text; else an expression of SymPy, or a potential or expression of another tool."""
 
 
+@hinted
 def formula(
     text: Text, /, *, mu: float | Sequence[float] = 1.0, domain: str | None = None, **parameters: float
 ) -> WrittenModel:
@@ -87,6 +89,7 @@ def formula(
     >>> body.potential.C, body.mu
     (1.0, 1.0)
     """
+    no_terms_of_motion(parameters, text)
     law, letters = written_out(text, parameters)
     written, length = _written(law)
     values = values_of(letters, VARIABLES)
@@ -99,6 +102,7 @@ def formula(
     return cls(*values.values(), *inertia)
 
 
+@hinted
 def hamiltonian(
     text: Text,
     /,

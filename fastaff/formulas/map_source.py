@@ -150,7 +150,9 @@ def class_of_map(
 def _margin(wall: Any, q: Sequence[str], taken: Sequence[str]) -> str:
     """Return the text of the margin: the wall, an expression of the coordinates q, or 1."""
     lines = Lines(taken)
-    whole = f"1.0 + 0.0*({' + '.join(q)})" if wall is None else spread(wall, lines.add([wall])[0], q)
+    # Term by term: a sum of finite ones may be infinite.
+    free = " + ".join(["1.0", *(f"0.0*{name}" for name in q)])
+    whole = free if wall is None else spread(wall, lines.add([wall])[0], q)
     doc = "Return a number that is positive where the map lives."
     return method("margin", q, doc, lines, [whole], single=True)
 

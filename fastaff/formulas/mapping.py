@@ -156,7 +156,11 @@ def _class(request: MapRequest, found: Statements, values: Mapping[str, float]) 
     used = found.names.union(*(program.names for program in (wall, *periods) if program is not None))
     unused = [name for name in values if name not in used]
     if unused:
-        raise ValueError(f"parameter {unused[0]!r} is not used by the map: leave it out, or is a name misspelt?")
+        why = "leave it out, or is a name misspelt?"
+        if unused[0] in ("aperture", "radius"):
+            inside = " - ".join(f"{q}**2" for q in request.coordinates)
+            why = f"a domain is a formula that is positive inside, such as domain='1 - {inside}'"
+        raise ValueError(f"parameter {unused[0]!r} is not used by the map: {why}")
     for name, program in zip((*request.coordinates, *request.momenta), periods, strict=True):
         if program is not None:
             try:

@@ -20,7 +20,7 @@ from ..flows.motion import typical_rate
 from ..models.sections import Stroboscopic
 from ..models.traits import traits_of
 from ..schemes.catalogue import SCHEMES, VERNER9
-from .wording import Wrong
+from .wording import Wrong, option
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -41,7 +41,7 @@ class Run:
 
     def scheme_value(self) -> Any:
         """Return the scheme, None where it is left open."""
-        return None if self.scheme is None else SCHEMES[named("--scheme", self.scheme, SCHEMES)]
+        return None if self.scheme is None else SCHEMES[named(option("scheme"), self.scheme, SCHEMES)]
 
     def canonical(self) -> Run:
         """Return the same with the scheme's name as it is written here."""
@@ -108,7 +108,7 @@ class Poincare:
         self.check(run)
         time = self.max_time
         if isinstance(few.section, Stroboscopic) and time is not None:
-            raise Wrong("--max-time does not go with a section of constant t: its crossings are a period apart")
+            raise Wrong.of("{max_time} does not go with a section of constant t: its crossings are a period apart")
         if isinstance(few.section, Stroboscopic) or traits_of(few.body).iterated:
             return {"crossings": self.crossings}
         if time is None:
@@ -146,7 +146,7 @@ class Frequencies:
 
     def check(self, run: Run) -> None:
         """Refuse values that are wrong for any orbits."""
-        named("--method", self.method, BY_NAME)
+        named(option("method"), self.method, BY_NAME)
         _one_time(self.time, self.periods)
 
     def settled(self, few: Orbits, run: Run) -> dict[str, Any]:
@@ -158,7 +158,7 @@ class Frequencies:
 
     def compute(self, orbits: Orbits, settled: dict[str, Any], run: Run, report: Any = None) -> Any:
         """Return the FrequencyMap of orbits."""
-        method = BY_NAME[named("--method", self.method, BY_NAME)]
+        method = BY_NAME[named(option("method"), self.method, BY_NAME)]
         return frequency_map(orbits.body, orbits.z0, method=method, report=report, **settled, **run.build(orbits.body))
 
 
@@ -184,7 +184,7 @@ class Chaos:
 
     def values(self) -> tuple[Any, ...]:
         """Return the indicators."""
-        return tuple(INDICATORS[name] for name in indicator_names(self.indicators, "--indicators"))
+        return tuple(INDICATORS[name] for name in indicator_names(self.indicators, option("indicators")))
 
     def canonical(self) -> Chaos:
         """Return the same with the indicators' names as they are written here."""
@@ -200,7 +200,7 @@ class Chaos:
         self.values()
         _one_time(self.time, self.periods)
         if run.accuracy is not None:
-            raise Wrong("--accuracy does not belong to chaos maps, which take --step or choose one")
+            raise Wrong.of("{accuracy} does not belong to chaos maps, which take {step} or choose one")
 
     def settled(self, few: Orbits, run: Run) -> dict[str, Any]:
         """Return the time."""
@@ -289,24 +289,26 @@ def return_times(body: Any, section: Any, z0: np.ndarray, choices: dict[str, Any
 def enough_time(pace: np.ndarray, section: Any, crossings: int) -> float:
     """Return four times what the median orbit needs for the crossings."""
     if np.isnan(pace).all():
-        raise Wrong(f"no orbit of a trial crosses {section!r}; give --max-time, or another section or direction")
+        text = "no orbit of a trial crosses {section!r}; give {max_time}, or another section or direction"
+        raise Wrong.of(text, section=section)
     return float(4.0 * np.nanmedian(pace) * (crossings + 4))
 
 
 def median_return(few: Orbits, choices: dict[str, Any]) -> float:
     """Return the median time of return to the section."""
     if few.section is None and not traits_of(few.body).iterated:
-        raise Wrong("--periods needs a section; give --time")
+        raise Wrong.of("{periods} needs a section; give {time}")
     pace = return_times(*few, choices)
     if np.isnan(pace).all():
-        raise Wrong(f"no orbit of a trial returns to {few.section!r}; give --time, or another section or direction")
+        text = "no orbit of a trial returns to {section!r}; give {time}, or another section or direction"
+        raise Wrong.of(text, section=few.section)
     return float(np.nanmedian(pace))
 
 
 def _one_time(time: float | None, periods: float | None) -> None:
     """Refuse two times, and one that is not positive."""
     if time is not None and periods is not None:
-        raise Wrong("give --time or --periods, not both")
+        raise Wrong.of("give {time} or {periods}, not both")
     for name, value in (("time", time), ("periods", periods)):
         if value is not None:
             positive(name, value)

@@ -7,12 +7,12 @@ import re
 import numpy as np
 
 from ..formulas.number import number
-from .wording import Wrong
+from .wording import Wrong, option
 
 
 def flags_of_axes(found: re.Match[str]) -> str:
     """Return the flags for ranges of rows that a sentence names as a dict."""
-    return " ".join(f"--axes {name}=LOW:HIGH" for name in re.findall(r'"(\w+)":', found[1]) or ["NAME"])
+    return " ".join(f"{option('axes')} {name}=LOW:HIGH" for name in re.findall(r'"(\w+)":', found[1]) or ["NAME"])
 
 
 def range_of(option: str, text: str | None) -> tuple[float, float] | None:
@@ -34,12 +34,12 @@ def axis_of(name: str, text: str) -> np.ndarray:
     ends, colon, count = text.rpartition(":")
     try:
         cells = int(count) if colon else 0
-        low, high = range_of(f"--axes {name}", ends) or (0.0, 0.0)
+        low, high = range_of(f"{option('axes')} {name}", ends) or (0.0, 0.0)
         if cells < 1:
             raise ValueError
     except ValueError:
         raise Wrong(
-            f"--axes {name} must be LOW:HIGH:N with LOW < HIGH and N at least 1, for example {name}=-1:1:40, "
+            f"{option('axes')} {name} must be LOW:HIGH:N with LOW < HIGH and N at least 1, for example {name}=-1:1:40, "
             f"got {text!r}"
         ) from None
     return low + (high - low) * (np.arange(cells) + 0.5) / cells
@@ -53,5 +53,7 @@ def cells_of(text: str) -> tuple[int, int]:
         if n1 < 1 or n2 < 1:
             raise ValueError
     except ValueError:
-        raise Wrong(f"--grid must be N1xN2 with whole numbers of at least 1, for example 40x40, got {text!r}") from None
+        raise Wrong.of(
+            "{grid} must be N1xN2, whole numbers of at least 1 such as 40x40, got {text!r}", text=text
+        ) from None
     return n1, n2

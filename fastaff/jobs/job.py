@@ -6,7 +6,6 @@ import json
 import re
 import tomllib
 import typing
-from collections.abc import Iterable
 from dataclasses import MISSING, dataclass, field, fields, replace
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -24,7 +23,7 @@ from .analyses import ANALYSES, TRIAL, Actions, Analysis, Chaos, Frequencies, Mo
 from .launch import Launch, Points, Starts, some
 from .scans import Cases, Scan, ScanOfChaos
 from .system import Model, Surface, described
-from .wording import Wrong
+from .wording import Wrong, option, respelled, spelled
 
 
 class Plan(NamedTuple):
@@ -101,8 +100,10 @@ class Job:
             elif isinstance(value, dict):
                 value = _table(name, value)
             if isinstance(value, kind):
-                taken = {key: _taken(f"{name}.{key}", getattr(value, key), hint) for key, hint in _hints(kind).items()}
-                value = replace(value, **taken)
+                hints = _hints(kind).items()
+                value = replace(
+                    value, **{key: _taken(option(key, name), getattr(value, key), hint) for key, hint in hints}
+                )
                 object.__setattr__(self, name, value.canonical() if hasattr(value, "canonical") else value)
             elif name == "model":
                 checked_model(value, "model")
@@ -151,25 +152,24 @@ class Job:
 
     def _check_map(self, body: Any) -> None:
         """Refuse what a map does not have."""
-        run = {f"--{name}": getattr(self.run, name) for name in ("scheme", "step", "accuracy")}
+        run = {option(name): getattr(self.run, name) for name in ("scheme", "step", "accuracy")}
         check_given(body, "a time", "a map is iterated as it is", **run)
         if self.scan is not None:
-            raise Wrong("--scan takes random starts of a section, which a map does not have")
+            raise Wrong.of("{scan} takes random starts of a section, which a map does not have")
         if self.poincare is not None:
-            late = {"--max-time": self.poincare.max_time}
+            late = {option("max_time"): self.poincare.max_time}
             check_given(body, "a time", "the crossings of a map are its iterates", **late)
 
     def _scan(self, body: Any, scan: Scan) -> Plan:
         """Return the plan of a scan."""
         if isinstance(self.starts, Starts) and self.starts.by_name:
-            raise Wrong("--scan takes random starts of a section (--orbits), not --axes, --at-rest or --microcanonical")
+            text = "{scan} takes random starts of a section ({orbits}), not {axes}, {at_rest} or {microcanonical}"
+            raise Wrong.of(text)
         if not isinstance(self.starts, Starts) or self.starts.grid is not None or self.starts.file is not None:
-            raise Wrong(
-                "--scan takes random starts (--orbits), not --grid: the share of random points is that of the "
-                "section's area"
-            )
+            share = "the share of random points is that of the section's area"
+            raise Wrong.of("{scan} takes random starts ({orbits}), not {grid}: {share}", share=share)
         if None in self.starts.ranges() and any(self.starts.ranges()):
-            raise Wrong("with --scan give both of --range1 and --range2, or none")
+            raise Wrong.of("with {scan} give both of {range1} and {range2}, or none")
         cases = Cases(scan.parsed(body))
         work = ScanOfChaos(cases, self.surface, self.starts, self.chaos_map or Chaos())
         return Plan(body, self.surface.section_of(body), cases, {"chaotic_fraction": work})
@@ -206,6 +206,11 @@ class Job:
         """Return the job of a TOML text; `name` is that of the file, for errors; own: model or starts that no text
         describes.
         """
+        with spelled(as_key):
+            return cls._parsed(text, name, own)
+
+    @classmethod
+    def _parsed(cls, text: str, name: str, own: dict[str, Any]) -> Job:
         try:
             return cls(**{**_parsed(text, own), **own})
         except tomllib.TOMLDecodeError as problem:
@@ -214,7 +219,7 @@ class Job:
             raise Wrong(f"{name} has tables or lists within one another, too many to read") from None
         except (ValueError, TypeError) as problem:
             kind = TypeError if isinstance(problem, TypeError) else Wrong
-            raise kind(f"{name}: {in_one_line(as_keys(str(problem)))}") from None
+            raise kind(f"{name}: {in_one_line(respelled(str(problem), OPTIONS))}") from None
 
     @classmethod
     def read(cls, path: Any, **own: Any) -> Job:
@@ -241,39 +246,14 @@ TABLES: dict[str, type[Any]] = {
 }
 """Tables of a job."""
 
-
-def as_keys(text: str) -> str:
-    """Return a sentence with keys in place of flags, the first time with the table that has them: [surface] energy for
-    --energy, and for a sentence that begins with energy.
-    """
-    seen: set[str] = set()
-
-    def key(flag: re.Match) -> str:
-        name = flag[1].replace("-", "_")
-        homes = [table for table, kind in TABLES.items() if name in {entry.name for entry in fields(kind)}]
-        first = name not in seen
-        seen.add(name)
-        return f"[{homes[0]}] {name}" if first and len(homes) == 1 else name
-
-    return re.sub(r"(?:--|^)([A-Za-z][\w-]*)", key, text)
+OPTIONS = frozenset(entry.name for kind in TABLES.values() for entry in fields(kind))
+"""Names of all their options."""
 
 
-def as_flags(text: str, more: Iterable[str] = ()) -> str:
-    """Return a sentence with flags in place of keys: --energy for surface.energy, and for energy where it begins; more:
-    names of options that are no keys.
-    """
-    tables = "|".join(TABLES)
-    text = re.sub(rf"\b(?:{tables})\.(\w+)", lambda key: _as_flag(key[1]), text)
-    known = {entry.name for kind in TABLES.values() for entry in fields(kind)}.union(more)
-    begins = re.match(r"(\w+)(?: and (\w+))?(?= )", text)
-    if begins is None or begins[1] not in known:
-        return text
-    found = [_as_flag(name) if name in known else name for name in begins.groups() if name]
-    return " and ".join(found) + text[begins.end() :]
-
-
-def _as_flag(name: str) -> str:
-    return "--" + name.replace("_", "-")
+def as_key(name: str, table: str = "") -> str:
+    """Name an option as a job's file does, with its table where it is in one alone: [surface] energy."""
+    homes = [table] if table else [home for home, kind in TABLES.items() if name in _hints(kind)]
+    return f"[{homes[0]}] {name}" if len(homes) == 1 else name
 
 
 def in_one_line(text: str, length: int = 600) -> str:
@@ -343,7 +323,7 @@ def _table(name: str, value: dict[str, Any]) -> Any:
         if key not in hints:
             raise Wrong(f"[{name}] has no key {key}{_near(key, list(hints))}")
     try:
-        return TABLES[name](**{key: _taken(f"[{name}] {key}", entry, hints[key]) for key, entry in value.items()})
+        return TABLES[name](**{key: _taken(option(key, name), entry, hints[key]) for key, entry in value.items()})
     except TypeError as problem:
         if "missing" in str(problem):
             absent = str(problem).rpartition(": ")[2]

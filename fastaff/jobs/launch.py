@@ -19,7 +19,7 @@ from ..formulas.number import number
 from ..models.traits import traits_of
 from .flags import axis_of, cells_of, flags_of_axes, range_of
 from .system import Surface
-from .wording import Wrong
+from .wording import Wrong, option, respelled
 
 BLOCK = 1024
 """Points of a launch set that are computed together: the same points whatever the units of a job."""
@@ -65,16 +65,16 @@ class Starts:
         """Return the phase points of the file, which stay on disk."""
         others = [name for name in ("grid", "orbits", "range1", "range2", *BY_NAME) if getattr(self, name)]
         if others:
-            raise Wrong(f"give --file or --{others[0].replace('_', '-')}, not both")
+            raise Wrong(f"give {option('file')} or {option(others[0])}, not both")
         try:
             with open(str(self.file), "rb") as file:
                 if file.read(6) != b"\x93NUMPY":
                     raise ValueError("it does not begin as such a file does")
             array = np.load(str(self.file), mmap_mode="r", allow_pickle=False)
         except (ValueError, EOFError) as problem:
-            raise Wrong(f"--file {self.file} must be an .npy file of numbers: {problem}") from None
+            raise Wrong(f"{option('file')} {self.file} must be an .npy file of numbers: {problem}") from None
         if not isinstance(array, np.ndarray) or array.ndim != 2 or array.dtype.kind not in "iuf":
-            raise Wrong(f"--file {self.file} must have one array of real numbers (2n, orbits)")
+            raise Wrong(f"{option('file')} {self.file} must have one array of real numbers (2n, orbits)")
         return array
 
     def launch(self, body: Any, section: Any, surface: Surface, default: str) -> Launch:
@@ -82,18 +82,18 @@ class Starts:
         from ..analysis.sections import energy_sample
 
         if self.grid is not None and self.orbits is not None:
-            raise Wrong("give --grid or --orbits, not both")
+            raise Wrong.of("give {grid} or {orbits}, not both")
         if self.orbits is not None and self.orbits < 1:
-            raise Wrong(f"--orbits must be at least 1, got {self.orbits}")
+            raise Wrong(f"{option('orbits')} must be at least 1, got {self.orbits}")
         if self.orbits is not None:
-            fits("--orbits", self.orbits, itemsize=1)
+            fits(option("orbits"), self.orbits, itemsize=1)
         if self.seed < 0:
-            raise Wrong(f"--seed must be at least 0, got {self.seed}")
+            raise Wrong(f"{option('seed')} must be at least 0, got {self.seed}")
         if self.by_name or section is None or not traits_of(body).conserves or not on_section(body, section):
             return self._by_name(body, section, surface)
         cells = cells_of(self.grid or default)
-        fits("--grid", *cells, itemsize=1)
-        fits("--grid", ARRAYS, max(cells))
+        fits(option("grid"), *cells, itemsize=1)
+        fits(option("grid"), ARRAYS, max(cells))
         given = self.ranges()
         where = Where(body, section, *checked_surface(body, section, surface.energy, surface.p_eta, surface.p_gamma))
         edge, ranges = None, given
@@ -102,7 +102,8 @@ class Starts:
             ranges = [mine or found for mine, found in zip(given, edge.axes)]
         except ValueError as problem:
             if None in ranges:
-                raise Wrong(str(problem).replace("the ranges of the axes", "--range1 and --range2")) from None
+                both = f"{option('range1')} and {option('range2')}"
+                raise Wrong(str(problem).replace("the ranges of the axes", both)) from None
         if self.orbits is not None:
             boxes = energy_sample.ranges_to_draw(*where, ranges if any(given) else None)
             sheets = energy_sample.drawn(*where, boxes, BLOCK, self.seed)[1]
@@ -120,39 +121,42 @@ class Starts:
         """Return the launch set of any number of degrees of freedom."""
         for name in ("range1", "range2", "grid"):
             if getattr(self, name) is not None:
-                raise Wrong(
-                    f"--{name} is of the two coordinates of a section of a body or of a system of two coordinates; "
-                    "elsewhere give --axes NAME=LOW:HIGH:N"
+                raise Wrong.of(
+                    "{it} is of the two coordinates of a section of a body or of a system of two coordinates; "
+                    "elsewhere give {axes} NAME=LOW:HIGH:N",
+                    it=option(name),
                 )
         if self.microcanonical and (self.at_rest or self.solve is not None):
-            raise Wrong(f"give --microcanonical or --{'at-rest' if self.at_rest else 'solve'}, not both")
+            other = option("at_rest" if self.at_rest else "solve")
+            raise Wrong(f"give {option('microcanonical')} or {other}, not both")
         if self.microcanonical and self.orbits is None:
-            raise Wrong("--microcanonical needs --orbits, how many are drawn")
+            raise Wrong.of("{microcanonical} needs {orbits}, how many are drawn")
         free = not traits_of(body).conserves
         here = None if free or self.microcanonical or self.at_rest or self.solve is not None else section
         sign = -1 if surface.direction == "-1" and (self.solve is not None) else 1
-        fixed = {name: number(f"--fixed {name}", text) for name, text in pairs("--fixed", self.fixed or (), "VALUE")}
+        given = pairs(option("fixed"), self.fixed or (), "VALUE")
+        fixed = {name: number(f"{option('fixed')} {name}", text) for name, text in given}
         taken = fixed or None, self.solve, sign, self.at_rest
         try:
             if self.orbits is not None:
-                given = pairs("--axes", self.axes or (), "LOW:HIGH")
-                axes = {name: range_of(f"--axes {name}", text) for name, text in given} or None
+                given = pairs(option("axes"), self.axes or (), "LOW:HIGH")
+                axes = {name: range_of(f"{option('axes')} {name}", text) for name, text in given} or None
                 planes = {"p_eta": surface.p_eta, "p_gamma": surface.p_gamma}
                 source = source_of(body, surface.energy, here, axes, *taken, **planes)
                 return RandomPoints(OfSource(source), self.orbits, self.seed)
             if not self.axes:
-                raise Wrong("--axes NAME=LOW:HIGH:N is required, once for each axis of the grid; or --orbits N")
-            parts = {name: axis_of(name, text) for name, text in pairs("--axes", self.axes, "LOW:HIGH:N")}
-            fits("--axes", *(part.size for part in parts.values()), itemsize=1)
+                raise Wrong.of("{axes} NAME=LOW:HIGH:N is required, once for each axis of the grid; or {orbits} N")
+            parts = {name: axis_of(name, text) for name, text in pairs(option("axes"), self.axes, "LOW:HIGH:N")}
+            fits(option("axes"), *(part.size for part in parts.values()), itemsize=1)
             made = launching(body, checked_energy(body, surface.energy), tuple(parts), here, *taken)
             return NamedCells(made, tuple(parts.values()))
         except (ValueError, TypeError) as problem:
             text = re.sub(r"axes=\{(.*)\}", flags_of_axes, str(problem))
-            raise Wrong(f"--{text}" if text.split(" ")[0] in BY_NAME else text) from None
+            raise Wrong(respelled(text, BY_NAME)) from None
 
     def ranges(self) -> list[Any]:
         """Return the ranges given, None for those not given."""
-        return [range_of(name, text) for name, text in (("--range1", self.range1), ("--range2", self.range2))]
+        return [range_of(option(name), getattr(self, name)) for name in ("range1", "range2")]
 
 
 BY_NAME = ("axes", "fixed", "solve", "at_rest", "microcanonical")
@@ -364,8 +368,8 @@ def _points(launch: Any, block: int) -> tuple[np.ndarray, np.ndarray]:
 def whole(launch: Launch) -> tuple[np.ndarray, np.ndarray]:
     """Return all phase points of a launch set and the numbers of their points; ValueError where memory has no room."""
     rows = launch.points(0)[0].shape[0]
-    options = {RandomPoints: "--orbits", NamedCells: "--axes"}
-    fits(options.get(type(launch), "--grid"), 2 * rows, launch.size)
+    options = {RandomPoints: option("orbits"), NamedCells: option("axes")}
+    fits(options.get(type(launch), option("grid")), 2 * rows, launch.size)
     return between(launch, 0, launch.size)
 
 

@@ -17,6 +17,7 @@ from ..base.machine import processor
 from ..base.names import named
 from ..base.numbers import StrPath, flag, free_memory, function, positive, reporter, shown, whole
 from ..base.placing import sweep
+from ..base.progress import says_progress
 from ..base.provenance import provenance
 from ..base.results import columns
 from ..base.status import Status
@@ -33,7 +34,7 @@ from .scans import Cases, assembled
 from .store import Store, create, is_store
 from .system import Model
 from .units import Unit, computed, running, same_processor, stated, summed, unit, waiting
-from .watching import Progress, Watched, says_progress, submitted
+from .watching import Progress, Watched, submitted
 from .wording import Wrong
 
 SECONDS = 2.0
@@ -44,7 +45,6 @@ PROBE = 256
 
 SMALLEST = 256
 """Orbits of a unit whose size is left open: two blocks of lanes."""
-
 
 WORKING = 6.0
 """Bytes that a unit takes while it runs for each byte of its results: measured by `bench/job_memory.py`."""

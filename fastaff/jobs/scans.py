@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import count
 from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
@@ -17,7 +19,7 @@ from ..models.traits import traits_of
 from .analyses import Chaos, Orbits, Run
 from .launch import Starts
 from .system import Surface
-from .wording import Wrong
+from .wording import Wrong, option
 
 PLANES = ("p_eta", "p_gamma", "p_phi", "p_psi")
 """Angular momenta that a body's energy surface has."""
@@ -51,22 +53,21 @@ class Scan:
         own = getattr(body, "potential", body)._fields
         names = ("energy", *(PLANES if planar else ()), *own, *(("mu",) if planar else ()))
         for axis in axes:
-            named("--scan", axis.name, names)
+            named(option("scan"), axis.name, names)
         return axes
 
 
 def scanned(texts: list[str]) -> list[Scanned]:
     """Return the parameters of a scan with their values."""
     if not 1 <= len(texts) <= 2:
-        raise Wrong(f"--scan takes one or two parameters, got {len(texts)}")
+        raise Wrong(f"{option('scan')} takes one or two parameters, got {len(texts)}")
     axes = [_parsed(text) for text in texts]
     taken = [axis.name for axis in axes]
     if len(set(taken)) < len(taken):
-        raise Wrong(f"--scan takes two different parameters, got {taken[0]} twice")
+        raise Wrong(f"{option('scan')} takes two different parameters, got {taken[0]} twice")
     if set(taken) & {"p_phi", "p_psi"} and set(taken) & {"p_eta", "p_gamma"}:
-        raise Wrong(
-            "--scan takes p_eta and p_gamma, or p_phi = p_gamma + p_eta and p_psi = p_gamma - p_eta, not one of each"
-        )
+        sums = "p_phi = p_gamma + p_eta and p_psi = p_gamma - p_eta"
+        raise Wrong.of("{scan} takes p_eta and p_gamma, or {sums}, not one of each", sums=sums)
     return axes
 
 
@@ -78,7 +79,7 @@ def _parsed(text: str) -> Scanned:
         if len(parts) != 3 or not equals or not math.isfinite(low + high) or not low < high or not 2 <= count < 10**6:
             raise ValueError
     except (ValueError, IndexError):
-        raise Wrong(f"--scan must be {FORM}, got {text!r}") from None
+        raise Wrong(f"{option('scan')} must be {FORM}, got {text!r}") from None
     return Scanned(name.strip().replace("p-", "p_"), np.linspace(low, high, count))
 
 
@@ -167,28 +168,45 @@ class ScanOfChaos:
     def _case(self, orbits: Orbits, values: np.ndarray, settled: dict[str, Any], run: Run, report: Any) -> FoundCases:
         at = [int(np.flatnonzero(axis.values == value)[0]) for axis, value in zip(self.cases.axes, values)]
         number = int(np.ravel_multi_index(at, self.cases.shape))
+        time = settled["time"] if settled else None
+        one = [np.array([value]) for value in values]
+        return FoundCases.of(self.fractions(orbits.body, orbits.section, one, run, report, number, time))
 
-        def make(*given: float) -> tuple[Any, Any]:
-            body, surface = case(orbits.body, self.surface, dict(zip(self.cases.names, given)))
-            ranges = self.starts.ranges()
-            drawn = energy_sample(
-                body,
-                section=orbits.section,
-                orbits=self.starts.orbits or ORBITS,
-                seed=np.random.SeedSequence(self.starts.seed, spawn_key=(number,)),
-                energy=surface.energy,
-                p_eta=surface.p_eta,
-                p_gamma=surface.p_gamma,
-                axes=ranges if all(ranges) else None,
-            )
-            return body, drawn.z0
+    def orbits(self, body: Any, section: Any, values: Sequence[float], number: int) -> tuple[Any, np.ndarray]:
+        """Return the body of a case, the one of that number, and its random starts (2n, orbits)."""
+        body, surface = case(body, self.surface, dict(zip(self.cases.names, values)))
+        ranges = self.starts.ranges()
+        drawn = energy_sample(
+            body,
+            section=section,
+            orbits=self.starts.orbits or ORBITS,
+            seed=np.random.SeedSequence(self.starts.seed, spawn_key=(number,)),
+            energy=surface.energy,
+            p_eta=surface.p_eta,
+            p_gamma=surface.p_gamma,
+            axes=ranges if all(ranges) else None,
+        )
+        return body, drawn.z0
+
+    def fractions(
+        self,
+        body: Any,
+        section: Any,
+        values: list[np.ndarray],
+        run: Run,
+        report: Any,
+        first: int = 0,
+        time: float | None = None,
+    ) -> ChaoticFraction:
+        """Return the chaotic fraction over values of each parameter, cases numbered from `first`."""
+        numbers = count(first)
 
         def length(body: Any, z0: np.ndarray) -> float:
-            return (settled or self.chaos.settled(Orbits(body, orbits.section, z0), run))["time"]
+            return self.chaos.settled(Orbits(body, section, z0), run)["time"] if time is None else time
 
-        found = chaotic_fraction(
-            make,
-            [np.array([value]) for value in values],
+        return chaotic_fraction(
+            lambda *given: self.orbits(body, section, given, next(numbers)),
+            values,
             names=self.cases.names,
             time=length,
             indicators=self.chaos.values(),
@@ -198,7 +216,6 @@ class ScanOfChaos:
             threads=run.threads,
             report=report,
         )
-        return FoundCases.of(found)
 
 
 def assembled(found: FoundCases, cases: Cases) -> ChaoticFraction:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import inspect
-import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
@@ -19,7 +18,7 @@ from ..formulas.map_source import MapRequest
 from ..formulas.number import number
 from ..formulas.section_text import canonical, section_forms, section_named
 from ..models.traits import traits_of
-from .wording import Wrong
+from .wording import Wrong, option, respelled
 
 MODELS = {
     "harmonic": ("Harmonic", ("C",)),
@@ -53,6 +52,12 @@ SYSTEMS = {
 
 OWN = (*MODELS, *MAPS, *SYSTEMS)
 """All models by name."""
+
+RATES = ("rotation", "magnetic", "friction", "period")
+"""Options of a Hamiltonian that are numbers or formulas."""
+
+RESERVED = ("mu", "domain", "coordinates", "momenta", "periods", "masses", *RATES)
+"""Names that no parameter of a formula has."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -115,20 +120,20 @@ class Model:
 
         given = {name: getattr(self, name) for name in ("C", "A", "G", "K", "lam") if getattr(self, name) is not None}
         if self.angles is not None and self.map is None and self.hamiltonian is None:
-            raise Wrong("--angles belongs to --map or --hamiltonian")
+            raise Wrong.of("{angles} belongs to {map} or {hamiltonian}")
         if any(entry is not None for entry in self._texts):
             return self._own(given)
-        key = named("--model", self.model or "neo-hookean", OWN)
+        key = named(option("model"), self.model or "neo-hookean", OWN)
         letters = ("parameter",) if key in MODELS else ()
-        for name in ("coordinates", "momenta", "domain", "rotation", "magnetic", "friction", "period", *letters):
+        for name in ("coordinates", "momenta", "domain", *RATES, *letters):
             if getattr(self, name) is not None:
-                raise Wrong(f"--{name} belongs to --formula, --hamiltonian, --map or --flow")
+                raise Wrong.of("{it} belongs to {formula}, {hamiltonian}, {map} or {flow}", it=option(name))
         if key not in MODELS:
             return self._by_parameters(key, given)
         kind, names = MODELS[key]
         for name in given:
             if name not in names:
-                raise Wrong(f"--{name} is not a parameter of {key}, which has {', '.join('--' + n for n in names)}")
+                raise Wrong(f"{option(name)} is not a parameter of {key}, which has {', '.join(map(option, names))}")
         value = getattr(fastaff, kind)(**given)
         return value if key == "henon-heiles" else fastaff.Body(value, self.mu)
 
@@ -152,32 +157,19 @@ class Model:
         values = self._values(texts) | given
         for name in values:
             if name not in names:
-                raise Wrong(f"--parameter {name} is none of {key}, which has {', '.join(names)}")
+                raise Wrong(f"{option('parameter')} {name} is none of {key}, which has {', '.join(names)}")
         if self.mu != 1.0:
-            raise Wrong("--mu belongs to bodies")
+            raise Wrong.of("{mu} belongs to bodies")
         return kind(**values)
 
     def _values(self, texts: Sequence[str] = ()) -> dict[str, Any]:
         """Return the parameters by name: numbers, but those of the names `texts`."""
         values: dict[str, Any] = {}
-        for name, text in pairs("--parameter", self.parameter or (), "VALUE with a number, for example C=1.5"):
-            values[name] = text if name in texts else number(f"--parameter {name}", text)
-            if name in (
-                "mu",
-                "domain",
-                "coordinates",
-                "momenta",
-                "periods",
-                "masses",
-                "rotation",
-                "magnetic",
-                "friction",
-                "period",
-            ):
-                raise Wrong(
-                    f"--parameter {name}=...: {name} is an option of its own, --{name}, or has a meaning: choose "
-                    "another letter"
-                )
+        for name, text in pairs(option("parameter"), self.parameter or (), "VALUE with a number, for example C=1.5"):
+            values[name] = text if name in texts else number(f"{option('parameter')} {name}", text)
+            if name in RESERVED:
+                text = "{parameter} {name}=...: {name} is an option of its own, {it}, or has a meaning: choose another "
+                raise Wrong.of(text + "letter", name=name, it=option(name))
         return values
 
     def _own(self, given: dict[str, float]) -> Any:
@@ -185,58 +177,57 @@ class Model:
 
         if given:
             name = next(iter(given))
-            raise Wrong(f"--{name} belongs to a --model; a formula takes --parameter {name}={given[name]:g}")
+            text = "{it} belongs to a {model}; a formula takes {parameter} {name}={value:g}"
+            raise Wrong.of(text, it=option(name), name=name, value=given[name])
         if sum(entry is not None for entry in (self.model, *self._texts)) > 1:
-            raise Wrong("give one of --model, --formula, --hamiltonian, --map and --flow")
+            raise Wrong.of("give one of {model}, {formula}, {hamiltonian}, {map} and {flow}")
         values = self._values()
         if self.formula is not None and self.coordinates is not None:
-            raise Wrong(
-                "--coordinates belongs to --hamiltonian; a --formula is in D1, D2, alpha, beta, r, vartheta, ..."
+            raise Wrong.of(
+                "{coordinates} belongs to {hamiltonian}; a {formula} is in D1, D2, alpha, beta, r, vartheta, ..."
             )
         if self.flow is not None and self.coordinates is not None:
-            raise Wrong("--coordinates belongs to --hamiltonian; the variables of --flow are those of its equations")
-        for name in ("rotation", "magnetic", "friction", "period", "momenta"):
+            raise Wrong.of("{coordinates} belongs to {hamiltonian}; the variables of {flow} are those of its equations")
+        for name in (*RATES, "momenta"):
             if self.hamiltonian is None and getattr(self, name) is not None:
-                raise Wrong(
-                    f"--{name} belongs to --hamiltonian: the coordinates of a body do not turn, nor is it driven"
-                    if name != "momenta"
-                    else "--momenta belongs to --hamiltonian, as the names of momenta in its text"
-                )
+                why = ": the coordinates of a body do not turn, nor is it driven"
+                why = why if name != "momenta" else ", as the names of momenta in its text"
+                raise Wrong.of("{it} belongs to {hamiltonian}{why}", it=option(name), why=why)
         if self.formula is None and self.mu != 1.0:
-            raise Wrong(
-                "--mu belongs to bodies; a --hamiltonian has the masses 1, others none: rescale the coordinates"
+            raise Wrong.of(
+                "{mu} belongs to bodies; a {hamiltonian} has the masses 1, others none: rescale the coordinates"
             )
         try:
             return self._made(values)
         except ValueError as problem:
-            given_as = zip(("--formula", "--hamiltonian", "--map", "--flow"), self._texts)
-            option = next(name for name, entry in given_as if entry is not None)
-            more = "; --parameter gives a parameter, NAME=VALUE" if "unknown name" in str(problem) else ""
-            if more and self.hamiltonian is not None:
-                more += ", and --coordinates names the coordinates"
-            said = re.sub("^text(?=: |, | must)", option, str(problem))
-            if self.hamiltonian is not None:
-                said = re.sub("^(coordinates|momenta) must", r"--\1 must", re.sub("^periods", "--angles", said))
-            raise Wrong(said + more) from None
+            own = next(name for name in ("formula", "hamiltonian", "map", "flow") if getattr(self, name) is not None)
+            said = str(problem)
+            if said.startswith(("text:", "text,", "text must")):
+                said = option(own) + said.removeprefix("text")
+            elif own == "hamiltonian" and said.startswith(("coordinates must", "momenta must")):
+                said = respelled(said, ("coordinates", "momenta"))
+            elif own == "hamiltonian" and said.startswith("periods"):
+                said = option("angles") + said.removeprefix("periods")
+            if "unknown name" in said:
+                said += f"; {option('parameter')} gives a parameter, NAME=VALUE"
+                said += f", and {option('coordinates')} names the coordinates" if own == "hamiltonian" else ""
+            raise Wrong(said) from None
 
-    def _made(self, values: dict[str, float]) -> Any:
+    def _made(self, values: dict[str, Any]) -> Any:
         """Return the model of the formula with its parameters."""
         import fastaff
 
-        maker: Any = getattr(fastaff, "formula" if self.formula is not None else "hamiltonian", None)
-        if maker is None:
-            raise Wrong("this version of fastaff has no formulas")
         if self.flow is not None:
             return fastaff.flow(self.flow, domain=self.domain, **values)
-        periods = dict(pairs("--angles", self.angles or (), "PERIOD")) or None
+        periods = dict(pairs(option("angles"), self.angles or (), "PERIOD")) or None
         if self.map is not None:
             how: dict[str, Any] = {"coordinates": self.coordinates, "periods": periods, "domain": self.domain, **values}
             return fastaff.mapping(self.map, **how)
         if self.formula is None:
-            own = {name: _rate(getattr(self, name)) for name in ("rotation", "magnetic", "friction", "period")}
-            rows = {"coordinates": self.coordinates or "x y", "momenta": self.momenta, "periods": periods}
-            return maker(self.hamiltonian, **rows, domain=self.domain, **own, **values)
-        return maker(self.formula, mu=self.mu, domain=self.domain, **values)
+            own: dict[str, Any] = {name: _rate(getattr(self, name)) for name in RATES}
+            own |= {"coordinates": self.coordinates or "x y", "momenta": self.momenta, "periods": periods}
+            return fastaff.hamiltonian(self.hamiltonian, domain=self.domain, **own, **values)
+        return fastaff.formula(self.formula, mu=self.mu, domain=self.domain, **values)
 
 
 def _rate(text: str | None) -> float | str | None:
@@ -267,16 +258,21 @@ class Surface:
         """Return the section; refuse an energy that is not given. A map has neither."""
         traits = traits_of(body)
         if traits.iterated:
-            check_given(body, "a time", "a map has none", **{"--energy": self.energy, "--section": self.section})
+            check_given(
+                body,
+                "a time",
+                "a map has none",
+                **{option(name): getattr(self, name) for name in ("energy", "section")},
+            )
             return None
         if not traits.conserves:
             if self.energy is not None:
-                raise Wrong("--energy is for systems that keep one: those of --flow and --friction do not")
+                raise Wrong.of("{energy} is for systems that keep one: those of {flow} and {friction} do not")
             return self.section_of(body)
         if traits.driven:
-            raise Wrong("--file is required: the starts of a driven system, rows of coordinates and momenta")
+            raise Wrong.of("{file} is required: the starts of a driven system, rows of coordinates and momenta")
         if self.energy is None:
-            raise Wrong("--energy is required: the energy of every orbit, for example --energy 1.5")
+            raise Wrong.of("{energy} is required: the energy of every orbit, for example {energy} 1.5")
         return self.section_of(body)
 
     def escape(self, body: Any, status: np.ndarray) -> str | None:
@@ -290,10 +286,10 @@ class Surface:
         if traits.iterated:
             return None
         if self.direction not in ("+1", "1", "-1", "0", "+0"):
-            raise Wrong(f"--direction must be +1, -1 or 0, got {self.direction}")
+            raise Wrong(f"{option('direction')} must be +1, -1 or 0, got {self.direction}")
         own = section_forms(body)[traits.moving if traits.driven else 0]  # of a driven system, a constant time
         text = self.section or own.replace("=c", "=0")
-        return section_named(text, body, int(self.direction), argument="--section")
+        return section_named(text, body, int(self.direction), argument=option("section"))
 
     def canonical(self) -> Surface:
         """Return the same with the section as it is written here."""

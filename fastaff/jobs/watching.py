@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 import contextlib
-import functools
 import json
 import time as clock
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
-from typing import Any, NamedTuple, ParamSpec, TypeVar, cast
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..base.progress import silent, watched
 from .store import Store
 from .units import LOG, Unit, compute_unit
 
@@ -43,25 +41,6 @@ class Progress(NamedTuple):
         for name, counts in self.statuses.items():
             parts.append(f"{name}: " + ", ".join(f"{count} {status}" for status, count in counts.items()))
         return "; ".join(parts)
-
-
-P = ParamSpec("P")
-R = TypeVar("R")
-
-
-def says_progress(function: Callable[P, R]) -> Callable[P, R]:
-    """Let a function say on a terminal or in a notebook how much is done, unless `report` or `watch` is told."""
-
-    @functools.wraps(function)
-    def wrapped(*given: Any, **named: Any) -> Any:
-        if named.get("report") is not None or named.get("watch") is not None:
-            with silent():
-                return function(*given, **named)
-        with watched(function.__name__) as report:
-            told: dict[str, Any] = {} if report is None or "report" in named else {"report": report}
-            return function(*given, **named, **told)
-
-    return cast(Callable[P, R], wrapped)
 
 
 class Watched:

@@ -14,9 +14,10 @@ def scales(W, force, velocity, momentum, kinetic, rate, largest):
     W (n, n, orbits); force, velocity, momentum (n, samples, orbits); kinetic (samples, orbits).
     """
     n, samples, orbits = force.shape
-    for o in range(orbits):
-        pull, move, most = 0.0, 0.0, -np.inf
-        for s in range(samples):
+    pull, move = np.zeros(orbits), np.zeros(orbits)
+    largest[:] = -np.inf
+    for s in range(samples):
+        for o in range(orbits):
             pulled, moved = 0.0, 0.0
             for i in range(n):
                 turned = 0.0
@@ -26,8 +27,8 @@ def scales(W, force, velocity, momentum, kinetic, rate, largest):
                 moved += momentum[i, s, o] * velocity[i, s, o]
             T = kinetic[s, o]
             sound = np.isfinite(pulled) and np.isfinite(moved) and np.isfinite(T)
-            if sound:
-                pull += pulled
-                move += moved
-            most = max(most, T if sound else 0.0)
-        rate[o], largest[o] = np.sqrt(np.divide(pull, move)), most
+            pull[o] += pulled if sound else 0.0
+            move[o] += moved if sound else 0.0
+            largest[o] = max(largest[o], T if sound else 0.0)
+    for o in range(orbits):
+        rate[o] = np.sqrt(np.divide(pull[o], move[o]))

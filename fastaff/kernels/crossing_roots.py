@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
 from ..compile.jit import LANES, jit, read_now, write_now
@@ -17,48 +19,78 @@ fractional steps for a root.
 """
 USUAL, SLOW = 8, 60
 """Fractional steps that a root mostly takes, and the extremum between two."""
-BRACKET = 10
-"""Rows of numbers that a lane's search takes with it."""
+HALF = LANES // 2
+"""Lanes below which those that are free take the next records."""
+
+
+class Search(NamedTuple):
+    """Rows of numbers of a lane's search: the last three points and the section function there, the next fractional
+    step, the function after it, the first bracket, the size of the function before, what the next step is and which
+    it is.
+    """
+
+    x1: int = 0
+    x2: int = 1
+    x3: int = 2
+    f1: int = 3
+    f2: int = 4
+    f3: int = 5
+    tau: int = 6
+    f: int = 7
+    whole: int = 8
+    last: int = 9
+    live: int = 10
+    sweeps: int = 11
+    end: int = 12
+
+
+SEARCH = Search()
 
 
 @jit
-def chandrupatla(x1, f1, x2, f2, x3, f3):
-    """Return the next fraction of the bracket [x1, x2]: inverse quadratic interpolation where it is safe, else 1/2.
+def narrow(lanes, search):
+    """Put the section function at each lane's fractional step into its bracket; say what the next step is, and set it;
+    return how many lanes have their root HERE.
 
-    Chandrupatla 1997, Adv. Eng. Software 28, 145.
+    Within the bracket it is inverse quadratic interpolation where that is safe, else the middle (Chandrupatla 1997,
+    Adv. Eng. Software 28, 145). The search ends where its next correction is nothing beside the first bracket, or where
+    rounding keeps the function from falling: at the last of its points with the smallest value. No branches, so that
+    all lanes are vectors.
     """
-    xi, phi = (x1 - x2) / (x3 - x2), (f1 - f2) / (f3 - f2)
-    if phi * phi < xi and (1.0 - phi) * (1.0 - phi) < 1.0 - xi:
-        return f1 / (f2 - f1) * f3 / (f2 - f3) + (x3 - x1) / (x2 - x1) * f1 / (f3 - f1) * f2 / (f3 - f2)
-    return 0.5
-
-
-@jit(inline=True)
-def narrowed(i, x1, f1, x2, f2, x3, f3, tau, f, whole, last, sweeps):
-    """Put the section function f at tau[i] into lane i's bracket; return what its next fractional step is, set in tau.
-
-    The search ends where its next correction is nothing beside the first bracket `whole`, or where rounding keeps the
-    function from falling: at the last of its points with the smallest value.
-    """
-    if (f > 0.0) == (f1[i] > 0.0):
-        x3[i], f3[i] = x1[i], f1[i]
-    else:
-        x3[i], f3[i] = x2[i], f2[i]
-        x2[i], f2[i] = x1[i], f1[i]
-    x1[i], f1[i] = tau[i], f
-    width = abs(x2[i] - x1[i])
-    fraction = chandrupatla(x1[i], f1[i], x2[i], f2[i], x3[i], f3[i])
-    change = abs(f1[i] / (f2[i] - f1[i])) * width
-    settled = change <= FINE * whole or (change <= NOISE * whole and abs(f) > 0.5 * last[i])
-    last[i] = abs(f)
-    if settled or width <= 2.4e-16 * whole or sweeps >= SWEEPS:
-        if abs(f1[i]) <= min(abs(f2[i]), abs(f3[i])):
-            return HERE
-        tau[i] = x2[i] if abs(f2[i]) <= abs(f3[i]) else x3[i]
-        return FOUND
-    least = 1.2e-16 * whole / width
-    tau[i] = x1[i] + min(max(fraction, least), 1.0 - least) * (x2[i] - x1[i])
-    return SEARCHING
+    found = 0
+    for i in range(lanes):
+        x, f = search[SEARCH.tau * LANES + i], search[SEARCH.f * LANES + i]
+        a, fa = search[SEARCH.x1 * LANES + i], search[SEARCH.f1 * LANES + i]
+        b, fb = search[SEARCH.x2 * LANES + i], search[SEARCH.f2 * LANES + i]
+        whole, last = search[SEARCH.whole * LANES + i], search[SEARCH.last * LANES + i]
+        sweeps, searching = search[SEARCH.sweeps * LANES + i] + 1.0, search[SEARCH.live * LANES + i] == SEARCHING
+        same = (f > 0.0) == (fa > 0.0)
+        x3, f3 = a if same else b, fa if same else fb
+        x2, f2 = b if same else a, fb if same else fa
+        xi, phi = (x - x2) / (x3 - x2), (f - f2) / (f3 - f2)
+        safe = (phi * phi < xi) & ((1.0 - phi) * (1.0 - phi) < 1.0 - xi)
+        secant = f / (f2 - f)
+        inverse = secant * f3 / (f2 - f3) + (x3 - x) / (x2 - x) * f / (f3 - f) * f2 / (f3 - f2)
+        fraction = inverse if safe else 0.5
+        width = abs(x2 - x)
+        change = abs(secant) * width
+        stalls = (change <= NOISE * whole) & (abs(f) > 0.5 * last)
+        settled = (change <= FINE * whole) | stalls | (width <= 2.4e-16 * whole) | (sweeps >= SWEEPS)
+        here = abs(f) <= min(abs(f2), abs(f3))
+        least = 1.2e-16 * whole / width
+        inside = x + min(max(fraction, least), 1.0 - least) * (x2 - x)
+        nearest = x2 if abs(f2) <= abs(f3) else x3
+        search[SEARCH.x1 * LANES + i], search[SEARCH.f1 * LANES + i] = x, f
+        search[SEARCH.x2 * LANES + i], search[SEARCH.f2 * LANES + i] = x2, f2
+        search[SEARCH.x3 * LANES + i], search[SEARCH.f3 * LANES + i] = x3, f3
+        live = (HERE if here else FOUND) if settled else SEARCHING
+        live = live if searching else HERE
+        following = nearest if settled else inside
+        search[SEARCH.tau * LANES + i] = x if live == HERE else following
+        search[SEARCH.last * LANES + i], search[SEARCH.sweeps * LANES + i] = abs(f), sweeps
+        search[SEARCH.live * LANES + i] = live
+        found += 1 if live == HERE else 0
+    return found
 
 
 @jit
@@ -199,72 +231,89 @@ def bracket(unit, stop, progress, blocks, scheme, section, records, where):
     write_now(progress, unit, lanes)
 
 
-def locate(unit, stop, progress, blocks, scheme, section, direction, records, where):
-    """Turn the records numbered `where` (rows of `records`) into crossings: root of the section function on the flow.
+@jit
+def begin(flow, first, lanes, direction, records, number, kind, start, search, z, k, work):
+    """Let the lanes from `first` on, which have taken their records, start their searches: with the secant of their
+    brackets.
+    """
+    _, _, section, _ = flow
+    f, doubtful = row(search, SEARCH.f), 0
+    for i in range(first, lanes):
+        o = number[i]
+        kind[i], search[SEARCH.sweeps * LANES + i], search[SEARCH.last * LANES + i] = (
+            records[o, RECORD.kind],
+            0.0,
+            np.inf,
+        )
+        lower, upper = 0.0 if kind[i] == CERTAIN else records[o, RECORD.lower], records[o, RECORD.upper]
+        search[SEARCH.x1 * LANES + i], search[SEARCH.x2 * LANES + i] = lower, upper
+        search[SEARCH.x3 * LANES + i], search[SEARCH.whole * LANES + i] = lower, abs(upper - lower)
+        search[SEARCH.f2 * LANES + i] = records[o, RECORD.beyond]
+        doubtful += 0 if kind[i] == CERTAIN else 1
+    call(section.function, section.parameters, lanes, start, f)
+    if doubtful > 0:
+        fractional(flow, lanes, start, row(search, SEARCH.x2), z, k, work, f)
+        for i in range(first, lanes):
+            search[SEARCH.f2 * LANES + i] = search[SEARCH.f2 * LANES + i] if kind[i] == CERTAIN else f[i]
+        fractional(flow, lanes, start, row(search, SEARCH.x1), z, k, work, f)
+    for i in range(first, lanes):
+        f1, f2 = f[i], search[SEARCH.f2 * LANES + i]
+        x1, x2 = search[SEARCH.x1 * LANES + i], search[SEARCH.x2 * LANES + i]
+        search[SEARCH.f1 * LANES + i], search[SEARCH.f3 * LANES + i] = f1, f1
+        if kind[i] > CERTAIN and (f1 * f2 > 0.0 or (f2 - f1) * direction < 0.0):
+            kind[i] = NOTHING
+        if f1 * f2 < 0.0:
+            search[SEARCH.live * LANES + i], search[SEARCH.tau * LANES + i] = (
+                SEARCHING,
+                x1 + (x2 - x1) * (f1 / (f1 - f2)),
+            )
+        else:
+            search[SEARCH.live * LANES + i] = FOUND
+            search[SEARCH.tau * LANES + i] = x1 if abs(f1) <= abs(f2) else x2
+
+
+def locate(unit, stop, progress, blocks, scheme, section, direction, records, where, size):
+    """Turn a unit of `size` of the records numbered `where` (rows of `records`) into crossings: root of the section
+    function on the flow.
 
     Every lane has a bracket of its own, see `bracket` for those that are not certain, and lanes that have converged
-    make room. Where there is no other sign, or the wrong direction, the record becomes empty. Afterwards a record holds
-    time, kind, section function and state.
+    make room for the next records. Where there is no other sign, or the wrong direction, the record becomes empty.
+    Afterwards a record holds time, kind, section function and state.
     """
-    count, rows = where.size, records.shape[1] - RECORD.state
-    size = rows * LANES
-    first = unit * LANES
-    lanes = min(LANES, count - first) if read_now(stop, 0) == 0 else 0
+    rows, following, end = records.shape[1] - RECORD.state, unit * size, min((unit + 1) * size, where.size)
     z, work, k = room(scheme.copies * rows + scheme.spare), room(rows), room(scheme.b.size * rows)
-    own = room(rows + BRACKET)
-    start = own[:size]
-    x1, x2, x3 = row(own, rows), row(own, rows + 1), row(own, rows + 2)
-    f1, f2, f3 = row(own, rows + 3), row(own, rows + 4), row(own, rows + 5)
-    tau, whole, last, live = row(own, rows + 6), row(own, rows + 7), row(own, rows + 8), row(own, rows + 9)
-    kind, f, number, doubtful = room(1), room(1), np.zeros(LANES, np.int64), 0
-    for i in range(lanes):
-        o = where[first + i]
-        number[i], kind[i] = o, records[o, RECORD.kind]
-        x1[i], x2[i] = 0.0 if kind[i] == CERTAIN else records[o, RECORD.lower], records[o, RECORD.upper]
-        f2[i] = records[o, RECORD.beyond]
-        doubtful += 0 if kind[i] == CERTAIN else 1
-        for r in range(rows):
-            start[r * LANES + i] = records[o, RECORD.state + r]
-    flow = blocks, scheme, section, rows
-    call(section.function, section.parameters, lanes, start, f1)
-    if doubtful > 0:
-        fractional(flow, lanes, start, x1, z, k, work, f1)
-        fractional(flow, lanes, start, x2, z, k, work, f)
-        for i in range(lanes):
-            f2[i] = f2[i] if kind[i] == CERTAIN else f[i]
-    for i in range(lanes):
-        whole[i] = abs(x2[i] - x1[i])
-        if kind[i] > CERTAIN and (f1[i] * f2[i] > 0.0 or (f2[i] - f1[i]) * direction < 0.0):
-            kind[i] = NOTHING
-        x3[i], f3[i], last[i] = x1[i], f1[i], np.inf
-        if f1[i] * f2[i] < 0.0:
-            live[i] = SEARCHING
-            tau[i] = x1[i] + (x2[i] - x1[i]) * (f1[i] / (f1[i] - f2[i]))
-        else:
-            live[i] = FOUND
-            tau[i] = x1[i] if abs(f1[i]) <= abs(f2[i]) else x2[i]
-    sweeps = 0
-    while lanes > 0:
-        sweeps += 1
+    start, search, kind, number = room(rows), room(SEARCH.end), room(1), np.zeros(LANES, np.int64)
+    tau, f, flow, lanes = row(search, SEARCH.tau), row(search, SEARCH.f), (blocks, scheme, section, rows), 0
+    while True:
+        if lanes <= HALF and following < end and read_now(stop, 0) == 0:
+            first = lanes
+            lanes = min(LANES, first + end - following)
+            for i in range(first, lanes):
+                number[i] = where[following]
+                following += 1
+                for r in range(rows):
+                    start[r * LANES + i] = records[number[i], RECORD.state + r]
+            begin(flow, first, lanes, direction, records, number, kind, start, search, z, k, work)
+            write_now(progress, unit, following - unit * size)
+        if lanes == 0:
+            break
         fractional(flow, lanes, start, tau, z, k, work, f)
-        i = 0
-        while i < lanes:
-            if live[i] == SEARCHING:
-                live[i] = narrowed(i, x1, f1, x2, f2, x3, f3, tau, f[i], whole[i], last, sweeps)
-                if live[i] != HERE:
-                    i += 1
-                    continue
+        here, i = narrow(lanes, search), 0
+        while here > 0:
+            if search[SEARCH.live * LANES + i] != HERE:
+                i += 1
+                continue
             o = number[i]
-            records[o, RECORD.time] += tau[i]
+            records[o, RECORD.time] += search[SEARCH.tau * LANES + i]
             records[o, RECORD.kind] = NOTHING if kind[i] == NOTHING else LOCATED
             records[o, RECORD.residual] = f[i]
             for r in range(rows):
                 records[o, RECORD.state + r] = z[r * LANES + i]
-            lanes -= 1
-            move_lane(rows + BRACKET, lanes, i, own)
-            number[i], kind[i], f[i] = number[lanes], kind[lanes], f[lanes]
+            lanes, here = lanes - 1, here - 1
+            move_lane(rows, lanes, i, start)
+            move_lane(SEARCH.end, lanes, i, search)
+            number[i], kind[i] = number[lanes], kind[lanes]
             move_lane(rows, lanes, i, z)
-    write_now(progress, unit, min(LANES, count - first))
 
 
 @jit

@@ -84,13 +84,11 @@ _dips = jit(dips)
 
 
 @jit
-def has_news(most, memory, i):
-    """Tell whether lane i has passed the section over the last step, or was nearest to it at its beginning.
+def has_news(most, earlier, before, now):
+    """Tell whether an orbit has passed the section over the last step, or was nearest to it at its beginning.
 
     A function of an angle jumps between two sections: by more than `most`, which is no passage.
     """
-    now, before = memory[ROWS.now * LANES + i], memory[ROWS.before * LANES + i]
-    earlier = memory[ROWS.earlier * LANES + i]
     changed = ((before < 0.0) & (now >= 0.0)) | ((before > 0.0) & (now <= 0.0))
     return (changed & (abs(now - before) <= most)) | ((abs(before) < abs(now)) & (abs(before) <= abs(earlier)))
 
@@ -106,7 +104,9 @@ def detect(value, calls, lanes, orbit, fresh, t, z, memory, out, done):
     call_value(calls, 0, lanes, z, row(memory, ROWS.now))
     news, hits, moved = row(memory, ROWS.news), 0, 0
     for i in range(lanes):  # loops without branches become vector instructions
-        news[i] = 1.0 if has_news(value.most, memory, i) & (fresh[i] != 0.0) else 0.0
+        earlier, before = memory[ROWS.earlier * LANES + i], memory[ROWS.before * LANES + i]
+        found = has_news(value.most, earlier, before, memory[ROWS.now * LANES + i])
+        news[i] = 1.0 if found & (fresh[i] != 0.0) else 0.0
     for i in range(lanes):
         moved += 1 if fresh[i] != 0.0 else 0
     for i in range(lanes):
@@ -116,7 +116,11 @@ def detect(value, calls, lanes, orbit, fresh, t, z, memory, out, done):
     ended = 0
     for k in range(hits):
         i = int(news[k])
-        ended += write_records(value, rows, i, orbit[i], t[i], memory, out, done)
+        seen = memory[ROWS.earlier * LANES + i], memory[ROWS.before * LANES + i], memory[ROWS.now * LANES + i]
+        times = memory[ROWS.time_earlier * LANES + i], memory[ROWS.time_before * LANES + i], t[i]
+        if write_records(value, rows, i, orbit[i], seen, times, memory[ROWS.state * LANES + i :], memory, out):
+            done[i] = 1.0
+            ended += 1
     if moved == lanes:
         for i in range(lanes):
             memory[ROWS.earlier * LANES + i] = memory[ROWS.before * LANES + i]
@@ -143,17 +147,18 @@ def detect(value, calls, lanes, orbit, fresh, t, z, memory, out, done):
 
 
 @jit(inline=True)
-def write_records(value, rows, i, o, t, memory, out, done):
-    """Record what lane i has between the last two steps, if anything; return whether that has ended orbit o."""
+def write_records(value, rows, i, o, seen, times, state, memory, out):
+    """Record what orbit o, of lane i, has between the last two of three steps with these section functions and times,
+    if anything, and the state at the middle one, which begins that array; return whether that has ended the orbit.
+    """
     width = RECORD.state + rows
-    now, before = memory[ROWS.now * LANES + i], memory[ROWS.before * LANES + i]
-    earlier = memory[ROWS.earlier * LANES + i]
+    earlier, before, now = seen
     smooth = abs(now - before) <= value.most
     rises, falls = before < 0.0 and now >= 0.0 and smooth, before > 0.0 and now <= 0.0 and smooth
     crossed = (rises and value.direction >= 0.0) or (falls and value.direction <= 0.0)
-    t1, t2 = memory[ROWS.time_before * LANES + i], memory[ROWS.time_earlier * LANES + i]
+    t2, t1, t = times
     if not (crossed or _dips(earlier, before, now, t1 - t2, t - t1)):
-        return 0
+        return False
     slot = int(memory[ROWS.written * LANES + i])
     first, last = (CERTAIN, CERTAIN) if crossed else (LOWER, UPPER)
     if crossed and abs(before) == BARELY:
@@ -164,12 +169,40 @@ def write_records(value, rows, i, o, t, memory, out, done):
         out[o, c + RECORD.lower] = now if kind == CERTAIN else 0.0 if crossed else t2 - t1
         out[o, c + RECORD.upper] = t - t1
         for r in range(rows):
-            out[o, c + RECORD.state + r] = memory[(ROWS.state + r) * LANES + i]
+            out[o, c + RECORD.state + r] = state[r * LANES]
         slot += 1
     memory[ROWS.written * LANES + i] = slot
     if crossed:
         memory[ROWS.certain * LANES + i] += 1.0
-    if memory[ROWS.certain * LANES + i] >= value.wanted or slot + 2 > out.shape[1] // width:
-        done[i] = 1.0
-        return 1
-    return 0
+    return memory[ROWS.certain * LANES + i] >= value.wanted or slot + 2 > out.shape[1] // width
+
+
+@jit(inline=True)
+def detect_along(value, calls, lanes, orbit, fresh, t, z, memory, out, done):
+    """Observer of `lanes` states of one orbit after one another: the records, memory and end of `detect`, from each."""
+    rows = int(value.rows)
+    own, size, hits = z[rows * LANES :], rows * LANES, 0  # section functions from two steps before the first state on
+    own[0], own[1] = memory[ROWS.earlier * LANES], memory[ROWS.before * LANES]
+    call_value(calls, 0, lanes, z, own[2 : 2 + LANES])
+    news = row(memory, ROWS.news)
+    for s in range(lanes):
+        found = has_news(value.most, own[s], own[s + 1], own[s + 2])
+        news[hits] = s
+        hits += 1 if found else 0
+    taken = lanes
+    for k in range(hits):
+        s = int(news[k])
+        t1 = t[s - 1] if s > 0 else memory[ROWS.time_before * LANES]
+        t2 = t[s - 2] if s > 1 else memory[(ROWS.time_before if s == 1 else ROWS.time_earlier) * LANES]
+        state = z[s - 1 : size] if s > 0 else memory[ROWS.state * LANES :]
+        if write_records(
+            value, rows, 0, orbit[0], (own[s], own[s + 1], own[s + 2]), (t2, t1, t[s]), state, memory, out
+        ):
+            taken, done[0] = s + 1, s + 1.0
+            break
+    memory[ROWS.earlier * LANES], memory[ROWS.before * LANES] = own[taken], own[taken + 1]
+    memory[ROWS.time_earlier * LANES] = t[taken - 2] if taken > 1 else memory[ROWS.time_before * LANES]
+    memory[ROWS.time_before * LANES] = t[taken - 1]
+    for r in range(rows):
+        memory[(ROWS.state + r) * LANES] = z[r * LANES + taken - 1]
+    return 1 if taken < lanes or done[0] > 0.0 else 0

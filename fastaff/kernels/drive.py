@@ -20,6 +20,8 @@ BURST, BETWEEN = 128, 37
 """Steps between looks at the stop flag; steps after these when the orbits are looked at once more."""
 LONG = 64 * BURST
 """Steps of one orbit between looks at the stop flag."""
+STRETCH = 32
+"""Steps of one orbit that are looked at together, at most LANES: those beyond its end are not its own."""
 
 
 @jit
@@ -193,7 +195,7 @@ def run_one(u, stop, progress, blocks, scheme, observer, steps, unit, orbits):
         until = min(total, n + LONG - n % LONG)
         while n < until and code[0] == 0.0 and done[0] == 0.0:
             quiet = min(left, 1 if refill else min(until, next_look(n)) - n)
-            taken = call(blocks.march, params, scheme.drift, scheme.kick, h, quiet, block)
+            taken = call(blocks.march, params, scheme.drift, scheme.kick, h, quiet, block, block[:0])
             n, left = n + taken, left - taken
             t[0] = n * h
             if refill or n == total or next_look(n - 1) == n or (strict and left == 0):
@@ -208,3 +210,53 @@ def run_one(u, stop, progress, blocks, scheme, observer, steps, unit, orbits):
     store_lane(z, 0, orbits.z, o)
     store_lane(memory, 0, orbits.memory, o)
     orbits.taken[o], orbits.kinetic[o], orbits.status[o] = n, kinetic[0], np.int64(code[0])
+
+
+def run_along(u, stop, progress, blocks, scheme, observer, steps, unit, orbits):
+    """Advance one orbit by `march`, with the bits of `run_fixed` that looks at each step; STRETCH of its states are the
+    lanes of a block, for `check` and for the observer.
+
+    The observer sees so many states of one orbit, whose memory is in lane 0; behind them are two rows of its own;
+    done[0] is the number of the state, from 1, that ends the orbit.
+    """
+    params, o, (observe, numbers, calls), out = blocks.params, steps.order[u], observer, orbits.out
+    total, h, n = steps.total[o], steps.size[o], orbits.taken[o]
+    if orbits.status[o] != 0 or n >= total:
+        return
+    rows, memory_rows = orbits.z.shape[0], orbits.memory.shape[0]
+    block, memory, orbit = room(scheme.copies * rows + scheme.spare), room(memory_rows), np.full(LANES, o, np.int64)
+    trace, t, code, done, seen, kinetic, bound = room(rows + 2), room(1), room(1), room(1), room(1), room(1), room(1)
+    load_lane(orbits.z, o, block[: rows * LANES], 0)
+    load_lane(orbits.memory, o, memory, 0)
+    largest, ended, begun = orbits.kinetic[o], 0.0, n
+    for i in range(STRETCH):
+        bound[i], seen[i] = orbits.radius[o], 1.0
+    while n < total and ended == 0.0 and done[0] == 0.0 and read_now(stop, 0) == 0:
+        until = min(total, n + LONG - n % LONG)
+        while n < until and ended == 0.0 and done[0] == 0.0:
+            lanes = min(STRETCH, until - n)
+            call(blocks.march, params, scheme.drift, scheme.kick, h, lanes, block, trace)
+            for i in range(lanes):
+                t[i], kinetic[i] = (n + (i + 1)) * h, largest
+            call(blocks.check, params, lanes, bound, trace, code, kinetic)
+            sound = 0
+            while sound < lanes and code[sound] == 0.0:
+                sound += 1
+            taken = lanes
+            if sound < lanes:
+                taken, ended = sound + 1, code[sound]
+            if sound > 0:
+                call(observe, numbers, calls, sound, orbit, seen, t, trace, memory, out, done)
+            if done[0] > 0.0:
+                taken, ended = int(done[0]), 0.0
+            for i in range(taken):
+                largest = max(largest, kinetic[i])
+            n += taken
+            if taken < lanes:
+                for r in range(rows):
+                    block[r * LANES] = trace[r * LANES + taken - 1]
+        write_now(progress, u, progress[u] + n - begun)
+        begun = n
+    store_lane(block, 0, orbits.z, o)
+    store_lane(memory, 0, orbits.memory, o)
+    orbits.taken[o], orbits.kinetic[o], orbits.status[o] = n, largest, np.int64(ended)

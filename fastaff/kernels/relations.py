@@ -125,3 +125,42 @@ def relations(unit, stop, progress, seen, nu, spread, vectors, combinations, tim
                     if k[j, v] != 0.0:
                         blur[unit, j] = max(blur[unit, j], 1.0 if reach > shows else reach)
     progress[unit] = 1.0
+
+
+def first_vectors(unit, stop, progress, value, bar, nu, spread, vectors, k, found):
+    """Fill k (orbits, m, m) with the first of the vectors such that value = k @ nu (orbits, m) within the errors, and
+    found (orbits, m) with whether there is one; vectors (m + 1, count), see `fundamental.relate`.
+    """
+    if read_now(stop, 0) == 0:
+        m = nu.shape[1]
+        for j in range(m):
+            found[unit, j] = relate(
+                value[unit, j],
+                bar[unit, j],
+                nu[unit],
+                spread[unit],
+                m,
+                vectors,
+                vectors.shape[1],
+                math.inf,
+                k[unit, j],
+            )
+        progress[unit] = 1.0
+
+
+def vanishing(unit, stop, progress, nu, error, k, found):
+    """Fill found (orbits,) with whether one of the combinations k (m, vectors) of nu (orbits, m) is 0 within its error;
+    what is not known, NaN, is in none.
+    """
+    if read_now(stop, 0) > 0:
+        return
+    sums, widths, some = np.zeros(k.shape[1]), np.zeros(k.shape[1]), 0
+    for j in range(k.shape[0]):
+        row, one, width = k[j], nu[unit, j], error[unit, j]
+        for v in range(row.size):
+            sums[v] += row[v] * one if row[v] != 0.0 else 0.0
+            widths[v] += abs(row[v]) * width if row[v] != 0.0 else 0.0
+    for v in range(sums.size):
+        some += 1 if abs(sums[v]) <= widths[v] else 0
+    found[unit] = some > 0
+    progress[unit] = 1.0

@@ -70,6 +70,19 @@ def states(value, lanes, orbit, fresh, t, z, memory, out, done):
     return 0
 
 
+@jit(inline=True)
+def columns(value, lanes, orbit, fresh, t, z, memory, out, done):
+    """Observer: write each state as a sample, out[row * samples + taken, orbit]: neighbours side by side."""
+    taken, samples = row(memory, ROWS.taken), int(value.samples)
+    for r in range(int(value.rows)):
+        for i in range(lanes):
+            if fresh[i] > 0.0 and taken[i] < samples:
+                out[r * samples + int(taken[i]), orbit[i]] = z[r * LANES + i]
+    for i in range(lanes):
+        taken[i] += fresh[i]
+    return 0
+
+
 @jit
 def count_down(lanes, fresh, left, stride, due):
     """Mark the lanes whose stride-th fresh observation this is; return how many."""

@@ -22,9 +22,9 @@ def plot_aperture(
     """Draw the time or turns that orbits survived, over angle and amplitude of their starts, with the aperture: at each
     angle the largest amplitude up to which all survived.
 
-    :Parameters: result: with `t` and `status` (orbits,), such as that of `fastaff.integrate` for a map, or
-        `fastaff.tunes`; z0: starts (2n, orbits), or a grid or sample of them; x, y: their rows, r (cos a, sin a);
-        bins: of the angles, by default the starts' own where there are few.
+    :Parameters: result: with `t` and `status` (orbits,), such as that of `fastaff.integrate` or `frequency_map` for a
+        map, or `fastaff.tunes`; z0: starts (2n, orbits), or a grid or sample of them; x, y: their rows, r (cos a, sin
+        a); bins: of the angles, by default the starts' own where there are few.
     :Returns: Artists: points are the starts, lines the aperture and, where nothing is lost at an angle, marks of
         "at least"; labels the text with its least, mean and largest value; missing is 0. A click picks the orbit.
 

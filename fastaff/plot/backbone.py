@@ -11,16 +11,18 @@ import numpy as np
 from ..analysis.periodic.bifurcations import Bifurcation, Event
 from ..analysis.periodic.continuation import Branch
 from ..analysis.periodic.found_orbits import Stability
+from ..base.numbers import shown
 from ..base.status import Status
 from .parameters import parameter_label
 from .picking import carry
-from .style import LINES, Artists, figure
+from .style import LINES, Artists, figure, symbol
 
 MARKS = {
     Event.FOLD: {"marker": "^", "label": "fold"},
     Event.DOUBLING: {"marker": "D", "label": "period doubling"},
 }
 """Shapes of bifurcations; others are circles."""
+FREQUENCY = "frequency"
 STABLE = (Stability.ELLIPTIC, Stability.PARABOLIC, Stability.ATTRACTING)
 
 
@@ -30,15 +32,19 @@ def plot_backbone(
     *,
     ax: Any = None,
     parameter: str | None = None,
+    y: str | None = None,
     angular: bool = False,
     names: Sequence[str] | None = None,
     bifurcations: bool = True,
 ) -> Artists:
-    """Draw the frequency 1/T of families of periodic orbits against their energy, solid where they are stable.
+    """Draw the frequency 1/T of families of periodic orbits against their energy, or how far forced ones swing against
+    their parameter, solid where they are stable.
 
     :Parameters: branches: of `continuation`, one or many; those followed both ways from one orbit may have the same
-        name; parameter: name of the quantity followed, by default the energy, or "parameter"; angular: draw 2 pi/T, in
-        radians per unit time, instead of cycles; names: of the families, for the legend; bifurcations: mark them.
+        name; parameter: name of the quantity followed, by default the energy, or "parameter"; y: the variable of a
+        driven system or of dz/dt = f(z) of which half the swing is drawn (a response curve), by default the first, or
+        "frequency"; angular: draw 2 pi/T, in radians per unit time, instead of cycles; names: of the families, for the
+        legend; bifurcations: mark them.
 
     Solid: elliptic (multipliers on the unit circle) or attracting, dashed: others. T is the period in time of the whole
     orbit, of relative periodic orbits that of the reduced motion.
@@ -59,7 +65,7 @@ def plot_backbone(
     listed = [branches] if isinstance(branches, Branch) else list(branches)
     if names is not None and len(names) != len(listed):
         raise ValueError(f"names must have {len(listed)} entries, one for each branch, got {len(names)}")
-    turn = 2 * math.pi if angular else 1.0
+    row, turn = _row(listed, y), 2 * math.pi if angular else 1.0
     seen: dict[str, int] = {}
     curves: list[Any] = []
     handles: list[Any] = []
@@ -71,10 +77,11 @@ def plot_backbone(
         fine = (branch.orbits.status == Status.OK) & np.isfinite(branch.orbits.time)
         missing += int(np.count_nonzero(~fine))
         with np.errstate(all="ignore"):
-            rate = np.where(fine, turn / branch.orbits.time, np.nan)
+            height = turn / branch.orbits.time if row is None or branch.swing is None else branch.swing[row]
+        height = np.where(fine, height, np.nan)
         stable = np.isin(branch.orbits.stability, STABLE)
         for steady in (True, False):
-            own = np.where(_joined(stable == steady), rate, np.nan)
+            own = np.where(_joined(stable == steady), height, np.nan)
             (curve,) = ax.plot(
                 branch.value, own, color=colour, ls="-" if steady else (0, (3, 1.6)), lw=1.7 if steady else 1.2
             )
@@ -82,7 +89,7 @@ def plot_backbone(
             curves.append(curve)
         if names is not None and not known:
             handles += ax.plot([], [], color=colour, lw=1.7, label=name)
-    marks = _marked(ax, listed, turn, seen) if bifurcations else []
+    marks = _marked(ax, listed, turn, row) if bifurcations else []
     dashed = any(np.isfinite(curve.get_ydata()).any() for curve in curves[1::2])
     handles += ax.plot([], [], color="0.3", lw=1.7, label="stable")
     handles += ax.plot([], [], color="0.3", lw=1.2, ls=(0, (3, 1.6)), label="unstable") if dashed else []
@@ -90,11 +97,23 @@ def plot_backbone(
     legend = ax.legend(handles=handles, loc="best")
     turned = r"2\pi" if angular else "1"
     unit = "radians per unit time" if angular else "cycles per unit time"
+    rate = rf"frequency ${turned}/T$  ({unit})"
     ax.set(
         xlabel=parameter_label(parameter or _followed(listed)),
-        ylabel=rf"frequency ${turned}/T$  ({unit})",
+        ylabel=rate if row is None else f"half the swing of ${symbol(listed[0].names[row])}$",
     )
     return Artists(tuple(curves), None, tuple(marks), tuple(legend.get_texts()), missing)
+
+
+def _row(branches: Sequence[Branch], y: str | None) -> int | None:
+    """Return the row of `swing` that is the height of a figure; None for the frequency."""
+    forced = bool(branches) and all(branch.swing is not None for branch in branches)
+    names = branches[0].names if forced else ()
+    if y == FREQUENCY or (y is None and not forced):
+        return None
+    if y is not None and y not in names:
+        raise ValueError(f"y must be one of {', '.join((*names, FREQUENCY))}, got {y!r}")
+    return 0 if y is None else names.index(y)
 
 
 def _followed(branches: Sequence[Branch]) -> str:
@@ -111,19 +130,19 @@ def _joined(mask: np.ndarray) -> np.ndarray:
     return grown
 
 
-def _marked(ax: Any, branches: Sequence[Branch], turn: float, named: dict[str, int]) -> list[Any]:
+def _marked(ax: Any, branches: Sequence[Branch], turn: float, row: int | None) -> list[Any]:
     """Mark the bifurcations of branches, each kind with a shape of its own."""
     marks: list[Any] = []
     for kind in Event:
         found = [event for branch in branches for event in branch.bifurcations if event.event == kind]
         if found:
-            marks.append(_mark(ax, found, kind, turn))
+            marks.append(_mark(ax, found, kind, turn, row))
     return marks
 
 
-def _mark(ax: Any, found: Sequence[Bifurcation], kind: Event, turn: float) -> Any:
+def _mark(ax: Any, found: Sequence[Any], kind: Event, turn: float, row: int | None = None) -> Any:
     look = MARKS.get(kind, {"marker": "o", "label": kind.name.lower().replace("_", " ")})
-    x, y = [event.value for event in found], [turn / event.time for event in found]
+    x, y = [event.value for event in found], [turn / e.time if row is None else e.swing[row] for e in found]
     style = {"ls": "", "ms": 6.0, "mfc": "white", "mec": "black", "mew": 1.0, "zorder": 4}
     (mark,) = ax.plot(x, y, **style, **look)
     return mark
@@ -144,6 +163,11 @@ def plot_bifurcation(
     >>> fa.plot.plot_bifurcation(family.bifurcations[0], parameter="K").points.get_xdata().round(6)
     array([4.])
     """
+    if not isinstance(bifurcation, Bifurcation):
+        raise TypeError(
+            "bifurcation must be one of a branch's, such as branch.bifurcations[0]; branch.plot() draws a branch with "
+            f"all of its, got {shown(bifurcation)}"
+        )
     mark = _mark(ax, [bifurcation], bifurcation.event, 2 * math.pi if angular else 1.0)
     ax.annotate(
         mark.get_label(),

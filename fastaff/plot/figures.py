@@ -44,6 +44,7 @@ from .periodic import plot_periodic
 from .quantum import plot_degeneracies, plot_density, plot_levels, plot_spectrum
 from .quantum_chaos import plot_husimi
 from .resonances import plot_diffusion_histogram, plot_resonances, plot_web
+from .scales import colouring
 from .sections import plot_edge, plot_section
 from .starts import plot_starts
 from .tori import plot_actions, plot_energy_of_actions, plot_frequency_lines, plot_torus
@@ -70,6 +71,19 @@ def _needed(result: Any, other: Any) -> Any:
         instead = "" if other is None else f", got {shown(other)}"
         raise TypeError(f"the figure of a {type(result).__name__} needs {name}, {what}: result.plot({name}){instead}")
     return other
+
+
+def _over(draw: Callable) -> Callable:
+    """Return the figure of frequencies that draws them over an EnergyGrid or EnergySample of their orbits, where one is
+    given.
+    """
+
+    def figure(found: Any, starts: Any = None, **options: Any) -> Any:
+        if starts is None:
+            return draw(found, **options)
+        return plot_starts(starts, values=colouring(found, "diffusion"), **options)
+
+    return figure
 
 
 def _cases(cases: FoundCases, **options: Any) -> Any:
@@ -100,7 +114,7 @@ FIGURES: dict[type, Callable] = {
     EnergySample: plot_starts,
     FoundCases: _cases,
     FrequencyLines: plot_frequency_lines,
-    FrequencyMap: plot_frequency_map,
+    FrequencyMap: _over(plot_frequency_map),
     Husimi: _husimi,
     Islands: plot_islands,
     LevelDiagram: plot_levels,
@@ -116,7 +130,7 @@ FIGURES: dict[type, Callable] = {
     TangentMap: plot_tangent_map,
     TorusFit: plot_torus,
     TuneSums: lambda sums, **options: plot_tunes(TuneAccumulator.of(sums).tunes(), **options),
-    Tunes: plot_tunes,
+    Tunes: _over(plot_tunes),
 }
 
 for _kind, _function in FIGURES.items():

@@ -14,7 +14,7 @@ from ..schemes.catalogue import ITERATION
 from .colour_bars import colour_bar
 from .labels import Box, settled, write_along
 from .picking import carry
-from .ratios import by_leading_lines, frequency, in_time, lines_of
+from .ratios import by_own_lines, frequencies_of, frequency, in_time, lines_of
 from .scales import colouring, colours_of, orbit_colours
 from .sections import why
 from .style import DARK, GREY, Artists, beyond, figure, nothing, symbol
@@ -30,6 +30,7 @@ def plot_frequency_map(
     ax: Any = None,
     x: str | None = None,
     y: str | None = None,
+    frequencies: Any = None,
     values: Any = None,
     lines: Sequence[Sequence[int]] | Sequence[int] | str = (),
     shown: Any = None,
@@ -44,14 +45,17 @@ def plot_frequency_map(
     """Draw orbits in the plane of two frequencies, or ratios of frequencies, with resonance lines.
 
     :Parameters: x, y: names or ratios such as "beta/alpha", by default second row and gamma to the first row for a
-        body, the first two rows to the third one for other flows of three coordinates or more, whose leading lines are
-        drawn, else the two rows; values: colours (orbits,), the name of a column of the map or a `Colouring` of another
-        result of the same orbits, by default the map's diffusion on its `diffusion_scale`; norm, vmin, vmax, label as
-        in `plot_section`; lines: integers (k1, k2, k0), each for k1 X + k2 Y + k0 = 0, where X and Y are ratios to one
-        frequency: a resonance k . nu = 0; or "order<=5", all of these up to an order, ``|k1| + |k2| + |k0|`` of ratios
-        and ``|k1| + |k2|`` of tunes, or of frequencies in time, whose k0 is 0; shown: a mask of orbits; limits:
-        (x0, x1), (y0, y1), by default of all orbits or, where a few lie far from all others, of these; how many are
-        beyond is written.
+        body, the first two rows to the third one for other flows of three coordinates or more, else the two rows;
+        frequencies: (n, orbits) those drawn, such as `freq.nu` or `freq.leading`, by default as in `frequency`; values:
+        colours (orbits,), the name of a column of the map or a `Colouring` of another result of the same orbits, by
+        default the map's diffusion on its `diffusion_scale`; norm, vmin, vmax, label as in `plot_section`; lines:
+        integers (k1, k2, k0), each for k1 X + k2 Y + k0 = 0, where X and Y are ratios to one frequency: a resonance
+        k . nu = 0; or "order<=5", all of these up to an order, ``|k1| + |k2| + |k0|`` of ratios and ``|k1| + |k2|`` of
+        tunes, or of frequencies in time, whose k0 is 0; shown: a mask of orbits; limits: (x0, x1), (y0, y1), by default
+        of all orbits or, where a few lie far from all others, of these; how many are beyond is written.
+
+    How many regular orbits are drawn by another basis, not by the leading line of each coordinate, is written too.
+
     :Returns: Artists; `missing` counts orbits that are not OK or not shown. Vertical lines n X = m are labelled m:n
         above the frame, the others by their equation; a label without room is left out, its line is drawn. A click
         picks the orbit (`picked`).
@@ -65,7 +69,7 @@ def plot_frequency_map(
     if len(frequency_map.names) == 1:
         return _one_frequency(frequency_map, ax)
     x, y = _plane(frequency_map, x, y)
-    X, Y = frequency(frequency_map, x), frequency(frequency_map, y)
+    X, Y = frequency(frequency_map, x, frequencies), frequency(frequency_map, y, frequencies)
     values = colouring(frequency_map) if values is None else values
     values = orbit_colours(frequency_map, values, X.size, norm, vmin, vmax, label)
     c = values.values
@@ -76,7 +80,8 @@ def plot_frequency_map(
     how = {"cmap": colours_of(values), "norm": values.norm}
     points = ax.scatter(X[order], Y[order], c=c[order], s=area, linewidths=0, rasterized=True, zorder=2, **how)
     carry(points, X[order], Y[order], order)
-    noted = _frame(ax, X[order], Y[order], limits)
+    notes = _frame(ax, X[order], Y[order], limits) + _other_basis(frequency_map, frequencies, good)
+    noted = [beyond(ax, "; ".join(notes))] if notes else []
     per = "iterate" if getattr(frequency_map, "scheme", None) is ITERATION else "unit time"
     unit = "" if "/" in x else f"  (cycles per {per})"
     ax.set(xlabel=f"${_fraction(x)}${unit}", ylabel=f"${_fraction(y)}${unit}")
@@ -114,14 +119,27 @@ def plot_tunes(tunes: Any, *, ax: Any = None, values: Any = None, **options: Any
 def _plane(found: Any, x: str | None, y: str | None) -> tuple[str, str]:
     """Return the names of the two frequencies or ratios to draw; by default those that tell its orbits apart."""
     names = found.names
-    if x is None and y is None and by_leading_lines(found):
-        return f"{names[0]}/{names[2]}", f"{names[1]}/{names[2]}"
-    if x is None and y is None and getattr(found, "nu_eta", None) is None:
-        return names[0], names[1]
-    return x or f"{names[1]}/{names[0]}", y or f"gamma/{names[0]}"
+    if getattr(found, "nu_eta", None) is not None:
+        return x or f"{names[1]}/{names[0]}", y or f"gamma/{names[0]}"
+    usual = tuple(names)
+    if by_own_lines(found) and len(names) > 2 and "/" in (x or y or "/"):
+        usual = f"{names[0]}/{names[2]}", f"{names[1]}/{names[2]}"
+    if x is None and y is None:
+        return usual[0], usual[1]
+    other = next((name for name in usual if name not in (x, y)), usual[0])
+    return x or other, y or other
 
 
-def _frame(ax: Any, X: np.ndarray, Y: np.ndarray, limits: tuple | None) -> list[Any]:
+def _other_basis(found: Any, frequencies: Any, good: np.ndarray) -> list[str]:
+    """Return what notes of how many regular orbits other frequencies than the leading lines are drawn."""
+    if not in_time(found):
+        return []
+    off = np.abs(frequencies_of(found, frequencies) - found.leading) > found.error + found.leading_error
+    many = np.count_nonzero(off.any(axis=0) & found.regular & good)
+    return [f"{many} of {np.count_nonzero(good)} orbits by another basis"] if many else []
+
+
+def _frame(ax: Any, X: np.ndarray, Y: np.ndarray, limits: tuple | None) -> list[str]:
     """Set the frame, by default around all orbits but a few that lie far off; return what notes how many those are."""
     if limits is not None:
         wide, high = (reals("limits", pair) for pair in entries("limits", limits, "((x0, x1), (y0, y1))", 2))
@@ -132,7 +150,7 @@ def _frame(ax: Any, X: np.ndarray, Y: np.ndarray, limits: tuple | None) -> list[
     inside = (wide[0] <= X) & (wide[1] >= X) & (high[0] <= Y) & (high[1] >= Y)
     if inside.all():
         return []
-    return [beyond(ax, f"{np.count_nonzero(~inside)} of {X.size} orbits beyond the axes")]
+    return [f"{np.count_nonzero(~inside)} of {X.size} orbits beyond the axes"]
 
 
 def _bulk(values: np.ndarray, whole: tuple[float, float]) -> tuple[float, float]:

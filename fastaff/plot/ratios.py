@@ -10,8 +10,14 @@ from typing import Any
 
 import numpy as np
 
-from ..base.numbers import text, whole
+from ..analysis.frequencies.frequencies import FrequencyKind
+from ..base.numbers import an_array, shown, text, whole
 from ..schemes.catalogue import ITERATION
+
+CAUGHT = 0.25
+"""Share of a leading line by which that of a resonance's own swing may differ from it: of bananas in logarithmic
+potentials it is 0.04 to 0.2, of harmonics in discs 0.27 to 0.52.
+"""
 
 
 def in_time(frequency_map: Any) -> bool:
@@ -19,15 +25,55 @@ def in_time(frequency_map: Any) -> bool:
     return hasattr(frequency_map, "leading") and frequency_map.scheme is not ITERATION
 
 
-def by_leading_lines(frequency_map: Any) -> bool:
-    """Tell whether figures are of leading lines: of flows of three coordinates or more, but for a body's planes."""
-    return in_time(frequency_map) and frequency_map.nu_eta is None and len(frequency_map.names) > 2
+def by_own_lines(frequency_map: Any) -> bool:
+    """Tell whether figures are of the coordinates' own lines: of flows in time, but for a body's planes."""
+    return in_time(frequency_map) and frequency_map.nu_eta is None
 
 
-def frequency(frequency_map: Any, name: str) -> np.ndarray:
+def harmonics(found: Any) -> np.ndarray:
+    """Tell which leading lines (n, orbits) of regular orbits are but a harmonic of another coordinate's: leading_i =
+    c nu_j with c > 1, where nu_j leads its own coordinate, and the own nu_i is far from it.
+
+    The radius of an orbit in a galaxy has the line 2 nu_z, often its strongest. Orbits that a resonance has caught,
+    such as bananas, have these lines too, but swing about them slowly: their nu_i is within `CAUGHT` of the leading
+    one, which stays.
+    """
+    rows, orbits = np.arange(len(found.basis))[:, None], np.arange(found.basis.shape[2])
+    size = np.abs(found.basis)
+    source = size.argmax(axis=1)  # (n, orbits): the generator j of each row
+    alone = np.count_nonzero(size, axis=1) == 1
+    leads = alone & (source == rows) & (size.sum(axis=1) == 1)
+    with np.errstate(all="ignore"):
+        far = np.abs(found.nu / found.leading - 1) > CAUGHT
+    multiple = alone & (size.sum(axis=1) > 1) & (source != rows)
+    return multiple & leads[source, orbits] & far & (found.kind == FrequencyKind.INDEPENDENT)
+
+
+def frequencies_of(found: Any, chosen: Any = None) -> np.ndarray:
+    """Return the frequencies (n, orbits) that figures draw, NaN where there are none: those chosen, or the own line of
+    each coordinate, `leading`, but `nu` where that is a harmonic; of maps, tunes and bodies `nu`.
+    """
+    if chosen is not None:
+        values = an_array("frequencies", chosen)
+        if values.shape != found.nu.shape or values.dtype.kind not in "iuf":
+            example = "found.nu or found.leading" if in_time(found) else "found.nu"
+            raise ValueError(f"frequencies must be an array {found.nu.shape}, such as {example}, got {shown(chosen)}")
+        return np.where(np.isfinite(found.error), values, np.nan)
+    nu = np.where(np.isfinite(found.error), found.nu, np.nan)
+    if not by_own_lines(found):
+        return nu
+    leading = np.where(np.isfinite(found.leading_error), found.leading, np.nan)
+    return np.where(harmonics(found), nu, leading)
+
+
+def frequency(frequency_map: Any, name: str, frequencies: Any = None) -> np.ndarray:
     """Return one frequency (orbits,) of a map by name: a row of .names, `eta` or `gamma`; or a ratio of two:
-    "beta/alpha"; NaN of orbits that have none. Of flows of three coordinates or more it is the leading line of that
-    coordinate: the order of independent frequencies changes from orbit to orbit.
+    "beta/alpha"; NaN of orbits that have none.
+
+    :Parameters: frequencies: (n, orbits) those of the coordinates, such as `freq.nu` or `freq.leading`. By default the
+        leading line of each coordinate, as the order of independent frequencies changes from orbit to orbit; `nu` where
+        that is a harmonic of another coordinate's own line and farther than a quarter from `nu` (the line 2 nu_z of a
+        star's R), as well as for maps and bodies.
 
     Examples
     --------
@@ -38,13 +84,9 @@ def frequency(frequency_map: Any, name: str) -> np.ndarray:
     numerator, slash, denominator = text("frequency", name).partition("/")
     if slash:
         with np.errstate(all="ignore"):
-            return frequency(frequency_map, numerator) / frequency(frequency_map, denominator)
+            return frequency(frequency_map, numerator, frequencies) / frequency(frequency_map, denominator, frequencies)
     if name in frequency_map.names:
-        row = frequency_map.names.index(name)
-        nu, error = frequency_map.nu[row], frequency_map.error[row]
-        if by_leading_lines(frequency_map):
-            nu, error = frequency_map.leading[row], frequency_map.leading_error[row]
-        return np.where(np.isfinite(error), nu, np.nan)
+        return frequencies_of(frequency_map, frequencies)[frequency_map.names.index(name)]
     if name in ("eta", "gamma") and frequency_map.nu_eta is not None:
         return frequency_map.nu_eta if name == "eta" else frequency_map.nu_gamma
     extra = ", eta, gamma" if frequency_map.nu_eta is not None else ""

@@ -284,7 +284,8 @@ def _column(result: Any, name: str | None) -> np.ndarray:
             f"{entry.name}_{label}" for entry in columns(result) if entry.value.ndim == 2 for label in entry.labels
         ]
         known += list(getattr(result, "names", ())) if isinstance(result, ChaosMap) else []
-        raise ValueError(f"the column must be one of {', '.join(dict.fromkeys(known))}, got {name!r}")
+        which = f"{name!r}" if name is not None else "none: fastaff.plot.colouring(result, name)"
+        raise ValueError(f"the column must be one of {', '.join(dict.fromkeys(known))}, got {which}")
     return array.astype(np.float64)
 
 

@@ -8,17 +8,24 @@ import numpy as np
 
 from ..analysis.sections.energy_grid import EnergyGrid
 from ..analysis.sections.energy_sample import EnergySample
-from ..analysis.sections.section_edge import Edge
+from ..analysis.sections.section_edge import Edge, edge
+from ..base.interruption import imported
 from ..base.status import Status
 from ..charts import ALPHA_BETA, Chart
 from ..flows.checks import checked_chart
+from ..flows.coordinates import chart_row
+from ..models.mechanics import energies, kinetic_energies
 from ..models.sections import AngleEquals, BetaEquals, BetaTurning, Linear
+from ..models.traits import traits_of
 from .colour_bars import colour_bar, plain_numbers
 from .density import DENSE, draw_density
 from .picking import carry
 from .scales import Colouring, colours_of, orbit_colours
 from .starts import places
 from .style import DARK, GREY, Artists, beyond, figure, outline, symbol
+
+SAME = 1e-8
+"""Share by which energies, beside the largest kinetic one, and momenta of orbits may differ that have one boundary."""
 
 
 @figure
@@ -30,7 +37,7 @@ def plot_section(
     x: str | None = None,
     y: str | None = None,
     chart: Chart = ALPHA_BETA,
-    boundary: Edge | None = None,
+    boundary: Edge | bool | None = None,
     starts: EnergyGrid | EnergySample | None = None,
     norm: Any = None,
     vmin: float | None = None,
@@ -45,9 +52,10 @@ def plot_section(
     :Parameters: values: (orbits,), a `Colouring` of another result of the same orbits, such as `colouring(chaos_map,
         "sali")`, the name of a column of the map such as "energy_error", or None for one dark colour; x, y: names of
         coordinates of the chart or momenta (`p_beta`), of a plane system its own; by default those free on the section;
-        boundary: of `edge`; starts: where the orbits started, to mark those that never crossed; norm, or vmin and vmax:
-        the colour scale; label: of the colour bar; size: area of a point in square points; density: an image of how
-        many crossings are in each pixel, or of the mean of their values (default: above 300 000 crossings).
+        boundary: True for the edge of what the energy of the orbits reaches, or one of `edge`; starts: where the orbits
+        started, to mark those that never crossed; norm, or vmin and vmax: the colour scale; label: of the colour bar;
+        size: area of a point in square points; density: an image of how many crossings are in each pixel, or of the
+        mean of their values (default: above 300 000 crossings).
 
     Orbits without a value, and those that failed or escaped, are grey, and the legend says how many.
 
@@ -60,6 +68,7 @@ def plot_section(
     >>> fa.plot.plot_section(cut).points.get_offsets().shape
     (3, 2)
     """
+    boundary = _own_edge(section_map) if boundary is True else boundary or None
     names, coordinates = _section_coordinates(section_map, chart)
     default = _free_coordinate(section_map.section, names)
     x, y = x or default, y or names[names.index(default) + len(names) // 2]
@@ -99,6 +108,30 @@ def plot_section(
         if points.norm.vmax < 100:
             plain_numbers(bar)
     return Artists(points, bar, tuple(lines), texts, int(np.count_nonzero(~(drawn | grey | waiting))))
+
+
+def _own_edge(found: Any) -> Edge:
+    """Return the edge of a section at the energy, and for a body the angular momenta, of the orbits that cross it."""
+    call: Any = getattr(found, "call", None)
+    instead = "give boundary=fastaff.plot.edge(body, section, energy=...)"
+    try:
+        body, z0 = (imported("..exchange.files", __package__).decoded(k, call.arguments[k], {}) for k in ("body", "z0"))
+    except (AttributeError, KeyError, ValueError):
+        raise ValueError(
+            f"boundary=True needs the call that made the map, with a model of the package: {instead}"
+        ) from None
+    starts = np.reshape(np.asarray(z0, dtype=np.float64), (len(z0), -1))
+    own: dict[str, Any] = {"energy": energies(body, starts)}
+    size = kinetic_energies(body, starts).max()
+    if traits_of(body).isotropic:
+        own |= {name: chart_row(starts, name) for name in ("p_eta", "p_gamma")}
+    one: dict[str, Any] = {name: float(np.median(row)) for name, row in own.items()}
+    for name, row in own.items():
+        if not np.ptp(row) <= SAME * (size if name == "energy" else np.abs(row).max()):
+            raise ValueError(
+                f"boundary=True needs orbits of one {name}, got {row.min():.6g} to {row.max():.6g}: {instead}"
+            )
+    return edge(body, found.section, **one)
 
 
 def _cut(ax: Any, away: tuple[np.ndarray, ...]) -> tuple[Any, ...]:

@@ -91,8 +91,12 @@ def plot_diffusion_grid(
     >>> fa.plot.plot_diffusion_grid(grid, grid.z0[1], label="y at the start").missing
     0
     """
+    if not isinstance(grid, EnergyGrid):
+        raise TypeError(f"grid must be an EnergyGrid, with values of its orbits behind it, got {shown(grid)}")
     if isinstance(values, Result):
         values = colouring(values)
+    if isinstance(values, str) and values not in grid.names:
+        raise TypeError(f"values must be numbers (orbits,), a result, or its colouring(result, {values!r}), got a text")
     at = places(grid)
     colours = orbit_colours(grid, values, grid.cell.size, norm, vmin, vmax, label)
     each = colours.values

@@ -13,7 +13,7 @@ and on a Kepler orbit of eccentricity 0.3 (constants of the leading error, measu
 The race on seven systems and what leads where is in docs/schemes.md.
 """
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from decimal import Decimal
 from fractions import Fraction
@@ -302,9 +302,9 @@ class RungeKutta:
         return np.array(self.dense, dtype=np.float64).reshape(-1, self.stages + len(self.extra_c))
 
 
-def _mirrored(half: Sequence[str], *, central: bool) -> Weights:
+def _mirrored(half: str, *, central: bool) -> Weights:
     """The palindrome of sum 1 with that outer half; its innermost value, single (`central`) or double, follows."""
-    outer = [Fraction(w) for w in half]
+    outer = [Fraction(w) for w in half.split()]
     inner = 1 - 2 * sum(outer)
     middle = [inner] if central else [inner / 2] * 2
     return tuple(map(float, (*outer, *middle, *reversed(outer))))
@@ -353,7 +353,7 @@ BLANES_CASAS_ESCORIHUELA8 = Splitting(
 
 KAHAN_LI8 = compose(
     LEAPFROG,
-    _splittings.KAHAN_LI8,
+    _splittings.KAHAN_LI8.split(),
     name="KAHAN_LI8",
     order=8,
     source="Kahan and Li, Math. Comp. 66 (1997) 1089, 17 stages; digits of Hairer, Lubich, Wanner 2006, V.3.14",
@@ -361,7 +361,7 @@ KAHAN_LI8 = compose(
 
 SOFRONIOU_SPALETTA8 = compose(
     LEAPFROG,
-    _splittings.SOFRONIOU_SPALETTA8,
+    _splittings.SOFRONIOU_SPALETTA8.split(),
     name="SOFRONIOU_SPALETTA8",
     order=8,
     source="Sofroniou and Spaletta, Optim. Methods Softw. 20 (2005) 597, 21 stages",
@@ -369,7 +369,7 @@ SOFRONIOU_SPALETTA8 = compose(
 
 SOFRONIOU_SPALETTA10 = compose(
     LEAPFROG,
-    _splittings.SOFRONIOU_SPALETTA10,
+    _splittings.SOFRONIOU_SPALETTA10.split(),
     name="SOFRONIOU_SPALETTA10",
     order=10,
     source="Sofroniou and Spaletta, Optim. Methods Softw. 20 (2005) 597, 35 stages",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from fractions import Fraction
 from typing import Any
 
 import numpy as np
@@ -32,6 +33,20 @@ def tableau(name: str, value: Any) -> Rows:
     if not isinstance(value, (tuple, list)):
         raise TypeError(f"{name} must be a tuple of rows of numbers, got {shown(value)} ({type(value).__name__})")
     return tuple(reals(f"{name}[{k}]", row) for k, row in enumerate(value))
+
+
+def values(text: str) -> Weights:
+    """Return the numbers of a text, decimals or fractions, each rounded once."""
+    return tuple(float(Fraction(number)) for number in text.split())
+
+
+def sparse(text: str, length: int) -> Weights:
+    """Return a row of so many numbers from those that are not 0, each as column:number."""
+    row = [0.0] * length
+    for entry in text.split():
+        column, _, number = entry.partition(":")
+        row[int(column)] = float(Fraction(number))
+    return tuple(row)
 
 
 def moments(weights: Weights, nodes: np.ndarray, order: int) -> np.ndarray:

@@ -5,7 +5,6 @@ checks itself.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from fractions import Fraction
 from functools import cached_property
 from itertools import chain
 from math import factorial, isfinite
@@ -14,7 +13,7 @@ import numpy as np
 
 from ..base.numbers import reals, text, whole
 from . import _dprkn12
-from .conditions import MOST_ORDER, Rows, Weights, agree, moments, require, tableau
+from .conditions import MOST_ORDER, Rows, Weights, agree, moments, require, tableau, values
 
 
 @dataclass(frozen=True)
@@ -111,16 +110,12 @@ class Nystrom:
         return np.array(self.c, dtype=np.float64)
 
 
-def _numbers(row: str) -> Weights:
-    return tuple(float(Fraction(x)) for x in row.split())
-
-
 RKN12 = Nystrom(
     name="RKN12",
     order=12,
     source="Dormand, El-Mikkawy and Prince, IMA J. Numer. Anal. 7 (1987) 423, the formula of order 12 of RKN12(10)17; "
     "digits of the rationals in SciML's OrdinaryDiffEq.jl, which fulfil the conditions to 1e-50",
-    a=tuple(map(_numbers, _dprkn12.A)),
-    b=_numbers(_dprkn12.B),
-    c=_numbers(_dprkn12.C),
+    a=tuple(map(values, _dprkn12.A)),
+    b=values(_dprkn12.B),
+    c=values(_dprkn12.C),
 )

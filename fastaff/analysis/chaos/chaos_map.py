@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from ...base.axes import along
 from ...base.interruption import keeping
-from ...base.numbers import flag, portion, whole
+from ...base.numbers import Passes, flag, portion, whole
 from ...base.recipe import recorded
 from ...base.results import Result, put
 from ...base.short_forms import Starts, starts_of, takes
@@ -20,10 +20,9 @@ from ...flows.checks import checked_model
 from ...flows.ensemble import energy_error, mark_drift
 from ...flows.flow import Flow
 from ...flows.launch import Report
-from ...flows.options import Options, iterates, plan
+from ...flows.options import Options, Problem
 from ...kernels.readings import LN10
 from ...models.contracts import Dynamics
-from ...models.traits import traits_of
 from ...schemes.catalogue import Scheme, scheme_of
 from ..orbits.tangent_map import stable_plan
 from .indicator import MANY, Character, Indicators, checked_indicators, judged, refuse
@@ -200,16 +199,17 @@ def chaos_map(
     >>> chaos.regular, chaos.chaotic
     (array([ True, False]), array([False,  True]))
     """
-    time = iterates(body, "time", time)
     options = Options(
         scheme, step, rtol=rtol, atol=atol, energy_tolerance=energy_tolerance, threads=threads, report=report
     )
+    problem = Problem(body, z0, options)
+    time = problem.iterates("time", time)
     chosen = checked_indicators(indicators, checked_model(body))
     slots = whole("history", history, 0)
-    tangent = [entry for entry in chosen if entry.vectors(traits_of(body).moving)]
+    tangent = [entry for entry in chosen if entry.vectors(problem.traits.moving)]
     if flag("early_stop", early_stop) and len(tangent) < len(chosen):
         raise ValueError("early_stop takes indicators of tangent vectors only: the others need the whole time")
-    flow, z, _ = (stable_plan if tangent else plan)(body, z0, options)
+    flow, z, _ = stable_plan(problem) if tangent else problem.plan()
     for k, entry in enumerate(chosen):  # a scheme may be chosen by trial
         refuse(f"indicators[{k}]", entry, body, flow)
 
@@ -220,16 +220,21 @@ def chaos_map(
                 run(portion(report, number, len(work.passes)))
         return _result(work, options.drift, False)
 
-    found = mapped(flow, z, deviations, report)
-    for halving in range(1, 1 + (HALVINGS if step is None and flow.fixed else 0)):
-        drifted = np.flatnonzero(found.status == Status.ENERGY_DRIFT)
-        if drifted.size:
-            shorter = flow.of(drifted)
-            shorter = replace(shorter, step=shorter.step / 2**halving)
-            with keeping("chaos_map", functools.partial(_unfinished, found, drifted)):
-                put(found, drifted, mapped(shorter, z[:, drifted], _of_orbits(deviations, drifted), None))
-    return found
+    with Passes(report) as passes:
+        found = mapped(flow, z, deviations, passes.take(1.0, DRIFTING))
+        for halving in range(1, 1 + (HALVINGS if step is None and flow.fixed else 0)):
+            drifted = np.flatnonzero(found.status == Status.ENERGY_DRIFT)
+            if drifted.size:
+                shorter = flow.of(drifted)
+                shorter = replace(shorter, step=shorter.step / 2**halving)
+                told = passes.take(1.0, 0.5)
+                with keeping("chaos_map", functools.partial(_unfinished, found, drifted)):
+                    put(found, drifted, mapped(shorter, z[:, drifted], _of_orbits(deviations, drifted), told))
+        return found
 
+
+DRIFTING = 0.02
+"""Work of orbits whose energy drifts, of that of all."""
 
 HALVINGS = 2
 """How often a step that a trial chose is halved where the orbit's energy drifts all the same: it came later to where

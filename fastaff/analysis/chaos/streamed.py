@@ -17,7 +17,7 @@ from ...flows import observers
 from ...flows.checks import carried
 from ...flows.ensemble import Ensemble
 from ...flows.flow import Flow, no_memory
-from ...flows.launch import Report
+from ...flows.launch import Report, early
 from ...flows.motion import motion, natural_rates
 from ...kernels.deviations import ROWS, layout
 from ...models.mechanics import inverse_masses
@@ -234,7 +234,7 @@ class ChaosRun:
                 self.out,
                 time=self.time,
                 refill=self.early_stop,
-                report=report,
+                report=early(report, self.flow, self.ensemble, self.time) if self.early_stop else report,
             )
         finally:
             self._read()

@@ -36,11 +36,24 @@ def angles_of(value: Any, _: Any = None) -> Any:
     """Return the angles that a text names; anything else as it is."""
     if not isinstance(value, str):
         return value
-    found = NAMED.get(names_of(value))
+    names = names_of(value)
+    found = NAMED.get(names)
     if found is None:
-        known = " or ".join(repr(" ".join(names)) for names in NAMED)
-        raise ValueError(f"angles must be {known}, or a value of fastaff.models.angles, got {value!r}")
+        said = " or ".join(f"{' '.join(known)!r} of {len(known)} coordinates" for known in NAMED)
+        meant = [" ".join(known) for known in NAMED if sorted(known) == sorted(names)]
+        hint = f". Did you mean {meant[0]!r}, the order of the rows?" if meant else ""
+        raise ValueError(f"angles must be {said}, or a value of fastaff.models.angles, got {value!r}{hint}")
     return found
+
+
+def suited(angles: Any, degrees_of_freedom: int, whose: str) -> None:
+    """Refuse angles of another number of coordinates, those that are named by what they are of."""
+    if len(angles.names) != degrees_of_freedom:
+        said, n = " ".join(angles.names), len(angles.names)
+        own = next((" ".join(names) for names in NAMED if len(names) == degrees_of_freedom), None)
+        named = f" {said!r} are those of {n} Cartesian coordinates" if angles.names in NAMED else f" got {angles!r}"
+        other = f", of {degrees_of_freedom} they are {own!r}; without angles= coordinates are their own" if own else ""
+        raise ValueError(f"angles must have {degrees_of_freedom} angles for {whose};{named}{other}")
 
 
 class Layout:

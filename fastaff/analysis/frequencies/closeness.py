@@ -7,9 +7,9 @@ import functools
 import numpy as np
 
 from ...kernels.peaks import Lines
-from ...kernels.relations import Closeness, Combinations, relations
+from ...kernels.relations import Closeness, Combinations, relations, vanishing
 from .fundamental import Modes, run, tables_of
-from .integer_lattice import ball, combined, one_of_each
+from .integer_lattice import ball, one_of_each
 
 RESOLVED, NEAR = 1.5, 8.0
 """Cycles over the window between two lines that windows tell apart, and within which a line changes what its halves
@@ -40,11 +40,18 @@ def closeness(found: Modes, nu: np.ndarray, time: np.ndarray, interval: np.ndarr
     return result
 
 
-def related(nu: np.ndarray, error: np.ndarray) -> np.ndarray:
+def related(nu: np.ndarray, error: np.ndarray, threads: int) -> np.ndarray:
     """Tell of which orbits a combination of |k|_1 <= FEW of the frequencies (orbits, m) is 0 within its error."""
-    k, lengths = _relating(nu.shape[1])
-    k = k[:, lengths <= FEW].T
-    return np.any(np.abs(combined(k, nu)) <= combined(np.abs(k), error), axis=1)
+    found = np.zeros(len(nu), bool)
+    run(vanishing, len(nu), (nu, error, _few(nu.shape[1]), found), threads)
+    return found
+
+
+@functools.cache
+def _few(m: int) -> np.ndarray:
+    """Return the vectors k (m, vectors) of `_relating` that are no longer than FEW."""
+    k, lengths = _relating(m)
+    return np.ascontiguousarray(k[:, lengths <= FEW])
 
 
 @functools.cache

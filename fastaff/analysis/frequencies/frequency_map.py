@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from ...base.interruption import keeping
-from ...base.numbers import fits, whole
+from ...base.numbers import Passes, fits, whole
 from ...base.recipe import recorded
 from ...base.short_forms import Starts, starts_of, takes
 from ...base.status import Status
@@ -22,12 +22,12 @@ from ...flows.flow import Flow
 from ...flows.launch import Report
 from ...flows.motion import fastest_rates, natural_rates
 from ...flows.needs import check_needs
-from ...flows.options import Options, iterates, plan
+from ...flows.options import Options, Problem
 from ...kernels.samples import CHUNK_ROWS
 from ...models.contracts import Angles, Dynamics
 from ...models.traits import traits_of
 from ...schemes.catalogue import Scheme, scheme_of
-from .angle_loops import Layout, Plain, angles_of
+from .angle_loops import Layout, Plain, angles_of, suited
 from .found_frequencies import Found
 from .frequencies import FrequencyKind, FrequencyMap
 from .fundamental import fastest
@@ -52,6 +52,9 @@ PROBE = 128
 DENSE, BODY_DENSE = 1.1, 0.8
 """Radians of the fastest motion between samples; of bodies, whose own angles are followed from one to the next.
 """
+
+FINER, READING = 0.1, 6.0
+"""Work of orbits that need a shorter step, and of reading samples, beside that of a run: for the progress reported."""
 
 BESIDE = 0.1
 """Share of a frequency's error from which the scheme's counts."""
@@ -164,24 +167,25 @@ def frequency_map(
     array([[0.15556 ],
            [0.159622]])
     """
-    time = iterates(body, "time", time)
     options = Options(
         scheme, step, accuracy, rtol=rtol, atol=atol, energy_tolerance=energy_tolerance, threads=threads, report=report
     )
-    checked_model(body, needs="regular motion")
+    problem = Problem(body, z0, options)
+    time = problem.iterates("time", time)
+    checked_model(problem.model, needs="regular motion")
     lines = None if lines is None else whole("lines", lines, 1)
-    if traits_of(body).iterated:
+    if problem.traits.iterated:
         return map_frequencies(
-            body, z0, options, time=time, method=checked_method(method), window=window, angles=angles, lines=lines
+            problem, time=time, method=checked_method(method), window=window, angles=angles, lines=lines
         )
     if window is not None:
         raise ValueError(f"window is for maps: the diffusion of systems in time is that of the halves; got {window!r}")
-    if angles is None and getattr(body, "angles", None) is None:
-        check_needs(body, "angles of coordinates alone")
+    if angles is None and getattr(problem.model, "angles", None) is None:
+        check_needs(problem.model, "angles of coordinates alone")
     goal = options.goal(ACCURACY)
     fallback = checked_method(method).fallback
-    angles = checked_angles(angles, body)
-    flow, z, _ = plan(body, z0, options, time=time, error=goal or ACCURACY)
+    angles = checked_angles(angles, problem.model)
+    flow, z, _ = problem.plan(time=time, error=goal or ACCURACY)
     work = FrequencyWork(flow, angles, z, time, goal, fallback, report, lines)
     with keeping("frequency_map", lambda: work.result(options.drift)):
         work.run(options.drift)
@@ -195,11 +199,10 @@ def checked_angles(angles: Any, body: Any) -> Any:
         return Plain(traits_of(body).names)  # without the symmetry the planes' angles are coordinates like others
     if not all(hasattr(chosen, name) for name in ("signals", "names", "planes")):
         raise TypeError(
-            f"angles must be a value of fastaff.models.angles such as AlphaBeta(), got {chosen!r}; "
+            f"angles must be a text such as 'R z phi', or a value of fastaff.models.angles, got {chosen!r}; "
             f"{type(body).__name__} has no `angles` of its own"
         )
-    if len(chosen.names) != body.degrees_of_freedom:
-        raise ValueError(f"angles must have {body.degrees_of_freedom} angles for {type(body).__name__}, got {chosen!r}")
+    suited(chosen, body.degrees_of_freedom, type(body).__name__)
     return chosen
 
 
@@ -228,24 +231,24 @@ class FrequencyWork:
         self.found = Found(self.layout, self.orbits, lines)
         self.unfinished = np.ones(self.orbits, bool)
         self.used = np.full(self.orbits, np.nan)
-        self.done = 0
 
     def run(self, tolerance: float = math.inf) -> None:
         """Find the frequencies of all orbits; with an accuracy, again with half the step where the scheme leaves
         more.
         """
         flow, orbits, before = self.flow, np.arange(self.orbits), np.full(self.orbits, np.inf)
-        for _ in range(HALVINGS + 1):
-            self._pass(flow, orbits)
-            if self.accuracy is None:
-                return
-            excess = self._excess(self.accuracy, tolerance)
-            # What a finer step does not change is rounding, or chaos.
-            again = (excess > 1) & (excess < before / 4)
-            self.unfinished = again
-            if not again.any():
-                return
-            orbits, before, flow = np.flatnonzero(again), np.where(again, excess, 0.0), flow.finer()
+        with Passes(self.report) as passes:
+            for _ in range(HALVINGS + 1):
+                self._pass(flow, orbits, passes.take(1.0, 0.0 if self.accuracy is None else FINER))
+                if self.accuracy is None:
+                    return
+                excess = self._excess(self.accuracy, tolerance)
+                # What a finer step does not change is rounding, or chaos.
+                again = (excess > 1) & (excess < before / 4)
+                self.unfinished = again
+                if not again.any():
+                    return
+                orbits, before, flow = np.flatnonzero(again), np.where(again, excess, 0.0), flow.finer()
         self.unfinished[:] = False
 
     def _excess(self, accuracy: float, tolerance: float) -> np.ndarray:
@@ -261,24 +264,21 @@ class FrequencyWork:
         energy = np.nan_to_num(energy_error(self.flow.model, self.ensemble), nan=0.0, posinf=0.0)
         return np.where(self.ensemble.status == Status.OK, np.maximum(share / accuracy, energy / tolerance), 0.0)
 
-    def _pass(self, flow: Flow, orbits: np.ndarray) -> None:
+    def _pass(self, flow: Flow, orbits: np.ndarray, report: Report | None) -> None:
         """Sample these orbits and find their frequencies, as many at a time as memory allows."""
-        rows = self.layout.rows
         counts, steps = self._counts(flow, orbits)
-        fits("time", rows, int(counts.max(initial=0)))  # samples of one orbit
+        fits("time", self.layout.rows, int(counts.max(initial=0)))  # samples of one orbit
         order = np.argsort(counts, kind="stable")
-        begin = 0
+        begin, passes = 0, Passes(report)
         while begin < orbits.size:
-            end = begin + 1
-            while end < orbits.size:
-                room = BUDGET if end - begin >= flow.threads * LANES else MOST
-                if (end + 1 - begin) * counts[order[end]] * rows * 8 > room:
-                    break
-                if flow.adaptive and counts[order[end]] != counts[order[begin]]:
-                    break
-                end += 1
+            ahead = counts[order[begin:]]
+            number = np.arange(1, ahead.size + 1)
+            room = np.where(number > flow.threads * LANES, BUDGET, MOST)
+            full = (8 * self.layout.rows * number * ahead > room) | (flow.adaptive & (ahead != ahead[0]))
+            end = begin + (1 + int(full[1:].argmax()) if full[1:].any() else ahead.size)
             part = np.sort(order[begin:end])
-            self._portion(flow, orbits[part], counts[part], steps[part])
+            told = passes.take(counts[part].sum(), counts[order[end:]].sum())
+            self._portion(flow, orbits[part], counts[part], steps[part], told)
             begin = end
 
     def _counts(self, flow: Flow, orbits: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -307,33 +307,38 @@ class FrequencyWork:
         counts = sample_counts(need, steps)
         return counts, counts * -(-steps // counts)
 
-    def _portion(self, flow: Flow, orbits: np.ndarray, counts: np.ndarray, steps: np.ndarray) -> None:
+    def _portion(
+        self, flow: Flow, orbits: np.ndarray, counts: np.ndarray, steps: np.ndarray, report: Report | None
+    ) -> None:
         """Find the frequencies of these orbits from so many samples, and so many steps."""
+        passes = Passes(report)
         share = pilot_share(steps, counts)
         order = np.argsort(counts, kind="stable")  # those of equally many samples side by side
         orbits, counts, steps, share = orbits[order], counts[order], steps[order], share[order]
         if not flow.adaptive:
             flow = replace(flow, step=self.time / steps)
-        signals, run = self._sampled(flow, orbits, self.time, counts, ROOMS.signals)
-        start, _ = self._sampled(flow.finer(), orbits, self.time / share, counts // share, ROOMS.starts)
+        pilot = float(np.mean(2.0 / share))
+        told = passes.take(1.0, pilot + READING)
+        signals, run = self._sampled(flow, orbits, self.time, counts, ROOMS.signals, told)
+        told = passes.take(pilot, READING)
+        start, _ = self._sampled(flow.finer(), orbits, self.time / share, counts // share, ROOMS.starts, told)
         self.ensemble.take(orbits, run)
         self.used[orbits] = self.time / steps
         done = np.flatnonzero((run.status == Status.OK) & (run.time >= self.time * (1 - 1e-12)))
         # Tables are longer than the samples of a long orbit: these are read by equal numbers.
-        kinds = np.where(counts[done] > BRIEF, counts[done], 0)
+        kinds, left = np.where(counts[done] > BRIEF, counts[done], 0), done.size
         scheme = self.flow.scheme
         for alike in np.split(done, np.flatnonzero(np.diff(kinds)) + 1) if done.size else ():
             parts = max(1, math.ceil(8 * self.layout.rows * float(counts[alike].sum()) / BUDGET))
             for some in np.array_split(alike, min(parts, alike.size)):
                 samples = Samples(signals.of(some), start.of(some), scheme.order if scheme.symplectic else 0)
-                self._adopt(orbits[some], samples)
+                left -= some.size
+                with Passes(passes.take(some.size, left)):
+                    self._adopt(orbits[some], samples)
         self.unfinished[orbits] &= self.accuracy is not None  # with one, once its error is judged
-        self.done += orbits.size
-        if self.report is not None:
-            self.report(min(self.done / self.orbits, 1.0))
 
     def _sampled(
-        self, flow: Flow, orbits: np.ndarray, time: Any, counts: np.ndarray, room: Room
+        self, flow: Flow, orbits: np.ndarray, time: Any, counts: np.ndarray, room: Room, report: Report | None = None
     ) -> tuple[Signals, Ensemble]:
         """Return so many samples of the signals of these orbits, and how they ended; what was not reached is whatever
         was there.
@@ -347,10 +352,9 @@ class FrequencyWork:
         observer = observers.called_rows(self.layout.call, rows)
         memory = np.zeros((observer.rows, orbits.size))
         memory[CHUNK_ROWS.length], memory[CHUNK_ROWS.start] = counts, start
-        observations: Any = counts
-        if flow.adaptive:  # all alike
-            time, observations = float(np.max(time)), int(counts[0])
-        flow.advance(run, observer, memory, signals.numbers[None], time=time, observations=observations)
+        alike = flow.adaptive
+        time, observations = (float(np.max(time)), int(counts[0])) if alike else (time, counts)
+        flow.advance(run, observer, memory, signals.numbers[None], time=time, observations=observations, report=report)
         return signals, run
 
     def _adopt(self, orbits: np.ndarray, samples: Samples) -> None:

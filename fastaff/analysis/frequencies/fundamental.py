@@ -16,7 +16,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...compile.threads import together
 from ...flows.launch import launch
 from ...kernels import fundamental as kernels
 from ...kernels import peaks
@@ -25,7 +24,7 @@ from ...kernels.fundamental import Lattice, Rows, Vectors
 from ...kernels.peaks import Lines, Spectra
 from .integer_lattice import ball
 from .line_rates import drifts
-from .naff import lines_of_transforms
+from .naff import by_workers, lines_of_transforms
 from .rooms import ROOMS
 from .signals import Signals
 from .windows import (
@@ -52,8 +51,8 @@ SEEN = 6
 BROAD = 0.1
 """Share of a loop's size that its strongest lines leave, beyond which none stands out."""
 
-FEW = 8
-"""Orbits for which another thread would take longer to wake up than to do what is to be done."""
+FEW, BRIEF = 8, 4096
+"""Orbits for which waking another thread takes longer than the work; of kernels of a microsecond an orbit."""
 
 AT_ONCE = 32
 """Orbits whose Fourier transforms are made at once."""
@@ -142,10 +141,10 @@ def fastest(signals: np.ndarray, interval: float, threads: int) -> np.ndarray:
     return np.sqrt(ratio) / interval
 
 
-def run(kernel: Any, orbits: int, arguments: tuple, threads: int) -> None:
-    """Run a kernel of one orbit after another; for FEW the caller's own thread does it."""
+def run(kernel: Any, orbits: int, arguments: tuple, threads: int, few: int = FEW) -> None:
+    """Run a kernel of one orbit after another; for so few the caller's own thread does it."""
     if orbits:
-        steps = 0.0 if orbits <= FEW else math.inf
+        steps = 0.0 if orbits <= few else math.inf
         launch(kernel, arguments, np.zeros(orbits), float(orbits), threads, None, steps)
 
 
@@ -258,7 +257,7 @@ def _spectra(signals: Signals, m: int, threads: int) -> Spectra:
         for part in parts[begin::threads]:
             np.fft.fft(part, axis=-1, out=part)
 
-    together([functools.partial(transform, i) for i in range(threads)], int, int)
+    by_workers(transform, threads)
     return spectra._replace(numbers=numbers)
 
 
@@ -281,7 +280,7 @@ def _apart(spectra: Spectra, h: np.ndarray, threads: int) -> Modes:
     result.lines[:] = np.stack([value, bar, strength], axis=1)
     rank, nu, spread = np.where(some, lattice.rank, 0), lattice.nu / unit, lattice.spread / unit
     top, top_bar = value[:, :, 0].copy(), bar[:, :, 0].copy()
-    _place(result, Lattice(rank, nu, spread, lattice.source), dual, share, top, top_bar, moving)
+    _place(result, Lattice(rank, nu, spread, lattice.source), dual, share, top, top_bar, moving, threads)
     result.rest[:], result.drifting[:] = rest, ~some & (rest > BROAD)
     return result
 
@@ -299,7 +298,7 @@ def _fitted(signals: Signals, spectra: Spectra, orbits: np.ndarray, threads: int
         here = np.searchsorted(orbits, own)
         _, loops, _ = prepared(signals.array(own)[:, : 2 * m], int(spectra.n[own[0]]), threads)
         result.drifting[here] = drifts(
-            loops, result.leading[here], result.moving[here], float(signals.interval[own[0]])
+            loops, result.leading[here], result.moving[here], float(signals.interval[own[0]]), threads
         )
     # Where a leading line is not sharp it is not resolved, and no line beside it would be: more of them only show that
     # lines explain what is left.
@@ -360,10 +359,10 @@ def _lattice(signals: Signals, spectra: Spectra, orbits: np.ndarray, lines: int,
     count = np.where(known, (rank_of_lines > 0).sum(axis=1), 0)
     lattice = _no_lattice(orbits.size, m)
     arguments = value, bar, count, tables_of(m), 1 / h, lattice
-    run(kernels.generators, orbits.size, arguments, 1)  # too brief for more
+    run(kernels.generators, orbits.size, arguments, threads, BRIEF)
     dual, share = _dual(signals, spectra, orbits, lattice.rank, lattice.nu, threads)
     result = _no_modes(orbits.size, m)
-    _place(result, lattice, dual, share, top, top_bar, moving)
+    _place(result, lattice, dual, share, top, top_bar, moving, threads)
     result.rest[:] = (np.where(moving, rest, 0.0) / math.sqrt(2)).max(axis=1, initial=0.0)
     result.lines[..., : lines_seen.shape[3]] = lines_seen
     return result
@@ -377,6 +376,7 @@ def _place(
     top: np.ndarray,
     top_bar: np.ndarray,
     moving: np.ndarray,
+    threads: int,
 ) -> None:
     """Fill in generators, each with the loop of whose motion it has most, and leading lines `top`."""
     rank, nu, spread, _ = lattice
@@ -388,7 +388,7 @@ def _place(
     plain[np.arange(m), 2 * np.arange(m)], plain[np.arange(m), 2 * np.arange(m) + 1] = 1.0, -1j
     nu, spread = np.where(owned, nu, 0.0), np.where(owned, spread, np.inf)
     top_bar = np.where(top > top_bar, top_bar, np.inf)  # else it is not told from 0
-    run(kernels.combinations, orbits, (top, top_bar, nu, spread, tables_of(m), result.combination), 1)
+    run(kernels.combinations, orbits, (top, top_bar, nu, spread, tables_of(m), result.combination), threads, BRIEF)
     result.rank[:], result.owned[:], result.moving[:] = rank, owned, moving
     result.dual[:] = np.where(owned[:, :, None], dual[rows, place], plain * moving[:, :, None])
     # A loop without a frequency of its own shows its leading line, which depends on the others.

@@ -15,16 +15,21 @@ any more.
 """
 
 
-def lines_of(f: np.ndarray, interval: float, lines: int = 8) -> FrequencyLines:
+def lines_of(f: np.ndarray, interval: float, threads: int, lines: int = 8) -> FrequencyLines:
     """Return the strongest lines of signals f (signals, samples), of their first samples as a Fourier transform likes
     to have them.
     """
     samples = fast_length(f.shape[1])
-    return found_lines(f[:, :samples], interval, max(1, min(lines, samples // 4 - LINE_ORDER)), LINE_ORDER)
+    return found_lines(f[:, :samples], interval, max(1, min(lines, samples // 4 - LINE_ORDER)), LINE_ORDER, threads)
 
 
 def line_rates(
-    f: np.ndarray, interval: float, nu: np.ndarray, useless: np.ndarray, found: FrequencyLines | None = None
+    f: np.ndarray,
+    interval: float,
+    nu: np.ndarray,
+    useless: np.ndarray,
+    threads: int,
+    found: FrequencyLines | None = None,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return the frequency (5, signals) of the line of f (signals, samples) by nu over the first five of SPANS, and its
     uncertainty.
@@ -33,12 +38,12 @@ def line_rates(
     bar and of its changes with the last two windows. A signal whose uncertainty reaches `useless` (signals,) is given
     up, with inf for it. found: what `lines_of` says, where that is known.
     """
-    line, uncertainty = _line_by(f, interval, nu, lines_of(f, interval) if found is None else found)
+    line, uncertainty = _line_by(f, interval, nu, lines_of(f, interval, threads) if found is None else found)
     rates = np.full((5, len(f)), np.nan)
     rates[0] = line.nu
     left = np.flatnonzero(uncertainty < useless)
     for window in (3, 4, 1, 2):  # the halves last: they say nothing of the uncertainty
-        rates[window, left] = line.over(SPANS[window], left)
+        rates[window, left] = line.over(SPANS[window], left, threads)
         if window > 2:
             change = np.abs(rates[window, left] - rates[0, left])
             uncertainty[left] = np.maximum(uncertainty[left], np.where(np.isfinite(change), change, np.inf))
@@ -46,17 +51,18 @@ def line_rates(
     return rates, np.where(uncertainty < useless, uncertainty, np.inf)
 
 
-def line_changes(f: np.ndarray, interval: float, nu: np.ndarray) -> np.ndarray:
+def line_changes(f: np.ndarray, interval: float, nu: np.ndarray, threads: int) -> np.ndarray:
     """Return by how many cycles (signals,) over a half the line of `line_rates` differs from half to half, inf where it
     is lost.
     """
-    line, _ = _line_by(f, interval, nu, lines_of(f, interval, 4))
+    line, _ = _line_by(f, interval, nu, lines_of(f, interval, threads, 4))
     every = np.arange(len(f))
-    change = np.abs(line.over(SPANS[1], every) - line.over(SPANS[2], every)) * f.shape[1] * interval / 2
+    first, second = (line.over(SPANS[half], every, threads) for half in (1, 2))
+    change = np.abs(first - second) * f.shape[1] * interval / 2
     return np.where(np.isfinite(change), change, np.inf)
 
 
-def drifts(loops: np.ndarray, leading: np.ndarray, moving: np.ndarray, h: float) -> np.ndarray:
+def drifts(loops: np.ndarray, leading: np.ndarray, moving: np.ndarray, h: float, threads: int) -> np.ndarray:
     """Tell of which orbits no loop (orbits, m, samples) has its leading line, or one near it, among the three strongest
     of both halves.
     """
@@ -66,7 +72,7 @@ def drifts(loops: np.ndarray, leading: np.ndarray, moving: np.ndarray, h: float)
         return np.zeros(len(loops), bool)
     change = np.zeros(leading.shape)
     for part in (loops[:, :, :half], loops[:, :, -half:]):
-        found = found_lines(np.ascontiguousarray(part), h, lines, LINE_ORDER)
+        found = found_lines(np.ascontiguousarray(part), h, lines, LINE_ORDER, threads)
         near = np.abs(np.abs(found.nu) - leading[:, :, None]) + np.where(np.isfinite(found.error), 0.0, np.inf)
         change = np.maximum(change, near.min(axis=2) * half * h)
     return moving.any(axis=1) & (np.where(moving, change, np.inf).min(axis=1) > DRIFTS)
@@ -81,13 +87,14 @@ class _Line(NamedTuple):
     which: np.ndarray
     nu: np.ndarray
 
-    def over(self, span: tuple[float, float], signals: np.ndarray) -> np.ndarray:
+    def over(self, span: tuple[float, float], signals: np.ndarray, threads: int) -> np.ndarray:
         """Return its frequency over a part of the time in some of the signals."""
         samples = fast_length(self.f.shape[1])
         first = round(span[0] * samples)
         n = fast_length(min(round((span[1] - span[0]) * samples), samples - first))
         found = self.found.take(signals)
-        return followed_line(self.f[signals], self.interval, LINE_ORDER, first, first + n, found, self.which[signals])
+        which = self.which[signals]
+        return followed_line(self.f[signals], self.interval, LINE_ORDER, first, first + n, found, which, threads)
 
 
 def _line_by(f: np.ndarray, interval: float, nu: np.ndarray, found: FrequencyLines) -> tuple[_Line, np.ndarray]:

@@ -162,7 +162,8 @@ def with_lines(
     )
     for o, j in portions(s, needed):
         useless = np.full(o.size, np.inf) if fallback == 0 else rates.error[o, j] / SAFETY
-        nu, uncertainty = line_rates(values(s, loops, o, j, threads), float(s.interval[o[0]]), centre[o, j], useless)
+        f, interval = values(s, loops, o, j, threads), float(s.interval[o[0]])
+        nu, uncertainty = line_rates(f, interval, centre[o, j], useless, threads)
         lines.nu[o, j], lines.error[o, j] = nu[0], SAFETY * uncertainty
         both = np.isfinite(nu[1:3]).all(axis=0)
         lines.halves[o, j] = np.where(both, nu[1:3], rates.halves[o, j].T).T

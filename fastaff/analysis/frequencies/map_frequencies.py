@@ -17,7 +17,7 @@ from ...flows.ensemble import Ensemble
 from ...flows.flow import Flow, no_memory
 from ...flows.launch import Report
 from ...flows.needs import check_given
-from ...flows.options import Options, plan
+from ...flows.options import Problem
 from ..orbits.given_orbits import given_orbits, lengths
 from .angle_lines import LineTable
 from .angle_loops import Layout, Plain
@@ -52,9 +52,7 @@ class _Window(NamedTuple):
 
 
 def map_frequencies(
-    body: Any,
-    z0: Any,
-    options: Options,
+    problem: Problem,
     *,
     time: float,
     method: BirkhoffAverages | NaffLines,
@@ -63,9 +61,9 @@ def map_frequencies(
     lines: int | None,
 ) -> FrequencyMap:
     """Return the frequency map of a map, see `frequency_map`."""
-    flow, z, _ = plan(body, z0, options, time=time)
+    flow, z, _ = problem.plan(time=time)
     turns = int(time)
-    check_given(body, "a time", "the loops of a map are those of (q, p)", angles=angles)
+    check_given(flow.model, "a time", "the loops of a map are those of (q, p)", angles=angles)
     if window is not None and 2 * whole("window", window, LEAST) > turns:
         raise ValueError(f"window must be at most half of the {turns} iterates, got {window!r}")
     if turns < LEAST:
@@ -73,7 +71,7 @@ def map_frequencies(
     fits("time", len(z), turns if window is None else int(window))
     work = MapFrequencies(flow, z, turns, window, method, lines)
     with keeping("frequency_map", work.result):
-        work.run(options.report)
+        work.run(problem.options.report)
     return work.result()
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import functools
 import math
 import threading
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Annotated
 
@@ -14,6 +15,7 @@ from numpy.typing import ArrayLike
 from ...base.axes import along
 from ...base.interruption import keeping
 from ...base.numbers import an_array, positive, reporter, whole
+from ...base.progress import says_progress
 from ...base.results import Result
 from ...compile.threads import checked_threads, together
 from ...flows.launch import Report
@@ -56,6 +58,7 @@ class FrequencyLines(Result, axis="signal"):
         return 2 * np.pi * self.nu
 
 
+@says_progress
 def naff(
     signal: ArrayLike,
     dt: float,
@@ -189,33 +192,54 @@ def lines_of_transforms(
     residual, none, window = np.empty(batch), np.full(batch, -1), _window(samples, order, BINS_FLOOR)
     size = max(1, -(-batch // threads))
 
-    def fit(begin: int) -> None:
-        part, work = slice(begin, begin + size), workspace(samples, lines, order)
+    def fit(worker: int) -> None:
+        part, work = slice(worker * size, (worker + 1) * size), workspace(samples, lines, order)
         found = nu[part], amplitude[part], error[part], residual[part]
         find_lines(transforms[part], window, work, *found, none[part])
 
-    together([functools.partial(fit, begin) for begin in range(0, batch, size)], int, int)
+    by_workers(fit, -(-batch // size))
     return nu, amplitude, error, residual
 
 
 def followed_line(
-    signal: np.ndarray, dt: float, order: int, begin: int, end: int, lines: FrequencyLines, which: np.ndarray
+    signal: np.ndarray,
+    dt: float,
+    order: int,
+    begin: int,
+    end: int,
+    lines: FrequencyLines,
+    which: np.ndarray,
+    threads: int | None = None,
 ) -> np.ndarray:
     """Return the frequency (signals,) of line `which` (signals,) of the `lines` of signals (signals, samples) over the
     samples from `begin` to `end`, fitted to its bins there from where it is; NaN where that fails.
     """
-    samples = end - begin
+    samples, batch = end - begin, len(signal)
     window, unit = _window(samples, order, BINS_FLOOR), samples * dt
     turns = lines.nu * dt * (begin + (samples - 1) / 2)
     u, a = lines.nu * unit, lines.amplitude * np.exp(2j * np.pi * (turns - np.rint(turns)))
-    work, found, error = workspace(samples, a.shape[1], order), np.empty(len(signal)), np.empty(u.shape)
-    rows, which = max(1, CHUNK_SAMPLES // samples), np.ascontiguousarray(which, dtype=np.int64)
-    for start in range(0, len(signal), rows):
-        part = slice(start, start + rows)
-        transforms = np.fft.fft(signal[part, begin:end] * window.weight)
-        lines_too = u[part], a[part], error[part], found[part]
-        find_lines(transforms, window, work, *lines_too, which[part])
+    found, error = np.empty(batch), np.empty(u.shape)
+    which = np.ascontiguousarray(which, dtype=np.int64)
+    rows = max(1, min(CHUNK_SAMPLES // samples, -(-batch // checked_threads(threads))))
+
+    def follow(worker: int) -> None:
+        work = workspace(samples, a.shape[1], order)
+        for start in range(worker * rows, batch, workers * rows):
+            part = slice(start, start + rows)
+            transforms = np.fft.fft(signal[part, begin:end] * window.weight)
+            find_lines(transforms, window, work, u[part], a[part], error[part], found[part], which[part])
+
+    workers = max(1, min(-(-batch // rows), checked_threads(threads)))
+    by_workers(follow, workers)
     return found / unit
+
+
+def by_workers(call: Callable[[int], object], workers: int) -> None:
+    """Make call(worker) for so many workers, each in a thread; of one in the caller's."""
+    if workers == 1:
+        call(0)
+    else:
+        together([functools.partial(call, worker) for worker in range(workers)], int, int)
 
 
 class _Scratch:

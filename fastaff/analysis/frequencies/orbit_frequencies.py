@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 
 from ...base.interruption import keeping
 from ...base.numbers import reporter, whole
+from ...base.progress import says_progress
 from ...base.short_forms import takes
 from ...base.status import Status
 from ...compile.threads import checked_threads
@@ -17,7 +18,7 @@ from ...flows.checks import checked_model
 from ...flows.launch import Report
 from ...models.contracts import Angles, Dynamics
 from ..orbits.given_orbits import Given, GivenOrbits, ends, given_orbits, lengths
-from .angle_loops import Layout, Plain, angles_of
+from .angle_loops import Layout, Plain, angles_of, suited
 from .found_frequencies import Found
 from .frequencies import FrequencyMap
 from .frequency_map import checked_angles
@@ -40,6 +41,7 @@ that of a line with three and a half samples a period.
 
 
 @takes(method=method_of, angles=angles_of)
+@says_progress
 def orbit_frequencies(
     samples: Given,
     dt: float | None = None,
@@ -138,9 +140,8 @@ def _angles(given: GivenOrbits, body: Any, angles: Any) -> Any:
     if angles is None:
         return Plain(given.angles)
     if not all(hasattr(angles, name) for name in ("signals", "names", "planes")):
-        raise TypeError(f"angles must be a value of fastaff.models.angles such as AlphaBeta(), got {angles!r}")
-    if len(angles.names) != n:
-        raise ValueError(f"angles must have {n} angles for samples of {2 * n} rows, got {angles!r}")
+        raise TypeError(f"angles must be a text such as 'R z phi', or a value of fastaff.models.angles, got {angles!r}")
+    suited(angles, n, f"samples of {2 * n} rows")
     return angles
 
 

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import functools
 from typing import NamedTuple
 
 import numpy as np
 
+from ...kernels.relations import first_vectors
 from .angle_loops import Layout
 from .closeness import Closeness, closeness, related
-from .fundamental import Loops, Modes, adopt, fit, modes, taken, values
+from .fundamental import Loops, Modes, adopt, fit, modes, run, taken, values
 from .integer_lattice import box, combined
 from .line_rates import line_changes
 from .loop_rates import SAFETY, Rates, averages, line_frequencies, of_parts, portions, with_lines
@@ -136,7 +138,7 @@ def read(layout: Layout, samples: Samples, fallback: float | None, threads: int)
     useless = broad[:, None] | slow | (lattice.error * time < blur)
     steady = centre if fallback == 0 else np.where(useless, 0.0, centre)
     lattice = with_lines(lattice, s, loops, steady, fallback, threads)
-    vague |= related(np.where(found.owned, lattice.nu, np.nan), lattice.error)
+    vague |= related(np.where(found.owned, lattice.nu, np.nan), lattice.error, threads)
     aliased = found.tail[:, None] ** ALIASED
     lattice = lattice._replace(error=lattice.error + (blur + aliased) / time + _beaten(lattice, close.beating))
     chosen, combination = lattice, found.combination
@@ -148,7 +150,7 @@ def read(layout: Layout, samples: Samples, fallback: float | None, threads: int)
         loops = Loops(c, offset, np.zeros_like(offset))
         own = averages(s, start, loops, m, threads)
         own = own._replace(error=np.where(vague[:, None], BEATS, 1.0) * own.error)
-        chosen, combination = _own_angles(lattice, own.of(slice(0, m)), found, layout.separate, time)
+        chosen, combination = _own_angles(lattice, own.of(slice(0, m)), found, layout.separate, time, threads)
         planes, at = own.of(slice(m, None)), loops.of(slice(m, None))
         near = np.where(planes.error * time < 3 * SAFETY, planes.nu, 0.0)
         line = line_frequencies(s, start, at, near, threads, rest=0.0)
@@ -163,7 +165,7 @@ def read(layout: Layout, samples: Samples, fallback: float | None, threads: int)
     _better_leading(leading[:, :m], leading_error[:, :m], combination, chosen.of(slice(0, m)))
     rank = found.rank + n - m
     if layout.periods.any():
-        _count_turns(samples, layout.periods, found, chosen, (leading, leading_error, basis, rank, vague))
+        _count_turns(samples, layout.periods, found, chosen, (leading, leading_error, basis, rank, vague), threads)
     return _with_scheme(chosen, samples, rank, leading, leading_error, basis, vague, irregular)
 
 
@@ -178,7 +180,9 @@ def _better_leading(leading: np.ndarray, error: np.ndarray, combination: np.ndar
     error[:] = np.where(known, through[1], error)
 
 
-def _count_turns(samples: Samples, periods: np.ndarray, found: Modes, rates: Rates, places: tuple) -> None:
+def _count_turns(
+    samples: Samples, periods: np.ndarray, found: Modes, rates: Rates, places: tuple, threads: int
+) -> None:
     """Fill in the mean rates of coordinates that go round where a frequency is missing that is in no line."""
     leading, leading_error, basis, rank, vague = places
     s, start, n = samples.run, samples.start, rates.nu.shape[1]
@@ -195,7 +199,7 @@ def _count_turns(samples: Samples, periods: np.ndarray, found: Modes, rates: Rat
     # A rate that has no place may be a frequency of its own.
     vague[wound] &= found.moving[wound].any(axis=1)
     vague[wound] |= (going[wound] & ~free).any(axis=1) & (rank[wound] < n)
-    vague[wound] |= related(np.where(found.owned[wound] | free, rates.nu[wound], np.nan), rates.error[wound])
+    vague[wound] |= related(np.where(found.owned[wound] | free, rates.nu[wound], np.nan), rates.error[wound], threads)
 
 
 def _lattice_rates(s: Signals, start: Signals | None, loops: Loops, found: Modes, threads: int) -> Rates:
@@ -283,7 +287,7 @@ def _irregular(
     unsure = (most > least) & ~result & ~(vague & ((found.rank > 0) | (m > 2)))
     for o, j in portions(s, unsure[:, None] & (np.arange(m) == loop[:, None])):
         f = values(s, loops, o, j, threads)
-        result[o] = line_changes(f, float(s.interval[o[0]]), found.nu[o, j]) > CHANGED
+        result[o] = line_changes(f, float(s.interval[o[0]]), found.nu[o, j], threads) > CHANGED
     sharp = (found.leading_error * s.time[:, None] <= SHARP) | ~found.moving
     return result & ((m > 2) | ((found.rest > FAINT) & ~sharp.all(axis=1)))
 
@@ -308,7 +312,17 @@ def _beaten(rates: Rates, beating: np.ndarray) -> np.ndarray:
     return np.where(beating[:, None] & np.isfinite(change), BEATEN * change, 0.0)
 
 
-def _own_angles(lattice: Rates, own: Rates, found: Modes, separate: bool, time: np.ndarray) -> tuple[Rates, np.ndarray]:
+@functools.cache
+def _short_first(m: int) -> np.ndarray:
+    """Return the vectors of |k_i| <= REACH, by lengths, as `kernels.fundamental.relate` takes them."""
+    k = box([REACH] * m)
+    k = k[np.argsort(np.abs(k).sum(axis=1), kind="stable")]
+    return np.concatenate([k.T, [np.abs(k).sum(axis=1)]]).astype(float)
+
+
+def _own_angles(
+    lattice: Rates, own: Rates, found: Modes, separate: bool, time: np.ndarray, threads: int
+) -> tuple[Rates, np.ndarray]:
     """Return a body's librations, by its own angles where their turning is a basis of the lattice, and the leading
     lines' integers.
 
@@ -316,15 +330,11 @@ def _own_angles(lattice: Rates, own: Rates, found: Modes, separate: bool, time: 
     say against angles that turn steadily; nor has any against angles made for bodies that `separate`.
     """
     orbits, m = lattice.nu.shape
-    k = box([REACH] * m)
-    k = k[np.argsort(np.abs(k).sum(axis=1), kind="stable")]
-    vectors, matched = np.zeros((orbits, m, m), np.int64), found.rank == m
+    vectors, known = np.zeros((orbits, m, m), np.int64), np.zeros((orbits, m), bool)
     bar = np.minimum(lattice.error, 1 / time)
-    sums, bounds = combined(k, lattice.nu), combined(np.abs(k), bar) + 1e-3 / time
-    for j in range(m):
-        within = np.abs(sums - own.nu[:, j, None]) <= bounds + own.error[:, j, None]
-        vectors[:, j] = k[within.argmax(axis=1)]
-        matched &= within.any(axis=1) & (own.error[:, j] * time[:, 0] < SAME)
+    arguments = np.ascontiguousarray(own.nu), own.error + 1e-3 / time, lattice.nu, bar, _short_first(m), vectors, known
+    run(first_vectors, orbits, arguments, threads)
+    matched = (found.rank == m) & (known & (own.error * time < SAME)).all(axis=1)
     basis = matched & (np.abs(np.rint(np.linalg.det(vectors.astype(float)))) == 1)
     steady = (own.error * time < SAME).all(axis=1) & (found.rank < m)
     kept = basis | steady | separate

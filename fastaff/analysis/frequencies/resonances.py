@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike
 from ...base.axes import along
 from ...base.interruption import keeping
 from ...base.numbers import MOST, an_array, fits, numbers, positive, real, reporter, shown, texts, whole
+from ...base.progress import says_progress
 from ...base.results import Result
 from ...base.status import Status, describe
 from ...compile.jit import LANES
@@ -135,6 +136,7 @@ def vectors(n: int, max_order: int) -> np.ndarray:
     return rows
 
 
+@says_progress
 def resonances(
     nu: ArrayLike | Result,
     *,

@@ -12,6 +12,7 @@ import numpy as np
 from ...base.axes import along
 from ...base.interruption import keeping
 from ...base.numbers import reporter, whole
+from ...base.progress import says_progress
 from ...base.results import Result
 from ...base.short_forms import takes
 from ...base.status import Status
@@ -38,12 +39,8 @@ FALLBACK = 1e-9
 LEAST = 64
 """Samples that an orbit needs."""
 
-BUDGET = 1 << 27
-"""Bytes of samples in work at once."""
-
-AT_ONCE = 1 << 22
-"""Samples of signals whose lines are fitted at once."""
-
+BUDGET, AT_ONCE = 1 << 27, 1 << 22
+"""Bytes of samples in work at once, and samples of signals whose lines are fitted at once."""
 
 ROUGH = 0.05
 """Cycles over the window by which windows of a mean turn differ where the loop may pass through its centre."""
@@ -123,6 +120,7 @@ class Tunes(Result):
 
 
 @takes(method=method_of)
+@says_progress
 def tunes(
     samples: Given,
     *,
@@ -328,7 +326,7 @@ class TuneWork:
         for _, orbits in _parts(needed[None], max(1, AT_ONCE // (len(z) * (length + 1)))):
             f = plane_values(z[:, orbits], turning.planes[orbits])
             halves = means.halves[:, :, orbits].swapaxes(1, 2).reshape(2, -1)
-            restless = _restless(f.reshape(-1, length + 1), halves, length).reshape(f.shape[:2])
+            restless = _restless(f.reshape(-1, length + 1), halves, length, self.threads).reshape(f.shape[:2])
             calm = ~restless.all(axis=1)
             if not calm.any():
                 continue
@@ -365,11 +363,12 @@ class TuneWork:
             x, y = z[planes, orbits] - known[:, :1], z[n + planes, orbits] - known[:, 1:2]
             a, b, c = (known[:, k, None] for k in (COLUMNS.a, COLUMNS.b, COLUMNS.c))
             f = a * x + 1j * (b * x + c * y)
-            if not always and not (kept := ~_restless(f, means.halves[:, planes, orbits], length)).all():
+            halves = means.halves[:, planes, orbits]
+            if not always and not (kept := ~_restless(f, halves, length, self.threads)).all():
                 planes, orbits, rough, f = planes[kept], orbits[kept], rough[kept], f[kept]
             turns = rough[:, None] * t
             f *= np.exp(-2j * np.pi * (turns - np.rint(turns)))
-            near, lines = steady[planes, orbits], lines_of(f, 1.0)
+            near, lines = steady[planes, orbits], lines_of(f, 1.0, self.threads)
             others = np.where(steady, means.nu, np.nan)[:, orbits].T
             there = (np.abs(lines.nu) * length < NEAR) & (np.abs(lines.amplitude) > 0)
             turned = ~(near & there.any(axis=1)) | (np.abs(rough - np.rint(rough)) * length < SAME)
@@ -379,7 +378,7 @@ class TuneWork:
             )
             # What is no line at all says nothing of one.
             worst = np.where(~near | (centre != 0) | always, np.inf, means.error[planes, orbits] / SAFETY)
-            found, uncertainty = line_rates(f, 1.0, centre, worst, lines)
+            found, uncertainty = line_rates(f, 1.0, centre, worst, self.threads, lines)
             good = np.isfinite(uncertainty)
             i, o = planes[good], orbits[good]
             means.nu[i, o] = rough[good] + found[0, good]
@@ -395,14 +394,14 @@ class TuneWork:
         return tunes_of(self.given.angles, means, self.method, self.turns, self.window, self.status, lines)
 
 
-def _restless(f: np.ndarray, halves: np.ndarray, length: int) -> np.ndarray:
+def _restless(f: np.ndarray, halves: np.ndarray, length: int, threads: int) -> np.ndarray:
     """Tell which loops f (signals, samples) belong to chaotic orbits: their mean turns change from half to half (2,
     signals), and so does their strongest line.
     """
     result = length / 2 * np.abs(halves[0] - halves[1]) > CHANGED
     some = np.ascontiguousarray(f[result][:, None])
-    leading = np.abs(found_lines(some, 1.0, 1, LINE_ORDER).nu[:, :, 0])
-    result[result] = drifts(some, leading, np.ones(leading.shape, bool), 1.0)
+    leading = np.abs(found_lines(some, 1.0, 1, LINE_ORDER, threads).nu[:, :, 0])
+    result[result] = drifts(some, leading, np.ones(leading.shape, bool), 1.0, threads)
     return result
 
 

@@ -162,7 +162,8 @@ def ends(z: np.ndarray, first: int = 0) -> tuple[np.ndarray, np.ndarray]:
         if stays(runs[-1], runs[:-1].max(initial=0), samples):
             counts[orbit], status[orbit] = samples - 1 - runs[-1], Status.LOST
     with np.errstate(invalid="ignore", over="ignore"):
-        suspects = np.flatnonzero(~np.isfinite(z.sum(axis=2)).all(axis=0))  # or their sum is too large
+        sums = np.array([row.sum(axis=1) for row in z])  # at once NumPy would add few rows that lie side by side
+        suspects = np.flatnonzero(~np.isfinite(sums).all(axis=0))  # or their sum is too large
     for orbit in suspects:
         finite = np.isfinite(z[:, orbit]).all(axis=0)
         if finite.all():

@@ -10,7 +10,7 @@ import numpy as np
 
 from ...base.axes import along
 from ...base.interruption import keeping
-from ...base.numbers import fits, whole
+from ...base.numbers import Passes, fits, portion, whole
 from ...base.recipe import recorded
 from ...base.results import Result
 from ...base.short_forms import Starts, starts_of, takes
@@ -23,7 +23,7 @@ from ...flows.ensemble import Ensemble, energy_error, mark_drift
 from ...flows.flow import Flow, Wear, no_memory
 from ...flows.launch import Report
 from ...flows.motion import motion
-from ...flows.options import Options, iterates, plan, suited
+from ...flows.options import Options, Problem
 from ...flows.time_transformed import TransformedFlow
 from ...flows.tolerances import left, tightened, with_tolerance
 from ...models.contracts import Dynamics
@@ -42,6 +42,9 @@ POINTS = 2**16
 
 MOMENTS = 8
 """Moments at least at which two runs are compared."""
+
+SLOW = 0.5
+"""Work behind short runs by tolerances, of these: for the progress that is reported."""
 
 
 @dataclass(frozen=True)
@@ -172,26 +175,27 @@ def integrate(
     >>> orbits["p_x"].round(6)
     array([0.09314])
     """
-    time = iterates(body, "time", time)
-    count = whole("samples", samples, 0)
     options = Options(
         scheme, step, accuracy, rtol=rtol, atol=atol, energy_tolerance=energy_tolerance, threads=threads, report=report
     )
-    options = suited(options, body)
-    flow, z, _ = plan(body, z0, options, time=time, error=None, transformed=True)
+    problem = Problem(body, z0, options)
+    time, count = problem.iterates("time", time), whole("samples", samples, 0)
+    problem = problem.suited()
+    options = problem.options
+    flow, z, _ = problem.plan(time=time, error=None, transformed=True)
     fits("samples", count, *z.shape)
-    mapping = traits_of(body).iterated
+    mapping = problem.traits.iterated
     if mapping and count and time % count:
         raise ValueError(f"samples must divide the {time:g} iterates of a map, got {samples!r}")
     goal = None if mapping else options.goal()
     work: Any = (
         _Plain(flow, z, time, count, report)
         if goal is None
-        else _Accurate(flow, body, z, time, count, goal, options.drift, report, scheme is None)
+        else _Accurate(flow, problem.model, z, time, count, goal, options.drift, report, scheme is None)
     )
-    with keeping("integrate", lambda: work.result(body, options.drift, True)):
+    with keeping("integrate", lambda: work.result(problem.model, options.drift, True)):
         work.run()
-    return work.result(body, options.drift, False)
+    return work.result(problem.model, options.drift, False)
 
 
 class _Plain:
@@ -262,37 +266,45 @@ class _Accurate:
         self.sample_error = np.full(self.samples.shape, np.inf)
         self.until = np.zeros(z.shape[1])
         self.looks = self.times if count else self.times[1::2]
-        self.done, self.free = 0, free and isinstance(flow.scheme, Collocation)
+        self.free = free and isinstance(flow.scheme, Collocation)
         self.used = VERNER9 if self.free else flow.scheme
 
     def run(self) -> None:
         """Run all orbits, a chunk at a time."""
         orbits = self.z.shape[1]
-        for start in range(0, orbits, CHUNK):
-            self.chunk = np.arange(start, min(start + CHUNK, orbits))
-            z, size = np.ascontiguousarray(self.z[:, self.chunk]), len(self.chunk)
-            found = self.motion = motion(self.body, z, self.flow.threads)
-            if self.free:
-                rest = tightened(found, self.time, self.accuracy, self._toleranced, self._left, self._keep)
-                self.chunk, z, found = self.chunk[rest], np.ascontiguousarray(z[:, rest]), found.of(rest)
-                self.motion = found
-            if self.chunk.size:
-                self.used = self.flow.scheme
-                self.steps = planned(self.flow, z, found, self.time, self.accuracy, run=self.time, parts=2 * self.parts)
-                halved(self.flow, self.steps, self.accuracy, self._run, self._compare, self._keep, self._drifts)
-            self.done += size
+        with Passes(self.report) as passes:
+            for start in range(0, orbits, CHUNK):
+                self.chunk = np.arange(start, min(start + CHUNK, orbits))
+                told = passes.take(self.chunk.size, orbits - self.chunk[-1] - 1)
+                z = np.ascontiguousarray(self.z[:, self.chunk])
+                self.motion = motion(self.body, z, self.flow.threads)
+                with Passes(told) as parts:
+                    if self.free:
+                        how = self._toleranced, self._left, self._keep
+                        rest = tightened(self.motion, self.time, self.accuracy, *how, report=parts.take(1.0, SLOW))
+                        self.chunk, z, self.motion = self.chunk[rest], z[:, rest], self.motion.of(rest)
+                    if self.chunk.size:
+                        self._stepped(np.ascontiguousarray(z), parts.take(1.0))
 
-    def _toleranced(self, orbits: np.ndarray, tolerance: np.ndarray) -> Compared:
+    def _stepped(self, z: np.ndarray, report: Report | None) -> None:
+        """Run the chunk with steps that are shortened until two runs agree."""
+        self.used, found = self.flow.scheme, self.motion
+        self.steps = planned(self.flow, z, found, self.time, self.accuracy, run=self.time, parts=2 * self.parts)
+        how = self._run, self._compare, self._keep, self._drifts
+        halved(self.flow, self.steps, self.accuracy, *how, report=report)
+
+    def _toleranced(self, orbits: np.ndarray, tolerance: np.ndarray, report: Report | None) -> Compared:
         """Return orbits with tolerances of their own, and their states at some moments."""
         where = self.chunk[orbits]
         z, none = np.ascontiguousarray(self.z[:, where]), np.full(len(where), np.inf)
         whole = Compared(np.empty((len(self.looks), *z.shape)), self.ensemble.of(where), none)
-        for each in np.unique(tolerance):
+        every = np.unique(tolerance)
+        for number, each in enumerate(every):
             part = np.flatnonzero(tolerance == each)
             flow = with_tolerance(self.flow, float(each))  # type: ignore[arg-type]
             ensemble = flow.ensemble(np.ascontiguousarray(z[:, part]), radius=self.motion.radius[orbits[part]])
             try:
-                whole.states[..., part] = self._moments(flow, ensemble)
+                whole.states[..., part] = self._moments(flow, ensemble, portion(report, number, len(every)))
             except KeyboardInterrupt:
                 ensemble.status[:] = Status.INTERRUPTED
                 self.ensemble.take(where[part], ensemble)
@@ -301,14 +313,15 @@ class _Accurate:
             whole.ensemble.take(part, ensemble)
         return whole
 
-    def _moments(self, flow: Flow, ensemble: Ensemble) -> np.ndarray:
+    def _moments(self, flow: Flow, ensemble: Ensemble, report: Report | None) -> np.ndarray:
         """Advance the ensemble to the end; return the states that are compared (moments, 2n, orbits)."""
         if self.count:
-            states = flow.sampled(ensemble, self.parts, time=self.time, report=self._report).transpose(1, 2, 0)
+            states = flow.sampled(ensemble, self.parts, time=self.time, report=report).transpose(1, 2, 0)
         else:  # one run after the other: the interpolant would cost more
             states, nothing = np.empty((len(self.looks), *ensemble.z.shape)), observers.nothing()
-            for now, moment in zip(states, self.looks, strict=True):
-                flow.advance(ensemble, nothing, *no_memory(ensemble), time=float(moment), report=self._report)
+            for i, (now, moment) in enumerate(zip(states, self.looks, strict=True)):
+                told = portion(report, i, len(states))
+                flow.advance(ensemble, nothing, *no_memory(ensemble), time=float(moment), report=told)
                 now[:] = np.where(ensemble.status == Status.OK, ensemble.z, np.nan)
         for z in (states.transpose(1, 0, 2), ensemble.z):
             flow.states(z)
@@ -320,14 +333,14 @@ class _Accurate:
             apart = found.distance(fine.states - coarse.states)
         return np.where(self._drifts(fine), np.inf, left(found, apart, self.looks, tolerance))
 
-    def _run(self, orbits: np.ndarray, step: np.ndarray, wear: Wear | None) -> Compared:
+    def _run(self, orbits: np.ndarray, step: np.ndarray, wear: Wear | None, report: Report | None) -> Compared:
         flow: Any = self.flow.sized(step)
         where = self.chunk[orbits]
         ensemble = flow.ensemble(np.ascontiguousarray(self.z[:, where]), radius=self.motion.radius[orbits])
         if wear is None:
-            states, interrupted = flow.trajectory(ensemble, self.time, self.parts, self._report)
+            states, interrupted = flow.trajectory(ensemble, self.time, self.parts, report)
         else:
-            states, interrupted = flow.worn(ensemble, self.parts, wear, time=self.time, report=self._report)
+            states, interrupted = flow.worn(ensemble, self.parts, wear, time=self.time, report=report)
         ensemble.z = flow.states(ensemble.z)
         used = step if math.isfinite(np.max(flow.step)) else np.full(len(step), np.inf)
         if interrupted:
@@ -336,10 +349,6 @@ class _Accurate:
             self.step[where] = used
             raise KeyboardInterrupt
         return Compared(states, ensemble, used)
-
-    def _report(self, fraction: float) -> None:
-        if self.report is not None:
-            self.report((self.done + fraction * len(self.chunk)) / self.z.shape[1])
 
     def _compare(self, fine: Compared, coarse: Compared, orbits: np.ndarray) -> tuple[np.ndarray, np.ndarray, float]:
         with np.errstate(all="ignore"):

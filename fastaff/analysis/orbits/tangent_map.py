@@ -22,7 +22,7 @@ from ...flows.coordinates import chart_row
 from ...flows.ensemble import Ensemble, energy_error, mark_drift
 from ...flows.flow import Flow, no_memory
 from ...flows.launch import Report
-from ...flows.options import Options, Plan, iterates, plan, suited
+from ...flows.options import Options, Plan, Problem
 from ...models.contracts import Dynamics
 from ...models.mechanics import frame_rate, tangent_velocities, without_time
 from ...models.traits import traits_of
@@ -109,12 +109,13 @@ def tangent_map(
     >>> np.linalg.det(tangent.matrix[:, :, 0]).round(9)
     np.float64(1.0)
     """
-    time, options = (
-        iterates(body, "time", time),
-        Options(scheme, step, rtol=rtol, atol=atol, energy_tolerance=energy_tolerance, threads=threads, report=report),
+    options = Options(
+        scheme, step, rtol=rtol, atol=atol, energy_tolerance=energy_tolerance, threads=threads, report=report
     )
-    flow, z, _ = stable_plan(body, z0, options)
-    start = carried(checked_deviations(deviations, flow.states(z)), body, 1)
+    problem = Problem(body, z0, options)
+    time = problem.iterates("time", time)
+    flow, z, _ = stable_plan(problem)
+    start = carried(checked_deviations(deviations, flow.states(z)), flow.model, 1)
     flow = replace(flow, vectors=len(start))
     ensemble = flow.ensemble(z, start)
     with keeping("tangent_map", lambda: _assembled(flow, ensemble, time, options.drift)):
@@ -139,14 +140,15 @@ def _assembled(flow: Flow, ensemble: Ensemble, time: float, tolerance: float) ->
     )
 
 
-def stable_plan(body: Any, z0: Any, options: Options) -> Plan:
+def stable_plan(problem: Problem) -> Plan:
     """Return the plan of a run with tangent vectors, its flow as yet without them.
 
     A step that is chosen is stable for vectors in all directions, also those in which the orbits don't move.
     """
-    found = plan(checked_tangent_model(body), z0, suited(options, body))
-    if options.step is None and found.flow.fixed:
-        steps = np.minimum(found.flow.step, 1 / fastest_rates(body, found.z))
+    checked_tangent_model(problem.model)
+    found = problem.plan()
+    if problem.options.step is None and found.flow.fixed:
+        steps = np.minimum(found.flow.step, 1 / fastest_rates(problem.model, found.z))
         found = found._replace(flow=replace(found.flow, step=steps))
     return found
 

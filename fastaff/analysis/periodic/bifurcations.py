@@ -40,7 +40,7 @@ class Bifurcation(Result, axis=None):
     time.
 
     error: of the value: half of the interval in which the change was found, or the rest of the product over its slope,
-    and the changes with half the step and a closer correction.
+    and the changes with half the step and a closer correction. swing (2n,) as of a `Branch`.
     """
 
     event: Event
@@ -49,6 +49,7 @@ class Bifurcation(Result, axis=None):
     z: Annotated[np.ndarray, along("coordinate")]
     time: float
     error: float
+    swing: Annotated[np.ndarray | None, along("coordinate")] = None
 
 
 def residue_products(orbits: PeriodicOrbits) -> np.ndarray:
@@ -76,7 +77,8 @@ def bifurcations(family: Any, points: list[Any], arclength: np.ndarray, orbits: 
                 event = Event.DOUBLING if kind else Event.FOLD if turned else Event.BRANCHING
                 place, value, time = float(arclength[k] + s), float(point.u[-1]), float(point.back.time[0])
                 z = point.u[: len(orbits.z)]
-                found.append(Bifurcation(event, place, value, z=z, time=time, error=error))
+                swing = family.swing(point)
+                found.append(Bifurcation(event, place, value, z=z, time=time, error=error, swing=swing))
     return sorted(found, key=lambda b: b.arclength)
 
 

@@ -53,7 +53,8 @@ class Branch(Result, axis="point"):
     the first orbit; orbits: PeriodicOrbits with the points of the branch as orbits (z, time, residue, stability, ...);
     bifurcations in the order of the branch; status: OK where it ended by its number of steps or its bounds, ACTION_ZERO
     where the orbits shrink to an equilibrium, NOT_CONVERGED where the shortest step failed, INTERRUPTED after Ctrl-C;
-    ending: which of these it was, in words.
+    ending: which of these it was, in words. swing (2n, points): of driven systems and of dz/dt = f(z), half of what
+    each variable covers over the orbit, the height of a response curve; else None.
     """
 
     value: Annotated[np.ndarray, along("point")]
@@ -62,6 +63,12 @@ class Branch(Result, axis="point"):
     bifurcations: tuple[Bifurcation, ...]
     status: Status
     ending: str
+    swing: Annotated[np.ndarray | None, along("coordinate", "point", labels="names")] = None
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names (2n,) of the variables."""
+        return self.orbits.names
 
     def summary(self) -> str:
         """Say in one line how far the branch goes and why it ends there."""
@@ -215,7 +222,10 @@ def _branch(family: Family, points: list[Point], status: Status, ending: str) ->
     orbits = PeriodicOrbits.concat([family.orbits(p) for p in points])
     values = np.array([p.u[-1] for p in points])
     arclength = np.concatenate([[0.0], np.cumsum([family.apart(a.u, b.u) for a, b in pairwise(points)])])
-    return Branch(value=values, arclength=arclength, orbits=orbits, bifurcations=(), status=status, ending=ending)
+    swings = [family.swing(p) for p in points]
+    swing = None if swings[0] is None else np.array(swings).T
+    whole: Any = {"value": values, "arclength": arclength, "orbits": orbits, "swing": swing}
+    return Branch(**whole, bifurcations=(), status=status, ending=ending)
 
 
 def _turned(start: Point, direction: int) -> Point:

@@ -47,6 +47,11 @@ UNMOVED = 1e-12
 UNKNOWN = Errors(*4 * (np.full(1, np.nan),))
 """Of a point that is not checked yet."""
 
+PLACES, FINER = 128, 16
+"""Places of an orbit at which its coordinates are looked at for their swing, and how many times as many its Fourier
+series is looked at.
+"""
+
 VANISHED = 1e-3
 """Energy of the motion, beside the first orbit's, below which a branch that ends has come to an equilibrium."""
 
@@ -260,9 +265,34 @@ class Family:
         )
         return replace(found, section=self.asked)
 
+    def swing(self, point: Point) -> np.ndarray | None:
+        """Return half of what each variable (rows,) of a forced system covers over a period; None for other systems,
+        whose families have an energy that says how far they swing.
+        """
+        traits = self.flow.traits
+        if traits.iterated or not (traits.driven or not traits.canonical):
+            return None
+        time = float(point.back.time[0])
+        flow = replace(self.at(point.u[-1], point.step), vectors=0).fitted(time, PLACES)
+        states = flow.sampled(flow.ensemble(point.u[:-1, None].copy()), PLACES, time=time)[0]
+        if traits.driven:  # the time goes on, which is no swing
+            states[:, traits.moving] = 0.0
+        curve = np.fft.irfft(np.fft.rfft(states, axis=0), FINER * PLACES, axis=0) * FINER
+        return ((_highest(curve) + _highest(-curve)) / 2)[: traits.rows]
+
     def products(self, point: Point) -> np.ndarray:
         """Return the products of the residues and of 1 - residue: they change sign at bifurcations."""
         return residue_products(self.orbits(point))[0]
+
+
+def _highest(curve: np.ndarray) -> np.ndarray:
+    """Return the tops (rows,) of closed curves (places, rows), of the parabola through the highest place and those
+    beside it.
+    """
+    top = curve.argmax(axis=0)
+    before, at, after = (curve[(top + k) % len(curve), np.arange(top.size)] for k in (-1, 0, 1))
+    bend = 2 * at - before - after
+    return at + np.where(bend > 0, (after - before) ** 2 / (8 * np.where(bend > 0, bend, 1.0)), 0.0)
 
 
 def _tangent(matrix: np.ndarray, border: np.ndarray) -> np.ndarray:

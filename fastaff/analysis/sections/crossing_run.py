@@ -3,18 +3,20 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from ...base.interruption import keeping
-from ...base.numbers import fits
+from ...base.numbers import Passes, fits
 from ...base.status import Status
 from ...compile.threads import by_portions
 from ...flows import observers
 from ...flows.checks import energy_drift
 from ...flows.ensemble import Ensemble, energy_error
 from ...flows.flow import Flow
+from ...flows.launch import early
+from ...flows.motion import typical_rate
 from ...flows.time_transformed import TransformedFlow
 from ...kernels import crossings as kernels
 from ...kernels.crossing_roots import compact
@@ -28,6 +30,8 @@ PORTION, COMPARED = 2**27, 16
 """Bytes that are taken beside the result at a time; how many times the crossings of an orbit these are."""
 LOOKED = 2**24
 """Bytes of the arrays whose energies are computed at a time: a part of the cache, where NumPy is a third faster."""
+LATER = 0.02
+"""Work of orbits that have lost a suspected crossing and go on, of what all have taken."""
 SPARE = 8
 """Record slots beyond the wanted crossings, for suspected pairs of crossings inside a step."""
 NUDGE = 1e-6
@@ -40,11 +44,23 @@ LAST_RECORDS = 500_000
 """Crossings still located after Ctrl-C: about half a second's worth; the later orbits of a larger run lose theirs."""
 
 
+class Crossings(NamedTuple):
+    """Which crossings are asked for: those of a section, how many of each orbit, the time after which an orbit ends
+    without them, and the energy error above which it drifts.
+    """
+
+    section: Any
+    number: int
+    max_time: Any
+    tolerance: float
+
+
 def crossed(
-    flow, body, z, section, wanted, max_time, tolerance, report, radius=None, wear=None
+    flow: Flow | TransformedFlow, body: Any, z: np.ndarray, crossings: Crossings, report, radius=None, wear=None
 ) -> tuple[SectionMap, np.ndarray]:
     """Follow the orbits once; return their crossings and the times that they reached."""
-    asked, section = section, flow.section(section)
+    asked, wanted, max_time, tolerance = crossings
+    section = flow.section(asked)
     ensemble = flow.ensemble(z, radius=radius)
     rows, orbits = ensemble.z.shape
     width, slots = RECORD.state + rows, wanted + SPARE
@@ -68,6 +84,14 @@ def crossed(
         start_crossings(flow, memory, section, ensemble)
         follow_crossings(flow, ensemble, section, wanted, observer, memory, out, max_time, report)
     return found(False), ensemble.time
+
+
+def _share(flow: Flow | TransformedFlow, ensemble: Ensemble, wanted: int, max_time: float) -> float:
+    """Return the share of the steps to max_time after which orbits should have their crossings: one a turn."""
+    turns = max_time
+    if traits_of(flow.model).canonical:
+        turns = min(max_time, wanted * 2 * np.pi / typical_rate(flow.model, ensemble.points))
+    return turns / max_time / flow.patience
 
 
 def start_crossings(
@@ -112,6 +136,7 @@ def follow_crossings(
     records = out.reshape(-1, RECORD.state + rows)
     slot = np.arange(out.shape[1] // records.shape[1])
     located, looked, interrupted = np.zeros(orbits, np.int64), np.zeros(orbits, dtype=bool), False
+    passes, share = Passes(report), 1.0 if report is None else _share(flow, ensemble, wanted, max_time)
     limit = np.full(orbits, max_time * (1 + START))
 
     def settle(most: int | None) -> np.ndarray:
@@ -130,7 +155,8 @@ def follow_crossings(
 
     while True:
         try:
-            flow.advance(ensemble, observer, memory, out, time=max_time, refill=True, report=report)
+            told = early(passes.take(1.0, LATER), flow, ensemble, max_time, share)
+            flow.advance(ensemble, observer, memory, out, time=max_time, refill=True, report=told)
         except KeyboardInterrupt:
             interrupted = True
         try:

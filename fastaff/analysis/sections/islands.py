@@ -15,10 +15,11 @@ from numpy.typing import ArrayLike
 
 from ...base.axes import along
 from ...base.numbers import an_array, fits, numbers, positive, whole
+from ...base.progress import says_progress
 from ...base.results import Result
 from ...base.status import Status
 from ...kernels.birkhoff import SHARPNESS
-from ...models.sections import Linear
+from ...models.sections import AngleEquals, Linear
 from ..frequencies.turning import unresolved
 from ..frequencies.windows import SPANS
 from .scatter import scattered
@@ -105,6 +106,7 @@ class Islands(Result):
         return "; ".join(f"{count} {Kind(kind).name}" for kind, count in zip(kinds, counts, strict=True))
 
 
+@says_progress
 def rotation_number(points: ArrayLike | SectionMap, *, centre: ArrayLike | None = None) -> Rotation:
     """Find the rotation number of section orbits about a centre by weighted Birkhoff averages of their angle.
 
@@ -149,6 +151,7 @@ def rotation_number(points: ArrayLike | SectionMap, *, centre: ArrayLike | None 
     return _rotation(points, counts, _centres(centre, points, counts))
 
 
+@says_progress
 def islands(
     points: ArrayLike | SectionMap, *, centre: ArrayLike | None = None, max_period: int = 32, digits: float = 4.0
 ) -> Islands:
@@ -247,7 +250,8 @@ def _plane(section_map: SectionMap) -> np.ndarray:
     points, normal = section_map.points, np.asarray(getattr(section_map.section, "normal", ()))
     if len(points) == 2:
         return points
-    if len(points) != 4 or type(section_map.section) is not Linear or np.count_nonzero(normal) != 1 or normal[2:].any():
+    one = type(section_map.section) in (Linear, AngleEquals) and np.count_nonzero(normal) == 1
+    if len(points) != 4 or not one or normal[2:].any():
         raise ValueError(
             "points must be a SectionMap of a map of one degree of freedom, or on a section q_i = c of two; elsewhere "
             "give the two coordinates: np.array([found['beta'], found['p_beta']])"

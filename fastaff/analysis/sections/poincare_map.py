@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -21,7 +20,7 @@ from ...flows.flow import Flow, Wear
 from ...flows.launch import Report
 from ...flows.motion import Motion, motion, typical_rate
 from ...flows.needs import check_given
-from ...flows.options import Options, plan, suited
+from ...flows.options import Options, Problem
 from ...formulas.section_text import section_of
 from ...models.contracts import Dynamics, Section
 from ...models.mechanics import slopes
@@ -30,7 +29,7 @@ from ...models.traits import traits_of
 from ...schemes.automatic import Automatic
 from ...schemes.catalogue import Scheme, scheme_of
 from ...schemes.time_transformed import TimeTransformed
-from .crossing_run import COMPARED, NUDGE, PORTION, crossed
+from .crossing_run import COMPARED, NUDGE, PORTION, Crossings, crossed
 from .section_map import SectionMap
 from .stroboscopic import strobed
 
@@ -111,41 +110,44 @@ def poincare_map(
     >>> cut.points.shape, cut["y"][:, 0].round(6)
     ((4, 3, 1), array([0.05131 , 0.033114, 0.051175]))
     """
-    wanted = whole("crossings", crossings, 1)
-    mapping = traits_of(checked_model(body)).iterated
-    check_given(body, "a time", "the crossings of a map are its iterates", section=section, max_time=max_time)
-    if not mapping:
-        checked_section(section, body)
     options = Options(
         scheme, step, accuracy, rtol=rtol, atol=atol, energy_tolerance=energy_tolerance, threads=threads, report=report
     )
-    options = suited(options, body)
-    if isinstance(section, Stroboscopic):
+    problem = Problem(body, z0, options)
+    wanted = Crossings(section, whole("crossings", crossings, 1), max_time, options.drift)
+    model, mapping = checked_model(problem.model), problem.traits.iterated
+    given = {"section": wanted.section, "max_time": max_time}
+    check_given(model, "a time", "the crossings of a map are its iterates", **given)
+    if not mapping:
+        checked_section(wanted.section, model)
+    problem = problem.suited()
+    goal = problem.options.goal()
+    if isinstance(wanted.section, Stroboscopic):
         if max_time is not None:
             raise ValueError(f"max_time must be left out with a stroboscopic section, got {max_time!r}")
-        return strobed(body, z0, section, wanted, options)
+        return strobed(problem, wanted)
     if not mapping:
         if max_time is None:
             raise TypeError(
-                f"max_time must be given: the time after which an orbit ends that misses {section!r}"
-                f"{_enough(body, z0, wanted)}"
+                f"max_time must be given: the time after which an orbit ends that misses {wanted.section!r}"
+                f"{_enough(problem, wanted.number)}"
             )
-        max_time = positive("max_time", max_time)
-    flow, z, _ = plan(body, z0, options, time=max_time, error=None, transformed=True)
+        wanted = wanted._replace(max_time=positive("max_time", max_time))
+    flow, z, _ = problem.plan(time=wanted.max_time, error=None, transformed=True)
     if mapping:
-        return _iterated(flow, body, z, wanted, report)
-    goal, tolerance = options.goal(), options.drift
-    fits("crossings", wanted, *z.shape)
+        return _iterated(flow, model, z, wanted.number, report)
+    fits("crossings", wanted.number, *z.shape)
     if goal is not None:
-        return _accurate(flow, body, z, section, wanted, max_time, tolerance, goal, report)
-    return crossed(flow, body, z, section, wanted, max_time, tolerance, report)[0]
+        return _accurate(flow, model, z, wanted, goal, report)
+    return crossed(flow, model, z, wanted, report)[0]
 
 
-def _enough(body: Any, z0: Any, wanted: int) -> str:
+def _enough(problem: Problem, wanted: int) -> str:
     """Say which time does for so many crossings: four turns of the orbits for each."""
+    body = problem.model
     if not traits_of(body).canonical:
         return ""
-    turn = 2 * np.pi / typical_rate(body, phase_points("z0", z0, body))
+    turn = 2 * np.pi / typical_rate(body, phase_points("z0", problem.z0, body))
     return f"; a turn of these orbits takes about {turn:.2g}: max_time={float(f'{4 * wanted * turn:.1g}'):g} will do"
 
 
@@ -221,8 +223,9 @@ def _steps(flow, body, z, wanted, max_time, accuracy) -> Steps:
     return planned(flow, z, found, lasting, accuracy, run=max_time, parts=2)
 
 
-def _accurate(flow, body, z, section, wanted, max_time, tolerance, accuracy, report) -> SectionMap:
+def _accurate(flow, body, z, crossings: Crossings, accuracy, report) -> SectionMap:
     """Follow the orbits with steps that are halved until their crossings agree."""
+    section, wanted, max_time, _ = crossings
     steps = _steps(flow, body, z, wanted, max_time, accuracy)
     rows, orbits = 2 * body.degrees_of_freedom, z.shape[1]
     result = SectionMap(
@@ -241,12 +244,11 @@ def _accurate(flow, body, z, section, wanted, max_time, tolerance, accuracy, rep
         accurate_until=np.zeros(orbits),
     )
 
-    def run(report: Report | None, orbits: np.ndarray, step: np.ndarray, wear: Wear | None) -> _Crossings:
+    def run(orbits: np.ndarray, step: np.ndarray, wear: Wear | None, report: Report | None) -> _Crossings:
         used = np.full(len(step), np.inf) if flow.adaptive else step
         start = np.ascontiguousarray(z[:, orbits])
-        asked = section, wanted, max_time, tolerance, report, steps.motion.radius[orbits], wear
         try:
-            part, reached = crossed(flow.sized(step), body, start, *asked)
+            part, reached = crossed(flow.sized(step), body, start, crossings, report, steps.motion.radius[orbits], wear)
         except Interrupted as stopped:
             unfinished = np.full(len(step), int(Status.INTERRUPTED))  # whatever became of them with these steps
             put(result, orbits, replace(stopped.partial, step=used, status=unfinished))
@@ -274,8 +276,8 @@ def _accurate(flow, body, z, section, wanted, max_time, tolerance, accuracy, rep
     parts = max(1, min(orbits, 8 * COMPARED * wanted * rows * orbits // PORTION))
     with keeping("poincare_map", lambda: result):
         for number, part in enumerate(np.array_split(np.arange(orbits), parts)):
-            asked = partial(run, portion(report, number, parts))
-            halved(flow, steps.of(part), accuracy, asked, compare, keep, drifts, part)
+            told = portion(report, number, parts)
+            halved(flow, steps.of(part), accuracy, run, compare, keep, drifts, part, told)
     return result
 
 

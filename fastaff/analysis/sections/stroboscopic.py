@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 
@@ -17,10 +16,11 @@ from ...flows.ensemble import energy_error
 from ...flows.flow import Flow, Wear, no_memory
 from ...flows.launch import Report
 from ...flows.motion import motion
-from ...flows.options import Options, plan
+from ...flows.options import Options, Problem
 from ...models.sections import Stroboscopic
 from ...models.traits import traits_of
 from ..orbits.integrate import Compared
+from .crossing_run import Crossings
 from .section_map import SectionMap
 
 START = 8 * float(np.finfo(float).eps)
@@ -30,11 +30,11 @@ PORTION, COMPARED = 2**27, 8
 """Bytes that are taken beside the result at a time; how many times the crossings of an orbit these are."""
 
 
-def strobed(body: Any, z0: Any, section: Stroboscopic, wanted: int, options: Options) -> SectionMap:
+def strobed(problem: Problem, crossings: Crossings) -> SectionMap:
     """Follow orbits of a driven system to so many crossings of a stroboscopic section; see `poincare_map`."""
-    flow, z, _ = plan(body, z0, options, time=float(body.period), error=None)
-    fits("crossings", wanted, *z.shape)
-    return _Strobed(flow, z, section, wanted, options).run()
+    flow, z, _ = problem.plan(time=float(problem.model.period), error=None)
+    fits("crossings", crossings.number, *z.shape)
+    return _Strobed(flow, z, crossings.section, crossings.number, problem.options).run()
 
 
 class _Strobed:
@@ -80,10 +80,9 @@ class _Strobed:
         size = np.concatenate([found.position, found.momentum])
         self.error = np.full(self.states.shape, np.nan)
         errors = self.error
-        asked = portion(report, 0, 1)
 
-        def run(orbits: np.ndarray, step: np.ndarray, wear: Wear | None) -> Compared:
-            return self._follow(flow.sized(step), orbits, found.radius[orbits], wear, asked)
+        def run(orbits: np.ndarray, step: np.ndarray, wear: Wear | None, report: Report | None) -> Compared:
+            return self._follow(flow.sized(step), orbits, found.radius[orbits], wear, report)
 
         def compare(fine: Compared, coarse: Compared, orbits: np.ndarray) -> tuple[np.ndarray, np.ndarray, float]:
             ended = ~np.isfinite(fine.states).all(axis=1)
@@ -105,8 +104,8 @@ class _Strobed:
 
         parts = max(1, min(orbits, 8 * COMPARED * self.wanted * rows * orbits // PORTION))
         for number, part in enumerate(np.array_split(np.arange(orbits), parts)):
-            asked = portion(report, number, parts)
-            halved(flow, steps.of(part), goal, run, compare, keep, drifts, part)
+            told = portion(report, number, parts)
+            halved(flow, steps.of(part), goal, run, compare, keep, drifts, part, told)
 
     def _follow(
         self, flow: Flow, orbits: np.ndarray, radius: np.ndarray, wear: Wear | None, report: Report | None

@@ -16,11 +16,11 @@ from numpy.typing import ArrayLike
 from ...base.interruption import keeping
 from ...base.numbers import positive
 from ...base.recipe import recorded
-from ...base.short_forms import Starts, takes
+from ...base.short_forms import Starts, starts_of, takes
 from ...base.status import Status
 from ...flows.checks import checked_model, phase_points
 from ...flows.launch import Report
-from ...flows.options import Options, iterates
+from ...flows.options import Options, Problem
 from ...models.contracts import Dynamics
 from ...models.mechanics import energies
 from ...models.traits import traits_of
@@ -59,7 +59,7 @@ ROUNDS = 4
 """How often angles that wind are freed of a better value of their rate."""
 
 
-@takes(scheme=scheme_of)
+@takes(z0=starts_of, scheme=scheme_of)
 @recorded
 def fit_torus(
     body: Dynamics,
@@ -139,20 +139,23 @@ def fit_torus(
     >>> fit.verdict, fit.dimension
     (<Verdict.TORUS: 'torus'>, 1)
     """
-    time, tolerance = positive("time", time), positive("tolerance", tolerance)
-    z = phase_points("z0", z0, checked_model(body, needs="regular motion"))
+    problem = Problem(body, z0, Options(scheme=scheme, step=step, rtol=rtol, atol=atol, report=report))
+    model, traits, tolerance = problem.model, problem.traits, positive("tolerance", tolerance)
+    z = phase_points("z0", problem.z0, checked_model(model, needs="regular motion"))
     if z.shape[1] != 1:
-        raise ValueError(f"z0 must be one phase point of shape ({len(z)},), got {z.shape[1]} orbits")
-    time, done = iterates(body, "time", time), report or (lambda fraction: None)
-    if scheme is None and not traits_of(body).iterated:
-        scheme = SOFRONIOU_SPALETTA10 if traits_of(body).separable else GAUSS16
-    options = Options(scheme=scheme, step=step, rtol=rtol, atol=atol, report=report)
-    energy = math.nan if turned(body) else float(energies(body, z)[0])
-    known = [nothing(body, energy, {"status": float(Status.INTERRUPTED)})]
+        raise ValueError(
+            f"z0 must be one phase point of shape ({len(z)},), got {z.shape[1]} orbits: one at a time, z0[:, 0]"
+        )
+    time, done = problem.iterates("time", time), report or (lambda fraction: None)
+    if scheme is None and not traits.iterated:
+        chosen = SOFRONIOU_SPALETTA10 if traits.separable else GAUSS16
+        problem = problem._replace(options=replace(problem.options, scheme=chosen))
+    energy = math.nan if turned(model) else float(energies(model, z)[0])
+    known = [nothing(model, energy, {"status": float(Status.INTERRUPTED)})]
     with keeping("fit_torus", lambda: known[-1]):
-        found = (samples_of_turns if turned(body) else samples_of_flow)(body, z, time, options, energy, done)
+        found = (samples_of_turns if turned(model) else samples_of_flow)(problem, time, energy, done)
         if isinstance(found, Samples):
-            found = fitted(body, found)
+            found = fitted(model, found)
             done(0.75)
             if not max(found.residual, found.prediction_error) <= tolerance:
                 known.append(unsure(found, {"longer": 4 * time}))

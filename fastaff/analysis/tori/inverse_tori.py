@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 from ...base.axes import along
 from ...base.interruption import keeping
 from ...base.numbers import numbers, shown
+from ...base.progress import says_progress
 from ...base.recipe import recorded
 from ...base.results import Result
 from ...base.status import Status
@@ -28,6 +29,7 @@ LARGEST_ACTION = 1e150
 """Actions whose squares are numbers."""
 
 
+@says_progress
 def from_action_angles(
     body: Model,
     J: ArrayLike,

@@ -14,7 +14,7 @@ from ...flows.ensemble import mark_drift
 from ...flows.flow import Flow
 from ...flows.launch import Report
 from ...flows.motion import motion
-from ...flows.options import Options, plan
+from ...flows.options import Problem
 from ...models.mechanics import kinetic_energies, slopes
 from ...models.traits import traits_of
 from .lines import pieces_of
@@ -59,14 +59,13 @@ class Samples(NamedTuple):
     pieces: int = 1
 
 
-def samples_of_flow(
-    body: Any, z: np.ndarray, time: float, options: Options, energy: float, report: Report
-) -> Samples | TorusFit:
-    """Return samples of the orbit from z (2n, 1) over 3/2 of the time, or what there is to say where it has no fit.
+def samples_of_flow(problem: Problem, time: float, energy: float, report: Report) -> Samples | TorusFit:
+    """Return samples of the orbit over 3/2 of the time, or what there is to say where it has no fit.
 
     They are made so dense that the spectrum falls to rounding before its end, judged from its exponential fall.
     """
-    flow, z, _ = plan(body, z, options)
+    body = problem.model
+    flow, z, _ = problem.plan()
     own = motion(body, z)
     least = LEAST_PERIODS * 2 * np.pi / float(own.rate[0])
     short = time < least and own.kinetic[0] > 0
@@ -98,14 +97,13 @@ def samples_of_flow(
     return Samples(interval * np.arange(path.shape[1]), path, inside, finer, evidence, energy)
 
 
-def samples_of_turns(
-    body: Any, z: np.ndarray, time: float, options: Options, energy: float, report: Report
-) -> Samples | TorusFit:
-    """Return samples of the orbit of a map, or of a driven system's map over its period, from z (2n, 1) over 3/2 of the
-    time, or what there is to say where it has no fit.
+def samples_of_turns(problem: Problem, time: float, energy: float, report: Report) -> Samples | TorusFit:
+    """Return samples of the orbit of a map, or of a driven system's map over its period, over 3/2 of the time, or what
+    there is to say where it has no fit.
     """
+    body = problem.model
     mapping, periods, rows = traits_of(body).iterated, periods_of(body), rows_of(body)
-    flow, _, interval = flow_of_turns(body, z, options)
+    flow, z, interval = flow_of_turns(problem)
     count = int(time / interval + 1e-9)
     if count < LEAST_TURNS:
         return nothing(body, energy, {"status": float(Status.OK), "longer": LEAST_TURNS * interval})

@@ -74,7 +74,10 @@ def separate(body: Any, chart: Chart | str | None = None) -> Separated:
     """
     checked_model(body, needs="H = T(p) + V(q)")
     if not traits_of(body).planar:
-        raise TypeError(f"body must be a Body or a StackelBody, got {type(body).__name__}")
+        raise TypeError(
+            f"body must be a Body or a StackelBody, whose tori separate, got {type(body).__name__}: of any other "
+            "system fit_torus(body, z0, time=...) finds actions and frequencies, one orbit at a time"
+        )
     name = type(body.potential).__name__
     possible = [family for family in FAMILIES if hasattr(body.potential, family.member)]
     if not possible:

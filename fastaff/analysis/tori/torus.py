@@ -18,7 +18,7 @@ from ...base.numbers import numbers, shown, whole
 from ...base.results import Result
 from ...base.status import Status
 from ...flows.flow import Flow
-from ...flows.options import Options, plan
+from ...flows.options import Options, Problem
 from ...models.mechanics import inside, slopes
 from ...models.traits import traits_of
 from ..frequencies.integer_lattice import determinant, inverse
@@ -247,10 +247,10 @@ def rows_of(body: Any) -> np.ndarray:
     return np.concatenate([kept, n + kept])
 
 
-def flow_of_turns(body: Any, z: np.ndarray, options: Options) -> tuple[Flow, np.ndarray, float]:
-    """Return a flow of the orbits from z (2n, orbits), their starts, and the time of a turn, which its steps divide."""
-    interval = 1.0 if traits_of(body).iterated else float(body.period)
-    flow, z, _ = plan(body, z, options, error=STEP_ERROR)
+def flow_of_turns(problem: Problem) -> tuple[Flow, np.ndarray, float]:
+    """Return a flow of the orbits, their starts, and the time of a turn, which its steps divide."""
+    interval = 1.0 if problem.traits.iterated else float(problem.model.period)
+    flow, z, _ = problem.plan(error=STEP_ERROR)
     return flow.fitted(interval), z, interval
 
 
@@ -267,7 +267,7 @@ def image(body: Any, z: np.ndarray, count: int) -> np.ndarray:
                 points = np.array(np.broadcast_arrays(*body.iterate(*points)))
         result[:, live] = points
         return result
-    (flow, points, period), row = flow_of_turns(body, z[:, live], Options()), traits_of(body).moving
+    (flow, points, period), row = flow_of_turns(Problem(body, z[:, live], Options())), traits_of(body).moving
     ensemble = flow.ensemble(points.copy())
     states = flow.sampled(ensemble, 1 if flow.adaptive else count, time=count * period)
     after = np.where(ensemble.status == Status.OK, states[:, -1].T, np.nan)

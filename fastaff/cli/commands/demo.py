@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from ...base.progress import SECONDS
+from ...base.progress import Compilation
 from ..options import Output
 from ..progress import Progress, is_cold
 from ..stops import Stops, on_stop, say
@@ -46,7 +46,7 @@ def demo(
         Stops.leave("before the end, when the demo writes its files")
 
     if is_cold():
-        say(f"compiling once (about {SECONDS['demo']} s)")
+        say(f"compiling once (about {Compilation('demo').expected():.0f} s)")
     try:
         with on_stop(leave):
             demonstration.run(out, quick, threads=threads, meter=meter, force=force)

@@ -20,10 +20,10 @@ import numpy as np
 from ...base.interruption import Interrupted
 from ...jobs import running, units
 from ...jobs.analyses import Run
-from ...jobs.job import Job, Plan, as_keys
+from ...jobs.job import OPTIONS, Job, Plan, as_key
 from ...jobs.results import JobResults
 from ...jobs.store import WAITING, Store, is_store
-from ...jobs.wording import Wrong
+from ...jobs.wording import Wrong, respelled, spelled
 from ..options import HOW, WRITTEN, Parameter, Told, Workers, given, size_of
 from ..progress import JobProgress
 from ..stops import EXIT_INTERRUPTED, STOPPING, say
@@ -166,12 +166,14 @@ def _compiled(plan: Plan, options: Run, told: Told, name: str) -> None:
 def in_keys(name: str) -> Iterator[None]:
     """Say what is wrong with a job or store by its keys, after the name of the file."""
     try:
-        yield
+        with spelled(as_key):
+            yield
     except FileNotFoundError as problem:
         text = str(problem) if problem.filename is None else f"{problem.filename} does not exist"
         raise Wrong(text if text.startswith(name) else f"{name}: {text}") from None
     except (ValueError, TypeError) as problem:
-        text = as_keys(str(problem))
+        with spelled(as_key):
+            text = respelled(str(problem), OPTIONS)
         raise Wrong(text if text.startswith(name) else f"{name}: {text}") from None
     except LookupError as problem:
         raise Wrong(f"{name} is damaged: it has no {problem}") from None

@@ -17,7 +17,7 @@ from ..options import Look, Written
 from ..progress import Progress, compiled, drawing, watched
 from ..stops import say
 from .captions import stated, write
-from .figures import Scene, plain
+from .figures import Scene, plain, with_colour
 
 
 def on_grid(starts: Starts, cells: str) -> Starts:
@@ -69,6 +69,7 @@ class Work:
     def begun(cls, command: str, job: Job, output: Written, look: Look, **facts: Any) -> Work | None:
         """Return the work of a command; None where its job is written and nothing else is asked for."""
         look.check()
+        job = with_colour(job, look.colour)
         plan = checked(job)
         if output.wrote(job):
             return None
@@ -81,11 +82,11 @@ class Work:
         facts = {**stated(job, plan, z0), **vars(plan.analyses[mine]), **options[mine], "place": place, **facts}
         return cls(job, plan, scene, z0, options, output, stem, facts)
 
-    def compute(self, name: str, keep: Callable[[Any], Any], share: float = 1.0) -> Any:
+    def compute(self, name: str, keep: Callable[[Any], Any]) -> Any:
         """Return the result of an analysis; what Ctrl-C leaves of it is handed to `keep`."""
         orbits, analysis = Orbits(self.plan.body, self.plan.section, self.z0), self.plan.analyses[name]
         result = watched(
-            Progress(analysis.title, self.z0.shape[1], share),
+            Progress(analysis.title, self.z0.shape[1]),
             lambda report: analysis.compute(orbits, self.settled[name], self.job.run, report),
             keep,
         )

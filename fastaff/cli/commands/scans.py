@@ -3,18 +3,15 @@
 from __future__ import annotations
 
 import itertools
-import math
 import time as clock
-from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
-from ...jobs.analyses import Orbits
 from ...jobs.job import Job, Plan
 from ...jobs.launch import Points
-from ...jobs.scans import ORBITS, Scan, Scanned, case
+from ...jobs.scans import ORBITS, Cases, Scan, Scanned, ScanOfChaos
 from ...jobs.scans import scanned as parsed
 from ...jobs.wording import Wrong
 from ..options import Written
@@ -26,8 +23,6 @@ from .maps import settled
 
 def scanned(texts: list[str], job: Any, output: Written) -> int:
     """Compute, save and draw the chaotic fraction over one or two parameters, of the random orbits of a job."""
-    import fastaff
-
     body, run, asked = job.model.build(), job.run, job.chaos_map
     axes = Scan(axes=texts).parsed(body)
     job = _at_the_end(axes, job)
@@ -37,33 +32,21 @@ def scanned(texts: list[str], job: Any, output: Written) -> int:
         return 0
     stem = output.stem("fastaff-chaos-scan")
     output.check()
-    starts = job.starts
-    ranges = starts.ranges()
+    ranges = job.starts.ranges()
     if None in ranges and any(ranges):
         raise Wrong("with --scan give both of --range1 and --range2, or none")
-    seeds = itertools.count()
-
-    def make(*values: float) -> tuple[Any, Any]:
-        one, at = case(body, job.surface, dict(zip((axis.name for axis in axes), values)))
-        where = {"energy": at.energy, "p_eta": at.p_eta, "p_gamma": at.p_gamma, "axes": ranges if all(ranges) else None}
-        seed = np.random.SeedSequence(starts.seed, spawn_key=(next(seeds),))  # as in a job
-        return one, fastaff.energy_sample(one, section=section, orbits=starts.orbits, seed=seed, **where).z0
-
-    def time(one: Any, z0: np.ndarray) -> float:
-        return asked.settled(Orbits(one, section, z0), run)["time"]
-
-    one, z0 = _some_case(axes, make)
+    work = ScanOfChaos(Cases(axes), job.surface, job.starts, asked)
+    one, z0 = _some_case(work, body, section)
     plan = Plan(body, section, Points(z0), {"chaos_map": asked})
     settled("chaos-map", plan._replace(body=one), run)
-    seeds = itertools.count()
-    cases = math.prod(axis.values.size for axis in axes)
+    cases = work.cases.size
     facts = {
         **stated(job, plan, None),
         **vars(asked),
         "periods": asked.returns(),
         "scan": [axis.name for axis in axes],
         "scans": texts,
-        "orbits_per_case": starts.orbits,
+        "orbits_per_case": job.starts.orbits,
         "scheme": run.scheme_value(),
     }
     start = clock.perf_counter()
@@ -81,19 +64,8 @@ def scanned(texts: list[str], job: Any, output: Written) -> int:
             say(f"{Stops.said()} before any of {cases} cases was finished; nothing is kept")
 
     result = watched(
-        Progress("chaotic fraction", cases * starts.orbits),
-        lambda report: fastaff.chaotic_fraction(
-            make,
-            [axis.values for axis in axes],
-            names=[axis.name for axis in axes],
-            time=time,
-            indicators=asked.values(),
-            early_stop=asked.early_stop,
-            scheme=run.scheme_value(),
-            step=run.step,
-            threads=run.threads,
-            report=report,
-        ),
+        Progress("chaotic fraction", cases * job.starts.orbits),
+        lambda report: work.fractions(body, section, [axis.values for axis in axes], run, report),
         keep,
     )
     seconds = clock.perf_counter() - start
@@ -119,14 +91,14 @@ def _at_the_end(axes: list[Scanned], job: Job) -> Job:
     return replace(job, surface=surface, starts=replace(job.starts, orbits=job.starts.orbits or ORBITS))
 
 
-def _some_case(axes: list[Scanned], make: Callable) -> tuple[Any, Any]:
+def _some_case(work: ScanOfChaos, body: Any, section: Any) -> tuple[Any, Any]:
     """Return the first case, from the last values on, that has orbits."""
     from ...analysis.sections.energy_grid import NotReached
 
     problem: NotReached | None = None
-    for values in itertools.product(*(axis.values[::-1] for axis in axes)):
+    for number, values in enumerate(itertools.product(*(axis.values[::-1] for axis in work.cases.axes))):
         try:
-            return make(*values)
+            return work.orbits(body, section, values, number)
         except NotReached as empty:
             problem = empty
     raise Wrong(f"no case of the scan has orbits: {problem}")

@@ -1,0 +1,183 @@
+"""The commands of orbits on one energy surface: `fastaff poincare`, `frequency-map` and `chaos-map`."""
+
+# ruff: noqa: B008
+from __future__ import annotations
+
+import time as clock
+from pathlib import Path
+from typing import Annotated, Any
+
+import numpy as np
+
+from ...jobs.analyses import Chaos, Frequencies, Poincare, Run
+from ...jobs.launch import Starts
+from ...jobs.system import Model, Surface
+from ...jobs.wording import Wrong
+from ..options import HOW, WRITTEN, Look, Parameter, Written, job_of
+from ..progress import begun, finished, kept
+from ..stops import say
+from . import scans
+from .figures import chaos_figure, frequency_figure, plain, reliable, section_figure
+from .maps import Work, on_grid
+
+
+def poincare(
+    *,
+    options: Model = Model(),
+    surface: Surface = Surface(),
+    starts: Starts = Starts(),
+    run: Run = Run(),
+    output: Written = Written(),
+    asked: Poincare = Poincare(),
+    look: Look = Look(),
+    no_diffusion: Annotated[bool, Parameter(group=HOW)] = False,
+) -> int:
+    """Draw a Poincaré section of one energy surface, coloured by the diffusion of each orbit, or by --colour.
+
+    Orbits start on a grid of the section (20x20) or at random points of it. Units are those of the parameters: with G =
+    mu = 1 or C = mu = 1 the unit of time is sqrt(mu/G) or sqrt(mu/C).
+
+    Parameters
+    ----------
+    no_diffusion
+        Do not compute the diffusion; draw in one colour.
+    """
+    # With a time of one's own nothing is known of returns.
+    span = {"periods": 400.0} if asked.max_time is None else {"time": 1200.0}
+    keeps = options.flow is None and options.friction is None  # what has no frequencies of its own
+    default = keeps and not no_diffusion and (look.colour is None or plain(look.colour) == "diffusion")
+    diffusion = Frequencies(method="naff", **span) if default else None
+    starts = on_grid(starts, "20x20")
+    job = job_of(model=options, surface=surface, starts=starts, run=run, poincare=asked, frequency_map=diffusion)
+    work = Work.begun("poincare", job, output, look)
+    if work is None:
+        return 0
+    start = clock.perf_counter()
+
+    def keep(partial: Any) -> Path:
+        found, extra = begun(partial, work.z0)
+        return work.save(found, start, **extra, place=work.facts["place"][extra["begun"]])
+
+    # Most orbits end at a fourth of the time that is left open.
+    result = work.compute("poincare", lambda partial: kept(partial, lambda: keep(partial)))
+    seconds = clock.perf_counter() - start
+    say(finished(result, seconds))
+    extra: dict[str, Any] = {"wall_time": seconds}
+
+    def keep_both(more: dict[str, Any]) -> None:
+        kept(result, lambda: work.save(result, start, **extra, **more))
+
+    if diffusion is not None:
+
+        def known(found: Any) -> dict[str, Any]:
+            return {"diffusion": reliable(found), "diffusion_time": work.settled["frequency_map"]["time"]}
+
+        extra |= work.colour("frequency_map", keep_both, known)
+    for name in [name for name in ("frequency_map", "chaos_map") if name in work.plan.analyses]:
+        if name not in work.colours:
+            extra |= work.colour(name, keep_both)
+    path = work.save(result, start, interrupted=False, **extra)
+    return work.draw(path, lambda: section_figure(work.scene, result, work.colours))
+
+
+def frequencies(
+    *,
+    options: Model = Model(),
+    surface: Surface = Surface(),
+    starts: Starts = Starts(),
+    run: Run = Run(),
+    output: Written = Written(),
+    asked: Frequencies = Frequencies(),
+    look: Look = Look(),
+    max_order: Annotated[int, Parameter(group=WRITTEN)] = 7,
+) -> int:
+    """Compute the fundamental frequencies of orbits of one energy surface, and draw their map and their diffusion.
+
+    Orbits start on a grid of the section (40x40) or at random points of it. Two panels: diffusion over the section, and
+    the ratios of frequencies with the resonance lines m:n on which orbits stand. Frequencies are in cycles per unit
+    time.
+
+    Parameters
+    ----------
+    max_order
+        Largest m + n of the resonances m:n to look for. [7]
+    """
+    starts = on_grid(starts, "40x40")
+    job = job_of(model=options, surface=surface, starts=starts, run=run, frequency_map=asked)
+    work = Work.begun("frequency-map", job, output, look, max_order=max_order)
+    if work is None:
+        return 0
+    start = clock.perf_counter()
+    result = work.compute("frequency_map", lambda partial: kept(partial, lambda: work.save(partial, start)))
+    seconds = clock.perf_counter() - start
+    say(finished(result, seconds))
+    extra: dict[str, Any] = {"wall_time": seconds}
+    if work.job.chaos_map is not None:
+        extra |= work.colour("chaos_map", lambda more: kept(result, lambda: work.save(result, start, **extra, **more)))
+    path = work.save(result, start, interrupted=False, **extra)
+    return work.draw(path, lambda: frequency_figure(work.scene._replace(max_order=max_order), result, work.colours))
+
+
+def chaos_map(
+    *,
+    options: Model = Model(),
+    surface: Surface = Surface(),
+    starts: Starts = Starts(),
+    run: Run = Run(),
+    output: Written = Written(),
+    asked: Chaos = Chaos(),
+    look: Look = Look(),
+    scan: Annotated[list[str] | None, Parameter(group=HOW)] = None,
+) -> int:
+    """Tell regular from chaotic orbits of one energy surface, and draw the map; or the chaotic fraction over parameters
+    (--scan).
+
+    Orbits start on a grid of the section (60x60) or at random points of it, uniform in its invariant area. One panel
+    for each indicator and one for the verdict: what the indicators that decide say, undecided where they disagree or
+    none decides.
+
+    Parameters
+    ----------
+    scan
+        NAME=LOW:HIGH:N, once or twice: draw the chaotic fraction of random orbits (400 unless --orbits) over energy,
+        p_eta, p_gamma, the spin p_phi = p_gamma + p_eta, the vorticity p_psi = p_gamma - p_eta, or a parameter of the
+        body such as K.
+    """
+    if scan:
+        if look.given:
+            raise Wrong("--colour, --vmin and --vmax belong to maps, not to --scan")
+        job = job_of(model=options, surface=surface, starts=starts, run=run, chaos_map=asked)
+        return scans.scanned(scan, job, output)
+    job = job_of(model=options, surface=surface, starts=on_grid(starts, "60x60"), run=run, chaos_map=asked)
+    work = Work.begun("chaos-map", job, output, look, periods=asked.returns())
+    if work is None:
+        return 0
+    work.facts.update(_placed(work.scene.where))
+    start = clock.perf_counter()
+
+    def save(result: Any, interrupted: bool = True, **extra: Any) -> Path:
+        shares = {"fraction": result.fraction, "interval": result.shares.interval(), "bounds": result.shares.bounds}
+        return work.save(result, start, interrupted, **shares, **extra)
+
+    result = work.compute("chaos_map", lambda partial: kept(partial, lambda: save(partial)))
+    say(f"{result.shares.said()}; {finished(result, clock.perf_counter() - start)}")
+    extra = {}
+    if work.job.frequency_map is not None:
+        extra = work.colour("frequency_map", lambda more: kept(result, lambda: save(result, **more)))
+    path = save(result, interrupted=False, **extra)
+    return work.draw(path, lambda: chaos_figure(work.scene, result, work.colours))
+
+
+def _placed(where: Any) -> dict[str, np.ndarray]:
+    """Return what a file says of where the orbits started."""
+    if where is None:
+        return {}
+    if hasattr(where, "points"):
+        return {"start_points": where.points, "axis_names": where.names}
+    return {
+        "cell": where.cell,
+        "forbidden": where.forbidden,
+        "axis_0": where.axes[0],
+        "axis_1": where.axes[1],
+        "axis_names": where.names,
+    }

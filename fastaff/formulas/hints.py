@@ -1,0 +1,65 @@
+"""What a name without a value may be: a momentum, a coordinate, a term that a body has not."""
+
+from __future__ import annotations
+
+import functools
+import re
+from collections.abc import Callable, Iterable, Mapping
+from typing import Any, ParamSpec, TypeVar, cast
+
+from .arguments import checked_names
+from .grammar import TIME, UnknownName
+
+P = ParamSpec("P")
+R = TypeVar("R")
+
+TERMS = ("friction", "period", "damping", "forcing", "drive")
+FREE = (
+    "a body has no friction and no drive: write V of its stretches as hamiltonian(..., friction=0.1) or "
+    "hamiltonian(..., period=6.28) or, with both, dz/dt = f(z) as flow(\"x' = p; p' = ... - g*p + f*c; c' = -w*s; "
+    "s' = w*c\"), where c and s run round with the drive"
+)
+"""Said where a body is to be damped or driven."""
+
+
+def hinted(function: Callable[P, R]) -> Callable[P, R]:
+    """Let a function that takes V or H as text say of a name without a value which argument may be missing."""
+
+    @functools.wraps(function)
+    def wrapped(*given: Any, **named: Any) -> Any:
+        try:
+            return function(*given, **named)
+        except UnknownName as problem:
+            hint = _of_body(problem.name) if function.__name__ == "formula" else _of_rows(problem.name, named)
+            if not hint:
+                raise
+            said, known = str(problem).split("; known are ", 1)
+            raise UnknownName(f"{said.split(' (', 1)[0]} ({hint}); known are {known}", problem.name) from None
+
+    return cast(Callable[P, R], wrapped)
+
+
+def no_terms_of_motion(names: Iterable[str], text: Any) -> None:
+    """Refuse parameters of a body's formula that would be terms of its motion, where they are not in the text."""
+    for name in names:
+        if name in TERMS and re.search(rf"\b{name}\b", str(text)) is None:
+            raise ValueError(f"{name} is no parameter of {text!r}: {FREE}")
+
+
+def _of_body(name: str) -> str:
+    return FREE if name == TIME else ""
+
+
+def _of_rows(name: str, named: Mapping[str, Any]) -> str:
+    """Return what a name may be where V or H is written with these arguments."""
+    coordinates = named.get("coordinates")
+    known = ("x", "y") if coordinates is None else checked_names("coordinates", coordinates)
+    if named.get("momenta") is None:
+        for form in ("p_{}", "p{}", "P_{}", "P{}"):
+            if name in (own := [form.format(q) for q in known]):
+                return f"a momentum? The text is V alone; with momenta='{' '.join(own)}' it is the whole of H"
+        if coordinates is None and (found := re.fullmatch(r"p_([A-Za-z]\w*)", name)):
+            return f"a momentum? Then coordinates='{found[1]} ...' and momenta='{name} ...' name those of H"
+    if coordinates is None and name != TIME:
+        return f"a coordinate? Those are x and y, others have coordinates='{name} ...'; a parameter has {name}=1.0"
+    return ""
