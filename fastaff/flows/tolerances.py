@@ -39,6 +39,9 @@ LOWEST = 0.02
 FINEST = 1e-14
 """Tolerance below which rounding is in the way."""
 
+SLOW = 0.5
+"""Work behind short runs, of these: for the progress that is reported."""
+
 PAIRS = 2
 """How many times tolerances are made RATIO times smaller at most, the first time included."""
 
@@ -52,7 +55,7 @@ def tolerances(found: Motion, time: float, accuracy: float) -> np.ndarray:
     return np.where((phase <= RADIANS) & (level >= FINEST), level, np.nan)
 
 
-def with_tolerance(flow: Flow, tolerance: float) -> Flow:
+def with_tolerance(flow: Any, tolerance: float) -> Flow:
     """Return the flow by VERNER9 with that tolerance."""
     return replace(flow, scheme=VERNER9, step=np.inf, rtol=tolerance, atol=tolerance)
 

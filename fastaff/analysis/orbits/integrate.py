@@ -25,7 +25,7 @@ from ...flows.launch import Report
 from ...flows.motion import motion
 from ...flows.options import Options, Problem
 from ...flows.time_transformed import TransformedFlow
-from ...flows.tolerances import left, tightened, with_tolerance
+from ...flows.tolerances import SLOW, left, tightened, with_tolerance
 from ...models.contracts import Dynamics
 from ...models.mechanics import energies, kinetic_energies
 from ...models.traits import traits_of
@@ -42,9 +42,6 @@ POINTS = 2**16
 
 MOMENTS = 8
 """Moments at least at which two runs are compared."""
-
-SLOW = 0.5
-"""Work behind short runs by tolerances, of these: for the progress that is reported."""
 
 
 @dataclass(frozen=True)
@@ -260,13 +257,11 @@ class _Accurate:
         self.parts = count * math.ceil(MOMENTS / count) if count else MOMENTS
         self.times = time / self.parts * np.arange(1, self.parts + 1)
         self.ensemble = Ensemble(z.copy(), energies(body, z), kinetic_energies(body, z))
-        self.step = np.full(z.shape[1], np.inf)
+        self.step, self.until = np.full(z.shape[1], np.inf), np.zeros(z.shape[1])
         self.samples = np.full((count, *z.shape), np.nan)
         self.error = np.full(z.shape, np.inf)
         self.sample_error = np.full(self.samples.shape, np.inf)
-        self.until = np.zeros(z.shape[1])
-        self.looks = self.times if count else self.times[1::2]
-        self.free = free and isinstance(flow.scheme, Collocation)
+        self.looks, self.free = self.times if count else self.times[1::2], free and isinstance(flow.scheme, Collocation)
         self.used = VERNER9 if self.free else flow.scheme
 
     def run(self) -> None:
@@ -288,8 +283,8 @@ class _Accurate:
 
     def _stepped(self, z: np.ndarray, report: Report | None) -> None:
         """Run the chunk with steps that are shortened until two runs agree."""
-        self.used, found = self.flow.scheme, self.motion
-        self.steps = planned(self.flow, z, found, self.time, self.accuracy, run=self.time, parts=2 * self.parts)
+        self.used, given = self.flow.scheme, (self.motion, self.time, self.accuracy)
+        self.steps = planned(self.flow, z, *given, run=self.time, parts=2 * self.parts)
         how = self._run, self._compare, self._keep, self._drifts
         halved(self.flow, self.steps, self.accuracy, *how, report=report)
 
@@ -298,10 +293,8 @@ class _Accurate:
         where = self.chunk[orbits]
         z, none = np.ascontiguousarray(self.z[:, where]), np.full(len(where), np.inf)
         whole = Compared(np.empty((len(self.looks), *z.shape)), self.ensemble.of(where), none)
-        every = np.unique(tolerance)
-        for number, each in enumerate(every):
-            part = np.flatnonzero(tolerance == each)
-            flow = with_tolerance(self.flow, float(each))  # type: ignore[arg-type]
+        for number, each in enumerate(every := np.unique(tolerance)):
+            part, flow = np.flatnonzero(tolerance == each), with_tolerance(self.flow, float(each))
             ensemble = flow.ensemble(np.ascontiguousarray(z[:, part]), radius=self.motion.radius[orbits[part]])
             try:
                 whole.states[..., part] = self._moments(flow, ensemble, portion(report, number, len(every)))
@@ -328,10 +321,8 @@ class _Accurate:
         return states
 
     def _left(self, fine: Compared, coarse: Compared, orbits: np.ndarray, tolerance: np.ndarray) -> np.ndarray:
-        found = self.motion.of(orbits)
-        with np.errstate(all="ignore"):
-            apart = found.distance(fine.states - coarse.states)
-        return np.where(self._drifts(fine), np.inf, left(found, apart, self.looks, tolerance))
+        apart = self._compare(fine, coarse, orbits)[0]
+        return np.where(self._drifts(fine), np.inf, left(self.motion.of(orbits), apart, self.looks, tolerance))
 
     def _run(self, orbits: np.ndarray, step: np.ndarray, wear: Wear | None, report: Report | None) -> Compared:
         flow: Any = self.flow.sized(step)
