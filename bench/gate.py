@@ -92,22 +92,22 @@ def rows():
     )
     yield (
         "poincare_map / integrate, body",
-        2.3,
-        5.0,
+        1.9,
+        4.2,
         lambda: poincare_map(BODY, grid, section=AlphaTurning(+1), crossings=60, max_time=TIME, step=STEP),
         kahan(grid, BODY),
     )
     yield (
         "poincare_map / integrate, Henon-Heiles",
-        2.6,
-        5.5,
+        2.0,
+        4.5,
         lambda: poincare_map(PLANE, many, section=AXIS, crossings=30, max_time=TIME, step=STEP),
         kahan(many, PLANE),
     )
     yield (
         "poincare_map / integrate, one orbit of Henon-Heiles",
-        2.05,
-        4.2,
+        1.3,
+        2.9,
         lambda: poincare_map(PLANE, flat, section=AXIS, crossings=400, max_time=20 * TIME, step=STEP, threads=1),
         lambda: integrate(PLANE, flat, time=20 * TIME, step=STEP, threads=1),
     )

@@ -394,7 +394,7 @@ of a function beside keywords and of a kernel, names of `fastaff`, entries of it
 """
 LONG_MODULES = {
     "analysis.frequencies.fundamental": 465,
-    "analysis.frequencies.tunes": 471,
+    "analysis.frequencies.tunes": 470,
     "exchange.files": 498,
     "explorer.javascript": 427,
     "jobs.job": 412,

@@ -296,3 +296,16 @@ def test_what_energies_cannot_reach_is_said():
     driven = fa.hamiltonian("p**2*(1 + x**2)/2 + x**2/2 + x*p*cos(t)", coordinates="x", momenta="p", period="2*pi")
     with pytest.raises((TypeError, ValueError), match=r"H\(q, p, t\)"):
         fa.energy_sample(driven, energy=1.0, orbits=5)
+
+
+def test_the_well_of_a_charge_far_from_the_origin_ends_in_any_units():
+    """Far out H(q, 0) is nothing but the vector potential's square, beside which V is lost."""
+    mass, size, rate, far = (10.0 ** RNG.uniform(-e, e) for e in (20, 6, 6, 2))
+    a = size * far
+    text = "((px + B*x*y)**2 + py**2)/(2*m) + m*w**2/2*((x - a)**2 + 1.7*y**2)"
+    field = RNG.uniform(0.3, 1.0) * mass * rate / size
+    model = fa.hamiltonian(text, coordinates="x y", momenta="px py", B=field, m=mass, w=rate, a=a)
+    energy = 0.5 * mass * (rate * size) ** 2
+    found = fa.energy_sample(model, energy=energy, orbits=40, seed=1).z0
+    np.testing.assert_allclose(model.energy(*found), energy, rtol=1e-9)
+    assert (((found[0] - a) ** 2 + 1.7 * found[1] ** 2) / size**2 <= 1 + 1e-9).all()

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 import fastaff as fa
-from fastaff.exchange.kicks import J, Kick, turn
+from fastaff.exchange.kicks import Kick, turn
+from fastaff.exchange.linear_parts import J
 from fastaff.models.maps import jacobian
 
 RNG = np.random.default_rng(41)

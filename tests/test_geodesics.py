@@ -209,6 +209,23 @@ def test_geodesics_of_an_ellipsoid_keep_joachimsthals_integral():
     np.testing.assert_allclose((v * v).sum(axis=0), 1.0, rtol=1e-12)
 
 
+@pytest.mark.parametrize(
+    ("turns", "low"),
+    [(1e3, 0.8), pytest.param(1e4, 0.8, marks=pytest.mark.slow), pytest.param(1e4, 0.3, marks=pytest.mark.slow)],
+)
+def test_jacobis_integral_over_many_turns(turns, low):
+    """Constants that were rounded differently in H's derivatives made it drift, by 8e-12 in 10^4, whatever the step."""
+    axes = np.array([RNG.uniform(low, low + 0.2), *RNG.uniform(1.0, 1.6, 2)])
+    model, z0 = fa.models.EllipsoidGeodesic(*map(float, axes)), on_surface(axes, 3)
+    time, step = turns * 2 * np.pi * axes.max(), 0.3 * axes.min() ** 2 / axes.max()
+    end = fa.integrate(model, z0, time=time, step=step, scheme=fa.schemes.GAUSS16)
+    assert (end.status == Status.OK).all()
+    before, after = (fa.constants_of_motion(model, z) for z in (z0, end.z))
+    for name in ("energy", "joachimsthal", "size"):
+        off = np.abs(after[name] / before[name] - 1)
+        assert (off <= 1e-16 * turns).all(), (name, off)
+
+
 def test_geodesics_are_accelerated_along_the_normal():
     """Against x'' = -k n, with k from the constraint, by SciPy."""
     from scipy.integrate import solve_ivp

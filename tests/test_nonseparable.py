@@ -467,3 +467,96 @@ def test_a_chain_of_sixteen_degrees_of_freedom_moves_by_its_normal_modes(gauge):
     spectrum = fa.chaos_map(chain, found.z[:, :1], time=20.0, indicators=fa.LyapunovSpectrum()).spectrum[:, 0]
     assert spectrum.size == 2 * n
     np.testing.assert_allclose(spectrum + spectrum[::-1], 0.0, atol=1e-9)
+
+
+def test_rounding_that_chaos_makes_larger_shortens_no_step():
+    """Rotations of a moon on an eccentric orbit: over the span of a trial rounding grows beyond the accuracy."""
+    text = "p**2/2 - e2/4*(cos(2*q - 2*t) + 3.5*ec*cos(2*q - 3*t) - ec/2*cos(2*q - t)) + d*p**3*cos(q)"
+    moon = fa.hamiltonian(
+        text, coordinates="q", momenta="p", period="2*pi", periods={"q": "2*pi"}, e2=0.2, ec=0.1, d=0.01
+    )
+    z0 = np.array([[1.11516043, 0.97066886], [-2.31418801, 0.86736902], [1.5549124, 1.34351452]]).T
+    found = fa.integrate(moon, z0, time=100.0, accuracy=1e-12)
+    assert (found.status == Status.OK).all()
+    assert (100.0 / found.step < 2e4).all()
+    truth = fa.integrate(moon, z0, time=100.0, scheme=VERNER9, rtol=1e-14, atol=1e-15).z
+    assert (np.abs(found.z - truth) <= 2 * found.error).all()
+
+
+DRAWN = {  # text, coordinates, momenta, angles, sizes of starts around a point, time
+    "prey": ("exp(q) - a*q + exp(p) - b*p + c*q*p", "q", "p", {}, ([0, 0], [1.2, 1.2]), 50.0),
+    "charge": (
+        "sqrt(a + (p1 + b*(q2 + c*q2**3))**2 + p2**2) + q1**2/2 + q2**2/2",
+        "q1 q2",
+        "p1 p2",
+        {},
+        ([0] * 4, [0.5] * 4),
+        70.0,
+    ),
+    "moon": (
+        "-(2 + 3*(1 - G**2))*(3*(b/G)**2/4 - 1)/8 - 15*a/8*(1 - G**2)*(1 - (b/G)**2/4)*cos(2*g) + c*G**2",
+        "g",
+        "G",
+        {"periods": {"g": "2*pi"}, "domain": "G"},
+        ([0, 0.8], [3, 0.15]),
+        20.0,
+    ),
+    "driven": (
+        "p**2*(1 + a*cos(w*t)*sin(q)/4)/2 + b*q**4/4 - q**2/2 + c*q*p",
+        "q",
+        "p",
+        {"period": "2*pi/w", "w": 1.7},
+        ([1, 0], [0.5, 0.3]),
+        30.0,
+    ),
+    "vortices": (
+        "-log((q1 - q2)**2 + (p1 - p2)**2)*a/4 - log((q1 - q3)**2 + (p1 - p3)**2)*b/4"
+        " - log((q2 - q3)**2 + (p2 - p3)**2)*c/4",
+        "q1 q2 q3",
+        "p1 p2 p3",
+        {},
+        ([1, -0.5, -0.5, 0, 0.87, -0.87], [0.3] * 6),
+        30.0,
+    ),
+}
+
+
+@pytest.mark.parametrize("name", DRAWN)
+def test_errors_of_short_runs_cover_the_truth(name):
+    """Of orbits that VERNER9 runs, beside GAUSS16 with steps that are a quarter of those for 1e-12."""
+    text, coordinates, conjugate, options, (middle, size), time = DRAWN[name]
+    a, b, c = (float(x) for x in RNG.uniform(0.5, 1.0, 3) * [1, 1, 0.2])
+    H = fa.hamiltonian(text, coordinates=coordinates, momenta=conjugate, a=a, b=b, c=c, **options)
+    z0 = np.array(middle)[:, None] + np.array(size)[:, None] * RNG.uniform(-1, 1, (len(middle), 60))
+    fine = fa.integrate(H, z0, time=time, accuracy=1e-12, scheme=GAUSS16)
+    sharp = (fine.status == Status.OK) & (fine.accurate_until > 0)
+    truth = fa.integrate(H, z0[:, sharp], time=time, step=fine.step[sharp] / 4, scheme=GAUSS16).z
+    late, quick = [], 0
+    for accuracy in (1e-6, 1e-8, 1e-10, 1e-11):
+        found = fa.integrate(H, z0[:, sharp], time=time, accuracy=accuracy)
+        by = np.isinf(found.step) & (found.status == Status.OK)
+        quick += by.sum()
+        far = np.abs(found.z) * 1e-14
+        late.extend((np.abs(found.z - truth) / (found.error + fine.error[:, sharp] + far)).max(axis=0)[by])
+        assert (found.accurate_until[by] == time).all()
+        assert (found.energy_error[by] < 100 * accuracy).all()
+    assert quick > 100
+    assert np.mean(np.array(late) <= 1) >= 0.98
+    assert np.max(late) <= 10
+
+
+def test_each_orbit_of_a_default_run_has_its_scheme_whatever_its_company():
+    """Falls from the top are chaotic, others short runs; one orbit goes round and round."""
+    H, z0 = pendulum(), RNG.uniform(-1, 1, (4, 40)) * 10 ** RNG.uniform(-2, 0.5, 40)
+    z0[:, 7] = [3.1, 3.1, 8.0, -9.0]
+    whole = fa.integrate(H, z0, time=20.0, accuracy=1e-9, samples=3)
+    by = np.isinf(whole.step)
+    assert 0 < by.sum() < 40
+    assert whole.scheme is GAUSS8
+    for some in ([7], [3, 7, 20], np.arange(39, -1, -1)):
+        part = fa.integrate(H, z0[:, some], time=20.0, accuracy=1e-9, samples=3, threads=1)
+        for field in ("z", "error", "samples", "sample_error", "status", "step", "t", "accurate_until"):
+            np.testing.assert_array_equal(getattr(part, field), getattr(whole, field)[..., some], err_msg=field)
+    assert fa.integrate(H, z0[:, :2], time=5.0).scheme is VERNER9
+    assert fa.integrate(H, [0.1, 0.1, 0.0, 0.1], time=1600.0, accuracy=1e-7).scheme is GAUSS8
+    assert fa.integrate(H, z0[:, :2], time=5.0, accuracy=1e-9, scheme=GAUSS8).scheme is GAUSS8

@@ -106,7 +106,7 @@ def agree(found, truth, below, doubt=1e-8):
     assert np.all(gap <= found.error + doubt * np.abs(truth)), (gap.max(), found.error.max())
 
 
-@pytest.mark.parametrize("seed", range(12))
+@pytest.mark.parametrize("seed", [*range(1, 12), 0])  # the last takes five times as long
 def test_bells_of_rho(seed):
     rng = np.random.default_rng([71, seed])
     width, hbar, mu, unit = drawn(rng)
@@ -117,7 +117,7 @@ def test_bells_of_rho(seed):
     agree(all_levels(body, below=below, hbar=hbar), truth, below)
 
 
-@pytest.mark.parametrize("seed", range(8))
+@pytest.mark.parametrize("seed", [1, 2, 3, 4, 5, 7, 0, 6])  # the last two take three to ten times as long
 def test_bells_of_alpha_and_of_beta(seed):
     """-g exp(-alpha^2/v^2) - h exp(-beta^2/w^2): the continuum begins at the lower ground state of one side."""
     rng = np.random.default_rng([72, seed])

@@ -73,14 +73,9 @@ WHAT, WHERE, STARTS, HOW, WRITTEN = (
 )
 
 
-def _flag(name: str) -> str:
-    """Return the flag of a field: parameters of one capital letter keep it."""
-    return name if len(name) == 1 else name.replace("_", "-")
-
-
 _GROUPS = {Model: WHAT, Surface: WHERE, Starts: STARTS, Run: HOW, Poincare: HOW, Frequencies: HOW, Chaos: HOW}
 for _options, _group in _GROUPS.items():
-    Parameter(name="*", group=_group, name_transform=_flag)(_options)
+    Parameter(name="*", group=_group, name_transform=lambda name: name.replace("_", "-"))(_options)
 
 
 @Parameter(name="*", group=WRITTEN)
@@ -265,7 +260,7 @@ def given(options: Any) -> list[str]:
     for entry in fields(options):
         value = getattr(options, entry.name)
         if value != entry.default:
-            flags += [f"--{_flag(entry.name)}", *([] if value is True else [str(value)])]
+            flags += [as_flag(entry.name), *([] if value is True else [str(value)])]
     return flags
 
 

@@ -126,7 +126,7 @@ def _arguments_in(typingcontext, words):
 _UNITS = ctypes.CFUNCTYPE(None, ctypes.c_int64, ctypes.c_int64, ctypes.c_int64)
 """A kernel as Python calls it for units from one number to another, which lets go of the GIL meanwhile."""
 
-SHARES, MOST_UNITS = 16, 64
+SHARES, MOST_UNITS = 64, 64
 """Parts that each thread takes of the units, and the most of them at once: Python takes a microsecond for each part,
 and where many threads wait for its lock, ten.
 """

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
-from .kicks import Kick, probed, strengths, turn
+from .kicks import Kick, turn
+from .linear_parts import probed
 
 ROWS = [0, 2, 1, 3]
 """Of x, y, px, py among x, px, y, py, delta, ct."""
@@ -23,7 +26,7 @@ def _part(ring: Any, element: Any) -> Any:
     """Return an element as a kick or a linear part; ValueError naming one that is neither."""
     kind = type(element).__name__
     if element.PassMethod == "ThinMPolePass" and not np.any(getattr(element, "BendingAngle", 0.0)):
-        return Kick(strengths(element.PolynomB), strengths(element.PolynomA))
+        return Kick(_strengths(element.PolynomB), _strengths(element.PolynomA))
 
     def track(points: np.ndarray) -> np.ndarray:
         rays = np.asfortranarray(np.zeros((6, points.shape[1])))
@@ -32,3 +35,8 @@ def _part(ring: Any, element: Any) -> Any:
         return rays[ROWS]
 
     return probed(track, element.FamName, kind, kind == "Dipole")
+
+
+def _strengths(coefficients: Sequence[float]) -> tuple[float, ...]:
+    """Return knl of coefficients of the plain powers (x + iy)^n."""
+    return tuple(float(entry) * math.factorial(n) for n, entry in enumerate(coefficients))

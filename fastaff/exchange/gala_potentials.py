@@ -7,8 +7,7 @@ from typing import Any
 import numpy as np
 
 from ..base.foreign import System
-from ..base.interruption import imported
-from ..formulas.gammainc import gammainc
+from .gala_formulas import children, formula_of, has_units, left_out, origin
 from .quantities import plain
 from .sums import apart_from, check, parts_of, summed, trial_points
 
@@ -21,9 +20,9 @@ def system(given: Any) -> System:
     frame, potential = getattr(given, "frame", None), getattr(given, "potential", given)
     if not hasattr(potential, "to_sympy"):
         raise TypeError(f"text must be a gala potential or Hamiltonian, got {type(given).__name__}")
-    dims, parts = "xyz"[: potential.ndim], parts_of(potential, _children)
-    text, parameters = summed({key: _part(part, dims) for key, part in parts.items()})
-    cusps = [_origin(part) for part in parts.values() if type(part).__name__ in CUSPED]
+    dims, parts = "xyz"[: potential.ndim], parts_of(potential, children)
+    text, parameters = summed({key: formula_of(part, dims) for key, part in parts.items()})
+    cusps = [origin(part) for part in parts.values() if type(part).__name__ in CUSPED]
     rotation = None
     if frame is not None and "Omega" in frame.parameters:
         rates = np.atleast_1d(plain(frame.parameters["Omega"]))
@@ -31,8 +30,8 @@ def system(given: Any) -> System:
             raise ValueError(f"text: a frame must turn about z, this one has Omega = {rates}")
         rotation = float(rates[-1])
     points = trial_points(len(dims))
-    at = points * potential.units["length"] if _has_units(potential) else points
-    check(text, dims, parameters, plain(at), plain(potential.energy(at)), _left_out(parts))
+    at = points * potential.units["length"] if has_units(potential) else points
+    check(text, dims, parameters, plain(at), plain(potential.energy(at)), left_out(parts))
     return System(
         text=text,
         coordinates=tuple(dims),
@@ -40,55 +39,3 @@ def system(given: Any) -> System:
         domain=apart_from(cusps, dims),
         rotation=rotation,
     )
-
-
-def _children(potential: Any) -> Any:
-    if hasattr(potential, "get_three_potentials"):  # an exponential disk
-        potential = potential.get_three_potentials()
-    return potential.items() if hasattr(potential, "items") else None
-
-
-def _part(potential: Any, dims: str) -> tuple[Any, dict[str, float]]:
-    """Return the formula of one potential and its parameters."""
-    sympy = imported("sympy", what="a potential of gala")
-    try:
-        text, variables, symbols = potential.to_sympy()
-    except NotImplementedError:
-        kind = type(potential).__name__
-        raise ValueError(f"text: gala has no formula of a {kind}; write one, fa.hamiltonian('...')") from None
-    if set(variables) != set(dims):
-        raise ValueError(
-            f"text: gala's formula of a {type(potential).__name__} is in {', '.join(variables)}, its potential in "
-            f"{', '.join(dims)}; write one, fa.hamiltonian('...')"
-        )
-    place = [sympy.Symbol(axis) - at for axis, at in zip(dims, _origin(potential))]
-    if potential.R is not None:
-        place = [sum(float(c) * entry for c, entry in zip(row, place)) for row in np.asarray(potential.R)]
-    text = text.subs({variables[entry]: place[k] for k, entry in enumerate(dims)}, simultaneous=True)
-    G = imported("astropy.constants").G if _has_units(potential) else potential.G
-    values = {"G": plain(G)} | {k: plain(v) for k, v in potential.parameters.items()}
-    text = text.replace(sympy.lowergamma, lambda a, x: sympy.gamma(a) * gammainc()(a, x))
-    firsts = {symbol.name for entry in text.atoms(gammainc()) for symbol in entry.args[0].free_symbols}
-    text = text.xreplace({symbols[name]: sympy.Rational(repr(float(values[name]))) for name in firsts})
-    return text, {key: float(values[key]) for key, symbol in symbols.items() if text.has(symbol)}
-
-
-def _left_out(parts: dict[str, Any]) -> str:
-    """Return a note of the parameters that are not in gala's formulas of these potentials; empty if there is none."""
-    found = []
-    for potential in parts.values():
-        text, _, symbols = potential.to_sympy()
-        found += [
-            f"{name} = {float(plain(value)):.6g} of its {type(potential).__name__}"
-            for name, value in potential.parameters.items()
-            if name not in symbols or not text.has(symbols[name])
-        ]
-    return f" (gala's formula leaves out {', '.join(found)})" if found else ""
-
-
-def _origin(potential: Any) -> list[float]:
-    return [float(plain(at)) for at in np.atleast_1d(potential.origin)]
-
-
-def _has_units(potential: Any) -> bool:
-    return not type(potential.units).__name__.startswith("Dimensionless")

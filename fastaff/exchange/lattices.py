@@ -7,9 +7,8 @@ from typing import Any
 import numpy as np
 
 from ..base.foreign import Foreign
-from .kicks import Kick, probed, turn
-
-ROWS = ("x", "y", "px", "py")
+from .kicks import ROWS, Kick, turn
+from .linear_parts import probed
 
 
 def orbits(monitor: Any, name: str, coordinates: tuple[str, ...] | None) -> Foreign:

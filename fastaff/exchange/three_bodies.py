@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -12,19 +11,15 @@ from numpy.typing import ArrayLike
 from ..base.numbers import StrPath, numbers, positive
 from ..formulas.formula import hamiltonian
 from ..models.mechanics import energies
+from .three_body_rows import rows_of
 
 TEXT = "-1/sqrt((x1 - x2)**2 + (y1 - y2)**2)" + "".join(f" - m/sqrt((x{k} - x3)**2 + (y{k} - y3)**2)" for k in (1, 2))
-NUMBER = re.compile(r"-?\d+\.\d{2,}(?:[eE][-+]?\d+)?")
-"""Velocities, periods and scaled periods, but no numbers of orbits and no masses of one digit."""
-
 SAME = 1e-3
 """Part of a scaled period by which its digits may miss the one of the states."""
 
 
 class ThreeBodies(NamedTuple):
-    """Periodic orbits of bodies of masses 1, 1 and m, with G = 1: the model, of x1, y1, x2, y2, x3, y3 and their
-    momenta; z0 (12, orbits); period (orbits,).
-    """
+    """Bodies of masses 1, 1, m, G = 1: model, of x1, y1, ..., y3 and momenta; z0 (12, orbits), period (orbits,)."""
 
     model: Any
     z0: np.ndarray
@@ -36,33 +31,29 @@ def three_bodies(v1: ArrayLike, v2: ArrayLike, period: ArrayLike, m3: float = 1.
     -2 (v1, v2)/m3 of the third: the isosceles collinear starts of the tables.
 
     :Parameters: v1, v2, period: numbers or arrays (orbits,) with G = 1; m3: the third mass, those of the others are 1.
-    :Returns: `ThreeBodies`, whose z0 `integrate`, `periodic_orbits` and `continuation` take. Pass a scheme with steps
-        of its own, scheme="verner9": bodies come close to each other.
+    :Returns: `ThreeBodies`, for `integrate`, `periodic_orbits`, `continuation`; bodies come close: scheme="verner9".
     :Raises: ValueError, TypeError for other numbers.
-    :Source: Suvakov & Dmitrasinovic 2013, Phys. Rev. Lett. 110, 114301; Li & Liao 2017, Sci. China Phys. Mech. Astron.
-        60, 129511; Li, Jing & Liao 2018, Publ. Astron. Soc. Japan 70, 64 (other masses).
+    :Source: Suvakov & Dmitrasinovic 2013, PRL 110, 114301; Li & Liao 2017, SCPMA 60, 129511; Li+ 2018, PASJ 70, 64.
 
     Examples
     --------
     >>> from fastaff.exchange.three_bodies import three_bodies
-    >>> eight = three_bodies(0.3471168881, 0.5327249454, 6.3259139829)
-    >>> eight.z0.shape, eight.z0[6:8, 0]
-    ((12, 1), array([0.34711689, 0.53272495]))
+    >>> three_bodies(0.3471168881, 0.5327249454, 6.3259139829).z0[6:8, 0]
+    array([0.34711689, 0.53272495])
     """
     given = (numbers(name, np.asarray(value)) for name, value in (("v1", v1), ("v2", v2), ("period", period)))
     vx, vy, time = np.broadcast_arrays(*map(np.atleast_1d, given))
     mass, zero = positive("m3", m3), 0.0 * vx
     model = hamiltonian(TEXT, coordinates="x1 y1 x2 y2 x3 y3", masses=(1.0,) * 4 + (mass, mass), m=mass)
-    places = [zero - 1, zero, zero + 1, zero, zero, zero]
-    return ThreeBodies(model, np.array([*places, vx, vy, vx, vy, -2 * vx, -2 * vy]), time.astype(float))
+    z0 = np.array([zero - 1, zero, zero + 1, zero, zero, zero, vx, vy, vx, vy, -2 * vx, -2 * vy])
+    return ThreeBodies(model, z0, time.astype(float))
 
 
 def read_three_bodies(path: StrPath, m3: float = 1.0) -> ThreeBodies:
     """Read a table of such orbits: text, or a page of Li & Liao, github.com/sjtu-liao/three-body.
 
-    Each line, or row of an HTML table, has v1, v2, the period and, where there are more, the scaled period
-    ``T |E|^(3/2)`` as its first numbers with two decimals or more. Of rows with a mass in parentheses those of m3 are
-    taken.
+    The first numbers with two decimals or more of a line, or of a row of HTML, are v1, v2, the period and perhaps the
+    scaled period ``T |E|^(3/2)``. Of rows with a mass in parentheses those of m3 are taken.
 
     :Returns: as `three_bodies`.
     :Raises: ValueError where no row has three numbers, or where the states have not the scaled periods of the table.
@@ -75,11 +66,7 @@ def read_three_bodies(path: StrPath, m3: float = 1.0) -> ThreeBodies:
     >>> read_three_bodies("table.txt").period
     array([6.32591398])
     """
-    text = Path(path).read_text(encoding="utf-8")
-    pieces = text.split("<tr>") if "<tr>" in text else text.splitlines()
-    masses = [re.search(r"\((\d+(?:\.\d+)?)\)", piece) for piece in pieces]
-    kept = [piece for piece, mass in zip(pieces, masses, strict=True) if mass is None or float(mass[1]) == m3]
-    rows = [found for found in ([float(word) for word in NUMBER.findall(piece)] for piece in kept) if len(found) > 2]
+    rows = rows_of(Path(path).read_text(encoding="utf-8"), m3)
     if not rows:
         raise ValueError(f"path must be a table with v1, v2 and a period in a row, of m3 = {m3:g}; {path} has none")
     v1, v2, period = np.array([row[:3] for row in rows]).T

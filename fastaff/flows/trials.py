@@ -40,6 +40,11 @@ STEPS = 14
 TRIALS = 8
 """Steps that are tried for an orbit at most."""
 
+STALLS = 2
+"""Shorter steps whose errors have not fallen in proportion: they are rounding then, which a chaotic orbit makes larger,
+and no step makes them smaller.
+"""
+
 
 def on_ladder(step: np.ndarray, time: Any, parts: int = 1) -> np.ndarray:
     """Return steps at most as long as given of which parts*N are `time`, N from 1, 2, 3, 4, 5, 6, 7, 8, 10, 12, 14,
@@ -65,8 +70,9 @@ def chosen_steps(flow: Flow, z: np.ndarray, found: Motion, error: np.ndarray) ->
 
     The error of a step is the distance from the states with half of it, in units of the motion's amplitudes (`Motion`).
     Steps are tried until one is near; errors below MEASURABLE follow from the order. Where steps down to FINEST radians
-    do not reach it, that is the step. The order is the scheme's or that which two trials show, where it is lower: steps
-    may be too coarse for the former, forces not smooth. Every orbit decides for itself.
+    do not reach it, that is the step; where shorter ones no longer help, the one before them. The order is the scheme's
+    or that which two trials show, where it is lower: steps may be too coarse for the former, forces not smooth. Every
+    orbit decides for itself.
     Cost: some 500 steps an orbit.
     """
     orbits = z.shape[1]
@@ -74,10 +80,15 @@ def chosen_steps(flow: Flow, z: np.ndarray, found: Motion, error: np.ndarray) ->
     first = 2 * FIRST if isinstance(flow.scheme, Nystrom) else FIRST  # of order 12, whose steps are longer
     step, least, order = first / pace, np.full(orbits, np.nan), np.full(orbits, float(flow.scheme.order))
     coarse, most = np.full((2, orbits), np.nan)
+    at, floor, stalls = step.copy(), np.full(orbits, np.inf), np.zeros(orbits, np.int64)
     wanted, todo = np.maximum(error, MEASURABLE), np.arange(orbits)
     for _ in range(TRIALS):
         apart = halving(flow, z[:, todo], step[todo], SPAN / rate[todo], found.of(todo))
         least[todo] = apart
+        with np.errstate(all="ignore"):
+            fell = ~(apart * at[todo] >= floor[todo] * step[todo])
+        stalls[todo] += ~fell & (step[todo] < at[todo]) & (apart < COMPARABLE)
+        at[todo], floor[todo] = np.where(fell, (step[todo], apart), (at[todo], floor[todo]))
         with np.errstate(all="ignore"):
             seen = np.log(most[todo] / apart) / np.log(coarse[todo] / step[todo])
         told = coarse[todo] > np.sqrt(2) * step[todo]
@@ -88,13 +99,15 @@ def chosen_steps(flow: Flow, z: np.ndarray, found: Motion, error: np.ndarray) ->
             change = _change(wanted[todo] / np.maximum(apart, 1e-14), order[todo], flow.scheme.order)
         change = np.where(np.isfinite(apart), change, 0.0)
         following = np.clip(step[todo] * np.clip(change, 0.25, 3.0), FINEST / pace[todo], COARSEST / pace[todo])
-        near = (change >= 0.6) & (change <= 1.6) | (following == step[todo])
+        near = (change >= 0.6) & (change <= 1.6) | (following == step[todo]) | (stalls[todo] == STALLS)
         step[todo] = np.where(near, step[todo], following)
         todo = todo[~near]
         if not todo.size:
             break
+    stalled = stalls == STALLS
+    step, least = np.where(stalled, (at, floor), (step, least))
     known = np.maximum(np.where(np.isfinite(least), least, 1.0), 1e-14)
-    change = np.clip(_change(error / known, order, flow.scheme.order), 0.1, 1.6)
+    change = np.where(stalled, 1.0, np.clip(_change(error / known, order, flow.scheme.order), 0.1, 1.6))
     last = np.clip(step * change, FINEST / pace, COARSEST / pace)
     return Chosen(last, known * (last / step) ** order, order)
 

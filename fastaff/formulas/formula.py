@@ -176,8 +176,8 @@ def hamiltonian(
     -----
     H with momenta that is T(p) + V(q), T quadratic, becomes the same model as without, with the same bits; with a term
     -Omega (x p_y - y p_x) of the first two coordinates, round in their momenta, that of `rotation`, which turns
-    exactly. Any other is of the kind "H(q, p)": its schemes are GAUSS16 (default) and GAUSS8, symplectic, and DOP853
-    and VERNER9.
+    exactly. Any other is of the kind "H(q, p)": its schemes are GAUSS8 (default from 1e-11) and GAUSS16, symplectic,
+    and DOP853 and VERNER9, which `integrate` takes for short runs.
 
     A driven system of n coordinates moves in the phase space extended by the time: rows q, t, p, p_t. p_t takes up the
     work of the drive, so T + V + p_t is conserved and its error is checked like an energy. Starts of 2n rows have t = 0

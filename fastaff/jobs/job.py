@@ -207,10 +207,10 @@ class Job:
         describes.
         """
         with spelled(as_key):
-            return cls._parsed(text, name, own)
+            return cls._of_text(text, name, own)
 
     @classmethod
-    def _parsed(cls, text: str, name: str, own: dict[str, Any]) -> Job:
+    def _of_text(cls, text: str, name: str, own: dict[str, Any]) -> Job:
         try:
             return cls(**{**_parsed(text, own), **own})
         except tomllib.TOMLDecodeError as problem:

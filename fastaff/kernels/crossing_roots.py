@@ -316,6 +316,43 @@ def locate(unit, stop, progress, blocks, scheme, section, direction, records, wh
             move_lane(rows, lanes, i, z)
 
 
+def lean(unit, stop, progress, section, nudge, z, size, speed, result):
+    """Fill result (points,) with how many times the error of a state is the error of its crossing: the change of the
+    section function by an amplitude of the motion over its change in a radian, at least 1, NaN where there is none.
+
+    z, size, speed (rows, points): the states, the amplitudes, which orbits have in as many points each, (rows, orbits),
+    and changes in a radian. Differences are of points a part `nudge` of the amplitude away.
+    """
+    if read_now(stop, 0) > 0:
+        return
+    rows, points = z.shape
+    first, each = unit * LANES, points // size.shape[1]
+    lanes = min(LANES, points - first)
+    block, ahead, behind, amplitude = room(rows), room(1), room(1), room(1)
+    change, passing, orbit = room(1), room(1), np.empty(LANES, np.int64)
+    for i in range(lanes):
+        orbit[i] = (first + i) // each
+        for r in range(rows):
+            block[r * LANES + i] = z[r, first + i]
+    for r in range(rows):
+        here, fast, own = z[r, first : first + lanes], speed[r, first : first + lanes], row(block, r)
+        for i in range(lanes):
+            amplitude[i] = size[r, orbit[i]]
+        for value, shift in ((ahead, nudge), (behind, -nudge)):
+            for i in range(lanes):
+                own[i] = here[i] + shift * amplitude[i]
+            call(section.function, section.parameters, lanes, block, value)
+        for i in range(lanes):
+            own[i] = here[i]
+            slope = (ahead[i] - behind[i]) / (2.0 * nudge)
+            change[i] += slope * slope
+            passing[i] += (slope / amplitude[i] if amplitude[i] > 0.0 else 0.0) * fast[i]
+    for i in range(lanes):
+        times = np.sqrt(change[i]) / abs(passing[i])
+        result[first + i] = 1.0 if times < 1.0 else times
+    progress[unit] = lanes
+
+
 @jit
 def compact(rows, out, counts, limit, unlocated):
     """Keep the records of each orbit's row that are located, after the start and up to its limit (orbits,), without

@@ -78,8 +78,8 @@ def frequency(frequency_map: Any, name: str, frequencies: Any = None) -> np.ndar
     Examples
     --------
     >>> freq = fa.frequency_map(fa.HenonHeiles(), [0.1, 0.05, 0.0, 0.1], time=500.0)
-    >>> fa.plot.frequency(freq, "y/x").round(6)
-    array([1.02611])
+    >>> fa.plot.frequency(freq, "y/x").round(6), fa.plot.frequency(freq, "y/x", freq.nu).round(6)
+    (array([1.]), array([1.02611]))
     """
     numerator, slash, denominator = text("frequency", name).partition("/")
     if slash:

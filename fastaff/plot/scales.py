@@ -228,7 +228,7 @@ def colouring(result: Any, name: str | None = None, *, vmin: float | None = None
     >>> freq = fa.frequency_map(fa.HenonHeiles(), [0.1, 0.05, 0.0, 0.1], time=500.0)
     >>> colours = fa.plot.colouring(freq, "y/x")
     >>> colours.values.round(6)
-    array([1.02611])
+    array([1.])
     """
     fine = np.asarray(getattr(result, "status", 0)) == Status.OK
     if isinstance(result, ChaosMap) and (name is None or name in result.names):

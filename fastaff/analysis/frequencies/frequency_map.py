@@ -53,8 +53,8 @@ DENSE, BODY_DENSE = 1.1, 0.8
 """Radians of the fastest motion between samples; of bodies, whose own angles are followed from one to the next.
 """
 
-FINER, READING = 0.1, 6.0
-"""Work of orbits that need a shorter step, and of reading samples, beside that of a run: for the progress reported."""
+FINER, PILOT, READING = 0.1, 0.4, 6.0
+"""Work of finer steps, of short runs by half the step and of reading, of that of all, for what is reported."""
 
 BESIDE = 0.1
 """Share of a frequency's error from which the scheme's counts."""
@@ -277,8 +277,8 @@ class FrequencyWork:
             full = (8 * self.layout.rows * number * ahead > room) | (flow.adaptive & (ahead != ahead[0]))
             end = begin + (1 + int(full[1:].argmax()) if full[1:].any() else ahead.size)
             part = np.sort(order[begin:end])
-            told = passes.take(counts[part].sum(), counts[order[end:]].sum())
-            self._portion(flow, orbits[part], counts[part], steps[part], told)
+            stages = Passes(passes.take(counts[part].sum(), counts[order[end:]].sum()))
+            self._portion(flow, orbits[part], counts[part], steps[part], stages)
             begin = end
 
     def _counts(self, flow: Flow, orbits: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -307,20 +307,15 @@ class FrequencyWork:
         counts = sample_counts(need, steps)
         return counts, counts * -(-steps // counts)
 
-    def _portion(
-        self, flow: Flow, orbits: np.ndarray, counts: np.ndarray, steps: np.ndarray, report: Report | None
-    ) -> None:
+    def _portion(self, flow: Flow, orbits: np.ndarray, counts: np.ndarray, steps: np.ndarray, passes: Passes) -> None:
         """Find the frequencies of these orbits from so many samples, and so many steps."""
-        passes = Passes(report)
         share = pilot_share(steps, counts)
         order = np.argsort(counts, kind="stable")  # those of equally many samples side by side
         orbits, counts, steps, share = orbits[order], counts[order], steps[order], share[order]
         if not flow.adaptive:
             flow = replace(flow, step=self.time / steps)
-        pilot = float(np.mean(2.0 / share))
-        told = passes.take(1.0, pilot + READING)
-        signals, run = self._sampled(flow, orbits, self.time, counts, ROOMS.signals, told)
-        told = passes.take(pilot, READING)
+        signals, run = self._sampled(flow, orbits, self.time, counts, ROOMS.signals, passes.take(1.0, PILOT + READING))
+        told = passes.take(PILOT, READING)
         start, _ = self._sampled(flow.finer(), orbits, self.time / share, counts // share, ROOMS.starts, told)
         self.ensemble.take(orbits, run)
         self.used[orbits] = self.time / steps

@@ -33,14 +33,11 @@ from .signals import signals_of
 from .turning import CHANGED, PIECE, ROUNDING, SAFETY, Means, Turning, Window, calm_change, without_standing
 from .windows import LINE_ORDER
 
-FALLBACK = 1e-9
-"""Error in turns above which lines are fitted."""
-
-LEAST = 64
-"""Samples that an orbit needs."""
+FALLBACK, LEAST = 1e-9, 64
+"""Error in turns above which lines are fitted; samples that an orbit needs."""
 
 BUDGET, AT_ONCE = 1 << 27, 1 << 22
-"""Bytes of samples in work at once, and samples of signals whose lines are fitted at once."""
+"""Bytes of samples in work at once; samples of signals whose lines are fitted at once."""
 
 ROUGH = 0.05
 """Cycles over the window by which windows of a mean turn differ where the loop may pass through its centre."""

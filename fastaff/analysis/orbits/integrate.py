@@ -10,25 +10,27 @@ import numpy as np
 
 from ...base.axes import along
 from ...base.interruption import keeping
-from ...base.numbers import Passes, fits, whole
+from ...base.numbers import Passes, fits, portion, whole
 from ...base.recipe import recorded
 from ...base.results import Result
 from ...base.short_forms import Starts, starts_of, takes
 from ...base.status import Status
+from ...flows import observers
 from ...flows.accuracy import halved, planned, until
 from ...flows.checks import energy_drift
 from ...flows.coordinates import chart_row
 from ...flows.ensemble import Ensemble, energy_error, mark_drift
-from ...flows.flow import Flow, Wear
+from ...flows.flow import Flow, Wear, no_memory
 from ...flows.launch import Report
 from ...flows.motion import motion
 from ...flows.options import Options, Problem
 from ...flows.time_transformed import TransformedFlow
+from ...flows.tolerances import SLOW, left, tightened, with_tolerance
 from ...models.contracts import Dynamics
 from ...models.mechanics import energies, kinetic_energies
 from ...models.traits import traits_of
 from ...schemes.automatic import Automatic
-from ...schemes.catalogue import Scheme, scheme_of
+from ...schemes.catalogue import VERNER9, Collocation, Scheme, scheme_of
 from ...schemes.time_transformed import TimeTransformed
 from .given_orbits import SAMPLED
 
@@ -52,8 +54,9 @@ class Orbits(Result):
     orbits; None where a step or tolerances were given instead of an accuracy; energy_error (orbits,): ``|E - E0|`` over
     the largest kinetic energy met, the largest over the samples and the end; status (orbits,) of `Status`; step: the
     fixed step, one for each orbit (orbits,) where it was chosen (in its own time for a `TimeTransformed` scheme, whose
-    rate the scheme holds), or inf for an adaptive scheme; names (2n,): of the rows, so that `result["p_x"]` is one of
-    z, and of a body any coordinate or momentum of its charts, such as `result["p_beta"]`.
+    rate the scheme holds), or inf for an adaptive scheme: of H(q, p) for the orbits that VERNER9 ran, `scheme` being
+    that of the others, if there are any; names (2n,): of the rows, so that `result["p_x"]` is one of z, and of a body
+    any coordinate or momentum of its charts, such as `result["p_beta"]`.
     """
 
     z: Annotated[np.ndarray, along("coordinate", "orbit", labels="names", plain=True)]
@@ -114,7 +117,9 @@ def integrate(
         A splitting, a Runge-Kutta scheme, a name ("KAHAN_LI8", "dop853"), `TimeTransformed` for steep walls, or AUTO,
         which chooses by trial. Default: the splitting with the fewest forces for the accuracy: BLANES_MOAN6 from 1e-7,
         below it BLANES_CASAS_ESCORIHUELA8, and RKN12, which is no splitting, from 1e-12, of driven systems from 1e-11;
-        KAHAN_LI8 where T is not quadratic in the momenta, and where a step is given (docs/schemes.md).
+        KAHAN_LI8 where T is not quadratic in the momenta, and where a step is given (docs/schemes.md). Of H(q, p)
+        VERNER9 for up to 1000 radians of an orbit, beyond and where that misses the accuracy GAUSS8, or GAUSS16 below
+        1e-11.
     samples : int, default 0
         Number of equidistant samples in (0, time].
     rtol, atol : float, default 1e-12
@@ -183,7 +188,7 @@ def integrate(
     work: Any = (
         _Plain(flow, z, time, count, report)
         if goal is None
-        else _Accurate(flow, problem.model, z, time, count, goal, options.drift, report)
+        else _Accurate(flow, problem.model, z, time, count, goal, options.drift, report, scheme is None)
     )
     with keeping("integrate", lambda: work.result(problem.model, options.drift, True)):
         work.run()
@@ -209,9 +214,8 @@ class _Plain:
         """Return what there is, without estimates of errors."""
         unknown = (None, None, None)
         self.ensemble.z = self.flow.states(self.ensemble.z)
-        return _assembled(
-            body, self.flow, self.ensemble, self.samples, self.time, unknown, tolerance, interrupted, self.flow.step
-        )
+        scheme, step = self.flow.scheme, self.flow.step
+        return _assembled(body, scheme, self.ensemble, self.samples, self.time, unknown, tolerance, interrupted, step)
 
 
 class Compared(NamedTuple):
@@ -246,17 +250,19 @@ class _Accurate:
         accuracy: float,
         drift: float,
         report: Report | None,
+        free: bool,
     ):
         self.flow, self.body, self.z, self.time, self.count = flow, body, z, time, count
         self.accuracy, self.drift, self.report = accuracy, drift, report
         self.parts = count * math.ceil(MOMENTS / count) if count else MOMENTS
         self.times = time / self.parts * np.arange(1, self.parts + 1)
         self.ensemble = Ensemble(z.copy(), energies(body, z), kinetic_energies(body, z))
-        self.step = np.full(z.shape[1], np.inf)
+        self.step, self.until = np.full(z.shape[1], np.inf), np.zeros(z.shape[1])
         self.samples = np.full((count, *z.shape), np.nan)
         self.error = np.full(z.shape, np.inf)
         self.sample_error = np.full(self.samples.shape, np.inf)
-        self.until = np.zeros(z.shape[1])
+        self.looks, self.free = self.times if count else self.times[1::2], free and isinstance(flow.scheme, Collocation)
+        self.used = VERNER9 if self.free else flow.scheme
 
     def run(self) -> None:
         """Run all orbits, a chunk at a time."""
@@ -264,17 +270,64 @@ class _Accurate:
         with Passes(self.report) as passes:
             for start in range(0, orbits, CHUNK):
                 self.chunk = np.arange(start, min(start + CHUNK, orbits))
-                z = np.ascontiguousarray(self.z[:, self.chunk])
-                found = motion(self.body, z, self.flow.threads)
-                self.steps = planned(self.flow, z, found, self.time, self.accuracy, run=self.time, parts=2 * self.parts)
-                how = self._run, self._compare, self._keep, self._drifts
                 told = passes.take(self.chunk.size, orbits - self.chunk[-1] - 1)
-                halved(self.flow, self.steps, self.accuracy, *how, report=told)
+                z = np.ascontiguousarray(self.z[:, self.chunk])
+                self.motion = motion(self.body, z, self.flow.threads)
+                with Passes(told) as parts:
+                    if self.free:
+                        how = self._toleranced, self._left, self._keep
+                        rest = tightened(self.motion, self.time, self.accuracy, *how, report=parts.take(1.0, SLOW))
+                        self.chunk, z, self.motion = self.chunk[rest], z[:, rest], self.motion.of(rest)
+                    if self.chunk.size:
+                        self._stepped(np.ascontiguousarray(z), parts.take(1.0))
+
+    def _stepped(self, z: np.ndarray, report: Report | None) -> None:
+        """Run the chunk with steps that are shortened until two runs agree."""
+        self.used, given = self.flow.scheme, (self.motion, self.time, self.accuracy)
+        self.steps = planned(self.flow, z, *given, run=self.time, parts=2 * self.parts)
+        how = self._run, self._compare, self._keep, self._drifts
+        halved(self.flow, self.steps, self.accuracy, *how, report=report)
+
+    def _toleranced(self, orbits: np.ndarray, tolerance: np.ndarray, report: Report | None) -> Compared:
+        """Return orbits with tolerances of their own, and their states at some moments."""
+        where = self.chunk[orbits]
+        z, none = np.ascontiguousarray(self.z[:, where]), np.full(len(where), np.inf)
+        whole = Compared(np.empty((len(self.looks), *z.shape)), self.ensemble.of(where), none)
+        for number, each in enumerate(every := np.unique(tolerance)):
+            part, flow = np.flatnonzero(tolerance == each), with_tolerance(self.flow, float(each))
+            ensemble = flow.ensemble(np.ascontiguousarray(z[:, part]), radius=self.motion.radius[orbits[part]])
+            try:
+                whole.states[..., part] = self._moments(flow, ensemble, portion(report, number, len(every)))
+            except KeyboardInterrupt:
+                ensemble.status[:] = Status.INTERRUPTED
+                self.ensemble.take(where[part], ensemble)
+                self.step[where] = np.inf
+                raise
+            whole.ensemble.take(part, ensemble)
+        return whole
+
+    def _moments(self, flow: Flow, ensemble: Ensemble, report: Report | None) -> np.ndarray:
+        """Advance the ensemble to the end; return the states that are compared (moments, 2n, orbits)."""
+        if self.count:
+            states = flow.sampled(ensemble, self.parts, time=self.time, report=report).transpose(1, 2, 0)
+        else:  # one run after the other: the interpolant would cost more
+            states, nothing = np.empty((len(self.looks), *ensemble.z.shape)), observers.nothing()
+            for i, (now, moment) in enumerate(zip(states, self.looks, strict=True)):
+                told = portion(report, i, len(states))
+                flow.advance(ensemble, nothing, *no_memory(ensemble), time=float(moment), report=told)
+                now[:] = np.where(ensemble.status == Status.OK, ensemble.z, np.nan)
+        for z in (states.transpose(1, 0, 2), ensemble.z):
+            flow.states(z)
+        return states
+
+    def _left(self, fine: Compared, coarse: Compared, orbits: np.ndarray, tolerance: np.ndarray) -> np.ndarray:
+        apart = self._compare(fine, coarse, orbits)[0]
+        return np.where(self._drifts(fine), np.inf, left(self.motion.of(orbits), apart, self.looks, tolerance))
 
     def _run(self, orbits: np.ndarray, step: np.ndarray, wear: Wear | None, report: Report | None) -> Compared:
         flow: Any = self.flow.sized(step)
         where = self.chunk[orbits]
-        ensemble = flow.ensemble(np.ascontiguousarray(self.z[:, where]), radius=self.steps.motion.radius[orbits])
+        ensemble = flow.ensemble(np.ascontiguousarray(self.z[:, where]), radius=self.motion.radius[orbits])
         if wear is None:
             states, interrupted = flow.trajectory(ensemble, self.time, self.parts, report)
         else:
@@ -290,8 +343,8 @@ class _Accurate:
 
     def _compare(self, fine: Compared, coarse: Compared, orbits: np.ndarray) -> tuple[np.ndarray, np.ndarray, float]:
         with np.errstate(all="ignore"):
-            apart = self.steps.motion.of(orbits).distance(fine.states - coarse.states)
-        return apart, self.times[:, None] * self.steps.motion.rate[orbits], 1.0
+            apart = self.motion.of(orbits).distance(fine.states - coarse.states)
+        return apart, self.times[:, None] * self.motion.rate[orbits], 1.0
 
     def _drifts(self, run: Compared) -> np.ndarray:
         return (run.ensemble.status == Status.OK) & (energy_error(self.body, run.ensemble) > self.drift)
@@ -300,23 +353,24 @@ class _Accurate:
         where, run, error = self.chunk[orbits[chosen]], fine.of(chosen), error[:, chosen]
         self.ensemble.take(where, run.ensemble)
         self.step[where] = run.step
-        size = np.concatenate([self.steps.motion.position, self.steps.motion.momentum])[:, orbits[chosen]]
+        size = np.concatenate([self.motion.position, self.motion.momentum])[:, orbits[chosen]]
         self.error[:, where] = error[-1] * size
         every = self.parts // self.count if self.count else 1
         self.samples[..., where] = run.states[every - 1 :: every][: self.count]
         self.sample_error[..., where] = (error[:, None] * size)[every - 1 :: every][: self.count]
-        times = np.broadcast_to(self.times[:, None], error.shape)
+        moments = self.time / len(error) * np.arange(1, len(error) + 1)
+        times = np.broadcast_to(moments[:, None], error.shape)
         self.until[where] = until(error <= self.accuracy, times, self.times[-1])
 
     def result(self, body: Any, tolerance: float, interrupted: bool) -> Orbits:
         """Return what there is, with the estimated errors."""
         errors = (self.error, self.sample_error, self.until)
         return _assembled(
-            body, self.flow, self.ensemble, self.samples, self.time, errors, tolerance, interrupted, self.step
+            body, self.used, self.ensemble, self.samples, self.time, errors, tolerance, interrupted, self.step
         )
 
 
-def _assembled(body, flow, ensemble, samples, time, errors: tuple, tolerance, interrupted, step) -> Orbits:
+def _assembled(body, scheme, ensemble, samples, time, errors: tuple, tolerance, interrupted, step) -> Orbits:
     """Return the orbits with their energy errors and statuses."""
     if interrupted:
         ensemble.status[(ensemble.status == Status.OK) & (ensemble.time < time * (1 - 1e-12))] = Status.INTERRUPTED
@@ -340,7 +394,7 @@ def _assembled(body, flow, ensemble, samples, time, errors: tuple, tolerance, in
         accurate_until=accurate,
         energy_error=energy,
         status=ensemble.status,
-        scheme=flow.scheme,
+        scheme=scheme,
         step=step,
         names=traits_of(body).row_names,
     )

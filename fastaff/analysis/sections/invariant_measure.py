@@ -53,7 +53,10 @@ class Momenta(NamedTuple):
         z = np.concatenate([q, np.zeros_like(q)])
         if self.lower is None:
             lower, drift, energy = self._here(q)
-            energy = np.where(np.isnan(lower).any(axis=(0, 1)), -np.inf, energy - (drift**2).sum(axis=0) / 2)
+            z[len(q) + np.array(self.order)] = backward(lower, -drift)
+            # H there, not H(q, 0) less what it takes: far out that would be a difference of equal numbers.
+            here = np.where(np.isnan(energy), energy, energies(self.model, z))
+            energy = np.where(np.isnan(lower).any(axis=(0, 1)), -np.inf, here)
         else:
             drift = self._scaled(velocities(self.model, z))
             energy = energies(self.model, z) - (drift**2).sum(axis=0) / 2

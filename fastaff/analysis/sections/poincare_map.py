@@ -17,11 +17,13 @@ from ...compile.threads import by_portions
 from ...flows.accuracy import Steps, halved, planned, until
 from ...flows.checks import checked_model, checked_section, phase_points
 from ...flows.flow import Flow, Wear
-from ...flows.launch import Report
+from ...flows.launch import Report, launch, units
 from ...flows.motion import Motion, motion, typical_rate
 from ...flows.needs import check_given
+from ...flows.observers import bound
 from ...flows.options import Options, Problem
 from ...formulas.section_text import section_of
+from ...kernels.crossing_roots import lean
 from ...models.contracts import Dynamics, Section
 from ...models.mechanics import slopes
 from ...models.sections import Stroboscopic
@@ -201,19 +203,14 @@ def slants(model: Any, section: Any, points: np.ndarray, scales: Motion) -> np.n
     That is the change of the section function by an amplitude of the motion over its change in a radian: large where
     orbits graze.
     """
-    n = model.degrees_of_freedom
     z = np.ascontiguousarray(points.transpose(0, 2, 1))  # as crossings lie in memory: an orbit's together
-    size = np.concatenate([scales.position, scales.momentum])[:, :, None]
+    size, result = np.concatenate([scales.position, scales.momentum]), np.empty(z.shape[1:])
     with np.errstate(all="ignore"):
         speed = slopes(model, z) / scales.rate[:, None]
-        change, passing = np.zeros(z.shape[1:]), np.zeros(z.shape[1:])
-        for row in range(2 * n):
-            shift, (ahead, behind) = NUDGE * size[row], ([*z], [*z])
-            ahead[row], behind[row] = z[row] + shift, z[row] - shift
-            slope = (section.value(*ahead) - section.value(*behind)) / (2 * NUDGE)
-            change += slope**2
-            passing += np.where(size[row] > 0, slope / size[row], 0.0) * speed[row]
-        return np.maximum(np.sqrt(change) / np.abs(passing), 1.0).T
+    function = bound("value", section, model.degrees_of_freedom, 0)
+    flat = z.reshape(len(z), -1), size, speed.reshape(len(z), -1), result.reshape(-1)
+    launch(lean, (function, NUDGE, *flat), units(result.size), 0.0, 1, None, float(result.size))
+    return result.T
 
 
 def _steps(flow, body, z, wanted, max_time, accuracy) -> Steps:

@@ -14,7 +14,7 @@ from ...base.display import screen
 from ...base.numbers import positive
 from ...base.results import Drawable
 from ...charts import ALPHA_BETA
-from ..states.coherent_width import plane_widths
+from ..packets.coherent_packet import plane_widths
 from ..states.factors import PlaneFactor
 from ..states.state import State
 

@@ -9,11 +9,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ...base.arrays import checked
 from ...base.numbers import whole
 from ...flows.checks import checked_model, phase_points
 from ...flows.interruptible import interruptible
 from ...models import Body
-from ..states.coherent_width import plane_widths
 from ..states.quadrature import resolved
 from ..states.symmetry import SymmetryClass, action_quantum, checked_class
 from .packet import Packet
@@ -183,3 +183,20 @@ def _likeliest(quanta: list[dict[int, float]], missing: float) -> list[SymmetryC
 def _turns(symmetry: SymmetryClass) -> tuple[int, int]:
     """Return the angular momenta of the planes a and b with their signs."""
     return (symmetry.m - symmetry.l) // 2, (symmetry.m + symmetry.l) // 2
+
+
+def plane_widths(width: ArrayLike) -> tuple[float, float]:
+    """Return the widths of coherent states in the planes a and b from one positive number or two; raises ValueError or
+    TypeError for others. Of each plane
+
+        Psi(q) = (2 pi width^2)^(-1/2) exp(-|q - q0|^2/(4 width^2) + i p0.(q - q0)/hbar):
+
+    width is the standard deviation of |Psi|^2 in each direction of position, hbar/(2 width) that in each of momentum.
+    """
+    widths = checked("width", width, ())
+    if widths.shape not in ((), (2,)) or not np.all(widths > 0):
+        raise ValueError(f"width must be one or two positive numbers, got {width!r}")
+    if np.any((widths < 1e-100) | (widths > 1e100)):
+        raise ValueError(f"width must lie between 1e-100 and 1e100, got {width!r}")
+    first, second = np.broadcast_to(widths, (2,)).tolist()
+    return first, second

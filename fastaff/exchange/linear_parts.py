@@ -1,0 +1,33 @@
+"""Matrices of elements of a lattice, from the images of some points."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+J = np.kron(np.array([[0.0, 1.0], [-1.0, 0.0]]), np.eye(2))
+SMALL, LARGE, LINEAR = 1e-5, 1e-3, 1e-9
+"""Amplitudes at which an element is asked for its matrix, and tried; how well the matrix must be its image."""
+
+
+def probed(track: Callable[[np.ndarray], np.ndarray], name: str, kind: str, linear: bool) -> tuple[np.ndarray, ...]:
+    """Return the matrix (4, 4) and shift (4,) of an element, of its images of points (4, count) in ROWS' order; linear:
+    whether that is taken where it is no more than the element's linear part.
+
+    Raises ValueError naming the element otherwise.
+    """
+    size = SMALL if linear else LARGE
+    points = size * np.concatenate([np.eye(4), -np.eye(4), np.zeros((4, 1)), [[0.7], [-0.4], [0.3], [0.8]]], axis=1)
+    images = np.asarray(track(points.copy()), dtype=float)
+    if not np.isfinite(images).all():
+        raise ValueError(f"the element {name!r} ({kind}) loses particles at {size:g}: it is no part of a map")
+    shift, matrix = images[:, 8], (images[:, :4] - images[:, 4:8]) / (2 * size)
+    if not linear and np.abs(matrix @ points[:, 9] + shift - images[:, 9]).max() > LINEAR * size:
+        raise ValueError(
+            f"the element {name!r} ({kind}) is neither linear nor a thin multipole: cut it into thin kicks first "
+            "(xtrack: line.slice_thick_elements)"
+        )
+    for _ in range(2):  # to rounding symplectic, as differences of images are not
+        matrix = matrix @ (np.eye(4) + J @ (matrix.T @ J @ matrix - J) / 2)
+    return matrix, shift

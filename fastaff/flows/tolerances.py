@@ -1,0 +1,109 @@
+"""Short runs of H(q, p) by an explicit scheme to tolerances: which orbits, which tolerances, what error two runs leave.
+
+Over few turns a symplectic scheme has nothing to keep that an accuracy does not ask for, its iteration and the trials
+of its steps cost several times what VERNER9 does, and tolerances need no trial. Errors come from a run with looser
+ones; orbits that miss the accuracy are left to the symplectic scheme.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from ..base.numbers import Passes
+from ..base.status import Status
+from ..schemes.catalogue import VERNER9
+from .accuracy import AGAIN, NOISE, counted
+from .flow import Flow
+from .launch import Report
+from .motion import Motion
+from .trials import SPAN
+
+RADIANS = 1000.0
+"""Radians of the motion up to which runs are short: beyond, errors of what is not symplectic outgrow others."""
+
+RATIO, PART = 64.0, 1 / 4
+"""How many times looser the other run's tolerances are, and the part of the distance of both that is counted as error:
+in the middle it is 1/70, and where the step control of one run was lucky, half of it and more.
+"""
+
+GROWTH, LEAST = 0.3, 8.0
+"""Accuracy beside the tolerance for an orbit: GROWTH times the 3/2th power of its radians, or LEAST."""
+
+LOWEST = 0.02
+"""Error beside the tolerance, as GROWTH is: that of orbits whose steps are no harder than a pendulum's."""
+
+FINEST = 1e-14
+"""Tolerance below which rounding is in the way."""
+
+SLOW = 0.5
+"""Work behind short runs, of these: for the progress that is reported."""
+
+PAIRS = 2
+"""How many times tolerances are made RATIO times smaller at most, the first time included."""
+
+
+def tolerances(found: Motion, time: float, accuracy: float) -> np.ndarray:
+    """Return the tolerances (orbits,), powers of 4, that should reach an accuracy: NaN where a run is not short."""
+    phase = time * found.pace
+    with np.errstate(all="ignore"):
+        wanted = accuracy / (found.far * np.maximum(GROWTH * phase**1.5, LEAST))
+        level = 4.0 ** np.floor(np.log2(wanted) / 2)
+    return np.where((phase <= RADIANS) & (level >= FINEST), level, np.nan)
+
+
+def with_tolerance(flow: Any, tolerance: float) -> Flow:
+    """Return the flow by VERNER9 with that tolerance."""
+    return replace(flow, scheme=VERNER9, step=np.inf, rtol=tolerance, atol=tolerance)
+
+
+def left(found: Motion, apart: np.ndarray, times: np.ndarray, tolerance: np.ndarray) -> np.ndarray:
+    """Return the errors (moments, orbits) at `times` of runs with these tolerances (orbits,) whose distance from those
+    with RATIO times as much is `apart`: a PART of it, what rounding adds, amplified as the tolerance's errors are, and
+    what is usual for the tolerance, as both may have taken the same steps.
+    """
+    phase = times[:, None] * found.pace
+    with np.errstate(all="ignore"):
+        rounding = 4 * NOISE * found.far * (np.maximum(phase / SPAN, 1.0) ** 1.5 + 8 * apart / (RATIO * tolerance))
+        usual = tolerance * found.far * np.maximum(LOWEST * phase**1.5, 1.0)
+        error = counted(apart, np.full_like(apart, PART)) + rounding + usual
+    return np.maximum.accumulate(np.where(np.isfinite(error), error, np.inf), axis=0)
+
+
+def tightened(
+    found: Motion,
+    time: float,
+    accuracy: float,
+    run: Callable[[np.ndarray, np.ndarray, Report | None], Any],
+    compare: Callable[[Any, Any, np.ndarray, np.ndarray], np.ndarray],
+    keep: Callable[[np.ndarray, Any, np.ndarray, np.ndarray], None],
+    report: Report | None = None,
+) -> np.ndarray:
+    """Run the orbits for which that is short in pairs of tolerances; return the index array of those left to others.
+
+    run(orbits, tolerance, report) integrates orbits, and returns what has a `status` (orbits,); compare(fine, coarse,
+    orbits, tolerance) returns the errors (moments, orbits), inf where the fine run is no good; keep(orbits, fine,
+    chosen, error) takes over the results numbered `chosen`.
+    Cost: 1.6 runs for orbits as expected, one more for others.
+    """
+    tolerance = tolerances(found, time, accuracy)
+    orbits = np.flatnonzero(np.isfinite(tolerance))
+    rest = [np.flatnonzero(np.isnan(tolerance))]
+    tolerance = tolerance[orbits]
+    passes = Passes(report)
+    coarse: Any = run(orbits, RATIO * tolerance, passes.take(0.6, 1 + AGAIN)) if orbits.size else None
+    for _ in range(PAIRS):
+        if not orbits.size:
+            break
+        fine = run(orbits, tolerance, passes.take(1.0, AGAIN))
+        error = compare(fine, coarse, orbits, tolerance)
+        worst, sound = error.max(axis=0), (fine.status == Status.OK) & (coarse.status == Status.OK)
+        good = sound & (worst <= accuracy)
+        keep(orbits, fine, np.flatnonzero(good), error)
+        again = sound & ~good & (worst <= accuracy * RATIO * PART * 4) & (tolerance >= RATIO * FINEST)
+        rest.append(orbits[~(good | again)])
+        orbits, coarse, tolerance = orbits[again], fine.of(again), tolerance[again] / RATIO
+    return np.sort(np.concatenate([*rest, orbits]))
