@@ -37,7 +37,10 @@ P = ParamSpec("P")
 def _checked_body(body: Any) -> None:
     checked_model(body, needs="H = T(p) + V(q)")
     if not traits_of(body).isotropic:
-        why = ": levels are those of bodies, of H in other coordinates there are fit_torus and its actions"
+        why = (
+            ": levels are those of bodies, of H in other coordinates there are fit_torus and its actions, "
+            "J = 2 pi hbar (n + 1/2) of vibrations at a quasiclassical level"
+        )
         why = "; with angular potentials spin and vorticity are no quantum numbers" if traits_of(body).planar else why
         raise TypeError(f"body must be a Body with a doubly isotropic potential, got {type(body).__name__}{why}")
 
