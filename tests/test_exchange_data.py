@@ -272,7 +272,9 @@ def test_angles_about_an_axis_in_the_isochrone():
     assert (np.abs(found.omega - [radial, turning]) <= 2 * np.pi * found.error + 1e-8).all()
     assert found.names == ("R", "phi")
     assert fa.frequency_map(disk, [x, zero, vx, vy], time=400.0, angles="R phi").names == ("R", "phi")
-    with pytest.raises(ValueError, match="angles must be 'R phi' or 'R z phi', or a value"):
+    with pytest.raises(
+        ValueError, match="angles must be 'R phi' of 2 coordinates or 'R z phi' of 3 coordinates, or a value"
+    ):
         fa.orbit_frequencies(orbits, angles="r theta")
 
 

@@ -405,15 +405,15 @@ def test_wrong_samples(model, change, error, message):
 @pytest.mark.parametrize(
     ("starts", "message"),
     [
-        ({"grid": "3x3"}, "--grid is of the two coordinates of a section"),
-        ({}, "--axes NAME=LOW:HIGH:N is required"),
-        ({"axes": ["x=0:1"]}, "--axes x must be LOW:HIGH:N"),
-        ({"axes": ["x=0:1:3", "x=0:1:3"]}, "--axes x is given twice"),
-        ({"axes": ["x"]}, "--axes must be NAME=LOW:HIGH:N, got 'x'"),
-        ({"axes": ["k=0:1:3"]}, "--axes must be one of x, y, z"),
-        ({"axes": ["y=0:1:3"], "fixed": ["z=a"]}, "--fixed z"),
-        ({"microcanonical": True}, "--microcanonical needs --orbits"),
-        ({"microcanonical": True, "orbits": 3, "at_rest": True}, "give --microcanonical or --at-rest"),
+        ({"grid": "3x3"}, "grid is of the two coordinates of a section"),
+        ({}, "axes NAME=LOW:HIGH:N is required"),
+        ({"axes": ["x=0:1"]}, "axes x must be LOW:HIGH:N"),
+        ({"axes": ["x=0:1:3", "x=0:1:3"]}, "axes x is given twice"),
+        ({"axes": ["x"]}, "axes must be NAME=LOW:HIGH:N, got 'x'"),
+        ({"axes": ["k=0:1:3"]}, "axes must be one of x, y, z"),
+        ({"axes": ["y=0:1:3"], "fixed": ["z=a"]}, "fixed z"),
+        ({"microcanonical": True}, "microcanonical needs orbits"),
+        ({"microcanonical": True, "orbits": 3, "at_rest": True}, "give microcanonical or at_rest"),
     ],
 )
 def test_wrong_jobs(starts, message):

@@ -124,10 +124,10 @@ def test_the_time_left_is_that_of_the_pace_of_late(clock, seed):
         for clock.time, share in zip(times, shares, strict=True):
             line.report(share)
         assert len(line.marks) <= progress.MARKS + 1
-        assert line.marks[-1] == (times[-1], shares[-1])
+        assert line.marks[-1] == (progress.computed(), shares[-1])
         late = times > times[-1] * 2 / 3
         pace = np.diff(shares[late]) / np.diff(times[late])
-        left = progress.time_left(line.marks, times[-1])
+        left = progress.time_left(line.marks, progress.computed())
         assert (1 - end) / pace.max() * 0.97 <= left <= (1 - end) / pace.min() * 1.03
     assert progress.time_left([(0.0, 0.0)], 5.0) is None
 

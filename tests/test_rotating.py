@@ -713,7 +713,7 @@ def test_jobs_and_commands_turn(tmp_path):
         again = described(model)
         assert again is not None
         assert again.build() == model
-    with pytest.raises(ValueError, match="--rotation belongs to --hamiltonian"):
+    with pytest.raises(ValueError, match="rotation belongs to hamiltonian"):
         Model(formula="D1**2 + D2**2", rotation="0.3").build()
     with pytest.raises(ValueError, match="rotation"):
         Model(rotation="0.3").build()

@@ -170,8 +170,9 @@ def _sample(
     colorbar: bool = True,
 ) -> Artists:
     """Draw values of the orbits of a sample as dots."""
-    colours = orbit_colours(starts, values, starts.z0.shape[1], norm, vmin, vmax, label)
-    at, each = places(starts), colours.values
+    at = places(starts)
+    colours = orbit_colours(starts, values, at.shape[1], norm, vmin, vmax, label)
+    each = colours.values
     fine = np.isfinite(each)
     area = float(np.clip(24000 / max(fine.size, 1), 2.0, 24.0))
     ax.scatter(*at[:, ~fine], s=area, color=GREY, linewidths=0, rasterized=True)
