@@ -202,6 +202,16 @@ def test_orbits_that_a_resonance_has_caught_stay_on_its_line(ax):
     assert not any("another basis" in text.get_text() for text in ax.texts)
 
 
+def test_frequencies_of_a_body_are_those_of_its_own_angles(ax):
+    """Their leading lines are combinations of these, and no other basis."""
+    z0 = np.array([1.5, 0.0, 0.3, 0.0, 0.0, 0.2, 0.0, 0.3])[:, None] + 0.05 * np.random.default_rng(2).random((8, 24))
+    found = fastaff.frequency_map(fastaff.Body(fastaff.NeoHookean(G=1.0, K=2.0)), z0, time=200.0)
+    assert (np.abs(found.leading - found.nu) > found.error + found.leading_error).any()
+    drawn = plot.plot_frequency_map(found, ax=ax)
+    assert drawn.missing < 24
+    assert not any("another basis" in text.get_text() for text in ax.texts)
+
+
 def test_particles_without_a_tune_are_not_drawn(ax):
     """They have the number 0 in `nu`; by any colours, and of one plane too."""
     turn, rng = np.arange(400), np.random.default_rng(7)

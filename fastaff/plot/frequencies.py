@@ -81,7 +81,7 @@ def plot_frequency_map(
     points = ax.scatter(X[order], Y[order], c=c[order], s=area, linewidths=0, rasterized=True, zorder=2, **how)
     carry(points, X[order], Y[order], order)
     notes = _frame(ax, X[order], Y[order], limits) + _other_basis(frequency_map, frequencies, good)
-    noted = [beyond(ax, "; ".join(notes))] if notes else []
+    noted = [beyond(ax, "\n".join(notes))] if notes else []
     per = "iterate" if getattr(frequency_map, "scheme", None) is ITERATION else "unit time"
     unit = "" if "/" in x else f"  (cycles per {per})"
     ax.set(xlabel=f"${_fraction(x)}${unit}", ylabel=f"${_fraction(y)}${unit}")
@@ -132,7 +132,7 @@ def _plane(found: Any, x: str | None, y: str | None) -> tuple[str, str]:
 
 def _other_basis(found: Any, frequencies: Any, good: np.ndarray) -> list[str]:
     """Return what notes of how many regular orbits other frequencies than the leading lines are drawn."""
-    if not in_time(found):
+    if not by_own_lines(found):
         return []
     off = np.abs(frequencies_of(found, frequencies) - found.leading) > found.error + found.leading_error
     many = np.count_nonzero(off.any(axis=0) & found.regular & good)
