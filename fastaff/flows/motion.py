@@ -107,9 +107,10 @@ class Motion(NamedTuple):
         return largest
 
 
-def _chunk(rows: int) -> int:
-    """Return the number of orbits of so many rows that are looked at at once."""
-    return max(LANES, LOOKED // (8 * (1 + LOOKS) * rows))
+def _chunk(rows: int, orbits: int) -> int:
+    """Return how many of so many orbits of so many rows are looked at at once: about LOOKED bytes, in equal parts."""
+    most = LOOKED / (8 * (1 + LOOKS) * rows)
+    return max(LANES, math.ceil(orbits / max(1, round(orbits / most))))
 
 
 def natural_rates(model: Any, z: np.ndarray, threads: int = 1) -> np.ndarray:
@@ -142,8 +143,10 @@ def motion(model: Any, z: np.ndarray, threads: int = 1) -> Motion:
     found = Motion(one + 1, one.copy(), each, each.copy(), one.copy(), one + 1, one + 1, each + 1)
 
     def look(at: slice) -> None:
-        for start in range(at.start, min(at.stop, orbits), _chunk(2 * n)):
-            part = slice(start, min(start + _chunk(2 * n), at.stop))
+        end = min(at.stop, orbits)
+        size = _chunk(2 * n, end - at.start)
+        for start in range(at.start, end, size):
+            part = slice(start, min(start + size, end))
             for whole, entry in zip(found, _observed(model, np.ascontiguousarray(z[:, part])), strict=True):
                 whole[..., part] = entry
 
@@ -158,8 +161,9 @@ def _motion_of_map(model: Any, z: np.ndarray, threads: int) -> Motion:
     """
     n, orbits, radius = z.shape[0] // 2, z.shape[1], escape_radii(model, z)
     position, momentum, one = np.empty((n, orbits)), np.empty((n, orbits)), np.ones(orbits)
-    for start in range(0, orbits, _chunk(2 * n)):
-        part = slice(start, start + _chunk(2 * n))
+    each = _chunk(2 * n, orbits)
+    for start in range(0, orbits, each):
+        part = slice(start, start + each)
         flow = Flow(model, ITERATION, 1.0, 1e-12, 1e-12, threads)
         ensemble = flow.ensemble(z[:, part].copy(), radius=radius[part])
         states = flow.sampled(ensemble, LOOKS, time=float(LOOKS))

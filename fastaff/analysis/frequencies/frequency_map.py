@@ -330,7 +330,7 @@ class FrequencyWork:
                 left -= some.size
                 with Passes(passes.take(some.size, left)):
                     self._adopt(orbits[some], samples)
-        self.unfinished[orbits] &= self.accuracy is not None  # with one, once its error is judged
+        self.unfinished[orbits] &= self.accuracy is not None  # nor is there more of those that are lost
 
     def _sampled(
         self, flow: Flow, orbits: np.ndarray, time: Any, counts: np.ndarray, room: Room, report: Report | None = None
@@ -356,6 +356,7 @@ class FrequencyWork:
         """Fill in what samples of these orbits say."""
         found = read(self.layout, samples, self.fallback, self.flow.threads)
         self.found.adopt(orbits, found)
+        self.unfinished[orbits] &= self.accuracy is not None  # with one, once its error is judged
         if self.found.lines is not None:
             # The first sample is an interval after the start.
             self.found.lines.adopt(orbits, self.layout, samples.run, 1.0)
