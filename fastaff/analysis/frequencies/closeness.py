@@ -8,7 +8,7 @@ import numpy as np
 
 from ...kernels.peaks import Lines
 from ...kernels.relations import Closeness, Combinations, relations, vanishing
-from .fundamental import Modes, run, tables_of
+from .fundamental import BRIEF, Modes, run, tables_of
 from .integer_lattice import ball, one_of_each
 
 RESOLVED, NEAR = 1.5, 8.0
@@ -43,7 +43,7 @@ def closeness(found: Modes, nu: np.ndarray, time: np.ndarray, interval: np.ndarr
 def related(nu: np.ndarray, error: np.ndarray, threads: int) -> np.ndarray:
     """Tell of which orbits a combination of |k|_1 <= FEW of the frequencies (orbits, m) is 0 within its error."""
     found = np.zeros(len(nu), bool)
-    run(vanishing, len(nu), (nu, error, _few(nu.shape[1]), found), threads)
+    run(vanishing, len(nu), (nu, error, _few(nu.shape[1]), found), threads, BRIEF)
     return found
 
 

@@ -10,7 +10,7 @@ import numpy as np
 from ...kernels.relations import first_vectors
 from .angle_loops import Layout
 from .closeness import Closeness, closeness, related
-from .fundamental import Loops, Modes, adopt, fit, modes, run, taken, values
+from .fundamental import BRIEF, Loops, Modes, adopt, fit, modes, run, taken, values
 from .integer_lattice import box, combined
 from .line_rates import line_changes
 from .loop_rates import SAFETY, Rates, averages, line_frequencies, of_parts, portions, with_lines
@@ -333,7 +333,7 @@ def _own_angles(
     vectors, known = np.zeros((orbits, m, m), np.int64), np.zeros((orbits, m), bool)
     bar = np.minimum(lattice.error, 1 / time)
     arguments = np.ascontiguousarray(own.nu), own.error + 1e-3 / time, lattice.nu, bar, _short_first(m), vectors, known
-    run(first_vectors, orbits, arguments, threads)
+    run(first_vectors, orbits, arguments, threads, BRIEF)
     matched = (found.rank == m) & (known & (own.error * time < SAME)).all(axis=1)
     basis = matched & (np.abs(np.rint(np.linalg.det(vectors.astype(float)))) == 1)
     steady = (own.error * time < SAME).all(axis=1) & (found.rank < m)
