@@ -185,12 +185,16 @@ def by_portions(call: Callable[[slice], object], count: int, each: int, threads:
     the GIL. The calls must change nothing but their own portion, and set what errors NumPy ignores themselves.
     """
     portions = max(1, min(threads, count * each // FEW))
-    size = -(-count // portions)
-    calls = [functools.partial(call, slice(first, first + size)) for first in range(0, count, size)]
-    if len(calls) > 1:
-        together(calls, lambda: None, lambda: None)
+    size = max(-(-count // portions), 1)
+    by_workers(lambda worker: call(slice(worker * size, (worker + 1) * size)), -(-count // size))
+
+
+def by_workers(call: Callable[[int], object], workers: int) -> None:
+    """Make call(worker) for so many workers, each in a thread; of one in the caller's."""
+    if workers == 1:
+        call(0)
     else:
-        call(slice(0, count))
+        together([functools.partial(call, worker) for worker in range(workers)], int, int)
 
 
 def settle(tasks: Iterable[Task]) -> None:

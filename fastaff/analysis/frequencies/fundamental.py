@@ -16,6 +16,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ...compile.threads import by_workers
 from ...flows.launch import launch
 from ...kernels import fundamental as kernels
 from ...kernels import peaks
@@ -24,18 +25,10 @@ from ...kernels.fundamental import Lattice, Rows, Vectors
 from ...kernels.peaks import Lines, Spectra
 from .integer_lattice import ball
 from .line_rates import drifts
-from .naff import by_workers, lines_of_transforms
+from .naff import lines_of_transforms
 from .rooms import ROOMS
 from .signals import Signals
-from .windows import (
-    APART_ORDER,
-    apart_window,
-    cosine_window,
-    fast_lengths,
-    growth_windows,
-    tables_for,
-    tabulated,
-)
+from .windows import APART_ORDER, apart_window, cosine_window, fast_lengths, growth_windows, tables_for, tabulated
 
 LINES, MORE_LINES = 4, 8
 """Lines of a loop beyond the number of loops from which a lattice is found; the second number where the first leave it

@@ -5,7 +5,6 @@ from __future__ import annotations
 import functools
 import math
 import threading
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Annotated
 
@@ -17,7 +16,7 @@ from ...base.interruption import keeping
 from ...base.numbers import an_array, positive, reporter, whole
 from ...base.progress import says_progress
 from ...base.results import Result
-from ...compile.threads import checked_threads, together
+from ...compile.threads import by_workers, checked_threads, together
 from ...flows.launch import Report
 from ...kernels.naff_bins import bins_of
 from ...kernels.naff_fit import fit_lines, sums_of
@@ -214,13 +213,13 @@ def followed_line(
     """Return the frequency (signals,) of line `which` (signals,) of the `lines` of signals (signals, samples) over the
     samples from `begin` to `end`, fitted to its bins there from where it is; NaN where that fails.
     """
-    samples, batch = end - begin, len(signal)
+    samples, batch, threads = end - begin, len(signal), checked_threads(threads)
     window, unit = _window(samples, order, BINS_FLOOR), samples * dt
     turns = lines.nu * dt * (begin + (samples - 1) / 2)
     u, a = lines.nu * unit, lines.amplitude * np.exp(2j * np.pi * (turns - np.rint(turns)))
     found, error = np.empty(batch), np.empty(u.shape)
     which = np.ascontiguousarray(which, dtype=np.int64)
-    rows = max(1, min(CHUNK_SAMPLES // samples, -(-batch // checked_threads(threads))))
+    rows = max(1, min(CHUNK_SAMPLES // samples, -(-batch // threads)))
 
     def follow(worker: int) -> None:
         work = workspace(samples, a.shape[1], order)
@@ -229,17 +228,9 @@ def followed_line(
             transforms = np.fft.fft(signal[part, begin:end] * window.weight)
             find_lines(transforms, window, work, u[part], a[part], error[part], found[part], which[part])
 
-    workers = max(1, min(-(-batch // rows), checked_threads(threads)))
+    workers = max(1, min(-(-batch // rows), threads))
     by_workers(follow, workers)
     return found / unit
-
-
-def by_workers(call: Callable[[int], object], workers: int) -> None:
-    """Make call(worker) for so many workers, each in a thread; of one in the caller's."""
-    if workers == 1:
-        call(0)
-    else:
-        together([functools.partial(call, worker) for worker in range(workers)], int, int)
 
 
 class _Scratch:

@@ -58,7 +58,6 @@ def poincare(
         found, extra = begun(partial, work.z0)
         return work.save(found, start, **extra, place=work.facts["place"][extra["begun"]])
 
-    # Most orbits end at a fourth of the time that is left open.
     result = work.compute("poincare", lambda partial: kept(partial, lambda: keep(partial)))
     seconds = clock.perf_counter() - start
     say(finished(result, seconds))
