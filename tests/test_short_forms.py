@@ -256,7 +256,7 @@ SURFACE = {"p_eta": 0.3, "p_gamma": 0.2}
         (lambda: fa.integrate(fa.Body(HH), battery.Z8, time=1.0), "HenonHeiles is a model itself, without Body"),
         (
             lambda: fa.integrate(fa.Body(fa.formula("D1**2 + D2**2"), mu=2.0), battery.Z8, time=1.0),
-            r"Body is a model itself, without Body: pass it as it is, its mass by fa.formula\(..., mu=\)",
+            "Body is a model itself, without Body: pass it as it is, its mass by fa.formula(..., mu=)",
         ),
         (lambda: fa.integrate("neo-hookean", battery.Z8, time=1.0), "write a model as a value"),
         (lambda: fa.integrate(BODY, battery.Z8.T, time=1.0), "transpose it, z0.T"),
