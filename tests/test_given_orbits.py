@@ -315,6 +315,8 @@ def test_axes_in_another_order_are_shown_how_to_be_turned():
         fa.tunes(ARRAY[:3])
     with pytest.raises(ValueError, match="at least 64 samples, got shape"):
         fa.tunes(ARRAY[:, :, :63])
+    with pytest.raises(ValueError, match=r"of positions alone, fa.naff\(samples, dt=, lines=\) finds the lines"):
+        fa.tunes(ARRAY[:1])
 
 
 @pytest.mark.parametrize(
