@@ -38,8 +38,8 @@ BUDGET = 1 << 27
 """Bytes of samples in work at once."""
 
 ENOUGH, NOISE_ORDER, QUARTER, NOISE = 1024, 3, 0.25, 4.6
-"""Samples whose spectrum, with the window (1 + cos)^p, shows noise; p; the share of bins below its level; and three standard
-deviations of a frequency, for the weight of averages, in units of noise/(amplitude time sqrt(samples)).
+"""Samples whose spectrum, with the window (1 + cos)^p, shows noise; p; the share of bins below its level; and three
+standard deviations of a frequency, for the weight of averages, in units of noise/(amplitude time sqrt(samples)).
 """
 
 COARSE = 1.5
