@@ -12,7 +12,7 @@ import numpy as np
 from ..analysis.sections.energy_grid import ARRAYS, EnergyGrid, NotReached, checked_surface, grid_of, lift
 from ..analysis.sections.energy_limits import Where
 from ..analysis.sections.energy_sample import EnergySample, drawn, on_section, sample_of, source_of
-from ..analysis.sections.named_axes import Launching, checked_energy, launching
+from ..analysis.sections.named_axes import Launching, Others, checked_energy, launching
 from ..analysis.sections.section_edge import edge as section_edge
 from ..base.names import pairs
 from ..base.numbers import fits
@@ -137,19 +137,18 @@ class Starts:
         sign = -1 if surface.direction == "-1" and (self.solve is not None) else 1
         given = pairs(option("fixed"), self.fixed or (), "VALUE")
         fixed = {name: number(f"{option('fixed')} {name}", text) for name, text in given}
-        taken = fixed or None, self.solve, sign, self.at_rest
+        others = Others(fixed or None, self.solve, sign, self.at_rest)
         try:
             if self.orbits is not None:
                 given = pairs(option("axes"), self.axes or (), "LOW:HIGH")
                 axes = {name: range_of(f"{option('axes')} {name}", text) for name, text in given} or None
-                planes = {"p_eta": surface.p_eta, "p_gamma": surface.p_gamma}
-                source = source_of(body, surface.energy, here, axes, *taken, **planes)
+                source = source_of(body, surface.energy, here, axes, others, (surface.p_eta, surface.p_gamma))
                 return RandomPoints(OfSource(source), self.orbits, self.seed)
             if not self.axes:
                 raise Wrong.of("{axes} NAME=LOW:HIGH:N is required, once for each axis of the grid; or {orbits} N")
             parts = {name: axis_of(name, text) for name, text in pairs(option("axes"), self.axes, "LOW:HIGH:N")}
             fits(option("axes"), *(part.size for part in parts.values()), itemsize=1)
-            made = launching(body, checked_energy(body, surface.energy), tuple(parts), here, *taken)
+            made = launching(body, checked_energy(body, surface.energy), tuple(parts), here, others)
             return NamedCells(made, tuple(parts.values()))
         except (ValueError, TypeError) as problem:
             text = re.sub(r"axes=\{(.*)\}", flags_of_axes, str(problem))

@@ -20,7 +20,7 @@ from ...models.contracts import Dynamics, Section
 from ...models.mechanics import inside, kinetic_energies, potential_energies
 from ...models.traits import traits_of
 from .energy_limits import NotReached, Where, too_low
-from .named_axes import Axes, are_named, by_name, checked_energy, checked_sign, checked_values, launching
+from .named_axes import Axes, Others, are_named, by_name, checked_energy, checked_sign, checked_values, launching
 from .section_points import section_points
 
 CELLS = 101
@@ -153,10 +153,10 @@ def energy_grid(
     >>> grid.z0.shape, int(grid.forbidden.sum())
     ((4, 4), 2)
     """
-    sign = checked_sign(sign)
-    if section is None or are_named(axes) or not _all_unset(fixed, solve, at_rest):
-        return _grid_by_name(body, energy, axes, section, (fixed, solve, sign, at_rest), (p_eta, p_gamma))
-    if sign != 1:
+    others = Others(fixed, solve, checked_sign(sign), at_rest)
+    if section is None or are_named(axes) or others.given:
+        return _grid_by_name(body, energy, axes, section, others, (p_eta, p_gamma))
+    if others.sign != 1:
         raise ValueError(f"sign goes with axes by name; here the section's direction has it, got {shown(sign)}")
     where = checked_surface(body, section, energy, p_eta, p_gamma)
     whole = isinstance(axes, str)
@@ -186,10 +186,6 @@ def grid_of(
     return EnergyGrid(z0, cell, forbidden, axes=axes, names=names, energy=energy)
 
 
-def _all_unset(fixed: Any, solve: Any, at_rest: Any) -> bool:
-    return fixed is None and solve is None and at_rest is False
-
-
 def no_planes(p_eta: Any, p_gamma: Any) -> None:
     """Refuse angular momenta where rows go by name."""
     if real("p_eta", p_eta) or real("p_gamma", p_gamma):
@@ -200,7 +196,7 @@ def no_planes(p_eta: Any, p_gamma: Any) -> None:
 
 
 def _grid_by_name(
-    body: Any, energy: Any, axes: Any, section: Any, how: tuple[Any, ...], planes: tuple[Any, Any]
+    body: Any, energy: Any, axes: Any, section: Any, others: Others, planes: tuple[Any, Any]
 ) -> EnergyGrid:
     """Return a grid over rows by name."""
     checked_model(body, needs="a start by rows")
@@ -209,7 +205,7 @@ def _grid_by_name(
     if isinstance(axes, str):
         raise TypeError(f"axes must be given by name, {{{traits_of(body).row_names[0]!r}: array, ...}}, or a section")
     names, arrays = checked_values(axes)
-    launch = launching(body, energy, names, section, *how)
+    launch = launching(body, energy, names, section, others)
     fits("axes", *(array.size for array in arrays), ARRAYS * body.degrees_of_freedom)
     z, found = launch.lift(np.array([array.ravel() for array in np.meshgrid(*arrays, indexing="ij")]))
     if not found.any():

@@ -21,7 +21,7 @@ from ...models.traits import traits_of
 from .energy_grid import ARRAYS, checked_surface, lift_sheets, no_planes
 from .energy_limits import NotReached, Where
 from .invariant_measure import Measure, Ranges, measure_of, ranges_of
-from .named_axes import Axes, are_named, by_name, checked_energy, checked_sign
+from .named_axes import NO_OTHERS, Axes, Others, are_named, by_name, checked_energy, checked_sign
 from .section_edge import parts
 from .surface_points import Surface
 
@@ -130,28 +130,20 @@ def energy_sample(
     count = whole("orbits", orbits, 1)
     fits("orbits", ARRAYS, count)
     seed = _seed(seed, rng)
-    how = (axes, fixed, solve, checked_sign(sign), at_rest)
-    if section is None or not on_section(body, section, *how):
-        source = source_of(body, energy, section, *how, p_eta=p_eta, p_gamma=p_gamma)
+    others = Others(fixed, solve, checked_sign(sign), at_rest)
+    if section is None or not on_section(body, section, axes, others):
+        source = source_of(body, energy, section, axes, others, (p_eta, p_gamma))
         fits("orbits", ARRAYS * body.degrees_of_freedom, count)
         return sample_of(source, count, seed)
     where = checked_surface(body, section, energy, p_eta, p_gamma)
     return drawn(where, ranges_to_draw(where, axes), count, seed)[0]
 
 
-def on_section(
-    body: Any,
-    section: Any,
-    axes: Any = None,
-    fixed: Any = None,
-    solve: Any = None,
-    sign: Any = 1,
-    at_rest: Any = False,
-) -> bool:
+def on_section(body: Any, section: Any, axes: Any = None, others: Others = NO_OTHERS) -> bool:
     """Tell whether points lie on a section of a body or of a system of two degrees of freedom, by its two
     coordinates.
     """
-    by_rows = are_named(axes) or fixed is not None or solve is not None or sign != 1 or at_rest is not False
+    by_rows = are_named(axes) or others.given or others.sign != 1
     plain = (
         type(section) in (Linear, AngleEquals)
         and not traits_of(body).isotropic
@@ -161,26 +153,16 @@ def on_section(
 
 
 def source_of(
-    body: Any,
-    energy: Any,
-    section: Any,
-    axes: Any,
-    fixed: Any,
-    solve: Any,
-    sign: Any,
-    at_rest: Any,
-    *,
-    p_eta: Any = 0.0,
-    p_gamma: Any = 0.0,
+    body: Any, energy: Any, section: Any, axes: Any, others: Others, planes: tuple[Any, Any]
 ) -> Measure | Surface | Ranges:
     """Return what points of any number of degrees of freedom are drawn from; raises naming what is wrong."""
     checked_model(body, needs="a start by rows")
     energy = checked_energy(body, energy)
-    no_planes(p_eta, p_gamma)
-    if flag("at_rest", at_rest) or solve is not None or not traits_of(body).conserves:
-        return ranges_of(body, energy, section, axes, fixed, solve, sign, at_rest)
-    if fixed is not None or sign != 1:
-        raise ValueError(f"{'sign' if fixed is None else 'fixed'} goes with solve or at_rest, which are missing")
+    no_planes(*planes)
+    if flag("at_rest", others.at_rest) or others.solve is not None or not traits_of(body).conserves:
+        return ranges_of(body, energy, section, axes, others)
+    if others.fixed is not None or others.sign != 1:
+        raise ValueError(f"{'sign' if others.fixed is None else 'fixed'} goes with solve or at_rest, which are missing")
     if traits_of(body).isotropic and section is None and axes is None:
         raise ValueError(
             "axes must give ranges of the coordinates of a body, or section one of its sections: wells of its four "
