@@ -145,7 +145,7 @@ def _problem(model: Any, hbar: float) -> Problem:
         return np.where(np.isnan(value), np.inf, value)
 
     periods = periods / np.diagonal(R)
-    wells, values = minima(walled(V, periods), n)
+    wells, values = minima(walled(V, periods.tolist()), n)
     if not values.size or not np.isfinite(values[0]):
         raise NoGroundState("V has no minimum: it is unbounded below, or falls for ever, and binds nothing")
     return Problem(V, wells, values, periods)
@@ -209,8 +209,9 @@ def _widened(problem: Problem, grid: Grid, shortest: float) -> Grid:
 
 def _fallen(V: np.ndarray, around: np.ndarray) -> np.ndarray:
     """Return the index (points,) of the lattice minimum that V falls to from each point, by its lowest neighbours."""
-    index, lowest = np.arange(V.size).reshape(V.shape), V
-    best = index
+    index: np.ndarray = np.arange(V.size).reshape(V.shape)
+    lowest = V
+    best: np.ndarray = index
     for shift in itertools.product((-1, 0, 1), repeat=V.ndim):
         there, number = np.roll(V, shift, range(V.ndim)), np.roll(index, shift, range(V.ndim))
         for k in np.flatnonzero(np.array(shift) * ~around):
