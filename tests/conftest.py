@@ -17,8 +17,12 @@ settings.register_profile("fastaff", deadline=None, max_examples=25, derandomize
 settings.load_profile("fastaff")
 
 
+SHARED, ALONE = ("test_inputs", "test_promises"), "test_quantum"
+"""Modules that call every function, whose kernels the others find; and those that need next to none."""
+
+
 def pytest_collection_modifyitems(items):
-    """Mark what the deep tier alone runs as slow."""
+    """Mark what the deep tier alone runs as slow; order the modules."""
     seen = Counter()
     for item in items:
         name = item.module.__name__, item.originalname
@@ -26,6 +30,24 @@ def pytest_collection_modifyitems(items):
         seen[name] += 1
         if kept is not None and seen[name] > kept:
             item.add_marker(pytest.mark.slow)
+    items[:] = ordered(items)
+
+
+def ordered(items):
+    """Return tests with the modules that compile for all others first and those that compile nothing in the middle,
+    where the second of two workers begins: else both compile the same.
+    """
+    modules = {}
+    for item in items:
+        modules.setdefault(item.path, []).append(item)
+    first, apart, rest = [], [], []
+    for path, tests in modules.items():
+        (first if path.stem in SHARED else apart if path.stem.startswith(ALONE) else rest).append(tests)
+    behind = [*first, *rest]
+    sizes = np.cumsum([sum(not any(item.iter_markers("slow")) for item in tests) for tests in behind])
+    count = sum(not any(item.iter_markers("slow")) for item in items)
+    place = int(np.searchsorted(sizes, count // 2, side="right"))
+    return [item for tests in [*behind[:place], *apart, *behind[place:]] for item in tests]
 
 
 def pytest_runtest_setup(item):
