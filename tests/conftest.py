@@ -66,6 +66,32 @@ def two_threads():
         pytest.skip("needs two threads")
 
 
+@pytest.fixture
+def here(tmp_path, monkeypatch):
+    """An empty folder, in which the test is."""
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+@pytest.fixture
+def refused(here, capsys):
+    """What runs a command that is refused in one line, which it returns, and leaves its folder as it was."""
+    from fastaff.cli import main
+
+    def run(arguments, said):
+        before = sorted(path.name for path in here.iterdir())
+        assert main.main(arguments) == 2
+        captured = capsys.readouterr()
+        told = [line for line in captured.err.splitlines() if "compiling once" not in line]  # as a cold cache says
+        assert len(told) == 1
+        assert said in told[0]
+        assert captured.out == ""
+        assert sorted(path.name for path in here.iterdir()) == before
+        return captured.err
+
+    return run
+
+
 @pytest.fixture(scope="session")
 def made(tmp_path_factory):
     """A store of a small job, which nobody changes."""
