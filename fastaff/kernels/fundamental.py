@@ -22,7 +22,7 @@ fractions.
 BLOCK = 64
 """Samples of a loop that are worked on at once."""
 
-ABREAST = 16
+ABREAST = 64
 """Vectors that are looked at together."""
 
 DENOMINATORS = 4

@@ -9,7 +9,7 @@ themselves, as over the samples, at a cost that does not grow with their number.
 import math
 
 from ..compile.jit import jit
-from .naff_spectrum import subtract_line, tail_reach
+from .naff_spectrum import line_factors, subtract_line, tail_reach
 
 EPS = 2.220446049250313e-16
 
@@ -22,8 +22,10 @@ AWAY = 1.0
 LINKED = 4
 """Distance in bins, beyond twice the order, up to which neighbours are of one group."""
 
-SWEEPS = 5
-"""Most fits of all groups in turn: each leaves 1e-5 of what groups feel of one another, or less."""
+SWEEPS, ROUGH = 5, 1
+"""Most fits of all groups in turn: each leaves 1e-5 of what groups feel of one another, or less; and of lines of which
+no more is asked.
+"""
 
 
 @jit
@@ -108,11 +110,9 @@ def shapes(window, work, m, trial):
         sp, cp = math.sin(math.pi * delta), math.cos(math.pi * delta)
         sd, cd = math.sin(math.pi / samples * delta), math.cos(math.pi / samples * delta)
         shape, slope = work.shape[l], work.slope[l]
+        top = line_factors(delta, window, around)
         for i in range(-2 * order, 2 * order + 1):
-            around[i + 2 * order] = window.sine[zero + i] * cd - window.cosine[zero + i] * sd
-            inverse[i + 2 * order] = 1.0 / (i - delta) if i != 0 else 0.0
-        around[2 * order] = 1.0  # its zero goes into `top`, its pole into `centre`
-        top = rise * (1.0 if delta == 0.0 else sp / (samples * sd))
+            inverse[i + 2 * order] = 1.0 / (i - delta) if i != 0 else 0.0  # its pole goes into `centre`
         square = delta * delta  # 1/delta - pi cot(pi delta)
         centre = delta * (3.28986813369645 + square * (2.16464646742228 + square * (2.03468612396890 + square * 2.0)))
         for k in range(m):
@@ -247,7 +247,10 @@ def fit_group(window, work, who, m, strict):
     for k in range(m):
         u[0, k], a[0, k], u[2, k], a[2, k] = work.u[0, who[k]], work.a[0, who[k]], work.u[2, who[k]], work.a[2, who[k]]
     take_bins(window, work, m)
-    shapes(window, work, m, 0)
+    for k in range(m):
+        if u[0, k] != u[2, k]:  # else they are there
+            shapes(window, work, m, 0)
+            break
     cost = rest_of_bins(work, m * each, m, 0)
     bin_equations(work, each, m)
     damping, last = 0.0, 0.0
@@ -327,7 +330,7 @@ def settle_lines(window, work, m):
     converged.
     """
     samples, last = window.weight.size, 0.0
-    for _ in range(SWEEPS):
+    for _ in range(window.sweeps):
         last, moved = 0.0, 0.0
         for k in range(m):
             work.done[k] = 0
@@ -336,7 +339,7 @@ def settle_lines(window, work, m):
                 count = group_of(k, work, m, samples, 2 * window.order + LINKED, work.who)
                 for i in range(count):
                     work.done[work.who[i]] = 1
-                last = max(last, fit_group(window, work, work.who, count, True))
+                last = max(last, fit_group(window, work, work.who, count, window.sweeps > ROUGH))
                 couple(work, work.who, count)
                 for i in range(count):
                     l = work.who[i]

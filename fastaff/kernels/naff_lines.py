@@ -30,6 +30,7 @@ class Window(NamedTuple):
     cosine: Any  # the same with cos
     fourier: Any  # (p + 1,) W(j) at whole bins: w_n = (fourier[0] + 2 sum_j fourier[j] cos(j tau_n))/N
     floor: float  # amplitude, relative to the largest line's, at which the tails of lines are cut
+    sweeps: int  # most fits of all groups of lines in turn
     envelope: Any  # (4,) height, width of the bound of |W'|/sum w_n tau_n^2; 1/(N sum w_n^2); noise to error of u
 
 
@@ -96,7 +97,7 @@ def error_bars(window, work, m, last, power, error):
     """Fill error (lines,) in bins: leakage of the residual times the coupling to other lines, and rounding."""
     for k in range(m):
         leak = leakage(work.spectrum, window, work.u[0, k], power, work.lanes)
-        noise = window.envelope[3] * noise_floor(work.spectrum, work.u[0, k], window.order + 2)
+        noise = window.envelope[3] * noise_floor(work.spectrum, work.u[0, k], window.order + 2, work.lanes)
         size = math.hypot(leak, noise) / abs(work.a[0, k])
         error[k] = work.coupling[k] * size + 2 * EPS * max(abs(work.u[0, k]), 1.0) + last
 
@@ -118,7 +119,7 @@ def take_line(window, work, m, k, top, high):
     what cut tails leave of lines up to the amplitude `top` and the place `high`.
     """
     u, a = work.u, work.a
-    u[0, m], a[0, m] = first_guess(work.spectrum, k, window)
+    u[0, m], a[0, m] = first_guess(work.spectrum, k, window, work.around[0])
     if not abs(a[0, m]) > max(2 * EPS * (1.0 + high), CUT * window.floor) * top or not abs(a[0, m]) < math.inf:
         return False
     u[2, m], a[2, m], work.fitted[m], work.who[0] = u[0, m], 0.0, 0, m

@@ -15,7 +15,7 @@ import numpy as np
 
 from ..compile.jit import jit, read_now
 from .fundamental import BLOCK, Lattice, Rows, generate, growth, relate, rows_of, total
-from .spectrum_lines import amplitude_at, find_peaks
+from .spectrum_lines import amplitude_at, find_peaks, top_of
 
 SLOW = 1e-3
 """Amplitude of slow motion, relative to the largest line's, up to which it is left alone."""
@@ -72,6 +72,19 @@ def weigh(q, p, centre, change, units, weight, out):
                 to[2 * i + 1] += change[1] * (start + i) * units[1] * own[i]
 
 
+@jit
+def _grows(source):
+    """Return whether samples may grow as `growth` asks for: over each half of the time they change one way. Most that
+    swing are told by a few of them.
+    """
+    first, last, half, back = source[0], source[source.size - 1], source.size // 2 + 1, 0
+    if not abs(last - first) > abs(source[source.size // 2] - first):
+        return False
+    for i in range(0, source.size - half, source.size // 16 + 1):
+        back += 1 if (source[i + half] > source[i]) != (last > first) else 0
+    return back == 0
+
+
 class Spectra(NamedTuple):
     """Fourier transforms of windowed loops of the first n samples (orbits,) of signals: those of an orbit (m, n) from
     its start (orbits,) on; and what was found of their rows.
@@ -101,9 +114,7 @@ def windowed(unit, stop, progress, signals, tables, at_rest, spectra):
     largest_one = 0.0
     for r in range(2 * m):
         source = s[r, :n]
-        # Most that swing are told by three samples.
-        rotating = abs(source[n - 1] - source[0]) > abs(source[n // 2] - source[0])
-        drift[unit, r] = growth(source, growing, rest, sums) if rotating else 0.0
+        drift[unit, r] = growth(source, growing, rest, sums) if _grows(source) else 0.0
         if drift[unit, r] != 0.0:
             for i in range(n):
                 rest[i] = source[i] - drift[unit, r] * i
@@ -209,10 +220,12 @@ def _measure(unit, j, spectrum, limits, found, apart):
     (place, size, error), samples = found, spectrum.size
     count, left = find_peaks(spectrum, order, place[j], size[j], error[j])
     rest[unit] = max(rest[unit], left)
-    high = 0.0
-    for i in range(3 * samples // 8, 5 * samples // 8):
-        own = spectrum[i]
-        high = max(high, own.real * own.real + own.imag * own.imag)
+    high, power, best = 0.0, np.empty(BLOCK), np.empty(BLOCK // 4)
+    for at in range(3 * samples // 8, 5 * samples // 8, BLOCK):
+        own = spectrum[at : min(at + BLOCK, 5 * samples // 8)]
+        for i in range(own.size):
+            power[i] = own[i].real * own[i].real + own[i].imag * own[i].imag
+        high = max(high, top_of(power[: own.size], best))
     tail[unit] = max(tail[unit], math.sqrt(high) / size[j, 0]) if size[j, 0] > 0.0 else tail[unit]
     for i in range(count):
         u = place[j, i] if place[j, i] < samples / 2 else place[j, i] - samples
@@ -221,8 +234,8 @@ def _measure(unit, j, spectrum, limits, found, apart):
     slow = 0.0
     for i in range(-order - 1, order + 2):
         own = spectrum[i % samples]
-        slow = max(slow, math.hypot(own.real, own.imag))
-    return error[j, 0] < sharp and value[unit, j, 0] > order + 2.0 and slow < SLOW * size[j, 0]
+        slow = max(slow, own.real * own.real + own.imag * own.imag)
+    return error[j, 0] < sharp and value[unit, j, 0] > order + 2.0 and slow < (SLOW * size[j, 0]) ** 2
 
 
 @jit

@@ -50,15 +50,13 @@ def quotient(one, other):
 @jit
 def place_of(spectrum, k, samples, order):
     """Return the place in bins of the line whose largest bin is k, and its error by what the two pairs of bins say."""
-    middle, below, above = (
-        centred(spectrum, k, samples),
-        centred(spectrum, k - 1, samples),
-        centred(spectrum, k + 1, samples),
-    )
     step = math.pi / samples
-    half = math.tan(step * (order + 0.5))
-    ahead, turned = quotient(above, middle)
-    behind, back = quotient(below, middle)
+    half, x, y = math.tan(step * (order + 0.5)), -math.cos(step), math.sin(step)
+    middle, below, above = spectrum[k], spectrum[(k - 1) % samples], spectrum[(k + 1) % samples]
+    a, b = quotient((above.real, above.imag), (middle.real, middle.imag))
+    c, d = quotient((below.real, below.imag), (middle.real, middle.imag))
+    # From bin to bin a time from the middle of the samples turns by x + i y.
+    ahead, turned, behind, back = a * x - b * y, a * y + b * x, c * x + d * y, d * x - c * y
     up = math.atan(half * (ahead - 1.0) / (ahead + 1.0)) / step + 0.5 if ahead > -1.0 else 9.0
     down = 0.5 - math.atan(half * (behind - 1.0) / (behind + 1.0)) / step - 1.0 if behind > -1.0 else 9.0
     error = abs(up - down) + abs(turned) + abs(back)

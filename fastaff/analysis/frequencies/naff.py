@@ -18,7 +18,7 @@ from ...base.progress import says_progress
 from ...base.results import Result
 from ...compile.threads import by_workers, checked_threads, together
 from ...flows.launch import Report
-from ...kernels.naff_bins import bins_of
+from ...kernels.naff_bins import ROUGH, SWEEPS, bins_of
 from ...kernels.naff_fit import fit_lines, sums_of
 from ...kernels.naff_lines import Window, find_lines, workspace
 from .windows import tabulated
@@ -137,9 +137,10 @@ def found_lines(
     threads: int | None = None,
     report: Report | None = None,
     samples_too: bool = False,
+    sweeps: int = SWEEPS,
 ) -> FrequencyLines:
     """Return the lines of checked signals as `naff` does, without `samples_too` fitted to their bins alone: many times
-    faster, and as exact where the lines are all there is.
+    faster, and as exact where the lines are all there is. `sweeps`: ROUGH where 1e-5 bins are enough.
     """
     shape, samples = signal.shape[:-1], signal.shape[-1]
     flat = signal.reshape(-1, samples) if signal.size else np.empty((0, samples))
@@ -153,7 +154,7 @@ def found_lines(
 
     def analyse(worker: int, report: Report | None = None) -> None:
         scratch = _Scratch(
-            min(rows, batch), _window(samples, order, FLOOR if samples_too else BINS_FLOOR), lines, samples_too
+            min(rows, batch), _window(samples, order, FLOOR if samples_too else BINS_FLOOR, sweeps), lines, samples_too
         )
         for chunk in chunks[worker::workers]:
             if stop.is_set():
@@ -184,11 +185,11 @@ def lines_of_transforms(
     transforms: np.ndarray, order: int, lines: int, threads: int
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """Return the lines of signals by their Fourier transforms (signals, samples), made with a window of that order:
-    nu, amplitudes, errors (signals, lines), nu and errors in bins, and what they leave (signals,).
+    nu, amplitudes, errors (signals, lines), nu and errors in bins, to 1e-5 of these, and what they leave (signals,).
     """
     batch, samples = transforms.shape
     nu, amplitude, error = np.empty((batch, lines)), np.empty((batch, lines), complex), np.empty((batch, lines))
-    residual, none, window = np.empty(batch), np.full(batch, -1), _window(samples, order, BINS_FLOOR)
+    residual, none, window = np.empty(batch), np.full(batch, -1), _window(samples, order, BINS_FLOOR, ROUGH)
     size = max(1, -(-batch // threads))
 
     def fit(worker: int) -> None:
@@ -277,7 +278,7 @@ class _Scratch:
 
 
 @functools.partial(tabulated, most=8)
-def _window(samples: int, order: int, floor: float) -> Window:
+def _window(samples: int, order: int, floor: float, sweeps: int = SWEEPS) -> Window:
     """Tabulate the window of `order` over `samples`, its transform at whole bins, and the bounds of its tails."""
     times = 2 * np.pi * (np.arange(samples) - (samples - 1) / 2) / samples
     weight = np.ones(samples)
@@ -304,6 +305,7 @@ def _window(samples: int, order: int, floor: float) -> Window:
         cosine=scale * np.cos(np.pi * j / samples),
         fourier=np.array([np.sum(weight * np.cos(i * times)) for i in range(order + 1)]),
         floor=floor,
+        sweeps=sweeps,
         envelope=np.array([height, width, 1 / (samples * power), noise]),
     )
 
