@@ -55,6 +55,13 @@ def test_parquet_has_the_same_bits(tmp_path):
         same(table[name].to_numpy(), np.ascontiguousarray(orbits()[name]))
 
 
+def test_pandas_has_the_table_of_csv():
+    pytest.importorskip("pandas")
+    table = orbits().to_pandas()
+    for name in ("z_x", "z_p_y", "error_y", "energy_error", "status"):
+        same(table[name].to_numpy(), np.ascontiguousarray(orbits()[name]))
+
+
 def test_netcdf_and_matlab_have_all_arrays(tmp_path):
     xarray = pytest.importorskip("xarray")
     pytest.importorskip("h5netcdf")

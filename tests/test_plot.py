@@ -336,6 +336,7 @@ def test_plot_diffusion_grid(ax):
     values[0] = np.nan
     drawn = plot.plot_diffusion_grid(grid, values, ax=ax)
     assert drawn.missing == 1
+    assert ax.get_title(loc="left") == "grey: 1 orbit without a value"
     assert drawn.points.get_array().count() == grid.cell.size - 1
     assert drawn.points.get_rasterized()
     with pytest.raises(ValueError, match="values must have shape"):

@@ -333,3 +333,14 @@ def test_the_aperture_is_where_orbits_begin_to_be_lost(ax):
             plot.plot_aperture(result, wrong, ax=ax)
     with pytest.raises(ValueError, match="x must be"):
         plot.plot_aperture(result, z0, ax=ax, x=4)
+
+
+def test_an_aperture_of_a_grid_of_x_and_y_is_drawn_over_them(ax):
+    x, y = (each.ravel() for each in np.meshgrid(np.linspace(-1, 1, 21), np.linspace(0.0, 1.0, 15)))
+    lost = np.hypot(x, y) > 0.7
+    result = SimpleNamespace(t=np.where(lost, 10.0, 1000.0), status=np.where(lost, int(fa.Status.LOST), 0), scheme=None)
+    drawn = plot.plot_aperture(result, np.array([x, y, 0 * x, 0 * y]), ax=ax)
+    np.testing.assert_array_equal(drawn.points.get_offsets(), np.column_stack([x, y]))
+    radius = np.hypot(*drawn.lines[0].get_data())
+    assert ((radius > 0.5) & (radius <= 0.7)).all()
+    assert ax.get_xlabel() == "row 0 of the start"

@@ -156,6 +156,18 @@ def test_passes_are_one_count(seed):
     assert Passes(None).take(1.0) is None
 
 
+def test_orbits_of_one_portion_are_told_while_they_are_read():
+    """And are the same orbits as where nobody is told."""
+    body, told = fa.HenonHeiles(), []
+    z0 = fa.energy_sample(body, energy=0.08, orbits=600, seed=1).z0
+    found = fa.frequency_map(body, z0, time=100.0, threads=1, report=told.append)
+    assert max(np.diff([0.0, *told])) < 0.4
+    assert told[-1] == 1.0
+    silent = fa.frequency_map(body, z0, time=100.0, threads=2)
+    for name in ("nu", "error", "kind", "diffusion"):
+        np.testing.assert_array_equal(found[name], silent[name])
+
+
 def test_orbits_that_end_early_are_done_then():
     """As a section's, far from max_time: by those that have ended, before these by what is expected."""
     ensemble, told = SimpleNamespace(count=np.zeros(4, int)), []

@@ -24,6 +24,10 @@ ABBREVIATED = {"E": ("energy",), "t": ("time", "max_time"), "T": ("time", "max_t
 """What usual letters stand for among the names of arguments."""
 
 
+OF_SYSTEMS = ("friction", "rotation", "magnetic", "vector_potential", "period", "periods", "coordinates", "momenta")
+"""Arguments of systems, which are sometimes given to calls that take one."""
+
+
 class Call(NamedTuple):
     """A call of a public function: its name, its arguments as `encoded` data, and the names of those that are no data
     (functions).
@@ -82,6 +86,8 @@ def _misfit(function: Callable, signature: inspect.Signature, given: tuple, name
     for name in [name for name in named if name not in names][:1]:
         meant = [other for other in ABBREVIATED.get(name, ()) if other in names]
         hint = f".{f' Did you mean {meant[0]}?' if meant else did_you_mean(name, names)}"
+        if name in OF_SYSTEMS:
+            hint = f": it belongs to the system, hamiltonian('...', {name}=...)."
     try:
         return function(*given, **named)
     except TypeError as problem:

@@ -61,7 +61,7 @@ class Drawable:
 
 class Result(Drawable):
     """Base of results: `len`, `result[items]`, `take`, `select`, `concat`, rows by name, `summary`, `success`,
-    `message`, `save`, `to_xarray` and `plot`.
+    `message`, `save`, `to_xarray`, `to_pandas` and `plot`.
     """
 
     axis: ClassVar[str | None] = "orbit"
@@ -224,6 +224,13 @@ class Result(Drawable):
     def to_xarray(self) -> Any:
         """Return `to_dict` as an xarray.Dataset; raises ImportError where xarray is missing."""
         return imported("xarray", what="to_xarray (to_dict does not)").Dataset.from_dict(self.to_dict())
+
+    def to_pandas(self) -> Any:
+        """Return the table that `save` writes to .csv, a row for each item, as a pandas.DataFrame; raises TypeError for
+        a result without arrays along its items, ImportError where pandas is missing.
+        """
+        found = imported("..exchange.tables", __package__).table(self)
+        return imported("pandas", what="to_pandas (to_dict does not)").DataFrame(found)
 
     def _row(self, name: str) -> np.ndarray | None:
         """Return what else has a name in this kind of result, such as a coordinate of a chart; None for nothing."""

@@ -7,19 +7,12 @@ import re
 from collections.abc import Callable, Iterable, Mapping
 from typing import Any, ParamSpec, TypeVar, cast
 
+from ..models.body import FREE, TERMS
 from .arguments import checked_names
 from .grammar import TIME, UnknownName
 
 P = ParamSpec("P")
 R = TypeVar("R")
-
-TERMS = ("friction", "period", "damping", "forcing", "drive")
-FREE = (
-    "a body has no friction and no drive: write V of its stretches as hamiltonian(..., friction=0.1) or "
-    "hamiltonian(..., period=6.28) or, with both, dz/dt = f(z) as flow(\"x' = p; p' = ... - g*p + f*c; c' = -w*s; "
-    "s' = w*c\"), where c and s run round with the drive"
-)
-"""Said where a body is to be damped or driven."""
 
 
 def hinted(function: Callable[P, R]) -> Callable[P, R]:

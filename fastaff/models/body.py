@@ -2,9 +2,19 @@
 
 from __future__ import annotations
 
+import functools
+from collections.abc import Callable
 from typing import Any, NamedTuple
 
 from .angles import AreaTrace, Coordinates2
+
+TERMS = ("friction", "period", "damping", "forcing", "drive")
+FREE = (
+    "a body has no friction and no drive: write V of its stretches as hamiltonian(..., friction=0.1) or "
+    "hamiltonian(..., period=6.28) or, with both, dz/dt = f(z) as flow(\"x' = p; p' = ... - g*p + f*c; c' = -w*s; "
+    "s' = w*c\"), where c and s run round with the drive"
+)
+"""Said where a body is to be damped or driven."""
 
 
 class Body(NamedTuple):
@@ -89,6 +99,22 @@ class Body(NamedTuple):
     def margin(self, a1, a2, b1, b2):
         """Return a number that is positive where the potential lives."""
         return self.potential.margin(a1 * a1 + a2 * a2, b1 * b1 + b2 * b2)
+
+
+def _refusing(made: Callable[..., Body]) -> Callable[..., Body]:
+    """Let the maker of bodies say what has the terms that they have not."""
+
+    @functools.wraps(made)
+    def wrapped(*given: Any, **named: Any) -> Body:
+        for name in named:
+            if name in TERMS:
+                raise TypeError(f"Body takes potential and mu, got {name} = {named[name]!r}: {FREE}")
+        return made(*given, **named)
+
+    return wrapped
+
+
+Body.__new__ = _refusing(Body.__new__)  # type: ignore[method-assign, assignment]
 
 
 class HenonHeiles(NamedTuple):

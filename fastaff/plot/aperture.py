@@ -20,7 +20,7 @@ def plot_aperture(
     result: Any, z0: Any, *, ax: Any = None, x: int = 0, y: int = 1, bins: int | None = None, colorbar: bool = True
 ) -> Artists:
     """Draw the time or turns that orbits survived, over angle and amplitude of their starts, with the aperture: at each
-    angle the largest amplitude up to which all survived.
+    angle the largest amplitude up to which all survived. Starts that are a grid of x and y are drawn over these.
 
     :Parameters: result: with `t` and `status` (orbits,), such as that of `fastaff.integrate` or `frequency_map` for a
         map, or `fastaff.tunes`; z0: starts (2n, orbits), or a grid or sample of them; x, y: their rows, r (cos a, sin
@@ -47,15 +47,22 @@ def plot_aperture(
     end = float(np.max(result.t, initial=1.0))
     shown = np.clip(result.t, 1e-3 * end, end)
     how = {"cmap": colour_map().reversed(), "norm": LogNorm(float(shown.min(initial=0.1 * end)), end)}
-    points = ax.scatter(angle, radius, c=shown, s=14, linewidths=0, rasterized=True, **how)
-    carry(points, angle, radius, np.arange(angle.size))
+    plane = min(sides := (np.unique(across).size, np.unique(up).size)) > 1 and sides[0] * sides[1] == across.size
+    at = (across, up) if plane else (angle, radius)
+    points = ax.scatter(*at, c=shown, s=14, linewidths=0, rasterized=True, **how)
+    carry(points, *at, np.arange(angle.size))
     middles, aperture, least = _aperture(angle, radius, lost, bins)
-    (curve,) = ax.plot(middles, aperture, color=ACCENT, lw=1.6, marker="o", ms=3, label="dynamic aperture")
-    (open_,) = ax.plot(middles[least], aperture[least], ls="", marker="^", ms=7, color=ACCENT)
+    turned = np.radians(middles)
+    edge = np.array([aperture * np.cos(turned), aperture * np.sin(turned)] if plane else [middles, aperture])
+    (curve,) = ax.plot(*edge, color=ACCENT, lw=1.6, marker="o", ms=3, label="dynamic aperture")
+    (open_,) = ax.plot(*edge[:, least], ls="", marker="^", ms=7, color=ACCENT)
     known = aperture[np.isfinite(aperture)]
     said = f"aperture {known.min():.3g} to {known.max():.3g}, mean {known.mean():.3g}" if known.size else "no aperture"
     text = ax.set_title(said + (", ▲ at least" if least.any() else ""), fontsize=9, loc="left")
-    ax.set(xlabel="angle of the start  (degrees)", ylabel="amplitude of the start", ylim=(0.0, None))
+    if plane:
+        ax.set(xlabel=f"row {rows[0]} of the start", ylabel=f"row {rows[1]} of the start")
+    else:
+        ax.set(xlabel="angle of the start  (degrees)", ylabel="amplitude of the start", ylim=(0.0, None))
     unit = "turns" if getattr(result, "scheme", None) is None or repr(result.scheme) == "ITERATION" else "time"
     bar = ax.figure.colorbar(points, ax=ax, label=f"{unit} survived") if colorbar else None
     return Artists(points, bar, (curve, open_), (text,), 0)

@@ -219,8 +219,9 @@ def _draw_lines(
         settled(ax)
         extents = [note.get_window_extent() for note in noted]
         room = [Box(np.mean([box.min, box.max], axis=0), np.array(box.size) / 2, 0.0) for box in extents]
+        dots = np.concatenate([np.zeros((0, 2)), *(np.asarray(one.get_offsets()) for one in ax.collections)])
         how = {"path_effects": [withStroke(linewidth=2.0, foreground="white")]}
-        written = [write_along(ax, curve, text, room, lift=0.6, **how) for curve, text in slanted]
+        written = [write_along(ax, curve, text, room, lift=0.6, points=dots, **how) for curve, text in slanted]
         labels += [text for text in written if text is not None]
     return tuple(drawn), tuple(labels)
 

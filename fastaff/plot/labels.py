@@ -28,6 +28,11 @@ class Box(NamedTuple):
         sides = np.array([[1, 1], [1, -1], [-1, -1], [-1, 1]]) * self.half
         return self.centre + sides @ np.array([[c, s], [-s, c]])
 
+    def holds(self, points: np.ndarray) -> int:
+        """Return how many of points (points, 2) are in it."""
+        c, s = math.cos(self.angle), math.sin(self.angle)
+        return int((np.abs((points - self.centre) @ np.array([[c, -s], [s, c]])) <= self.half).all(axis=1).sum())
+
     def overlaps(self, other: Box) -> bool:
         """Tell whether two rectangles share a point: no side of either has them on different sides."""
         one, two = self.corners(), other.corners()
@@ -56,12 +61,21 @@ def size_of(ax: Any, text: str, **style: Any) -> np.ndarray:
     return np.array([box.width, box.height])
 
 
-def write_along(ax: Any, curve: np.ndarray, text: str, taken: list[Box], lift: float = 0.0, **style: Any) -> Any:
+def write_along(
+    ax: Any,
+    curve: np.ndarray,
+    text: str,
+    taken: list[Box],
+    lift: float = 0.0,
+    points: np.ndarray | None = None,
+    **style: Any,
+) -> Any:
     """Write a name on a curve (points, 2) where it is straight and nothing is written yet; return the text, or None
     where there is no room.
 
     taken: the room of what is written, to which that of this name is added; lift: of the name above the curve, in
-    heights of the text. Call it when limits and layout are final: `settled`.
+    heights of the text; points (points, 2): what it covers only where there is no other room. Call
+    it when limits and layout are final: `settled`.
     """
     style = {"fontsize": SMALL, "ha": "center", "va": "center", **style}
     half = 0.5 * size_of(ax, text, **style) * [1.0, ROOM] + [2.0, 0.0]
@@ -71,6 +85,7 @@ def write_along(ax: Any, curve: np.ndarray, text: str, taken: list[Box], lift: f
         return None
     frame = np.array([ax.bbox.min, ax.bbox.max])
     best, found = -math.inf, None
+    dots = ax.transData.transform(np.zeros((0, 2)) if points is None else points)
     for share in np.linspace(0.0, 1.0, PLACES + 2)[1:-1]:
         middle = share * travelled[-1]
         if middle < half[0] or middle > travelled[-1] - half[0]:
@@ -87,7 +102,7 @@ def write_along(ax: Any, curve: np.ndarray, text: str, taken: list[Box], lift: f
         if (corners < frame[0] + 2).any() or (corners > frame[1] - 2).any() or any(map(box.overlaps, taken)):
             continue
         away = min((float(np.hypot(*(centre - other.centre))) for other in taken), default=math.inf)
-        score = min(away / half[0], 4.0) - bend / half[1] - abs(share - 0.5)
+        score = min(away / half[0], 4.0) - bend / half[1] - abs(share - 0.5) - min(box.holds(dots), 20) / 4
         if score > best:
             best, found = score, box
     if found is None:

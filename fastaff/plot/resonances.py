@@ -168,6 +168,7 @@ def _mark(ax: Any, marked: np.ndarray, axes: Sequence[Any] | None) -> Any:
 def _named(ax: Any, lines: Sequence[ResonanceLine], names: Sequence[str], most: int) -> tuple[Any, ...]:
     """Name the longest lines, each on its longest part, as many as have room."""
     settled(ax)
+    dots = np.concatenate([np.zeros((0, 2)), *(np.asarray(one.get_offsets()) for one in ax.collections)])
     taken: list[Box] = []
     written: list[Any] = []
     parts = [(max(pixel_length(ax, part) for part in line.lines), line) for line in lines if line.lines]
@@ -175,7 +176,7 @@ def _named(ax: Any, lines: Sequence[ResonanceLine], names: Sequence[str], most: 
         if len(written) == most:
             break
         for part in sorted(line.lines, key=lambda part: -pixel_length(ax, part)):
-            text = write_along(ax, part, formula(line.vector, names), taken, zorder=4, bbox=PLATE)
+            text = write_along(ax, part, formula(line.vector, names), taken, points=dots, zorder=4, bbox=PLATE)
             if text is not None:
                 written.append(text)
                 break

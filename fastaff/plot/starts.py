@@ -82,7 +82,8 @@ def plot_diffusion_grid(
 
     :Parameters: values: (orbits,), such as a map's diffusion, or a `Colouring`, or a result of the grid's orbits, with
         the values, scale and label of its own figure; norm, vmin, vmax, label, colorbar as in
-        `plot_section`. Cells that the energy does not reach stay white, orbits without a value are grey.
+        `plot_section`. Cells that the energy does not reach stay white, orbits without a value are grey, as
+        the title says.
     :Returns: Artists; `missing` counts those. A click picks the orbit of a cell.
 
     Examples
@@ -112,7 +113,12 @@ def plot_diffusion_grid(
     carry(cells, at[0], at[1], np.arange(each.size), cell=widths(grid))
     ax.set(xlabel=f"${symbol(grid.names[0])}$", ylabel=f"${symbol(grid.names[1])}$")
     bar = colour_bar(ax, cells, colours) if colorbar else None
-    return Artists(cells, bar, (), cut_sides(ax, grid), int(np.count_nonzero(~np.isfinite(each))))
+    missing = int(np.count_nonzero(~np.isfinite(each)))
+    cut = cut_sides(ax, grid)
+    if missing:
+        words = f"grey: {missing} orbit{'' if missing == 1 else 's'} without a value"
+        cut = (*cut, ax.set_title(words, fontsize=9, loc="left"))
+    return Artists(cells, bar, (), cut, missing)
 
 
 def grey_cells(ax: Any, grid: EnergyGrid, chosen: np.ndarray) -> Any:

@@ -23,6 +23,7 @@ from ..solvers.factor_tables import Factors, FactorTable
 from ..solvers.nonseparable import plane_levels
 from ..solvers.separable import angular, radial
 from ..solvers.singular_ends import radii, sampled
+from ..solvers.vibrations import COORDINATES, vibration_levels
 from ..states.level_table import LevelTable, class_levels
 from ..states.state import Product
 from ..states.symmetry import SymmetryClass, action_quantum, checked_class
@@ -38,11 +39,19 @@ def _checked_body(body: Any) -> None:
     checked_model(body, needs="H = T(p) + V(q)")
     if not traits_of(body).isotropic:
         why = (
-            ": levels are those of bodies, of H in other coordinates there are fit_torus and its actions, "
-            "J = 2 pi hbar (n + 1/2) of vibrations at a quasiclassical level"
+            f": of H = T(p) + V(q) in one to {COORDINATES} coordinates spectrum(body, count=..., hbar=...) computes "
+            "levels, without m and l; of others there are fit_torus and its actions, J = 2 pi hbar (n + 1/2) of "
+            "vibrations at a quasiclassical level"
         )
         why = "; with angular potentials spin and vorticity are no quantum numbers" if traits_of(body).planar else why
         raise TypeError(f"body must be a Body with a doubly isotropic potential, got {type(body).__name__}{why}")
+
+
+def _vibrates(body: Any) -> bool:
+    """Return whether a system is no body, but one of few coordinates with a kinetic energy quadratic in the momenta."""
+    checked_model(body, needs="H = T(p) + V(q)")
+    traits = traits_of(body)
+    return not traits.planar and traits.n <= COORDINATES and traits.quadratic
 
 
 def _of_bodies(function: Callable[P, LevelTable]) -> Callable[P, LevelTable]:
@@ -51,7 +60,12 @@ def _of_bodies(function: Callable[P, LevelTable]) -> Callable[P, LevelTable]:
     @functools.wraps(function)
     def wrapped(*given: P.args, **named: P.kwargs) -> LevelTable:
         if given or "body" in named:
-            _checked_body(given[0] if given else named["body"])
+            body = given[0] if given else named["body"]
+            if not _vibrates(body):
+                _checked_body(body)
+                missing = [name for name in ("m", "l") if named.get(name) is None]
+                if missing:
+                    raise TypeError(f"spectrum() of a Body needs m and l, spin and vorticity: got no {missing[0]}")
         return function(*given, **named)
 
     return wrapped
@@ -60,10 +74,10 @@ def _of_bodies(function: Callable[P, LevelTable]) -> Callable[P, LevelTable]:
 @_of_bodies
 @recorded
 def spectrum(
-    body: Body,
+    body: Any,
     *,
-    m: int,
-    l: int,
+    m: int | None = None,
+    l: int | None = None,
     count: int,
     hbar: float = 1.0,
     single_valued: bool = True,
@@ -71,15 +85,15 @@ def spectrum(
     tolerance: float = 1e-10,
     report: Callable[[float], None] | None = None,
 ) -> LevelTable:
-    """Compute the lowest energy levels of a body in one symmetry class, with error estimates and wave functions.
+    """Compute the lowest energy levels of a body in one symmetry class, or of a vibration, with error estimates.
 
     Parameters
     ----------
-    body : `Body`
-        Its potential may separate or not.
+    body : `Body`, or any H = T(p) + V(q) in one to three coordinates
+        The potential of a body may separate or not. The kinetic energy of others is quadratic in the momenta.
     m, l : int
-        Quantum numbers of spin and vorticity, m + l even for functions on GL(2,R) (single_valued=True), else any, on
-        the double covering.
+        Of a body alone: quantum numbers of spin and vorticity, m + l even for functions on GL(2,R)
+        (single_valued=True), else any, on the double covering.
     count : int >= 1
         Number of levels.
     hbar : float > 0, action, default 1
@@ -97,7 +111,7 @@ def spectrum(
     Returns
     -------
     `LevelTable`
-        Levels in ascending order, with errors and wave functions.
+        Levels in ascending order, with errors, those of bodies with wave functions.
 
     Raises
     ------
@@ -114,16 +128,24 @@ def spectrum(
     Jacobi polynomials with the exponents at singular ends built in (oscillators in closed form), bodies that do not
     separate by adiabatic channels, see `plane_levels`. At a wall det phi = 0 where both solutions are square integrable
     f = 0 (Friedrichs). Separable bodies take milliseconds, to about 1e-13; for others see bench/test_quantum.py.
+    Vibrations, -(hbar^2/2) d.W d + V with W the inverse masses, are solved on a uniform grid, see `vibration_levels`:
+    some 100 levels of two coordinates to 1e-12 in seconds where V is smooth and grows. Levels of a well behind a
+    saddle, as of Henon and Heiles, are those of the well with a wall beyond, their error what tunnelling changes; wells
+    narrower than the waves of these levels may be missed.
 
     References
     ----------
-    Martens & Slawianowski, section 4 (EQ4.1-EQ4.9, corrected).
+    Martens & Slawianowski, section 4 (EQ4.1-EQ4.9, corrected); Colbert & Miller 1992, J. Chem. Phys. 96, 1982.
 
     Examples
     --------
     >>> fa.quantum.spectrum(fa.Body(fa.Harmonic()), m=0, l=0, count=3).E.round(9)
     array([2., 4., 4.])
+    >>> fa.quantum.spectrum(fa.HenonHeiles(), count=3, hbar=0.0125).E.round(7)
+    array([0.0124824, 0.024876 , 0.024876 ])
     """
+    if _vibrates(body):
+        return _of_vibration(body, m, l, count, hbar, tolerance, single_valued, chart, reporter(report))
     chosen, report = checked_class(m, l, single_valued), reporter(report)
     count, hbar, tolerance = _checked(body, count, hbar, tolerance)
     known: list[LevelTable] = []
@@ -133,6 +155,26 @@ def spectrum(
         else:
             options: Any = {"hbar": hbar, "single_valued": single_valued, "chart": chart, "tolerance": tolerance}
             known += spectrum_table(body, m=[chosen.m], l=[chosen.l], count=count, **options)
+        if report is not None:
+            report(1.0)
+    return known[-1]
+
+
+def _of_vibration(
+    body: Any, m: Any, l: Any, count: Any, hbar: Any, tolerance: Any, single_valued: Any, chart: Any, report: Any
+) -> LevelTable:
+    for name, value, plain in (
+        ("m", m, None),
+        ("l", l, None),
+        ("single_valued", single_valued, True),
+        ("chart", chart, None),
+    ):
+        if value is not plain:
+            raise ValueError(f"{name} is for a Body alone, {type(body).__name__} takes none: got {name} = {value!r}")
+    fits("count", count := whole("count", count, 1), 16)
+    known: list[LevelTable] = []
+    with keeping("spectrum", lambda: known[-1] if known else None):
+        vibration_levels(body, count, action_quantum(hbar), positive("tolerance", tolerance), known, report)
         if report is not None:
             report(1.0)
     return known[-1]

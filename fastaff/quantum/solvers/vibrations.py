@@ -1,0 +1,392 @@
+"""Levels of H = p.W p/2 + V(q) in one to three coordinates: a uniform grid, truncated coordinate by coordinate."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ...analysis.sections.accessible_box import minima, walled
+from ...flows.interruptible import interruptible
+from ...models.mechanics import inverse_masses
+from ...models.traits import traits_of
+from ..states.level_table import LevelTable, class_levels, level_scale
+from ..states.symmetry import SymmetryClass
+from .convergence import by_chance
+from .singular_ends import NoGroundState
+
+LARGEST = 2500
+"""Largest matrix: some 10 s."""
+COORDINATES = 3
+"""Most coordinates that are computed."""
+CUTS = (1.3, 1.6, 2.0, 2.5, 3.1, 3.9, 5.0, 6.5, 8.5, 11.0)
+"""Kinetic and potential energies that bases hold, in units of the energy of the highest level above the bottom."""
+NEARER = 0.6
+"""What is left, from one basis to the next, between a wall and the energy from which wells have no end."""
+SPARE, GROW, HALVINGS = 8, 1.4, 30
+"""States more than are asked for below that energy; how energies are searched: by factors, then by halves."""
+FIRST, WIDER, POINTS = 8, 0.5, (1 << 15, 1 << 19, 1 << 21)
+"""Points of the first grid on either side, the share by which it grows where it is too narrow, and the most of them by
+coordinates."""
+USUAL, SLOW, ALGEBRAIC, CHANCE = 4.0, 0.5, 30.0, 0.02
+"""The error in units of the last change of a level, and where that is more than half of the one before; it is no less
+than a part of that one, as bases may agree by chance.
+"""
+
+
+class Open(Exception):
+    """What an energy allows has no end."""
+
+
+class Problem(NamedTuple):
+    """H = -(1/2) d^2/du^2 + V, u = R^-1 q/hbar: V of points u (d, ...), infinite where there is none; the minima (d,
+    wells) with their values, the lowest first; periods of coordinates that are angles, 0 of others.
+    """
+
+    V: Callable[[np.ndarray], np.ndarray]
+    wells: np.ndarray
+    values: np.ndarray
+    periods: np.ndarray
+
+    @property
+    def bottom(self) -> float:
+        """The least of V."""
+        return float(self.values[0])
+
+
+class Grid(NamedTuple):
+    """Points of a lattice from `low` to `high` (d,) steps off the lowest well; which axes go around; V (n1, ...), which
+    points are kept; where wells are, in steps (d, wells); the wall; points from where V falls
+    out of the wells.
+    """
+
+    low: np.ndarray
+    high: np.ndarray
+    step: np.ndarray
+    around: np.ndarray
+    V: np.ndarray = np.empty(0)
+    kept: np.ndarray = np.empty(0, bool)
+    at: np.ndarray = np.empty(0, np.int64)
+    wall: float = math.inf
+    leak: np.ndarray = np.empty(0, bool)
+
+    def states(self, energy: float) -> float:
+        """The volume of phase space below an energy over (2 pi)^d."""
+        d = self.step.size
+        ball = math.pi ** (d / 2) / math.gamma(d / 2 + 1)
+        room = np.maximum(2 * (energy - self.V[self.kept]), 0.0) ** (d / 2)
+        return float(ball * room.sum() * np.prod(self.step) / (2 * math.pi) ** d)
+
+
+def vibration_levels(
+    model: Any,
+    count: int,
+    hbar: float,
+    tolerance: float,
+    known: list[LevelTable],
+    report: Callable[[float], None] | None,
+) -> None:
+    """Compute the lowest levels of a model, add a table for each basis to those known.
+
+    On a uniform grid the kinetic energy is that of all waves up to the shortest (sinc functions, on angles Fourier's);
+    points where V is higher than a wall are left out. At each point of the first coordinate the Hamiltonian of the
+    others is diagonalised and its states below the wall are kept; the shortest wave and the wall are one energy, which
+    grows until two bases agree. Where what an energy allows has no end, behind a saddle or where V goes to a limit, the
+    wall stays below that, ever nearer. Source: Colbert & Miller 1992, J. Chem. Phys. 96, 1982 (the grid); Bacic & Light
+    1986, J. Chem. Phys. 85, 4594 (sequential truncation).
+    """
+    problem = _problem(model, hbar)
+    top, limit = interruptible(_range, problem, count)
+    E: list[np.ndarray] = []
+    for k, cut in enumerate(CUTS):
+        shortest = problem.bottom + cut * (top - problem.bottom)
+        try:
+            grid, limit = interruptible(_basis, problem, shortest, top, limit, k)
+            found, size = interruptible(_lowest, grid, shortest, count)
+        except TooLarge as reason:
+            if len(E) > 1:
+                return
+            raise ValueError(f"count = {count} needs {reason}") from None
+        E.append(found)
+        if found[-1] > limit:
+            raise NoGroundState(_unbound(count, int((found < limit).sum()), limit))
+        error = _errors(E, shortest - problem.bottom)
+        last = np.all(error <= tolerance * level_scale(found)) or k == len(CUTS) - 1
+        if grid.leak.any() and len(E) > 1 and last:
+            error += np.abs(interruptible(_lowest, _shrunk(grid), shortest, count)[0] - found)
+        known.append(_table(found, error, tolerance, size, hbar, limit))
+        if report is not None:
+            report((k + 1) / len(CUTS))
+        if last:
+            return
+
+
+class TooLarge(Exception):
+    """A basis would be larger than it may be."""
+
+
+def _problem(model: Any, hbar: float) -> Problem:
+    traits, n = traits_of(model), model.degrees_of_freedom
+    W = inverse_masses(model, np.ones((2 * n, 1)))[..., 0]
+    periods = np.array(traits.periods)
+    mixed = W - np.diag(np.diagonal(W))
+    if np.linalg.eigvalsh(W)[0] <= 0 or mixed[periods > 0].any():
+        what = "positive masses" if not mixed[periods > 0].any() else "no product of momenta with that of an angle"
+        raise ValueError(f"body must have {what} in its kinetic energy, got dv/dp = {W.tolist()}")
+    R = np.linalg.cholesky(W) * hbar
+
+    def V(u: np.ndarray) -> np.ndarray:
+        q = np.tensordot(R, u, 1)
+        with np.errstate(all="ignore"):
+            value = np.broadcast_to(np.where(model.margin(*q) > 0, model.potential_energy(*q), np.inf), q.shape[1:])
+        return np.where(np.isnan(value), np.inf, value)
+
+    periods = periods / np.diagonal(R)
+    wells, values = minima(walled(V, periods.tolist()), n)
+    if not values.size or not np.isfinite(values[0]):
+        raise NoGroundState("V has no minimum: it is unbounded below, or falls for ever, and binds nothing")
+    return Problem(V, wells, values, periods)
+
+
+def _grid(problem: Problem, wall: float, shortest: float) -> Grid:
+    """Return the grid of the wells below a wall, for waves up to the kinetic energy `shortest`. Raises Open where these
+    have no end, or more points than may be.
+    """
+    d, around = len(problem.wells), problem.periods > 0
+    step = np.full(d, math.pi / math.sqrt(2 * shortest))
+    turn = np.where(around, 2 * np.ceil(problem.periods / step / 2) + 1, 0).astype(np.int64)
+    step = np.where(around, problem.periods / np.maximum(turn, 1), step)
+    at = np.rint((problem.wells[:, problem.values < wall] - problem.wells[:, :1]) / step[:, None])
+    at = at[:, np.abs(at).max(axis=0) <= POINTS[-1]].astype(np.int64)
+    low = np.where(around, 0, at.min(axis=1) - FIRST)
+    high = np.where(around, turn - 1, at.max(axis=1) + FIRST)
+    while np.prod((high - low + 1).astype(float)) <= POINTS[d - 1]:
+        grid = _kept(problem, Grid(low, high, step, around), at, wall)
+        faces = [[grid.kept.take(end, axis=k).any() and not around[k] for k in range(d)] for end in (0, -1)]
+        if not np.any(faces):
+            return grid
+        wide = np.ceil(WIDER * (high - low)).astype(np.int64)
+        low, high = low - wide * faces[0], high + wide * faces[1]
+    raise Open
+
+
+def _kept(problem: Problem, grid: Grid, at: np.ndarray, wall: float) -> Grid:
+    """Return the grid with V, and the points below a wall that hang together with wells at lattice points `at` kept."""
+    from scipy.ndimage import label
+
+    axes = [np.arange(a, b + 1) for a, b in zip(grid.low, grid.high, strict=True)]
+    column = (-1, *[1] * len(axes))
+    u = np.array(np.meshgrid(*axes, indexing="ij")) * grid.step.reshape(column) + problem.wells[:, 0].reshape(column)
+    V = problem.V(u)
+    parts = _joined(label(wall > V)[0], grid.around)
+    shape = np.array(V.shape)[:, None]
+    place = np.where(grid.around[:, None], at % shape, at - grid.low[:, None])
+    inside = ((place >= 0) & (place < shape)).all(axis=0)
+    return grid._replace(V=V, kept=np.isin(parts, np.setdiff1d(parts[tuple(place[:, inside])], 0)), at=at, wall=wall)
+
+
+def _widened(problem: Problem, grid: Grid, shortest: float) -> Grid:
+    """Return a wider grid that keeps all points below `shortest` from where V falls into the wells that a grid keeps,
+    those from where it falls elsewhere as its `leak`.
+
+    A wall close below the energy from where on wells have no end would cut waves at their other sides too.
+    """
+    extent = [np.flatnonzero(grid.kept.any(axis=tuple({*range(grid.kept.ndim)} - {k}))) for k in range(grid.kept.ndim)]
+    low, high = (grid.low + np.array([side[end] for side in extent]) for end in (0, -1))
+    wide = np.ceil((high - low) * WIDER / 4).astype(np.int64)
+    low, high = np.where(grid.around, grid.low, low - wide), np.where(grid.around, grid.high, high + wide)
+    most = POINTS[grid.kept.ndim - 1]
+    if np.prod((high - low + 1).astype(float)) > most:
+        raise TooLarge(f"a grid of more than {most} points")
+    wider = _kept(problem, grid._replace(low=low, high=high), grid.at, grid.wall)
+    falls = wider.kept.ravel()[_fallen(wider.V, grid.around)].reshape(wider.V.shape)
+    below = shortest > wider.V
+    return wider._replace(kept=falls & below, leak=below & ~falls)
+
+
+def _fallen(V: np.ndarray, around: np.ndarray) -> np.ndarray:
+    """Return the index (points,) of the lattice minimum that V falls to from each point, by its lowest neighbours."""
+    index: np.ndarray = np.arange(V.size).reshape(V.shape)
+    lowest = V
+    best: np.ndarray = index
+    for shift in itertools.product((-1, 0, 1), repeat=V.ndim):
+        there, number = np.roll(V, shift, range(V.ndim)), np.roll(index, shift, range(V.ndim))
+        for k in np.flatnonzero(np.array(shift) * ~around):
+            there[(slice(None),) * k + ((0 if shift[k] > 0 else -1),)] = np.inf
+        better = there < lowest
+        lowest, best = np.where(better, there, lowest), np.where(better, number, best)
+    best = best.ravel()
+    while not np.array_equal(further := best[best], best):
+        best = further
+    return best
+
+
+def _joined(parts: np.ndarray, around: np.ndarray) -> np.ndarray:
+    """Return numbers of connected parts, with those that are one across the ends of an axis that goes around."""
+    for k in np.flatnonzero(around):
+        for one, other in {*zip(parts.take(0, axis=k).ravel().tolist(), parts.take(-1, axis=k).ravel().tolist())}:
+            if one and other:
+                parts = np.where(parts == other, parts[parts == one][0] if (parts == one).any() else one, parts)
+    return parts
+
+
+def _range(problem: Problem, count: int) -> tuple[float, float]:
+    """Return an energy with some more states below than are asked for, and that from which wells have no end, infinite
+    where none was met.
+    """
+    bottom, limit = problem.bottom, math.inf
+
+    def states(room: float) -> float:
+        return _grid(problem, bottom + room, 4 * room).states(bottom + room)
+
+    room, wanted = _ground(problem), 1.1 * count + SPARE
+    if not bottom < bottom + room < math.inf:
+        raise NoGroundState(f"V falls to {bottom:.3g} within a point, or is flat: levels need a well")
+    while True:
+        try:
+            enough = states(room) >= wanted
+        except Open:
+            limit = _limit(problem, bottom, bottom + room)
+            bound = states(limit - bottom) if limit > bottom else 0.0
+            if bound < count - 0.5:
+                raise NoGroundState(_unbound(count, bound, limit)) from None
+            wanted = min(wanted, (count + bound) / 2)
+            break
+        if enough:
+            break
+        room *= GROW
+    low, high = 0.0, min(room, limit - bottom)
+    for _ in range(HALVINGS // 3):
+        middle = (low + high) / 2
+        low, high = (low, middle) if states(middle) >= wanted else (middle, high)
+    return bottom + high, limit
+
+
+def _ground(problem: Problem) -> float:
+    """Return an energy above the bottom that waves have which are as short as V is narrow."""
+    sizes = np.geomspace(1e-8, 1e8, 321) * max(1.0, float(np.abs(problem.wells[:, 0]).max()))
+    axes = np.concatenate([np.eye(len(problem.wells)), -np.eye(len(problem.wells))])
+    rise = np.array([problem.V(problem.wells[:, :1] + axis[:, None] * sizes) for axis in axes]) - problem.bottom
+    reached = rise >= 0.5 / sizes**2
+    first = sizes[np.where(reached.any(axis=1), reached.argmax(axis=1), -1)]
+    return float(0.5 / max(float(first.max()), 1e-100) ** 2)
+
+
+def _limit(problem: Problem, low: float, high: float) -> float:
+    """Return the energy, above `low` and below `high`, from which what is allowed has no end."""
+    for _ in range(HALVINGS):
+        middle = (low + high) / 2
+        try:
+            _grid(problem, middle, 4 * (middle - problem.bottom))
+            low = middle
+        except Open:
+            high = middle
+    return low
+
+
+def _basis(problem: Problem, shortest: float, top: float, limit: float, k: int) -> tuple[Grid, float]:
+    """Return the grid of basis k, and the energy from which wells have no end."""
+    if limit == math.inf:
+        try:
+            return _grid(problem, shortest, shortest - problem.bottom), limit
+        except Open:
+            limit = _limit(problem, top, shortest)
+    try:
+        grid = _grid(problem, limit - (limit - top) * NEARER ** (k + 1), shortest - problem.bottom)
+    except Open:
+        raise TooLarge(f"a grid of more than {POINTS[len(problem.wells) - 1]} points") from None
+    return _widened(problem, grid, shortest), limit
+
+
+def _shrunk(grid: Grid) -> Grid:
+    """Return a grid without the points next to those that V falls elsewhere from."""
+    from scipy.ndimage import binary_dilation
+
+    return grid._replace(kept=grid.kept & ~binary_dilation(grid.leak, np.ones([3] * grid.V.ndim), iterations=2))
+
+
+def _lowest(grid: Grid, cut: float, count: int) -> tuple[np.ndarray, int]:
+    """Return the lowest levels of a grid and the size of the basis."""
+    from scipy.linalg import eigh
+
+    T = [_kinetic(n, step, bool(turns)) for n, step, turns in zip(grid.V.shape, grid.step, grid.around, strict=True)]
+    H = _matrix(T, grid.V, grid.kept, cut)[0]
+    if len(H) < count:
+        raise TooLarge(f"a basis that has more than the {len(H)} functions below {cut:.6g}")
+    E = eigh(H, eigvals_only=True, subset_by_index=(0, count - 1), overwrite_a=True, check_finite=False, driver="evr")
+    return E, len(H)
+
+
+def _kinetic(n: int, step: float, around: bool) -> np.ndarray:
+    """Return -(1/2) d^2/du^2 between the points of a lattice, around for an odd number of them."""
+    difference = np.subtract.outer(np.arange(n), np.arange(n))
+    sign = 1.0 - 2.0 * (difference % 2)
+    same, apart = difference == 0, np.where(difference == 0, 1, difference)
+    if not around:
+        return sign * np.where(same, math.pi**2 / 6, 1.0 / apart**2) / step**2
+    angle = math.pi * apart / n
+    T = np.where(same, (n * n - 1) / 24, np.cos(angle) / (4 * np.sin(angle) ** 2))
+    return sign * T * (2 * math.pi / (n * step)) ** 2
+
+
+def _matrix(T: list[np.ndarray], V: np.ndarray, kept: np.ndarray, cut: float) -> tuple[np.ndarray, np.ndarray]:
+    """Return the Hamiltonian (size, size) and its basis (points, size): the points kept, or for each point of the first
+    coordinate the states of the others below the cut.
+    """
+    if V.ndim == 1:
+        at = np.flatnonzero(kept)
+        return T[0][np.ix_(at, at)] + np.diag(V[at]), np.eye(V.size)[:, at]
+    energies, states, nodes = [], [], []
+    for i in np.flatnonzero(kept.reshape(len(V), -1).any(axis=1)):
+        matrix, basis = _matrix(T[1:], V[i], kept[i], cut)
+        E, C = np.linalg.eigh(matrix)
+        below = cut > E
+        energies.append(E[below])
+        states.append(basis @ C[:, below])
+        nodes.append(np.full(int(below.sum()), i))
+        if (size := sum(map(len, energies))) > LARGEST:
+            raise TooLarge(f"more than {size} functions of {V.ndim} coordinates; take a larger hbar, or fewer levels")
+    G, node = np.concatenate(states, axis=1), np.concatenate(nodes)
+    H = G.T @ G
+    H *= T[0][node[:, None], node]
+    H[np.diag_indices_from(H)] += np.concatenate(energies)
+    basis = np.zeros((len(V), *G.shape))
+    basis[node, :, np.arange(node.size)] = G.T
+    return H, basis.reshape(V.size, node.size)
+
+
+def _errors(E: list[np.ndarray], height: float) -> np.ndarray:
+    """Return the errors of the levels of the last basis."""
+    floor = 64 * np.finfo(float).eps * (np.abs(E[-1]) + height)
+    if len(E) < 2:
+        return np.full_like(floor, np.inf)
+    gap = by_chance(np.abs(E[-1] - E[-2]))
+    before = by_chance(np.abs(E[-2] - E[-3])) if len(E) > 2 else np.zeros_like(gap)
+    return np.where((gap > SLOW * before) & (gap > floor), ALGEBRAIC, USUAL) * gap + CHANCE * before + floor
+
+
+def _unbound(count: int, bound: float, limit: float) -> str:
+    return (
+        f"from {limit:.6g} on the wells of V have no end, behind a saddle, where V ends or along its bottom: about "
+        f"{bound:.0f} levels are below that; count = {count}"
+    )
+
+
+def _table(E: np.ndarray, error: np.ndarray, tolerance: float, size: int, hbar: float, limit: float) -> LevelTable:
+    said = f"; walls below {limit:.6g}, from where on the wells of V have no end" if limit < math.inf else ""
+    return class_levels(
+        SymmetryClass(0, 0),
+        E,
+        error,
+        np.arange(E.size)[None],
+        tolerance,
+        names=("level",),
+        constants=np.zeros((0, E.size)),
+        constant_names=(),
+        hbar=hbar,
+        method=f"uniform grid, truncated coordinate by coordinate{said}",
+        functions=size,
+    )

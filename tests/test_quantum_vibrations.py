@@ -1,0 +1,136 @@
+"""Levels of H = T(p) + V(q) in one to three coordinates: closed forms, other bases, complex scaling, published ones."""
+
+import numpy as np
+import pytest
+
+import fastaff as fa
+from fastaff.quantum import NoGroundState, spectrum
+
+RNG = np.random.default_rng(31)
+
+
+def close(found, truth, factor=1.0):
+    """Whether levels are within their errors, which are small."""
+    assert (np.abs(found.E - truth) <= factor * found.error).all(), np.abs(found.E - truth) / found.error
+    assert (found.n == np.arange(len(truth))).all()
+    assert not found.m.any()
+    assert not found.l.any()
+
+
+def ladders(*ladders_of_modes):
+    """Sums of the levels of modes, ascending."""
+    sums = np.zeros(1)
+    for levels in ladders_of_modes:
+        sums = np.add.outer(sums, levels).ravel()
+    return np.sort(sums)
+
+
+def test_coupled_oscillators_of_two_coordinates():
+    mixed, k, hbar = RNG.uniform(-0.6, 0.6), RNG.uniform(0.5, 3), 10.0 ** RNG.uniform(-3, 3)
+    text = "(px**2 + py**2)/2 + c*px*py + (x**2 + k*y**2)/2"
+    model = fa.hamiltonian(text, coordinates="x y", momenta="px py", c=mixed, k=k)
+    omega = np.sqrt(np.linalg.eigvals(np.array([[1, mixed], [mixed, 1]]) @ np.diag([1, k])))
+    quanta = np.arange(30) + 0.5
+    found = spectrum(model, count=12, hbar=hbar)
+    close(found, hbar * ladders(omega[0] * quanta, omega[1] * quanta)[:12])
+    assert found.converged.all()
+
+
+def test_three_coordinates():
+    k = RNG.uniform(0.5, 2, 3)
+    model = fa.hamiltonian("(k1*x**2 + k2*y**2 + k3*z**2)/2", coordinates="x y z", k1=k[0], k2=k[1], k3=k[2])
+    found = spectrum(model, count=3, tolerance=1e-3)
+    close(found, ladders(*(np.sqrt(k)[:, None] * (np.arange(9) + 0.5)))[:3])
+    assert found.error.max() < 1e-2
+
+
+@pytest.mark.parametrize("count", [3, 18])
+def test_a_morse_oscillator_up_to_its_end(count):
+    D, a = RNG.uniform(8, 12), RNG.uniform(0.18, 0.2)  # 22 levels and more
+    found = spectrum(fa.hamiltonian("D*(1 - exp(-a*x))**2", coordinates="x", D=D, a=a), count=count)
+    omega = a * np.sqrt(2 * D) * (np.arange(count) + 0.5)
+    close(found, omega - omega**2 / (4 * D))
+    assert found.converged.all()
+    with pytest.raises(NoGroundState, match="no end"):
+        spectrum(fa.hamiltonian("D*(1 - exp(-a*x))**2", coordinates="x", D=D, a=a), count=80)
+
+
+def test_a_pendulum_against_mathieu():
+    from scipy.special import mathieu_a, mathieu_b
+
+    k = RNG.uniform(0.5, 5)
+    found = spectrum(fa.hamiltonian("k*(1 - cos(x))", coordinates="x", periods={"x": "2*pi"}, k=k), count=9)
+    a, b = (f(np.arange(first, 14, 2), 4 * k) for f, first in ((mathieu_a, 0), (mathieu_b, 2)))
+    close(found, k + np.sort(np.concatenate([a, b]))[:9] / 8)
+
+
+def products(n, hbar):
+    """Matrices of x and p^2 in n states of an oscillator."""
+    x = np.sqrt(hbar / 2) * (np.diag(np.sqrt(np.arange(1, n)), 1) + np.diag(np.sqrt(np.arange(1, n)), -1))
+    lower = np.sqrt(hbar / 2) * (np.diag(np.sqrt(np.arange(1, n)), 1) - np.diag(np.sqrt(np.arange(1, n)), -1))
+    return x, -(lower @ lower)
+
+
+def test_a_coupled_quartic_against_a_basis_of_oscillators():
+    """Pullen and Edmonds' V = (x^2 + y^2)/2 + k x^2 y^2, with quartics of both."""
+    k, b, hbar, n = RNG.uniform(0.05, 0.3), RNG.uniform(0.02, 0.1), RNG.uniform(0.5, 1.0), 26
+    x, p2 = products(n + 8, hbar)
+    one = p2 / 2 + x @ x / 2 + b * np.linalg.matrix_power(x, 4)
+    one, x2, unit = one[:n, :n], (x @ x)[:n, :n], np.eye(n)
+    truth = np.linalg.eigvalsh(np.kron(one, unit) + np.kron(unit, one) + k * np.kron(x2, x2))[:6]
+    model = fa.hamiltonian("(x**2 + y**2)/2 + k*x**2*y**2 + b*(x**4 + y**4)", coordinates="x y", k=k, b=b)
+    found = spectrum(model, count=6, hbar=hbar, tolerance=1e-6)
+    assert (np.abs(found.E - truth) <= found.error + 1e-6).all()
+    assert found.converged.all()
+
+
+def test_henon_heiles_as_published():
+    """Noid & Marcus 1977, J. Chem. Phys. 67, 559; Davis 1979: lambda = sqrt(0.0125), here with hbar = lambda^2."""
+    published = [0.9986, 1.9901, 1.9901, 2.9562, 2.9853, 2.9853, 3.9260, 3.9260, 3.9824, 3.9858, 4.8702, 4.8987]
+    found = spectrum(fa.HenonHeiles(), count=12, hbar=0.0125, tolerance=1e-8)
+    np.testing.assert_allclose(found.E / 0.0125, published, atol=6e-5)
+    assert found.converged.all()
+    assert "walls below" in found.method
+
+
+def test_a_metastable_well_against_complex_scaling():
+    """V = x^2/2 - g x^3: real parts of resonances; x -> x e^(i angle) turns them into eigenvalues."""
+    g, n, turn = RNG.uniform(0.06, 0.075), 120, np.exp(0.3j)
+    x, p2 = products(n + 8, 1.0)
+    H = p2 / 2 / turn**2 + x @ x * turn**2 / 2 - g * np.linalg.matrix_power(x, 3) * turn**3
+    E = np.linalg.eigvals(H[:n, :n])
+    E = E[np.abs(E.imag) < 0.1]
+    found = spectrum(fa.hamiltonian("x**2/2 - g*x**3", coordinates="x", g=g), count=3)
+    truth = E[np.abs(E[:, None] - found.E).argmin(axis=0)]
+    assert (np.abs(found.E - truth.real) <= found.error + np.abs(truth.imag)).all()
+    assert (np.abs(truth.imag[:2]) < 1e-3).all()
+    assert found.error[-1] > 1e-6  # tunnelling
+
+
+def test_a_singular_barrier_has_errors_that_cover():
+    """V = x^2/2 + c/x^2 on either side of a barrier, to which a uniform grid converges slowly: 2 n + 1 + s."""
+    c = RNG.uniform(0.5, 2)
+    found = spectrum(fa.hamiltonian("x**2/2 + c/x**2", coordinates="x", c=c), count=6)
+    close(found, np.repeat(2 * np.arange(3) + 1 + np.sqrt(0.25 + 2 * c), 2))
+    assert not found.converged.any()
+
+
+@pytest.mark.parametrize("text", ["y**2/2 - x**2/2", "x + y", "-1/sqrt(x**2 + y**2)", "x**2*y**2", "cos(x) + y**2"])
+def test_what_has_no_levels_says_so(text):
+    with pytest.raises(NoGroundState):
+        spectrum(fa.hamiltonian(text, coordinates="x y"), count=4)
+
+
+def test_wrong_calls_say_the_right_one():
+    model = fa.hamiltonian("x**2/2", coordinates="x")
+    with pytest.raises(ValueError, match="m is for a Body alone"):
+        spectrum(model, m=0, l=0, count=2)
+    with pytest.raises(TypeError, match="needs m and l"):
+        spectrum(fa.Body(fa.Harmonic()), count=2)
+    with pytest.raises(ValueError, match="count must be at least 1"):
+        spectrum(model, count=0)
+    with pytest.raises(ValueError, match="take a larger hbar"):
+        spectrum(fa.HenonHeiles(), count=8000, hbar=1e-4)
+    four = fa.hamiltonian("(a**2 + b**2 + c**2 + d**2)/2", coordinates="a b c d")
+    with pytest.raises(TypeError, match="one to 3 coordinates"):
+        spectrum(four, count=2)
