@@ -15,16 +15,16 @@ from .contest import Contestant, Row
 from .systems import CHECKED, SYSTEMS, System, equations, peer_functions, true_states
 
 ORBITS = 4096
-TOLERANCES = (1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10, 1e-11, 1e-12, 1e-13, 1e-14, 1e-15)
+TOLERANCES = (*(part * 10.0**-k for k in range(5, 16) for part in (10.0, 3.0)), 1e-15)
 CARRIED = replace(BLANES_CASAS_ESCORIHUELA8, increments=True)
 LADDER = {
     "YOSHIDA4": (YOSHIDA4, (0.2, 0.1)),
-    "BLANES_MOAN6": (BLANES_MOAN6, (0.6, 0.5, 0.4, 0.3, 0.2, 0.14, 0.1, 0.07, 0.05)),
-    "BLANES_CASAS_ESCORIHUELA8": (BLANES_CASAS_ESCORIHUELA8, (0.4, 0.3, 0.2, 0.15, 0.12, 0.1, 0.085, 0.07, 0.05)),
+    "BLANES_MOAN6": (BLANES_MOAN6, (0.6, 0.5, 0.4, 0.3, 0.2, 0.17, 0.15, 0.14, 0.12, 0.1, 0.07, 0.05)),
+    "BLANES_CASAS_ESCORIHUELA8": (BLANES_CASAS_ESCORIHUELA8, (0.4, 0.3, 0.2, 0.17, 0.15, 0.12, 0.1, 0.085, 0.07)),
     "BLANES_CASAS_ESCORIHUELA8, carried": (CARRIED, (0.085, 0.07, 0.06, 0.05, 0.04)),
     "KAHAN_LI8": (KAHAN_LI8, (0.2, 0.1, 0.07)),
     "SOFRONIOU_SPALETTA10": (SOFRONIOU_SPALETTA10, (0.3, 0.2, 0.15, 0.12, 0.1, 0.088, 0.075, 0.06)),
-    "RKN12": (RKN12, (1.0, 0.7, 0.5, 0.36, 0.3, 0.25, 0.22, 0.2, 0.18, 0.16, 0.14, 0.12)),
+    "RKN12": (RKN12, (1.0, 0.7, 0.5, 0.45, 0.4, 0.36, 0.33, 0.3, 0.28, 0.25, 0.22, 0.2, 0.18, 0.16, 0.14, 0.12)),
 }
 """Schemes with their steps; `carried` carries rounding errors on."""
 
