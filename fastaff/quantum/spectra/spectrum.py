@@ -5,7 +5,7 @@ from __future__ import annotations
 import functools
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any, NamedTuple, ParamSpec
+from typing import Any, NamedTuple, ParamSpec, cast
 
 import numpy as np
 
@@ -149,7 +149,7 @@ def spectrum(
             plane_levels(body, chosen, count, hbar, tolerance, known, report)
         else:
             options: Any = {"hbar": hbar, "single_valued": single_valued, "chart": chart, "tolerance": tolerance}
-            known += spectrum_table(body, m=[chosen.m], l=[chosen.l], count=count, **options)
+            known += spectrum_table(cast(Any, body), m=[chosen.m], l=[chosen.l], count=count, **options)
         if report is not None:
             report(1.0)
     return known[-1]
