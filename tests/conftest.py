@@ -17,8 +17,12 @@ settings.register_profile("fastaff", deadline=None, max_examples=25, derandomize
 settings.load_profile("fastaff")
 
 
+SHARED, ALONE = ("test_inputs", "test_promises"), "test_quantum"
+"""Modules that call every function, whose kernels the others find; and those that need next to none."""
+
+
 def pytest_collection_modifyitems(items):
-    """Mark what the deep tier alone runs as slow."""
+    """Mark what the deep tier alone runs as slow; order the modules."""
     seen = Counter()
     for item in items:
         name = item.module.__name__, item.originalname
@@ -26,6 +30,24 @@ def pytest_collection_modifyitems(items):
         seen[name] += 1
         if kept is not None and seen[name] > kept:
             item.add_marker(pytest.mark.slow)
+    items[:] = ordered(items)
+
+
+def ordered(items):
+    """Return tests with the modules that compile for all others first and those that compile nothing in the middle,
+    where the second of two workers begins: else both compile the same.
+    """
+    modules = {}
+    for item in items:
+        modules.setdefault(item.path, []).append(item)
+    first, apart, rest = [], [], []
+    for path, tests in modules.items():
+        (first if path.stem in SHARED else apart if path.stem.startswith(ALONE) else rest).append(tests)
+    behind = [*first, *rest]
+    sizes = np.cumsum([sum(not any(item.iter_markers("slow")) for item in tests) for tests in behind])
+    count = sum(not any(item.iter_markers("slow")) for item in items)
+    place = int(np.searchsorted(sizes, count // 2, side="right"))
+    return [item for tests in [*behind[:place], *apart, *behind[place:]] for item in tests]
 
 
 def pytest_runtest_setup(item):
@@ -42,6 +64,32 @@ def two_threads():
     """Skip where Numba has one thread only."""
     if (os.cpu_count() or 1) < 2 or os.environ.get("NUMBA_NUM_THREADS") == "1":
         pytest.skip("needs two threads")
+
+
+@pytest.fixture
+def here(tmp_path, monkeypatch):
+    """An empty folder, in which the test is."""
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+@pytest.fixture
+def refused(here, capsys):
+    """What runs a command that is refused in one line, which it returns, and leaves its folder as it was."""
+    from fastaff.cli import main
+
+    def run(arguments, said):
+        before = sorted(path.name for path in here.iterdir())
+        assert main.main(arguments) == 2
+        captured = capsys.readouterr()
+        told = [line for line in captured.err.splitlines() if "compiling once" not in line]  # as a cold cache says
+        assert len(told) == 1
+        assert said in told[0]
+        assert captured.out == ""
+        assert sorted(path.name for path in here.iterdir()) == before
+        return captured.err
+
+    return run
 
 
 @pytest.fixture(scope="session")

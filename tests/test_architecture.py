@@ -74,12 +74,16 @@ def imports(path):
                 yield whole if is_module(whole) else ".".join(parts)
 
 
+@cache
 def is_module(name):
     path = ROOT.joinpath(*name.split("."))
     return path.with_suffix(".py").is_file() or path.is_dir()
 
 
-ARROWS = [(module_of(path), target) for path in FILES for target in imports(path)]
+@cache
+def arrows():
+    """Modules, each with one that it imports: read when a test asks, not by every process that collects tests."""
+    return [(module_of(path), target) for path in FILES for target in imports(path)]
 
 
 def storey(module):
@@ -104,7 +108,7 @@ def test_every_folder_has_a_storey():
         assert {module_of(path).split(".")[1] for path in FILES if module_of(path).startswith(f"{folder}.")} == {*rooms}
     entries = [path for path in ROOT.iterdir() if path.name != "__pycache__"]
     assert len(entries) <= ENTRIES, sorted(path.name for path in entries)
-    assert len(ARROWS) > 30
+    assert len(arrows()) > 30
 
 
 def test_no_module_is_hidden_by_a_function_of_its_name():
@@ -118,7 +122,7 @@ def test_no_module_is_hidden_by_a_function_of_its_name():
 
 
 def test_no_arrow_points_up():
-    for source, target in ARROWS:
+    for source, target in arrows():
         if source and target:
             assert storey(target) <= storey(source), f"{source} imports {target}"
         assert target or not source or storey(source) >= storey("exchange"), f"{source} imports the whole package"
@@ -129,12 +133,12 @@ def test_no_arrow_points_up():
 
 
 def test_nothing_stands_on_what_serves_the_paper_alone():
-    assert not [source for source, target in ARROWS if target.startswith("paper") and not source.startswith("paper")]
-    assert any(source.startswith("paper") for source, _ in ARROWS)
+    assert not [source for source, target in arrows() if target.startswith("paper") and not source.startswith("paper")]
+    assert any(source.startswith("paper") for source, _ in arrows())
 
 
 def test_kernels_see_no_models_and_no_python():
-    for source, target in ARROWS:
+    for source, target in arrows():
         if source.startswith("kernels."):
             assert target in (
                 "compile.jit",
@@ -153,7 +157,7 @@ def test_modules_import_one_another_without_circles():
         assert module not in path, f"circle: {' -> '.join([*path, module])}"
         if module not in seen:
             seen[module] = True
-            for source, target in ARROWS:
+            for source, target in arrows():
                 if source == module and target and target != module:
                     visit(target, [*path, module])
 

@@ -211,9 +211,8 @@ def idle(monkeypatch):
             monkeypatch.setattr(importlib.import_module(f"fastaff.{module}"), name, begin)
 
 
-def no_traceback(seed, count, tmp_path, monkeypatch, capsys):
-    monkeypatch.chdir(tmp_path)
-    monkeypatch.setenv("HOME", str(tmp_path))
+def no_traceback(seed, count, here, monkeypatch, capsys):
+    monkeypatch.setenv("HOME", str(here))
     source, ran, codes = random.Random(seed), 0, {}
     for _ in range(count):
         line = words(source)

@@ -20,26 +20,24 @@ SECTION = ["poincare", *SURFACE, "--grid", "4x4", "--crossings", "6"]
 MAP = ["chaos-map", *SURFACE, "--orbits", "10", "--time", "20"]
 
 
-def test_out_with_the_ending_of_a_figure(tmp_path, capsys, monkeypatch):
-    monkeypatch.chdir(tmp_path)
+def test_out_with_the_ending_of_a_figure(here, capsys):
     for ending in ("pdf", "svg", "npz"):
         assert cli.main([*SECTION, "--no-diffusion", "--out", f"{ending}.{ending}"]) == 0
         figure = {"npz": "png"}.get(ending, ending)
         assert capsys.readouterr().out.split() == [f"{ending}.npz", f"{ending}.{figure}"]
-    assert (tmp_path / "pdf.pdf").read_bytes().startswith(b"%PDF")
-    assert b"<svg" in (tmp_path / "svg.svg").read_bytes()
+    assert (here / "pdf.pdf").read_bytes().startswith(b"%PDF")
+    assert b"<svg" in (here / "svg.svg").read_bytes()
     assert cli.main([*SECTION, "--no-diffusion", "--out", "pdf.pdf"]) == 0
-    assert sorted(path.name for path in tmp_path.glob("pdf*")) == ["pdf-2.npz", "pdf-2.pdf", "pdf.npz", "pdf.pdf"]
+    assert sorted(path.name for path in here.glob("pdf*")) == ["pdf-2.npz", "pdf-2.pdf", "pdf.npz", "pdf.pdf"]
 
 
-def test_a_section_by_an_indicator_that_the_command_does_not_compute(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
+def test_a_section_by_an_indicator_that_the_command_does_not_compute(here):
     assert cli.main([*SECTION, "--colour", "SALI", "--vmin", "-12", "--out", "s"]) == 0
     arrays, facts = files.contents("s.npz")
     assert facts["colour"] == "sali"
     assert arrays["colour_values"].shape == arrays["z0"].shape[1:]
     assert "[chaos_map]" in facts["job"]
-    drawn, _ = _of_file(tmp_path / "s.npz", Look(vmin=-12.0))
+    drawn, _ = _of_file(here / "s.npz", Look(vmin=-12.0))
     points = next(c for c in drawn["poincare"].axes[0].collections if c.get_array() is not None)
     assert set(points.get_array()) <= set(arrays["colour_values"])
     assert (points.norm.vmin, points.norm.vcenter) == (-12.0, pytest.approx(facts["colour_limit"]))
@@ -48,11 +46,10 @@ def test_a_section_by_an_indicator_that_the_command_does_not_compute(tmp_path, m
     np.testing.assert_array_equal(files.load("c.npz")["sali"], arrays["colour_values"])
 
 
-def test_columns_of_the_result_and_what_is_none(tmp_path, capsys, monkeypatch):
-    monkeypatch.chdir(tmp_path)
+def test_columns_of_the_result_and_what_is_none(here, capsys):
     assert cli.main([*MAP, "--colour", "energy_error", "--out", "e"]) == 0
     found = files.load("e.npz")
-    drawn, _ = _of_file(tmp_path / "e.npz", Look(colour="energy_error"))
+    drawn, _ = _of_file(here / "e.npz", Look(colour="energy_error"))
     (points,) = (c for c in drawn["chaos_map"].axes[0].collections if c.get_array() is not None)
     assert sorted(points.get_array()) == sorted(found.energy_error)
     capsys.readouterr()
@@ -92,14 +89,13 @@ def test_scans_of_a_store_have_a_caption(tmp_path, monkeypatch):
     assert (tmp_path / "s.pdf").read_bytes().startswith(b"%PDF")
 
 
-def test_captions_say_what_is_open_of_a_chaotic_fraction(tmp_path, monkeypatch):
+def test_captions_say_what_is_open_of_a_chaotic_fraction(here):
     """Of a map, and of a scan over two parameters, which shows neither intervals nor undecided orbits."""
-    monkeypatch.chdir(tmp_path)
     assert cli.main([*MAP, "--out", "m", "--no-figure"]) == 0
-    drawn, _ = _of_file(tmp_path / "m.npz", Look())
+    drawn, _ = _of_file(here / "m.npz", Look())
     plane = ["--scan", "energy=1:1.5:2", "--scan", "K=1:2:2"]
     assert cli.main([*MAP, *plane, "--out", "s", "--no-figure"]) == 0
-    scan, _ = _of_file(tmp_path / "s.npz", Look())
+    scan, _ = _of_file(here / "s.npz", Look())
     for name, figure in (("m", drawn["chaos_map"]), ("s", scan["scan"])):
         assert files.load(f"{name}.npz").shares.said() in " ".join(figure.get_supxlabel().split("\n"))
 
@@ -117,8 +113,7 @@ def test_captions_are_mathematics():
     assert captions.outcomes(status) == "4 orbits, of these 1 escaped, 1 few crossings"
 
 
-def test_animate(tmp_path, capsys, monkeypatch):
-    monkeypatch.chdir(tmp_path)
+def test_animate(here, capsys):
     run = ["animate", *SURFACE, "--start", "0.9,0.1", "--start", "0.5,0", "--time", "2", "--frames", "3"]
     assert cli.main([*run, "--out", "a.gif"]) == 0
     assert capsys.readouterr().out.split() == ["a.gif"]
@@ -136,16 +131,15 @@ def test_animate(tmp_path, capsys, monkeypatch):
     ):
         assert cli.main([*run, *wrong]) == 2
         assert message in capsys.readouterr().err
-    assert [path.name for path in tmp_path.iterdir()] == ["a.gif"]
+    assert [path.name for path in here.iterdir()] == ["a.gif"]
 
 
-def test_data_and_figure_have_one_number_whoever_else_writes(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
+def test_data_and_figure_have_one_number_whoever_else_writes(here, monkeypatch):
     work = [*SECTION, "--no-diffusion", "--out", "s"]
     draw = figures.section_figure
 
     def late(*given):  # while this run draws, another one ends
-        if not (tmp_path / "s-2.npz").exists():
+        if not (here / "s-2.npz").exists():
             assert cli.main(work) == 0
         return draw(*given)
 
@@ -154,7 +148,7 @@ def test_data_and_figure_have_one_number_whoever_else_writes(tmp_path, monkeypat
     assert cli.main(work) == 0
     assert cli.main([*work, "--no-figure"]) == 0
     assert cli.main(work) == 0
-    found = sorted(path.name for path in tmp_path.iterdir())
+    found = sorted(path.name for path in here.iterdir())
     assert found == ["s-2.npz", "s-2.png", "s-3.npz", "s-4.npz", "s-4.png", "s.npz", "s.png"]
 
 
@@ -176,14 +170,13 @@ def test_a_full_disk_leaves_the_old_figure(tmp_path, capsys, monkeypatch):
     assert (tmp_path / "s.png").read_bytes() == old
 
 
-def test_out_may_be_a_folder_and_is_no_other_kind_of_picture(tmp_path, capsys, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    (tmp_path / "there").mkdir()
+def test_out_may_be_a_folder_and_is_no_other_kind_of_picture(here, capsys):
+    (here / "there").mkdir()
     assert cli.main([*SECTION, "--no-diffusion", "--out", "there"]) == 0
-    found = sorted(path.name for path in (tmp_path / "there").iterdir())
+    found = sorted(path.name for path in (here / "there").iterdir())
     assert found == ["fastaff-poincare.npz", "fastaff-poincare.png"]
     assert cli.main(["plot", "there/fastaff-poincare.npz", "--out", "there"]) == 0
-    assert (tmp_path / "there" / "fastaff-poincare-2.png").stat().st_size > 0
+    assert (here / "there" / "fastaff-poincare-2.png").stat().st_size > 0
     capsys.readouterr()
     assert cli.main([*SECTION, "--out", "a.jpg"]) == 2
     assert "--out a.jpg: figures are .png, .pdf, .svg" in capsys.readouterr().err

@@ -24,8 +24,7 @@ def lorenz():
     return fa.flow(LORENZ, s=10.0, r=28.0, b=8 / 3)
 
 
-def test_a_section_of_a_flow(tmp_path, monkeypatch, capsys):
-    monkeypatch.chdir(tmp_path)
+def test_a_section_of_a_flow(here, capsys):
     assert main(["poincare", *GIVEN, *PLACED, "--section", "z=27", "--crossings", "12", "--max-time", "60"]) == 0
     found = fa.load("fastaff-poincare.npz")
     z0 = np.array([1 + 8 * (np.arange(3) + 0.5) / 3, [2.0] * 3, [20.0] * 3])
@@ -35,16 +34,14 @@ def test_a_section_of_a_flow(tmp_path, monkeypatch, capsys):
     assert (found.counts == 12).all()
 
 
-def test_a_spectrum_of_a_flow(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
+def test_a_spectrum_of_a_flow(here):
     assert main(["chaos-map", *GIVEN, *PLACED, "--time", "50", "--indicators", "spectrum", "--no-figure"]) == 0
     spectrum = fa.load("fastaff-chaos-map.npz").spectrum
     assert spectrum.shape == (3, 3)
     assert np.allclose(spectrum.sum(axis=0), -(10 + 1 + 8 / 3), rtol=0, atol=1e-8)  # the divergence
 
 
-def test_friction(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
+def test_friction(here):
     grid = ["--axes", "x=-1:1:2", "--axes", "p_x=0.5:1:2"]
     words = ["--hamiltonian=-cos(x)", "--coordinates", "x", "--friction", "g/2", "--parameter", "g=0.25"]
     how = ["--time", "30", "--indicators", "spectrum", "--no-figure"]
@@ -91,11 +88,10 @@ def test_jobs_carry_them(value):
         (["--model", "henon-heiles", "--friction", "0.1"], "--friction belongs to"),
     ],
 )
-def test_what_is_refused(words, says, capsys, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
+def test_what_is_refused(words, says, capsys, here):
     assert main(["poincare", *words]) == 2
     assert says in capsys.readouterr().err
-    assert not list(tmp_path.iterdir())
+    assert not list(here.iterdir())
 
 
 def test_options_of_tables():

@@ -29,8 +29,7 @@ def pendulum():
 
 
 @pytest.mark.parametrize("words", [TEXT, ["--model", "double-pendulum", "--parameter", "g=1"]], ids=["text", "named"])
-def test_a_section_of_random_starts(tmp_path, monkeypatch, words):
-    monkeypatch.chdir(tmp_path)
+def test_a_section_of_random_starts(here, words):
     how = ["--orbits", "5", "--seed", "3", "--crossings", "10", "--max-time", "200"]
     assert main(["poincare", *words, "--energy", "-1.2", *how]) == 0
     found = fa.load("fastaff-poincare.npz")
@@ -43,8 +42,7 @@ def test_a_section_of_random_starts(tmp_path, monkeypatch, words):
     np.testing.assert_allclose(model.energy(*found.points), -1.2, rtol=0, atol=1e-10)
 
 
-def test_a_grid_of_named_rows_and_the_whole_surface(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
+def test_a_grid_of_named_rows_and_the_whole_surface(here):
     cells = {"q2": [-2 / 3, 0.0, 2 / 3], "p2": [-0.25, 0.25]}
     z0 = fa.energy_grid(pendulum(), energy=-1.2, axes=cells, solve="p1").z0
     truth = fa.chaos_map(pendulum(), z0, time=30.0)
@@ -97,9 +95,8 @@ def test_a_job_that_was_stopped_has_the_bits_of_one_run(tmp_path):
     "key",
     ["spherical-pendulum", "symmetric-top", "asymmetric-top", "ellipsoid-geodesic", "two-polar-body", "affine-body"],
 )
-def test_named_systems_run_from_the_command_line(tmp_path, monkeypatch, key):
+def test_named_systems_run_from_the_command_line(here, key):
     """A launch set on the energy of a point of theirs, by the library's own numbers."""
-    monkeypatch.chdir(tmp_path)
     model = Model(model=key).build()
     n, again = model.degrees_of_freedom, described(model)
     assert again is not None
@@ -177,11 +174,10 @@ def test_rods_of_a_double_pendulum_carry_its_energy():
     np.testing.assert_allclose(rods.T, model.joints(*end), rtol=0, atol=1e-12)
 
 
-def test_a_point_of_another_h_moves_over_its_least_energies(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
+def test_a_point_of_another_h_moves_over_its_least_energies(here):
     text = ["--hamiltonian=(p + y)**2*(1 + x**2)/2 + s**2/2 + x**2/2 + y**2", "--momenta", "p s", "--energy", "0.4"]
     assert main(["animate", *text, "--time", "2", "--frames", "3", "--out", "film.gif"]) == 0
-    assert (tmp_path / "film.gif").stat().st_size > 1000
+    assert (here / "film.gif").stat().st_size > 1000
     model = fa.hamiltonian(text[0].partition("=")[2], coordinates="x y", momenta="p s")
     film = fa.plot.animate(model, [0.1, 0.1, 0.3, 0.2], time=2.0, frames=3)
     lines = film.figure.axes[0].collections[-1].get_paths()[0].vertices

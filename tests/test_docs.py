@@ -272,9 +272,8 @@ def test_public_docstrings_name_parameters_results_and_errors(name):
 
 
 @pytest.mark.parametrize("name", EXAMPLES)
-def test_examples_of_public_docstrings_run(name, tmp_path, monkeypatch):
+def test_examples_of_public_docstrings_run(name, here):
     """Each ends its docstring and prints what it shows, with `fa` and `np` at hand."""
-    monkeypatch.chdir(tmp_path)
     title, text = list(sections(EXAMPLES[name]).items())[-1]
     assert title == "Examples"
     example = doctest.DocTestParser().get_doctest(text, {"fa": fastaff, "np": np}, name, None, None)

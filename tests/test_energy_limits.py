@@ -73,8 +73,7 @@ def test_energies_beyond_the_wells():
         fa.energy_sample(HH, energy=1.0, section="x=0", orbits=3)
 
 
-def test_a_note_where_orbits_escape(tmp_path, capsys, monkeypatch):
-    monkeypatch.chdir(tmp_path)
+def test_a_note_where_orbits_escape(here, capsys):
     run = [
         "poincare",
         "--model",

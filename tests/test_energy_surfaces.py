@@ -9,6 +9,7 @@ from scipy.stats import ks_2samp
 
 import fastaff as fa
 from fastaff.analysis.sections.energy_grid import lift_sheets
+from fastaff.analysis.sections.energy_limits import Where
 from fastaff.analysis.sections.invariant_measure import measure_of
 from fastaff.analysis.sections.surface_points import surface_of
 from fastaff.models.contracts import Kind
@@ -140,7 +141,7 @@ def test_every_root_of_a_quartic_momentum_is_found():
     for direction in (1, -1):
         u, v = (axis.ravel() for axis in np.meshgrid(*cells))
         section = fa.Linear((1.0, 0, 0, 0), 0.2, direction)
-        z, found, names = lift_sheets(model, section, energy, 0.0, 0.0, u, v)
+        z, found, names = lift_sheets(Where(model, section, energy), u, v)
         assert names == ("y", "py")
         grid = np.linspace(-4, 4, 160001)
         for j in range(u.size):

@@ -506,15 +506,14 @@ def test_numbers_of_numpy(kind):
     assert "np." not in job.text()
 
 
-def test_each_front_end_names_an_option_its_own_way(tmp_path, monkeypatch, capsys):
+def test_each_front_end_names_an_option_its_own_way(here, capsys):
     """Python by its argument, the shell by its flag, a file by its key."""
-    monkeypatch.chdir(tmp_path)
     with pytest.raises(ValueError, match=r"^energy is required: the energy"):
         Job(model=HH, poincare=fa.jobs.Poincare()).plan()
     with pytest.raises(ValueError, match=r"^give time or periods, not both"):
         Job(model=HH, surface=LOW, chaos_map=fa.jobs.Chaos(time=1.0, periods=2.0)).chaos_map.check(fa.jobs.Run())
     assert main(["poincare", "--model", "henon-heiles"]) == 2
     assert "error: --energy is required: the energy" in capsys.readouterr().err
-    (tmp_path / "a.toml").write_text("[poincare]\n")
+    (here / "a.toml").write_text("[poincare]\n")
     assert main(["run", "a.toml"]) == 2
     assert "error: a.toml: [surface] energy is required" in capsys.readouterr().err

@@ -560,3 +560,19 @@ def test_each_orbit_of_a_default_run_has_its_scheme_whatever_its_company():
     assert fa.integrate(H, z0[:, :2], time=5.0).scheme is VERNER9
     assert fa.integrate(H, [0.1, 0.1, 0.0, 0.1], time=1600.0, accuracy=1e-7).scheme is GAUSS8
     assert fa.integrate(H, z0[:, :2], time=5.0, accuracy=1e-9, scheme=GAUSS8).scheme is GAUSS8
+
+
+def test_where_a_formula_lives_does_not_depend_on_units_and_origins():
+    """A pole that has one sign near the origin alone is no wall; narrow ranges of many rows are found."""
+    for _ in range(3):
+        s, o = 10 ** float(RNG.uniform(2, 4)), float(RNG.uniform(-3, 3))
+        sphere = "p1**2/2 + p2**2/(2*sin(q1/s - o)**2)"
+        H = fa.hamiltonian(sphere, coordinates="q1 q2", momenta="p1 p2", s=s, o=o)
+        assert all(H.margin((angle + o) * s, 0.0, 1.0, 1.0) > 0 for angle in (-1.5, 1.5))
+    hops = " + ".join(f"sqrt(j{i}*(1 - j{i}))*sqrt(j{i + 1}*(1 - j{i + 1}))*cos(f{i} - f{i + 1})" for i in range(5))
+    sites = [f"f{i}" for i in range(6)], [f"j{i}" for i in range(6)]
+    H = fa.hamiltonian(hops, coordinates=sites[0], momenta=sites[1])
+    assert H.margin(*[0.0] * 6, *[0.5] * 6) > 0
+    assert H.margin(*[0.0] * 6, *[1.5] * 6) < 0
+    with pytest.raises(ValueError, match="no finite real value"):
+        fa.hamiltonian("sqrt(-1 - j**2)*cos(f)", coordinates="f", momenta="j")

@@ -10,8 +10,7 @@ import pytest
 
 import fastaff as fa
 from fastaff.analysis import Character
-from fastaff.analysis.chaos.indicator import NEEDS, Indicator, VectorIndicator, is_indicator
-from fastaff.analysis.chaos.own_passes import Watch
+from fastaff.analysis.chaos.indicator import NEEDS, Indicator, VectorIndicator, Watch, is_indicator
 from fastaff.base.numbers import portion
 from fastaff.compile.jit import LANES
 from fastaff.flows import observers

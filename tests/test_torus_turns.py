@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from scipy.integrate import quad, solve_ivp
 from scipy.optimize import brentq
+from test_nonseparable import spherical
 
 import fastaff as fa
 from fastaff.analysis import Verdict
@@ -274,3 +275,35 @@ def test_fixed_points_short_times_and_words():
         fa.fit_torus(StandardMap(0.5), [0.2, 2.1], time=100.5)
     with pytest.raises(ValueError, match="step is for systems in time"):
         fa.fit_torus(StandardMap(0.5), [0.2, 2.1], time=1000, step=0.1)
+
+
+@pytest.mark.parametrize("p0", [2.5, -3.0])
+def test_an_angle_of_a_flow_that_goes_round(p0):
+    """A pendulum whose inertia depends on its angle: frequency, sense and area under the curve by quadrature."""
+    model = fa.hamiltonian(
+        "p**2/2*(1 + a*cos(q/s)) - cos(q/s)", coordinates="q", momenta="p", periods={"q": "2*pi*s"}, a=0.2, s=0.7
+    )
+    energy = float(model.energy(0.2, p0))
+
+    def momentum(q):
+        return np.sqrt(2 * (energy + np.cos(q / 0.7)) / (1 + 0.2 * np.cos(q / 0.7)))
+
+    once = quad(lambda q: 1 / ((1 + 0.2 * np.cos(q / 0.7)) * momentum(q)), 0, TURN * 0.7, epsabs=1e-14)[0]
+    found = fa.fit_torus(model, [0.2, p0], time=200.0)
+    assert found.verdict is Verdict.TORUS
+    assert abs(found.nu[0] - np.sign(p0) / once) <= found.nu_error[0] + 1e-14
+    np.testing.assert_allclose(found.J, np.sign(p0) * quad(momentum, 0, TURN * 0.7, epsabs=1e-14)[0], rtol=1e-10)
+    later = fa.integrate(model, [0.2, p0], time=7.0, accuracy=1e-12).z[:, 0]
+    there = found.evaluate(found.theta0 + 7 * found.nu)
+    np.testing.assert_allclose(there, later, atol=1e-9)
+
+
+def test_an_azimuth_that_is_in_no_line_goes_round_beside_the_others():
+    """A spherical pendulum: the rate of its azimuth is no line, and near 3 : 4 with the swing in the second orbit."""
+    model, z, truth = spherical(np.random.default_rng(3), 3)
+    for k in range(3):
+        found = fa.fit_torus(model, z[:, k], time=400.0)
+        assert found.verdict is Verdict.TORUS
+        assert found.names == ("th", "f")
+        assert (np.abs(found.nu - truth[:, k]) <= found.nu_error).all()
+        np.testing.assert_allclose(found.J[1], TURN * model.s * z[3, k], rtol=1e-10)

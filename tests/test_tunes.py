@@ -131,6 +131,22 @@ def test_errors_cover_the_truth(make, samples):
     assert np.median(found.error) < (1e-6 if samples < 100 else 1e-12)
 
 
+@pytest.mark.parametrize("samples", [300, 2000])
+def test_errors_cover_the_truth_next_to_resonances(samples):
+    """Two planes that modulate each other, at distances from a |k| <= 5 that the window does not resolve."""
+    rng = np.random.default_rng(samples)
+    k = np.array([(1, -1), (2, -1), (1, -2), (3, -2), (1, -3), (1, 1), (2, 1)])[rng.integers(0, 7, MANY)]
+    beat = 10 ** rng.uniform(-4, 0.5, MANY) / samples
+    nu = rng.uniform(0.1, 0.4, MANY)
+    nu = np.array([nu, (np.rint(k @ [0.25, 0.25]) + beat - k[:, 0] * nu) / k[:, 1] % 1.0])
+    theta = 2 * np.pi * (nu[:, :, None] * np.arange(samples) + rng.uniform(0, 1, nu.shape)[:, :, None])
+    size = 1 + 0.1 * np.cos(theta[::-1])
+    found = fa.tunes(np.concatenate([size * np.cos(theta), -np.sin(theta)]))
+    ratio = distance(found.nu, nu) / found.error
+    assert (ratio <= 1).mean() > 0.99
+    assert (ratio <= 10).all()
+
+
 def test_the_stored_computation_is_what_it_says():
     rng = np.random.default_rng(3)
     z = sheared(rng, apart(rng, 5, 5000), 5000)

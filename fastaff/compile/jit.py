@@ -30,7 +30,7 @@ from numba.extending import intrinsic
 from ..base.interruption import unbroken
 from ..base.progress import Compiling
 from .cache import CodeCache
-from .callees import Callee
+from .callees import Callee, EntryPipeline
 from .packs import FOLDER, Pack, best
 
 config: Any = _config  # its options are set at run time, unknown to type checkers
@@ -262,7 +262,7 @@ class BlockFunction(types.WrapperAddressProtocol):
     """A compiled function that kernels receive as a typed pointer: they need no recompilation for it."""
 
     def __init__(self, function: Callable, signature: Any, *, cache: bool):
-        compiled: Any = CFunc(function, normalize_signature(signature), {}, {"error_model": "numpy"})
+        compiled: Any = CFunc(function, normalize_signature(signature), {}, {"error_model": "numpy"}, EntryPipeline)
         if cache and (folder := cache_directory()) is not None:
             compiled._cache = CodeCache(function, folder, prebuilt)
         with compiling():

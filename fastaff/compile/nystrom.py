@@ -33,33 +33,34 @@ def spare_rows(n: int, half: int, stages: int) -> int:
 def steps_text(rows: Rows, terms: Terms) -> str:
     """Text of steps of the state in place."""
     width = lanes_at_once(rows.half)
-    step = f"count, own, size = min({width}, lanes - first), z[first:], step[first:]\n{_step(rows, terms, _lanes)}"
-    return _until_outside(rows, terms, f"for first in range(0, lanes, {width}):\n" + _indent(step, 1))
+    step = f"count, own, size = min({width}, lanes - first), z[first:], step[first:]\nfull = count == {width}\n"
+    step += _step(rows, terms, _lanes)
+    return _until_outside(rows, f"for first in range(0, lanes, {width}):\n" + _indent(step, 1))
 
 
 def march_text(rows: Rows, terms: Terms) -> str:
     """Text of steps of lane 0 with the bits of the others: for a single orbit."""
     kept = traced(f"z[{r * LANES}]" for r in range(2 * rows.half))
-    return "    own, lanes = z, 1\n" + _until_outside(rows, terms, _step(rows, terms, _alone), kept)
+    begin = "    own, lanes, count, full = z, 1, 1, False\n"
+    return begin + _until_outside(rows, _step(rows, terms, _alone), kept)
 
 
-def _until_outside(rows: Rows, terms: Terms, step: str, kept: str = "") -> str:
-    """Text of steps. The number of rows is made one that LLVM does not know: it would unroll the loops over them."""
+def _until_outside(rows: Rows, step: str, kept: str = "") -> str:
+    """Text of steps, in the rows behind the state and its carried rounding errors."""
     first, width = 4 * rows.half * LANES, lanes_at_once(rows.half)
     made = f"    sums = z[{first}:]\n    forces = z[{first + width * (2 * rows.half + rows.n)}:]\n"
-    made += f"    half = {rows.half}*drifts.size//{sum(map(len, terms))}\n"
     return made + _indent(while_inside(rows, step, kept), 1) + "    return taken\n"
 
 
-def _lanes(text: str) -> str:
-    return "for i in range(count):\n" + _indent(text.replace("lane_step", "size[i]"), 1)
+def _lanes(text: str, count: str = "count") -> str:
+    return f"for i in range({count}):\n" + _indent(text.replace("lane_step", "size[i]"), 1)
 
 
-def _alone(text: str) -> str:
+def _alone(text: str, count: str = "1") -> str:
     return "i = 0\n" + text.replace("lane_step", "step")
 
 
-def _step(rows: Rows, terms: Terms, each: Callable[[str], str]) -> str:
+def _step(rows: Rows, terms: Terms, each: Callable[..., str]) -> str:
     """Text of one step of `each` lane: loops over few rows, as only such become vectors. LLVM must look before whether
     rows at unknown places of one array overlap.
     """
@@ -86,9 +87,10 @@ def _step(rows: Rows, terms: Terms, each: Callable[[str], str]) -> str:
     )
 
 
-def _summed(rows: Rows, each: Callable[[str], str], stages: Sequence[int], first: int, target: int = 0) -> str:
+def _summed(rows: Rows, each: Callable[..., str], stages: Sequence[int], first: int, target: int = 0) -> str:
     """Text that sets the sums of all rows, from row `target` on, to those of the forces of these stages, with the
-    coefficients from the number `first` on. A time has a velocity of its own.
+    coefficients from the number `first` on. A time has a velocity of its own. Rows of a full stretch of lanes follow
+    one another: one loop goes through all.
     """
     half, width = rows.half, lanes_at_once(rows.half)
     chains = []
@@ -98,11 +100,12 @@ def _summed(rows: Rows, each: Callable[[str], str], stages: Sequence[int], first
             known = f"known[{stage * half * width} + i]"
             text = f"fma(a{k}, {known}, {text})" if text else f"a{k}*{known}"
         chains.append(text)
-    skip = "" if rows.time is None or target else f"    if r % {rows.n} == {rows.time}:\n        continue\n"
+    top = width * (half - 1 if rows.time is not None and not rows.vectors and not target else half)
     return (
         "".join(f"a{k} = drifts[{first + k}]\n" for k in range(len(stages)))
-        + f"for r in range(half):\n{skip}    total, known = sums[{width}*(r + {target}):], forces[{width}*r:]\n"
-        + _indent(each(f"total[i] = {' + '.join(chains)}\n"), 1)
+        + f"apart, many = ({top}, {top}) if full else ({width}, count)\n"
+        + f"for at in range(0, {top}, apart):\n    total, known = sums[at + {width * target}:], forces[at:]\n"
+        + _indent(each(f"total[i] = {' + '.join(chains)}\n", "many"), 1)
     )
 
 
@@ -124,7 +127,7 @@ def _moved(rows: Rows, part: range) -> str:
     return f"h = lane_step\n{text}{rows.velocities(part)}"
 
 
-def _stage(rows: Rows, each: Callable[[str], str], part: range) -> str:
+def _stage(rows: Rows, each: Callable[..., str], part: range) -> str:
     """Text that sets the forces of stage s of a part."""
     half, width, n = rows.half, lanes_at_once(rows.half), rows.n
     place = [f"sums[{(2 * half + r) * width} + i]" for r in range(n)]
@@ -138,7 +141,7 @@ def _stage(rows: Rows, each: Callable[[str], str], part: range) -> str:
     return begin + each(text)
 
 
-def _end(rows: Rows, each: Callable[[str], str], part: range) -> str:
+def _end(rows: Rows, each: Callable[..., str], part: range) -> str:
     """Text that makes of the sums of a part what the step adds to its coordinates and momenta."""
     width = lanes_at_once(rows.half)
     drift = _moved(rows, part) + "".join(f"total[{k * width} + i] = h*v{r}\n" for k, r in enumerate(part))

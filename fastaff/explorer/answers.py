@@ -14,6 +14,7 @@ from ..analysis.chaos.indicators import MEGNO, Lyapunov
 from ..analysis.frequencies.frequency_map import frequency_map
 from ..analysis.orbits.integrate import integrate
 from ..analysis.sections.energy_grid import lift
+from ..analysis.sections.energy_limits import Where
 from ..analysis.sections.islands import rotation_number
 from ..analysis.sections.poincare_map import poincare_map
 from ..analysis.sections.section_edge import edge
@@ -139,7 +140,7 @@ class Answers:
         u = extent[0] + (extent[1] - extent[0]) * (np.arange(width) + 0.5) / width
         v = extent[2] + (extent[3] - extent[2]) * (np.arange(height) + 0.5) / height
         first, second = (x.ravel() for x in np.meshgrid(u, v))
-        _, allowed, names = lift(self.body, section, **where, u=first, v=second)
+        _, allowed, names = lift(Where(self.body, section, **where), first, second)
         self.orbits.clear()  # those of an energy that is not reached stay with the section that they have
         self.section, self.where, self.names = section, where, names
         self.post(
@@ -179,7 +180,7 @@ class Answers:
         """Return phase points over points of the section or plane, and which there are."""
         if isinstance(self.section, Plane):
             return self.section.lift(u, v)
-        z, found, _ = lift(self.body, self.section, **self.where, u=u, v=v)
+        z, found, _ = lift(Where(self.body, self.section, **self.where), u, v)
         return z, found
 
     def on_launch(self, message: dict[str, Any]) -> None:

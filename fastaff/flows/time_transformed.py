@@ -16,7 +16,6 @@ from ..kernels.time_levels import ROWS
 from ..models.mechanics import energies, potential_energies
 from ..models.sections import Linear
 from ..models.traits import Traits
-from ..schemes.automatic import TRIAL_ORBITS, spread, trial_rounds
 from ..schemes.catalogue import DOP853
 from ..schemes.time_transformed import (
     Algebraic,
@@ -34,7 +33,7 @@ from .flow import Flow
 from .launch import Report, early
 from .motion import typical_rate
 from .observers import Observer
-from .trials import following_step, staying, trial_step
+from .trials import Sample, following_step, sample_of, trial_step
 
 PATIENCE = 1000
 """How many times the expected number of steps an orbit may take: one that falls into a singularity would never end."""
@@ -209,16 +208,13 @@ def prepared(
     if scheme.rate is not None and step is not None:
         pace = float(np.median(scheme.rate.at(potential_energies(model, z))))
         return _flow(time, model, scheme, step, pace, threads), math.nan, math.nan
-    sample = spread(z, TRIAL_ORBITS)
-    span = 20 / typical_rate(model, sample)
-    rounds = trial_rounds(sample, span, time)
-    sample, most = staying(model, sample, span * rounds, threads)
-    rate, bottom, top = survey(model, sample, span, threads)
+    sample = sample_of(model, z, 20, time, threads)
+    rate, bottom, top = survey(sample)
     best: tuple[TransformedFlow, float, float] | None = None
     for transformed in [scheme] if scheme.rate is not None else [replace(scheme, rate=r) for r in rates(bottom, top)]:
         k = 0
-        while k < most:
-            found = _tried(model, transformed, step or trial_step(k, rate), span, rounds, sample, threads)
+        while k < sample.most:
+            found = _tried(transformed, step or trial_step(k, rate), sample)
             if best is None or _rank(found, error) < _rank(best, error):
                 best = found
             if step is not None or found[1] <= error or (best[1] <= error and found[2] >= best[2]):
@@ -265,15 +261,12 @@ def _flow(
     return TransformedFlow(model, flow, scheme, pace, patience)
 
 
-def _tried(
-    model: Any, scheme: TimeTransformed, step: float, span: float, rounds: int, sample: np.ndarray, threads: int
-) -> tuple[TransformedFlow, float, float]:
-    """Run the sample over `rounds` times `span`; return the flow with its pace, the largest energy error and forces per
-    unit time.
-    """
-    flow = _flow(span * rounds, model, scheme, step, 1.0, threads, 100)
-    ensemble = flow.ensemble(sample)
-    states, interrupted = flow.trajectory(ensemble, span * rounds, rounds, None)
+def _tried(scheme: TimeTransformed, step: float, sample: Sample) -> tuple[TransformedFlow, float, float]:
+    """Run the sample; return the flow with its pace, the largest energy error and forces per unit time."""
+    time = sample.span * sample.rounds
+    flow = _flow(time, sample.model, scheme, step, 1.0, sample.threads, 100)
+    ensemble = flow.ensemble(sample.z)
+    states, interrupted = flow.trajectory(ensemble, time, sample.rounds, None)
     if interrupted:
         raise KeyboardInterrupt
     if np.any(ensemble.status != Status.OK):
@@ -283,15 +276,15 @@ def _tried(
     return replace(flow, pace=pace, patience=PATIENCE), worst, scheme.stages / (step * pace)
 
 
-def survey(model: Any, sample: np.ndarray, span: float, threads: int) -> tuple[float, float, float]:
-    """Return the typical angular frequency, the lowest potential and the highest energy of orbits, over a time `span`
-    of some librations. What has escaped would tell of depths where no other orbit goes.
+def survey(sample: Sample) -> tuple[float, float, float]:
+    """Return the typical angular frequency, the lowest potential and the highest energy of orbits over a round, which
+    is some librations. What has escaped would tell of depths where no other orbit goes.
     """
-    rows = len(sample)
-    flow = Flow(model, DOP853, math.inf, 1e-9, 1e-9, threads)
-    ensemble = flow.ensemble(sample.copy())
-    states = flow.sampled(ensemble, LOOKS, time=span).reshape(-1, rows).T
-    states = np.concatenate([sample, states[:, np.isfinite(states).all(axis=0)]], axis=1)
+    model, z = sample.model, sample.z
+    flow = Flow(model, DOP853, math.inf, 1e-9, 1e-9, sample.threads)
+    ensemble = flow.ensemble(z.copy())
+    states = flow.sampled(ensemble, LOOKS, time=sample.span).reshape(-1, len(z)).T
+    states = np.concatenate([z, states[:, np.isfinite(states).all(axis=0)]], axis=1)
     V = potential_energies(model, states)
     return typical_rate(model, states), float(np.nanmin(V)), float(np.max(ensemble.energy))
 

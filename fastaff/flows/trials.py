@@ -137,56 +137,68 @@ def halving(flow: Flow, z: np.ndarray, step: np.ndarray, time: np.ndarray, found
     return np.where(known[0], np.where(known, apart, 0.0).max(axis=0), np.inf)
 
 
+class Sample(NamedTuple):
+    """Orbits that schemes are tried on: z (2n, orbits), the `span` of time of a round, rounds, and how many steps are
+    tried at most.
+    """
+
+    model: Any
+    z: np.ndarray
+    span: float
+    rounds: int
+    most: int
+    threads: int
+
+
+def sample_of(model: Any, z: np.ndarray, radians: float, time: float | None, threads: int) -> Sample:
+    """Return a sample of orbits with rounds of so many radians, in a run over `time`: those that stay in the domain.
+
+    An orbit that escapes or collapses says nothing about a scheme: no step would keep its energy. Where all do they are
+    returned, for one step.
+    """
+    z = spread(z, TRIAL_ORBITS)
+    span = radians / typical_rate(model, z)
+    rounds = trial_rounds(z, span, time)
+    flow = Flow(model, DOP853, math.inf, 1e-9, 1e-9, threads)
+    ensemble = flow.ensemble(z.copy())
+    flow.advance(ensemble, observers.nothing(), *no_memory(ensemble), time=1.25 * (span * rounds))
+    stays = ensemble.status == Status.OK
+    z, most = (np.ascontiguousarray(z[:, stays]), STEPS) if stays.any() else (z, 1)
+    return Sample(model, z, span, rounds, most, threads)
+
+
 def trials_in_time(
-    model: Any, z: np.ndarray, scheme: Automatic, rtol: float, atol: float, threads: int, time: float | None = None
+    model: Any, z: np.ndarray, scheme: Automatic, rtol: float, atol: float, threads: int, time: float | None
 ) -> list[Trial]:
     """Try the candidates that step in time itself on a sample of orbits, for 60/omega at a time.
 
     The error of an adaptive scheme is extended in proportion to a run over `time`.
     """
-    sample, tried = spread(z, TRIAL_ORBITS), []
-    span = 60 / typical_rate(model, sample)
-    rounds = trial_rounds(sample, span, time)
-    sample, most = staying(model, sample, span * rounds, threads)
+    sample, tried = sample_of(model, z, 60, time, threads), []
     for candidate in scheme.candidates:
         if not isinstance(candidate, (Splitting, RungeKutta)):
             continue
         flow = Flow(model, candidate, math.inf, rtol, atol, threads)
         if flow.adaptive:
-            worst, steps = _run_trial(flow, sample, span, rounds)
-            worst *= max(1.0, (time or span) / (span * rounds))
+            worst, steps = _run_trial(flow, sample)
+            worst *= max(1.0, (time or sample.span) / (sample.span * sample.rounds))
         else:
-            flow, worst = try_steps(flow, sample, scheme.bound, span, rounds, most)
-            steps = span / float(flow.step)
-        tried.append(Trial(candidate, float(flow.step), worst, steps * candidate.evaluations / span))
+            flow, worst = try_steps(flow, sample, scheme.bound)
+            steps = sample.span / float(flow.step)
+        tried.append(Trial(candidate, float(flow.step), worst, steps * candidate.evaluations / sample.span))
     return tried
 
 
-def staying(model: Any, sample: np.ndarray, time: float, threads: int) -> tuple[np.ndarray, int]:
-    """Return the orbits of a sample that stay in the domain for `time` and a while after, and how many steps to try on
-    them.
-
-    An orbit that escapes or collapses says nothing about a scheme: no step would keep its energy. Where all do they are
-    returned, for one step.
-    """
-    flow = Flow(model, DOP853, math.inf, 1e-9, 1e-9, threads)
-    ensemble = flow.ensemble(sample.copy())
-    flow.advance(ensemble, observers.nothing(), *no_memory(ensemble), time=1.25 * time)
-    stays = ensemble.status == Status.OK
-    return (np.ascontiguousarray(sample[:, stays]), STEPS) if stays.any() else (sample, 1)
-
-
-def try_steps(flow: Flow, sample: np.ndarray, error: float, span: float, rounds: int, most: int) -> tuple[Flow, float]:
+def try_steps(flow: Flow, sample: Sample, error: float) -> tuple[Flow, float]:
     """Return the flow with the longest `trial_step` below the error, and the largest of its energy errors.
 
-    The errors are those at the ends of `rounds` spans; where none of `most` steps gets there the one of least error is
-    taken.
+    The errors are those at the ends of rounds; where none of the steps gets there the one of least error is taken.
     """
     best, least, k = math.inf, math.inf, 0
-    rate = max(typical_rate(flow.model, sample), drive_rate(flow.model))
-    while k < most:
+    rate = max(typical_rate(flow.model, sample.z), drive_rate(flow.model))
+    while k < sample.most:
         step = trial_step(k, rate)
-        worst, _ = _run_trial(replace(flow, step=step), sample, span, rounds)
+        worst, _ = _run_trial(replace(flow, step=step), sample)
         if worst < least:
             best, least = step, worst
         if worst <= error:
@@ -208,21 +220,23 @@ def following_step(k: int, worst: float, error: float, order: int) -> int:
     return k + max(1, int(ahead) - 1)
 
 
-def _run_trial(flow: Flow, sample: np.ndarray, span: float, rounds: int) -> tuple[float, float]:
-    """Return the largest of the energy errors at the ends of `rounds` times `span`, and the mean number of steps in
-    one.
-    """
-    energy, z, errors, steps = energies(flow.model, sample), sample, [], 0.0
-    kinetic = np.zeros(sample.shape[1])
-    for _ in range(rounds):
+def _run_trial(flow: Flow, sample: Sample) -> tuple[float, float]:
+    """Return the largest of the energy errors at the ends of rounds, and the mean number of steps in one."""
+    energy, z, errors, steps = energies(flow.model, sample.z), sample.z, [], 0.0
+    kinetic = np.zeros(z.shape[1])
+    for _ in range(sample.rounds):
         ensemble = flow.ensemble(z.copy())
         np.maximum(ensemble.kinetic, kinetic, out=ensemble.kinetic)
         flow.advance(
-            ensemble, observers.nothing(), *no_memory(ensemble), time=span, observations=0 if flow.adaptive else 1
+            ensemble,
+            observers.nothing(),
+            *no_memory(ensemble),
+            time=sample.span,
+            observations=0 if flow.adaptive else 1,
         )
         drift, kinetic = energy_drift(flow.model, ensemble.z, energy, ensemble.scale), ensemble.kinetic
         errors.append(np.where(ensemble.status == Status.OK, drift, np.inf))
         z, steps = ensemble.z, steps + float(ensemble.count.mean())
         if not np.isfinite(errors[-1]).all():
             break
-    return float(np.max(errors)), steps / rounds
+    return float(np.max(errors)), steps / sample.rounds

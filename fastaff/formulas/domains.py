@@ -7,14 +7,51 @@ region: D1 > D2 > 0 for a body, everywhere for other systems. 1/g^2 is always on
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
+from ..base.descent import descended
 from .gammainc import GAMMAINC, numeric
 
 SAMPLES = 400
+SIZES = 6.0
+"""Decades to both sides of 1 in which coordinates are drawn: their units and origins may be any."""
+
+
+def everywhere(symbols: Iterable[Any]) -> Callable[[np.random.Generator, int], dict[Any, np.ndarray]]:
+    """Return what draws coordinates of these symbols around the origin and, as many, of all sizes."""
+
+    def region(rng: np.random.Generator, count: int) -> dict[Any, np.ndarray]:
+        near = {x: 1.5 * rng.standard_normal(count) for x in symbols}
+        sizes = {x: rng.choice([-1.0, 1.0], count) * 10 ** rng.uniform(-SIZES, SIZES, count) for x in symbols}
+        return {x: np.concatenate([near[x], sizes[x]]) for x in symbols}
+
+    return region
+
+
+def reached(walls: Sequence[Any], symbols: Sequence[Any], values: Mapping[str, float]) -> list[float] | None:
+    """Return values of these symbols at which all walls are positive, found by steps up along the coordinates from
+    points of all sizes; None where there is none, or no wall. values: those of the parameters.
+    """
+    import sympy
+
+    if not walls:
+        return None
+    fixed = {x: values[x.name.removeprefix("self.")] for w in walls for x in w.free_symbols if x not in symbols}
+    heights = sympy.lambdify(symbols, [w.xreplace(fixed) for w in walls], numeric("numpy"), dummify=True)
+
+    def below(x: np.ndarray) -> np.ndarray:
+        with np.errstate(all="ignore"):
+            each = [np.log1p(np.maximum(-np.real(h), 0.0)) + 0.0 * x[0] for h in heights(*x)]
+        return np.nan_to_num(np.sum(each, axis=0), nan=np.inf)
+
+    drawn = everywhere(symbols)(np.random.default_rng(3), 64)
+    start = np.array([drawn[x] for x in symbols])
+    x, low, _ = descended(below, start, np.maximum(np.abs(start) / 2, 1e-3))
+    best = int(np.argmin(low))
+    return [float(c) for c in x[:, best]] if low[best] == 0 else None
 
 
 def conditions(expression: Any, region: Callable[[np.random.Generator, int], Mapping[Any, np.ndarray]]) -> list[Any]:
@@ -70,11 +107,12 @@ def _sign(g: Any, region: Callable) -> int:
 
     rng = np.random.default_rng(2)
     points = region(rng, SAMPLES)
+    count = len(next(iter(points.values())))
     arguments = sorted(g.free_symbols, key=str)
-    values = [points[a] if a in points else rng.uniform(0.1, 2.0, SAMPLES) for a in arguments]
+    values = [points[a] if a in points else rng.uniform(0.1, 2.0, count) for a in arguments]
     with np.errstate(all="ignore"):
-        numbers = np.broadcast_to(sympy.lambdify(arguments, g, numeric("numpy"), dummify=True)(*values), SAMPLES)
+        numbers = np.broadcast_to(sympy.lambdify(arguments, g, numeric("numpy"), dummify=True)(*values), count)
     if numbers.dtype.kind != "f":
         return 0
-    numbers = numbers[np.isfinite(numbers)]
+    numbers = numbers[np.isfinite(numbers) & (numbers != 0)]  # what underflows says nothing
     return 0 if not numbers.size else 1 if numbers.min() > 0 else -1 if numbers.max() < 0 else 0

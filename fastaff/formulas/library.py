@@ -164,7 +164,7 @@ def _parameters(request: Request) -> dict[str, Any]:
 def _derive_hamiltonian(request: Request, programs: tuple[Program, Program | None], values: Mapping[str, float]) -> str:
     import sympy
 
-    from .domains import conditions
+    from .domains import conditions, everywhere, reached
     from .flow_source import nonseparable_model
     from .inertia import in_turning_frame, separated
     from .model_source import driven_model, hamiltonian_model
@@ -172,15 +172,12 @@ def _derive_hamiltonian(request: Request, programs: tuple[Program, Program | Non
     from .sympy_bridge import to_sympy
 
     program, domain = programs
-    check_real(program, values, request.variables, "text")
     own = {name: sympy.Symbol(name, real=True) for name in request.variables}
     names = {**own, **_parameters(request)}
     V = to_sympy(program, names)
-
-    def region(rng: np.random.Generator, count: int) -> dict[Any, np.ndarray]:
-        return {symbol: 1.5 * rng.standard_normal(count) for symbol in own.values()}
-
-    walls = [to_sympy(domain, names)] if domain is not None else conditions(V, region)
+    walls = [to_sympy(domain, names)] if domain is not None else conditions(V, everywhere(own.values()))
+    search = functools.partial(reached, walls, [*own.values()], values)
+    check_real(program, values, request.variables, "text", search)
     refuse_removable(V, walls if domain is not None else [], plain_places(request.variables), values, request.variables)
     masses, kind = request.inertia == "masses", "natural" if request.period is None else "driven"
     description = Description(
@@ -238,22 +235,20 @@ def _derive_flow(
 ) -> str:
     import sympy
 
-    from .domains import conditions
+    from .domains import conditions, everywhere, reached
     from .flow_source import flow_model
     from .potential_source import Description
     from .sympy_bridge import to_sympy
 
     own = {name: sympy.Symbol(name, real=True) for name in request.coordinates}
     names = {**own, **_parameters(request)}
-
-    def region(rng: np.random.Generator, count: int) -> dict[Any, np.ndarray]:
-        return {symbol: 1.5 * rng.standard_normal(count) for symbol in own.values()}
-
-    rates, walls = [], []
+    rates, walls, region = [], [], everywhere(own.values())
     for program in programs[0]:
-        check_real(program, values, request.coordinates, "text")
         rates.append(sympy.sympify(to_sympy(program, names)))
-        walls += [wall for wall in conditions(rates[-1], region) if wall not in walls]
+        here = conditions(rates[-1], region)
+        search = functools.partial(reached, here, [*own.values()], values)
+        check_real(program, values, request.coordinates, "text", search)
+        walls += [wall for wall in here if wall not in walls]
     walls = walls if programs[1] is None else [to_sympy(programs[1], names)]
     description = Description(
         request.text, request.domain, request.parameters, "An autonomous system.", request.coordinates

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import functools
 import random
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any
 
 from .gammainc import GAMMAINC, incomplete_gamma
@@ -163,9 +163,15 @@ def is_isotropic(trial: Trial) -> bool:
     return tried > 0
 
 
-def check_real(program: Program, parameters: Mapping[str, float], coordinates: tuple[str, ...], argument: str) -> None:
+def check_real(
+    program: Program,
+    parameters: Mapping[str, float],
+    coordinates: tuple[str, ...],
+    argument: str,
+    search: Callable[[], list[float] | None],
+) -> None:
     """Refuse a formula of coordinates that is real nowhere that is tried: around the origin, then around the
-    parameters and ever farther away.
+    parameters and ever farther away, and at last at a point that a search returns.
     """
     trial = Trial(program, parameters)
     for k in range(40 * POINTS):
@@ -179,6 +185,12 @@ def check_real(program: Program, parameters: Mapping[str, float], coordinates: t
             point[name] = centre + size * trial.uniform(-1, 1)
         if trial.value(point, generic) is not None:
             return
+    found, exact = search(), {name: trial.mp.mpf(value) for name, value in parameters.items()}
+    if (
+        found is not None
+        and trial.value(dict(zip(coordinates, map(trial.mp.mpf, found), strict=True)), exact) is not None
+    ):
+        return
     raise ValueError(
         f"{argument}: the formula has no finite real value at any of {40 * POINTS} points up to 1e15 from 0"
     )

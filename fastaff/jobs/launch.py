@@ -10,8 +10,9 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 
 from ..analysis.sections.energy_grid import ARRAYS, EnergyGrid, NotReached, checked_surface, grid_of, lift
+from ..analysis.sections.energy_limits import Where
 from ..analysis.sections.energy_sample import EnergySample, drawn, on_section, sample_of, source_of
-from ..analysis.sections.named_axes import Launching, checked_energy, launching
+from ..analysis.sections.named_axes import Launching, Others, checked_energy, launching
 from ..analysis.sections.section_edge import edge as section_edge
 from ..base.names import pairs
 from ..base.numbers import fits
@@ -95,7 +96,7 @@ class Starts:
         fits(option("grid"), *cells, itemsize=1)
         fits(option("grid"), ARRAYS, max(cells))
         given = self.ranges()
-        where = Where(body, section, *checked_surface(body, section, surface.energy, surface.p_eta, surface.p_gamma))
+        where = checked_surface(body, section, surface.energy, surface.p_eta, surface.p_gamma)
         edge, ranges = None, given
         try:
             edge = section_edge(body, section, energy=where.energy, p_eta=where.p_eta, p_gamma=where.p_gamma)
@@ -105,8 +106,8 @@ class Starts:
                 both = f"{option('range1')} and {option('range2')}"
                 raise Wrong(str(problem).replace("the ranges of the axes", both)) from None
         if self.orbits is not None:
-            boxes = energy_sample.ranges_to_draw(*where, ranges if any(given) else None)
-            sheets = energy_sample.drawn(*where, boxes, BLOCK, self.seed)[1]
+            boxes = energy_sample.ranges_to_draw(where, ranges if any(given) else None)
+            sheets = energy_sample.drawn(where, boxes, BLOCK, self.seed)[1]
             return RandomPoints(OnSection(where, boxes, sheets), self.orbits, self.seed, edge)
         # Cell centres: the ends of the range are the edge itself.
         axes = [low + (high - low) * (np.arange(n) + 0.5) / n for (low, high), n in zip(ranges, cells)]
@@ -136,19 +137,18 @@ class Starts:
         sign = -1 if surface.direction == "-1" and (self.solve is not None) else 1
         given = pairs(option("fixed"), self.fixed or (), "VALUE")
         fixed = {name: number(f"{option('fixed')} {name}", text) for name, text in given}
-        taken = fixed or None, self.solve, sign, self.at_rest
+        others = Others(fixed or None, self.solve, sign, self.at_rest)
         try:
             if self.orbits is not None:
                 given = pairs(option("axes"), self.axes or (), "LOW:HIGH")
                 axes = {name: range_of(f"{option('axes')} {name}", text) for name, text in given} or None
-                planes = {"p_eta": surface.p_eta, "p_gamma": surface.p_gamma}
-                source = source_of(body, surface.energy, here, axes, *taken, **planes)
+                source = source_of(body, surface.energy, here, axes, others, (surface.p_eta, surface.p_gamma))
                 return RandomPoints(OfSource(source), self.orbits, self.seed)
             if not self.axes:
                 raise Wrong.of("{axes} NAME=LOW:HIGH:N is required, once for each axis of the grid; or {orbits} N")
             parts = {name: axis_of(name, text) for name, text in pairs(option("axes"), self.axes, "LOW:HIGH:N")}
             fits(option("axes"), *(part.size for part in parts.values()), itemsize=1)
-            made = launching(body, checked_energy(body, surface.energy), tuple(parts), here, *taken)
+            made = launching(body, checked_energy(body, surface.energy), tuple(parts), here, others)
             return NamedCells(made, tuple(parts.values()))
         except (ValueError, TypeError) as problem:
             text = re.sub(r"axes=\{(.*)\}", flags_of_axes, str(problem))
@@ -161,16 +161,6 @@ class Starts:
 
 BY_NAME = ("axes", "fixed", "solve", "at_rest", "microcanonical")
 """Options of starts that are given by names, or over the whole energy surface."""
-
-
-class Where(NamedTuple):
-    """A section of an energy surface of a system."""
-
-    body: Any
-    section: Any
-    energy: float
-    p_eta: float
-    p_gamma: float
 
 
 class Launch(Protocol):
@@ -226,12 +216,12 @@ class Cells:
         """Return the phase points of the cells of some rows that the energy reaches, and their numbers."""
         rows = self.block // self.second.size
         u, v = np.meshgrid(self.first[block * rows : (block + 1) * rows], self.second, indexing="ij")
-        z, found, _ = lift(*self.where, u.ravel(), v.ravel())
+        z, found, _ = lift(self.where, u.ravel(), v.ravel())
         return np.ascontiguousarray(z[:, found]), np.flatnonzero(found)
 
     def placed(self, z0: np.ndarray, place: np.ndarray) -> EnergyGrid:
         """Return some cells; the others count as those that the energy does not reach."""
-        names = lift(*self.where, self.first[:1], self.second[:1])[2]
+        names = lift(self.where, self.first[:1], self.second[:1])[2]
         return grid_of(z0, place, (self.first, self.second), names, self.where.energy)
 
 
@@ -279,7 +269,7 @@ class OnSection(NamedTuple):
 
     def sample(self, count: int, seed: Any) -> EnergySample:
         """Return so many points."""
-        return drawn(*self.where, self.boxes, count, seed, self.sheets)[0]
+        return drawn(self.where, self.boxes, count, seed, self.sheets)[0]
 
 
 class OfSource(NamedTuple):

@@ -25,17 +25,18 @@ OWN = -2, 20
 
 
 @jit
-def below(of, rows, lanes, start, along, way, number, limit, place, least):
+def below(of, rows, lanes, start, along, way, number, limit, far, place, least):
     """Set least to 1 in lanes whose least energy at that number of a distance is at most the limit, else to 0.
 
     of: the model's parameters and potential, what the least energy is less in a turning frame, in units of x^2 + y^2,
     and the distances.
     """
     params, potential, centrifugal, distances = of
+    for i in range(lanes):
+        far[i] = way * distances[min(max(number[i], 0), distances.size - 1)]
     for r in range(rows):
         for i in range(lanes):
-            k = min(max(number[i], 0), distances.size - 1)
-            place[r * LANES + i] = start[r * LANES + i] + distances[k] * (way * along[r * LANES + i])
+            place[r * LANES + i] = start[r * LANES + i] + far[i] * along[r * LANES + i]
     potential(params, lanes, place, least)
     for i in range(lanes):
         if centrifugal != 0.0:
@@ -55,30 +56,30 @@ def find_turns(u, params, potential, centrifugal, distances, z, along, begin, lo
     rows, orbits = z.shape
     first = u * LANES
     lanes = min(LANES, orbits - first)
-    start, line, place, least, bound = room(rows), room(rows), room(rows), room(1), room(1)
+    start, line, place, least, bound, far = room(rows), room(rows), room(rows), room(1), room(1), room(1)
     inside, number, most = np.zeros(LANES, np.int64), np.zeros(LANES, np.int64), 0
+    begun, wanted = begin[first : first + lanes], looks[first : first + lanes]
     for i in range(lanes):
         load_lane(z, first + i, start, i)
         load_lane(along, first + i, line, i)
-        bound[i], most = limit[first + i], max(most, looks[first + i])
+        bound[i], most = limit[first + i], max(most, wanted[i])
     for side in range(2):
         way, last = 1.0 - 2.0 * side, turn[side, first : first + lanes]
         for i in range(lanes):
             inside[i] = 0
         for k in range(most):
             for i in range(lanes):
-                number[i] = begin[first + i] + FINE * k
-            below(of, rows, lanes, start, line, way, number, bound, place, least)
+                number[i] = begun[i] + FINE * k
+            below(of, rows, lanes, start, line, way, number, bound, far, place, least)
             for i in range(lanes):
                 now = 1 if least[i] > 0.0 else 0
-                if k < looks[first + i]:
-                    last[i] = number[i] - FINE if inside[i] > now else last[i]
-                    inside[i] = now
+                last[i] = number[i] - FINE if (k < wanted[i]) & (inside[i] > now) else last[i]
+                inside[i] = now if k < wanted[i] else inside[i]
         half = FINE // 2
         while half > 0:
             for i in range(lanes):
                 number[i] = last[i] + half
-            below(of, rows, lanes, start, line, way, number, bound, place, least)
+            below(of, rows, lanes, start, line, way, number, bound, far, place, least)
             for i in range(lanes):
                 last[i] += half if last[i] >= 0 and least[i] > 0.0 else 0
             half //= 2

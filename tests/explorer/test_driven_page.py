@@ -110,11 +110,10 @@ def test_set_up_of_a_driven_system(tmp_path):
         fa.explore(two, out=tmp_path / "x.html")
 
 
-def test_the_page_of_a_driven_system(browser, tmp_path, monkeypatch):
+def test_the_page_of_a_driven_system(browser, here):
     """Clicks, the scheme, the address, and a job that gives the same points; the period a number or a formula."""
-    monkeypatch.chdir(tmp_path)
     for model, phase, place, name in ((WEAK, 0.0, (0.5, 0.3), "weak"), (MATHIEU, 0.4, (0.3, 0.2), "mathieu")):
-        path = fa.explore(model, section=f"t={phase}", accuracy=1e-12, out=tmp_path / f"{name}.html")
+        path = fa.explore(model, section=f"t={phase}", accuracy=1e-12, out=here / f"{name}.html")
         context = browser.new_context(viewport={"width": 1280, "height": 800}, reduced_motion="reduce")
         sheet = Sheet(context, path.as_uri() + "#system=own&crossings=30")
         assert sheet.page.locator("[data-part=scheme]").is_visible()
@@ -125,7 +124,7 @@ def test_the_page_of_a_driven_system(browser, tmp_path, monkeypatch):
         z0 = [one.z0[0], phase, one.z0[1], 0.0]
         found = fa.poincare_map(model, z0, section=Stroboscopic(phase), crossings=30, accuracy=2e-11)
         np.testing.assert_allclose(one.points[1], found.points[2, :, 0], atol=1e-8)
-        files = saved(sheet, "save-job", tmp_path, 2)
+        files = saved(sheet, "save-job", here, 2)
         job = Job.read(next(file for file in files if file.suffix == ".toml"))
         cut = fa.run(job, f"{name}.zarr")["poincare"]
         np.testing.assert_allclose(cut.points[2, :, 0], one.points[1], atol=1e-8)

@@ -36,9 +36,8 @@ def type_in(sheet, **texts):
         sheet.page.locator(f"[data-part={name}]").fill(text)
 
 
-def test_a_double_pendulum_is_typed(sheet, tmp_path, monkeypatch):
+def test_a_double_pendulum_is_typed(sheet, here):
     """From V(q) to H(q, p) by typing: section, crossings, address, job; the angles from -pi to pi."""
-    monkeypatch.chdir(tmp_path)
     sheet.state("system=your-plane&crossings=20")
     type_in(sheet, formula=ENERGY, coordinates="q1 q2", momenta="p1 p2", angles="q1=2*pi, q2=2*pi")
     sheet.wait("app.section.surface?.axes.join() === 'q2,p2' && app.pending === null && app.state.angles")
@@ -58,7 +57,7 @@ def test_a_double_pendulum_is_typed(sheet, tmp_path, monkeypatch):
     np.testing.assert_allclose(one.points[:, sure], found.points[[1, 3], :, 0][:, sure], atol=1e-9)
     sheet.wait("location.hash.includes('points=')")
     text = sheet.get("location.hash")
-    files = saved(sheet, "save-job", tmp_path, 2)
+    files = saved(sheet, "save-job", here, 2)
     cut = fa.run(Job.read(next(file for file in files if file.suffix == ".toml")), "own.zarr")["poincare"]
     np.testing.assert_allclose(cut["p2"][:, 0][sure], one.points[1][sure], atol=1e-8)
     sheet.state("system=henon-heiles")

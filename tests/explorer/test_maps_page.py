@@ -127,8 +127,7 @@ def test_other_rows_start_where_they_are_told_to(sheet):
     opened_again(sheet, text, one)
 
 
-def test_a_map_of_ones_own(sheet, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
+def test_a_map_of_ones_own(sheet, here):
     sheet.state("system=your-map&crossings=200")
     assert sheet.text("title") == "Your map"
     sheet.page.locator("[data-part=formula]").fill("k = p + K*sin(w*x); x' = x + k; p' =")
@@ -148,7 +147,7 @@ def test_a_map_of_ones_own(sheet, tmp_path, monkeypatch):
     model = fa.mapping("k = p + K*sin(w*x); x' = x + k; p' = k", periods={"x": "2*pi/w"}, K=0.9, w=2.0)
     away = np.abs(one.points - iterates(model, one.z0, 200))
     assert np.minimum(away, np.pi - away).max() < 1e-9
-    files = saved(sheet, "save-job", tmp_path, 2)
+    files = saved(sheet, "save-job", here, 2)
     cut = fa.run(Job.read(next(path for path in files if path.suffix == ".toml")), "own.zarr")["poincare"]
     np.testing.assert_allclose(cut["p"][:, 0], one.points[1], atol=1e-9)
     # Four variables have two planes.
@@ -162,19 +161,18 @@ def test_a_map_of_ones_own(sheet, tmp_path, monkeypatch):
     opened_again(sheet, text, one)
 
 
-def test_a_saved_job_gives_the_same_iterates(sheet, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
+def test_a_saved_job_gives_the_same_iterates(sheet, here):
     sheet.state("system=froeschle-map&parameter.K_1=0.3&crossings=50&start.x_2=3&points=3:0.2,2.9:-0.1")
     sheet.done(2)
     found = sheet.orbits()
-    files = saved(sheet, "save-job", tmp_path, 2)
+    files = saved(sheet, "save-job", here, 2)
     assert sorted(path.name for path in files) == ["froeschle-map.npy", "froeschle-map.toml"]
     np.testing.assert_array_equal(np.load("froeschle-map.npy"), np.array([one.z0 for one in found]).T)
     cut = fa.run(Job.read("froeschle-map.toml"), "job.zarr")["poincare"]
     for i, one in enumerate(found):
         exact = np.array([np.mod(cut["x_1"][:, i] + np.pi, TURN) - np.pi, cut["p_1"][:, i]])
         np.testing.assert_allclose(exact, one.points, atol=1e-10)
-    (path,) = saved(sheet, "save-grid", tmp_path)
+    (path,) = saved(sheet, "save-grid", here)
     plan = Job.read(path).plan()
     assert plan.launch.size == 64
     _, _, v0, v1 = sheet.get("app.section.frame.view")

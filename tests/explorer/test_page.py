@@ -442,18 +442,17 @@ def test_the_picture_has_axes_and_points(drawn, tmp_path):
     assert (picture[:100].sum(axis=2) < 300).sum() > 200  # the caption
 
 
-def test_a_saved_job_runs_and_gives_the_same_crossings(sheet, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
+def test_a_saved_job_runs_and_gives_the_same_crossings(sheet, here):
     sheet.state("crossings=20&points=0.3:0.2,0.6:0.5,0.8:0.05")
     sheet.done(3)
     found = sheet.orbits()
-    files = saved(sheet, "save-job", tmp_path, 2)
+    files = saved(sheet, "save-job", here, 2)
     assert sorted(path.name for path in files) == ["neo-hookean.npy", "neo-hookean.toml"]
     np.testing.assert_array_equal(np.load("neo-hookean.npy"), np.array([one.z0 for one in found]).T)
     cut = fa.run(Job.read("neo-hookean.toml"), "job.zarr")["poincare"]
     for i, one in enumerate(found):
         np.testing.assert_allclose(np.array([cut["beta"][:, i], cut["p_beta"][:, i]]), one.points, atol=1e-8)
-    (path,) = saved(sheet, "save-grid", tmp_path)
+    (path,) = saved(sheet, "save-grid", here)
     job = Job.read(path)
     assert job.surface.energy == 1.5
     assert job.plan().launch.size == 64

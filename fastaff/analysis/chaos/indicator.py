@@ -4,18 +4,18 @@ from __future__ import annotations
 
 import math
 from abc import abstractmethod
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from enum import IntEnum
-from typing import Any, Protocol, runtime_checkable
+from typing import Any, NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
 
 from ...base.names import named
 from ...base.numbers import real
+from ...flows import observers
 from ...flows.flow import Flow
 from ...flows.launch import Report
 from ...flows.needs import check_needs
-from .own_passes import Watch
 
 MANY = 100.0
 """Natural periods before an orbit is called regular. After 16 periods half of what looked regular among the orbits of
@@ -33,6 +33,21 @@ class Character(IntEnum):
     REGULAR = 0
     CHAOTIC = 1
     UNDECIDED = 2
+
+
+class Watch(NamedTuple):
+    """An observer of the pass of tangent vectors, with `columns` numbers of an orbit in `out`.
+
+    prepare(memory) sets rows of its memory (rows, orbits); read(memory, time) returns the values (orbits,) and what
+    they are compared with, of orbits that have come to `time` (orbits,); finish(out, report), of values that take long,
+    returns them after the pass.
+    """
+
+    observer: observers.Observer
+    columns: int
+    prepare: Callable[[np.ndarray], None]
+    read: Callable[[np.ndarray, np.ndarray], tuple[Any, Any]]
+    finish: Callable[[np.ndarray, Report | None], np.ndarray] | None = None
 
 
 @runtime_checkable

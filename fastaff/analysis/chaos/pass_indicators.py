@@ -11,18 +11,37 @@ from typing import Any
 
 import numpy as np
 
-from ...base.numbers import whole
-from ...flows.flow import Flow
-from ...flows.launch import Report
+from ...base.numbers import fits, whole
+from ...base.status import Status
+from ...flows import observers
+from ...flows.flow import Flow, no_memory
+from ...flows.launch import Report, launch, units
+from ...flows.motion import motion
+from ...kernels import birkhoff
+from ...kernels import zero_one as correlations
+from ...kernels.samples import ROWS
 from ...models.contracts import Angles
 from ...models.traits import traits_of
-from ..frequencies.frequency_map import checked_angles
-from .indicator import MANY, Indicator, decades
-from .own_passes import Watch, frequency_diffusion, kinetic_averages, kinetic_samples, reversibility_error, zero_one
+from ..frequencies.frequencies import FrequencyKind
+from ..frequencies.frequency_map import FrequencyWork, checked_angles
+from ..frequencies.map_frequencies import map_frequencies_of
+from ..frequencies.turning import CHANGED
+from .indicator import MANY, Indicator, Watch, decades
 
 BEATS = 1e4
 """Natural periods before averages that don't converge say anything of chaos; correlations and changes of frequencies do
 after MANY."""
+
+ANGLES = 100
+"""Angles c of the 0-1 test, random in (pi/5, 4 pi/5): away from the resonances with the sampling."""
+
+QUIET, DENSE = 50.0, 0.5
+"""Correlation times samples below which an orbit may be regular: most regular ones have less, of the chaotic ones of
+Henon and Heiles at the energy 1/8 one in a hundred; and the radians of its natural frequency between samples that this
+takes: the angles of denser ones belong to frequencies beyond those of the motion."""
+
+LEAST_SAMPLES, MOST_SAMPLES = 400, 4000
+"""Samples of the 0-1 test where none are asked for."""
 
 
 @dataclass(frozen=True)
@@ -56,7 +75,15 @@ class BirkhoffDigits(Indicator):
 
     def watch(self, flow: Flow, time: float, rates: np.ndarray) -> Watch | None:
         """Return the averages over both halves."""
-        return kinetic_averages(flow, time)
+
+        def read(memory: np.ndarray, reached: np.ndarray) -> tuple[np.ndarray, float]:
+            rows = birkhoff.ROWS
+            with np.errstate(all="ignore"):
+                a, b = memory[rows.early] / memory[rows.early_weight], memory[rows.late] / memory[rows.late_weight]
+                digits = -np.log10(np.where(a == b, 0.0, np.abs(a - b) / np.maximum(np.abs(a), np.abs(b))) + 1e-17)
+            return np.where(reached >= time * (1 - 1e-12), digits, np.nan), np.nan
+
+        return Watch(observers.averages(flow.model, flow.vectors, time), 0, lambda memory: None, read)
 
     def calm(self, value: np.ndarray, before: np.ndarray, limit: np.ndarray, n: int) -> np.ndarray:
         """Tell where the averages agree."""
@@ -97,8 +124,22 @@ class FrequencyDiffusion(Indicator):
             checked_angles(self.angles, body)
 
     def compute(self, flow: Flow, z0: np.ndarray, time: float, rates: np.ndarray, report: Report | None) -> tuple:
-        """Return the values, the reference values, and the statuses."""
-        return frequency_diffusion(self.angles, flow, z0, time, rates, report)
+        """Return the values, NaN where they say nothing: lines that are close change the halves of regular orbits,
+        too.
+        """
+        if flow.traits.iterated:
+            found = map_frequencies_of(flow, z0, int(time))
+            value = found.diffusion + np.log10(2 * math.pi)
+            return np.where(found.status == Status.OK, value, np.nan), np.nan, found.status
+        work = FrequencyWork(flow, checked_angles(self.angles, flow.model), z0, time, None, None, report)
+        work.run()
+        found = work.result()
+        value = found.diffusion - np.log10(rates / (2 * math.pi))
+        moving = np.any(found.halves != 0, axis=(0, 1))
+        vague = (found.kind == FrequencyKind.UNDECIDED) & moving
+        beside = (found.kind != FrequencyKind.IRREGULAR) & (time / 2 * 10.0**found.diffusion > CHANGED)
+        known = (found.status == Status.OK) & ~vague & ~beside
+        return np.where(known, value, np.nan), np.nan, found.status
 
     def calm(self, value: np.ndarray, before: np.ndarray, limit: np.ndarray, n: int) -> np.ndarray:
         """Tell where the frequencies agree to a third of the difference that counts as chaos."""
@@ -149,11 +190,43 @@ class ZeroOne(Indicator):
 
     def watch(self, flow: Flow, time: float, rates: np.ndarray) -> Watch | None:
         """Return the samples at steps of one length."""
-        return None if flow.adaptive else kinetic_samples(self.samples, flow, time, rates)
+        return None if flow.adaptive else self._sampled(flow, time, rates)
+
+    @property
+    def _equidistant(self) -> int:
+        """How many states an adaptive scheme shows."""
+        return max(MOST_SAMPLES, self.samples or 0)
+
+    def _sampled(self, flow: Flow, time: float, rates: np.ndarray) -> Watch:
+        """Return the kinetic energy at some of each orbit's steps, or at some of equidistant states where the scheme is
+        adaptive; compared: the correlation below which an orbit may be regular.
+        """
+        most = np.clip(0.8 * time * rates, LEAST_SAMPLES, MOST_SAMPLES)
+        wanted = most if self.samples is None else np.full(rates.size, self.samples)
+        seen = self._equidistant if flow.adaptive else flow.steps(time)
+        stride = np.maximum(1, seen // wanted)
+        counts = np.minimum(wanted, seen // stride).astype(np.int64)
+        fits("ZeroOne.samples", rates.size, int(counts.max()))
+        sparse = flow.traits.iterated | (time * rates * stride / seen > DENSE)
+        quiet = np.where(sparse, QUIET / counts, 0.0)
+
+        def prepare(memory: np.ndarray) -> None:
+            memory[ROWS.stride] = memory[ROWS.left] = stride
+
+        def finish(out: np.ndarray, report: Report | None) -> np.ndarray:
+            return median_correlation(out, counts, flow.threads, report)
+
+        observer = observers.kinetic_samples(flow.model, flow.vectors)
+        return Watch(observer, int(counts.max()), prepare, lambda memory, reached: (np.nan, quiet), finish)
 
     def compute(self, flow: Flow, z0: np.ndarray, time: float, rates: np.ndarray, report: Report | None) -> tuple:
-        """Return the values, the reference values, and the statuses."""
-        return zero_one(self.samples, flow, z0, time, rates, report)
+        """Return the values, the reference values, and the statuses, of an adaptive scheme's equidistant states."""
+        watch, ensemble = self._sampled(flow, time, rates), flow.ensemble(z0.copy())
+        memory, out = np.zeros((watch.observer.rows, rates.size)), np.zeros((rates.size, watch.columns))
+        watch.prepare(memory)
+        flow.advance(ensemble, watch.observer, memory, out, time=time, observations=self._equidistant, report=report)
+        found, (_, quiet) = watch.finish(out, report), watch.read(memory, ensemble.time)  # type: ignore[misc]
+        return np.where(ensemble.status == Status.OK, found, np.nan), quiet, ensemble.status
 
     def calm(self, value: np.ndarray, before: np.ndarray, limit: np.ndarray, n: int) -> np.ndarray:
         """Tell where K is as close to 0 as the limit is to 1, or closer, and as that many samples allow (`before`)."""
@@ -187,8 +260,22 @@ class ReversibilityError(Indicator):
     needs = ("energy", "flow", "splitting")
 
     def compute(self, flow: Flow, z0: np.ndarray, time: float, rates: np.ndarray, report: Report | None) -> tuple:
-        """Return the values, the reference values, and the statuses."""
-        return reversibility_error(flow, z0, time, report)
+        """Return the values, NaN, and the statuses."""
+
+        def run(z: np.ndarray, status: Any) -> Any:
+            ensemble = flow.ensemble(z)
+            ensemble.status[:] = status
+            nothing = observers.nothing()
+            flow.advance(ensemble, nothing, *no_memory(ensemble), time=time, observations=1, report=report)
+            return ensemble
+
+        momenta_turned = np.repeat([1.0, -1.0], flow.model.degrees_of_freedom)[:, None]
+        there = run(z0.copy(), Status.OK)
+        back = run(there.z * momenta_turned, there.status)
+        with np.errstate(all="ignore"):
+            away = motion(flow.model, z0, flow.threads).distance(back.z * momenta_turned - z0)
+            value = np.log10(np.maximum(away, 1e-17))
+        return np.where(back.status == Status.OK, value, np.nan), np.nan, back.status
 
     def default(self, n: int, phase: Any) -> Any:
         """Return the limit that follows from the phase x."""
@@ -197,3 +284,13 @@ class ReversibilityError(Indicator):
     def calm(self, value: np.ndarray, before: np.ndarray, limit: np.ndarray, n: int) -> np.ndarray:
         """Tell where it is a hundred times below the limit."""
         return value < limit - 2.0
+
+
+def median_correlation(samples: np.ndarray, counts: np.ndarray, threads: int, report: Report | None) -> np.ndarray:
+    """Return K (orbits,) of the 0-1 test on samples (orbits, columns), the first `counts` of each row."""
+    orbits = len(samples)
+    angles = math.pi * (0.2 + 0.6 * np.random.default_rng(1).random(ANGLES))
+    cosine = np.cos(np.arange(counts.max() // 10)[:, None] * angles)
+    result = np.full(orbits, np.nan)
+    launch(correlations.zero_one, (samples, counts, cosine, result), units(orbits, 1), float(orbits), threads, report)
+    return result

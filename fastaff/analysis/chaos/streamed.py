@@ -23,8 +23,7 @@ from ...kernels.deviations import ROWS, layout
 from ...models.mechanics import inverse_masses
 from ...models.traits import traits_of
 from ..orbits.tangent_map import checked_deviations
-from .indicator import Indicator, limit_of
-from .own_passes import Watch
+from .indicator import Indicator, Watch, limit_of
 
 DEPENDENT = 1e-10
 """Distance of a unit vector from the plane of those before it, below which rounding errors would decide its direction.

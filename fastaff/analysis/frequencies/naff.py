@@ -104,10 +104,10 @@ def naff(
     Accuracy: if the signal is a sum of at most `lines` lines 1 bin (1/T, T = samples*dt) or more apart, nu is exact to
     rounding. Lines not fitted, D bins away and b/a as large, move nu by about (p!)^2 (b/a) D^-(2p+1)/T, that is
     T^-(2p+2); lines closer than about one bin count as one. `error` adds, in squares, the residual spectrum weighted by
-    this bound and twice the standard deviation from the noise level around the line, times the coupling to the other
-    lines; it cannot include a line hidden within one bin. Lines below ``2 eps |nu| T`` of the largest are the rounding
-    of the signal's own phase and count as missing. The result of a signal has the same bits in any batch and for any
-    number of threads.
+    this bound and three times the standard deviation from the noise level around the line, times the coupling to the
+    other lines; it cannot include a line hidden within one bin. Lines below ``2 eps |nu| T`` of the largest are the
+    rounding of the signal's own phase and count as missing. The result of a signal has the same bits in any batch and
+    for any number of threads.
 
     Cost: one FFT, and one pass of about 20 lines flops per sample and iteration (one or two for separate lines). Memory
     beyond the signal and the results: about 5 MiB per thread, or 6 signals.
@@ -293,8 +293,8 @@ def _window(samples: int, order: int, floor: float) -> Window:
     height = max(abs(np.sum(weight * times * np.sin(d * times))) for d in bins) / curvature
     width = (math.factorial(order) ** 2 / (curvature * height)) ** (1 / (2 * order + 1))
     power = np.sum(weight**2)
-    # two standard deviations; 1.5 turns noise_floor into the root mean square of white noise
-    noise = 2 * 1.5 * math.sqrt(np.sum((weight * times) ** 2) / (2 * power)) / curvature
+    # three standard deviations; 1.5 turns noise_floor into the root mean square of white noise
+    noise = 3 * 1.5 * math.sqrt(np.sum((weight * times) ** 2) / (2 * power)) / curvature
     return Window(
         order=order,
         weight=weight,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import Any
 
@@ -16,23 +17,30 @@ from ...base.status import Status
 from ...compile.threads import checked_threads
 from ...flows.checks import checked_model
 from ...flows.launch import Report
+from ...kernels.demodulation import Loops
 from ...models.contracts import Angles, Dynamics
 from ..orbits.given_orbits import Given, GivenOrbits, ends, given_orbits, lengths
 from .angle_loops import Layout, Plain, angles_of, suited
 from .found_frequencies import Found
 from .frequencies import FrequencyMap
 from .frequency_map import checked_angles
-from .fundamental import fastest
+from .fundamental import fastest, values
+from .loop_rates import portions
 from .methods import BirkhoffAverages, NaffLines, checked_method, method_of
 from .readings import Samples, read
 from .rooms import ROOMS, Room
-from .signals import signals_of
+from .signals import Signals, signals_of
 
 LEAST = 64
 """Samples that an orbit needs."""
 
 BUDGET = 1 << 27
 """Bytes of samples in work at once."""
+
+ENOUGH, NOISE_ORDER, QUARTER, NOISE = 1024, 3, 0.25, 4.6
+"""Samples whose spectrum, with the window (1 + cos)^p, shows noise; p; the share of bins below its level; and three
+standard deviations of a frequency, for the weight of averages, in units of noise/(amplitude time sqrt(samples)).
+"""
 
 COARSE = 1.5
 """Root mean square of second over first differences of a coordinate, beyond which samples may pass for slower motion:
@@ -93,8 +101,9 @@ def orbit_frequencies(
     Notes
     -----
     Frequencies, errors, diffusion and kinds are those of `frequency_map`, the same numbers to the bit for the same
-    samples in any container. There is no run with half the step: errors include window and rounding, not the scheme
-    that made the samples. Samples must resolve the motion, with four or more in a period of its fastest line: orbits
+    samples in any container. There is no run with half the step: errors include window, rounding and white noise, such
+    as that of samples in single precision, by the level between lines (three standard deviations), not the scheme that
+    made the samples. Samples must resolve the motion, with four or more in a period of its fastest line: orbits
     with fewer are NOT_CONVERGED. Data from turn to turn are for `tunes`. An orbit that ended has the status NONFINITE,
     or LOST where its samples stay at one point, and the frequencies of its life, cut to one of eight lengths in a
     factor of 2.
@@ -189,10 +198,32 @@ class _Work:
         own = signals_of(signals, self.interval).of(np.flatnonzero(fine))
         self.read[kept] = length * self.interval
         if kept.size:
-            self.found.adopt(kept, read(self.layout, Samples(own, None, 0), self.fallback, self.threads))
+            reading = read(self.layout, Samples(own, None, 0), self.fallback, self.threads)
+            noise = self._noise(own)
+            errors = {name: np.maximum(getattr(reading, name), noise) for name in ("error", "leading_error")}
+            self.found.adopt(kept, reading._replace(**errors))
             if self.found.lines is not None:
                 self.found.lines.adopt(kept, self.layout, own, 0.0)
         return ~fine
+
+    def _noise(self, own: Signals) -> np.ndarray:
+        """Return how far (orbits, n) white noise, such as that of samples in single precision, may move frequencies.
+
+        Its level is that of the lowest quarter of the bins, of which a spectrum of lines needs few.
+        """
+        from scipy.fft import fft  # not at import, which it would make slow
+
+        coefficients, offset = self.layout.own(own, self.threads)
+        loops, found = Loops(coefficients, offset, np.zeros_like(offset)), np.zeros(offset.shape)
+        window = np.hanning(min(int(own.samples[0]), ENOUGH)) ** NOISE_ORDER
+        quarter = int(QUARTER * window.size)
+        for o, k in portions(own, np.ones(offset.shape, bool)):
+            bins = fft(values(own, loops, o, k, self.threads)[:, : window.size] * window, overwrite_x=True)
+            power = bins.real**2 + bins.imag**2
+            level = np.partition(power, quarter)[:, quarter] / (-math.log1p(-QUARTER) * (window**2).sum())
+            line = power.max(axis=1) / window.sum() ** 2
+            found[o, k] = np.sqrt(np.divide(level, line, out=np.zeros_like(line), where=line > 0))
+        return NOISE * found / (own.time * np.sqrt(own.samples))[:, None]
 
     def result(self) -> FrequencyMap:
         """Assemble the map."""

@@ -67,6 +67,11 @@ the sense of the loop is known.
 RELATED, CHANCE = 5, 1e-3
 """Largest |k|_1 of a relation of two tunes, and the width up to which one is no chance."""
 
+UNSEEN, FAINT = 0.3, 0.1
+"""Cycles over the window up to which all windows see the same part of the beat of two lines; and the relative amplitude
+that one of them may have.
+"""
+
 
 @dataclass(frozen=True)
 class Tunes(Result):
@@ -176,9 +181,10 @@ def tunes(
     modulus, see `orbit_frequencies`.
 
     Errors: 5 times the largest difference of windows of unequal lengths and starts from the whole, the possible effect
-    of unseen slow beats near a fraction p/m, and rounding. Orbits that ended are cut to one of eight lengths in a
-    factor of 2. Cost: one pass for moments and one for angles, some 2 ns a plane and turn, and an FFT where lines are
-    fitted or asked for. Memory: 128 MiB of samples or one orbit at a time, beyond the input.
+    of unseen slow beats near a fraction p/m or a relation ``|k| < 6`` of two tunes, and rounding. Orbits that ended are
+    cut to one of eight lengths in a factor of 2. Cost: one pass for moments and one for angles, some 2 ns a plane and
+    turn, and an FFT where lines are fitted or asked for. Memory: 128 MiB of samples or one orbit at a time, beyond the
+    input.
 
     References
     ----------
@@ -216,13 +222,16 @@ def tunes_of(
     nu = nu - np.floor(nu)
     nu = np.where(nu >= 1.0, 0.0, nu)
     change = np.where(known, np.abs(means.halves[0] - means.halves[1]), 0.0).max(axis=0)
-    some = known.any(axis=0)
+    some, unseen = known.any(axis=0), np.zeros_like(error)
     kind = np.where(known.all(axis=0), FrequencyKind.INDEPENDENT, FrequencyKind.DEPENDENT)
     for a in range(1, RELATED):
         for b in range(a - RELATED, RELATED - a + 1):
             for i, j in itertools.permutations(range(len(nu)), 2) if b else ():
                 apart, width = a * nu[i] + b * nu[j], a * error[i] + abs(b) * error[j]
-                kind[np.abs(apart - np.rint(apart)) <= np.where(width < CHANCE, width, -1.0)] = FrequencyKind.DEPENDENT
+                beat = np.abs(apart - np.rint(apart))
+                kind[beat <= np.where(width < CHANCE, width, -1.0)] = FrequencyKind.DEPENDENT
+                unseen[i] = np.maximum(unseen[i], np.where(beat * window < UNSEEN, FAINT * beat, 0.0))
+    error = np.maximum(error, unseen)
     cycles = window * np.minimum(nu, 1 - nu).max(axis=0, initial=0.0)
     kind[window / 2 * change > CHANGED] = FrequencyKind.UNDECIDED
     kind[window / 2 * change > calm_change(nu, means.halves, window / 2)] = FrequencyKind.IRREGULAR

@@ -305,6 +305,8 @@ def _check_shape(shape: tuple[int, int, int], part: Any, least: int) -> None:
                 break
     elif len(said) == 2 and said[0] >= least and said[1] % 2 == 0 and 0 < said[1] <= 2 * MOST:
         hint = "; if its axes are (samples, 2n), samples.T"
+    if rows == 1 and not few:
+        hint = "; of positions alone, fa.naff(samples, dt=, lines=) finds the lines"
     if few:
         raise ValueError(f"samples must have at least {least} samples, got shape {said}{hint}")
     raise ValueError(

@@ -5,21 +5,19 @@ The function is the least energy over a point, infinite where the potential does
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 
+from ...base.descent import Floor, descended
 from .allowed_region import crossings, extrema, radii
-
-Floor = Callable[[np.ndarray], np.ndarray]
-"""A function of points (d, ...) with values (...)."""
 
 SEED = 20
 """Of all random numbers here: what is found is the same in every call."""
 
-STARTS, ROUNDS = 256, 120
-"""Points that minima are looked for from, at sizes from 1e-8 to 1e8, and the steps along each coordinate."""
+STARTS = 256
+"""Points that minima are looked for from, at sizes from 1e-8 to 1e8."""
 
 WELLS, WALKERS, WALKS = 12, 32, 48
 """Wells that are walked in, the walkers in each, and the chords of each walker."""
@@ -56,28 +54,6 @@ class NoWell(ValueError):
     def __init__(self, least: float, endless: bool = False):
         super().__init__("no bounded well")
         self.least, self.endless = least, endless
-
-
-def descended(
-    floor: Floor, x: np.ndarray, step: np.ndarray, *, grow: float = 2.0, rounds: int = ROUNDS
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return where steps along the coordinates lead down from points x (d, points): points, values, last steps.
-
-    A step that goes down is the next one's `grow`th part longer, one that goes neither way is halved.
-    """
-    x, step, value = x.copy(), step.copy(), floor(x)
-    for _ in range(rounds):
-        for k in range(len(x)):
-            better = np.zeros(x.shape[1], bool)
-            for sign in (1, -1):
-                trial = x.copy()
-                trial[k] += sign * step[k]
-                there = floor(trial)
-                down = ~better & (there < value)
-                x[k, down], value[down] = trial[k, down], there[down]
-                better |= down
-            step[k] = np.where(better, grow * step[k], step[k] / 2)
-    return x, value, step
 
 
 def minima(floor: Floor, d: int) -> tuple[np.ndarray, np.ndarray]:

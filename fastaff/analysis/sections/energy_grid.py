@@ -19,8 +19,8 @@ from ...formulas.section_text import section_in_words, section_of
 from ...models.contracts import Dynamics, Section
 from ...models.mechanics import inside, kinetic_energies, potential_energies
 from ...models.traits import traits_of
-from .energy_limits import NotReached, too_low
-from .named_axes import Axes, are_named, by_name, checked_energy, checked_sign, checked_values, launching
+from .energy_limits import NotReached, Where, too_low
+from .named_axes import Axes, Others, are_named, by_name, checked_energy, checked_sign, checked_values, launching
 from .section_points import section_points
 
 CELLS = 101
@@ -153,27 +153,28 @@ def energy_grid(
     >>> grid.z0.shape, int(grid.forbidden.sum())
     ((4, 4), 2)
     """
-    sign = checked_sign(sign)
-    if section is None or are_named(axes) or not _all_unset(fixed, solve, at_rest):
-        return _grid_by_name(body, energy, axes, section, (fixed, solve, sign, at_rest), (p_eta, p_gamma))
-    if sign != 1:
+    others = Others(fixed, solve, checked_sign(sign), at_rest)
+    if section is None or are_named(axes) or others.given:
+        return _grid_by_name(body, energy, axes, section, others, (p_eta, p_gamma))
+    if others.sign != 1:
         raise ValueError(f"sign goes with axes by name; here the section's direction has it, got {shown(sign)}")
-    energy, p_eta, p_gamma = checked_surface(body, section, energy, p_eta, p_gamma)
+    where = checked_surface(body, section, energy, p_eta, p_gamma)
     whole = isinstance(axes, str)
     if whole and axes != "whole":
         raise ValueError(f"axes must be two arrays, rows by name, or 'whole', got {axes!r}")
-    first, second = _axes(_whole(body, section, energy, p_eta, p_gamma) if whole else axes)
+    first, second = _axes(_whole(where) if whole else axes)
     fits("axes", first.size, second.size, ARRAYS)
     u, v = (array.ravel() for array in np.meshgrid(first, second, indexing="ij"))
-    z, found, names = lift(body, section, energy, p_eta, p_gamma, u, v)
+    z, found, names = lift(where, u, v)
     if not found.any():
         raise NotReached(
-            too_low(body, energy, p_eta, p_gamma)
-            or f"energy {energy} reaches no cell of the grid {names[0]} in [{first.min():.6g}, {first.max():.6g}], "
-            f"{names[1]} in [{second.min():.6g}, {second.max():.6g}] on {section_in_words(section, body)}: it is below "
-            f"the minimum there, or the section is elsewhere{_no_counts(first, second)}"
+            where.too_low()
+            or f"energy {where.energy} reaches no cell of the grid {names[0]} in [{first.min():.6g}, "
+            f"{first.max():.6g}], {names[1]} in [{second.min():.6g}, {second.max():.6g}] on "
+            f"{section_in_words(section, body)}: it is below the minimum there, or the section is elsewhere"
+            f"{_no_counts(first, second)}"
         )
-    return grid_of(np.ascontiguousarray(z[:, found]), np.flatnonzero(found), (first, second), names, energy)
+    return grid_of(np.ascontiguousarray(z[:, found]), np.flatnonzero(found), (first, second), names, where.energy)
 
 
 def grid_of(
@@ -183,10 +184,6 @@ def grid_of(
     forbidden = np.ones([axis.size for axis in axes], bool)
     forbidden.ravel()[cell] = False
     return EnergyGrid(z0, cell, forbidden, axes=axes, names=names, energy=energy)
-
-
-def _all_unset(fixed: Any, solve: Any, at_rest: Any) -> bool:
-    return fixed is None and solve is None and at_rest is False
 
 
 def no_planes(p_eta: Any, p_gamma: Any) -> None:
@@ -199,7 +196,7 @@ def no_planes(p_eta: Any, p_gamma: Any) -> None:
 
 
 def _grid_by_name(
-    body: Any, energy: Any, axes: Any, section: Any, how: tuple[Any, ...], planes: tuple[Any, Any]
+    body: Any, energy: Any, axes: Any, section: Any, others: Others, planes: tuple[Any, Any]
 ) -> EnergyGrid:
     """Return a grid over rows by name."""
     checked_model(body, needs="a start by rows")
@@ -208,7 +205,7 @@ def _grid_by_name(
     if isinstance(axes, str):
         raise TypeError(f"axes must be given by name, {{{traits_of(body).row_names[0]!r}: array, ...}}, or a section")
     names, arrays = checked_values(axes)
-    launch = launching(body, energy, names, section, *how)
+    launch = launching(body, energy, names, section, others)
     fits("axes", *(array.size for array in arrays), ARRAYS * body.degrees_of_freedom)
     z, found = launch.lift(np.array([array.ravel() for array in np.meshgrid(*arrays, indexing="ij")]))
     if not found.any():
@@ -222,8 +219,8 @@ def _grid_by_name(
     return grid_of(np.ascontiguousarray(z[:, found]), np.flatnonzero(found), arrays, names, energy)
 
 
-def checked_surface(body: Any, section: Any, energy: Any, p_eta: Any, p_gamma: Any) -> tuple[float, float, float]:
-    """Return energy, p_eta and p_gamma if they and the section suit the body."""
+def checked_surface(body: Any, section: Any, energy: Any, p_eta: Any, p_gamma: Any) -> Where:
+    """Return the section of an energy surface if all of it suits the body."""
     checked_model(body, needs="an energy surface")
     checked_section(section, body)
     energy, p_eta, p_gamma = real("energy", energy), real("p_eta", p_eta), real("p_gamma", p_gamma)
@@ -233,32 +230,29 @@ def checked_surface(body: Any, section: Any, energy: Any, p_eta: Any, p_gamma: A
         raise ValueError(
             f"p_eta and p_gamma belong to a Body, got {p_eta}, {p_gamma} for {type(body).__name__}, which has none"
         )
-    return energy, p_eta, p_gamma
+    return Where(body, section, energy, p_eta, p_gamma)
 
 
-def lift(
-    body: Any, section: Any, energy: float, p_eta: float, p_gamma: float, u: np.ndarray, v: np.ndarray
-) -> tuple[np.ndarray, np.ndarray, tuple[str, str]]:
+def lift(where: Where, u: np.ndarray, v: np.ndarray) -> tuple[np.ndarray, np.ndarray, tuple[str, str]]:
     """Return phase points (2n, points) at section coordinates (u, v), which of them exist (points,), and the
     coordinates' names.
 
     Of several sheets over a point, the first.
     """
-    z, found, names = lift_sheets(body, section, energy, p_eta, p_gamma, u, v)
+    z, found, names = lift_sheets(where, u, v)
     first = found.argmax(axis=0)
     return np.take_along_axis(z, first[None, None], axis=0)[0], np.asarray(found.any(axis=0)), names
 
 
-def lift_sheets(
-    body: Any, section: Any, energy: float, p_eta: float, p_gamma: float, u: np.ndarray, v: np.ndarray
-) -> tuple[np.ndarray, np.ndarray, tuple[str, str]]:
+def lift_sheets(where: Where, u: np.ndarray, v: np.ndarray) -> tuple[np.ndarray, np.ndarray, tuple[str, str]]:
     """Return all phase points (sheets, 2n, points) at section coordinates (u, v), which exist (sheets, points), and the
     coordinates' names.
 
     A turning section has a sheet for each well of its radius, the outermost first; the others have one.
     """
+    body, energy = where.body, where.energy
     with np.errstate(all="ignore"):
-        sheets, names = section_points(section, body, energy, p_eta, p_gamma, u, v)
+        sheets, names = section_points(where.section, where, u, v)
         z = sheets.reshape(-1, 2 * body.degrees_of_freedom, u.size)
         rows = np.moveaxis(np.where(np.isfinite(z), z, 1.0), 1, 0)
         T, V, lives = kinetic_energies(body, rows), potential_energies(body, rows), inside(body, rows)
@@ -267,10 +261,10 @@ def lift_sheets(
     return z, found & np.isfinite(z).all(axis=1) & lives, names
 
 
-def _whole(body: Any, section: Any, energy: float, p_eta: float, p_gamma: float) -> tuple[np.ndarray, np.ndarray]:
+def _whole(where: Where) -> tuple[np.ndarray, np.ndarray]:
     """Return axes over all bounded parts of a section, CELLS each."""
     samples = imported(".energy_sample", __package__)  # which stands on grids, and knows what bounds a section
-    boxes = np.array(samples.ranges_to_draw(body, section, energy, p_eta, p_gamma))
+    boxes = np.array(samples.ranges_to_draw(where))
     first, second = (np.linspace(boxes[:, k, 0].min(), boxes[:, k, 1].max(), CELLS) for k in range(2))
     return first, second
 

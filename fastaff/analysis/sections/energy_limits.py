@@ -106,22 +106,42 @@ def may_escape(body: Any, energy: float, p_eta: float = 0.0, p_gamma: float = 0.
     return f"energy {energy:g} lies above {saddle:.6g}, the lowest saddle of the potential: orbits may escape over it"
 
 
-def room(
-    body: Any, energy: float, p_eta: float, p_gamma: float, alpha: Any, beta: Any
-) -> tuple[np.ndarray, np.ndarray]:
-    """Return 2 mu (energy - H) at rest in alpha and beta, the squared momentum that is left, and the sum of the sizes
-    of its terms.
-    """
-    A, B = alpha * alpha, beta * beta
-    barrier = (p_eta / alpha) ** 2 if p_eta else 0.0
-    barrier = barrier + ((p_gamma / beta) ** 2 if p_gamma else 0.0)
-    V = body.potential.value(A, B)
-    left = np.where(body.potential.margin(A, B) > 0, 2 * body.mu * (energy - V) - barrier, -np.inf)
-    return left, 2 * body.mu * (abs(energy) + np.abs(V)) + barrier
+class Where(NamedTuple):
+    """A section of an energy surface, of a body at the angular momenta of its planes: where orbits are launched."""
 
+    body: Any
+    section: Any
+    energy: float
+    p_eta: float = 0.0
+    p_gamma: float = 0.0
 
-def radial(body: Any, energy: float, p_eta: float, p_gamma: float, u: np.ndarray, *, alpha: bool) -> Function:
-    """Return `room` as a function of alpha (else beta) in columns over values u of the other radius."""
-    if alpha:
-        return lambda x, j: room(body, energy, p_eta, p_gamma, x, u[j])
-    return lambda x, j: room(body, energy, p_eta, p_gamma, u[j], x)
+    def too_low(self) -> str | None:
+        """Return the sentence for an energy below the minimum; None where it is not known to be."""
+        return too_low(self.body, self.energy, self.p_eta, self.p_gamma)
+
+    def may_escape(self) -> str | None:
+        """Return the sentence for an energy above the lowest saddle; None where there is none below."""
+        return may_escape(self.body, self.energy, self.p_eta, self.p_gamma)
+
+    def room(self, alpha: Any, beta: Any) -> tuple[np.ndarray, np.ndarray]:
+        """Return 2 mu (energy - H) at rest in alpha and beta, the squared momentum that is left, and the sum of the
+        sizes of its terms.
+        """
+        potential, mass, A, B = self.body.potential, 2 * self.body.mu, alpha * alpha, beta * beta
+        barrier = (self.p_eta / alpha) ** 2 if self.p_eta else 0.0
+        barrier = barrier + ((self.p_gamma / beta) ** 2 if self.p_gamma else 0.0)
+        V = potential.value(A, B)
+        left = np.where(potential.margin(A, B) > 0, mass * (self.energy - V) - barrier, -np.inf)
+        return left, mass * (abs(self.energy) + np.abs(V)) + barrier
+
+    def radial(self, u: np.ndarray, *, alpha: bool) -> Function:
+        """Return `room` as a function of alpha (else beta) in columns over values u of the other radius."""
+        if alpha:
+            return lambda x, j: self.room(x, u[j])
+        return lambda x, j: self.room(u[j], x)
+
+    def point(self, alpha: Any, p_alpha: Any, beta: Any, p_beta: Any) -> np.ndarray:
+        """Return phase points with eta = gamma = 0; a radius 0 is allowed where its angular momentum is 0."""
+        across_a = self.p_eta / alpha if self.p_eta else 0.0 * alpha
+        across_b = self.p_gamma / beta if self.p_gamma else 0.0 * beta
+        return np.array([alpha, 0 * alpha, beta, 0 * beta, p_alpha, across_a, p_beta, across_b])

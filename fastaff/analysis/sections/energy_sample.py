@@ -15,15 +15,14 @@ from ...base.results import Result
 from ...base.short_forms import takes
 from ...flows.checks import checked_model
 from ...formulas.section_text import section_of
-from ...models.contracts import Dynamics, Model, Section
+from ...models.contracts import Dynamics, Section
 from ...models.sections import AngleEquals, AreaEquals, Linear
 from ...models.traits import traits_of
 from .energy_grid import ARRAYS, checked_surface, lift_sheets, no_planes
-from .energy_limits import NotReached, room
+from .energy_limits import NotReached, Where
 from .invariant_measure import Measure, Ranges, measure_of, ranges_of
-from .named_axes import Axes, are_named, by_name, checked_energy, checked_sign
+from .named_axes import NO_OTHERS, Axes, Others, are_named, by_name, checked_energy, checked_sign
 from .section_edge import parts
-from .section_points import planes
 from .surface_points import Surface
 
 
@@ -131,29 +130,20 @@ def energy_sample(
     count = whole("orbits", orbits, 1)
     fits("orbits", ARRAYS, count)
     seed = _seed(seed, rng)
-    how = (axes, fixed, solve, checked_sign(sign), at_rest)
-    if section is None or not on_section(body, section, *how):
-        source = source_of(body, energy, section, *how, p_eta=p_eta, p_gamma=p_gamma)
+    others = Others(fixed, solve, checked_sign(sign), at_rest)
+    if section is None or not on_section(body, section, axes, others):
+        source = source_of(body, energy, section, axes, others, (p_eta, p_gamma))
         fits("orbits", ARRAYS * body.degrees_of_freedom, count)
         return sample_of(source, count, seed)
-    energy, p_eta, p_gamma = checked_surface(body, section, energy, p_eta, p_gamma)
-    boxes = ranges_to_draw(body, section, energy, p_eta, p_gamma, axes)
-    return drawn(body, section, energy, p_eta, p_gamma, boxes, count, seed)[0]
+    where = checked_surface(body, section, energy, p_eta, p_gamma)
+    return drawn(where, ranges_to_draw(where, axes), count, seed)[0]
 
 
-def on_section(
-    body: Any,
-    section: Any,
-    axes: Any = None,
-    fixed: Any = None,
-    solve: Any = None,
-    sign: Any = 1,
-    at_rest: Any = False,
-) -> bool:
+def on_section(body: Any, section: Any, axes: Any = None, others: Others = NO_OTHERS) -> bool:
     """Tell whether points lie on a section of a body or of a system of two degrees of freedom, by its two
     coordinates.
     """
-    by_rows = are_named(axes) or fixed is not None or solve is not None or sign != 1 or at_rest is not False
+    by_rows = are_named(axes) or others.given or others.sign != 1
     plain = (
         type(section) in (Linear, AngleEquals)
         and not traits_of(body).isotropic
@@ -163,26 +153,16 @@ def on_section(
 
 
 def source_of(
-    body: Any,
-    energy: Any,
-    section: Any,
-    axes: Any,
-    fixed: Any,
-    solve: Any,
-    sign: Any,
-    at_rest: Any,
-    *,
-    p_eta: Any = 0.0,
-    p_gamma: Any = 0.0,
+    body: Any, energy: Any, section: Any, axes: Any, others: Others, planes: tuple[Any, Any]
 ) -> Measure | Surface | Ranges:
     """Return what points of any number of degrees of freedom are drawn from; raises naming what is wrong."""
     checked_model(body, needs="a start by rows")
     energy = checked_energy(body, energy)
-    no_planes(p_eta, p_gamma)
-    if flag("at_rest", at_rest) or solve is not None or not traits_of(body).conserves:
-        return ranges_of(body, energy, section, axes, fixed, solve, sign, at_rest)
-    if fixed is not None or sign != 1:
-        raise ValueError(f"{'sign' if fixed is None else 'fixed'} goes with solve or at_rest, which are missing")
+    no_planes(*planes)
+    if flag("at_rest", others.at_rest) or others.solve is not None or not traits_of(body).conserves:
+        return ranges_of(body, energy, section, axes, others)
+    if others.fixed is not None or others.sign != 1:
+        raise ValueError(f"{'sign' if others.fixed is None else 'fixed'} goes with solve or at_rest, which are missing")
     if traits_of(body).isotropic and section is None and axes is None:
         raise ValueError(
             "axes must give ranges of the coordinates of a body, or section one of its sections: wells of its four "
@@ -213,17 +193,17 @@ def sample_of(source: Measure | Surface | Ranges, count: int, seed: Any) -> Ener
 Box = tuple[tuple[float, float], tuple[float, float]]
 
 
-def ranges_to_draw(body: Any, section: Any, energy: float, p_eta: float, p_gamma: float, axes: Any = None) -> list[Box]:
+def ranges_to_draw(where: Where, axes: Any = None) -> list[Box]:
     """Return the ranges of coordinate and momentum to draw from: those given, or of each bounded part of the
     section.
     """
     if axes is None:
-        found = parts(body, section, energy, p_eta, p_gamma)
-        boxes = [((part.low, part.high), (part.bottom, part.top)) for part in found]
+        boxes = [((part.low, part.high), (part.bottom, part.top)) for part in parts(where)]
     else:
         ranges = entries("axes", axes, "two ranges (low, high)", 2)
         (u0, u1), (v0, v1) = (span(f"axes[{k}]", ends) for k, ends in enumerate(ranges))
         boxes = [((u0, u1), (v0, v1))]
+    section = where.section
     if isinstance(section, AreaEquals):  # |P| is below |p| times the length of the section over that of beta
         boxes = [
             ((u0, u1), (_steepest(section, u0, u1) * v0, _steepest(section, u0, u1) * v1))
@@ -232,20 +212,10 @@ def ranges_to_draw(body: Any, section: Any, energy: float, p_eta: float, p_gamma
     return boxes
 
 
-def drawn(
-    body: Any,
-    section: Any,
-    energy: float,
-    p_eta: float,
-    p_gamma: float,
-    boxes: list[Box],
-    count: int,
-    seed: Any,
-    sheets: int = 1,
-) -> tuple[EnergySample, int]:
+def drawn(where: Where, boxes: list[Box], count: int, seed: Any, sheets: int = 1) -> tuple[EnergySample, int]:
     """Return so many points of the ranges, and the number of sheets that they lie on: of `sheets` or more."""
     while True:
-        found, most = _draw(body, section, energy, p_eta, p_gamma, boxes, sheets, count, np.random.default_rng(seed))
+        found, most = _draw(where, boxes, sheets, count, np.random.default_rng(seed))
         if most <= sheets:
             return found, sheets
         sheets = most
@@ -257,22 +227,13 @@ def _steepest(section: AreaEquals, u0: float, u1: float) -> float:
         return float(np.sqrt(1 + np.nanmax(np.square([u0, u1]) / (2 * section.constant + np.square([u0, u1])))))
 
 
-def _draw(
-    body: Model,
-    section: Section,
-    energy: float,
-    p_eta: float,
-    p_gamma: float,
-    boxes: list,
-    sheets: int,
-    count: int,
-    random: Any,
-) -> tuple[EnergySample, int]:
+def _draw(where: Where, boxes: list[Box], sheets: int, count: int, random: Any) -> tuple[EnergySample, int]:
     """Return so many points, each drawn from one of the boxes by their areas, and of `sheets` sheets one; and the most
     sheets met.
 
     A point where its sheet is missing is drawn anew, so that every sheet has the same density.
     """
+    energy, section = where.energy, where.section
     raise_section = _area_lift if isinstance(section, AreaEquals) else lift_sheets
     areas = np.array([(u1 - u0) * (v1 - v0) for (u0, u1), (v0, v1) in boxes])
     found_parts: list[tuple[np.ndarray, np.ndarray]] = []
@@ -282,7 +243,7 @@ def _draw(
         box = np.zeros(batch, np.int64) if len(boxes) == 1 else random.choice(len(boxes), batch, p=areas / areas.sum())
         (u0, u1), (v0, v1) = np.moveaxis(np.array(boxes), 0, -1)[..., box]
         u, v = u0 + (u1 - u0) * u, v0 + (v1 - v0) * v
-        z, found, names = raise_section(body, section, energy, p_eta, p_gamma, u, v)
+        z, found, names = raise_section(where, u, v)
         most = int(found.sum(axis=0).max())
         if most > sheets:
             break
@@ -305,19 +266,18 @@ def _draw(
     return EnergySample(np.ascontiguousarray(z0), np.ascontiguousarray(points), names, energy=energy), most
 
 
-def _area_lift(
-    body: Any, section: Any, energy: float, p_eta: float, p_gamma: float, u: np.ndarray, P: np.ndarray
-) -> tuple[np.ndarray, np.ndarray, tuple[str, str]]:
+def _area_lift(where: Where, u: np.ndarray, P: np.ndarray) -> tuple[np.ndarray, np.ndarray, tuple[str, str]]:
     """Lift (beta, P) to an area section: P/sqrt(1 + (beta/alpha)^2) is the momentum along it, the energy gives the one
     across.
     """
+    section = where.section
     alpha = np.sqrt(2 * section.constant + u * u)
     length = np.hypot(alpha, u)
     with np.errstate(all="ignore"):
         along = P * alpha / length
-        rest = room(body, energy, p_eta, p_gamma, alpha, u)[0] - along**2
+        rest = where.room(alpha, u)[0] - along**2
         across = (-1.0 if section.direction < 0 else 1.0) * np.sqrt(np.maximum(rest, 0.0))
         found = (rest >= 0) & np.isfinite(rest)
         p_alpha, p_beta = (across * alpha + along * u) / length, (along * alpha - across * u) / length
-        z = planes(alpha, p_alpha, p_eta, u, p_beta, p_gamma)
+        z = where.point(alpha, p_alpha, u, p_beta)
     return z[None], (found & np.isfinite(z).all(axis=0))[None], ("beta", "P")

@@ -18,7 +18,7 @@ from ...models.mechanics import energies, inside, momentum_form, velocities
 from ...models.traits import traits_of
 from .accessible_box import Box, NoWell, box_of_angles, least_within, walled, within
 from .energy_limits import NotReached, too_low
-from .named_axes import Launching, angle_names, angles_of, checked_names, launching, section_row
+from .named_axes import Launching, Others, angle_names, angles_of, checked_names, launching, section_row
 from .surface_points import Surface, no_well, surface_of
 from .surface_roots import backward, cholesky, forward
 
@@ -242,21 +242,19 @@ class Ranges(NamedTuple):
         return tuple(np.ascontiguousarray(np.concatenate(part, axis=1)[:, :count]) for part in (z, points))  # type: ignore[return-value]
 
 
-def ranges_of(
-    model: Any, energy: float, section: Any, axes: Any, fixed: Any, solve: Any, sign: Any, at_rest: Any
-) -> Ranges:
+def ranges_of(model: Any, energy: float, section: Any, axes: Any, others: Others) -> Ranges:
     """Return what draws from ranges of rows, or directions at rest; raises naming what is wrong."""
-    if at_rest:
+    if others.at_rest:
         if axes is not None:
             raise ValueError("axes and at_rest exclude one another: directions are drawn from all")
         names = angle_names(model.degrees_of_freedom) if model.degrees_of_freedom > 1 else ()
-        return Ranges(launching(model, energy, names, section, fixed, solve, sign, at_rest), ())
+        return Ranges(launching(model, energy, names, section, others), ())
     if axes is None:
         raise ValueError("axes must give the ranges (low, high) to draw from, by name: nothing else bounds the starts")
     ranges = _ranges(axes)
     if not ranges:
         raise ValueError("axes must name one row at least")
-    made = launching(model, energy, tuple(ranges), section, fixed, solve, sign)
+    made = launching(model, energy, tuple(ranges), section, others)
     return Ranges(made, tuple(ranges.values()))
 
 

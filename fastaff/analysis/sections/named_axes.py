@@ -29,6 +29,25 @@ AT_REST, NOTHING = -1, -2
 """What stands for the row that the energy gives where it is none."""
 
 
+class Others(NamedTuple):
+    """How rows beside the axes are set: values by name, the row that the energy gives with the sign of its root, or
+    momenta of rest.
+    """
+
+    fixed: Any = None
+    solve: Any = None
+    sign: int = 1
+    at_rest: Any = False
+
+    @property
+    def given(self) -> bool:
+        """Whether anything is, beside the sign."""
+        return self.fixed is not None or self.solve is not None or self.at_rest is not False
+
+
+NO_OTHERS = Others()
+
+
 class Launching(NamedTuple):
     """How values of some rows become phase points of one energy.
 
@@ -159,19 +178,10 @@ def checked_sign(sign: Any) -> int:
     return int(sign)
 
 
-def launching(
-    model: Any,
-    energy: float,
-    names: Any,
-    section: Any = None,
-    fixed: Any = None,
-    solve: Any = None,
-    sign: Any = 1,
-    resting: Any = False,
-) -> Launching:
+def launching(model: Any, energy: float, names: Any, section: Any, others: Others) -> Launching:
     """Return how values of these names become phase points; raises TypeError or ValueError naming what is wrong."""
-    traits = traits_of(model)
-    rows, n, sign, resting = traits.row_names, traits.n, checked_sign(sign), flag("at_rest", resting)
+    traits, fixed, solve, sign = traits_of(model), others.fixed, others.solve, others.sign
+    rows, n, resting = traits.row_names, traits.n, flag("at_rest", others.at_rest)
     check_given(model, "a start by energy", section=section, solve=solve, at_rest=resting or None)
     base = {
         named("fixed", name, rows): real(f"fixed[{name!r}]", value)

@@ -15,7 +15,7 @@ from ...models.mechanics import at_rest, least_energies
 from ...models.sections import AlphaTurning, AngleEquals, BetaTurning, Linear
 from ...models.traits import traits_of
 from .allowed_region import LARGEST, Function, evaluated, extrema, highest, intervals, line, radii
-from .energy_limits import NotReached, may_escape, radial, room, too_low
+from .energy_limits import NotReached, Where
 from .named_axes import section_row
 from .section_points import fixed_coordinate, radii_over
 from .section_sides import Ellipses, Sides, sides_of_any
@@ -75,16 +75,17 @@ def edge(
     """
     checked_model(body, needs="an energy surface")
     section = section_of(section, body)
+    where = Where(body, section, energy, p_eta, p_gamma)
     if not _of_ellipses(body) and not traits_of(body).quadratic:
-        return _edge_of(sides_of_any(body, section, energy, max(2, points // 4)))
-    parts = _bounded_parts(body, section, energy, p_eta, p_gamma)
+        return _edge_of(sides_of_any(where, max(2, points // 4)))
+    parts = _bounded_parts(where)
     share = max(2, points // len(parts))
     # Dense at all ends, where the boundary is steep.
     dense = (1 - np.cos(np.linspace(0, np.pi, share))) / 2
     u = np.concatenate([part.low + (part.high - part.low) * dense for part in parts])
     if _of_ellipses(body):
-        return _edge_of([Ellipses(body, section, energy).sides(u)])
-    value = evaluated(_rest(body, section, energy, p_eta, p_gamma), u, np.zeros(u.size, np.int64))[0]
+        return _edge_of([Ellipses(where).sides(u)])
+    value = evaluated(_rest(where), u, np.zeros(u.size, np.int64))[0]
     return Edge(u, np.sqrt(np.maximum(value, 0.0)), _centre(body, section))
 
 
@@ -112,27 +113,28 @@ def _edge_of(pieces: list[Sides]) -> Edge:
     return Edge(u, (high - low) / 2, (low + high) / 2)
 
 
-def parts(body: Any, section: Any, energy: float, p_eta: float, p_gamma: float) -> list[Part]:
+def parts(where: Where) -> list[Part]:
     """Return the pieces of the section of any system."""
+    body, section = where.body, where.section
     if _of_ellipses(body) or traits_of(body).quadratic:
-        return _bounded_parts(body, section, energy, p_eta, p_gamma)
-    box = surface_of(body, energy, section, None).box
+        return _bounded_parts(where)
+    box = surface_of(body, where.energy, section, None).box
     k = 2 - traits_of(body).names.index(section_row(body, section)[0])
     return [Part(*map(float, (box.low[0], box.high[0], box.low[k], box.high[k])))]
 
 
-def _momenta_of(body: Any, section: Any, energy: float, rest: Function, low: float, high: float) -> tuple[float, float]:
+def _momenta_of(where: Where, rest: Function, low: float, high: float) -> tuple[float, float]:
     """Return the range of momenta on a piece of a section."""
     nodes = np.linspace(low, high, 65) if high > low else np.full(3, low)
-    if _of_ellipses(body):
-        found = Ellipses(body, section, energy)
+    if _of_ellipses(where.body):
+        found = Ellipses(where)
 
         def end(side: int) -> Function:
             return lambda u, _: (side * found.sides(u.ravel())[1 if side < 0 else 2].reshape(u.shape), 0.0 * u)
 
         bottom, top = (float(highest(end(side), 1, nodes)[0]) for side in (-1, 1))
         return -bottom, top
-    centre, top = _centre(body, section), float(np.sqrt(max(0.0, extrema(rest, 1, nodes).f.max())))
+    centre, top = _centre(where.body, where.section), float(np.sqrt(max(0.0, extrema(rest, 1, nodes).f.max())))
     return centre - top, centre + top
 
 
@@ -146,27 +148,27 @@ def _centre(body: Any, section: Any) -> float:
     return float(at_rest(body, q)[1 - i])
 
 
-def _bounded_parts(body: Any, section: Any, energy: float, p_eta: float, p_gamma: float) -> list[Part]:
+def _bounded_parts(where: Where) -> list[Part]:
     """Return the pieces of the section that the energy allows, without those that go to infinity."""
-    rest = _rest(body, section, energy, p_eta, p_gamma)
-    nodes = _nodes(body, section)
+    body, section, energy = where[:3]
+    rest, nodes = _rest(where), _nodes(body, section)
     found, name = intervals(rest, nodes), section_in_words(section, body)
     if abs(nodes[-1]) < LARGEST:  # of an angle
         found = [(max(low, float(nodes[0])), min(high, float(nodes[-1]))) for low, high in found]
     if not found:
         raise NotReached(
-            too_low(body, energy, p_eta, p_gamma)
+            where.too_low()
             or f"energy {energy:g} does not reach the section {name}: the least energy there is "
-            f"{_least(body, section, energy, rest, nodes):.6g}"
+            f"{_least(where, rest, nodes):.6g}"
         )
     bounded, parts = [ends for ends in found if np.isfinite(ends).all()], []
     endless = len(bounded) > ENDLESS
     for low, high in [min(bounded, key=lambda ends: abs(ends[0] + ends[1]))] if endless else bounded:
-        parts.append(Part(low, high, *_momenta_of(body, section, energy, rest, low, high)))
+        parts.append(Part(low, high, *_momenta_of(where, rest, low, high)))
     if not parts or not all(np.isfinite([part.bottom, part.top]).all() for part in parts):
-        if below := too_low(body, energy, p_eta, p_gamma):
+        if below := where.too_low():
             raise NotReached(below)
-        why = may_escape(body, energy, p_eta, p_gamma) or f"energy {energy:g} does not bound the motion"
+        why = where.may_escape() or f"energy {energy:g} does not bound the motion"
         raise ValueError(f"{why}; nothing bounds the section {name}: give the ranges of the axes")
     if endless:
         low, high, bottom, top = parts[0]
@@ -180,15 +182,13 @@ def _bounded_parts(body: Any, section: Any, energy: float, p_eta: float, p_gamma
     return parts
 
 
-def _least(body: Any, section: Any, energy: float, rest: Function, nodes: np.ndarray) -> float:
+def _least(where: Where, rest: Function, nodes: np.ndarray) -> float:
     """Return the least energy on a section: from there on some momentum is left."""
-    if traits_of(body).isotropic:
-        mass = body.mu
-    elif _of_ellipses(body):
-        return energy - float(highest(rest, 1, nodes)[0])
-    else:
-        mass = 0.5 / _weight(body, fixed_coordinate(section, body))
-    return energy - float(highest(rest, 1, nodes)[0]) / (2 * mass)
+    body, left = where.body, float(highest(rest, 1, nodes)[0])
+    if _of_ellipses(body):
+        return where.energy - left
+    mass = body.mu if traits_of(body).isotropic else 0.5 / _weight(body, fixed_coordinate(where.section, body))
+    return where.energy - left / (2 * mass)
 
 
 def _weight(body: Any, i: int) -> float:
@@ -197,14 +197,15 @@ def _weight(body: Any, i: int) -> float:
     return float(body.kinetic_energy(*other) - body.velocity(*other)[i] ** 2 / (4 * body.kinetic_energy(*own)))
 
 
-def _rest(body: Any, section: Any, energy: float, p_eta: float, p_gamma: float) -> Function:
+def _rest(where: Where) -> Function:
     """Return the largest squared momentum at a coordinate as a function of one column; infinite where nothing bounds
     the other radius.
     """
+    body, section, energy = where[:3]
     linear = isinstance(section, (Linear, AngleEquals))
     i = fixed_coordinate(section, body) if linear else 0
     if _of_ellipses(body) and body.degrees_of_freedom == 2:
-        return Ellipses(body, section, energy).room
+        return Ellipses(where).room
     if linear and body.degrees_of_freedom == 2:
         at = section.offset / section.normal[i]
         weight = _weight(body, i)
@@ -217,21 +218,18 @@ def _rest(body: Any, section: Any, energy: float, p_eta: float, p_gamma: float) 
         return left
     if not traits_of(body).isotropic:
         raise TypeError(f"section {section!r} has no known boundary for {type(body).__name__}")
-    surface = body, energy, p_eta, p_gamma
     if isinstance(section, (AlphaTurning, BetaTurning)):
-        return lambda u, _: _widest(*surface, u, alpha=isinstance(section, AlphaTurning))
+        return lambda u, _: _widest(where, u, alpha=isinstance(section, AlphaTurning))
     radii_over(section, np.zeros(0))  # or TypeError
-    return lambda u, _: room(*surface, *radii_over(section, u))
+    return lambda u, _: where.room(*radii_over(section, u))
 
 
-def _widest(
-    body: Any, energy: float, p_eta: float, p_gamma: float, u: np.ndarray, *, alpha: bool
-) -> tuple[np.ndarray, np.ndarray]:
+def _widest(where: Where, u: np.ndarray, *, alpha: bool) -> tuple[np.ndarray, np.ndarray]:
     """Return the largest squared momentum at u over all values of the other radius, infinite where it has no bound; and
     its size.
     """
     flat = u.ravel()
-    rest = radial(body, energy, p_eta, p_gamma, flat, alpha=alpha)
+    rest = where.radial(flat, alpha=alpha)
     far = evaluated(rest, np.full(flat.size, LARGEST), np.arange(flat.size))[0] > 0
     best = np.where(far, np.inf, highest(rest, flat.size, radii())).reshape(u.shape)
-    return best, 2 * body.mu * abs(energy) + np.abs(best)
+    return best, 2 * where.body.mu * abs(where.energy) + np.abs(best)

@@ -11,23 +11,17 @@ from ...models.mechanics import at_rest, energies
 from ...models.sections import AlphaEquals, AlphaTurning, AngleEquals, AreaEquals, BetaEquals, BetaTurning, Linear
 from ...models.traits import traits_of
 from .allowed_region import crossings, extrema
-from .energy_limits import radial, room
+from .energy_limits import Where
 from .surface_roots import roots_along
 
 
 @singledispatch
-def section_points(section, body, energy, p_eta, p_gamma, u, v):
+def section_points(section: Any, where: Where, u: np.ndarray, v: np.ndarray) -> tuple[np.ndarray, tuple[str, str]]:
     """Return phase points (2n, cells), NaN where there is none, and the names of the two coordinates."""
     raise TypeError(
-        f"section must be one that has a grid (fastaff.models.sections), got {section!r} for {type(body).__name__}"
+        f"section must be one that has a grid (fastaff.models.sections), got {section!r} for "
+        f"{type(where.body).__name__}"
     )
-
-
-def planes(alpha, p_alpha, p_eta, beta, p_beta, p_gamma):
-    """Return phase points with eta = gamma = 0; a radius 0 is allowed where its angular momentum is 0."""
-    across_a = p_eta / alpha if p_eta else 0.0 * alpha
-    across_b = p_gamma / beta if p_gamma else 0.0 * beta
-    return np.array([alpha, 0 * alpha, beta, 0 * beta, p_alpha, across_a, p_beta, across_b])
 
 
 def fixed_coordinate(section: Any, body: Any) -> int:
@@ -59,22 +53,22 @@ def radii_over(section: Any, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 @section_points.register(AlphaEquals)
 @section_points.register(BetaEquals)
 @section_points.register(AreaEquals)
-def _(section, body, energy, p_eta, p_gamma, u, v):
+def _(section, where, u, v):
     alpha, beta = radii_over(section, u)
-    across = _momentum(room(body, energy, p_eta, p_gamma, alpha, beta)[0] - v**2, section.direction)
+    across = _momentum(where.room(alpha, beta)[0] - v**2, section.direction)
     if isinstance(section, BetaEquals):
-        return planes(alpha, v, p_eta, beta, across, p_gamma), ("alpha", "p_alpha")
+        return where.point(alpha, v, beta, across), ("alpha", "p_alpha")
     if isinstance(section, AreaEquals):
         across = np.where((alpha * across - u * v) * section.direction >= 0, across, np.nan)
-    return planes(alpha, across, p_eta, beta, v, p_gamma), ("beta", "p_beta")
+    return where.point(alpha, across, beta, v), ("beta", "p_beta")
 
 
 @section_points.register(AlphaTurning)
 @section_points.register(BetaTurning)
-def _(section, body, energy, p_eta, p_gamma, u, v):
+def _(section, where, u, v):
     alpha = isinstance(section, AlphaTurning)
-    radius, across = _turning(body, energy, p_eta, p_gamma, u, v, section.direction, alpha=alpha)
-    z = np.array([planes(*((x, 0 * x, p_eta, u, v) if alpha else (u, v, p_eta, x, 0 * x)), p_gamma) for x in radius])
+    radius, across = _turning(where, u, v, alpha=alpha)
+    z = np.array([where.point(*((x, 0 * x, u, v) if alpha else (u, v, x, 0 * x))) for x in radius])
     own = z[:, 5 if alpha else 7]
     own[across > 0] = across[across > 0]
     return z, ("beta", "p_beta") if alpha else ("alpha", "p_alpha")
@@ -82,7 +76,8 @@ def _(section, body, energy, p_eta, p_gamma, u, v):
 
 @section_points.register(Linear)
 @section_points.register(AngleEquals)
-def _(section, body, energy, p_eta, p_gamma, u, v):
+def _(section, where, u, v):
+    body, energy = where.body, where.energy
     if body.degrees_of_freedom != 2:
         raise TypeError(
             "section must be Linear with one non-zero entry, of a coordinate, for a system of two degrees of freedom, "
@@ -109,7 +104,7 @@ def _(section, body, energy, p_eta, p_gamma, u, v):
     return z, names
 
 
-def _turning(body, energy, p_eta, p_gamma, u, v, direction, *, alpha):
+def _turning(where, u, v, *, alpha):
     """Return the turning points of a radius, (sheets, points): inner ones for direction +1, else outer ones, the
     outermost first.
 
@@ -118,7 +113,7 @@ def _turning(body, energy, p_eta, p_gamma, u, v, direction, *, alpha):
     comes second (sheets, points).
     """
     other, column = np.unique(u, return_inverse=True)
-    rest = radial(body, energy, p_eta, p_gamma, other, alpha=alpha)
+    rest, direction = where.radial(other, alpha=alpha), where.section.direction
     sheets, axis = crossings(rest, extrema(rest, other.size), column, v * v, direction > 0)
     across = 0.0 * sheets
     if direction > 0 and axis.any():

@@ -11,7 +11,7 @@ import numpy as np
 
 from ...models.traits import traits_of
 from .allowed_region import evaluated, highest
-from .energy_limits import NotReached
+from .energy_limits import NotReached, Where
 from .invariant_measure import Momenta
 from .named_axes import section_row
 from .surface_points import surface_of
@@ -32,11 +32,10 @@ class Sides(NamedTuple):
 class Ellipses:
     """The ellipses of momenta over the points of a section, of an H of second degree in the momenta."""
 
-    def __init__(self, model: Any, section: Any, energy: float):
-        name, self.at, _ = section_row(model, section)
-        self.model, self.energy = model, energy
-        self.i = traits_of(model).names.index(name)
-        self.momenta = Momenta.of(model, self.i)
+    def __init__(self, where: Where):
+        name, self.at, _ = section_row(where.body, where.section)
+        self.energy, self.i = where.energy, traits_of(where.body).names.index(name)
+        self.momenta = Momenta.of(where.body, self.i)
 
     def places(self, u: np.ndarray) -> np.ndarray:
         """Return places (2, ...) over values (...) of the other coordinate."""
@@ -59,8 +58,9 @@ class Ellipses:
         return Sides(u, centre - half, centre + half)
 
 
-def sides_of_any(model: Any, section: Any, energy: float, points: int) -> list[Sides]:
+def sides_of_any(where: Where, points: int) -> list[Sides]:
     """Return the pieces of a section of any H(q, p), told by a net over the box that the energy bounds."""
+    model, section, energy = where[:3]
     box = surface_of(model, energy, section, None).box
     name, at, _ = section_row(model, section)
     i = traits_of(model).names.index(name)

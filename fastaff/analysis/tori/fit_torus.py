@@ -116,7 +116,7 @@ def fit_torus(
     Of a map, and of a driven system's map over its period from the phase of z0, the torus has n angles; its lines are
     combinations of its frequencies and of one turn, which is no frequency of it. Where lines are fractions of a turn
     the orbit lies on that many pieces, and one of them is fitted. Rows with a period are fitted beside their winding,
-    at their weighted mean rate. J of an angle without winding is positive, the area within the curve of a plane: this
+    at their weighted mean rate, those of a flow too. J of an angle without winding is positive, the area within the curve of a plane: this
     decides between nu and 1 - nu. J of one that winds is the area under the curve.
 
     Accuracy: spectral in time and order, while the lines of low order are 1.5 cycles or more apart over `time`; closer
@@ -172,9 +172,9 @@ def _series(body: Any, orbit: Samples) -> tuple[Signals, Series, np.ndarray, flo
     start = signals(body, t, path)
     samples = window(t, start.values, start.carrier)
     largest = min(LONGEST, len(t) // 4) if turns and start.rank == 1 else LARGEST_ORDER
-    series = grow(samples, start.nu, start.rank, largest)
+    series = grow(samples, start.nu, start.rank, largest, start.silent)
     for _ in range(ROUNDS if start.winding.any() else 0):
-        moved = np.abs(series.nu - start.nu).max() * len(t)
+        moved = np.abs(series.nu - start.nu).max() * (t[-1] - t[0] + t[1] - t[0])
         start = start.at(series.nu, samples.t, path)
         samples = window(t, start.values, start.carrier)
         series = fit(samples, start.nu, start.rank, series.orders)
@@ -206,16 +206,22 @@ def fitted(body: Any, orbit: Samples) -> TorusFit:
         sign = np.where(free & (actions(*canonical(k, z)[:2]) < 0), -1, 1)
         nu, winding, k = sign * nu, winding * sign, k * sign
     k, z, angles = canonical(k, z)
+    theta0 = (angles - nu * middle) % 1.0  # before a whole turn is taken off: the middle may be half a sample
     if turns:
         k, z = _about(start.centre - start.steady * middle - winding @ angles, k, z)
-    theta0 = (angles - nu * middle) % 1.0  # before a whole turn is taken off: the middle may be half a sample
+    elif winding.any():
+        k, z = _about(start.centre - winding @ (theta0 + nu * middle), k, z)
     nu, wound = np.where(free, nu % 1.0, nu), winding if winding.any() else None
     left = residual(body, k, z, nu, wound, orbit.pieces)
     count = len(t) // 3 if turns else len(t) - orbit.inside
     later = np.arange(orbit.inside, len(t), max(1, count // GRID))
-    origin, time = (theta0, 0.0) if turns else (angles, middle)
+    origin, time = (theta0, 0.0) if turns or winding.any() else (angles, middle)
     theta = origin[:, None] + nu[:, None] * (t[later] - time)
-    prediction = distance(body, evaluate(k, z, theta) + winding @ theta, orbit.path[:, later])
+    ahead = winding @ theta
+    if turns:
+        prediction = distance(body, evaluate(k, z, theta) + ahead, orbit.path[:, later])
+    else:  # relative to the size of what is beside the winding
+        prediction = distance(body, evaluate(k, z, theta), orbit.path[:, later] - ahead)
     tried = {"residual": left, "prediction error": prediction}
     fit_of = {
         "misfit": series.misfit,

@@ -42,7 +42,7 @@ class Signals(NamedTuple):
 
     Of turns, signals are what is left of a path without its winding: winding (2n, d), how far a row goes on in a cycle
     of an angle; steady (2n,), in a turn beside that; centre (2n,) of the rest, about the middle of the window, and its
-    size (2n,); bars (rates, d), errors of winding rates that are frequencies.
+    size (2n,); bars (rates, d), errors of winding rates that are frequencies; silent: those that are in no line.
     """
 
     values: np.ndarray
@@ -57,6 +57,7 @@ class Signals(NamedTuple):
     centre: np.ndarray = np.zeros(0)
     size: np.ndarray = np.zeros(0)
     bars: np.ndarray = np.zeros((0, 0))
+    silent: tuple[int, ...] = ()
 
     def at(self, nu: np.ndarray, t: np.ndarray, path: np.ndarray) -> Signals:
         """Return the signals of a path (2n, samples) whose angles wind at those frequencies, at times t about the
@@ -124,9 +125,10 @@ def signals(body: Any, t: np.ndarray, z: np.ndarray) -> Signals:
     """Return the signals of samples z (2n, samples) at equidistant times t, and the first values of their frequencies.
 
     For a body the planes a and b and their momenta, whose carriers are the mean turning rates of eta and gamma;
-    for other systems the loops q - i kappa p of the coordinates, without carriers.
+    for other systems the loops q - i kappa p of the coordinates, without carriers, where angles go round beside these
+    turns, as of a map from sample to sample.
     """
-    if turned(body):
+    if turned(body) or not _rates(body, z).whole.all():
         return _turn_signals(body, t, z)
     n = body.degrees_of_freedom
     size = [np.sqrt((part**2).sum(axis=0).mean()) or 1.0 for part in (z[:n], z[n:])]
@@ -275,7 +277,8 @@ def _turn_lines(body: Any, path: np.ndarray, rates: Rates) -> tuple[Lines, list[
     if not kept.size:
         return Lines(*(np.zeros(0, kind) for kind in (float, float, int, float, bool))), []
     q, p = (flat[r] / np.where(size[r] > 0, size[r], 1.0)[:, None] * moves[r, None] for r in (kept, n + kept))
-    found = _lines(q - 1j * p, 1.0, length, LINES[1] if n > 1 else LINES[0], unit=1.0)
+    unit = 1.0 if turned(body) else None
+    found = _lines(q - 1j * p, 1.0, length, LINES[1] if n > 1 else LINES[0], unit=unit)
     found = Lines(*(rows[found.strength > 0] for rows in found))
     return found, [traits.names[kept[j]] for j in found.loop]
 
@@ -296,9 +299,12 @@ def pieces_of(body: Any, path: np.ndarray) -> int:
 
 
 def _turn_signals(body: Any, t: np.ndarray, path: np.ndarray) -> Signals:
-    """Return the signals of a path from turn to turn: those of the coordinates that move, beside their winding."""
-    periods, rates = periods_of(body), _rates(body, path)
-    nu, names, w, unknown = _turn_lattice(body, path, rates)
+    """Return the signals of a path from turn to turn, or sample to sample of a flow: those of the coordinates that
+    move, beside their winding.
+    """
+    periods, rates, unit = periods_of(body), _rates(body, path), 1.0 if turned(body) else t[1] - t[0]
+    nu, names, w, unknown, silent = _turn_lattice(body, path, rates)
+    nu = nu / unit
     winding, steady = np.zeros((len(path), len(nu))), np.zeros(len(path))
     winding[rates.rows] = periods[rates.rows, None] * w
     steady[rates.rows] = np.where(rates.whole, np.rint(rates.rate), 0.0) * periods[rates.rows]
@@ -314,41 +320,50 @@ def _turn_signals(body: Any, t: np.ndarray, path: np.ndarray) -> Signals:
         unknown=unknown,
         winding=winding,
         steady=steady,
-        bars=rates.error[alone, None] * np.abs(w[alone]),
+        bars=rates.error[alone, None] / unit * np.abs(w[alone]),
+        silent=silent,
     )
     return found.at(nu, t - (t[0] + t[-1]) / 2, path)
 
 
-def _turn_lattice(body: Any, path: np.ndarray, rates: Rates) -> tuple[np.ndarray, tuple[str, ...], np.ndarray, int]:
+def _turn_lattice(
+    body: Any, path: np.ndarray, rates: Rates
+) -> tuple[np.ndarray, tuple[str, ...], np.ndarray, int, tuple[int, ...]]:
     """Return a basis of the frequencies beside the turn, with names: rates of angles that wind and leading lines first;
-    how often the rows that wind do so in a cycle of each, and how many lines the basis does not explain.
+    how often the rows that wind do so in a cycle of each, how many lines the basis does not explain, and which of its
+    frequencies are in no line of a flow. Those of a flow know of no turn; where no angle winds in them they are
+    positive.
     """
     n, names = body.degrees_of_freedom, traits_of(body).names
-    winds = ~rates.whole
+    winds, turn = ~rates.whole, int(turned(body))
     lines, owners = _turn_lines(body, path, rates)
-    values = np.concatenate([[1.0], rates.rate[winds], lines.nu])
-    bars = np.concatenate([[0.0], rates.error[winds], lines.error])
-    own = ["", *(names[r % n] for r in rates.rows[winds]), *owners]
-    found = generators(values, bars, traits_of(body).moving + 1)
-    unknown = int((~found.known[1 + winds.sum() :] & lines.sharp).sum())
+    values = np.concatenate([[1.0] * turn, rates.rate[winds], lines.nu])
+    bars = np.concatenate([[0.0] * turn, rates.error[winds], lines.error])
+    own = [*[""] * turn, *(names[r % n] for r in rates.rows[winds]), *owners]
+    found = generators(values, bars, traits_of(body).moving + turn)
+    unknown = int((~found.known[turn + winds.sum() :] & lines.sharp).sum())
     k = found.k[found.known]
     chosen = first_basis(k)
-    if len(chosen) == len(found.nu) and found.known[0] and chosen[0] == 0:
+    if len(chosen) == len(found.nu) and (not turn or (found.known[0] and chosen[0] == 0)):
         basis = k[chosen]
-        nu = values[found.known][chosen][1:]
-        called = [own[c] for c in np.flatnonzero(found.known)[chosen[1:]]]
+        nu = values[found.known][chosen][turn:]
+        called = [own[c] for c in np.flatnonzero(found.known)[chosen[turn:]]]
     else:  # no lines are a basis: complete the turn to one
-        _, V = reduced(k[:1])
-        basis = inverse(V)
-        nu = (basis @ found.nu)[1:]
+        basis = inverse(reduced(k[:1])[1]) if turn else np.eye(len(found.nu), dtype=int)
+        nu = (basis @ found.nu)[turn:]
         called = [""] * len(nu)
     spare = [name for name in names if name not in called]
     for j, name in enumerate(called):
         if name == "" or name in called[:j]:
             called[j] = spare.pop(0) if spare else f"theta {j + 1}"
     w = np.zeros((len(rates.rows), len(nu)), int)
-    for at, j in enumerate(map(int, np.flatnonzero(winds)), 1):
+    for at, j in enumerate(map(int, np.flatnonzero(winds)), turn):
         if found.known[at]:
-            w[j] = np.rint(found.k[at] @ np.linalg.inv(basis))[1:]
+            w[j] = np.rint(found.k[at] @ np.linalg.inv(basis))[turn:]
+    heard = np.ones(len(nu), bool)
+    if not turn:
+        nu = np.where(w.any(axis=0), nu, np.abs(nu))
+        heard = (np.rint(found.k[winds.sum() :] @ np.linalg.inv(basis)) != 0).any(axis=0)
     order = sorted(range(len(nu)), key=lambda i: (*names, *called).index(called[i]))
-    return nu[order], tuple(called[i] for i in order), w[:, order], unknown
+    silent = tuple(int(j) for j in np.flatnonzero(~heard[order]))
+    return nu[order], tuple(called[i] for i in order), w[:, order], unknown, silent

@@ -13,6 +13,7 @@ sides, for all k of a box at once, are matrix products of tables e^{-2 pi i k_i 
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -237,16 +238,20 @@ def fit(samples: Samples, nu: np.ndarray, rank: int, orders: tuple[int, ...], *,
         nu, unsettled = nu + change, largest
     flat = c.reshape(len(c), -1)
     size = np.abs(flat).max(axis=0)
-    edge = np.array([size[4 * np.abs(k[:, i]) > 3 * orders[i]].max() for i in range(rank)]) / (size.max() or 1.0)
+    edge = np.array([size[4 * np.abs(k[:, i]) > 3 * orders[i]].max(initial=0.0) for i in range(rank)]) / (
+        size.max() or 1.0
+    )
     left_out = int(gram.mask.size - gram.mask.sum())
     return Series(nu, flat, k, orders, edge, float(np.sqrt(max(misfit, 0.0))), left_out, unsettled)
 
 
-def grow(samples: Samples, nu: np.ndarray, rank: int, largest: int = LARGEST_ORDER) -> Series:
+def grow(
+    samples: Samples, nu: np.ndarray, rank: int, largest: int = LARGEST_ORDER, silent: Sequence[int] = ()
+) -> Series:
     """Fit on boxes that grow where their edge is not yet at rounding, as far as its fall says, while that lessens the
-    misfit, to the largest order.
+    misfit, to the largest order; silent: frequencies that are in no line.
     """
-    orders, before = (FIRST_ORDER,) * rank, np.inf
+    orders, before = tuple(0 if i in silent else FIRST_ORDER for i in range(rank)), np.inf
     while True:
         series = fit(samples, nu, rank, orders, iterations=2)
         nu = series.nu

@@ -235,10 +235,15 @@ def turned(body: Any) -> bool:
 
 
 def periods_of(body: Any) -> np.ndarray:
-    """Return the periods (2n,) of the rows, 0 where there is none."""
-    if traits_of(body).iterated:
+    """Return the periods (2n,) of the rows, 0 where there is none, or that of a drive."""
+    if isinstance(body, Unknown):
+        return np.zeros(2 * body.degrees_of_freedom)
+    traits = traits_of(body)
+    if traits.iterated:
         return np.array(body.periods(), dtype=np.float64)
-    return np.zeros(2 * body.degrees_of_freedom)
+    periods = np.zeros(2 * body.degrees_of_freedom)
+    periods[: traits.moving] = traits.periods[: traits.moving]
+    return periods
 
 
 def rows_of(body: Any) -> np.ndarray:
@@ -316,6 +321,8 @@ def residual(
     theta = spread(k.shape[1])
     if not turned(body):
         point, slope = np.split(evaluate(k, np.vstack([z, 2j * np.pi * (k @ nu) * z]), theta), 2)
+        if winding is not None:
+            point, slope = point + winding @ theta, slope + (winding @ nu)[:, None]
         with np.errstate(all="ignore"):
             return distance(body, slope, slopes(body, point))
     points, after = evaluate(k, z, theta), evaluate(k, z, theta + nu[:, None])

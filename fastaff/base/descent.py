@@ -1,0 +1,35 @@
+"""Minima of functions of any number of variables, at any scale, by steps along the coordinates."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+Floor = Callable[[np.ndarray], np.ndarray]
+"""A function of points (d, ...) with values (...)."""
+
+ROUNDS = 120
+"""Steps along each coordinate."""
+
+
+def descended(
+    floor: Floor, x: np.ndarray, step: np.ndarray, *, grow: float = 2.0, rounds: int = ROUNDS
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return where steps along the coordinates lead down from points x (d, points): points, values, last steps.
+
+    A step that goes down is the next one's `grow`th part longer, one that goes neither way is halved.
+    """
+    x, step, value = x.copy(), step.copy(), floor(x)
+    for _ in range(rounds):
+        for k in range(len(x)):
+            better = np.zeros(x.shape[1], bool)
+            for sign in (1, -1):
+                trial = x.copy()
+                trial[k] += sign * step[k]
+                there = floor(trial)
+                down = ~better & (there < value)
+                x[k, down], value[down] = trial[k, down], there[down]
+                better |= down
+            step[k] = np.where(better, grow * step[k], step[k] / 2)
+    return x, value, step
