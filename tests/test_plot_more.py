@@ -344,3 +344,7 @@ def test_an_aperture_of_a_grid_of_x_and_y_is_drawn_over_them(ax):
     radius = np.hypot(*drawn.lines[0].get_data())
     assert ((radius > 0.5) & (radius <= 0.7)).all()
     assert ax.get_xlabel() == "row 0 of the start"
+    whole = plot.plot_aperture(SimpleNamespace(t=0 * x + 9.0, status=0 * x, scheme=None), np.array([x, y]), ax=ax)
+    at = whole.lines[1].get_data()
+    assert (np.abs(at[0]) <= 1.0 + 1e-9).all()
+    assert (at[1] <= 1.0 + 1e-9).all()

@@ -91,6 +91,9 @@ def test_henon_heiles_as_published():
     np.testing.assert_allclose(found.E / 0.0125, published, atol=6e-5)
     assert found.converged.all()
     assert "walls below" in found.method
+    drawn = fa.plot.plot_spectrum(found)
+    assert drawn.colorbar is None
+    assert not drawn.points.axes.get_xlabel()
 
 
 def test_a_metastable_well_against_complex_scaling():

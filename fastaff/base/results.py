@@ -226,9 +226,7 @@ class Result(Drawable):
         return imported("xarray", what="to_xarray (to_dict does not)").Dataset.from_dict(self.to_dict())
 
     def to_pandas(self) -> Any:
-        """Return the table that `save` writes to .csv, a row for each item, as a pandas.DataFrame; raises TypeError for
-        a result without arrays along its items, ImportError where pandas is missing.
-        """
+        """Return the table that `save` writes to .csv as a pandas.DataFrame; raises as `save` and `to_xarray`."""
         found = imported("..exchange.tables", __package__).table(self)
         return imported("pandas", what="to_pandas (to_dict does not)").DataFrame(found)
 

@@ -24,7 +24,6 @@ from ..analysis.tori import families, separation
 from ..base.display import screen
 from ..base.numbers import StrPath, fits, shown
 from ..base.placing import placed
-from ..base.progress import says_progress
 from ..base.provenance import provenance
 from ..base.recipe import OWN, Call, NoData, encoded, keep, plain
 from ..base.results import Result, saved
@@ -53,7 +52,6 @@ class Saved(NamedTuple):
         return screen(self)
 
 
-@says_progress
 def save(path: StrPath, result: object, *, force: bool = False, **parameters: Any) -> Path:
     """Write a result and all that made it to an .npz file; `load` gives the same result back.
 

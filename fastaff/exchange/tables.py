@@ -11,6 +11,7 @@ import numpy as np
 
 from ..base.interruption import imported
 from ..base.placing import placed
+from ..base.progress import watched
 from ..base.results import Result, columns
 
 
@@ -77,4 +78,5 @@ def exported(path: Path, result: Any, force: bool, parameters: Mapping[str, Any]
     if parameters:
         raise ValueError(f"{next(iter(parameters))} is kept in .npz files alone, got a path that ends in {path.suffix}")
     path.parent.mkdir(parents=True, exist_ok=True)
-    return placed(path.with_suffix(""), path.suffix, lambda file: WRITERS[path.suffix](file, result), force=force)
+    with watched("save"):
+        return placed(path.with_suffix(""), path.suffix, lambda file: WRITERS[path.suffix](file, result), force=force)

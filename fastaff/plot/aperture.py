@@ -9,7 +9,7 @@ import numpy as np
 from ..base.numbers import numbers, whole
 from ..base.status import Status
 from .picking import carry
-from .style import ACCENT, Artists, colour_map, figure
+from .style import ACCENT, Artists, colour_map, figure, symbol
 
 BINS = 15
 """Angles where starts have too many of their own."""
@@ -53,6 +53,11 @@ def plot_aperture(
     carry(points, *at, np.arange(angle.size))
     middles, aperture, least = _aperture(angle, radius, lost, bins)
     turned = np.radians(middles)
+    if plane:  # no further than there are starts in that direction
+        with np.errstate(divide="ignore"):
+            ends = np.where(np.cos(turned) > 0, across.max(), across.min()) / np.cos(turned)
+            ends = np.minimum(ends, np.where(np.sin(turned) > 0, up.max(), up.min()) / np.sin(turned))
+        aperture = np.minimum(aperture, ends)
     edge = np.array([aperture * np.cos(turned), aperture * np.sin(turned)] if plane else [middles, aperture])
     (curve,) = ax.plot(*edge, color=ACCENT, lw=1.6, marker="o", ms=3, label="dynamic aperture")
     (open_,) = ax.plot(*edge[:, least], ls="", marker="^", ms=7, color=ACCENT)
@@ -60,7 +65,9 @@ def plot_aperture(
     said = f"aperture {known.min():.3g} to {known.max():.3g}, mean {known.mean():.3g}" if known.size else "no aperture"
     text = ax.set_title(said + (", ▲ at least" if least.any() else ""), fontsize=9, loc="left")
     if plane:
-        ax.set(xlabel=f"row {rows[0]} of the start", ylabel=f"row {rows[1]} of the start")
+        names = getattr(result, "names", ())
+        xlabel, ylabel = (f"${symbol(names[k])}$" if k < len(names) else f"row {k}" for k in rows)
+        ax.set(xlabel=f"{xlabel} of the start", ylabel=f"{ylabel} of the start")
     else:
         ax.set(xlabel="angle of the start  (degrees)", ylabel="amplitude of the start", ylim=(0.0, None))
     unit = "turns" if getattr(result, "scheme", None) is None or repr(result.scheme) == "ITERATION" else "time"

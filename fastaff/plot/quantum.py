@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike
 from ..base.numbers import shown
 from ..charts import ALPHA_BETA, R_VARTHETA, TWO_POLAR, Chart
 from ..quantum.spectra.level_diagram import Curve, LevelDiagram
-from ..quantum.states.level_table import LevelTable
+from ..quantum.states.level_table import VIBRATION, LevelTable
 from .parameters import parameter_label
 from .style import DARK, LINES, PALE, Artists, colour_map, figure, symbol
 
@@ -149,7 +149,8 @@ def _beside(ax: Any, x: float, y: float, text: str, **style: Any) -> Any:
 def plot_spectrum(
     levels: LevelTable, *, ax: Any = None, unit: float = 1.0, ylabel: str = ENERGY, colorbar: bool = True
 ) -> Artists:
-    """Draw the levels of many classes as short lines over their spin m, coloured by ``|l|``.
+    """Draw the levels of many classes as short lines over their spin m, coloured by ``|l|``; of a vibration, which
+    has neither, they are lines alone.
 
     :Parameters: levels: of `all_levels` or `level_list`; unit: divisor of E, which ylabel then states.
     :Returns: Artists: points are the lines, wider for smaller ``|l|`` so that none is hidden; `missing` is 0.
@@ -175,6 +176,9 @@ def plot_spectrum(
     )
     ax.add_collection(lines)
     ax.autoscale()
+    if VIBRATION in levels.method:
+        ax.set(xticks=[], ylabel=ylabel)
+        return Artists(lines, None, (), (), 0)
     ax.set(xlabel=quantum_label("m"), ylabel=ylabel)
     ax.xaxis.get_major_locator().set_params(integer=True)
     step = max(1, -(-(size + 1) // 12))

@@ -53,11 +53,8 @@ DENSE, BODY_DENSE = 1.1, 0.8
 """Radians of the fastest motion between samples; of bodies, whose own angles are followed from one to the next.
 """
 
-FINER, PILOT, READING = 0.1, 0.4, 6.0
-"""Work of finer steps, of short runs by half the step and of reading, of that of all, for what is reported."""
-
-READINGS = 8
-"""Parts in which orbits are read where somebody is told."""
+FINER, PILOT, READING, PARTS = 0.1, 0.4, 6.0, 8
+"""Work of finer steps, of short runs by half the step and of reading, and parts read, for what is reported."""
 
 BESIDE = 0.1
 """Share of a frequency's error from which the scheme's counts."""
@@ -328,9 +325,8 @@ class FrequencyWork:
         scheme = self.flow.scheme
         for alike in np.split(done, np.flatnonzero(np.diff(kinds)) + 1) if done.size else ():
             parts = max(1, math.ceil(8 * self.layout.rows * float(counts[alike].sum()) / BUDGET))
-            if passes.report is not None:  # so that the share goes up while they are read
-                parts = max(parts, min(READINGS, alike.size // (LANES * flow.threads)))
-            for some in np.array_split(alike, min(parts, alike.size)):
+            told = 0 if passes.report is None else min(PARTS, alike.size // (LANES * flow.threads))
+            for some in np.array_split(alike, min(max(parts, told), alike.size)):
                 samples = Samples(signals.of(some), start.of(some), scheme.order if scheme.symplectic else 0)
                 left -= some.size
                 with Passes(passes.take(some.size, left)):

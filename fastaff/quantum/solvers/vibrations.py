@@ -13,7 +13,7 @@ from ...analysis.sections.accessible_box import minima, walled
 from ...flows.interruptible import interruptible
 from ...models.mechanics import inverse_masses
 from ...models.traits import traits_of
-from ..states.level_table import LevelTable, class_levels, level_scale
+from ..states.level_table import VIBRATION, LevelTable, class_levels, level_scale
 from ..states.symmetry import SymmetryClass
 from .convergence import by_chance
 from .singular_ends import NoGroundState
@@ -387,6 +387,6 @@ def _table(E: np.ndarray, error: np.ndarray, tolerance: float, size: int, hbar: 
         constants=np.zeros((0, E.size)),
         constant_names=(),
         hbar=hbar,
-        method=f"uniform grid, truncated coordinate by coordinate{said}",
+        method=f"{VIBRATION}, truncated coordinate by coordinate{said}",
         functions=size,
     )

@@ -5,7 +5,7 @@ from __future__ import annotations
 import functools
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any, NamedTuple, ParamSpec
+from typing import Any, NamedTuple, ParamSpec, cast
 
 import numpy as np
 
@@ -18,15 +18,17 @@ from ...charts import ALPHA_BETA, R_VARTHETA, Chart
 from ...flows.checks import checked_model
 from ...flows.interruptible import interruptible
 from ...models import Body
+from ...models.contracts import Dynamics
 from ...models.traits import traits_of
 from ..solvers.factor_tables import Factors, FactorTable
 from ..solvers.nonseparable import plane_levels
 from ..solvers.separable import angular, radial
 from ..solvers.singular_ends import radii, sampled
-from ..solvers.vibrations import COORDINATES, vibration_levels
+from ..solvers.vibrations import COORDINATES
 from ..states.level_table import LevelTable, class_levels
 from ..states.state import Product
 from ..states.symmetry import SymmetryClass, action_quantum, checked_class
+from .vibration import vibrates, vibration
 
 SIDES = ("V_alpha", "V_beta")
 NEAR = (1e-2, 1e-4, 1e-6)
@@ -47,13 +49,6 @@ def _checked_body(body: Any) -> None:
         raise TypeError(f"body must be a Body with a doubly isotropic potential, got {type(body).__name__}{why}")
 
 
-def _vibrates(body: Any) -> bool:
-    """Return whether a system is no body, but one of few coordinates with a kinetic energy quadratic in the momenta."""
-    checked_model(body, needs="H = T(p) + V(q)")
-    traits = traits_of(body)
-    return not traits.planar and traits.n <= COORDINATES and traits.quadratic
-
-
 def _of_bodies(function: Callable[P, LevelTable]) -> Callable[P, LevelTable]:
     """Make a function refuse what is no body before it asks for numbers that others have not, as m and l."""
 
@@ -61,7 +56,7 @@ def _of_bodies(function: Callable[P, LevelTable]) -> Callable[P, LevelTable]:
     def wrapped(*given: P.args, **named: P.kwargs) -> LevelTable:
         if given or "body" in named:
             body = given[0] if given else named["body"]
-            if not _vibrates(body):
+            if not vibrates(body):
                 _checked_body(body)
                 missing = [name for name in ("m", "l") if named.get(name) is None]
                 if missing:
@@ -74,7 +69,7 @@ def _of_bodies(function: Callable[P, LevelTable]) -> Callable[P, LevelTable]:
 @_of_bodies
 @recorded
 def spectrum(
-    body: Any,
+    body: Dynamics,
     *,
     m: int | None = None,
     l: int | None = None,
@@ -144,8 +139,8 @@ def spectrum(
     >>> fa.quantum.spectrum(fa.HenonHeiles(), count=3, hbar=0.0125).E.round(7)
     array([0.0124824, 0.024876 , 0.024876 ])
     """
-    if _vibrates(body):
-        return _of_vibration(body, m, l, count, hbar, tolerance, single_valued, chart, reporter(report))
+    if vibrates(body):
+        return vibration(body, m, l, count, hbar, tolerance, single_valued, chart, reporter(report))
     chosen, report = checked_class(m, l, single_valued), reporter(report)
     count, hbar, tolerance = _checked(body, count, hbar, tolerance)
     known: list[LevelTable] = []
@@ -154,27 +149,7 @@ def spectrum(
             plane_levels(body, chosen, count, hbar, tolerance, known, report)
         else:
             options: Any = {"hbar": hbar, "single_valued": single_valued, "chart": chart, "tolerance": tolerance}
-            known += spectrum_table(body, m=[chosen.m], l=[chosen.l], count=count, **options)
-        if report is not None:
-            report(1.0)
-    return known[-1]
-
-
-def _of_vibration(
-    body: Any, m: Any, l: Any, count: Any, hbar: Any, tolerance: Any, single_valued: Any, chart: Any, report: Any
-) -> LevelTable:
-    for name, value, plain in (
-        ("m", m, None),
-        ("l", l, None),
-        ("single_valued", single_valued, True),
-        ("chart", chart, None),
-    ):
-        if value is not plain:
-            raise ValueError(f"{name} is for a Body alone, {type(body).__name__} takes none: got {name} = {value!r}")
-    fits("count", count := whole("count", count, 1), 16)
-    known: list[LevelTable] = []
-    with keeping("spectrum", lambda: known[-1] if known else None):
-        vibration_levels(body, count, action_quantum(hbar), positive("tolerance", tolerance), known, report)
+            known += spectrum_table(cast(Any, body), m=[chosen.m], l=[chosen.l], count=count, **options)
         if report is not None:
             report(1.0)
     return known[-1]

@@ -21,6 +21,10 @@ ROUNDING = 64 * np.finfo(float).eps
 """Relative difference of energies that is never told apart."""
 
 
+VIBRATION = "uniform grid"
+"""How levels of what is no body are computed, by which their method is known."""
+
+
 class Waves(Protocol):
     """The wave functions of a class, by quantum numbers."""
 

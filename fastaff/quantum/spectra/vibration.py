@@ -1,0 +1,41 @@
+"""Levels of what is no body: its checks, and what it takes."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from ...base.interruption import keeping
+from ...base.numbers import fits, positive, whole
+from ...flows.checks import checked_model
+from ...models.traits import traits_of
+from ..solvers.vibrations import COORDINATES, vibration_levels
+from ..states.level_table import LevelTable
+from ..states.symmetry import action_quantum
+
+
+def vibrates(body: Any) -> bool:
+    """Return whether a system is no body, but one of few coordinates with a kinetic energy quadratic in the momenta."""
+    checked_model(body, needs="H = T(p) + V(q)")
+    traits = traits_of(body)
+    return not traits.planar and traits.n <= COORDINATES and traits.quadratic
+
+
+def vibration(
+    body: Any, m: Any, l: Any, count: Any, hbar: Any, tolerance: Any, single_valued: Any, chart: Any, report: Any
+) -> LevelTable:
+    """Return the levels of a system that `vibrates`; refuse what only bodies have."""
+    for name, value, plain in (
+        ("m", m, None),
+        ("l", l, None),
+        ("single_valued", single_valued, True),
+        ("chart", chart, None),
+    ):
+        if value is not plain:
+            raise ValueError(f"{name} is for a Body alone, {type(body).__name__} takes none: got {name} = {value!r}")
+    fits("count", count := whole("count", count, 1), 16)
+    known: list[LevelTable] = []
+    with keeping("spectrum", lambda: known[-1] if known else None):
+        vibration_levels(body, count, action_quantum(hbar), positive("tolerance", tolerance), known, report)
+        if report is not None:
+            report(1.0)
+    return known[-1]
