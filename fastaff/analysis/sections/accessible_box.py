@@ -156,7 +156,8 @@ def _walked(floor: Floor, energy: float, wells: list[np.ndarray]) -> tuple[np.nd
             direction = (random.standard_normal(x.shape) if k % 3 else along) * (high - low)[..., None]
         flat, ways = x.reshape(d, -1), direction.reshape(d, -1)
         nodes = radii() if k < 0 else NODES
-        ahead, back = (_end(floor, energy, flat, sign * ways, nodes).reshape(x.shape[1:]) for sign in (1.0, -1.0))
+        both = _end(floor, energy, np.tile(flat, 2), np.concatenate([ways, -ways], axis=1), nodes)
+        ahead, back = both.reshape(2, *x.shape[1:])
         if k < 0:
             chords[k] = ahead + back
         open_ |= ~(np.isfinite(ahead) & np.isfinite(back)).all(axis=1)

@@ -116,8 +116,8 @@ def fit_torus(
     Of a map, and of a driven system's map over its period from the phase of z0, the torus has n angles; its lines are
     combinations of its frequencies and of one turn, which is no frequency of it. Where lines are fractions of a turn
     the orbit lies on that many pieces, and one of them is fitted. Rows with a period are fitted beside their winding,
-    at their weighted mean rate, those of a flow too. J of an angle without winding is positive, the area within the curve of a plane: this
-    decides between nu and 1 - nu. J of one that winds is the area under the curve.
+    at their weighted mean rate, those of a flow too. J of an angle without winding is positive, the area within the
+    curve of a plane: this decides between nu and 1 - nu. J of one that winds is the area under the curve.
 
     Accuracy: spectral in time and order, while the lines of low order are 1.5 cycles or more apart over `time`; closer
     ones are left out (evidence "terms left out"), which can cost the verdict: then it is "undecided", as below eight
