@@ -401,9 +401,7 @@ LONG_MODULES = {
     "analysis.frequencies.tunes": 470,
     "exchange.files": 498,
     "explorer.javascript": 427,
-    "jobs.job": 412,
     "jobs.running": 500,
-    "jobs.store": 412,
     "kernels.fundamental": 456,
     "schemes.catalogue": 450,
 }

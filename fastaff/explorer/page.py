@@ -68,11 +68,14 @@ def as_data(value: Any) -> str:
     return text.replace("<", "\\u003c").replace(">", "\\u003e").replace("&", "\\u0026")
 
 
-def page(setup: dict[str, Any], *, entry: str = "page.js", html: str | None = None) -> str:
+DATA = '<script type="application/json" id="setup">'
+"""How the element begins that holds the set-up."""
+
+
+def page(setup: dict[str, Any]) -> str:
     """Return the whole page for a set-up."""
-    text = web_text("page.html") if html is None else html
-    code = f'(() => {{\n"use strict";\n{script(entry)}\n}})();\n'
-    style = web_text("style.css") if "style.css" in text else ""
+    text, style = web_text("page.html"), web_text("style.css")
+    code = f'(() => {{\n"use strict";\n{script("page.js")}\n}})();\n'
     for what, part in (("script", code), ("style", style)):
         if f"</{what}" in part.lower() or "<!--" in part:
             raise ValueError(f"the text of the page's {what} must not have </{what} or <!--")
@@ -90,17 +93,13 @@ def page(setup: dict[str, Any], *, entry: str = "page.js", html: str | None = No
     for mark, part in (
         ("<!-- policy -->", f'<meta http-equiv="Content-Security-Policy" content="{policy}">'),
         ('<link rel="stylesheet" href="style.css">', f"<style>{style}</style>"),
-        ('<script type="application/json" id="setup"></script>', _data_block({**setup, "worker": worker_text()})),
-        (f'<script type="module" src="{entry}"></script>', f"<script>{code}</script>"),
+        (f"{DATA}</script>", f"{DATA}{as_data({**setup, 'worker': worker_text()})}</script>"),
+        ('<script type="module" src="page.js"></script>', f"<script>{code}</script>"),
     ):
-        if text.count(mark) != 1 and "style" not in mark:
+        if text.count(mark) != 1:
             raise ValueError(f"page.html must have {mark} once")
         text = text.replace(mark, part)
     return text
-
-
-def _data_block(setup: dict[str, Any]) -> str:
-    return f'<script type="application/json" id="setup">{as_data(setup)}</script>'
 
 
 def _digest(text: str) -> str:

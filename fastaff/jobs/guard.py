@@ -6,6 +6,7 @@ import json
 import math
 import re
 from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -153,6 +154,18 @@ def _checked_array(path: Path, name: str, data: Any, orbits: int, unit: int) -> 
     fits(f"{path}: {name}", *pieces, itemsize=KINDS[kind])
 
 
+@contextmanager
+def sound(where: str, *passed: type[Exception]) -> Iterator[None]:
+    """Refuse whatever a damaged or forged store leads to within the block, but for what is passed on."""
+    try:
+        with recognized():
+            yield
+    except passed:
+        raise
+    except Exception as problem:
+        raise Wrong(f"{where}: {problem}") from None
+
+
 class Numbers:
     """An array of a store: what is damaged in it is refused with its name, whatever is found."""
 
@@ -173,16 +186,11 @@ class Numbers:
             self._array[key] = value
 
     def __getitem__(self, key: Any) -> Any:
-        try:
+        with sound(f"{self._path} is damaged in {self._name}", OSError, Wrong):
             last: Any = key[-1] if isinstance(key, tuple) and key else key
             for number in self._pieces(last if isinstance(last, slice) else slice(None)):
                 self._whole(number)
-            with recognized():
-                return self._array[key]
-        except (OSError, Wrong):
-            raise
-        except Exception as problem:  # whatever a damaged or forged chunk leads to
-            raise Wrong(f"{self._path} is damaged in {self._name}: {problem}") from None
+            return self._array[key]
 
     def lacks(self, numbers: np.ndarray) -> list[int]:
         """Return those units among `numbers` that have no chunk."""
@@ -246,17 +254,15 @@ class Hierarchy:
 
     def __getitem__(self, name: str) -> Any:
         if name not in self._known:
+            inner = f"{self._prefix}{name}"
             try:
-                with recognized():
+                with sound(f"{self._path} is damaged in {inner}", KeyError):
                     found = self._root[name]
             except KeyError:
-                raise Wrong(f"{self._path} is damaged: it has no {self._prefix}{name}") from None
-            except Exception as problem:  # whatever a damaged or forged store leads to
-                raise Wrong(f"{self._path} is damaged in {self._prefix}{name}: {problem}") from None
-            kind = Numbers if hasattr(found, "chunks") else Hierarchy
-            inner = f"{self._prefix}{name}"
+                raise Wrong(f"{self._path} is damaged: it has no {inner}") from None
+            array = hasattr(found, "chunks")
             self._known[name] = (
-                Numbers(self._path, inner, found) if kind is Numbers else Hierarchy(self._path, found, f"{inner}/")
+                Numbers(self._path, inner, found) if array else Hierarchy(self._path, found, f"{inner}/")
             )
         return self._known[name]
 
@@ -265,10 +271,7 @@ class Hierarchy:
 
     def arrays(self) -> Iterator[tuple[str, Numbers]]:
         """Yield names and arrays of a group."""
-        try:
-            with recognized():
-                names = sorted(self._root.array_keys())
-        except Exception as problem:  # whatever a damaged or forged store leads to
-            raise Wrong(f"{self._path} is damaged in {self._prefix}: {problem}") from None
+        with sound(f"{self._path} is damaged in {self._prefix}"):
+            names = sorted(self._root.array_keys())
         for name in names:
             yield name, self[name]

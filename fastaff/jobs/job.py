@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 import re
 import tomllib
@@ -183,7 +184,7 @@ class Job:
                 given = {
                     entry.name: getattr(value, entry.name)
                     for entry in fields(kind)
-                    if entry.default is MISSING or _differs(getattr(value, entry.name), entry.default)
+                    if entry.default is MISSING or repr(getattr(value, entry.name)) != repr(entry.default)
                 }
                 if given or name in ANALYSES:
                     found[name] = given
@@ -207,19 +208,15 @@ class Job:
         describes.
         """
         with spelled(as_key):
-            return cls._of_text(text, name, own)
-
-    @classmethod
-    def _of_text(cls, text: str, name: str, own: dict[str, Any]) -> Job:
-        try:
-            return cls(**{**_parsed(text, own), **own})
-        except tomllib.TOMLDecodeError as problem:
-            raise Wrong(f"{name} is no TOML: {in_one_line(str(problem))}") from None
-        except RecursionError:
-            raise Wrong(f"{name} has tables or lists within one another, too many to read") from None
-        except (ValueError, TypeError) as problem:
-            kind = TypeError if isinstance(problem, TypeError) else Wrong
-            raise kind(f"{name}: {in_one_line(respelled(str(problem), OPTIONS))}") from None
+            try:
+                return cls(**{**_parsed(text, own), **own})
+            except tomllib.TOMLDecodeError as problem:
+                raise Wrong(f"{name} is no TOML: {in_one_line(str(problem))}") from None
+            except RecursionError:
+                raise Wrong(f"{name} has tables or lists within one another, too many to read") from None
+            except (ValueError, TypeError) as problem:
+                kind = TypeError if isinstance(problem, TypeError) else Wrong
+                raise kind(f"{name}: {in_one_line(respelled(str(problem), OPTIONS))}") from None
 
     @classmethod
     def read(cls, path: Any, **own: Any) -> Job:
@@ -337,7 +334,7 @@ def _near(name: str, names: list[str]) -> str:
 
 def _taken(name: str, value: Any, hint: Any) -> Any:
     """Return a value as the field takes it: lists and tables stand for texts with colons and commas, texts such as 1/6
-    for numbers.
+    and whole numbers for floats; refuse one of another kind.
     """
     kinds = _kinds(hint)
     if float in kinds and isinstance(value, str):
@@ -351,12 +348,6 @@ def _taken(name: str, value: Any, hint: Any) -> Any:
             return ("x" if name.endswith("grid") else ":").join(map(repr, value))
     if list[str] in kinds and isinstance(value, dict):
         return [f"{key}={entry if isinstance(entry, str) else repr(entry)}" for key, entry in value.items()]
-    return _checked(name, value, hint)
-
-
-def _checked(name: str, value: Any, hint: Any) -> Any:
-    """Return a value if it is of the kind that the field takes, a whole number as a float where that is wanted."""
-    kinds = _kinds(hint)
     for kind in kinds:
         if kind is float and isinstance(value, (int, float, np.floating, np.integer)) and not isinstance(value, bool):
             return _finite(name, value)
@@ -387,18 +378,10 @@ def _writable(name: str, value: str) -> str:
 
 
 def _finite(name: str, value: Any) -> float:
-    try:
-        number = float(value)
-    except OverflowError:
-        number = np.inf
-    if not np.isfinite(number):
-        raise ValueError(f"{name} must be finite, got {shown(value)}")
-    return number
-
-
-def _differs(value: Any, default: Any) -> bool:
-    """Tell whether a value is not the default: -0.0 is not 0.0."""
-    return value != default or (type(value) is type(default) is float and str(value) != str(default))
+    with contextlib.suppress(OverflowError):
+        if np.isfinite(finite := float(value)):
+            return finite
+    raise ValueError(f"{name} must be finite, got {shown(value)}")
 
 
 def _toml(value: Any) -> str:

@@ -26,7 +26,7 @@ from ..base.placing import draft, umask
 from ..base.results import Column, columns
 from ..base.status import Status
 from ..exchange.files import opened, unpacked
-from .guard import Hierarchy, checked_store, has_items
+from .guard import Hierarchy, checked_store, has_items, sound
 from .wording import Wrong
 
 FORMAT = 2
@@ -137,10 +137,8 @@ class Store:
                 arrays[name] = np.ascontiguousarray(array[..., points or slice(None)][..., there])
             else:
                 arrays[name] = array[...]
-        try:
+        with sound(f"{self.path} is damaged: its root tells of {analysis} what does not fit"):
             return unpacked("", self.facts["contents"][analysis], arrays, given)
-        except Exception as problem:  # whatever a damaged or forged store leads to
-            raise Wrong(f"{self.path} is damaged: its root tells of {analysis} what does not fit: {problem}") from None
 
     def tell(self, **facts: Any) -> None:
         """Change the root's record of the job, in one move."""
@@ -299,13 +297,8 @@ def facts_of(path: Path) -> dict[str, Any]:
 
 def _opened(path: Path, mode: Any) -> Any:
     zarr = _zarr()
-    try:
-        with recognized():
-            return zarr.open_group(str(path), mode=mode, zarr_format=3, use_consolidated=False)
-    except OSError:
-        raise
-    except Exception as problem:  # whatever a damaged or forged store leads to
-        raise Wrong(f"{path} is damaged: {problem}") from None
+    with sound(f"{path} is damaged", OSError):
+        return zarr.open_group(str(path), mode=mode, zarr_format=3, use_consolidated=False)
 
 
 def _zarr() -> Any:
@@ -328,23 +321,18 @@ def _fill(group: Any, result: Any, found: Iterable[Column], layout: Layout) -> N
             _labels(group, axes[0], column.labels)
     for name, value in arrays.items():
         if name not in names:
-            axes = [f"{name}_{k + 1}" for k in range(value.ndim)]
-            _whole(group, name, value, axes)
+            _whole(group, name, value, [f"{name}_{k + 1}" for k in range(value.ndim)])
     if hasattr(result, "status"):
-        meanings = {
-            "flag_values": [int(entry) for entry in Status],
-            "flag_meanings": " ".join(entry.name for entry in Status),
-        }
-        group["status"].attrs.update(meanings)
+        said = " ".join(entry.name for entry in Status)
+        group["status"].attrs.update({"flag_values": [int(entry) for entry in Status], "flag_meanings": said})
 
 
 def _folder(path: Path) -> tuple[int, int] | None:
     """Return what tells a folder from one that takes its place."""
-    try:
+    with contextlib.suppress(OSError):
         found = path.stat()
-    except OSError:
-        return None
-    return found.st_dev, found.st_ino
+        return found.st_dev, found.st_ino
+    return None
 
 
 def _labels(group: Any, name: str, labels: tuple[str, ...]) -> None:
