@@ -9,7 +9,7 @@ themselves, as over the samples, at a cost that does not grow with their number.
 import math
 
 from ..compile.jit import jit
-from .naff_spectrum import line_factors, subtract_line, tail_reach
+from .naff_spectrum import subtract_line, tail_reach
 
 EPS = 2.220446049250313e-16
 
@@ -110,9 +110,11 @@ def shapes(window, work, m, trial):
         sp, cp = math.sin(math.pi * delta), math.cos(math.pi * delta)
         sd, cd = math.sin(math.pi / samples * delta), math.cos(math.pi / samples * delta)
         shape, slope = work.shape[l], work.slope[l]
-        top = line_factors(delta, window, around)
         for i in range(-2 * order, 2 * order + 1):
-            inverse[i + 2 * order] = 1.0 / (i - delta) if i != 0 else 0.0  # its pole goes into `centre`
+            around[i + 2 * order] = window.sine[zero + i] * cd - window.cosine[zero + i] * sd
+            inverse[i + 2 * order] = 1.0 / (i - delta) if i != 0 else 0.0
+        around[2 * order] = 1.0  # its zero goes into `top`, its pole into `centre`
+        top = rise * (1.0 if delta == 0.0 else sp / (samples * sd))
         square = delta * delta  # 1/delta - pi cot(pi delta)
         centre = delta * (3.28986813369645 + square * (2.16464646742228 + square * (2.03468612396890 + square * 2.0)))
         for k in range(m):

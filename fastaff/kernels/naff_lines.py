@@ -97,7 +97,7 @@ def error_bars(window, work, m, last, power, error):
     """Fill error (lines,) in bins: leakage of the residual times the coupling to other lines, and rounding."""
     for k in range(m):
         leak = leakage(work.spectrum, window, work.u[0, k], power, work.lanes)
-        noise = window.envelope[3] * noise_floor(work.spectrum, work.u[0, k], window.order + 2, work.lanes)
+        noise = window.envelope[3] * noise_floor(work.spectrum, work.u[0, k], window.order + 2)
         size = math.hypot(leak, noise) / abs(work.a[0, k])
         error[k] = work.coupling[k] * size + 2 * EPS * max(abs(work.u[0, k]), 1.0) + last
 
@@ -119,7 +119,7 @@ def take_line(window, work, m, k, top, high):
     what cut tails leave of lines up to the amplitude `top` and the place `high`.
     """
     u, a = work.u, work.a
-    u[0, m], a[0, m] = first_guess(work.spectrum, k, window, work.around[0])
+    u[0, m], a[0, m] = first_guess(work.spectrum, k, window)
     if not abs(a[0, m]) > max(2 * EPS * (1.0 + high), CUT * window.floor) * top or not abs(a[0, m]) < math.inf:
         return False
     u[2, m], a[2, m], work.fitted[m], work.who[0] = u[0, m], 0.0, 0, m

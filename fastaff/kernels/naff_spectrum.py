@@ -19,21 +19,21 @@ def start_phase(u, start, samples):
 
 
 @jit
-def line_factors(delta, window, around):
-    """Return the numerator of W(j - delta) for whole |j| <= order and |delta| <= 1/2, without loss of digits, and write
-    to around (>= 4 order + 1,) the factors below it: those of j are from j + order to j + 3 order.
+def line_shape(j, delta, window):
+    """Return W(j - delta) for whole |j| <= order and |delta| <= 1/2, without loss of digits.
 
-    W(d) = -(-1)^p sin(pi delta)/pi prod S_i^2/prod_{i=-p..p} X_(j+i), with X_j = (-1)^j S(j - delta), X_0 above it.
+    W(d) = -(-1)^p sin(pi delta)/pi prod S_i^2/prod_{i=-p..p} X_(j+i), with X_j = (-1)^j S(j - delta).
     """
     samples, order, zero = window.weight.size, window.order, window.zero
     sd, cd = math.sin(math.pi / samples * delta), math.cos(math.pi / samples * delta)
-    top = 1.0 if delta == 0.0 else math.sin(math.pi * delta) / (samples * sd)
+    shape = 1.0 if delta == 0.0 else math.sin(math.pi * delta) / (samples * sd)
+    below = 1.0
     for i in range(1, order + 1):
-        top *= window.sine[zero + i] ** 2
-    for i in range(-2 * order, 2 * order + 1):
-        around[i + 2 * order] = window.sine[zero + i] * cd - window.cosine[zero + i] * sd
-    around[2 * order] = 1.0
-    return top if order % 2 == 0 else -top
+        shape *= window.sine[zero + i] ** 2
+    for i in range(j - order, j + order + 1):
+        if i != 0:
+            below *= window.sine[zero + i] * cd - window.cosine[zero + i] * sd
+    return (shape if order % 2 == 0 else -shape) / below
 
 
 @jit
@@ -52,13 +52,9 @@ def subtract_line(spectrum, window, u, a, reach, lanes):
     odd = -1.0 if samples % 2 == 0 else 1.0  # sign of exp(i N tau)
     middle = math.floor(u + 0.5)
     delta = u - middle
-    top, around = line_factors(delta, window, lanes[0]), lanes[0]
     for j in range(-order, order + 1):
         k = (middle + j) % samples
-        below = 1.0
-        for i in range(j + order, j + 3 * order + 1):
-            below *= around[i]
-        shape = top / below * (1.0 if 0 <= middle + j < samples else odd)
+        shape = line_shape(j, delta, window) * (1.0 if 0 <= middle + j < samples else odd)
         spectrum[0, k] -= a.real * shape
         spectrum[1, k] -= a.imag * shape
     height = math.sin(math.pi * delta) / math.pi * (1.0 if order % 2 else -1.0)
@@ -120,10 +116,8 @@ def strongest_bin(spectrum, lanes):
 
 
 @jit
-def first_guess(spectrum, k, window, around):
-    """Return (u, a), -N/2 <= u < N/2, of the line that peaks at bin k, from the ratio to its larger neighbour.
-    around: scratch.
-    """
+def first_guess(spectrum, k, window):
+    """Return (u, a), -N/2 <= u < N/2, of the line that peaks at bin k, from the ratio to its larger neighbour."""
     samples, order = spectrum.shape[1], window.order
     here = math.hypot(spectrum[0, k], spectrum[1, k])
     left = math.hypot(spectrum[0, k - 1], spectrum[1, k - 1])
@@ -136,33 +130,22 @@ def first_guess(spectrum, k, window, around):
     tangent /= ratio * math.cos(scale * (order + 1)) + math.cos(scale * order)
     delta = min(max(math.atan(tangent) / scale, -0.5), 0.5)
     delta = delta if right >= left else -delta
-    shape = line_factors(delta, window, around)
-    for i in range(order, 3 * order + 1):
-        shape /= around[i]
-    a = complex(spectrum[0, k] / shape, spectrum[1, k] / shape)
+    a = complex(spectrum[0, k], spectrum[1, k]) / line_shape(0, delta, window)
     if 2 * k < samples:
         return k + delta, a
     return k - samples + delta, (-a if samples % 2 == 0 else a)
 
 
 @jit
-def noise_floor(spectrum, u, gap, lanes):
+def noise_floor(spectrum, u, gap):
     """Return the level of |bin| between lines (mean of power -1/2), from `gap` to NOISE_REACH + gap bins around u."""
-    samples, total, power = spectrum.shape[1], 0.0, lanes[0]
-    count = max(min(NOISE_REACH, samples // 2 - gap), 0)
-    below, above = (math.floor(u) - gap) % samples, (math.floor(u) + 1 + gap) % samples
-    for j in range(count):
-        k, l = below - j, above + j
-        k, l = (k + samples if k < 0 else k), (l - samples if l >= samples else l)
-        power[2 * j], power[2 * j + 1] = (
-            spectrum[0, k] ** 2 + spectrum[1, k] ** 2,
-            spectrum[0, l] ** 2 + spectrum[1, l] ** 2,
-        )
-    for i in range(2 * count):
-        power[i] = 1.0 / math.sqrt(math.sqrt(power[i] if power[i] > 1e-300 else 1e-300))
-    for i in range(2 * count):
-        total += power[i]
-    return (2 * count / total) ** 2 if count else 0.0
+    samples, total, count = spectrum.shape[1], 0.0, 0
+    for j in range(gap, min(NOISE_REACH + gap, samples // 2)):
+        for k in (math.floor(u) - j, math.floor(u) + 1 + j):
+            power = spectrum[0, k % samples] ** 2 + spectrum[1, k % samples] ** 2
+            total += 1.0 / math.sqrt(math.sqrt(max(power, 1e-300)))
+        count += 2
+    return (count / total) ** 2 if count else 0.0
 
 
 @jit

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .naff import ROUGH, FrequencyLines, followed_line, found_lines
+from .naff import FrequencyLines, followed_line, found_lines
 from .windows import LINE_ORDER, SPANS, fast_length
 
 DRIFTS = 0.6
@@ -72,7 +72,7 @@ def drifts(loops: np.ndarray, leading: np.ndarray, moving: np.ndarray, h: float,
         return np.zeros(len(loops), bool)
     change = np.zeros(leading.shape)
     for part in (loops[:, :, :half], loops[:, :, -half:]):
-        found = found_lines(np.ascontiguousarray(part), h, lines, LINE_ORDER, threads, sweeps=ROUGH)
+        found = found_lines(np.ascontiguousarray(part), h, lines, LINE_ORDER, threads)
         near = np.abs(np.abs(found.nu) - leading[:, :, None]) + np.where(np.isfinite(found.error), 0.0, np.inf)
         change = np.maximum(change, near.min(axis=2) * half * h)
     return moving.any(axis=1) & (np.where(moving, change, np.inf).min(axis=1) > DRIFTS)

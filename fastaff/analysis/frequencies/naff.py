@@ -137,10 +137,9 @@ def found_lines(
     threads: int | None = None,
     report: Report | None = None,
     samples_too: bool = False,
-    sweeps: int = SWEEPS,
 ) -> FrequencyLines:
     """Return the lines of checked signals as `naff` does, without `samples_too` fitted to their bins alone: many times
-    faster, and as exact where the lines are all there is. `sweeps`: ROUGH where 1e-5 bins are enough.
+    faster, and as exact where the lines are all there is.
     """
     shape, samples = signal.shape[:-1], signal.shape[-1]
     flat = signal.reshape(-1, samples) if signal.size else np.empty((0, samples))
@@ -154,7 +153,7 @@ def found_lines(
 
     def analyse(worker: int, report: Report | None = None) -> None:
         scratch = _Scratch(
-            min(rows, batch), _window(samples, order, FLOOR if samples_too else BINS_FLOOR, sweeps), lines, samples_too
+            min(rows, batch), _window(samples, order, FLOOR if samples_too else BINS_FLOOR), lines, samples_too
         )
         for chunk in chunks[worker::workers]:
             if stop.is_set():
