@@ -30,7 +30,18 @@ from .naff import FrequencyLines, found_lines
 from .plane_modes import modes_of, plane_values
 from .readings import SAME
 from .signals import signals_of
-from .turning import CHANGED, PIECE, ROUNDING, SAFETY, Means, Turning, Window, calm_change, without_standing
+from .turning import (
+    CHANGED,
+    PIECE,
+    ROUNDING,
+    SAFETY,
+    Means,
+    Turning,
+    Window,
+    calm_change,
+    relations,
+    without_standing,
+)
 from .windows import LINE_ORDER
 
 FALLBACK, LEAST = 1e-9, 64
@@ -62,14 +73,6 @@ NEAR = 3
 EXPLAINED, OPEN = 0.999, 0.02
 """Share of the squared amplitudes that these must explain, and the share of the area that they could enclose from which
 the sense of the loop is known.
-"""
-
-RELATED, CHANCE = 5, 1e-3
-"""Largest |k|_1 of a relation of two tunes, and the width up to which one is no chance."""
-
-UNSEEN, FAINT = 0.3, 0.1
-"""Cycles over the window up to which all windows see the same part of the beat of two lines; and the relative amplitude
-that one of them may have.
 """
 
 
@@ -222,15 +225,9 @@ def tunes_of(
     nu = nu - np.floor(nu)
     nu = np.where(nu >= 1.0, 0.0, nu)
     change = np.where(known, np.abs(means.halves[0] - means.halves[1]), 0.0).max(axis=0)
-    some, unseen = known.any(axis=0), np.zeros_like(error)
-    kind = np.where(known.all(axis=0), FrequencyKind.INDEPENDENT, FrequencyKind.DEPENDENT)
-    for a in range(1, RELATED):
-        for b in range(a - RELATED, RELATED - a + 1):
-            for i, j in itertools.permutations(range(len(nu)), 2) if b else ():
-                apart, width = a * nu[i] + b * nu[j], a * error[i] + abs(b) * error[j]
-                beat = np.abs(apart - np.rint(apart))
-                kind[beat <= np.where(width < CHANCE, width, -1.0)] = FrequencyKind.DEPENDENT
-                unseen[i] = np.maximum(unseen[i], np.where(beat * window < UNSEEN, FAINT * beat, 0.0))
+    some = known.any(axis=0)
+    dependent, unseen = relations(nu, error, window)
+    kind = np.where(known.all(axis=0) & ~dependent, FrequencyKind.INDEPENDENT, FrequencyKind.DEPENDENT)
     error = np.maximum(error, unseen)
     cycles = window * np.minimum(nu, 1 - nu).max(axis=0, initial=0.0)
     kind[window / 2 * change > CHANGED] = FrequencyKind.UNDECIDED

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from typing import NamedTuple
 
@@ -32,6 +33,14 @@ HARMONICS = 40
 CHANGED, ISLAND, BESIDE = 0.3, 3.0, 1.5
 """Turns over a half by which a tune changes where it is said to; times the order of a resonance, by which it may where
 its orbit swings slowly in one; and by which its tunes are off the resonance then.
+"""
+
+RELATED, CHANCE = 5, 1e-3
+"""Largest |k|_1 of a relation of two tunes, and the width up to which one is no chance."""
+
+UNSEEN, FAINT = 0.3, 0.1
+"""Cycles over the window up to which all windows see the same part of the beat of two lines; and the relative amplitude
+that one of them may have.
 """
 
 LOCKED = 12
@@ -154,6 +163,21 @@ def unresolved(rotation: np.ndarray, steps: np.ndarray | float) -> np.ndarray:
     m = np.arange(1, HARMONICS + 1).reshape(-1, *[1] * np.ndim(rotation))
     beat = np.abs(m * rotation - np.rint(m * rotation))
     return total(4.0 * 0.5**m * beat / m * damping(beat * steps))
+
+
+def relations(nu: np.ndarray, error: np.ndarray, window: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return of which orbits (orbits,) a relation of two tunes nu (n, orbits) is 0 within their errors over windows
+    (orbits,), and how far (n, orbits) lines that the window does not tell from one may move tunes.
+    """
+    dependent, unseen = np.zeros(nu.shape[1], bool), np.zeros_like(nu)
+    for a in range(1, RELATED):
+        for b in range(a - RELATED, RELATED - a + 1):
+            for i, j in itertools.permutations(range(len(nu)), 2) if b else ():
+                apart, width = a * nu[i] + b * nu[j], a * error[i] + abs(b) * error[j]
+                beat = np.abs(apart - np.rint(apart))
+                dependent |= beat <= np.where(width < CHANCE, width, -1.0)
+                unseen[i] = np.maximum(unseen[i], np.where(beat * window < UNSEEN, FAINT * beat, 0.0))
+    return dependent, unseen
 
 
 def calm_change(nu: np.ndarray, halves: np.ndarray, half: np.ndarray) -> np.ndarray:
