@@ -398,7 +398,7 @@ of a function beside keywords and of a kernel, names of `fastaff`, entries of it
 """
 LONG_MODULES = {
     "analysis.frequencies.fundamental": 458,
-    "analysis.frequencies.tunes": 470,
+    "analysis.frequencies.tunes": 463,
     "exchange.files": 498,
     "explorer.javascript": 427,
     "jobs.running": 500,

@@ -23,10 +23,11 @@ from .angle_lines import LineTable
 from .angle_loops import Layout, Plain
 from .frequencies import MANY_TURNS, FrequencyKind, FrequencyMap
 from .methods import BirkhoffAverages, NaffLines
+from .plane_modes import entangled
 from .rooms import Room
 from .running_turns import ROWS, running_means
 from .signals import signals_of
-from .tunes import FALLBACK, LEAST, TuneWork, entangled
+from .tunes import FALLBACK, LEAST, TuneWork
 from .turning import CHANGED, LOCKED, calm_change
 
 BUDGET = 1 << 25

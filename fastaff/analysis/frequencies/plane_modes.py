@@ -7,12 +7,15 @@ loops with the line g_k alone among these: planes again, whose tunes are found a
 
 from __future__ import annotations
 
+import itertools
+
 import numpy as np
 
 from ...compile.plane_loops import COLUMNS
 from .fundamental import LINE_WIDTH, WEAK
 from .integer_lattice import ball
 from .naff import found_lines
+from .readings import SAME
 from .windows import LINE_ORDER, cosine_window, fast_length
 
 LINES = 6
@@ -140,3 +143,12 @@ def _places(share: np.ndarray, nu: np.ndarray) -> np.ndarray:
         place[every, loop] = line
         left[every, loop], left[every, :, line] = -1.0, -1.0
     return place
+
+
+def entangled(nu: np.ndarray, length: int) -> np.ndarray:
+    """Tell which orbits (orbits,) have two tunes nu (n, orbits) that are one line over a window of that many steps."""
+    result = np.zeros(nu.shape[1], bool)
+    for one, other in itertools.combinations(nu, 2):
+        for apart in (one - other, one + other):
+            result |= np.abs(apart - np.rint(apart)) * length < SAME
+    return result

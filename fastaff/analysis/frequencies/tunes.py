@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Annotated
@@ -27,7 +26,7 @@ from .integer_lattice import ball
 from .line_rates import drifts, line_rates, lines_of
 from .methods import BirkhoffAverages, NaffLines, checked_method, method_of
 from .naff import FrequencyLines, found_lines
-from .plane_modes import modes_of, plane_values
+from .plane_modes import entangled, modes_of, plane_values
 from .readings import SAME
 from .signals import signals_of
 from .turning import (
@@ -246,15 +245,6 @@ def tunes_of(
         status=status,
         lines=lines,
     )
-
-
-def entangled(nu: np.ndarray, length: int) -> np.ndarray:
-    """Tell which orbits (orbits,) have two tunes nu (n, orbits) that are one line over a window of that many steps."""
-    result = np.zeros(nu.shape[1], bool)
-    for one, other in itertools.combinations(nu, 2):
-        for apart in (one - other, one + other):
-            result |= np.abs(apart - np.rint(apart)) * length < SAME
-    return result
 
 
 class TuneWork:
