@@ -180,25 +180,13 @@ FEW = 2**16
 """Numbers of which a portion has at least what threads are woken for."""
 
 
-CACHED = 2**15
-"""Numbers of an array that stays in the cache with others made of it, where NumPy takes half the time."""
-
-
-def by_portions(call: Callable[[slice], object], count: int, each: int, threads: int, *, cached: bool = False) -> None:
+def by_portions(call: Callable[[slice], object], count: int, each: int, threads: int) -> None:
     """Make call(slice) for portions of so many things, of `each` numbers each, in threads: for NumPy, which lets go of
-    the GIL; with `cached` for so many at a time as stay in the cache. The calls must change nothing but their own
-    portion, and set what errors NumPy ignores themselves.
+    the GIL. The calls must change nothing but their own portion, and set what errors NumPy ignores themselves.
     """
     portions = max(1, min(threads, count * each // FEW))
     size = max(-(-count // portions), 1)
-    most = max(1, CACHED // each) if cached else size
-
-    def work(worker: int) -> None:
-        end = min((worker + 1) * size, count)
-        for first in range(worker * size, end, most):
-            call(slice(first, min(first + most, end)))
-
-    by_workers(work, -(-count // size))
+    by_workers(lambda worker: call(slice(worker * size, (worker + 1) * size)), -(-count // size))
 
 
 def by_workers(call: Callable[[int], object], workers: int) -> None:

@@ -16,7 +16,6 @@ import numpy as np
 
 from ..base.numbers import Passes
 from ..base.status import Status
-from ..compile.threads import by_portions
 from ..schemes.catalogue import Collocation
 from .flow import Flow, Wear
 from .launch import Report
@@ -91,7 +90,7 @@ class Steps(NamedTuple):
     run: float
     parts: int
 
-    def of(self, orbits: np.ndarray | slice) -> Steps:
+    def of(self, orbits: np.ndarray) -> Steps:
         """Return those of some of the orbits."""
         each = (self.step[orbits], self.local[orbits], self.order[orbits], self.motion.of(orbits), self.ratio[orbits])
         return Steps(*each, self.run, self.parts)
@@ -198,27 +197,6 @@ def estimated(
     return np.maximum.accumulate(error, axis=0), np.maximum.accumulate(rounding, axis=0)
 
 
-def _weighed(
-    flow: Flow | TransformedFlow,
-    plan: Steps,
-    apart: np.ndarray,
-    phase: np.ndarray,
-    weight: np.ndarray | float,
-    worn: np.ndarray | None = None,
-) -> tuple[np.ndarray, np.ndarray]:
-    """Return what is `estimated`, of states whose errors count `weight` times."""
-    error, rounding = np.empty_like(apart), np.empty_like(apart)
-    weights = np.broadcast_to(weight, apart.shape)
-
-    def some(at: slice) -> None:
-        known = None if worn is None else worn[:, at]
-        for whole, part in zip((error, rounding), estimated(flow, plan.of(at), apart[:, at], phase[:, at], known)):
-            np.multiply(part, weights[:, at], out=whole[:, at])
-
-    by_portions(some, apart.shape[1], 4 * len(apart), flow.threads, cached=True)
-    return error, rounding
-
-
 def counted(apart: np.ndarray, part: np.ndarray) -> np.ndarray:
     """Return that part of distances up to ROUGH, all of those from LOST on, and a power law between."""
     with np.errstate(all="ignore"):
@@ -255,7 +233,8 @@ def halved(
         more = 0.0 if flow.adaptive else work * (0.5 if flow.traits.driven else AGAIN)
         coarse = run(orbits, 2 * plan.step, wear, passes.take(work / 2, work + more))
         fine = run(orbits, plan.step, None, passes.take(work, more))
-        error, rounding = _weighed(flow, plan, *compare(fine, coarse, orbits))
+        apart, phase, weight = compare(fine, coarse, orbits)
+        error, rounding = (weight * entry for entry in estimated(flow, plan, apart, phase))
         # Of chaotic and driven orbits one distance is too small by chance too often: a run that is not slowed is
         # another.
         again = ((error.max(axis=0) > accuracy) | flow.traits.driven | drifts(fine)) & (not flow.adaptive)
@@ -274,7 +253,7 @@ def halved(
                 worn = None if worn is None else np.sqrt(plan.ratio) * worn  # of so many times more kicks
             apart, phase, weight = compare(fine, coarse, orbits)
             worn = None if worn is None else np.where(np.isfinite(worn), worn, apart)
-            error, rounding = _weighed(flow, plan, apart, phase, weight, worn)
+            error, rounding = (weight * entry for entry in estimated(flow, plan, apart, phase, worn))
             factor = shortening(flow, plan, error, rounding, accuracy)
             # Twice the step may have been too long for the iteration of a collocation.
             failed = (coarse.status == Status.NOT_CONVERGED) | (fine.status == Status.NOT_CONVERGED)

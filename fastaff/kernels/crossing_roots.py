@@ -316,39 +316,26 @@ def locate(unit, stop, progress, blocks, scheme, section, direction, records, wh
             move_lane(rows, lanes, i, z)
 
 
-def compared(unit, stop, progress, section, limits, runs, speed, scales, found):
-    """Compare the crossings of two runs: fill `found`, three of (points,), with how far they are apart along the
-    section, with the radians up to them, and with how many times the error of a state is that of its crossing: the
-    change of the section function by an amplitude of the motion over its change in a radian, at least 1, or NaN.
+def lean(unit, stop, progress, section, nudge, z, size, speed, result):
+    """Fill result (points,) with how many times the error of a state is the error of its crossing: the change of the
+    section function by an amplitude of the motion over its change in a radian, at least 1, NaN where there is none.
 
-    runs: states (rows, points) and times (points,) of each; speed (rows, points): of the first; scales: amplitudes
-    (rows, orbits), periods (rows/2, orbits) or inf, or none (0, orbits), and rates (orbits,) of orbits that have as
-    many points each. limits: the part of an amplitude by which points are displaced for differences, and the distance
-    from which on crossings are not the same: inf apart. Where the first run has none it is 0 apart.
+    z, size, speed (rows, points): the states, the amplitudes, which orbits have in as many points each, (rows, orbits),
+    and changes in a radian. Differences are of points a part `nudge` of the amplitude away.
     """
     if read_now(stop, 0) > 0:
         return
-    (z, times), (other, others), (size, winding, rate) = runs[0], runs[1], scales
-    nudge, most = limits
     rows, points = z.shape
-    first, each = unit * LANES, points // rate.size
+    first, each = unit * LANES, points // size.shape[1]
     lanes = min(LANES, points - first)
-    block, ahead, behind, amplitude, turns = room(rows), room(1), room(1), room(1), room(1)
-    change, passing, apart, worst, orbit = room(1), room(1), room(1), room(1), np.empty(LANES, np.int64)
-    number, end = first // each, (first // each + 1) * each
+    block, ahead, behind, amplitude = room(rows), room(1), room(1), room(1)
+    change, passing, orbit = room(1), room(1), np.empty(LANES, np.int64)
     for i in range(lanes):
-        if first + i == end:
-            number, end = number + 1, end + each
-        orbit[i], turns[i] = number, rate[number]
-    for i in range(lanes):
-        apart[i] = abs(times[first + i] - others[first + i]) * turns[i]
-        worst[i] = 0.0 if apart[i] < most else np.inf
-    for r in range(rows):
-        for i in range(lanes):
+        orbit[i] = (first + i) // each
+        for r in range(rows):
             block[r * LANES + i] = z[r, first + i]
     for r in range(rows):
-        here, there, own = z[r, first : first + lanes], other[r, first : first + lanes], row(block, r)
-        fast = speed[r, first : first + lanes]
+        here, fast, own = z[r, first : first + lanes], speed[r, first : first + lanes], row(block, r)
         for i in range(lanes):
             amplitude[i] = size[r, orbit[i]]
         for value, shift in ((ahead, nudge), (behind, -nudge)):
@@ -359,23 +346,10 @@ def compared(unit, stop, progress, section, limits, runs, speed, scales, found):
             own[i] = here[i]
             slope = (ahead[i] - behind[i]) / (2.0 * nudge)
             change[i] += slope * slope
-            passing[i] += (slope / amplitude[i] if amplitude[i] > 0.0 else 0.0) * (fast[i] / turns[i])
-        for i in range(lanes):
-            ahead[i] = (here[i] - there[i]) / (amplitude[i] if amplitude[i] > 0.0 else 1.0)
-        if r < winding.shape[0]:
-            for i in range(lanes):
-                turn = winding[r, orbit[i]] / (amplitude[i] if amplitude[i] > 0.0 else 1.0)
-                ahead[i] -= turn * np.rint(ahead[i] / turn) if turn < np.inf else 0.0
-        for i in range(lanes):
-            away = abs(ahead[i])
-            apart[i] = away if away > apart[i] else apart[i]
-            worst[i] = worst[i] if away < most else np.inf
+            passing[i] += (slope / amplitude[i] if amplitude[i] > 0.0 else 0.0) * fast[i]
     for i in range(lanes):
-        weight, there = np.sqrt(change[i]) / abs(passing[i]), np.isfinite(times[first + i])
-        weight = 1.0 if weight < 1.0 else weight
-        found[0][first + i] = (apart[i] / weight if worst[i] == 0.0 else np.inf) if there else 0.0
-        found[1][first + i] = times[first + i] * turns[i] if there else 0.0
-        found[2][first + i] = weight if there else 1.0
+        times = np.sqrt(change[i]) / abs(passing[i])
+        result[first + i] = 1.0 if times < 1.0 else times
     progress[unit] = lanes
 
 

@@ -28,6 +28,8 @@ from .section_map import SectionMap
 
 PORTION, COMPARED = 2**27, 16
 """Bytes that are taken beside the result at a time; how many times the crossings of an orbit these are."""
+LOOKED = 2**24
+"""Bytes of the arrays whose energies are computed at a time: a part of the cache, where NumPy is a third faster."""
 LATER = 0.02
 """Work of orbits that have lost a suspected crossing and go on, of what all have taken."""
 SPARE = 8
@@ -220,13 +222,16 @@ def _result(flow, body, ensemble, section, wanted, memory, out, tolerance) -> Se
     kept = np.arange(wanted) < counts[:, None]
     points, times = records[:, :, RECORD.state :], np.where(kept, records[:, :, RECORD.time], np.nan)
     drift = np.empty(times.shape)
+    most = max(1, LOOKED // (8 * COMPARED * wanted * rows))
 
     def look(at: slice) -> None:
-        z = np.ascontiguousarray(points[at].transpose(2, 0, 1))
-        start, scale = ensemble.energy[at, None], ensemble.scale[at, None]
-        drift[at] = np.where(kept[at], energy_drift(flow.model, z, start, scale), -1.0)
+        for first in range(at.start, min(at.stop, orbits), most):
+            part = slice(first, min(first + most, at.stop))
+            z = np.ascontiguousarray(points[part].transpose(2, 0, 1))
+            start, scale = ensemble.energy[part, None], ensemble.scale[part, None]
+            drift[part] = np.where(kept[part], energy_drift(flow.model, z, start, scale), -1.0)
 
-    by_portions(look, orbits, wanted * rows, flow.threads, cached=True)
+    by_portions(look, orbits, wanted * rows, flow.threads)
     beyond = drift > tolerance
     first = np.where(beyond.any(axis=1), beyond.argmax(axis=1), wanted)
     error = drift.max(axis=1)
@@ -238,8 +243,7 @@ def _result(flow, body, ensemble, section, wanted, memory, out, tolerance) -> Se
     counts = np.minimum(counts, first)
     slot = np.arange(wanted)
     dropped = (slot >= counts[:, None]) & (slot < written[:, None])
-    if dropped.any():
-        points[dropped], times[dropped] = np.nan, np.nan
+    points[dropped], times[dropped] = np.nan, np.nan
     residual = np.where(slot < counts[:, None], np.abs(records[:, :, RECORD.residual]), 0.0).max(axis=1)
     return SectionMap(
         points=points.transpose(2, 1, 0),

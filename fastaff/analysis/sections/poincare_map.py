@@ -23,7 +23,7 @@ from ...flows.needs import check_given
 from ...flows.observers import bound
 from ...flows.options import Options, Problem
 from ...formulas.section_text import section_of
-from ...kernels.crossing_roots import compared
+from ...kernels.crossing_roots import lean
 from ...models.contracts import Dynamics, Section
 from ...models.mechanics import slopes
 from ...models.sections import Stroboscopic
@@ -196,6 +196,23 @@ class _Crossings(NamedTuple):
         return _Crossings(self.found.take(orbits), self.reached[orbits])
 
 
+def slants(model: Any, section: Any, points: np.ndarray, scales: Motion) -> np.ndarray:
+    """Return how many times the error of a state is the error of its crossing (crossings, orbits), at least 1, NaN
+    where there is none.
+
+    That is the change of the section function by an amplitude of the motion over its change in a radian: large where
+    orbits graze.
+    """
+    z = np.ascontiguousarray(points.transpose(0, 2, 1))  # as crossings lie in memory: an orbit's together
+    size, result = np.concatenate([scales.position, scales.momentum]), np.empty(z.shape[1:])
+    with np.errstate(all="ignore"):
+        speed = slopes(model, z) / scales.rate[:, None]
+    function = bound("value", section, model.degrees_of_freedom, 0)
+    flat = z.reshape(len(z), -1), size, speed.reshape(len(z), -1), result.reshape(-1)
+    launch(lean, (function, NUDGE, *flat), units(result.size), 0.0, 1, None, float(result.size))
+    return result.T
+
+
 def _steps(flow, body, z, wanted, max_time, accuracy) -> Steps:
     """Return the steps to begin with: for as long as the crossings may take, fractions of max_time."""
     found = motion(body, z, flow.threads)
@@ -262,27 +279,23 @@ def _accurate(flow, body, z, crossings: Crossings, accuracy, report) -> SectionM
 
 
 def _compared(body, section, motion: Motion, fine: SectionMap, coarse: SectionMap, threads: int) -> tuple:
-    """Return distances (crossings, orbits) of states at crossings of two runs, radians up to these, and how many times
-    the error of a state is the error of its crossing: large where orbits graze.
-    """
-    whole, rows = np.empty((3, *fine.times.T.shape)), len(fine.points)  # as crossings lie in memory
-    function = bound("value", section, body.degrees_of_freedom, 0)
+    """Return distances (crossings, orbits) of states at crossings of two runs, radians up to these, and `slants`."""
+    whole = np.empty((3, *fine.times.T.shape)).transpose(0, 2, 1)  # as crossings lie in memory
 
     def some(at: slice) -> None:
-        scales, runs = motion.of(at), []
-        for run in (fine, coarse):
-            points, times = run.points[..., at].transpose(0, 2, 1), run.times[:, at].T
-            runs.append((np.ascontiguousarray(points).reshape(rows, -1), np.ascontiguousarray(times).reshape(-1)))
-        speed, found = slopes(body, runs[0][0]), tuple(entry[at].reshape(-1) for entry in whole)
-        winding = np.ascontiguousarray(scales.winding[: len(scales.winding) * bool(np.isfinite(scales.winding).any())])
-        sizes = np.concatenate([scales.position, scales.momentum]), winding, scales.rate
-        arguments = function, (NUDGE, SAME), tuple(runs), speed, sizes, found
-        launch(compared, arguments, units(speed.shape[1]), 0.0, 1, None, float(speed.shape[1]))
-        straight = whole[0, at]
-        lost = np.isinf(straight)
-        if lost.any():  # behind a crossing that one of the runs lacks nothing is known
-            straight[np.logical_or.accumulate(lost, axis=1)] = np.inf
+        scales, times, points = motion.of(at), fine.times[:, at], fine.points[..., at]
+        with np.errstate(all="ignore"):
+            late = np.abs(times - coarse.times[:, at]) * scales.rate
+            apart = scales.distance((points - coarse.points[..., at]).transpose(1, 0, 2))
+            apart = np.maximum(apart, late)
+            slant = slants(body, section, points, scales)
+            straight = apart / slant
+        same = np.isfinite(apart) & (apart < SAME)
+        # Behind the last crossing there is nothing to compare; behind one that one of the runs lacks nothing is known.
+        ended = ~np.isfinite(times)
+        known = np.logical_and.accumulate(same | ended, axis=0)
+        straight = np.where(known, np.where(ended, 0.0, straight), np.inf)
+        whole[..., at] = straight, np.where(ended, 0.0, times * scales.rate), np.where(ended, 1.0, slant)
 
-    by_portions(some, len(fine), fine.points[..., :1].size, threads, cached=True)
-    apart, phase, weight = whole.transpose(0, 2, 1)
-    return apart, phase, weight
+    by_portions(some, len(fine), fine.points[..., :1].size, threads)
+    return whole[0], whole[1], whole[2]
