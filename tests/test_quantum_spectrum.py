@@ -314,7 +314,7 @@ def test_what_has_no_spectrum(potential, changes, error, words):
 def test_other_wrong_input():
     with pytest.raises(ValueError, match="mu"):
         spectrum(Body(Harmonic(), -1.0), m=0, l=0, count=1)
-    with pytest.raises(TypeError, match="Body"):
+    with pytest.raises(ValueError, match="m is for a Body alone, HenonHeiles takes none"):
         spectrum(HenonHeiles(), m=0, l=0, count=1)
     with pytest.raises(TypeError, match="angular potentials"):
         spectrum(StackelBody(Harmonic(), one_variable(lambda angle: np.cos(angle)), Zero()), m=0, l=0, count=1)
@@ -338,11 +338,13 @@ def test_no_level_is_lost_where_inner_exponents_are_weak():
     np.testing.assert_allclose(found.E, 2 * n + 2 + chi, rtol=1e-11)
 
 
-def test_what_is_no_body_is_refused_before_quantum_numbers_are_asked_for():
-    for model in (fa.HenonHeiles(), fa.hamiltonian("(x**2 + y**2)/2")):
-        with pytest.raises(TypeError, match="body must be a Body with a doubly isotropic potential, got"):
+def test_what_has_no_levels_is_refused_before_quantum_numbers_are_asked_for():
+    for model, said in (
+        (fa.HenonHeiles(), "missing 1 required keyword-only argument: 'count'"),
+        (fa.hamiltonian("(x**2 + y**2 + z**2 + w**2)/2", coordinates="x y z w"), "in one to 3 coordinates"),
+        (fa.mapping("p1 = p + sin(x); x1 = x + p1"), "H = T"),
+    ):
+        with pytest.raises(TypeError, match=said):
             fa.quantum.spectrum(model)
-        with pytest.raises(TypeError, match="body must be a Body with a doubly isotropic potential, got"):
-            fa.quantum.spectrum(body=model, count=3)
     with pytest.raises(TypeError, match="missing 3 required keyword-only arguments"):
         fa.quantum.spectrum(fa.Body(fa.Harmonic()))

@@ -51,7 +51,7 @@ def checked(expression: Any) -> Any:
         if expression.has(wrong):
             raise ValueError(f"text: the formula {why} everywhere ({expression})")
     if expression.is_real is False:
-        raise ValueError(f"text: the formula is not real everywhere ({expression})")
+        raise ValueError(f"text: the formula has no finite real value anywhere ({expression})")
     moduli = [a for a in expression.atoms(sympy.Abs) if any(not s.name.startswith("self.") for s in a.free_symbols)]
     if moduli:
         halves = {"p": "(D1 + D2)/2", "q": "(D1 - D2)/2"}
