@@ -12,7 +12,7 @@ from ..base.numbers import entries, reals
 from ..base.status import Status
 from ..schemes.catalogue import ITERATION
 from .colour_bars import colour_bar
-from .labels import Box, settled, write_along
+from .labels import Box, drawn_points, settled, write_along
 from .picking import carry
 from .ratios import by_own_lines, frequencies_of, frequency, in_time, lines_of
 from .scales import colouring, colours_of, orbit_colours
@@ -219,7 +219,7 @@ def _draw_lines(
         settled(ax)
         extents = [note.get_window_extent() for note in noted]
         room = [Box(np.mean([box.min, box.max], axis=0), np.array(box.size) / 2, 0.0) for box in extents]
-        dots = np.concatenate([np.zeros((0, 2)), *(np.asarray(one.get_offsets()) for one in ax.collections)])
+        dots = drawn_points(ax)
         how = {"path_effects": [withStroke(linewidth=2.0, foreground="white")]}
         written = [write_along(ax, curve, text, room, lift=0.6, points=dots, **how) for curve, text in slanted]
         labels += [text for text in written if text is not None]

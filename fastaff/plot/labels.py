@@ -61,6 +61,11 @@ def size_of(ax: Any, text: str, **style: Any) -> np.ndarray:
     return np.array([box.width, box.height])
 
 
+def drawn_points(ax: Any) -> np.ndarray:
+    """Return where the points (points, 2) of the collections of axes are."""
+    return np.concatenate([np.zeros((0, 2)), *(np.asarray(one.get_offsets()) for one in ax.collections)])
+
+
 def write_along(
     ax: Any,
     curve: np.ndarray,

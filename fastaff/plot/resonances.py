@@ -12,7 +12,7 @@ import numpy as np
 
 from ..analysis.frequencies.resonance_web import ResonanceLine
 from ..analysis.frequencies.resonances import DiffusionHistogram, Resonances
-from .labels import Box, pixel_length, settled, write_along
+from .labels import Box, drawn_points, pixel_length, settled, write_along
 from .picking import carry
 from .scales import DIFFUSION, clipped
 from .style import ACCENT, DARK, PLATE, Artists, colour_map, figure, nothing, symbol
@@ -168,7 +168,7 @@ def _mark(ax: Any, marked: np.ndarray, axes: Sequence[Any] | None) -> Any:
 def _named(ax: Any, lines: Sequence[ResonanceLine], names: Sequence[str], most: int) -> tuple[Any, ...]:
     """Name the longest lines, each on its longest part, as many as have room."""
     settled(ax)
-    dots = np.concatenate([np.zeros((0, 2)), *(np.asarray(one.get_offsets()) for one in ax.collections)])
+    dots = drawn_points(ax)
     taken: list[Box] = []
     written: list[Any] = []
     parts = [(max(pixel_length(ax, part) for part in line.lines), line) for line in lines if line.lines]

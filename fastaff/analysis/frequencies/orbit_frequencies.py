@@ -30,6 +30,7 @@ from .methods import BirkhoffAverages, NaffLines, checked_method, method_of
 from .readings import Samples, read
 from .rooms import ROOMS, Room
 from .signals import Signals, signals_of
+from .windows import cosine_window
 
 LEAST = 64
 """Samples that an orbit needs."""
@@ -37,9 +38,9 @@ LEAST = 64
 BUDGET = 1 << 27
 """Bytes of samples in work at once."""
 
-ENOUGH, NOISE_ORDER, QUARTER, NOISE = 1024, 3, 0.25, 4.6
-"""Samples whose spectrum, with the window (1 + cos)^p, shows noise; p; the share of bins below its level; and three
-standard deviations of a frequency, for the weight of averages, in units of noise/(amplitude time sqrt(samples)).
+ENOUGH, QUARTER, NOISE = 1024, 0.25, 4.6
+"""Samples whose spectrum shows noise; the share of bins below its level; and three standard deviations of a frequency,
+for the weight of averages, in units of noise/(amplitude time sqrt(samples)).
 """
 
 COARSE = 1.5
@@ -215,13 +216,13 @@ class _Work:
 
         coefficients, offset = self.layout.own(own, self.threads)
         loops, found = Loops(coefficients, offset, np.zeros_like(offset)), np.zeros(offset.shape)
-        window = np.hanning(min(int(own.samples[0]), ENOUGH)) ** NOISE_ORDER
+        window = cosine_window(min(int(own.samples[0]), ENOUGH))
         quarter = int(QUARTER * window.size)
         for o, k in portions(own, np.ones(offset.shape, bool)):
             bins = fft(values(own, loops, o, k, self.threads)[:, : window.size] * window, overwrite_x=True)
             power = bins.real**2 + bins.imag**2
             level = np.partition(power, quarter)[:, quarter] / (-math.log1p(-QUARTER) * (window**2).sum())
-            line = power.max(axis=1) / window.sum() ** 2
+            line = power.max(axis=1)
             found[o, k] = np.sqrt(np.divide(level, line, out=np.zeros_like(line), where=line > 0))
         return NOISE * found / (own.time * np.sqrt(own.samples))[:, None]
 
