@@ -8,7 +8,7 @@ from typing import Any, cast
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..base.foreign import System, read_by
+from ..base.foreign import ForeignSystem, read_by
 from ..base.numbers import positive, real, shown
 from ..models import Body
 from ..models.contracts import WrittenModel, WrittenNonseparable
@@ -252,7 +252,7 @@ def hamiltonian(
     return _of_periods(_class(request, values, length)(*values.values(), *weights))
 
 
-def _taken(given: System, coordinates: Any, beside: dict[str, Any], parameters: dict[str, float]) -> Any:
+def _taken(given: ForeignSystem, coordinates: Any, beside: dict[str, Any], parameters: dict[str, float]) -> Any:
     """Return the system of another tool, with what is given beside it."""
     if given.coordinates and coordinates not in ("x y", " ".join(given.coordinates), given.coordinates):
         raise ValueError(
