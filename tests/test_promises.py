@@ -18,7 +18,6 @@ import fastaff as fa
 from fastaff.analysis.orbits.tangent_map import fastest_rates
 from fastaff.base.results import Result
 from fastaff.flows import flow
-from fastaff.flows.motion import inverse_masses
 from fastaff.flows.reaches import escape_radii
 
 HH, BODY, HARMONIC, X, TURN = battery.HH, battery.BODY, battery.HARMONIC, battery.X, battery.TURN
