@@ -11,8 +11,7 @@ import numpy as np
 
 from ...analysis.sections.accessible_box import minima, walled
 from ...flows.interruptible import interruptible
-from ...models.mechanics import inverse_masses
-from ...models.traits import traits_of
+from ...models.mechanics import system_of
 from ..states.level_table import VIBRATION, LevelTable, class_levels, level_scale
 from ..states.symmetry import SymmetryClass
 from .convergence import by_chance
@@ -84,9 +83,10 @@ def vibration_levels(
 
 
 def _problem(model: Any, hbar: float) -> Problem:
-    traits, n = traits_of(model), model.degrees_of_freedom
-    W = inverse_masses(model, np.ones((2 * n, 1)))[..., 0]
-    periods = np.array(traits.periods)
+    system = system_of(model)
+    n = system.n
+    W = system.inverse_masses(np.ones((2 * n, 1)))[..., 0]
+    periods = np.array(system.periods)
     mixed = W - np.diag(np.diagonal(W))
     if np.linalg.eigvalsh(W)[0] <= 0 or mixed[periods > 0].any():
         what = "positive masses" if not mixed[periods > 0].any() else "no product of momenta with that of an angle"
