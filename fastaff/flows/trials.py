@@ -19,6 +19,11 @@ from .motion import Motion, typical_rate
 SPAN, SAMPLES = 16.0, 4
 """Radians of each orbit's motion over which trial steps are compared, and moments at which they are."""
 
+PACED = 4 * SPAN
+"""Radians of the pace over which they are at most: a slow orbit under a fast drive would take any number of steps, and
+a chaotic one forget where it began.
+"""
+
 MEASURABLE = 3e-12
 """Error over SPAN that a trial measures above rounding; smaller ones follow from the order."""
 
@@ -68,10 +73,10 @@ def chosen_steps(flow: Flow, z: np.ndarray, found: Motion, error: np.ndarray) ->
     """Return for each orbit (orbits,) the step whose error over SPAN radians of its motion is `error`.
 
     The error of a step is the distance from the states with half of it, in units of the motion's amplitudes (`Motion`).
-    Steps are tried until one is near; errors below MEASURABLE follow from the order. Where steps down to FINEST radians
-    do not reach it, that is the step; where shorter ones no longer help, the one before them. The order is the scheme's
-    or that which two trials show, where it is lower: steps may be too coarse for the former, forces not smooth. Every
-    orbit decides for itself.
+    Steps are tried until one is near, over a shorter time where the pace is much faster; errors below MEASURABLE follow
+    from the order. Where steps down to FINEST radians do not reach it, that is the step; where shorter ones no longer
+    help, the one before them. The order is the scheme's or that which two trials show, where it is lower: steps may be
+    too coarse for the former, forces not smooth. Every orbit decides for itself.
     Cost: some 500 steps an orbit.
     """
     orbits = z.shape[1]
@@ -80,9 +85,11 @@ def chosen_steps(flow: Flow, z: np.ndarray, found: Motion, error: np.ndarray) ->
     step, least, order = first / pace, np.full(orbits, np.nan), np.full(orbits, float(flow.scheme.order))
     coarse, most = np.full((2, orbits), np.nan)
     at, floor, stalls = step.copy(), np.full(orbits, np.inf), np.zeros(orbits, np.int64)
+    share = np.minimum(1.0, PACED / SPAN * rate / pace)
+    error = error * share
     wanted, todo = np.maximum(error, MEASURABLE), np.arange(orbits)
     for _ in range(TRIALS):
-        apart = halving(flow, z[:, todo], step[todo], SPAN / rate[todo], found.of(todo))
+        apart = halving(flow, z[:, todo], step[todo], share[todo] * SPAN / rate[todo], found.of(todo))
         least[todo] = apart
         with np.errstate(all="ignore"):
             fell = ~(apart * at[todo] >= floor[todo] * step[todo])
@@ -108,7 +115,7 @@ def chosen_steps(flow: Flow, z: np.ndarray, found: Motion, error: np.ndarray) ->
     known = np.maximum(np.where(np.isfinite(least), least, 1.0), 1e-14)
     change = np.where(stalled, 1.0, np.clip(_change(error / known, order, flow.scheme.order), 0.1, 1.6))
     last = np.clip(step * change, FINEST / pace, COARSEST / pace)
-    return Chosen(last, known * (last / step) ** order, order)
+    return Chosen(last, known * (last / step) ** order / share, order)
 
 
 def _change(gain: np.ndarray, order: np.ndarray, most: int) -> np.ndarray:
