@@ -16,7 +16,7 @@ from ..models.mechanics import system_of
 from .arguments import checked_names, inertia_of, masses_of, text_of, values_of
 from .drive import period_of
 from .grammar import TIME, parse
-from .hints import hinted, no_terms_of_motion
+from .hints import PULLED, hinted, no_terms_of_motion
 from .laws import written_out
 from .library import Request, generated_class
 from .map_source import period_texts
@@ -228,7 +228,7 @@ def hamiltonian(
         written, momenta, inside = _charged(written, vector_potential, names, masses, others, (parameters, period))
         masses, length = None, _SYMPY_LENGTH
     if friction is not None and any(entry is not None for entry in (rotation, magnetic, period)):
-        raise ValueError("friction does not go with rotation, magnetic or period: write dz/dt = f(z) as fa.flow")
+        raise ValueError("friction does not go with rotation, magnetic or period: " + PULLED)
     conjugate = () if momenta is None else _momenta(momenta, names, masses, rotation, magnetic, friction)
     values = values_of(parameters, (*names, *conjugate, *([] if period is None else [TIME]))) | inside
     weights = () if masses is None else masses_of(masses, len(names))
@@ -332,9 +332,7 @@ def _momenta(momenta: Any, names: tuple[str, ...], *others: Any) -> tuple[str, .
         if entry is not None:
             raise ValueError(f"{name} does not go with momenta in the text: write the whole of H(q, p)")
     if others[-1] is not None:
-        raise ValueError(
-            "friction does not go with momenta in the text, where it is no part of H: write dz/dt = f(z) as fa.flow"
-        )
+        raise ValueError("friction does not go with momenta in the text, where it is no part of H: " + PULLED)
     found = checked_names("momenta", momenta, names)
     if len(found) != len(names):
         raise ValueError(

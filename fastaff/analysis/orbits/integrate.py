@@ -324,7 +324,7 @@ class _Accurate:
         apart = self._compare(fine, coarse, orbits)[0]
         return np.where(self._drifts(fine), np.inf, left(self.motion.of(orbits), apart, self.looks, tolerance))
 
-    def _run(self, orbits: np.ndarray, step: np.ndarray, wear: Wear | None, report: Report | None) -> Compared:
+    def _run(self, orbits: np.ndarray, step: np.ndarray, wear: Wear | None, report: Report | None, _fine) -> Compared:
         flow: Any = self.flow.sized(step)
         where = self.chunk[orbits]
         ensemble = flow.ensemble(np.ascontiguousarray(self.z[:, where]), radius=self.motion.radius[orbits])
@@ -341,10 +341,10 @@ class _Accurate:
             raise KeyboardInterrupt
         return Compared(states, ensemble, used)
 
-    def _compare(self, fine: Compared, coarse: Compared, orbits: np.ndarray) -> tuple[np.ndarray, np.ndarray, float]:
+    def _compare(self, fine: Compared, coarse: Compared, orbits: np.ndarray, _weight: Any = None) -> tuple:
         with np.errstate(all="ignore"):
             apart = self.motion.of(orbits).distance(fine.states - coarse.states)
-        return apart, self.times[:, None] * self.motion.rate[orbits], 1.0
+        return apart, self.times[:, None] * self.motion.rate[orbits], np.ones((1, orbits.size))
 
     def _drifts(self, run: Compared) -> np.ndarray:
         return (run.ensemble.status == Status.OK) & (energy_error(self.body, run.ensemble) > self.drift)

@@ -80,14 +80,15 @@ class _Strobed:
         self.error = np.full(self.states.shape, np.nan)
         errors = self.error
 
-        def run(orbits: np.ndarray, step: np.ndarray, wear: Wear | None, report: Report | None) -> Compared:
+        def run(orbits: np.ndarray, step: np.ndarray, wear: Wear | None, report: Report | None, _fine) -> Compared:
             return self._follow(flow.sized(step), orbits, found.radius[orbits], wear, report)
 
-        def compare(fine: Compared, coarse: Compared, orbits: np.ndarray) -> tuple[np.ndarray, np.ndarray, float]:
+        def compare(fine: Compared, coarse: Compared, orbits: np.ndarray, _weight: np.ndarray | None) -> tuple:
             ended = ~np.isfinite(fine.states).all(axis=1)
             with np.errstate(all="ignore"):
                 apart = found.of(orbits).distance(fine.states - coarse.states)
-            return np.where(ended, 0.0, apart), np.where(ended, 0.0, self.times[:, orbits] * found.rate[orbits]), 1.0
+            phase = np.where(ended, 0.0, self.times[:, orbits] * found.rate[orbits])
+            return np.where(ended, 0.0, apart), phase, np.ones((1, orbits.size))
 
         def keep(orbits: np.ndarray, fine: Compared, chosen: np.ndarray, error: np.ndarray) -> None:
             where = orbits[chosen]
