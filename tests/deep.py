@@ -154,7 +154,6 @@ DEEP = {
         "test_orbits_that_are_gone_in_finite_time_leave_others_alone": 1,
     },
     "test_interruption": {
-        "test_ctrl_c_where_llvm_calls_python": 0,
         "test_ctrl_c_while_modules_are_loaded": 1,
     },
     "test_jit_cache": {

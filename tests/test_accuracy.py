@@ -5,6 +5,7 @@ from functools import cache
 import mpmath
 import numpy as np
 import pytest
+import systems
 from hypothesis import given
 from hypothesis import strategies as st
 from scipy.special import ellipj, ellipk
@@ -138,7 +139,7 @@ def test_slowed_orbits_lose_what_they_should():
     """
     rng = np.random.default_rng(4)
     z0, share = rng.normal(size=(4, 21)), np.geomspace(1e-8, 1e-6, 21)
-    system = fa.hamiltonian("(x**2 + y**2)/2")
+    system = systems.oscillators()
 
     def slowed(orbits):
         flow = plan(system, z0[:, orbits], Options(step=0.25)).flow.sized(np.full(len(orbits), 0.25))
@@ -183,7 +184,7 @@ def test_rounding_in_a_double_well(accuracy):
     """On both sides of the separatrix, as near as 1e-8."""
     rng = np.random.default_rng(8)
     x0 = np.sqrt(2) + rng.choice([-1, 1], 100) * 10 ** rng.uniform(-8, -1, 100)
-    well = fa.hamiltonian("-x**2/2 + x**4/4", coordinates="x")
+    well = systems.well(k=-1.0, c=1.0)
     run = fa.integrate(well, np.array([x0, 0 * x0]), time=100.0, accuracy=accuracy)
     truth = np.array([well_at(x, 100.0) for x in x0]).T
     covered((np.abs(run.z - truth) / run.error).max(axis=0), 1.0)
@@ -222,7 +223,7 @@ def chaotic(which):
         z0 = grid[:, rng.choice(grid.shape[1], 400, replace=False)]
         return HH, lambda t, x, y: (-x - 2 * x * y, -y - x * x + y * y), z0
     w = 1.25  # whose binary digits, and those of the amplitude, are all there are
-    duffing = fa.hamiltonian("-x**2/2 + x**4/4 - 0.3125*x*cos(w*t)", coordinates="x", period="2*pi/w", w=w)
+    duffing = systems.duffing(a=0.3125, w=w)
     force = lambda t, x: (x - x**3 + np.longdouble(0.3125) * np.cos(w * t),)  # noqa: E731
     return duffing, force, np.array([rng.uniform(-1, 1, 400), rng.uniform(-0.5, 0.5, 400)])
 
@@ -305,7 +306,7 @@ def test_motion_knows_oscillators():
     amplitudes.
     """
     omega, amplitude = 37.0, np.array([1e-5, 2.0, 300.0])
-    system = fa.hamiltonian("w**2*x**2/2", coordinates="x", w=omega)
+    system = systems.well(k=omega**2)
     found = motion(system, np.array([amplitude, 0 * amplitude]))
     np.testing.assert_allclose(found.rate, omega, rtol=0.1)
     np.testing.assert_allclose(found.kinetic, (omega * amplitude) ** 2 / 2, rtol=0.05)
@@ -317,7 +318,7 @@ def test_errors_of_crossings_cover_the_truth(accuracy):
     """x = 0 of uncoupled oscillators, upward: all crossing times in closed form."""
     rng = np.random.default_rng(4)
     w = rng.uniform(0.5, 2.0, 2)
-    system = fa.hamiltonian("a*x**2/2 + b*y**2/2", a=float(w[0] ** 2), b=float(w[1] ** 2))
+    system = systems.oscillators(*w**2)
     z0 = rng.normal(size=(4, 100))
     cut = fa.poincare_map(
         system, z0, section=fa.Linear((1.0, 0.0, 0.0, 0.0)), crossings=40, max_time=2000.0, accuracy=accuracy

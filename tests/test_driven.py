@@ -10,6 +10,7 @@ from own_models import Driven, NoPhase, Stopped
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 from scipy.special import mathieu_a, mathieu_b
+from systems import duffing
 
 import fastaff as fa
 from fastaff.jobs.analyses import Frequencies, Poincare
@@ -28,10 +29,6 @@ def mathieu(delta, eps):
     return fa.hamiltonian(
         "x**2/2*(delta - 2*eps*cos(2*t))", coordinates="x", period="pi", delta=float(delta), eps=float(eps)
     )
-
-
-def duffing(a=0.3, w=1.2):
-    return fa.hamiltonian("-x**2/2 + x**4/4 - a*x*cos(w*t)", coordinates="x", period="2*pi/w", a=a, w=w)
 
 
 def pendulum(a=0.05, w=1.5):
@@ -228,15 +225,12 @@ def test_nothing_depends_on_units():
     action = mass * length**2 / duration
     energy = action / duration
     own = duffing(0.25, 1.1)
-    scaled = fa.hamiltonian(
-        "-k*x**2/2 + c*x**4/4 - a*x*cos(w*t)",
-        coordinates="x",
-        masses=(mass,),
-        period="2*pi/w",
-        k=mass / duration**2,
-        c=mass / duration**2 / length**2,
+    scaled = duffing(
         a=0.25 * energy / length,
         w=1.1 / duration,
+        k=-mass / duration**2,
+        c=mass / duration**2 / length**2,
+        mass=mass,
     )
     rng = np.random.default_rng(4)
     z = rng.normal(0, 0.7, (2, 16))

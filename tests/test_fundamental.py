@@ -7,6 +7,7 @@ import math
 
 import numpy as np
 import pytest
+import systems
 from hypothesis import given, settings
 from hypothesis.strategies import floats
 from naive import frequencies, states
@@ -381,7 +382,7 @@ def test_lines_too_close_to_tell_are_undecided_and_their_errors_know():
             assert np.all(off <= 10 * found.error)
             assert (off <= found.error).mean() > 0.9
             assert np.all(found.error[:, found.kind == FrequencyKind.UNDECIDED].max(axis=0) * time >= 1)
-    apart = fa.frequency_map(fa.hamiltonian("(x**2 + (1 + d)**2*y**2)/2", d=1e-5), z, time=1000.0)
+    apart = fa.frequency_map(systems.oscillators(b=(1 + 1e-5) ** 2), z, time=1000.0)
     assert (
         np.abs(apart.omega - [[1.0], [1 + 1e-5]]).max() < 1e-11
     )  # which do not know of one another: it can't be known

@@ -4,6 +4,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+import systems
 from comparison import same
 
 import fastaff as fa
@@ -88,7 +89,7 @@ def test_lines_have_amplitudes_and_phases():
 
 def test_lines_of_a_frequency_map_are_those_of_its_start():
     """A harmonic oscillator of two masses: amplitudes, phases at the start, in the units of q."""
-    body = fa.hamiltonian("(a*x**2 + b*y**2)/2", masses=(1.0, 3.0), a=1.3, b=2.9)
+    body = systems.oscillators(1.3, 2.9, (1.0, 3.0))
     rng = np.random.default_rng(4)
     z0 = rng.normal(size=(4, 9))
     omega = np.sqrt(np.array([1.3, 2.9 / 3.0]))[:, None]

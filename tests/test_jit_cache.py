@@ -16,7 +16,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 from naive import states
-from numba import types
 from numba.core.runtime import _nrt_python, rtsys
 
 import fastaff
@@ -125,21 +124,6 @@ def test_constants_are_a_reason_to_compile_only_where_asked_for(monkeypatch):
     assert all_of_them(5) == (10, 15, 20, 10, 15, 20)
     assert len(plain.part.signatures) == 1
     assert len(special.part.signatures) == 3
-
-
-def test_what_is_entered_by_an_address_keeps_its_vectors_in_cache_lines():
-    """Whatever the depth of the caller's stack: across two lines they took a fourth more time."""
-
-    def halved(x):
-        for i in range(x.size):
-            x[i] *= 0.5
-
-    entry = _jit.BlockFunction(halved, types.void(types.float64[::1]), cache=False)
-    defined = [line for line in entry._compiled._library.get_llvm_str().splitlines() if line.startswith("define")]
-    attributes = dict(re.findall(r"^attributes (#\d+) = \{ (.*) \}", entry._compiled._library.get_llvm_str(), re.M))
-    own = [line for line in defined if "halved" in line]
-    assert own
-    assert all("alignstack=64" in attributes[re.search(r"#\d+", line)[0]] for line in own)
 
 
 def counts_references(part):

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import os
-import subprocess
-import sys
 import time
 from concurrent.futures import ThreadPoolExecutor
 
@@ -64,31 +62,6 @@ def test_permissions_are_those_of_new_files(tmp_path):
     assert path.stat().st_mode == (tmp_path / "usual").stat().st_mode
 
 
-@pytest.mark.parametrize("told", [True, False], ids=["by the system", "by asking"])
-def test_the_mask_of_the_process_stays_while_threads_write(told, tmp_path, monkeypatch):
-    own, calls = os.umask, []
-
-    def slow(mask):
-        calls.append(mask)
-        before = own(mask)
-        time.sleep(0.002)  # in which another thread asks
-        return before
-
-    def absent(*_):
-        raise FileNotFoundError
-
-    before = own(0o027)
-    try:
-        monkeypatch.setattr(os, "umask", slow)
-        if not told:
-            monkeypatch.setattr(placing, "open", absent, raising=False)
-        with ThreadPoolExecutor(8) as pool:
-            assert set(pool.map(lambda _: placing.umask(), range(40))) == {0o027}
-        assert not calls or not (told and sys.platform == "linux")
-    finally:
-        assert own(before) == 0o027
-
-
 def test_a_file_that_cannot_be_moved_to_its_name_leaves_none(tmp_path, monkeypatch):
     """On a file system without links, whose names are taken by empty files."""
 
@@ -102,51 +75,23 @@ def test_a_file_that_cannot_be_moved_to_its_name_leaves_none(tmp_path, monkeypat
     assert names(tmp_path) == []
 
 
-def test_what_killed_processes_left_goes_when_nobody_holds_it(tmp_path):
-    """Not what is held, what is young, what has another name and what a link leads to."""
+def test_what_killed_processes_left_goes(tmp_path):
+    """Not what is young, what has another name and what a link leads to."""
     long_ago = time.time() - 2 * placing.LEFT
-    elsewhere = tmp_path / "elsewhere"
+    elsewhere, folder = tmp_path / "elsewhere", tmp_path / "results"
     elsewhere.mkdir()
-    (elsewhere / "good").touch()
-    folder = tmp_path / "results"
     folder.mkdir()
+    (elsewhere / "good").touch()
     for name in (".fastaff-left.npz", ".fastaff-young.npz", ".mine.npz"):
         (folder / name).write_text("x")
     (folder / ".fastaff-store").mkdir()
     (folder / ".fastaff-store" / "chunk").touch()
     (folder / ".fastaff-link").symlink_to(elsewhere)
+    for path in folder.iterdir():
+        if "young" not in path.name:
+            os.utime(path, (long_ago, long_ago), follow_symlinks=False)
     with placing.draft(folder, ".png") as held, placing.draft(folder, of_files=True) as folder_held:
-        for path in folder.iterdir():
-            if "young" not in path.name and not path.is_symlink():
-                os.utime(path, (long_ago, long_ago))
-        os.utime(folder / ".fastaff-link", (long_ago, long_ago), follow_symlinks=False)
         placed(folder / "a", ".npz", lambda path: path.write_text("x"))
-        kept = {".fastaff-young.npz", ".mine.npz", ".fastaff-link", "a.npz"}
-        assert set(names(folder)) == {*kept, held.name, folder_held.name}
-    assert set(names(folder)) == kept
+        assert set(names(folder)) == {".fastaff-young.npz", ".mine.npz", "a.npz", held.name, folder_held.name}
+    assert set(names(folder)) == {".fastaff-young.npz", ".mine.npz", "a.npz"}
     assert names(elsewhere) == ["good"]
-
-
-HOLD = """
-import sys, time
-from pathlib import Path
-from fastaff.base import placing
-from fastaff.base.placing import draft
-with draft(Path(sys.argv[1]), ".npz") as path:
-    print(path.name, flush=True)
-    time.sleep(600)
-"""
-
-
-def test_a_draft_of_another_process_stays_until_that_is_killed(tmp_path):
-    with subprocess.Popen([sys.executable, "-c", HOLD, tmp_path], stdout=subprocess.PIPE, text=True) as other:
-        try:
-            name = other.stdout.readline().strip()
-            os.utime(tmp_path / name, (0, 0))
-            placed(tmp_path / "a", ".npz", lambda path: path.write_text("x"))
-            assert names(tmp_path) == [name, "a.npz"]
-        finally:
-            other.kill()
-    assert names(tmp_path) == [name, "a.npz"]
-    placed(tmp_path / "b", ".npz", lambda path: path.write_text("x"))
-    assert names(tmp_path) == ["a.npz", "b.npz"]

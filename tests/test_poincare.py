@@ -7,6 +7,7 @@ import sys
 
 import numpy as np
 import pytest
+import systems
 from naive import energy, label, march, scheme_crossings, solve, solved_crossings, states
 from scipy import optimize
 
@@ -29,7 +30,6 @@ from fastaff import (
     OrbitError,
     Status,
     energy_grid,
-    hamiltonian,
     integrate,
     poincare_map,
 )
@@ -325,7 +325,7 @@ def test_nothing_is_lost_at_the_ends_of_short_runs(seed):
     )
     step = U * (0.05, 0.2, 0.4, 0.6)[seed % 4]
     time = step * rng.uniform(0.7, 6)
-    model = hamiltonian("(a*x)**2/2 + (b*y)**2/2", a=w[0], b=w[1])
+    model = systems.oscillators(*w**2)
     A, phase = L * rng.uniform(0.8, 1.4, (2, 150)), rng.uniform(0, 2 * np.pi, (2, 150))
     phase[0, :100] = rng.uniform(-1.2, 0.3, 100) + (
         0.0 if offset > 0 else np.pi
@@ -366,7 +366,7 @@ def test_an_orbit_that_starts_on_its_section_and_returns_within_a_step(scale, op
     """x = A sin(t + phase) from x = A cos(d) upwards comes back down after 2 d; from a little below it also crosses at
     once.
     """
-    model, d = hamiltonian("(x**2 + y**2)/2"), np.array([0.0447, 0.01, 0.1, 1e-3])
+    model, d = systems.oscillators(), np.array([0.0447, 0.01, 0.1, 1e-3])
     A = scale * np.array([1.0, 0.7, 1.9, 1.3])
     x, v = A * np.cos(d), A * np.sin(d)
     z0 = np.array([x, 0 * x, v, 0.1 * A])
@@ -387,7 +387,7 @@ def test_an_orbit_that_starts_on_its_section_and_returns_within_a_step(scale, op
 
 def test_small_coordinates_are_not_on_the_section():
     """First crossings of orbits of any size, and of starts that are near the section by any standard but their own."""
-    model = hamiltonian("(x**2 + y**2)/2")
+    model = systems.oscillators()
     for size in (1e-12, 1e-7, 1.0, 1e5):
         z0 = size * np.array([[-1.0, -1e-9], [0.3, 0.3], [0.0, 1.0], [0.2, 0.1]])
         cut = poincare_map(model, z0, section=ON_X, crossings=1, max_time=7.0, step=0.1)
@@ -396,7 +396,7 @@ def test_small_coordinates_are_not_on_the_section():
 
 def test_nothing_comes_after_max_time():
     """max_time between two steps: x = sin(t - t0) rises through 0 at t0, just before it or just after."""
-    model, late = hamiltonian("(x**2 + y**2)/2"), np.array([1.91, 1.93, 1.95, 1.97, 1.99, 2.01])
+    model, late = systems.oscillators(), np.array([1.91, 1.93, 1.95, 1.97, 1.99, 2.01])
     z0 = np.array([-np.sin(late), 0.1 + 0 * late, np.cos(late), 0 * late])
     for options in ({"step": 0.3}, {"scheme": DOP853}, {"step": 1.5, "scheme": SOFRONIOU_SPALETTA10}, {}):
         cut = poincare_map(model, z0, section=ON_X, crossings=2, max_time=1.96, energy_tolerance=1.0, **options)

@@ -4,6 +4,7 @@ import functools
 
 import numpy as np
 import pytest
+import systems
 from scipy.optimize import root
 
 import fastaff as fa
@@ -142,7 +143,7 @@ def test_a_forced_branch_is_drawn_by_its_swing(ax):
     w, force = rng.uniform(0.3, 0.8), rng.uniform(0.5, 1.0)
 
     def oscillator(f):
-        return fa.hamiltonian("x**2/2 - f*x*cos(w*t)", coordinates="x", period="2*pi/w", f=f, w=w)
+        return systems.duffing(a=f, w=w, k=1.0, c=0.0)
 
     start = [force / (1 - w**2), 0.0]
     branch = fa.continuation(oscillator, start, section="t=0", parameter=force, steps=3)

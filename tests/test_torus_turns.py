@@ -4,6 +4,7 @@ import dataclasses
 
 import numpy as np
 import pytest
+import systems
 from scipy.integrate import quad, solve_ivp
 from scipy.optimize import brentq
 from test_nonseparable import spherical
@@ -224,9 +225,7 @@ def test_driven_oscillator_in_closed_form():
     for _ in range(4):
         mass, k, w, a = np.exp(rng.uniform(-3, 3, 4))
         own = np.sqrt(k / mass)
-        model = fa.hamiltonian(
-            "k*x**2/2 - a*x*cos(w*t)", coordinates="x", masses=(mass,), period="2*pi/w", k=k, w=w, a=a
-        )
+        model = systems.duffing(a=a, w=w, k=k, c=0.0, mass=mass)
         t0 = rng.uniform(0, TURN / w)
         centre = a / (k - mass * w * w) * np.array([np.cos(w * t0), -mass * w * np.sin(w * t0)])
         off = rng.normal(size=2) * np.abs(a / (k - mass * w * w)) * np.array([1.0, mass * own])
@@ -242,7 +241,7 @@ def test_driven_oscillator_in_closed_form():
 
 
 def test_driven_duffing_oscillator():
-    model = fa.hamiltonian("-x**2/2 + x**4/4 - a*x*cos(w*t)", coordinates="x", period="2*pi/w", a=0.1, w=1.2)
+    model = systems.duffing(a=0.1)
     z0 = [1.91, 0.01]
     found = fa.fit_torus(model, z0, time=2000 * model.period)
     assert found.verdict is Verdict.TORUS, found.summary()

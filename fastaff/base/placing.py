@@ -4,26 +4,18 @@ from __future__ import annotations
 
 import contextlib
 import os
+import secrets
 import shutil
 import stat
-import tempfile
-import threading
 import time as clock
 from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 
-try:
-    import fcntl
-except ImportError:  # no such locks: what killed processes left stays
-    fcntl = None  # type: ignore[assignment]
-
 DRAFT = ".fastaff-"
 """How names of what is being written begin."""
 
-_ASKING = threading.Lock()
-
-LEFT = 3600.0
-"""Seconds without a change after which a draft that no process holds was left by one that was killed."""
+LEFT = 86400.0
+"""Seconds without a change after which a draft was left by a process that was killed."""
 
 
 def free_stem(stem: Path, suffixes: Iterable[str]) -> Path:
@@ -36,62 +28,26 @@ def free_stem(stem: Path, suffixes: Iterable[str]) -> Path:
     return candidate
 
 
-def umask() -> int:
-    """Return the permissions that new files of this process do not get."""
-    with contextlib.suppress(OSError, ValueError, StopIteration), open("/proc/self/status") as told:
-        return int(next(line for line in told if line.startswith("Umask:")).split()[1], 8)
-    with _ASKING:  # to ask is to change it, for a moment, for all threads
-        mask = os.umask(0)
-        os.umask(mask)
-        return mask
-
-
 @contextlib.contextmanager
 def draft(folder: Path, ending: str = "", *, of_files: bool = False) -> Iterator[Path]:
-    """Yield a new file in a folder, or a folder in it (`of_files`), which is held by this process and removed at the
-    end unless it was moved away; what killed processes left in the folder goes first.
+    """Yield a new file in a folder, or a folder in it (`of_files`), which is removed at the end unless it was moved
+    away; what killed processes left in the folder goes first.
     """
     sweep(folder, f"{DRAFT}*")
-    if of_files:
-        path = Path(tempfile.mkdtemp(prefix=DRAFT, suffix=ending, dir=folder))
-    else:
-        handle, name = tempfile.mkstemp(prefix=DRAFT, suffix=ending, dir=folder)
-        os.close(handle)
-        path = Path(name)
-    held = _held(path)
+    path = folder / f"{DRAFT}{secrets.token_hex(6)}{ending}"
+    path.mkdir() if of_files else path.touch(exist_ok=False)
     try:
         yield path
     finally:
         _removed(path)
-        if held is not None:
-            os.close(held)
 
 
 def sweep(folder: Path, pattern: str) -> None:
-    """Remove what matches a pattern in a folder and was left there: not changed for long, held by no process."""
+    """Remove what matches a pattern in a folder and was left there: nothing has changed it for a day."""
     for path in folder.glob(pattern):
         with contextlib.suppress(OSError):
-            if clock.time() - path.lstat().st_mtime > LEFT and (held := _held(path)) is not None:
-                try:
-                    _removed(path)
-                finally:
-                    os.close(held)
-
-
-def _held(path: Path) -> int | None:
-    """Return a descriptor that holds a file or folder for this process; None where that cannot be, or is held."""
-    if fcntl is None:
-        return None
-    try:
-        handle = os.open(path, os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK)
-    except OSError:
-        return None
-    try:
-        fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except OSError:
-        os.close(handle)
-        return None
-    return handle
+            if clock.time() - path.lstat().st_mtime > LEFT:
+                _removed(path)
 
 
 def _removed(path: Path) -> None:
@@ -120,7 +76,6 @@ def placed(
         raise FileNotFoundError(f"the folder {stem.parent} does not exist")
     with draft(stem.parent, ending) as path:
         write(path)
-        os.chmod(path, 0o666 & ~umask())
         if not force:
             return _moved(path, stem, ending, (ending, *beside))
         target = stem.with_name(stem.name + ending)

@@ -76,7 +76,7 @@ def flow(
     ('D1', 'D2', 'p_D1', 'p_D2', 'cosine', 'sine')
     """
     if forces is not None or hasattr(text, "degrees_of_freedom"):
-        text, own, parameters = equations_of(text, forces or {}, parameters)
+        text, own, parameters = equations_of(text, {} if forces is None else forces, parameters)
         domain = domain or own
     written, length = _written(text)
     equations = split(written)

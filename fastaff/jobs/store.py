@@ -22,7 +22,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..base.interruption import imported, recognized
-from ..base.placing import draft, umask
+from ..base.placing import draft
 from ..base.results import Column, columns
 from ..base.status import Status
 from ..exchange.files import opened, unpacked
@@ -225,7 +225,6 @@ def create(
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # consolidated metadata are no part of the format yet; xarray reads them
             _zarr().consolidate_metadata(str(fresh), zarr_format=3)
-        os.chmod(fresh, 0o777 & ~umask())
         if prepared is not None:
             prepared(Store(fresh, writing=True))
         if replacing:
