@@ -144,7 +144,7 @@ def noise_of(flow: Flow | TransformedFlow, plan: Steps) -> np.ndarray:
     """Return the rounding errors (orbits,) of the kicks over SPAN radians, were they not amplified."""
     kicks = SPAN / np.maximum(plan.step * plan.motion.rate, 1e-300) * max(flow.scheme.stages, 1)
     noise = NOISE * plan.motion.far * (2.0 * np.ones_like(kicks) if flow.precise else np.sqrt(kicks))
-    return DRIVEN * noise if flow.traits.driven else noise
+    return DRIVEN * noise if flow.system.driven else noise
 
 
 def wear_of(flow: Flow | TransformedFlow, plan: Steps) -> Wear | None:
@@ -176,7 +176,7 @@ def estimated(
     # The first steps are few: where they lead through a core, errors do not fall by the order yet.
     part = share_of(flow, plan) ** np.minimum(phase / SPAN, 1.0)
     noise = noise_of(flow, plan) * np.sqrt(spans)
-    if flow.traits.frame:
+    if flow.system.frame:
         angle = abs(flow.model.angular_velocity()) * phase / np.maximum(plan.motion.rate, 1e-300)
         noise = noise + TURNED * plan.motion.far * angle
     local = np.where(np.isnan(plan.local), apart / (spans * 2.0**order), plan.local)
@@ -232,14 +232,14 @@ def halved(
     with Passes(report) as passes:
         wear = wear_of(flow, plan)
         work = _work(plan.step)
-        more = 0.0 if flow.adaptive else work * (0.5 if flow.traits.driven else AGAIN)
+        more = 0.0 if flow.adaptive else work * (0.5 if flow.system.driven else AGAIN)
         fine = run(orbits, plan.step, None, passes.take(work, work / 2 + more), None)
         coarse = run(orbits, 2 * plan.step, wear, passes.take(work / 2, more), fine)
         apart, phase, weight = compare(fine, coarse, orbits, None)
         error, rounding = (weight * entry for entry in estimated(flow, plan, apart, phase))
         # Of chaotic and driven orbits one distance is too small by chance too often: a run that is not slowed is
         # another.
-        again = ((error.max(axis=0) > accuracy) | flow.traits.driven | drifts(fine)) & (not flow.adaptive)
+        again = ((error.max(axis=0) > accuracy) | flow.system.driven | drifts(fine)) & (not flow.adaptive)
         keep(orbits, fine, np.flatnonzero(~again), error)
         if not again.any():
             return

@@ -22,8 +22,7 @@ from ...kernels import crossings as kernels
 from ...kernels.crossing_roots import compact
 from ...kernels.crossings import RECORD
 from ...kernels.samples import WEAR_ROWS
-from ...models.mechanics import slopes
-from ...models.traits import traits_of
+from ...models.mechanics import system_of
 from .section_map import SectionMap
 
 PORTION, COMPARED = 2**27, 16
@@ -101,7 +100,7 @@ def crossed(
 
     def found(interrupted: bool) -> SectionMap:
         result = _result(flow, body, ensemble, section, wanted, memory, out, tolerance if beside is None else None)
-        points = traits_of(body).turned_back(flow.states(result.points))
+        points = system_of(body).turned_back(flow.states(result.points))
         result = replace(result, points=points, section=asked)
         if interrupted:
             result.status[result.status == Status.TOO_FEW_CROSSINGS] = Status.INTERRUPTED  # there may be more
@@ -116,7 +115,7 @@ def crossed(
 def _share(flow: Flow | TransformedFlow, ensemble: Ensemble, wanted: int, max_time: float) -> float:
     """Return the share of the steps to max_time after which orbits should have their crossings: one a turn."""
     turns = max_time
-    if traits_of(flow.model).canonical:
+    if flow.system.canonical:
         some = ensemble.points[:, :: max(1, ensemble.points.shape[1] // SOME)]
         turns = min(max_time, wanted * 2 * np.pi / typical_rate(flow.model, some))
     return turns / max_time / flow.patience
@@ -134,7 +133,7 @@ def start_crossings(
     z, n = ensemble.points, flow.model.degrees_of_freedom
     with np.errstate(all="ignore"):
         value = _section_values(section, z)
-        change = (_section_values(section, z + NUDGE * ensemble.ahead * slopes(flow.model, z)) - value) / NUDGE
+        change = (_section_values(section, z + NUDGE * ensemble.ahead * flow.system.slopes(z)) - value) / NUDGE
         size = np.abs(change)
         for row in np.eye(2 * n):
             size += np.abs(_section_values(section, z * (1 + NUDGE * row[:, None])) - value) / NUDGE
@@ -271,7 +270,7 @@ def _result(flow, body, ensemble, section, wanted, memory, out, tolerance) -> Se
         section=section,
         scheme=flow.scheme,
         step=flow.step,
-        names=traits_of(body).row_names,
+        names=system_of(body).row_names,
     )
 
 

@@ -25,9 +25,8 @@ from ...flows.options import Options, Problem
 from ...formulas.section_text import section_of
 from ...kernels.crossing_roots import lean
 from ...models.contracts import Dynamics, Section
-from ...models.mechanics import slopes
+from ...models.mechanics import system_of
 from ...models.sections import Stroboscopic
-from ...models.traits import traits_of
 from ...schemes.automatic import Automatic
 from ...schemes.catalogue import Scheme, scheme_of
 from ...schemes.time_transformed import TimeTransformed
@@ -119,7 +118,7 @@ def poincare_map(
     )
     problem = Problem(body, z0, options)
     wanted = Crossings(section, whole("crossings", crossings, 1), max_time, options.drift)
-    model, mapping = checked_model(problem.model), problem.traits.iterated
+    model, mapping = checked_model(problem.model), problem.system.iterated
     given = {"section": wanted.section, "max_time": max_time}
     check_given(model, "a time", "the crossings of a map are its iterates", **given)
     if not mapping:
@@ -149,7 +148,7 @@ def poincare_map(
 def _enough(problem: Problem, wanted: int) -> str:
     """Say which time does for so many crossings: four turns of the orbits for each."""
     body = problem.model
-    if not traits_of(body).canonical:
+    if not system_of(body).canonical:
         return ""
     turn = 2 * np.pi / typical_rate(body, phase_points("z0", problem.z0, body))
     return f"; a turn of these orbits takes about {turn:.2g}: max_time={float(f'{4 * wanted * turn:.1g}'):g} will do"
@@ -174,7 +173,7 @@ def _iterated(flow: Flow, body: Any, z: np.ndarray, wanted: int, report: Report 
         section=None,
         scheme=flow.scheme,
         step=flow.step,
-        names=traits_of(body).row_names,
+        names=system_of(body).row_names,
     )
     with keeping("poincare_map", lambda: found):
         if interrupted:
@@ -208,7 +207,7 @@ def slants(model: Any, section: Any, points: np.ndarray, scales: Motion) -> np.n
     z = np.ascontiguousarray(points.transpose(0, 2, 1))  # as crossings lie in memory: an orbit's together
     size, result = np.concatenate([scales.position, scales.momentum]), np.empty(z.shape[1:])
     with np.errstate(all="ignore"):
-        speed = slopes(model, z) / scales.rate[:, None]
+        speed = system_of(model).slopes(z) / scales.rate[:, None]
     function = bound("value", section, model.degrees_of_freedom, 0)
     flat = z.reshape(len(z), -1), size, speed.reshape(len(z), -1), result.reshape(-1)
     launch(lean, (function, NUDGE, *flat), units(result.size), 0.0, 1, None, float(result.size))
@@ -237,7 +236,7 @@ def _accurate(flow, body, z, crossings: Crossings, accuracy, report) -> SectionM
         section=section,
         scheme=flow.scheme,
         step=np.full(orbits, np.nan),
-        names=traits_of(body).row_names,
+        names=system_of(body).row_names,
         time_error=np.full((orbits, wanted), np.nan).T,
         point_error=np.full((orbits, wanted, rows), np.nan).transpose(2, 1, 0),
         accurate_until=np.zeros(orbits),

@@ -18,7 +18,6 @@ from ...flows.launch import Report
 from ...flows.motion import motion
 from ...flows.options import Options, Problem
 from ...models.sections import Stroboscopic
-from ...models.traits import traits_of
 from ..orbits.integrate import Compared
 from .crossing_run import Crossings
 from .section_map import SectionMap
@@ -42,7 +41,7 @@ class _Strobed:
 
     def __init__(self, flow: Flow, z: np.ndarray, section: Stroboscopic, wanted: int, options: Options):
         self.flow, self.z, self.section, self.wanted, self.options = flow, z, section, wanted, options
-        self.period, self.row = float(flow.model.period), flow.traits.moving
+        self.period, self.row = float(flow.model.period), flow.system.moving
         lead = np.mod(section.phase - z[self.row], self.period)
         near = START * self.period
         self.lead = np.where((lead < near) | (lead > self.period - near), self.period, lead)
@@ -189,7 +188,7 @@ class _Strobed:
             section=self.section,
             scheme=flow.scheme,
             step=self.step,
-            names=traits_of(flow.model).row_names,
+            names=flow.system.row_names,
             time_error=late,
             point_error=error,
             accurate_until=None if error is None else self.until,
