@@ -205,18 +205,14 @@ def run_adaptive(u, stop, progress, blocks, scheme, observer, steps, unit, orbit
         if loaded > 0:
             call_derivative(derivative, params, lanes, z, k[:size])
         for i in range(lanes):
-            h[i] = min(ahead[i], until[i] - t[i])
-        wide = filled(lanes, rows, z, h)
-        for i in range(lanes, wide):
-            move_lane(rows, 0, i, k)
+            h[i], reached[i] = min(ahead[i], until[i] - t[i]), kinetic[i]
+        wide = max(filled(lanes, rows, z, h), filled(lanes, rows, k, h))  # states and their slopes alike
         runge_kutta_stages(derivative, params, a, 1, stages, rows, wide, h, z, k, work)
         combine(rows, wide, 0, stages, b, k, new)
         for r in range(rows):
             for i in range(wide):
                 new[r * LANES + i] = z[r * LANES + i] + h[i] * new[r * LANES + i]
         error_norm(rows, wide, steps, scheme.errors, h, z, new, k, work, work2, norm)
-        for i in range(lanes):
-            reached[i] = kinetic[i]
         call(check, params, wide, bound, new, code, reached)
         controlled(lanes, norm, code, h, fresh, ceiling, ahead, longest)
         for i in range(lanes):
