@@ -152,12 +152,12 @@ def defaults():
     calls = (
         (
             "poincare_map, default / plain, neo-Hookean",
-            (2.65, 3.7),
+            (2.45, 3.4),
             lambda **step: poincare_map(NEO, z0, section=AlphaTurning(+1), crossings=100, max_time=400.0, **step),
         ),
         (
             "poincare_map, default / plain, Henon-Heiles",
-            (2.65, 3.7),
+            (2.3, 3.2),
             lambda **step: poincare_map(PLANE, plane, crossings=200, **cut, **step),
         ),
         (

@@ -610,3 +610,29 @@ def test_steps_chosen_next_to_an_equilibrium_resolve_its_oscillations(amplitude)
     found, truth = integrate(body, z0, time=100.0), integrate(body, z0, time=100.0, step=0.02)
     assert found.step < 0.5
     assert np.abs(found.z - truth.z).max() < 1e-5 * amplitude + 1e-12
+
+
+@pytest.mark.parametrize(
+    ("scheme", "more"),
+    [
+        ("BLANES_CASAS_ESCORIHUELA8", {}),
+        ("BLANES_CASAS_ESCORIHUELA8", {"rotation": 0.3}),
+        ("KAHAN_LI8", {"friction": 0.01}),
+        ("RKN12", {}),
+        ("RK4", {}),
+        ("GAUSS8", {"momenta": "u v"}),
+    ],
+    ids=str,
+)
+def test_lanes_that_fill_up_a_vector_touch_nothing(scheme, more):
+    """Any number of orbits beyond whole vectors, some of which leave on their way, have the same bits."""
+    text = "(x**2 + y**2)/2 + x**2*y - y**3/3" + (" + (u**2 + v**2)*(1 + x**2)/2" if "momenta" in more else "")
+    model = hamiltonian(text, coordinates="x y", **more)
+    z0 = np.random.default_rng(8).normal(size=(4, 31)) * 0.35
+    run = {"time": 12.0, "step": 0.1 + 0.01 * np.arange(31), "scheme": scheme, "threads": 1, "energy_tolerance": 0.5}
+    whole = integrate(model, z0, **run)
+    assert 0 < (whole.status != Status.OK).sum() < 31
+    for orbits in (*range(1, 18), 30):
+        some = integrate(model, z0[:, :orbits], **{**run, "step": run["step"][:orbits]})
+        for name in ("z", "t", "energy_error", "status"):
+            np.testing.assert_array_equal(getattr(some, name), getattr(whole, name)[..., :orbits], err_msg=name)

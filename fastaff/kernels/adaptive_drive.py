@@ -9,7 +9,7 @@ import numpy as np
 from ..base.status import STEP_TOO_SMALL_CODE
 from ..compile.jit import LANES, jit, read_now, write_now
 from ..compile.pointers import call
-from .stepping import call_derivative, combine, load_lane, move_lane, room, runge_kutta_stages, store_lane
+from .stepping import call_derivative, combine, filled, load_lane, move_lane, room, runge_kutta_stages, store_lane
 
 AT_WALL = 1e-13
 """Step beside the longest one with which an orbit that would leave the domain has: shorter ones no longer move it."""
@@ -205,16 +205,15 @@ def run_adaptive(u, stop, progress, blocks, scheme, observer, steps, unit, orbit
         if loaded > 0:
             call_derivative(derivative, params, lanes, z, k[:size])
         for i in range(lanes):
-            h[i] = min(ahead[i], until[i] - t[i])
-        runge_kutta_stages(derivative, params, a, 1, stages, rows, lanes, h, z, k, work)
-        combine(rows, lanes, 0, stages, b, k, new)
+            h[i], reached[i] = min(ahead[i], until[i] - t[i]), kinetic[i]
+        wide = max(filled(lanes, rows, z, h), filled(lanes, rows, k, h))  # states and their slopes alike
+        runge_kutta_stages(derivative, params, a, 1, stages, rows, wide, h, z, k, work)
+        combine(rows, wide, 0, stages, b, k, new)
         for r in range(rows):
-            for i in range(lanes):
+            for i in range(wide):
                 new[r * LANES + i] = z[r * LANES + i] + h[i] * new[r * LANES + i]
-        error_norm(rows, lanes, steps, scheme.errors, h, z, new, k, work, work2, norm)
-        for i in range(lanes):
-            reached[i] = kinetic[i]
-        call(check, params, lanes, bound, new, code, reached)
+        error_norm(rows, wide, steps, scheme.errors, h, z, new, k, work, work2, norm)
+        call(check, params, wide, bound, new, code, reached)
         controlled(lanes, norm, code, h, fresh, ceiling, ahead, longest)
         for i in range(lanes):
             if fresh[i] > 0.0:
@@ -231,7 +230,7 @@ def run_adaptive(u, stop, progress, blocks, scheme, observer, steps, unit, orbit
                 if fresh[i] > 0.0 and (ticks[i] + 1) * cadence <= (t[i] + h[i]) * (1.0 + 4e-16):
                     inside += 1
             if inside > 0:
-                runge_kutta_stages(derivative, params, a, stages, a.shape[0], rows, lanes, h, z, k, work)
+                runge_kutta_stages(derivative, params, a, stages, a.shape[0], rows, wide, h, z, k, work)
                 observe_dense(observer, scheme.dense, rows, lanes, cadence, block, work2, out)
         for i in range(lanes):
             if fresh[i] > 0.0:

@@ -9,7 +9,7 @@ import numpy as np
 from ..compile.jit import LANES, jit, read_now, write_now
 from ..compile.pointers import call
 from .crossings import CERTAIN, LOCATED, LOWER, NOTHING, RECORD, RETURN, UPPER
-from .stepping import advance, load_lane, move_lane, room, row, store_lane
+from .stepping import advance, filled, load_lane, move_lane, room, row, store_lane
 
 SEARCHING, FOUND, HERE = 0.0, 1.0, 2.0
 """What a lane's next fractional step is: one on the way to the root, the root; or the root is where it is now."""
@@ -95,7 +95,8 @@ def narrow(lanes, search):
 
 @jit
 def fractional(flow, lanes, start, tau, z, k, work, f):
-    """Set z to the state a fractional step tau[i] after start, and f to the section function there.
+    """Set z to the state a fractional step tau[i] after start, and f to the section function there, whole vectors of
+    them.
 
     flow: the blocks of the model, the coefficients of the scheme, the bound section, the rows of a state.
     """
@@ -104,8 +105,9 @@ def fractional(flow, lanes, start, tau, z, k, work, f):
         z[j] = start[j]
     for j in range(rows * LANES, z.size):
         z[j] = 0.0
-    advance(blocks, scheme, rows, lanes, tau, 1, z, k, work)
-    call(section.function, section.parameters, lanes, z, f)
+    wide = filled(lanes, rows, z, tau)
+    advance(blocks, scheme, rows, wide, tau, 1, z, k, work)
+    call(section.function, section.parameters, wide, z, f)
 
 
 @jit

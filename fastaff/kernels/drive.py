@@ -14,7 +14,7 @@ import numpy as np
 from ..base.status import NOT_CONVERGED_CODE
 from ..compile.jit import LANES, jit, read_now, write_now
 from ..compile.pointers import call
-from .stepping import advance, load_lane, move_lane, room, store_lane
+from .stepping import advance, filled, load_lane, move_lane, room, store_lane
 
 BURST, BETWEEN = 128, 37
 """Steps between looks at the stop flag; steps after these when the orbits are looked at once more."""
@@ -114,13 +114,13 @@ def run_fixed(u, stop, progress, blocks, scheme, observer, steps, unit, orbits):
         burst = BURST - n[0] % BURST
         for i in range(lanes):
             burst = min(burst, total[orbit[i]] - n[i])
-        ran, ended = 0, 0
+        ran, ended, wide = 0, 0, filled(lanes, state_rows, z, h)
         while ran < burst and ended == 0:
             quiet = 1 if refill else min(burst - ran, next_look(n[0]) - n[0])  # steps to what is to be seen or done
             if quiet > 1:
                 for i in range(lanes):
                     quiet = min(quiet, left[i])
-            taken = advance(blocks, scheme, rows, lanes, h, quiet, block, k, work)
+            taken = advance(blocks, scheme, rows, wide, h, quiet, block, k, work)
             ran += taken
             due = 0
             for i in range(lanes):
@@ -130,9 +130,9 @@ def run_fixed(u, stop, progress, blocks, scheme, observer, steps, unit, orbits):
                 due += 1 if left[i] == 0 else 0
             all_look = refill or next_look(n[0] - 1) == n[0]
             if all_look:
-                call(check, params, lanes, bound, z, code, kinetic)
+                call(check, params, wide, bound, z, code, kinetic)
             else:
-                call(inside, params, lanes, z, code)
+                call(inside, params, wide, z, code)
                 if ran == burst or (strict and due > 0):
                     for i in range(lanes):
                         found[i], reached[i] = code[i], kinetic[i]

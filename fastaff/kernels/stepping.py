@@ -11,6 +11,8 @@ from ..compile.pointers import call, caller
 
 LINE = 64
 """Bytes of a cache line, and of the widest vector registers."""
+VECTOR, LONE = LINE // 8, 3
+"""Lanes of the widest vector; how many beyond whole vectors take longer one by one than as another."""
 
 
 class Blocks(NamedTuple):
@@ -186,6 +188,21 @@ def move_lane(rows, source, target, block):
     """Copy all rows of one lane over another lane of the same block."""
     for r in range(rows):
         block[r * LANES + target] = block[r * LANES + source]
+
+
+@jit
+def filled(lanes, rows, block, step):
+    """Return how many lanes to step so that `lanes` of them take whole vectors, the others being copies of the first.
+
+    What is left over of a loop over lanes runs one by one, each as long as some vectors of them.
+    """
+    over = lanes % VECTOR
+    if over < LONE:
+        return lanes
+    for i in range(lanes, lanes - over + VECTOR):
+        move_lane(rows, 0, i, block)
+        step[i] = step[0]
+    return lanes - over + VECTOR
 
 
 @jit
