@@ -1,5 +1,6 @@
 """H(q, p) that is not T(p) + V(q), from a line of text: orbits, errors, sections, frequencies, chaos against truths."""
 
+import inspect
 import math
 
 import mpmath as mp
@@ -576,3 +577,27 @@ def test_where_a_formula_lives_does_not_depend_on_units_and_origins():
     assert H.margin(*[0.0] * 6, *[1.5] * 6) < 0
     with pytest.raises(ValueError, match="no finite real value"):
         fa.hamiltonian("sqrt(-1 - j**2)*cos(f)", coordinates="f", momenta="j")
+
+
+def test_sines_of_sums_of_angles_come_from_those_of_the_angles():
+    a, b, c, d = RNG.uniform(0.5, 2.0, 4)
+    H = f"p1**2*({2 + a} + cos(q1 - q2)) + {b}*p2**2*(3 + sin(q1 + q2)) + cos(q1 - q2 + q3) + {c}*p3**2 + cos(q3)"
+    model = fa.hamiltonian(f"{H} + {d}*sin(q1)*cos(q2)", coordinates="q1 q2 q3", momenta="p1 p2 p3")
+    z, dz = RNG.uniform(-3, 3, (6, 50)), RNG.uniform(-1, 1, (6, 50))
+
+    def energy(q1, q2, q3, p1, p2, p3):
+        value = p1**2 * (2 + a + np.cos(q1 - q2)) + b * p2**2 * (3 + np.sin(q1 + q2)) + np.cos(q1 - q2 + q3)
+        return value + c * p3**2 + np.cos(q3) + d * np.sin(q1) * np.cos(q2)
+
+    def derivative(row):
+        moved = z.astype(complex)
+        moved[row] += 1e-100j
+        return energy(*moved).imag / 1e-100
+
+    exact = [*(derivative(3 + i) for i in range(3)), *(-derivative(i) for i in range(3))]
+    np.testing.assert_allclose(np.array(model.rates(*z)), exact, rtol=1e-12, atol=1e-13)
+    h = 1e-5
+    above, below = (np.array(model.rates(*(z + sign * h * dz))) for sign in (1, -1))
+    np.testing.assert_allclose(np.array(model.tangent_rates(*z, *dz)), (above - below) / (2 * h), rtol=1e-6, atol=1e-6)
+    text = inspect.getsource(type(model).rates)
+    assert text.count("np.sin(") == text.count("np.cos(") == 3

@@ -20,18 +20,18 @@ SHIFT = 6755399441055744.0
 """1.5 * 2^52: adding it rounds a number to a whole one, which is then in the low bits."""
 
 
-def has_instruction() -> bool:
-    """Tell whether the processor that is compiled for fuses: x86 without FMA3 (before 2013) would call a function for
-    each number.
-    """
+def has_instructions(name: str, other: bool) -> bool:
+    """Tell whether the processor that is compiled for has that extension of x86; `other` where it is no x86."""
     if platform.machine().lower() not in ("x86_64", "amd64"):
-        return True
+        return other
     named = config.CPU_FEATURES  # of the environment, NUMBA_CPU_FEATURES
-    return "+fma" in (get_host_cpu_features() if named is None else named).split(",")
+    return f"+{name}" in (get_host_cpu_features() if named is None else named).split(",")
 
 
-FUSED = has_instruction()
-"""Whether `fma` rounds once; else its product is rounded too, and results have other last digits."""
+FUSED = has_instructions("fma", other=True)
+"""Whether `fma` rounds once: x86 without FMA3 (before 2013) would call a function for each number. Else its product is
+rounded too, and results have other last digits.
+"""
 
 
 def _fma(typingcontext, a, b, c):

@@ -52,7 +52,7 @@ def nonseparable_model(
         constant("angles", "Angle variables natural to this system.", f"Loops({'2*np.pi/self.period' * driven})"),
         method("periods", (), "Return the periods of the rows, 0 where there is none.", own, own.add(periods)),
         method("energy", names, "Return H.", lines, [energy], single=True),
-        *_methods_of_rates(names, d.parameters, rates, walls, symbols),
+        *_methods_of_rates(names, d.parameters, rates, walls, symbols, shared=not walls),
     ]
     kind, fields = 'Kind("H(q, p, t) with a period in t", {"nonseparable", "drive"})', d.parameters
     if not driven:
@@ -67,9 +67,15 @@ def nonseparable_model(
 
 
 def _methods_of_rates(
-    names: Sequence[str], parameters: Sequence[str], rates: Sequence[Any], walls: Sequence[Any], symbols: dict[str, Any]
+    names: Sequence[str],
+    parameters: Sequence[str],
+    rates: Sequence[Any],
+    walls: Sequence[Any],
+    symbols: dict[str, Any],
+    *,
+    shared: bool = False,
 ) -> list[str]:
-    """Return the methods rates, tangent_rates and margin of variables with these names."""
+    """Return the methods rates, tangent_rates and margin of variables with these names; `shared`: see `_of_sums`."""
     import sympy
 
     changes = dict(zip(names, fresh("d", names, parameters), strict=True))
@@ -78,7 +84,7 @@ def _methods_of_rates(
 
     def listed(name: str, doc: str, arguments: Sequence[str], expressions: Sequence[Any]) -> str:
         lines = Lines(taken)
-        texts = lines.add(expressions)
+        texts = lines.add(_of_sums(lines, expressions) if shared else expressions)
         varied = {*symbols.values(), *along.values()}
         kept = [
             text if expression.free_symbols & varied else f"{text} + 0.0*{arguments[0]}"
@@ -93,3 +99,35 @@ def _methods_of_rates(
         listed("tangent_rates", doc, (*names, *changes.values()), tangent),
         margin_method(walls, names, Lines(taken)),
     ]
+
+
+def _of_sums(lines: Lines, expressions: Sequence[Any]) -> list[Any]:
+    """Return the expressions with sin and cos of sums of two angles by those of these angles, where these occur too: a
+    few products instead of a sine and a cosine, which are most of a pendulum's time.
+
+    Of a sum that nearly vanishes the sine is only as exact as the angles are: not for formulas with poles.
+    """
+    import sympy
+
+    found = {f.args[0] for e in expressions for f in e.atoms(sympy.sin, sympy.cos)}
+    angles = sorted(found, key=lambda angle: (len(sympy.Add.make_args(angle)), sympy.default_sort_key(angle)))
+    known: dict[Any, Any] = {}
+
+    def named(text: str) -> Any:
+        return sympy.Symbol(lines.assign("a", text), real=True)
+
+    def parts(angle: Any) -> list[Any]:
+        for f in (sympy.sin(angle), sympy.cos(angle)):
+            if f not in known:
+                known[f] = named(lines.add([f])[0])
+        return [known[sympy.sin(angle)], known[sympy.cos(angle)]]
+
+    for number, angle in enumerate(angles):
+        size = len(sympy.Add.make_args(angle))
+        shorter = [a for a in angles[:number] if len(sympy.Add.make_args(a)) < size]
+        pairs = ((a, b, sign) for a in shorter for b in shorter for sign in (1, -1) if angle == a + sign * b)
+        if pair := next(pairs, None):
+            (s1, c1), (s2, c2), sign = parts(pair[0]), parts(pair[1]), "+" if pair[2] > 0 else "-"
+            known[sympy.sin(angle)] = named(f"{s1}*{c2} {sign} {c1}*{s2}")
+            known[sympy.cos(angle)] = named(f"{c1}*{c2} {'-' if pair[2] > 0 else '+'} {s1}*{s2}")
+    return [e.xreplace(known) for e in expressions]

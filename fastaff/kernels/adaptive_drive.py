@@ -55,49 +55,68 @@ class Lanes(NamedTuple):
 
 
 @jit
-def error_norm(rows, lanes, steps, errors, step, z, new, k, work, work2, norm):
+def error_norm(rows, lanes, steps, errors, step, z, new, k, work, norm):
     """Set norm (LANES) to the scaled RMS error estimate; two rows of errors give DOP853's blend of orders 5 and 3.
+    work: scratch, 2*rows + 5 rows.
 
-    Source: Hairer, Norsett & Wanner II.4 and II.10.
+    Source: Hairer, Norsett & Wanner II.4 and II.10. Here and below slices of one length spare the loops a look at their
+    indices.
     """
-    own, rtol, atol = steps.own, steps.rtol, steps.atol
-    stages, share, other = errors.shape[1], 0.0, work
-    combine(rows, lanes, 0, stages, errors[0], k, work)
-    if errors.shape[0] > 1:
-        share, other = 0.01, work2
-        combine(rows, lanes, 0, stages, errors[1], k, other)
-    half = rows // 2
-    upper, lower, first, second = room(1), room(1), room(1), room(1)
-    for r in range(own):
+    size, stages, blend, h = rows * LANES, errors.shape[1], errors.shape[0] > 1, step[:lanes]
+    one, other, more = work[:size], work[size : 2 * size], work[2 * size :]
+    upper, lower, scale = more[:lanes], more[LANES : LANES + lanes], more[2 * LANES : 2 * LANES + lanes]
+    first, second = more[3 * LANES : 3 * LANES + lanes], more[4 * LANES : 4 * LANES + lanes]
+    combine(rows, lanes, stages, errors[0], k, one)
+    if blend:
+        combine(rows, lanes, stages, errors[1], k, other)
+    widths(rows, lanes, steps, z, upper, lower)
+    first[:], second[:] = 0.0, 0.0
+    for at in range(0, size, LANES):
+        begin, end, slope = z[at : at + lanes], new[at : at + lanes], k[at : at + lanes]
+        place = at if 2 * at < size else at - size // 2
+        if place < steps.own * LANES:
+            scales(steps, h, begin, end, slope, upper if place == at else lower, scale)
+        else:
+            for i in range(lanes):
+                scale[i] = steps.atol + steps.rtol * max(abs(begin[i]), abs(end[i]))
+        error = one[at : at + lanes]
         for i in range(lanes):
-            upper[i] = max(upper[i], abs(z[r * LANES + i]))
-            lower[i] = max(lower[i], abs(z[(half + r) * LANES + i]))
+            first[i] += (error[i] / scale[i]) ** 2
+        if blend:
+            error = other[at : at + lanes]
+            for i in range(lanes):
+                second[i] += (error[i] / scale[i]) ** 2
+    share, weighed, result = (0.01, second, norm[:lanes]) if blend else (0.0, first, norm[:lanes])
+    for i in range(lanes):
+        denominator = first[i] + share * weighed[i]
+        value = h[i] * first[i] / np.sqrt(denominator * rows) if denominator > 0.0 else 0.0
+        result[i] = value if denominator >= 0.0 else np.inf
+
+
+@jit
+def widths(rows, lanes, steps, z, upper, lower):
+    """Set upper and lower to the largest coordinates of the halves of a state, of both if they are `mixed`."""
+    upper[:], lower[:] = 0.0, 0.0
+    half = rows // 2 * LANES
+    for at in range(0, steps.own * LANES, LANES):
+        q, p = z[at : at + lanes], z[half + at : half + at + lanes]
+        for i in range(lanes):
+            upper[i] = max(upper[i], abs(q[i]))
+            lower[i] = max(lower[i], abs(p[i]))
     if steps.mixed:
         for i in range(lanes):
             upper[i] = max(upper[i], lower[i])
             lower[i] = upper[i]
-    for r in range(rows):
-        row, place = r * LANES, r if r < half else r - half
-        if place < own:
-            widest = upper if r < half else lower
-            for i in range(lanes):
-                j = row + i
-                size = max(abs(z[j]), abs(new[j]))
-                noise = STATE_NOISE * widest[i]
-                scale = rtol * size + atol * max(size, step[i] * abs(k[j])) + noise + TINY
-                first[i] += (work[j] / scale) ** 2
-                second[i] += (other[j] / scale) ** 2
-        else:
-            for i in range(lanes):
-                j = row + i
-                scale = atol + rtol * max(abs(z[j]), abs(new[j]))
-                first[i] += (work[j] / scale) ** 2
-                second[i] += (other[j] / scale) ** 2
-    for i in range(lanes):
-        denominator = first[i] + share * second[i]
-        norm[i] = step[i] * first[i] / np.sqrt(denominator * rows) if denominator > 0.0 else 0.0
-        if not (denominator >= 0.0):
-            norm[i] = np.inf
+
+
+@jit
+def scales(steps, h, begin, end, slope, widest, scale):
+    """Set scale to the errors that count as 1 in a row of a state."""
+    rtol, atol = steps.rtol, steps.atol
+    for i in range(scale.size):
+        size = max(abs(begin[i]), abs(end[i]))
+        noise = STATE_NOISE * widest[i]
+        scale[i] = rtol * size + atol * max(size, h[i] * abs(slope[i])) + noise + TINY
 
 
 @jit
@@ -120,6 +139,40 @@ def controlled(lanes, norm, code, h, fresh, ceiling, ahead, longest):
         ceiling[i] = 10.0 if fresh[i] > 0.0 else 1.0
     for i in range(lanes):
         longest[i] = h[i] if (fresh[i] > 0.0) & (h[i] > longest[i]) else longest[i]
+
+
+@jit
+def ended(lanes, tried, code, fresh, ahead, longest, t):
+    """Count the attempts, and set the codes of lanes whose steps no longer move them, or which run away."""
+    for i in range(lanes):
+        count, now, wrong, accepted, most, following = tried[i], t[i], code[i], fresh[i], longest[i], ahead[i]
+        runs = (count > PATIENCE) & (now < RUNAWAY * most * count)
+        stuck = (not (now + following > now)) | ((wrong > 0.0) & (following < AT_WALL * most))
+        small = runs if accepted > 0.0 else stuck
+        last = wrong if wrong > 0.0 else STEP_TOO_SMALL_CODE
+        code[i] = last if small else 0.0
+        tried[i] = count + 1.0
+
+
+@jit
+def passed(lanes, fresh, reached, kinetic, h, t, until):
+    """Go on to the ends of accepted steps."""
+    for i in range(lanes):
+        accepted, now, step, last, before, most = fresh[i], t[i], h[i], until[i], kinetic[i], reached[i]
+        end = now + step
+        end = last if step == last - now else end
+        kinetic[i] = most if accepted > 0.0 else before
+        t[i] = end if accepted > 0.0 else now
+
+
+@jit
+def leaving(lanes, code, done, t, until):
+    """Return how many lanes' orbits have ended."""
+    number = 0
+    for i in range(lanes):
+        wrong, over, now, last = code[i], done[i], t[i], until[i]
+        number += 1 if (wrong > 0.0) | (over > 0.0) | (now == last) else 0
+    return number
 
 
 @jit
@@ -174,11 +227,11 @@ def run_adaptive(u, stop, progress, blocks, scheme, observer, steps, unit, orbit
     rows = z0.shape[0]
     size, stages, memory_rows = rows * LANES, b.size, memory0.shape[0]
     following, end = u * unit, min((u + 1) * unit, z0.shape[1])
-    z, new, work, work2 = room(rows), room(rows), room(rows), room(rows)
+    z, new, work = room(rows), room(rows), room(2 * rows + 5)
     k, memory = room(max(stages, a.shape[0]) * rows), room(memory_rows)
     t, h, norm, bound, until = room(1), room(1), room(1), room(1), room(1)
     ahead, ceiling, kinetic, reached, longest = room(1), room(1), room(1), room(1), room(1)
-    code, done, fresh = room(1), room(1), room(1)
+    code, done, fresh, tried = room(1), room(1), room(1), room(1)
     ticks, orbit = np.empty(LANES, np.int64), np.empty(LANES, np.int64)
     block = Lanes(orbit, fresh, ticks, done, t, h, z, k, memory)
     lanes = 0
@@ -196,7 +249,7 @@ def run_adaptive(u, stop, progress, blocks, scheme, observer, steps, unit, orbit
                     0.0,
                 )
                 bound[lanes], until[lanes] = radius[following], steps.until[following]
-                code[lanes], done[lanes] = 0.0, 0.0
+                code[lanes], done[lanes], tried[lanes] = 0.0, 0.0, attempts[following]
                 lanes += 1
                 loaded += 1
             following += 1
@@ -207,23 +260,11 @@ def run_adaptive(u, stop, progress, blocks, scheme, observer, steps, unit, orbit
         for i in range(lanes):
             h[i], reached[i] = min(ahead[i], until[i] - t[i]), kinetic[i]
         wide = max(filled(lanes, rows, z, h), filled(lanes, rows, k, h))  # states and their slopes alike
-        runge_kutta_stages(derivative, params, a, 1, stages, rows, wide, h, z, k, work)
-        combine(rows, wide, 0, stages, b, k, new)
-        for r in range(rows):
-            for i in range(wide):
-                new[r * LANES + i] = z[r * LANES + i] + h[i] * new[r * LANES + i]
-        error_norm(rows, wide, steps, scheme.errors, h, z, new, k, work, work2, norm)
+        runge_kutta_stages(derivative, params, a, 1, stages, rows, wide, h, z, k, new)
+        error_norm(rows, wide, steps, scheme.errors, h, z, new, k, work, norm)
         call(check, params, wide, bound, new, code, reached)
         controlled(lanes, norm, code, h, fresh, ceiling, ahead, longest)
-        for i in range(lanes):
-            if fresh[i] > 0.0:
-                count = attempts[orbit[i]]
-                runs = count > PATIENCE and t[i] < RUNAWAY * longest[i] * count
-                code[i] = STEP_TOO_SMALL_CODE if runs else 0.0
-            elif not (t[i] + ahead[i] > t[i]) or (code[i] > 0.0 and ahead[i] < AT_WALL * longest[i]):
-                code[i] = code[i] if code[i] > 0.0 else STEP_TOO_SMALL_CODE
-            else:
-                code[i] = 0.0
+        ended(lanes, tried, code, fresh, ahead, longest, t)
         if cadence > 0.0:
             inside = 0
             for i in range(lanes):
@@ -231,26 +272,22 @@ def run_adaptive(u, stop, progress, blocks, scheme, observer, steps, unit, orbit
                     inside += 1
             if inside > 0:
                 runge_kutta_stages(derivative, params, a, stages, a.shape[0], rows, wide, h, z, k, work)
-                observe_dense(observer, scheme.dense, rows, lanes, cadence, block, work2, out)
-        for i in range(lanes):
-            if fresh[i] > 0.0:
-                kinetic[i] = reached[i]
-                t[i] = until[i] if h[i] == until[i] - t[i] else t[i] + h[i]
-            attempts[orbit[i]] += 1
+                observe_dense(observer, scheme.dense, rows, lanes, cadence, block, work[size : 2 * size], out)
+        passed(lanes, fresh, reached, kinetic, h, t, until)
         move_steps(rows, lanes, fresh, new, k[(stages - 1) * size :], z, k)
         if cadence == 0.0:
             call(observe, numbers, calls, lanes, orbit, fresh, t, z, memory, out, done)
             if steps.renew:
                 call_derivative(derivative, params, lanes, z, k[:size])
         write_now(progress, u, following - u * unit - lanes)
-        i = 0
+        i = 0 if leaving(lanes, code, done, t, until) > 0 else lanes
         while i < lanes:
             o = orbit[i]
             if code[i] > 0.0 or done[i] > 0.0 or t[i] == until[i]:
                 store_lane(z, i, z0, o)
                 store_lane(memory, i, memory0, o)
                 time0[o], step0[o], ticks0[o], kinetic0[o] = t[i], ahead[i], ticks[i], kinetic[i]
-                status[o] = np.int64(code[i])
+                status[o], attempts[o] = np.int64(code[i]), np.int64(tried[i])
                 lanes -= 1
                 move_lane(rows, lanes, i, z)
                 move_lane(rows, lanes, i, k)
@@ -258,7 +295,7 @@ def run_adaptive(u, stop, progress, blocks, scheme, observer, steps, unit, orbit
                 orbit[i], t[i], ticks[i] = orbit[lanes], t[lanes], ticks[lanes]
                 ahead[i], ceiling[i], code[i], done[i] = ahead[lanes], ceiling[lanes], code[lanes], done[lanes]
                 kinetic[i], bound[i], longest[i] = kinetic[lanes], bound[lanes], longest[lanes]
-                until[i] = until[lanes]
+                until[i], tried[i] = until[lanes], tried[lanes]
             else:
                 i += 1
     for i in range(lanes):
@@ -266,13 +303,17 @@ def run_adaptive(u, stop, progress, blocks, scheme, observer, steps, unit, orbit
         store_lane(z, i, z0, o)
         store_lane(memory, i, memory0, o)
         time0[o], step0[o], ticks0[o], kinetic0[o] = t[i], ahead[i], ticks[i], kinetic[i]
+        attempts[o] = np.int64(tried[i])
 
 
 @jit
 def move_steps(rows, lanes, fresh, new, last, z, k):
     """Accept the steps of fresh lanes: the new states, and their slopes as the first ones of the next steps."""
-    for r in range(rows):
-        for i in range(lanes):
-            j = r * LANES + i
-            z[j] = new[j] if fresh[i] > 0.0 else z[j]
-            k[j] = last[j] if fresh[i] > 0.0 else k[j]
+    accepted = fresh[:lanes]
+    for at in range(0, rows * LANES, LANES):
+        state, slope = z[at : at + lanes], k[at : at + lanes]
+        end, ahead = new[at : at + lanes], last[at : at + lanes]
+        for i in range(lanes):  # whose numbers are read in any case, or it were no loop of vectors
+            before, after, first, second = state[i], end[i], slope[i], ahead[i]
+            state[i] = after if accepted[i] > 0.0 else before
+            slope[i] = second if accepted[i] > 0.0 else first

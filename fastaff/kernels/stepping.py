@@ -7,12 +7,13 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..compile.jit import LANES, jit
+from ..compile.lane_sums import NARROW, VECTOR, WIDE, narrow_move, narrow_sum, wide_move, wide_sum
 from ..compile.pointers import call, caller
 
 LINE = 64
 """Bytes of a cache line, and of the widest vector registers."""
-VECTOR, LONE = LINE // 8, 3
-"""Lanes of the widest vector; how many beyond whole vectors take longer one by one than as another."""
+LONE = 3
+"""Lanes beyond whole vectors that take longer one by one than as another vector."""
 
 
 class Blocks(NamedTuple):
@@ -68,77 +69,32 @@ def stretch(rows, lanes):
 
 
 @jit
-def combine(rows, lanes, first, last, coefficients, k, total):
-    """Set total = sum of coefficients[s] * k[s] over first <= s < last, in the order of s, without those that are 0.
+def combine(rows, lanes, last, coefficients, k, total):
+    """Set total = sum of coefficients[s] * k[s] over s < last, in the order of s, without those that are 0."""
+    terms, weights = np.empty(last, np.int64), np.empty(last)
+    count = nonzero(rows, last, coefficients, terms, weights)
+    for at in range(0, rows * LANES, LANES):
+        i = 0
+        while i < lanes:
+            if lanes - i > NARROW * VECTOR:
+                wide_sum(total, total, total, k, terms, weights, at + i, i, count)
+                i += WIDE * VECTOR
+            else:
+                narrow_sum(total, total, total, k, terms, weights, at + i, i, count)
+                i += NARROW * VECTOR
 
-    Eight or four of them at a time: what is stored between two takes longer than the sums.
+
+@jit
+def nonzero(rows, last, coefficients, terms, weights):
+    """Set the terms to where the slopes begin whose coefficients are not 0, and the weights to these; return how many
+    there are.
     """
-    size, begun, s = rows * LANES, 0, first
-    apart, length = stretch(rows, lanes)
-    terms = np.empty(8, np.int64)
-    while s < last or begun == 0:
-        found = 0
-        while s < last and found < 8:
-            if coefficients[s] != 0.0:
-                terms[found] = s
-                found += 1
-            s += 1
-        eight = found == 8
-        fours = 0 if eight else found // 4
-        if eight:
-            add_eight(rows, lanes, terms, coefficients, k, total, begun)
-        else:
-            if begun == 0 and found == 0:
-                for r in range(rows):
-                    for i in range(lanes):
-                        total[r * LANES + i] = 0.0
-            if fours:
-                add_four(rows, lanes, terms, coefficients, k, total, begun)
-            for t in range(4 * fours, found):
-                c = coefficients[terms[t]]
-                begin = terms[t] * size
-                new = begun == 0 and t == 0
-                for at in range(0, size, apart):
-                    ks, sums = k[begin + at : begin + at + length], total[at : at + length]
-                    for i in range(length):
-                        sums[i] = (0.0 if new else sums[i]) + c * ks[i]
-        begun = 1
-
-
-@jit
-def add_four(rows, lanes, terms, coefficients, k, total, begun):
-    """Add four terms to a sum, or begin it."""
-    size = rows * LANES
-    s0, s1, s2, s3 = terms[0], terms[1], terms[2], terms[3]
-    c0, c1, c2, c3 = coefficients[s0], coefficients[s1], coefficients[s2], coefficients[s3]
-    apart, length = stretch(rows, lanes)
-    for at in range(0, size, apart):
-        to, sums = at + length, total[at : at + length]
-        k0, k1 = k[s0 * size + at : s0 * size + to], k[s1 * size + at : s1 * size + to]
-        k2, k3 = k[s2 * size + at : s2 * size + to], k[s3 * size + at : s3 * size + to]
-        for i in range(length):
-            sum = (0.0 if begun == 0 else sums[i]) + c0 * k0[i]
-            sums[i] = ((sum + c1 * k1[i]) + c2 * k2[i]) + c3 * k3[i]
-
-
-@jit
-def add_eight(rows, lanes, terms, coefficients, k, total, begun):
-    """Add eight terms to a sum, or begin it."""
-    size = rows * LANES
-    s0, s1, s2, s3, s4, s5, s6, s7 = terms[0], terms[1], terms[2], terms[3], terms[4], terms[5], terms[6], terms[7]
-    c0, c1, c2, c3 = coefficients[s0], coefficients[s1], coefficients[s2], coefficients[s3]
-    c4, c5, c6, c7 = coefficients[s4], coefficients[s5], coefficients[s6], coefficients[s7]
-    apart, length = stretch(rows, lanes)
-    for at in range(0, size, apart):
-        to, sums = at + length, total[at : at + length]
-        k0, k1 = k[s0 * size + at : s0 * size + to], k[s1 * size + at : s1 * size + to]
-        k2, k3 = k[s2 * size + at : s2 * size + to], k[s3 * size + at : s3 * size + to]
-        k4, k5 = k[s4 * size + at : s4 * size + to], k[s5 * size + at : s5 * size + to]
-        k6, k7 = k[s6 * size + at : s6 * size + to], k[s7 * size + at : s7 * size + to]
-        for i in range(length):
-            sum = (0.0 if begun == 0 else sums[i]) + c0 * k0[i]
-            sum = ((sum + c1 * k1[i]) + c2 * k2[i]) + c3 * k3[i]
-            sums[i] = (((sum + c4 * k4[i]) + c5 * k5[i]) + c6 * k6[i]) + c7 * k7[i]
+    count = 0
+    for s in range(last):
+        if coefficients[s] != 0.0:
+            terms[count], weights[count] = s * rows * LANES, coefficients[s]
+            count += 1
+    return count
 
 
 call_derivative = caller("derivative")
@@ -147,22 +103,34 @@ call_derivative = caller("derivative")
 @jit
 def runge_kutta_stages(derivative, params, a, first, last, rows, lanes, step, z, k, work):
     """Fill the slopes k[first:last] (stages, rows*LANES) of an explicit tableau a at the state z, by the derivative at
-    that address.
+    that address; leave the last one's state in work.
     """
     size = rows * LANES
+    terms, weights = np.empty(last, np.int64), np.empty(last)
     for s in range(first, last):
-        combine(rows, lanes, 0, s, a[s], k, work)
-        for r in range(rows):
-            for i in range(lanes):
-                work[r * LANES + i] = z[r * LANES + i] + step[i] * work[r * LANES + i]
+        moved(rows, lanes, nonzero(rows, s, a[s], terms, weights), terms, weights, step, z, k, work)
         call_derivative(derivative, params, lanes, work, k[s * size : (s + 1) * size])
+
+
+@jit
+def moved(rows, lanes, count, terms, weights, step, z, k, target):
+    """Set target = z + step times the weighted sum of so many slopes."""
+    for at in range(0, rows * LANES, LANES):
+        i = 0
+        while i < lanes:
+            if lanes - i > NARROW * VECTOR:
+                wide_move(target, z, step, k, terms, weights, at + i, i, count)
+                i += WIDE * VECTOR
+            else:
+                narrow_move(target, z, step, k, terms, weights, at + i, i, count)
+                i += NARROW * VECTOR
 
 
 @jit
 def runge_kutta(derivative, params, lanes, rows, a, b, dense, sweeps, step, z, k, work):
     """Take one step of an explicit tableau."""
     runge_kutta_stages(derivative, params, a, 0, b.size, rows, lanes, step, z, k, work)
-    combine(rows, lanes, 0, b.size, b, k, work)
+    combine(rows, lanes, b.size, b, k, work)
     for r in range(rows):
         for i in range(lanes):
             z[r * LANES + i] += step[i] * work[r * LANES + i]
