@@ -44,6 +44,8 @@ def add_products(weights, re, im, sums):
         for i in range(PARTS):
             k, m, n = i + PARTS, i + 2 * PARTS, i + 3 * PARTS
             first[i] += (w[i] * x[i] + w[k] * x[k]) + (w[m] * x[m] + w[n] * x[n])
+        for i in range(PARTS):  # a loop of its own: LLVM keeps few arrays apart in one
+            k, m, n = i + PARTS, i + 2 * PARTS, i + 3 * PARTS
             second[i] += (w[i] * y[i] + w[k] * y[k]) + (w[m] * y[m] + w[n] * y[n])
     for i in range(whole, weights.size):
         first[i % PARTS] += weights[i] * re[i]

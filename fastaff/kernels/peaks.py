@@ -47,8 +47,9 @@ def moments(row, window, sums, squares):
     for start in range(0, row.size, BLOCK):
         part, weight = row[start : start + BLOCK], window[start : start + BLOCK]
         for i in range(part.size):
+            sums[i] += weight[i] * (part[i] - first)
+        for i in range(part.size):  # a loop of its own: LLVM keeps few arrays apart in one
             value = part[i] - first
-            sums[i] += weight[i] * value
             squares[i] += weight[i] * value * value
     away = total(sums)
     return first + away, math.sqrt(max(total(squares) - away * away, 0.0))
@@ -174,19 +175,18 @@ def solve(matrix, right, n):
 
 
 @jit
-def divides(value, bar, unit, nu, bars, rank, table, count, k):
+def divides(value, bar, unit, nu, bars, rank, table, count, related, k):
     """Return whether generators are multiples of a line, or multiples of it combinations of them while it is none
-    itself: then they span a part of the lattice only. unit: the width of a bin.
+    itself, not `related`: then they span a part of the lattice only. unit: the width of a bin.
 
     A line whose bar is DOUBLE a bin or more may be two, each up to DOUBTFUL bins from it.
     """
-    alone = not relate(value, min(bar, 0.3 * unit), nu, bars, rank, table, count, 0.5, k)
     for m in range(2, 4):
         for i in range(rank):
             width = DOUBTFUL * unit if bar > DOUBLE * unit else min(max(bar, 0.05 * unit), 0.5 * unit)
             if abs(m * value - nu[i]) < m * width:
                 return True
-        if alone and relate(m * value, 0.3 * m * unit, nu, bars, rank, table, count, 0.5, k):
+        if not related and relate(m * value, 0.3 * m * unit, nu, bars, rank, table, count, 0.5, k):
             return True
     return False
 
@@ -271,12 +271,11 @@ def _explained(unit, moving, order, size, generators, vectors, apart):
         ):
             return False
         for i in range(size.shape[1]):
-            if (
-                size[j, i] > STRONG * size[j, 0]
-                and found > 0
-                and divides(value[unit, j, i], bar[unit, j, i], 1.0, nu, bars, found, tables[r], sizes[r, 0], k)
-            ):
-                return False
+            if size[j, i] > STRONG * size[j, 0] and found > 0:
+                u, width = value[unit, j, i], bar[unit, j, i]
+                related = relate(u, min(width, 0.3), nu, bars, found, tables[r], sizes[r, 0], 0.5, k)
+                if divides(u, width, 1.0, nu, bars, found, tables[r], sizes[r, 0], related, k):
+                    return False
     for i in range(found):
         if source[i] < 0:
             return False

@@ -91,7 +91,8 @@ def relations(unit, stop, progress, seen, nu, spread, vectors, combinations, tim
                 continue
             r = rank - 1
             width = min(bar[unit, j, i], 0.3 / time)
-            if relate(value[unit, j, i], width, own, bars, rank, tables[r], sizes[r, 0], 0.5, found):
+            related = relate(value[unit, j, i], width, own, bars, rank, tables[r], sizes[r, 0], 0.5, found)
+            if related:
                 length = 0
                 for g in range(rank):
                     length += abs(found[g])
@@ -100,7 +101,7 @@ def relations(unit, stop, progress, seen, nu, spread, vectors, combinations, tim
                 if length > 1 and i > 0:
                     decay = max(decay, part ** (1.0 / (length - 1)))
             if value[unit, j, i] > 0.0 and divides(
-                value[unit, j, i], bar[unit, j, i], 1.0 / time, own, bars, rank, tables[r], sizes[r, 0], found
+                value[unit, j, i], bar[unit, j, i], 1.0 / time, own, bars, rank, tables[r], sizes[r, 0], related, found
             ):
                 strange[unit] = max(strange[unit], part)
     sums = _sums(k, nu[unit])
