@@ -8,11 +8,11 @@ from typing import Any, cast
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..base.foreign import System, read_by
+from ..base.foreign import ForeignSystem, read_by
 from ..base.numbers import positive, real, shown
 from ..models import Body
 from ..models.contracts import WrittenModel, WrittenNonseparable
-from ..models.mechanics import slopes
+from ..models.mechanics import system_of
 from .arguments import checked_names, inertia_of, masses_of, text_of, values_of
 from .drive import period_of
 from .grammar import TIME, parse
@@ -252,7 +252,7 @@ def hamiltonian(
     return _of_periods(_class(request, values, length)(*values.values(), *weights))
 
 
-def _taken(given: System, coordinates: Any, beside: dict[str, Any], parameters: dict[str, float]) -> Any:
+def _taken(given: ForeignSystem, coordinates: Any, beside: dict[str, Any], parameters: dict[str, float]) -> Any:
     """Return the system of another tool, with what is given beside it."""
     if given.coordinates and coordinates not in ("x y", " ".join(given.coordinates), given.coordinates):
         raise ValueError(
@@ -346,10 +346,10 @@ def _of_periods(model: Any) -> Any:
     periods = np.array(model.periods(), dtype=float)[:, None] if hasattr(model, "periods") else np.zeros((1, 1))
     if not (np.isfinite(periods) & (periods >= 0)).all():
         raise ValueError(f"periods must be positive, got {periods[:, 0].tolist()}")
-    random = np.random.default_rng(5)
+    random, slopes = np.random.default_rng(5), system_of(model).slopes
     z = random.uniform(-1, 1, (2 * model.degrees_of_freedom, TRIED)) * np.where(periods > 0, periods / 2, 1.5)
     for row in np.flatnonzero(periods[:, 0] > 0):
-        here, there = slopes(model, z), slopes(model, z + periods * (np.arange(len(periods)) == row)[:, None])
+        here, there = slopes(z), slopes(z + periods * (np.arange(len(periods)) == row)[:, None])
         with np.errstate(all="ignore"):  # where they are infinite
             off = np.abs(here - there) > SAME * (np.abs(here) + np.abs(there) + np.abs(here).max(axis=0))
         if off.any():
