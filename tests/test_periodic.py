@@ -589,3 +589,16 @@ def test_marks_and_labels():
     assert not any(a.overlaps(b) for i, a in enumerate(boxes) for b in boxes[:i])
     with pytest.raises(ValueError, match="p_y"):
         plot_periodic(found, ax=ax, x="alpha")
+
+
+@pytest.mark.slow
+def test_a_family_that_shrinks_to_an_equilibrium_ends_with_steps_that_are_not_much_finer():
+    """The shear mode of an Ogden body: where orbits were missed steps halved from point to point, without an end."""
+    rubber = fa.formula("ogden", a1=2.0, m1=1.2, a2=-0.3, m2=-1.5, K=6.0)
+    plane, section = fa.reduced(rubber, p_eta=0.0, p_gamma=0.0), fa.Linear(normal=(0, 0, 1.0, 0.3))
+    options = {"section": section, "direction": -1, "bounds": (1e-4, 3.0), "longest": 0.4}
+    branch = fa.continuation(plane, [np.sqrt(2), 0.05, 0.0, 0.0], **options)
+    assert (np.diff(branch.value) < 0).all()
+    assert branch.orbits.step[-1] > branch.orbits.step[0] / 64
+    # Linear at small strains: 2 G = a1 m1 + a2 m2.
+    assert abs(2 * np.pi / branch.orbits.time[-1] - np.sqrt(2.0 * 1.2 + 0.3 * 1.5)) < 1e-3

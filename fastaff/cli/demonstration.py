@@ -253,7 +253,7 @@ def draw(chaotic: Portrait, integrable: Portrait) -> Any:
 
     figure = Figure(figsize=(12.6, 9.0), dpi=200)
     layout = figure.add_gridspec(
-        2, 4, width_ratios=(1, 1, 1, 0.04), left=0.055, right=0.925, bottom=0.15, top=0.93, wspace=0.27, hspace=0.34
+        2, 4, width_ratios=(1, 1, 1, 0.04), left=0.055, right=0.94, bottom=0.15, top=0.93, wspace=0.36, hspace=0.34
     )
     norm = plot.clipped(np.concatenate([chaotic.map.diffusion, chaotic.diffusion]))
     for row, p in enumerate((chaotic, integrable)):

@@ -37,6 +37,9 @@ BEND = 0.35
 TRIES = 6
 """Steps of the scheme that are tried for a point of the branch."""
 
+HALVED = 4.0
+"""How much shorter a step may become where an orbit is not found; then the way to it is shortened."""
+
 COARSER, SPARE = 1.25, 1e-2
 """How many times longer a step of the scheme becomes where its error is this small beside what it may be."""
 
@@ -165,10 +168,13 @@ class Family:
 
         Where the scheme's step may change it is shortened until its error is below the tolerance.
         """
-        best = None
+        best, halved = None, 1.0
         for _ in range(TRIES if self.own_step else 1):
             point = self._closed(u, tangent, scale, step)
             if point is None:
+                halved *= 2.0
+                if halved > HALVED:
+                    break
                 step /= 2.0
                 continue
             z = point.u[:-1, None]
@@ -180,7 +186,8 @@ class Family:
                 break  # rounding
             # At rest no step would show an error of the return, but its derivative has one.
             longer = self.own_step and change[0] < SPARE * goal[0] and not flow.system.driven
-            following = step * COARSER if longer else step
+            # An orbit that was missed, next to an equilibrium for one, needs no finer steps behind it.
+            following = step * (COARSER if longer else 1.0) * halved
             back = point.back._replace(time=errors.time)
             best = change[0], replace(point, back=back, step=step, following=following, errors=errors)
             if change[0] <= goal[0]:
