@@ -14,12 +14,13 @@ from ...base.names import named
 from ...base.numbers import whole
 from ...jobs.system import Model
 from ...jobs.wording import Wrong
+from ...quantum.states.level_table import VIBRATION
 from ..options import HOW, WRITTEN, Output, Parameter
 from ..progress import Progress, drawing, watched
 from ..stops import Stops, say
 from . import scans
 from .captions import caption, figure_of, title, titled, units, write
-from .level_tables import level_table, scan_table
+from .level_tables import level_table, scan_table, vibration_table
 
 PANELS = 4
 """Densities in one figure."""
@@ -46,9 +47,10 @@ def energy_levels(
 ) -> int:
     """Compute quantum levels with their degeneracies and errors, print them and draw them.
 
-    Without --m and --l the lowest levels of the whole body, none missing; with both those of one symmetry class e^(i m
-    phi + i l psi) or of several. The figure shows levels against the spin m and their degeneracies; levels against m, l
-    or a parameter (--scan); or, for one class, probability densities of its states with the classical turning curve.
+    Of --hamiltonian in one to three coordinates those of a vibration, which has no --m and --l. Of a body without
+    these the lowest levels of all of it, none missing; with both those of one symmetry class e^(i m phi + i l psi) or
+    of several. The figure shows levels against the spin m and their degeneracies; levels against m, l or a parameter
+    (--scan); or, for one class, probability densities of its states with the classical turning curve.
 
     Parameters
     ----------
@@ -75,11 +77,15 @@ def energy_levels(
     density_chart
         alpha-beta, r-vartheta or two-polar, for the densities. [that of the levels]
     """
-    from ...quantum.spectra.spectrum import solved_families
+    from ...quantum.spectra.spectrum import solved_families, spectrum
+    from ...quantum.spectra.vibration import vibrates
 
     whole("levels", levels, 1)
     body = options.build()
-    separates = bool(solved_families(body))
+    vibration = vibrates(body)
+    separates = not vibration and bool(solved_families(body))
+    if vibration and not (m is l is chart is below is scan is states is density_chart is None and not covering):
+        raise Wrong("a vibration takes --levels, --hbar and --tolerance; the other options are for bodies")
     classes = _classes(m, l, covering)
     if chart is not None:
         named("--chart", chart, ("alpha-beta", "r-vartheta"))
@@ -124,13 +130,16 @@ def energy_levels(
         return watched(Progress("levels"), compute, lambda partial: _keep(partial, save, kept))
 
     found: list[Any] | None = None
-    if classes is None:
+    if vibration:
+        plain = {name: how[name] for name in ("hbar", "tolerance")}
+        result = watch(lambda report: spectrum(body, count=levels, **plain, report=report), "the others are missing")
+    elif classes is None:
         result = _whole(body, levels, below, how, watch)
     elif scan is not None:
         result = _scanned(body, classes, levels, scan, how, watch)
     else:
         found, result = _some(body, classes, levels, how, watch)
-    rows = level_table(result) if scan is None else scan_table(result)
+    rows = vibration_table(result) if vibration else level_table(result) if scan is None else scan_table(result)
     path = save(result, interrupted=False)
     print("\n".join(rows))
     say(f"{_said(result, classes)}; {clock.perf_counter() - start:.1f} s")
@@ -264,6 +273,8 @@ def _said(result: Any, classes: list[tuple[int, int]] | None) -> str:
     from ...quantum.states.symmetry import SymmetryClass
 
     worst = f"largest error {result.error.max(initial=0.0):.1e}"
+    if VIBRATION in getattr(result, "method", ""):
+        return f"{result.E.size} levels; {worst}; {result.method}"
     if not hasattr(result, "multiplets"):
         return (
             f"{result.E.size} levels of {result.m.shape[1]} classes at {result.values.size} values of "
@@ -286,6 +297,8 @@ def spectrum_figure(result: Any, facts: dict[str, Any], found: list[Any] | None 
     from ...quantum.spectra.spectrum import spectrum
 
     body = Model(**facts["options"]).build()
+    if VIBRATION in getattr(result, "method", ""):
+        return _vibration_figure(result, body)
     classes = _classes(facts["spin"], facts["vorticity"], facts["covering"])
     if classes is None:
         return _whole_figure(result, body)
@@ -311,6 +324,15 @@ def _whole_figure(levels: Any, body: Any) -> Any:
         f"{levels.complete_below:.6g}"
     )
     return _finish(figure, body, "all classes", text, levels.hbar)
+
+
+def _vibration_figure(levels: Any, body: Any) -> Any:
+    from ...plot import quantum as plot_quantum
+
+    figure, ax = figure_of()
+    plot_quantum.plot_spectrum(levels, ax=ax)
+    text = f"{levels.E.size} levels; largest error {levels.error.max():.0e}"
+    return _finish(figure, body, "vibration", text, levels.hbar)
 
 
 def _diagram_figure(diagram: Any, body: Any, classes: list[tuple[int, int]]) -> Any:
