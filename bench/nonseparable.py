@@ -10,7 +10,7 @@ import time
 import numpy as np
 
 import fastaff as fa
-from fastaff.models.mechanics import energies
+from fastaff.models.mechanics import system_of
 from fastaff.schemes import DOP853, GAUSS8, GAUSS16, VERNER9
 
 H = "(p1**2 + 2*p2**2 - 2*p1*p2*cos(q1 - q2))/(2*(1 + sin(q1 - q2)**2)) - 2*cos(q1) - cos(q2)"
@@ -86,7 +86,7 @@ def drift(model):
     for scheme, how in ((GAUSS8, {"step": 0.05}), (GAUSS16, {"step": 0.3}), (VERNER9, {"rtol": 1e-12, "atol": 1e-12})):
         span = 1e6 * how.get("step", 0.1)
         found = fa.integrate(model, z0, time=span, scheme=scheme, samples=4, **how)
-        off = np.array([energies(model, z) - energies(model, z0) for z in found.samples]) / 3
+        off = np.array([system_of(model).energies(z) - system_of(model).energies(z0) for z in found.samples]) / 3
         print(f"{scheme.name:8s} to {span:g}: energy error, in 3, at quarters of it", np.abs(off).max(axis=1))
 
 

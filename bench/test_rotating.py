@@ -7,7 +7,7 @@ import pytest
 from common import ORBITS, alternating
 
 from fastaff import KAHAN_LI8, chaos_map, hamiltonian, integrate, poincare_map
-from fastaff.models.mechanics import energies
+from fastaff.models.mechanics import system_of
 from fastaff.schemes import BLANES_CASAS_ESCORIHUELA8
 
 STEP, SPAN = 0.05, 20.0
@@ -47,5 +47,5 @@ def test_beside_the_natural_system(numbers, name):
         _, cost = alternating(both, repeats=7)
         numbers[what] = cost["natural"] / cost["turning"]
     end = runs["KAHAN_LI8"](turning)
-    numbers["energy_change"] = np.max(np.abs(energies(turning, end.z) - energies(turning, z)))
+    numbers["energy_change"] = np.max(np.abs(system_of(turning).energies(end.z) - system_of(turning).energies(z)))
     assert numbers["energy_change"] < 1e-7

@@ -429,6 +429,28 @@ def test_an_answer_with_an_error_costs_few_plain_runs(which, monkeypatch):
     assert (cut.status == fa.Status.OK).all()
 
 
+def test_a_run_beside_another_ends_where_they_have_parted_and_changes_nothing(monkeypatch):
+    """Chaotic orbits: errors, and all else, have the same bits where it runs on to the end."""
+    _, _, z0 = chaotic("Henon-Heiles")
+    taken, own = [], poincare_module.crossed
+
+    def counted(*asked, **more):
+        part, reached = own(*asked, **more)
+        taken.append(np.nan_to_num(part.times).max(axis=0).sum())
+        return part, reached
+
+    monkeypatch.setattr(poincare_module, "crossed", counted)
+    run = {"section": fa.Linear((1, 0, 0, 0)), "crossings": 120, "max_time": 1500.0, "accuracy": 1e-8}
+    cut, short = fa.poincare_map(HH, z0[:, ::4], **run), sum(taken)
+    taken.clear()
+    monkeypatch.setattr(poincare_module, "PARTED", np.inf)
+    whole = fa.poincare_map(HH, z0[:, ::4], **run)
+    assert short < 0.9 * sum(taken)
+    for name in ("points", "times", "time_error", "point_error", "accurate_until", "status", "step", "energy_error"):
+        np.testing.assert_array_equal(getattr(cut, name), getattr(whole, name), err_msg=name)
+    assert np.isinf(cut.time_error).any()
+
+
 @given(
     step=st.floats(1e-9, 1e9), time=st.floats(1e-6, 1e6), parts=st.sampled_from([1, 2, 32]), steps=st.integers(1, 10**9)
 )

@@ -397,7 +397,7 @@ MODULE, FUNCTION, PARAMETERS, KERNEL_PARAMETERS, TOP_NAMES, ENTRIES = 400, 60, 1
 of a function beside keywords and of a kernel, names of `fastaff`, entries of its folder.
 """
 LONG_MODULES = {
-    "analysis.frequencies.fundamental": 458,
+    "analysis.frequencies.fundamental": 451,
     "analysis.frequencies.tunes": 463,
     "exchange.files": 498,
     "explorer.javascript": 427,

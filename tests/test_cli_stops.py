@@ -100,7 +100,7 @@ def storm(*_):
             os.kill(os.getpid(), one)
 
 def part(self, fraction):
-    if fraction >= 0.05 and not part.sent:
+    if fraction >= 0.5 and not part.sent:
         part.sent = True
         storm()
 
@@ -223,7 +223,7 @@ def test_a_signal_waits_for_compiled_code_of_others(how, sent):
 
 
 GROUP = """
-import multiprocessing.util, os, signal, sys
+import multiprocessing.util, os, signal, sys, time
 
 def begin():
     from fastaff.cli.main import main
@@ -235,7 +235,11 @@ def begin():
         child = spawn(*given)
         seen.append(child)
         if len(seen) == number:
-            signal.setitimer(signal.ITIMER_REAL, delay)
+            if delay == 0.0:  # while the process is being started
+                os.killpg(0, int(sent))
+                time.sleep(0.05)
+            else:
+                signal.setitimer(signal.ITIMER_REAL, delay)
         return child
 
     multiprocessing.util.spawnv_passfds = spawned
@@ -260,8 +264,8 @@ def test_workers_are_stopped_by_their_parent_alone(sent, tmp_path):
         "[frequency_map]\ntime = 500\n"
     )
     source = random.Random(int(sent))
-    for _ in range(2 * TIMES):
-        moment = f"{source.choice([2, 3])},{source.uniform(1e-3, 3.0)},{int(sent)}"  # the first is of multiprocessing
+    for delay in (0.0, 0.0, *(source.uniform(1e-3, 3.0) for _ in range(2 * TIMES))):
+        moment = f"{source.choice([2, 3])},{delay},{int(sent)}"  # the first is of multiprocessing
         done = subprocess.run(
             [sys.executable, "group.py", moment, "run", "a.toml", "--workers", "2", "--quiet", "--overwrite"],
             cwd=tmp_path,

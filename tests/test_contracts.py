@@ -11,7 +11,7 @@ import pytest
 import fastaff as fa
 from fastaff.flows.checks import lacking
 from fastaff.models.contracts import Angles, Kind, Model, Nonseparable, OneVariable, Potential, Section
-from fastaff.models.traits import traits_of
+from fastaff.models.mechanics import system_of
 
 POTENTIALS = [fa.Harmonic(), fa.Anharmonic(), fa.Hyperelastic(), fa.HeavyTop(), fa.NeoHookean()]
 POTENTIALS += [fa.SeparableAlphaBeta(fa.models.Oscillator(1.0), fa.models.Zero())]
@@ -211,19 +211,19 @@ FACTS = (
 @pytest.mark.parametrize(("model", "true", "counts"), TRAITS.values(), ids=TRAITS)
 def test_traits_are_those_written_here(model, true, counts):
     """What has no energy is not asked whether T is quadratic."""
-    traits = traits_of(model)
-    asked = [fact for fact in (*FACTS, "planar", "isotropic") if fact != "quadratic" or traits.energetic]
-    assert {fact for fact in asked if getattr(traits, fact)} == set(true.split())
-    assert (traits.n, traits.moving, traits.rows, traits.positions) == counts
-    assert len(traits.row_names) == traits.rows
-    assert traits_of(model) is traits
+    system = system_of(model)
+    asked = [fact for fact in (*FACTS, "planar", "isotropic") if fact != "quadratic" or system.energetic]
+    assert {fact for fact in asked if getattr(system, fact)} == set(true.split())
+    assert (system.n, system.moving, system.rows, system.positions) == counts
+    assert len(system.row_names) == system.rows
+    assert system_of(model) is system
 
 
 def test_traits_tell_equal_tuples_apart():
     """Models of one number each, equal as tuples."""
     assert Relativistic(0.5) == fa.models.StandardMap(0.5)
-    assert traits_of(fa.models.StandardMap(0.5)).iterated
-    assert not traits_of(Relativistic(0.5)).iterated
+    assert system_of(fa.models.StandardMap(0.5)).iterated
+    assert not system_of(Relativistic(0.5)).iterated
 
 
 @pytest.mark.parametrize(
@@ -307,8 +307,8 @@ def test_schemes_for_quadratic_kinetic_energies_are_refused_for_others():
 def test_a_body_of_another_class_is_a_body():
     """p_eta, p_gamma, grids, frequencies of the planes: by what it says of itself, not by its class."""
     own, ours = OwnBody(fa.Hyperelastic()), fa.Body(fa.Hyperelastic())
-    assert traits_of(own).isotropic
-    assert not traits_of(fa.HenonHeiles()).isotropic
+    assert system_of(own).isotropic
+    assert not system_of(fa.HenonHeiles()).isotropic
     where = {
         "energy": 3.5,
         "section": fa.AlphaTurning(1),

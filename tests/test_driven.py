@@ -16,8 +16,8 @@ from fastaff.jobs.analyses import Frequencies, Poincare
 from fastaff.jobs.job import Job
 from fastaff.jobs.launch import Starts
 from fastaff.jobs.system import Model, Surface, described
+from fastaff.models.mechanics import system_of
 from fastaff.models.sections import Stroboscopic
-from fastaff.models.traits import traits_of
 from fastaff.schemes import BLANES_CASAS_ESCORIHUELA8 as BCE8
 
 SPLITTINGS = [fa.LEAPFROG, fa.YOSHIDA4, fa.BLANES_MOAN6, fa.KAHAN_LI8]
@@ -486,8 +486,8 @@ def test_bad_input(call, message):
 
 
 def test_a_parameter_or_coordinate_may_be_named_t():
-    assert not traits_of(fa.hamiltonian("x**2/2*t", coordinates="x", t=2.0)).terms
-    assert not traits_of(fa.hamiltonian("x**2/2 + t**4", coordinates="x t")).terms
+    assert not system_of(fa.hamiltonian("x**2/2*t", coordinates="x", t=2.0)).terms
+    assert not system_of(fa.hamiltonian("x**2/2 + t**4", coordinates="x t")).terms
 
 
 def test_a_model_is_a_value():

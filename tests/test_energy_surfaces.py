@@ -13,7 +13,7 @@ from fastaff.analysis.sections.energy_limits import Where
 from fastaff.analysis.sections.invariant_measure import measure_of
 from fastaff.analysis.sections.surface_points import surface_of
 from fastaff.models.contracts import Kind
-from fastaff.models.traits import traits_of
+from fastaff.models.mechanics import system_of
 
 RNG = np.random.default_rng(320)
 DOUBLE = fa.models.DoublePendulum
@@ -66,8 +66,8 @@ def drawn_pair(frame):
 @pytest.mark.parametrize("frame", [False, True], ids=["rest", "turning"])
 def test_a_separable_h_told_with_momenta_has_todays_launch_sets(frame):
     new, old, energy = drawn_pair(frame)
-    assert traits_of(new).of_degree_two
-    assert traits_of(new).ellipsoidal
+    assert system_of(new).of_degree_two
+    assert system_of(new).ellipsoidal
     cells = (np.linspace(-0.3, 0.3, 7), np.linspace(-0.4, 0.4, 8))
     for direction in (1, -1, 0):
         section = fa.Linear((0, 2.0, 0, 0), 0.1, direction)
@@ -135,7 +135,7 @@ def curved(**more):
 
 def test_every_root_of_a_quartic_momentum_is_found():
     model = curved()
-    assert not traits_of(model).of_degree_two
+    assert not system_of(model).of_degree_two
     cells = np.linspace(-0.6, 0.6, 9), np.linspace(-0.5, 0.5, 8)
     energy = 1.1
     for direction in (1, -1):
@@ -188,7 +188,7 @@ def test_both_ways_to_draw_a_surface_agree():
     """Ellipsoids of momenta, and lines across the surface: three degrees of freedom, whole and on a section."""
     text = "(px**2*(1 + y**2) + py**2 + pz**2*(2 + cos(x)))/2 + a*x*py + (x**2 + y**2 + z**2)/2 + b*x*y*z"
     model = fa.hamiltonian(text, coordinates="x y z", momenta="px py pz", a=0.3, b=0.2)
-    assert traits_of(model).ellipsoidal
+    assert system_of(model).ellipsoidal
     for section in (None, fa.Linear((0, 1.0, 0, 0, 0, 0), 0.1, -1)):
         one = measure_of(model, 0.5, section, None).draw(500, 1)[0]
         other = surface_of(model, 0.5, section, None).draw(300, 2)[0]
@@ -250,8 +250,8 @@ def test_masses_without_bound_and_of_both_signs():
     assert ks_2samp(z[0] ** 2, np.linspace(0, 1, 8000)).pvalue > 1e-5
     assert ks_2samp(z[1], np.linspace(-math.pi, math.pi, 8000)).pvalue > 1e-5
     saddle = fa.hamiltonian("(px**2*(1 + y**2) - py**2)/2 + x**2 - y**2", coordinates="x y", momenta="px py")
-    assert traits_of(saddle).of_degree_two
-    assert not traits_of(saddle).ellipsoidal
+    assert system_of(saddle).of_degree_two
+    assert not system_of(saddle).ellipsoidal
     with pytest.raises(ValueError, match="does not bound the motion: give ranges of the rows"):
         fa.energy_sample(saddle, energy=0.5, orbits=10)
     ranges = {"x": (-1, 1), "y": (-1, 1), "px": (-1, 1), "py": (-1, 1)}

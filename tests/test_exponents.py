@@ -5,7 +5,7 @@ import pytest
 
 import fastaff as fa
 from fastaff.analysis.chaos.streamed import BLOCKS, LONG_MEMORY, RECORDS, averaging_error
-from fastaff.models.traits import traits_of
+from fastaff.models.mechanics import system_of
 
 LORENZ = fa.flow("x' = s*(y - x); y' = x*(r - z) - y; z' = x*y - b*z", s=10.0, r=28.0, b=8 / 3)
 ROESSLER = fa.flow("x' = -y - z; y' = x + a*y; z' = b + z*(x - c)", a=0.2, b=0.2, c=5.7)
@@ -14,7 +14,7 @@ HENON = fa.mapping("x1 = 1 - a*x**2 + y; y1 = b*x", a=1.4, b=0.3)
 
 def exponents(model, z0, time):
     """The spectra of orbits and their errors."""
-    loose = {} if traits_of(model).iterated else {"rtol": 1e-8, "atol": 1e-8}
+    loose = {} if system_of(model).iterated else {"rtol": 1e-8, "atol": 1e-8}
     found = fa.chaos_map(model, z0, time=time, indicators="spectrum", **loose)
     assert (found.status == fa.Status.OK).all()
     return found.spectrum, found.spectrum_error

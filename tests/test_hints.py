@@ -34,6 +34,10 @@ SPACE = fa.hamiltonian("(x**2 + y**2 + z**2)/2 + x**2*y", coordinates="x y z")
             lambda: fa.formula("gent", G=1.0, Jm=3.0, K=4.0, friction=0.1),
             "friction is no parameter of 'gent': .* flow",
         ),
+        (
+            lambda: fa.hamiltonian("x**2", coordinates="x", friction=0.1, period=6.28),
+            "make the model .* flow(model, forces=",
+        ),
         (lambda: fa.formula("D1**2 + D2**2", period=6.28), "period is no parameter .* hamiltonian(..., period=6.28)"),
         (lambda: fa.mapping(RING, s=1.0, q=0.2, aperture=1.0), "'aperture' is not used .* domain='1 - x**2'"),
         (lambda: fa.mapping(RING, s=1.0, q=0.2, zeta=1.0), "is a name misspelt?"),

@@ -9,8 +9,8 @@ from scipy.integrate import solve_ivp
 
 import fastaff as fa
 from fastaff.base.status import Status
+from fastaff.models.mechanics import system_of
 from fastaff.models.sections import AngleEquals
-from fastaff.models.traits import traits_of
 from fastaff.schemes import DOP853, GAUSS8, GAUSS16, VERNER9
 
 DOUBLE = (
@@ -190,7 +190,7 @@ def test_a_separable_hamiltonian_written_with_momenta_has_the_bits_of_today():
         more = {} if masses is None else {"m": 2.5}
         new = fa.hamiltonian(f"{T} + {V}", coordinates="x y", momenta="px py", e=0.7, **more)
         old = fa.hamiltonian(V, coordinates="x y", masses=masses, e=0.7)
-        assert traits_of(new).separable
+        assert system_of(new).separable
         for run in (fa.integrate, fa.frequency_map):
             one, other = (run(model, z0, time=80.0) for model in (new, old))
             np.testing.assert_array_equal(
@@ -200,7 +200,7 @@ def test_a_separable_hamiltonian_written_with_momenta_has_the_bits_of_today():
     new, old = fa.hamiltonian("p**2/2 - cos(x - w*t)", momenta="p", **drive), fa.hamiltonian("-cos(x - w*t)", **drive)
     np.testing.assert_array_equal(*(fa.integrate(model, [0.3, 0.1], time=30.0).z for model in (new, old)))
     skew = fa.hamiltonian("px**2/2 + py**2/2 + k*px*py + x**2 + y**4/4", coordinates="x y", momenta="px py", k=0.4)
-    assert traits_of(skew).separable
+    assert system_of(skew).separable
     assert skew.kinetic_energy(1.0, 2.0) == 0.5 + 2.0 + 0.8
 
 
@@ -210,13 +210,13 @@ def test_a_rotating_frame_written_out_is_the_exact_turn():
     names, w = {"coordinates": "x y", "momenta": "px py"}, RNG.uniform(0.2, 0.4)
     old = fa.hamiltonian(V, coordinates="x y", rotation=w)
     new = fa.hamiltonian(f"(px**2 + py**2)/2 + {V} - w*(x*py - y*px)", **names, w=w)
-    assert traits_of(new).terms == {"frame"}
-    assert traits_of(new).row_names == ("x", "y", "px", "py")
+    assert system_of(new).terms == {"frame"}
+    assert system_of(new).row_names == ("x", "y", "px", "py")
     assert new.angular_velocity() == old.angular_velocity()
     squared = fa.hamiltonian(f"((px + w*y)**2 + (py - w*x)**2)/2 - w**2*(x**2 + y**2)/2 + {V}", **names, w=w)
     bent = fa.hamiltonian(f"(px**2 + py**2)/2 + {V} - w*(x*py - y*px) + 1e-9*x*px**2", **names, w=w)
-    assert traits_of(squared).terms == {"frame"}
-    assert traits_of(bent).terms == {"nonseparable"}
+    assert system_of(squared).terms == {"frame"}
+    assert system_of(bent).terms == {"nonseparable"}
     runs = [fa.integrate(model, z0, time=60.0, accuracy=1e-11) for model in (old, new, squared, bent)]
     np.testing.assert_array_equal(runs[0].z, runs[1].z)
     assert (np.abs(runs[2].z - runs[0].z) <= runs[2].error + runs[0].error).all()
@@ -226,7 +226,7 @@ def test_a_rotating_frame_written_out_is_the_exact_turn():
         f"(px**2 + 2*py**2)/2 + {V} - w*(x*py - y*px)",
         f"(px**2 + py**2)/2 + {V} - w*x*(x*py - y*px)",
     ):
-        assert traits_of(fa.hamiltonian(text, **names, w=w)).nonseparable
+        assert system_of(fa.hamiltonian(text, **names, w=w)).nonseparable
 
 
 def test_a_uniform_field_written_out_is_the_exact_turn():
@@ -234,7 +234,7 @@ def test_a_uniform_field_written_out_is_the_exact_turn():
     names, z0 = {"coordinates": "x y z", "momenta": "px py pz"}, RNG.uniform(-0.3, 0.3, (6, 4))
     text = "((px + b*y/2)**2 + (py - b*x/2)**2)/(2*m) + pz**2/2 + k*(x**2 + y**2 + 2*z**2)/2 + x*y*z"
     new = fa.hamiltonian(text, **names, m=m, b=b, k=1.1)
-    assert traits_of(new).terms == {"frame"}
+    assert system_of(new).terms == {"frame"}
     old = fa.hamiltonian("k*(x**2 + y**2 + 2*z**2)/2 + x*y*z", coordinates="x y z", masses=[m, m, 1], magnetic=b, k=1.1)
     runs = [fa.integrate(model, z0, time=30.0, accuracy=1e-11) for model in (old, new)]
     assert (np.abs(runs[1].z - runs[0].z) <= runs[1].error + runs[0].error).all()
@@ -245,7 +245,7 @@ def test_a_driven_one_has_the_orbits_of_its_equations():
     H = fa.hamiltonian(
         "p**2*(1 + x**2)/2 + x**2/2 - e*x*p*cos(w*t)", coordinates="x", momenta="p", period="2*pi/w", e=0.3, w=1.7
     )
-    assert traits_of(H).terms == {"drive", "nonseparable"}
+    assert system_of(H).terms == {"drive", "nonseparable"}
 
     def rates(t, z):
         x, p = z
@@ -452,7 +452,7 @@ def test_a_chain_of_sixteen_degrees_of_freedom_moves_by_its_normal_modes(gauge):
     spring = " + ".join(f"({a} - {b})**2/2" for a, b in zip(["0", *q], [*q, "0"], strict=True))
     kinetic = " + ".join(f"({w} - g*{x}**2)**2/2" if gauge else f"{w}**2/2" for w, x in zip(p, q, strict=True))
     chain = fa.hamiltonian(f"{kinetic} + {spring}", coordinates=q, momenta=p, **({"g": gauge} if gauge else {}))
-    assert traits_of(chain).nonseparable == bool(gauge)
+    assert system_of(chain).nonseparable == bool(gauge)
     x, v = rng.uniform(-0.5, 0.5, (2, n, 3))
     found = fa.integrate(chain, np.concatenate([x, v + gauge * x * x]), time=25.0, accuracy=1e-11)
     k = np.arange(1, n + 1)

@@ -10,7 +10,7 @@ import pytest
 
 import fastaff
 from fastaff import plot
-from fastaff.models.traits import traits_of
+from fastaff.models.mechanics import system_of
 
 matplotlib = pytest.importorskip("matplotlib")
 
@@ -34,7 +34,7 @@ def section_map(orbits=3, crossings=5):
         fastaff.AlphaTurning(),
         fastaff.KAHAN_LI8,
         0.01,
-        traits_of(fastaff.Body(fastaff.Hyperelastic())).row_names,
+        system_of(fastaff.Body(fastaff.Hyperelastic())).row_names,
     )
 
 

@@ -18,8 +18,8 @@ import fastaff as fa
 from fastaff.analysis.orbits.tangent_map import fastest_rates
 from fastaff.base.results import Result
 from fastaff.flows import flow
-from fastaff.flows.motion import inverse_masses
 from fastaff.flows.reaches import escape_radii
+from fastaff.models.mechanics import system_of
 
 HH, BODY, HARMONIC, X, TURN = battery.HH, battery.BODY, battery.HARMONIC, battery.X, battery.TURN
 
@@ -272,7 +272,7 @@ class Chain(NamedTuple):
         return self.force(*both[9:])
 
 
-@pytest.mark.parametrize("scale", [escape_radii, fastest_rates, inverse_masses])
+@pytest.mark.parametrize("scale", [escape_radii, fastest_rates, lambda chain, z: system_of(chain).inverse_masses(z)])
 def test_scales_of_many_rows_know_no_company(scale):
     z = np.random.default_rng(3).normal(size=(18, 50))
     together = scale(Chain(), z)

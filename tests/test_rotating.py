@@ -22,7 +22,7 @@ from fastaff.compile.turning import spare_rows, turn
 from fastaff.jobs import Job, Model, Poincare, Starts, Surface
 from fastaff.jobs.system import described
 from fastaff.models.contracts import Kind
-from fastaff.models.mechanics import energies, slopes, velocities
+from fastaff.models.mechanics import system_of
 from fastaff.schemes.catalogue import KAHAN_LI8, SCHEMES, Splitting
 
 SPLITTINGS = [scheme for scheme in SCHEMES.values() if isinstance(scheme, Splitting)]
@@ -84,7 +84,7 @@ class Bar(NamedTuple):
 def seen(model, z):
     """z as coordinates and velocities in the frame."""
     n = model.degrees_of_freedom
-    return np.concatenate([z[:n], velocities(model, z)])
+    return np.concatenate([z[:n], system_of(model).velocities(z)])
 
 
 def at_rest(omega, t, w):
@@ -148,7 +148,7 @@ def test_splittings_keep_their_order(scheme):
     """
     model, z = three_bodies(), np.array([0.5, 0.0, 0.1, 1.2])
     truth = solve_ivp(
-        lambda t, w: slopes(model, w[:, None])[:, 0], (0, 3), z, method="DOP853", rtol=3e-14, atol=1e-15
+        lambda t, w: system_of(model).slopes(w[:, None])[:, 0], (0, 3), z, method="DOP853", rtol=3e-14, atol=1e-15
     ).y[:, -1]
     longest = {2: 0.02, 4: 0.025}.get(scheme.order, 0.1)
     steps = np.array([longest, longest / 2])
@@ -263,7 +263,7 @@ def test_the_five_points_are_at_rest():
     model, (x, y) = three_bodies(), triangular()[:2]
     places = np.array([*((x, 0.0) for x in POINTS), (x, y), (x, -y)]).T
     z = np.array([*places, -places[1], places[0]])
-    assert np.abs(slopes(model, z)).max() <= 3e-15
+    assert np.abs(system_of(model).slopes(z)).max() <= 3e-15
     for scheme in (None, "dop853", fa.AUTO):
         stay = fa.integrate(model, z[:, 3:], time=300.0, scheme=scheme)
         assert (stay.status == fa.Status.OK).all()
@@ -283,7 +283,7 @@ def test_jacobi_constant_over_a_thousand_periods():
     time = 1000 * 2 * np.pi
     ran = fa.integrate(model, z, time=time, scheme="BLANES_CASAS_ESCORIHUELA8", step=0.01)
     assert (ran.status == fa.Status.OK).all()
-    drift = np.abs(energies(model, ran.z) / energies(model, z) - 1)
+    drift = np.abs(system_of(model).energies(ran.z) / system_of(model).energies(z) - 1)
     assert drift.max() <= 1e-12, drift
 
 
@@ -315,7 +315,7 @@ def test_sections_have_the_crossings_of_scipy():
         assert (found.counts == 4).all()
         for o in range(2):
             truth = solve_ivp(
-                lambda t, w: slopes(model, w[:, None])[:, 0],
+                lambda t, w: system_of(model).slopes(w[:, None])[:, 0],
                 (0, 60),
                 z[:, o],
                 method="DOP853",
@@ -506,7 +506,7 @@ def test_lyapunov_orbits_are_those_of_the_catalogue(name):
     """Found from starts beside them, at the same Jacobi constant: state, period and stability index."""
     x, vy, jacobi, period, index = LYAPUNOV[name]
     model, start = three_bodies(), np.array([x, 0.0, 0.0, vy + x])
-    assert -2 * energies(model, start) == pytest.approx(jacobi, abs=2e-14)
+    assert -2 * system_of(model).energies(start) == pytest.approx(jacobi, abs=2e-14)
     section = fa.Linear((0.0, 1.0, 0.0, 0.0), direction=1 if vy > 0 else -1)
     beside = start + 1e-6 * np.array([1.0, 0.0, -1.0, 0.0])
     found = fa.periodic_orbits(model, beside, section=section, energy=-jacobi / 2)
@@ -541,7 +541,7 @@ def test_a_lyapunov_orbit_is_that_of_a_shooting_by_scipy():
     model, x0 = three_bodies(), POINTS[0] + 0.02
 
     def slope(t, w):
-        return slopes(model, w[:, None])[:, 0]
+        return system_of(model).slopes(w[:, None])[:, 0]
 
     def up(t, w):
         return w[1]
@@ -654,9 +654,9 @@ def test_grids_on_sections_have_their_energy_and_go_their_way(text, direction):
     section = fa.Linear(tuple(float(r == i) for r in range(4)), float(value), direction)
     u, v = np.linspace(-1.2, 1.2, 41), np.linspace(-2, 2, 43)
     grid = fa.energy_grid(model, energy=energy, section=section, axes=(u, v))
-    np.testing.assert_allclose(energies(model, grid.z0), energy, rtol=1e-12)
+    np.testing.assert_allclose(system_of(model).energies(grid.z0), energy, rtol=1e-12)
     np.testing.assert_allclose(grid.z0[i], float(value))
-    assert (direction * velocities(model, grid.z0)[i] >= 0).all()
+    assert (direction * system_of(model).velocities(grid.z0)[i] >= 0).all()
     other, momentum = np.meshgrid(u, v, indexing="ij")
     q = [np.full_like(other, float(value)), other] if i == 0 else [other, np.full_like(other, float(value))]
     room = energy - model.potential_energy(*q) + mass * omega**2 * (q[0] ** 2 + q[1] ** 2) / 2
@@ -668,7 +668,7 @@ def test_grids_on_sections_have_their_energy_and_go_their_way(text, direction):
     inside = np.abs(v[None, :] - edge.centre) < np.interp(u, edge.coordinate, edge.momentum, 0, 0)[:, None]
     assert np.mean(inside == ~grid.forbidden) > 0.985  # but for cells next to the boundary
     sample = fa.energy_sample(model, energy=energy, section=section, orbits=4000, seed=3)
-    np.testing.assert_allclose(energies(model, sample.z0), energy, rtol=1e-12)
+    np.testing.assert_allclose(system_of(model).energies(sample.z0), energy, rtol=1e-12)
     (left, right), (low, high) = edge.axes
     area = np.trapezoid(2 * edge.momentum, edge.coordinate)
     half = np.mean(sample.points[1] > edge.centre), np.mean(np.abs(sample.points[0]) < 0.3)
@@ -686,15 +686,15 @@ def test_launch_sets_without_a_section_turn_too():
     """By name, at rest in the frame, and random points of the whole energy surface."""
     model = deep_bar(0.6)
     grid = fa.energy_grid(model, energy=0.7, axes={"x": np.linspace(-0.5, 0.5, 7)}, solve="p_y", fixed={"y": 0.2})
-    np.testing.assert_allclose(energies(model, grid.z0), 0.7, rtol=1e-12)
-    assert (velocities(model, grid.z0)[1] > 0).all()
+    np.testing.assert_allclose(system_of(model).energies(grid.z0), 0.7, rtol=1e-12)
+    assert (system_of(model).velocities(grid.z0)[1] > 0).all()
     resting = fa.energy_grid(model, energy=0.7, axes={"phi": np.linspace(0, 6, 13)}, at_rest=True)
-    np.testing.assert_allclose(velocities(model, resting.z0), 0.0, atol=1e-14)
-    np.testing.assert_allclose(energies(model, resting.z0), 0.7, rtol=1e-9)
+    np.testing.assert_allclose(system_of(model).velocities(resting.z0), 0.0, atol=1e-14)
+    np.testing.assert_allclose(system_of(model).energies(resting.z0), 0.7, rtol=1e-9)
     sample = fa.energy_sample(model, energy=0.7, orbits=3000, seed=1)
-    np.testing.assert_allclose(energies(model, sample.z0), 0.7, rtol=1e-12)
+    np.testing.assert_allclose(system_of(model).energies(sample.z0), 0.7, rtol=1e-12)
     # uniform in d^2q d^2p delta(E - H): velocities have every direction, wherever
-    v = velocities(model, sample.z0)
+    v = system_of(model).velocities(sample.z0)
     assert abs(np.mean(np.exp(1j * np.arctan2(v[1], v[0])))) < 0.06
 
 
@@ -729,8 +729,8 @@ def test_jobs_and_commands_turn(tmp_path):
     found = results["poincare"]
     assert (found.status == fa.Status.OK).all()
     model = job.plan().body
-    np.testing.assert_allclose(energies(model, found.points[:, 0]), 0.5, atol=1e-9)
-    assert (velocities(model, found.points[:, 0])[0] > 0).all()
+    np.testing.assert_allclose(system_of(model).energies(found.points[:, 0]), 0.5, atol=1e-9)
+    assert (system_of(model).velocities(found.points[:, 0])[0] > 0).all()
 
 
 def test_the_explorer_refuses_what_turns():

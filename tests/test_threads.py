@@ -6,6 +6,8 @@ import gc
 import os
 import random
 import signal
+import subprocess
+import sys
 import threading
 import time
 import traceback
@@ -19,6 +21,7 @@ from comparison import same
 from thorough import TIMES
 
 import fastaff as fa
+from fastaff.base.memory import SETTINGS, keep_freed
 from fastaff.compile import packing
 from fastaff.compile.threads import FEW, Task, _Worker, available_threads, by_portions, settle, works
 from fastaff.flows.options import Options, plan
@@ -39,6 +42,26 @@ def settled(task):
     """Wait until a thread has made it."""
     while not task.ended(10.0):
         pass
+
+
+def test_freed_memory_is_used_again():
+    """The pages of a section's arrays are not new ones in each call, unless the environment says so."""
+    if not keep_freed({}):
+        pytest.skip("no glibc here")
+    code = (
+        "import resource, numpy as np, fastaff as fa\n"
+        "z0 = 0.1*np.random.default_rng(1).standard_normal((4, 64))\n"
+        "def faults():\n"
+        "    before = resource.getrusage(resource.RUSAGE_SELF).ru_minflt\n"
+        "    fa.poincare_map(fa.HenonHeiles(), z0, section='x=0', crossings=400, max_time=4e3, step=0.2, threads=1)\n"
+        "    return resource.getrusage(resource.RUSAGE_SELF).ru_minflt - before\n"
+        "print([faults() for _ in range(4)][-1])\n"
+    )
+    told = {}
+    for name in ("here", *SETTINGS[:1]):
+        kept = {key: value for key, value in os.environ.items() if key not in SETTINGS} | {name: "131072"}
+        told[name] = int(subprocess.run([sys.executable, "-c", code], env=kept, capture_output=True, check=True).stdout)
+    assert told["here"] < 100 < told[SETTINGS[0]]
 
 
 def test_a_task_is_made_once_by_a_thread():

@@ -9,7 +9,7 @@ from scipy.integrate import solve_ivp
 
 import fastaff as fa
 from fastaff.models.contracts import Kind
-from fastaff.models.traits import traits_of
+from fastaff.models.mechanics import system_of
 
 RNG = np.random.default_rng(1865)
 BOTTLE = {"x": "-B*y/2*(1 + (z/L)**2 - (x**2 + y**2)/(4*L**2))", "y": "B*x/2*(1 + (z/L)**2 - (x**2 + y**2)/(4*L**2))"}
@@ -26,7 +26,7 @@ def test_a_uniform_field_in_the_symmetric_gauge_is_that_of_magnetic_to_the_bit(c
     potential = {"x": "-B*y/2", "y": "B*x/2"}
     new = fa.hamiltonian("k*x**2", coordinates=coordinates, vector_potential=potential, B=B, k=k)
     old = fa.hamiltonian("k*x**2", coordinates=coordinates, magnetic="B", B=B, k=k)
-    assert traits_of(new).terms == {"frame"}
+    assert system_of(new).terms == {"frame"}
     z0 = RNG.uniform(-1, 1, (2 * len(coordinates.split()), 5))
     np.testing.assert_array_equal(*(fa.integrate(model, z0, time=20.0).z for model in (new, old)))
 
@@ -34,7 +34,7 @@ def test_a_uniform_field_in_the_symmetric_gauge_is_that_of_magnetic_to_the_bit(c
 def test_a_turning_written_with_momenta_is_a_frame():
     written = "(px**2 + py**2)/(2*m) - w*(x*py - y*px) + x**4"
     model = fa.hamiltonian(written, coordinates="x y", momenta="px py", w=0.3, m=2.0)
-    assert traits_of(model).terms == {"frame"}
+    assert system_of(model).terms == {"frame"}
     assert model.angular_velocity() == 0.3
     for other in ("(px**2 + py**2)/2 - w*(x*py - 2*y*px)", "(px**2 + 2*py**2)/2 - w*(x*py - y*px)"):
         assert fa.hamiltonian(other, coordinates="x y", momenta="px py", w=0.3).kind == Kind.NONSEPARABLE

@@ -39,7 +39,7 @@ class Foreign(NamedTuple):
     names: tuple[str, ...] | None
 
 
-class System(NamedTuple):
+class ForeignSystem(NamedTuple):
     """A system of another tool as a formula.
 
     text: V as a SymPy expression of the coordinates, () where the user names them; parameters: their values by name;

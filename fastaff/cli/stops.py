@@ -158,6 +158,17 @@ class Stops:
             os._exit(EXIT_INTERRUPTED)
 
     @classmethod
+    @contextlib.contextmanager
+    def later(cls) -> Iterator[None]:
+        """Let a signal stop the command after the block, not in the middle of it."""
+        before, cls.holding = cls.holding, True
+        try:
+            yield
+        finally:
+            if not before:
+                cls.release()
+
+    @classmethod
     def release(cls) -> None:
         """Hold nothing from now on: what has arrived meanwhile stops."""
         cls.holding, before = False, cls.arrived

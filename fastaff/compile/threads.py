@@ -19,6 +19,7 @@ from typing import Any
 import numba
 from numba.np.ufunc import parallel
 
+from ..base.memory import keep_freed
 from ..base.numbers import whole
 from .jit import JIT_DISABLED
 
@@ -209,6 +210,7 @@ def settle(tasks: Iterable[Task]) -> None:
 def _tasks(process: int) -> SimpleQueue[Task | None]:
     """Return what the threads of this process take their tasks from; a fork has no threads of its parent's."""
     tasks: SimpleQueue[Task | None] = SimpleQueue()
+    keep_freed()
 
     def work() -> None:
         while (task := tasks.get()) is not None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from ..base.foreign import System
+from ..base.foreign import ForeignSystem
 from ..base.interruption import imported
 
 
@@ -17,6 +17,6 @@ def expression(given: Any) -> Any:
     return found.xreplace({**names, **times})
 
 
-def system(given: Any) -> System:
+def system(given: Any) -> ForeignSystem:
     """Return the formula of an expression; its coordinates and parameters are the user's."""
-    return System(expression(given))
+    return ForeignSystem(expression(given))

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from ..base.foreign import System
+from ..base.foreign import ForeignSystem
 from .gala_formulas import children, formula_of, has_units, left_out, origin
 from .quantities import plain
 from .sums import apart_from, check, parts_of, summed, trial_points
@@ -15,7 +15,7 @@ CUSPED = ("NFWPotential", "PowerLawCutoffPotential", "StonePotential")
 """Those whose formulas divide by zero at the centre, where they are finite."""
 
 
-def system(given: Any) -> System:
+def system(given: Any) -> ForeignSystem:
     """Return the formula of a potential that gala has in symbols, of a sum of these, or of a Hamiltonian of one."""
     frame, potential = getattr(given, "frame", None), getattr(given, "potential", given)
     if not hasattr(potential, "to_sympy"):
@@ -32,7 +32,7 @@ def system(given: Any) -> System:
     points = trial_points(len(dims))
     at = points * potential.units["length"] if has_units(potential) else points
     check(text, dims, parameters, plain(at), plain(potential.energy(at)), left_out(parts))
-    return System(
+    return ForeignSystem(
         text=text,
         coordinates=tuple(dims),
         parameters=parameters,

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from ..base.foreign import System
+from ..base.foreign import ForeignSystem
 from ..base.interruption import imported
 from ..formulas.grammar import parse
 from ..formulas.sympy_bridge import to_sympy
@@ -14,7 +14,7 @@ from .galpy_formulas import CUSPED, FORMULAS
 from .sums import apart_from, check, parts_of, summed, trial_points
 
 
-def system(potential: Any) -> System:
+def system(potential: Any) -> ForeignSystem:
     """Return the formula of a potential of `FORMULAS`, or of a sum or list of them."""
     every = potential if isinstance(potential, list) else [potential]
     for entry in every:
@@ -29,7 +29,7 @@ def system(potential: Any) -> System:
     place = (R, points[2]) if len(dims) == 3 else (R,)
     energies = [sum(entry(*at, phi=angle, use_physical=False) for entry in every) for *at, angle in zip(*place, phi)]
     check(text, dims, parameters, points, np.array(energies, dtype=float))
-    return System(
+    return ForeignSystem(
         text=text,
         coordinates=tuple(dims),
         parameters=parameters,

@@ -10,7 +10,7 @@ import numpy as np
 
 from ..base.numbers import StrPath
 from ..formulas.formula import hamiltonian
-from ..models.mechanics import energies
+from ..models.mechanics import system_of
 
 TEXT = "-(1 - m)/sqrt((x + m)**2 + y**2 + z**2) - m/sqrt((x - 1 + m)**2 + y**2 + z**2)"
 NEEDED = ("x", "y", "z", "vx", "vy", "vz", "jacobi", "period")
@@ -69,7 +69,7 @@ def read_periodic(path: StrPath) -> PeriodicTable:
     model = hamiltonian(TEXT, coordinates="x y z", rotation=1.0, m=mass)
     x, y, z, vx, vy, vz, jacobi, period = columns.values()
     z0 = np.array([x, y, z, vx - y, vy + x, vz])
-    off = jacobi + 2 * energies(model, z0)
+    off = jacobi + 2 * system_of(model).energies(z0)
     if np.minimum(np.abs(off), np.abs(off - mass * (1 - mass))).max(initial=0.0) > SAME:
         raise ValueError(
             f"data must have the Jacobi constants of the states, they differ by up to {np.abs(off).max():.2g}"

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from ..base.numbers import StrPath, numbers, positive
 from ..formulas.formula import hamiltonian
-from ..models.mechanics import energies
+from ..models.mechanics import system_of
 from .three_body_rows import rows_of
 
 TEXT = "-1/sqrt((x1 - x2)**2 + (y1 - y2)**2)" + "".join(f" - m/sqrt((x{k} - x3)**2 + (y{k} - y3)**2)" for k in (1, 2))
@@ -72,7 +72,7 @@ def read_three_bodies(path: StrPath, m3: float = 1.0) -> ThreeBodies:
     v1, v2, period = np.array([row[:3] for row in rows]).T
     found = three_bodies(v1, v2, period, m3)
     scaled = np.array([row[3] if len(row) > 3 else np.nan for row in rows])
-    off = np.abs(found.period * np.abs(energies(found.model, found.z0)) ** 1.5 / scaled - 1)
+    off = np.abs(found.period * np.abs(system_of(found.model).energies(found.z0)) ** 1.5 / scaled - 1)
     if np.nanmax(off, initial=0.0) > SAME:
         raise ValueError(f"path must have scaled periods T |E|^(3/2) of its states, row {np.nanargmax(off)} has not")
     return found

@@ -26,7 +26,7 @@ from ..formulas.formula import formula, hamiltonian
 from ..formulas.grammar import UnknownName
 from ..formulas.mapping import mapping, untried
 from ..formulas.section_text import section_named
-from ..models.traits import traits_of
+from ..models.mechanics import system_of
 from ..schemes.catalogue import scheme_named
 from .parameters import parameter_values, with_parameters
 from .plane import Plane, map_reading, survived
@@ -98,7 +98,7 @@ class Answers:
         self.scheme, self.accuracy = message.get("scheme") or "", float(message.get("accuracy") or 1e-10)
         self.orbits.clear()
         self.section = None
-        names = list(traits_of(self.body).names)
+        names = list(system_of(self.body).names)
         self.post({"type": "ready", "names": names, "parameters": parameter_values(self.body)})
 
     def on_parse(self, message: dict[str, Any]) -> None:
@@ -127,7 +127,8 @@ class Answers:
 
     def on_surface(self, message: dict[str, Any]) -> None:
         """Take a section of an energy surface; answer with the region that it allows."""
-        if traits_of(self.body).iterated:
+        system = system_of(self.body)
+        if system.iterated:
             self.orbits.clear()
             self.section = None
             return self._show_plane(message)
@@ -136,7 +137,7 @@ class Answers:
         (u0, u1), (v0, v1) = edge(self.body, section, **where).axes
         width, height = int(message["width"]), int(message["height"])
         du, dv = MARGIN * (u1 - u0), MARGIN * (v1 - v0)
-        extent = [max(u0 - du, 0.0) if traits_of(self.body).isotropic else u0 - du, u1 + du, v0 - dv, v1 + dv]
+        extent = [max(u0 - du, 0.0) if system.isotropic else u0 - du, u1 + du, v0 - dv, v1 + dv]
         u = extent[0] + (extent[1] - extent[0]) * (np.arange(width) + 0.5) / width
         v = extent[2] + (extent[3] - extent[2]) * (np.arange(height) + 0.5) / height
         first, second = (x.ravel() for x in np.meshgrid(u, v))
@@ -243,7 +244,7 @@ class Answers:
             z = integrate(self.body, z, time=begin, accuracy=self.accuracy).z[:, 0]
         run = integrate(self.body, z, time=end - begin, samples=samples - 1, accuracy=self.accuracy)
         states = np.concatenate([z[None], run.samples[:, :, 0]])
-        if traits_of(self.body).isotropic:
+        if system_of(self.body).isotropic:
             a1, a2, b1, b2 = states[:, :4].T
             phi = np.array([a1 + b1, b2 - a2, a2 + b2, a1 - b1]).T / np.sqrt(2.0)
             states = np.concatenate([phi, states], axis=1)
@@ -254,8 +255,8 @@ class Answers:
         """Return the section coordinates (2, ...) of states (2n, ...)."""
         if isinstance(self.section, Plane):
             return self.section.projected(z)
-        traits = traits_of(self.body)
-        rows = dict(zip(traits.row_names, traits.turned_back(np.array(z))))
+        system = system_of(self.body)
+        rows = dict(zip(system.row_names, system.turned_back(np.array(z))))
         found = [rows[name] if name in rows else chart_row(z, name) for name in self.names]
         return np.array(found)
 
@@ -342,7 +343,7 @@ def _typed(given: dict[str, Any], parameters: dict[str, Any], known: bool = True
     if given["kind"] == "body":
         own: dict[str, Any] = {name: value for name, value in parameters.items() if name != "mu"}
         made = formula(text, mu=parameters.get("mu", 1.0), **own)
-        if not traits_of(made).isotropic:
+        if not system_of(made).isotropic:
             raise ValueError("formula: turning a and b separately changes it, so there are no sections of it")
         return made
     angles = [part.strip() for part in re.split(r"[,;\n]", given.get("angles") or "") if part.strip()]

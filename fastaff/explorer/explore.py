@@ -22,8 +22,8 @@ from ..flows.checks import checked_model, suited_scheme
 from ..flows.needs import check_given
 from ..formulas.section_text import section_forms, section_named
 from ..models.contracts import Dynamics, Section
+from ..models.mechanics import system_of
 from ..models.sections import Stroboscopic
-from ..models.traits import traits_of
 from ..schemes.automatic import cheapest
 from ..schemes.catalogue import Splitting, scheme_named
 from ..schemes.collocation import GAUSS16, Collocation
@@ -156,19 +156,19 @@ def setup_of(
         section = under.plan.section if section is None else section
     chosen = named_body("neo-hookean") if body is None else checked_model(body, needs="a page")
     accuracy, p_eta, p_gamma = positive("accuracy", accuracy), real("p_eta", p_eta), real("p_gamma", p_gamma)
-    if not traits_of(chosen).isotropic and (p_eta or p_gamma):
+    if not system_of(chosen).isotropic and (p_eta or p_gamma):
         raise ValueError(f"p_eta and p_gamma belong to a Body, got {p_eta}, {p_gamma} for {type(chosen).__name__}")
-    systems, schemes, traits = named_systems(), page_schemes(), traits_of(chosen)
+    systems, schemes, system = named_systems(), page_schemes(), system_of(chosen)
     usual = _usual(chosen, systems)
     start: dict[str, Any] = {"p_eta": p_eta, "p_gamma": p_gamma}
-    if traits.iterated:
+    if system.iterated:
         given = {"energy": energy, "section": section, "scheme": scheme}
         given["accuracy"] = None if accuracy == ACCURACY else accuracy
         check_given(chosen, "a time", "a map is iterated as it is", **given)
         start |= plane_record(chosen, fixed, None if under is None else under.grid)
-    elif traits.driven:
+    elif system.driven:
         start |= _strobed(chosen, section, energy=energy, fixed=fixed, background=background)
-    elif not traits.canonical:
+    elif not system.canonical:
         start |= _flowing(chosen, section, fixed, energy=energy, background=background)
     else:
         if fixed is not None:
@@ -180,7 +180,7 @@ def setup_of(
         start.update({name: usual[name] for name in ("p_eta", "p_gamma") if not start[name]})
     start["system"] = "own" if usual is None else usual["name"]
     start["parameters"] = parameter_values(chosen)
-    taken = cheapest(accuracy, True) if traits.iterated else _scheme(scheme, accuracy, chosen)
+    taken = cheapest(accuracy, True) if system.iterated else _scheme(scheme, accuracy, chosen)
     if start["energy"] is not None:
         cut = _section(section, chosen, start)
         start |= section_record(cut, chosen)
@@ -273,7 +273,7 @@ def _section(section: Any, body: Any, start: dict[str, Any]) -> Any:
 def _flowing(model: Any, section: Any, fixed: Any, **given: Any) -> dict[str, Any]:
     """Return where the page of dz/dt = f(z) begins: its section, and where variables beside the plane start."""
     check_given(model, "a page of orbits", **given)
-    names = traits_of(model).names
+    names = system_of(model).names
     cut = f"{names[-1]}=0" if section is None else section
     cut = section_named(cut, model) if isinstance(cut, str) else cut
     starts = checked_names("fixed", () if fixed is None else fixed, "numbers")
@@ -283,13 +283,14 @@ def _flowing(model: Any, section: Any, fixed: Any, **given: Any) -> dict[str, An
 
 def _scheme(scheme: Any, accuracy: float, body: Any) -> Splitting | Collocation:
     """Return the scheme, which must be a splitting that suits the body, or a collocation where none does."""
-    if not traits_of(body).separable:
+    system = system_of(body)
+    if not system.separable:
         taken = GAUSS16 if scheme is None else scheme_named(scheme) if isinstance(scheme, str) else scheme
         if not isinstance(taken, Collocation):
             raise TypeError(f"scheme must be 'GAUSS8' or 'GAUSS16' to run such a system in a page, got {taken!r}")
         return taken
     if scheme is None:
-        return cheapest(accuracy, traits_of(body).quadratic)
+        return cheapest(accuracy, system.quadratic)
     found = scheme_named(scheme) if isinstance(scheme, str) else scheme
     if not isinstance(found, Splitting):
         raise TypeError(f"scheme must be a splitting such as 'KAHAN_LI8' to run in a page, got {found!r}")
@@ -308,30 +309,31 @@ def _points(points: Any) -> list[list[float]] | None:
 
 
 def _title(body: Any) -> str:
-    traits = traits_of(body)
-    if traits.driven:
+    system = system_of(body)
+    if system.driven:
         return "Driven system"
-    if traits.iterated:
+    if system.iterated:
         return "Map of a formula" if hasattr(body, "formula") else type(body).__name__
     if not hasattr(getattr(body, "potential", body), "formula"):
         return type(body).__name__
-    return "Body of a formula" if traits.isotropic else "System of a formula"
+    return "Body of a formula" if system.isotropic else "System of a formula"
 
 
 def _formula(body: Any) -> str:
     """Return what people read of a model: its formula, or its class."""
+    system = system_of(body)
     inner = getattr(body, "potential", body)
     text = getattr(inner, "formula", None)
-    if traits_of(body).driven and isinstance(text, str):
+    if system.driven and isinstance(text, str):
         return f"V = {text}, period {body.period:.6g}"
-    if traits_of(body).iterated:
+    if system.iterated:
         said = (
             "; ".join(part.strip() for part in text.replace("\n", ";").split(";") if part.strip())
             if isinstance(text, str)
             else type(inner).__name__
         )
-        return said if traits_of(body).symplectic else f"{said} (not symplectic)"
-    return f"{'H' if traits_of(body).nonseparable else 'V'} = {text}" if isinstance(text, str) else type(inner).__name__
+        return said if system.symplectic else f"{said} (not symplectic)"
+    return f"{'H' if system.nonseparable else 'V'} = {text}" if isinstance(text, str) else type(inner).__name__
 
 
 def _path(out: Any) -> Path:

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from ..models.angles import AreaTrace, Coordinates2, RVartheta
-from ..models.traits import traits_of
+from ..models.mechanics import system_of
 
 
 def loops_of(body: Any) -> Any:
@@ -15,7 +15,7 @@ def loops_of(body: Any) -> Any:
     angles = getattr(body, "angles", None)
     if angles is not None and hasattr(angles, "signals") and not isinstance(angles, RVartheta):
         return angles
-    return AreaTrace() if traits_of(body).isotropic else Coordinates2()
+    return AreaTrace() if system_of(body).isotropic else Coordinates2()
 
 
 def turns_around(body: Any) -> bool:

@@ -11,8 +11,7 @@ from ..analysis.frequencies.frequency_map import frequency_map
 from ..analysis.sections.islands import rotation_number
 from ..base.status import Status
 from ..models.maps import jacobian
-from ..models.mechanics import inside
-from ..models.traits import traits_of
+from ..models.mechanics import system_of
 from .setup import planes
 
 SIZES = 1e-5 * 10.0 ** (np.arange(45) / 4)
@@ -34,7 +33,7 @@ class Plane(NamedTuple):
     @classmethod
     def of(cls, model: Any, name: str, others: dict[str, float] | None) -> Plane:
         """Return the plane of that name, such as "x,p"; ValueError where the map has none such."""
-        names, known = planes(model), traits_of(model).row_names
+        names, known = planes(model), system_of(model).row_names
         if name not in names:
             raise ValueError(f"the plane must be one of {'; '.join(names)}, got {name}")
         index = names.index(name)
@@ -53,7 +52,7 @@ class Plane(NamedTuple):
         z = np.repeat(self.start[:, None], u.size, axis=1)
         for row, values, period in zip(self.rows, (u, v), self.periods, strict=True):
             z[row] = reduced(values, period)
-        return z, inside(self.model, z)
+        return z, system_of(self.model).inside(z)
 
     def projected(self, z: np.ndarray) -> np.ndarray:
         """Return the coordinates (2, ...) of states (2n, ...), angles in [-T/2, T/2)."""
@@ -84,7 +83,7 @@ class Plane(NamedTuple):
         alive, periods = np.ones(z.shape[1], bool), np.array(self.model.periods())[:, None]
         with np.errstate(all="ignore"):
             for k in range(count):
-                alive &= inside(self.model, z)
+                alive &= system_of(self.model).inside(z)
                 z = np.array(np.broadcast_arrays(*self.model.iterate(*z)))
                 z = np.where(periods > 0, z - periods * np.rint(z / np.where(periods > 0, periods, 1.0)), z)
                 for row, period in zip(self.rows, self.periods, strict=True):

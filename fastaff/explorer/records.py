@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from ..models.angles import Coordinates2
-from ..models.traits import traits_of
+from ..models.mechanics import system_of
 from .javascript import Part, Refused, printed
 from .loops import loops_of, turns_around
 from .parameters import fields_of, numbers_in
@@ -19,12 +19,13 @@ def model_code(body: Any) -> dict[str, Any]:
     the explorer has no sections of, or whose methods have no source, or a construct outside of the whitelist:
     arithmetic, elementary functions of numpy, tuples, assignments, conditions, calls of the model's own methods.
     """
-    if traits_of(body).iterated:
+    system = system_of(body)
+    if system.iterated:
         return _map_code(body)
-    if not traits_of(body).separable:
+    if not system.separable:
         return _equations_code(body)
     n = body.degrees_of_freedom
-    kind = "body" if traits_of(body).isotropic else "driven" if traits_of(body).driven else "plane"
+    kind = "body" if system.isotropic else "driven" if system.driven else "plane"
     if kind == "driven" and n != 2:
         raise Refused(
             f"body must have one coordinate beside its time to be explored; {type(body).__name__} has {n - 1}"
@@ -32,7 +33,7 @@ def model_code(body: Any) -> dict[str, Any]:
     if n != (4 if kind == "body" else 2):
         raise Refused(
             "body must be one with a doubly isotropic potential, or a system of two coordinates, to be explored; "
-            f"{type(body).__name__} has the {n} coordinates {', '.join(traits_of(body).names)}"
+            f"{type(body).__name__} has the {n} coordinates {', '.join(system.names)}"
         )
     q, p, d = ([f"{stem}{i}" for i in range(n)] for stem in "qpd")
     own = Part(body, ())
@@ -46,7 +47,7 @@ def model_code(body: Any) -> dict[str, Any]:
     if kind == "body":
         inner = Part(body.potential, ("potential",))
         wanted += [("V", inner, "value", ["A", "B"]), ("inside", inner, "margin", ["A", "B"])]
-    if hasattr(body, "tangent_force") and traits_of(body).quadratic:
+    if hasattr(body, "tangent_force") and system.quadratic:
         wanted.append(("tangent", own, "tangent_force", [*q, *d]))
     names = [name for name, _ in numbers_in(body, ())]
     methods = {key: printed(part, name, arguments, names) for key, part, name, arguments in wanted}
@@ -73,35 +74,35 @@ def _map_code(model: Any) -> dict[str, Any]:
         ("margin", "margin", rows[:n]),
     )
     methods = {key: printed(own, name, arguments, names) for key, name, arguments in wanted}
-    angles, winds = list(traits_of(model).names), [float(period) > 0 for period in model.periods()]
+    angles, winds = list(system_of(model).names), [float(period) > 0 for period in model.periods()]
     return {"kind": "map", "n": n, "parameters": names, "angles": angles, "winds": winds, "methods": methods}
 
 
 def _equations_code(model: Any) -> dict[str, Any]:
     """Return dz/dt = f(z) as data: rows, whether they are coordinates and momenta with an energy, winds (rows,)."""
-    traits, own, names = traits_of(model), Part(model, ()), [name for name, _ in numbers_in(model, ())]
-    if traits.canonical and traits.n != 2:
+    system, own, names = system_of(model), Part(model, ()), [name for name, _ in numbers_in(model, ())]
+    if system.canonical and system.n != 2:
         raise Refused(
             f"body must have two degrees of freedom, or one beside its time, to be explored; {type(model).__name__} "
-            f"has {traits.moving}"
+            f"has {system.moving}"
         )
-    if not traits.canonical and traits.rows < 3:
-        raise Refused(f"body must have 3 variables or more to have a section, {type(model).__name__} has {traits.rows}")
-    rows = [f"q{r}" for r in range(traits.rows)]
-    wanted = [("rates", "rates", rows), ("tangent", "tangent_rates", [*rows, *(f"d{r}" for r in range(traits.rows))])]
+    if not system.canonical and system.rows < 3:
+        raise Refused(f"body must have 3 variables or more to have a section, {type(model).__name__} has {system.rows}")
+    rows = [f"q{r}" for r in range(system.rows)]
+    wanted = [("rates", "rates", rows), ("tangent", "tangent_rates", [*rows, *(f"d{r}" for r in range(system.rows))])]
     wanted += [("margin", "margin", rows)]
-    wanted += [("energy", "energy", rows)] if traits.canonical else []
+    wanted += [("energy", "energy", rows)] if system.canonical else []
     methods = {key: printed(own, name, arguments, names) for key, name, arguments in wanted}
-    still = {"lines": [], "results": ["0"] * traits.rows}
-    methods["periods"] = printed(own, "periods", [], names) if traits.canonical else still
-    if traits.driven:
+    still = {"lines": [], "results": ["0"] * system.rows}
+    methods["periods"] = printed(own, "periods", [], names) if system.canonical else still
+    if system.driven:
         kept = {"lines": [], "results": ["$period"]}
         methods["period"] = kept if "period" in fields_of(model) else printed(own, "period", [], names)
-    winds = [period > 0 for period in traits.periods] if traits.canonical else []
-    winds += [False] * (traits.rows - len(winds))
-    angles = list(traits.names[: traits.moving]) if traits.canonical else []
-    facts = {"canonical": traits.canonical and not traits.driven, "driven": traits.driven, "winds": winds}
-    n = traits.n if traits.canonical else traits.rows
-    return {"kind": "equations", "n": n, "rows": traits.rows, **facts, "parameters": names, "angles": angles} | {
+    winds = [period > 0 for period in system.periods] if system.canonical else []
+    winds += [False] * (system.rows - len(winds))
+    angles = list(system.names[: system.moving]) if system.canonical else []
+    facts = {"canonical": system.canonical and not system.driven, "driven": system.driven, "winds": winds}
+    n = system.n if system.canonical else system.rows
+    return {"kind": "equations", "n": n, "rows": system.rows, **facts, "parameters": names, "angles": angles} | {
         "methods": methods
     }

@@ -15,8 +15,8 @@ from ..base.numbers import real
 from ..formulas.map_source import MAX_ROWS
 from ..formulas.section_text import EQUALS, TURNING
 from ..jobs.system import described
+from ..models.mechanics import system_of
 from ..models.sections import AngleEquals, Linear
-from ..models.traits import traits_of
 from ..schemes.catalogue import SCHEMES, Splitting
 from ..schemes.collocation import Collocation
 from .parameters import parameter_values
@@ -102,11 +102,11 @@ def named_body(name: str) -> Any:
 
 def system_record(body: Any, name: str, title: str, formula: str, start: dict[str, Any]) -> dict[str, Any]:
     """Return what a page has of a system."""
-    traits = traits_of(body)
-    count = traits.moving if traits.canonical else traits.rows
-    names, momenta = (list(rows[:count]) for rows in (traits.names, traits.row_names[len(traits.names) :]))
-    kind = "map" if traits.iterated or traits.driven else "body" if traits.isotropic else "plane"
-    kind = kind if traits.canonical else "flow"
+    system = system_of(body)
+    count = system.moving if system.canonical else system.rows
+    names, momenta = (list(rows[:count]) for rows in (system.names, system.row_names[len(system.names) :]))
+    kind = "map" if system.iterated or system.driven else "body" if system.isotropic else "plane"
+    kind = kind if system.canonical else "flow"
     sections: Any = BODY_SECTIONS
     if kind != "body":
         sections = [(plane, None) for plane in planes(body)] if kind == "map" else [(f"{q}=c", 0.0) for q in names]
@@ -123,7 +123,7 @@ def system_record(body: Any, name: str, title: str, formula: str, start: dict[st
         "energy": start["energy"],
         "p_eta": start["p_eta"],
         "p_gamma": start["p_gamma"],
-        "driven": traits.driven,
+        "driven": system.driven,
         "phase": start.get("phase"),
         "job": job_record(body),
     }
@@ -131,13 +131,13 @@ def system_record(body: Any, name: str, title: str, formula: str, start: dict[st
 
 def planes(model: Any) -> list[str]:
     """Return the planes of a map that a page has: each coordinate with its momentum."""
-    traits = traits_of(model)
-    return [f"{traits.row_names[k]},{traits.row_names[traits.n + k]}" for k in range(traits.moving)]
+    system = system_of(model)
+    return [f"{system.row_names[k]},{system.row_names[system.n + k]}" for k in range(system.moving)]
 
 
 def plane_record(model: Any, fixed: Any, grid: Any = None) -> dict[str, Any]:
     """Return where the page of a map begins: its plane, that of a grid where there is one, and what other rows are."""
-    rows = traits_of(model).row_names
+    rows = system_of(model).row_names
     given = checked_names("fixed", () if fixed is None else fixed, "numbers")
     others = {named("fixed", name, rows): real(f"fixed[{name!r}]", value) for name, value in given.items()}
     plane = planes(model)[0]
@@ -205,21 +205,21 @@ def section_record(section: Any, body: Any) -> dict[str, Any]:
     """Return name, constant and direction of a section; TypeError for one that the explorer has not."""
     simple = {made: name for name, made in TURNING.items()}
     constant = {made: f"{name}=c" for name, made in EQUALS.items()}
-    kind, traits = type(section), traits_of(body)
-    if traits.isotropic and kind in simple:
+    kind, system = type(section), system_of(body)
+    if system.isotropic and kind in simple:
         return {"section": simple[kind], "constant": None, "direction": int(section.direction)}
-    if traits.isotropic and kind in constant:
+    if system.isotropic and kind in constant:
         return {"section": constant[kind], "constant": float(section.constant), "direction": int(section.direction)}
-    names = traits.names
-    if isinstance(section, (Linear, AngleEquals)) and not traits.isotropic and len(section.normal) == traits.rows:
-        at, places = np.flatnonzero(section.normal), 2 if traits.canonical else traits.rows
+    names = system.names
+    if isinstance(section, (Linear, AngleEquals)) and not system.isotropic and len(section.normal) == system.rows:
+        at, places = np.flatnonzero(section.normal), 2 if system.canonical else system.rows
         if at.size == 1 and at[0] < places and math.isfinite(section.offset):
             factor = float(section.normal[at[0]])
             direction = int(section.direction) * (1 if factor > 0 else -1)
             return {"section": f"{names[at[0]]}=c", "constant": section.offset / factor, "direction": direction}
     takes = (
         "AlphaTurning, BetaTurning, AlphaEquals, BetaEquals, AreaEquals"
-        if traits.isotropic
+        if system.isotropic
         else f"Linear with one coordinate, {' or '.join(f'{name} = c' for name in names)},"
     )
     raise TypeError(f"section must be {takes} for {type(body).__name__}, got {section!r}")

@@ -144,7 +144,7 @@ def noise_of(flow: Flow | TransformedFlow, plan: Steps) -> np.ndarray:
     """Return the rounding errors (orbits,) of the kicks over SPAN radians, were they not amplified."""
     kicks = SPAN / np.maximum(plan.step * plan.motion.rate, 1e-300) * max(flow.scheme.stages, 1)
     noise = NOISE * plan.motion.far * (2.0 * np.ones_like(kicks) if flow.precise else np.sqrt(kicks))
-    return DRIVEN * noise if flow.traits.driven else noise
+    return DRIVEN * noise if flow.system.driven else noise
 
 
 def wear_of(flow: Flow | TransformedFlow, plan: Steps) -> Wear | None:
@@ -176,7 +176,7 @@ def estimated(
     # The first steps are few: where they lead through a core, errors do not fall by the order yet.
     part = share_of(flow, plan) ** np.minimum(phase / SPAN, 1.0)
     noise = noise_of(flow, plan) * np.sqrt(spans)
-    if flow.traits.frame:
+    if flow.system.frame:
         angle = abs(flow.model.angular_velocity()) * phase / np.maximum(plan.motion.rate, 1e-300)
         noise = noise + TURNED * plan.motion.far * angle
     local = np.where(np.isnan(plan.local), apart / (spans * 2.0**order), plan.local)
@@ -208,21 +208,23 @@ def halved(
     flow: Flow | TransformedFlow,
     plan: Steps,
     accuracy: float,
-    run: Callable[[np.ndarray, np.ndarray, Wear | None, Report | None], Any],
-    compare: Callable[[Any, Any, np.ndarray], tuple[np.ndarray, np.ndarray, Any]],
+    run: Callable[[np.ndarray, np.ndarray, Wear | None, Report | None, Any], Any],
+    compare: Callable[[Any, Any, np.ndarray, np.ndarray | None], tuple[np.ndarray, np.ndarray, np.ndarray]],
     keep: Callable[[np.ndarray, Any, np.ndarray, np.ndarray], None],
     drifts: Callable[[Any], np.ndarray],
     orbits: np.ndarray | None = None,
     report: Report | None = None,
 ) -> None:
-    """Run orbits, of these numbers or all, with twice their steps and with these, then those that need it with such
+    """Run orbits, of these numbers or all, with their steps and with twice these, then those that need it with such
     shorter ones as should do.
 
-    run(orbits, step, wear, report) integrates the orbits of that index array, slowed where there is a wear, and returns
-    what has a `status` (orbits,); compare(fine, coarse, orbits) returns distances of states and phases (moments,
-    orbits), and how many times the error of a state counts; keep(orbits, fine, chosen, error) takes over the results
-    numbered `chosen` of a run; drifts(fine) says which orbits (orbits,) lose their energy. Others whose error is too
-    large to be cured, as chaotic ones', or is mostly rounding's are left at that.
+    run(orbits, step, wear, report, fine) integrates the orbits of that index array, slowed where there is a wear, and
+    returns what has a `status` (orbits,): if all that is asked of it is how far it is from the run `fine`, it may end
+    where the two tell nothing of one another. compare(fine, coarse, orbits, weight) returns distances of states and
+    phases (moments, orbits), and how many times the error of a state counts, the weight (moments or 1, orbits), which
+    it need not find again; keep(orbits, fine, chosen, error) takes over the results numbered `chosen` of a run;
+    drifts(fine) says which orbits (orbits,) lose their energy. Others whose error is too large to be cured, as chaotic
+    ones', or is mostly rounding's are left at that.
     Cost: one and a half runs for orbits as expected, half a run more for those whose error is too large, which tells
     what of it is rounding's, and for driven ones.
     """
@@ -230,28 +232,28 @@ def halved(
     with Passes(report) as passes:
         wear = wear_of(flow, plan)
         work = _work(plan.step)
-        more = 0.0 if flow.adaptive else work * (0.5 if flow.traits.driven else AGAIN)
-        coarse = run(orbits, 2 * plan.step, wear, passes.take(work / 2, work + more))
-        fine = run(orbits, plan.step, None, passes.take(work, more))
-        apart, phase, weight = compare(fine, coarse, orbits)
+        more = 0.0 if flow.adaptive else work * (0.5 if flow.system.driven else AGAIN)
+        fine = run(orbits, plan.step, None, passes.take(work, work / 2 + more), None)
+        coarse = run(orbits, 2 * plan.step, wear, passes.take(work / 2, more), fine)
+        apart, phase, weight = compare(fine, coarse, orbits, None)
         error, rounding = (weight * entry for entry in estimated(flow, plan, apart, phase))
         # Of chaotic and driven orbits one distance is too small by chance too often: a run that is not slowed is
         # another.
-        again = ((error.max(axis=0) > accuracy) | flow.traits.driven | drifts(fine)) & (not flow.adaptive)
+        again = ((error.max(axis=0) > accuracy) | flow.system.driven | drifts(fine)) & (not flow.adaptive)
         keep(orbits, fine, np.flatnonzero(~again), error)
         if not again.any():
             return
         orbits, plan, coarse, fine = orbits[again], plan.of(again), coarse.of(again), fine.of(again)
-        worn = None
+        worn, weight = None, weight[:, again]
         for round_ in range(HALVINGS + 1):
             work = _work(plan.step)
             if round_ == 0 and wear is not None:
-                plain = run(orbits, 2 * plan.step, None, passes.take(work / 2, work / 2))
-                worn, coarse = compare(coarse, plain, orbits)[0], plain
+                plain = run(orbits, 2 * plan.step, None, passes.take(work / 2, work / 2), fine)
+                worn, coarse = compare(plain, coarse, orbits, weight)[0], plain
             elif round_ > 0:
-                coarse, fine = fine, run(orbits, plan.step, None, passes.take(work, work / 2))
+                coarse, fine = fine, run(orbits, plan.step, None, passes.take(work, work / 2), None)
                 worn = None if worn is None else np.sqrt(plan.ratio) * worn  # of so many times more kicks
-            apart, phase, weight = compare(fine, coarse, orbits)
+            apart, phase, weight = compare(fine, coarse, orbits, weight)
             worn = None if worn is None else np.where(np.isfinite(worn), worn, apart)
             error, rounding = (weight * entry for entry in estimated(flow, plan, apart, phase, worn))
             factor = shortening(flow, plan, error, rounding, accuracy)
@@ -263,6 +265,7 @@ def halved(
             if not again.any():
                 return
             orbits, plan, fine = orbits[again], plan.of(again).shortened(factor[again]), fine.of(again)
+            weight = weight[:, again]
             worn = None if worn is None else worn[..., again]
 
 

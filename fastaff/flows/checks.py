@@ -14,9 +14,8 @@ from ..charts import Chart
 from ..compile.blocks import is_value, parameters
 from ..formulas.section_text import section_forms
 from ..models.contracts import Autonomous, Map, Model, Nonseparable, Potential, Section
-from ..models.mechanics import kinetic_energies, potential_energies, velocities
+from ..models.mechanics import system_of
 from ..models.sections import Linear, Stroboscopic
-from ..models.traits import traits_of
 from ..schemes.catalogue import SCHEMES, Collocation, Nystrom, RungeKutta, Scheme, Splitting
 from ..schemes.time_transformed import TimeTransformed
 from .needs import check_kind, check_needs
@@ -37,17 +36,17 @@ def checked_model(model: Any, name: str = "body", needs: str = "equations") -> A
     met = _needs_met(model)
     if needs in met:
         return model
-    traits = traits_of(model)
+    system = system_of(model)
     missing = lacking(
         model,
-        Map if traits.iterated else Model if traits.separable else Nonseparable if traits.canonical else Autonomous,
+        Map if system.iterated else Model if system.separable else Nonseparable if system.canonical else Autonomous,
     )
     if isinstance(model, Potential) and missing:
         raise TypeError(f"{name} {shown(model)} is a potential, no model: wrap it, Body({type(model).__name__}(...))")
     if missing:
         raise TypeError(f"{name} {type(model).__name__} has no {', '.join(missing)}")
     check_kind(model, name, needs)
-    body = traits.planar
+    body = system.planar
     if body and not is_value(model.potential):
         raise TypeError(
             f"{name}.potential must be a NamedTuple such as Hyperelastic(C=1.0), got {model.potential!r}"
@@ -67,13 +66,13 @@ def checked_model(model: Any, name: str = "body", needs: str = "equations") -> A
         raise ValueError(f"{name} has a parameter beyond {LARGEST:g}, whose square overflows: {shown(model)}")
     if hasattr(model, "potential") and hasattr(model, "mu") and not model.mu > 0:
         raise ValueError(f"{name}.mu must be positive, got {model.mu!r}")
-    if traits.driven:
+    if system.driven:
         _check_drive(name, model)
     _evaluated(name, model)
-    if traits.frame:
+    if system.frame:
         _check_rate(name, model, "turns", "angular_velocity")
         _check_turning(name, model)
-    if traits.friction:
+    if system.friction:
         _check_rate(name, model, "has friction", "damping_rate")
     met.add(needs)
     return model
@@ -97,14 +96,14 @@ def _check_rate(name: str, model: Any, has: str, method: str) -> None:
 
 def _check_turning(name: str, model: Any) -> None:
     """Refuse a model of a turning frame whose kinetic energy the turning would change."""
-    traits = traits_of(model)
-    n = traits.moving
+    system = system_of(model)
+    n = system.moving
     if n < 2:
         raise ValueError(f"{name} {type(model).__name__} must have two coordinates or more to turn, it has {n}")
-    units = np.eye(traits.n)[:n]
+    units = np.eye(system.n)[:n]
     mass = np.array([np.array(model.velocity(*unit), dtype=np.float64)[:n] for unit in units])
     round_ = mass[0, 0] == mass[1, 1] > 0 and not mass[0, 1:].any() and not mass[1, 2:].any() and not mass[1:, 0].any()
-    if not (traits.quadratic and round_ and not mass[2:, :2].any()):
+    if not (system.quadratic and round_ and not mass[2:, :2].any()):
         raise ValueError(
             f"{name} {type(model).__name__} must have T = (p_x^2 + p_y^2)/2m + ... of its first two coordinates to "
             "turn: equal masses, and quadratic in the momenta"
@@ -113,6 +112,7 @@ def _check_turning(name: str, model: Any) -> None:
 
 def _check_drive(name: str, model: Any) -> None:
     """Refuse a driven model whose last coordinate is not the time, with a period."""
+    system = system_of(model)
     what = f"{name} {type(model).__name__} is driven"
     period = getattr(model, "period", None)
     if not isinstance(period, (int, float, np.number)):
@@ -121,8 +121,8 @@ def _check_drive(name: str, model: Any) -> None:
         raise ValueError(f"{what}: its period must be positive and finite, got {shown(period)}")
     if not hasattr(model, "phase"):
         raise TypeError(f"{what}: it must have phase(t), the time t reduced by whole periods")
-    q, p = _some_point(traits_of(model).n)
-    if not (traits_of(model).moving > 0 and velocities(model, np.array([*q, *p])[:, None])[-1, 0] == 1.0):
+    q, p = _some_point(system.n)
+    if not (system.moving > 0 and system.velocities(np.array([*q, *p])[:, None])[-1, 0] == 1.0):
         raise ValueError(f"{what}: its last coordinate must be the time, whose velocity is 1")
 
 
@@ -145,31 +145,31 @@ def lacking(value: Any, contract: Any) -> list[str]:
 
 def _evaluated(name: str, model: Any) -> None:
     """Refuse a model whose parts do not fit together: each of its methods must give numbers at some point."""
-    traits = traits_of(model)
-    if traits.separable:
+    system = system_of(model)
+    if system.separable:
         for part in (model, getattr(model, "potential", None)):
             _functions(part)
-    q, p = _some_point(traits.n)
-    single, length, each = [], traits.rows, "row"
+    q, p = _some_point(system.n)
+    single, length, each = [], system.rows, "row"
     try:
         with np.errstate(all="ignore"):
-            if traits.iterated:
+            if system.iterated:
                 rows = [model.periods(), model.iterate(*q, *p), model.tangent_iterate(*q, *p, *p, *q)]
-            elif traits.nonseparable:
+            elif system.nonseparable:
                 rows, single = [model.rates(*q, *p), model.tangent_rates(*q, *p, *p, *q)], [model.energy(*q, *p)]
-            elif traits.energetic:
-                rows, length, each = [model.force(*q), model.velocity(*p)], traits.n, "coordinate"
+            elif system.energetic:
+                rows, length, each = [model.force(*q), model.velocity(*p)], system.n, "coordinate"
                 single = [model.potential_energy(*q), model.kinetic_energy(*p)]
             else:
-                if traits.n != (length + 1) // 2:
-                    raise TypeError(f"{length} variables take degrees_of_freedom = {(length + 1) // 2}, got {traits.n}")
+                if system.n != (length + 1) // 2:
+                    raise TypeError(f"{length} variables take degrees_of_freedom = {(length + 1) // 2}, got {system.n}")
                 rows, each = [model.rates(*_some_point(length)[0])], "variable"
-            single.append(model.margin(*_some_point(traits.positions)[0]))
+            single.append(model.margin(*_some_point(system.positions)[0]))
         if any(len(row) != length for row in rows) or any(np.shape(x) != () for row in (single, *rows) for x in row):
             raise TypeError(f"one number for each {each} is needed, and one for energies and the margin")
     except (TypeError, ValueError, AttributeError, ArithmeticError) as problem:
         raise TypeError(f"{name} {shown(model)} does not give numbers ({type(problem).__name__}: {problem})") from None
-    if traits.iterated and not all(np.isfinite(period) and period >= 0 for period in rows[0]):
+    if system.iterated and not all(np.isfinite(period) and period >= 0 for period in rows[0]):
         raise ValueError(f"{name} {shown(model)}: periods must be positive, or 0 for none, got {rows[0]}")
 
 
@@ -189,21 +189,21 @@ def _parameters(name: str, value: Any) -> np.ndarray:
 
 def checked_tangent_model(model: Any, name: str = "body") -> Any:
     """Return `model` if it has what tangent vectors need: `tangent_force`, and a velocity linear in the momenta."""
-    traits = traits_of(checked_model(model, name))
-    if not traits.separable:
-        if not (traits.iterated or hasattr(model, "tangent_rates")):
+    system = system_of(checked_model(model, name))
+    if not system.separable:
+        if not (system.iterated or hasattr(model, "tangent_rates")):
             raise TypeError(f"{name} {type(model).__name__} needs tangent_rates(z..., dz...) for tangent vectors")
         return model
     try:
         with np.errstate(all="ignore"):
-            model.tangent_force(*_some_point(traits.n)[0], *np.ones(traits.n))
+            model.tangent_force(*_some_point(system.n)[0], *np.ones(system.n))
     except AttributeError as problem:
         raise TypeError(
             f"{name} {type(model).__name__} has no second derivatives ({problem}): tangent vectors need "
             "tangent_force(q..., dq...) of a "
             "model, curvatures of a potential, one_variable(value, slope, curvature) of a function"
         ) from None
-    if not traits.quadratic:
+    if not system.quadratic:
         raise ValueError(
             f"{name} {type(model).__name__} must have a velocity linear in the momenta (T quadratic) for tangent "
             "vectors"
@@ -233,7 +233,7 @@ def suited_scheme(scheme: Any, model: Any) -> Any:
     check_needs(model, "forces of the coordinates alone", got=scheme.name, order=scheme.order, argument="body")
     if isinstance(scheme, Nystrom):
         check_needs(model, "accelerations of the coordinates alone", got=scheme.name, argument="body")
-    if not traits_of(model).quadratic:
+    if not system_of(model).quadratic:
         raise ValueError(
             f"scheme {scheme.name} has its order {scheme.order} only where T is quadratic in the momenta, and that of "
             f"body {type(model).__name__} is not: take KAHAN_LI8"
@@ -283,8 +283,8 @@ def checked_section(section: Any, model: Any) -> Any:
         raise ValueError(f"section.direction must be -1, 0 or +1, got {shown(section.direction)}")
     if not np.all(np.isfinite(_parameters("section", section))):
         raise ValueError(f"section has a parameter that is not finite: {section!r}")
-    traits = traits_of(model)
-    rows, normal = traits.rows, getattr(section, "normal", None)
+    system = system_of(model)
+    rows, normal = system.rows, getattr(section, "normal", None)
     try:
         if normal is not None and (len(normal) != rows or not any(normal)):
             raise TypeError
@@ -296,12 +296,12 @@ def checked_section(section: Any, model: Any) -> Any:
             f"the rows of z, and depend on one of them, such as {', '.join(section_forms(model))}"
         ) from None
     if isinstance(section, Stroboscopic):
-        if not traits.driven:
+        if not system.driven:
             raise ValueError(
                 f"section {section!r} is one of driven systems, with a period: {type(model).__name__} takes "
                 f"{', '.join(section_forms(model))}"
             )
-    elif traits.driven:
+    elif system.driven:
         _check_timeless(section, model)
     elif rows % 2 and type(section) is not Linear:
         raise TypeError(f"section must be Linear for an odd number of variables, here {rows}, got {section!r}")
@@ -312,7 +312,7 @@ def _check_timeless(section: Any, model: Any) -> None:
     """Refuse a section whose function changes with the time, which begins again after every period."""
     now = np.linspace(0.7, 1.9, 2 * model.degrees_of_freedom)
     later = now.copy()
-    later[traits_of(model).moving] += 0.3 * model.period
+    later[system_of(model).moving] += 0.3 * model.period
     if section.value(*now) != section.value(*later):
         raise ValueError(
             f"section {section!r} of a driven system must not depend on its time t, but be one of constant t: "
@@ -324,14 +324,14 @@ def phase_points(name: str, z0: Any, model: Any) -> np.ndarray:
     """Return `z0` of shape (2n,) or (2n, orbits) as a fresh float64 array (2n, orbits) inside the model's domain; of a
     flow with an odd number of variables with the idle row below.
     """
-    traits = traits_of(model)
-    rows, z = traits.rows, np.array(numbers(name, z0), order="C")
-    if traits.driven and z.ndim in (1, 2) and z.shape[0] == rows - 2:
+    system = system_of(model)
+    rows, z = system.rows, np.array(numbers(name, z0), order="C")
+    if system.driven and z.ndim in (1, 2) and z.shape[0] == rows - 2:
         z = np.insert(z, [rows // 2 - 1, rows - 2], 0.0, axis=0)  # t = 0 and p_t = 0
     if z.ndim not in (1, 2) or z.shape[0] != rows or z.size == 0:
         raise ValueError(
             f"{name} must have shape ({rows},) or ({rows}, orbits) for {type(model).__name__}, rows "
-            f"{', '.join(traits.names)}{' and their momenta' if traits.canonical else ''}; got shape {z.shape}"
+            f"{', '.join(system.names)}{' and their momenta' if system.canonical else ''}; got shape {z.shape}"
             f"{' (orbits first: transpose it, z0.T)' if z.ndim == 2 and z.shape[1] == rows else ''}"
             f"{f' (a grid: flatten it, z0.reshape({rows}, -1))' if z.ndim > 2 and z.shape[0] == rows else ''}"
         )
@@ -339,10 +339,10 @@ def phase_points(name: str, z0: Any, model: Any) -> np.ndarray:
     bad = np.flatnonzero(~np.isfinite(z).all(axis=0))
     if bad.size:
         raise ValueError(f"{name} must be finite; orbit {bad[0]} is {z[:, bad[0]]} ({bad.size} such orbits)")
-    if traits.driven:
-        z[traits.moving] = model.phase(z[traits.moving])
+    if system.driven:
+        z[system.moving] = model.phase(z[system.moving])
     with np.errstate(all="ignore"):
-        margin = np.broadcast_to(model.margin(*z[: traits.positions]), z.shape[1:])
+        margin = np.broadcast_to(model.margin(*z[: system.positions]), z.shape[1:])
     outside = np.flatnonzero(~(margin > 0))
     if outside.size:
         raise ValueError(
@@ -372,15 +372,16 @@ def energy_drift(model: Any, z: np.ndarray, energy: np.ndarray, scale: np.ndarra
     What rounding of E or of z may make, as where V has a large constant or an orbit rests, does not count; 0 with
     friction.
     """
-    if traits_of(model).friction:
+    system = system_of(model)
+    if system.friction:
         return np.where(np.isfinite(z).all(axis=0), 0.0, np.inf)
     with np.errstate(all="ignore"):
-        T, V = kinetic_energies(model, z), potential_energies(model, z)
+        T, V = system.kinetic_energies(z), system.potential_energies(z)
         drift = np.maximum(np.abs(T + V - energy) - ROUNDING * (T + np.abs(V) + np.abs(energy)), 0.0) / scale
         far = drift > NOTICED
         if far.any():  # next to an equilibrium the last digits of z have more energy than the motion
             near, away = z[:, far], (V - energy + T)[far]
-            noise = [np.abs(potential_energies(model, near * (1 + sign * WALK)) - V[far]) for sign in (-1, 1)]
+            noise = [np.abs(system.potential_energies(near * (1 + sign * WALK)) - V[far]) for sign in (-1, 1)]
             drift[far] = np.minimum(
                 drift[far],
                 np.maximum(np.abs(away) - np.maximum(*noise), 0.0) / np.broadcast_to(scale, drift.shape)[far],

@@ -15,8 +15,7 @@ from ..kernels.adaptive_drive import AdaptiveSteps, run_adaptive
 from ..kernels.crossings import CERTAIN, RECORD
 from ..kernels.drive import FixedSteps, run_along, run_fixed, run_one
 from ..kernels.samples import WEAR_ROWS
-from ..models.mechanics import energies, kinetic_energies, slopes
-from ..models.traits import Traits, traits_of
+from ..models.mechanics import System, system_of
 from ..schemes.catalogue import Collocation, Nystrom, Scheme, Splitting
 from . import observers
 from .ensemble import Ensemble
@@ -58,9 +57,9 @@ class Flow:
     patience = 1
 
     @property
-    def traits(self) -> Traits:
-        """The traits of the model."""
-        return traits_of(self.model)
+    def system(self) -> System:
+        """The model with its traits and mechanics."""
+        return system_of(self.model)
 
     @property
     def adaptive(self) -> bool:
@@ -70,7 +69,7 @@ class Flow:
     @property
     def fixed(self) -> bool:
         """Whether it takes equal steps in time."""
-        return not (self.adaptive or self.traits.iterated)
+        return not (self.adaptive or self.system.iterated)
 
     @property
     def alike(self) -> bool:
@@ -98,7 +97,7 @@ class Flow:
         if deviations is not None:
             whole = np.concatenate([z0[None], deviations]).reshape(1 + self.vectors, 2, n, -1)
             state = np.ascontiguousarray(whole.transpose(1, 0, 2, 3)).reshape(-1, z0.shape[1])
-        started = Ensemble(state, energies(self.model, z0), kinetic_energies(self.model, z0), self.vectors)
+        started = Ensemble(state, self.system.energies(z0), self.system.kinetic_energies(z0), self.vectors)
         started.radius = escape_radii(self.model, z0, started.energy) if radius is None else radius
         started.ahead[:] = self.step if np.isfinite(self.step).all() else self._first_steps(z0)
         return started
@@ -107,10 +106,10 @@ class Flow:
         """Return the first steps (orbits,) of a scheme that controls them: those given, else a hundredth of what z0
         takes to change.
         """
-        size, speed = np.abs(z0).max(axis=0), np.abs(slopes(self.model, z0)).max(axis=0)
+        size, speed = np.abs(z0).max(axis=0), np.abs(self.system.slopes(z0)).max(axis=0)
         guess = np.where(speed > 0, 0.01 * size / np.where(speed > 0, speed, 1.0), 0.01)
         guess = np.where(guess > 0, guess, 1e-6)
-        if self.traits.driven:
+        if self.system.driven:
             guess = np.full_like(guess, 1e-3 * self.model.period)
         return np.where(np.isfinite(self.step), self.step, guess)
 
@@ -178,13 +177,13 @@ class Flow:
         """Return the model's phase points (2n, ...) of rows z of an ensemble: these themselves, a time of theirs within
         its period, without an idle row.
         """
-        if self.traits.driven:
-            z[self.traits.moving] = self.model.phase(z[self.traits.moving])
-        return z[: self.traits.rows]
+        if self.system.driven:
+            z[self.system.moving] = self.model.phase(z[self.system.moving])
+        return z[: self.system.rows]
 
     def section(self, section: Any) -> Any:
         """Return a section of the model as one of the flow's states: itself, or with a 0 for an idle row."""
-        idle = 2 * self.traits.n - self.traits.rows
+        idle = 2 * self.system.n - self.system.rows
         return section._replace(normal=(*section.normal, 0.0)) if idle else section
 
     def trajectory(self, ensemble: Ensemble, time: float, count: int, report: Report | None) -> tuple[np.ndarray, bool]:
@@ -203,7 +202,7 @@ class Flow:
         except KeyboardInterrupt:
             interrupted = True
         self.states(states.transpose(2, 0, 1))
-        return states.transpose(1, 2, 0)[:, : self.traits.rows], interrupted
+        return states.transpose(1, 2, 0)[:, : self.system.rows], interrupted
 
     def sampled(
         self,
@@ -277,7 +276,7 @@ class Flow:
             rtol=self.rtol,
             atol=self.atol,
             own=self.model.degrees_of_freedom,
-            mixed=not self.traits.canonical,
+            mixed=not self.system.canonical,
             cadence=float(time / observations) if observations else 0.0,
             renew=self.vectors > 0,
         )

@@ -13,17 +13,7 @@ from ..compile.jit import LANES
 from ..compile.threads import by_portions
 from ..kernels.averages import scales
 from ..models.maps import jacobian
-from ..models.mechanics import (
-    frame_rate,
-    inverse_masses,
-    kinetic_energies,
-    seen,
-    slopes,
-    tangent_slopes,
-    velocities,
-    without_time,
-)
-from ..models.traits import traits_of
+from ..models.mechanics import System, system_of
 from ..schemes.catalogue import GAUSS8, ITERATION, KAHAN_LI8
 from .flow import Flow
 from .observers import columns
@@ -117,16 +107,17 @@ def natural_rates(model: Any, z: np.ndarray, threads: int = 1) -> np.ndarray:
     """Return the natural angular frequency (orbits,) of each orbit from z (2n, orbits), see `Motion`; of a flow how
     fast its velocity turns at the start.
     """
-    return motion(model, z, threads).rate if traits_of(model).canonical else _turning(model, z)
+    system = system_of(model)
+    return motion(model, z, threads).rate if system.canonical else _turning(system, z)
 
 
-def _turning(model: Any, z: np.ndarray) -> np.ndarray:
+def _turning(system: System, z: np.ndarray) -> np.ndarray:
     """Return |d^2z/dt^2|/|dz/dt| (orbits,) at the start of orbits of a flow, from differences of the rates."""
     with np.errstate(all="ignore"):
-        rates = slopes(model, z)
+        rates = system.slopes(z)
         speed = length(rates)
         shift = NUDGE * np.where(length(z) > 0, length(z), 1.0) / speed
-        change = slopes(model, z + shift * rates) - slopes(model, z - shift * rates)
+        change = system.slopes(z + shift * rates) - system.slopes(z - shift * rates)
         return length(change) / (2 * shift * speed)
 
 
@@ -136,8 +127,9 @@ def motion(model: Any, z: np.ndarray, threads: int = 1) -> Motion:
     The look's step is fitted to what it finds until it is about a fifth of a radian.
     Cost: 64 steps a look, mostly one or two.
     """
-    if traits_of(model).iterated:
-        return _motion_of_map(model, z, threads)
+    system = system_of(model)
+    if system.iterated:
+        return _motion_of_map(system, z, threads)
     n, orbits = z.shape[0] // 2, z.shape[1]
     one, each = np.zeros(orbits), np.zeros((n, orbits))
     found = Motion(one + 1, one.copy(), each, each.copy(), one.copy(), one + 1, one + 1, each + 1)
@@ -147,24 +139,24 @@ def motion(model: Any, z: np.ndarray, threads: int = 1) -> Motion:
         size = _chunk(2 * n, end - at.start)
         for start in range(at.start, end, size):
             part = slice(start, min(start + size, end))
-            for whole, entry in zip(found, _observed(model, np.ascontiguousarray(z[:, part])), strict=True):
+            for whole, entry in zip(found, _observed(system, np.ascontiguousarray(z[:, part])), strict=True):
                 whole[..., part] = entry
 
     by_portions(look, orbits, 2 * n * LOOKS, threads)
     return found
 
 
-def _motion_of_map(model: Any, z: np.ndarray, threads: int) -> Motion:
+def _motion_of_map(system: System, z: np.ndarray, threads: int) -> Motion:
     """Return the scales of a map's orbits: a radian an iterate; of a coordinate half of what LOOKS iterates extend
     over, or its period over 2 pi; of its momentum what makes a circle of that in one iterate, or an angle turn by a
     radian.
     """
-    n, orbits, radius = z.shape[0] // 2, z.shape[1], escape_radii(model, z)
+    n, orbits, radius = z.shape[0] // 2, z.shape[1], escape_radii(system.model, z)
     position, momentum, one = np.empty((n, orbits)), np.empty((n, orbits)), np.ones(orbits)
     each = _chunk(2 * n, orbits)
     for start in range(0, orbits, each):
         part = slice(start, start + each)
-        flow = Flow(model, ITERATION, 1.0, 1e-12, 1e-12, threads)
+        flow = Flow(system.model, ITERATION, 1.0, 1e-12, 1e-12, threads)
         ensemble = flow.ensemble(z[:, part].copy(), radius=radius[part])
         states = flow.sampled(ensemble, LOOKS, time=float(LOOKS))
         begin = z[:, part]
@@ -172,8 +164,8 @@ def _motion_of_map(model: Any, z: np.ndarray, threads: int) -> Motion:
             states = np.concatenate([begin.T[:, None], states], axis=1)
             spread = (np.fmax.reduce(states, axis=1) - np.fmin.reduce(states, axis=1)).T / 2
             moved = np.where(spread > STILL * np.abs(begin), spread, np.abs(begin))
-            M = jacobian(model, begin)
-            for i, period in enumerate(model.periods()[:n]):
+            M = jacobian(system.model, begin)
+            for i, period in enumerate(system.model.periods()[:n]):
                 pull, push = np.abs(M[n + i, i]), np.abs(M[i, n + i])
                 ratio = np.where((pull > 0) & (push > 0), np.sqrt(pull / push), np.where(push > 0, 1 / push, pull))
                 ratio = np.where(np.isfinite(ratio) & (ratio > 0), ratio, 1.0)
@@ -186,21 +178,21 @@ def _motion_of_map(model: Any, z: np.ndarray, threads: int) -> Motion:
     return Motion(one, np.zeros(orbits), position, momentum, radius, one.copy(), one.copy(), never)
 
 
-def _observed(model: Any, z: np.ndarray) -> Motion:
+def _observed(system: System, z: np.ndarray) -> Motion:
     """Look at the orbits with steps that are fitted until they suit."""
     n, orbits = z.shape[0] // 2, z.shape[1]
-    W = inverse_masses(model, z)
-    radius = escape_radii(model, z)
-    rate, stiff = _first_rates(model, z, W, np.where(radius < FARTHEST, radius / ESCAPE, np.inf))
-    turning, drive = frame_rate(model), drive_rate(model)
+    W = system.inverse_masses(z)
+    radius = escape_radii(system.model, z)
+    rate, stiff = _first_rates(system, z, W, np.where(radius < FARTHEST, radius / ESCAPE, np.inf))
+    turning, drive = system.frame_rate, system.drive_rate
     kinetic, step = np.zeros(orbits), PHASE / np.maximum(rate, turning)
     first, gone, todo = rate.copy(), np.zeros(orbits, bool), np.arange(orbits)
-    periods, speed = traits_of(model).periods, np.zeros((n, orbits))
+    periods, speed = system.periods, np.zeros((n, orbits))
     reach, longest = np.abs(z[:n]), PHASES[1] / drive if drive else math.inf
     for round_ in range(ROUNDS):
         step[todo] = np.minimum(step[todo], longest)
-        states, failed = _look(model, np.ascontiguousarray(z[:, todo]), step[todo], radius[todo])
-        now, kinetic[todo] = _measured(model, states, W[:, :, todo])
+        states, failed = _look(system, np.ascontiguousarray(z[:, todo]), step[todo], radius[todo])
+        now, kinetic[todo] = _measured(system, states, W[:, :, todo])
         if any(periods):
             turned = np.fmax.reduce(np.abs(np.diff(states[:n], axis=1)), axis=1) / step[todo]
             speed[:, todo] = np.where(np.isfinite(turned), turned, speed[:, todo])  # none where no step was reached
@@ -227,16 +219,11 @@ def _observed(model: Any, z: np.ndarray) -> Motion:
         rate = np.maximum(rate, FREE * around)
         whole = np.maximum(rate, turning)
         position, momentum = np.sqrt(2 * kinetic * own) / rate, np.sqrt(2 * kinetic / own) * (whole / rate)
-        if traits_of(model).driven:
-            position[-1], momentum[-1], winding[-1] = model.period, kinetic, model.period
+        if system.driven:
+            position[-1], momentum[-1], winding[-1] = system.model.period, kinetic, system.model.period
         far = np.where((position > 0) & np.isfinite(reach), reach / position, 1.0).max(axis=0)
         far, pace = np.maximum(far, 1.0), np.maximum(np.maximum(whole, around), drive)
         return Motion(whole, kinetic, position, momentum=momentum, radius=radius, far=far, pace=pace, winding=winding)
-
-
-def drive_rate(model: Any) -> float:
-    """Return the angular frequency of a model's drive; 0 where it has none."""
-    return 2 * math.pi / float(model.period) if traits_of(model).driven else 0.0
 
 
 def fastest_rates(model: Any, z: np.ndarray, step: Any) -> np.ndarray:
@@ -246,27 +233,28 @@ def fastest_rates(model: Any, z: np.ndarray, step: Any) -> np.ndarray:
     By power iteration on differences of forces over a small part of |q| or of the way of a step, and the rate of a
     turning frame. 0 where it has none.
     """
-    if not traits_of(model).separable:
-        return _linear_rates(model, z)
+    system = system_of(model)
+    if not system.separable:
+        return _linear_rates(system, z)
     n = z.shape[0] // 2
-    q, W = z[:n], inverse_masses(model, z)
+    q, W = z[:n], system.inverse_masses(z)
     with np.errstate(all="ignore"):
-        way = length(_velocity(model, z[n:])) * np.where(np.isfinite(step), step, 0.0)
-        size = NUDGE * np.maximum(length(without_time(model, q)), way)
-        u = without_time(model, np.cos(np.arange(1, n + 1))[:, None] + np.zeros(q.shape))
+        way = length(_velocity(system, z[n:])) * np.where(np.isfinite(step), step, 0.0)
+        size = NUDGE * np.maximum(length(system.without_time(q)), way)
+        u = system.without_time(np.cos(np.arange(1, n + 1))[:, None] + np.zeros(q.shape))
         u = u / length(u)
         for _ in range(ITERATIONS):
-            change = _turned(model, W, q, size * u) / (2 * size)
+            change = _turned(system, W, q, size * u) / (2 * size)
             growth = length(change)
             u = change / np.where(growth > 0, growth, 1.0)
-    return np.sqrt(np.where(np.isfinite(growth), growth, 0.0)) + frame_rate(model)
+    return np.sqrt(np.where(np.isfinite(growth), growth, 0.0)) + system.frame_rate
 
 
-def _look(model: Any, z: np.ndarray, step: np.ndarray, radius: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _look(system: System, z: np.ndarray, step: np.ndarray, radius: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return the starts and the states after each of some steps (2n, 1 + LOOKS, orbits), NaN where not reached, and who
     failed.
     """
-    flow = Flow(model, KAHAN_LI8 if traits_of(model).separable else GAUSS8, step, 1e-12, 1e-12, 1)
+    flow = Flow(system.model, KAHAN_LI8 if system.separable else GAUSS8, step, 1e-12, 1e-12, 1)
     ensemble, samples = flow.ensemble(z.copy(), radius=radius), 1 + LOOKS
     states = np.full((len(z), samples, z.shape[1]), np.nan)
     states[:, 0] = z
@@ -276,30 +264,30 @@ def _look(model: Any, z: np.ndarray, step: np.ndarray, radius: np.ndarray) -> tu
     return states, ensemble.status != Status.OK
 
 
-def _measured(model: Any, z: np.ndarray, W: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _measured(system: System, z: np.ndarray, W: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return the angular frequency and the largest kinetic energy of states z (2n, samples, orbits), over those
     that are finite.
     """
     n, (samples, orbits) = len(z) // 2, z.shape[1:]
     T, rate, largest = np.empty((samples, orbits)), np.empty(orbits), np.empty(orbits)
     with np.errstate(all="ignore"):
-        if not traits_of(model).separable:
-            return _measured_together(model, z)
-        v, p, F = _seen(model, z)
-        T[:] = kinetic_energies(model, np.concatenate([z[:n], p]) if traits_of(model).frame else z)
+        if not system.separable:
+            return _measured_together(system, z)
+        v, p, F = _seen(system, z)
+        T[:] = system.kinetic_energies(np.concatenate([z[:n], p]) if system.frame else z)
         scales(np.ascontiguousarray(W), F, v, p, T, rate, largest)
     return rate, largest
 
 
-def _measured_together(model: Any, z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _measured_together(system: System, z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return the angular frequency and the largest kinetic energy of states z (2n, samples, orbits) of H(q, p).
 
     The frequency is (<p'.q'' - q'.p''>/<2 p.q'>)^(1/2), by the symplectic form of dz/dt and its change: omega of an
     oscillator in any canonical coordinates.
     """
-    n, moving = len(z) // 2, traits_of(model).moving
-    s = slopes(model, z)
-    change = tangent_slopes(model, z, s)
+    n, moving = len(z) // 2, system.moving
+    s = system.slopes(z)
+    change = system.tangent_slopes(z, s)
     (v, f), (dv, df), (_, p) = ((x[:moving], x[n : n + moving]) for x in (s, change, z))
     moved, pulled = total(p * v), total(f * dv - v * df) / 2
     sound = np.isfinite(moved) & np.isfinite(pulled)
@@ -307,11 +295,11 @@ def _measured_together(model: Any, z: np.ndarray) -> tuple[np.ndarray, np.ndarra
     return np.sqrt(total(pulled) / total(moved)), np.abs(moved).max(axis=0) / 2
 
 
-def _linear_rates(model: Any, z: np.ndarray) -> np.ndarray:
+def _linear_rates(system: System, z: np.ndarray) -> np.ndarray:
     """Return the largest size (orbits,) of the eigenvalues of the derivative of dz/dt of H(q, p) at z (2n, orbits); 0
     where it has none.
     """
-    A = np.moveaxis(tangent_slopes(model, z[:, None], np.eye(len(z))[:, :, None]), -1, 0)
+    A = np.moveaxis(system.tangent_slopes(z[:, None], np.eye(len(z))[:, :, None]), -1, 0)
     known = np.isfinite(A).all(axis=(1, 2))
     return np.where(known, np.abs(np.linalg.eigvals(np.where(known[:, None, None], A, 0.0))).max(axis=1), 0.0)
 
@@ -321,27 +309,27 @@ def applied(matrix: np.ndarray, vector: np.ndarray) -> np.ndarray:
     return np.array([total(row * vector) for row in matrix])
 
 
-def _first_rates(model: Any, z: np.ndarray, W: np.ndarray, reach: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _first_rates(system: System, z: np.ndarray, W: np.ndarray, reach: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return angular frequencies to begin with, from the curvature of V along the force or the velocity, and of the
     path, and at least those of a motion over the distance from the origin, or over `reach` (orbits,), inf where
     unknown: at a point where the curvature of V vanishes nothing else tells. And the frequencies of small oscillations
     along a direction of no symmetry, 0 where there are none.
     """
     n = z.shape[0] // 2
-    if not traits_of(model).separable:
-        linear = _linear_rates(model, z)
+    if not system.separable:
+        linear = _linear_rates(system, z)
         return np.where(linear > 0, linear, 1.0), linear
     with np.errstate(all="ignore"):
-        v, p, F = _seen(model, z)
+        v, p, F = _seen(system, z)
         u = applied(W, F)
         distance, momentum, force, speed, pull = (
-            length(x) for x in (*(without_time(model, x) for x in (z[:n], p, F)), v, u)
+            length(x) for x in (*(system.without_time(x) for x in (z[:n], p, F)), v, u)
         )
         odd = np.sqrt(np.abs(np.array([W[i, i] for i in range(n)]))) * (1.0 + 0.618 * np.arange(n))[:, None]
         units = np.array([u / pull, v / speed, odd / length(odd)]).transpose(1, 0, 2)
         path = 0.3 * np.sqrt(force / momentum * pull / speed)
         wide = 0.3 * np.fmax(np.sqrt(pull / np.fmin(np.where(distance > 0, distance, np.inf), reach)), speed / reach)
-        guesses = np.concatenate([[path, wide], _curvatures(model, z, W, units)])
+        guesses = np.concatenate([[path, wide], _curvatures(system, z, W, units)])
     known = np.where(np.isfinite(guesses) & (guesses > 0), guesses, 0.0)
     stiff = known[2:4].max(axis=0)
     path = np.where(
@@ -351,37 +339,37 @@ def _first_rates(model: Any, z: np.ndarray, W: np.ndarray, reach: np.ndarray) ->
     return np.where(best > 0, best, 1.0), known[4]
 
 
-def _curvatures(model: Any, z: np.ndarray, W: np.ndarray, units: np.ndarray) -> np.ndarray:
+def _curvatures(system: System, z: np.ndarray, W: np.ndarray, units: np.ndarray) -> np.ndarray:
     """Return the angular frequencies (directions, orbits) of small oscillations along unit vectors (n, directions,
     orbits), from differences of forces; NaN where none.
     """
     q = z[: len(units), None]
-    size = length(without_time(model, q))
+    size = length(system.without_time(q))
     shift = NUDGE * np.where(size > 0, size, 1.0) * units
     with np.errstate(all="ignore"):
-        return np.sqrt(length(_turned(model, W[:, :, None], q, shift)) / (2 * length(shift)))
+        return np.sqrt(length(_turned(system, W[:, :, None], q, shift)) / (2 * length(shift)))
 
 
-def _turned(model: Any, W: np.ndarray, q: np.ndarray, shift: np.ndarray) -> np.ndarray:
+def _turned(system: System, W: np.ndarray, q: np.ndarray, shift: np.ndarray) -> np.ndarray:
     """Return W times the change of the force (n, ...) from q - shift to q + shift."""
-    above, below = np.moveaxis(_force(model, np.stack([q + shift, q - shift], axis=1)), 1, 0)
+    above, below = np.moveaxis(_force(system, np.stack([q + shift, q - shift], axis=1)), 1, 0)
     return applied(W, above - below)
 
 
-def _seen(model: Any, z: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def _seen(system: System, z: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return velocities, momenta and forces (n, ...) as they are seen in the model's frame."""
     n = z.shape[0] // 2
-    if traits_of(model).frame:
-        return without_time(model, velocities(model, z)), *seen(model, z)
-    return _velocity(model, z[n:]), z[n:], _force(model, z[:n])
+    if system.frame:
+        return system.without_time(system.velocities(z)), *system.seen(z)
+    return _velocity(system, z[n:]), z[n:], _force(system, z[:n])
 
 
-def _force(model: Any, q: np.ndarray) -> np.ndarray:
-    return np.array([row + np.zeros(q.shape[1:]) for row in model.force(*q)])
+def _force(system: System, q: np.ndarray) -> np.ndarray:
+    return np.array([row + np.zeros(q.shape[1:]) for row in system.model.force(*q)])
 
 
-def _velocity(model: Any, p: np.ndarray) -> np.ndarray:
-    return without_time(model, np.array([row + np.zeros(p.shape[1:]) for row in model.velocity(*p)]))
+def _velocity(system: System, p: np.ndarray) -> np.ndarray:
+    return system.without_time(np.array([row + np.zeros(p.shape[1:]) for row in system.model.velocity(*p)]))
 
 
 def typical_rate(model: Any, z: np.ndarray) -> float:

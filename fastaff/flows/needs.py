@@ -6,7 +6,7 @@ from typing import Any
 
 from ..base.numbers import shown
 from ..compile.kinds import KINDS, TERMS, Kind
-from ..models.traits import traits_of
+from ..models.mechanics import system_of
 
 NEEDS: dict[str, frozenset[str]] = {
     "equations": frozenset(),
@@ -99,7 +99,7 @@ def check_needs(model: Any, need: str, **said: Any) -> None:
     numbers and names of its sentence beside the model's.
     """
     for terms, sentence in REFUSALS[need].items():
-        if traits_of(model).terms >= {*terms.split()}:
+        if system_of(model).terms >= {*terms.split()}:
             error = TypeError if need in OF_MODELS else ValueError
             raise error(sentence.format(model=type(model).__name__, **said))
 

@@ -99,7 +99,7 @@ def columns(rows: int, samples: int) -> Observer:
 
 def called_rows(call: Bound, rows: int) -> Observer:
     """Keep the rows that a call gives of the phase point at each observation, see `kernels.samples.CHUNK_ROWS`."""
-    memory = sample_kernels.CHUNK_ROWS.kept + (sample_kernels.CHUNK + 1) * rows
+    memory = sample_kernels.CHUNK_ROWS.kept + sample_kernels.CHUNK * sample_kernels.places(rows) + rows
     return Observer(sample_kernels.called_rows, memory, _Rows(float(rows)), calls=(call,))
 
 

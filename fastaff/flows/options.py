@@ -10,7 +10,7 @@ import numpy as np
 
 from ..base.numbers import numbers, positive, shown
 from ..compile.threads import checked_threads
-from ..models.traits import Traits, traits_of
+from ..models.mechanics import System, system_of
 from ..schemes.automatic import Automatic, Trial, cheapest, fastest, quickest
 from ..schemes.catalogue import DOP853, GAUSS16, ITERATION, KAHAN_LI8, Collocation, RungeKutta
 from ..schemes.time_transformed import TimeTransformed
@@ -129,10 +129,10 @@ def suited(options: Options, model: Any) -> Options:
     scheme = options.scheme
     if isinstance(scheme, (Automatic, TimeTransformed)):
         check_needs(model, "a scheme by energy", got=getattr(scheme, "name", "AUTO"))
-    traits = traits_of(model)
+    system = system_of(model)
     if not (scheme is None or isinstance(scheme, (RungeKutta, Collocation))):
         check_needs(model, "a splitting", got=str(getattr(scheme, "name", scheme)))
-    if traits.canonical:
+    if system.canonical:
         return options
     scheme = DOP853 if scheme is None else scheme
     check_given(model, "an accuracy", accuracy=options.accuracy)
@@ -152,14 +152,14 @@ class Problem(NamedTuple):
     options: Options
 
     @property
-    def traits(self) -> Traits:
-        """The facts about the model."""
-        return traits_of(self.model)
+    def system(self) -> System:
+        """The model with its traits and mechanics."""
+        return system_of(self.model)
 
     def iterates(self, name: str, count: Any) -> float:
         """Return a time: of a map a whole number of iterates, else any positive number."""
         number = positive(name, count)
-        if self.traits.iterated and number != math.floor(number):
+        if self.system.iterated and number != math.floor(number):
             raise ValueError(f"{name} of a map must be a whole number of iterates, got {count!r}")
         return number
 
@@ -209,8 +209,8 @@ def plan(
     ('LEAPFROG', (4, 1))
     """
     z = phase_points("z0", z0, checked_model(model))
-    traits = traits_of(model)
-    if traits.iterated:
+    system = system_of(model)
+    if system.iterated:
         return _iterated(model, z, options)
     options = suited(options, model)
     scheme, step, threads, why = options.scheme, options.step, checked_threads(options.threads), []
@@ -218,15 +218,15 @@ def plan(
         check_needs(model, "a fictitious time", got=scheme.name)
     if scheme is None:
         wanted = options.accuracy or error or ACCURACY
-        scheme = KAHAN_LI8 if traits.separable else GAUSS16
+        scheme = KAHAN_LI8 if system.separable else GAUSS16
         if step is None:
-            split = traits.quadratic and not traits.friction
-            scheme = cheapest(wanted, split) if traits.separable else fastest(wanted)
-            if error is None and traits.separable and split and not traits.frame:
-                scheme = quickest(wanted, traits.driven)
+            split = system.quadratic and not system.friction
+            scheme = cheapest(wanted, split) if system.separable else fastest(wanted)
+            if error is None and system.separable and split and not system.frame:
+                scheme = quickest(wanted, system.driven)
             why.append(f"{scheme.name} for an accuracy of {wanted:.1e}")
     if isinstance(scheme, Automatic):
-        every = transformed and not traits.frame and not traits.driven
+        every = transformed and not system.frame and not system.driven
         chosen = _chosen(model, z, scheme if every else scheme.in_time, options, threads, time)
         scheme, step = chosen.scheme, chosen.step if isinstance(chosen.scheme, TimeTransformed) else None
         why.append(f"{scheme.name} by trial: energy error {chosen.error:.1e}, {chosen.cost:.3g} forces per unit time")
@@ -263,7 +263,7 @@ def _iterated(model: Any, z: np.ndarray, options: Options) -> Plan:
 
 def _chosen(model: Any, z: np.ndarray, scheme: Automatic, options: Options, threads: int, time: float | None) -> Trial:
     """Return what an automatic scheme chooses for a run over `time`."""
-    scheme = scheme.suited(traits_of(model).quadratic)
+    scheme = scheme.suited(system_of(model).quadratic)
     tried = trials_in_time(model, z, scheme, options.rtol, options.atol, threads, time)
     for candidate in scheme.candidates:
         if isinstance(candidate, TimeTransformed):

@@ -12,8 +12,7 @@ from ..compile.blocks import model_block, parameters
 from ..compile.jit import LANES
 from ..compile.packing import run_units
 from ..kernels import escape
-from ..models.mechanics import energies, least_energies, slopes, turning_mass
-from ..models.traits import traits_of
+from ..models.mechanics import system_of
 
 FARTHEST, ESCAPE = 1e150, 1e6
 """Distance whose square is still a number; escape radius in units of the orbit's own size."""
@@ -28,9 +27,10 @@ def escape_radii(model: Any, z: np.ndarray, energy: np.ndarray | None = None) ->
     nor the zero of V. Orbits of a map end where they are no longer finite, and no distance counts: a start near a fixed
     point says nothing of the size; nor do coordinates of H(q, p), which may be angles that wind.
     """
-    if not traits_of(model).separable:
+    system = system_of(model)
+    if not system.separable:
         return np.full(z.shape[1], FARTHEST)
-    limit = energies(model, z) if energy is None else energy
+    limit = system.energies(z) if energy is None else energy
     with np.errstate(all="ignore"):
         reach = _reaches(model, z, limit)
     return np.where(reach > 0, np.minimum(ESCAPE * reach, FARTHEST), FARTHEST)
@@ -40,13 +40,13 @@ def _reaches(model: Any, z: np.ndarray, limit: np.ndarray) -> np.ndarray:
     """Return the distances from the origin (orbits,), or of turning points, to two digits, of orbits from z with these
     energies.
     """
-    traits = traits_of(model)
-    n, total, orbits = traits.moving, traits.n, z.shape[1]
-    speeds, centrifugal = slopes(model, z), 0.0
-    if traits.driven:  # the line goes through the potential of one moment
+    system = system_of(model)
+    n, total, orbits = system.moving, system.n, z.shape[1]
+    speeds, centrifugal = system.slopes(z), 0.0
+    if system.driven:  # the line goes through the potential of one moment
         limit, speeds = limit - z[-1], np.concatenate([speeds[:n], speeds[n + 1 : -1]])
-    if traits.frame:
-        centrifugal = 0.5 * turning_mass(model) * float(model.angular_velocity()) ** 2
+    if system.frame:
+        centrifugal = 0.5 * system.turning_mass * float(model.angular_velocity()) ** 2
     q, distances = np.ascontiguousarray(z[:total]), _distances()
     size, along = length(q[:n]), np.zeros((total, orbits))
     unit = np.where(size > 0, size, 1.0)
@@ -69,7 +69,7 @@ def _reaches(model: Any, z: np.ndarray, limit: np.ndarray) -> np.ndarray:
     if near.size:  # the turns of an orbit that starts next to the origin may lie beyond what its distance tells
         centred, own = np.array(z[:, near]), limit[near]
         centred[:n] = 0.0
-        far = _reaches(model, centred, own + (z[-1, near] if traits.driven else 0.0))
+        far = _reaches(model, centred, own + (z[-1, near] if system.driven else 0.0))
         reach[near] = np.where(far > 10.0 ** escape.OWN[1] * reach[near], far, reach[near])
     return reach
 
@@ -103,7 +103,7 @@ def _find_turns(
 
     def below(number: np.ndarray, way: float) -> np.ndarray:
         place = q + distances[np.clip(number, 0, distances.size - 1)] * (way * along)
-        return least_energies(model, place) <= limit
+        return system_of(model).least_energies(place) <= limit
 
     for side, way in enumerate((1.0, -1.0)):
         last, inside = turn[side], np.zeros(begin.size, bool)

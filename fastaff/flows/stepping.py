@@ -12,7 +12,6 @@ from ..compile.packing import Packed
 from ..compile.pointers import address
 from ..kernels.collocation import collocate
 from ..kernels.stepping import Blocks, Coefficients, runge_kutta
-from ..models.traits import traits_of
 from ..schemes.catalogue import Collocation, Nystrom, Scheme, Splitting
 
 
@@ -71,10 +70,10 @@ def _spare(flow: Any) -> int:
     """Return the rows that blocks of states need besides: those of the rotations of drifts, of the friction of kicks,
     or of the forces of stages.
     """
-    traits, scheme = traits_of(flow.model), flow.scheme
+    system, scheme = flow.system, flow.scheme
     if isinstance(scheme, Nystrom):
         n = flow.model.degrees_of_freedom
         return nystrom.spare_rows(n, n * (1 + flow.vectors), scheme.stages)
-    if traits.friction:
+    if system.friction:
         return damping.spare_rows(scheme.kick_array.size)
-    return turning.spare_rows(scheme.drift_array.size) if traits.frame else 0
+    return turning.spare_rows(scheme.drift_array.size) if system.frame else 0

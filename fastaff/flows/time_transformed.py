@@ -13,9 +13,8 @@ from ..base.numbers import fits
 from ..base.status import Status
 from ..kernels.crossings import LOCATED, NOTHING, RECORD
 from ..kernels.time_levels import ROWS
-from ..models.mechanics import energies, potential_energies
+from ..models.mechanics import System, system_of
 from ..models.sections import Linear
-from ..models.traits import Traits
 from ..schemes.catalogue import DOP853
 from ..schemes.time_transformed import (
     Algebraic,
@@ -70,9 +69,9 @@ class TransformedFlow:
         return self.flow.model
 
     @property
-    def traits(self) -> Traits:
-        """The traits of the transformed model."""
-        return self.flow.traits
+    def system(self) -> System:
+        """The transformed model with its traits and mechanics."""
+        return self.flow.system
 
     @property
     def threads(self) -> int:
@@ -111,7 +110,7 @@ class TransformedFlow:
 
     def ensemble(self, z0: np.ndarray, radius: np.ndarray | None = None) -> Ensemble:
         """Start orbits from phase points z0 (2n, orbits) of the model; radius: see `Flow.ensemble`."""
-        started = self.flow.ensemble(lifted(z0, energies(self.original, z0)), radius=radius)
+        started = self.flow.ensemble(lifted(z0, system_of(self.original).energies(z0)), radius=radius)
         started.radius = np.hypot(started.radius, OVERSHOOT)
         return started
 
@@ -206,7 +205,7 @@ def prepared(
     """
     _check_rate(model, scheme, z)
     if scheme.rate is not None and step is not None:
-        pace = float(np.median(scheme.rate.at(potential_energies(model, z))))
+        pace = float(np.median(scheme.rate.at(system_of(model).potential_energies(z))))
         return _flow(time, model, scheme, step, pace, threads), math.nan, math.nan
     sample = sample_of(model, z, 20, time, threads)
     rate, bottom, top = survey(sample)
@@ -234,7 +233,7 @@ def _check_rate(model: Any, scheme: TimeTransformed, z: np.ndarray) -> None:
     """Raise ValueError unless the rate is a positive number at the starts."""
     if scheme.rate is None:
         return
-    V = potential_energies(model, z)
+    V = system_of(model).potential_energies(z)
     try:
         with np.errstate(all="ignore"):
             g = np.asarray(scheme.rate.at(V), dtype=np.float64)
@@ -285,7 +284,7 @@ def survey(sample: Sample) -> tuple[float, float, float]:
     ensemble = flow.ensemble(z.copy())
     states = flow.sampled(ensemble, LOOKS, time=sample.span).reshape(-1, len(z)).T
     states = np.concatenate([z, states[:, np.isfinite(states).all(axis=0)]], axis=1)
-    V = potential_energies(model, states)
+    V = system_of(model).potential_energies(states)
     return typical_rate(model, states), float(np.nanmin(V)), float(np.max(ensemble.energy))
 
 

@@ -9,13 +9,12 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..base.status import Status
-from ..models.mechanics import energies
 from ..schemes.automatic import TRIAL_ORBITS, Automatic, Trial, spread, trial_rounds
 from ..schemes.catalogue import DOP853, Nystrom, RungeKutta, Splitting
 from . import observers
 from .checks import energy_drift
 from .flow import Flow, no_memory
-from .motion import Motion, drive_rate, typical_rate
+from .motion import Motion, typical_rate
 
 SPAN, SAMPLES = 16.0, 4
 """Radians of each orbit's motion over which trial steps are compared, and moments at which they are."""
@@ -195,7 +194,7 @@ def try_steps(flow: Flow, sample: Sample, error: float) -> tuple[Flow, float]:
     The errors are those at the ends of rounds; where none of the steps gets there the one of least error is taken.
     """
     best, least, k = math.inf, math.inf, 0
-    rate = max(typical_rate(flow.model, sample.z), drive_rate(flow.model))
+    rate = max(typical_rate(flow.model, sample.z), flow.system.drive_rate)
     while k < sample.most:
         step = trial_step(k, rate)
         worst, _ = _run_trial(replace(flow, step=step), sample)
@@ -222,7 +221,7 @@ def following_step(k: int, worst: float, error: float, order: int) -> int:
 
 def _run_trial(flow: Flow, sample: Sample) -> tuple[float, float]:
     """Return the largest of the energy errors at the ends of rounds, and the mean number of steps in one."""
-    energy, z, errors, steps = energies(flow.model, sample.z), sample.z, [], 0.0
+    energy, z, errors, steps = flow.system.energies(sample.z), sample.z, [], 0.0
     kinetic = np.zeros(z.shape[1])
     for _ in range(sample.rounds):
         ensemble = flow.ensemble(z.copy())

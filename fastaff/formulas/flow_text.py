@@ -10,6 +10,7 @@ from ..base.numbers import real, shown
 from ..models.contracts import WrittenFlow
 from .arguments import text_of
 from .equations import split
+from .forced import equations as equations_of
 from .formula import Text
 from .grammar import checked_name
 from .library import Request, generated_class
@@ -19,7 +20,9 @@ LENGTH = 2000
 """Characters of a text, at most, and of each equation that is an expression."""
 
 
-def flow(text: Text, /, *, domain: str | None = None, **parameters: float) -> WrittenFlow:
+def flow(
+    text: Text, /, *, domain: str | None = None, forces: Mapping[str, str] | None = None, **parameters: float
+) -> WrittenFlow:
     """Make an autonomous system dz/dt = f(z) from equations written as text; the derivatives are exact.
 
     Parameters
@@ -27,9 +30,14 @@ def flow(text: Text, /, *, domain: str | None = None, **parameters: float) -> Wr
     text : str, or dict or sequence of pairs
         One equation for each variable, x' = ... or dx/dt = ..., separated by semicolons or line breaks: 1 to 16
         variables, right-hand sides in the grammar of `formula`. Or the variables with their right-hand sides as
-        expressions of SymPy or of heyoka, {x: ...} or [(x, ...), ...]; par[0] of heyoka is the parameter par_0.
+        expressions of SymPy or of heyoka, {x: ...} or [(x, ...), ...]; par[0] of heyoka is the parameter par_0. Or a
+        model that `hamiltonian` made, a named system H(q, p), or a `formula` of D1 and D2, whose flow has the rows q, p
+        (those of a body its stretches, D1 D2 p_D1 p_D2).
     domain : str, optional
-        Formula that is positive inside the domain of the system.
+        Formula that is positive inside the domain of the system (default of a model: its own).
+    forces : dict of str, optional
+        Of a model: forces beside its own, by coordinate, {"x": "f*cos(w*t) - g*p_x"}. Of the time they may have
+        cos(w*t) and sin(w*t), which become two further rows, `cosine` and `sine`, that run round a circle.
     **parameters : float
         Value of each parameter, by name. Parameters stay run-time values.
 
@@ -62,7 +70,14 @@ def flow(text: Text, /, *, domain: str | None = None, **parameters: float) -> Wr
     >>> lorenz = fa.flow("x' = s*(y - x); y' = x*(r - z) - y; z' = x*y - b*z", s=10.0, r=28.0, b=8 / 3)
     >>> lorenz.coordinates, lorenz.rates(1.0, 1.0, 1.0)
     (('x', 'y', 'z'), (-0.0, 26.0, -1.6666666666666665))
+    >>> sheet = fa.formula("gent", G=1.0, Jm=4.0, K=2.0)
+    >>> pulled = fa.flow(sheet, forces={"D1": "f*cos(w*t) - g*p_D1", "D2": "-g*p_D2"}, f=0.1, g=0.1, w=1.2)
+    >>> pulled.coordinates
+    ('D1', 'D2', 'p_D1', 'p_D2', 'cosine', 'sine')
     """
+    if forces is not None or hasattr(text, "degrees_of_freedom"):
+        text, own, parameters = equations_of(text, forces or {}, parameters)
+        domain = domain or own
     written, length = _written(text)
     equations = split(written)
     names: list[str] = []

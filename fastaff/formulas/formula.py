@@ -8,15 +8,15 @@ from typing import Any, cast
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..base.foreign import System, read_by
+from ..base.foreign import ForeignSystem, read_by
 from ..base.numbers import positive, real, shown
 from ..models import Body
 from ..models.contracts import WrittenModel, WrittenNonseparable
-from ..models.mechanics import slopes
+from ..models.mechanics import system_of
 from .arguments import checked_names, inertia_of, masses_of, text_of, values_of
 from .drive import period_of
 from .grammar import TIME, parse
-from .hints import hinted, no_terms_of_motion
+from .hints import PULLED, hinted, no_terms_of_motion
 from .laws import written_out
 from .library import Request, generated_class
 from .map_source import period_texts
@@ -228,7 +228,7 @@ def hamiltonian(
         written, momenta, inside = _charged(written, vector_potential, names, masses, others, (parameters, period))
         masses, length = None, _SYMPY_LENGTH
     if friction is not None and any(entry is not None for entry in (rotation, magnetic, period)):
-        raise ValueError("friction does not go with rotation, magnetic or period: write dz/dt = f(z) as fa.flow")
+        raise ValueError("friction does not go with rotation, magnetic or period: " + PULLED)
     conjugate = () if momenta is None else _momenta(momenta, names, masses, rotation, magnetic, friction)
     values = values_of(parameters, (*names, *conjugate, *([] if period is None else [TIME]))) | inside
     weights = () if masses is None else masses_of(masses, len(names))
@@ -252,7 +252,7 @@ def hamiltonian(
     return _of_periods(_class(request, values, length)(*values.values(), *weights))
 
 
-def _taken(given: System, coordinates: Any, beside: dict[str, Any], parameters: dict[str, float]) -> Any:
+def _taken(given: ForeignSystem, coordinates: Any, beside: dict[str, Any], parameters: dict[str, float]) -> Any:
     """Return the system of another tool, with what is given beside it."""
     if given.coordinates and coordinates not in ("x y", " ".join(given.coordinates), given.coordinates):
         raise ValueError(
@@ -332,9 +332,7 @@ def _momenta(momenta: Any, names: tuple[str, ...], *others: Any) -> tuple[str, .
         if entry is not None:
             raise ValueError(f"{name} does not go with momenta in the text: write the whole of H(q, p)")
     if others[-1] is not None:
-        raise ValueError(
-            "friction does not go with momenta in the text, where it is no part of H: write dz/dt = f(z) as fa.flow"
-        )
+        raise ValueError("friction does not go with momenta in the text, where it is no part of H: " + PULLED)
     found = checked_names("momenta", momenta, names)
     if len(found) != len(names):
         raise ValueError(
@@ -348,10 +346,10 @@ def _of_periods(model: Any) -> Any:
     periods = np.array(model.periods(), dtype=float)[:, None] if hasattr(model, "periods") else np.zeros((1, 1))
     if not (np.isfinite(periods) & (periods >= 0)).all():
         raise ValueError(f"periods must be positive, got {periods[:, 0].tolist()}")
-    random = np.random.default_rng(5)
+    random, slopes = np.random.default_rng(5), system_of(model).slopes
     z = random.uniform(-1, 1, (2 * model.degrees_of_freedom, TRIED)) * np.where(periods > 0, periods / 2, 1.5)
     for row in np.flatnonzero(periods[:, 0] > 0):
-        here, there = slopes(model, z), slopes(model, z + periods * (np.arange(len(periods)) == row)[:, None])
+        here, there = slopes(z), slopes(z + periods * (np.arange(len(periods)) == row)[:, None])
         with np.errstate(all="ignore"):  # where they are infinite
             off = np.abs(here - there) > SAME * (np.abs(here) + np.abs(there) + np.abs(here).max(axis=0))
         if off.any():

@@ -11,6 +11,9 @@ from ..models.body import FREE, TERMS
 from .arguments import checked_names
 from .grammar import TIME, UnknownName
 
+PULLED = "make the model without them, then flow(model, forces={'x': 'f*cos(w*t) - g*p_x'}, ...)"
+"""Said where a model is to have friction beside what it does not go with."""
+
 P = ParamSpec("P")
 R = TypeVar("R")
 

@@ -6,6 +6,7 @@ import re
 from typing import Any
 
 from ..base.names import named, spelled
+from ..models.mechanics import system_of
 from ..models.sections import (
     AlphaEquals,
     AlphaTurning,
@@ -16,7 +17,6 @@ from ..models.sections import (
     Linear,
     Stroboscopic,
 )
-from ..models.traits import traits_of
 from .number import number
 
 TURNING: dict[str, Any] = {"alpha-turning": AlphaTurning, "beta-turning": BetaTurning}
@@ -26,17 +26,17 @@ EQUALS: dict[str, Any] = {"alpha": AlphaEquals, "beta": BetaEquals, "area": Area
 
 def section_forms(model: Any) -> tuple[str, ...]:
     """Return the texts that stand for sections of a model, with c for a number."""
-    traits = traits_of(model)
-    coordinates = tuple(f"{name}=c" for name in traits.names)
-    if not traits.planar:
+    system = system_of(model)
+    coordinates = tuple(f"{name}=c" for name in system.names)
+    if not system.planar:
         return coordinates
-    return (*TURNING, *(f"{name}=c" for name in EQUALS), *(() if traits.isotropic else coordinates))
+    return (*TURNING, *(f"{name}=c" for name in EQUALS), *(() if system.isotropic else coordinates))
 
 
 def section_named(text: str, model: Any, direction: int = 1, *, argument: str = "section") -> Any:
     """Return the section of a model that a text stands for. Raises ValueError with the forms that there are."""
-    forms, traits = section_forms(model), traits_of(model)
-    text = VANISHING.get(re.sub(r"\s", "", text).lower(), text) if traits.planar else text
+    forms, system = section_forms(model), system_of(model)
+    text = VANISHING.get(re.sub(r"\s", "", text).lower(), text) if system.planar else text
     name, equals, constant = text.partition("=")
     form = named(argument, f"{name.strip()}=c" if equals else name.strip(), forms)
     if not equals:
@@ -45,14 +45,14 @@ def section_named(text: str, model: Any, direction: int = 1, *, argument: str = 
     if not constant.strip():
         raise ValueError(f"{argument} {form} needs a number for c, such as {name}=0.2, got {text!r}")
     value = number(f"{argument} {form}: c", constant)
-    if traits.planar and name in EQUALS:
+    if system.planar and name in EQUALS:
         return EQUALS[name](value, direction)
-    row = traits.names.index(name)
-    if traits.driven and row == traits.moving:
+    row = system.names.index(name)
+    if system.driven and row == system.moving:
         return Stroboscopic(value)
-    normal = tuple(float(k == row) for k in range(traits.rows))
-    if not traits.iterated and traits.periods[row : row + 1] > (0.0,):
-        return AngleEquals(normal, value, traits.periods[row], direction)
+    normal = tuple(float(k == row) for k in range(system.rows))
+    if not system.iterated and system.periods[row : row + 1] > (0.0,):
+        return AngleEquals(normal, value, system.periods[row], direction)
     return Linear(normal, value, direction)
 
 
@@ -74,15 +74,15 @@ def canonical(text: str) -> str:
 
 def section_in_words(section: Any, model: Any) -> str:
     """Return the text that stands for a section, its repr where none does."""
-    traits = traits_of(model)
+    system = system_of(model)
     for name, kind in {**TURNING, **EQUALS}.items():
         if type(section) is kind:
             return f"{name}={section.constant:g}" if hasattr(section, "constant") else name
-    if type(section) is Stroboscopic and traits.driven:
-        return f"{traits.names[traits.moving]}={section.phase:g}"
+    if type(section) is Stroboscopic and system.driven:
+        return f"{system.names[system.moving]}={section.phase:g}"
     rows = [k for k, entry in enumerate(getattr(section, "normal", ())) if entry]
-    if type(section) in (Linear, AngleEquals) and len(rows) == 1 and rows[0] < len(traits.names):
-        return f"{traits.names[rows[0]]}={section.offset / section.normal[rows[0]]:g}"
+    if type(section) in (Linear, AngleEquals) and len(rows) == 1 and rows[0] < len(system.names):
+        return f"{system.names[rows[0]]}={section.offset / section.normal[rows[0]]:g}"
     return repr(section)
 
 

@@ -17,8 +17,8 @@ from ..analysis.tori.action_angles import action_angles
 from ..base.names import named, spelled
 from ..base.numbers import nonnegative, positive, whole
 from ..flows.motion import typical_rate
+from ..models.mechanics import system_of
 from ..models.sections import Stroboscopic
-from ..models.traits import traits_of
 from ..schemes.catalogue import SCHEMES, VERNER9
 from .wording import Wrong, option
 
@@ -53,7 +53,7 @@ class Run:
 
     def build(self, body: Any = None) -> dict[str, Any]:
         """Return the options of the library's functions; of a map it has threads alone."""
-        if body is not None and traits_of(body).iterated:
+        if body is not None and system_of(body).iterated:
             return {"threads": self.threads}
         accuracy = {} if self.accuracy is None else {"accuracy": positive("accuracy", self.accuracy)}
         return {**accuracy, "scheme": self.scheme_value(), "step": self.step, "threads": self.threads}
@@ -109,7 +109,7 @@ class Poincare:
         time = self.max_time
         if isinstance(few.section, Stroboscopic) and time is not None:
             raise Wrong.of("{max_time} does not go with a section of constant t: its crossings are a period apart")
-        if isinstance(few.section, Stroboscopic) or traits_of(few.body).iterated:
+        if isinstance(few.section, Stroboscopic) or system_of(few.body).iterated:
             return {"crossings": self.crossings}
         if time is None:
             pace = return_times(*few, run.build())
@@ -120,7 +120,7 @@ class Poincare:
 
     def compute(self, orbits: Orbits, settled: dict[str, Any], run: Run, report: Any = None) -> Any:
         """Return the SectionMap of orbits."""
-        if isinstance(orbits.section, Stroboscopic) or traits_of(orbits.body).iterated:  # which take no time
+        if isinstance(orbits.section, Stroboscopic) or system_of(orbits.body).iterated:  # which take no time
             settled = {"crossings": settled["crossings"]}
         how = {**settled, **run.build(orbits.body)}
         return poincare_map(orbits.body, orbits.z0, section=orbits.section, report=report, **how)
@@ -279,7 +279,7 @@ TRIAL = 64
 def return_times(body: Any, section: Any, z0: np.ndarray, choices: dict[str, Any]) -> np.ndarray:
     """Return the mean time between crossings of each of a few orbits, NaN where there are none."""
     few = np.ascontiguousarray(z0[:, :: -(-z0.shape[1] // TRIAL)])
-    if isinstance(section, Stroboscopic) or traits_of(body).iterated:
+    if isinstance(section, Stroboscopic) or system_of(body).iterated:
         return np.full(few.shape[1], 1.0 if section is None else float(body.period))
     loose = {name: value for name, value in choices.items() if name != "accuracy"}
     found = poincare_map(body, few, section=section, crossings=16, max_time=300.0 / typical_rate(body, few), **loose)
@@ -296,7 +296,7 @@ def enough_time(pace: np.ndarray, section: Any, crossings: int) -> float:
 
 def median_return(few: Orbits, choices: dict[str, Any]) -> float:
     """Return the median time of return to the section."""
-    if few.section is None and not traits_of(few.body).iterated:
+    if few.section is None and not system_of(few.body).iterated:
         raise Wrong.of("{periods} needs a section; give {time}")
     pace = return_times(*few, choices)
     if np.isnan(pace).all():

@@ -19,7 +19,7 @@ from ..base.short_forms import starts_of
 from ..flows.checks import checked_model, phase_points
 from ..flows.needs import check_given
 from ..formulas.number import number
-from ..models.traits import traits_of
+from ..models.mechanics import system_of
 from .analyses import ANALYSES, TRIAL, Actions, Analysis, Chaos, Frequencies, Motion, Orbits, Poincare, Run
 from .launch import Launch, Points, Starts, some
 from .scans import Cases, Scan, ScanOfChaos
@@ -38,7 +38,7 @@ class Plan(NamedTuple):
     @property
     def rows(self) -> tuple[str, ...]:
         """Names of the rows of a point: coordinates, or the parameters of a scan."""
-        return getattr(self.launch, "names", None) or traits_of(self.body).row_names
+        return getattr(self.launch, "names", None) or system_of(self.body).row_names
 
     def few(self) -> Orbits:
         """Return orbits for a trial, spread over the launch set."""
@@ -131,8 +131,8 @@ class Job:
     def plan(self) -> Plan:
         """Return system, section, launch set and analyses; raises ValueError or TypeError for parts that do not fit."""
         body = self.model.build() if isinstance(self.model, Model) else self.model
-        traits = traits_of(body)
-        if traits.iterated:
+        system = system_of(body)
+        if system.iterated:
             self._check_map(body)
         if self.scan is not None:
             return self._scan(body, self.scan)
@@ -144,10 +144,10 @@ class Job:
             needed |= not self.starts.by_name or (self.chaos_map is not None and self.chaos_map.time is None)
             return Plan(body, section if needed else None, launch, self.analyses())
         z0 = self.starts.read() if isinstance(self.starts, Starts) else numbers("starts", self.starts)
-        if traits.driven and z0.shape[0] == 2 * traits.moving and z0.size:
+        if system.driven and z0.shape[0] == 2 * system.moving and z0.size:
             z0 = phase_points("starts", z0, body)  # at t = 0
-        if z0.shape[0] != traits.rows or not z0.shape[1]:
-            raise ValueError(f"starts must be phase points ({traits.rows}, orbits), got {z0.shape}")
+        if z0.shape[0] != system.rows or not z0.shape[1]:
+            raise ValueError(f"starts must be phase points ({system.rows}, orbits), got {z0.shape}")
         section = self.surface.section_of(body) if needed else None
         return Plan(body, section, Points(z0), self.analyses())
 

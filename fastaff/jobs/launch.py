@@ -17,7 +17,7 @@ from ..analysis.sections.section_edge import edge as section_edge
 from ..base.names import pairs
 from ..base.numbers import fits
 from ..formulas.number import number
-from ..models.traits import traits_of
+from ..models.mechanics import system_of
 from .flags import axis_of, cells_of, flags_of_axes, range_of
 from .system import Surface
 from .wording import Wrong, option, respelled
@@ -90,7 +90,7 @@ class Starts:
             fits(option("orbits"), self.orbits, itemsize=1)
         if self.seed < 0:
             raise Wrong(f"{option('seed')} must be at least 0, got {self.seed}")
-        if self.by_name or section is None or not traits_of(body).conserves or not on_section(body, section):
+        if self.by_name or section is None or not system_of(body).conserves or not on_section(body, section):
             return self._by_name(body, section, surface)
         cells = cells_of(self.grid or default)
         fits(option("grid"), *cells, itemsize=1)
@@ -132,7 +132,7 @@ class Starts:
             raise Wrong(f"give {option('microcanonical')} or {other}, not both")
         if self.microcanonical and self.orbits is None:
             raise Wrong.of("{microcanonical} needs {orbits}, how many are drawn")
-        free = not traits_of(body).conserves
+        free = not system_of(body).conserves
         here = None if free or self.microcanonical or self.at_rest or self.solve is not None else section
         sign = -1 if surface.direction == "-1" and (self.solve is not None) else 1
         given = pairs(option("fixed"), self.fixed or (), "VALUE")

@@ -15,7 +15,7 @@ from ..analysis.sections.energy_sample import energy_sample
 from ..base.names import named
 from ..base.numbers import portion
 from ..formulas.number import number
-from ..models.traits import traits_of
+from ..models.mechanics import system_of
 from .analyses import Chaos, Orbits, Run
 from .launch import Starts
 from .system import Surface
@@ -49,7 +49,7 @@ class Scan:
     def parsed(self, body: Any) -> list[Scanned]:
         """Return the parameters with their values; refuse names that are none of the body or its energy surface."""
         axes = scanned(self.axes)
-        planar = traits_of(body).isotropic
+        planar = system_of(body).isotropic
         own = getattr(body, "potential", body)._fields
         names = ("energy", *(PLANES if planar else ()), *own, *(("mu",) if planar else ()))
         for axis in axes:

@@ -17,7 +17,7 @@ from ..formulas.library import Request
 from ..formulas.map_source import MapRequest
 from ..formulas.number import number
 from ..formulas.section_text import canonical, section_forms, section_named
-from ..models.traits import traits_of
+from ..models.mechanics import system_of
 from .wording import Wrong, option, respelled
 
 MODELS = {
@@ -256,8 +256,8 @@ class Surface:
 
     def build(self, body: Any) -> Any:
         """Return the section; refuse an energy that is not given. A map has neither."""
-        traits = traits_of(body)
-        if traits.iterated:
+        system = system_of(body)
+        if system.iterated:
             check_given(
                 body,
                 "a time",
@@ -265,11 +265,11 @@ class Surface:
                 **{option(name): getattr(self, name) for name in ("energy", "section")},
             )
             return None
-        if not traits.conserves:
+        if not system.conserves:
             if self.energy is not None:
                 raise Wrong.of("{energy} is for systems that keep one: those of {flow} and {friction} do not")
             return self.section_of(body)
-        if traits.driven:
+        if system.driven:
             raise Wrong.of("{file} is required: the starts of a driven system, rows of coordinates and momenta")
         if self.energy is None:
             raise Wrong.of("{energy} is required: the energy of every orbit, for example {energy} 1.5")
@@ -282,12 +282,12 @@ class Surface:
 
     def section_of(self, body: Any) -> Any:
         """Return the section, None of a map."""
-        traits = traits_of(body)
-        if traits.iterated:
+        system = system_of(body)
+        if system.iterated:
             return None
         if self.direction not in ("+1", "1", "-1", "0", "+0"):
             raise Wrong(f"{option('direction')} must be +1, -1 or 0, got {self.direction}")
-        own = section_forms(body)[traits.moving if traits.driven else 0]  # of a driven system, a constant time
+        own = section_forms(body)[system.moving if system.driven else 0]  # of a driven system, a constant time
         text = self.section or own.replace("=c", "=0")
         return section_named(text, body, int(self.direction), argument=option("section"))
 
@@ -300,7 +300,7 @@ def described(value: Any) -> Model | None:
     """Return the options that build this model, None where none do."""
     import fastaff
 
-    inner, traits = getattr(value, "potential", value), traits_of(value)
+    inner, system = getattr(value, "potential", value), system_of(value)
     mu = float(getattr(value, "mu", 1.0)) if inner is not value else 1.0
     fields: dict[str, Any] = (
         {name: float(entry) for name, entry in zip(inner._fields, inner)} if hasattr(inner, "_fields") else {}
@@ -313,18 +313,18 @@ def described(value: Any) -> Model | None:
         rotation, magnetic, friction = (repr(fields.pop(name)) if how == name else how for name, how in rates.items())
         parameter = [f"{name}={entry!r}" for name, entry in fields.items()] or None
         domain = getattr(inner, "domain", None)
-        if traits.iterated:
+        if system.iterated:
             rows = (*value.coordinates, *value.momenta)
             angles = [f"{name}={text}" for name, text in zip(rows, MapRequest(*value._request).periods) if text]
             more: dict[str, Any] = {"angles": angles or None, "parameter": parameter, "domain": domain}
             found = Model(map=text, coordinates=" ".join(value.coordinates), **more)
-        elif not traits.canonical:
+        elif not system.canonical:
             found = Model(flow=text, parameter=parameter, domain=domain)
         elif inner is not value:
             found = Model(formula=text, parameter=parameter, domain=domain, mu=mu)
         else:
-            coordinates, period = " ".join(value.coordinates[: traits.moving]), None
-            if traits.driven:
+            coordinates, period = " ".join(value.coordinates[: system.moving]), None
+            if system.driven:
                 said = fields.pop("period", None)
                 period = Request(*value._request).period if said is None else repr(said)
                 parameter = [f"{name}={entry!r}" for name, entry in fields.items()] or None

@@ -20,7 +20,8 @@ class Record(NamedTuple):
     """Columns of a record: time, kind, lower and upper fractional step, the first one of the state.
 
     Certain crossings begin at 0: the section function at the upper end stands where others have the lower one. Once
-    located, the section function stands there.
+    located, the section function stands there. Before a record is written the times between which the crossing of
+    another run is the same may stand in it.
     """
 
     time: int = 0
@@ -30,6 +31,8 @@ class Record(NamedTuple):
     state: int = 4
     beyond: int = 2
     residual: int = 2
+    earliest: int = 2
+    latest: int = 3
 
 
 RECORD = Record()
@@ -49,9 +52,13 @@ start.
 """
 
 
+PARTED = np.inf
+"""Number of certain crossings of an orbit that is done because it has parted from another run."""
+
+
 class Rows(NamedTuple):
     """Rows of observer memory: section function now, one and two steps ago; times one and two steps ago; records
-    written, certain crossings among them; whether there is news; the first one of the state a step ago.
+    written, certain crossings among them, or PARTED; whether there is news; the first one of the state a step ago.
     """
 
     now: int = 0
@@ -97,8 +104,8 @@ def has_news(most, earlier, before, now):
 def detect(value, calls, lanes, orbit, fresh, t, z, memory, out, done):
     """Observer: record sign changes of the section function, which the call gives, and extrema near zero.
 
-    memory (ROWS.state + rows)*LANES. An orbit is done when value.wanted certain crossings are found or the record is
-    full. Returns how many lanes became done.
+    memory (ROWS.state + rows)*LANES. An orbit is done when value.wanted certain crossings are found, the record is full
+    or it has parted from another run. Returns how many lanes became done.
     """
     rows = int(value.rows)
     call_value(calls, 0, lanes, z, row(memory, ROWS.now))
@@ -160,6 +167,12 @@ def write_records(value, rows, i, o, seen, times, state, memory, out):
     if not (crossed or _dips(earlier, before, now, t1 - t2, t - t1)):
         return False
     slot = int(memory[ROWS.written * LANES + i])
+    if crossed:
+        # Suspected pairs may be crossings, so that this one is at most that of the slot, without such ones just that.
+        sure, c = memory[ROWS.certain * LANES + i] == slot, slot * width
+        if t1 > out[o, c + RECORD.latest] or (sure and t < out[o, c + RECORD.earliest]):
+            memory[ROWS.certain * LANES + i] = PARTED
+            return True
     first, last = (CERTAIN, CERTAIN) if crossed else (LOWER, UPPER)
     if crossed and abs(before) == BARELY:
         first, last = RETURN, RETURN

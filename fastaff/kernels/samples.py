@@ -163,26 +163,38 @@ CHUNK_ROWS = ChunkRows()
 
 
 @jit
+def places(rows):
+    """Return the rows of memory between two values of a row that are kept: an odd number, or those of a chunk would
+    share few places of the cache.
+    """
+    return rows + 1 - rows % 2
+
+
+@jit
 def keep_values(rows, lanes, fresh, memory, made, kept, out):
     """Keep the rows of made in each fresh lane; write full chunks to out (1, numbers): each row of an orbit after the
     other.
     """
     taken, lengths = row(memory, CHUNK_ROWS.taken), row(memory, CHUNK_ROWS.length)
-    start, numbers, full = row(memory, CHUNK_ROWS.start), out[0], 0
-    alike, slot = True, int(taken[0]) % CHUNK
+    start, numbers = row(memory, CHUNK_ROWS.start), out[0]
+    slot, apart, full, width = int(taken[0]) % CHUNK, 0, 0, places(rows) * LANES
     for i in range(lanes):
-        alike = alike and fresh[i] > 0.0 and int(taken[i]) % CHUNK == slot
-    if alike:
+        chunks = taken[i] / CHUNK
+        apart += 1 if (chunks - np.floor(chunks)) * CHUNK != slot else 0
+        apart += 1 if fresh[i] != 1.0 else 0
+    if apart == 0:
         for k in range(rows * LANES):
-            kept[slot * (rows * LANES) + k] = made[k]
+            kept[slot * width + k] = made[k]
+    else:
+        for i in range(lanes):
+            place = int(taken[i]) % CHUNK * width + i
+            for r in range(rows if fresh[i] > 0.0 else 0):
+                kept[place + r * LANES] = made[r * LANES + i]
     for i in range(lanes):
-        if fresh[i] > 0.0:
-            if not alike:
-                place = int(taken[i]) % CHUNK * (rows * LANES) + i
-                for r in range(rows):
-                    kept[place + r * LANES] = made[r * LANES + i]
-            taken[i] += 1.0
-            full += 1 if int(taken[i]) % CHUNK == 0 or taken[i] == lengths[i] else 0
+        taken[i] += fresh[i]
+        chunks = taken[i] / CHUNK
+        full += 1 if chunks == np.floor(chunks) else 0
+        full += 1 if taken[i] == lengths[i] else 0
     if full == 0:
         return
     for r in range(rows):  # before lanes: neighbours in a line of a cache are read one after the other
@@ -190,16 +202,21 @@ def keep_values(rows, lanes, fresh, memory, made, kept, out):
             n, length = int(taken[i]), int(lengths[i])
             if fresh[i] > 0.0 and (n % CHUNK == 0 or n == length) and n <= length:
                 done = (n - 1) // CHUNK * CHUNK
-                first = int(start[i]) + r * length + done
-                for s in range(n - done):
-                    numbers[first + s] = kept[(s * rows + r) * LANES + i]
+                first, own = int(start[i]) + r * length + done, r * LANES + i
+                if n - done == CHUNK:
+                    part = numbers[first : first + CHUNK]
+                    for s in range(CHUNK):
+                        part[s] = kept[s * width + own]
+                else:
+                    for s in range(n - done):
+                        numbers[first + s] = kept[s * width + own]
 
 
 @jit(inline=True)
 def called_rows(value, calls, lanes, orbit, fresh, t, z, memory, out, done):
     """Observer: write the rows that the call gives at each observation."""
     kept, rows = memory[CHUNK_ROWS.kept * LANES :], int(value.rows)
-    made = kept[CHUNK * rows * LANES :]
+    made = kept[CHUNK * places(rows) * LANES :]
     call_value(calls, 0, lanes, z, made)
     keep_values(rows, lanes, fresh, memory, made, kept, out)
     return 0

@@ -11,8 +11,8 @@ from .angles import AreaTrace, Coordinates2
 TERMS = ("friction", "period", "damping", "forcing", "drive")
 FREE = (
     "a body has no friction and no drive: write V of its stretches as hamiltonian(..., friction=0.1) or "
-    "hamiltonian(..., period=6.28) or, with both, dz/dt = f(z) as flow(\"x' = p; p' = ... - g*p + f*c; c' = -w*s; "
-    "s' = w*c\"), where c and s run round with the drive"
+    "hamiltonian(..., period=6.28) or, with both, flow(formula(...), forces={'D1': 'f*cos(w*t) - g*p_D1', "
+    "'D2': '-g*p_D2'}, f=0.1, g=0.1, w=1.0)"
 )
 """Said where a body is to be damped or driven."""
 

@@ -9,7 +9,7 @@ import numpy as np
 from ..base.numbers import real
 from .angles import Coordinates2
 from .body import Body
-from .traits import traits_of
+from .mechanics import system_of
 
 
 class ReducedBody(NamedTuple):
@@ -159,7 +159,7 @@ def reduced(body: Body, *, p_eta: float, p_gamma: float) -> ReducedBody:
     >>> model.coordinates
     ('alpha', 'beta')
     """
-    if not traits_of(body).isotropic:
+    if not system_of(body).isotropic:
         raise TypeError(
             f"body must be a Body, whose potential depends on alpha and beta alone, got {body!r} "
             f"({type(body).__name__})"

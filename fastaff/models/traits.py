@@ -9,7 +9,6 @@ from typing import Any
 
 import numpy as np
 
-from ..base.identity import by_identity
 from ..compile.kinds import term, terms_of, winding_of
 from . import maps
 
@@ -159,9 +158,3 @@ class Traits:
         if kept.sum() < count // 64 or not same or not linear.all():
             return False, False
         return True, bool((np.linalg.eigvalsh(np.moveaxis(W[..., kept], 2, 0)) > 0).all())
-
-
-@by_identity
-def traits_of(model: Any) -> Traits:
-    """Return the traits of a model."""
-    return Traits(model)

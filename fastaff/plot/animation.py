@@ -19,8 +19,7 @@ from ..base.placing import placed
 from ..base.status import Status
 from ..charts import CARTESIAN
 from ..models.contracts import Model
-from ..models.mechanics import energies, inside, least_energies
-from ..models.traits import traits_of
+from ..models.mechanics import system_of
 from .sections import words
 from .style import ACCENT, DARK, GREY, PALE, styled, symbol
 
@@ -206,7 +205,7 @@ def _points(model: Any, states: np.ndarray, times: np.ndarray, heads: list[str],
     panels = []
     for k, ax in enumerate(axes):
         z = states[0, :, k]
-        energy = float(energies(model, z))
+        energy = float(system_of(model).energies(z))
         low = float(np.min(V, where=np.isfinite(V), initial=np.inf))
         if energy > low:
             ax.contour(x, y, V, levels=np.linspace(low, energy, 8)[1:-1], colors="0.82", linewidths=0.7)
@@ -218,11 +217,11 @@ def _points(model: Any, states: np.ndarray, times: np.ndarray, heads: list[str],
 
 def _wells(model: Any, q: np.ndarray) -> np.ndarray:
     """Return the least energy over places q (2, ...), NaN where there is none or it is not known."""
-    traits = traits_of(model)
+    system = system_of(model)
     with np.errstate(all="ignore"):
-        if traits.separable:
-            return np.where(inside(model, np.concatenate([q, 0 * q])), least_energies(model, q), np.nan)
-        if not traits.ellipsoidal:
+        if system.separable:
+            return np.where(system.inside(np.concatenate([q, 0 * q])), system.least_energies(q), np.nan)
+        if not system.ellipsoidal:
             return np.full(q.shape[1:], np.nan)
         V = Momenta.of(model).floor(q)
         return np.where(np.isfinite(V), V, np.nan)

@@ -14,9 +14,8 @@ from ..base.status import Status
 from ..charts import ALPHA_BETA, Chart
 from ..flows.checks import checked_chart
 from ..flows.coordinates import chart_row
-from ..models.mechanics import energies, kinetic_energies
+from ..models.mechanics import system_of
 from ..models.sections import AngleEquals, BetaEquals, BetaTurning, Linear
-from ..models.traits import traits_of
 from .colour_bars import colour_bar, plain_numbers
 from .density import DENSE, draw_density
 from .picking import carry
@@ -121,9 +120,10 @@ def _own_edge(found: Any) -> Edge:
             f"boundary=True needs the call that made the map, with a model of the package: {instead}"
         ) from None
     starts = np.reshape(np.asarray(z0, dtype=np.float64), (len(z0), -1))
-    own: dict[str, Any] = {"energy": energies(body, starts)}
-    size = kinetic_energies(body, starts).max()
-    if traits_of(body).isotropic:
+    system = system_of(body)
+    own: dict[str, Any] = {"energy": system.energies(starts)}
+    size = system.kinetic_energies(starts).max()
+    if system.isotropic:
         own |= {name: chart_row(starts, name) for name in ("p_eta", "p_gamma")}
     one: dict[str, Any] = {name: float(np.median(row)) for name, row in own.items()}
     for name, row in own.items():

@@ -14,7 +14,7 @@ from fastaff.explorer.page import script, worker_text
 from fastaff.explorer.parameters import parameter_values
 from fastaff.explorer.records import model_code
 from fastaff.explorer.setup import frames, scheme_record, section_record
-from fastaff.models.traits import traits_of
+from fastaff.models.mechanics import system_of
 
 NODE = shutil.which("node")
 needs_node = pytest.mark.skipif(NODE is None, reason="there is no node here to run the page's engine")
@@ -105,7 +105,7 @@ def crossings(heard, orbit=1):
 
 def own_points(found, body, section):
     """The section coordinates (2, crossings) of the first orbit of a SectionMap, as the page has them."""
-    if not traits_of(body).isotropic:
+    if not system_of(body).isotropic:
         other = 1 - int(np.flatnonzero(section.normal)[0])
         return found.points[[other, 2 + other], :, 0]
     alpha = type(section).__name__.startswith("Beta")

@@ -9,8 +9,8 @@ import fastaff as fa
 from fastaff.explorer.explore import setup_of
 from fastaff.explorer.records import model_code
 from fastaff.jobs import Job
+from fastaff.models.mechanics import system_of
 from fastaff.models.sections import Stroboscopic
-from fastaff.models.traits import traits_of
 from fastaff.schemes import BLANES_CASAS_ESCORIHUELA8, KAHAN_LI8
 
 assert browser  # the fixture of the pages of sections
@@ -24,13 +24,13 @@ MATHIEU = fa.hamiltonian("(a - 2*q*cos(2*t))*x**2/2", coordinates="x", a=1.7, q=
 def told(model, scheme=BLANES_CASAS_ESCORIHUELA8, accuracy=1e-12):
     """The first message to the worker of a driven system."""
     message = system_message(model, accuracy, scheme)
-    message["system"] |= {"coordinates": ["x"], "momenta": [traits_of(model).row_names[2]]}
+    message["system"] |= {"coordinates": ["x"], "momenta": [system_of(model).row_names[2]]}
     message["frame"] = setup_of(model)[0]["frames"]["1"]
     return message
 
 
 def strobed(model, phase=0.0):
-    section = ",".join(["x", traits_of(model).row_names[2]])
+    section = ",".join(["x", system_of(model).row_names[2]])
     return {"type": "surface", "section": section, "energy": None, "phase": phase, "width": 12, "height": 9}
 
 

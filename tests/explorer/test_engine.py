@@ -35,7 +35,7 @@ from fastaff.explorer.parameters import parameter_values
 from fastaff.explorer.records import model_code
 from fastaff.explorer.setup import NAMED, named_body
 from fastaff.formulas.grammar import parse
-from fastaff.models.traits import traits_of
+from fastaff.models.mechanics import system_of
 
 RNG = np.random.default_rng(1515)
 FUNCTIONS = {name: getattr(math, name) for name in ("sqrt", "exp", "log", "sin", "cos", "tan", "sinh", "cosh", "tanh")}
@@ -231,7 +231,7 @@ def check_values(codes, bodies, tolerance):
 
 @needs_node
 def test_printed_methods_have_pythons_values():
-    bodies = [body for body in map(named_body, NAMED) if traits_of(body).separable] + [
+    bodies = [body for body in map(named_body, NAMED) if system_of(body).separable] + [
         Pendulum(),
         fa.reduced(fa.Body(fa.NeoHookean()), p_eta=0.3, p_gamma=0),
     ]

@@ -11,8 +11,8 @@ from page_engine import compute, crossings, explored, launch_message, needs_node
 import fastaff as fa
 from fastaff.explorer.records import model_code
 from fastaff.explorer.setup import scheme_record
+from fastaff.models.mechanics import system_of
 from fastaff.models.sections import Stroboscopic
-from fastaff.models.traits import traits_of
 from fastaff.schemes import DOP853, GAUSS8, GAUSS16
 
 RNG = np.random.default_rng(3204)
@@ -29,7 +29,7 @@ def typed(*given):
 
 def told(code, model, scheme=GAUSS8, accuracy=1e-11):
     """The first message to the worker of a system of rates."""
-    message, rows = system_message(model, accuracy, scheme), traits_of(model).row_names
+    message, rows = system_message(model, accuracy, scheme), system_of(model).row_names
     message["system"] |= {"coordinates": code.get("coordinates", list(model.coordinates))}
     message["system"]["momenta"] = code.get("momenta", list(rows[2:4]))
     message["frame"] = [0.6, 0.8, 0.0, 0.1] + [0.3] * 12
@@ -72,7 +72,7 @@ def test_h_of_q_and_p_moves_as_the_package_moves_it():
         sure = found.times[:, 0] <= found.accurate_until[0]
         assert sure.sum() >= 3
         other = 1 - int(np.flatnonzero(section.normal)[0])
-        seen = traits_of(model).turned_back(found.points[:, :, 0].copy())[[other, 2 + other]]
+        seen = system_of(model).turned_back(found.points[:, :, 0].copy())[[other, 2 + other]]
         np.testing.assert_allclose(times[:12][sure], found.times[sure, 0], rtol=0, atol=1e-9)
         np.testing.assert_allclose(points[:, :12][:, sure], seen[:, sure], rtol=0, atol=1e-9)
         assert of(heard, "reading")[-1]["energy_error"] < 1e-10

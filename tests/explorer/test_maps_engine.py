@@ -15,7 +15,7 @@ from fastaff.explorer.records import model_code
 from fastaff.explorer.setup import planes
 from fastaff.models import FroeschleMap, HenonMap, McMillanMap, OneTurnMap, StandardMap
 from fastaff.models.maps import jacobian
-from fastaff.models.traits import traits_of
+from fastaff.models.mechanics import system_of
 
 RNG = np.random.default_rng(1604)
 CAT = fa.mapping("x1 = a*x + y; y1 = (a*b - 1)*x + b*y", periods={"x": "w", "y": "w"}, a=2.0, b=1.0, w=1.0)
@@ -40,7 +40,7 @@ def drawn_maps():
 def told(model, accuracy=1e-10):
     """The first message to the worker of a map."""
     message = system_message(model, accuracy)
-    message["system"]["momenta"] = list(traits_of(model).row_names[traits_of(model).n :])
+    message["system"]["momenta"] = list(system_of(model).row_names[system_of(model).n :])
     return message
 
 

@@ -206,7 +206,7 @@ def chaos_map(
     time = problem.iterates("time", time)
     chosen = checked_indicators(indicators, checked_model(body))
     slots = whole("history", history, 0)
-    tangent = [entry for entry in chosen if entry.vectors(problem.traits.moving)]
+    tangent = [entry for entry in chosen if entry.vectors(problem.system.moving)]
     if flag("early_stop", early_stop) and len(tangent) < len(chosen):
         raise ValueError("early_stop takes indicators of tangent vectors only: the others need the whole time")
     flow, z, _ = stable_plan(problem) if tangent else problem.plan()
@@ -302,7 +302,7 @@ def _result(work: ChaosRun, tolerance: float, unfinished: bool) -> ChaosMap:
         time=work.time,
         scheme=work.flow.scheme,
         step=work.flow.step,
-        period=float(work.flow.model.period) if work.flow.traits.driven else None,
+        period=float(work.flow.model.period) if work.flow.system.driven else None,
     )
 
 

@@ -21,7 +21,7 @@ from ...base.short_forms import axes_of, names_of, takes
 from ...base.status import Status
 from ...flows.launch import Report
 from ...models.contracts import Dynamics
-from ...models.traits import traits_of
+from ...models.mechanics import system_of
 from ...schemes.catalogue import VERNER9, RungeKutta, Scheme, scheme_of
 from ..sections.energy_grid import NotReached
 from .chaos_map import chaos_map
@@ -311,7 +311,7 @@ def _fill(scan, cell, make, time, run, step, scheme, second, report) -> None:
     length = positive("time", time(body, z0) if callable(time) else time)
     found = run(body, z0, time=length, step=step, scheme=scheme, report=report)
     lost = np.flatnonzero(np.isin(found.status, TOO_STEEP))
-    second = None if traits_of(body).iterated else second  # which has no steps
+    second = None if system_of(body).iterated else second  # which has no steps
     if second is not None and lost.size:
         found = found.replaced(lost, run(body, z0[:, lost], time=length, scheme=second))
     fine = found.status == Status.OK

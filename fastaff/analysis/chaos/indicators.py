@@ -21,7 +21,7 @@ import numpy as np
 from ...base.names import named
 from ...base.numbers import whole
 from ...kernels import readings
-from ...models.traits import traits_of
+from ...models.mechanics import system_of
 from .indicator import VectorIndicator, decades, is_indicator
 from .pass_indicators import BirkhoffDigits, FrequencyDiffusion, ReversibilityError, ZeroOne
 
@@ -35,8 +35,8 @@ swing.
 
 def moving_rows(body: Any) -> int:
     """Return how many tangent vectors can differ: rows of the state without the time and its momentum."""
-    traits = traits_of(body)
-    return traits.rows - 2 * traits.driven
+    system = system_of(body)
+    return system.rows - 2 * system.driven
 
 
 class _Growth(VectorIndicator):

@@ -21,7 +21,7 @@ from ...kernels import birkhoff
 from ...kernels import zero_one as correlations
 from ...kernels.samples import ROWS
 from ...models.contracts import Angles
-from ...models.traits import traits_of
+from ...models.mechanics import system_of
 from ..frequencies.frequencies import FrequencyKind
 from ..frequencies.frequency_map import FrequencyWork, checked_angles
 from ..frequencies.map_frequencies import map_frequencies_of
@@ -120,14 +120,14 @@ class FrequencyDiffusion(Indicator):
 
     def check(self, where: str, body: Any) -> None:
         """Refuse angles that the body has not."""
-        if traits_of(body).energetic:
+        if system_of(body).energetic:
             checked_angles(self.angles, body)
 
     def compute(self, flow: Flow, z0: np.ndarray, time: float, rates: np.ndarray, report: Report | None) -> tuple:
         """Return the values, NaN where they say nothing: lines that are close change the halves of regular orbits,
         too.
         """
-        if flow.traits.iterated:
+        if flow.system.iterated:
             found = map_frequencies_of(flow, z0, int(time))
             value = found.diffusion + np.log10(2 * math.pi)
             return np.where(found.status == Status.OK, value, np.nan), np.nan, found.status
@@ -207,7 +207,7 @@ class ZeroOne(Indicator):
         stride = np.maximum(1, seen // wanted)
         counts = np.minimum(wanted, seen // stride).astype(np.int64)
         fits("ZeroOne.samples", rates.size, int(counts.max()))
-        sparse = flow.traits.iterated | (time * rates * stride / seen > DENSE)
+        sparse = flow.system.iterated | (time * rates * stride / seen > DENSE)
         quiet = np.where(sparse, QUIET / counts, 0.0)
 
         def prepare(memory: np.ndarray) -> None:

@@ -20,8 +20,7 @@ from ...flows.flow import Flow, no_memory
 from ...flows.launch import Report, early
 from ...flows.motion import motion, natural_rates
 from ...kernels.deviations import ROWS, layout
-from ...models.mechanics import inverse_masses
-from ...models.traits import traits_of
+from ...models.mechanics import system_of
 from ..orbits.tangent_map import checked_deviations
 from .indicator import Indicator, Watch, limit_of
 
@@ -56,14 +55,14 @@ def scales(model: Any, z0: np.ndarray, rates: np.ndarray) -> np.ndarray:
     omega is the orbit's natural frequency, 1/m = dv/dp of each coordinate. |s w| of an oscillator doesn't change in
     time. The scaling is symplectic, so volumes and exponents stay what they are. Of a flow it is 1.
     """
-    traits = traits_of(model)
-    if not traits.canonical:
+    system = system_of(model)
+    if not system.canonical:
         return np.ones_like(z0)
-    if traits.iterated:
+    if system.iterated:
         found = motion(model, z0)
         own = np.sqrt(found.momentum / found.position)
         return np.concatenate([own, 1 / own])
-    inverse = np.abs(np.einsum("iik->ik", inverse_masses(model, z0)))[: traits.moving]
+    inverse = np.abs(np.einsum("iik->ik", system.inverse_masses(z0)))[: system.moving]
     inverse = np.where(np.isfinite(inverse) & (inverse > 0), inverse, 1.0)
     own = np.sqrt(rates / inverse)
     return np.concatenate([own, 1 / own])
@@ -100,10 +99,10 @@ def symplectic_frame(n: int, count: int) -> np.ndarray:
 
 def frame(model: Any, count: int) -> np.ndarray:
     """Return tangent vectors (count, 2n) to begin with: of a flow columns of a fixed random orthogonal matrix."""
-    traits = traits_of(model)
-    if traits.canonical:
-        return symplectic_frame(traits.moving, count)
-    square = np.random.default_rng(20).standard_normal(2 * (traits.rows,))
+    system = system_of(model)
+    if system.canonical:
+        return symplectic_frame(system.moving, count)
+    square = np.random.default_rng(20).standard_normal(2 * (system.rows,))
     return carried(np.linalg.qr(square)[0].T, model, 1)[:count]
 
 
@@ -125,7 +124,7 @@ class ChaosRun:
     ):
         self.flow, self.z0, self.time, self.chosen = flow, z0, time, chosen
         self.slots, self.early_stop, self.finer = slots, early_stop, 1
-        self.n, self.orbits = flow.traits.moving, z0.shape[1]
+        self.n, self.orbits = flow.system.moving, z0.shape[1]
         self.degrees = flow.model.degrees_of_freedom
         self.rates = own_rates(flow.model, z0, time, flow.threads)
         self.scale = scales(flow.model, z0, self.rates)
@@ -186,21 +185,21 @@ class ChaosRun:
         growth.metric[:] = self._whole(self.scale**2)
         # About a radian, as a power of two steps: lanes that share their steps then share the work.
         steps = np.ones(self.orbits) if self.flow.adaptive else 1 / (self.rates * self.flow.step)
-        if self.flow.traits.iterated:
+        if self.flow.system.iterated:
             steps = np.full(self.orbits, ITERATES)
         self.memory[ROWS.stride] = self.memory[ROWS.left] = 2.0 ** np.floor(np.log2(np.clip(steps, 1.0, 2.0**40)))
 
     def _start(self, deviations: Any) -> np.ndarray:
         """Return the tangent vectors at the start, and make the flow carry them."""
         needed = max(entry.vectors(self.n) for _, entry in self.tangent)
-        whole = min(2 * self.n, self.flow.traits.rows)
+        whole = min(2 * self.n, self.flow.system.rows)
         if self.spectrum and not self.paired:
             needed = whole
         if deviations is None:
             start, self.first = frame(self.flow.model, needed)[:, :, None] / self.scale, np.zeros((needed, 1))
         else:
             start, self.first = _unit_vectors(deviations, self.scale[:whole])
-            start = start if self.flow.traits.driven else carried(start, self.flow.model, 1)
+            start = start if self.flow.system.driven else carried(start, self.flow.model, 1)
             needed = whole if self.spectrum else needed
         if len(start) < needed:
             raise ValueError(f"deviations must be at least {needed} vectors for these indicators, got {len(start)}")
@@ -221,7 +220,7 @@ class ChaosRun:
     @property
     def paired(self) -> bool:
         """Whether each exponent has its negative: of a Hamiltonian system, or a symplectic map."""
-        return self.flow.traits.symplectic
+        return self.flow.system.symplectic
 
     def stream(self, report: Report | None) -> None:
         """Run the tangent vectors, the averages and the samples."""
@@ -238,7 +237,7 @@ class ChaosRun:
         finally:
             self._read()
             self.lived = self.ensemble.time.copy()
-        if self.flow.traits.iterated and self.tangent:
+        if self.flow.system.iterated and self.tangent:
             self.alone()
 
     def _read(self) -> None:
@@ -317,7 +316,7 @@ class ChaosRun:
         # Volumes count from the start, whatever the angles between given vectors.
         sums = np.concatenate([records[1 + self.m :], self.growth.sums[:, None]], axis=1) - self.first[:, None]
         # An iterate may leave the rest no digits.
-        if self.paired and (self.k < 2 * self.n or self.flow.traits.iterated):
+        if self.paired and (self.k < 2 * self.n or self.flow.system.iterated):
             sums = np.concatenate([sums[: self.n], -sums[: self.n][::-1]])
         with np.errstate(all="ignore"):
             now = sums[:, -1] / last

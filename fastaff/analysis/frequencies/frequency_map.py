@@ -25,7 +25,7 @@ from ...flows.needs import check_needs
 from ...flows.options import Options, Problem
 from ...kernels.samples import CHUNK_ROWS
 from ...models.contracts import Angles, Dynamics
-from ...models.traits import traits_of
+from ...models.mechanics import system_of
 from ...schemes.catalogue import Scheme, scheme_of
 from .angle_loops import Layout, Plain, angles_of, suited
 from .found_frequencies import Found
@@ -174,7 +174,7 @@ def frequency_map(
     time = problem.iterates("time", time)
     checked_model(problem.model, needs="regular motion")
     lines = None if lines is None else whole("lines", lines, 1)
-    if problem.traits.iterated:
+    if problem.system.iterated:
         return map_frequencies(
             problem, time=time, method=checked_method(method), window=window, angles=angles, lines=lines
         )
@@ -194,9 +194,10 @@ def frequency_map(
 
 def checked_angles(angles: Any, body: Any) -> Any:
     """Return `angles`, or those natural to the body for None, if they suit it; `Plain` where it has none."""
+    system = system_of(body)
     chosen: Any = getattr(body, "angles", None) if angles is None else angles
-    if angles is None and (chosen is None or (any(chosen.planes) and not traits_of(body).isotropic)):
-        return Plain(traits_of(body).names)  # without the symmetry the planes' angles are coordinates like others
+    if angles is None and (chosen is None or (any(chosen.planes) and not system.isotropic)):
+        return Plain(system.names)  # without the symmetry the planes' angles are coordinates like others
     if not all(hasattr(chosen, name) for name in ("signals", "names", "planes")):
         raise TypeError(
             f"angles must be a text such as 'R z phi', or a value of fastaff.models.angles, got {chosen!r}; "
@@ -225,7 +226,7 @@ class FrequencyWork:
             flow = resolving(flow, self.rate, time)
         self.flow, self.angles, self.z0, self.time, self.report = flow, angles, z0, time, report
         self.accuracy, self.fallback = accuracy, fallback
-        self.layout = Layout(angles, flow.model.degrees_of_freedom, flow.traits.periods)
+        self.layout = Layout(angles, flow.model.degrees_of_freedom, flow.system.periods)
         self.n, self.orbits = len(angles.names), z0.shape[1]
         self.ensemble: Ensemble = flow.ensemble(z0.copy())
         self.found = Found(self.layout, self.orbits, lines)
@@ -371,7 +372,7 @@ class FrequencyWork:
         nu, error = found.nu, found.error
         if not self.flow.scheme.symplectic:  # whose energy drifts, and frequencies with it
             error = error + 2 * np.nan_to_num(energy, posinf=0.0) * np.abs(nu).max(axis=0)
-        if self.flow.traits.driven and self.angles == getattr(self.flow.model, "angles", None):
+        if self.flow.system.driven and self.angles == getattr(self.flow.model, "angles", None):
             nu, error = self._known_drive(nu, error, found.basis)
         return found.assembled(
             nu,

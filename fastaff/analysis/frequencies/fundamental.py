@@ -24,7 +24,6 @@ from ...kernels.demodulation import Loops, loop_values
 from ...kernels.fundamental import Lattice, Rows, Vectors
 from ...kernels.peaks import Lines, Spectra
 from .integer_lattice import ball
-from .line_rates import drifts
 from .naff import lines_of_transforms
 from .rooms import ROOMS
 from .signals import Signals
@@ -287,17 +286,11 @@ def _fitted(signals: Signals, spectra: Spectra, orbits: np.ndarray, threads: int
     short = np.flatnonzero((result.rank < result.moving.sum(axis=1)) & result.moving.any(axis=1))
     result.drifting[short] = result.rest[short] > NOT_FEW
     short = short[~result.drifting[short]]
-    for own in signals.alike(orbits[short]):
-        here = np.searchsorted(orbits, own)
-        _, loops, _ = prepared(signals.array(own)[:, : 2 * m], int(spectra.n[own[0]]), threads)
-        result.drifting[here] = drifts(
-            loops, result.leading[here], result.moving[here], float(signals.interval[own[0]]), threads
-        )
     # Where a leading line is not sharp it is not resolved, and no line beside it would be: more of them only show that
     # lines explain what is left.
     time = (spectra.n * signals.interval)[orbits[short], None]
     sharp = ~result.moving[short] | (result.leading_error[short] * time < 3 * SHARP)
-    short = short[~result.drifting[short] & (sharp.all(axis=1) | (result.rest[short] > BROAD))]
+    short = short[sharp.all(axis=1) | (result.rest[short] > BROAD)]
     if short.size:
         adopt(result, short, _lattice(signals, spectra, orbits[short], m + MORE_LINES, threads))
     return result

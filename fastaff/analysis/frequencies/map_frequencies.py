@@ -98,7 +98,7 @@ class MapFrequencies:
         self.flow, self.z, self.turns, self.length, self.kept = flow, z, turns, window or turns, window is not None
         self.chosen, self.room = method, Room()
         n, orbits = len(z) // 2, z.shape[1]
-        self.names = flow.traits.names
+        self.names = flow.system.names
         self.lines = None if lines is None else LineTable(self.names, lines, orbits)
         self.nu, self.error = np.zeros((n, orbits)), np.full((n, orbits), np.inf)
         self.halves, self.method = np.zeros((2, n, orbits)), np.zeros((n, orbits), np.int8)

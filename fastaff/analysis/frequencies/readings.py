@@ -50,6 +50,11 @@ ROUGH, BROAD, STRANGE = 0.1, 0.03, 0.05
 fit in ten is better than sums; relative amplitude of a line of which a frequency is a multiple, from which it is none.
 """
 
+MUCH, UNSHARP = 0.13, 0.15
+"""Share of a loop's size that lines leave, and cycles over the whole by which a leading line is not known, from which
+fits explain no orbit of three loops and more.
+"""
+
 CLEAN = 1e-7
 """Share of a loop's size that lines leave, up to which those fewer than the loops are all there is."""
 
@@ -117,7 +122,7 @@ def read(layout: Layout, samples: Samples, fallback: float | None, threads: int)
     close = closeness(found, lattice.nu, s.time, s.interval, threads)
     vague = _vague(found, close)
     irregular = _irregular(lattice, s, loops, found, close.near, vague, threads)
-    again = np.flatnonzero(found.drifting & ~irregular)  # which are no chaos: all is fitted
+    again = np.flatnonzero(found.drifting & ~irregular & ~_hopeless(found, time))  # which are no chaos: all is fitted
     if again.size:
         fit(found, s, spectra, again, threads)
         some, part, fitted = s.of(again), None if start is None else start.of(again), taken(found, again)
@@ -250,6 +255,14 @@ def _with_scheme(
         vague=vague,
         irregular=irregular,
     )
+
+
+def _hopeless(found: Modes, time: np.ndarray) -> np.ndarray:
+    """Tell of which orbits of three loops and more lines that are fitted together would neither explain all that moves
+    nor show chaos: much is left, and not all leading lines are resolved.
+    """
+    blurred = found.moving & (found.leading_error * time > UNSHARP)
+    return (found.nu.shape[1] > 2) & (found.rest > MUCH) & blurred.any(axis=1)
 
 
 def _vague(found: Modes, closeness: Closeness) -> np.ndarray:

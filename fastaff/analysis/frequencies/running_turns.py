@@ -31,7 +31,7 @@ def running_means(flow: Flow, ensemble: Ensemble, steps: int) -> RunningMeans:
     planes that do not wind: the first finds where they are.
     """
     n, orbits = flow.model.degrees_of_freedom, ensemble.z.shape[1]
-    own = angles_of(flow.traits.winding)
+    own = angles_of(flow.system.winding)
     planes = [*own.planes, *(n + r for r in own.planes)]
     turning, window = Turning(ensemble.z[planes]), Window(0, steps, (0, steps))
     if planes:
@@ -62,7 +62,7 @@ def running_means(flow: Flow, ensemble: Ensemble, steps: int) -> RunningMeans:
 
 def _learn(flow: Flow, ensemble: Ensemble, turning: Turning, window: Window) -> None:
     """Find centre, shape and reference of the planes of orbits by a run that leaves these where they are."""
-    own = moments_of(flow.traits.winding)
+    own = moments_of(flow.system.winding)
     rows = np.zeros((own.end - own.size, ensemble.z.shape[1]))
     for k, r in enumerate(own.planes):
         at = own.plane(k) - own.size

@@ -27,8 +27,7 @@ from ...flows.options import Options, Problem
 from ...flows.time_transformed import TransformedFlow
 from ...flows.tolerances import SLOW, left, tightened, with_tolerance
 from ...models.contracts import Dynamics
-from ...models.mechanics import energies, kinetic_energies
-from ...models.traits import traits_of
+from ...models.mechanics import system_of
 from ...schemes.automatic import Automatic
 from ...schemes.catalogue import VERNER9, Collocation, Scheme, scheme_of
 from ...schemes.time_transformed import TimeTransformed
@@ -181,7 +180,7 @@ def integrate(
     options = problem.options
     flow, z, _ = problem.plan(time=time, error=None, transformed=True)
     fits("samples", count, *z.shape)
-    mapping = problem.traits.iterated
+    mapping = problem.system.iterated
     if mapping and count and time % count:
         raise ValueError(f"samples must divide the {time:g} iterates of a map, got {samples!r}")
     goal = None if mapping else options.goal()
@@ -252,11 +251,12 @@ class _Accurate:
         report: Report | None,
         free: bool,
     ):
+        system = system_of(body)
         self.flow, self.body, self.z, self.time, self.count = flow, body, z, time, count
         self.accuracy, self.drift, self.report = accuracy, drift, report
         self.parts = count * math.ceil(MOMENTS / count) if count else MOMENTS
         self.times = time / self.parts * np.arange(1, self.parts + 1)
-        self.ensemble = Ensemble(z.copy(), energies(body, z), kinetic_energies(body, z))
+        self.ensemble = Ensemble(z.copy(), system.energies(z), system.kinetic_energies(z))
         self.step, self.until = np.full(z.shape[1], np.inf), np.zeros(z.shape[1])
         self.samples = np.full((count, *z.shape), np.nan)
         self.error = np.full(z.shape, np.inf)
@@ -324,7 +324,7 @@ class _Accurate:
         apart = self._compare(fine, coarse, orbits)[0]
         return np.where(self._drifts(fine), np.inf, left(self.motion.of(orbits), apart, self.looks, tolerance))
 
-    def _run(self, orbits: np.ndarray, step: np.ndarray, wear: Wear | None, report: Report | None) -> Compared:
+    def _run(self, orbits: np.ndarray, step: np.ndarray, wear: Wear | None, report: Report | None, _fine) -> Compared:
         flow: Any = self.flow.sized(step)
         where = self.chunk[orbits]
         ensemble = flow.ensemble(np.ascontiguousarray(self.z[:, where]), radius=self.motion.radius[orbits])
@@ -341,10 +341,10 @@ class _Accurate:
             raise KeyboardInterrupt
         return Compared(states, ensemble, used)
 
-    def _compare(self, fine: Compared, coarse: Compared, orbits: np.ndarray) -> tuple[np.ndarray, np.ndarray, float]:
+    def _compare(self, fine: Compared, coarse: Compared, orbits: np.ndarray, _weight: Any = None) -> tuple:
         with np.errstate(all="ignore"):
             apart = self.motion.of(orbits).distance(fine.states - coarse.states)
-        return apart, self.times[:, None] * self.motion.rate[orbits], 1.0
+        return apart, self.times[:, None] * self.motion.rate[orbits], np.ones((1, orbits.size))
 
     def _drifts(self, run: Compared) -> np.ndarray:
         return (run.ensemble.status == Status.OK) & (energy_error(self.body, run.ensemble) > self.drift)
@@ -396,5 +396,5 @@ def _assembled(body, scheme, ensemble, samples, time, errors: tuple, tolerance, 
         status=ensemble.status,
         scheme=scheme,
         step=step,
-        names=traits_of(body).row_names,
+        names=system_of(body).row_names,
     )

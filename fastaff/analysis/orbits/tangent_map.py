@@ -24,8 +24,7 @@ from ...flows.flow import Flow, no_memory
 from ...flows.launch import Report
 from ...flows.options import Options, Plan, Problem
 from ...models.contracts import Dynamics
-from ...models.mechanics import frame_rate, tangent_velocities, without_time
-from ...models.traits import traits_of
+from ...models.mechanics import system_of
 from ...schemes.catalogue import Scheme, scheme_of
 
 
@@ -130,13 +129,13 @@ def _assembled(flow: Flow, ensemble: Ensemble, time: float, tolerance: float) ->
     mark_drift(ensemble, error, tolerance)
     return TangentMap(
         z=flow.states(ensemble.points),
-        vectors=ensemble.deviations[:, : flow.traits.rows],
+        vectors=ensemble.deviations[:, : flow.system.rows],
         t=ensemble.time,
         energy_error=error,
         status=ensemble.status,
         scheme=flow.scheme,
         step=flow.step,
-        names=traits_of(flow.model).row_names,
+        names=flow.system.row_names,
     )
 
 
@@ -157,7 +156,8 @@ def fastest_rates(body: Any, z: np.ndarray) -> np.ndarray:
     """Return the largest angular frequency (orbits,) of small oscillations around each state of z: power iteration on
     the Hessian.
     """
-    if not traits_of(body).separable:
+    system = system_of(body)
+    if not system.separable:
         return motion.fastest_rates(body, z, np.inf)
     n = body.degrees_of_freedom
     q = z[:n]
@@ -165,11 +165,11 @@ def fastest_rates(body: Any, z: np.ndarray) -> np.ndarray:
     square = np.zeros(q.shape[1])
     with np.errstate(all="ignore"):
         for _ in range(20):
-            direction = without_time(body, direction / length(direction))
+            direction = system.without_time(direction / length(direction))
             change = np.array([row + np.zeros(q.shape[1]) for row in body.tangent_force(*q, *direction)])
-            direction = tangent_velocities(body, change)
+            direction = system.tangent_velocities(change)
             square = length(direction)
-    return np.sqrt(np.where(np.isfinite(square) & (square > 0), square, 1e-300)) + frame_rate(body)
+    return np.sqrt(np.where(np.isfinite(square) & (square > 0), square, 1e-300)) + system.frame_rate
 
 
 def checked_deviations(deviations: Any, z: np.ndarray) -> np.ndarray:

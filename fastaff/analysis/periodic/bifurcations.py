@@ -132,7 +132,7 @@ def _sign_change(
     left, value = abs(float(high.u[-1] - low.u[-1])), float(best[2].u[-1])
     slope = abs(products[1] - products[0]) / left if left > 0 else np.inf
     # The same place once more, with half the step and closer, says what steps and corrections leave open.
-    exact = family.flow.traits.iterated
+    exact = family.flow.system.iterated
     finer = replace(family, tolerance=CLOSER * family.tolerance, flow=family.flow if exact else family.flow.finer())
     step = best[2].step if exact else 0.5 * best[2].step
     again = finer.corrected(*family.between(last, following, best[1]), last.scale, step)

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ...flows.flow import Flow
-from ...models.mechanics import kinetic_energies, potential_energies
+from ...models.mechanics import system_of
 from ...models.sections import Stroboscopic
 from .own_units import Scale
 from .return_map import Returns, closing_matrix, inverses, section_returns, way_rounding
@@ -47,14 +47,14 @@ def closing_errors(flow: Flow, section: Any, z: np.ndarray, limit: np.ndarray, f
     gain, other = 1.0, flow
     if flow.adaptive:
         other = replace(flow, rtol=8 * flow.rtol, atol=8 * flow.atol)
-    elif not flow.traits.iterated:
+    elif not flow.system.iterated:
         other, gain = replace(flow, step=flow.step / np.sqrt(2)), 1 / (1 - 2 ** (-flow.scheme.order / 2))
     model, rows, D = flow.model, len(z), scale.rows.T
     with np.errstate(all="ignore"):
         matrix = closing_matrix(model, section, z, found.points[:, -1], found.monodromy, scale)
         inverse = inverses(matrix)
         known, inverse = inverse[:, :, rows:], inverse[:, :, :rows]
-        rounding = way_rounding(z, found.time / (1.0 if flow.traits.iterated else flow.step), scale)
+        rounding = way_rounding(z, found.time / (1.0 if flow.system.iterated else flow.step), scale)
         left = (z.T - found.points[:, -1]) / D
         last = _applied(inverse, left)
         plane = _plane(matrix)
@@ -73,7 +73,7 @@ def closing_errors(flow: Flow, section: Any, z: np.ndarray, limit: np.ndarray, f
         apart[:, -1] += later
         shift = np.abs(last) + SAFETY * np.abs(apart) + np.linalg.norm(inverse, axis=2) * rounding[:, None]
         time = found.time
-        if not flow.traits.iterated:
+        if not flow.system.iterated:
             if not isinstance(section, Stroboscopic):
                 time, shift[:, -1] = time + last[:, -1] / scale.rate, shift[:, -1] - np.abs(last[:, -1])
             shift += _applied(np.abs(known), _surface_roundings(model, z, matrix, scale))
@@ -129,11 +129,12 @@ def _plane(matrix: np.ndarray) -> np.ndarray:
 
 def _surface_roundings(model: Any, z: np.ndarray, matrix: np.ndarray, scale: Scale) -> np.ndarray:
     """Return by how much rounding may take z (2n, orbits) from section and energy (orbits, 2), in own units."""
+    system = system_of(model)
     rows, n = len(z), len(z) // 2
     off = (np.abs(matrix[:, rows:, :rows]) * (1 + np.abs(z / scale.rows).T)[:, None]).sum(axis=2)
     slope = np.linalg.norm(
         matrix[:, :rows, rows] * (scale.rate * scale.rows[:n] * scale.rows[n:])[[*range(n)] * 2].T, axis=1
     )
-    sums = scale.energy + kinetic_energies(model, z) + np.abs(potential_energies(model, z))
+    sums = scale.energy + system.kinetic_energies(z) + np.abs(system.potential_energies(z))
     off[:, 1] += np.where(slope > 0, sums / np.where(slope > 0, slope, 1.0), 0.0)
     return ROUNDED * off

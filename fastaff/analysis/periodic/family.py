@@ -10,8 +10,7 @@ import numpy as np
 
 from ...base.status import Status
 from ...flows.flow import Flow
-from ...models.mechanics import energies
-from ...models.traits import traits_of
+from ...models.mechanics import system_of
 from .bifurcations import residue_products
 from .closing_errors import Errors, closing_errors
 from .found_orbits import PeriodicOrbits, packed
@@ -156,7 +155,7 @@ class Family:
         else:
             h = 1e-5 * unit
             column[:rows] = unit * self.shifted(u, back, scale, step, h)
-            up, down = (energies(self.make(u[-1] + s * h), z)[0] for s in (1, -1))
+            up, down = (system_of(self.make(u[-1] + s * h)).energies(z)[0] for s in (1, -1))
             column[rows + 1] = unit * (up - down) / (2 * h) / length
         return np.column_stack([closing, column])
 
@@ -180,7 +179,7 @@ class Family:
             if best is not None and change[0] > 0.5 * best[0]:
                 break  # rounding
             # At rest no step would show an error of the return, but its derivative has one.
-            longer = self.own_step and change[0] < SPARE * goal[0] and not flow.traits.driven
+            longer = self.own_step and change[0] < SPARE * goal[0] and not flow.system.driven
             following = step * COARSER if longer else step
             back = point.back._replace(time=errors.time)
             best = change[0], replace(point, back=back, step=step, following=following, errors=errors)
@@ -193,7 +192,7 @@ class Family:
         model = self.at(point.u[-1], point.step).model
         own = orbit_scale(model, point.u[:-1, None], self.aim(point.u[-1]), self.flow.threads)
         slow = own.energy[0] < VANISHED**2 * scale.energy[0]
-        at_rest = traits_of(model).driven and slow  # a fixed point like any other
+        at_rest = system_of(model).driven and slow  # a fixed point like any other
         return replace(point, scale=scale if at_rest else own)
 
     def _closed(self, u: np.ndarray, tangent: np.ndarray | None, scale: Scale, step: float) -> Point | None:
@@ -269,16 +268,16 @@ class Family:
         """Return half of what each variable (rows,) of a forced system covers over a period; None for other systems,
         whose families have an energy that says how far they swing.
         """
-        traits = self.flow.traits
-        if traits.iterated or not (traits.driven or not traits.canonical):
+        system = self.flow.system
+        if system.iterated or not (system.driven or not system.canonical):
             return None
         time = float(point.back.time[0])
         flow = replace(self.at(point.u[-1], point.step), vectors=0).fitted(time, PLACES)
         states = flow.sampled(flow.ensemble(point.u[:-1, None].copy()), PLACES, time=time)[0]
-        if traits.driven:  # the time goes on, which is no swing
-            states[:, traits.moving] = 0.0
+        if system.driven:  # the time goes on, which is no swing
+            states[:, system.moving] = 0.0
         curve = np.fft.irfft(np.fft.rfft(states, axis=0), FINER * PLACES, axis=0) * FINER
-        return ((_highest(curve) + _highest(-curve)) / 2)[: traits.rows]
+        return ((_highest(curve) + _highest(-curve)) / 2)[: system.rows]
 
     def products(self, point: Point) -> np.ndarray:
         """Return the products of the residues and of 1 - residue: they change sign at bifurcations."""

@@ -17,7 +17,7 @@ from ...flows.motion import typical_rate
 from ...flows.options import Options
 from ...formulas.section_text import section_of
 from ...models.contracts import Dynamics, Section
-from ...models.traits import traits_of
+from ...models.mechanics import system_of
 from ...schemes.catalogue import Scheme, scheme_of
 from ..sections.poincare_map import poincare_map
 from ..sections.section_map import SectionMap
@@ -153,9 +153,10 @@ def find_periodic_orbits(
     array([[3.14159265],
            [0.        ]])
     """
+    system = system_of(model)
     scheme = checked_return(model, section, scheme)
     longest = whole("max_period", max_period, 1)
-    seen, rows = z0 if isinstance(z0, SectionMap) else None, traits_of(model).rows
+    seen, rows = z0 if isinstance(z0, SectionMap) else None, system.rows
     if seen is not None and len(seen.points) != rows:
         raise ValueError(f"z0 must be a SectionMap of {rows} rows, got one of {len(seen.points)}")
     starts = z0 if seen is None else seen.points[:, 0, seen.counts > 0]
@@ -170,7 +171,7 @@ def find_periodic_orbits(
     search = _Search(newton, None if max_time is None else wait, [no_orbits(model, section, flow.scheme)])
     with keeping("find_periodic_orbits", search.orbits):
         if seen is None:
-            limit = None if section is None or traits_of(model).driven else wait * count
+            limit = None if section is None or system.driven else wait * count
             seen = poincare_map(model, z[:rows], section=section, crossings=count, max_time=limit, **how)
         for period in range(1, longest + 1):
             search.near(periodic_guesses(seen, period, most=most, apart=apart), period)

@@ -14,7 +14,7 @@ from ...base.status import Status, describe
 from ...flows.coordinates import chart_row
 from ...flows.flow import Flow
 from ...models.contracts import Section
-from ...models.traits import traits_of
+from ...models.mechanics import system_of
 from ...schemes.catalogue import Scheme
 from .own_units import Scale
 from .return_map import Returns, each, reduced_monodromy, stability_indices
@@ -244,14 +244,14 @@ def packed(
     iterations: np.ndarray,
 ) -> PeriodicOrbits:
     """Return PeriodicOrbits of points z (2n, orbits) and their returns; what is not OK is NaN."""
-    model, good = flow.model, found.status == Status.OK
+    model, system, good = flow.model, flow.system, found.status == Status.OK
     reduced = reduced_monodromy(model, section, z, found.monodromy, scale)
     # The orbit starts at z, which is its last crossing.
     points = np.concatenate([z.T[:, None], found.points[:, :-1]], axis=1)
-    if traits_of(model).iterated:
+    if system.iterated:
         points = within_a_period(model, points)
         z = points[:, 0].T.copy()
-    d = traits_of(model).rows  # without an idle row
+    d = system.rows  # without an idle row
     z, points, time, error = z[:d], points[:, :, :d], found.time.copy(), error.copy()
     monodromy = found.monodromy[:, :d, :d].copy()
     reduced_error = reduced_error.copy()
@@ -272,10 +272,10 @@ def packed(
         status=found.status,
         step=np.array(np.broadcast_to(flow.step, good.shape)),
         scale=scale.rows[:d],
-        names=traits_of(model).row_names,
+        names=system.row_names,
         section=section,
         scheme=flow.scheme,
-        paired=traits_of(model).canonical,
+        paired=system.canonical,
     )
 
 
@@ -291,8 +291,8 @@ def within_a_period(model: Any, points: np.ndarray) -> np.ndarray:
 
 def no_orbits(model: Any, section: Any, scheme: Any) -> PeriodicOrbits:
     """Return PeriodicOrbits of none: what a search that was stopped at once has found."""
-    traits = traits_of(model)
-    rows, paired = traits.rows, traits.canonical
+    system = system_of(model)
+    rows, paired = system.rows, system.canonical
     z, matrices = np.zeros((rows, 0)), np.zeros((rows, rows, 0))
     reduced = matrices if section is None else matrices[2:, 2:] if paired else matrices[1:, 1:]
     return PeriodicOrbits(
@@ -301,7 +301,7 @@ def no_orbits(model: Any, section: Any, scheme: Any) -> PeriodicOrbits:
         monodromy=matrices,
         reduced=reduced,
         scale=z,
-        names=traits_of(model).row_names,
+        names=system.row_names,
         section=section,
         scheme=scheme,
         paired=paired,

@@ -8,8 +8,7 @@ import numpy as np
 
 from ...flows.flow import Flow
 from ...flows.motion import motion, natural_rates
-from ...models.mechanics import energies, inverse_masses
-from ...models.traits import traits_of
+from ...models.mechanics import system_of
 from ...schemes.catalogue import DOP853
 
 LOOKS, TURNS, LONGER = 64, 4 * np.pi, 10
@@ -52,19 +51,19 @@ def orbit_scale(model: Any, z: np.ndarray, energy: np.ndarray, threads: int) -> 
     """Return the own units of the orbits through z (2n, orbits), those of `Motion`; where more is missing to the
     energy, that counts.
     """
-    traits = traits_of(model)
-    if not traits.canonical:
+    system = system_of(model)
+    if not system.canonical:
         return _scale_of_flow(model, z, threads)
     found = motion(model, z, threads)
-    if traits.iterated:
+    if system.iterated:
         return Scale(np.concatenate([found.position, found.momentum]), found.rate, found.kinetic)
-    W = np.einsum("iij->ij", inverse_masses(model, z))
+    W = np.einsum("iij->ij", system.inverse_masses(z))
     with np.errstate(all="ignore"):
-        K = np.fmax(found.kinetic, np.abs(energy - energies(model, z)))
-        if traits.driven:
+        K = np.fmax(found.kinetic, np.abs(energy - system.energies(z)))
+        if system.driven:
             K = np.where(K > 0, K, 1.0)  # a fixed point of its map may be at rest: then any unit will do
         rows = np.stack([np.sqrt(2 * K * W) / found.rate, np.sqrt(2 * K / W)])
-        if traits.driven:
+        if system.driven:
             rows[0, -1], rows[1, -1] = model.period, K
         return Scale(rows.reshape(-1, *K.shape), found.rate, K)
 

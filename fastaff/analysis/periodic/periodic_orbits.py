@@ -336,7 +336,7 @@ class _Search:
         """
         if self.section is None:
             return np.zeros(which.size, bool)
-        if self.flow.traits.canonical:
+        if self.flow.system.canonical:
             return state.found.time[which] * state.scale.rate[which] < RESTS
         scale, field = state.scale.of(which), vector_field(self.flow.model, state.z[:, which])
         return scale.norm(field) < RESTS * scale.rate

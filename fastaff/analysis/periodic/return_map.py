@@ -23,9 +23,8 @@ from ...flows.motion import motion
 from ...flows.needs import check_given, check_needs
 from ...flows.options import Options, plan, suited
 from ...kernels import crossings as kernels
-from ...models.mechanics import energies, inside, kinetic_energies, potential_energies, slopes
+from ...models.mechanics import system_of
 from ...models.sections import Stroboscopic
-from ...models.traits import traits_of
 from ...schemes.catalogue import GAUSS16, ITERATION, KAHAN_LI8, VERNER9
 from ..sections.crossing_run import SPARE, follow_crossings, start_crossings
 from .own_units import Scale
@@ -56,20 +55,21 @@ FINER = 8.0
 
 def checked_guesses(model: Any, z0: Any, energy: Any, options: Options) -> tuple[Flow, np.ndarray, np.ndarray]:
     """Check what searches take; return the flow, the guesses (2n, orbits) and their energies (orbits,)."""
-    traits, name = traits_of(model), type(model).__name__
-    if traits.iterated and not traits.symplectic:
+    system = system_of(model)
+    name = type(model).__name__
+    if system.iterated and not system.symplectic:
         raise ValueError(f"model {name} is not symplectic: its periodic orbits have no residues")
     check_given(model, "a return at an energy", energy=energy)
-    if not traits.canonical and traits.rows < 2:
+    if not system.canonical and system.rows < 2:
         raise ValueError(f"model {name} must have two variables or more to return, it has one")
-    if traits.energetic and traits.n < 2:
-        raise ValueError(f"model {name} must have two degrees of freedom or more, it has {traits.n}")
+    if system.energetic and system.n < 2:
+        raise ValueError(f"model {name} must have two degrees of freedom or more, it has {system.n}")
     flow, z, _ = plan(model, z0, suited(options, model), error=STEP_ERROR)
-    if traits.driven:
-        z[-1] -= energies(model, z)  # so that p_t is one at each place and phase
+    if system.driven:
+        z[-1] -= system.energies(z)  # so that p_t is one at each place and phase
         if options.step is None and not flow.adaptive:
             flow = replace(flow, step=_steps_at_rest(flow, z, options))
-    given = energies(model, z) if energy is None else numbers("energy", energy)
+    given = system.energies(z) if energy is None else numbers("energy", energy)
     if given.shape not in ((), (z.shape[1],)) or not np.isfinite(given).all():
         raise ValueError(f"energy must be a finite number, or one for each of {z.shape[1]} orbits, got {energy!r}")
     return flow, z, np.array(np.broadcast_to(given, z.shape[1:]))
@@ -80,7 +80,7 @@ def _steps_at_rest(flow: Flow, z: np.ndarray, options: Options) -> np.ndarray:
     steps = np.array(np.broadcast_to(flow.step, z.shape[1:]))
     rest = motion(flow.model, z, flow.threads).kinetic == 0
     if rest.any():
-        near, n = z[:, rest], flow.traits.moving
+        near, n = z[:, rest], flow.system.moving
         near[:n] += ASIDE * np.where(near[:n] != 0, np.abs(near[:n]), 1.0)
         steps[rest] = plan(flow.model, near, options, error=STEP_ERROR).flow.step
     return steps
@@ -89,16 +89,16 @@ def _steps_at_rest(flow: Flow, z: np.ndarray, options: Options) -> np.ndarray:
 def checked_return(model: Any, section: Any, scheme: Any) -> Any:
     """Check a model with its section, which a map has not; return the scheme."""
     check_needs(model, "a return")
-    traits = traits_of(model)
+    system = system_of(model)
     checked_tangent_model(model, "model")
-    if not traits.iterated:
+    if not system.iterated:
         checked_section(section, model)
-        if traits.driven and not isinstance(section, Stroboscopic):
+        if system.driven and not isinstance(section, Stroboscopic):
             raise ValueError(
                 "section must be stroboscopic, such as 't=0', for a driven system: its periodic orbits are those of "
                 f"the map over its period; got {section!r}"
             )
-        usual = KAHAN_LI8 if traits.separable else GAUSS16 if traits.canonical else VERNER9
+        usual = KAHAN_LI8 if system.separable else GAUSS16 if system.canonical else VERNER9
         return usual if scheme is None else scheme
     check_given(model, "a time", "the returns of a map are its images", section=section)
     return ITERATION if scheme is None else scheme
@@ -133,13 +133,13 @@ def section_returns(flow: Flow, section: Any, z: np.ndarray, period: int, max_ti
         np.full((orbits, rows, rows), np.nan),
         np.full(orbits, int(Status.NONFINITE)),
     )
-    live = np.flatnonzero(np.isfinite(z).all(axis=0) & inside(flow.model, z))
+    live = np.flatnonzero(np.isfinite(z).all(axis=0) & flow.system.inside(z))
     if not live.size:
         return found
     flow = replace(flow.of(live), vectors=rows)
     unit = np.broadcast_to(np.eye(rows)[:, :, None], (rows, rows, live.size))
     ensemble = flow.ensemble(np.ascontiguousarray(z[:, live]), unit)
-    if flow.traits.iterated:
+    if flow.system.iterated:
         return _images(flow, z[:, live], live, ensemble, found)
     if strobed:
         parts = _period_by_period(flow, section, ensemble, period)
@@ -211,13 +211,13 @@ def _images(flow: Flow, z: np.ndarray, live: np.ndarray, ensemble: Ensemble, fou
 
 def vector_field(model: Any, z: np.ndarray) -> np.ndarray:
     """Return dz/dt (orbits, 2n) of Hamilton's equations at z (2n, orbits)."""
-    return slopes(model, z).T
+    return system_of(model).slopes(z).T
 
 
 def energy_gradient(model: Any, z: np.ndarray) -> np.ndarray:
     """Return grad H (orbits, 2n): Hamilton's equations turned by a right angle; 0 of what has no energy."""
     n, field = model.degrees_of_freedom, vector_field(model, z)
-    if not traits_of(model).canonical:
+    if not system_of(model).canonical:
         return np.zeros(field.shape)
     return np.concatenate([-field[:, n:], field[:, :n]], axis=1)
 
@@ -251,16 +251,17 @@ def onto(model: Any, section: Any, z: np.ndarray, energy: np.ndarray, scale: Sca
     """Move z (2n, orbits) the shortest way, in the orbits' units, to the section and the energy (orbits,); return it
     and which arrived.
     """
+    system = system_of(model)
     if section is None:  # of a map
         return z.copy(), np.isfinite(z).all(axis=0)
     z, D, zero = z.copy(), scale.rows, np.zeros(z.shape[1])
     with np.errstate(all="ignore"):
         for _ in range(20):
             rows = np.stack([section_gradient(section, z, D), energy_gradient(model, z)], axis=1)
-            short = np.stack([section.value(*z) + zero, energies(model, z) - energy], axis=1)
+            short = np.stack([section.value(*z) + zero, system.energies(z) - energy], axis=1)
             # What rounding of z and of the sums makes of both.
             size = (np.abs(rows) * (np.abs(z) + D).T[:, None]).sum(axis=2)
-            size[:, 1] += scale.energy + kinetic_energies(model, z) + np.abs(potential_energies(model, z))
+            size[:, 1] += scale.energy + system.kinetic_energies(z) + np.abs(system.potential_energies(z))
             near = (np.abs(short) <= 4e-15 * size).all(axis=1)
             rows = rows * D.T[:, None]
             length = np.linalg.norm(rows, axis=2)
@@ -308,8 +309,8 @@ def reduced_monodromy(model: Any, section: Any, z: np.ndarray, monodromy: np.nda
     D = scale.rows.T
     if section is None:  # of a map
         return scale.matrix(monodromy)
-    traits = traits_of(model)
-    d, flows = traits.rows, not traits.canonical
+    system = system_of(model)
+    d, flows = system.rows, not system.canonical
     kept = d - 1 if flows else d - 2
     with np.errstate(all="ignore"):
         field, up = vector_field(model, z) / D, energy_gradient(model, z) * D

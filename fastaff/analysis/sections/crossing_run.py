@@ -22,8 +22,7 @@ from ...kernels import crossings as kernels
 from ...kernels.crossing_roots import compact
 from ...kernels.crossings import RECORD
 from ...kernels.samples import WEAR_ROWS
-from ...models.mechanics import slopes
-from ...models.traits import traits_of
+from ...models.mechanics import system_of
 from .section_map import SectionMap
 
 PORTION, COMPARED = 2**27, 16
@@ -59,10 +58,29 @@ class Crossings(NamedTuple):
     tolerance: float
 
 
+class Beside(NamedTuple):
+    """The crossings (crossings, orbits) of another run, and how much (orbits,) earlier or later the same may be: runs
+    that are compared with it end where they have parted.
+    """
+
+    times: np.ndarray
+    apart: np.ndarray
+
+
 def crossed(
-    flow: Flow | TransformedFlow, body: Any, z: np.ndarray, crossings: Crossings, report, radius=None, wear=None
+    flow: Flow | TransformedFlow,
+    body: Any,
+    z: np.ndarray,
+    crossings: Crossings,
+    report,
+    radius=None,
+    wear=None,
+    beside: Beside | None = None,
 ) -> tuple[SectionMap, np.ndarray]:
-    """Follow the orbits once; return their crossings and the times that they reached."""
+    """Follow the orbits once; return their crossings and the times that they reached.
+
+    Of what runs `beside` another the energy is not looked at.
+    """
     asked, wanted, max_time, tolerance = crossings
     section = flow.section(asked)
     ensemble = flow.ensemble(z, radius=radius)
@@ -73,12 +91,16 @@ def crossed(
     if wear is not None:
         first, observer = observer.rows, observers.either(observer, observers.worn(rows))
     memory, out = np.zeros((observer.rows, orbits)), np.full((orbits, slots * width), np.nan)
+    if beside is not None and isinstance(flow, Flow):  # another flow's steps are none of time
+        records, times = out.reshape(orbits, slots, width)[:, :wanted], beside.times.T
+        records[..., RECORD.earliest] = times - beside.apart[:, None]
+        records[..., RECORD.latest] = times + beside.apart[:, None]
     if wear is not None:
         memory[first + WEAR_ROWS.share], memory[first + WEAR_ROWS.early] = wear.share, np.sqrt(wear.early)
 
     def found(interrupted: bool) -> SectionMap:
-        result = _result(flow, body, ensemble, section, wanted, memory, out, tolerance)
-        points = traits_of(body).turned_back(flow.states(result.points))
+        result = _result(flow, body, ensemble, section, wanted, memory, out, tolerance if beside is None else None)
+        points = system_of(body).turned_back(flow.states(result.points))
         result = replace(result, points=points, section=asked)
         if interrupted:
             result.status[result.status == Status.TOO_FEW_CROSSINGS] = Status.INTERRUPTED  # there may be more
@@ -93,7 +115,7 @@ def crossed(
 def _share(flow: Flow | TransformedFlow, ensemble: Ensemble, wanted: int, max_time: float) -> float:
     """Return the share of the steps to max_time after which orbits should have their crossings: one a turn."""
     turns = max_time
-    if traits_of(flow.model).canonical:
+    if flow.system.canonical:
         some = ensemble.points[:, :: max(1, ensemble.points.shape[1] // SOME)]
         turns = min(max_time, wanted * 2 * np.pi / typical_rate(flow.model, some))
     return turns / max_time / flow.patience
@@ -111,7 +133,7 @@ def start_crossings(
     z, n = ensemble.points, flow.model.degrees_of_freedom
     with np.errstate(all="ignore"):
         value = _section_values(section, z)
-        change = (_section_values(section, z + NUDGE * ensemble.ahead * slopes(flow.model, z)) - value) / NUDGE
+        change = (_section_values(section, z + NUDGE * ensemble.ahead * flow.system.slopes(z)) - value) / NUDGE
         size = np.abs(change)
         for row in np.eye(2 * n):
             size += np.abs(_section_values(section, z * (1 + NUDGE * row[:, None])) - value) / NUDGE
@@ -141,6 +163,7 @@ def follow_crossings(
     records = out.reshape(-1, RECORD.state + rows)
     slot = np.arange(out.shape[1] // records.shape[1])
     located, looked, interrupted = np.zeros(orbits, np.int64), np.zeros(orbits, dtype=bool), False
+    parted = np.zeros(orbits, dtype=bool)
     passes, share = Passes(report), 1.0 if report is None else _share(flow, ensemble, wanted, max_time)
     limit = np.full(orbits, max_time * (1 + START))
 
@@ -149,6 +172,7 @@ def follow_crossings(
         of crossings.
         """
         written = memory[kernels.ROWS.written].astype(np.int64)
+        parted[:] |= memory[kernels.ROWS.certain] == kernels.PARTED
         found, left = np.flatnonzero((slot >= located[:, None]) & (slot < written[:, None])), np.zeros(orbits, bool)
         try:
             flow.locate(section, records, found[:most])
@@ -166,7 +190,7 @@ def follow_crossings(
             interrupted = True
         try:
             located = settle(LAST_RECORDS if interrupted else None)
-            missing = (ensemble.status == Status.OK) & (located < wanted)
+            missing = (ensemble.status == Status.OK) & (located < wanted) & ~parted
             ended = ensemble.time >= max_time * (1 - 1e-12)
             last = missing & ended & ~looked
             if last.any() and not interrupted:
@@ -214,37 +238,28 @@ def _hold(flow: Flow | TransformedFlow, ensemble: Ensemble, short: np.ndarray, m
 
 
 def _result(flow, body, ensemble, section, wanted, memory, out, tolerance) -> SectionMap:
-    """Assemble the map: cut each orbit at the wanted number and where its energy has drifted."""
+    """Assemble the map: cut each orbit at the wanted number and, unless there is no tolerance, where its energy has
+    drifted.
+    """
     rows, orbits = ensemble.z.shape
     width = RECORD.state + rows
     records = out.reshape(orbits, -1, width)[:, :wanted]
     counts = np.minimum(memory[kernels.ROWS.written].astype(np.int64), wanted)
     kept = np.arange(wanted) < counts[:, None]
     points, times = records[:, :, RECORD.state :], np.where(kept, records[:, :, RECORD.time], np.nan)
-    drift = np.empty(times.shape)
-    most = max(1, LOOKED // (8 * COMPARED * wanted * rows))
-
-    def look(at: slice) -> None:
-        for first in range(at.start, min(at.stop, orbits), most):
-            part = slice(first, min(first + most, at.stop))
-            z = np.ascontiguousarray(points[part].transpose(2, 0, 1))
-            start, scale = ensemble.energy[part, None], ensemble.scale[part, None]
-            drift[part] = np.where(kept[part], energy_drift(flow.model, z, start, scale), -1.0)
-
-    by_portions(look, orbits, wanted * rows, flow.threads)
-    beyond = drift > tolerance
-    first = np.where(beyond.any(axis=1), beyond.argmax(axis=1), wanted)
-    error = drift.max(axis=1)
-    error = np.where(ensemble.status == Status.OK, np.maximum(error, energy_error(flow.model, ensemble)), error)
-    status = ensemble.status.copy()
-    status[(status == Status.OK) & (error > tolerance)] = Status.ENERGY_DRIFT
+    error, status = np.zeros(orbits), ensemble.status.copy()
+    if tolerance is not None:
+        drift = _drifts(flow, ensemble, points, kept)
+        beyond = drift > tolerance
+        counts = np.where(beyond.any(axis=1), np.minimum(counts, beyond.argmax(axis=1)), counts)
+        error = drift.max(axis=1)
+        error = np.where(status == Status.OK, np.maximum(error, energy_error(flow.model, ensemble)), error)
+        status[(status == Status.OK) & (error > tolerance)] = Status.ENERGY_DRIFT
+        dropped = kept & (np.arange(wanted) >= counts[:, None])
+        points[dropped], times[dropped] = np.nan, np.nan
+        kept &= ~dropped
     status[(status == Status.OK) & (counts < wanted)] = Status.TOO_FEW_CROSSINGS
-    written = memory[kernels.ROWS.written].astype(np.int64)
-    counts = np.minimum(counts, first)
-    slot = np.arange(wanted)
-    dropped = (slot >= counts[:, None]) & (slot < written[:, None])
-    points[dropped], times[dropped] = np.nan, np.nan
-    residual = np.where(slot < counts[:, None], np.abs(records[:, :, RECORD.residual]), 0.0).max(axis=1)
+    residual = np.where(kept, np.abs(records[:, :, RECORD.residual]), 0.0).max(axis=1)
     return SectionMap(
         points=points.transpose(2, 1, 0),
         times=times.T,
@@ -255,5 +270,23 @@ def _result(flow, body, ensemble, section, wanted, memory, out, tolerance) -> Se
         section=section,
         scheme=flow.scheme,
         step=flow.step,
-        names=traits_of(body).row_names,
+        names=system_of(body).row_names,
     )
+
+
+def _drifts(flow, ensemble: Ensemble, points: np.ndarray, kept: np.ndarray) -> np.ndarray:
+    """Return the energy errors (orbits, crossings) of points (orbits, crossings, rows), -1 of those that are not
+    kept.
+    """
+    (orbits, wanted), rows, drift = kept.shape, points.shape[-1], np.empty(kept.shape)
+    most = max(1, LOOKED // (8 * COMPARED * wanted * rows))
+
+    def look(at: slice) -> None:
+        for first in range(at.start, min(at.stop, orbits), most):
+            part = slice(first, min(first + most, at.stop))
+            z = np.ascontiguousarray(points[part].transpose(2, 0, 1))
+            start, scale = ensemble.energy[part, None], ensemble.scale[part, None]
+            drift[part] = np.where(kept[part], energy_drift(flow.model, z, start, scale), -1.0)
+
+    by_portions(look, orbits, wanted * rows, flow.threads)
+    return drift

@@ -17,8 +17,7 @@ from ...base.short_forms import takes
 from ...flows.checks import checked_model, checked_section
 from ...formulas.section_text import section_in_words, section_of
 from ...models.contracts import Dynamics, Section
-from ...models.mechanics import inside, kinetic_energies, potential_energies
-from ...models.traits import traits_of
+from ...models.mechanics import system_of
 from .energy_limits import NotReached, Where, too_low
 from .named_axes import Axes, Others, are_named, by_name, checked_energy, checked_sign, checked_values, launching
 from .section_points import section_points
@@ -199,22 +198,22 @@ def _grid_by_name(
     body: Any, energy: Any, axes: Any, section: Any, others: Others, planes: tuple[Any, Any]
 ) -> EnergyGrid:
     """Return a grid over rows by name."""
+    system = system_of(body)
     checked_model(body, needs="a start by rows")
     energy = checked_energy(body, energy)
     no_planes(*planes)
     if isinstance(axes, str):
-        raise TypeError(f"axes must be given by name, {{{traits_of(body).row_names[0]!r}: array, ...}}, or a section")
+        raise TypeError(f"axes must be given by name, {{{system.row_names[0]!r}: array, ...}}, or a section")
     names, arrays = checked_values(axes)
     launch = launching(body, energy, names, section, others)
     fits("axes", *(array.size for array in arrays), ARRAYS * body.degrees_of_freedom)
     z, found = launch.lift(np.array([array.ravel() for array in np.meshgrid(*arrays, indexing="ij")]))
     if not found.any():
         ranges = ", ".join(f"{name} in [{array.min():.6g}, {array.max():.6g}]" for name, array in zip(names, arrays))
-        traits = traits_of(body)
-        if not traits.conserves:
-            what = "map" if traits.iterated else "system"
+        if not system.conserves:
+            what = "map" if system.iterated else "system"
             raise NotReached(f"no cell of the grid {ranges} is in the domain of the {what}")
-        low = None if traits.isotropic else too_low(body, energy, 0.0, 0.0)
+        low = None if system.isotropic else too_low(body, energy, 0.0, 0.0)
         raise NotReached(low or f"energy {energy} reaches no cell of the grid {ranges}: it is below the minimum there")
     return grid_of(np.ascontiguousarray(z[:, found]), np.flatnonzero(found), arrays, names, energy)
 
@@ -226,7 +225,7 @@ def checked_surface(body: Any, section: Any, energy: Any, p_eta: Any, p_gamma: A
     energy, p_eta, p_gamma = real("energy", energy), real("p_eta", p_eta), real("p_gamma", p_gamma)
     if body.degrees_of_freedom == 4 and not hasattr(body, "potential"):
         raise TypeError(f"body must be a Body with a doubly isotropic potential to have a grid, got {body!r}")
-    if not traits_of(body).isotropic and (p_eta or p_gamma):
+    if not system_of(body).isotropic and (p_eta or p_gamma):
         raise ValueError(
             f"p_eta and p_gamma belong to a Body, got {p_eta}, {p_gamma} for {type(body).__name__}, which has none"
         )
@@ -250,12 +249,12 @@ def lift_sheets(where: Where, u: np.ndarray, v: np.ndarray) -> tuple[np.ndarray,
 
     A turning section has a sheet for each well of its radius, the outermost first; the others have one.
     """
-    body, energy = where.body, where.energy
+    body, energy, system = where.body, where.energy, system_of(where.body)
     with np.errstate(all="ignore"):
         sheets, names = section_points(where.section, where, u, v)
         z = sheets.reshape(-1, 2 * body.degrees_of_freedom, u.size)
         rows = np.moveaxis(np.where(np.isfinite(z), z, 1.0), 1, 0)
-        T, V, lives = kinetic_energies(body, rows), potential_energies(body, rows), inside(body, rows)
+        T, V, lives = system.kinetic_energies(rows), system.potential_energies(rows), system.inside(rows)
     # A sign change at a wall where the potential jumps is no turning point.
     found: np.ndarray = np.abs(T + V - energy) <= 1e-9 * (T + np.abs(V) + abs(energy))
     return z, found & np.isfinite(z).all(axis=1) & lives, names

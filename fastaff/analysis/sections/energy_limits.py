@@ -6,9 +6,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...models.mechanics import frame_rate, least_energies, turning_mass
+from ...models.mechanics import system_of
 from ...models.reduced_body import reduced
-from ...models.traits import traits_of
 from .allowed_region import Function
 
 RADII, ANGLES = np.geomspace(1e-8, 1e8, 129), 24
@@ -41,7 +40,7 @@ def energy_limits(body: Any, p_eta: float = 0.0, p_gamma: float = 0.0) -> Limits
     is none or the second derivatives are not known.
     Source: Henon & Heiles 1964, Astron. J. 69, 73: a minimum at 0 and three saddles at 1/6.
     """
-    plane = reduced(body, p_eta=p_eta, p_gamma=p_gamma) if traits_of(body).isotropic else body
+    plane = reduced(body, p_eta=p_eta, p_gamma=p_gamma) if system_of(body).isotropic else body
     if plane.degrees_of_freedom != 2 or not hasattr(plane, "tangent_force"):
         return Limits(np.nan, np.nan)
     try:
@@ -70,30 +69,31 @@ def _stationary(plane: Any) -> tuple[np.ndarray, np.ndarray]:
     found = (np.hypot(*step) <= 1e-9 * np.hypot(*q)) | (np.hypot(*q) < 1e-12)
     q = q[:, found & np.isfinite(q).all(axis=0) & (plane.margin(*q) > 0)]
     _, second = _derivatives(plane, q)
-    energy = least_energies(plane, q)
+    energy = system_of(plane).least_energies(q)
     bends = np.linalg.eigvalsh(np.moveaxis(np.where(np.isfinite(second), second, 0.0), 2, 0))
     return energy[np.isfinite(energy)], (bends < 0).sum(axis=1)[np.isfinite(energy)]
 
 
 def _derivatives(plane: Any, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return force (2, points) and second derivatives (2, 2, points) of the potential at q (2, points)."""
+    system = system_of(plane)
     unit = np.ones(q.shape[1:])
     columns = [plane.tangent_force(*q, unit, 0.0 * unit), plane.tangent_force(*q, 0.0 * unit, unit)]
     spread = np.array([[np.broadcast_to(-row, unit.shape) for row in column] for column in columns])
     force = np.array([np.broadcast_to(row, unit.shape) for row in plane.force(*q)])
-    if traits_of(plane).frame:  # the centrifugal force
-        pull = turning_mass(plane) * frame_rate(plane) ** 2
+    if system.frame:  # the centrifugal force
+        pull = system.turning_mass * system.frame_rate**2
         return force + pull * q, spread - pull * np.eye(2)[:, :, None]
     return force, spread
 
 
 def too_low(body: Any, energy: float, p_eta: float, p_gamma: float) -> str | None:
     """Return the sentence for an energy below the minimum of the system; None where it is not known to be."""
-    least, traits = energy_limits(body, p_eta, p_gamma).minimum, traits_of(body)
-    if not energy < least or traits.frame:  # which has lower energies far away
+    least, system = energy_limits(body, p_eta, p_gamma).minimum, system_of(body)
+    if not energy < least or system.frame:  # which has lower energies far away
         return None
-    where = f" with p_eta = {p_eta:g} and p_gamma = {p_gamma:g}" if traits.isotropic else ""
-    what = "body" if traits.isotropic else "system"
+    where = f" with p_eta = {p_eta:g} and p_gamma = {p_gamma:g}" if system.isotropic else ""
+    what = "body" if system.isotropic else "system"
     least = least if abs(least) > 1e-12 * abs(energy) else 0.0  # which rounding hides
     return f"energy {energy:g} lies below the minimum {least:.6g} of this {what}'s energy{where}"
 

@@ -16,8 +16,8 @@ from ...base.short_forms import takes
 from ...flows.checks import checked_model
 from ...formulas.section_text import section_of
 from ...models.contracts import Dynamics, Section
+from ...models.mechanics import system_of
 from ...models.sections import AngleEquals, AreaEquals, Linear
-from ...models.traits import traits_of
 from .energy_grid import ARRAYS, checked_surface, lift_sheets, no_planes
 from .energy_limits import NotReached, Where
 from .invariant_measure import Measure, Ranges, measure_of, ranges_of
@@ -146,7 +146,7 @@ def on_section(body: Any, section: Any, axes: Any = None, others: Others = NO_OT
     by_rows = are_named(axes) or others.given or others.sign != 1
     plain = (
         type(section) in (Linear, AngleEquals)
-        and not traits_of(body).isotropic
+        and not system_of(body).isotropic
         and getattr(body, "degrees_of_freedom", 2) != 2
     )
     return not (by_rows or plain)
@@ -156,14 +156,15 @@ def source_of(
     body: Any, energy: Any, section: Any, axes: Any, others: Others, planes: tuple[Any, Any]
 ) -> Measure | Surface | Ranges:
     """Return what points of any number of degrees of freedom are drawn from; raises naming what is wrong."""
+    system = system_of(body)
     checked_model(body, needs="a start by rows")
     energy = checked_energy(body, energy)
     no_planes(*planes)
-    if flag("at_rest", others.at_rest) or others.solve is not None or not traits_of(body).conserves:
+    if flag("at_rest", others.at_rest) or others.solve is not None or not system.conserves:
         return ranges_of(body, energy, section, axes, others)
     if others.fixed is not None or others.sign != 1:
         raise ValueError(f"{'sign' if others.fixed is None else 'fixed'} goes with solve or at_rest, which are missing")
-    if traits_of(body).isotropic and section is None and axes is None:
+    if system.isotropic and section is None and axes is None:
         raise ValueError(
             "axes must give ranges of the coordinates of a body, or section one of its sections: wells of its four "
             "coordinates are rings"

@@ -14,8 +14,7 @@ import numpy as np
 
 from ...base.names import named
 from ...base.numbers import span
-from ...models.mechanics import energies, inside, momentum_form, velocities
-from ...models.traits import traits_of
+from ...models.mechanics import system_of
 from .accessible_box import Box, NoWell, box_of_angles, least_within, walled, within
 from .energy_limits import NotReached, too_low
 from .named_axes import Launching, Others, angle_names, angles_of, checked_names, launching, section_row
@@ -43,24 +42,25 @@ class Momenta(NamedTuple):
         """Return those of a model whose kinetic energy is quadratic."""
         n = model.degrees_of_freedom
         order = (first, *(k for k in range(n) if k != first))
-        if traits_of(model).nonseparable:
+        if system_of(model).nonseparable:
             return cls(model, order, None)
         inverse = np.array([model.velocity(*row) for row in np.eye(n)], dtype=np.float64)[np.ix_(order, order)]
         return cls(model, order, np.linalg.cholesky((inverse + inverse.T) / 2))
 
     def floor(self, q: np.ndarray) -> np.ndarray:
         """Return the least energy over coordinates q (n, ...), infinite where the potential does not live."""
+        system = system_of(self.model)
         z = np.concatenate([q, np.zeros_like(q)])
         if self.lower is None:
             lower, drift, energy = self._here(q)
             z[len(q) + np.array(self.order)] = backward(lower, -drift)
             # H there, not H(q, 0) less what it takes: far out that would be a difference of equal numbers.
-            here = np.where(np.isnan(energy), energy, energies(self.model, z))
+            here = np.where(np.isnan(energy), energy, system.energies(z))
             energy = np.where(np.isnan(lower).any(axis=(0, 1)), -np.inf, here)
         else:
-            drift = self._scaled(velocities(self.model, z))
-            energy = energies(self.model, z) - (drift**2).sum(axis=0) / 2
-        return np.where(inside(self.model, z) & ~np.isnan(energy), energy, np.inf)
+            drift = self._scaled(system.velocities(z))
+            energy = system.energies(z) - (drift**2).sum(axis=0) / 2
+        return np.where(system.inside(z) & ~np.isnan(energy), energy, np.inf)
 
     def lifted(self, q: np.ndarray, y: np.ndarray) -> np.ndarray:
         """Return phase points (2n, points) over q (n, points) at y (n, points)."""
@@ -69,7 +69,7 @@ class Momenta(NamedTuple):
             lower, drift, _ = self._here(q)
             z[len(q) + np.array(self.order)] = backward(lower, y - drift)
             return z
-        y = y - self._scaled(velocities(self.model, z))
+        y = y - self._scaled(system_of(self.model).velocities(z))
         z[len(q) + np.array(self.order)] = np.linalg.solve(self.lower.T, y)
         return z
 
@@ -91,7 +91,7 @@ class Momenta(NamedTuple):
 
     def _here(self, q: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return L, NaN where the inverse inertia is finite and not positive definite, L^-1 dq/dt and H at p = 0."""
-        W, v, energy = momentum_form(self.model, q)
+        W, v, energy = system_of(self.model).momentum_form(q)
         order = np.array(self.order)
         with np.errstate(all="ignore"):
             known = np.isfinite(W).all(axis=(0, 1))
@@ -122,13 +122,13 @@ class Measure(NamedTuple):
     @property
     def names(self) -> tuple[str, ...]:
         """Names of the rows that are drawn."""
-        n, rows = len(self.at), traits_of(self.momenta.model).row_names
+        n, rows = len(self.at), system_of(self.momenta.model).row_names
         return tuple(rows[k] for half in (0, n) for k in (half + f for f in self.free))
 
     @property
     def turns(self) -> list[float]:
         """Periods of the free coordinates, 0 where there is none."""
-        return [traits_of(self.momenta.model).periods[k] for k in self.free]
+        return [system_of(self.momenta.model).periods[k] for k in self.free]
 
     def floor(self, x: np.ndarray) -> np.ndarray:
         """Return the least energy over free coordinates x (d, ...)."""
@@ -164,7 +164,7 @@ class Measure(NamedTuple):
             if kept + CHANCE < FEWEST * tried:
                 raise NotReached(
                     f"energy {self.energy:g} reaches less than a millionth of the ranges of "
-                    f"{', '.join(traits_of(self.momenta.model).names[k] for k in self.free)}: narrow them, "
+                    f"{', '.join(system_of(self.momenta.model).names[k] for k in self.free)}: narrow them, "
                     'axes={"name": (low, high), ...}'
                 )
         z = np.ascontiguousarray(np.concatenate(found, axis=1)[:, :count])
@@ -262,13 +262,14 @@ def measure_of(model: Any, energy: float, section: Any, axes: Any) -> Measure | 
     """Return the invariant measure of an energy surface (section None) or of a section; raises NotReached where the
     energy reaches nothing, ValueError where nothing bounds it.
     """
-    n, names = model.degrees_of_freedom, traits_of(model).names
+    system = system_of(model)
+    n, names = model.degrees_of_freedom, system.names
     if n < 2:
         raise ValueError(
             f"body must have two degrees of freedom or more, {type(model).__name__} has {n}: its energy surface is one "
             "orbit, of which integrate gives points at equal times"
         )
-    if not traits_of(model).ellipsoidal:
+    if not system.ellipsoidal:
         return surface_of(model, energy, section, None if axes is None else _ranges(axes))
     at, free, sign, first = [0.0] * n, list(range(n)), 0, 0
     if section is not None:
@@ -303,7 +304,7 @@ def _box(measure: Measure, given: dict[int, tuple[float, float]]) -> Box:
         try:
             box = box_of_angles(measure.floor, measure.turns, energy)
         except NoWell as problem:
-            names = tuple(traits_of(model).names[k] for k in measure.free)
+            names = tuple(system_of(model).names[k] for k in measure.free)
             raise no_well(model, energy, problem, names, measure.sign != 0) from None
         if not given:
             return box
@@ -314,7 +315,7 @@ def _box(measure: Measure, given: dict[int, tuple[float, float]]) -> Box:
     least = least_within(measure.floor, low, high)
     if not least < energy:
         raise NotReached(
-            (None if traits_of(model).isotropic else too_low(model, energy, 0.0, 0.0))
+            (None if system_of(model).isotropic else too_low(model, energy, 0.0, 0.0))
             or f"energy {energy:g} lies below {least:.6g}, the least energy met in the ranges"
         )
     if not np.isfinite(least):

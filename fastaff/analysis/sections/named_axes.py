@@ -14,9 +14,8 @@ from ...base.names import did_you_mean, named
 from ...base.numbers import flag, numbers, real, shown
 from ...flows.checks import checked_section
 from ...flows.needs import check_given
-from ...models.mechanics import energies, inside, kinetic_energies, potential_energies, velocities
+from ...models.mechanics import system_of
 from ...models.sections import AngleEquals, Linear
-from ...models.traits import traits_of
 from .accessible_box import spread
 from .allowed_region import crossings, extrema
 from .surface_roots import left, rest, roots_along
@@ -67,6 +66,7 @@ class Launching(NamedTuple):
         """Return phase points (2n, points) at values (names, points), and which of them the energy reaches
         (points,).
         """
+        system = system_of(self.model)
         z = np.repeat(np.array(self.base)[:, None], values.shape[1], axis=1)
         with np.errstate(all="ignore"):
             if self.row == AT_REST:
@@ -74,11 +74,11 @@ class Launching(NamedTuple):
                 z[:n] += self._rest(values, z)
                 z[n:] = rest(self.model, z[:n])
             else:
-                rows = traits_of(self.model).row_names
+                rows = system.row_names
                 for name, value in zip(self.names, values, strict=True):
                     z[rows.index(name)] = value
                 if self.row == NOTHING:
-                    return z, np.isfinite(z).all(axis=0) & inside(self.model, z)
+                    return z, np.isfinite(z).all(axis=0) & system.inside(z)
                 z[self.row] = self._solved(z)
             return z, on_surface(self.model, z, self.energy)
 
@@ -100,21 +100,23 @@ class Launching(NamedTuple):
 
     def _solved(self, z: np.ndarray) -> np.ndarray:
         """Return the row that the energy gives; NaN where it gives none."""
+        system = system_of(self.model)
         n = len(z) // 2
-        if self.row < n or not traits_of(self.model).quadratic:  # the last one, up to which the energy allows it
+        if self.row < n or not system.quadratic:  # the last one, up to which the energy allows it
             return roots_along(self.model, self.energy, z, self.row, self.sign)[0]
         z[self.row] = 0.0
         weight = self.model.kinetic_energy(*np.eye(n)[self.row - n])
-        half = velocities(self.model, z)[self.row - n] / (2 * weight)
-        square = half * half + (self.energy - energies(self.model, z)) / weight
+        half = system.velocities(z)[self.row - n] / (2 * weight)
+        square = half * half + (self.energy - system.energies(z)) / weight
         return self.sign * np.sqrt(np.where(square >= 0, square, np.nan)) - half
 
 
 def on_surface(model: Any, z: np.ndarray, energy: float) -> np.ndarray:
     """Tell which phase points z (2n, points) have this energy and lie where the potential lives."""
-    T, V = kinetic_energies(model, z), potential_energies(model, z)
+    system = system_of(model)
+    T, V = system.kinetic_energies(z), system.potential_energies(z)
     exact = np.abs(T + V - energy) <= TOLERANCE * (np.abs(T) + np.abs(V) + abs(energy))
-    return exact & np.isfinite(z).all(axis=0) & inside(model, z)
+    return exact & np.isfinite(z).all(axis=0) & system.inside(z)
 
 
 def angle_names(n: int) -> tuple[str, ...]:
@@ -180,8 +182,8 @@ def checked_sign(sign: Any) -> int:
 
 def launching(model: Any, energy: float, names: Any, section: Any, others: Others) -> Launching:
     """Return how values of these names become phase points; raises TypeError or ValueError naming what is wrong."""
-    traits, fixed, solve, sign = traits_of(model), others.fixed, others.solve, others.sign
-    rows, n, resting = traits.row_names, traits.n, flag("at_rest", others.at_rest)
+    system, fixed, solve, sign = system_of(model), others.fixed, others.solve, others.sign
+    rows, n, resting = system.row_names, system.n, flag("at_rest", others.at_rest)
     check_given(model, "a start by energy", section=section, solve=solve, at_rest=resting or None)
     base = {
         named("fixed", name, rows): real(f"fixed[{name!r}]", value)
@@ -204,7 +206,7 @@ def launching(model: Any, energy: float, names: Any, section: Any, others: Other
             raise ValueError(f"axes and fixed both name {name}")
         if names.count(name) > 1:
             raise ValueError(f"axes names {name} twice")
-    if not traits.conserves:
+    if not system.conserves:
         return Launching(model, energy, names, tuple(base.get(name, 0.0) for name in rows), NOTHING, sign)
     left = [name for name in rows if name not in names and name not in base]
     if not left:
@@ -219,10 +221,11 @@ def launching(model: Any, energy: float, names: Any, section: Any, others: Other
 
 def _resting(model: Any, energy: float, names: Any, section: Any, base: dict[str, float], solve: Any) -> Launching:
     """Return how angles become phase points at rest."""
-    rows, n = traits_of(model).row_names, model.degrees_of_freedom
+    system = system_of(model)
+    rows, n = system.row_names, model.degrees_of_freedom
     if n < 2:
         raise ValueError(f"at_rest needs two degrees of freedom or more, {type(model).__name__} has {n}")
-    if traits_of(model).nonseparable and not traits_of(model).ellipsoidal:
+    if system.nonseparable and not system.ellipsoidal:
         raise ValueError(
             f"at_rest needs H of second degree in the momenta, with positive masses, which that of "
             f"{type(model).__name__} is not: give rows by name"
@@ -246,7 +249,7 @@ def _resting(model: Any, energy: float, names: Any, section: Any, base: dict[str
 
 def checked_energy(model: Any, energy: Any) -> float:
     """Return an energy; NaN of what keeps none."""
-    if traits_of(model).conserves:
+    if system_of(model).conserves:
         return real("energy", energy)
     unknown = isinstance(energy, float) and np.isnan(energy)
     check_given(model, "a start by energy", energy=None if unknown else energy)
@@ -256,7 +259,7 @@ def checked_energy(model: Any, energy: Any) -> float:
 def section_row(model: Any, section: Any) -> tuple[str, float, int]:
     """Return the row that a section fixes, its value and the sign of its rate."""
     checked_section(section, model)
-    names = traits_of(model).row_names
+    names = system_of(model).row_names
     normal = np.asarray(getattr(section, "normal", ()), dtype=np.float64)
     if type(section) not in (Linear, AngleEquals) or np.count_nonzero(normal) != 1:
         raise TypeError(

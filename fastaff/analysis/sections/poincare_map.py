@@ -25,13 +25,12 @@ from ...flows.options import Options, Problem
 from ...formulas.section_text import section_of
 from ...kernels.crossing_roots import lean
 from ...models.contracts import Dynamics, Section
-from ...models.mechanics import slopes
+from ...models.mechanics import system_of
 from ...models.sections import Stroboscopic
-from ...models.traits import traits_of
 from ...schemes.automatic import Automatic
 from ...schemes.catalogue import Scheme, scheme_of
 from ...schemes.time_transformed import TimeTransformed
-from .crossing_run import COMPARED, NUDGE, PORTION, Crossings, crossed
+from .crossing_run import COMPARED, NUDGE, PORTION, Beside, Crossings, crossed
 from .section_map import SectionMap
 from .stroboscopic import strobed
 
@@ -39,8 +38,10 @@ SLOWEST = 2.0
 """Natural periods between crossings that steps are chosen for, where max_time allows more."""
 
 
-SAME = 0.1
-"""Distance, in amplitudes of the motion, below which crossings of the same number in two runs are the same."""
+SAME, PARTED = 0.1, 0.2
+"""Distance, in amplitudes of the motion, below which crossings of the same number in two runs are the same; radians
+between them from which on nothing more is asked of the coarser run.
+"""
 
 
 @takes(z0=starts_of, section=section_of, scheme=scheme_of)
@@ -117,7 +118,7 @@ def poincare_map(
     )
     problem = Problem(body, z0, options)
     wanted = Crossings(section, whole("crossings", crossings, 1), max_time, options.drift)
-    model, mapping = checked_model(problem.model), problem.traits.iterated
+    model, mapping = checked_model(problem.model), problem.system.iterated
     given = {"section": wanted.section, "max_time": max_time}
     check_given(model, "a time", "the crossings of a map are its iterates", **given)
     if not mapping:
@@ -147,7 +148,7 @@ def poincare_map(
 def _enough(problem: Problem, wanted: int) -> str:
     """Say which time does for so many crossings: four turns of the orbits for each."""
     body = problem.model
-    if not traits_of(body).canonical:
+    if not system_of(body).canonical:
         return ""
     turn = 2 * np.pi / typical_rate(body, phase_points("z0", problem.z0, body))
     return f"; a turn of these orbits takes about {turn:.2g}: max_time={float(f'{4 * wanted * turn:.1g}'):g} will do"
@@ -172,7 +173,7 @@ def _iterated(flow: Flow, body: Any, z: np.ndarray, wanted: int, report: Report 
         section=None,
         scheme=flow.scheme,
         step=flow.step,
-        names=traits_of(body).row_names,
+        names=system_of(body).row_names,
     )
     with keeping("poincare_map", lambda: found):
         if interrupted:
@@ -206,7 +207,7 @@ def slants(model: Any, section: Any, points: np.ndarray, scales: Motion) -> np.n
     z = np.ascontiguousarray(points.transpose(0, 2, 1))  # as crossings lie in memory: an orbit's together
     size, result = np.concatenate([scales.position, scales.momentum]), np.empty(z.shape[1:])
     with np.errstate(all="ignore"):
-        speed = slopes(model, z) / scales.rate[:, None]
+        speed = system_of(model).slopes(z) / scales.rate[:, None]
     function = bound("value", section, model.degrees_of_freedom, 0)
     flat = z.reshape(len(z), -1), size, speed.reshape(len(z), -1), result.reshape(-1)
     launch(lean, (function, NUDGE, *flat), units(result.size), 0.0, 1, None, float(result.size))
@@ -235,25 +236,29 @@ def _accurate(flow, body, z, crossings: Crossings, accuracy, report) -> SectionM
         section=section,
         scheme=flow.scheme,
         step=np.full(orbits, np.nan),
-        names=traits_of(body).row_names,
+        names=system_of(body).row_names,
         time_error=np.full((orbits, wanted), np.nan).T,
         point_error=np.full((orbits, wanted, rows), np.nan).transpose(2, 1, 0),
         accurate_until=np.zeros(orbits),
     )
 
-    def run(orbits: np.ndarray, step: np.ndarray, wear: Wear | None, report: Report | None) -> _Crossings:
+    def run(orbits: np.ndarray, step: np.ndarray, wear: Wear | None, report: Report | None, fine) -> _Crossings:
         used = np.full(len(step), np.inf) if flow.adaptive else step
-        start = np.ascontiguousarray(z[:, orbits])
+        start, motion = np.ascontiguousarray(z[:, orbits]), steps.motion
+        beside = None if fine is None else Beside(fine.found.times, PARTED / motion.rate[orbits])
         try:
-            part, reached = crossed(flow.sized(step), body, start, crossings, report, steps.motion.radius[orbits], wear)
+            part, reached = crossed(
+                flow.sized(step), body, start, crossings, report, motion.radius[orbits], wear, beside
+            )
         except Interrupted as stopped:
             unfinished = np.full(len(step), int(Status.INTERRUPTED))  # whatever became of them with these steps
-            put(result, orbits, replace(stopped.partial, step=used, status=unfinished))
+            there = replace(stopped.partial, step=used) if fine is None else fine.found
+            put(result, orbits, replace(there, status=unfinished))
             raise
         return _Crossings(replace(part, step=used), reached)
 
-    def compare(fine: _Crossings, coarse: _Crossings, orbits: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        return _compared(body, section, steps.motion.of(orbits), fine.found, coarse.found, flow.threads)
+    def compare(fine: _Crossings, coarse: _Crossings, orbits: np.ndarray, weight: np.ndarray | None) -> tuple:
+        return _compared(body, section, steps.motion.of(orbits), fine.found, coarse.found, weight, flow.threads)
 
     def keep(orbits: np.ndarray, fine: _Crossings, chosen: np.ndarray, error: np.ndarray) -> None:
         where, part = orbits[chosen], fine if len(chosen) == len(orbits) else fine.of(chosen)
@@ -278,8 +283,10 @@ def _accurate(flow, body, z, crossings: Crossings, accuracy, report) -> SectionM
     return result
 
 
-def _compared(body, section, motion: Motion, fine: SectionMap, coarse: SectionMap, threads: int) -> tuple:
-    """Return distances (crossings, orbits) of states at crossings of two runs, radians up to these, and `slants`."""
+def _compared(body, section, motion: Motion, fine: SectionMap, coarse: SectionMap, slant, threads: int) -> tuple:
+    """Return distances (crossings, orbits) of states at crossings of two runs, radians up to these, and `slants`, where
+    these are not given.
+    """
     whole = np.empty((3, *fine.times.T.shape)).transpose(0, 2, 1)  # as crossings lie in memory
 
     def some(at: slice) -> None:
@@ -288,14 +295,14 @@ def _compared(body, section, motion: Motion, fine: SectionMap, coarse: SectionMa
             late = np.abs(times - coarse.times[:, at]) * scales.rate
             apart = scales.distance((points - coarse.points[..., at]).transpose(1, 0, 2))
             apart = np.maximum(apart, late)
-            slant = slants(body, section, points, scales)
-            straight = apart / slant
+            times_worse = slants(body, section, points, scales) if slant is None else slant[:, at]
+            straight = apart / times_worse
         same = np.isfinite(apart) & (apart < SAME)
         # Behind the last crossing there is nothing to compare; behind one that one of the runs lacks nothing is known.
         ended = ~np.isfinite(times)
         known = np.logical_and.accumulate(same | ended, axis=0)
         straight = np.where(known, np.where(ended, 0.0, straight), np.inf)
-        whole[..., at] = straight, np.where(ended, 0.0, times * scales.rate), np.where(ended, 1.0, slant)
+        whole[..., at] = straight, np.where(ended, 0.0, times * scales.rate), np.where(ended, 1.0, times_worse)
 
     by_portions(some, len(fine), fine.points[..., :1].size, threads)
     return whole[0], whole[1], whole[2]

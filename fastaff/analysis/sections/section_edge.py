@@ -11,9 +11,8 @@ from ...base.axes import along
 from ...base.results import Result
 from ...flows.checks import checked_model
 from ...formulas.section_text import section_in_words, section_of
-from ...models.mechanics import at_rest, least_energies
+from ...models.mechanics import system_of
 from ...models.sections import AlphaTurning, AngleEquals, BetaTurning, Linear
-from ...models.traits import traits_of
 from .allowed_region import LARGEST, Function, evaluated, extrema, highest, intervals, line, radii
 from .energy_limits import NotReached, Where
 from .named_axes import section_row
@@ -76,7 +75,7 @@ def edge(
     checked_model(body, needs="an energy surface")
     section = section_of(section, body)
     where = Where(body, section, energy, p_eta, p_gamma)
-    if not _of_ellipses(body) and not traits_of(body).quadratic:
+    if not _of_ellipses(body) and not system_of(body).quadratic:
         return _edge_of(sides_of_any(where, max(2, points // 4)))
     parts = _bounded_parts(where)
     share = max(2, points // len(parts))
@@ -91,11 +90,12 @@ def edge(
 
 def _nodes(body: Any, section: Any) -> np.ndarray:
     """Return the coordinates between which the allowed ones are looked for: of an angle one turn."""
-    if traits_of(body).isotropic:
+    system = system_of(body)
+    if system.isotropic:
         return radii()
     turns = [
         period
-        for name, period in zip(traits_of(body).names, traits_of(body).periods)
+        for name, period in zip(system.names, system.periods)
         if isinstance(section, (Linear, AngleEquals)) and name != section_row(body, section)[0]
     ]
     half = turns[0] / 2 if len(turns) == 1 else 0.0
@@ -104,8 +104,8 @@ def _nodes(body: Any, section: Any) -> np.ndarray:
 
 def _of_ellipses(body: Any) -> bool:
     """Tell whether ellipses of momenta differ from place to place."""
-    traits = traits_of(body)
-    return traits.nonseparable and traits.ellipsoidal
+    system = system_of(body)
+    return system.nonseparable and system.ellipsoidal
 
 
 def _edge_of(pieces: list[Sides]) -> Edge:
@@ -116,10 +116,10 @@ def _edge_of(pieces: list[Sides]) -> Edge:
 def parts(where: Where) -> list[Part]:
     """Return the pieces of the section of any system."""
     body, section = where.body, where.section
-    if _of_ellipses(body) or traits_of(body).quadratic:
+    if _of_ellipses(body) or system_of(body).quadratic:
         return _bounded_parts(where)
     box = surface_of(body, where.energy, section, None).box
-    k = 2 - traits_of(body).names.index(section_row(body, section)[0])
+    k = 2 - system_of(body).names.index(section_row(body, section)[0])
     return [Part(*map(float, (box.low[0], box.high[0], box.low[k], box.high[k])))]
 
 
@@ -140,12 +140,13 @@ def _momenta_of(where: Where, rest: Function, low: float, high: float) -> tuple[
 
 def _centre(body: Any, section: Any) -> float:
     """Return the momentum about which the accessible part of a section is symmetric: that of rest."""
-    if not isinstance(section, (Linear, AngleEquals)) or not traits_of(body).frame:
+    system = system_of(body)
+    if not isinstance(section, (Linear, AngleEquals)) or not system.frame:
         return 0.0
     i = fixed_coordinate(section, body)
     q = np.zeros(2)
     q[i] = section.offset / section.normal[i]
-    return float(at_rest(body, q)[1 - i])
+    return float(system.at_rest(q)[1 - i])
 
 
 def _bounded_parts(where: Where) -> list[Part]:
@@ -172,9 +173,9 @@ def _bounded_parts(where: Where) -> list[Part]:
         raise ValueError(f"{why}; nothing bounds the section {name}: give the ranges of the axes")
     if endless:
         low, high, bottom, top = parts[0]
-        q = traits_of(body).names[1]
+        q = system_of(body).names[1]
         angle = f"; or, of what is an angle, its period: periods={{'{q}': '2*pi'}}, --angles {q}=2*pi"
-        angle *= not traits_of(body).separable
+        angle *= not system_of(body).separable
         raise ValueError(
             f"what energy {energy:g} allows of the section {name} falls apart into pieces without end: give the ranges "
             f"of the axes, such as (({low:.6g}, {high:.6g}), ({bottom:.6g}, {top:.6g}))" + angle
@@ -187,7 +188,7 @@ def _least(where: Where, rest: Function, nodes: np.ndarray) -> float:
     body, left = where.body, float(highest(rest, 1, nodes)[0])
     if _of_ellipses(body):
         return where.energy - left
-    mass = body.mu if traits_of(body).isotropic else 0.5 / _weight(body, fixed_coordinate(where.section, body))
+    mass = body.mu if system_of(body).isotropic else 0.5 / _weight(body, fixed_coordinate(where.section, body))
     return where.energy - left / (2 * mass)
 
 
@@ -212,11 +213,11 @@ def _rest(where: Where) -> Function:
 
         def left(u, _):
             q = np.array([at + 0 * u, u] if i == 0 else [u, at + 0 * u])
-            V = np.where(body.margin(*q) > 0, least_energies(body, q), np.inf)
+            V = np.where(body.margin(*q) > 0, system_of(body).least_energies(q), np.inf)
             return (energy - V) / weight, (abs(energy) + np.abs(V)) / weight
 
         return left
-    if not traits_of(body).isotropic:
+    if not system_of(body).isotropic:
         n = body.degrees_of_freedom
         raise TypeError(
             f"section {section!r} has no known boundary for {type(body).__name__}, which has {n} degrees of freedom, 2 "

@@ -7,9 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from ...models.mechanics import at_rest, energies
+from ...models.mechanics import system_of
 from ...models.sections import AlphaEquals, AlphaTurning, AngleEquals, AreaEquals, BetaEquals, BetaTurning, Linear
-from ...models.traits import traits_of
 from .allowed_region import crossings, extrema
 from .energy_limits import Where
 from .surface_roots import roots_along
@@ -87,9 +86,10 @@ def _(section, where, u, v):
     z = np.zeros((4, u.size))
     z[i], z[1 - i], z[3 - i] = section.offset / normal[i], u, v
     sign = section.direction * np.sign(normal[i])
-    coordinates, momenta = np.reshape(traits_of(body).row_names, (2, 2))
+    system = system_of(body)
+    coordinates, momenta = np.reshape(system.row_names, (2, 2))
     names = str(coordinates[1 - i]), str(momenta[1 - i])
-    if not traits_of(body).quadratic:
+    if not system.quadratic:
         roots = roots_along(body, energy, z, 2 + i, -1 if sign < 0 else 1)
         sheets = np.repeat(z[None], len(roots), axis=0)
         sheets[:, 2 + i] = roots
@@ -98,8 +98,8 @@ def _(section, where, u, v):
     unit[i] = 1.0
     weight = body.kinetic_energy(*unit)
     # The velocity has the sign, which is 0 at another momentum in a turning frame or beside a product of momenta.
-    own = at_rest(body, z[:2])[i] - body.velocity(*z[2:])[i] / (2 * weight)
-    z[2 + i] = _momentum((energy - energies(body, z)) / weight + own * own, sign)
+    own = system.at_rest(z[:2])[i] - body.velocity(*z[2:])[i] / (2 * weight)
+    z[2 + i] = _momentum((energy - system.energies(z)) / weight + own * own, sign)
     z[2 + i] += own
     return z, names
 

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...models.traits import traits_of
+from ...models.mechanics import system_of
 from .allowed_region import evaluated, highest
 from .energy_limits import NotReached, Where
 from .invariant_measure import Momenta
@@ -34,7 +34,7 @@ class Ellipses:
 
     def __init__(self, where: Where):
         name, self.at, _ = section_row(where.body, where.section)
-        self.energy, self.i = where.energy, traits_of(where.body).names.index(name)
+        self.energy, self.i = where.energy, system_of(where.body).names.index(name)
         self.momenta = Momenta.of(where.body, self.i)
 
     def places(self, u: np.ndarray) -> np.ndarray:
@@ -63,7 +63,7 @@ def sides_of_any(where: Where, points: int) -> list[Sides]:
     model, section, energy = where[:3]
     box = surface_of(model, energy, section, None).box
     name, at, _ = section_row(model, section)
-    i = traits_of(model).names.index(name)
+    i = system_of(model).names.index(name)
     low, high = (dict(zip((1 - i, 2, 3), ends)) for ends in (box.low, box.high))
     nodes = np.linspace(low[2 + i], high[2 + i], ALONG + 1)
 

@@ -18,7 +18,6 @@ from ...flows.launch import Report
 from ...flows.motion import motion
 from ...flows.options import Options, Problem
 from ...models.sections import Stroboscopic
-from ...models.traits import traits_of
 from ..orbits.integrate import Compared
 from .crossing_run import Crossings
 from .section_map import SectionMap
@@ -42,7 +41,7 @@ class _Strobed:
 
     def __init__(self, flow: Flow, z: np.ndarray, section: Stroboscopic, wanted: int, options: Options):
         self.flow, self.z, self.section, self.wanted, self.options = flow, z, section, wanted, options
-        self.period, self.row = float(flow.model.period), flow.traits.moving
+        self.period, self.row = float(flow.model.period), flow.system.moving
         lead = np.mod(section.phase - z[self.row], self.period)
         near = START * self.period
         self.lead = np.where((lead < near) | (lead > self.period - near), self.period, lead)
@@ -81,14 +80,15 @@ class _Strobed:
         self.error = np.full(self.states.shape, np.nan)
         errors = self.error
 
-        def run(orbits: np.ndarray, step: np.ndarray, wear: Wear | None, report: Report | None) -> Compared:
+        def run(orbits: np.ndarray, step: np.ndarray, wear: Wear | None, report: Report | None, _fine) -> Compared:
             return self._follow(flow.sized(step), orbits, found.radius[orbits], wear, report)
 
-        def compare(fine: Compared, coarse: Compared, orbits: np.ndarray) -> tuple[np.ndarray, np.ndarray, float]:
+        def compare(fine: Compared, coarse: Compared, orbits: np.ndarray, _weight: np.ndarray | None) -> tuple:
             ended = ~np.isfinite(fine.states).all(axis=1)
             with np.errstate(all="ignore"):
                 apart = found.of(orbits).distance(fine.states - coarse.states)
-            return np.where(ended, 0.0, apart), np.where(ended, 0.0, self.times[:, orbits] * found.rate[orbits]), 1.0
+            phase = np.where(ended, 0.0, self.times[:, orbits] * found.rate[orbits])
+            return np.where(ended, 0.0, apart), phase, np.ones((1, orbits.size))
 
         def keep(orbits: np.ndarray, fine: Compared, chosen: np.ndarray, error: np.ndarray) -> None:
             where = orbits[chosen]
@@ -188,7 +188,7 @@ class _Strobed:
             section=self.section,
             scheme=flow.scheme,
             step=self.step,
-            names=traits_of(flow.model).row_names,
+            names=flow.system.row_names,
             time_error=late,
             point_error=error,
             accurate_until=None if error is None else self.until,

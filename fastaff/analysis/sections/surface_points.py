@@ -15,8 +15,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ...base.names import named
-from ...models.mechanics import energies, inside, slopes
-from ...models.traits import traits_of
+from ...models.mechanics import system_of
 from .accessible_box import Box, NoWell, box_of_angles, spread, walled, within
 from .allowed_region import crossings, extrema
 from .energy_limits import NotReached, may_escape
@@ -53,13 +52,13 @@ class Surface(NamedTuple):
     @property
     def names(self) -> tuple[str, ...]:
         """Names of the rows that are drawn: of a section without its momentum."""
-        names = traits_of(self.model).row_names
+        names = system_of(self.model).row_names
         return tuple(names[k] for k in self.free if k != self.along)
 
     @property
     def turns(self) -> list[float]:
         """Periods of the free rows, 0 where there is none."""
-        periods, n = traits_of(self.model).periods, len(self.at) // 2
+        periods, n = system_of(self.model).periods, len(self.at) // 2
         return [periods[k] if k < n else 0.0 for k in self.free]
 
     def draw(self, count: int, seed: Any) -> tuple[np.ndarray, np.ndarray]:
@@ -121,7 +120,7 @@ class Surface(NamedTuple):
             found = np.isfinite(t) & on_surface(self.model, z.reshape(len(z), -1), self.energy).reshape(t.shape)
             if self.sign:
                 n = len(self.at) // 2
-                found &= slopes(self.model, z)[self.along - n] * self.sign > 0  # type: ignore[operator]
+                found &= system_of(self.model).slopes(z)[self.along - n] * self.sign > 0  # type: ignore[operator]
         return z, found
 
     def _weights(self, z: np.ndarray) -> np.ndarray:
@@ -130,23 +129,24 @@ class Surface(NamedTuple):
             return np.ones(z.shape[1:])
         n, width = len(z) // 2, (self.box.high - self.box.low).reshape(-1, *[1] * (z.ndim - 1))
         with np.errstate(all="ignore"):
-            steep = np.roll(np.abs(slopes(self.model, z)), n, axis=0)  # dH/dq of dp/dt, dH/dp of dq/dt
+            steep = np.roll(np.abs(system_of(self.model).slopes(z)), n, axis=0)  # dH/dq of dp/dt, dH/dp of dq/dt
             return 1 / (steep * width).sum(axis=0)
 
     def _floor(self, x: np.ndarray) -> np.ndarray:
         """Return H over the free rows x (d, ...), infinite where it does not live."""
+        system = system_of(self.model)
         z = np.empty((len(self.at), *x.shape[1:]))
         z[...] = np.reshape(self.at, (-1, *[1] * (x.ndim - 1)))
         z[list(self.free)] = x
-        energy = energies(self.model, z)
-        return np.where(inside(self.model, z) & ~np.isnan(energy), energy, np.inf)
+        energy = system.energies(z)
+        return np.where(system.inside(z) & ~np.isnan(energy), energy, np.inf)
 
 
 def surface_of(model: Any, energy: float, section: Any, given: dict[str, tuple[float, float]] | None) -> Surface:
     """Return the invariant measure of an energy surface (section None) or of a section, over ranges of rows by name
     and what the energy bounds; raises NotReached where it reaches nothing, ValueError where nothing bounds it.
     """
-    rows, n = traits_of(model).row_names, model.degrees_of_freedom
+    rows, n = system_of(model).row_names, model.degrees_of_freedom
     at, along, sign, fixed = [0.0] * (2 * n), None, 0, -1
     if section is not None:
         name, value, sign = section_row(model, section)
@@ -183,7 +183,7 @@ def no_well(model: Any, energy: float, problem: NoWell, names: tuple[str, ...], 
     if problem.endless:
         why = f"what energy {energy:g} allows falls apart into wells without end"
     else:
-        escape = None if traits_of(model).isotropic else may_escape(model, energy)
+        escape = None if system_of(model).isotropic else may_escape(model, energy)
         why = escape or f"energy {energy:g} does not bound the motion"
     ranges = ", ".join(f'"{name}": (low, high)' for name in names)
     what = "coordinates" if len(names) <= model.degrees_of_freedom else "rows"

@@ -6,17 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from ...models.mechanics import (
-    at_rest,
-    energies,
-    inside,
-    kinetic_energies,
-    momentum_form,
-    potential_energies,
-    tangent_slopes,
-    velocities,
-)
-from ...models.traits import traits_of
+from ...models.mechanics import system_of
 from .accessible_box import spread
 from .allowed_region import crossings, extrema, line, line_where_it_happens
 
@@ -26,11 +16,12 @@ MOST = 32
 
 def left(model: Any, energy: float, z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return what is left of the energy at phase points (2n, ...), and the size of its terms."""
-    if traits_of(model).nonseparable:
-        H = energies(model, z)
-        return np.where(inside(model, z), energy - H, -np.inf), abs(energy) + np.abs(H)
-    T, V = kinetic_energies(model, z), potential_energies(model, z)
-    return np.where(inside(model, z), energy - T - V, -np.inf), abs(energy) + np.abs(T) + np.abs(V)
+    system = system_of(model)
+    if system.nonseparable:
+        H = system.energies(z)
+        return np.where(system.inside(z), energy - H, -np.inf), abs(energy) + np.abs(H)
+    T, V = system.kinetic_energies(z), system.potential_energies(z)
+    return np.where(system.inside(z), energy - T - V, -np.inf), abs(energy) + np.abs(T) + np.abs(V)
 
 
 def roots_along(model: Any, energy: float, z: np.ndarray, row: int, sign: int) -> np.ndarray:
@@ -39,8 +30,9 @@ def roots_along(model: Any, energy: float, z: np.ndarray, row: int, sign: int) -
 
     Of a momentum, in which H is of second degree, in closed form; else between extrema at all sizes.
     """
+    system = system_of(model)
     n = len(z) // 2
-    if row >= n and traits_of(model).of_degree_two:
+    if row >= n and system.of_degree_two:
         return _of_parabola(model, energy, z, row, sign)[None]
 
     def room(x: np.ndarray, column: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -49,10 +41,10 @@ def roots_along(model: Any, energy: float, z: np.ndarray, row: int, sign: int) -
         return left(model, energy, at)
 
     column = np.arange(z.shape[1])
-    nodes = line() if traits_of(model).separable else line_where_it_happens(room, column.size)
+    nodes = line() if system.separable else line_where_it_happens(room, column.size)
     found = sign * crossings(room, extrema(room, column.size, nodes), column, np.zeros(column.size), False)[0]
     if len(found) > MOST:
-        name = traits_of(model).row_names[row]
+        name = system.row_names[row]
         raise ValueError(f"energy {energy:g} is met without end along {name}: solve for another row")
     return found
 
@@ -61,17 +53,18 @@ def _of_parabola(model: Any, energy: float, z: np.ndarray, row: int, sign: int) 
     """Return the root of a momentum p in H = H0 + v p + w p^2/2 at which its velocity, +-sqrt(v^2 + 2 w (E - H0)), has
     the sign; refined by a step of Newton's method where this lessens the error.
     """
+    system = system_of(model)
     at, k = z.copy(), row - len(z) // 2
     at[row] = 0.0
-    v, rest = velocities(model, at)[k], energy - energies(model, at)
-    w = tangent_slopes(model, at, np.eye(len(z))[row, :, None])[k]
+    v, rest = system.velocities(at)[k], energy - system.energies(at)
+    w = system.tangent_slopes(at, np.eye(len(z))[row, :, None])[k]
     square = v * v + 2 * w * rest
     speed = sign * np.sqrt(np.where(square >= 0, square, np.nan))
     p = np.where(v * sign > 0, 2 * rest / (v + speed), (speed - v) / w)
     at[row] = p
-    miss = energies(model, at) - energy
-    at[row] = better = p - miss / velocities(model, at)[k]
-    return np.where(np.abs(energies(model, at) - energy) < np.abs(miss), better, p)
+    miss = system.energies(at) - energy
+    at[row] = better = p - miss / system.velocities(at)[k]
+    return np.where(np.abs(system.energies(at) - energy) < np.abs(miss), better, p)
 
 
 # --- ellipsoids of momenta: small systems of equations at many points, rows first -----------------------------------
@@ -79,9 +72,10 @@ def _of_parabola(model: Any, energy: float, z: np.ndarray, row: int, sign: int) 
 
 def rest(model: Any, q: np.ndarray) -> np.ndarray:
     """Return the momenta (n, ...) at places q (n, ...) at which all velocities are 0."""
-    if not traits_of(model).nonseparable:
-        return at_rest(model, q)
-    W, v, _ = momentum_form(model, q)
+    system = system_of(model)
+    if not system.nonseparable:
+        return system.at_rest(q)
+    W, v, _ = system.momentum_form(q)
     L = cholesky(W)
     return -backward(L, forward(L, v))
 

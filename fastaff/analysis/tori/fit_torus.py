@@ -22,8 +22,7 @@ from ...flows.checks import checked_model, phase_points
 from ...flows.launch import Report
 from ...flows.options import Options, Problem
 from ...models.contracts import Dynamics
-from ...models.mechanics import energies
-from ...models.traits import traits_of
+from ...models.mechanics import system_of
 from ...schemes.catalogue import GAUSS16, SOFRONIOU_SPALETTA10, Scheme, scheme_of
 from ..chaos.chaos_map import chaos_map
 from ..frequencies.frequencies import FrequencyKind
@@ -140,17 +139,17 @@ def fit_torus(
     (<Verdict.TORUS: 'torus'>, 1)
     """
     problem = Problem(body, z0, Options(scheme=scheme, step=step, rtol=rtol, atol=atol, report=report))
-    model, traits, tolerance = problem.model, problem.traits, positive("tolerance", tolerance)
+    model, system, tolerance = problem.model, problem.system, positive("tolerance", tolerance)
     z = phase_points("z0", problem.z0, checked_model(model, needs="regular motion"))
     if z.shape[1] != 1:
         raise ValueError(
             f"z0 must be one phase point of shape ({len(z)},), got {z.shape[1]} orbits: one at a time, z0[:, 0]"
         )
     time, done = problem.iterates("time", time), report or (lambda fraction: None)
-    if scheme is None and not traits.iterated:
-        chosen = SOFRONIOU_SPALETTA10 if traits.separable else GAUSS16
+    if scheme is None and not system.iterated:
+        chosen = SOFRONIOU_SPALETTA10 if system.separable else GAUSS16
         problem = problem._replace(options=replace(problem.options, scheme=chosen))
-    energy = math.nan if turned(model) else float(energies(model, z)[0])
+    energy = math.nan if turned(model) else float(system_of(model).energies(z)[0])
     known = [nothing(model, energy, {"status": float(Status.INTERRUPTED)})]
     with keeping("fit_torus", lambda: known[-1]):
         found = (samples_of_turns if turned(model) else samples_of_flow)(problem, time, energy, done)
@@ -240,7 +239,7 @@ def fitted(body: Any, orbit: Samples) -> TorusFit:
         coefficients=z,
         residual=left,
         prediction_error=prediction,
-        verdict=Verdict.TORUS if traits_of(body).moving == len(nu) else Verdict.RESONANT,
+        verdict=Verdict.TORUS if system_of(body).moving == len(nu) else Verdict.RESONANT,
         dimension=len(nu),
         relations=relation,
         evidence=MappingProxyType(orbit.evidence | (fit_of | tried if turns else tried | fit_of)),
@@ -274,7 +273,7 @@ def unsure(found: TorusFit, evidence: dict, *, chaotic: bool = False) -> TorusFi
 
 def doubted(found: TorusFit, z: np.ndarray, time: float) -> TorusFit:
     """Return an undecided fit with the verdict that chaos gives, or that there is none to be seen."""
-    if not traits_of(found.body).iterated and not hasattr(found.body, "tangent_force"):
+    if not system_of(found.body).iterated and not hasattr(found.body, "tangent_force"):
         return found
     seen = chaos_map(found.body, z, time=1.5 * time)
     values = {name: float(value[0]) for name, value in zip(seen.names, seen.values, strict=True)}

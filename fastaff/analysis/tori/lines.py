@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...models.traits import traits_of
+from ...models.mechanics import system_of
 from ..frequencies.integer_lattice import box, first_basis, generators, inverse, reduced
 from ..frequencies.naff import naff
 from .series import EARLY, LATE, weights
@@ -133,7 +133,7 @@ def signals(body: Any, t: np.ndarray, z: np.ndarray) -> Signals:
     n = body.degrees_of_freedom
     size = [np.sqrt((part**2).sum(axis=0).mean()) or 1.0 for part in (z[:n], z[n:])]
     librations, names, unknown = _lattice(body, t, z, size[0])
-    if traits_of(body).isotropic:
+    if system_of(body).isotropic:
         found = _plane_signals(t, z, size, librations)
     else:
         loops = z[:n] / size[0] - 1j * z[n:] / size[1]
@@ -179,7 +179,7 @@ def _loops(body: Any, z: np.ndarray, size: float) -> tuple[np.ndarray, list[str]
     """Return the loops Q - c - i kappa P of the librations that move, (loops, samples), and their names."""
     n = body.degrees_of_freedom
     angles = getattr(body, "angles", None)
-    if angles is None or (any(angles.planes) and not traits_of(body).isotropic):
+    if angles is None or (any(angles.planes) and not system_of(body).isotropic):
         pairs, names = [(z[i], z[n + i]) for i in range(n)], list(body.coordinates)
     else:
         s = np.array([np.broadcast_to(row, z[0].shape) for row in angles.signals(*z)]).reshape(-1, 4, z.shape[1])
@@ -203,7 +203,7 @@ def _lattice(body: Any, t: np.ndarray, z: np.ndarray, size: float) -> tuple[np.n
     loops, names = _loops(body, z, size)
     if not len(loops):
         return np.zeros(0), (), 0
-    rank = 2 if traits_of(body).isotropic else body.degrees_of_freedom
+    rank = 2 if system_of(body).isotropic else body.degrees_of_freedom
     for lines in LINES:  # many multiples of one strong frequency can hide the second one
         found = _lines(loops, t[1] - t[0], t[-1], lines)
         lattice = generators(found.nu, found.error, rank)
@@ -267,20 +267,20 @@ def _rates(body: Any, path: np.ndarray) -> Rates:
 
 def _turn_lines(body: Any, path: np.ndarray, rates: Rates) -> tuple[Lines, list[str]]:
     """Return the lines of the loops of a path, in cycles per sample, and the coordinate of each."""
-    n, flat, traits = body.degrees_of_freedom, path.copy(), traits_of(body)
+    n, flat, system = body.degrees_of_freedom, path.copy(), system_of(body)
     periods, length = periods_of(body), path.shape[1]
     flat[rates.rows] -= (periods[rates.rows] * rates.rate)[:, None] * np.arange(length)
     flat -= flat.mean(axis=1, keepdims=True)
     size = np.abs(flat).max(axis=1)
     moves = size > STILL * np.maximum(np.abs(path).max(axis=1), periods)
-    kept = np.flatnonzero((moves[:n] | moves[n:])[: traits.moving])
+    kept = np.flatnonzero((moves[:n] | moves[n:])[: system.moving])
     if not kept.size:
         return Lines(*(np.zeros(0, kind) for kind in (float, float, int, float, bool))), []
     q, p = (flat[r] / np.where(size[r] > 0, size[r], 1.0)[:, None] * moves[r, None] for r in (kept, n + kept))
     unit = 1.0 if turned(body) else None
     found = _lines(q - 1j * p, 1.0, length, LINES[1] if n > 1 else LINES[0], unit=unit)
     found = Lines(*(rows[found.strength > 0] for rows in found))
-    return found, [traits.names[kept[j]] for j in found.loop]
+    return found, [system.names[kept[j]] for j in found.loop]
 
 
 def pieces_of(body: Any, path: np.ndarray) -> int:
@@ -334,13 +334,14 @@ def _turn_lattice(
     frequencies are in no line of a flow. Those of a flow know of no turn; where no angle winds in them they are
     positive.
     """
-    n, names = body.degrees_of_freedom, traits_of(body).names
+    system = system_of(body)
+    n, names = body.degrees_of_freedom, system.names
     winds, turn = ~rates.whole, int(turned(body))
     lines, owners = _turn_lines(body, path, rates)
     values = np.concatenate([[1.0] * turn, rates.rate[winds], lines.nu])
     bars = np.concatenate([[0.0] * turn, rates.error[winds], lines.error])
     own = [*[""] * turn, *(names[r % n] for r in rates.rows[winds]), *owners]
-    found = generators(values, bars, traits_of(body).moving + turn)
+    found = generators(values, bars, system.moving + turn)
     unknown = int((~found.known[turn + winds.sum() :] & lines.sharp).sum())
     k = found.k[found.known]
     chosen = first_basis(k)

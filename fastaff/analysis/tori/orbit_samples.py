@@ -15,8 +15,6 @@ from ...flows.flow import Flow
 from ...flows.launch import Report
 from ...flows.motion import motion
 from ...flows.options import Problem
-from ...models.mechanics import kinetic_energies, slopes
-from ...models.traits import traits_of
 from .lines import pieces_of
 from .series import weights
 from .torus import (
@@ -84,10 +82,11 @@ def samples_of_flow(problem: Problem, time: float, energy: float, report: Report
     if evidence["status"] != Status.OK:
         return nothing(body, energy, evidence, gone=evidence["status"] == Status.ESCAPED)
     still = resting(path)
-    if short or not (still or (kinetic_energies(body, path) > 0).any()):  # or its energy is below the smallest number
+    moves = still or (problem.system.kinetic_energies(path) > 0).any()
+    if short or not moves:  # or its energy is below the smallest number
         return nothing(body, energy, evidence | {"longer": least})
     if still:
-        left = float(np.abs(slopes(body, path[:, :1])).max())
+        left = float(np.abs(problem.system.slopes(path[:, :1])).max())
         return point(body, path, energy, evidence, residual=left)
     report(0.25)
     interval = 1.5 * time / (path.shape[1] - 1)
@@ -102,7 +101,7 @@ def samples_of_turns(problem: Problem, time: float, energy: float, report: Repor
     there is to say where it has no fit.
     """
     body = problem.model
-    mapping, periods, rows = traits_of(body).iterated, periods_of(body), rows_of(body)
+    mapping, periods, rows = problem.system.iterated, periods_of(body), rows_of(body)
     flow, z, interval = flow_of_turns(problem)
     count = int(time / interval + 1e-9)
     if count < LEAST_TURNS:
@@ -136,18 +135,18 @@ def _path(flow: Flow, z: np.ndarray, time: float, count: int) -> tuple[np.ndarra
     """Return the states (2n, count + 1) of the orbit from z (2n, 1) up to a time, angles of a map as they wind on, and
     what became of the orbit.
     """
-    ensemble, traits, error = flow.ensemble(z.copy()), flow.traits, 0.0
+    ensemble, system, error = flow.ensemble(z.copy()), flow.system, 0.0
     states = flow.sampled(ensemble, count, time=time)
     path = np.column_stack([z, states[0].T])
-    if traits.iterated:
+    if system.iterated:
         path = _unwound(flow.model, path)
     else:
-        if traits.driven:
-            path[traits.moving] = z[traits.moving]
-        if traits.driven or not resting(path):
+        if system.driven:
+            path[system.moving] = z[system.moving]
+        if system.driven or not resting(path):
             with np.errstate(all="ignore"):
                 error = float(energy_drift(flow.model, path, ensemble.energy, ensemble.scale).max())
-        if not traits.driven:
+        if not system.driven:
             mark_drift(ensemble, np.array([error]), LARGEST_DRIFT)
     return path, {"status": float(ensemble.status[0]), "energy error": error}
 

@@ -16,8 +16,8 @@ from ...formulas.systems import constants_of
 from ...kernels.tori_coordinates import Term
 from ...models import Zero
 from ...models.contracts import Model
+from ...models.mechanics import system_of
 from ...models.regular_variables import in_regular_variable
-from ...models.traits import traits_of
 from .families import FAMILIES, Family, Motion
 from .narrow_features import knots, knots_around
 
@@ -72,8 +72,9 @@ def separate(body: Any, chart: Chart | str | None = None) -> Separated:
     in any.
     Source: Martens & Slawianowski, the separable Hamiltonians of section 3 (EQ2.2f and its neighbours).
     """
+    system = system_of(body)
     checked_model(body, needs="H = T(p) + V(q)")
-    if not traits_of(body).planar:
+    if not system.planar:
         raise TypeError(
             f"body must be a Body or a StackelBody, whose tori separate, got {type(body).__name__}: of any other "
             "system fit_torus(body, z0, time=...) finds actions and frequencies, one orbit at a time"
@@ -101,7 +102,7 @@ def separate(body: Any, chart: Chart | str | None = None) -> Separated:
     member = getattr(body.potential, chosen[0].member)
     for field, function in zip(member._fields, member, strict=True):
         checked_function(field, function)
-    angular = (Zero(), Zero()) if traits_of(body).isotropic else (body.V_eta, body.V_gamma)
+    angular = (Zero(), Zero()) if system.isotropic else (body.V_eta, body.V_gamma)
     return Separated(chosen[0], tuple(member), angular, body.mu)
 
 

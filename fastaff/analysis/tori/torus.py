@@ -19,8 +19,7 @@ from ...base.results import Result
 from ...base.status import Status
 from ...flows.flow import Flow
 from ...flows.options import Options, Problem
-from ...models.mechanics import inside, slopes
-from ...models.traits import traits_of
+from ...models.mechanics import system_of
 from ..frequencies.integer_lattice import determinant, inverse
 from .series import actions, evaluate
 
@@ -189,7 +188,7 @@ def nothing(body: Any, energy: float, evidence: dict, *, gone: bool = False) -> 
     n = body.degrees_of_freedom
     unknown, one = np.full(n, np.nan), np.full((2 * n, 1), np.nan + 0j)
     return TorusFit(
-        names=traits_of(body).names,
+        names=system_of(body).names,
         nu=unknown,
         nu_error=np.full(n, np.inf),
         J=unknown,
@@ -230,49 +229,50 @@ def point(body: Any, path: np.ndarray, energy: float, evidence: dict, *, residua
 
 def turned(body: Any) -> bool:
     """Tell whether the torus of a model's orbit is one of a map: its own, or that over the period of its drive."""
-    traits = traits_of(body)
-    return traits.iterated or traits.driven
+    system = system_of(body)
+    return system.iterated or system.driven
 
 
 def periods_of(body: Any) -> np.ndarray:
     """Return the periods (2n,) of the rows, 0 where there is none, or that of a drive."""
     if isinstance(body, Unknown):
         return np.zeros(2 * body.degrees_of_freedom)
-    traits = traits_of(body)
-    if traits.iterated:
+    system = system_of(body)
+    if system.iterated:
         return np.array(body.periods(), dtype=np.float64)
     periods = np.zeros(2 * body.degrees_of_freedom)
-    periods[: traits.moving] = traits.periods[: traits.moving]
+    periods[: system.moving] = system.periods[: system.moving]
     return periods
 
 
 def rows_of(body: Any) -> np.ndarray:
     """Return the rows that move from turn to turn: all but the time of a driven system and its momentum."""
-    n, kept = body.degrees_of_freedom, np.arange(traits_of(body).moving)
+    n, kept = body.degrees_of_freedom, np.arange(system_of(body).moving)
     return np.concatenate([kept, n + kept])
 
 
 def flow_of_turns(problem: Problem) -> tuple[Flow, np.ndarray, float]:
     """Return a flow of the orbits, their starts, and the time of a turn, which its steps divide."""
-    interval = 1.0 if problem.traits.iterated else float(problem.model.period)
+    interval = 1.0 if problem.system.iterated else float(problem.model.period)
     flow, z, _ = problem.plan(error=STEP_ERROR)
     return flow.fitted(interval), z, interval
 
 
 def image(body: Any, z: np.ndarray, count: int) -> np.ndarray:
     """Return where phase points z (2n, points) are after `count` turns, NaN where they do not get there."""
+    system = system_of(body)
     result = np.full(z.shape, np.nan)
-    live = np.isfinite(z).all(axis=0) & inside(body, z)
+    live = np.isfinite(z).all(axis=0) & system.inside(z)
     if not live.any():
         return result
-    if traits_of(body).iterated:
+    if system.iterated:
         points = z[:, live]
         with np.errstate(all="ignore"):
             for _ in range(count):
                 points = np.array(np.broadcast_arrays(*body.iterate(*points)))
         result[:, live] = points
         return result
-    (flow, points, period), row = flow_of_turns(Problem(body, z[:, live], Options())), traits_of(body).moving
+    (flow, points, period), row = flow_of_turns(Problem(body, z[:, live], Options())), system.moving
     ensemble = flow.ensemble(points.copy())
     states = flow.sampled(ensemble, 1 if flow.adaptive else count, time=count * period)
     after = np.where(ensemble.status == Status.OK, states[:, -1].T, np.nan)
@@ -324,7 +324,7 @@ def residual(
         if winding is not None:
             point, slope = point + winding @ theta, slope + (winding @ nu)[:, None]
         with np.errstate(all="ignore"):
-            return distance(body, slope, slopes(body, point))
+            return distance(body, slope, system_of(body).slopes(point))
     points, after = evaluate(k, z, theta), evaluate(k, z, theta + nu[:, None])
     if winding is not None:
         points, after = points + winding @ theta, after + winding @ (theta + nu[:, None])
@@ -336,7 +336,7 @@ def area(body: Any, k: np.ndarray, z: np.ndarray, winding: np.ndarray | None) ->
     of freedom of a map that is not symplectic, a momentum that winds.
     """
     n, J = len(z) // 2, actions(k, z)
-    if n > 1 and body is not None and not traits_of(body).symplectic:
+    if n > 1 and body is not None and not system_of(body).symplectic:
         return np.full(J.shape, np.nan)
     if winding is None:
         return J

@@ -12,7 +12,7 @@ from ...base.placing import placed
 from ...base.status import Status, summary
 from ...jobs.job import Job, Plan
 from ...jobs.launch import BY_NAME
-from ...models.traits import traits_of
+from ...models.mechanics import system_of
 from ...plot.mathematics import number, terms, visible, wrapped
 from ...plot.sections import words
 from ...plot.style import styled, symbol
@@ -66,13 +66,14 @@ def equal(name: str, value: float) -> str:
 
 def in_words(section: Any, body: Any) -> str:
     """Name a section in a caption."""
+    system = system_of(body)
     turn = {1: "rising", -1: "falling", 0: "both ways"}[section.direction]
     name = type(section).__name__
     if name in ("Linear", "AngleEquals"):
         row = next(k for k, entry in enumerate(section.normal) if entry)
-        return f"{equal(traits_of(body).row_names[row], section.offset)}, {turn}"
+        return f"{equal(system.row_names[row], section.offset)}, {turn}"
     if name == "Stroboscopic":
-        return f"{equal(traits_of(body).names[-1], section.phase)}, once a period"
+        return f"{equal(system.names[-1], section.phase)}, once a period"
     if name.endswith("Turning"):
         return f"{equal('p_' + name.removesuffix('Turning').lower(), 0)}, {turn}"
     left = {"AlphaEquals": r"\alpha", "BetaEquals": r"\beta", "AreaEquals": "D_1D_2"}[name]
@@ -115,7 +116,7 @@ def surface_in_words(body: Any, surface: Any, without: tuple[str, ...] = ()) -> 
     if surface.energy is None:  # the orbits' own
         return ""
     parts = {"energy": f"$E = {number(surface.energy)}$"}
-    if traits_of(body).isotropic:
+    if system_of(body).isotropic:
         parts |= {name: equal(name, getattr(surface, name)) for name in ("p_eta", "p_gamma")}
     return ", ".join(text for name, text in parts.items() if name not in without)
 

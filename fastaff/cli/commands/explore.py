@@ -11,7 +11,7 @@ from ...flows.needs import check_given
 from ...formulas.number import number
 from ...jobs.system import Model, Surface
 from ...jobs.wording import Wrong
-from ...models.traits import traits_of
+from ...models.mechanics import system_of
 from ..options import HOW, WHERE, WRITTEN, Parameter, pair
 
 
@@ -59,7 +59,7 @@ def explore(
     if data is not None and not data.exists():
         raise Wrong(f"{data} does not exist")
     body = None if data is not None and options == Model() else options.build()
-    mapping = body is not None and traits_of(body).iterated
+    mapping = body is not None and system_of(body).iterated
     check_given(body, "a page of orbits", "", **{"--energy": surface.energy})
     section = None if body is None else surface.build(body) if mapping else surface.section_of(body)
     if out is not None and out.exists() and not force:

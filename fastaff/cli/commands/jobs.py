@@ -26,7 +26,7 @@ from ...jobs.store import WAITING, Store, is_store
 from ...jobs.wording import Wrong, respelled, spelled
 from ..options import HOW, WRITTEN, Parameter, Told, Workers, given, size_of
 from ..progress import JobProgress
-from ..stops import EXIT_INTERRUPTED, STOPPING, say
+from ..stops import EXIT_INTERRUPTED, STOPPING, Stops, say
 from .maps import checked, settled
 
 
@@ -277,8 +277,10 @@ class _Pool:
         self.pool = pool
 
     def submit(self, *work: Any) -> Any:
-        """Hand over work, for which a process may be started."""
-        with _unheard():
+        """Hand over work, for which a process may be started; one that is stopped half way would be nobody's. What
+        this thread blocks, another of the process takes.
+        """
+        with Stops.later(), _unheard():
             return self.pool.submit(*work)
 
 

@@ -9,9 +9,9 @@ import numpy as np
 
 from ...base.numbers import positive, real
 from ..grammar import parse
-from .system import System, chosen, of_angles
+from .system import NamedSystem, chosen, of_angles
 
-TWO_POLAR = System(
+TWO_POLAR = NamedSystem(
     "(p_1**2 + p_2**2 + ((p_phi - p_psi)**2/(D1 + D2)**2 + (p_phi + p_psi)**2/(D1 - D2)**2)/2)/(2*inertia)",
     "D1 D2 phi psi",
     "p_1 p_2 p_phi p_psi",
@@ -101,7 +101,7 @@ def _of_affine(model: Any, z: np.ndarray) -> dict[str, Any]:
 
 
 AFFINE = {
-    invariance: System(_kinetic(spin, invariance), "x y z u", "p_x p_y p_z p_u", "", _of_affine)
+    invariance: NamedSystem(_kinetic(spin, invariance), "x y z u", "p_x p_y p_z p_u", "", _of_affine)
     for invariance, spin in (("left", _BODY_SPIN), ("right", _SPIN), ("both", _SPIN))
 }
 

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from ...base.numbers import positive, real
-from .system import System, chosen
+from .system import NamedSystem, chosen
 
 
 def _of_ellipsoid(model: Any, z: np.ndarray) -> dict[str, Any]:
@@ -17,7 +17,7 @@ def _of_ellipsoid(model: Any, z: np.ndarray) -> dict[str, Any]:
     return {"energy": model.energy(*z), "joachimsthal": joachimsthal, "size": size, "qp": qp}
 
 
-ELLIPSOID = System(
+ELLIPSOID = NamedSystem(
     # Few quotients of the semiaxes, alike in all derivatives: their rounding leaves no drift of what is conserved.
     "(x**2/a**2 + y**2/b**2 + z**2/c**2)*((y/b**2*p_z - z/c**2*p_y)**2 + (z/c**2*p_x - x/a**2*p_z)**2"
     " + (x/a**2*p_y - y/b**2*p_x)**2)/(2*(x**2/a**4 + y**2/b**4 + z**2/c**4))",
@@ -79,7 +79,7 @@ def _of_kerr(model: Any, z: np.ndarray) -> dict[str, Any]:
 
 _DELTA, _SIGMA = "(r**2 - 2*r + a**2)", "(r**2 + a**2*cos(theta)**2)"
 _AREA = f"((r**2 + a**2)**2 - a**2*{_DELTA}*sin(theta)**2)"
-KERR = System(
+KERR = NamedSystem(
     f"2*a*r*p_phi/{_AREA} + sqrt({_SIGMA}*{_DELTA}/{_AREA}"
     f"*(1 + ({_DELTA}*p_r**2 + p_theta**2)/{_SIGMA} + {_SIGMA}*p_phi**2/({_AREA}*sin(theta)**2)))",
     "r theta phi",
@@ -87,7 +87,7 @@ KERR = System(
     "phi",
     _of_kerr,
 )
-MINO = System(
+MINO = NamedSystem(
     f"({_DELTA}*p_r**2 - ((r**2 + a**2)*p_t + a*p_phi)**2/{_DELTA} + p_theta**2"
     " + (p_phi/sin(theta) + a*p_t*sin(theta))**2 + r**2 + a**2*cos(theta)**2)/2",
     "t r theta phi",

@@ -15,7 +15,7 @@ Constants = Callable[[Any, np.ndarray], dict[str, Any]]
 """A function of a model and phase points (rows, orbits)."""
 
 
-class System(NamedTuple):
+class NamedSystem(NamedTuple):
     """Text of H, coordinates and momenta, those coordinates that are angles, and what is conserved."""
 
     text: str

@@ -7,9 +7,9 @@ from typing import Any
 import numpy as np
 
 from ...base.numbers import positive, real
-from .system import System, chosen, of_angles
+from .system import NamedSystem, chosen, of_angles
 
-PENDULUM = System(
+PENDULUM = NamedSystem(
     "(p_theta**2 + p_phi**2/sin(theta)**2)/(2*m*l**2) - m*g*l*cos(theta)",
     "theta phi",
     "p_theta p_phi",
@@ -57,7 +57,7 @@ def SphericalPendulum(m: float = 1.0, l: float = 1.0, g: float = 1.0) -> Any:
     return PENDULUM.made({"m": positive("m", m), "l": positive("l", l), "g": positive("g", g)})
 
 
-SYMMETRIC = System(
+SYMMETRIC = NamedSystem(
     "p_theta**2/(2*I_1) + (p_phi - p_psi*cos(theta))**2/(2*I_1*sin(theta)**2) + p_psi**2/(2*I_3) + h*cos(theta)",
     "theta phi psi",
     "p_theta p_phi p_psi",
@@ -143,7 +143,7 @@ def _of_top(model: Any, found: dict[str, Any], L: np.ndarray, up: np.ndarray) ->
 
 
 _K = "(p_phi - p_psi*cos(theta))/sin(theta)"
-TOP = System(
+TOP = NamedSystem(
     f"({_K}*sin(psi) + p_theta*cos(psi))**2/(2*I_1) + ({_K}*cos(psi) - p_theta*sin(psi))**2/(2*I_2) + p_psi**2/(2*I_3)"
     " + (h_1*sin(psi) + h_2*cos(psi))*sin(theta) + h_3*cos(theta)",
     "theta phi psi",
@@ -151,7 +151,7 @@ TOP = System(
     "phi psi",
     _of_euler,
 )
-QUATERNION = System(
+QUATERNION = NamedSystem(
     "((q0*p1 - q1*p0 + q3*p2 - q2*p3)**2/I_1 + (q0*p2 - q2*p0 + q1*p3 - q3*p1)**2/I_2"
     " + (q0*p3 - q3*p0 + q2*p1 - q1*p2)**2/I_3)/8 + (2*h_1*(q1*q3 - q0*q2) + 2*h_2*(q2*q3 + q0*q1)"
     " + h_3*(q0**2 - q1**2 - q2**2 + q3**2))/(q0**2 + q1**2 + q2**2 + q3**2)",

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from ...base.arrays import checked
 from ...flows.checks import checked_model
 from ...models import Body
-from ...models.traits import traits_of
+from ...models.mechanics import system_of
 from ..solvers.cover import Cover, plane_cover
 from ..solvers.panels import DENSE, Panels, panels
 from ..solvers.singular_ends import potential
@@ -148,7 +148,7 @@ def weyl_count(body: Body, energy: ArrayLike, *, m: int, l: int, hbar: float = 1
     array([ 1.9167, 12.4167])
     """
     checked_model(body, needs="H = T(p) + V(q)")
-    if not traits_of(body).isotropic:
+    if not system_of(body).isotropic:
         raise TypeError(f"body must be a Body with a doubly isotropic potential, got {type(body).__name__}")
     if not hasattr(body.potential, "curvatures"):
         raise TypeError(f"body must have a potential with curvatures(A, B), {type(body.potential).__name__} has none")

@@ -11,7 +11,7 @@ import numpy as np
 from ...base.numbers import real, whole
 from ...charts import ALPHA_BETA, Chart
 from ...models import Body
-from ...models.traits import traits_of
+from ...models.mechanics import system_of
 from ..spectra.spectrum import solved_families, spectrum, spectrum_table
 from ..states.quadrature import GROWTH, Grid, converged_box, resolved
 from ..states.state import State, invariants_of
@@ -92,7 +92,7 @@ def class_states(
     body: Any, chosen: Sequence[SymmetryClass], count: int, hbar: float, single_valued: bool
 ) -> list[list[State]]:
     """Return the lowest states of each class."""
-    if traits_of(body).isotropic and solved_families(body):
+    if system_of(body).isotropic and solved_families(body):
         m, l = zip(*chosen, strict=True)
         found = spectrum_table(body, m=m, l=l, count=count, hbar=hbar, single_valued=single_valued)
     else:

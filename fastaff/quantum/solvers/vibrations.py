@@ -5,21 +5,19 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
 from ...analysis.sections.accessible_box import minima, walled
 from ...flows.interruptible import interruptible
-from ...models.mechanics import inverse_masses
-from ...models.traits import traits_of
+from ...models.mechanics import system_of
 from ..states.level_table import VIBRATION, LevelTable, class_levels, level_scale
 from ..states.symmetry import SymmetryClass
 from .convergence import by_chance
+from .lattice import Grid, Problem, TooLarge, lowest
 from .singular_ends import NoGroundState
 
-LARGEST = 2500
-"""Largest matrix: some 10 s."""
 COORDINATES = 3
 """Most coordinates that are computed."""
 CUTS = (1.3, 1.6, 2.0, 2.5, 3.1, 3.9, 5.0, 6.5, 8.5, 11.0)
@@ -39,46 +37,6 @@ than a part of that one, as bases may agree by chance.
 
 class Open(Exception):
     """What an energy allows has no end."""
-
-
-class Problem(NamedTuple):
-    """H = -(1/2) d^2/du^2 + V, u = R^-1 q/hbar: V of points u (d, ...), infinite where there is none; the minima (d,
-    wells) with their values, the lowest first; periods of coordinates that are angles, 0 of others.
-    """
-
-    V: Callable[[np.ndarray], np.ndarray]
-    wells: np.ndarray
-    values: np.ndarray
-    periods: np.ndarray
-
-    @property
-    def bottom(self) -> float:
-        """The least of V."""
-        return float(self.values[0])
-
-
-class Grid(NamedTuple):
-    """Points of a lattice from `low` to `high` (d,) steps off the lowest well; which axes go around; V (n1, ...), which
-    points are kept; where wells are, in steps (d, wells); the wall; points from where V falls
-    out of the wells.
-    """
-
-    low: np.ndarray
-    high: np.ndarray
-    step: np.ndarray
-    around: np.ndarray
-    V: np.ndarray = np.empty(0)
-    kept: np.ndarray = np.empty(0, bool)
-    at: np.ndarray = np.empty(0, np.int64)
-    wall: float = math.inf
-    leak: np.ndarray = np.empty(0, bool)
-
-    def states(self, energy: float) -> float:
-        """The volume of phase space below an energy over (2 pi)^d."""
-        d = self.step.size
-        ball = math.pi ** (d / 2) / math.gamma(d / 2 + 1)
-        room = np.maximum(2 * (energy - self.V[self.kept]), 0.0) ** (d / 2)
-        return float(ball * room.sum() * np.prod(self.step) / (2 * math.pi) ** d)
 
 
 def vibration_levels(
@@ -105,7 +63,7 @@ def vibration_levels(
         shortest = problem.bottom + cut * (top - problem.bottom)
         try:
             grid, limit = interruptible(_basis, problem, shortest, top, limit, k)
-            found, size = interruptible(_lowest, grid, shortest, count)
+            found, missed, size = interruptible(lowest, grid, problem, shortest, count)
         except TooLarge as reason:
             if len(E) > 1:
                 return
@@ -113,10 +71,10 @@ def vibration_levels(
         E.append(found)
         if found[-1] > limit:
             raise NoGroundState(_unbound(count, int((found < limit).sum()), limit))
-        error = _errors(E, shortest - problem.bottom)
+        error = _errors(E, shortest - problem.bottom) + missed
         last = np.all(error <= tolerance * level_scale(found)) or k == len(CUTS) - 1
         if grid.leak.any() and len(E) > 1 and last:
-            error += np.abs(interruptible(_lowest, _shrunk(grid), shortest, count)[0] - found)
+            error += np.abs(interruptible(lowest, _shrunk(grid), problem, shortest, count)[0] - found)
         known.append(_table(found, error, tolerance, size, hbar, limit))
         if report is not None:
             report((k + 1) / len(CUTS))
@@ -124,14 +82,11 @@ def vibration_levels(
             return
 
 
-class TooLarge(Exception):
-    """A basis would be larger than it may be."""
-
-
 def _problem(model: Any, hbar: float) -> Problem:
-    traits, n = traits_of(model), model.degrees_of_freedom
-    W = inverse_masses(model, np.ones((2 * n, 1)))[..., 0]
-    periods = np.array(traits.periods)
+    system = system_of(model)
+    n = system.n
+    W = system.inverse_masses(np.ones((2 * n, 1)))[..., 0]
+    periods = np.array(system.periods)
     mixed = W - np.diag(np.diagonal(W))
     if np.linalg.eigvalsh(W)[0] <= 0 or mixed[periods > 0].any():
         what = "positive masses" if not mixed[periods > 0].any() else "no product of momenta with that of an angle"
@@ -177,10 +132,7 @@ def _kept(problem: Problem, grid: Grid, at: np.ndarray, wall: float) -> Grid:
     """Return the grid with V, and the points below a wall that hang together with wells at lattice points `at` kept."""
     from scipy.ndimage import label
 
-    axes = [np.arange(a, b + 1) for a, b in zip(grid.low, grid.high, strict=True)]
-    column = (-1, *[1] * len(axes))
-    u = np.array(np.meshgrid(*axes, indexing="ij")) * grid.step.reshape(column) + problem.wells[:, 0].reshape(column)
-    V = problem.V(u)
+    V = problem.V(grid.points(problem.wells))
     parts = _joined(label(wall > V)[0], grid.around)
     shape = np.array(V.shape)[:, None]
     place = np.where(grid.around[:, None], at % shape, at - grid.low[:, None])
@@ -306,56 +258,6 @@ def _shrunk(grid: Grid) -> Grid:
     from scipy.ndimage import binary_dilation
 
     return grid._replace(kept=grid.kept & ~binary_dilation(grid.leak, np.ones([3] * grid.V.ndim), iterations=2))
-
-
-def _lowest(grid: Grid, cut: float, count: int) -> tuple[np.ndarray, int]:
-    """Return the lowest levels of a grid and the size of the basis."""
-    from scipy.linalg import eigh
-
-    T = [_kinetic(n, step, bool(turns)) for n, step, turns in zip(grid.V.shape, grid.step, grid.around, strict=True)]
-    H = _matrix(T, grid.V, grid.kept, cut)[0]
-    if len(H) < count:
-        raise TooLarge(f"a basis that has more than the {len(H)} functions below {cut:.6g}")
-    E = eigh(H, eigvals_only=True, subset_by_index=(0, count - 1), overwrite_a=True, check_finite=False, driver="evr")
-    return E, len(H)
-
-
-def _kinetic(n: int, step: float, around: bool) -> np.ndarray:
-    """Return -(1/2) d^2/du^2 between the points of a lattice, around for an odd number of them."""
-    difference = np.subtract.outer(np.arange(n), np.arange(n))
-    sign = 1.0 - 2.0 * (difference % 2)
-    same, apart = difference == 0, np.where(difference == 0, 1, difference)
-    if not around:
-        return sign * np.where(same, math.pi**2 / 6, 1.0 / apart**2) / step**2
-    angle = math.pi * apart / n
-    T = np.where(same, (n * n - 1) / 24, np.cos(angle) / (4 * np.sin(angle) ** 2))
-    return sign * T * (2 * math.pi / (n * step)) ** 2
-
-
-def _matrix(T: list[np.ndarray], V: np.ndarray, kept: np.ndarray, cut: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return the Hamiltonian (size, size) and its basis (points, size): the points kept, or for each point of the first
-    coordinate the states of the others below the cut.
-    """
-    if V.ndim == 1:
-        at = np.flatnonzero(kept)
-        return T[0][np.ix_(at, at)] + np.diag(V[at]), np.eye(V.size)[:, at]
-    energies, states, nodes = [], [], []
-    for i in np.flatnonzero(kept.reshape(len(V), -1).any(axis=1)):
-        matrix, basis = _matrix(T[1:], V[i], kept[i], cut)
-        E, C = np.linalg.eigh(matrix)
-        below = cut > E
-        energies.append(E[below])
-        states.append(basis @ C[:, below])
-        nodes.append(np.full(int(below.sum()), i))
-        if (size := sum(map(len, energies))) > LARGEST:
-            raise TooLarge(f"more than {size} functions of {V.ndim} coordinates; take a larger hbar, or fewer levels")
-    G, node = np.concatenate(states, axis=1), np.concatenate(nodes)
-    H = G.T @ G
-    H *= T[0][node[:, None], node]
-    H[np.diag_indices_from(H)] += np.concatenate(energies)
-    basis = np.zeros((len(V), *G.shape))
-    basis[node, :, np.arange(node.size)] = G.T
-    return H, basis.reshape(V.size, node.size)
 
 
 def _errors(E: list[np.ndarray], height: float) -> np.ndarray:

@@ -19,7 +19,7 @@ from ...flows.checks import checked_model
 from ...flows.interruptible import interruptible
 from ...models import Body
 from ...models.contracts import Dynamics
-from ...models.traits import traits_of
+from ...models.mechanics import system_of
 from ..solvers.factor_tables import Factors, FactorTable
 from ..solvers.nonseparable import plane_levels
 from ..solvers.separable import angular, radial
@@ -38,14 +38,15 @@ P = ParamSpec("P")
 
 
 def _checked_body(body: Any) -> None:
+    system = system_of(body)
     checked_model(body, needs="H = T(p) + V(q)")
-    if not traits_of(body).isotropic:
+    if not system.isotropic:
         why = (
             f": of H = T(p) + V(q) in one to {COORDINATES} coordinates spectrum(body, count=..., hbar=...) computes "
             "levels, without m and l; of others there are fit_torus and its actions, J = 2 pi hbar (n + 1/2) of "
             "vibrations at a quasiclassical level"
         )
-        why = "; with angular potentials spin and vorticity are no quantum numbers" if traits_of(body).planar else why
+        why = "; with angular potentials spin and vorticity are no quantum numbers" if system.planar else why
         raise TypeError(f"body must be a Body with a doubly isotropic potential, got {type(body).__name__}{why}")
 
 

@@ -7,7 +7,7 @@ from typing import Any
 from ...base.interruption import keeping
 from ...base.numbers import fits, positive, whole
 from ...flows.checks import checked_model
-from ...models.traits import traits_of
+from ...models.mechanics import system_of
 from ..solvers.vibrations import COORDINATES, vibration_levels
 from ..states.level_table import LevelTable
 from ..states.symmetry import action_quantum
@@ -16,8 +16,8 @@ from ..states.symmetry import action_quantum
 def vibrates(body: Any) -> bool:
     """Return whether a system is no body, but one of few coordinates with a kinetic energy quadratic in the momenta."""
     checked_model(body, needs="H = T(p) + V(q)")
-    traits = traits_of(body)
-    return not traits.planar and traits.n <= COORDINATES and traits.quadratic
+    system = system_of(body)
+    return not system.planar and system.n <= COORDINATES and system.quadratic
 
 
 def vibration(

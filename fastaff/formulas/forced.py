@@ -1,0 +1,114 @@
+"""Equations of motion of a model that was written as text, with forces beside those of its energy."""
+
+from __future__ import annotations
+
+import functools
+import re
+from collections.abc import Mapping
+from typing import Any
+
+from ..base.numbers import shown
+from ..models import Body
+from ..models.contracts import Kind
+from .grammar import TIME, UnknownName, parse
+from .variables import VARIABLES
+
+PHASE = "cosine", "sine"
+"""Variables that run round the unit circle, at which the others are drawn to it, as cos(w t) and sin(w t)."""
+
+INERTIA = "inertia"
+"""Parameter of the flow of a body that is its mu; of coordinates with masses inertia_1, inertia_2, ..."""
+
+_STRETCHES = "D1", "D2"
+_WAVE = re.compile(r"\b(cos|sin)\(\s*(?:(?P<rate>[\w.]+)\s*\*\s*t|t(?:\s*\*\s*(?P<after>[\w.]+))?)\s*\)")
+
+
+def equations(
+    model: Any, forces: Mapping[str, str], parameters: Mapping[str, Any]
+) -> tuple[list[tuple[str, str]], str | None, dict[str, Any]]:
+    """Return equations q' = dH/dp, p' = -dH/dq + force of a model, the domain, and the parameters of both.
+
+    Raises ValueError or TypeError for models that have no text, forces of what is no coordinate, and other drives than
+    cos(w t) and sin(w t) of one rate.
+    """
+    H, domain, (names, momenta), own = _written(model)
+    twice = [name for name in parameters if name in own]
+    if twice:
+        raise ValueError(f"parameter {twice[0]!r} is that of the model, {own[twice[0]]:g}: rename that of the forces")
+    pushes, rate = _pushes(forces, names)
+    found = []
+    for row, rate_of_row in _canonical(H, names, momenta, tuple(own)):
+        push = pushes.get(names[momenta.index(row)], "") if row in momenta else ""
+        found.append((row, f"{rate_of_row} + ({push})" if push else rate_of_row))
+    if rate:
+        (c, s), known = PHASE, (*names, *momenta, *own, *parameters)
+        for name in PHASE:
+            if name in known:
+                raise ValueError(f"forces: {name} is the phase of the drive: rename the parameter or coordinate")
+        draw = f"(1 - {c}**2 - {s}**2)"
+        found += [(c, f"-{rate}*{s} + {c}*{draw}"), (s, f"{rate}*{c} + {s}*{draw}")]
+    return found, domain, {**own, **parameters}
+
+
+@functools.lru_cache(maxsize=64)
+def _canonical(
+    H: str, names: tuple[str, ...], momenta: tuple[str, ...], parameters: tuple[str, ...]
+) -> list[tuple[str, str]]:
+    """Return dH/dp of the coordinates and -dH/dq of the momenta, as text."""
+    import sympy
+
+    from .sympy_bridge import to_sympy, to_text
+
+    symbols = {name: sympy.Symbol(name, real=True) for name in (*names, *momenta, *parameters)}
+    energy = to_sympy(parse(H, (*names, *momenta), parameters, length=len(H)), symbols)
+    pairs = list(zip(names, momenta, strict=True))
+    moved = [(q, to_text(energy.diff(symbols[p]))) for q, p in pairs]
+    return moved + [(p, to_text(-energy.diff(symbols[q]))) for q, p in pairs]
+
+
+def _written(model: Any) -> tuple[str, str | None, tuple[tuple[str, ...], tuple[str, ...]], dict[str, float]]:
+    """Return H as text, its domain, its coordinates and momenta, and its parameters."""
+    body = isinstance(model, Body)
+    value = model.potential if body else model
+    text, kind = getattr(value, "formula", None), getattr(model, "kind", None)
+    if not isinstance(text, str) or kind not in (None, Kind.NONSEPARABLE) or (body and not isinstance(model.mu, float)):
+        raise TypeError(
+            "text must be equations, or a model that hamiltonian(...), formula(...) or a named system made of a text, "
+            f"without a drive, a frame that turns or friction, got {shown(model)} ({type(model).__name__})"
+        )
+    names = _STRETCHES if body else tuple(value.coordinates)
+    momenta = tuple(getattr(value, "momenta", ())) or tuple(f"p_{name}" for name in names)
+    parameters = {re.sub(r"^m_(?=\d+$)", f"{INERTIA}_", key): entry for key, entry in value._asdict().items()}
+    masses = [f"*{INERTIA}_{i + 1}" if f"{INERTIA}_{i + 1}" in parameters else "" for i in range(len(names))]
+    if body:
+        try:
+            parse(text, _STRETCHES, parameters, length=len(text))
+        except UnknownName as wrong:
+            if wrong.name not in VARIABLES:
+                raise
+            raise ValueError(
+                f"text: pulled along its stretches a body is a formula of D1 and D2, got {text!r}"
+            ) from None
+        masses, parameters[INERTIA] = [f"*{INERTIA}"] * 2, model.mu
+    whole = hasattr(value, "momenta")
+    kinetic = "" if whole else " + ".join(f"{p}**2/(2{m})" for p, m in zip(momenta, masses, strict=True)) + " + "
+    return f"{kinetic}({text})", value.domain, (names, momenta), parameters
+
+
+def _pushes(forces: Mapping[str, str], names: tuple[str, ...]) -> tuple[dict[str, str], str]:
+    """Return the forces with the phase in the place of cos(w t) and sin(w t), and w, "" where there is no drive."""
+    example = f"{{{names[0]!r}: 'f*cos(w*t) - g*p_{names[0]}'}}"
+    if not isinstance(forces, Mapping) or not all(isinstance(entry, str) for entry in forces.values()):
+        raise TypeError(f"forces must be formulas by coordinate such as {example}, got {shown(forces)}")
+    found, rates = {}, set()
+    for name, text in forces.items():
+        if name not in names:
+            raise ValueError(f"forces must be of {', '.join(names)}, as {example}, got {name!r}")
+        rates |= {match["rate"] or match["after"] or "1" for match in _WAVE.finditer(text)}
+        found[name] = _WAVE.sub(lambda match: PHASE[match[1] == "sin"], text)
+        if re.search(rf"\b{TIME}\b", found[name]) or len(rates) > 1:
+            raise ValueError(
+                f"forces[{name!r}] may have the time as cos(w*t) and sin(w*t), of one rate w, a parameter or a number, "
+                f"got {text!r}"
+            )
+    return found, rates.pop() if rates else ""

@@ -1,0 +1,137 @@
+"""Levels on a lattice of points: the grid, its Hamiltonian, what its points miss."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+
+LARGEST = 2500
+"""Largest matrix: some 10 s."""
+SHIFTS = 32
+"""Lattices between the points of a grid that are compared with it."""
+EVENLY = (1.6180339887498949, 1.3247179572447460, 1.2207440846057596)
+"""x with x^(d + 1) = x + 1 by coordinates d: multiples of 1/x, 1/x^2, ... modulo 1 fill a cell evenly."""
+
+
+class Problem(NamedTuple):
+    """H = -(1/2) d^2/du^2 + V, u = R^-1 q/hbar: V of points u (d, ...), infinite where there is none; the minima (d,
+    wells) with their values, the lowest first; periods of coordinates that are angles, 0 of others.
+    """
+
+    V: Callable[[np.ndarray], np.ndarray]
+    wells: np.ndarray
+    values: np.ndarray
+    periods: np.ndarray
+
+    @property
+    def bottom(self) -> float:
+        """The least of V."""
+        return float(self.values[0])
+
+
+class Grid(NamedTuple):
+    """Points of a lattice from `low` to `high` (d,) steps off the lowest well; which axes go around; V (n1, ...), which
+    points are kept; where wells are, in steps (d, wells); the wall; points from where V falls
+    out of the wells.
+    """
+
+    low: np.ndarray
+    high: np.ndarray
+    step: np.ndarray
+    around: np.ndarray
+    V: np.ndarray = np.empty(0)
+    kept: np.ndarray = np.empty(0, bool)
+    at: np.ndarray = np.empty(0, np.int64)
+    wall: float = math.inf
+    leak: np.ndarray = np.empty(0, bool)
+
+    def points(self, wells: np.ndarray, shift: np.ndarray | float = 0.0) -> np.ndarray:
+        """The points (d, n1, ...), moved by a part of a step."""
+        axes = [np.arange(a, b + 1) for a, b in zip(self.low, self.high, strict=True)]
+        column = (-1, *[1] * len(axes))
+        moved = np.array(np.meshgrid(*axes, indexing="ij")) + np.reshape(shift, (-1, *[1] * len(axes)))
+        return moved * self.step.reshape(column) + wells[:, 0].reshape(column)
+
+    def states(self, energy: float) -> float:
+        """The volume of phase space below an energy over (2 pi)^d."""
+        d = self.step.size
+        ball = math.pi ** (d / 2) / math.gamma(d / 2 + 1)
+        room = np.maximum(2 * (energy - self.V[self.kept]), 0.0) ** (d / 2)
+        return float(ball * room.sum() * np.prod(self.step) / (2 * math.pi) ** d)
+
+
+class TooLarge(Exception):
+    """A basis would be larger than it may be."""
+
+
+def lowest(grid: Grid, problem: Problem, cut: float, count: int) -> tuple[np.ndarray, np.ndarray, int]:
+    """Return the lowest levels of a grid, the part of their errors that the grid's points make, the size of the basis.
+
+    Where the points resolve V and a state, the mean of V over the state is the same for points between them: where V is
+    narrower than the step, or singular, it is not.
+    """
+    from scipy.linalg import eigh
+
+    T = [kinetic(n, step, bool(turns)) for n, step, turns in zip(grid.V.shape, grid.step, grid.around, strict=True)]
+    H, basis = matrix(T, grid.V, grid.kept, cut)
+    if len(H) < count:
+        raise TooLarge(f"a basis that has more than the {len(H)} functions below {cut:.6g}")
+    E, C = eigh(H, subset_by_index=(0, count - 1), overwrite_a=True, check_finite=False, driver="evr")
+    states = (basis @ C).T.reshape(count, *grid.V.shape)
+    d = grid.step.size
+    means = []
+    for k in range(SHIFTS):
+        shift = k * EVENLY[d - 1] ** -np.arange(1.0, d + 1) % 1.0
+        moved = states
+        for axis, (n, turns) in enumerate(zip(grid.V.shape, grid.around, strict=True)):
+            moved = np.moveaxis(np.tensordot(_between(n, shift[axis], bool(turns)), moved, (1, axis + 1)), 0, axis + 1)
+        V = np.clip(problem.V(grid.points(problem.wells, shift)), problem.bottom, cut) - problem.bottom
+        means.append((V * moved**2).reshape(count, -1).sum(axis=1))
+    return E, np.ptp(means, axis=0), len(H)
+
+
+def _between(n: int, shift: float, around: bool) -> np.ndarray:
+    """Return the waves of n points, around for an odd number of them, at points moved by a part of a step."""
+    apart = np.subtract.outer(np.arange(n) + shift, np.arange(n))
+    return np.sinc(apart) / np.sinc(apart / n) if around and shift else np.sinc(apart)
+
+
+def kinetic(n: int, step: float, around: bool) -> np.ndarray:
+    """Return -(1/2) d^2/du^2 between the points of a lattice, around for an odd number of them."""
+    difference = np.subtract.outer(np.arange(n), np.arange(n))
+    sign = 1.0 - 2.0 * (difference % 2)
+    same, apart = difference == 0, np.where(difference == 0, 1, difference)
+    if not around:
+        return sign * np.where(same, math.pi**2 / 6, 1.0 / apart**2) / step**2
+    angle = math.pi * apart / n
+    T = np.where(same, (n * n - 1) / 24, np.cos(angle) / (4 * np.sin(angle) ** 2))
+    return sign * T * (2 * math.pi / (n * step)) ** 2
+
+
+def matrix(T: list[np.ndarray], V: np.ndarray, kept: np.ndarray, cut: float) -> tuple[np.ndarray, np.ndarray]:
+    """Return the Hamiltonian (size, size) and its basis (points, size): the points kept, or for each point of the first
+    coordinate the states of the others below the cut.
+    """
+    if V.ndim == 1:
+        at = np.flatnonzero(kept)
+        return T[0][np.ix_(at, at)] + np.diag(V[at]), np.eye(V.size)[:, at]
+    energies, states, nodes = [], [], []
+    for i in np.flatnonzero(kept.reshape(len(V), -1).any(axis=1)):
+        part, basis = matrix(T[1:], V[i], kept[i], cut)
+        E, C = np.linalg.eigh(part)
+        below = cut > E
+        energies.append(E[below])
+        states.append(basis @ C[:, below])
+        nodes.append(np.full(int(below.sum()), i))
+        if (size := sum(map(len, energies))) > LARGEST:
+            raise TooLarge(f"more than {size} functions of {V.ndim} coordinates; take a larger hbar, or fewer levels")
+    G, node = np.concatenate(states, axis=1), np.concatenate(nodes)
+    H = G.T @ G
+    H *= T[0][node[:, None], node]
+    H[np.diag_indices_from(H)] += np.concatenate(energies)
+    basis = np.zeros((len(V), *G.shape))
+    basis[node, :, np.arange(node.size)] = G.T
+    return H, basis.reshape(V.size, node.size)
