@@ -77,15 +77,14 @@ def energy_levels(
     density_chart
         alpha-beta, r-vartheta or two-polar, for the densities. [that of the levels]
     """
-    from ...quantum.spectra.spectrum import solved_families, spectrum
+    from ...quantum.spectra.spectrum import solved_families
     from ...quantum.spectra.vibration import vibrates
 
     whole("levels", levels, 1)
     body = options.build()
     vibration = vibrates(body)
     separates = not vibration and bool(solved_families(body))
-    if vibration and not (m is l is chart is below is scan is states is density_chart is None and not covering):
-        raise Wrong("a vibration takes --levels, --hbar and --tolerance; the other options are for bodies")
+    _for_bodies(vibration, m, l, chart, below, scan, states, density_chart, covering or None)
     classes = _classes(m, l, covering)
     if chart is not None:
         named("--chart", chart, ("alpha-beta", "r-vartheta"))
@@ -130,11 +129,8 @@ def energy_levels(
         return watched(Progress("levels"), compute, lambda partial: _keep(partial, save, kept))
 
     found: list[Any] | None = None
-    if vibration:
-        plain = {name: how[name] for name in ("hbar", "tolerance")}
-        result = watch(lambda report: spectrum(body, count=levels, **plain, report=report), "the others are missing")
-    elif classes is None:
-        result = _whole(body, levels, below, how, watch)
+    if classes is None:
+        result = _vibration(body, levels, how, watch) if vibration else _whole(body, levels, below, how, watch)
     elif scan is not None:
         result = _scanned(body, classes, levels, scan, how, watch)
     else:
@@ -202,7 +198,21 @@ def _chart(name: str | None) -> Any:
     return None if name is None else known[named("--density-chart", name, tuple(known))]
 
 
+def _for_bodies(vibration: bool, *given: Any) -> None:
+    if vibration and any(value is not None for value in given):
+        raise Wrong("a vibration takes --levels, --hbar and --tolerance; the other options are for bodies")
+
+
 # Computing
+
+
+def _vibration(body: Any, levels: int, how: dict[str, Any], watch: Watch) -> Any:
+    import fastaff
+
+    plain = {name: how[name] for name in ("hbar", "tolerance")}
+    return watch(
+        lambda report: fastaff.quantum.spectrum(body, count=levels, **plain, report=report), "the others are missing"
+    )
 
 
 def _whole(body: Any, levels: int, below: float | None, how: dict[str, Any], watch: Watch) -> Any:
