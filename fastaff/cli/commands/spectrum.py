@@ -77,13 +77,9 @@ def energy_levels(
     density_chart
         alpha-beta, r-vartheta or two-polar, for the densities. [that of the levels]
     """
-    from ...quantum.spectra.spectrum import solved_families
-    from ...quantum.spectra.vibration import vibrates
-
     whole("levels", levels, 1)
     body = options.build()
-    vibration = vibrates(body)
-    separates = not vibration and bool(solved_families(body))
+    vibration, separates = _kind(body)
     _for_bodies(vibration, m, l, chart, below, scan, states, density_chart, covering or None)
     classes = _classes(m, l, covering)
     if chart is not None:
@@ -196,6 +192,15 @@ def _chart(name: str | None) -> Any:
 
     known = {chart.name: chart for chart in CHARTS}
     return None if name is None else known[named("--density-chart", name, tuple(known))]
+
+
+def _kind(body: Any) -> tuple[bool, bool]:
+    """Return whether a system is a vibration, and whether it is a body that separates."""
+    from ...quantum.spectra.spectrum import solved_families
+    from ...quantum.spectra.vibration import vibrates
+
+    vibration = vibrates(body)
+    return vibration, not vibration and bool(solved_families(body))
 
 
 def _for_bodies(vibration: bool, *given: Any) -> None:
