@@ -269,3 +269,15 @@ def test_digits_stand_for_errors():
     assert digits(4.85444329439498, 1.9e-14) == "4.8544432943950"
     assert digits(12.3456789, 3e-5) == "12.3457"
     assert digits(12.3456789, 5.0) == "12.35"
+
+
+def test_levels_of_a_vibration(tmp_path, capsys):
+    run = ["spectrum", "--hamiltonian", "k*x**2/2", "--coordinates", "x", "--parameter", "k=4", "--hbar", "0.5"]
+    assert cli.main([*run, "--levels", "3", "--out", str(tmp_path / "s")]) == 0
+    assert "level" in capsys.readouterr().out
+    found = fastaff.load(tmp_path / "s.npz")
+    np.testing.assert_allclose(found.E, [0.5, 1.5, 2.5], rtol=1e-9)
+    assert (tmp_path / "s.png").stat().st_size > 5000
+    assert cli.main(["plot", str(tmp_path / "s.npz"), "--out", str(tmp_path / "again.png")]) == 0
+    assert cli.main([*run, "--m", "0", "--l", "0"]) == 2
+    assert "takes --levels, --hbar and --tolerance" in capsys.readouterr().err

@@ -104,6 +104,8 @@ def test_quantities_become_kpc_and_myr():
         np.testing.assert_allclose(found.nu, expected.nu, rtol=1e-9)
     with pytest.raises(TypeError, match=r"units are not converted: give .to_value\(unit\)"):
         fa.integrate(fa.HenonHeiles(), [0.1, 0, 0, 0.1], time=1.0 * units.s)
+    with pytest.raises(TypeError, match=r"in km2 / s2.*of the system, -0\.010[0-9]* for one in kpc, Myr"):
+        fa.energy_sample(fa.HenonHeiles(), energy=-1e4 * units.km**2 / units.s**2, orbits=3)
 
 
 def test_results_of_quantities_say_their_units():
@@ -156,6 +158,7 @@ def test_orbits_of_gala():
         fa.integrate(fa.hamiltonian(potential), points, time=1.0).z,
         rtol=1e-9,
     )
+    assert found.to_dict()["data_vars"]["nu"]["attrs"] == {"units": "cycles/Myr"}
     one = fa.orbit_frequencies(orbits[:, 2])
     np.testing.assert_allclose(one.nu[:, 0], found.nu[:, 2], rtol=1e-12)
     with pytest.raises(TypeError, match="z0 must be a PhaseSpacePosition of gala, got Logarithmic"):
@@ -182,7 +185,7 @@ def test_orbits_of_galpy():
     mine = fa.integrate(model, orbits, time=300.0, samples=6000)
     np.testing.assert_allclose(mine.samples[-1, 0], orbits.x(times[-1]), atol=1e-6)
     np.testing.assert_allclose(mine.samples[-1, 5], orbits.vz(times[-1]), atol=1e-6)
-    with pytest.raises(TypeError, match="text must be a potential of galpy, got Orbit"):
+    with pytest.raises(TypeError, match="text must be a potential of galpy, or some of one dimension, got Orbit"):
         fa.hamiltonian(orbits)
     found, expected = fa.orbit_frequencies(orbits), fa.orbit_frequencies(mine)
     np.testing.assert_allclose(found.nu, expected.nu, rtol=1e-6)

@@ -148,3 +148,20 @@ def test_a_thick_sextupole_of_xtrack_is_named():
     line.particle_ref = xtrack.Particles(p0c=1e9, mass0=xtrack.PROTON_MASS_EV)
     with pytest.raises(ValueError, match=r"the element 'mine' \(Sextupole\) is neither linear"):
         fa.mapping(line)
+
+
+def test_elements_that_change_the_momentum_are_refused_and_solenoids_taken():
+    xt = pytest.importorskip("xtrack")
+    ends = [xt.Quadrupole(length=0.3, k1=0.4), xt.Multipole(knl=[0, 0, 1.1]), xt.Drift(length=1.3)]
+    line = xt.Line([*ends, xt.Cavity(voltage=1e5, frequency=4e8), xt.UniformSolenoid(length=0.8, ks=0.07)])
+    line.particle_ref = xt.Particles(p0c=2e9, mass0=xt.ELECTRON_MASS_EV)
+    cavity = line.element_names[3]
+    with pytest.raises(ValueError, match=rf"changes the momentum.*line\['{cavity}'\].voltage = 0"):
+        fa.mapping(line)
+    line[cavity].voltage = 0
+    start = np.random.default_rng(8).uniform(-1e-4, 1e-4, (4, 6))
+    particles = line.build_particles(**dict(zip(("x", "y", "px", "py"), start, strict=True)))
+    line.track(particles)
+    end = fa.integrate(fa.mapping(line), start, time=1).z
+    truth = np.array([getattr(particles, name) for name in ("x", "y", "px", "py")])
+    assert np.abs(end - truth).max() < 1e-6 * np.abs(truth).max()

@@ -12,6 +12,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from .foreign import without_unit
+
 MOST = 2**53
 """Whole numbers up to here are floats too; more steps than that no run comes to the end of."""
 
@@ -132,9 +134,11 @@ def _kinds(name: str, value: Any, depth: int = 2 * DEEPEST) -> set[bool]:
 def refuse_unit(name: str, value: Any) -> None:
     """Raise TypeError for an array that carries a unit."""
     if unit := _unit(value):
+        plain = without_unit(value)
+        known = "" if plain is value else f", {shown(plain.tolist())} for one in kpc, Myr and solar masses"
         raise TypeError(
             f"{name} must be plain numbers, got {shown(value)} in {unit}: units are not converted: give "
-            ".to_value(unit), in the unit of the system"
+            f".to_value(unit), in the unit of the system{known}"
         )
 
 

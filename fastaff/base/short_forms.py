@@ -45,7 +45,7 @@ def takes(**forms: Full) -> Callable[[Callable[P, R]], Callable[P, R]]:
         @functools.wraps(function)
         def wrapped(*given: Any, **named: Any) -> Any:
             system = given[0] if given else named.get(first)
-            units = next(filter(None, (read_by("units", value) for value in (*given[1:], *named.values()))), None)
+            units = next(filter(None, (read_by("units", value) for value in (*given, *named.values()))), None)
             for name in forms.keys() & named.keys():
                 named[name] = forms[name](named[name], system)
             more = [value if make is None else make(value, system) for make, value in zip(by_position, given[1:])]

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from .kicks import Kick, turn
-from .linear_parts import probed
+from .linear_parts import kept_momentum, probed
 
 ROWS = [0, 2, 1, 3]
 """Of x, y, px, py among x, px, y, py, delta, ct."""
@@ -25,6 +25,7 @@ def lattice(ring: Any) -> str:
 def _part(ring: Any, element: Any) -> Any:
     """Return an element as a kick or a linear part; ValueError naming one that is neither."""
     kind = type(element).__name__
+    kept_momentum(not getattr(element, "longt_motion", False), element.FamName, kind, "ring.disable_6d()")
     if element.PassMethod == "ThinMPolePass" and not np.any(getattr(element, "BendingAngle", 0.0)):
         return Kick(_strengths(element.PolynomB), _strengths(element.PolynomA))
 

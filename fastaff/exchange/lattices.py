@@ -8,7 +8,7 @@ import numpy as np
 
 from ..base.foreign import Foreign
 from .kicks import ROWS, Kick, turn
-from .linear_parts import probed
+from .linear_parts import kept_momentum, probed
 
 
 def orbits(monitor: Any, name: str, coordinates: tuple[str, ...] | None) -> Foreign:
@@ -35,7 +35,7 @@ def starts(particles: Any, name: str) -> np.ndarray:
     return np.array([np.asarray(getattr(particles, entry))[alive] for entry in ROWS], dtype=float)
 
 
-DIPOLES = ("Bend", "RBend", "DipoleEdge")
+TAKEN_LINEAR = ("Bend", "RBend", "DipoleEdge", "Solenoid", "UniformSolenoid")
 """Elements whose linear part is taken."""
 
 
@@ -52,6 +52,7 @@ def _part(line: Any, k: int, name: str) -> Any:
     """Return an element as a kick or a linear part; ValueError naming one that is neither."""
     element = line.element_dict[name]
     kind = type(element).__name__
+    kept_momentum(not getattr(element, "voltage", 0.0), name, kind, f"line[{name!r}].voltage = 0")
     if kind == "Multipole" and not np.any(element.hxl) and not getattr(element, "isthick", False):
         return Kick(tuple(element.knl), tuple(element.ksl))
 
@@ -62,4 +63,4 @@ def _part(line: Any, k: int, name: str) -> Any:
         lost = np.asarray(particles.state) < 1
         return np.where(lost, np.nan, np.array([getattr(particles, row) for row in ("x", "y", "px", "py")]))
 
-    return probed(track, name, kind, kind in DIPOLES)
+    return probed(track, name, kind, kind in TAKEN_LINEAR)

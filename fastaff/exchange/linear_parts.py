@@ -9,6 +9,14 @@ import numpy as np
 J = np.kron(np.array([[0.0, 1.0], [-1.0, 0.0]]), np.eye(2))
 SMALL, LARGE, LINEAR = 1e-5, 1e-3, 1e-9
 """Amplitudes at which an element is asked for its matrix, and tried; how well the matrix must be its image."""
+SYMPLECTIC = 1e-6
+"""How well a matrix of such images must be symplectic."""
+
+
+def kept_momentum(keeps: bool, name: str, kind: str, call: str) -> None:
+    """Raise ValueError, naming the element and the call that switches it off, where it changes the momentum."""
+    if not keeps:
+        raise ValueError(f"the element {name!r} ({kind}) changes the momentum, the map is on momentum: {call}")
 
 
 def probed(track: Callable[[np.ndarray], np.ndarray], name: str, kind: str, linear: bool) -> tuple[np.ndarray, ...]:
@@ -28,6 +36,8 @@ def probed(track: Callable[[np.ndarray], np.ndarray], name: str, kind: str, line
             f"the element {name!r} ({kind}) is neither linear nor a thin multipole: cut it into thin kicks first "
             "(xtrack: line.slice_thick_elements)"
         )
+    if np.abs(matrix.T @ J @ matrix - J).max() > SYMPLECTIC:
+        raise ValueError(f"the element {name!r} ({kind}) is not symplectic on momentum: switch off what damps or ramps")
     for _ in range(2):  # to rounding symplectic, as differences of images are not
         matrix = matrix @ (np.eye(4) + J @ (matrix.T @ J @ matrix - J) / 2)
     return matrix, shift

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from random import Random
 from typing import Any, NamedTuple
@@ -140,12 +141,21 @@ def _bounded(walls: Sequence[Any], momenta: Sequence[Any]) -> bool:
 
 def _quadratic_inertia(W: Sequence[Sequence[Any]], coordinates: Sequence[str]) -> Inertia:
     """Return the inertia of T = p.W p/2, in the texts of `mass_inertia` where W is diagonal."""
-    p, n, lines = fresh("p", coordinates, ())[: len(W)], range(len(W)), Lines(())
+    p, n = fresh("p", coordinates, ())[: len(W)], range(len(W))
     if all(W[i][j] == 0 for i in n for j in n if i != j):
         if all(W[i][i] == 1 for i in n):
             return mass_inertia(coordinates, False, len(W))
-        masses = [f"({lines.text(1 / W[i][i])})" for i in n]
+        masses = [f"({_text(1 / W[i][i])})" for i in n]
         kinetic = " + ".join(f"{c}*{c}/(2*{m})" for c, m in zip(p, masses, strict=True))
         return Inertia((), (), tuple(f"{c}*(1.0/{m})" for c, m in zip(p, masses, strict=True)), kinetic)
-    velocity = tuple(" + ".join(f"({lines.text(W[i][j])})*{p[j]}" for j in n if W[i][j] != 0) for i in n)
+    velocity = tuple(" + ".join(f"({_text(W[i][j])})*{p[j]}" for j in n if W[i][j] != 0) for i in n)
     return Inertia((), (), velocity, f"({' + '.join(f'{c}*({v})' for c, v in zip(p, velocity, strict=True))})/2")
+
+
+def _text(expression: Any) -> str:
+    """Return an expression as one text: what its lines name stands in it in parentheses."""
+    lines = Lines(())
+    text = lines.text(expression)
+    for name, value in (line.split(" = ", 1) for line in reversed(lines.lines)):
+        text = re.sub(rf"(?<![\w.]){name}\b", f"({value})", text)
+    return text

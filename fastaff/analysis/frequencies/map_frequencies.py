@@ -28,7 +28,7 @@ from .rooms import Room
 from .running_turns import ROWS, running_means
 from .signals import signals_of
 from .tunes import FALLBACK, LEAST, TuneWork
-from .turning import CHANGED, LOCKED, calm_change
+from .turning import CHANGED, LOCKED, calm_change, relations
 
 BUDGET = 1 << 25
 """Bytes of samples in memory at once."""
@@ -287,7 +287,7 @@ class MapFrequencies:
 
     def _dependent(self) -> np.ndarray:
         """Tell which rotation numbers are fractions, of an angle that goes around with a chain of islands, and which
-        tunes are equal (n, orbits).
+        tunes are related, as of a plane that another drives (n, orbits).
         """
         n, q = len(self.nu), np.arange(1, LOCKED + 1)[:, None, None]
         wound = self._wound_rows()[:, None]
@@ -298,4 +298,6 @@ class MapFrequencies:
                 for apart in (self.nu[i] - self.nu[j], self.nu[i] + self.nu[j]):
                     near = np.abs(apart - np.rint(apart)) <= self.error[i] + self.error[j]
                     locked[i] |= near & np.isfinite(self.error[i] + self.error[j])
+        plain = np.flatnonzero(~wound[:, 0])
+        locked[plain] |= relations(self.nu[plain], self.error[plain], self.span)[0]
         return locked

@@ -83,7 +83,8 @@ def _started(own: Angles, turning: Turning, points: np.ndarray) -> np.ndarray:
     for k in range(count):
         at, plane = own.plane(k) - own.size, turning.planes[:, k].T
         rows[at : at + COLUMNS.end] = plane
-        x, y = points[k] - plane[COLUMNS.q], points[count + k] - plane[COLUMNS.p]
+        with np.errstate(invalid="ignore"):  # orbits that became infinite
+            x, y = points[k] - plane[COLUMNS.q], points[count + k] - plane[COLUMNS.p]
         rows[at + COLUMNS.end] = plane[COLUMNS.a] * x
         rows[at + COLUMNS.end + 1] = plane[COLUMNS.b] * x + plane[COLUMNS.c] * y
     return rows

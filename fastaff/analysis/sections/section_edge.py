@@ -218,7 +218,11 @@ def _rest(where: Where) -> Function:
 
         return left
     if not system_of(body).isotropic:
-        raise TypeError(f"section {section!r} has no known boundary for {type(body).__name__}")
+        n = body.degrees_of_freedom
+        raise TypeError(
+            f"section {section!r} has no known boundary for {type(body).__name__}, which has {n} degrees of freedom, 2 "
+            "are taken: draw the points alone, such as found.plot()"
+        )
     if isinstance(section, (AlphaTurning, BetaTurning)):
         return lambda u, _: _widest(where, u, alpha=isinstance(section, AlphaTurning))
     radii_over(section, np.zeros(0))  # or TypeError

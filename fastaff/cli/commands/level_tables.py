@@ -37,6 +37,16 @@ def level_table(levels: Any) -> list[str]:
     return _aligned(head, body)
 
 
+def vibration_table(levels: Any) -> list[str]:
+    """Return the lines of a table, one for each level of a vibration."""
+    rows = zip(levels.E[:SHOWN], levels.error, levels.converged, strict=False)
+    body = [
+        [str(k), digits(float(E), float(e)), f"{e:.1e}", "yes" if ok else "NO"] for k, (E, e, ok) in enumerate(rows)
+    ]
+    more = [f"... {len(levels) - SHOWN} more energies, all in the file"] if len(levels) > SHOWN else []
+    return [*_aligned(["level", "E", "error", "converged"], body), *more]
+
+
 def _sets(levels: Any) -> dict[tuple[int, ...], list[tuple[int, int]]]:
     """Return the classes (m, l) of each set of quantum numbers n, |m - l|, |m + l| of a multiplet."""
     sets: dict[tuple[int, ...], list[tuple[int, int]]] = {}

@@ -14,12 +14,13 @@ from ...base.names import named
 from ...base.numbers import whole
 from ...jobs.system import Model
 from ...jobs.wording import Wrong
+from ...quantum.states.level_table import VIBRATION
 from ..options import HOW, WRITTEN, Output, Parameter
 from ..progress import Progress, drawing, watched
 from ..stops import Stops, say
 from . import scans
 from .captions import caption, figure_of, title, titled, units, write
-from .level_tables import level_table, scan_table
+from .level_tables import level_table, scan_table, vibration_table
 
 PANELS = 4
 """Densities in one figure."""
@@ -46,9 +47,10 @@ def energy_levels(
 ) -> int:
     """Compute quantum levels with their degeneracies and errors, print them and draw them.
 
-    Without --m and --l the lowest levels of the whole body, none missing; with both those of one symmetry class e^(i m
-    phi + i l psi) or of several. The figure shows levels against the spin m and their degeneracies; levels against m, l
-    or a parameter (--scan); or, for one class, probability densities of its states with the classical turning curve.
+    Of --hamiltonian in one to three coordinates those of a vibration, which has no --m and --l. Of a body without
+    these the lowest levels of all of it, none missing; with both those of one symmetry class e^(i m phi + i l psi) or
+    of several. The figure shows levels against the spin m and their degeneracies; levels against m, l or a parameter
+    (--scan); or, for one class, probability densities of its states with the classical turning curve.
 
     Parameters
     ----------
@@ -75,11 +77,10 @@ def energy_levels(
     density_chart
         alpha-beta, r-vartheta or two-polar, for the densities. [that of the levels]
     """
-    from ...quantum.spectra.spectrum import solved_families
-
     whole("levels", levels, 1)
     body = options.build()
-    separates = bool(solved_families(body))
+    vibration, separates = _kind(body)
+    _for_bodies(vibration, m, l, chart, below, scan, states, density_chart, covering or None)
     classes = _classes(m, l, covering)
     if chart is not None:
         named("--chart", chart, ("alpha-beta", "r-vartheta"))
@@ -125,12 +126,12 @@ def energy_levels(
 
     found: list[Any] | None = None
     if classes is None:
-        result = _whole(body, levels, below, how, watch)
+        result = _vibration(body, levels, how, watch) if vibration else _whole(body, levels, below, how, watch)
     elif scan is not None:
         result = _scanned(body, classes, levels, scan, how, watch)
     else:
         found, result = _some(body, classes, levels, how, watch)
-    rows = level_table(result) if scan is None else scan_table(result)
+    rows = vibration_table(result) if vibration else level_table(result) if scan is None else scan_table(result)
     path = save(result, interrupted=False)
     print("\n".join(rows))
     say(f"{_said(result, classes)}; {clock.perf_counter() - start:.1f} s")
@@ -193,7 +194,30 @@ def _chart(name: str | None) -> Any:
     return None if name is None else known[named("--density-chart", name, tuple(known))]
 
 
+def _kind(body: Any) -> tuple[bool, bool]:
+    """Return whether a system is a vibration, and whether it is a body that separates."""
+    from ...quantum.spectra.spectrum import solved_families
+    from ...quantum.spectra.vibration import vibrates
+
+    vibration = vibrates(body)
+    return vibration, not vibration and bool(solved_families(body))
+
+
+def _for_bodies(vibration: bool, *given: Any) -> None:
+    if vibration and any(value is not None for value in given):
+        raise Wrong("a vibration takes --levels, --hbar and --tolerance; the other options are for bodies")
+
+
 # Computing
+
+
+def _vibration(body: Any, levels: int, how: dict[str, Any], watch: Watch) -> Any:
+    import fastaff
+
+    plain = {name: how[name] for name in ("hbar", "tolerance")}
+    return watch(
+        lambda report: fastaff.quantum.spectrum(body, count=levels, **plain, report=report), "the others are missing"
+    )
 
 
 def _whole(body: Any, levels: int, below: float | None, how: dict[str, Any], watch: Watch) -> Any:
@@ -264,6 +288,8 @@ def _said(result: Any, classes: list[tuple[int, int]] | None) -> str:
     from ...quantum.states.symmetry import SymmetryClass
 
     worst = f"largest error {result.error.max(initial=0.0):.1e}"
+    if VIBRATION in getattr(result, "method", ""):
+        return f"{result.E.size} levels; {worst}; {result.method}"
     if not hasattr(result, "multiplets"):
         return (
             f"{result.E.size} levels of {result.m.shape[1]} classes at {result.values.size} values of "
@@ -286,6 +312,8 @@ def spectrum_figure(result: Any, facts: dict[str, Any], found: list[Any] | None 
     from ...quantum.spectra.spectrum import spectrum
 
     body = Model(**facts["options"]).build()
+    if VIBRATION in getattr(result, "method", ""):
+        return _vibration_figure(result, body)
     classes = _classes(facts["spin"], facts["vorticity"], facts["covering"])
     if classes is None:
         return _whole_figure(result, body)
@@ -311,6 +339,15 @@ def _whole_figure(levels: Any, body: Any) -> Any:
         f"{levels.complete_below:.6g}"
     )
     return _finish(figure, body, "all classes", text, levels.hbar)
+
+
+def _vibration_figure(levels: Any, body: Any) -> Any:
+    from ...plot import quantum as plot_quantum
+
+    figure, ax = figure_of()
+    plot_quantum.plot_spectrum(levels, ax=ax)
+    text = f"{levels.E.size} levels; largest error {levels.error.max():.0e}"
+    return _finish(figure, body, "vibration", text, levels.hbar)
 
 
 def _diagram_figure(diagram: Any, body: Any, classes: list[tuple[int, int]]) -> Any:

@@ -271,6 +271,11 @@ def _errors(E: list[np.ndarray], height: float) -> np.ndarray:
 
 
 def _unbound(count: int, bound: float, limit: float) -> str:
+    if bound < 0.5:
+        return (
+            "no well of V holds a level: at this hbar waves are as long as the wells, which have no end behind a "
+            f"saddle, where V ends or along its bottom; give a smaller hbar; count = {count}"
+        )
     return (
         f"from {limit:.6g} on the wells of V have no end, behind a saddle, where V ends or along its bottom: about "
         f"{bound:.0f} levels are below that; count = {count}"
