@@ -9,7 +9,7 @@ import numpy as np
 from ..base.status import STEP_TOO_SMALL_CODE
 from ..compile.jit import LANES, jit, read_now, write_now
 from ..compile.pointers import call
-from .stepping import call_derivative, combine, load_lane, move_lane, room, runge_kutta_stages, store_lane
+from .stepping import call_derivative, combine, load_lane, look_back, move_lane, room, runge_kutta_stages, store_lane
 
 AT_WALL = 1e-13
 """Step beside the longest one with which an orbit that would leave the domain has: shorter ones no longer move it."""
@@ -189,12 +189,8 @@ def run_adaptive(u, stop, progress, blocks, scheme, observer, steps, unit, orbit
                 load_lane(z0, following, z, lanes)
                 load_lane(memory0, following, memory, lanes)
                 orbit[lanes], t[lanes], ticks[lanes] = following, time0[following], ticks0[following]
-                ahead[lanes], ceiling[lanes], kinetic[lanes], longest[lanes] = (
-                    step0[following],
-                    10.0,
-                    kinetic0[following],
-                    0.0,
-                )
+                ahead[lanes], kinetic[lanes] = step0[following], kinetic0[following]
+                ceiling[lanes], longest[lanes] = 10.0, 0.0
                 bound[lanes], until[lanes] = radius[following], steps.until[following]
                 code[lanes], done[lanes] = 0.0, 0.0
                 lanes += 1
@@ -215,6 +211,7 @@ def run_adaptive(u, stop, progress, blocks, scheme, observer, steps, unit, orbit
         for i in range(lanes):
             reached[i] = kinetic[i]
         call(check, params, lanes, bound, new, code, reached)
+        look_back(blocks, lanes, z, new, code)
         controlled(lanes, norm, code, h, fresh, ceiling, ahead, longest)
         for i in range(lanes):
             if fresh[i] > 0.0:

@@ -15,7 +15,7 @@ LINE = 64
 
 class Blocks(NamedTuple):
     """A model and a scheme's step as kernels see them: parameters and block functions, idle ones where a run has no use
-    for them, and the address of the derivative, 0 likewise.
+    for them, and the addresses of the derivative and, of a model with poles, of what sees steps across them, or 0.
     """
 
     params: np.ndarray
@@ -25,6 +25,7 @@ class Blocks(NamedTuple):
     inside: Any
     check: Any
     derivative: int = 0
+    leapt: int = 0
 
 
 class Coefficients(NamedTuple):
@@ -63,6 +64,16 @@ def stretch(rows, lanes):
     how long they are: rows of so many lanes, or of a nearly full block all at once, as a loop takes time to begin.
     """
     return (LANES, lanes) if lanes < 3 * LANES // 4 else (rows * LANES, rows * LANES)
+
+
+@jit
+def keep(rows, lanes, source, target):
+    """Copy the rows of lanes."""
+    apart, length = stretch(rows, lanes)
+    for at in range(0, rows * LANES, apart):
+        own, other = source[at : at + length], target[at : at + length]
+        for i in range(length):
+            other[i] = own[i]
 
 
 @jit
@@ -139,7 +150,14 @@ def add_eight(rows, lanes, terms, coefficients, k, total, begun):
             sums[i] = (((sum + c4 * k4[i]) + c5 * k5[i]) + c6 * k6[i]) + c7 * k7[i]
 
 
-call_derivative = caller("derivative")
+call_derivative, call_leapt = caller("derivative"), caller("leapt")
+
+
+@jit
+def look_back(blocks, lanes, begin, z, code):
+    """Set the code of lanes that have passed a pole in a step from `begin` to z, of a model that has some."""
+    if blocks.leapt != 0:
+        call_leapt(blocks.leapt, blocks.params, lanes, begin, z, code)
 
 
 @jit
