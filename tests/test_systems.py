@@ -6,7 +6,8 @@ import math
 import mpmath as mp
 import numpy as np
 import pytest
-from scipy.special import ellipj
+from scipy.integrate import solve_ivp
+from scipy.special import ellipj, ellipk
 
 import fastaff as fa
 from fastaff.base.status import Status
@@ -100,6 +101,61 @@ def test_the_rotation_of_a_spherical_pendulum_has_monodromy_around_its_focus():
         turns.append(np.rint((steps - 2 * np.pi * np.rint(steps / (2 * np.pi))).sum() / (2 * np.pi)))
     assert abs(turns[0]) == 1
     assert turns[1] == 0
+
+
+def on_the_sphere(theta, phi, p_theta, p_phi, times):
+    """Angles and momenta of a spherical pendulum of unit mass and length under g = 1, by Cartesian equations."""
+    out, round_ = np.array([np.cos(phi), np.sin(phi), 0.0]), np.array([-np.sin(phi), np.cos(phi), 0.0])
+    down = np.array([0.0, 0.0, 1.0])
+    place = np.sin(theta) * out + np.cos(theta) * down
+    speed = p_theta * (np.cos(theta) * out - np.sin(theta) * down) + p_phi / np.sin(theta) * round_
+
+    def rates(t, y):
+        x, v = y[:3], y[3:]
+        return [*v, *(down - (v @ v + x[2]) * x)]
+
+    y = solve_ivp(rates, (0, times[-1]), [*place, *speed], "DOP853", times, rtol=3e-14, atol=1e-15).y
+    out = np.hypot(y[0], y[1])
+    return np.array([np.arctan2(out, y[2]), np.arctan2(y[1], y[0]), -y[5] / out])
+
+
+@pytest.mark.parametrize("text", ["sin(theta)**2", "(1 - cos(theta)**2)"])
+def test_no_orbit_passes_through_the_pole_of_its_chart(text):
+    """Steps that see nothing of p_phi^2/sin(theta)^2 went to theta < 0 as if there were none."""
+    rows = {"coordinates": "theta phi", "momenta": "p_theta p_phi", "periods": {"phi": "2*pi"}}
+    rows |= {"domain": "1 - cos(theta)**2"} if "cos" in text else {}
+    model, passed, failed = fa.hamiltonian(f"(p_theta**2 + p_phi**2/{text})/2 - cos(theta)", **rows), 0, 0
+    count = 12
+    z0 = np.array([RNG.uniform(0.5, 1.5, count), RNG.uniform(-1, 1, count), RNG.uniform(-0.5, 0.5, count)])
+    z0 = np.array([*z0, 10 ** RNG.uniform(-10, -4, count) * RNG.choice([-1, 1], count)])
+    for accuracy, scheme in [(1e-3, None), (1e-6, None), (1e-9, None), (1e-6, "GAUSS8"), (1e-10, "GAUSS16")]:
+        found = fa.integrate(model, z0, time=30.0, accuracy=accuracy, samples=8, scheme=scheme)
+        well = found.status == Status.OK
+        for k in np.flatnonzero(well):
+            apart = np.abs(found.samples[:, :3, k].T - on_the_sphere(*z0[:, k], found.times))
+            apart[1] = np.abs((apart[1] + np.pi) % (2 * np.pi) - np.pi)
+            close = apart <= 10 * found.sample_error[:, :3, k].T + np.array([1e-12, 1e-9, 1e-12])[:, None]
+            assert close.all(), (z0[:, k], accuracy, apart.max())
+        assert set(found.status[~well]) <= {Status.COLLAPSED, Status.NOT_CONVERGED, Status.ENERGY_DRIFT}
+        passed, failed = passed + well.sum(), failed + (found.status == Status.COLLAPSED).sum()
+    assert passed >= (2 * count if "sin" in text else 1)  # the other loses its digits at the pole
+    assert failed >= 4
+
+
+def test_a_pole_whose_residue_is_zero_is_passed():
+    """Without p_phi it is a pendulum in a plane, and a top that sleeps moves through its axis."""
+    model = fa.models.SphericalPendulum()
+    for scheme in (None, "GAUSS8"):
+        found = fa.integrate(model, [1.0, 0.3, 0.0, 0.0], time=50.0, samples=200, accuracy=1e-9, scheme=scheme)
+        assert found.status[0] == Status.OK
+        period = 4 * ellipk(np.sin(0.5) ** 2)
+        assert found.samples[:, 0, 0].min() < -0.9
+        end = fa.integrate(model, [1.0, 0.3, 0.0, 0.0], time=period, accuracy=1e-12, scheme=scheme).z[:, 0]
+        np.testing.assert_allclose(end, [1.0, 0.3, 0.0, 0.0], atol=1e-11)
+    top = fa.models.SymmetricTop()
+    found = fa.integrate(top, [0.3, 0.0, 0.0, 0.0, 3.0, 3.0], time=20.0, accuracy=1e-9, samples=50)
+    assert found.status[0] == Status.OK
+    assert found.samples[:, 0, 0].min() < 0
 
 
 # --- tops -------------------------------------------------------------------------------------------------------------

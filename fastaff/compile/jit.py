@@ -307,6 +307,8 @@ SIGNATURES = {
     "kinetic": types.void(_vector, _i8, _vector, _vector),
     "potential": types.void(_vector, _i8, _vector, _vector),
     "along": types.void(_vector, _i8, _vector, _vector),
+    # (params, lanes, states before, z, status)
+    "leapt": types.void(_vector, _i8, _vector, _vector, _vector),
     # (params, lanes, escape radii, z, status, largest kinetic energy so far)
     "check": types.void(_vector, _i8, _vector, _vector, _vector, _vector),
     # (params, lanes, n, k, m, due, memory, result)

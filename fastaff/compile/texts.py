@@ -11,6 +11,9 @@ from . import damping, turning
 from .jit import LANES
 from .state_rows import Rows, listed
 
+HIGH = 16.0
+"""Change of H, beside the kinetic energy, that is a pole's and not that of a chord beside its orbit."""
+
 DRIFT, KICK = "hd = drift*step[i]\n", "hk = kick*step[i]\n"
 """Texts of the lengths of a lane's drift and kick."""
 
@@ -254,6 +257,29 @@ def _inside(rows: Rows) -> str:
     )
 
 
+def _leapt(rows: Rows) -> str:
+    """Whether steps from the states `begin` to z have passed a pole of H: what changes sign there has changed and, next
+    to where it is 0 on the chord, H is beyond what the motion has, which where a pole has no residue it is not.
+    """
+    orbit = rows.orbit
+    old, new = [f"begin[{r * LANES} + i]" for r in orbit], [_at(r) for r in orbit]
+    between = [f"{a} + x*({b} - {a})" for a, b in zip(old, new, strict=True)]
+    turned = "moved = 0\nfor k in range(len(first)):\n    moved += 0 if (first[k] > 0.0) == (last[k] > 0.0) else 1\n"
+    signs = f"first, last = value.poles({', '.join(old)}), value.poles({', '.join(new)})\n{turned}"
+    text = _loop(signs + "result[i] = -1.0 if (moved > 0) & (result[i] == 0.0) else result[i]\n", 1)
+    kinetic = "".join(
+        _kinetic_energy(rows, f"kinetic{k}", [f"{where}[{r * LANES} + i]" for r in range(2 * rows.half)])
+        for k, where in enumerate(("begin", "z"))
+    )
+    half = f"x = 0.5*(low + high)\nlast = value.poles({', '.join(between)})\n{turned}"
+    half += "low, high = (x, high) if moved == 0 else (low, x)\n"
+    search = f"first = value.poles({', '.join(old)})\nlow, high = 0.0, 1.0\nfor _ in range(64):\n{_indent(half, 1)}"
+    search += f"{kinetic}energy, leap = value.energy({', '.join(old)}), 0.0\nfor x in (low, high):\n"
+    search += f"    change = abs(value.energy({', '.join(between)}) - energy)\n"
+    search += f"    leap = 1.0 if change > {HIGH}*(kinetic0 + kinetic1) else leap\nresult[i] = 2.0*leap\n"
+    return text + _loop(f"if result[i] < 0.0:\n{_indent(search, 1)}", 1)
+
+
 def _value(rows: Rows) -> str:
     return _loop(f"result[i] = value.value({', '.join(map(_at, rows.orbit))})\n", 1)
 
@@ -333,6 +359,7 @@ TEXTS: dict[str, Callable[[Rows], str]] = {
     "derivative": _derivative,
     "check": _check,
     "inside": _inside,
+    "leapt": _leapt,
     "value": _value,
     "kinetic": _kinetic,
     "potential": _potential,
@@ -349,6 +376,7 @@ ARGUMENTS = {
     "step": "derivative, params, lanes, rows, a, b, dense, sweeps, step, z, k, work",
     "check": "params, lanes, radius, z, result, kinetic",
     "inside": "params, lanes, z, result",
+    "leapt": "params, lanes, begin, z, result",
     "derivative": "params, lanes, z, result",
     "value": "params, lanes, z, result",
     "kinetic": "params, lanes, z, result",

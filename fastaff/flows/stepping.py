@@ -12,6 +12,7 @@ from ..compile.packing import Packed
 from ..compile.pointers import address
 from ..kernels.collocation import collocate
 from ..kernels.stepping import Blocks, Coefficients, runge_kutta
+from ..models.mechanics import system_of
 from ..schemes.catalogue import Collocation, Nystrom, Scheme, Splitting
 
 
@@ -19,7 +20,7 @@ def blocks_of(model: Any, vectors: int = 0, step: Callable | None = None, **kind
     """Return what kernels see of a model: block functions of these kinds, or of a Runge-Kutta-Nyström scheme's terms,
     idle ones in the other places; step: the kernel of a scheme that steps by the derivative.
     """
-    n, derivative = model.degrees_of_freedom, 0
+    n, derivative, leapt = model.degrees_of_freedom, 0, 0
     found = {
         place: model_block(kind, model, n, vectors)
         if isinstance(kind, str)
@@ -28,8 +29,10 @@ def blocks_of(model: Any, vectors: int = 0, step: Callable | None = None, **kind
     }
     if step is not None:
         found["step"], derivative = step_block(step), address(model_block("derivative", model, n, vectors))
-    idle = {place: idle_block(place) for place in Blocks._fields[1:-1] if place not in found}
-    return Blocks(parameters(model), **found, **idle, derivative=derivative)
+        if system_of(model).poles:
+            leapt = address(model_block("leapt", model, n, vectors))
+    idle = {place: idle_block(place) for place in Blocks._fields[1:-2] if place not in found}
+    return Blocks(parameters(model), **found, **idle, derivative=derivative, leapt=leapt)
 
 
 @by_identity

@@ -16,6 +16,9 @@ from ..base.descent import descended
 from .gammainc import GAMMAINC, numeric
 
 SAMPLES = 400
+SIMPLE = 60
+"""Operations of a denominator above which its factors are not looked for."""
+
 SIZES = 6.0
 """Decades to both sides of 1 in which coordinates are drawn: their units and origins may be any."""
 
@@ -88,6 +91,27 @@ def conditions(expression: Any, region: Callable[[np.random.Generator, int], Map
                 add(sign * e.base)
             elif e.exp.is_even:
                 add(e.base**2)
+    return found
+
+
+def poles(expression: Any, region: Callable[[np.random.Generator, int], Mapping[Any, np.ndarray]]) -> list[Any]:
+    """Return the expressions whose sign changes at poles of `expression`, which are on both sides of where it lives:
+    no condition of one side, yet nothing moves through them; region as in `conditions`.
+    """
+    import sympy
+
+    found: list[Any] = []
+    coordinates = set(region(np.random.default_rng(1), 1))
+    for e in sympy.postorder_traversal(expression):
+        if isinstance(e, sympy.tan):
+            bases = [sympy.cos(e.args[0])]
+        else:
+            bases = [e.base] if e.is_Pow and e.exp.is_Integer and e.exp.is_negative else []
+        for base in bases:
+            for g in sympy.Mul.make_args(sympy.factor(sympy.trigsimp(base)) if base.count_ops() < SIMPLE else base):
+                g = g.base if g.is_Pow and g.exp.is_Integer else g
+                if g.free_symbols & coordinates and not _sign(g, region) and not {g, -g} & {*found}:
+                    found.append(g)
     return found
 
 

@@ -29,17 +29,17 @@ def flow_model(d: Description, rates: Sequence[Any], walls: Sequence[Any], symbo
 def nonseparable_model(
     d: Description,
     H: Any,
-    walls: Sequence[Any],
+    bounds: tuple[Sequence[Any], Sequence[Any]],
     symbols: dict[str, Any],
     momenta: Sequence[str],
     periods: Sequence[Any],
     period: Any = None,
 ) -> str:
-    """Return the text of a system H(q, p): its energy, rates, their changes along a vector, margin and angles; symbols
-    of coordinates, then of momenta. Where it has the period of a drive, "" for a field, the last coordinate is the
-    time, and its momentum is added to the energy.
+    """Return the text of a system H(q, p): its energy, rates, their changes along a vector, margin, poles and angles;
+    symbols of coordinates, then of momenta; bounds: its walls, and what changes sign at its poles. Where it has the
+    period of a drive, "" for a field, the last coordinate is the time, and its momentum is added to the energy.
     """
-    n, (names, driven) = len(d.coordinates), ((*d.coordinates, *momenta), period is not None)
+    n, (names, driven), (walls, poles) = len(d.coordinates), ((*d.coordinates, *momenta), period is not None), bounds
     q, p = ([symbols[name] for name in part] for part in (d.coordinates, momenta))
     H = H + p[-1] if driven else H
     rates = [*(H.diff(x) for x in p), *(-H.diff(x) for x in q)]
@@ -54,6 +54,10 @@ def nonseparable_model(
         method("energy", names, "Return H.", lines, [energy], single=True),
         *_methods_of_rates(names, d.parameters, rates, walls, symbols, shared=not walls),
     ]
+    if poles:
+        lines = Lines(names)
+        doc = "Return numbers that keep their signs along an orbit: they are 0 at poles of H."
+        methods.append(method("poles", names, doc, lines, lines.add(poles)))
     kind, fields = 'Kind("H(q, p, t) with a period in t", {"nonseparable", "drive"})', d.parameters
     if not driven:
         kind = "Kind.NONSEPARABLE"

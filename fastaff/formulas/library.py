@@ -164,7 +164,7 @@ def _parameters(request: Request) -> dict[str, Any]:
 def _derive_hamiltonian(request: Request, programs: tuple[Program, Program | None], values: Mapping[str, float]) -> str:
     import sympy
 
-    from .domains import conditions, everywhere, reached
+    from .domains import conditions, everywhere, poles, reached
     from .flow_source import nonseparable_model
     from .inertia import in_turning_frame, separated
     from .model_source import driven_model, hamiltonian_model
@@ -207,7 +207,8 @@ def _derive_hamiltonian(request: Request, programs: tuple[Program, Program | Non
         if found is None:
             momenta = (*request.momenta, *(["p_t"] if period is not None else []))
             own |= {name: sympy.Symbol(name, real=True) for name in momenta}
-            return nonseparable_model(description, V, walls, own, momenta, periods, period)
+            bounds = walls, poles(V, everywhere(own.values()))
+            return nonseparable_model(description, V, bounds, own, momenta, periods, period)
         V, inertia = found
     more: dict[str, Any] = {"inertia": inertia, "periods": periods, "momenta": request.momenta}
     if period is not None:

@@ -6,7 +6,7 @@ MAX_DEGREES_OF_FREEDOM = 16
 _OF_MODELS = """
 degrees_of_freedom coordinates kind angular_velocity angles velocity force tangent_force kinetic_energy
 potential_energy margin value slopes curvatures second higher formula domain proof rates tangent_rates
-damping_rate iterate tangent_iterate symplectic momenta periods potential ring period phase mu mu_1 mu_2 masses
+damping_rate iterate tangent_iterate symplectic momenta periods poles potential ring period phase mu mu_1 mu_2 masses
 """
 
 RESERVED = {*dir(tuple), *_OF_MODELS.split(), *(f"m_{i}" for i in range(1, MAX_DEGREES_OF_FREEDOM + 1))}

@@ -9,7 +9,17 @@ import numpy as np
 from ..base.status import STEP_TOO_SMALL_CODE
 from ..compile.jit import LANES, jit, read_now, write_now
 from ..compile.pointers import call
-from .stepping import call_derivative, combine, filled, load_lane, move_lane, room, runge_kutta_stages, store_lane
+from .stepping import (
+    call_derivative,
+    combine,
+    filled,
+    load_lane,
+    look_back,
+    move_lane,
+    room,
+    runge_kutta_stages,
+    store_lane,
+)
 
 AT_WALL = 1e-13
 """Step beside the longest one with which an orbit that would leave the domain has: shorter ones no longer move it."""
@@ -242,12 +252,8 @@ def run_adaptive(u, stop, progress, blocks, scheme, observer, steps, unit, orbit
                 load_lane(z0, following, z, lanes)
                 load_lane(memory0, following, memory, lanes)
                 orbit[lanes], t[lanes], ticks[lanes] = following, time0[following], ticks0[following]
-                ahead[lanes], ceiling[lanes], kinetic[lanes], longest[lanes] = (
-                    step0[following],
-                    10.0,
-                    kinetic0[following],
-                    0.0,
-                )
+                ahead[lanes], kinetic[lanes] = step0[following], kinetic0[following]
+                ceiling[lanes], longest[lanes] = 10.0, 0.0
                 bound[lanes], until[lanes] = radius[following], steps.until[following]
                 code[lanes], done[lanes], tried[lanes] = 0.0, 0.0, attempts[following]
                 lanes += 1
@@ -263,6 +269,7 @@ def run_adaptive(u, stop, progress, blocks, scheme, observer, steps, unit, orbit
         runge_kutta_stages(derivative, params, a, 1, stages, rows, wide, h, z, k, new)
         error_norm(rows, wide, steps, scheme.errors, h, z, new, k, work, norm)
         call(check, params, wide, bound, new, code, reached)
+        look_back(blocks, lanes, z, new, code)
         controlled(lanes, norm, code, h, fresh, ceiling, ahead, longest)
         ended(lanes, tried, code, fresh, ahead, longest, t)
         if cadence > 0.0:

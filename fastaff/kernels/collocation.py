@@ -6,7 +6,7 @@ import numpy as np
 
 from ..compile.fused import fma
 from ..compile.jit import LANES, jit
-from .stepping import call_derivative, room, stretch
+from .stepping import call_derivative, keep, room, stretch
 
 SETTLED = 2.0**-36
 """Change of a sweep, beside the largest numbers of its half of a state, above which no iteration has converged."""
@@ -138,16 +138,6 @@ def begun(rows, lanes, parts, fresh):
 
 
 @jit
-def kept(rows, lanes, source, target):
-    """Copy the rows of lanes."""
-    apart, length = stretch(rows, lanes)
-    for at in range(0, rows * LANES, apart):
-        own, other = source[at : at + length], target[at : at + length]
-        for i in range(length):
-            other[i] = own[i]
-
-
-@jit
 def begin_anew(rows, lanes, fresh, other, total):
     """Take the other states in lanes that are fresh."""
     first = fresh[:lanes]
@@ -177,7 +167,7 @@ def collocate(derivative, params, lanes, rows, a, b, dense, sweeps, step, z, k, 
     going, before, none, fresh = room(1), room(1), room(rows), room(1)
     relative, most, whole = room(1), room(1), room(3)
     new = begun(rows, lanes, parts, fresh)
-    kept(stages * rows, lanes, parts, old)
+    keep(stages * rows, lanes, parts, old)
     least[:], before[:] = np.inf, np.inf
     going[:lanes] = 1.0
     for s in range(stages):

@@ -14,7 +14,7 @@ import numpy as np
 from ..base.status import NOT_CONVERGED_CODE
 from ..compile.jit import LANES, jit, read_now, write_now
 from ..compile.pointers import call
-from .stepping import advance, filled, load_lane, move_lane, room, store_lane
+from .stepping import advance, filled, keep, load_lane, look_back, move_lane, room, store_lane
 
 BURST, BETWEEN = 128, 37
 """Steps between looks at the stop flag; steps after these when the orbits are looked at once more."""
@@ -88,13 +88,12 @@ def run_fixed(u, stop, progress, blocks, scheme, observer, steps, unit, orbits):
     state_rows = scheme.copies * rows
     following, end = u * unit, min((u + 1) * unit, z0.shape[1])
     block, work, memory = room(state_rows + scheme.spare), room(rows), room(memory_rows)
-    k = room(scheme.b.size * rows)
+    k, begin = room(scheme.b.size * rows), room(rows)
     z = block[: state_rows * LANES]
     t, h, code, done, fresh = room(1), room(1), room(1), room(1), room(1)
     kinetic, seen, found, reached, bound = room(1), room(1), room(1), room(1), room(1)
     n, orbit = np.empty(LANES, np.int64), np.empty(LANES, np.int64)
-    left, cadence = np.empty(LANES, np.int64), np.empty(LANES, np.int64)
-    lanes = 0
+    left, cadence, lanes = np.empty(LANES, np.int64), np.empty(LANES, np.int64), 0
     while read_now(stop, 0) == 0:
         if refill or lanes == 0:
             while lanes < LANES and following < end:
@@ -120,13 +119,13 @@ def run_fixed(u, stop, progress, blocks, scheme, observer, steps, unit, orbits):
             if quiet > 1:
                 for i in range(lanes):
                     quiet = min(quiet, left[i])
+            if blocks.leapt != 0:
+                keep(rows, lanes, z, begin)
             taken = advance(blocks, scheme, rows, wide, h, quiet, block, k, work)
-            ran += taken
-            due = 0
+            ran, due = ran + taken, 0
             for i in range(lanes):
-                n[i] += taken
+                n[i], left[i] = n[i] + taken, left[i] - taken
                 t[i] = n[i] * h[i]
-                left[i] -= taken
                 due += 1 if left[i] == 0 else 0
             all_look = refill or next_look(n[0] - 1) == n[0]
             if all_look:
@@ -140,6 +139,7 @@ def run_fixed(u, stop, progress, blocks, scheme, observer, steps, unit, orbits):
                     for i in range(lanes):  # an orbit is looked at when it is its turn, whatever its neighbours do
                         if n[i] == total[orbit[i]] or (strict and left[i] == 0):
                             code[i], kinetic[i] = found[i], reached[i]
+            look_back(blocks, lanes, begin, z, code)
             lost = 0
             for i in range(lanes):
                 lost += 1 if code[i] > 0.0 else 0

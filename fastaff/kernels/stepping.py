@@ -18,7 +18,7 @@ LONE = 3
 
 class Blocks(NamedTuple):
     """A model and a scheme's step as kernels see them: parameters and block functions, idle ones where a run has no use
-    for them, and the address of the derivative, 0 likewise.
+    for them, and the addresses of the derivative and, of a model with poles, of what sees steps across them, or 0.
     """
 
     params: np.ndarray
@@ -28,6 +28,7 @@ class Blocks(NamedTuple):
     inside: Any
     check: Any
     derivative: int = 0
+    leapt: int = 0
 
 
 class Coefficients(NamedTuple):
@@ -69,6 +70,16 @@ def stretch(rows, lanes):
 
 
 @jit
+def keep(rows, lanes, source, target):
+    """Copy the rows of lanes."""
+    apart, length = stretch(rows, lanes)
+    for at in range(0, rows * LANES, apart):
+        own, other = source[at : at + length], target[at : at + length]
+        for i in range(length):
+            other[i] = own[i]
+
+
+@jit
 def combine(rows, lanes, last, coefficients, k, total):
     """Set total = sum of coefficients[s] * k[s] over s < last, in the order of s, without those that are 0."""
     terms, weights = np.empty(last, np.int64), np.empty(last)
@@ -97,7 +108,14 @@ def nonzero(rows, last, coefficients, terms, weights):
     return count
 
 
-call_derivative = caller("derivative")
+call_derivative, call_leapt = caller("derivative"), caller("leapt")
+
+
+@jit
+def look_back(blocks, lanes, begin, z, code):
+    """Set the code of lanes that have passed a pole in a step from `begin` to z, of a model that has some."""
+    if blocks.leapt != 0:
+        call_leapt(blocks.leapt, blocks.params, lanes, begin, z, code)
 
 
 @jit

@@ -117,7 +117,9 @@ class Nonseparable(Protocol):
 
     energy(q..., p...) = H; rates(q..., p...) = dH/dp, -dH/dq, 2n numbers; tangent_rates(q..., p..., dq..., dp...), the
     change of the rates along a vector; margin(q..., p...): positive where the system lives. Optional: coordinates and
-    momenta, n names each; angles; periods(): for each row its period, 0 where it has none. With a drive the last
+    momenta, n names each; angles; periods(): for each row its period, 0 where it has none; poles(q..., p...): numbers
+    that change sign where H has poles, of which a step may see nothing: an orbit that has passed one where H is
+    infinite is COLLAPSED, or an adaptive step taken again. With a drive the last
     coordinate is the time, as in `Model`, and H has + p_t.
     """
 

@@ -40,6 +40,11 @@ class Traits:
         return not self.terms & {"rates", "iterates", "nonseparable"}
 
     @property
+    def poles(self) -> bool:
+        """Whether it tells of poles of its H(q, p), which steps may pass without seeing them."""
+        return self.nonseparable and hasattr(self.model, "poles")
+
+    @property
     def energetic(self) -> bool:
         """Whether it has an energy, conserved or not."""
         return self.canonical and not self.iterated
