@@ -76,8 +76,8 @@ def flow(
     ('D1', 'D2', 'p_D1', 'p_D2', 'cosine', 'sine')
     """
     if forces is not None or hasattr(text, "degrees_of_freedom"):
-        text, own, parameters = equations_of(text, forces or {}, parameters)
-        domain = domain or own
+        text, own, parameters = equations_of(text, {} if forces is None else forces, parameters)
+        domain = own if domain is None else domain
     written, length = _written(text)
     equations = split(written)
     names: list[str] = []
