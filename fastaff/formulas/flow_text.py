@@ -77,7 +77,7 @@ def flow(
     """
     if forces is not None or hasattr(text, "degrees_of_freedom"):
         text, own, parameters = equations_of(text, {} if forces is None else forces, parameters)
-        domain = domain or own
+        domain = own if domain is None else domain
     written, length = _written(text)
     equations = split(written)
     names: list[str] = []
