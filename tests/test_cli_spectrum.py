@@ -63,8 +63,8 @@ def rows(text):
         (["spectrum", "--model", "heavy-top", "--A", "-3", "--m", "0", "--l", "0"], "no ground state"),
         (["spectrum", "--model", "heavy-top", "--A", "-3"], "no ground state"),
         (["spectrum", "--model", "harmonic", "--C", "-1"], "does not bind"),
-        (["spectrum", "--model", "henon-heiles", "--m", "0", "--l", "0"], "--m is for a Body alone"),
-        (["spectrum", "--model", "henon-heiles"], "body must be a Body"),
+        (["spectrum", "--model", "henon-heiles", "--m", "0", "--l", "0"], "a vibration takes --levels"),
+        (["spectrum", "--model", "double-pendulum"], "what runs here is H = T(p) + V(q)"),
         ([*HYPERELASTIC, "--levls", "3"], "Did you mean --levels?"),
     ],
 )

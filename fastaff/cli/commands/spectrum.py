@@ -196,11 +196,9 @@ def _chart(name: str | None) -> Any:
 
 def _kind(body: Any) -> tuple[bool, bool]:
     """Return whether a system is a vibration, and whether it is a body that separates."""
-    from ...quantum.spectra.spectrum import solved_families
-    from ...quantum.spectra.vibration import vibrates
+    from ...quantum.spectra import spectrum, vibration
 
-    vibration = vibrates(body)
-    return vibration, not vibration and bool(solved_families(body))
+    return (True, False) if vibration.vibrates(body) else (False, bool(spectrum.solved_families(body)))
 
 
 def _for_bodies(vibration: bool, *given: Any) -> None:
@@ -214,10 +212,8 @@ def _for_bodies(vibration: bool, *given: Any) -> None:
 def _vibration(body: Any, levels: int, how: dict[str, Any], watch: Watch) -> Any:
     import fastaff
 
-    plain = {name: how[name] for name in ("hbar", "tolerance")}
-    return watch(
-        lambda report: fastaff.quantum.spectrum(body, count=levels, **plain, report=report), "the others are missing"
-    )
+    own = {"count": levels, "hbar": how["hbar"], "tolerance": how["tolerance"]}
+    return watch(lambda report: fastaff.quantum.spectrum(body, **own, report=report), "the others are missing")
 
 
 def _whole(body: Any, levels: int, below: float | None, how: dict[str, Any], watch: Watch) -> Any:
@@ -288,14 +284,14 @@ def _said(result: Any, classes: list[tuple[int, int]] | None) -> str:
     from ...quantum.states.symmetry import SymmetryClass
 
     worst = f"largest error {result.error.max(initial=0.0):.1e}"
-    if VIBRATION in getattr(result, "method", ""):
-        return f"{result.E.size} levels; {worst}; {result.method}"
     if not hasattr(result, "multiplets"):
         return (
             f"{result.E.size} levels of {result.m.shape[1]} classes at {result.values.size} values of "
             f"{result.name}; {worst}"
         )
     text = f"{result.E.size} levels, {len(result.multiplets())} different energies; {worst}"
+    if classes is None and VIBRATION in result.method:
+        return f"{text}; {result.method}"
     if classes is None:
         return f"{text}; none is missing below E = {result.complete_below:.10g}"
     if len(classes) > 1:
@@ -309,11 +305,15 @@ def _said(result: Any, classes: list[tuple[int, int]] | None) -> str:
 
 def spectrum_figure(result: Any, facts: dict[str, Any], found: list[Any] | None = None) -> Any:
     """Return the figure of levels with what their file says of them; found: the levels of each class, if at hand."""
+    from ...plot import quantum as plot_quantum
     from ...quantum.spectra.spectrum import spectrum
 
     body = Model(**facts["options"]).build()
     if VIBRATION in getattr(result, "method", ""):
-        return _vibration_figure(result, body)
+        figure, ax = figure_of()
+        plot_quantum.plot_spectrum(result, ax=ax)
+        text = f"{len(result)} levels; largest error {result.error.max():.0e}"
+        return _finish(figure, body, "vibration", text, result.hbar)
     classes = _classes(facts["spin"], facts["vorticity"], facts["covering"])
     if classes is None:
         return _whole_figure(result, body)
@@ -339,15 +339,6 @@ def _whole_figure(levels: Any, body: Any) -> Any:
         f"{levels.complete_below:.6g}"
     )
     return _finish(figure, body, "all classes", text, levels.hbar)
-
-
-def _vibration_figure(levels: Any, body: Any) -> Any:
-    from ...plot import quantum as plot_quantum
-
-    figure, ax = figure_of()
-    plot_quantum.plot_spectrum(levels, ax=ax)
-    text = f"{levels.E.size} levels; largest error {levels.error.max():.0e}"
-    return _finish(figure, body, "vibration", text, levels.hbar)
 
 
 def _diagram_figure(diagram: Any, body: Any, classes: list[tuple[int, int]]) -> Any:
