@@ -850,7 +850,11 @@ def outcome(name, *replaced):
     try:
         with warnings.catch_warnings(), np.errstate(**np.geterr()):  # the clock may ring in another's that then stays
             warnings.simplefilter("error")
-            repr(call(name, given))
+            try:
+                repr(call(name, given))
+            finally:  # else it may ring while the outcome is judged, after a call that was compiled
+                if timed:
+                    signal.setitimer(signal.ITIMER_PROF, 0)
         return "accepted"
     except TooLong:
         took = time.process_time() - began
@@ -866,5 +870,4 @@ def outcome(name, *replaced):
         return "refused" if own else f"{type(problem).__name__}: {str(problem)[:200]}"
     finally:
         if timed:
-            signal.setitimer(signal.ITIMER_PROF, 0)
             signal.signal(signal.SIGPROF, before)
