@@ -36,6 +36,11 @@ GROWTH, LEAST = 0.3, 8.0
 LOWEST = 0.02
 """Error beside the tolerance, as GROWTH is: that of orbits whose steps are no harder than a pendulum's."""
 
+UNSTEADY, BETWEEN = 2.0, 8.0
+"""How many times the usual error of its tolerance an orbit's must be for that of a third run to be asked, as errors of
+orbits that amplify them fall by chance; how many times looser the third run's tolerance is.
+"""
+
 FINEST = 1e-14
 """Tolerance below which rounding is in the way."""
 
@@ -68,9 +73,14 @@ def left(found: Motion, apart: np.ndarray, times: np.ndarray, tolerance: np.ndar
     phase = times[:, None] * found.pace
     with np.errstate(all="ignore"):
         rounding = 4 * NOISE * found.far * (np.maximum(phase / SPAN, 1.0) ** 1.5 + 8 * apart / (RATIO * tolerance))
-        usual = tolerance * found.far * np.maximum(LOWEST * phase**1.5, 1.0)
+        usual = tolerance * _usual(found, phase)
         error = counted(apart, np.full_like(apart, PART)) + rounding + usual
     return np.maximum.accumulate(np.where(np.isfinite(error), error, np.inf), axis=0)
+
+
+def _usual(found: Motion, phase: np.ndarray) -> np.ndarray:
+    """Return the usual errors, beside the tolerance, after so many radians."""
+    return found.far * np.maximum(LOWEST * phase**1.5, 1.0)
 
 
 def tightened(
@@ -87,7 +97,7 @@ def tightened(
     run(orbits, tolerance, report) integrates orbits, and returns what has a `status` (orbits,); compare(fine, coarse,
     orbits, tolerance) returns the errors (moments, orbits), inf where the fine run is no good; keep(orbits, fine,
     chosen, error) takes over the results numbered `chosen`.
-    Cost: 1.6 runs for orbits as expected, one more for others.
+    Cost: 1.6 runs for orbits as expected, one more for others, 0.7 more where errors are amplified.
     """
     tolerance = tolerances(found, time, accuracy)
     orbits = np.flatnonzero(np.isfinite(tolerance))
@@ -95,15 +105,22 @@ def tightened(
     tolerance = tolerance[orbits]
     passes = Passes(report)
     coarse: Any = run(orbits, RATIO * tolerance, passes.take(0.6, 1 + AGAIN)) if orbits.size else None
+    before: Any = 0.0
     for _ in range(PAIRS):
         if not orbits.size:
             break
         fine = run(orbits, tolerance, passes.take(1.0, AGAIN))
-        error = compare(fine, coarse, orbits, tolerance)
+        error = np.fmax(compare(fine, coarse, orbits, tolerance), before / RATIO)  # the coarse run may have been lucky
+        size = tolerance * _usual(found.of(orbits), time * found.pace[orbits])
+        unsteady = np.flatnonzero(np.isfinite(error[-1]) & (error[-1] > UNSTEADY * size))
+        if unsteady.size:
+            own, tight = orbits[unsteady], tolerance[unsteady]
+            third = run(own, BETWEEN * tight, None)
+            error[:, unsteady] = np.fmax(error[:, unsteady], compare(fine.of(unsteady), third, own, tight))
         worst, sound = error.max(axis=0), (fine.status == Status.OK) & (coarse.status == Status.OK)
         good = sound & (worst <= accuracy)
         keep(orbits, fine, np.flatnonzero(good), error)
         again = sound & ~good & (worst <= accuracy * RATIO * PART * 4) & (tolerance >= RATIO * FINEST)
         rest.append(orbits[~(good | again)])
-        orbits, coarse, tolerance = orbits[again], fine.of(again), tolerance[again] / RATIO
+        orbits, coarse, tolerance, before = orbits[again], fine.of(again), tolerance[again] / RATIO, error[:, again]
     return np.sort(np.concatenate([*rest, orbits]))
