@@ -584,7 +584,8 @@ def test_memory_does_not_grow_with_the_steps():
         return size
 
     peak(1.0), peak(500.0)  # which are run in ways of their own
-    assert peak(500.0) < 1.2 * peak(1.0) + 20_000
+    # the least of several: what other threads and the collector of garbage hold for a moment counts as well
+    assert min(peak(500.0) for _ in range(4)) < 1.2 * min(peak(1.0) for _ in range(4)) + 20_000
 
 
 def test_progress_is_reported():
