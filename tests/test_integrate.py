@@ -574,7 +574,7 @@ def test_failed_orbits_keep_their_samples_until_then():
 
 
 def test_memory_does_not_grow_with_the_steps():
-    z0 = states(BALL, 64)
+    z0 = states(BALL, 8)  # one vector, so one thread: each that works has memory of its own, at one time or another
 
     def peak(time):
         tracemalloc.start()
@@ -584,8 +584,7 @@ def test_memory_does_not_grow_with_the_steps():
         return size
 
     peak(1.0), peak(500.0)  # which are run in ways of their own
-    # the least of several: what other threads and the collector of garbage hold for a moment counts as well
-    assert min(peak(500.0) for _ in range(4)) < 1.2 * min(peak(1.0) for _ in range(4)) + 20_000
+    assert peak(500.0) < 1.2 * peak(1.0) + 20_000
 
 
 def test_progress_is_reported():
