@@ -19,7 +19,7 @@ import numpy as np
 
 import fastaff as fa
 from fastaff.kernels.readings import first_length
-from fastaff.models.sections import Stroboscopic
+from fastaff.models.sections import OF_BODIES, Stroboscopic
 
 SECONDS = 60.0
 """Seconds of the processor that an accepted input may take."""
@@ -378,6 +378,8 @@ CALLS = {
     "TorusFit.in_basis": (method("fit", "in_basis"), {"M": np.eye(2, dtype=int)}),
     "TorusFit.truncated": (method("fit", "truncated"), {"order": 3}),
 }
+for _kind in OF_BODIES.values():
+    CALLS.setdefault(_kind.__name__, (partial(cut_by, _kind), {"constant": 1.0}))
 for _name, _make in fa.formulas.systems.SYSTEMS.items():
     _given = {name: p.default for name, p in signature(_make).parameters.items()}
     CALLS.setdefault(_name, (_make, {name: value for name, value in _given.items() if isinstance(value, float | str)}))
@@ -464,6 +466,7 @@ PUBLIC = {name: getattr(home, name) for home in (fa, fa.analysis, fa.quantum) fo
 PUBLIC |= {name: getattr(fa.charts, name) for name in ("from_matrix", "to_matrix")}
 PUBLIC |= {name: getattr(fa.models, name) for name in ("ReducedBody", "StackelBody", "Zero")}
 PUBLIC |= fa.formulas.systems.SYSTEMS
+PUBLIC |= {kind.__name__: kind for kind in OF_BODIES.values()}
 PUBLIC |= {
     name: getattr(fa.schemes, name) for name in ("Automatic", "Algebraic", "Exponential", "Logistic", "RungeKutta")
 }

@@ -10,7 +10,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from fastaff import public
 from fastaff.formulas.systems import SYSTEMS, constants_of
+from fastaff.models.sections import OF_BODIES
+
+OWN_SECTIONS = [kind.__name__ for kind in OF_BODIES.values() if kind.__name__ not in public.__all__]
+"""Sections of bodies that `fastaff` itself has not."""
 
 
 class Page(NamedTuple):
@@ -46,7 +51,7 @@ PAGES: dict[str, Page] = {
             "": "poincare_map energy_grid energy_sample islands rotation_number AlphaTurning BetaTurning AlphaEquals "
             "BetaEquals AreaEquals Linear",
             "analysis": "SectionMap EnergyGrid EnergySample Islands Rotation NotReached",
-            "models.sections": "Stroboscopic AngleEquals",
+            "models.sections": " ".join(["Stroboscopic AngleEquals", *OWN_SECTIONS]),
         },
     ),
     "schemes": Page(
