@@ -25,7 +25,7 @@ from ...flows.launch import Report
 from ...flows.motion import motion
 from ...flows.options import Options, Problem
 from ...flows.time_transformed import TransformedFlow
-from ...flows.tolerances import SLOW, left, tightened, with_tolerance
+from ...flows.tolerances import SLOW, left, tightened, unsure, with_tolerance
 from ...models.contracts import Dynamics
 from ...models.mechanics import system_of
 from ...schemes.automatic import Automatic
@@ -284,9 +284,9 @@ class _Accurate:
     def _stepped(self, z: np.ndarray, report: Report | None) -> None:
         """Run the chunk with steps that are shortened until two runs agree."""
         self.used, given = self.flow.scheme, (self.motion, self.time, self.accuracy)
-        self.steps = planned(self.flow, z, *given, run=self.time, parts=2 * self.parts)
+        steps = planned(self.flow, z, *given, run=self.time, parts=2 * self.parts)
         how = self._run, self._compare, self._keep, self._drifts
-        halved(self.flow, self.steps, self.accuracy, *how, report=report)
+        halved(self.flow, unsure(steps, *given) if self.free else steps, self.accuracy, *how, report=report)
 
     def _toleranced(self, orbits: np.ndarray, tolerance: np.ndarray, report: Report | None) -> Compared:
         """Return orbits with tolerances of their own, and their states at some moments."""
