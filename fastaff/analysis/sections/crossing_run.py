@@ -87,11 +87,12 @@ def crossed(
     rows, orbits = ensemble.z.shape
     width, slots = RECORD.state + rows, wanted + SPARE
     fits("crossings", orbits, slots, width)
-    observer = observers.crossings(section, wanted, flow.model.degrees_of_freedom)
+    compared = beside is not None and isinstance(flow, Flow)  # another flow's steps are none of time
+    observer = observers.crossings(section, wanted, flow.model.degrees_of_freedom, beside=compared)
     if wear is not None:
         first, observer = observer.rows, observers.either(observer, observers.worn(rows))
     memory, out = np.zeros((observer.rows, orbits)), np.full((orbits, slots * width), np.nan)
-    if beside is not None and isinstance(flow, Flow):  # another flow's steps are none of time
+    if compared:
         records, times = out.reshape(orbits, slots, width)[:, :wanted], beside.times.T
         records[..., RECORD.earliest] = times - beside.apart[:, None]
         records[..., RECORD.latest] = times + beside.apart[:, None]
