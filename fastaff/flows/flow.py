@@ -11,6 +11,7 @@ import numpy as np
 from ..base.numbers import fits, number_of_steps
 from ..compile.jit import LANES
 from ..compile.lane_sums import VECTOR
+from ..compile.threads import by_portions
 from ..kernels import crossing_roots as roots
 from ..kernels.adaptive_drive import AdaptiveSteps, run_adaptive
 from ..kernels.crossings import CERTAIN, RECORD
@@ -320,7 +321,12 @@ class Flow:
         """Turn the records numbered `where` into crossings of the section, in place."""
         if not where.size:
             return
-        certain = records[where, RECORD.kind] == CERTAIN
+        certain = np.empty(where.size, bool)
+
+        def look(at: slice) -> None:
+            np.equal(records[where[at], RECORD.kind], CERTAIN, out=certain[at])
+
+        by_portions(look, where.size, records.shape[1], self.threads)
         doubtful = where[~certain]
         if doubtful.size:
             where = np.concatenate([where[certain], doubtful])  # whose search takes longer
