@@ -94,7 +94,7 @@ class Steps(NamedTuple):
     run: float
     parts: int
 
-    def of(self, orbits: np.ndarray) -> Steps:
+    def of(self, orbits: Any) -> Steps:
         """Return those of some of the orbits."""
         each = (self.step[orbits], self.local[orbits], self.order[orbits], self.motion.of(orbits), self.ratio[orbits])
         return Steps(*each, self.run, self.parts)
