@@ -155,13 +155,14 @@ def find_periodic_orbits(
     """
     system = system_of(model)
     scheme = checked_return(model, section, scheme)
-    longest = whole("max_period", max_period, 1)
+    longest, tolerance = whole("max_period", max_period, 1), positive("tolerance", tolerance)
+    iterations = whole("iterations", iterations, 1)
     seen, rows = z0 if isinstance(z0, SectionMap) else None, system.rows
     if seen is not None and len(seen.points) != rows:
         raise ValueError(f"z0 must be a SectionMap of {rows} rows, got one of {len(seen.points)}")
     starts = z0 if seen is None else seen.points[:, 0, seen.counts > 0]
     how: Any = {"scheme": scheme, "step": step, "rtol": rtol, "atol": atol, "threads": threads}
-    flow, z, _ = checked_guesses(model, starts, None, Options(**how))
+    flow, z, _ = checked_guesses(model, starts, energy, Options(**how))
     how["scheme"] = flow.scheme
     count = longest + 8 if crossings is None else whole("crossings", crossings, 2)
     wait = WAIT / typical_rate(model, z) if max_time is None else positive("max_time", max_time) / count
