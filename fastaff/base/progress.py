@@ -225,12 +225,12 @@ def watched(name: str) -> Iterator[Callable[[float], Any] | None]:
             line.end()
 
 
-def tell(names: str, fraction: float, said: str = "") -> None:
-    """Tell how much is done and where it is, for the line of the call that is watched, if that is one of these: for
-    calls without `report`.
+def tell(name: str, fraction: float, said: str = "") -> None:
+    """Tell how much is done and where it is, for the line of the call of this name, if that is watched: for calls
+    without `report`.
     """
     line = _Shown.line
-    if line is not None and line.what in names.split() and threading.current_thread() is threading.main_thread():
+    if line is not None and line.what == name and threading.current_thread() is threading.main_thread():
         line.report(fraction)
         line.said = said and f", {said}"
 

@@ -11,6 +11,7 @@ import numpy as np
 
 from ...base.interruption import Interrupted, keeping
 from ...base.numbers import positive, whole
+from ...base.progress import tell
 from ...base.recipe import recorded
 from ...base.short_forms import Starts, starts_of, takes
 from ...flows.motion import typical_rate
@@ -175,6 +176,7 @@ def find_periodic_orbits(
             limit = None if section is None or system.driven else wait * count
             seen = poincare_map(model, z[:rows], section=section, crossings=count, max_time=limit, **how)
         for period in range(1, longest + 1):
+            tell("find_periodic_orbits", (period - 1) / longest, f"period {period} of {longest}")
             search.near(periodic_guesses(seen, period, most=most, apart=apart), period)
         if len(search.found) == 1:
             raise ValueError("z0 has no orbit that returns to the section more than once")
