@@ -140,6 +140,10 @@ def test_share_and_time_left(clock, monkeypatch):
         clock.time += 1000.0
     line.report(0.35)  # what was compiled between is no pace
     assert line.text(1023.0) == "poincare_map:  35%, about 52 s left"
+    clock.time += 19.0
+    assert ", about " in line.text(1042.0)
+    clock.time += 2.0  # nothing was told for longer than all before took
+    assert line.text(1044.0) == "poincare_map:  35%, 1044 s"
 
 
 @pytest.mark.parametrize("seed", range(4))
