@@ -304,7 +304,7 @@ class Flow:
         order = np.lexsort((-total, every))
         unit = self._unit(orbits) if refill else self.unit(orbits)
         single = isinstance(self.scheme, Nystrom) or (isinstance(self.scheme, Splitting) and not self.precise)
-        solo = unit == 1 and single
+        solo = unit == 1 and single and not self.system.poles
         steps = FixedSteps(h, total, every, order, strict=self.vectors > 0, refill=refill)
         kernel = run_one if solo else run_fixed
         if solo and refill and observer.along is not None:

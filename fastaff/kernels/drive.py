@@ -115,7 +115,8 @@ def run_fixed(u, stop, progress, blocks, scheme, observer, steps, unit, orbits):
             burst = min(burst, total[orbit[i]] - n[i])
         ran, ended, wide = 0, 0, filled(lanes, state_rows, z, h)
         while ran < burst and ended == 0:
-            quiet = 1 if refill else min(burst - ran, next_look(n[0]) - n[0])  # steps to what is to be seen or done
+            each = refill or blocks.leapt != 0
+            quiet = 1 if each else min(burst - ran, next_look(n[0]) - n[0])  # steps to what is to be seen or done
             if quiet > 1:
                 for i in range(lanes):
                     quiet = min(quiet, left[i])

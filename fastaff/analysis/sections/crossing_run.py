@@ -171,7 +171,7 @@ def follow_crossings(
     located, looked, interrupted = np.zeros(orbits, np.int64), np.zeros(orbits, dtype=bool), False
     parted = np.zeros(orbits, dtype=bool)
     passes, share = Passes(report), 1.0 if report is None else _share(flow, ensemble, wanted, max_time)
-    limit = np.full(orbits, max_time * (1 + START))
+    limit, reached = np.full(orbits, max_time * (1 + START)), np.full(orbits, np.nan)
 
     def settle(most: int | None) -> np.ndarray:
         """Locate what was recorded since, but at most so much, and keep what is there and in time; return the numbers
@@ -210,8 +210,9 @@ def follow_crossings(
             raise KeyboardInterrupt
         short = missing & ~ended
         if not short.any():
+            ensemble.time[:] = np.where(np.isnan(reached), ensemble.time, reached)
             return
-        _hold(flow, ensemble, short, max_time)
+        _hold(flow, ensemble, short, max_time, reached)
 
 
 def look_beyond(flow, ensemble, section, memory, out, last: np.ndarray) -> bool:
@@ -235,9 +236,13 @@ def look_beyond(flow, ensemble, section, memory, out, last: np.ndarray) -> bool:
     return bool(dip.any())
 
 
-def _hold(flow: Flow | TransformedFlow, ensemble: Ensemble, short: np.ndarray, max_time: float) -> None:
-    """Leave only the orbits that still miss crossings to the next round."""
+def _hold(flow: Flow | TransformedFlow, ensemble: Ensemble, short: np.ndarray, max_time: float, reached) -> None:
+    """Leave only the orbits that still miss crossings to the next round; keep the times that the others have
+    `reached`.
+    """
     finished = ~short & (ensemble.status == Status.OK)
+    first = finished & np.isnan(reached)
+    reached[first] = ensemble.time[first]
     if flow.adaptive:
         ensemble.time[finished] = np.broadcast_to(max_time, finished.shape)[finished]
     else:
