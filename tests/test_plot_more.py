@@ -350,3 +350,33 @@ def test_an_aperture_of_a_grid_of_x_and_y_is_drawn_over_them(ax):
     at = whole.lines[1].get_data()
     assert (np.abs(at[0]) <= 1.0 + 1e-9).all()
     assert (at[1] <= 1.0 + 1e-9).all()
+
+
+def test_angles_that_wind_are_drawn_within_a_period():
+    """A pendulum's portrait: swings as they are, turns between -pi and pi, with gaps where they are brought back."""
+    pendulum = fa.hamiltonian("-cos(x)", coordinates="x", periods={"x": "2*pi"})
+    orbits = fa.integrate(pendulum, [[0.0, 0.0, 3.0], [1.0, -2.5, 2.1]], time=20.0, samples=200)
+    swing, *turns = plot.plot_orbits(orbits).points
+    np.testing.assert_array_equal(swing.get_xdata(), orbits.samples[:, 0, 0])
+    for k, curve in enumerate(turns, 1):
+        x, p = curve.get_data()
+        wound = int(np.rint(np.ptp(np.rint(orbits.samples[:, 0, k] / (2 * np.pi)))))
+        assert np.isnan(x).sum() == np.isnan(p).sum() == wound > 3
+        assert np.nanmax(np.abs(x)) <= np.pi
+        at, x_end, p_end = ~np.isnan(x), *orbits.z[:, k]
+        np.testing.assert_allclose(p[at] ** 2 / 2 - np.cos(x[at]), p_end**2 / 2 - np.cos(x_end), rtol=1e-7)
+    time = plot.plot_orbits(orbits, x="time", y="x", orbits=[1]).points[0]
+    assert np.nanmax(np.abs(time.get_ydata())) <= np.pi
+
+
+def test_the_section_of_a_driven_flow_is_drawn_in_its_own_coordinates():
+    """Not over the cosine of the drive, which is 1 on it."""
+    for text, names in (("x**4/4 - x**2/2", "x p_x"), ("x**2/2 + y**2/2 + x**2*y", "x p_x")):
+        coordinates = "x y" if "y" in text else "x"
+        model = fa.hamiltonian(text, coordinates=coordinates)
+        driven = fa.flow(model, forces={"x": "f*cos(w*t) - g*p_x"}, f=0.1, w=1.2, g=0.1)
+        start = [0.1] * (len(driven.coordinates) - 2) + [1.0, 0.0]
+        cut = fa.poincare_map(driven, start, section="sine=0", crossings=5, max_time=100.0)
+        drawn = plot.plot_section(cut).points.get_offsets()
+        expected = np.array([cut[name][:, 0] for name in names.split()])
+        np.testing.assert_array_equal(np.sort(drawn.T), np.sort(expected))

@@ -13,6 +13,7 @@ from ..flows.coordinates import chart_row
 from .picking import carry
 from .sections import why
 from .style import DARK, GREY, LINES, Artists, chosen_orbits, figure, nothing, symbol
+from .winding import broken, within_a_period
 
 MOST = 40
 """Orbits drawn as curves, where no one chooses."""
@@ -26,7 +27,8 @@ def plot_orbits(
 
     :Parameters: x, y: names of coordinates or momenta, of a body those of any chart, x also "time"; by default the
         first two coordinates, of a body alpha and beta; orbits: numbers of those drawn (default: up to 40). Curves of
-        orbits that failed are grey.
+        orbits that failed are grey. An angle with a period, of which an orbit winds around, is drawn within half of it
+        around 0.
     :Returns: Artists: points are the curves; `missing` counts orbits not drawn. A click picks orbit and sample.
 
     Examples
@@ -43,13 +45,15 @@ def plot_orbits(
     total = z.shape[1]
     chosen = chosen_orbits(orbits, total, MOST)
     states = samples if len(result.times) else z[:, None]
-    u, v = (_row(result, states, name) for name in (x, y))
+    plain = [_row(result, states, name) for name in (x, y)]
+    u, v = (within_a_period(result, name, row) for name, row in zip((x, y), plain, strict=True))
     curves = []
     for number, k in enumerate(chosen):
         colour = GREY if status[k] != Status.OK else LINES[number % len(LINES)][0] if len(chosen) <= 5 else DARK
         mark = {"marker": "o", "ls": "", "ms": 3.0} if not len(result.times) else {"lw": 0.8, "alpha": 0.85}
-        (curve,) = ax.plot(u[:, k], v[:, k], color=colour, **mark)
-        curves.append(carry(curve, u[:, k], v[:, k], np.full(len(u), k), np.arange(len(u)) if whole else None))
+        U, V, moment = broken(u[:, k], v[:, k], (plain[0][:, k], plain[1][:, k]))
+        (curve,) = ax.plot(U, V, color=colour, **mark)
+        curves.append(carry(curve, U, V, np.full(len(U), k), moment if whole else None))
     gone = status[chosen] != Status.OK
     if not (np.isfinite(u[:, chosen]) & np.isfinite(v[:, chosen])).any():
         nothing(ax, why(status[chosen], gone))

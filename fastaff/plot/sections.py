@@ -9,11 +9,11 @@ import numpy as np
 from ..analysis.sections.energy_grid import EnergyGrid
 from ..analysis.sections.energy_sample import EnergySample
 from ..analysis.sections.section_edge import Edge, edge
-from ..base.interruption import imported
 from ..base.status import Status
 from ..charts import ALPHA_BETA, Chart
 from ..flows.checks import checked_chart
 from ..flows.coordinates import chart_row
+from ..formulas.forced import PHASE
 from ..models.mechanics import system_of
 from ..models.sections import AngleEquals, Linear
 from .colour_bars import colour_bar, plain_numbers
@@ -22,6 +22,7 @@ from .picking import carry
 from .scales import Colouring, colours_of, orbit_colours
 from .starts import places
 from .style import DARK, GREY, Artists, beyond, figure, outline, symbol
+from .winding import argument_of
 
 SAME = 1e-8
 """Share by which energies, beside the largest kinetic one, and momenta of orbits may differ that have one boundary."""
@@ -69,8 +70,8 @@ def plot_section(
     """
     boundary = _own_edge(section_map) if boundary is True else boundary or None
     names, coordinates = _section_coordinates(section_map, chart)
-    default = _free_coordinate(section_map.section, names)
-    x, y = x or default, y or names[names.index(default) + len(names) // 2]
+    first, second = _free_pair(section_map.section, names)
+    x, y = x or first, y or second
     for name in (x, y):
         if name not in names:
             raise ValueError(f"x and y must be among {', '.join(names)}, got {name!r}")
@@ -111,14 +112,10 @@ def plot_section(
 
 def _own_edge(found: Any) -> Edge:
     """Return the edge of a section at the energy, and for a body the angular momenta, of the orbits that cross it."""
-    call: Any = getattr(found, "call", None)
     instead = "give boundary=fastaff.plot.edge(body, section, energy=...)"
-    try:
-        body, z0 = (imported("..exchange.files", __package__).decoded(k, call.arguments[k], {}) for k in ("body", "z0"))
-    except (AttributeError, KeyError, ValueError):
-        raise ValueError(
-            f"boundary=True needs the call that made the map, with a model of the package: {instead}"
-        ) from None
+    body, z0 = argument_of(found, "body"), argument_of(found, "z0")
+    if body is None or z0 is None:
+        raise ValueError(f"boundary=True needs the call that made the map, with a model of the package: {instead}")
     starts = np.reshape(np.asarray(z0, dtype=np.float64), (len(z0), -1))
     system = system_of(body)
     own: dict[str, Any] = {"energy": system.energies(starts)}
@@ -266,6 +263,15 @@ def _section_coordinates(section_map: Any, chart: Chart) -> tuple[tuple[str, ...
         return (*checked_chart(chart).names, *chart.momenta), section_map.coordinates(chart)
     names = section_map.names if len(section_map.names) == len(section_map.points) else ("x", "y", "p_x", "p_y")
     return tuple(names), section_map.points
+
+
+def _free_pair(section: Any, names: tuple[str, ...]) -> tuple[str, str]:
+    """Return a coordinate that is free on the section and its momentum."""
+    if names[-2:] == PHASE and isinstance(section, Linear) and np.any(section.normal[-2:]):  # a phase of the force
+        names = names[:-2]
+        return names[0], names[len(names) // 2]
+    free = _free_coordinate(section, names)
+    return free, names[names.index(free) + len(names) // 2]
 
 
 def _free_coordinate(section: Any, names: tuple[str, ...]) -> str:

@@ -1,0 +1,43 @@
+"""Angles of orbits in figures: those that wind on are drawn within one period about 0."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from ..base.interruption import imported
+from ..models.mechanics import system_of
+
+
+def argument_of(found: Any, name: str) -> Any:
+    """Return an argument of the call that made a result, None where that is not known."""
+    call: Any = getattr(found, "call", None)
+    try:
+        return imported("..exchange.files", __package__).decoded(name, call.arguments[name], {})
+    except (AttributeError, KeyError, ValueError):
+        return None
+
+
+def within_a_period(found: Any, name: str, values: np.ndarray) -> np.ndarray:
+    """Return the values (..., orbits) of a coordinate of a result, within half a period around 0 where it is an angle
+    of its model and an orbit winds around it.
+    """
+    model = argument_of(found, "body") if name in found.names else None
+    row = found.names.index(name) if model is not None else 0
+    periods = system_of(model).periods if model is not None else ()
+    period = periods[row] if row < len(periods) else 0.0
+    with np.errstate(all="ignore"):
+        winds = period > 0 and np.nanmax(np.abs(values), initial=0.0) > period
+    return values - period * np.rint(values / period) if winds else values
+
+
+def broken(u: np.ndarray, v: np.ndarray, plain: tuple[np.ndarray, np.ndarray]) -> tuple[np.ndarray, ...]:
+    """Return a curve (moments,) of angles, with a gap where one of them was brought back, and the number of each
+    moment; `plain` is the same curve as it winds.
+    """
+    left, right = (
+        np.abs(np.diff(a) - np.diff(b)) > 0.5 * np.abs(np.diff(a)) for a, b in zip((u, v), plain, strict=True)
+    )
+    gaps = np.flatnonzero(left | right) + 1
+    return np.insert(u, gaps, np.nan), np.insert(v, gaps, np.nan), np.insert(np.arange(len(u)), gaps, gaps)
