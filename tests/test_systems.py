@@ -11,6 +11,8 @@ from scipy.special import ellipj, ellipk
 
 import fastaff as fa
 from fastaff.base.status import Status
+from fastaff.formulas.systems import SYSTEMS, constants_of
+from fastaff.jobs import system as jobs
 
 RNG = np.random.default_rng(3205)
 
@@ -315,3 +317,19 @@ def test_kovalevskayas_top_has_no_chaotic_orbit_and_its_neighbour_has(orbits):
     assert found.regular.mean() > 0.3
     near = top._replace(I_3=top.I_3 * 1.6, h_3=0.6)
     assert fa.chaos_map(near, starts(12), time=1000.0, indicators="megno").chaotic.any()
+
+
+# --- one entry ------------------------------------------------------------------------------------------------------
+
+
+def test_a_named_system_is_one_entry():
+    """`makes` alone: models, command line and its own constants know each."""
+    for name, make in SYSTEMS.items():
+        assert getattr(fa.models, name) is make
+        assert name in dir(fa.models)
+        key = next(key for key, kind in jobs.SYSTEMS.items() if kind == name)
+        model = jobs.Model(model=key).build()
+        assert model == make()
+        assert constants_of(model) is not None
+    with pytest.raises(AttributeError, match=r"fastaff\.models has no 'Nothing'"):
+        fa.models.Nothing  # noqa: B018

@@ -266,8 +266,7 @@ def _leapt(rows: Rows) -> str:
     """
     old, new = [f"begin[{r * LANES} + i]" for r in rows.place], [_at(r) for r in rows.place]
     between = [f"{a} + x*({b} - {a})" for a, b in zip(old, new, strict=True)]
-    turned = "moved = 0\nfor k in range(len(first)):\n"
-    turned += "    moved += 0 if np.floor(first[k]) == np.floor(last[k]) else 1\n"
+    turned = "moved = 0\nfor k in range(len(first)):\n    moved += np.floor(first[k]) != np.floor(last[k])\n"
     signs = f"first, last = value.poles({', '.join(old)}), value.poles({', '.join(new)})\n{turned}"
     text = _loop(signs + "result[i] = -1.0 if (moved > 0) & (result[i] == 0.0) else result[i]\n", 1)
     half = f"x = 0.5*(low + high)\nlast = value.poles({', '.join(between)})\n{turned}"
