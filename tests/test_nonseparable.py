@@ -566,6 +566,27 @@ def test_two_runs_that_agree_by_chance_are_not_believed():
     assert late.max() <= 10
 
 
+@pytest.mark.parametrize("turning", [False, True])
+def test_a_factor_before_h_expands_no_potential(turning):
+    """Of T + V by its text, at rest or turning: far from the origin an expanded V is a difference of large numbers."""
+    turn = " - w*(X*P2 - Y*P1)" if turning else ""
+    text = f"h*((P1**2 + P2**2)/2 + (X**2 + (Y - b)**2)/2 + (Y - b)**4/4 + X**2*(Y - b)**2/2{turn})"
+    given = {"coordinates": "X Y", "momenta": "P1 P2", "h": 3.0} | ({"w": 0.3} if turning else {})
+    far = float(RNG.uniform(1e3, 1e4))
+    model = fa.hamiltonian(text, b=far, **given)
+    z0 = np.array([*RNG.uniform(-0.8, 0.8, (4, 12))])
+    away = np.array([[0.0], [far], [0.0], [0.0]])
+    places = (z0 + away)[:2]
+    truth = -3.0 * np.array([(x := places[0]) * (1 + (y := places[1] - far) ** 2), y + y**3 + x * x * y])
+    np.testing.assert_allclose(np.array(model.force(*places)), truth, rtol=1e-13, atol=1e-14)
+    if not turning:
+        near, found = (
+            fa.integrate(fa.hamiltonian(text, b=b, **given), z, time=10.0, accuracy=1e-9)
+            for b, z in ((0.0, z0 + away - away), (far, z0 + away))
+        )
+        assert (np.abs(found.z - away - near.z) <= found.error + near.error).all()
+
+
 def test_each_orbit_of_a_default_run_has_its_scheme_whatever_its_company():
     """Falls from the top are chaotic, others short runs; one orbit goes round and round."""
     H, z0 = pendulum(), RNG.uniform(-1, 1, (4, 40)) * 10 ** RNG.uniform(-2, 0.5, 40)
