@@ -69,7 +69,6 @@ DEEP = {
         "test_a_section_of_random_starts": 1,
     },
     "test_cli_stops": {
-        "test_a_signal_waits_for_compiled_code_of_others": 1,
         "test_a_signal_while_python_loads_the_package_is_one_line": 1,
         "test_signals_in_a_row_are_one": 0,
         "test_a_signal_when_all_is_done_changes_nothing": 2,

@@ -167,61 +167,6 @@ def test_a_signal_when_all_is_done_changes_nothing(sent, words, code):
     assert "stopped" not in said
 
 
-DRAWING = """
-import os, signal, sys, threading, time
-import numpy as np
-from matplotlib.transforms import Affine2D
-from fastaff.cli import application, main
-
-sent, long, own, going = int(sys.argv[1]), "long" in sys.argv, "own" in sys.argv, "going" in sys.argv
-
-class Points:
-    "Points of a path, which compiled code of matplotlib asks for."
-
-    def __array__(self, *_, **__):
-        os.kill(os.getpid(), sent)
-        if long:
-            time.sleep(1000.0)
-        return np.zeros((3, 2))
-
-class Going:
-    "Something that is not in use any more, of whose end Python prints what goes wrong."
-
-    def __del__(self):
-        os.kill(os.getpid(), sent)
-        [] + []
-
-def answer(words):
-    print("drawing", flush=True)
-    Going() if going else Affine2D().transform_affine(Points())
-    print("drawn", flush=True)
-    threading.Event().wait()
-
-application.answer = answer
-if own:
-    main.main()
-else:
-    print(main.main(["plot"]))
-"""
-"""A command that is stopped while compiled code of others calls Python, which takes an exception for wrong input, or
-where nobody could be told.
-"""
-
-
-@pytest.mark.parametrize("sent", [signal.SIGINT, signal.SIGTERM], ids=lambda sent: sent.name)
-@pytest.mark.parametrize("how", ["own", "called", "own long", "own going"])
-def test_a_signal_waits_for_compiled_code_of_others(how, sent):
-    command = [sys.executable, "-c", DRAWING, str(int(sent)), *how.split()]
-    done = subprocess.run(command, capture_output=True, text=True, timeout=300, check=False)
-    middle = " in the middle of what could not be interrupted" if "long" in how else ""
-    assert done.stderr == f"fastaff: stopped by {NAMED[sent]}{middle}; nothing is kept but what is named above\n"
-    if "long" in how:  # the process is this command's alone
-        assert (done.returncode, done.stdout) == (130, "drawing\n")
-    else:
-        assert done.returncode == (130 if "own" in how else 0)
-        assert done.stdout == ("drawing\ndrawn\n" if "own" in how else "drawing\ndrawn\n130\n")
-
-
 GROUP = """
 import multiprocessing.util, os, signal, sys, time
 

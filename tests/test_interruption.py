@@ -6,6 +6,7 @@ import signal
 import subprocess
 import sys
 import threading
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -202,7 +203,7 @@ def test_ctrl_c_in_the_locks_of_a_store_is_no_damage(tmp_path):
         def with_config(self, _):
             return self
 
-        shape, ndim, dtype = (0, 1), 2, np.dtype(object)
+        metadata = SimpleNamespace(dimension_names=("orbit",))
 
         def __getitem__(self, _):
             locked()

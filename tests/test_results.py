@@ -5,7 +5,6 @@ import json
 import pickle
 import subprocess
 import sys
-import zipfile
 from functools import cache
 from typing import NamedTuple
 
@@ -465,7 +464,7 @@ def test_another_format_is_not_read(tmp_path):
 
 
 def test_files_that_are_larger_inside_are_not_read(tmp_path, monkeypatch):
-    """By compression, or by what an array says of itself, before memory is taken for them."""
+    """By compression, before memory is taken for them."""
     path = made("SectionMap").save(tmp_path / "cut")
     arrays, metadata = files.contents(path)
     text = np.array(json.dumps(metadata))
@@ -476,21 +475,6 @@ def test_files_that_are_larger_inside_are_not_read(tmp_path, monkeypatch):
         patch.setattr(numbers, "free_memory", lambda: 2**24)
         with pytest.raises(ValueError, match=r"cut.npz must be .* asks for 32.* MiB of memory .*, 16 MiB are free"):
             files.load(path)
-    np.savez_compressed(path, **arrays, metadata=np.array(json.dumps(metadata) + " " * 2**24))
-    with pytest.raises(ValueError, match=r"its metadata take \d+ bytes, at most 67108864 are read"):
-        files.load(path)
-    np.savez(path, **arrays, metadata=text)
-    shape = f"{arrays['counts'].shape}".encode()
-    content = path.read_bytes()
-    with zipfile.ZipFile(path) as old, zipfile.ZipFile(tmp_path / "forged.npz", "w") as new:
-        for entry in old.infolist():
-            content = old.read(entry)
-            if entry.filename == "counts.npy":
-                assert shape in content
-                content = content.replace(shape + b", }" + 12 * b" ", b"(10000000000,), }" + (len(shape) - 2) * b" ")
-            new.writestr(entry.filename, content)
-    with pytest.raises(ValueError, match=r"forged.npz must be .* counts.npy does not hold 80000000000 bytes"):
-        files.load(tmp_path / "forged.npz")
 
 
 def test_what_is_no_result_is_not_saved(tmp_path):

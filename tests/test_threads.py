@@ -23,7 +23,7 @@ from thorough import TIMES
 import fastaff as fa
 from fastaff.base.memory import SETTINGS, keep_freed
 from fastaff.compile import packing
-from fastaff.compile.threads import FEW, Task, _Worker, available_threads, by_portions, settle, works
+from fastaff.compile.threads import FEW, Task, available_threads, by_portions, settle, works
 from fastaff.flows.options import Options, plan
 
 TRIES = 150 * TIMES
@@ -170,20 +170,6 @@ def test_threads_hold_what_they_write_to(at, monkeypatch):
     begun.clear()
     gc.collect()
     assert out() is None
-
-
-def test_ctrl_c_while_a_thread_begins_is_ctrl_c(monkeypatch):
-    """The wait of `threading.Condition` is interrupted before it has its lock back, which its end then releases."""
-
-    def begins(event, timeout=None):
-        begun = threading.Condition()
-        with begun:
-            begun.release()
-            raise KeyboardInterrupt
-
-    monkeypatch.setattr(threading.Event, "wait", begins)
-    with pytest.raises(KeyboardInterrupt):
-        _Worker(target=int, daemon=True).start()
 
 
 def units():

@@ -54,7 +54,6 @@ class Progress:
         self.orbits, self.start = orbits or 0, clock.perf_counter()
 
     def __call__(self, fraction: float) -> None:
-        Stops.check()
         rate = fraction * self.orbits / max(clock.perf_counter() - self.start, 1e-9)
         self.bar.update(self.task, completed=fraction, rate=f"{rate:,.0f} orbits/s")
 

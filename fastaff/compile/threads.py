@@ -101,17 +101,6 @@ class Task:
 class _Worker(threading.Thread):
     """A thread that makes what others have begun."""
 
-    def start(self) -> None:
-        """Start it; Ctrl-C while Python waits for its beginning is Ctrl-C. Python's condition may give it out as a
-        RuntimeError, about a lock that it did not get back.
-        """
-        try:
-            super().start()
-        except RuntimeError as problem:
-            if isinstance(problem.__context__, KeyboardInterrupt):
-                raise problem.__context__ from None
-            raise
-
 
 _UNDER_WAY: dict[object, Callable[[], object]] = {}
 """How work of threads but the main one is told to come to an end."""

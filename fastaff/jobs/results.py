@@ -12,6 +12,7 @@ import numpy as np
 from ..base.interruption import imported
 from ..base.numbers import MOST
 from ..base.status import Status
+from .guard import sound
 from .job import Job, in_one_line
 from .scans import FoundCases, assembled
 from .store import ATTEMPT, DONE, WAITING, Store
@@ -137,7 +138,8 @@ class JobResults:
         """Open the store as an xarray.DataTree, whose arrays are read when they are used."""
         if self.path is None:
             raise ValueError("these results are in memory: results[name].to_xarray() gives each of them")
-        return imported("xarray", what="tree").open_datatree(str(self.path), engine="zarr")
+        with sound(f"{self.path} is damaged"):
+            return imported("xarray", what="tree").open_datatree(str(self.path), engine="zarr")
 
     def to_netcdf(self, path: Any) -> None:
         """Write the store as NetCDF, for other programs."""

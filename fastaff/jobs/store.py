@@ -26,7 +26,7 @@ from ..base.placing import draft
 from ..base.results import Column, columns
 from ..base.status import Status
 from ..exchange.files import opened, unpacked
-from .guard import Hierarchy, checked_store, has_items, sound
+from .guard import Hierarchy, checked_arrays, checked_root, has_items, sound
 from .wording import Wrong
 
 FORMAT = 2
@@ -57,6 +57,7 @@ class Store:
         self.facts = facts_of(self.path)
         self._folder = _folder(self.path)
         self.root = Hierarchy(self.path, _opened(self.path, "r+" if writing else "r"))
+        checked_arrays(self.path, self.root, self.facts)
         self.orbits, self.unit = int(self.facts["orbits"]), int(self.facts["unit"])
 
     @property
@@ -290,7 +291,7 @@ def facts_of(path: Path) -> dict[str, Any]:
     if not isinstance(facts, dict) or facts.get("format") != FORMAT:
         version = facts.get("format") if isinstance(facts, dict) else None
         raise Wrong(f"{path} has the format {version!r}; this version of fastaff reads {FORMAT}")
-    checked_store(path, facts)
+    checked_root(path, facts)
     return facts
 
 

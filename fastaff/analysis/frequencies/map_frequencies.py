@@ -23,7 +23,7 @@ from .angle_lines import LineTable
 from .angle_loops import Layout, Plain
 from .frequencies import MANY_TURNS, FrequencyKind, FrequencyMap
 from .methods import BirkhoffAverages, NaffLines
-from .plane_modes import entangled
+from .plane_modes import driven, entangled
 from .rooms import Room
 from .running_turns import ROWS, running_means
 from .signals import signals_of
@@ -178,7 +178,8 @@ class MapFrequencies:
         found = _Window(nu, error, np.zeros((n, orbits), np.int8), halves, np.full(orbits, float(self.length)))
         fallback = FALLBACK if self.chosen.fallback is None else self.chosen.fallback
         with_lines = whole_ones & (moving & (error > fallback))[~wound].any(axis=0)
-        with_lines |= whole_ones & moving[~wound].all(axis=0) & entangled(nu[~wound], self.length)
+        shared = entangled(nu[~wound], self.length) | driven(nu[~wound], error[~wound]).any(axis=0)
+        with_lines |= whole_ones & moving[~wound].all(axis=0) & shared
         again = np.flatnonzero(with_lines | (~whole_ones & (counts >= LEAST) & ~wound.all()))
         for part in self._portions(again):
             self._sampled(start.of(part), part, found, fallback)
