@@ -363,8 +363,5 @@ DEEP = {
     "test_tunes": {
         "test_errors_cover_the_truth": 2,
     },
-    "test_vector_potential": {
-        "test_a_uniform_field_in_the_symmetric_gauge_is_that_of_magnetic_to_the_bit": 1,
-    },
 }
 """By module and test: the number of cases, the first ones, that every change runs."""
