@@ -87,7 +87,7 @@ def _named(name: str) -> Any:
         return names[name]
     new = _RENAMED.get(name, name)
     for folder in ("", "analysis.", "charts.", "models.", "quantum.", "schemes."):
-        if new in (_module(folder[:-1]).__all__ if folder else names["__all__"]):
+        if new in (_listed(folder[:-1]) if folder else names["__all__"]):
             importing = sys._getframe(1).f_code.co_name == "_handle_fromlist"  # of importlib
             kind = ImportError if importing else AttributeError
             raise kind(f"fastaff.{name} is fastaff.{folder}{new} since version 0.2")
@@ -101,6 +101,12 @@ def _module(name: str) -> Any:
     from .base.interruption import imported
 
     return imported(f".{_INSIDE.get(name, name)}", __name__)
+
+
+def _listed(folder: str) -> list[str]:
+    """Return the public names of a folder, those among them that it loads when they are first used."""
+    module = _module(folder)
+    return [*module.__all__, *vars(module).get("__dir__", list)()]
 
 
 def _loaded() -> dict[str, Any]:

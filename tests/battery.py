@@ -289,11 +289,6 @@ CALLS = {
         fa.hamiltonian,
         {"text": "k*x**2", "vector_potential": {"y": "k*x**2/2"}, "masses": (1.0, 2.0), "k": 1.0},
     ),
-    "SphericalPendulum": (fa.models.SphericalPendulum, {"m": 1.0, "l": 1.0, "g": 1.0}),
-    "SymmetricTop": (fa.models.SymmetricTop, {"I_1": 1.0, "I_3": 0.5, "h": 1.0}),
-    "AsymmetricTop": (fa.models.AsymmetricTop, {"I_1": 1.0, "h_3": 0.5, "chart": "euler"}),
-    "EllipsoidGeodesic": (fa.models.EllipsoidGeodesic, {"a": 1.0, "b": 1.2, "c": 1.5}),
-    "KerrGeodesic": (fa.models.KerrGeodesic, {"a": 0.5, "time": "mino"}),
     "TwoPolarBody": (fa.models.TwoPolarBody, {"potential": "C*(D1**2 + D2**2)", "inertia": 1.0, "C": 1.0}),
     "AffineBody": (fa.models.AffineBody, {"invariance": "left", "I": 1.0, "A": 0.5, "potential": "C*det", "C": 1.0}),
     "driven hamiltonian": (
@@ -383,6 +378,9 @@ CALLS = {
     "TorusFit.in_basis": (method("fit", "in_basis"), {"M": np.eye(2, dtype=int)}),
     "TorusFit.truncated": (method("fit", "truncated"), {"order": 3}),
 }
+for _name, _make in fa.formulas.systems.SYSTEMS.items():
+    _given = {name: p.default for name, p in signature(_make).parameters.items()}
+    CALLS.setdefault(_name, (_make, {name: value for name, value in _given.items() if isinstance(value, float | str)}))
 
 FILES = {"explore", "load", "progress", "rerun", "resume", "save"}
 """What takes the name of a file, which tests/test_recipe.py, test_jobs.py and explorer/test_engine.py hand everything,
@@ -465,7 +463,7 @@ calls through their results.
 PUBLIC = {name: getattr(home, name) for home in (fa, fa.analysis, fa.quantum) for name in home.__all__}
 PUBLIC |= {name: getattr(fa.charts, name) for name in ("from_matrix", "to_matrix")}
 PUBLIC |= {name: getattr(fa.models, name) for name in ("ReducedBody", "StackelBody", "Zero")}
-PUBLIC |= {name: getattr(fa.models, name) for name in fa.formulas.systems.__all__ if name[0].isupper()}
+PUBLIC |= fa.formulas.systems.SYSTEMS
 PUBLIC |= {
     name: getattr(fa.schemes, name) for name in ("Automatic", "Algebraic", "Exponential", "Logistic", "RungeKutta")
 }

@@ -227,7 +227,7 @@ def test_every_public_name_is_on_one_page():
 OUTCOMES = ("Interrupted", "OrbitError", "Status")
 VERBS = {name: getattr(fastaff, name) for name in fastaff.__all__ if name not in OUTCOMES}
 VERBS = {name: value for name, value in VERBS.items() if callable(value)}
-VERBS |= {name: getattr(fastaff.models, name) for name in fastaff.formulas.systems.__all__ if name[0].isupper()}
+VERBS |= fastaff.formulas.systems.SYSTEMS
 VERBS |= {"spectrum": fastaff.quantum.spectrum, "Stroboscopic": fastaff.models.sections.Stroboscopic}
 """Functions and classes that are called, by name: those of `fastaff`, and a few of its folders."""
 

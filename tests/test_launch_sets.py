@@ -241,16 +241,18 @@ def test_a_coordinate_from_the_energy():
 # --- at rest --------------------------------------------------------------------------------------------------------
 
 
-def test_starts_at_rest_lie_on_the_equipotential_in_the_directions_asked_for():
+@pytest.mark.parametrize("energy", [-0.4, 0.0, 1e-17])
+def test_starts_at_rest_lie_on_the_equipotential_in_the_directions_asked_for(energy):
+    """Also at V = 0, where no energy measures its rounding."""
     model = galaxy()
     axes = {"theta": np.linspace(0.1, 3.0, 7), "phi": np.linspace(-3.0, 3.0, 9)}
-    grid = fa.energy_grid(model, energy=-0.4, axes=axes, at_rest=True)
+    grid = fa.energy_grid(model, energy=energy, axes=axes, at_rest=True)
     theta, phi = grid["theta"], grid["phi"]
     assert not grid.forbidden.any()
     assert not grid.z0[3:].any()
     unit = np.array([np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi), np.cos(theta)])
-    scale = np.sqrt((unit**2 / np.array([1, 0.81, 0.64])[:, None]).sum(axis=0))  # log(r^2 + s^2) = -0.8
-    np.testing.assert_allclose(grid.z0[:3], unit * np.sqrt(np.exp(-0.8) - 0.01) / scale, rtol=1e-12, atol=1e-15)
+    scale = np.sqrt((unit**2 / np.array([1, 0.81, 0.64])[:, None]).sum(axis=0))  # log(r^2 + s^2) = 2 E
+    np.testing.assert_allclose(grid.z0[:3], unit * np.sqrt(np.exp(2 * energy) - 0.01) / scale, rtol=1e-12, atol=1e-15)
 
 
 @pytest.mark.parametrize("n", [2, 3, 5])

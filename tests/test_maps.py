@@ -276,6 +276,56 @@ def test_coupled_planes_of_a_map_have_both_tunes_in_both_windows():
         assert (fa.resonances(found, max_order=3).rank == 0).all()
 
 
+DRIVEN_RING = (  # two tunes between symplectic shears, of which y gets the line 2 m: back, a turn, and out again
+    "r = p_y + 2*d*x*p_x; ua = x*exp(-2*d*y); va = p_x*exp(2*d*y); qa = y + d*va**2; u = ua + 2*d*va*r;"
+    "q = qa - d*u**2; v = va + 2*d*u*r;"
+    "X = u*cos(2*pi*m) + v*sin(2*pi*m); U = v*cos(2*pi*m) - u*sin(2*pi*m);"
+    "Y = q*cos(2*pi*n) + r*sin(2*pi*n); V = r*cos(2*pi*n) - q*sin(2*pi*n);"
+    "Ya = Y + d*X**2; Ua = U - 2*d*X*V; Yb = Ya - d*Ua**2; Xb = X - 2*d*Ua*V;"
+    "x1 = Xb*exp(2*d*Yb); y1 = Yb; p_x1 = Ua*exp(-2*d*Yb); p_y1 = V - 2*d*Xb*Ua"
+)
+
+
+def outside(x, a, y, b, d):
+    """Starts (4, orbits) of DRIVEN_RING from the coordinates of its turn, by NumPy."""
+    y, a = y + d * x**2, a - 2 * d * x * b
+    y, x = y - d * a**2, x - 2 * d * a * b
+    return np.array([x * np.exp(2 * d * y), y, a * np.exp(-2 * d * y), b - 2 * d * x * a])
+
+
+def test_a_plane_that_shows_a_harmonic_of_the_other_has_its_own_tune():
+    """y turns by 2 nu_x, with some 0.1, and by its own tune with 1e-4 to 0.03. Where it has no motion of its own it is
+    DEPENDENT, at the harmonic.
+    """
+    rng = np.random.default_rng(41)
+    model = fa.mapping(DRIVEN_RING, m=0.2, n=0.3, d=0.1)
+    assert model.symplectic
+    for _ in range(4):
+        m, d = rng.uniform(0.05, 0.24), rng.uniform(0.2, 0.4)
+        n = m * rng.choice([rng.uniform(0.4, 0.9), rng.uniform(1.1, 1.8)])
+        model = model._replace(m=m, n=n, d=d)
+        size, (phase, other) = 10 ** rng.uniform(-4, -1.5, 20), rng.uniform(0, 2 * np.pi, (2, 20))
+        x = rng.uniform(0.4, 0.6, 20)
+        for own, line in ((size, n), (0 * size, 2 * m)):
+            z = outside(x * np.cos(phase), x * np.sin(phase), own * np.cos(other), own * np.sin(other), d)
+            kept = fa.integrate(model, z, time=2048, samples=2048)
+            for found in (fa.frequency_map(model, z, time=2048), fa.tunes(kept)):
+                truth = np.array([[m], [line]])
+                off = np.minimum(np.abs(found.nu - truth), np.abs(found.nu - 1 + truth))  # in either sense
+                assert (off <= found.error + 1e-12).all()
+                assert (found.kind == (FrequencyKind.DEPENDENT if line == 2 * m else FrequencyKind.INDEPENDENT)).all()
+
+
+def test_orbits_caught_in_a_resonance_stay_at_it():
+    """Beside nu_y = 2 nu_x: their slow swing is no tune of y."""
+    ring = OneTurnMap(0.3, 0.597, 0.0, 2.0)
+    found = fa.frequency_map(ring, starts(ring, 400), time=4096)
+    width = 2 * found.error[0] + found.error[1]
+    at = found.regular & (width < 1e-6) & (np.abs(2 * found.nu[0] - found.nu[1]) <= width)
+    assert at.sum() > 5
+    assert (found.kind[at] == FrequencyKind.DEPENDENT).all()
+
+
 @pytest.mark.parametrize("fallback", [None, np.inf])
 def test_tunes_of_running_orbits_are_bitwise_those_of_their_samples(fallback):
     """Also of those whose planes are fitted by lines, or that are lost."""

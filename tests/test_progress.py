@@ -96,6 +96,30 @@ def test_where_nobody_looks(monkeypatch):
     assert not progress._looked_at()
 
 
+def test_a_branch_says_where_it_is(monkeypatch, shown):
+    """The share of its steps or of the way to its bound, whichever is more, and its energy; within another, nothing."""
+    told = []
+    monkeypatch.setattr(progress._Line, "report", lambda line, fraction: told.append((line.what, fraction)))
+    said = {"section": "x=0", "energy": 0.1, "max_time": 20.0, "step": 0.1}
+    start = [0.0, 0.0, 0.3, 0.31]
+    with progress.watched("continuation"):
+        line = progress._Shown.line
+        branch = fa.continuation(fa.HenonHeiles(), start, steps=4, bounds=(0.0, 0.101), **said)
+        assert line.said == f", at {branch.value[-2]:.6g}"
+        line.marks = [(0.0, 0.0), (progress.computed(), 0.5)]
+        assert f"continuation:  50%, at {branch.value[-2]:.6g}, about " in line.text(30.0)
+    assert branch.value[-1] == 0.101
+    done = [fraction for _, fraction in told]
+    steps, way = np.arange(len(done)) / 4, (branch.value[: len(done)] - 0.1) / 0.001
+    np.testing.assert_allclose(done, np.maximum(steps, way), rtol=0, atol=1e-12)
+    assert {what for what, _ in told} == {"continuation"}
+    told.clear()
+    with progress.watched("tunes"):
+        fa.continuation(fa.HenonHeiles(), start, steps=1, **said)
+    assert not told
+    assert progress._Shown.line is None
+
+
 def test_share_and_time_left(clock, monkeypatch):
     monkeypatch.setattr(progress.Compiling, "seconds", 0.0)
     line = progress._Line("poincare_map")

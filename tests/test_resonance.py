@@ -444,20 +444,28 @@ def test_resonances_are_printed_by_name_with_their_shares():
     assert (last[0], last[1]) == ("28", "70.0%")
 
 
-def test_a_web_of_a_map_over_its_grid_is_that_of_the_arrays():
-    axes = (np.linspace(0.05, 0.4, 14), np.linspace(-0.3, 0.3, 13))
-    body = fastaff.HenonHeiles()
-    grid = fastaff.energy_grid(body, energy=0.09, section="x=0", axes=axes)
+@pytest.mark.parametrize(
+    ("body", "energy", "rows", "jump"),
+    [
+        (fastaff.HenonHeiles(), 0.09, ("nu", "error"), None),  # whose own lines are alike
+        (fastaff.hamiltonian("(x**2 + 2.3*y**2)/2 + y**4 + x**2*y**2/4"), 0.15, ("leading", "leading_error"), 0.03),
+    ],
+)
+def test_a_web_of_a_map_over_its_grid_is_that_of_the_arrays(body, energy, rows, jump):
+    axes = (np.linspace(0.05, 0.4, 14), np.linspace(-0.5, 0.5, 13))
+    grid = fastaff.energy_grid(body, energy=energy, section="x=0", axes=axes)
     found = fastaff.frequency_map(body, grid.z0, time=200.0)
-    assert found.regular.sum() > 20
+    known = found.regular | ((found.kind == 3) & (100 * 10**found.diffusion < 0.3))
+    assert known.sum() >= found.regular.sum() > 20
     assert grid.forbidden.any()
     nu = np.full((2, *grid.forbidden.shape), np.nan)
-    nu.reshape(2, -1)[:, grid.cell] = np.where(found.regular, found.nu, np.nan)
+    nu.reshape(2, -1)[:, grid.cell] = np.where(known, getattr(found, rows[0]), np.nan)
     errors = np.zeros(nu.shape)
-    errors.reshape(2, -1)[:, grid.cell] = np.where(found.regular, found.error, 0.0)
+    errors.reshape(2, -1)[:, grid.cell] = np.where(known, np.maximum(getattr(found, rows[1]), 0.1 / 200), 0.0)
     one = fastaff.resonance_web(found, axes=grid, max_order=14)
-    other = fastaff.resonance_web(nu, axes=axes, errors=errors, max_order=14)
-    assert len(one) > 2
+    other = fastaff.resonance_web(nu, axes=axes, errors=errors, max_order=14, jump=jump)
+    assert one
+    assert any(line.lines for line in one)
     assert [line.vector for line in one] == [line.vector for line in other]
     for a, b in zip(one, other, strict=True):
         np.testing.assert_array_equal(a.locked, b.locked)
@@ -466,6 +474,10 @@ def test_a_web_of_a_map_over_its_grid_is_that_of_the_arrays():
         assert f"order {a.order}, length {a.length:.3g}, {a.locked.sum()} points locked" in a.summary()
     with pytest.raises(TypeError, match="nu must be a frequency map of the"):
         fastaff.resonance_web(nu, axes=grid)
+    drawn = found.plot(grid, web=one)
+    assert len(drawn.lines) == sum(len(line.lines) for line in one)
+    with pytest.raises(TypeError, match="web= is drawn over the EnergyGrid"):
+        found.plot(web=one)
     for other in (None, axes):
         with pytest.raises(TypeError, match=r"axes must be the EnergyGrid .*found\.nu\.reshape\(-1, n1, n2\)"):
             fastaff.resonance_web(found, axes=other)

@@ -11,6 +11,8 @@ from scipy.special import ellipj, ellipk
 
 import fastaff as fa
 from fastaff.base.status import Status
+from fastaff.formulas.systems import SYSTEMS, constants_of
+from fastaff.jobs import system as jobs
 
 RNG = np.random.default_rng(3205)
 
@@ -158,6 +160,40 @@ def test_a_pole_whose_residue_is_zero_is_passed():
     assert found.samples[:, 0, 0].min() < 0
 
 
+@pytest.mark.parametrize("weak", [1e-14, 1e-11, 1e-8, 1e-3])
+def test_no_orbit_passes_a_wall_that_its_steps_do_not_see(weak):
+    """Of x^2/2 + c/x^2 the square of x is E + sqrt(E^2 - 2c) cos 2t, in any unit and about any origin."""
+    unit, time, count = float(10 ** RNG.uniform(-3, 3)), 20.0, 12
+    x0, p0 = RNG.uniform(0.3, 1.5, count), RNG.uniform(-1, 1, count)
+    E, u0 = (x0 * x0 + p0 * p0) / 2 + weak / x0**2, x0 * x0
+    u = E + (u0 - E) * np.cos(2 * time) + x0 * p0 * np.sin(2 * time)
+    truth = np.array([np.sqrt(u), (x0 * p0 * np.cos(2 * time) - (u0 - E) * np.sin(2 * time)) / np.sqrt(u)])
+    model = fa.hamiltonian("x**2/2 + c/x**2", coordinates="x", c=weak * unit**4)
+    flow, passed = fa.flow("x' = y; y' = -x + 2*c/x**3", c=weak * unit**4), 0
+    z0, truth = unit * np.array([x0, p0]), unit * truth
+    for accuracy, scheme in [(1e-3, None), (1e-9, None), (1e-6, "YOSHIDA4"), (1e-6, "RKN12"), (1e-6, "GAUSS8")]:
+        found = fa.integrate(model, z0, time=time, accuracy=accuracy, scheme=scheme)
+        apart, well = np.abs(found.z - truth), found.status == Status.OK
+        close = apart <= 10 * found.error + 1e-12 * unit
+        assert close[:, well].all(), (accuracy, scheme, apart[:, well].max() / unit)
+        passed += well.sum()
+    assert passed >= 40 or weak < 1e-3
+    for system in (model, flow):
+        for scheme in ("DOP853", "VERNER9"):
+            found = fa.integrate(system, z0, time=time, scheme=scheme)
+            assert (found.status == Status.OK).all()
+            np.testing.assert_allclose(found.z, truth, atol=1e-7 * unit)
+
+
+def test_a_step_sees_that_it_passes_two_poles():
+    """Free rotors between walls c/sin(q - a)^2: a step of many half turns lands anywhere."""
+    model = fa.hamiltonian("c/sin(q - a)**2 + d*tan(q - a)", coordinates="q", c=1e-12, d=1e-13, a=0.3)
+    z0 = np.array([RNG.uniform(0.4, 3.0, 16), RNG.uniform(0.2, 3.0, 16) * RNG.choice([-1, 1], 16)])
+    for step in (1.7, 6.9):
+        assert (fa.integrate(model, z0, time=69.0, scheme="YOSHIDA4", step=step).status == Status.COLLAPSED).all()
+    assert (fa.integrate(model, z0, time=69.0, accuracy=1e-6).status == Status.COLLAPSED).all()
+
+
 # --- tops -------------------------------------------------------------------------------------------------------------
 
 
@@ -281,3 +317,19 @@ def test_kovalevskayas_top_has_no_chaotic_orbit_and_its_neighbour_has(orbits):
     assert found.regular.mean() > 0.3
     near = top._replace(I_3=top.I_3 * 1.6, h_3=0.6)
     assert fa.chaos_map(near, starts(12), time=1000.0, indicators="megno").chaotic.any()
+
+
+# --- one entry ------------------------------------------------------------------------------------------------------
+
+
+def test_a_named_system_is_one_entry():
+    """`makes` alone: models, command line and its own constants know each."""
+    for name, make in SYSTEMS.items():
+        assert getattr(fa.models, name) is make
+        assert name in dir(fa.models)
+        key = next(key for key, kind in jobs.SYSTEMS.items() if kind == name)
+        model = jobs.Model(model=key).build()
+        assert model == make()
+        assert constants_of(model) is not None
+    with pytest.raises(AttributeError, match=r"fastaff\.models has no 'Nothing'"):
+        fa.models.Nothing  # noqa: B018

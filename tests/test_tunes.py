@@ -282,6 +282,26 @@ def test_a_plane_at_rest_and_changing_tunes():
     assert not found.regular[0]
 
 
+def test_a_plane_that_only_follows_a_harmonic_of_another_is_dependent():
+    """Rotations of two planes, the second kicked by k x^2 and begun where it has no motion of its own."""
+    rng = np.random.default_rng(15)
+    text = "b = p_y + k*x**2; x1 = c*x + s*p_x; p_x1 = c*p_x - s*x; y1 = d*y + e*b; p_y1 = d*b - e*y"
+    for _ in range(3):
+        mu, k, phase = 2 * np.pi * rng.uniform([0.1, 0.35], [0.2, 0.45]), 0.3, 2 * np.pi * rng.random(10)
+        size = rng.uniform(0.1, 1.0, 10)
+        u, turn = size * np.exp(1j * phase), np.exp(-1j * mu[1])
+        # w = y + i p_y becomes turn (w + i k x^2), x = Re u, of which u turns by exp(-i mu_x).
+        kick = 1j * turn * k * size**2 / 4
+        w = 2 * kick / (1 - turn) + kick * np.exp(2j * phase) / (np.exp(-2j * mu[0]) - turn)
+        w += kick * np.exp(-2j * phase) / (np.exp(2j * mu[0]) - turn)
+        model = fa.mapping(text, c=np.cos(mu[0]), s=np.sin(mu[0]), d=np.cos(mu[1]), e=np.sin(mu[1]), k=k)
+        z = np.array([u.real, w.real, u.imag, w.imag])
+        for found in (fa.frequency_map(model, z, time=2000), fa.tunes(fa.integrate(model, z, time=2000, samples=2000))):
+            apart = found.nu[1] + np.array([[-2], [2]]) * mu[0] / (2 * np.pi)
+            assert np.abs(apart - np.rint(apart)).min(axis=0).max() < 1e-9
+            assert (found.kind == FrequencyKind.DEPENDENT).all()
+
+
 def test_orbits_seen_to_be_chaotic_are_spared_lines_and_change_no_others(monkeypatch):
     """Two planes with a kick that is bounded, and random tunes: a sea, and islands whose bits stay what they were."""
     from fastaff.analysis.frequencies import tunes as module
@@ -298,7 +318,7 @@ def test_orbits_seen_to_be_chaotic_are_spared_lines_and_change_no_others(monkeyp
     verdict = fa.chaos_map(model, z, time=8192).verdict
     spared = fa.tunes(samples)
     with monkeypatch.context() as patch:
-        patch.setattr(module, "_restless", lambda f, halves, length, threads: np.zeros(len(f), bool))
+        patch.setattr(module, "restless", lambda f, halves, length, threads: np.zeros(len(f), bool))
         fitted = fa.tunes(samples)
     calm = verdict == 0
     assert 10 < calm.sum() < 50

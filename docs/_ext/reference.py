@@ -8,6 +8,10 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any, NamedTuple
 
+import numpy as np
+
+from fastaff.formulas.systems import SYSTEMS, constants_of
+
 
 class Page(NamedTuple):
     """A page of the API: title, a sentence, and the names in its order, by the folder that has them ("" is fastaff)."""
@@ -24,8 +28,7 @@ PAGES: dict[str, Page] = {
         {
             "": "Body NeoHookean Hyperelastic Harmonic Anharmonic HeavyTop HenonHeiles formula hamiltonian mapping "
             "flow reduced one_variable SeparableAlphaBeta SeparableRVartheta SeparableElliptic",
-            "models": "DoublePendulum SphericalPendulum SymmetricTop AsymmetricTop EllipsoidGeodesic KerrGeodesic "
-            "TwoPolarBody AffineBody "
+            "models": f"DoublePendulum {' '.join(SYSTEMS)} "
             "StandardMap HenonMap McMillanMap FroeschleMap OneTurnMap StackelBody Barriers "
             "ReducedBody Oscillator CosOscillator CoshOscillator Cosine Secant Spring "
             "Zero",
@@ -217,6 +220,20 @@ def command_line() -> str:
     return text.replace("# fastaff\n", "", 1)
 
 
+def systems() -> str:
+    """Return the table of named systems as Markdown: each docstring's first sentence, and what is conserved."""
+    lines = ["| `fa.models.` | what it is | conserved |", "|---|---|---|"]
+    for name, make in SYSTEMS.items():
+        model = make()
+        constants = constants_of(model)
+        assert constants is not None
+        with np.errstate(all="ignore"):  # which they are, wherever that is
+            names = constants(model, np.full((2 * model.degrees_of_freedom, 1), 0.5))
+        about = (inspect.getdoc(make) or "").splitlines()[0].removeprefix("Make ").removesuffix(".")
+        lines.append(f"| `{name}` | {about} | {', '.join(names)} |")
+    return "\n".join(lines)
+
+
 def write_if_changed(path: Path, text: str) -> None:
     """Write a file unless it has this text already, so that Sphinx reads again only what is new."""
     path.parent.mkdir(exist_ok=True)
@@ -225,11 +242,12 @@ def write_if_changed(path: Path, text: str) -> None:
 
 
 def write_pages(app: Any) -> None:
-    """Write api/*.rst and _generated/commands.md."""
+    """Write api/*.rst and _generated/*.md."""
     source = Path(app.srcdir)
     for name in PAGES:
         write_if_changed(source / "api" / f"{name}.rst", page_text(name))
     write_if_changed(source / "_generated" / "commands.md", command_line())
+    write_if_changed(source / "_generated" / "systems.md", systems())
 
 
 def resolve(app: Any, env: Any, node: Any, text: Any) -> Any:

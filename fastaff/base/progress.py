@@ -136,6 +136,7 @@ class _Shown:
 
     wanted: bool | None = None
     busy = False
+    line: _Line | None = None
 
 
 def progress(shown: bool = True) -> None:
@@ -214,12 +215,24 @@ def watched(name: str) -> Iterator[Callable[[float], Any] | None]:
         return
     line = _Line(name)
     with silent():
+        _Shown.line = line
         try:
             line.start()
             yield line.report
             line.compilation.end()
         finally:
+            _Shown.line = None
             line.end()
+
+
+def tell(names: str, fraction: float, said: str = "") -> None:
+    """Tell how much is done and where it is, for the line of the call that is watched, if that is one of these: for
+    calls without `report`.
+    """
+    line = _Shown.line
+    if line is not None and line.what in names.split() and threading.current_thread() is threading.main_thread():
+        line.report(fraction)
+        line.said = said and f", {said}"
 
 
 def says_progress(function: Callable[P, R]) -> Callable[P, R]:
@@ -282,7 +295,7 @@ class _Line(threading.Thread):
         self.what, self.bell = name, SimpleQueue[None]()  # without a lock that Ctrl-C may leave locked
         self.compilation, self.begun = Compilation(name), clock.perf_counter()
         self.marks: list[tuple[float, float]] = []
-        self.width = 0
+        self.said, self.width = "", 0
         self.cell: Any = None  # the line in a notebook: an output that is replaced, as it keeps what a stream was told
 
     def report(self, fraction: float) -> None:
@@ -310,8 +323,8 @@ class _Line(threading.Thread):
             return ""
         left = time_left(marks, computed())
         if left is None:
-            return f"{self.what}: {seconds:.0f} s"
-        return f"{self.what}: {marks[-1][1]:4.0%}, about {duration(left)} left"
+            return f"{self.what}: {seconds:.0f} s{self.said}"
+        return f"{self.what}: {marks[-1][1]:4.0%}{self.said}, about {duration(left)} left"
 
     def write(self, text: str) -> None:
         with contextlib.suppress(OSError, ValueError, AttributeError):  # a stream that is gone

@@ -48,7 +48,7 @@ _SENTENCES = {
     Status.OK: "finished",
     Status.NONFINITE: "a coordinate became infinite or NaN",
     Status.COLLAPSED: "left the domain of the potential (det phi > 0 for most bodies), where a wall bounds it by too "
-    "long a step",
+    "long a step: shorten it or use an adaptive scheme",
     Status.ESCAPED: "went beyond the escape radius, a million times the orbit's own size",
     Status.ENERGY_DRIFT: "energy error above the tolerance: shorten the step or use an adaptive scheme",
     Status.TOO_FEW_CROSSINGS: "reached max_time before the asked number of crossings",

@@ -12,7 +12,9 @@ from .jit import LANES
 from .state_rows import Rows, listed
 
 HIGH = 16.0
-"""Change of H, beside the kinetic energy, that is a pole's and not that of a chord beside its orbit."""
+"""Change of H beside the kinetic energy, or rates beside those of both ends, that are a pole's and not those of a chord
+beside its orbit.
+"""
 
 DRIFT, KICK = "hd = drift*step[i]\n", "hk = kick*step[i]\n"
 """Texts of the lengths of a lane's drift and kick."""
@@ -258,26 +260,37 @@ def _inside(rows: Rows) -> str:
 
 
 def _leapt(rows: Rows) -> str:
-    """Whether steps from the states `begin` to z have passed a pole of H: what changes sign there has changed and, next
-    to where it is 0 on the chord, H is beyond what the motion has, which where a pole has no residue it is not.
+    """Whether steps from the states `begin` to z have passed a pole: a whole number has been passed by what passes one
+    there and, next to where it does on the chord, V, H or the rates are beyond what the motion has, which where a pole
+    has no residue they are not.
     """
-    orbit = rows.orbit
-    old, new = [f"begin[{r * LANES} + i]" for r in orbit], [_at(r) for r in orbit]
+    old, new = [f"begin[{r * LANES} + i]" for r in rows.place], [_at(r) for r in rows.place]
     between = [f"{a} + x*({b} - {a})" for a, b in zip(old, new, strict=True)]
-    turned = "moved = 0\nfor k in range(len(first)):\n    moved += 0 if (first[k] > 0.0) == (last[k] > 0.0) else 1\n"
+    turned = "moved = 0\nfor k in range(len(first)):\n    moved += np.floor(first[k]) != np.floor(last[k])\n"
     signs = f"first, last = value.poles({', '.join(old)}), value.poles({', '.join(new)})\n{turned}"
     text = _loop(signs + "result[i] = -1.0 if (moved > 0) & (result[i] == 0.0) else result[i]\n", 1)
-    kinetic = "".join(
-        _kinetic_energy(rows, f"kinetic{k}", [f"{where}[{r * LANES} + i]" for r in range(2 * rows.half)])
-        for k, where in enumerate(("begin", "z"))
-    )
     half = f"x = 0.5*(low + high)\nlast = value.poles({', '.join(between)})\n{turned}"
     half += "low, high = (x, high) if moved == 0 else (low, x)\n"
     search = f"first = value.poles({', '.join(old)})\nlow, high = 0.0, 1.0\nfor _ in range(64):\n{_indent(half, 1)}"
-    search += f"{kinetic}energy, leap = value.energy({', '.join(old)}), 0.0\nfor x in (low, high):\n"
-    search += f"    change = abs(value.energy({', '.join(between)}) - energy)\n"
-    search += f"    leap = 1.0 if change > {HIGH}*(kinetic0 + kinetic1) else leap\nresult[i] = 2.0*leap\n"
+    search += _had(rows, old, new, between) + "result[i] = 2.0*leap\n"
     return text + _loop(f"if result[i] < 0.0:\n{_indent(search, 1)}", 1)
+
+
+def _had(rows: Rows, old: Sequence[str], new: Sequence[str], between: Sequence[str]) -> str:
+    """Text that sets `leap` to whether V, H or the rates `between` are beyond what both ends of a step have."""
+    if rows.variables and not rows.nonseparable:
+        f, n = ([f"{letter}{j}" for j in range(rows.variables)] for letter in "fgh"), range(rows.variables)
+        rates = [
+            f"{', '.join(r)}, = value.rates({', '.join(z)})\n" for r, z in zip(f, (old, new, between), strict=True)
+        ]
+        change = "".join(f"leap = 1.0 if abs(h{j}) > {HIGH}*(abs(f{j}) + abs(g{j})) else leap\n" for j in n)
+        return f"{rates[0]}{rates[1]}leap = 0.0\nfor x in (low, high):\n{_indent(rates[2] + change, 1)}"
+    ends = [[f"{where}[{r * LANES} + i]" for r in range(2 * rows.half)] for where in ("begin", "z")]
+    text = "".join(_kinetic_energy(rows, f"kinetic{k}", end) for k, end in enumerate(ends))
+    energy = f"value.{'energy' if rows.nonseparable else 'potential_energy'}"
+    text += f"energy, leap = {energy}({', '.join(old)}), 0.0\nfor x in (low, high):\n"
+    text += f"    change = abs({energy}({', '.join(between)}) - energy)\n"
+    return text + f"    leap = 1.0 if change > {HIGH}*(kinetic0 + kinetic1) else leap\n"
 
 
 def _value(rows: Rows) -> str:

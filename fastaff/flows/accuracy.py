@@ -16,6 +16,7 @@ import numpy as np
 
 from ..base.numbers import Passes
 from ..base.status import Status
+from ..compile.threads import by_portions
 from ..schemes.catalogue import Collocation
 from .flow import Flow, Wear
 from .launch import Report
@@ -52,6 +53,9 @@ EARLY = 100.0
 """Radians up to which orbits are slowed three times as much: before an orbit has returned to a hyperbolic point a few
 times a short stretch of it makes all the error, and the rounding errors there are a larger part of all than its time.
 """
+
+WEIGHT = 8
+"""Numbers whose time the estimate of one error takes: powers and logarithms."""
 
 WITNESS = 10.0
 """Rounding errors as many times their estimate are believed where two runs that were not slowed are so far apart: of a
@@ -90,7 +94,7 @@ class Steps(NamedTuple):
     run: float
     parts: int
 
-    def of(self, orbits: np.ndarray) -> Steps:
+    def of(self, orbits: Any) -> Steps:
         """Return those of some of the orbits."""
         each = (self.step[orbits], self.local[orbits], self.order[orbits], self.motion.of(orbits), self.ratio[orbits])
         return Steps(*each, self.run, self.parts)
@@ -172,6 +176,18 @@ def estimated(
     phase^(3/2), the scheme's like phase. No error is below that of a single step: within the first step both runs may
     do the same.
     """
+    error, rounding = np.empty_like(apart), np.empty_like(apart)
+
+    def some(at: slice) -> None:
+        known = None if worn is None else worn[:, at]
+        error[:, at], rounding[:, at] = _estimated(flow, plan.of(at), apart[:, at], phase[:, at], known)
+
+    by_portions(some, apart.shape[1], WEIGHT * apart.shape[0], flow.threads)
+    return error, rounding
+
+
+def _estimated(flow, plan: Steps, apart, phase, worn) -> tuple[np.ndarray, np.ndarray]:
+    """Return what `estimated` does, by one thread."""
     order, spans = plan.order, np.maximum(phase / SPAN, 1.0)
     # The first steps are few: where they lead through a core, errors do not fall by the order yet.
     part = share_of(flow, plan) ** np.minimum(phase / SPAN, 1.0)

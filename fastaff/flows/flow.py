@@ -10,6 +10,8 @@ import numpy as np
 
 from ..base.numbers import fits, number_of_steps
 from ..compile.jit import LANES
+from ..compile.lane_sums import VECTOR
+from ..compile.threads import by_portions
 from ..kernels import crossing_roots as roots
 from ..kernels.adaptive_drive import AdaptiveSteps, run_adaptive
 from ..kernels.crossings import CERTAIN, RECORD
@@ -143,11 +145,15 @@ class Flow:
         return replace(self, step=self.step[orbits]) if isinstance(self.step, np.ndarray) and self.step.ndim else self
 
     def _unit(self, orbits: int) -> int:
-        """Orbits handed to a thread at once: about eight portions each, whole blocks where there are enough orbits."""
+        """Orbits handed to a thread at once: about eight portions each, whole blocks where there are enough orbits,
+        else as many blocks for each thread, all of as many whole vectors.
+        """
         portion = math.ceil(orbits / (8 * self.threads))
         if portion >= LANES:
             return LANES * math.ceil(portion / LANES)
-        return min(LANES, math.ceil(orbits / self.threads))
+        own = math.ceil(orbits / self.threads)
+        size = math.ceil(own / math.ceil(own / LANES))
+        return size if own <= LANES else VECTOR * math.ceil(size / VECTOR)
 
     def unit(self, orbits: int) -> int:
         """Return how many orbits, at most a block, a thread takes at once where all have as many steps."""
@@ -298,7 +304,7 @@ class Flow:
         order = np.lexsort((-total, every))
         unit = self._unit(orbits) if refill else self.unit(orbits)
         single = isinstance(self.scheme, Nystrom) or (isinstance(self.scheme, Splitting) and not self.precise)
-        solo = unit == 1 and single
+        solo = unit == 1 and single and not self.system.poles
         steps = FixedSteps(h, total, every, order, strict=self.vectors > 0, refill=refill)
         kernel = run_one if solo else run_fixed
         if solo and refill and observer.along is not None:
@@ -315,7 +321,12 @@ class Flow:
         """Turn the records numbered `where` into crossings of the section, in place."""
         if not where.size:
             return
-        certain = records[where, RECORD.kind] == CERTAIN
+        certain = np.empty(where.size, bool)
+
+        def look(at: slice) -> None:
+            np.equal(records[where[at], RECORD.kind], CERTAIN, out=certain[at])
+
+        by_portions(look, where.size, records.shape[1], self.threads)
         doubtful = where[~certain]
         if doubtful.size:
             where = np.concatenate([where[certain], doubtful])  # whose search takes longer

@@ -120,12 +120,18 @@ class _Crossings(NamedTuple):
     direction: float
     rows: float
     most: float
+    beside: float
 
 
-def crossings(section: Any, wanted: int, degrees_of_freedom: int, vectors: int = 0) -> Observer:
-    """Record the brackets of section crossings until `wanted` certain ones are found or the record is full."""
+def crossings(
+    section: Any, wanted: int, degrees_of_freedom: int, vectors: int = 0, *, beside: bool = False
+) -> Observer:
+    """Record the brackets of section crossings until `wanted` certain ones are found or the record is full, or, where
+    the records hold times of another run `beside`, until it has parted from that.
+    """
     rows = 2 * degrees_of_freedom * (1 + vectors)
-    value = _Crossings(float(wanted), float(section.direction), float(rows), getattr(section, "period", math.inf) / 2)
+    most = getattr(section, "period", math.inf) / 2
+    value = _Crossings(float(wanted), float(section.direction), float(rows), most, float(beside))
     kept, calls = crossing_kernels.ROWS.state + rows, (bound("value", section, degrees_of_freedom, vectors),)
     along = Observer(crossing_kernels.detect_along, kept, value, calls=calls)
     return Observer(crossing_kernels.detect, kept, value, calls=calls, along=along)

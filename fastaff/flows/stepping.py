@@ -29,8 +29,8 @@ def blocks_of(model: Any, vectors: int = 0, step: Callable | None = None, **kind
     }
     if step is not None:
         found["step"], derivative = step_block(step), address(model_block("derivative", model, n, vectors))
-        if system_of(model).poles:
-            leapt = address(model_block("leapt", model, n, vectors))
+    if system_of(model).poles:
+        leapt = address(model_block("leapt", model, n, vectors))
     idle = {place: idle_block(place) for place in Blocks._fields[1:-2] if place not in found}
     return Blocks(parameters(model), **found, **idle, derivative=derivative, leapt=leapt)
 

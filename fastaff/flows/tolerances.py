@@ -16,7 +16,7 @@ import numpy as np
 from ..base.numbers import Passes
 from ..base.status import Status
 from ..schemes.catalogue import VERNER9
-from .accuracy import AGAIN, NOISE, counted
+from .accuracy import AGAIN, NOISE, Steps, counted
 from .flow import Flow
 from .launch import Report
 from .motion import Motion
@@ -41,6 +41,11 @@ UNSTEADY, BETWEEN = 2.0, 8.0
 orbits that amplify them fall by chance; how many times looser the third run's tolerance is.
 """
 
+UNSURE = 4.6
+"""Order at which errors of orbits that are left by short runs count as falling: by it a quarter of the distance of two
+runs is error, as here. In one direction that grows the error of one run is a hundredth of its usual size by chance.
+"""
+
 FINEST = 1e-14
 """Tolerance below which rounding is in the way."""
 
@@ -58,6 +63,14 @@ def tolerances(found: Motion, time: float, accuracy: float) -> np.ndarray:
         wanted = accuracy / (found.far * np.maximum(GROWTH * phase**1.5, LEAST))
         level = 4.0 ** np.floor(np.log2(wanted) / 2)
     return np.where((phase <= RADIANS) & (level >= FINEST), level, np.nan)
+
+
+def unsure(steps: Steps, found: Motion, time: float, accuracy: float) -> Steps:
+    """Return steps that are told to be of order UNSURE where a run is short: of orbits that its tolerances have left,
+    which amplify errors.
+    """
+    order = np.where(np.isfinite(tolerances(found, time, accuracy)), UNSURE, np.inf)
+    return steps._replace(order=np.minimum(steps.order, order))
 
 
 def with_tolerance(flow: Any, tolerance: float) -> Flow:

@@ -95,8 +95,10 @@ def conditions(expression: Any, region: Callable[[np.random.Generator, int], Map
 
 
 def poles(expression: Any, region: Callable[[np.random.Generator, int], Mapping[Any, np.ndarray]]) -> list[Any]:
-    """Return the expressions whose sign changes at poles of `expression`, which are on both sides of where it lives:
+    """Return expressions that pass a whole number at poles of `expression`, which are on both sides of where it lives:
     no condition of one side, yet nothing moves through them; region as in `conditions`.
+
+    Of a sine or cosine it is the number of its half turns: one step may pass two of its poles.
     """
     import sympy
 
@@ -112,7 +114,16 @@ def poles(expression: Any, region: Callable[[np.random.Generator, int], Mapping[
                 g = g.base if g.is_Pow and g.exp.is_Integer else g
                 if g.free_symbols & coordinates and not _sign(g, region) and not {g, -g} & {*found}:
                     found.append(g)
-    return found
+    return [_counting(g) for g in found]
+
+
+def _counting(g: Any) -> Any:
+    """Return what passes a whole number where g is 0."""
+    import sympy
+
+    if isinstance(g, (sympy.sin, sympy.cos)):
+        return g.args[0] / sympy.pi - (sympy.Rational(1, 2) if isinstance(g, sympy.cos) else 0)
+    return g / (1 + sympy.Abs(g))
 
 
 def _plain(g: Any) -> Any:

@@ -6,19 +6,24 @@ from collections.abc import Sequence
 from typing import Any
 
 from .inertia import fresh
-from .model_source import loops, period_methods
+from .model_source import loops, period_methods, poles_methods
 from .potential_source import Description, class_text, constant, margin_method, method, module, spread
 from .printing import Lines
 
 
-def flow_model(d: Description, rates: Sequence[Any], walls: Sequence[Any], symbols: dict[str, Any]) -> str:
-    """Return the text of a system with its rates, their changes along a vector, and its margin."""
-    names = d.coordinates
+def flow_model(
+    d: Description, rates: Sequence[Any], bounds: tuple[Sequence[Any], Sequence[Any]], symbols: dict[str, Any]
+) -> str:
+    """Return the text of a system with its rates, their changes along a vector, its margin and its poles; bounds: its
+    walls, and what passes a whole number at its poles.
+    """
+    names, (walls, poles) = d.coordinates, bounds
     methods = [
         constant("degrees_of_freedom", "Return half the rows of a state in memory.", str((len(names) + 1) // 2)),
         constant("kind", "Return Kind.FLOW: neither coordinates with momenta, nor an energy.", "Kind.FLOW"),
         constant("coordinates", f"Names of the {len(names)} rows of z.", repr(tuple(names))),
         *_methods_of_rates(names, d.parameters, rates, walls, symbols),
+        *poles_methods(poles, names),
     ]
     what = f"an autonomous system of {len(names)} variable{'' if len(names) == 1 else 's'}"
     body = class_text("FormulaFlow", what, d, d.parameters, methods)
@@ -36,8 +41,8 @@ def nonseparable_model(
     period: Any = None,
 ) -> str:
     """Return the text of a system H(q, p): its energy, rates, their changes along a vector, margin, poles and angles;
-    symbols of coordinates, then of momenta; bounds: its walls, and what changes sign at its poles. Where it has the
-    period of a drive, "" for a field, the last coordinate is the time, and its momentum is added to the energy.
+    symbols of coordinates, then of momenta; bounds: its walls, and what passes a whole number at its poles. Where it
+    has the period of a drive, "" for a field, the last coordinate is the time, and its momentum is added to the energy.
     """
     n, (names, driven), (walls, poles) = len(d.coordinates), ((*d.coordinates, *momenta), period is not None), bounds
     q, p = ([symbols[name] for name in part] for part in (d.coordinates, momenta))
@@ -54,10 +59,7 @@ def nonseparable_model(
         method("energy", names, "Return H.", lines, [energy], single=True),
         *_methods_of_rates(names, d.parameters, rates, walls, symbols, shared=not walls),
     ]
-    if poles:
-        lines = Lines(names)
-        doc = "Return numbers that keep their signs along an orbit: they are 0 at poles of H."
-        methods.append(method("poles", names, doc, lines, lines.add(poles)))
+    methods += poles_methods(poles, names)
     kind, fields = 'Kind("H(q, p, t) with a period in t", {"nonseparable", "drive"})', d.parameters
     if not driven:
         kind = "Kind.NONSEPARABLE"

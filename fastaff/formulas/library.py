@@ -187,30 +187,23 @@ def _derive_hamiltonian(request: Request, programs: tuple[Program, Program | Non
     if period:
         period = to_sympy(parse(period, (), request.parameters, argument="period"), names)
     periods = [sympy.Integer(0) if p is None else to_sympy(p, names) for p in request.period_programs()]
-    inertia = None
+    more: dict[str, Any]
+    places, inertia = everywhere([own[name] for name in request.coordinates]), None
     if request.momenta:
         p = [own[name] for name in request.momenta]
         found = separated(V, walls, p, request.coordinates)
         turned = None if found or period is not None else in_turning_frame(V, walls, p, request.coordinates)
         if turned is not None:
             rest, omega, inertia = turned
-            return hamiltonian_model(
-                description,
-                rest,
-                walls,
-                masses=False,
-                omega=omega,
-                inertia=inertia,
-                periods=periods,
-                momenta=request.momenta,
-            )
+            more = {"inertia": inertia, "periods": periods, "momenta": request.momenta, "poles": poles(rest, places)}
+            return hamiltonian_model(description, rest, walls, masses=False, omega=omega, **more)
         if found is None:
             momenta = (*request.momenta, *(["p_t"] if period is not None else []))
             own |= {name: sympy.Symbol(name, real=True) for name in momenta}
             bounds = walls, poles(V, everywhere(own.values()))
             return nonseparable_model(description, V, bounds, own, momenta, periods, period)
         V, inertia = found
-    more: dict[str, Any] = {"inertia": inertia, "periods": periods, "momenta": request.momenta}
+    more = {"inertia": inertia, "periods": periods, "momenta": request.momenta, "poles": poles(V, places)}
     if period is not None:
         return driven_model(description, V, walls, period, masses=masses, **more)
     parts = {name: to_sympy(part, names) for name, part in request.turning_programs().items()}
@@ -236,7 +229,7 @@ def _derive_flow(
 ) -> str:
     import sympy
 
-    from .domains import conditions, everywhere, reached
+    from .domains import conditions, everywhere, poles, reached
     from .flow_source import flow_model
     from .potential_source import Description
     from .sympy_bridge import to_sympy
@@ -254,7 +247,7 @@ def _derive_flow(
     description = Description(
         request.text, request.domain, request.parameters, "An autonomous system.", request.coordinates
     )
-    return flow_model(description, rates, walls, own)
+    return flow_model(description, rates, (walls, poles(sympy.Tuple(*rates), region)), own)
 
 
 def _derive_body(request: Request, programs: tuple[Program, Program | None], values: Mapping[str, float]) -> str:

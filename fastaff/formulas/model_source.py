@@ -167,6 +167,13 @@ def _margin(walls: Sequence[Any], q: Sequence[str], taken: Sequence[str]) -> str
     return margin_method(walls, q, work, covered=covered)
 
 
+def poles_methods(poles: Sequence[Any], names: Sequence[str]) -> list[str]:
+    """Return the method of `poles` where there are some."""
+    lines = Lines(names)
+    doc = "Return numbers whose whole parts an orbit keeps: they change at poles."
+    return [method("poles", names, doc, lines, lines.add(poles))] if poles else []
+
+
 _LOOPS = '''\
 class Loops(NamedTuple):
     """Loops in the coordinate planes (q_i, p_i){about}."""
@@ -232,10 +239,11 @@ def hamiltonian_model(
     inertia: Inertia | None = None,
     periods: Sequence[Any] = (),
     momenta: Sequence[str] = (),
+    poles: Sequence[Any] = (),
 ) -> str:
     """Return the text of a system of particles on lines: T = sum p_i^2/2 m_i + V(q), or T of an inertia, perhaps in a
     frame that turns at the rate omega, or with friction at the rate damping; periods: of its rows, if it has some;
-    momenta: their names, if they have some.
+    momenta: their names, if they have some; poles: what passes a whole number at those of V.
     """
     more: Sequence[str] = ()
     if omega is not None:
@@ -254,7 +262,7 @@ def hamiltonian_model(
         angles="Loops()",
         before=loops(d.coordinates),
         imports="\nfrom fastaff.models.contracts import Kind\n" if more else "",
-        more=[*more, *_periods(periods), *_names_of(momenta)],
+        more=[*more, *_periods(periods), *_names_of(momenta), *poles_methods(poles, d.coordinates)],
     )
 
 
@@ -276,6 +284,7 @@ def driven_model(
     inertia: Inertia | None = None,
     periods: Sequence[Any] = (),
     momenta: Sequence[str] = (),
+    poles: Sequence[Any] = (),
 ) -> str:
     """Return the text of a driven system of particles on lines: T = sum p_i^2/2 m_i + V(q, t), or T of an inertia, in
     the phase space that is extended by the time, the last coordinate, and its momentum. Its period is a field where
@@ -286,7 +295,7 @@ def driven_model(
     fields, more = period_methods(time, period, inertia.fields)
     inertia = inertia._replace(fields=fields)
     more += [constant("kind", "What the motion is made of.", "Kind.DRIVEN"), *_periods(periods)]
-    more += _names_of((*momenta, "p_t") if momenta else ())
+    more += _names_of((*momenta, "p_t") if momenta else ()) + poles_methods(poles, d.coordinates)
     return model(
         "FormulaHamiltonian",
         f"{len(own)} driven degrees of freedom, T = {'sum p_i^2/2 m_i' if masses else '|p|^2/2'}",

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import inspect
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
@@ -17,6 +18,7 @@ from ..formulas.library import Request
 from ..formulas.map_source import MapRequest
 from ..formulas.number import number
 from ..formulas.section_text import canonical, section_forms, section_named
+from ..formulas.systems import SYSTEMS as NAMED
 from ..models.mechanics import system_of
 from .wording import Wrong, option, respelled
 
@@ -38,16 +40,7 @@ MAPS = {
 }
 """Maps by name, whose parameters are given by --parameter."""
 
-SYSTEMS = {
-    "double-pendulum": "DoublePendulum",
-    "spherical-pendulum": "SphericalPendulum",
-    "symmetric-top": "SymmetricTop",
-    "asymmetric-top": "AsymmetricTop",
-    "ellipsoid-geodesic": "EllipsoidGeodesic",
-    "kerr-geodesic": "KerrGeodesic",
-    "two-polar-body": "TwoPolarBody",
-    "affine-body": "AffineBody",
-}
+SYSTEMS = {re.sub(r"(?<=.)(?=[A-Z])", "-", name).lower(): name for name in ("DoublePendulum", *NAMED)}
 """Systems H(q, p) by name, whose parameters are given by --parameter too."""
 
 OWN = (*MODELS, *MAPS, *SYSTEMS)
@@ -66,9 +59,8 @@ class Model:
 
     model: str | None = None
     """harmonic, anharmonic, hyperelastic (parameter C), heavy-top (C, A), neo-hookean (G, K), henon-heiles (lam); with
-    --parameter double-pendulum, spherical-pendulum, symmetric-top, asymmetric-top, ellipsoid-geodesic, kerr-geodesic,
-    two-polar-body, affine-body, and maps: standard-map, henon-map, mcmillan-map, froeschle-map, one-turn-map.
-    [neo-hookean]
+    --parameter a system of `fa.models` by its name in small letters, such as double-pendulum or kerr-geodesic, and
+    maps: standard-map, henon-map, mcmillan-map, froeschle-map, one-turn-map; another name lists all. [neo-hookean]
     """
     C: float | None = None
     """Stiffness of harmonic, anharmonic, hyperelastic and heavy-top [1]."""

@@ -44,6 +44,8 @@ crossing; sign change over the first step of an orbit that starts on the section
 
 FEW = 4
 """Part of a block that is filled at least where all of it is copied at once."""
+APART = 16
+"""Lanes of one group with news are so far apart, so that the groups are neighbours: vectors."""
 
 
 BARELY = 5e-324
@@ -91,13 +93,16 @@ _dips = jit(dips)
 
 
 @jit
-def has_news(most, earlier, before, now):
-    """Tell whether an orbit has passed the section over the last step, or was nearest to it at its beginning.
+def has_news(most, direction, earlier, before, now):
+    """Tell whether an orbit has passed the section over the last step, in the direction that counts, or was nearest to
+    it at its beginning, on one side: then a pair of crossings may be there, as `dips` tells.
 
     A function of an angle jumps between two sections: by more than `most`, which is no passage.
     """
-    changed = ((before < 0.0) & (now >= 0.0)) | ((before > 0.0) & (now <= 0.0))
-    return (changed & (abs(now - before) <= most)) | ((abs(before) < abs(now)) & (abs(before) <= abs(earlier)))
+    rises, falls = (before < 0.0) & (now >= 0.0), (before > 0.0) & (now <= 0.0)
+    changed = (rises & (direction >= 0.0)) | (falls & (direction <= 0.0))
+    nearest = (abs(before) < abs(now)) & (abs(before) <= abs(earlier)) & (before * now > 0.0) & (before * earlier > 0.0)
+    return (changed & (abs(now - before) <= most)) | nearest
 
 
 @jit(inline=True)
@@ -109,45 +114,49 @@ def detect(value, calls, lanes, orbit, fresh, t, z, memory, out, done):
     """
     rows = int(value.rows)
     call_value(calls, 0, lanes, z, row(memory, ROWS.now))
-    news, hits, moved = row(memory, ROWS.news), 0, 0
+    news, moved, ended = row(memory, ROWS.news), 0, 0
     for i in range(lanes):  # loops without branches become vector instructions
         earlier, before = memory[ROWS.earlier * LANES + i], memory[ROWS.before * LANES + i]
-        found = has_news(value.most, earlier, before, memory[ROWS.now * LANES + i])
-        news[i] = 1.0 if found & (fresh[i] != 0.0) else 0.0
-    for i in range(lanes):
-        moved += 1 if fresh[i] != 0.0 else 0
-    for i in range(lanes):
-        found = news[i] != 0.0
-        news[hits] = i  # the lanes with news, in place
-        hits += 1 if found else 0
-    ended = 0
-    for k in range(hits):
-        i = int(news[k])
-        seen = memory[ROWS.earlier * LANES + i], memory[ROWS.before * LANES + i], memory[ROWS.now * LANES + i]
-        times = memory[ROWS.time_earlier * LANES + i], memory[ROWS.time_before * LANES + i], t[i]
-        if write_records(value, rows, i, orbit[i], seen, times, memory[ROWS.state * LANES + i :], memory, out):
-            done[i] = 1.0
-            ended += 1
+        now, seen = memory[ROWS.now * LANES + i], fresh[i] != 0.0
+        found = has_news(value.most, value.direction, earlier, before, now) & seen
+        news[i] = 1.0 if found else 0.0
+        moved += 1 if seen else 0
+        memory[ROWS.now * LANES + i] = earlier  # the records of this step ask for it
+        memory[ROWS.earlier * LANES + i] = before if seen else earlier
+        memory[ROWS.before * LANES + i] = now if seen else before
+    for i in range(lanes, LANES):
+        news[i] = 0.0
+    for first in range(APART):
+        some = 0.0
+        for k in range(LANES // APART):
+            some += news[first + k * APART]
+        news[first] += 2.0 * some
+    for first in range(APART):
+        if news[first] == 0.0:
+            continue
+        news[first] = news[first] % 2.0
+        for k in range(LANES // APART):
+            i = first + k * APART
+            if news[i] == 0.0:
+                continue
+            seen = memory[ROWS.now * LANES + i], memory[ROWS.earlier * LANES + i], memory[ROWS.before * LANES + i]
+            times = memory[ROWS.time_earlier * LANES + i], memory[ROWS.time_before * LANES + i], t[i]
+            if write_records(value, rows, i, orbit[i], seen, times, memory[ROWS.state * LANES + i :], memory, out):
+                done[i] = 1.0
+                ended += 1
     if moved == lanes:
         for i in range(lanes):
-            memory[ROWS.earlier * LANES + i] = memory[ROWS.before * LANES + i]
-            memory[ROWS.before * LANES + i] = memory[ROWS.now * LANES + i]
             memory[ROWS.time_earlier * LANES + i] = memory[ROWS.time_before * LANES + i]
             memory[ROWS.time_before * LANES + i] = t[i]
         if FEW * lanes >= LANES:
             for j in range(rows * LANES):
                 memory[ROWS.state * LANES + j] = z[j]
             return ended
-        for i in range(lanes):
-            for r in range(rows):
-                memory[(ROWS.state + r) * LANES + i] = z[r * LANES + i]
-        return ended
     for i in range(lanes):
         if fresh[i] > 0.0:
-            memory[ROWS.earlier * LANES + i] = memory[ROWS.before * LANES + i]
-            memory[ROWS.before * LANES + i] = memory[ROWS.now * LANES + i]
-            memory[ROWS.time_earlier * LANES + i] = memory[ROWS.time_before * LANES + i]
-            memory[ROWS.time_before * LANES + i] = t[i]
+            if moved < lanes:
+                memory[ROWS.time_earlier * LANES + i] = memory[ROWS.time_before * LANES + i]
+                memory[ROWS.time_before * LANES + i] = t[i]
             for r in range(rows):
                 memory[(ROWS.state + r) * LANES + i] = z[r * LANES + i]
     return ended
@@ -167,7 +176,7 @@ def write_records(value, rows, i, o, seen, times, state, memory, out):
     if not (crossed or _dips(earlier, before, now, t1 - t2, t - t1)):
         return False
     slot = int(memory[ROWS.written * LANES + i])
-    if crossed:
+    if crossed and value.beside > 0.0:  # else nothing is read of where it writes, which is not in the cache
         # Suspected pairs may be crossings, so that this one is at most that of the slot, without such ones just that.
         sure, c = memory[ROWS.certain * LANES + i] == slot, slot * width
         if t1 > out[o, c + RECORD.latest] or (sure and t < out[o, c + RECORD.earliest]):
@@ -199,7 +208,7 @@ def detect_along(value, calls, lanes, orbit, fresh, t, z, memory, out, done):
     call_value(calls, 0, lanes, z, own[2 : 2 + LANES])
     news = row(memory, ROWS.news)
     for s in range(lanes):
-        found = has_news(value.most, own[s], own[s + 1], own[s + 2])
+        found = has_news(value.most, value.direction, own[s], own[s + 1], own[s + 2])
         news[hits] = s
         hits += 1 if found else 0
     taken = lanes

@@ -115,7 +115,8 @@ def run_fixed(u, stop, progress, blocks, scheme, observer, steps, unit, orbits):
             burst = min(burst, total[orbit[i]] - n[i])
         ran, ended, wide = 0, 0, filled(lanes, state_rows, z, h)
         while ran < burst and ended == 0:
-            quiet = 1 if refill else min(burst - ran, next_look(n[0]) - n[0])  # steps to what is to be seen or done
+            each = refill or blocks.leapt != 0
+            quiet = 1 if each else min(burst - ran, next_look(n[0]) - n[0])  # steps to what is to be seen or done
             if quiet > 1:
                 for i in range(lanes):
                     quiet = min(quiet, left[i])
@@ -142,17 +143,18 @@ def run_fixed(u, stop, progress, blocks, scheme, observer, steps, unit, orbits):
             look_back(blocks, lanes, begin, z, code)
             lost = 0
             for i in range(lanes):
-                lost += 1 if code[i] > 0.0 else 0
-                fresh[i] = 0.0 if code[i] > 0.0 else fresh[i]
+                now, until, again, sees = code[i], left[i], cadence[i], fresh[i]  # read first: no branches, vectors
+                lost += 0 if now == 0.0 else 1
+                sees = sees if now == 0.0 else 0.0
+                fresh[i] = sees
+                seen[i] = sees if until == 0 else 0.0
+                left[i] = again if until == 0 else until
             ended += lost
             if lost > 0 and scheme.sweeps > 0:
                 for i in range(lanes):
                     if code[i] > 0.0 and block[rows * LANES + i] == np.inf:
                         code[i] = NOT_CONVERGED_CODE
             if due > 0:
-                for i in range(lanes):
-                    seen[i] = fresh[i] if left[i] == 0 else 0.0
-                    left[i] = cadence[i] if left[i] == 0 else left[i]
                 ended += call(observe, numbers, calls, lanes, orbit, seen, t, z, memory, out, done)
         write_now(progress, u, progress[u] + ran * lanes)
         i = 0

@@ -11,23 +11,19 @@ from .reduced_body import ReducedBody, reduced
 from .separable import SeparableAlphaBeta, SeparableElliptic, SeparableRVartheta, StackelBody
 
 __all__ = [
-    "AffineBody",
     "Anharmonic",
-    "AsymmetricTop",
     "Barriers",
     "Body",
     "CosOscillator",
     "CoshOscillator",
     "Cosine",
     "DoublePendulum",
-    "EllipsoidGeodesic",
     "FroeschleMap",
     "Harmonic",
     "HeavyTop",
     "HenonHeiles",
     "HenonMap",
     "Hyperelastic",
-    "KerrGeodesic",
     "McMillanMap",
     "NeoHookean",
     "OneTurnMap",
@@ -37,12 +33,9 @@ __all__ = [
     "SeparableAlphaBeta",
     "SeparableElliptic",
     "SeparableRVartheta",
-    "SphericalPendulum",
     "Spring",
     "StackelBody",
     "StandardMap",
-    "SymmetricTop",
-    "TwoPolarBody",
     "Zero",
     "one_variable",
     "reduced",
@@ -50,9 +43,20 @@ __all__ = [
 
 
 def __getattr__(name: str) -> Any:
-    """Load a system of the list that is a text: `fastaff.formulas`, which stands above, makes models of texts."""
-    if name not in __all__:
+    """Load a named system: it is a text, and `fastaff.formulas`, which stands above, makes models of texts."""
+    found = _systems().get(name) if name[:1].isupper() else None
+    if found is None:
         raise AttributeError(f"fastaff.models has no {name!r}")
+    return found
+
+
+def __dir__() -> list[str]:
+    """List the public names, those of named systems among them."""
+    return sorted([*__all__, *_systems()])
+
+
+def _systems() -> dict[str, Any]:
     from ..base.interruption import imported
 
-    return getattr(imported(".formulas.systems", "fastaff"), name)
+    systems: dict[str, Any] = imported(".formulas.systems", "fastaff").SYSTEMS
+    return systems

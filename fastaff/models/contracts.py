@@ -20,7 +20,9 @@ class Model(Protocol):
     """A system H = T(p) + V(q) of n degrees of freedom. Its phase points have 2n rows: coordinates, then momenta.
 
     velocity(p...) = dT/dp and force(q...) = -dV/dq, n numbers each; kinetic_energy(p...), potential_energy(q...);
-    margin(q...): positive where the potential lives. Optional: coordinates (n names); angles (see `Angles`); for
+    margin(q...): positive where the potential lives. Optional: poles(q...): numbers whose whole parts, -1 and 0 of what
+    changes its sign, change at poles of V, of which a step may see nothing: an orbit that has passed one where V is
+    infinite is COLLAPSED, or an adaptive step taken again; coordinates (n names); angles (see `Angles`); for
     tangent vectors tangent_force(q..., dq...), the change of the force along dq, and T quadratic; isotropic: whether
     p_eta and p_gamma of a body in the two planes a and b are conserved; kind, a `Kind`. One that is ROTATING has
     angular_velocity(), the rate Omega at which the frame of its first two coordinates x, y turns: H = T(p) + V(q) -
@@ -117,10 +119,8 @@ class Nonseparable(Protocol):
 
     energy(q..., p...) = H; rates(q..., p...) = dH/dp, -dH/dq, 2n numbers; tangent_rates(q..., p..., dq..., dp...), the
     change of the rates along a vector; margin(q..., p...): positive where the system lives. Optional: coordinates and
-    momenta, n names each; angles; periods(): for each row its period, 0 where it has none; poles(q..., p...): numbers
-    that change sign where H has poles, of which a step may see nothing: an orbit that has passed one where H is
-    infinite is COLLAPSED, or an adaptive step taken again. With a drive the last
-    coordinate is the time, as in `Model`, and H has + p_t.
+    momenta, n names each; angles; periods(): for each row its period, 0 where it has none; poles(q..., p...): see
+    `Model`. With a drive the last coordinate is the time, as in `Model`, and H has + p_t.
     """
 
     @property

@@ -41,8 +41,8 @@ class Traits:
 
     @property
     def poles(self) -> bool:
-        """Whether it tells of poles of its H(q, p), which steps may pass without seeing them."""
-        return self.nonseparable and hasattr(self.model, "poles")
+        """Whether it tells of poles, which steps may pass without seeing them."""
+        return not self.iterated and hasattr(self.model, "poles")
 
     @property
     def energetic(self) -> bool:

@@ -24,6 +24,8 @@ MARKS = {
 }
 """Shapes of bifurcations; others are circles."""
 FREQUENCY = "frequency"
+PIECES = 12
+"""Straight pieces that are drawn between two points."""
 STABLE = (Stability.ELLIPTIC, Stability.PARABOLIC, Stability.ATTRACTING)
 
 
@@ -47,7 +49,8 @@ def plot_backbone(
         "frequency"; angular: draw 2 pi/T, in radians per unit time, instead of cycles; names: of the families, for the
         legend; bifurcations: mark them.
 
-    Solid: elliptic (multipliers on the unit circle) or attracting, dashed: others. T is the period in time of the whole
+    Solid: elliptic (multipliers on the unit circle) or attracting, dashed: others. Between the points of a branch its
+    curve is a cubic spline in the arclength. T is the period in time of the whole
     orbit, of relative periodic orbits that of the reduced motion.
 
     :Returns: Artists: points are the solid and dashed curves, NaN elsewhere; lines the marks of bifurcations, labels
@@ -81,12 +84,13 @@ def plot_backbone(
             height = turn / branch.orbits.time if row is None or branch.swing is None else branch.swing[row]
         height = np.where(fine, height, np.nan)
         stable = np.isin(branch.orbits.stability, STABLE)
+        point, along, across = _smooth(branch.arclength, branch.value, height)
+        # Pieces are of the kind of the point behind them, so that curves of two kinds meet.
+        ends = np.minimum([np.ceil(point), np.floor(point) + 1], len(stable) - 1).astype(np.int64)
         for steady in (True, False):
-            own = np.where(_joined(stable == steady), height, np.nan)
-            (curve,) = ax.plot(
-                branch.value, own, color=colour, ls="-" if steady else (0, (3, 1.6)), lw=1.7 if steady else 1.2
-            )
-            carry(curve, branch.value, own, np.arange(own.size))
+            own = np.where((stable[ends] == steady).any(axis=0), across, np.nan)
+            (curve,) = ax.plot(along, own, color=colour, ls="-" if steady else (0, (3, 1.6)), lw=1.7 if steady else 1.2)
+            carry(curve, along, own, np.rint(point).astype(np.int64))
             curves.append(curve)
         if names is not None and not known:
             handles += ax.plot([], [], color=colour, lw=1.7, label=name)
@@ -124,11 +128,21 @@ def _followed(branches: Sequence[Branch]) -> str:
     return "parameter" if own else "energy"
 
 
-def _joined(mask: np.ndarray) -> np.ndarray:
-    """Return a mask with one more point at each end of its runs, so that curves of two kinds meet."""
-    grown = mask.copy()
-    grown[:-1] |= mask[1:] & ~mask[:-1]
-    return grown
+def _smooth(arclength: np.ndarray, value: np.ndarray, height: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return the curve through the points of a branch, with points between: their numbers, values and heights. Straight
+    where points are too few, or without a height.
+    """
+    from scipy.interpolate import CubicSpline
+
+    shares = np.linspace(0.0, 1.0, PIECES, endpoint=False)
+    point = np.append(np.add.outer(np.arange(len(value) - 1), shares).ravel(), len(value) - 1.0)
+    number = np.arange(len(value))
+    rows = np.array([[*np.interp(point, number, row)] for row in (value, height)])
+    if len(value) > 2 and np.isfinite(height).all() and (np.diff(arclength) > 0).all():
+        at = np.interp(point, number, arclength)
+        between = point % 1 > 0
+        rows[:, between] = CubicSpline(arclength, [value, height], axis=1)(at[between])
+    return point, rows[0], rows[1]
 
 
 def _marked(ax: Any, branches: Sequence[Branch], turn: float, row: int | None) -> list[Any]:

@@ -75,13 +75,21 @@ def _needed(result: Any, other: Any) -> Any:
 
 def _over(draw: Callable) -> Callable:
     """Return the figure of frequencies that draws them over an EnergyGrid or EnergySample of their orbits, where one is
-    given.
+    given, with a web of resonances over a grid.
     """
 
-    def figure(found: Any, starts: Any = None, **options: Any) -> Any:
+    def figure(found: Any, starts: Any = None, *, web: Any = None, **options: Any) -> Any:
+        if web is not None and not isinstance(starts, EnergyGrid):
+            raise TypeError(
+                f"web= is drawn over the EnergyGrid that it is of: result.plot(grid, web=web), got {starts!r}"
+            )
         if starts is None:
             return draw(found, **options)
-        return plot_starts(starts, values=colouring(found, "diffusion"), **options)
+        drawn = plot_starts(starts, values=colouring(found, "diffusion"), **options)
+        if web is None:
+            return drawn
+        lines = plot_web(web, ax=drawn.points.axes, names=found.names, axes=starts.axes)
+        return drawn._replace(lines=lines.lines, labels=(*drawn.labels, *lines.labels))
 
     return figure
 

@@ -8,13 +8,14 @@ from typing import Any
 import numpy as np
 
 from ..analysis.frequencies.frequencies import FrequencyKind
+from ..analysis.frequencies.own_lines import by_own_lines, in_time
 from ..base.numbers import entries, reals
 from ..base.status import Status
 from ..schemes.catalogue import ITERATION
 from .colour_bars import colour_bar
 from .labels import Box, drawn_points, settled, write_along
 from .picking import carry
-from .ratios import by_own_lines, frequencies_of, frequency, in_time, lines_of
+from .ratios import frequencies_of, frequency, lines_of
 from .scales import colouring, colours_of, orbit_colours
 from .sections import why
 from .style import DARK, GREY, Artists, beyond, figure, nothing, symbol

@@ -10,43 +10,8 @@ from typing import Any
 
 import numpy as np
 
-from ..analysis.frequencies.frequencies import FrequencyKind
+from ..analysis.frequencies.own_lines import in_time, own_lines
 from ..base.numbers import an_array, shown, text, whole
-from ..schemes.catalogue import ITERATION
-
-CAUGHT = 0.25
-"""Share of a leading line by which that of a resonance's own swing may differ from it: of bananas in logarithmic
-potentials it is 0.04 to 0.2, of harmonics in discs 0.27 to 0.52.
-"""
-
-
-def in_time(frequency_map: Any) -> bool:
-    """Tell whether frequencies are those of a flow, in cycles per unit time: tunes of a map are modulo a turn."""
-    return hasattr(frequency_map, "leading") and frequency_map.scheme is not ITERATION
-
-
-def by_own_lines(frequency_map: Any) -> bool:
-    """Tell whether figures are of the coordinates' own lines: of flows in time, but for a body's planes."""
-    return in_time(frequency_map) and frequency_map.nu_eta is None
-
-
-def harmonics(found: Any) -> np.ndarray:
-    """Tell which leading lines (n, orbits) of regular orbits are but a harmonic of another coordinate's: leading_i =
-    c nu_j with c > 1, where nu_j leads its own coordinate, and the own nu_i is far from it.
-
-    The radius of an orbit in a galaxy has the line 2 nu_z, often its strongest. Orbits that a resonance has caught,
-    such as bananas, have these lines too, but swing about them slowly: their nu_i is within `CAUGHT` of the leading
-    one, which stays.
-    """
-    rows, orbits = np.arange(len(found.basis))[:, None], np.arange(found.basis.shape[2])
-    size = np.abs(found.basis)
-    source = size.argmax(axis=1)  # (n, orbits): the generator j of each row
-    alone = np.count_nonzero(size, axis=1) == 1
-    leads = alone & (source == rows) & (size.sum(axis=1) == 1)
-    with np.errstate(all="ignore"):
-        far = np.abs(found.nu / found.leading - 1) > CAUGHT
-    multiple = alone & (size.sum(axis=1) > 1) & (source != rows)
-    return multiple & leads[source, orbits] & far & (found.kind == FrequencyKind.INDEPENDENT)
 
 
 def frequencies_of(found: Any, chosen: Any = None) -> np.ndarray:
@@ -59,11 +24,7 @@ def frequencies_of(found: Any, chosen: Any = None) -> np.ndarray:
             example = "found.nu or found.leading" if in_time(found) else "found.nu"
             raise ValueError(f"frequencies must be an array {found.nu.shape}, such as {example}, got {shown(chosen)}")
         return np.where(np.isfinite(found.error), values, np.nan)
-    nu = np.where(np.isfinite(found.error), found.nu, np.nan)
-    if not by_own_lines(found):
-        return nu
-    leading = np.where(np.isfinite(found.leading_error), found.leading, np.nan)
-    return np.where(harmonics(found), nu, leading)
+    return own_lines(found)[0]
 
 
 def frequency(frequency_map: Any, name: str, frequencies: Any = None) -> np.ndarray:

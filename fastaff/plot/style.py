@@ -60,20 +60,14 @@ INK: Any = dict.fromkeys(("text.color", "axes.labelcolor", "axes.edgecolor", "xt
 """Settings on white paper, where the user's are for dark."""
 PAPER: Any = {"figure.facecolor": "white", "axes.facecolor": "white", "savefig.facecolor": "auto"}
 
+GREEK = """alpha beta gamma delta zeta eta theta vartheta kappa lambda mu xi rho sigma tau chi psi omega Gamma Delta
+Omega"""
+
 SYMBOLS = {
-    "alpha": r"\alpha",
-    "beta": r"\beta",
-    "eta": r"\eta",
-    "gamma": r"\gamma",
+    **{name: rf"\{name}" for name in GREEK.split()},
+    "epsilon": r"\varepsilon",
     "phi": r"\varphi",
-    "psi": r"\psi",
-    "kappa": r"\kappa",
-    "lambda": r"\lambda",
     "lam": r"\lambda",
-    "mu": r"\mu",
-    "rho": r"\rho",
-    "vartheta": r"\vartheta",
-    "omega": r"\omega",
     "D1": "D_1",
     "D2": "D_2",
     "area": r"\mathrm{area}",

@@ -131,3 +131,90 @@ def test_every_control_has_a_name_and_room(browser, tmp_path, width):
     sheet.wait("app.orbits.shown.size === 0")
     assert sheet.said == []
     context.close()
+
+
+FOCUS = """() => { const one = document.activeElement;
+  return one.getAttribute("aria-label") || one.dataset.do || one.dataset.part || one.textContent }"""
+COVERED = """() => { const one = document.activeElement, box = one.getBoundingClientRect();
+  return document.elementFromPoint(box.x + box.width / 2, box.y + 2) !== one }"""
+
+
+def test_keys_alone_reach_every_orbit(browser, tmp_path):
+    """Of more rows than are elements of the page, both ways, none under the head of the table; a button that takes its row away leaves the focus to the next one's; the list of colours keeps it."""
+    path = fa.explore(fa.HenonHeiles(), energy=0.1, out=tmp_path / "page.html")
+    context = browser.new_context(viewport={"width": 1280, "height": 700}, reduced_motion="reduce")
+    sheet = Sheet(context, path.as_uri())
+    sheet.state("system=henon-heiles&crossings=5")
+    sheet.page.locator("[data-part=grid]").select_option("8")
+    sheet.page.locator("[data-do=fill]").press("Enter")
+    sheet.wait("app.orbits.shown.size > 30 && document.querySelector('[data-part=rows] button')")
+    count = sheet.page.evaluate("() => document.querySelector('.explorer').explorer.orbits.shown.size")
+    table = sheet.page.locator("[data-part=table]")
+    table.focus()
+    seen, rows = [], "() => new Promise((ready) => setTimeout(ready, 30))"
+    for _ in range(3 * count):
+        sheet.page.keyboard.press("Tab")
+        sheet.page.evaluate(rows)
+        seen.append(sheet.page.evaluate(FOCUS))
+    marks = [int(name.split()[-1]) for name in seen if name.startswith("Forget orbit")]
+    assert marks == sorted(marks, reverse=True)
+    assert len(marks) == count
+    for _ in range(40):
+        sheet.page.keyboard.press("Shift+Tab")
+        sheet.page.evaluate(rows)
+        assert not sheet.page.evaluate(COVERED), sheet.page.evaluate(FOCUS)
+    before = sheet.page.evaluate(FOCUS)
+    sheet.page.locator(f"[aria-label='Forget orbit {before.split()[-1]}']").press("Enter")
+    sheet.wait(f"app.orbits.shown.size === {count - 1} && !document.querySelector(\"[aria-label='{before}']\")")
+    assert sheet.page.evaluate(FOCUS) == f"Forget orbit {int(before.split()[-1]) - 1}"
+    paint = sheet.page.locator("[data-part=paint]")
+    sheet.page.locator("[data-do=density]").focus()
+    sheet.page.keyboard.press("Tab")
+    paint.press("ArrowDown")
+    assert sheet.page.evaluate(FOCUS) == "paint"
+    assert sheet.said == []
+    context.close()
+
+
+def test_the_menu_and_what_is_wrong(browser, tmp_path):
+    """Esc closes the menu and gives the focus back, as does leaving it; a wrong formula has its sentence; on a telephone the section comes before its controls."""
+    path = fa.explore(fa.HenonHeiles(), energy=0.1, points=[[0.1], [0.2]], out=tmp_path / "page.html")
+    context = browser.new_context(viewport={"width": 390, "height": 844}, reduced_motion="reduce")
+    sheet = Sheet(context, path.as_uri())
+    sheet.done(1)
+    page, opened = sheet.page, "() => document.querySelector('[data-part=save]').open"
+    summary = page.locator("[data-part=save] > summary")
+    summary.press("Enter")
+    page.keyboard.press("Tab")
+    assert page.evaluate(FOCUS) == "save-picture"
+    page.keyboard.press("Escape")
+    assert not page.evaluate(opened)
+    assert page.evaluate("() => document.activeElement.tagName") == "SUMMARY"
+    assert page.evaluate("() => document.querySelector('.explorer').explorer.orbits.chosen !== null")
+    summary.press("Enter")
+    for _ in range(5):
+        page.keyboard.press("Tab")
+    assert page.evaluate(FOCUS) == "theme"
+    assert not page.evaluate(opened)
+    if page.evaluate("() => CSS.supports('reading-flow', 'grid-rows')"):
+        page.locator("[data-do=help]").focus()
+        page.keyboard.press("Tab")
+        assert page.evaluate(FOCUS) == "box"
+    sheet.state("system=your-plane")
+    for part, text in (("coordinates", "x"), ("period", "2*pi/w"), ("formula", "x**2/2 - f*x*cos(w*t)")):
+        page.locator(f"[data-part={part}]").fill(text)
+        page.locator(f"[data-part={part}]").press("Tab")
+    sheet.wait("app.root.dataset.driven !== undefined")
+    for script in (NAMELESS, UNLABELLED, SMALL):
+        assert page.evaluate(script) == []
+    formula = page.locator("[data-part=formula]")
+    formula.fill("x**2/2 - f*x*cos(w*t")
+    formula.press("Tab")
+    sheet.wait("app.part('formula').getAttribute('aria-invalid') === 'true'")
+    described = formula.get_attribute("aria-describedby")
+    assert "was never closed" in page.locator(f"#{described}").inner_text()
+    formula.fill("x**2/2 - f*x*cos(w*t)")
+    formula.press("Tab")
+    sheet.wait("!app.part('formula').hasAttribute('aria-describedby')")
+    assert sheet.said == []
+    context.close()

@@ -23,7 +23,7 @@ from .angle_lines import LineTable
 from .angle_loops import Layout, Plain
 from .frequencies import MANY_TURNS, FrequencyKind, FrequencyMap
 from .methods import BirkhoffAverages, NaffLines
-from .plane_modes import entangled
+from .plane_modes import driven, entangled
 from .rooms import Room
 from .running_turns import ROWS, running_means
 from .signals import signals_of
@@ -178,7 +178,8 @@ class MapFrequencies:
         found = _Window(nu, error, np.zeros((n, orbits), np.int8), halves, np.full(orbits, float(self.length)))
         fallback = FALLBACK if self.chosen.fallback is None else self.chosen.fallback
         with_lines = whole_ones & (moving & (error > fallback))[~wound].any(axis=0)
-        with_lines |= whole_ones & moving[~wound].all(axis=0) & entangled(nu[~wound], self.length)
+        shared = entangled(nu[~wound], self.length) | driven(nu[~wound], error[~wound]).any(axis=0)
+        with_lines |= whole_ones & moving[~wound].all(axis=0) & shared
         again = np.flatnonzero(with_lines | (~whole_ones & (counts >= LEAST) & ~wound.all()))
         for part in self._portions(again):
             self._sampled(start.of(part), part, found, fallback)
@@ -248,7 +249,7 @@ class MapFrequencies:
         some, largest = self.later.any(axis=0), change.max(axis=0)
         span = self.span if self.kept else self.span / 2
         kind = np.where(known.all(axis=0), FrequencyKind.INDEPENDENT, FrequencyKind.DEPENDENT)
-        kind[self._dependent().any(axis=0)] = FrequencyKind.DEPENDENT
+        kind[self._dependent()] = FrequencyKind.DEPENDENT
         kind[span * largest > CHANGED] = FrequencyKind.UNDECIDED
         beyond = np.where(self._wound_rows()[:, None], SWINGS, calm_change(self.nu, self.halves, span))
         kind[(span * change > beyond).any(axis=0)] = FrequencyKind.IRREGULAR
@@ -286,18 +287,10 @@ class MapFrequencies:
         return np.array([period > 0 for period in self.flow.model.periods()[: len(self.nu)]])
 
     def _dependent(self) -> np.ndarray:
-        """Tell which rotation numbers are fractions, of an angle that goes around with a chain of islands, and which
-        tunes are related, as of a plane that another drives (n, orbits).
+        """Tell of which orbits (orbits,) a rotation number is a fraction, of an angle that goes around with a chain of
+        islands, or tunes are related, as of a plane that another drives.
         """
-        n, q = len(self.nu), np.arange(1, LOCKED + 1)[:, None, None]
-        wound = self._wound_rows()[:, None]
+        q, wound = np.arange(1, LOCKED + 1)[:, None, None], self._wound_rows()
         beat = np.abs(q * self.nu - np.rint(q * self.nu))
-        locked = wound & (beat <= q * np.minimum(self.error, 1 / self.length)).any(axis=0)
-        for i in range(n):
-            for j in range(i):
-                for apart in (self.nu[i] - self.nu[j], self.nu[i] + self.nu[j]):
-                    near = np.abs(apart - np.rint(apart)) <= self.error[i] + self.error[j]
-                    locked[i] |= near & np.isfinite(self.error[i] + self.error[j])
-        plain = np.flatnonzero(~wound[:, 0])
-        locked[plain] |= relations(self.nu[plain], self.error[plain], self.span)[0]
-        return locked
+        locked = wound[:, None] & (beat <= q * np.minimum(self.error, 1 / self.length)).any(axis=0)
+        return locked.any(axis=0) | relations(self.nu, self.error, self.span, wound)[0]

@@ -14,8 +14,10 @@ import numpy as np
 from ...compile.plane_loops import COLUMNS
 from .fundamental import LINE_WIDTH, WEAK
 from .integer_lattice import ball
-from .naff import found_lines
+from .line_rates import drifts
+from .naff import FrequencyLines, found_lines
 from .readings import SAME
+from .turning import CHANCE, CHANGED
 from .windows import LINE_ORDER, cosine_window, fast_length
 
 LINES = 6
@@ -36,6 +38,11 @@ BLURRED = 0.1
 EQUAL = 0.03
 """Part by which shares differ that are equal: those of coordinates turned by 45 degrees."""
 
+HARMONIC, CAUGHT = 4, 0.1
+"""Largest harmonic of another plane's tune that a plane may show; and the share of the smallest tune by which the lines
+of an orbit that is caught in such a resonance, and swings about it, may differ from it.
+"""
+
 APART = 1e-7
 """Smallest over largest singular value of amplitudes that say which line is whose."""
 
@@ -51,16 +58,18 @@ def plane_values(z: np.ndarray, planes: np.ndarray) -> np.ndarray:
     return np.ascontiguousarray(f.swapaxes(0, 1))
 
 
-def modes_of(f: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def modes_of(f: np.ndarray, harmonic: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return which orbits (orbits,) of loops f (orbits, n, samples) have n independent lines, for these the lines (n,
     some), and their modes as planes (2n, some, samples): each in the place, and in the sense, of the loop of whose
-    motion it has most.
+    motion it has most. Orbits that show a `harmonic` (n, orbits) are taken without their combined lines.
     """
     n, samples = f.shape[1], fast_length(f.shape[2])
-    g, known = _generators(f[:, :, :samples])
+    g, known, found = _generators(f[:, :, :samples])
     if not known.any():
         return known, np.zeros((n, 0)), np.zeros((2 * n, 0, f.shape[2]))
     f, g = f[known], g[known]
+    alone = harmonic[:, known].any(axis=0)
+    f[alone] -= _combined(found.take(np.flatnonzero(known)[alone]), g[alone], f.shape[2])
     plus, minus = _amplitudes(f[:, :, :samples], g)  # (orbits, n loops, n lines): of +g and of -g
     share = np.abs(np.abs(plus) ** 2 - np.abs(minus) ** 2) + 1e-3 * (np.abs(plus) ** 2 + np.abs(minus) ** 2)
     place = _places(share / share.sum(axis=2, keepdims=True), np.abs(g))
@@ -81,9 +90,21 @@ def modes_of(f: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     return known, np.where(other, -g, g).T, np.concatenate([e.real, -e.imag])
 
 
-def _generators(f: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the strongest independent lines (orbits, n) of loops f (orbits, n, samples), a loop's strongest first, and
-    which orbits (orbits,) have n.
+def _combined(found: FrequencyLines, g: np.ndarray, samples: int) -> np.ndarray:
+    """Return the part (orbits, n, samples) of loops that is their lines found, but for +g and -g (orbits, n)."""
+    apart = np.abs(found.nu)[..., None] - np.abs(g)[:, None, None]
+    others = (_off(apart) * samples > SAME).all(axis=3)
+    amplitude = np.where(others & np.isfinite(found.error), found.amplitude, 0.0)
+    result = np.zeros((*amplitude.shape[:2], samples), complex)
+    for nu, a in zip(np.moveaxis(found.nu, 2, 0), np.moveaxis(amplitude, 2, 0), strict=True):
+        turns = nu[..., None] * np.arange(samples)
+        result += a[..., None] * np.exp(2j * np.pi * (turns - np.rint(turns)))
+    return result
+
+
+def _generators(f: np.ndarray) -> tuple[np.ndarray, np.ndarray, FrequencyLines]:
+    """Return the strongest independent lines (orbits, n) of loops f (orbits, n, samples), a loop's strongest first,
+    which orbits (orbits,) have n, and all lines found.
     """
     orbits, n, samples = f.shape
     found = found_lines(f, 1.0, max(1, min(n + LINES, samples // 4 - LINE_ORDER)), LINE_ORDER)
@@ -115,7 +136,7 @@ def _generators(f: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
             whole |= finer
         g[every[new], rank[new]], spread[every[new], rank[new]] = line[new], width[new]
         rank[new] += 1
-    return g, rank == n
+    return g, rank == n, found
 
 
 def _amplitudes(f: np.ndarray, g: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -145,10 +166,49 @@ def _places(share: np.ndarray, nu: np.ndarray) -> np.ndarray:
     return place
 
 
+def restless(f: np.ndarray, halves: np.ndarray, length: int, threads: int) -> np.ndarray:
+    """Tell which loops f (signals, samples) belong to chaotic orbits: their mean turns change from half to half (2,
+    signals), and so does their strongest line.
+    """
+    result = length / 2 * np.abs(halves[0] - halves[1]) > CHANGED
+    some = np.ascontiguousarray(f[result][:, None])
+    leading = np.abs(found_lines(some, 1.0, 1, LINE_ORDER, threads).nu[:, :, 0])
+    result[result] = drifts(some, leading, np.ones(leading.shape, bool), 1.0, threads)
+    return result
+
+
 def entangled(nu: np.ndarray, length: int) -> np.ndarray:
     """Tell which orbits (orbits,) have two tunes nu (n, orbits) that are one line over a window of that many steps."""
     result = np.zeros(nu.shape[1], bool)
     for one, other in itertools.combinations(nu, 2):
         for apart in (one - other, one + other):
-            result |= np.abs(apart - np.rint(apart)) * length < SAME
+            result |= _off(apart) * length < SAME
     return result
+
+
+def driven(nu: np.ndarray, error: np.ndarray) -> np.ndarray:
+    """Tell which tunes nu (n, orbits), with their errors, are harmonics of another one: the plane that shows one may
+    have a tune of its own behind it.
+    """
+    result = np.zeros(nu.shape, bool)
+    for i, j in itertools.permutations(range(len(nu)), 2):
+        for k in range(2, HARMONIC + 1):
+            width = error[i] + k * error[j]
+            width[width > CHANCE] = -1.0
+            for apart in (nu[i] - k * nu[j], nu[i] + k * nu[j]):
+                result[i] |= _off(apart) <= width
+    return result
+
+
+def own_tunes(nu: np.ndarray, harmonic: np.ndarray, modes: np.ndarray, length: int) -> np.ndarray:
+    """Tell for which orbits (orbits,) `modes` (n, orbits) are tunes behind those of nu (n, orbits) that are harmonics
+    (n, orbits), the others being as before; not those of an orbit that a resonance has caught: it and its slow swing.
+    """
+    change = _off(modes - nu)
+    fits = np.where(harmonic, change > CAUGHT * _off(modes).min(axis=0), change * length < SAME).all(axis=0)
+    return np.asarray(fits & harmonic.any(axis=0))
+
+
+def _off(turns: np.ndarray) -> np.ndarray:
+    """Return how far turns are from whole ones."""
+    return np.abs(turns - np.rint(turns))

@@ -14,7 +14,13 @@ from numpy.typing import ArrayLike
 from ...base.axes import along
 from ...base.numbers import an_array, entries, numbers, real, shown, span, whole
 from ...base.results import Result
+from .own_lines import calm, own_lines
 from .resonances import MAX_ORDER, checked_frequencies, equation, vectors, widths
+
+TORN, BIN = 0.03, 0.1
+"""Share of the largest frequency by which own lines of neighbours differ where they are not those of one family; cycles
+over the time of a map within which frequencies are alike.
+"""
 
 
 @dataclass(frozen=True)
@@ -62,7 +68,9 @@ def resonance_web(
     ----------
     nu : array (n, n1, n2) or result
         Frequencies, n = 2 to 4, NaN where there is no orbit or it is not regular. A FrequencyMap of the orbits of a
-        grid, given as `axes`, stands for those of its regular orbits, with their errors.
+        grid, given as `axes`, stands for the coordinates' own lines of the orbits that are not seen to be chaotic, with
+        their errors; for its `nu` where the own lines of most of them are dependent, such as those of loops around a
+        centre, which ``angles="R z phi"`` tells apart.
     axes : arrays (n1,) and (n2,), or EnergyGrid, optional
         Coordinates of the grid (default: its indices).
     max_order : int, default 8
@@ -73,7 +81,7 @@ def resonance_web(
         Width of a resonance; default 1e-6, and 0.
     jump : float, optional
         Cells in which a frequency differs by more than ``jump max|nu|`` between neighbours are left out (default:
-        none).
+        none, of own lines 0.03).
     shortest : int, default 4
         Lines of fewer points, made by noise at the edge of an island, are dropped.
 
@@ -102,6 +110,14 @@ def resonance_web(
 
     Examples
     --------
+    Over a grid of starts at one energy, drawn over the diffusion by ``found.plot(grid, web=web)``:
+
+    >>> galaxy = fa.hamiltonian("log(0.01 + x**2 + y**2/0.81 + z**2/0.49)/2", coordinates="x y z")
+    >>> starts = {"theta": np.linspace(0.1, 1.4, 4), "phi": np.linspace(0.1, 1.4, 4)}
+    >>> grid = fa.energy_grid(galaxy, energy=0.0, axes=starts, at_rest=True)
+    >>> found = fa.frequency_map(galaxy, grid.z0, time=200.0)
+    >>> web = fa.resonance_web(found, axes=grid, max_order=5)
+
     >>> nu = np.array(np.meshgrid(np.linspace(0.2, 0.4, 9), np.linspace(0.21, 0.43, 9)))
     >>> [line.vector for line in fa.resonance_web(nu, max_order=2)]
     [(1, -1)]
@@ -109,7 +125,8 @@ def resonance_web(
     import contourpy
 
     if hasattr(axes, "spread"):
-        nu, errors, axes = _over(axes, nu, errors)
+        nu, errors, axes, torn = _over(axes, nu, errors)
+        jump = torn if jump is None else jump
     elif hasattr(nu, "regular"):
         raise TypeError(
             f"axes must be the EnergyGrid of whose orbits nu, a {type(nu).__name__}, is, got {type(axes).__name__}: "
@@ -146,16 +163,19 @@ def resonance_web(
     return _distinct(found, everywhere)
 
 
-def _over(grid: Any, found: Any, errors: Any) -> tuple[np.ndarray, Any, Any]:
-    """Return the frequencies of a map's regular orbits over their grid, their errors and the grid's axes."""
+def _over(grid: Any, found: Any, errors: Any) -> tuple[np.ndarray, Any, Any, float | None]:
+    """Return the frequencies of a map's calm orbits over their grid, their errors, the grid's axes, and what tears."""
     if not (hasattr(found, "regular") and np.shape(found.regular) == grid.cell.shape):
         raise TypeError(
             f"nu must be a frequency map of the {grid.cell.size} orbits of the grid in axes, got {shown(found)}"
         )
-    rows = (np.where(found.regular, row, np.nan) for row in (*found.nu, *found.error))
+    known, n = calm(found), len(found.nu)
+    lost = np.linalg.matrix_rank(found.basis[:, :, known].transpose(2, 0, 1)) < n
+    alike = 2 * np.count_nonzero(lost) >= lost.size
+    nu, error = (found.nu, found.error) if alike else own_lines(found)
+    rows = (np.where(known, row, np.nan) for row in (*nu, *np.maximum(error, BIN / found.time)))
     over = np.array([grid.spread(row).filled(np.nan) for row in rows])
-    n = len(found.nu)
-    return over[:n], np.nan_to_num(over[n:]) if errors is None else errors, grid.axes
+    return over[:n], np.nan_to_num(over[n:]) if errors is None else errors, grid.axes, None if alike else TORN
 
 
 def ratio_web(

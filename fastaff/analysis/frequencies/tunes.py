@@ -23,10 +23,10 @@ from .angle_lines import AngleLines, LineTable
 from .angle_loops import Layout, Plain
 from .frequencies import MANY_TURNS, FrequencyKind
 from .integer_lattice import ball
-from .line_rates import drifts, line_rates, lines_of
+from .line_rates import line_rates, lines_of
 from .methods import BirkhoffAverages, NaffLines, checked_method, method_of
 from .naff import FrequencyLines, found_lines
-from .plane_modes import entangled, modes_of, plane_values
+from .plane_modes import driven, entangled, modes_of, own_tunes, plane_values, restless
 from .readings import SAME
 from .signals import signals_of
 from .turning import (
@@ -177,10 +177,12 @@ def tunes(
     the strongest line of the plane, fitted with seven others, that is no small combination of the others' tunes. Where
     all of these are harmonics of one, as of a loop beside its centre, a crescent, it is that one, in the sense in which
     the loop goes around its area; a loop that jumps across its centre from turn to turn may show a harmonic. Where two
-    planes show one line, or a loop passes through its centre, the strongest independent lines of all planes are modes.
-    Their amplitudes tell which combinations turn in one mode alone: these loops are averaged, and each plane gets the
-    mode with the largest share of its motion (equal shares: in ascending order). For motion in time, without the
-    modulus, see `orbit_frequencies`.
+    planes show one line, or one a harmonic of another's, or a loop passes through its centre, the strongest independent
+    lines of all planes are modes. Their amplitudes tell which combinations turn in one mode alone: these loops,
+    of harmonics without the combined lines, are averaged, and each plane gets the mode with the largest share of its
+    motion (equal shares: in ascending order). A plane that shows a harmonic, as y of 2 nu_x by a sextupole, so gets its
+    own tune, where it has a line of it; an orbit that a resonance has caught, whose lines lie close by, stays at it.
+    For motion in time, without the modulus, see `orbit_frequencies`.
 
     Errors: 5 times the largest difference of windows of unequal lengths and starts from the whole, the possible effect
     of unseen slow beats near a fraction p/m or a relation ``|k| < 6`` of two tunes, and rounding. Orbits that ended are
@@ -314,21 +316,23 @@ class TuneWork:
         their centres (`rough`).
         """
         length = z.shape[2] - 1
-        twice = entangled(means.nu, length)
-        needed = (twice | rough) & (turning.planes[:, :, COLUMNS.a] != 0).all(axis=1) & (len(means.nu) > 1)
-        for _, orbits in _parts(needed[None], max(1, AT_ONCE // (len(z) * (length + 1)))):
+        twice, harmonic = entangled(means.nu, length), driven(means.nu, means.error)
+        needed = (twice | harmonic.any(axis=0) | rough) & (turning.planes[:, :, COLUMNS.a] != 0).all(axis=1)
+        for _, orbits in _parts(needed[None] & (len(means.nu) > 1), max(1, AT_ONCE // (len(z) * (length + 1)))):
             f = plane_values(z[:, orbits], turning.planes[orbits])
             halves = means.halves[:, :, orbits].swapaxes(1, 2).reshape(2, -1)
-            restless = _restless(f.reshape(-1, length + 1), halves, length, self.threads).reshape(f.shape[:2])
-            calm = ~restless.all(axis=1)
+            wild = restless(f.reshape(-1, length + 1), halves, length, self.threads).reshape(f.shape[:2])
+            calm = ~wild.all(axis=1)
             if not calm.any():
                 continue
-            known, lines, modes = modes_of(f[calm])
+            known, lines, modes = modes_of(f[calm], harmonic[:, orbits[calm]])
             if not known.any():
                 continue
             _, found, how, _ = self._read(modes, length)
             own = orbits[calm][known]
-            better = twice[own] | (found.error.max(axis=0) < means.error[:, own].max(axis=0))
+            finer = found.error.max(axis=0) < means.error[:, own].max(axis=0)
+            better = twice[own] | (finer & ~harmonic[:, own].any(axis=0))
+            better |= own_tunes(means.nu[:, own], harmonic[:, own], found.nu, length)
             off = np.abs(found.nu - lines - np.rint(found.nu - lines))
             good = better & (np.maximum(off, found.error) * length < SAME).all(axis=0) & ~entangled(found.nu, length)
             own = own[good]
@@ -357,7 +361,7 @@ class TuneWork:
             a, b, c = (known[:, k, None] for k in (COLUMNS.a, COLUMNS.b, COLUMNS.c))
             f = a * x + 1j * (b * x + c * y)
             halves = means.halves[:, planes, orbits]
-            if not always and not (kept := ~_restless(f, halves, length, self.threads)).all():
+            if not always and not (kept := ~restless(f, halves, length, self.threads)).all():
                 planes, orbits, rough, f = planes[kept], orbits[kept], rough[kept], f[kept]
             turns = rough[:, None] * t
             f *= np.exp(-2j * np.pi * (turns - np.rint(turns)))
@@ -385,17 +389,6 @@ class TuneWork:
         means = Means(self.nu, self.error, self.halves)
         lines = None if self.lines is None else self.lines.result()
         return tunes_of(self.given.angles, means, self.method, self.turns, self.window, self.status, lines)
-
-
-def _restless(f: np.ndarray, halves: np.ndarray, length: int, threads: int) -> np.ndarray:
-    """Tell which loops f (signals, samples) belong to chaotic orbits: their mean turns change from half to half (2,
-    signals), and so does their strongest line.
-    """
-    result = length / 2 * np.abs(halves[0] - halves[1]) > CHANGED
-    some = np.ascontiguousarray(f[result][:, None])
-    leading = np.abs(found_lines(some, 1.0, 1, LINE_ORDER, threads).nu[:, :, 0])
-    result[result] = drifts(some, leading, np.ones(leading.shape, bool), 1.0, threads)
-    return result
 
 
 def _own_lines(

@@ -36,7 +36,7 @@ its orbit swings slowly in one; and by which its tunes are off the resonance the
 """
 
 RELATED, CHANCE = 5, 1e-3
-"""Largest |k|_1 of a relation of two tunes, and the width up to which one is no chance."""
+"""Largest |k|_1 of a relation of two tunes, and the width up to which one is no chance, unless the tunes are equal."""
 
 UNSEEN, FAINT = 0.3, 0.1
 """Cycles over the window up to which all windows see the same part of the beat of two lines; and the relative amplitude
@@ -165,17 +165,24 @@ def unresolved(rotation: np.ndarray, steps: np.ndarray | float) -> np.ndarray:
     return total(4.0 * 0.5**m * beat / m * damping(beat * steps))
 
 
-def relations(nu: np.ndarray, error: np.ndarray, window: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def relations(
+    nu: np.ndarray, error: np.ndarray, window: np.ndarray, wound: np.ndarray | None = None
+) -> tuple[np.ndarray, np.ndarray]:
     """Return of which orbits (orbits,) a relation of two tunes nu (n, orbits) is 0 within their errors over windows
     (orbits,), and how far (n, orbits) lines that the window does not tell from one may move tunes.
+
+    wound (n,): coordinates that go round, which sums and differences alone relate.
     """
     dependent, unseen = np.zeros(nu.shape[1], bool), np.zeros_like(nu)
     for a in range(1, RELATED):
         for b in range(a - RELATED, RELATED - a + 1):
+            equal = a + abs(b) == 2
             for i, j in itertools.permutations(range(len(nu)), 2) if b else ():
+                if not equal and wound is not None and (wound[i] or wound[j]):
+                    continue
                 apart, width = a * nu[i] + b * nu[j], a * error[i] + abs(b) * error[j]
                 beat = np.abs(apart - np.rint(apart))
-                dependent |= beat <= np.where(width < CHANCE, width, -1.0)
+                dependent |= beat <= np.where(width < (math.inf if equal else CHANCE), width, -1.0)
                 unseen[i] = np.maximum(unseen[i], np.where(beat * window < UNSEEN, FAINT * beat, 0.0))
     return dependent, unseen
 

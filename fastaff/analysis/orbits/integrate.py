@@ -25,7 +25,7 @@ from ...flows.launch import Report
 from ...flows.motion import motion
 from ...flows.options import Options, Problem
 from ...flows.time_transformed import TransformedFlow
-from ...flows.tolerances import SLOW, left, tightened, with_tolerance
+from ...flows.tolerances import SLOW, left, tightened, unsure, with_tolerance
 from ...models.contracts import Dynamics
 from ...models.mechanics import system_of
 from ...schemes.automatic import Automatic
@@ -153,7 +153,7 @@ def integrate(
     it, near a separatrix by many orders. The estimates cover 99 % of the true errors. Where rounding alone exceeds the
     accuracy, the error is larger and `accurate_until` ends. Errors of chaotic orbits grow exponentially: no step keeps
     them small, and `accurate_until` tells how long they are. Domains are checked between steps: an orbit that leaves
-    one for less goes unnoticed, but at poles of H(q, p). The energy error of a splitting does not grow, RKN12's does.
+    one for less goes unnoticed, but at poles of formulas. The energy error of a splitting does not grow, RKN12's does.
 
     Cost: `stages` forces per step, and half as much again for the second run, twice where rounding exceeds the
     accuracy. Orbits of an adaptive scheme take their own steps; a lane is refilled when its orbit ends. Peak memory:
@@ -284,9 +284,9 @@ class _Accurate:
     def _stepped(self, z: np.ndarray, report: Report | None) -> None:
         """Run the chunk with steps that are shortened until two runs agree."""
         self.used, given = self.flow.scheme, (self.motion, self.time, self.accuracy)
-        self.steps = planned(self.flow, z, *given, run=self.time, parts=2 * self.parts)
+        steps = planned(self.flow, z, *given, run=self.time, parts=2 * self.parts)
         how = self._run, self._compare, self._keep, self._drifts
-        halved(self.flow, self.steps, self.accuracy, *how, report=report)
+        halved(self.flow, unsure(steps, *given) if self.free else steps, self.accuracy, *how, report=report)
 
     def _toleranced(self, orbits: np.ndarray, tolerance: np.ndarray, report: Report | None) -> Compared:
         """Return orbits with tolerances of their own, and their states at some moments."""

@@ -12,6 +12,7 @@ import numpy as np
 from ...base.axes import along
 from ...base.interruption import keeping
 from ...base.numbers import numbers, positive, real, shown, whole
+from ...base.progress import tell
 from ...base.recipe import recorded
 from ...base.results import Result
 from ...base.short_forms import Starts, takes
@@ -253,6 +254,13 @@ def _bounds(bounds: Any) -> tuple[float, float]:
     return float(given[0]), float(given[1])
 
 
+def _reached(first: float, value: float, bounds: tuple[float, float], share: float) -> tuple[float, str]:
+    """Return the share of a branch that is done, of its steps or of the way to its bound, and where it is in words."""
+    way = (bounds[1] if value > first else bounds[0]) - first
+    done = (value - first) / way if np.isfinite(way) and way != 0.0 else 0.0
+    return max(share, done), f"at {value:.6g}"
+
+
 def _follow(family, points: list[Point], length, longest, steps, bounds) -> tuple[Status, str]:
     """Step along the branch from its first point to its bounds, its number of steps, or the shortest step; add to the
     points. Return the status and the reason for the end in words.
@@ -261,6 +269,7 @@ def _follow(family, points: list[Point], length, longest, steps, bounds) -> tupl
     shortest = SHORTEST * length
     while len(points) <= steps:
         last = points[-1]
+        tell("continuation", *_reached(start.u[-1], last.u[-1], bounds, (len(points) - 1) / steps))
         point = family.ahead(last, length)
         ahead = (
             family.products(point)[:2]

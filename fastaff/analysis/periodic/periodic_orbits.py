@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 
 from ...base.interruption import keeping
 from ...base.numbers import fits, positive, whole
+from ...base.progress import tell
 from ...base.recipe import recorded
 from ...base.short_forms import Starts, starts_of, takes
 from ...base.status import Status
@@ -247,6 +248,7 @@ class _Search:
             live = np.flatnonzero(state.live)
             if not live.size:
                 return
+            tell("periodic_orbits find_periodic_orbits", 1 - live.size / state.live.size)
             trial = state.trial[:, live]
             back = self._returned(state, live)
             state.iterations[live] += 1

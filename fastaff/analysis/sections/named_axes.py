@@ -23,7 +23,6 @@ from .surface_roots import left, rest, roots_along
 TOLERANCE = 1e-9
 """Largest relative error of the energy of a point that was found: at a wall where the potential jumps there is none."""
 
-
 AT_REST, NOTHING = -1, -2
 """What stands for the row that the energy gives where it is none."""
 
@@ -112,10 +111,16 @@ class Launching(NamedTuple):
 
 
 def on_surface(model: Any, z: np.ndarray, energy: float) -> np.ndarray:
-    """Tell which phase points z (2n, points) have this energy and lie where the potential lives."""
+    """Tell which phase points z (2n, points) have this energy and lie where the potential lives.
+
+    An energy of 0, where V has its zero, is no measure of its rounding: what it changes by along z is.
+    """
     system = system_of(model)
-    T, V = system.kinetic_energies(z), system.potential_energies(z)
-    exact = np.abs(T + V - energy) <= TOLERANCE * (np.abs(T) + np.abs(V) + abs(energy))
+    T, V, n = system.kinetic_energies(z), system.potential_energies(z), len(z) // 2
+    with np.errstate(all="ignore"):
+        along = np.abs(z * np.roll(system.slopes(z), n, axis=0)).sum(axis=0)
+        along = np.where(np.isfinite(along), along, 0.0)
+        exact = np.abs(T + V - energy) <= TOLERANCE * (np.abs(T) + np.abs(V) + abs(energy) + along)
     return exact & np.isfinite(z).all(axis=0) & system.inside(z)
 
 

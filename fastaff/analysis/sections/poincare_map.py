@@ -261,15 +261,13 @@ def _accurate(flow, body, z, crossings: Crossings, accuracy, report) -> SectionM
         return _compared(body, section, steps.motion.of(orbits), fine.found, coarse.found, weight, flow.threads)
 
     def keep(orbits: np.ndarray, fine: _Crossings, chosen: np.ndarray, error: np.ndarray) -> None:
-        where, part = orbits[chosen], fine if len(chosen) == len(orbits) else fine.of(chosen)
-        error = error[:, chosen]
-        scales = steps.motion.of(where)
-        there = np.isfinite(part.found.times)
-        late = np.where(there, error / scales.rate, np.nan)
-        apart = np.where(there, error * np.concatenate([scales.position, scales.momentum])[:, None], np.nan)
-        holds = np.where(there, error <= accuracy, True)
-        lasting = until(holds, part.found.times, part.reached)
-        put(result, where, replace(part.found, time_error=late, point_error=apart, accurate_until=lasting))
+        everything = len(chosen) == len(orbits)  # in order: taken without a copy
+
+        def some(at: slice) -> None:
+            which: Any = at if everything else chosen[at]
+            _put(result, steps, accuracy, fine, which, orbits[which], error[:, which])
+
+        by_portions(some, len(chosen), wanted * rows, flow.threads)
 
     def drifts(run: _Crossings) -> np.ndarray:
         return run.found.status == Status.ENERGY_DRIFT
@@ -281,6 +279,16 @@ def _accurate(flow, body, z, crossings: Crossings, accuracy, report) -> SectionM
             told = portion(report, number, parts)
             halved(flow, steps.of(part), accuracy, run, compare, keep, drifts, part, told)
     return result
+
+
+def _put(result: SectionMap, steps: Steps, accuracy, run: _Crossings, which, where: np.ndarray, error) -> None:
+    """Put those of a run that `which` says into the result, of orbits with the numbers `where`, with their errors."""
+    part, scales = run.found.take(which), steps.motion.of(where)
+    there = np.isfinite(part.times)
+    late = np.where(there, error / scales.rate, np.nan)
+    apart = np.where(there, error * np.concatenate([scales.position, scales.momentum])[:, None], np.nan)
+    lasting = until(np.where(there, error <= accuracy, True), part.times, run.reached[which])
+    put(result, where, replace(part, time_error=late, point_error=apart, accurate_until=lasting))
 
 
 def _compared(body, section, motion: Motion, fine: SectionMap, coarse: SectionMap, slant, threads: int) -> tuple:

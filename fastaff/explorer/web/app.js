@@ -85,6 +85,15 @@ function followHands(app) {
     const menu = part("save");
     if (menu.open && !(event.target.closest("summary") && menu.contains(event.target))) menu.open = false;
   });
+  part("save").addEventListener("keydown", (event) => {
+    if (event.key !== "Escape" || !part("save").open) return;
+    event.stopPropagation(); // the orbit stays chosen
+    part("save").open = false;
+    part("save").querySelector("summary").focus();
+  });
+  part("save").addEventListener("focusout", (event) => {
+    if (event.relatedTarget && !part("save").contains(event.relatedTarget)) part("save").open = false;
+  });
   followKeys(app.options.standalone ? document : root, { do: actions.do, move: actions.moveCursor, pan: actions.pan, step: actions.step });
   followPointers(section.canvases.front, section.frame, actions.pointer);
   part("frequency").addEventListener("click", (event) => {
@@ -99,7 +108,7 @@ function followHands(app) {
   fillList(part("paint"), PAINTS, app.orbits.paintedBy);
   part("paint").addEventListener("change", () => {
     app.orbits.paintedBy = part("paint").value;
-    part("paint").blur(); // keys are those of the page again
+    if (!part("paint").matches(":focus-visible")) part("paint").blur(); // after a click keys are those of the page again
     Object.assign(app, { paintStale: true, paintedAt: -Infinity });
     askFrame(app, "section", "configuration", "body", "frequency", "table");
   });

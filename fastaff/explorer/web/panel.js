@@ -123,5 +123,7 @@ export function showWrong(panel, what, sentence) {
   const marked = { formula: panel.part("formula"), energy: panel.sliders.energy?.box, section: panel.constant?.box }[what];
   if (sentence) marked?.setAttribute("aria-invalid", "true");
   else marked?.removeAttribute("aria-invalid");
+  if (sentence) marked?.setAttribute("aria-describedby", places[what]);
+  else marked?.removeAttribute("aria-describedby");
   return true;
 }

@@ -88,8 +88,19 @@ function fillRow(row, orbit, isChosen, theme) {
   });
 }
 
-// Write the rows in sight.
+// Write the rows in sight. A button that has the focus keeps it, as its orbit's row is another one or gone: then the next
+// orbit's has it.
 export function drawTable(table, orbits, theme) {
+  const held = table.body.getRootNode().activeElement, { act } = (table.body.contains(held) && held.dataset) || {};
+  const number = act && Number(held.closest("tr").dataset.orbit), place = act && table.pool.indexOf(held.closest("tr"));
+  writeRows(table, orbits, theme);
+  if (!act) return;
+  const shown = table.pool.filter((row) => row.isConnected), own = shown.find((row) => Number(row.dataset.orbit) === number);
+  const next = own ?? (orbits.shown.has(number) ? null : shown[Math.min(place, shown.length - 1)]);
+  (next?.querySelector(`[data-act=${act}]`) ?? table.box).focus({ preventScroll: true });
+}
+
+function writeRows(table, orbits, theme) {
   table.order = [...orbits.shown.values()].reverse();
   const { box, body, pool, order, spaces } = table;
   const seen = Math.ceil((box.clientHeight || 200) / ROW) + 4;
@@ -99,8 +110,8 @@ export function drawTable(table, orbits, theme) {
   rows.forEach((orbit, i) => fillRow(pool[i], orbit, orbit.number === orbits.chosen, theme));
   const wanted = [spaces[0], ...pool.slice(0, rows.length), spaces[1]];
   if (body.children.length !== wanted.length) body.replaceChildren(...wanted);
-  spaces[0].firstChild.height = first * ROW;
-  spaces[1].firstChild.height = (order.length - first - rows.length) * ROW;
+  spaces[0].firstChild.style.height = first * ROW + "px";
+  spaces[1].firstChild.style.height = (order.length - first - rows.length) * ROW + "px";
   spaces[0].hidden = first === 0;
   spaces[1].hidden = order.length === first + rows.length;
 }

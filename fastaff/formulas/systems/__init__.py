@@ -1,24 +1,15 @@
-"""Named systems H(q, p), each a text with its rows and constants of motion."""
+"""Named systems H(q, p), each a text with its rows and constants of motion, beside the function that makes it."""
 
+from importlib import import_module
+from pkgutil import iter_modules
 from typing import Any
 
-from .bodies import AFFINE, TWO_POLAR, AffineBody, TwoPolarBody
-from .geodesics import ELLIPSOID, KERR, MINO, EllipsoidGeodesic, KerrGeodesic
-from .system import Constants
-from .tops import PENDULUM, QUATERNION, SYMMETRIC, TOP, AsymmetricTop, SphericalPendulum, SymmetricTop
+from .system import SYSTEMS, TEXTS, Constants
 
-__all__ = [
-    "AffineBody",
-    "AsymmetricTop",
-    "EllipsoidGeodesic",
-    "KerrGeodesic",
-    "SphericalPendulum",
-    "SymmetricTop",
-    "TwoPolarBody",
-    "constants_of",
-]
+__all__ = ["SYSTEMS", "constants_of"]
 
-SYSTEMS = (PENDULUM, SYMMETRIC, TOP, QUATERNION, ELLIPSOID, KERR, MINO, TWO_POLAR, *AFFINE.values())
+for _module in iter_modules(__path__):  # each enters its systems
+    import_module(f".{_module.name}", __name__)
 
 
 def constants_of(model: Any) -> Constants | None:
@@ -26,7 +17,7 @@ def constants_of(model: Any) -> Constants | None:
     text, rows = getattr(model, "formula", None), [getattr(model, name, ()) for name in ("coordinates", "momenta")]
     if not isinstance(text, str):
         return None
-    for system in SYSTEMS:
+    for system in TEXTS:
         own = text == system.text or text.startswith(f"{system.text} + (")
         if own and rows == [tuple(system.coordinates.split()), tuple(system.momenta.split())]:
             return system.constants

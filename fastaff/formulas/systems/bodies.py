@@ -9,7 +9,7 @@ import numpy as np
 
 from ...base.numbers import positive, real
 from ..grammar import parse
-from .system import NamedSystem, chosen, of_angles
+from .system import NamedSystem, chosen, makes, of_angles
 
 TWO_POLAR = NamedSystem(
     "(p_1**2 + p_2**2 + ((p_phi - p_psi)**2/(D1 + D2)**2 + (p_phi + p_psi)**2/(D1 - D2)**2)/2)/(2*inertia)",
@@ -20,6 +20,7 @@ TWO_POLAR = NamedSystem(
 )
 
 
+@makes(TWO_POLAR)
 def TwoPolarBody(
     potential: str = "C/2*(D1**2 + D2**2) + C/(D1*D2)",
     *,
@@ -106,6 +107,7 @@ AFFINE = {
 }
 
 
+@makes(*AFFINE.values())
 def AffineBody(
     invariance: str = "left",
     *,

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from ...base.numbers import positive, real
-from .system import NamedSystem, chosen
+from .system import NamedSystem, chosen, makes
 
 
 def _of_ellipsoid(model: Any, z: np.ndarray) -> dict[str, Any]:
@@ -28,6 +28,7 @@ ELLIPSOID = NamedSystem(
 )
 
 
+@makes(ELLIPSOID)
 def EllipsoidGeodesic(a: float = 1.0, b: float = 1.2, c: float = 1.5) -> Any:
     """Make the geodesic flow on the ellipsoid x^2/a^2 + y^2/b^2 + z^2/c^2 = 1, in Cartesian coordinates.
 
@@ -97,6 +98,7 @@ MINO = NamedSystem(
 )
 
 
+@makes(KERR, MINO)
 def KerrGeodesic(a: float = 0.5, *, time: str = "coordinate") -> Any:
     """Make the geodesics of massive particles around a rotating black hole, in Boyer and Lindquist's coordinates.
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 
@@ -34,6 +34,24 @@ class NamedSystem(NamedTuple):
             domain=domain,
             **parameters,
         )
+
+
+Maker = TypeVar("Maker", bound=Callable[..., Any])
+SYSTEMS: dict[str, Callable[..., Any]] = {}
+"""The functions that make systems, by name. `fastaff.models`, the command line, the site and the tests ask it."""
+TEXTS: list[NamedSystem] = []
+"""All systems that they make."""
+
+
+def makes(*systems: NamedSystem) -> Callable[[Maker], Maker]:
+    """Enter the function that makes these systems in `SYSTEMS`, under its own name."""
+
+    def entered(make: Maker) -> Maker:
+        SYSTEMS[make.__name__] = make
+        TEXTS.extend(systems)
+        return make
+
+    return entered
 
 
 def of_angles(model: Any, z: np.ndarray) -> dict[str, Any]:

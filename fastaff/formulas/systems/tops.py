@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from ...base.numbers import positive, real
-from .system import NamedSystem, chosen, of_angles
+from .system import NamedSystem, chosen, makes, of_angles
 
 PENDULUM = NamedSystem(
     "(p_theta**2 + p_phi**2/sin(theta)**2)/(2*m*l**2) - m*g*l*cos(theta)",
@@ -18,6 +18,7 @@ PENDULUM = NamedSystem(
 )
 
 
+@makes(PENDULUM)
 def SphericalPendulum(m: float = 1.0, l: float = 1.0, g: float = 1.0) -> Any:
     """Make a spherical pendulum: the angle theta from straight down, and the azimuth phi.
 
@@ -66,6 +67,7 @@ SYMMETRIC = NamedSystem(
 )
 
 
+@makes(SYMMETRIC)
 def SymmetricTop(I_1: float = 1.0, I_3: float = 0.5, h: float = 1.0) -> Any:
     """Make a heavy symmetric top with a fixed point on its axis (Lagrange's), in Euler's angles.
 
@@ -162,6 +164,7 @@ QUATERNION = NamedSystem(
 )
 
 
+@makes(TOP, QUATERNION)
 def AsymmetricTop(
     I_1: float = 1.0,
     I_2: float = 2.0,

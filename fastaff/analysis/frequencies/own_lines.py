@@ -1,0 +1,66 @@
+"""The frequencies that figures and webs are of: the line of each coordinate's own."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from ...schemes.catalogue import ITERATION
+from .frequencies import FrequencyKind
+from .turning import CHANGED
+
+CAUGHT = 0.25
+"""Share of a leading line by which that of a resonance's own swing may differ from it: of bananas in logarithmic
+potentials it is 0.04 to 0.2, of harmonics in discs 0.27 to 0.52.
+"""
+
+
+def in_time(frequency_map: Any) -> bool:
+    """Tell whether frequencies are those of a flow, in cycles per unit time: tunes of a map are modulo a turn."""
+    return hasattr(frequency_map, "leading") and frequency_map.scheme is not ITERATION
+
+
+def by_own_lines(frequency_map: Any) -> bool:
+    """Tell whether figures are of the coordinates' own lines: of flows in time, but for a body's planes."""
+    return in_time(frequency_map) and frequency_map.nu_eta is None
+
+
+def harmonics(found: Any) -> np.ndarray:
+    """Tell which leading lines (n, orbits) of regular orbits are but a harmonic of another coordinate's: leading_i =
+    c nu_j with c > 1, where nu_j leads its own coordinate, and the own nu_i is far from it.
+
+    The radius of an orbit in a galaxy has the line 2 nu_z, often its strongest. Orbits that a resonance has caught,
+    such as bananas, have these lines too, but swing about them slowly: their nu_i is within `CAUGHT` of the leading
+    one, which stays.
+    """
+    rows, orbits = np.arange(len(found.basis))[:, None], np.arange(found.basis.shape[2])
+    size = np.abs(found.basis)
+    source = size.argmax(axis=1)  # (n, orbits): the generator j of each row
+    alone = np.count_nonzero(size, axis=1) == 1
+    leads = alone & (source == rows) & (size.sum(axis=1) == 1)
+    with np.errstate(all="ignore"):
+        far = np.abs(found.nu / found.leading - 1) > CAUGHT
+    multiple = alone & (size.sum(axis=1) > 1) & (source != rows)
+    return multiple & leads[source, orbits] & far & (found.kind == FrequencyKind.INDEPENDENT)
+
+
+def own_lines(found: Any) -> tuple[np.ndarray, np.ndarray]:
+    """Return the own line of each coordinate (n, orbits), `leading`, but `nu` where that is a harmonic, and their
+    errors; of maps, tunes and bodies `nu`; NaN where there is none.
+    """
+    nu, error = np.where(np.isfinite(found.error), found.nu, np.nan), found.error
+    if not by_own_lines(found):
+        return nu, error
+    leading = np.where(np.isfinite(found.leading_error), found.leading, np.nan)
+    behind = harmonics(found)
+    return np.where(behind, nu, leading), np.where(behind, error, found.leading_error)
+
+
+def calm(found: Any) -> np.ndarray:
+    """Tell which orbits (orbits,) of a frequency map are not seen to be chaotic: regular ones, and UNDECIDED ones whose
+    frequencies change by less than CHANGED cycles from half to half.
+    """
+    with np.errstate(all="ignore"):
+        steady = found.time / 2 * 10.0**found.diffusion < CHANGED
+    return np.asarray(found.regular | ((found.kind == FrequencyKind.UNDECIDED) & steady))
