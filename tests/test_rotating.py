@@ -326,21 +326,6 @@ def test_sections_have_the_crossings_of_scipy():
             np.testing.assert_allclose(found.times[:, o], times, atol=1e-8)
 
 
-def test_company_changes_no_bit():
-    """Alone or among others with other steps, on one thread or two."""
-    model, rng = three_bodies(), np.random.default_rng(4)
-    z = triangular()[:, None] + 0.1 * rng.standard_normal((4, 150))
-    runs = [
-        lambda z, **how: fa.integrate(model, z, time=8.0, samples=3, **how).z,
-        lambda z, **how: fa.chaos_map(model, z, time=40.0, **how).values,
-        lambda z, **how: fa.poincare_map(model, z, section="x=0.4", crossings=2, max_time=20.0, **how).points,
-    ]
-    for run in runs:
-        whole = run(z, threads=2)
-        np.testing.assert_array_equal(run(z[:, ::-1], threads=1)[..., ::-1], whole)
-        np.testing.assert_array_equal(run(z[:, 17])[..., 0], whole[..., 17])
-
-
 # --- a pendulum on a turning Earth ----------------------------------------------------------------------------------
 
 
