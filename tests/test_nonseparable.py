@@ -6,6 +6,7 @@ import math
 import mpmath as mp
 import numpy as np
 import pytest
+import systems
 from scipy.integrate import solve_ivp
 
 import fastaff as fa
@@ -233,10 +234,10 @@ def test_a_rotating_frame_written_out_is_the_exact_turn():
 def test_a_uniform_field_written_out_is_the_exact_turn():
     m, b = 10 ** RNG.uniform(-0.3, 0.3, 2)
     names, z0 = {"coordinates": "x y z", "momenta": "px py pz"}, RNG.uniform(-0.3, 0.3, (6, 4))
-    text = "((px + b*y/2)**2 + (py - b*x/2)**2)/(2*m) + pz**2/2 + k*(x**2 + y**2 + 2*z**2)/2 + x*y*z"
-    new = fa.hamiltonian(text, **names, m=m, b=b, k=1.1)
+    text = f"((px + b*y/2)**2 + (py - b*x/2)**2)/(2*m) + pz**2/2 + {systems.CHARGE}"
+    new = fa.hamiltonian(text, **names, m=m, b=b, k=1.1, a=1.0)
     assert system_of(new).terms == {"frame"}
-    old = fa.hamiltonian("k*(x**2 + y**2 + 2*z**2)/2 + x*y*z", coordinates="x y z", masses=[m, m, 1], magnetic=b, k=1.1)
+    old = systems.charge(1.1, 1.0, b, (m, m, 1))
     runs = [fa.integrate(model, z0, time=30.0, accuracy=1e-11) for model in (old, new)]
     assert (np.abs(runs[1].z - runs[0].z) <= runs[1].error + runs[0].error).all()
     np.testing.assert_allclose(runs[1].energy_error, 0.0, atol=1e-10)
