@@ -400,7 +400,7 @@ of a function beside keywords and of a kernel, names of `fastaff`, entries of it
 LONG_MODULES = {
     "analysis.frequencies.fundamental": 451,
     "analysis.frequencies.tunes": 456,
-    "exchange.files": 498,
+    "exchange.files": 477,
     "explorer.javascript": 427,
     "jobs.running": 500,
     "kernels.fundamental": 456,
