@@ -18,8 +18,9 @@ from inspect import Parameter, isclass, isfunction, signature
 import numpy as np
 
 import fastaff as fa
+from fastaff.analysis.chaos.indicators import INDICATORS
 from fastaff.kernels.readings import first_length
-from fastaff.models.sections import Stroboscopic
+from fastaff.models.sections import OF_BODIES, Stroboscopic
 
 SECONDS = 60.0
 """Seconds of the processor that an accepted input may take."""
@@ -204,25 +205,15 @@ CALLS = {
     "BerryRobnik": (fa.quantum.BerryRobnik, {"chaotic": 0.5}),
     "BerryRobnik.cumulative": (fa.quantum.BerryRobnik(0.5).cumulative, {"s": [0.5, 1.0]}),
     "BerryRobnik.density": (fa.quantum.BerryRobnik(0.5).density, {"s": [0.5, 1.0]}),
-    "BirkhoffDigits": (partial(judged, fa.BirkhoffDigits), {}),
     "Brody": (fa.quantum.Brody, {"repulsion": 0.5}),
     "Brody.cumulative": (fa.quantum.Brody(0.5).cumulative, {"s": [0.5, 1.0]}),
     "Brody.density": (fa.quantum.Brody(0.5).density, {"s": [0.5, 1.0]}),
-    "FLI": (partial(judged, fa.FLI), {}),
-    "FrequencyDiffusion": (partial(judged, fa.FrequencyDiffusion), {}),
     "GALI": (partial(judged, fa.GALI), {"count": 2}),
-    "Lyapunov": (partial(judged, fa.Lyapunov), {}),
-    "LyapunovSpectrum": (partial(judged, fa.LyapunovSpectrum), {}),
-    "MEGNO": (partial(judged, fa.MEGNO), {}),
-    "OFLI": (partial(judged, fa.OFLI), {}),
-    "ReversibilityError": (partial(judged, fa.ReversibilityError), {}),
-    "SALI": (partial(judged, fa.SALI), {}),
     "TangentIndicator": (
         partial(judged, fa.analysis.TangentIndicator),
         {"name": "own", "reading": first_length, "limit": 4.0},
     ),
     "BirkhoffAverages": (fa.analysis.BirkhoffAverages, {}),
-    "ZeroOne": (partial(judged, fa.ZeroOne), {}),
     "Job": (fa.Job, {"model": HH, "starts": Z4, "integrate": MOTION}),
     "run": (ran, {"job": fa.Job(model=HH, starts=Z4, integrate=MOTION, run=fa.jobs.Run(step=0.1))}),
     "RungeKutta": (
@@ -378,6 +369,10 @@ CALLS = {
     "TorusFit.in_basis": (method("fit", "in_basis"), {"M": np.eye(2, dtype=int)}),
     "TorusFit.truncated": (method("fit", "truncated"), {"order": 3}),
 }
+for _kind in OF_BODIES.values():
+    CALLS.setdefault(_kind.__name__, (partial(cut_by, _kind), {"constant": 1.0}))
+for _kind in map(type, INDICATORS.values()):
+    CALLS.setdefault(_kind.__name__, (partial(judged, _kind), {}))
 for _name, _make in fa.formulas.systems.SYSTEMS.items():
     _given = {name: p.default for name, p in signature(_make).parameters.items()}
     CALLS.setdefault(_name, (_make, {name: value for name, value in _given.items() if isinstance(value, float | str)}))
@@ -464,6 +459,7 @@ PUBLIC = {name: getattr(home, name) for home in (fa, fa.analysis, fa.quantum) fo
 PUBLIC |= {name: getattr(fa.charts, name) for name in ("from_matrix", "to_matrix")}
 PUBLIC |= {name: getattr(fa.models, name) for name in ("ReducedBody", "StackelBody", "Zero")}
 PUBLIC |= fa.formulas.systems.SYSTEMS
+PUBLIC |= {kind.__name__: kind for kind in OF_BODIES.values()}
 PUBLIC |= {
     name: getattr(fa.schemes, name) for name in ("Automatic", "Algebraic", "Exponential", "Logistic", "RungeKutta")
 }

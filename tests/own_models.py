@@ -140,3 +140,24 @@ class Plain:
 
     def __init__(self, value):
         self.value = value
+
+
+class Radius(NamedTuple):
+    """The section sqrt(D1^2 + D2^2) = constant of a body, over beta: with what a grid and a sample on it need."""
+
+    constant: float
+    direction: int = 1
+
+    over = "beta"
+
+    def value(self, a1, a2, b1, b2, pa1, pa2, pb1, pb2):
+        return np.sqrt(a1 * a1 + a2 * a2 + b1 * b1 + b2 * b2) - self.constant
+
+    def radii(self, u):
+        return np.sqrt(self.constant**2 - u * u), u
+
+    def slopes(self, alpha, beta):
+        return alpha / self.constant, beta / self.constant
+
+    def leaning(self, u):
+        return u * u / (self.constant**2 - u * u)

@@ -25,3 +25,31 @@ def duffing(a=0.3, w=1.2, k=-1.0, c=1.0, mass=1.0):
 def oscillators(a=1.0, b=1.0, masses=(1.0, 1.0)):
     """Uncoupled oscillators: m_x x'' = -a x, m_y y'' = -b y."""
     return fa.hamiltonian("(a*x**2 + b*y**2)/2", masses=masses, a=float(a), b=float(b))
+
+
+def springs(K, masses=None, origin=0.0, zero=0.0):
+    """V = zero + (q - origin) K (q - origin)/2 in up to six coordinates; with masses it is another compiled model."""
+    n = len(K)
+    names, pairs = "xyzuvw"[:n], {f"k{i}{j}": (i, j) for i in range(n) for j in range(i + 1)}
+    text = " + ".join(f"{k}*({names[i]} - o)*({names[j]} - o)" for k, (i, j) in pairs.items())
+    return fa.hamiltonian(
+        f"{text} + c",
+        coordinates=" ".join(names),
+        masses=masses,
+        **{k: float(K[i, j] / (2 if i == j else 1)) for k, (i, j) in pairs.items()},
+        o=float(origin),
+        c=float(zero),
+    )
+
+
+def turning_springs(a=1.0, b=1.0, w=0.3):
+    """V = (a x^2 + b y^2)/2 in a frame that turns at the rate w."""
+    return fa.hamiltonian("(a*x**2 + b*y**2)/2", rotation="w", a=float(a), b=float(b), w=float(w))
+
+
+CHARGE = "k*(x**2 + y**2 + 2*z**2)/2 + a*x*y*z"
+
+
+def charge(k, a, B, masses=(1.0, 1.0, 1.0)):
+    """A charge 1 in the potential CHARGE and the uniform field B along z."""
+    return fa.hamiltonian(CHARGE, coordinates="x y z", masses=masses, magnetic="B", k=k, a=a, B=B)

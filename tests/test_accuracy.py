@@ -20,21 +20,13 @@ from fastaff.flows.trials import on_ladder
 from fastaff.schemes import BLANES_CASAS_ESCORIHUELA8, RKN12
 
 HH = fa.HenonHeiles()
-NAMES = "x y z u v w"
 
 
 def chain(rng, n, *, length=1.0, time=1.0, constant=0.0, origin=0.0):
-    """Random coupled oscillators with unit masses, in units of length and time, and their matrix. The numbers are
-    parameters: all chains of n are one compiled model.
-    """
+    """Random coupled oscillators with unit masses, in units of length and time, and their matrix."""
     A = rng.normal(size=(n, n))
     K = (A @ A.T + 0.2 * np.eye(n)) / time**2
-    names = NAMES.split()[:n]
-    pairs = {f"k{i}{j}": (i, j) for i in range(n) for j in range(i + 1)}
-    text = " + ".join(f"{k}*({names[i]} - o)*({names[j]} - o)" for k, (i, j) in pairs.items())
-    numbers = {k: float(K[i, j] / (2 if i == j else 1)) for k, (i, j) in pairs.items()}
-    zero = float(constant * length**2 / time**2)
-    return fa.hamiltonian(f"{text} + c", coordinates=" ".join(names), o=float(origin), c=zero, **numbers), K
+    return systems.springs(K, origin=origin, zero=constant * length**2 / time**2), K
 
 
 def chain_at(K, z, t, origin=0.0):
@@ -230,7 +222,8 @@ def chaotic(which):
 
 @pytest.mark.skipif(np.finfo(np.longdouble).eps > 2e-19, reason="needs 80-bit floats")
 @pytest.mark.parametrize(
-    ("which", "time", "accuracies"), [("Henon-Heiles", 120.0, (1e-9, 1e-12)), ("Duffing", 40.0, (1e-9, 1e-12))]
+    ("which", "time", "accuracies"),
+    [("Henon-Heiles", 120.0, (1e-9,)), ("Henon-Heiles", 120.0, (1e-12,)), ("Duffing", 40.0, (1e-9, 1e-12))],
 )
 def test_rounding_of_chaotic_orbits(which, time, accuracies):
     """What two runs differ by may be small by chance, of a few orbits in a hundred: each has a second witness."""

@@ -207,19 +207,6 @@ def test_other_sections_are_found_by_roots():
     assert (found["p_x"] > 0).all()
 
 
-@pytest.mark.parametrize("scheme", [fa.KAHAN_LI8, fa.SOFRONIOU_SPALETTA10, fa.DOP853], ids=lambda s: s.name)
-def test_bits_do_not_depend_on_company(scheme):
-    rng = np.random.default_rng(0)
-    z = np.array([rng.normal(size=300) * 0.5, rng.uniform(0, 4, 300), rng.normal(size=300) * 0.5, np.zeros(300)])
-    step = None if scheme.adaptive else 0.07
-    whole = fa.integrate(duffing(), z, time=20.0, samples=3, scheme=scheme, step=step)
-    for part in (np.array([0]), np.arange(140, 120, -1)):
-        own = fa.integrate(duffing(), z[:, part], time=20.0, samples=3, scheme=scheme, step=step)
-        assert np.array_equal(own.z, whole.z[:, part])
-        assert np.array_equal(own.samples, whole.samples[..., part])
-    assert (whole.z[1] < duffing().period).all()
-
-
 def test_nothing_depends_on_units():
     length, duration, mass = 1e-5, 3e4, 7e2
     action = mass * length**2 / duration

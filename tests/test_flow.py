@@ -188,19 +188,6 @@ def test_indicators_tell_a_cycle_from_chaos():
 # --- promises -------------------------------------------------------------------------------------------------------
 
 
-def test_company_threads_and_order_change_no_bit():
-    z0 = starts(200, 5)
-    whole = fa.integrate(LORENZ, z0, time=2.0, samples=3, threads=2)
-    for k in (0, 77, 199):
-        alone = fa.integrate(LORENZ, z0[:, k], time=2.0, samples=3, threads=1)
-        assert alone.z[:, 0].tobytes() == np.ascontiguousarray(whole.z[:, k]).tobytes()
-    back = fa.integrate(LORENZ, z0[:, ::-1], time=2.0)
-    assert back.z[:, ::-1].tobytes() == np.ascontiguousarray(whole.z).tobytes() or (back.z[:, ::-1] == whole.z).all()
-    spectra = fa.chaos_map(LORENZ, z0[:, :130], time=5.0, indicators=fa.LyapunovSpectrum()).spectrum
-    alone = fa.chaos_map(LORENZ, z0[:, 129], time=5.0, indicators=fa.LyapunovSpectrum(), threads=1).spectrum
-    np.testing.assert_array_equal(spectra[:, 129], alone[:, 0])
-
-
 def test_a_bad_orbit_has_a_status_and_no_neighbour():
     """x' = x^2 ends at time 1/x0; y' = -1/(2 y) leaves its domain at y0^2."""
     model = fa.flow("x' = x**2; z' = -z")

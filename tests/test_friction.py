@@ -135,14 +135,6 @@ def test_the_sum_of_the_spectrum_is_the_friction():
 # --- promises -------------------------------------------------------------------------------------------------------
 
 
-def test_one_orbit_has_the_bits_of_company():
-    for how in ({"step": 0.1}, {"step": 0.1, "scheme": fa.SOFRONIOU_SPALETTA10}, {"scheme": fa.DOP853}, {}):
-        whole = fa.integrate(DAMPED, Z0, time=9.0, threads=2, **how).z
-        for k in (0, 7, 19):
-            alone = fa.integrate(DAMPED, Z0[:, k], time=9.0, threads=1, **how).z[:, 0]
-            np.testing.assert_array_equal(alone, whole[:, k])
-
-
 class Own(NamedTuple):
     """A system of one's own with friction."""
 

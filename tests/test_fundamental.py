@@ -36,22 +36,14 @@ from fastaff.analysis import Character, NaffLines
 from fastaff.analysis.frequencies.frequencies import FrequencyKind
 from fastaff.compile.plane_loops import angle_of
 
-LETTERS = "abcdef"
-
 
 def chain(n, seed):
-    """A linear system of random couplings and masses, and its frequencies. The couplings are parameters: all chains of
-    n are one compiled model.
-    """
+    """A linear system of random couplings and masses, and its frequencies."""
     rng = np.random.default_rng(seed)
     M = rng.normal(size=(n, n))
     K, mass = M @ M.T / n + 0.15 * np.eye(n), rng.uniform(0.5, 2.0, n)
-    pairs = {f"k{i}{j}": (i, j) for i in range(n) for j in range(i + 1)}
-    V = " + ".join(f"{k}*{LETTERS[i]}*{LETTERS[j]}" for k, (i, j) in pairs.items())
-    springs = {k: float(K[i, j] / (2 if i == j else 1)) for k, (i, j) in pairs.items()}
-    model = hamiltonian(V, coordinates=" ".join(LETTERS[:n]), masses=tuple(mass), **springs)
     root = np.sqrt(mass)
-    return model, np.sqrt(np.linalg.eigvalsh(K / np.outer(root, root))) / (2 * np.pi)
+    return systems.springs(K, tuple(mass)), np.sqrt(np.linalg.eigvalsh(K / np.outer(root, root))) / (2 * np.pi)
 
 
 @pytest.mark.parametrize("n", [2, 3, pytest.param(4, marks=pytest.mark.slow), pytest.param(6, marks=pytest.mark.slow)])
@@ -165,19 +157,18 @@ def test_no_orbit_of_a_linear_system_is_chaotic():
 
 
 def test_a_mode_at_rest_and_a_free_one_are_said():
-    model = hamiltonian("(x**2 + 2.3*y**2)/2 + 0.7*(x - y)**2")
     K = np.array([[2.4, -1.4], [-1.4, 3.7]])
+    model = systems.springs(2 * K, (2.0, 2.0))
     omega2, modes = np.linalg.eigh(K)
     single = np.concatenate([0.8 * modes[:, 1], 0.3 * modes[:, 1]])
     f = frequency_map(model, single, time=600.0)
     np.testing.assert_allclose(f.nu[:, 0], np.sqrt(omega2[1]) / (2 * np.pi), atol=1e-11)
     assert f.rank[0] == 1
     assert f.kind[0] == FrequencyKind.DEPENDENT
-    free = frequency_map(
-        hamiltonian("(x - y)**2/2 + 0.4*(y - z)**2", coordinates="x y z"), [0.3, -0.5, 1.1, 0.9, 0.2, -0.1], time=900.0
-    )
+    chain = np.array([[1, -1, 0], [-1, 1.8, -0.8], [0, -0.8, 0.8]])
+    free = frequency_map(systems.springs(2 * chain, (2.0, 2.0, 2.0)), [0.3, -0.5, 1.1, 1.8, 0.4, -0.2], time=900.0)
     assert free.rank[0] == 2
-    truth = np.sqrt(np.linalg.eigvalsh([[1, -1, 0], [-1, 1.8, -0.8], [0, -0.8, 0.8]])[1:]) / (2 * np.pi)
+    truth = np.sqrt(np.linalg.eigvalsh(chain)[1:]) / (2 * np.pi)
     np.testing.assert_allclose(np.unique(np.round(free.nu[free.error < 1e-9], 9)), np.round(truth, 9), atol=2e-9)
     resting = frequency_map(HenonHeiles(), np.array([0.0, 0.2, 0.0, 0.1]), time=400.0)
     assert resting.rank[0] == 1

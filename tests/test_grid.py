@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from naive import constants, label
+from own_models import Radius
 
 import fastaff as fa
 from fastaff import (
@@ -41,6 +42,8 @@ SECTIONS = [
     (BetaEquals(0.3, 0), ALPHAS),
     (AreaEquals(1.0, 1), BETAS),
     (AreaEquals(1.1, -1), BETAS),
+    (Radius(1.6), BETAS),
+    (Radius(1.7, -1), BETAS),
 ]
 every_section = pytest.mark.parametrize(("section", "axes"), SECTIONS, ids=[str(s) for s, _ in SECTIONS])
 BODIES = [
@@ -69,7 +72,7 @@ def test_every_point_has_what_was_asked_for(body, energy, section, axes):
     np.testing.assert_allclose(E, energy, rtol=0, atol=2e-13 * (1 + energy))
     np.testing.assert_allclose(p_eta, 0.3, rtol=0, atol=1e-15)
     np.testing.assert_allclose(p_gamma, -0.1, rtol=0, atol=1e-15)
-    np.testing.assert_allclose(section(grid.z0), 0.0, rtol=0, atol=1e-15)
+    np.testing.assert_allclose(section.value(*grid.z0), 0.0, rtol=0, atol=1e-15)
     assert (body.margin(*grid.z0[:4]) > 0).all()
 
 

@@ -61,19 +61,6 @@ def test_iterates_are_those_of_numpy(model):
 
 
 @pytest.mark.parametrize("model", NAMED, ids=lambda model: type(model).__name__)
-def test_an_orbit_has_the_same_bits_alone_and_in_company(model):
-    z = starts(model, LANES + 9, 0.6)
-    together = fa.integrate(model, z, time=300, samples=3)
-    alone = fa.integrate(model, z[:, 7], time=300, samples=3)
-    some = fa.integrate(model, z[:, ::-5], time=300, samples=3, threads=1)
-    np.testing.assert_array_equal(alone.samples[:, :, 0], together.samples[:, :, 7])
-    np.testing.assert_array_equal(some.samples, together.samples[:, :, ::-5])
-    indicators = (fa.MEGNO(), fa.SALI(), fa.LyapunovSpectrum())
-    maps = [fa.chaos_map(model, start, time=100, indicators=indicators) for start in (z, z[:, [7]])]
-    np.testing.assert_array_equal(maps[0].values[:, [7]], maps[1].values)
-
-
-@pytest.mark.parametrize("model", NAMED, ids=lambda model: type(model).__name__)
 def test_starts_are_not_touched(model):
     z = starts(model, 4, 0.2)
     kept = z.copy()

@@ -6,6 +6,7 @@ import math
 import mpmath as mp
 import numpy as np
 import pytest
+import systems
 from scipy.integrate import solve_ivp
 
 import fastaff as fa
@@ -233,10 +234,10 @@ def test_a_rotating_frame_written_out_is_the_exact_turn():
 def test_a_uniform_field_written_out_is_the_exact_turn():
     m, b = 10 ** RNG.uniform(-0.3, 0.3, 2)
     names, z0 = {"coordinates": "x y z", "momenta": "px py pz"}, RNG.uniform(-0.3, 0.3, (6, 4))
-    text = "((px + b*y/2)**2 + (py - b*x/2)**2)/(2*m) + pz**2/2 + k*(x**2 + y**2 + 2*z**2)/2 + x*y*z"
-    new = fa.hamiltonian(text, **names, m=m, b=b, k=1.1)
+    text = f"((px + b*y/2)**2 + (py - b*x/2)**2)/(2*m) + pz**2/2 + {systems.CHARGE}"
+    new = fa.hamiltonian(text, **names, m=m, b=b, k=1.1, a=1.0)
     assert system_of(new).terms == {"frame"}
-    old = fa.hamiltonian("k*(x**2 + y**2 + 2*z**2)/2 + x*y*z", coordinates="x y z", masses=[m, m, 1], magnetic=b, k=1.1)
+    old = systems.charge(1.1, 1.0, b, (m, m, 1))
     runs = [fa.integrate(model, z0, time=30.0, accuracy=1e-11) for model in (old, new)]
     assert (np.abs(runs[1].z - runs[0].z) <= runs[1].error + runs[0].error).all()
     np.testing.assert_allclose(runs[1].energy_error, 0.0, atol=1e-10)
@@ -564,6 +565,27 @@ def test_two_runs_that_agree_by_chance_are_not_believed():
     assert np.isfinite(found.step).any()
     late = np.abs(found.z - fine.z)[[0, 2]] / (found.error + fine.error)[[0, 2]]
     assert late.max() <= 10
+
+
+@pytest.mark.parametrize("turning", [False, True])
+def test_a_factor_before_h_expands_no_potential(turning):
+    """Of T + V by its text, at rest or turning: far from the origin an expanded V is a difference of large numbers."""
+    turn = " - w*(X*P2 - Y*P1)" if turning else ""
+    text = f"h*((P1**2 + P2**2)/2 + (X**2 + (Y - b)**2)/2 + (Y - b)**4/4 + X**2*(Y - b)**2/2{turn})"
+    given = {"coordinates": "X Y", "momenta": "P1 P2", "h": 3.0} | ({"w": 0.3} if turning else {})
+    far = float(RNG.uniform(1e3, 1e4))
+    model = fa.hamiltonian(text, b=far, **given)
+    z0 = np.array([*RNG.uniform(-0.8, 0.8, (4, 12))])
+    away = np.array([[0.0], [far], [0.0], [0.0]])
+    places = (z0 + away)[:2]
+    truth = -3.0 * np.array([(x := places[0]) * (1 + (y := places[1] - far) ** 2), y + y**3 + x * x * y])
+    np.testing.assert_allclose(np.array(model.force(*places)), truth, rtol=1e-13, atol=1e-14)
+    if not turning:
+        near, found = (
+            fa.integrate(fa.hamiltonian(text, b=b, **given), z, time=10.0, accuracy=1e-9)
+            for b, z in ((0.0, z0 + away - away), (far, z0 + away))
+        )
+        assert (np.abs(found.z - away - near.z) <= found.error + near.error).all()
 
 
 def test_each_orbit_of_a_default_run_has_its_scheme_whatever_its_company():

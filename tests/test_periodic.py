@@ -2,6 +2,7 @@
 periodic orbits.
 """
 
+import importlib
 import sys
 from functools import cache, partial
 
@@ -602,3 +603,15 @@ def test_a_family_that_shrinks_to_an_equilibrium_ends_with_steps_that_are_not_mu
     assert branch.orbits.step[-1] > branch.orbits.step[0] / 64
     # Linear at small strains: 2 G = a1 m1 + a2 m2.
     assert abs(2 * np.pi / branch.orbits.time[-1] - np.sqrt(2.0 * 1.2 + 0.3 * 1.5)) < 1e-3
+
+
+@pytest.mark.parametrize(
+    ("argument", "value"), [("energy", 1j), ("energy", [0.1, 0.2]), ("tolerance", -1.0), ("iterations", 0)]
+)
+def test_a_search_refuses_before_it_runs_a_map(monkeypatch, argument, value):
+    module = importlib.import_module("fastaff.analysis.periodic.find_periodic_orbits")
+    monkeypatch.setattr(module, "poincare_map", None)  # where it is called, TypeError without the name
+    with pytest.raises((TypeError, ValueError), match=f"^{argument} must be"):
+        fa.find_periodic_orbits(
+            fa.HenonHeiles(), [0.0, 0.0, 0.3, 0.31], section="x=0", max_period=1, step=0.1, **{argument: value}
+        )

@@ -114,6 +114,12 @@ def test_a_branch_says_where_it_is(monkeypatch, shown):
     np.testing.assert_allclose(done, np.maximum(steps, way), rtol=0, atol=1e-12)
     assert {what for what, _ in told} == {"continuation"}
     told.clear()
+    with progress.watched("find_periodic_orbits"):
+        starts = np.array([start, [0.0, 0.1, 0.3, 0.3]]).T
+        fa.find_periodic_orbits(fa.HenonHeiles(), starts, section="x=0", max_period=2, crossings=8, step=0.1)
+        assert progress._Shown.line.said == ", period 2 of 2"
+    assert told == [("find_periodic_orbits", 0.0), ("find_periodic_orbits", 0.5)]
+    told.clear()
     with progress.watched("tunes"):
         fa.continuation(fa.HenonHeiles(), start, steps=1, **said)
     assert not told
@@ -134,6 +140,10 @@ def test_share_and_time_left(clock, monkeypatch):
         clock.time += 1000.0
     line.report(0.35)  # what was compiled between is no pace
     assert line.text(1023.0) == "poincare_map:  35%, about 52 s left"
+    clock.time += 19.0
+    assert ", about " in line.text(1042.0)
+    clock.time += 2.0  # nothing was told for longer than all before took
+    assert line.text(1044.0) == "poincare_map:  35%, 1044 s"
 
 
 @pytest.mark.parametrize("seed", range(4))

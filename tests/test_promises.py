@@ -12,6 +12,7 @@ import battery
 import naive
 import numpy as np
 import pytest
+import systems
 from comparison import same
 
 import fastaff as fa
@@ -66,6 +67,13 @@ NEAR = CLOSED[:, None] + 0.02 * np.random.default_rng(5).standard_normal((4, 9))
 NEAR[:, 4] = 0.0, 5.0, 0.1, 0.1
 ACTIONS = np.random.default_rng(12).choice([1e-6, 1e-3, 0.1, 1.0, 5.0], (4, 150)) * np.array([[1], [1], [1], [-1]])
 TURNS = np.random.default_rng(13).random((4, 150))
+DUFFING = np.random.default_rng(9).uniform(-0.9, 0.9, (4, 140)) + np.array([[0.0], [1.0], [0.0], [0.0]])
+"""With a time of its own each."""
+LORENZ = fa.flow("x' = s*(y - x); y' = x*(r - z) - y; z' = x*y - b*z", s=10.0, r=28.0, b=8 / 3)
+WINGS = np.random.default_rng(10).normal(size=(3, 140)) * 5 + np.array([[1.0], [1.0], [25.0]])
+DAMPED = fa.hamiltonian("(x**2 + y**2)/2 + x**2*y - y**3/3", friction=0.02)
+TURNING, STANDARD = systems.turning_springs(1.3, 0.6, 0.4), fa.models.StandardMap(0.8)
+ROUNDS = np.random.default_rng(11).uniform(-0.6, 0.6, (2, 140))
 RATIOS = np.random.default_rng(4).integers(-9, 10, (4, 300)) + 1e-10 * np.random.default_rng(5).random((4, 300))
 SIGNALS = np.random.default_rng(7).normal(size=(300, 256)) + np.exp(0.3j * np.arange(256))
 CURVES = np.random.default_rng(8).normal(size=(2, 1, 12)) + np.array(
@@ -112,6 +120,14 @@ ROWS = {
     "integrate, Runge-Kutta": Row(
         fa.integrate, {"z0": BODIES}, {"body": BODY, "time": 3.0, "step": 0.05, "samples": 3, **RK4}
     ),
+    "integrate, driven": Row(
+        fa.integrate, {"z0": DUFFING}, {"body": systems.duffing(), **LIMITED, **FIXED, "samples": 3}
+    ),
+    "integrate, driven, adaptive": Row(fa.integrate, {"z0": DUFFING}, {"body": systems.duffing(), **LIMITED, **DOP853}),
+    "integrate, damped": Row(fa.integrate, {"z0": FEW}, {"body": DAMPED, **LIMITED, "samples": 3}),
+    "integrate, turning": Row(fa.integrate, {"z0": MANY}, {"body": TURNING, **LIMITED, "samples": 3}),
+    "integrate, flow": Row(fa.integrate, {"z0": WINGS}, {"body": LORENZ, "time": 2.0, "samples": 3}),
+    "integrate, map": Row(fa.integrate, {"z0": ROUNDS}, {"body": STANDARD, "time": 300, "samples": 3}),
     "tangent_map": Row(fa.tangent_map, {"z0": FEW}, {"body": HH, **LIMITED}),
     "tangent_map, given step": Row(fa.tangent_map, {"z0": FEW}, {"body": HH, **LIMITED, **FIXED}),
     "tangent_map, adaptive": Row(fa.tangent_map, {"z0": FEW}, {"body": HH, **LIMITED, **DOP853}),
@@ -126,6 +142,11 @@ ROWS = {
     "chaos_map, early stop": Row(
         fa.chaos_map, {"z0": FEW}, {"body": HH, "time": 300.0, "indicators": STREAMED, "early_stop": True}
     ),
+    "chaos_map, turning": Row(fa.chaos_map, {"z0": FEW}, {"body": TURNING, "time": 40.0, "indicators": STREAMED[:3]}),
+    "chaos_map, flow": Row(
+        fa.chaos_map, {"z0": WINGS}, {"body": LORENZ, "time": 5.0, "indicators": (fa.LyapunovSpectrum(),)}
+    ),
+    "chaos_map, map": Row(fa.chaos_map, {"z0": ROUNDS}, {"body": STANDARD, "time": 100, "indicators": STREAMED[1:3]}),
     "chaos_map, other passes": Row(fa.chaos_map, {"z0": FEW}, {"body": HH, "time": 100.0, "indicators": PASSES}),
     "chaos_map, given vectors": Row(
         fa.chaos_map,
@@ -151,6 +172,10 @@ ROWS = {
     "poincare_map, given step": Row(fa.poincare_map, {"z0": MANY}, {"body": HH, **CUT, **FIXED}),
     "poincare_map, adaptive": Row(fa.poincare_map, {"z0": MANY}, {"body": HH, **CUT, **DOP853}),
     "poincare_map, time-transformed": Row(fa.poincare_map, {"z0": FEW}, {"body": HH, **CUT, **SLOWED}),
+    "poincare_map, driven": Row(
+        fa.poincare_map, {"z0": DUFFING}, {"body": systems.duffing(), "section": "t=1.7", "crossings": 3, **FIXED}
+    ),
+    "poincare_map, turning": Row(fa.poincare_map, {"z0": FEW}, {"body": TURNING, **CUT}),
     "poincare_map, Runge-Kutta": Row(
         fa.poincare_map,
         {"z0": BODIES},
@@ -307,7 +332,7 @@ def stopping(monkeypatch, at):
 APART = {"naff", "chaotic_fraction"}
 """Functions of the table that Ctrl-C stops in ways of their own, of which other tests tell."""
 
-PREPARING = {"plan", "stable_plan", "start", "_steps", "own_rates", "checked_guesses"}
+PREPARING = {"plan", "stable_plan", "start", "_steps", "_motion_of_map", "own_rates", "checked_guesses"}
 """Where there is nothing yet to hand over: steps are chosen, and scales found."""
 
 

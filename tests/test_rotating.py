@@ -6,6 +6,7 @@ from typing import NamedTuple
 import mpmath
 import numpy as np
 import pytest
+import systems
 from own_models import OneSpring
 from scipy.integrate import solve_ivp
 from scipy.linalg import expm
@@ -124,16 +125,14 @@ def test_a_magnetic_field_turns_charges_by_the_force_of_lorentz(seed):
     """Three coordinates, random masses and field: x, y, z and velocities of m q'' = -grad V + e q' x B by SciPy."""
     rng = np.random.default_rng(10 + seed)
     m, M, eB, k = *rng.uniform(0.3, 3, 2), rng.uniform(-3, 3), rng.uniform(0.2, 1)
-    model = fa.hamiltonian(
-        "k*x**2/2 + 0.15*y**2 + z**2/2 + 0.1*x*y*z", coordinates="x y z", masses=(m, m, M), magnetic=eB, k=k
-    )
+    model = systems.charge(k, 0.1, eB, (m, m, M))
     assert model.angular_velocity() == pytest.approx(eB / (2 * m))
     z = 0.4 * rng.standard_normal((6, 4))
     ran = fa.integrate(model, z, time=25.0)
 
     def slope(t, w):
         x, y, c, u, v, _ = w
-        force = [-k * x - 0.1 * y * c + eB * v, -0.3 * y - 0.1 * x * c - eB * u, -c - 0.1 * x * y]
+        force = [-k * x - 0.1 * y * c + eB * v, -k * y - 0.1 * x * c - eB * u, -2 * k * c - 0.1 * x * y]
         return np.concatenate([w[3:], np.array(force) / [m, m, M]])
 
     for o in range(z.shape[1]):
@@ -162,7 +161,7 @@ def test_free_motion_is_exact_whatever_the_step(scheme):
     """Steps of many turns too: a straight line in the frame at rest, and lanes that turn by odd and even half turns."""
     rng = np.random.default_rng(3)
     omega, end = 1.3, 700.0
-    model, z = fa.hamiltonian("0*x", rotation=omega), rng.standard_normal((4, 40))
+    model, z = systems.turning_springs(0.0, 0.0, omega), rng.standard_normal((4, 40))
     for step in (0.7, 0.01 + 40 * rng.uniform(size=40)):
         ran = fa.integrate(model, z, time=end, step=step, scheme=scheme)
         angle = omega * end
@@ -327,21 +326,6 @@ def test_sections_have_the_crossings_of_scipy():
             np.testing.assert_allclose(found.times[:, o], times, atol=1e-8)
 
 
-def test_company_changes_no_bit():
-    """Alone or among others with other steps, on one thread or two."""
-    model, rng = three_bodies(), np.random.default_rng(4)
-    z = triangular()[:, None] + 0.1 * rng.standard_normal((4, 150))
-    runs = [
-        lambda z, **how: fa.integrate(model, z, time=8.0, samples=3, **how).z,
-        lambda z, **how: fa.chaos_map(model, z, time=40.0, **how).values,
-        lambda z, **how: fa.poincare_map(model, z, section="x=0.4", crossings=2, max_time=20.0, **how).points,
-    ]
-    for run in runs:
-        whole = run(z, threads=2)
-        np.testing.assert_array_equal(run(z[:, ::-1], threads=1)[..., ::-1], whole)
-        np.testing.assert_array_equal(run(z[:, 17])[..., 0], whole[..., 17])
-
-
 # --- a pendulum on a turning Earth ----------------------------------------------------------------------------------
 
 
@@ -351,9 +335,7 @@ def test_foucaults_pendulum_turns_its_plane():
     """
     k, latitude, end = 2 * np.pi / 16.0, np.radians(48.846), 3600.0
     w = 2 * np.pi / 86164.1 * np.sin(latitude)
-    model = fa.hamiltonian(
-        "k**2*(x**2 + y**2)/2", rotation="Omega*sin(latitude)", k=k, Omega=w / np.sin(latitude), latitude=latitude
-    )
+    model = systems.turning_springs(k * k, k * k, w)
     z = np.array([3.0, 0.0, 0.0, w * 3.0])  # let go at rest on Earth
     found = fa.integrate(model, z, time=end).z[:, 0]
     c, s = np.cos(w * end), np.sin(w * end)
@@ -603,7 +585,7 @@ def test_a_penning_trap_has_its_three_frequencies(seed):
 
 def test_frequencies_of_turning_springs_are_eigenvalues():
     """Unequal springs and any rate of turning, also faster than they swing: those of Hamilton's matrix, positive."""
-    rng, model = np.random.default_rng(8), fa.hamiltonian("(a*x**2 + b*y**2)/2", rotation=1.0, a=1.0, b=1.0)
+    rng, model = np.random.default_rng(8), systems.turning_springs(w=1.0)
     tried = 0
     for _ in range(12):
         a, b, w = *rng.uniform(0.3, 2, 2), rng.uniform(-2.5, 2.5)
@@ -720,7 +702,7 @@ def test_jobs_and_commands_turn(tmp_path):
     with pytest.raises(ValueError, match="an option of its own"):
         Model(hamiltonian="x**2 + y**2", parameter=["rotation=1"]).build()
     job = Job(
-        model=Model(hamiltonian="(x**2 + y**2)/2 + x**4", rotation="0.4"),
+        model=Model(hamiltonian="(a*x**2 + b*y**2)/2", parameter=["a=1", "b=1.7", "w=0.4"], rotation="w"),
         surface=Surface(energy=0.5, section="x=0"),
         starts=Starts(orbits=3),
         poincare=Poincare(crossings=4, max_time=200.0),

@@ -10,7 +10,15 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from fastaff import public
+from fastaff.analysis.chaos.indicators import INDICATORS
 from fastaff.formulas.systems import SYSTEMS, constants_of
+from fastaff.models.sections import OF_BODIES
+
+OWN_SECTIONS = [kind.__name__ for kind in OF_BODIES.values() if kind.__name__ not in public.__all__]
+"""Sections of bodies that `fastaff` itself has not."""
+OWN_INDICATORS = sorted({type(entry).__name__ for entry in INDICATORS.values()} - {*public.__all__})
+"""Indicators of chaos that it has not."""
 
 
 class Page(NamedTuple):
@@ -46,7 +54,7 @@ PAGES: dict[str, Page] = {
             "": "poincare_map energy_grid energy_sample islands rotation_number AlphaTurning BetaTurning AlphaEquals "
             "BetaEquals AreaEquals Linear",
             "analysis": "SectionMap EnergyGrid EnergySample Islands Rotation NotReached",
-            "models.sections": "Stroboscopic AngleEquals",
+            "models.sections": " ".join(["Stroboscopic AngleEquals", *OWN_SECTIONS]),
         },
     ),
     "schemes": Page(
@@ -75,7 +83,9 @@ PAGES: dict[str, Page] = {
         {
             "": "chaos_map chaotic_fraction MEGNO SALI GALI FLI OFLI Lyapunov LyapunovSpectrum ZeroOne BirkhoffDigits "
             "FrequencyDiffusion ReversibilityError",
-            "analysis": "ChaosMap ChaoticFraction Shares Character Verdict TangentIndicator",
+            "analysis": " ".join(
+                ["ChaosMap ChaoticFraction Shares Character Verdict TangentIndicator", *OWN_INDICATORS]
+            ),
         },
     ),
     "periodic": Page(

@@ -23,6 +23,9 @@ from .placing import placed
 SILENCE = 1.5
 """Seconds after which a call says something; half a second where it compiles, which is known to take more."""
 
+STALLED = 3.0
+"""Seconds without a report after which the pace before says nothing, where that was shorter."""
+
 PARTS = {
     "steps": 3.7, "sections": 3.2, "indicators": 3.0, "adaptive": 2.7, "lines": 5.9, "frequencies": 12.5, "tunes": 1.5,
     "relations": 1.5, "torus": 3.5, "tori": 10.3, "tangents": 1.6,
@@ -225,12 +228,12 @@ def watched(name: str) -> Iterator[Callable[[float], Any] | None]:
             line.end()
 
 
-def tell(names: str, fraction: float, said: str = "") -> None:
-    """Tell how much is done and where it is, for the line of the call that is watched, if that is one of these: for
-    calls without `report`.
+def tell(name: str, fraction: float, said: str = "") -> None:
+    """Tell how much is done and where it is, for the line of the call of this name, if that is watched: for calls
+    without `report`.
     """
     line = _Shown.line
-    if line is not None and line.what in names.split() and threading.current_thread() is threading.main_thread():
+    if line is not None and line.what == name and threading.current_thread() is threading.main_thread():
         line.report(fraction)
         line.said = said and f", {said}"
 
@@ -323,7 +326,8 @@ class _Line(threading.Thread):
             return ""
         left = time_left(marks, computed())
         if left is None:
-            return f"{self.what}: {seconds:.0f} s{self.said}"
+            share = f"{marks[-1][1]:4.0%}, " if marks and marks[-1][1] > marks[0][1] else ""
+            return f"{self.what}: {share}{seconds:.0f} s{self.said}"
         return f"{self.what}: {marks[-1][1]:4.0%}{self.said}, about {duration(left)} left"
 
     def write(self, text: str) -> None:
@@ -361,9 +365,10 @@ def computed() -> float:
 
 def time_left(marks: list[tuple[float, float]], now: float) -> float | None:
     """Return the seconds that are left after `marks` of times and fractions, at the pace of the last third of the time:
-    the passes of a call differ in theirs. None where nothing is known yet.
+    the passes of a call differ in theirs. None where nothing is known yet, or no more: nothing was told for longer than
+    all before took.
     """
-    if not marks or marks[-1][1] <= marks[0][1]:
+    if not marks or marks[-1][1] <= marks[0][1] or now - marks[-1][0] > max(STALLED, marks[-1][0] - marks[0][0]):
         return None
     last = marks[-1][1]
     recent = [mark for mark in marks if mark[0] <= now - (now - marks[0][0]) / 3 and mark[1] < last]

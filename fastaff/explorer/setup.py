@@ -203,8 +203,9 @@ def frames() -> dict[str, list[float]]:
 
 def section_record(section: Any, body: Any) -> dict[str, Any]:
     """Return name, constant and direction of a section; TypeError for one that the explorer has not."""
-    simple = {made: name for name, made in TURNING.items()}
-    constant = {made: f"{name}=c" for name, made in EQUALS.items()}
+    known = dict(BODY_SECTIONS)
+    simple = {made: name for name, made in TURNING.items() if name in known}
+    constant = {made: f"{name}=c" for name, made in EQUALS.items() if f"{name}=c" in known}
     kind, system = type(section), system_of(body)
     if system.isotropic and kind in simple:
         return {"section": simple[kind], "constant": None, "direction": int(section.direction)}

@@ -82,8 +82,9 @@ def in_turning_frame(
     varied = {*momenta, *(sympy.Symbol(name, real=True) for name in coordinates)}
     if rate == 0 or rate.free_symbols & varied or not round_:
         return None
-    others = (part for part in parts if not part.free_symbols & {*momenta})
-    found = separated(sympy.Add(*others, rest), walls, momenta, coordinates)
+    still = dict.fromkeys(momenta, sympy.Integer(0))
+    # V as it is written, see `separated`
+    found = separated(H.xreplace(still) + rest - rest.xreplace(still), walls, momenta, coordinates)
     return None if found is None else (found[0], rate, found[1])
 
 
@@ -97,16 +98,18 @@ def separated(
 
     if _varied([H.diff(p) for p in momenta], momenta):
         return None
-    parts = [sympy.Add.make_args(form) for form in (H, sympy.expand(H))]
-    of_momenta = [[part for part in sums if part.free_symbols & {*momenta}] for sums in parts]
+    of_momenta = [
+        [part for part in sympy.Add.make_args(form) if part.free_symbols & {*momenta}] for form in (H, sympy.expand(H))
+    ]
     places = {sympy.Symbol(name, real=True) for name in coordinates}
-    for sums, own in zip(parts, of_momenta, strict=True):
+    for own in of_momenta:
         T = sympy.Add(*own)
         W = [[T.diff(one, other) for other in momenta] for one in momenta]
         rest = sympy.expand(T - sympy.Add(*(w * a * b / 2 for a, r in zip(momenta, W) for b, w in zip(momenta, r))))
         mixed = T.free_symbols & places or any(w.free_symbols & {*momenta} for row in W for w in row)
         if not (mixed or rest != 0 or any(row[i] == 0 for i, row in enumerate(W)) or _bounded(walls, momenta)):
-            return sympy.Add(*(part for part in sums if part not in own)), _quadratic_inertia(W, coordinates)
+            # As it is written: far from an origin of its own, an expanded polynomial is a difference of large numbers.
+            return H.xreplace(dict.fromkeys(momenta, sympy.Integer(0))), _quadratic_inertia(W, coordinates)
     return None
 
 

@@ -7,21 +7,12 @@ from typing import Any
 
 from ..base.names import named, spelled
 from ..models.mechanics import system_of
-from ..models.sections import (
-    AlphaEquals,
-    AlphaTurning,
-    AngleEquals,
-    AreaEquals,
-    BetaEquals,
-    BetaTurning,
-    Linear,
-    Stroboscopic,
-)
+from ..models.sections import OF_BODIES, AngleEquals, Linear, Stroboscopic
 from .number import number
 
-TURNING: dict[str, Any] = {"alpha-turning": AlphaTurning, "beta-turning": BetaTurning}
+TURNING = {text: kind for text, kind in OF_BODIES.items() if "constant" not in kind._fields}
 VANISHING = {"p_alpha=0": "alpha-turning", "p_beta=0": "beta-turning"}
-EQUALS: dict[str, Any] = {"alpha": AlphaEquals, "beta": BetaEquals, "area": AreaEquals}
+EQUALS = {text: kind for text, kind in OF_BODIES.items() if "constant" in kind._fields}
 
 
 def section_forms(model: Any) -> tuple[str, ...]:

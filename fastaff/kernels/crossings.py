@@ -60,7 +60,8 @@ PARTED = np.inf
 
 class Rows(NamedTuple):
     """Rows of observer memory: section function now, one and two steps ago; times one and two steps ago; records
-    written, certain crossings among them, or PARTED; whether there is news; the first one of the state a step ago.
+    written, certain crossings among them, or PARTED; whether there is news, and how much in groups of lanes; the first
+    one of the state a step ago.
     """
 
     now: int = 0
@@ -71,7 +72,8 @@ class Rows(NamedTuple):
     written: int = 5
     certain: int = 6
     news: int = 7
-    state: int = 8
+    groups: int = 8
+    state: int = 9
 
 
 ROWS = Rows()
@@ -114,7 +116,7 @@ def detect(value, calls, lanes, orbit, fresh, t, z, memory, out, done):
     """
     rows = int(value.rows)
     call_value(calls, 0, lanes, z, row(memory, ROWS.now))
-    news, moved, ended = row(memory, ROWS.news), 0, 0
+    news, groups, moved, ended = row(memory, ROWS.news), row(memory, ROWS.groups), 0, 0
     for i in range(lanes):  # loops without branches become vector instructions
         earlier, before = memory[ROWS.earlier * LANES + i], memory[ROWS.before * LANES + i]
         now, seen = memory[ROWS.now * LANES + i], fresh[i] != 0.0
@@ -130,13 +132,11 @@ def detect(value, calls, lanes, orbit, fresh, t, z, memory, out, done):
         some = 0.0
         for k in range(LANES // APART):
             some += news[first + k * APART]
-        news[first] += 2.0 * some
+        groups[first] = some
     for first in range(APART):
-        if news[first] == 0.0:
+        if groups[first] == 0.0:
             continue
-        news[first] = news[first] % 2.0
-        for k in range(LANES // APART):
-            i = first + k * APART
+        for i in range(first, LANES, APART):
             if news[i] == 0.0:
                 continue
             seen = memory[ROWS.now * LANES + i], memory[ROWS.earlier * LANES + i], memory[ROWS.before * LANES + i]

@@ -130,42 +130,37 @@ def demodulate(unit, stop, progress, signals, samples, loops, nu, interval, wind
     progress[unit] = 1.0
 
 
-@jit
-def loop_angles(s, c, offset, drift, samples, re, im, angles):
-    """Fill angles (samples - 1,) with the angle from each value of the loop  c . s - offset - drift j  to the next.
-
-    re, im (samples,): scratch for the values.
-    """
-    for i in range(samples):
-        re[i] = -offset.real - drift.real * i
-        im[i] = -offset.imag - drift.imag * i
-    for r in range(c.size):
-        a, b, row = c[r].real, c[r].imag, s[r]
-        if a != 0.0 or b != 0.0:
-            for i in range(samples):
-                re[i] += a * row[i]
-                im[i] += b * row[i]
-    for i in range(samples - 1):
-        x = re[i + 1] * re[i] + im[i + 1] * im[i]
-        y = im[i + 1] * re[i] - re[i + 1] * im[i]
-        angles[i] = angle_of(x, y)
-
-
-def turn(unit, stop, progress, signals, samples, loops, windows, rates):
+def turn(unit, stop, progress, signals, loops, windows, spans, rates):
     """Fill rates (orbits, loops, windows) with weighted mean angles per sample of the loops of an orbit.
 
-    signals (orbits, rows, >= samples); windows (1 or orbits, windows, samples - 1), each
-    of sum 1.
+    signals (orbits, rows, > steps); windows (windows, steps), each of sum 1 and 0 outside of its span, spans (windows,
+    2), which begins with a BLOCK.
     """
     if read_now(stop, 0) > 0:
         return
-    table = windows[unit % windows.shape[0]]
-    angles, re, im, sums = np.empty(samples - 1), np.empty(samples), np.empty(samples), np.empty(BLOCK)
+    s, steps = signals[unit], windows.shape[1]
+    angles, re, im, sums = np.empty(steps), np.empty(CHUNK + 1), np.empty(CHUNK + 1), np.empty(BLOCK)
     for k in range(loops.c.shape[1]):
         offset, drift = loops.offset[unit, k], loops.drift[unit, k]
-        loop_angles(signals[unit], loops.c[unit, k], offset, drift, samples, re, im, angles)
-        for w in range(table.shape[0]):
-            rates[unit, k, w] = weighted_sum(table[w], angles, sums)
+        for at in range(0, steps, CHUNK):
+            width = min(CHUNK, steps - at)
+            for i in range(width + 1):
+                re[i] = -offset.real - drift.real * (at + i)
+                im[i] = -offset.imag - drift.imag * (at + i)
+            for r in range(s.shape[0]):
+                c, row = loops.c[unit, k, r], s[r, at : at + width + 1]
+                if c != 0.0:
+                    for i in range(row.size):
+                        re[i] += c.real * row[i]
+                        im[i] += c.imag * row[i]
+            angle = angles[at : at + width]
+            for i in range(angle.size):
+                x = re[i + 1] * re[i] + im[i + 1] * im[i]
+                y = im[i + 1] * re[i] - re[i + 1] * im[i]
+                angle[i] = angle_of(x, y)
+        for w in range(windows.shape[0]):
+            begin, end = spans[w]
+            rates[unit, k, w] = weighted_sum(windows[w, begin:end], angles[begin:end], sums)
     progress[unit] = 1.0
 
 

@@ -2,11 +2,16 @@
 
 `direction` = +1 counts crossings where the function increases, -1 where it decreases, 0 both. A section of one's own is
 a NamedTuple with a field `direction` and a method `value(self, q1, ..., pn)` made of arithmetic.
+
+Those of a body in the planes a and b have more (`_of_bodies`), from which texts, grids, samples and figures follow. One
+that gives a radius over the other, u, has `radii(u)`, alpha and beta; where u and its momentum are no canonical pair on
+it, as it leans, `slopes(alpha, beta)` too, the derivatives of its function, that to the radius given positive, and
+`leaning(u)`, the square of the derivative of that radius to u.
 """
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -22,6 +27,21 @@ def _section(cls):
     """Attach the call to a NamedTuple, which cannot inherit it."""
     cls.__call__ = _Callable.__call__
     return cls
+
+
+OF_BODIES: dict[str, Any] = {}
+"""Sections of bodies by the text that stands for them, "=c" behind it where they have a constant."""
+
+
+def _of_bodies(text, label, over):
+    """Enter a section of bodies under its text; label: its function in LaTeX; over: the radius it is drawn over."""
+
+    def entered(cls):
+        cls.label, cls.over = label, over
+        OF_BODIES[text] = cls
+        return _section(cls)
+
+    return entered
 
 
 @_section
@@ -89,7 +109,7 @@ class AngleEquals(NamedTuple):
         return total - self.period * np.floor(total / self.period + 0.5)
 
 
-@_section
+@_of_bodies("alpha-turning", r"p_{\alpha}", "beta")
 class AlphaTurning(NamedTuple):
     """Turning points of alpha, p_alpha = 0: the section function is alpha p_alpha = a . p_a.
 
@@ -115,7 +135,7 @@ class AlphaTurning(NamedTuple):
         return a1 * pa1 + a2 * pa2
 
 
-@_section
+@_of_bodies("beta-turning", r"p_{\beta}", "alpha")
 class BetaTurning(NamedTuple):
     """Turning points of beta, p_beta = 0: the section function is beta p_beta = b . p_b, smooth through beta = 0.
 
@@ -141,7 +161,7 @@ class BetaTurning(NamedTuple):
         return b1 * pb1 + b2 * pb2
 
 
-@_section
+@_of_bodies("alpha", r"\alpha", "beta")
 class AlphaEquals(NamedTuple):
     """The surface alpha = constant: the section function is alpha - constant.
 
@@ -165,8 +185,12 @@ class AlphaEquals(NamedTuple):
         """Return alpha - constant."""
         return np.sqrt(a1 * a1 + a2 * a2) - self.constant
 
+    def radii(self, u):
+        """Return alpha and beta over u = beta."""
+        return np.full(u.shape, float(self.constant)), u
 
-@_section
+
+@_of_bodies("beta", r"\beta", "alpha")
 class BetaEquals(NamedTuple):
     """The surface beta = constant > 0: the section function is beta - constant.
 
@@ -190,8 +214,12 @@ class BetaEquals(NamedTuple):
         """Return beta - constant."""
         return np.sqrt(b1 * b1 + b2 * b2) - self.constant
 
+    def radii(self, u):
+        """Return alpha and beta over u = alpha."""
+        return u, np.full(u.shape, float(self.constant))
 
-@_section
+
+@_of_bodies("area", "D_1D_2", "beta")
 class AreaEquals(NamedTuple):
     """The surface D1 D2 = constant (area ratio of the deformation): the section function is det phi - constant.
 
@@ -218,6 +246,18 @@ class AreaEquals(NamedTuple):
     def value(self, a1, a2, b1, b2, pa1, pa2, pb1, pb2):
         """Return D1 D2 - constant."""
         return (a1 * a1 + a2 * a2 - b1 * b1 - b2 * b2) / 2 - self.constant
+
+    def radii(self, u):
+        """Return alpha and beta over u = beta."""
+        return np.sqrt(2 * self.constant + u * u), u
+
+    def slopes(self, alpha, beta):
+        """Return the derivatives of D1 D2 to alpha and to beta."""
+        return alpha, -beta
+
+    def leaning(self, u):
+        """Return (d alpha/d beta)^2 over u = beta."""
+        return np.square(u) / (2 * self.constant + np.square(u))
 
 
 @_section

@@ -14,7 +14,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..analysis.chaos.chaos_map import ChaosMap
-from ..analysis.chaos.indicators import GALI, SALI, BirkhoffDigits
+from ..analysis.chaos.indicators import GALI, INDICATORS
+from ..analysis.chaos.pass_indicators import QUIET
 from ..analysis.frequencies.frequencies import FrequencyMap
 from ..base.numbers import an_array, numbers, real
 from ..base.results import Result, columns
@@ -27,38 +28,13 @@ STEP = (0.36, 0.66)
 DIFFUSION = r"diffusion  $\log_{10}|\Delta\nu|$"
 SLOW = "diffusion"
 """A column that decides less sharply than the indicators."""
-QUIET = 8.0
-"""Decades of diffusion below the limit that are told apart."""
 LABELS = {
-    "megno": r"MEGNO $\langle Y\rangle$",
-    "sali": r"$\log_{10}$ SALI",
-    "fli": r"FLI, largest $\log_{10}|w|$",
-    "ofli": r"OFLI, largest $\log_{10}|w_\perp|$",
-    "lyapunov": r"Lyapunov exponent $\lambda_1$ (per unit time)",
-    "largest": r"Lyapunov exponent $\lambda_1$ (per unit time)",
-    "birkhoff_digits": "digits of Birkhoff averages",
-    "frequency_diffusion": r"diffusion  $\log_{10}|\Delta\nu|$ (cycles per natural period)",
-    "zero_one": "0-1 test $K$",
-    "reversibility_error": r"$\log_{10}$ reversibility error",
     "diffusion": DIFFUSION,
     "energy_error": "energy error / largest kinetic energy",
     "counts": "crossings",
     "period": "period in crossings",
     "time": "time $T$",
 }
-_CALM = {
-    "megno": lambda limit: 2.0,
-    "sali": lambda limit: 0.0,
-    "fli": lambda limit: limit - 4.0,
-    "ofli": lambda limit: limit - 4.0,
-    "lyapunov": lambda limit: 0.0,
-    "largest": lambda limit: 0.0,
-    "birkhoff_digits": lambda limit: 2.0 * limit,
-    "frequency_diffusion": lambda limit: limit - QUIET,
-    "zero_one": lambda limit: 0.0,
-    "reversibility_error": lambda limit: limit - 4.0,
-}
-"""What a regular orbit reads, by the definition of each indicator and its limit."""
 
 
 class Colouring(NamedTuple):
@@ -75,8 +51,8 @@ def label_of(name: str) -> str:
     """Return the label of an indicator, or another column of a result, for axes and colour bars."""
     if name in LABELS:
         return LABELS[name]
-    if name.startswith("gali_"):
-        return rf"$\log_{{10}}$ GALI$_{{{name[5:]}}}$"
+    if label := getattr(_indicator(name), "label", None):
+        return str(label)
     numerator, slash, denominator = name.partition("/")
     if slash:
         return rf"${symbol('nu_' + numerator)}/{symbol('nu_' + denominator)}$"
@@ -86,12 +62,20 @@ def label_of(name: str) -> str:
 
 def falls(name: str) -> bool:
     """Whether chaotic orbits are below the limit."""
-    return name in (SALI.name, BirkhoffDigits.name) or name.startswith(GALI(2).name[:5])
+    return not getattr(_indicator(name), "above", True)
 
 
 def calm(name: str, limit: float) -> float | None:
     """Return what a regular orbit reads; None for an indicator of one's own."""
-    return 0.0 if name.startswith("gali_") else _CALM[name](limit) if name in _CALM else None
+    reads = getattr(_indicator(name), "reads", None)
+    return None if reads is None else float(reads(limit))
+
+
+def _indicator(name: str) -> Any:
+    """Return the indicator of the package that has this name in results, None where none has."""
+    if name.startswith("gali_") and name[5:].isdigit():
+        return GALI(int(name[5:]))
+    return next((entry for entry in INDICATORS.values() if entry.name == name), None)
 
 
 def limit_colours(falling: bool = False) -> Any:

@@ -15,7 +15,7 @@ from ..flows.checks import checked_chart
 from ..flows.coordinates import chart_row
 from ..formulas.forced import PHASE
 from ..models.mechanics import system_of
-from ..models.sections import AngleEquals, BetaEquals, BetaTurning, Linear
+from ..models.sections import AngleEquals, Linear
 from .colour_bars import colour_bar, plain_numbers
 from .density import DENSE, draw_density
 from .picking import carry
@@ -278,7 +278,7 @@ def _free_coordinate(section: Any, names: tuple[str, ...]) -> str:
     if isinstance(section, (Linear, AngleEquals)):
         own = int(np.flatnonzero(section.normal)[0]) % (len(names) // 2)
         return names[1 if own == 0 and len(names) > 2 else 0]
-    chosen = "alpha" if isinstance(section, (BetaTurning, BetaEquals)) else "beta"
+    chosen = getattr(section, "over", "beta")
     return chosen if chosen in names else names[0]
 
 

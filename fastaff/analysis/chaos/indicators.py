@@ -42,6 +42,10 @@ def moving_rows(body: Any) -> int:
 class _Growth(VectorIndicator):
     """Decades by which vectors grow."""
 
+    def reads(self, limit: float) -> float:
+        """Return what a regular orbit reads."""
+        return 0.0 if self.rate else limit - MARGIN
+
     def default(self, n: int, phase: Any) -> Any:
         """Return the limit that follows from the phase x."""
         return MARGIN + decades(phase)
@@ -55,6 +59,10 @@ class _Volume(VectorIndicator):
     """Decades of the volume that unit vectors span."""
 
     above = False
+
+    def reads(self, limit: float) -> float:
+        """Return what a regular orbit reads."""
+        return 0.0
 
     def default(self, n: int, phase: Any) -> Any:
         """Return the limit that follows from the phase x."""
@@ -89,6 +97,7 @@ class Lyapunov(_Growth):
 
     limit: float | None = None
     name = "lyapunov"
+    label = r"Lyapunov exponent $\lambda_1$ (per unit time)"
     rate = True
     reading = staticmethod(readings.first_length)
 
@@ -120,6 +129,7 @@ class LyapunovSpectrum(_Growth):
 
     limit: float | None = None
     name = "largest"
+    label = Lyapunov.label
     rate = True
     reading = staticmethod(readings.first_stretch)
     spectrum = True
@@ -150,6 +160,7 @@ class FLI(_Growth):
 
     limit: float | None = None
     name = "fli"
+    label = r"FLI, largest $\log_{10}|w|$"
     reading = staticmethod(readings.largest_length)
 
 
@@ -175,6 +186,7 @@ class OFLI(_Growth):
 
     limit: float | None = None
     name = "ofli"
+    label = r"OFLI, largest $\log_{10}|w_\perp|$"
     reading = staticmethod(readings.largest_across)
     across_flow = True
 
@@ -201,7 +213,12 @@ class MEGNO(VectorIndicator):
 
     limit: float = 5.0
     name = "megno"
+    label = r"MEGNO $\langle Y\rangle$"
     reading = staticmethod(readings.mean_megno)
+
+    def reads(self, limit: float) -> float:
+        """Return what a regular orbit reads."""
+        return 2.0
 
     def calm(self, value: np.ndarray, before: np.ndarray, limit: np.ndarray, n: int) -> np.ndarray:
         """Tell where it is close to 2, or falls: it doubles where growth is exponential."""
@@ -232,6 +249,7 @@ class SALI(_Volume):
 
     limit: float | None = None
     name = "sali"
+    label = r"$\log_{10}$ SALI"
     count = 2
     reading = staticmethod(readings.alignment)
 
@@ -269,6 +287,11 @@ class GALI(_Volume):
     def name(self) -> str:  # type: ignore[override]
         """Return gali_2, gali_3, ..."""
         return f"gali_{self.count}"
+
+    @property
+    def label(self) -> str:
+        """Return log10 GALI_2, GALI_3, ... in LaTeX."""
+        return rf"$\log_{{10}}$ GALI$_{{{self.count}}}$"
 
     @property
     def parameters(self) -> tuple[float, ...]:  # type: ignore[override]

@@ -40,6 +40,9 @@ QUIET, DENSE = 50.0, 0.5
 Henon and Heiles at the energy 1/8 one in a hundred; and the radians of its natural frequency between samples that this
 takes: the angles of denser ones belong to frequencies beyond those of the motion."""
 
+QUIET = 8.0
+"""Decades of diffusion below the limit that are told apart in figures."""
+
 LEAST_SAMPLES, MOST_SAMPLES = 400, 4000
 """Samples of the 0-1 test where none are asked for."""
 
@@ -69,6 +72,7 @@ class BirkhoffDigits(Indicator):
 
     limit: float = 5.0
     name = "birkhoff_digits"
+    label = "digits of Birkhoff averages"
     above = False
     least = BEATS
     needs = ("energy", "fixed steps")
@@ -84,6 +88,10 @@ class BirkhoffDigits(Indicator):
             return np.where(reached >= time * (1 - 1e-12), digits, np.nan), np.nan
 
         return Watch(observers.averages(flow.model, flow.vectors, time), 0, lambda memory: None, read)
+
+    def reads(self, limit: float) -> float:
+        """Return what a regular orbit reads."""
+        return 2.0 * limit
 
     def calm(self, value: np.ndarray, before: np.ndarray, limit: np.ndarray, n: int) -> np.ndarray:
         """Tell where the averages agree."""
@@ -115,6 +123,7 @@ class FrequencyDiffusion(Indicator):
     limit: float | None = None
     angles: Angles | None = None
     name = "frequency_diffusion"
+    label = r"diffusion  $\log_{10}|\Delta\nu|$ (cycles per natural period)"
     least = MANY
     needs = ("energy",)
 
@@ -140,6 +149,10 @@ class FrequencyDiffusion(Indicator):
         beside = (found.kind != FrequencyKind.IRREGULAR) & (time / 2 * 10.0**found.diffusion > CHANGED)
         known = (found.status == Status.OK) & ~vague & ~beside
         return np.where(known, value, np.nan), np.nan, found.status
+
+    def reads(self, limit: float) -> float:
+        """Return what a regular orbit reads."""
+        return limit - QUIET
 
     def calm(self, value: np.ndarray, before: np.ndarray, limit: np.ndarray, n: int) -> np.ndarray:
         """Tell where the frequencies agree to a third of the difference that counts as chaos."""
@@ -180,6 +193,7 @@ class ZeroOne(Indicator):
     limit: float = 0.7
     samples: int | None = None
     name = "zero_one"
+    label = "0-1 test $K$"
     least = 3 * MANY
     needs = ("energy",)
 
@@ -228,6 +242,10 @@ class ZeroOne(Indicator):
         found, (_, quiet) = watch.finish(out, report), watch.read(memory, ensemble.time)  # type: ignore[misc]
         return np.where(ensemble.status == Status.OK, found, np.nan), quiet, ensemble.status
 
+    def reads(self, limit: float) -> float:
+        """Return what a regular orbit reads."""
+        return 0.0
+
     def calm(self, value: np.ndarray, before: np.ndarray, limit: np.ndarray, n: int) -> np.ndarray:
         """Tell where K is as close to 0 as the limit is to 1, or closer, and as that many samples allow (`before`)."""
         return np.abs(value) < np.minimum(1.0 - limit, before)
@@ -257,6 +275,7 @@ class ReversibilityError(Indicator):
 
     limit: float | None = None
     name = "reversibility_error"
+    label = r"$\log_{10}$ reversibility error"
     needs = ("energy", "flow", "splitting")
 
     def compute(self, flow: Flow, z0: np.ndarray, time: float, rates: np.ndarray, report: Report | None) -> tuple:
@@ -280,6 +299,10 @@ class ReversibilityError(Indicator):
     def default(self, n: int, phase: Any) -> Any:
         """Return the limit that follows from the phase x."""
         return np.minimum(-2.0, -13.0 + 2 * decades(phase))
+
+    def reads(self, limit: float) -> float:
+        """Return what a regular orbit reads."""
+        return limit - 4.0
 
     def calm(self, value: np.ndarray, before: np.ndarray, limit: np.ndarray, n: int) -> np.ndarray:
         """Tell where it is a hundred times below the limit."""

@@ -12,7 +12,7 @@ import numpy as np
 
 from ...base.numbers import fits, number_of_steps, shown
 from ...base.status import Status
-from ...base.sums import length
+from ...base.sums import length, total
 from ...flows import observers
 from ...flows.checks import carried
 from ...flows.ensemble import Ensemble
@@ -338,7 +338,8 @@ def averaging_error(times: np.ndarray, sums: np.ndarray, mean: np.ndarray, block
         edges = np.maximum(edges, 0)
         t, S = np.take_along_axis(times, edges, axis=0), np.take_along_axis(sums, edges[None], axis=1)
         with np.errstate(all="ignore"):
-            rates = np.diff(S, axis=1) / np.diff(t, axis=0)
-            spread = np.maximum(spread, student * rates.std(axis=1, ddof=1) / math.sqrt(count))
+            rates = np.moveaxis(np.diff(S, axis=1) / np.diff(t, axis=0), 1, 0)
+            variance = total((rates - total(rates) / count) ** 2) / (count - 1)
+            spread = np.maximum(spread, student * np.sqrt(variance) / math.sqrt(count))
             error = np.abs(mean - (S[:, -1] - S[:, 0]) / (t[-1] - t[0])) + spread
     return np.where((known >= max(blocks)) & np.isfinite(error), error, np.inf)

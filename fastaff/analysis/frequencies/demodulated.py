@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ...kernels import demodulation
+from ...kernels.fundamental import BLOCK
 from .fundamental import Loops, adopt, run, taken
 from .signals import Signals
 from .windows import bump, tables_for, tabulated
@@ -125,18 +126,20 @@ def _demodulated(
 
 
 @tabulated
-def parts(steps: int) -> np.ndarray:
-    """Return the weights (parts, steps) of PARTS."""
-    return np.array([bump(steps, *span) for span in PARTS])
+def parts(steps: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return the weights (parts, steps) of PARTS, and where each begins and ends (parts, 2), in whole BLOCKs."""
+    weights = np.array([bump(steps, *span) for span in PARTS])
+    places = np.array(PARTS) * steps / BLOCK
+    spans = BLOCK * np.stack([np.floor(places[:, 0]), np.ceil(places[:, 1])], axis=1).astype(np.int64)
+    return weights, np.minimum(spans, steps)
 
 
-def turning(signals: np.ndarray, loops: Loops, weights: np.ndarray, interval: float, threads: int) -> np.ndarray:
-    """Return weighted mean rates (orbits, loops, windows), in cycles per unit time, of loops of the signals.
-
-    weights (windows, steps), or (orbits, windows, steps), each of sum 1.
+def turning(
+    signals: np.ndarray, loops: Loops, weights: np.ndarray, spans: np.ndarray, interval: float, threads: int
+) -> np.ndarray:
+    """Return weighted mean rates (orbits, loops, windows), in cycles per unit time, of loops of the first samples of
+    the signals, with the weights of some of `parts`.
     """
-    orbits, steps = signals.shape[0], weights.shape[-1]
-    rates = np.zeros((*loops.offset.shape, weights.shape[-2]))
-    table = np.ascontiguousarray(weights.reshape(-1, *weights.shape[-2:]))
-    run(demodulation.turn, orbits, (signals, steps + 1, loops.complexes(), table, rates), threads)
+    rates = np.zeros((*loops.offset.shape, len(weights)))
+    run(demodulation.turn, len(signals), (signals, loops.complexes(), weights, spans, rates), threads)
     return rates / (2 * np.pi * interval)

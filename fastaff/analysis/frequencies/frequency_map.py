@@ -275,7 +275,7 @@ class FrequencyWork:
             ahead = counts[order[begin:]]
             number = np.arange(1, ahead.size + 1)
             room = np.where(number > flow.threads * LANES, BUDGET, MOST)
-            full = (8 * self.layout.rows * number * ahead > room) | (flow.adaptive & (ahead != ahead[0]))
+            full = (8 * self.layout.rows * np.cumsum(ahead) > room) | (flow.adaptive & (ahead != ahead[0]))
             end = begin + (1 + int(full[1:].argmax()) if full[1:].any() else ahead.size)
             part = np.sort(order[begin:end])
             stages = Passes(passes.take(counts[part].sum(), counts[order[end:]].sum()))

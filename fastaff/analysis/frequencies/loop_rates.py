@@ -97,14 +97,16 @@ def averages(s: Signals, start: Signals | None, loops: Loops, librations: int, t
     rates, change = np.zeros((*shape, len(PARTS))), np.zeros((*shape, 1))
     for o in s.alike():
         own, run, dt = taken(loops, o), s.array(o), float(s.interval[o[0]])
-        rates[o] = turning(run, own, parts(run.shape[2] - 1), dt, threads)
+        weights, spans = parts(run.shape[2] - 1)
+        rates[o] = turning(run, own, weights, spans, dt, threads)
         if start is not None:
             for part in start.of(o).alike():
                 count, theirs = int(start.samples[o[part[0]]]), taken(own, part)
-                brief, fine = parts(count - 1)[:3], start.array(o[part])
+                weights, spans = (table[:1] for table in parts(count - 1))
                 first = run if part.size == o.size else run[part]
-                coarse, fine = (turning(x, theirs, brief, dt, threads) for x in (first, fine))
-                change[o[part]] = (coarse - fine)[:, :, :1]
+                pair = first, start.array(o[part])
+                coarse, fine = (turning(x, theirs, weights, spans, dt, threads) for x in pair)
+                change[o[part]] = coarse - fine
     found = of_parts(rates, change)
     # The argument of a loop whose centre is not exact beats with its frequency; that of a plane has none.
     found.error[:, :librations] += damping(np.abs(found.nu[:, :librations]) * s.time[:, None]) / s.time[:, None]

@@ -11,6 +11,17 @@ KEPT = 1 << 27
 """Bytes up to which memory is kept for the next call: to get new pages costs as much as a run."""
 
 
+LINE = 8
+"""Numbers in a line of the cache: arrays begin with one, or each vector of a row would lie in two."""
+
+
+def in_lines(size: int) -> np.ndarray:
+    """Return an array (size,) that begins with a line of the cache, whose numbers are whatever was there."""
+    numbers = np.empty(size + LINE)
+    begin = -(numbers.ctypes.data // numbers.itemsize) % LINE
+    return numbers[begin : begin + size]
+
+
 class Room:
     """Memory that one array after another uses."""
 
@@ -21,9 +32,9 @@ class Room:
         """Return an array of that shape, whose numbers are whatever was there."""
         size = math.prod(shape)
         if size * self._numbers.itemsize > KEPT:
-            return np.empty(shape)
+            return in_lines(size).reshape(shape)
         if self._numbers.size < size:
-            self._numbers = np.empty(size)
+            self._numbers = in_lines(size)
         return self._numbers[:size].reshape(shape)
 
 

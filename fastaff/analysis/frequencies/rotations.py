@@ -27,12 +27,12 @@ def mean_turns(s: Signals, start: Signals | None, periods: np.ndarray) -> tuple[
     rates, change = np.zeros((*shape, len(PARTS))), np.zeros((*shape, 3))
     for o in s.alike():
         run, unit = s.array(o)[:, ::2], np.where(periods > 0, periods, 1.0)[:, None] * float(s.interval[o[0]])
-        rates[o] = _weighted(run, parts(run.shape[2] - 1)) / unit
+        rates[o] = _weighted(run, parts(run.shape[2] - 1)[0]) / unit
         if start is None:
             continue
         for part in start.of(o).alike():
             fine = start.array(o[part])[:, ::2]
-            weights = parts(fine.shape[2] - 1)[:3]
+            weights = parts(fine.shape[2] - 1)[0][:3]
             change[o[part]] = (_weighted(run[part, :, : fine.shape[2]], weights) - _weighted(fine, weights)) / unit
     return rates, change
 

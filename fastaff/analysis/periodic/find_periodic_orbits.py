@@ -11,6 +11,7 @@ import numpy as np
 
 from ...base.interruption import Interrupted, keeping
 from ...base.numbers import positive, whole
+from ...base.progress import tell
 from ...base.recipe import recorded
 from ...base.short_forms import Starts, starts_of, takes
 from ...flows.motion import typical_rate
@@ -155,13 +156,14 @@ def find_periodic_orbits(
     """
     system = system_of(model)
     scheme = checked_return(model, section, scheme)
-    longest = whole("max_period", max_period, 1)
+    longest, tolerance = whole("max_period", max_period, 1), positive("tolerance", tolerance)
+    iterations = whole("iterations", iterations, 1)
     seen, rows = z0 if isinstance(z0, SectionMap) else None, system.rows
     if seen is not None and len(seen.points) != rows:
         raise ValueError(f"z0 must be a SectionMap of {rows} rows, got one of {len(seen.points)}")
     starts = z0 if seen is None else seen.points[:, 0, seen.counts > 0]
     how: Any = {"scheme": scheme, "step": step, "rtol": rtol, "atol": atol, "threads": threads}
-    flow, z, _ = checked_guesses(model, starts, None, Options(**how))
+    flow, z, _ = checked_guesses(model, starts, energy, Options(**how))
     how["scheme"] = flow.scheme
     count = longest + 8 if crossings is None else whole("crossings", crossings, 2)
     wait = WAIT / typical_rate(model, z) if max_time is None else positive("max_time", max_time) / count
@@ -174,6 +176,7 @@ def find_periodic_orbits(
             limit = None if section is None or system.driven else wait * count
             seen = poincare_map(model, z[:rows], section=section, crossings=count, max_time=limit, **how)
         for period in range(1, longest + 1):
+            tell("find_periodic_orbits", (period - 1) / longest, f"period {period} of {longest}")
             search.near(periodic_guesses(seen, period, most=most, apart=apart), period)
         if len(search.found) == 1:
             raise ValueError("z0 has no orbit that returns to the section more than once")

@@ -248,7 +248,7 @@ class _Search:
             live = np.flatnonzero(state.live)
             if not live.size:
                 return
-            tell("periodic_orbits find_periodic_orbits", 1 - live.size / state.live.size)
+            tell("periodic_orbits", 1 - live.size / state.live.size)
             trial = state.trial[:, live]
             back = self._returned(state, live)
             state.iterations[live] += 1

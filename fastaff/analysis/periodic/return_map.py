@@ -64,12 +64,13 @@ def checked_guesses(model: Any, z0: Any, energy: Any, options: Options) -> tuple
         raise ValueError(f"model {name} must have two variables or more to return, it has one")
     if system.energetic and system.n < 2:
         raise ValueError(f"model {name} must have two degrees of freedom or more, it has {system.n}")
+    aim = None if energy is None else numbers("energy", energy)  # before anything is compiled
     flow, z, _ = plan(model, z0, suited(options, model), error=STEP_ERROR)
     if system.driven:
         z[-1] -= system.energies(z)  # so that p_t is one at each place and phase
         if options.step is None and not flow.adaptive:
             flow = replace(flow, step=_steps_at_rest(flow, z, options))
-    given = system.energies(z) if energy is None else numbers("energy", energy)
+    given = system.energies(z) if aim is None else aim
     if given.shape not in ((), (z.shape[1],)) or not np.isfinite(given).all():
         raise ValueError(f"energy must be a finite number, or one for each of {z.shape[1]} orbits, got {energy!r}")
     return flow, z, np.array(np.broadcast_to(given, z.shape[1:]))

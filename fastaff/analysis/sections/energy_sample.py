@@ -17,13 +17,17 @@ from ...flows.checks import checked_model
 from ...formulas.section_text import section_of
 from ...models.contracts import Dynamics, Section
 from ...models.mechanics import system_of
-from ...models.sections import AngleEquals, AreaEquals, Linear
+from ...models.sections import AngleEquals, Linear
 from .energy_grid import ARRAYS, checked_surface, lift_sheets, no_planes
 from .energy_limits import NotReached, Where
 from .invariant_measure import Measure, Ranges, measure_of, ranges_of
 from .named_axes import NO_OTHERS, Axes, Others, are_named, by_name, checked_energy, checked_sign
 from .section_edge import parts
+from .section_points import radii_over, slopes_over
 from .surface_points import Surface
+
+STEEPEST = 65
+"""Places of a section at which it is asked how much it leans."""
 
 
 @dataclass(frozen=True)
@@ -205,7 +209,7 @@ def ranges_to_draw(where: Where, axes: Any = None) -> list[Box]:
         (u0, u1), (v0, v1) = (span(f"axes[{k}]", ends) for k, ends in enumerate(ranges))
         boxes = [((u0, u1), (v0, v1))]
     section = where.section
-    if isinstance(section, AreaEquals):  # |P| is below |p| times the length of the section over that of beta
+    if hasattr(section, "slopes"):  # |P| is below |p| times the length of the section over that of its radius
         boxes = [
             ((u0, u1), (_steepest(section, u0, u1) * v0, _steepest(section, u0, u1) * v1))
             for (u0, u1), (v0, v1) in boxes
@@ -222,10 +226,10 @@ def drawn(where: Where, boxes: list[Box], count: int, seed: Any, sheets: int = 1
         sheets = most
 
 
-def _steepest(section: AreaEquals, u0: float, u1: float) -> float:
-    """Return the largest ratio of the lengths along the section and along beta between two values of beta."""
+def _steepest(section: Any, u0: float, u1: float) -> float:
+    """Return the largest ratio of the lengths along the section and along its radius between two values of that."""
     with np.errstate(all="ignore"):
-        return float(np.sqrt(1 + np.nanmax(np.square([u0, u1]) / (2 * section.constant + np.square([u0, u1])))))
+        return float(np.sqrt(1 + np.nanmax(section.leaning(np.linspace(u0, u1, STEEPEST)))))
 
 
 def _draw(where: Where, boxes: list[Box], sheets: int, count: int, random: Any) -> tuple[EnergySample, int]:
@@ -235,7 +239,7 @@ def _draw(where: Where, boxes: list[Box], sheets: int, count: int, random: Any) 
     A point where its sheet is missing is drawn anew, so that every sheet has the same density.
     """
     energy, section = where.energy, where.section
-    raise_section = _area_lift if isinstance(section, AreaEquals) else lift_sheets
+    raise_section = _leaning_lift if hasattr(section, "slopes") else lift_sheets
     areas = np.array([(u1 - u0) * (v1 - v0) for (u0, u1), (v0, v1) in boxes])
     found_parts: list[tuple[np.ndarray, np.ndarray]] = []
     names, kept, tried, batch, most = ("", ""), 0, 0, max(64, count), 1
@@ -267,18 +271,20 @@ def _draw(where: Where, boxes: list[Box], sheets: int, count: int, random: Any) 
     return EnergySample(np.ascontiguousarray(z0), np.ascontiguousarray(points), names, energy=energy), most
 
 
-def _area_lift(where: Where, u: np.ndarray, P: np.ndarray) -> tuple[np.ndarray, np.ndarray, tuple[str, str]]:
-    """Lift (beta, P) to an area section: P/sqrt(1 + (beta/alpha)^2) is the momentum along it, the energy gives the one
-    across.
+def _leaning_lift(where: Where, u: np.ndarray, P: np.ndarray) -> tuple[np.ndarray, np.ndarray, tuple[str, str]]:
+    """Lift (u, P) to a section that leans, such as that of the area: P du/dl, of the length l along it, is the momentum
+    along it, the energy gives the one across.
     """
     section = where.section
-    alpha = np.sqrt(2 * section.constant + u * u)
-    length = np.hypot(alpha, u)
+    alpha, beta = radii_over(section, u)
+    own, other = slopes_over(section, alpha, beta)
+    length = np.hypot(other, own)
     with np.errstate(all="ignore"):
-        along = P * alpha / length
-        rest = where.room(alpha, u)[0] - along**2
+        along = P * other / length
+        rest = where.room(alpha, beta)[0] - along**2
         across = (-1.0 if section.direction < 0 else 1.0) * np.sqrt(np.maximum(rest, 0.0))
         found = (rest >= 0) & np.isfinite(rest)
-        p_alpha, p_beta = (across * alpha + along * u) / length, (along * alpha - across * u) / length
-        z = where.point(alpha, p_alpha, u, p_beta)
-    return z[None], (found & np.isfinite(z).all(axis=0))[None], ("beta", "P")
+        momenta = (across * other - along * own) / length, (along * other + across * own) / length
+        p_alpha, p_beta = momenta[::-1] if section.over == "alpha" else momenta
+        z = where.point(alpha, p_alpha, beta, p_beta)
+    return z[None], (found & np.isfinite(z).all(axis=0))[None], (section.over, "P")

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from ...models.mechanics import system_of
-from ...models.sections import AlphaEquals, AlphaTurning, AngleEquals, AreaEquals, BetaEquals, BetaTurning, Linear
+from ...models.sections import AlphaTurning, AngleEquals, BetaTurning, Linear
 from .allowed_region import crossings, extrema
 from .energy_limits import Where
 from .surface_roots import roots_along
@@ -17,6 +17,8 @@ from .surface_roots import roots_along
 @singledispatch
 def section_points(section: Any, where: Where, u: np.ndarray, v: np.ndarray) -> tuple[np.ndarray, tuple[str, str]]:
     """Return phase points (2n, cells), NaN where there is none, and the names of the two coordinates."""
+    if hasattr(section, "radii"):
+        return _over_a_radius(section, where, u, v)
     raise TypeError(
         f"section must be one that has a grid (fastaff.models.sections), got {section!r} for "
         f"{type(where.body).__name__}"
@@ -41,25 +43,26 @@ def _momentum(rest, direction):
 
 def radii_over(section: Any, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return alpha and beta on a section that gives one of them over the other, u; TypeError for any other section."""
-    if isinstance(section, AreaEquals):
-        return np.sqrt(2 * section.constant + u * u), u
-    if isinstance(section, (AlphaEquals, BetaEquals)):
-        constant = np.full(u.shape, float(section.constant))
-        return (u, constant) if isinstance(section, BetaEquals) else (constant, u)
-    raise TypeError(f"section {section!r} has no known boundary: give `axes`")
+    if not hasattr(section, "radii"):
+        raise TypeError(f"section {section!r} has no known boundary: give `axes`")
+    alpha, beta = section.radii(u)
+    return alpha, beta
 
 
-@section_points.register(AlphaEquals)
-@section_points.register(BetaEquals)
-@section_points.register(AreaEquals)
-def _(section, where, u, v):
+def slopes_over(section: Any, alpha: np.ndarray, beta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the derivatives of the function of a section to the radius it is drawn over and to the other."""
+    to_alpha, to_beta = section.slopes(alpha, beta)
+    return (to_alpha, to_beta) if section.over == "alpha" else (to_beta, to_alpha)
+
+
+def _over_a_radius(section, where, u, v):
     alpha, beta = radii_over(section, u)
     across = _momentum(where.room(alpha, beta)[0] - v**2, section.direction)
-    if isinstance(section, BetaEquals):
-        return where.point(alpha, v, beta, across), ("alpha", "p_alpha")
-    if isinstance(section, AreaEquals):
-        across = np.where((alpha * across - u * v) * section.direction >= 0, across, np.nan)
-    return where.point(alpha, across, beta, v), ("beta", "p_beta")
+    if hasattr(section, "slopes"):
+        own, other = slopes_over(section, alpha, beta)
+        across = np.where((other * across + own * v) * section.direction >= 0, across, np.nan)
+    momenta = (v, across) if section.over == "alpha" else (across, v)
+    return where.point(alpha, momenta[0], beta, momenta[1]), (section.over, f"p_{section.over}")
 
 
 @section_points.register(AlphaTurning)

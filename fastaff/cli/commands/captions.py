@@ -74,10 +74,7 @@ def in_words(section: Any, body: Any) -> str:
         return f"{equal(system.row_names[row], section.offset)}, {turn}"
     if name == "Stroboscopic":
         return f"{equal(system.names[-1], section.phase)}, once a period"
-    if name.endswith("Turning"):
-        return f"{equal('p_' + name.removesuffix('Turning').lower(), 0)}, {turn}"
-    left = {"AlphaEquals": r"\alpha", "BetaEquals": r"\beta", "AreaEquals": "D_1D_2"}[name]
-    return f"${left} = {number(section.constant)}$, {turn}"
+    return f"${section.label} = {number(getattr(section, 'constant', 0))}$, {turn}"
 
 
 def units(body: Any) -> str:
