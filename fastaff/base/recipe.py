@@ -27,6 +27,16 @@ ABBREVIATED = {"E": ("energy",), "t": ("time", "max_time"), "T": ("time", "max_t
 OF_SYSTEMS = ("friction", "rotation", "magnetic", "vector_potential", "period", "periods", "coordinates", "momenta")
 """Arguments of systems, which are sometimes given to calls that take one."""
 
+ELSEWHERE = {
+    **dict.fromkeys(("precision", "dtype"), "numbers are doubles; accuracy=, or tolerances, say how small errors are"),
+    **dict.fromkeys(
+        ("chunks", "chunksize", "batch", "batch_size"), "fastaff.run(fastaff.Job(...), store) goes by parts"
+    ),
+    **dict.fromkeys(("n_jobs", "workers", "processes"), "threads= share a call, fastaff.run(job, store) processes"),
+    **dict.fromkeys(("progress", "verbose", "tqdm"), "fastaff.progress(False) silences what is said, report= is told"),
+}
+"""What other programs name as arguments, and what does it here."""
+
 
 class Call(NamedTuple):
     """A call of a public function: its name, its arguments as `encoded` data, and the names of those that are no data
@@ -88,6 +98,8 @@ def _misfit(function: Callable, signature: inspect.Signature, given: tuple, name
         hint = f".{f' Did you mean {meant[0]}?' if meant else did_you_mean(name, names)}"
         if name in OF_SYSTEMS:
             hint = f": it belongs to the system, hamiltonian('...', {name}=...)."
+        if name in ELSEWHERE:
+            hint = f": {ELSEWHERE[name]}."
     try:
         return function(*given, **named)
     except TypeError as problem:

@@ -137,7 +137,10 @@ class LevelTable(Result, axis="level"):
         if whole("k", k, 0) >= len(self):
             raise ValueError(f"k must be below the number of levels {len(self)}, got {k}")
         if self.waves is None:
-            raise ValueError(f"these levels have no wave functions, of `spectrum` or `wavefunction`: {self.method}")
+            raise ValueError(
+                f"these levels have no wave functions: {self.method}. Those that `spectrum` finds of a body of GL(2,R) "
+                "have, by its numbers m and l; of other systems it finds energies alone"
+            )
         n = self.n[:, k].tolist()
         numbers = {f"n_{name}": number for name, number in zip(self.names, n, strict=True)}
         constants = dict(zip(self.constant_names, self.constants[:, k].tolist(), strict=True))
