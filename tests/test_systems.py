@@ -136,7 +136,8 @@ def test_no_orbit_passes_through_the_pole_of_its_chart(text):
         for k in np.flatnonzero(well):
             apart = np.abs(found.samples[:, :3, k].T - on_the_sphere(*z0[:, k], found.times))
             apart[1] = np.abs((apart[1] + np.pi) % (2 * np.pi) - np.pi)
-            close = apart <= 10 * found.sample_error[:, :3, k].T + np.array([1e-12, 1e-9, 1e-12])[:, None]
+            lost = 1e-16 / z0[3, k] ** 2 if "cos" in text else 0.0  # of 1 - cos^2 at the smallest theta, near |p_phi|
+            close = apart <= 10 * found.sample_error[:, :3, k].T + np.array([1e-12, 1e-9 + lost, 1e-12])[:, None]
             assert close.all(), (z0[:, k], accuracy, apart.max())
         assert set(found.status[~well]) <= {Status.COLLAPSED, Status.NOT_CONVERGED, Status.ENERGY_DRIFT}
         passed, failed = passed + well.sum(), failed + (found.status == Status.COLLAPSED).sum()
