@@ -20,8 +20,10 @@ from .accessible_box import spread
 from .allowed_region import crossings, extrema
 from .surface_roots import left, rest, roots_along
 
-TOLERANCE = 1e-9
-"""Largest relative error of the energy of a point that was found: at a wall where the potential jumps there is none."""
+TOLERANCE, ROUNDING = 1e-9, 1e-12
+"""Largest relative error of the energy of a point that was found, as at a wall where the potential jumps there is none;
+and of the coordinates themselves.
+"""
 
 AT_REST, NOTHING = -1, -2
 """What stands for the row that the energy gives where it is none."""
@@ -118,9 +120,8 @@ def on_surface(model: Any, z: np.ndarray, energy: float) -> np.ndarray:
     system = system_of(model)
     T, V, n = system.kinetic_energies(z), system.potential_energies(z), len(z) // 2
     with np.errstate(all="ignore"):
-        along = np.abs(z * np.roll(system.slopes(z), n, axis=0)).sum(axis=0)
-        along = np.where(np.isfinite(along), along, 0.0)
-        exact = np.abs(T + V - energy) <= TOLERANCE * (np.abs(T) + np.abs(V) + abs(energy) + along)
+        along = np.nan_to_num(ROUNDING * np.abs(z * np.roll(system.slopes(z), n, axis=0)).sum(axis=0), posinf=0.0)
+        exact = np.abs(T + V - energy) <= TOLERANCE * (np.abs(T) + np.abs(V) + abs(energy)) + along
     return exact & np.isfinite(z).all(axis=0) & system.inside(z)
 
 
