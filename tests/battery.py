@@ -434,6 +434,8 @@ CONTAINERS = {
 FORMULAS = {
     "value",
     "slopes",
+    "radii",
+    "leaning",
     "curvatures",
     "margin",
     "slope",
@@ -465,8 +467,8 @@ PUBLIC |= {
 }
 PUBLIC |= {name: getattr(fa.schemes, name) for name in ("Splitting", "scheme_named")}
 
-INDICATOR = {"vectors", "default", "calm", "check", "watch", "compute"}
-"""Methods of indicators that `chaos_map` calls: tests/test_own_indicators.py."""
+INDICATOR = {"vectors", "default", "calm", "check", "watch", "compute", "reads"}
+"""Methods of indicators that `chaos_map` and figures call: tests/test_own_indicators.py."""
 
 
 def discovered():

@@ -15,7 +15,7 @@ import numpy as np
 
 from ..analysis.chaos.chaos_map import ChaosMap
 from ..analysis.chaos.indicators import GALI, INDICATORS
-from ..analysis.chaos.pass_indicators import QUIET
+from ..analysis.chaos.pass_indicators import TOLD
 from ..analysis.frequencies.frequencies import FrequencyMap
 from ..base.numbers import an_array, numbers, real
 from ..base.results import Result, columns
@@ -149,7 +149,7 @@ def scale_of(name: str, values: Any, limit: float | None) -> Any:
     if limit is None:
         return clipped(values)
     if name == SLOW:
-        return TwoSlopeNorm(limit, limit - QUIET, limit + 2.0)
+        return TwoSlopeNorm(limit, limit - TOLD, limit + 2.0)
     return limit_scale(values, limit, calm(name, limit))
 
 

@@ -40,7 +40,7 @@ QUIET, DENSE = 50.0, 0.5
 Henon and Heiles at the energy 1/8 one in a hundred; and the radians of its natural frequency between samples that this
 takes: the angles of denser ones belong to frequencies beyond those of the motion."""
 
-QUIET = 8.0
+TOLD = 8.0
 """Decades of diffusion below the limit that are told apart in figures."""
 
 LEAST_SAMPLES, MOST_SAMPLES = 400, 4000
@@ -152,7 +152,7 @@ class FrequencyDiffusion(Indicator):
 
     def reads(self, limit: float) -> float:
         """Return what a regular orbit reads."""
-        return limit - QUIET
+        return limit - TOLD
 
     def calm(self, value: np.ndarray, before: np.ndarray, limit: np.ndarray, n: int) -> np.ndarray:
         """Tell where the frequencies agree to a third of the difference that counts as chaos."""
