@@ -8,6 +8,7 @@ import inspect
 import re
 import subprocess
 import sys
+from collections import Counter
 from functools import cache
 from pathlib import Path
 
@@ -435,6 +436,16 @@ def test_modules_have_one_subject():
     lines = {name: len(text.splitlines()) for name, text in texts.items()}
     assert above(lines, MODULE, LONG_MODULES) == ({}, set())
     assert not [name for name, text in texts.items() if not ast.get_docstring(ast.parse(text))]
+
+
+def test_a_module_gives_a_name_once():
+    """A constant in the place of another of its name would change what was computed with that."""
+    for path in FILES:
+        told = (node for node in tree_of(path).body if isinstance(node, (ast.Assign, ast.AnnAssign)))
+        targets = (target for node in told for target in getattr(node, "targets", [getattr(node, "target", None)]))
+        parts = (part for target in targets for part in ast.walk(target))
+        names = Counter(part.id for part in parts if isinstance(part, ast.Name) and isinstance(part.ctx, ast.Store))
+        assert not {name for name, count in names.items() if count > 1}, path
 
 
 def test_functions_are_short():
