@@ -375,6 +375,16 @@ def test_web_marks_islands_as_areas_and_keeps_clear_of_gaps():
     assert (7, -5) not in torn or not torn[(7, -5)].lines, "1.4 is jumped over at the edge of the island"
 
 
+def test_web_has_no_line_around_a_single_cell():
+    """Which one orbit makes; a line through it stays."""
+    x = np.repeat(np.linspace(-1, 1, 20)[:, None], 20, axis=1)
+    nu = np.array([1.0 + 0.2 * x, np.ones_like(x)])
+    plain = resonance_web(nu, resonances=[[1, -1]])
+    nu[0, 3, 7] = 1.4
+    (line,), (before,) = (web[0].lines for web in (resonance_web(nu, resonances=[[1, -1]]), plain))
+    np.testing.assert_array_equal(line, before)
+
+
 def test_web_of_a_degenerate_map_has_each_line_once():
     """nu1 = nu2 everywhere: (1, 0, -1) and (0, 1, -1) are one line, named once, and (1, -1, 0) an area."""
     pytest.importorskip("contourpy")

@@ -83,7 +83,7 @@ def resonance_web(
         Cells in which a frequency differs by more than ``jump max|nu|`` between neighbours are left out (default:
         none, of own lines 0.03).
     shortest : int, default 4
-        Lines of fewer points, made by noise at the edge of an island, are dropped.
+        Lines of fewer points, made by noise at the edge of an island, and those around a single cell are dropped.
 
     Returns
     -------
@@ -157,10 +157,16 @@ def resonance_web(
         contour: Any = (
             contourpy.contour_generator(x=first, y=second, z=np.ma.masked_invalid(hidden.T)) if changes else None
         )
-        lines = tuple(line for line in contour.lines(0.0) if len(line) >= shortest) if contour else ()
+        lines = contour.lines(0.0) if contour else ()
+        lines = tuple(line for line in lines if len(line) >= shortest and not _around_one(line))
         if lines or locked.any():
             found.append(ResonanceLine(tuple(int(c) for c in vector), int(np.abs(vector).sum()), lines, locked=locked))
     return _distinct(found, everywhere)
+
+
+def _around_one(line: np.ndarray) -> bool:
+    """Tell whether a line (points, 2) goes around a single cell, over the four edges that begin there."""
+    return len(line) == 5 and bool((line[0] == line[-1]).all())
 
 
 def _over(grid: Any, found: Any, errors: Any) -> tuple[np.ndarray, Any, Any, float | None]:
