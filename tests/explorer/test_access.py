@@ -151,6 +151,7 @@ def test_keys_alone_reach_every_orbit(browser, tmp_path):
     sheet.done(count)
     table = sheet.page.locator("[data-part=table]")
     table.focus()
+    table.evaluate("(element) => { element.scrollTop = 0 }")
     seen, rows = [], "() => new Promise((ready) => requestAnimationFrame(() => setTimeout(ready, 30)))"
     sheet.wait("document.querySelector(given)", f"[aria-label='Forget orbit {count}']")
     sheet.page.evaluate(rows)
