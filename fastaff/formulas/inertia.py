@@ -82,10 +82,17 @@ def in_turning_frame(
     varied = {*momenta, *(sympy.Symbol(name, real=True) for name in coordinates)}
     if rate == 0 or rate.free_symbols & varied or not round_:
         return None
-    still = dict.fromkeys(momenta, sympy.Integer(0))
-    # V as it is written, see `separated`
-    found = separated(H.xreplace(still) + rest - rest.xreplace(still), walls, momenta, coordinates)
+    found = separated(_still(H, momenta) + rest - _still(rest, momenta), walls, momenta, coordinates)
     return None if found is None else (found[0], rate, found[1])
+
+
+def _still(H: Any, momenta: Sequence[Any]) -> Any:
+    """Return H without momenta, as it is written: far from an origin of its own, an expanded polynomial is a difference
+    of large numbers.
+    """
+    import sympy
+
+    return H.xreplace(dict.fromkeys(momenta, sympy.Integer(0)))
 
 
 def separated(
@@ -108,8 +115,7 @@ def separated(
         rest = sympy.expand(T - sympy.Add(*(w * a * b / 2 for a, r in zip(momenta, W) for b, w in zip(momenta, r))))
         mixed = T.free_symbols & places or any(w.free_symbols & {*momenta} for row in W for w in row)
         if not (mixed or rest != 0 or any(row[i] == 0 for i, row in enumerate(W)) or _bounded(walls, momenta)):
-            # As it is written: far from an origin of its own, an expanded polynomial is a difference of large numbers.
-            return H.xreplace(dict.fromkeys(momenta, sympy.Integer(0))), _quadratic_inertia(W, coordinates)
+            return _still(H, momenta), _quadratic_inertia(W, coordinates)
     return None
 
 

@@ -13,7 +13,7 @@ from ..flows.coordinates import chart_row
 from .picking import carry
 from .sections import why
 from .style import DARK, GREY, LINES, Artists, chosen_orbits, figure, nothing, symbol
-from .winding import broken, within_a_period
+from .winding import around_zero, broken
 
 MOST = 40
 """Orbits drawn as curves, where no one chooses."""
@@ -46,7 +46,7 @@ def plot_orbits(
     chosen = chosen_orbits(orbits, total, MOST)
     states = samples if len(result.times) else z[:, None]
     plain = [_row(result, states, name) for name in (x, y)]
-    u, v = (within_a_period(result, name, row) for name, row in zip((x, y), plain, strict=True))
+    u, v = (around_zero(result, name, row) for name, row in zip((x, y), plain, strict=True))
     curves = []
     for number, k in enumerate(chosen):
         colour = GREY if status[k] != Status.OK else LINES[number % len(LINES)][0] if len(chosen) <= 5 else DARK

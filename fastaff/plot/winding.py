@@ -19,7 +19,7 @@ def argument_of(found: Any, name: str) -> Any:
         return None
 
 
-def within_a_period(found: Any, name: str, values: np.ndarray) -> np.ndarray:
+def around_zero(found: Any, name: str, values: np.ndarray) -> np.ndarray:
     """Return the values (..., orbits) of a coordinate of a result, within half a period around 0 where it is an angle
     of its model and an orbit winds around it.
     """

@@ -28,7 +28,7 @@ from .rooms import Room
 from .running_turns import ROWS, running_means
 from .signals import signals_of
 from .tunes import FALLBACK, LEAST, TuneWork
-from .turning import CHANGED, LOCKED, calm_change, relations
+from .turning import CHANGED, LOCKED, calm_change, from_whole, relations
 
 BUDGET = 1 << 25
 """Bytes of samples in memory at once."""
@@ -155,7 +155,7 @@ class MapFrequencies:
         best, least = nu.copy(), np.full(nu.shape[1], np.inf)
         for order in itertools.permutations(plain) if plain.size <= COUPLED else ():
             change = nu[list(order)] - first[plain]
-            change = np.abs(change - np.rint(change)).max(axis=0, initial=0.0)
+            change = from_whole(change).max(axis=0, initial=0.0)
             better = change < least
             best[np.ix_(plain, better)] = nu[np.ix_(order, better)]
             least[better] = change[better]
@@ -243,7 +243,7 @@ class MapFrequencies:
         change = np.abs(self.halves[0] - self.halves[1])
         for i, period in enumerate(self.flow.model.periods()[:n]):
             if period == 0:  # known modulo 1
-                change[i] = np.abs(change[i] - np.rint(change[i]))
+                change[i] = from_whole(change[i])
         change = np.where(self.later, change, 0.0)
         known = np.isfinite(self.error)
         some, largest = self.later.any(axis=0), change.max(axis=0)
@@ -254,7 +254,7 @@ class MapFrequencies:
         beyond = np.where(self._wound_rows()[:, None], SWINGS, calm_change(self.nu, self.halves, span))
         kind[(span * change > beyond).any(axis=0)] = FrequencyKind.IRREGULAR
         kind[~some] = FrequencyKind.UNDECIDED
-        turned = self.span * np.where(known, np.abs(self.nu - np.rint(self.nu)), 0.0).max(axis=0)
+        turned = self.span * np.where(known, from_whole(self.nu), 0.0).max(axis=0)
         ended = self.span < self.length
         kind[(turned < MANY_TURNS) & (ended | (kind == FrequencyKind.INDEPENDENT))] = FrequencyKind.UNDECIDED
         basis = np.zeros((n, n, orbits), np.int64)
@@ -291,6 +291,6 @@ class MapFrequencies:
         islands, or tunes are related, as of a plane that another drives.
         """
         q, wound = np.arange(1, LOCKED + 1)[:, None, None], self._wound_rows()
-        beat = np.abs(q * self.nu - np.rint(q * self.nu))
+        beat = from_whole(q * self.nu)
         locked = wound[:, None] & (beat <= q * np.minimum(self.error, 1 / self.length)).any(axis=0)
         return locked.any(axis=0) | relations(self.nu, self.error, self.span, wound)[0]

@@ -17,7 +17,7 @@ from .integer_lattice import ball
 from .line_rates import drifts
 from .naff import FrequencyLines, found_lines
 from .readings import SAME
-from .turning import CHANCE, CHANGED
+from .turning import CHANCE, CHANGED, from_whole
 from .windows import LINE_ORDER, cosine_window, fast_length
 
 LINES = 6
@@ -93,7 +93,7 @@ def modes_of(f: np.ndarray, harmonic: np.ndarray) -> tuple[np.ndarray, np.ndarra
 def _combined(found: FrequencyLines, g: np.ndarray, samples: int) -> np.ndarray:
     """Return the part (orbits, n, samples) of loops that is their lines found, but for +g and -g (orbits, n)."""
     apart = np.abs(found.nu)[..., None] - np.abs(g)[:, None, None]
-    others = (_off(apart) * samples > SAME).all(axis=3)
+    others = (from_whole(apart) * samples > SAME).all(axis=3)
     amplitude = np.where(others & np.isfinite(found.error), found.amplitude, 0.0)
     result = np.zeros((*amplitude.shape[:2], samples), complex)
     for nu, a in zip(np.moveaxis(found.nu, 2, 0), np.moveaxis(amplitude, 2, 0), strict=True):
@@ -125,7 +125,7 @@ def _generators(f: np.ndarray) -> tuple[np.ndarray, np.ndarray, FrequencyLines]:
         whole = np.zeros(orbits, bool)
         for m in range(1, PARTS + 1):
             apart = m * line[:, None] - combined
-            near = np.abs(apart - np.rint(apart)) < np.maximum(wide + m * width[:, None], least)
+            near = from_whole(apart) < np.maximum(wide + m * width[:, None], least)
             whole = near.any(axis=1) if m == 1 else whole
             part = near & single if m > 1 else near[:, :0]
             finer = (strength > 0) & ~whole & part.any(axis=1)  # a generator is a harmonic of this line
@@ -182,7 +182,7 @@ def entangled(nu: np.ndarray, length: int) -> np.ndarray:
     result = np.zeros(nu.shape[1], bool)
     for one, other in itertools.combinations(nu, 2):
         for apart in (one - other, one + other):
-            result |= _off(apart) * length < SAME
+            result |= from_whole(apart) * length < SAME
     return result
 
 
@@ -196,7 +196,7 @@ def driven(nu: np.ndarray, error: np.ndarray) -> np.ndarray:
             width = error[i] + k * error[j]
             width[width > CHANCE] = -1.0
             for apart in (nu[i] - k * nu[j], nu[i] + k * nu[j]):
-                result[i] |= _off(apart) <= width
+                result[i] |= from_whole(apart) <= width
     return result
 
 
@@ -204,11 +204,6 @@ def own_tunes(nu: np.ndarray, harmonic: np.ndarray, modes: np.ndarray, length: i
     """Tell for which orbits (orbits,) `modes` (n, orbits) are tunes behind those of nu (n, orbits) that are harmonics
     (n, orbits), the others being as before; not those of an orbit that a resonance has caught: it and its slow swing.
     """
-    change = _off(modes - nu)
-    fits = np.where(harmonic, change > CAUGHT * _off(modes).min(axis=0), change * length < SAME).all(axis=0)
+    change = from_whole(modes - nu)
+    fits = np.where(harmonic, change > CAUGHT * from_whole(modes).min(axis=0), change * length < SAME).all(axis=0)
     return np.asarray(fits & harmonic.any(axis=0))
-
-
-def _off(turns: np.ndarray) -> np.ndarray:
-    """Return how far turns are from whole ones."""
-    return np.abs(turns - np.rint(turns))

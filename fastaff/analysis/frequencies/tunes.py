@@ -38,6 +38,7 @@ from .turning import (
     Turning,
     Window,
     calm_change,
+    from_whole,
     relations,
     without_standing,
 )
@@ -333,7 +334,7 @@ class TuneWork:
             finer = found.error.max(axis=0) < means.error[:, own].max(axis=0)
             better = twice[own] | (finer & ~harmonic[:, own].any(axis=0))
             better |= own_tunes(means.nu[:, own], harmonic[:, own], found.nu, length)
-            off = np.abs(found.nu - lines - np.rint(found.nu - lines))
+            off = from_whole(found.nu - lines)
             good = better & (np.maximum(off, found.error) * length < SAME).all(axis=0) & ~entangled(found.nu, length)
             own = own[good]
             for old, new in zip(means, found, strict=True):
@@ -368,7 +369,7 @@ class TuneWork:
             near, lines = steady[planes, orbits], lines_of(f, 1.0, self.threads)
             others = np.where(steady, means.nu, np.nan)[:, orbits].T
             there = (np.abs(lines.nu) * length < NEAR) & (np.abs(lines.amplitude) > 0)
-            turned = ~(near & there.any(axis=1)) | (np.abs(rough - np.rint(rough)) * length < SAME)
+            turned = ~(near & there.any(axis=1)) | (from_whole(rough) * length < SAME)
             centre = np.zeros(len(f))
             centre[turned] = _own_lines(
                 f[turned], lines.take(np.flatnonzero(turned)), rough[turned], planes[turned], others[turned]
@@ -403,14 +404,13 @@ def _own_lines(
     """
     if not len(f):
         return np.zeros(0)
-    beside = np.abs(rough - np.rint(rough)) * f.shape[1] < SAME
+    beside = from_whole(rough) * f.shape[1] < SAME
     if f.shape[1] < LONG:
         return np.where(beside, 0.0, found_lines(f, 1.0, 1, LINE_ORDER).nu[:, 0])
-    others = others.copy()
-    others[np.arange(len(f)), planes] = np.nan
+    others = np.where(np.arange(others.shape[1]) == planes[:, None], np.nan, others)
     nu, size = lines.nu[:, :OWN_LINES], np.abs(lines.amplitude[:, :OWN_LINES])
     apart = (nu + rough[:, None])[:, :, None] - _combined(others, COMBINED)[:, None]
-    foreign = (np.abs(apart - np.rint(apart)) * f.shape[1] < SHARP).any(axis=2)
+    foreign = (from_whole(apart) * f.shape[1] < SHARP).any(axis=2)
     own = np.where(foreign | (size < WEAK * size[:, :1]), 0.0, size)
     best = np.where(own.any(axis=1), own.argmax(axis=1), 0)
     first = _generators(lines, rough, others, foreign, f.shape[1])
@@ -438,7 +438,7 @@ def _generators(
     for c in range(min(OWN_LINES, nu.shape[1])):
         apart = nu[:, :, None, None] - (order * nu[:, c, None])[:, None, :, None] - combined
         with np.errstate(invalid="ignore"):
-            fits = np.abs(apart - np.rint(apart)) * samples < SHARP
+            fits = from_whole(apart) * samples < SHARP
         cost = np.where(fits, terms, 99).reshape(*nu.shape, -1)
         harmonic = order[cost.argmin(axis=2) // terms.shape[1]]
         explained = power * (cost.min(axis=2) < 99)

@@ -77,7 +77,7 @@ class Means(NamedTuple):
 
 def without_standing(means: Means, length: int | np.ndarray) -> Means:
     """Return means over that many steps (orbits,), without those of planes that do not go around: error inf."""
-    standing = np.abs(means.nu - np.rint(means.nu)) * length < STANDING
+    standing = from_whole(means.nu) * length < STANDING
     return means._replace(error=np.where(standing, np.inf, means.error))
 
 
@@ -141,7 +141,7 @@ class Turning:
         error = SAFETY * np.abs(turns[:, :, 1:] - turns[:, :, :1]).max(axis=2)
         error = error + unresolved(nu, length) + ROUNDING
         # Near 0 and 1/2 the samples do not show where the centre is, nor the shape.
-        halves = np.abs(2 * nu - np.rint(2 * nu)) * length
+        halves = from_whole(2 * nu) * length
         error = error + np.where(np.rint(2 * nu) % 2 == 0, 1.0, 0.25) * damping(halves) / length
         error = np.where(self.planes[:, :, COLUMNS.a] != 0, error, np.inf)
         return Means(nu.T.copy(), error.T.copy(), turns[:, :, 1:3].transpose(2, 1, 0).copy())
@@ -153,6 +153,11 @@ def _within(weights: np.ndarray) -> tuple[int, int]:
     return (int(some[0]), int(some[-1]) + 1) if some.size else (0, 0)
 
 
+def from_whole(turns: np.ndarray) -> np.ndarray:
+    """Return how far turns are from whole ones."""
+    return np.abs(turns - np.rint(turns))
+
+
 def unresolved(rotation: np.ndarray, steps: np.ndarray | float) -> np.ndarray:
     """Return how far a rotation number may be off where it is so near a fraction p/m that the orbit has not gone around
     between the m.
@@ -161,7 +166,7 @@ def unresolved(rotation: np.ndarray, steps: np.ndarray | float) -> np.ndarray:
     their slow beats.
     """
     m = np.arange(1, HARMONICS + 1).reshape(-1, *[1] * np.ndim(rotation))
-    beat = np.abs(m * rotation - np.rint(m * rotation))
+    beat = from_whole(m * rotation)
     return total(4.0 * 0.5**m * beat / m * damping(beat * steps))
 
 
@@ -181,7 +186,7 @@ def relations(
                 if not equal and wound is not None and (wound[i] or wound[j]):
                     continue
                 apart, width = a * nu[i] + b * nu[j], a * error[i] + abs(b) * error[j]
-                beat = np.abs(apart - np.rint(apart))
+                beat = from_whole(apart)
                 dependent |= beat <= np.where(width < (math.inf if equal else CHANCE), width, -1.0)
                 unseen[i] = np.maximum(unseen[i], np.where(beat * window < UNSEEN, FAINT * beat, 0.0))
     return dependent, unseen
@@ -199,6 +204,6 @@ def calm_change(nu: np.ndarray, halves: np.ndarray, half: np.ndarray) -> np.ndar
     for k in one_of_each(ball(len(nu), max(LOCKED // len(nu), 2))[1:]):
         for seen in (nu, *halves):
             beat = total(k[:, None] * seen[:, some])
-            near = some[np.abs(beat - np.rint(beat)) * half[some] < BESIDE]
+            near = some[from_whole(beat) * half[some] < BESIDE]
             result[near] = np.maximum(result[near], ISLAND / np.abs(k).sum())
     return result
