@@ -23,7 +23,7 @@ from thorough import TIMES
 import fastaff as fa
 from fastaff.base.memory import SETTINGS, keep_freed
 from fastaff.compile import packing
-from fastaff.compile.threads import FEW, Task, available_threads, by_portions, settle, works
+from fastaff.compile.threads import FEW, Task, _tasks, available_threads, by_portions, settle, works
 from fastaff.flows.options import Options, plan
 
 TRIES = 150 * TIMES
@@ -176,6 +176,12 @@ def units():
     packing.run_units(fill, (np.zeros((2, 100_000)), 2), 2, threads=2)
 
 
+def first():
+    """Units by threads that begin."""
+    _tasks.cache_clear()
+    units()
+
+
 def orbits():
     fa.integrate(fa.HenonHeiles(), np.full((4, 8), 0.1), time=400.0, step=0.02, threads=2)
 
@@ -203,6 +209,7 @@ def interrupted(call, again):
                     call()
                     signal.setitimer(signal.ITIMER_REAL, 0.0)
                 except KeyboardInterrupt:
+                    signal.setitimer(signal.ITIMER_REAL, 0.0)  # the call before may have been interrupted this late
                     others = np.zeros((2, 100_000))
                     time.sleep(0.001)
                     assert not others.any()
@@ -224,7 +231,7 @@ def interrupted(call, again):
 
 
 @forking
-@pytest.mark.parametrize("call", [units, orbits, lines])
+@pytest.mark.parametrize("call", [units, first, orbits, lines])
 def test_ctrl_c_at_any_moment(call):
     call()  # compiled
     assert interrupted(call, call) == 0

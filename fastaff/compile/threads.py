@@ -6,6 +6,7 @@ survive, as OpenMP does, and several callers may use them at once.
 
 from __future__ import annotations
 
+import _thread
 import atexit
 import contextlib
 import functools
@@ -78,7 +79,7 @@ class Task:
                 self._bell.get(timeout=seconds)
         if not self._done:
             if self._begun and not self._made_by:
-                _Worker(target=self.make, daemon=True).start()
+                _started(self.make)
             return False
         if self._problem is not None:
             raise self._problem
@@ -100,6 +101,13 @@ class Task:
 
 class _Worker(threading.Thread):
     """A thread that makes what others have begun."""
+
+
+def _started(target: Callable[[], object]) -> _Worker:
+    """Return a worker that another thread starts: of `Thread.start` a Ctrl-C may make a RuntimeError."""
+    worker = _Worker(target=target, daemon=True)
+    _thread.start_new_thread(worker.start, ())
+    return worker
 
 
 _UNDER_WAY: dict[object, Callable[[], object]] = {}
@@ -206,9 +214,7 @@ def _tasks(process: int) -> SimpleQueue[Task | None]:
             task.make()
             del task  # and what it holds
 
-    threads = [_Worker(target=work, name=f"fastaff-{n}", daemon=True) for n in range(available_threads())]
-    for thread in threads:
-        thread.start()
+    threads = [_started(work) for _ in range(available_threads())]
 
     def end() -> None:
         _end()
@@ -216,7 +222,8 @@ def _tasks(process: int) -> SimpleQueue[Task | None]:
         for _ in threads:
             tasks.put(None)
         for thread in threads:
-            thread.join()
+            if thread.is_alive():
+                thread.join()
 
     atexit.register(end)
     return tasks
