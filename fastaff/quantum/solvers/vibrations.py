@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from ...analysis.sections.accessible_box import minima, walled
+from ...analysis.sections.accessible_box import minima, potential_of, walled
 from ...flows.interruptible import interruptible
 from ...models.mechanics import system_of
 from ..states.level_table import VIBRATION, LevelTable, class_levels, level_scale
@@ -93,11 +93,10 @@ def _problem(model: Any, hbar: float) -> Problem:
         raise ValueError(f"body must have {what} in its kinetic energy, got dv/dp = {W.tolist()}")
     R = np.linalg.cholesky(W) * hbar
 
+    potential = potential_of(model)
+
     def V(u: np.ndarray) -> np.ndarray:
-        q = np.tensordot(R, u, 1)
-        with np.errstate(all="ignore"):
-            value = np.broadcast_to(np.where(model.margin(*q) > 0, model.potential_energy(*q), np.inf), q.shape[1:])
-        return np.where(np.isnan(value), np.inf, value)
+        return potential(np.tensordot(R, u, 1))
 
     periods = periods / np.diagonal(R)
     wells, values = minima(walled(V, periods.tolist()), n)

@@ -21,7 +21,7 @@ ROUNDING = 64 * np.finfo(float).eps
 """Relative difference of energies that is never told apart."""
 
 
-VIBRATION = "uniform grid"
+VIBRATION, TORI = "uniform grid", "quasiclassical, actions of fitted tori"
 """How levels of what is no body are computed, by which their method is known."""
 
 
