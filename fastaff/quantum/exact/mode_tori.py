@@ -13,8 +13,7 @@ from ...analysis.sections.accessible_box import minima, potential_of, walled
 from ...analysis.tori.fit_torus import fit_torus
 from ...analysis.tori.torus import TorusFit, Verdict
 from ...base.interruption import keeping
-from ...base.names import named
-from ...base.numbers import numbers, real, shown, text
+from ...base.numbers import numbers, real, shown
 from ...base.status import Status
 from ...flows.checks import checked_model, phase_points
 from ...models.mechanics import system_of
@@ -151,9 +150,9 @@ def _error(fit: TorusFit, away: np.ndarray, before: tuple[np.ndarray, float] | N
     return float(of_actions + np.abs(change) @ np.abs(away) + 64 * np.finfo(float).eps * abs(fit.energy))
 
 
-def mode_levels(model: Any, n: Any, below: Any, near: Any, hbar: Any, modes: Any) -> LevelTable:
+def mode_levels(model: Any, n: Any, below: Any, near: Any, hbar: Any, way: str) -> LevelTable:
     """Return quasiclassical levels of a vibration, see `quasiclassical_levels`."""
-    way, quantum = named("modes", text("modes", modes), WAYS), action_quantum(hbar)
+    quantum = action_quantum(hbar)
     if near is not None and (way != "normal" or below is not None):
         raise ValueError("near must be given without modes and below: a torus near a point has angles of its own")
     if (below is None) == (n is None and near is None):

@@ -9,13 +9,14 @@ from numpy.typing import ArrayLike
 
 from ...analysis.tori.inverse_tori import LARGEST_ACTION, energy_of_actions
 from ...analysis.tori.separation import separate
-from ...base.numbers import flag, positive, real, whole
+from ...base.names import named
+from ...base.numbers import flag, positive, real, text, whole
 from ...base.recipe import recorded
 from ...charts import Chart
 from ...models.contracts import Dynamics, Model
 from ..states.level_table import LevelTable
 from ..states.symmetry import checked_numbers
-from .mode_tori import bodies_alone, is_vibration, mode_levels
+from .mode_tori import WAYS, bodies_alone, is_vibration, mode_levels
 from .numbers_below import numbers_below
 
 BOHR_SOMMERFELD = (0, 0)
@@ -84,11 +85,12 @@ def quasiclassical_levels(
     >>> fa.quantum.quasiclassical_levels(body, n=(1, 0), m=1, l=1, maslov=fa.quantum.BOHR_SOMMERFELD).E.round(9)
     array([3.])
     """
+    way = named("modes", text("modes", modes), WAYS)
     if is_vibration(body):
         tori_of_bodies = {"maslov": (maslov, EBK), "single_valued": (single_valued, True)}
         bodies_alone(body, {"m": (m, None), "l": (l, None), "chart": (chart, None)} | tori_of_bodies)
-        return mode_levels(body, n, below, near, hbar, modes)
-    if modes != "normal":
+        return mode_levels(body, n, below, near, hbar, way)
+    if way != WAYS[0]:
         raise ValueError(f"modes is for vibrations alone, got {modes!r}")
     separate(body, chart)  # what has no tori is said before numbers are asked that it has not
     h, flagged = 2 * np.pi * positive("hbar", hbar), flag("single_valued", single_valued)
