@@ -117,3 +117,30 @@ def test_wrong_calls_say_the_right_one():
         quasiclassical_levels(fa.Body(fa.Harmonic()), n=(0, 0), m=0, l=0, modes="local")
     with pytest.raises(ValueError, match="potential with a minimum"):
         quasiclassical_levels(fa.hamiltonian("-x**4", coordinates="x"), n=[0])
+
+
+@pytest.mark.parametrize("sign", [-1, 1])
+def test_normal_modes_turn_into_local_ones_where_averaging_says(sign):
+    """H = omega I - kappa I^2 (1 + z^2)/2 + g omega I sqrt(1 - z^2) cos(psi)/2, kappa = omega^2/4D, of two equal Morse
+    bonds: at z = 0, the mode with g cos(psi) < 0, local modes branch off where kappa I = |g| omega/2, up to a share of
+    order g.
+    """
+    D, a = RNG.uniform(8, 12), RNG.uniform(0.2, 0.4)
+    omega = a * np.sqrt(2 * D)
+    away = []
+    for g in (0.02, 0.01):
+        text = "(p**2 + r**2)/2 + g*p*r + D*(1 - exp(-a*x))**2 + D*(1 - exp(-a*y))**2"
+        model = fa.hamiltonian(text, coordinates="x y", momenta="p r", D=D, a=a, g=sign * g)
+        kappa = omega**2 / (4 * D)
+        I = g * omega / (2 * kappa)
+        E = omega * I - kappa * I**2 / 2 - g * omega * I / 2
+        section = fa.Linear(normal=(0, 0, 1, -sign), direction=-1)
+        x = np.sqrt(E / 2 / D) / a  # each bond has half the energy
+        low, high = E / 2, 2 * E
+        branch = fa.continuation(
+            model, [0.6 * x, -sign * 0.6 * x, 0, 0], section=section, direction=1, bounds=(low / 2, high), longest=0.1
+        )
+        (found,) = [one for one in branch.bifurcations if one.event.name == "BRANCHING"]
+        away.append(found.value / E - 1)
+    assert abs(away[0]) < 0.04
+    np.testing.assert_allclose(away[0] / away[1], 2.0, rtol=0.2)
