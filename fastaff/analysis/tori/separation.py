@@ -77,7 +77,8 @@ def separate(body: Any, chart: Chart | str | None = None) -> Separated:
     if not system.planar:
         raise TypeError(
             f"body must be a Body or a StackelBody, whose tori separate, got {type(body).__name__}: of any other "
-            "system fit_torus(body, z0, time=...) finds actions and frequencies, one orbit at a time"
+            "system fit_torus(body, z0, time=...) finds actions and frequencies, one orbit at a time; "
+            "levels of vibrations are those of quantum.quasiclassical_levels and quantum.spectrum"
         )
     name = type(body.potential).__name__
     possible = [family for family in FAMILIES if hasattr(body.potential, family.member)]
