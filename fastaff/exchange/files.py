@@ -341,6 +341,14 @@ def _names(cls: Any) -> list[str]:
     return list(cls._fields) if hasattr(cls, "_fields") else [field.name for field in dataclasses.fields(cls)]
 
 
+def _needed(cls: Any) -> set[str]:
+    """Return the names of the fields without a default: files of earlier versions may lack the others."""
+    given = cls._field_defaults if hasattr(cls, "_fields") else {
+        field.name for field in dataclasses.fields(cls) if field.default is not dataclasses.MISSING
+    }
+    return set(_names(cls)) - set(given)
+
+
 @functools.cache
 def _results() -> dict[str, type]:
     """The package's results and their parts by name: dataclasses and NamedTuples of `analysis` and `quantum`."""
@@ -418,7 +426,7 @@ def unpacked(name: str, data: Any, arrays: dict[str, np.ndarray], given: Mapping
         return MappingProxyType(entries) if data["frozen"] else entries
     if "result" in data:
         cls = _known(_results(), data["result"], name)
-        if set(data["fields"]) != set(_names(cls)):
+        if not _needed(cls) <= set(data["fields"]) <= set(_names(cls)):
             raise ValueError(
                 f"a {cls.__name__} has the fields {', '.join(_names(cls))}, not {', '.join(data['fields'])}"
             )
