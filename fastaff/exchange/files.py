@@ -341,14 +341,6 @@ def _names(cls: Any) -> list[str]:
     return list(cls._fields) if hasattr(cls, "_fields") else [field.name for field in dataclasses.fields(cls)]
 
 
-def _needed(cls: Any) -> set[str]:
-    """Return the names of the fields without a default: files of earlier versions may lack the others."""
-    given = cls._field_defaults if hasattr(cls, "_fields") else {
-        field.name for field in dataclasses.fields(cls) if field.default is not dataclasses.MISSING
-    }
-    return set(_names(cls)) - set(given)
-
-
 @functools.cache
 def _results() -> dict[str, type]:
     """The package's results and their parts by name: dataclasses and NamedTuples of `analysis` and `quantum`."""
@@ -426,7 +418,7 @@ def unpacked(name: str, data: Any, arrays: dict[str, np.ndarray], given: Mapping
         return MappingProxyType(entries) if data["frozen"] else entries
     if "result" in data:
         cls = _known(_results(), data["result"], name)
-        if not _needed(cls) <= set(data["fields"]) <= set(_names(cls)):
+        if not set(data["fields"]) <= set(_names(cls)):  # files of earlier versions lack fields that have defaults
             raise ValueError(
                 f"a {cls.__name__} has the fields {', '.join(_names(cls))}, not {', '.join(data['fields'])}"
             )

@@ -35,8 +35,7 @@ class EnergyGrid(Result):
 
     z0 (2n, orbits): the allowed cells; cell (orbits,): the flat index of each in the grid; forbidden (n1, n2, ...):
     cells that the energy surface does not reach; axes and names: those of the grid, first along rows; `grid["p_beta"]`,
-    by name: the values of each orbit. section: the one that all lie on, which `poincare_map` takes from here; None where
-    none was given.
+    by name: the values of each orbit. section: that of all, which `poincare_map` takes from here, or None.
     """
 
     z0: Annotated[np.ndarray, along("coordinate", "orbit")]
@@ -175,11 +174,18 @@ def energy_grid(
             f"{section_in_words(section, body)}: it is below the minimum there, or the section is elsewhere"
             f"{_no_counts(first, second)}"
         )
-    return grid_of(np.ascontiguousarray(z[:, found]), np.flatnonzero(found), (first, second), names, where.energy, section)
+    return grid_of(
+        np.ascontiguousarray(z[:, found]), np.flatnonzero(found), (first, second), names, where.energy, section
+    )
 
 
 def grid_of(
-    z0: np.ndarray, cell: np.ndarray, axes: tuple[np.ndarray, ...], names: tuple[str, ...], energy: float, section: Any = None
+    z0: np.ndarray,
+    cell: np.ndarray,
+    axes: tuple[np.ndarray, ...],
+    names: tuple[str, ...],
+    energy: float,
+    section: Any = None,
 ) -> EnergyGrid:
     """Return the grid of some cells; the others count as those that the energy does not reach."""
     forbidden = np.ones([axis.size for axis in axes], bool)
