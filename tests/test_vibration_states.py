@@ -86,6 +86,31 @@ def test_two_coordinates_by_quadrature():
     np.testing.assert_allclose(husimi(state, width=width)(z), truth, atol=1e-8)
 
 
+def test_mean_quanta_of_oscillators_and_polyads_of_a_fermi_resonance():
+    """Coupled oscillators in closed form; of a Fermi pair 2 n1 + n2 is whole to second order in the coupling."""
+    k, g, hbar = RNG.uniform(1.2, 2), RNG.uniform(0.1, 0.3), RNG.uniform(0.1, 1)
+    linear = fa.hamiltonian(
+        "(p**2 + r**2)/2 + (x - 1)**2/2 + k*y**2/2 + g*(x - 1)*y", coordinates="x y", momenta="p r", k=k, g=g
+    )
+    levels = spectrum(linear, count=6, hbar=hbar, tolerance=1e-8)
+    omega = np.sqrt(np.linalg.eigvalsh([[1, g], [g, k]]))[::-1]
+    for state in map(levels.state, range(6)):
+        quanta = state.quanta()
+        np.testing.assert_allclose(quanta, np.rint(quanta), atol=1e-6)
+        assert abs(hbar * omega @ (quanta + 0.5) - state.energy) < 1e-6
+    local = levels.state(0).quanta("local")
+    assert local.shape == (2,)
+    assert (local > 0).all()
+    c = RNG.uniform(0.1, 0.2)
+    for weaker, most in ((1.0, 0.05), (0.5, 0.0125)):
+        fermi = fa.hamiltonian("2*x**2 + y**2/2 + c*x*y**2", coordinates="x y", c=c * weaker)
+        levels = spectrum(fermi, count=9, hbar=0.1, tolerance=1e-6)
+        quanta = np.array([levels.state(k).quanta() for k in range(9)])
+        P = 2 * quanta[:, 0] + quanta[:, 1]
+        np.testing.assert_allclose(P, [0, 1, 2, 2, 3, 3, 4, 4, 4], atol=most)
+        assert np.abs(quanta[2:4, 0] - 0.5).max() < 0.2  # the states of a polyad share their quanta
+
+
 def test_figures_over_the_section_and_the_plane():
     model = fa.HenonHeiles()
     state = spectrum(model, count=8, hbar=0.0125, tolerance=1e-4).state(5)
@@ -113,5 +138,7 @@ def test_wrong_calls_say_the_right_one():
         husimi(one, width=[1.0, 2.0])
     with pytest.raises(ValueError, match="of two coordinates to be drawn"):
         one.plot()
+    with pytest.raises(ValueError, match="Did you mean local"):
+        one.quanta("locl")
     with pytest.raises(ValueError, match="k must be below"):
         spectrum(pendulum, count=3).state(3)

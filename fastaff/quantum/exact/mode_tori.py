@@ -9,7 +9,6 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ...analysis.frequencies.integer_lattice import determinant
-from ...analysis.sections.accessible_box import minima, potential_of, walled
 from ...analysis.tori.fit_torus import fit_torus
 from ...analysis.tori.torus import TorusFit, Verdict
 from ...base.interruption import keeping
@@ -18,6 +17,7 @@ from ...base.status import Status
 from ...flows.checks import checked_model, phase_points
 from ...models.mechanics import system_of
 from ..states.level_table import TORI, LevelTable
+from ..states.modes import Modes, modes_of, swapped
 from ..states.symmetry import action_quantum
 
 PERIODS, LONGER = 60.0, 2
@@ -26,8 +26,6 @@ STEPS, CLOSE = 8, 1e-5
 """Newton's steps on the actions, and how close to its quanta an action is, in units of h, where they end: E is first
 order in what is left, so that the square of it is its error.
 """
-WAYS = ("normal", "local")
-"""Modes that levels are counted by."""
 
 
 def is_vibration(body: Any) -> bool:
@@ -42,57 +40,6 @@ def bodies_alone(body: Any, given: dict[str, tuple[Any, Any]]) -> None:
     for name, (value, default) in given.items():
         if value is not default and not (isinstance(value, tuple) and value == default):
             raise ValueError(f"{name} is for a Body alone, {type(body).__name__} takes none: got {name} = {value!r}")
-
-
-class Modes(NamedTuple):
-    """The equilibrium (2n,), and motions Re a v e^(i omega t) about it: v (2n, modes), with the action |a|^2/2; omega.
-
-    Their amplitudes a are v^+ i S (z - equilibrium), S the symplectic matrix.
-    """
-
-    equilibrium: np.ndarray
-    v: np.ndarray
-    omega: np.ndarray
-
-    def start(self, J: np.ndarray) -> np.ndarray:
-        """Return the phase point (2n,) with actions J (modes,) in the limit of small ones, all modes at phase 0."""
-        return self.equilibrium + (self.v @ np.sqrt(J / np.pi)).real
-
-    def lines(self, fit: TorusFit) -> np.ndarray:
-        """Return the integer vector (modes, d) of the largest line of each mode's amplitude on a torus."""
-        moved, rows = fit.k.any(axis=1), swapped(self.v).conj().T * 1j
-        terms = np.hstack([rows @ fit.coefficients[:, moved], rows @ fit.coefficients[:, moved].conj()])
-        k = np.vstack([fit.k[moved], -fit.k[moved]])
-        return k[np.abs(terms).argmax(axis=1)]
-
-
-def swapped(rows: np.ndarray) -> np.ndarray:
-    """Return S rows: momenta, then less the coordinates."""
-    q, p = np.split(rows, 2)
-    return np.concatenate([p, -q])
-
-
-def modes_of(model: Any, local: bool) -> Modes:
-    """Return the normal modes of a model about its lowest minimum, slow ones last, or those of each coordinate."""
-    system = system_of(model)
-    n = system.n
-
-    wells, values = minima(walled(potential_of(model), list(system.periods)), n)
-    if not values.size or not np.isfinite(values[0]):
-        raise ValueError("body must have a potential with a minimum, got one without: its tori need near=")
-    W = system.inverse_masses(np.ones((2 * n, 1)))[..., 0]
-    K = -np.array([np.hstack(model.tangent_force(*wells[:, 0], *unit)) for unit in np.eye(n)])
-    if local:
-        W, K = np.diag(np.diag(W)), np.diag(np.diag(K))
-    root = np.linalg.cholesky(W)
-    squares, u = np.linalg.eigh(root.T @ (K + K.T) / 2 @ root)
-    if not squares[0] > 0:
-        raise ValueError("body must have a minimum with positive curvatures: at a flat one there are no modes")
-    omega = np.sqrt(squares)
-    u *= np.where(u[np.abs(u).argmax(axis=0), np.arange(n)] < 0, -1.0, 1.0)
-    v = np.concatenate([root @ u / np.sqrt(omega), 1j * np.linalg.solve(root.T, u) * np.sqrt(omega)])
-    order = np.abs(u).argmax(axis=0).argsort() if local else np.arange(n)[::-1]
-    return Modes(np.concatenate([wells[:, 0], np.zeros(n)]), v[:, order], omega[order])
 
 
 class Level(NamedTuple):
@@ -125,7 +72,7 @@ def level(model: Any, modes: Modes, n: np.ndarray | None, h: float, near: np.nda
         if fit.verdict is not Verdict.TORUS:
             return failed
         if near is None:
-            K = modes.lines(fit)
+            K = modes.lines(fit.k, fit.coefficients)
             if abs(determinant(K)) != 1:
                 return failed
             fit = fit.in_basis(K)
@@ -157,7 +104,7 @@ def mode_levels(model: Any, n: Any, below: Any, near: Any, hbar: Any, way: str) 
         raise ValueError("near must be given without modes and below: a torus near a point has angles of its own")
     if (below is None) == (n is None and near is None):
         raise ValueError("give either n, quantum numbers of the modes, or near, or below, an energy")
-    h, known = 2 * np.pi * quantum, modes_of(model, way == "local")
+    h, known = 2 * np.pi * quantum, modes_of(model, way)
     points = [None] if near is None else list(phase_points("near", near, model).T)
     found: list[Level] = []
     table = functools.partial(_table, found, known, way, near is not None, model, quantum)

@@ -15,8 +15,9 @@ from ...base.recipe import recorded
 from ...charts import Chart
 from ...models.contracts import Dynamics, Model
 from ..states.level_table import LevelTable
+from ..states.modes import WAYS
 from ..states.symmetry import checked_numbers
-from .mode_tori import WAYS, bodies_alone, is_vibration, mode_levels
+from .mode_tori import bodies_alone, is_vibration, mode_levels
 from .numbers_below import numbers_below
 
 BOHR_SOMMERFELD = (0, 0)

@@ -76,7 +76,7 @@ def vibration_levels(
         last = np.all(error <= tolerance * level_scale(found)) or k == len(CUTS) - 1
         if grid.leak.any() and len(E) > 1 and last:
             error += np.abs(interruptible(lowest, _shrunk(grid), problem, shortest, count).E - found)
-        waves = LatticeWaves(_lattice(model, problem, grid), states[1], states[0])
+        waves = LatticeWaves(model, _lattice(model, problem, grid), states[1], states[0])
         known.append(_table(found, error, tolerance, size, hbar, limit, waves))
         if report is not None:
             report((k + 1) / len(CUTS))

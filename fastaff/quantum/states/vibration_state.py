@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from ...base.arrays import checked
 from ...base.display import screen
+from ...base.names import named
+from ...base.numbers import text
 from ...base.results import Drawable
+from .modes import WAYS, modes_of
 
 CHUNK = 1 << 21
 """Numbers of the largest table at once."""
@@ -59,8 +63,9 @@ class Lattice:
 
 @dataclass(frozen=True, repr=False)
 class LatticeWaves:
-    """Wave functions of levels: values (levels, kept) at the points of a lattice with flat indices kept."""
+    """Wave functions of levels of a body: values (levels, kept) at the points of a lattice with flat indices kept."""
 
+    body: Any
     lattice: Lattice
     kept: np.ndarray
     values: np.ndarray
@@ -70,20 +75,21 @@ class LatticeWaves:
 
     def state(self, number: int, energy: float, hbar: float) -> VibrationState:
         """Return the state of a level."""
-        return VibrationState(number, energy, hbar, self.lattice, self.kept, self.values[number])
+        return VibrationState(number, energy, hbar, self.body, self.lattice, self.kept, self.values[number])
 
 
 @dataclass(frozen=True)
 class VibrationState(Drawable):
     """A stationary state of a vibration, real and normalised; call it on coordinates q (n, ...).
 
-    number: of the level, from 0; energy; hbar; lattice: the points that it is known on; kept (points,): flat indices of
-    those where it is not 0; values (points,), of sum of squares 1.
+    number: of the level, from 0; energy; hbar; body; lattice: the points that it is known on; kept (points,): flat
+    indices of those where it is not 0; values (points,), of sum of squares 1.
     """
 
     number: int
     energy: float
     hbar: float
+    body: Any
     lattice: Lattice
     kept: np.ndarray
     values: np.ndarray
@@ -141,3 +147,18 @@ class VibrationState(Drawable):
         rise = [np.moveaxis(np.tensordot(lattice.slopes(k), table, (1, k)), 0, k).ravel() for k in range(q.shape[0])]
         p = self.hbar * np.linalg.solve(lattice.R.T, np.array(rise))
         return mean, (away * weights) @ away.T, p @ p.T
+
+    def quanta(self, modes: str = "normal") -> np.ndarray:
+        """Return the mean numbers of quanta (n,) in the "normal" modes, the fastest first, or the "local" ones, those
+        of each coordinate: ``<(Q^2 + P^2)/(2 hbar)> - 1/2`` of each, about the lowest minimum.
+
+        Near whole numbers they label the level. Sums of them that a resonance leaves alone, polyads such as 2 n1 + n2
+        of a Fermi resonance, are near whole numbers where each is not.
+
+        :Raises: ValueError or TypeError for other modes, and where the minimum is flat.
+        :Source: Kellman & Lynch 1986, J. Chem. Phys. 85, 7216 (polyads).
+        """
+        found = modes_of(self.body, named("modes", text("modes", modes), WAYS))
+        (mean, q, p), none = self.moments(), np.zeros((len(self.lattice.shape),) * 2)
+        squares = np.block([[q, none], [none, p]])
+        return found.actions(np.concatenate([mean, np.zeros(mean.size)]), squares) / self.hbar - 0.5
