@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike
 
 from ...base.interruption import keeping
 from ...base.numbers import positive
+from ...base.progress import says_progress
 from ...base.recipe import recorded
 from ...base.short_forms import Starts, starts_of, takes
 from ...base.status import Status
@@ -288,6 +289,7 @@ def basis_name(unit: np.ndarray, R: np.ndarray, names: tuple[str, ...]) -> str:
     )
 
 
+@says_progress
 def fit_samples(
     samples: object,
     dt: float | None = None,

@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 from ...base.arrays import checked
 from ...base.display import screen
 from ...base.numbers import positive
+from ...base.progress import says_progress
 from ...base.results import Drawable
 from ...charts import ALPHA_BETA
 from ..packets.coherent_packet import plane_widths
@@ -68,6 +69,7 @@ class Husimi(Drawable):
         return out.reshape(points.shape[1:])[()]
 
 
+@says_progress
 def husimi(state: State, *, width: ArrayLike | None = None, tolerance: float = 1e-4) -> Husimi:
     """Expand a state in coherent states of the two planes: its Husimi function on the phase space of the body.
 
