@@ -397,3 +397,19 @@ def test_no_long_call_is_silent(room):
     found = importlib.import_module(room)
     functions = {name: entry for name in found.__all__ if inspect.isfunction(entry := getattr(found, name))}
     assert {name for name, function in functions.items() if not says(function)} == QUIET[room]
+
+
+def test_a_fit_of_a_torus_tells_its_passes():
+    """No share stands still for long, of tori and of orbits that are none; and the fit is the same."""
+    for z, least in (([0.0, 0.1, 0.3, 0.2], 12), ([0.0, -0.1, 0.45, 0.2], 20)):
+        told = []
+        found = fa.fit_torus(fa.HenonHeiles(), z, time=300.0, report=told.append)
+        assert told == sorted(told)
+        assert told[-1] == 1.0
+        fitting = [0.5, *(share for share in told if 0.5 < share < 0.75), 0.75]
+        assert len(fitting) > least / 2
+        assert np.diff(fitting).max() < 0.13
+        if found.verdict != fa.analysis.Verdict.TORUS:
+            assert any(0.75 < share < 1.0 for share in told)
+        same = fa.fit_torus(fa.HenonHeiles(), z, time=300.0)
+        np.testing.assert_array_equal(found.nu, same.nu)
