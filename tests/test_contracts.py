@@ -8,11 +8,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
+from own_models import OneSpring
 
 import fastaff as fa
 from fastaff.compile import kinds
 from fastaff.compile.terms import Substep, Term
 from fastaff.flows.checks import lacking
+from fastaff.flows.derivatives import check_derivatives
 from fastaff.formulas.library import Request, generated_class
 from fastaff.models.contracts import Angles, Kind, Model, Nonseparable, OneVariable, Potential, Section
 from fastaff.models.mechanics import system_of
@@ -449,3 +451,127 @@ def test_a_step_belongs_to_its_orbit_and_a_chosen_scheme_to_the_set():
     assert "own step" in together.why
     assert plan(body, z, Options(step=0.1)).why == "the step given"
     assert "rtol 1e-12" in plan(body, z, Options(scheme=fa.DOP853)).why
+
+
+# --- derivatives of one's own -----------------------------------------------------------------------------------------
+
+
+class Rotor(NamedTuple):
+    """H = (p_x^2 + p_y^2)(1 + a x^2)/2 + (x^2 + 2 y^2)/2 + a x^2 y in units of length and time; one of its derivatives
+    is off by a part `off` of itself: in rows `of` of the rates or `of_tangent` of the tangent rates.
+    """
+
+    a: float = 0.3
+    length: float = 1.0
+    time: float = 1.0
+    off: float = 0.0
+    of: float = -1.0
+    of_tangent: float = -1.0
+
+    kind, degrees_of_freedom, coordinates = Kind.NONSEPARABLE, 2, ("x", "y")
+
+    def margin(self, x, y, px, py):
+        return 1.0 + 0.0 * x
+
+    def energy(self, x, y, px, py):
+        x, y, px, py = x / self.length, y / self.length, px * self.time / self.length, py * self.time / self.length
+        H = (px * px + py * py) / 2 * (1 + self.a * x * x) + (x * x + 2 * y * y) / 2 + self.a * x * x * y
+        return H * self.length**2 / self.time**2
+
+    def rates(self, x, y, px, py):
+        x, y, px, py = x / self.length, y / self.length, px * self.time / self.length, py * self.time / self.length
+        s, a, p = 1 + self.a * x * x, self.a, px * px + py * py
+        v, f = self.length / self.time, self.length / self.time**2
+        vx, vy = (1 + self.off * (self.of == 0)) * px * s, (1 + self.off * (self.of == 1)) * py * s
+        fx = (1 + self.off * (self.of == 2)) * (p * a * x + x + 2 * a * x * y)
+        return v * vx, v * vy, -f * fx, -f * (1 + self.off * (self.of == 3)) * (2 * y + a * x * x)
+
+    def tangent_rates(self, x, y, px, py, dx, dy, dpx, dpy):
+        x, y, px, py = x / self.length, y / self.length, px * self.time / self.length, py * self.time / self.length
+        dx, dy, dpx, dpy = (
+            dx / self.length,
+            dy / self.length,
+            dpx * self.time / self.length,
+            dpy * self.time / self.length,
+        )
+        s, a, p = 1 + self.a * x * x, self.a, px * px + py * py
+        v, f = self.length / self.time, self.length / self.time**2
+        wx = (1 + self.off * (self.of_tangent == 0)) * (dpx * s + 2 * a * px * x * dx)
+        wy = (1 + self.off * (self.of_tangent == 1)) * (dpy * s + 2 * a * py * x * dx)
+        gx = 2 * (px * dpx + py * dpy) * a * x + p * a * dx + dx + 2 * a * (dx * y + x * dy)
+        gx = (1 + self.off * (self.of_tangent == 2)) * gx
+        return v * wx, v * wy, -f * gx, -f * (1 + self.off * (self.of_tangent == 3)) * (2 * dy + 2 * a * x * dx)
+
+
+def test_wrong_derivatives_of_ones_own_are_refused_in_all_units():
+    """A wrong tangent map ran under OK, a wrong force until its energy had drifted; right ones are never refused."""
+    random = np.random.default_rng(32)
+    for _ in range(40):
+        length, time = (float(x) for x in 10 ** random.uniform(-6, 6, 2))
+        right = Rotor(float(random.uniform(0.1, 3)), length, time)
+        z = random.uniform(-1, 1, (4, 5)) * random.choice([0.0, 1e-3, 1.0], (4, 1))
+        z = z * np.array([length, length, length / time, length / time])[:, None]
+        check_derivatives("body", right, z)
+        row, off = random.integers(4), float(10 ** random.uniform(-4, -1) * random.choice([-1, 1]))
+        with pytest.raises(
+            ValueError, match=r"body Rotor must have rates dH/dp and -dH/dq of its energy H: at .* that of"
+        ):
+            check_derivatives("body", right._replace(off=off, of=float(row)), z)
+        with pytest.raises(ValueError, match="body Rotor must have a tangent_rates that is the change of its rates"):
+            check_derivatives("body", right._replace(off=off, of_tangent=float(row)), z)
+
+
+def test_all_verbs_refuse_wrong_derivatives():
+    z0 = [0.3, 0.2, 0.1, -0.3]
+    for wrong, match in ((Rotor(off=1e-3, of=3.0), "energy H"), (Rotor(off=1e-3, of_tangent=2.0), "tangent_rates")):
+        for call in (
+            lambda body: fa.integrate(body, z0, time=1.0),
+            lambda body: fa.frequency_map(body, z0, time=100.0),
+            lambda body: fa.chaos_map(body, z0, time=100.0),
+            lambda body: fa.tangent_map(body, z0, time=1.0),
+            lambda body: fa.poincare_map(body, z0, section="y=0", crossings=2, max_time=50.0),
+            lambda body: fa.fit_torus(body, z0, time=100.0),
+            lambda body: fa.periodic_orbits(body, z0, section="y=0"),
+            lambda body: fa.continuation(body, z0, section="y=0", steps=1),
+        ):
+            with pytest.raises(ValueError, match=match):
+                call(wrong)
+
+
+def test_wrong_derivatives_of_springs_maps_and_flows_are_refused():
+    class Stiff(OneSpring):
+        def force(self, x):
+            return (-1.001 * self.k * x,)
+
+    class Bent(OneSpring):
+        def tangent_force(self, x, dx):
+            return (-1.001 * self.k * dx,)
+
+    class Kicked(fa.models.StandardMap):
+        def tangent_iterate(self, x, p, dx, dp):
+            return dx + dp, dp
+
+    class Wound(NamedTuple):
+        w: float = 1.0
+        kind, degrees_of_freedom, coordinates = Kind.FLOW, 1, ("x", "y")
+
+        def rates(self, x, y):
+            return y, -self.w * np.sin(x) - 0.1 * y
+
+        def tangent_rates(self, x, y, dx, dy):
+            return dy, -self.w * np.cos(x) * dx - 0.11 * dy
+
+        def margin(self, x, y):
+            return 1.0 + 0.0 * x
+
+    z, check = np.array([[0.7], [0.4]]), check_derivatives
+    check("body", OneSpring(), z)
+    check("body", fa.models.StandardMap(0.9), z)
+    for body, match in (
+        (Stiff(), "energy H: .* of p_x is"),
+        (Bent(), "a tangent_force"),
+        (Kicked(0.9), "a tangent_iterate"),
+        (Wound(), "a tangent_rates .* of y is"),
+    ):
+        with pytest.raises(ValueError, match=match):
+            check("body", body, z)

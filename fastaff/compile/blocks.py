@@ -138,7 +138,7 @@ def nystrom_block(kind: str, value: Any, degrees_of_freedom: int, vectors: int, 
 @functools.cache
 def _nystrom_block(kind: str, line: str, classes: tuple, rows: Rows, terms: nystrom.Terms) -> Any:
     text = nystrom.march_text if kind == "nystrom_march" else nystrom.steps_text
-    return _compiled(kind, line + text(rows, terms), classes, ())
+    return _compiled(kind, line + text(rows, terms), classes, (("summed", nystrom.sums(kind, rows.half, terms)),))
 
 
 def source(value: Any, kind: str, degrees_of_freedom: int | None = None, vectors: int = 0) -> str:

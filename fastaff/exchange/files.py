@@ -418,7 +418,7 @@ def unpacked(name: str, data: Any, arrays: dict[str, np.ndarray], given: Mapping
         return MappingProxyType(entries) if data["frozen"] else entries
     if "result" in data:
         cls = _known(_results(), data["result"], name)
-        if set(data["fields"]) != set(_names(cls)):
+        if not set(data["fields"]) <= set(_names(cls)):  # files of earlier versions lack fields that have defaults
             raise ValueError(
                 f"a {cls.__name__} has the fields {', '.join(_names(cls))}, not {', '.join(data['fields'])}"
             )

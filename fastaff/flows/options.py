@@ -15,6 +15,7 @@ from ..schemes.automatic import Automatic, Trial, cheapest, fastest, quickest
 from ..schemes.catalogue import DOP853, GAUSS16, ITERATION, KAHAN_LI8, Collocation, RungeKutta
 from ..schemes.time_transformed import TimeTransformed
 from .checks import checked_model, checked_scheme, phase_points, suited_scheme
+from .derivatives import check_derivatives
 from .flow import Flow
 from .launch import Report
 from .motion import motion
@@ -209,6 +210,7 @@ def plan(
     ('LEAPFROG', (4, 1))
     """
     z = phase_points("z0", z0, checked_model(model))
+    check_derivatives("body", model, z)
     system = system_of(model)
     if system.iterated:
         return _iterated(model, z, options)

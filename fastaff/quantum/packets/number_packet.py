@@ -75,7 +75,7 @@ def number_packet(
     pairs, spins = (sorted(set(map(tuple, part.tolist()))) for part in (rows[:, :2], rows[:, 2:]))
     classes = [SymmetryClass(m, l) for m, l in spins]
     found = dict(zip(classes, labelled_levels(body, classes, pairs, hbar, chart, single_valued), strict=True))
-    states = []
+    states: list[Any] = []
     for n1, n2, spin, vorticity in rows.tolist():
         levels, place = found[SymmetryClass(spin, vorticity)]
         states.append(levels.state(place[n1, n2]))

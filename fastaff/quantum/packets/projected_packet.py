@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
@@ -97,7 +97,7 @@ def class_states(
         found = spectrum_table(body, m=m, l=l, count=count, hbar=hbar, single_valued=single_valued)
     else:
         found = [spectrum(body, m=m, l=l, count=count, hbar=hbar, single_valued=single_valued) for m, l in chosen]
-    return [[table.state(k) for k in range(count)] for table in found]
+    return [[cast(State, table.state(k)) for k in range(count)] for table in found]
 
 
 def kept_packet(states: list[State], coefficients: np.ndarray, hbar: float, missing: float) -> Packet:
