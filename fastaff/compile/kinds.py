@@ -7,6 +7,7 @@ from collections.abc import Set
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
+from ..base.recipe import OF_SYSTEMS
 from .damping import FRICTION
 from .terms import Term
 from .turning import FRAME
@@ -72,6 +73,8 @@ KINDS = (Kind.SEPARABLE, *map(alone, TERMS))
 
 OPTIONS = {option: name for name, entry in TERMS.items() for option in entry.options}
 """The terms that arguments of `formulas.hamiltonian` and options of commands make, by the name of these."""
+
+OF_SYSTEMS.update(OPTIONS)
 
 
 def term(name: str) -> Any:

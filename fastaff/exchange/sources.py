@@ -36,7 +36,7 @@ def source(model: Any, language: str = "c") -> str:
         raise ValueError(f"language must be one of {', '.join(LANGUAGES)}, got {language!r}")
     sympy = imported("sympy", what="the source text of a model")
     known: tuple = getattr(type(model), "_request", ())
-    if len(known) != len(Request._fields) or known[4] not in ("unit", "masses", "flow"):
+    if len(known) < len(Request._fields) - 1 or known[4] not in ("unit", "masses", "flow"):
         raise TypeError(f"model must be one of fa.hamiltonian(...) or fa.flow(...), got {type(model).__name__}")
     request = Request(*known)
     named = ", ".join(f"{name} = {float(value)!r}" for name, value in zip(model._fields, model, strict=True))

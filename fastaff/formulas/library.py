@@ -93,7 +93,7 @@ def generated_class(request: Request, programs: Programs, values: Mapping[str, f
     if key not in _CLASSES:
         cls: Any = loaded(key, lambda: _derive(request, programs, values))
         cls.__reduce__ = functools.partialmethod(_reduce, request)
-        cls._request = tuple(request)
+        cls._request = tuple(request) if request.others else tuple(request)[:-1]  # as in files of older versions
         _CLASSES[key] = cls
     return _CLASSES[key]
 
