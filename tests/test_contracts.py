@@ -575,3 +575,23 @@ def test_wrong_derivatives_of_springs_maps_and_flows_are_refused():
     ):
         with pytest.raises(ValueError, match=match):
             check("body", body, z)
+
+
+def half(x):
+    return x / 2
+
+
+class Uncompiled(NamedTuple):
+    """A spring whose force calls a Python function, which Numba does not know."""
+
+    k: float = 1.0
+    degrees_of_freedom, coordinates, velocity, margin = 1, ("x",), OneSpring.velocity, OneSpring.margin
+    kinetic_energy, potential_energy = OneSpring.kinetic_energy, OneSpring.potential_energy
+
+    def force(self, x):
+        return (-2 * self.k * half(x),)
+
+
+def test_methods_that_numba_does_not_compile_are_refused_by_name():
+    with pytest.raises(TypeError, match=r"Uncompiled must have methods that Numba compiles \(.*\): .*'half'"):
+        fa.integrate(Uncompiled(), [0.3, 0.2], time=1.0, step=0.1, scheme="LEAPFROG")
