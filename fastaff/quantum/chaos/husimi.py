@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 from ...base.arrays import checked
 from ...base.display import screen
 from ...base.numbers import positive
+from ...base.progress import says_progress
 from ...base.results import Drawable
 from ...charts import ALPHA_BETA
 from ..packets.coherent_packet import plane_widths
@@ -128,6 +129,7 @@ def _of_vibration(state: VibrationState, width: ArrayLike | None) -> VibrationHu
     return VibrationHusimi(state, tuple(np.broadcast_to(widths, (n,)).tolist()))
 
 
+@says_progress
 def husimi(
     state: State | VibrationState, *, width: ArrayLike | None = None, tolerance: float = 1e-4
 ) -> Husimi | VibrationHusimi:

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ...base.numbers import an_array, fits, whole_numbers
+from ...base.progress import says_progress
 from ...charts import Chart
 from ...models import Body
 from ..spectra.spectrum import spectrum_table
@@ -24,6 +25,7 @@ TAIL = 7.7
 """Standard deviations at which weights end: 1e-13 of the largest."""
 
 
+@says_progress
 def number_packet(
     body: Body,
     *,

@@ -9,6 +9,7 @@ from typing import Any, cast
 import numpy as np
 
 from ...base.numbers import real, whole
+from ...base.progress import says_progress
 from ...charts import ALPHA_BETA, Chart
 from ...models import Body
 from ...models.mechanics import system_of
@@ -22,6 +23,7 @@ NOTHING = 1e-3
 """Part of what may be missing that states may have together to be left out of a packet."""
 
 
+@says_progress
 def projected_packet(
     body: Body,
     function: Callable[[np.ndarray, np.ndarray], np.ndarray],

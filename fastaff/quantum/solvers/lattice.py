@@ -8,6 +8,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from .lapack import lowest_states
+
 LARGEST = 2500
 """Largest matrix: some 10 s."""
 SHIFTS = 32
@@ -86,13 +88,11 @@ def lowest(grid: Grid, problem: Problem, cut: float, count: int) -> Found:
     Where the points resolve V and a state, the mean of V over the state is the same for points between them: where V is
     narrower than the step, or singular, it is not.
     """
-    from scipy.linalg import eigh
-
     T = [kinetic(n, step, bool(turns)) for n, step, turns in zip(grid.V.shape, grid.step, grid.around, strict=True)]
     H, basis = matrix(T, grid.V, grid.kept, cut)
     if len(H) < count:
         raise TooLarge(f"a basis that has more than the {len(H)} functions below {cut:.6g}")
-    E, C = eigh(H, subset_by_index=(0, count - 1), overwrite_a=True, check_finite=False, driver="evr")
+    E, C = lowest_states(H, count)
     states = (basis @ C).T.reshape(count, *grid.V.shape)
     d = grid.step.size
     means = []
