@@ -13,6 +13,7 @@ from typing import Any
 
 from .jit import LANES
 from .lane_sums import Terms, sum_of_table
+from .state_rows import CARRIED
 from .texts import Rows, _indent, traced, while_inside
 
 
@@ -68,8 +69,6 @@ def _step(rows: Rows, width: int, stages: int, each: Callable[..., str]) -> str:
     rows at unknown places of one array overlap.
     """
     half = rows.half
-    added = "increment = change[i] + error[i]\nwhole = mine[i] + increment\n"
-    added += "error[i] = increment - (whole - mine[i])\nmine[i] = whole\n"
     time = f"own[{(rows.time or 0) * LANES} + i]"
     stage = f"node = kicks[s]\n{_parts(rows, lambda part: _stage(rows, width, each, part))}"
     return (
@@ -78,7 +77,7 @@ def _step(rows: Rows, width: int, stages: int, each: Callable[..., str]) -> str:
         + _parts(rows, lambda part: _end(rows, width, each, part))
         + f"for r in range({2 * half}):\n"
         + f"    mine, error, change = own[{LANES}*r:], own[{LANES}*(r + {2 * half}):], sums[{width}*r:]\n"
-        + _indent(each(added), 1)
+        + _indent(each(CARRIED), 1)
         + (each(f"{time} = value.phase({time})\n") if rows.time is not None else "")
     )
 

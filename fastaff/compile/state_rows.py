@@ -12,6 +12,13 @@ from .terms import Substep, Term
 VECTORS_PER_LOOP = {1: 8, 2: 4, 3: 4, 4: 4}
 """Tangent vectors that one loop over lanes moves, by degrees of freedom (else 2): longer loops no longer vectorise."""
 
+CARRIED = """increment = change[i] + error[i]
+whole = mine[i] + increment
+error[i] = increment - (whole - mine[i])
+mine[i] = whole
+"""
+"""Text that adds the change of a row to it with the rounding error carried over to the next (Kahan's summation)."""
+
 
 @dataclass(frozen=True)
 class Rows:

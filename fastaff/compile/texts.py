@@ -9,7 +9,7 @@ import functools
 from collections.abc import Callable, Iterable, Sequence
 
 from .jit import LANES
-from .state_rows import Rows, listed
+from .state_rows import CARRIED, Rows, listed
 from .terms import Substep
 from .terms import indented as _indent
 from .terms import loop as _loop
@@ -39,7 +39,7 @@ def _precise_splitting(rows: Rows) -> str:
     """
     size = 2 * rows.half
     passed = "" if rows.time is None else _loop(f"{_at(size + rows.time)} = step[i]\n", 0)
-    return _steps(rows, size, passed + _settling(size), 3 * size)
+    return _steps(rows, size, passed + _settling(rows), 3 * size)
 
 
 def _steps(rows: Rows, first: int, after: str, size: int) -> str:
@@ -80,15 +80,18 @@ def traced(state: Iterable[str]) -> str:
     return f"if trace.size > 0:\n    kept = trace[taken - 1:]\n{_indent(kept, 1)}    continue\n"
 
 
-def _settling(size: int) -> str:
-    """Text that adds the increments of a step to the state with the rounding errors carried over to the next (Kahan's
-    summation), rows 4n...6n.
+def _settling(rows: Rows) -> str:
+    """Text that adds the increments of a step to the state with the carried errors, rows 4n...6n: the rows of vectors
+    by a loop, as written out they would take as long to compile as all the rest.
     """
-    body = ""
-    for r in range(size):
-        body += f"increment = {_at(size + r)} + {_at(2 * size + r)}\ntotal = {_at(r)} + increment\n"
-        body += f"{_at(2 * size + r)} = increment - (total - {_at(r)})\n{_at(r)} = total\n{_at(size + r)} = 0.0\n"
-    return _loop(body, 0)
+    size, text = 2 * rows.half, f"{CARRIED}change[i] = 0.0\n"
+    if rows.vectors:
+        names = ", ".join(f"z[{k * size * LANES} + {LANES}*r:]" for k in range(3))
+        return f"for r in range({size}):\n    mine, change, error = {names}\n{_loop(text, 1)}"
+    places = [[_at(k * size + r) for k in range(3)] for r in range(size)]
+    return _loop(
+        "".join(text.replace("mine[i]", a).replace("change[i]", b).replace("error[i]", c) for a, b, c in places), 0
+    )
 
 
 def _drifts_kicks(rows: Rows, first: int, *, alike: bool) -> str:
