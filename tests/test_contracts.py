@@ -2,6 +2,7 @@
 something is told.
 """
 
+import pickle
 import re
 from typing import Any, NamedTuple
 
@@ -10,8 +11,11 @@ import pytest
 from own_models import OneSpring
 
 import fastaff as fa
+from fastaff.compile import kinds
+from fastaff.compile.terms import Substep, Term
 from fastaff.flows.checks import lacking
 from fastaff.flows.derivatives import check_derivatives
+from fastaff.formulas.library import Request, generated_class
 from fastaff.models.contracts import Angles, Kind, Model, Nonseparable, OneVariable, Potential, Section
 from fastaff.models.mechanics import system_of
 
@@ -175,7 +179,7 @@ TRAITS = {  # of each kind: what is true of it, and n, moving, rows, positions
         "driven canonical energetic conserves symplectic quadratic",
         (2, 1, 4, 2),
     ),
-    "damped": (fa.hamiltonian(PLANE, friction=0.1), "friction canonical energetic quadratic", (2, 2, 4, 2)),
+    "damped": (fa.hamiltonian(PLANE, friction=0.1), "lossy canonical energetic quadratic", (2, 2, 4, 2)),
     "nonseparable": (
         fa.hamiltonian("p**2*(1 + x**2)/2", coordinates="x", momenta="p"),
         "nonseparable canonical energetic conserves symplectic",
@@ -194,12 +198,12 @@ TRAITS = {  # of each kind: what is true of it, and n, moving, rows, positions
         (1, 1, 2, 1),
     ),
     "driven frame": (Whirled(), "driven frame canonical energetic conserves symplectic quadratic", (3, 2, 6, 3)),
-    "driven with friction": (Damped(), "driven friction canonical energetic quadratic", (3, 2, 6, 3)),
+    "driven with friction": (Damped(), "driven lossy canonical energetic quadratic", (3, 2, 6, 3)),
 }
 FACTS = (
     "driven",
     "frame",
-    "friction",
+    "lossy",
     "nonseparable",
     "iterated",
     "canonical",
@@ -264,7 +268,7 @@ def test_a_kind_of_ones_own_runs_by_its_terms(model):
     calm, wild = (fa.chaos_map(model._replace(wave=w), Z, time=2000.0, indicators="sali") for w in (0.01, 4.0))
     assert not calm.chaotic.any()
     assert wild.chaotic.all() == (not losing)
-    with pytest.raises((TypeError, ValueError), match=r"which a driven system has not|Damped loses by friction"):
+    with pytest.raises((TypeError, ValueError), match=r"which a driven system has not|Damped loses: take"):
         fa.integrate(model, Z, time=1.0, scheme=fa.TimeTransformed())
     asked = "angles must be given for Whirled, which is driven" if not losing else "what runs here is H = T"
     with pytest.raises((TypeError, ValueError), match=asked):
@@ -277,8 +281,112 @@ def test_a_driven_frame_has_periodic_orbits_and_friction_none():
     found = fa.periodic_orbits(Whirled(wave=0.1, omega=0.2), [0.3, 0.0, 0.0, 0.2], section="t=0")
     again = fa.integrate(Whirled(wave=0.1, omega=0.2), found.z, time=2 * np.pi, accuracy=1e-12).z
     np.testing.assert_allclose(again[[0, 1, 3, 4]], found.z[[0, 1, 3, 4]], rtol=0, atol=1e-11)
-    with pytest.raises(TypeError, match=r"model Damped has a drive and friction: write both as equations, fa\.flow"):
+    with pytest.raises(
+        TypeError, match=r"model Damped has a drive and has friction: write both as equations, fa\.flow"
+    ):
         fa.periodic_orbits(Damped(), Z[:, 0], section="t=0")
+
+
+def gyrated(rate, length):
+    """Return the integrals of cos(rate t) and sin(rate t) over a length."""
+    half = np.sin(0.5 * rate * length)
+    return np.sin(rate * length) / rate, 2.0 * half * half / rate
+
+
+def pulled(r, part, p):
+    """Return the text of a row of momenta after a kick that turns them."""
+    across = {part[0]: f"fma(across, f{part[1]}, {p})", part[1]: f"fma(-across, f{part[0]}, {p})"}.get(r)
+    return f"fma(hk, f{r}, {p})" if across is None else f"fma(along, f{r}, {across})"
+
+
+NEW = {
+    "gyration": Term(
+        does="kinetic momenta turn in a uniform magnetic field: gyration_rate()",
+        equations="m q'' = -dV/dq + B q' x e_z",
+        rate="gyration_rate",
+        has="gyrates",
+        forces=lambda part: "f{0}, f{1} = f{0} + rate*p{1}, f{1} - rate*p{0}\n".format(*part),
+        substep=Substep("kick", gyrated, ("along", "across"), pulled),
+        words=frozenset({"crooked"}),
+        options=("gyration",),
+    ),
+    "wind": Term(
+        does="the medium moves along the first coordinate: wind_speed()",
+        equations="H = T(p) + V(q) + u p_x",
+        rate="wind_speed",
+        has="has wind",
+        velocities=lambda part: f"v{part[0]} = v{part[0]} + rate\n" if part[0] == 0 else "",
+        energy="rate*p0",
+        substep=Substep(
+            "drift",
+            lambda rate, length: (rate * length,),
+            ("moved",),
+            lambda part, q, p, base: f"{q}0 = {q}0 + moved\n" if part[0] == 0 else "",
+        ),
+        options=("wind",),
+    ),
+}
+"""Terms that the package has not, each with a system of the package that it is in other variables."""
+
+
+@pytest.fixture
+def new_terms(monkeypatch):
+    for name, entry in NEW.items():
+        monkeypatch.setitem(kinds.TERMS, name, entry)
+        monkeypatch.setitem(kinds.OPTIONS, name, name)
+
+
+def with_term(name, rate):
+    """Return a system with a new term by its option, the twin, and z of the twin from its own."""
+    V, request = PLANE, Request(PLANE, None, (name,), ("x", "y"), "unit", others=((name, name),))
+    programs = request.program(2000), request.domain_program()
+    model = generated_class(request, programs, {name: rate})(rate)
+    if name == "gyration":
+        shift = np.array([[1, 0, 0, 0], [0, 1, 0, 0], [0, -rate / 2, 1, 0], [rate / 2, 0, 0, 1]])
+        return model, fa.hamiltonian(V, magnetic=rate), lambda z: np.tensordot(shift, z, 1)
+    still = fa.hamiltonian(V)
+    return model, still, lambda z: z + np.reshape([0, 0, rate, 0], (4, *[1] * (z.ndim - 1)))
+
+
+@pytest.mark.parametrize("name", NEW)
+def test_a_new_term_is_one_value(name, new_terms):
+    """Integration, section, exponents, verdicts and frequencies beside those of the same system in other variables."""
+    rate = float(np.random.default_rng(7).uniform(0.2, 0.5))
+    model, twin, seen = with_term(name, rate)
+    truth = fa.integrate(twin, seen(Z), time=40.0, accuracy=1e-12).z
+    for options in ({"accuracy": 1e-10}, {}, {"scheme": fa.DOP853}, {"scheme": fa.LEAPFROG, "step": 1e-4}):
+        found = fa.integrate(model, Z, time=40.0, **options)
+        assert (found.status == fa.Status.OK).all()
+        np.testing.assert_allclose(seen(found.z), truth, rtol=0, atol=1e-7 if "step" in options else 1e-9)
+        alone = fa.integrate(model, Z[:, 0], time=40.0, **options)
+        np.testing.assert_allclose(alone.z[:, 0], found.z[:, 0], rtol=0, atol=1e-9)
+    coarse = [
+        np.abs(seen(fa.integrate(model, Z, time=40.0, scheme=fa.KAHAN_LI8, step=h).z) - truth).max() for h in (0.4, 0.2)
+    ]
+    assert np.log2(coarse[0] / coarse[1]) == pytest.approx(8, abs=0.8)
+    cut, other = (
+        fa.poincare_map(m, z, section="x=0", crossings=8, max_time=300.0) for m, z in ((model, Z), (twin, seen(Z)))
+    )
+    np.testing.assert_allclose(seen(cut.points), other.points, rtol=0, atol=1e-9)
+    maps = [fa.chaos_map(m, z, time=500.0, indicators=["spectrum", "sali"]) for m, z in ((model, Z), (twin, seen(Z)))]
+    np.testing.assert_allclose(maps[0].spectrum, maps[1].spectrum, atol=2e-2)
+    np.testing.assert_allclose(maps[0].spectrum.sum(axis=0), 0.0, atol=1e-9)
+    assert not (maps[0].chaotic | maps[1].chaotic).any()
+    wild = [fa.chaos_map(m, z, time=1000.0, indicators="sali") for m, z in ((model, 15 * Z), (twin, seen(15 * Z)))]
+    assert (wild[0].chaotic & wild[1].chaotic).any()
+    np.testing.assert_array_equal(wild[0].chaotic, wild[1].chaotic)
+    own = [fa.frequency_map(m, z, time=500.0).nu for m, z in ((model, Z), (twin, seen(Z)))]
+    np.testing.assert_allclose(np.abs(own[0]), np.abs(own[1]), atol=1e-6)
+    tangent = fa.tangent_map(model, Z[:, :1], time=7.0)
+    near = [fa.integrate(model, Z[:, :1] + d * np.eye(4), time=7.0, accuracy=1e-12).z for d in (1e-5, -1e-5)]
+    np.testing.assert_allclose(np.squeeze(tangent.matrix), (near[0] - near[1]) / 2e-5, atol=1e-7)
+    assert system_of(model).conserves
+    assert repr(model).endswith(f"{name}={rate!r})")
+    assert pickle.loads(pickle.dumps(model)) == model
+    with pytest.raises(ValueError, match=f"and FormulaHamiltonian {NEW[name].has}: take"):
+        fa.integrate(model, Z, time=1.0, scheme=fa.TimeTransformed())
+    with pytest.raises(TypeError, match="what runs here is H = T"):
+        fa.explore(model, energy=0.1)
 
 
 def test_a_model_without_names_is_named_by_numbers():

@@ -25,7 +25,6 @@ from numba.extending import lower_builtin
 from ..base.identity import by_identity
 from . import cache, jit, map_sums, map_texts, nystrom
 from .callees import Callee
-from .damping import shortened
 from .fingerprint import fingerprint, is_number, is_ours, methods_of
 from .fused import fma
 from .jit import JIT_DISABLED, SIGNATURES
@@ -34,7 +33,6 @@ from .pointers import Bound, Calls, call_table
 from .state_rows import Rows, rows_of
 from .substitution import replaced
 from .texts import ARGUMENTS, ONE_VARIABLE, TEXTS, observed, read, signals, taken
-from .turning import turn
 
 PREAMBLES = ("Failed in ", "- Resolution failure")
 """Beginnings of lines of Numba's that stand before the one that says what is wrong."""
@@ -121,9 +119,9 @@ def model_block(kind: str, value: Any, degrees_of_freedom: int, vectors: int = 0
 
 @functools.cache
 def _model_block(kind: str, line: str, classes: tuple, rows: Rows) -> Any:
-    helpers = {"turn": turn} if rows.frame else {"shortened": shortened} if rows.friction else {}
-    if kind == "angles":
-        helpers = {"angle_of": _ANGLE_OF}
+    helpers = {"angle_of": _ANGLE_OF} if kind == "angles" else {}
+    if rows.substep is not None:
+        helpers["numbers"] = rows.substep.numbers
     names = tuple((name, entry if JIT_DISABLED else _compiled_method(entry)) for name, entry in helpers.items())
     with _explained(_must(classes)):
         return _compiled(kind, line + _texts(rows)[kind](rows), classes, names)
@@ -153,7 +151,7 @@ def nystrom_block(kind: str, value: Any, degrees_of_freedom: int, vectors: int, 
 def _nystrom_block(kind: str, line: str, classes: tuple, rows: Rows, terms: nystrom.Terms) -> Any:
     text = nystrom.march_text if kind == "nystrom_march" else nystrom.steps_text
     with _explained(_must(classes)):
-        return _compiled(kind, line + text(rows, terms), classes, ())
+        return _compiled(kind, line + text(rows, terms), classes, (("summed", nystrom.sums(kind, rows.half, terms)),))
 
 
 def source(value: Any, kind: str, degrees_of_freedom: int | None = None, vectors: int = 0) -> str:

@@ -95,12 +95,16 @@ def _slope(rows: Rows, z: np.ndarray, w: np.ndarray) -> tuple[np.ndarray, np.nda
 
 def _of_energy(system: System, z: np.ndarray, size: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return rates (2n, points) as the model has them, by differences of its energy, and how far these are apart."""
-    n, model = system.n, system.model
-    said = system.slopes(z)
-    if system.friction:
-        said[n:] += model.damping_rate() * z[n:]
+    n, own, said = system.n, system.own, system.slopes(z)
+    if own is not None:  # the package's, and no model's own
+        rest = np.zeros_like(z[:n])
+        said = said - np.concatenate([own.added(letter, system.rate, z[:n], z[n:], rest) for letter in "vf"])
+
+    def energies(at: np.ndarray) -> np.ndarray:
+        return system.energies(at) - (0.0 if own is None else own.energies(system.rate, at[:n], at[n:]))
+
     units = size * np.eye(2 * n)[:, :, None] + 0.0 * z
-    found = [_slope(lambda at: system.energies(at)[None], z, unit) for unit in units]
+    found = [_slope(lambda at: energies(at)[None], z, unit) for unit in units]
     truth, off = (np.array([entry[k][0] for entry in found]) / size[..., None] for k in range(2))
     return said, np.concatenate([truth[n:], -truth[:n]]), np.concatenate([off[n:], off[:n]])
 

@@ -12,6 +12,7 @@ from typing import Any, NamedTuple, TypeVar, cast
 
 from ..base.interruption import imported
 from ..base.numbers import real, shown
+from ..base.progress import watched
 
 DARK, ACCENT, PALE = "#00224e", "#b35900", "#5a8fc8"
 """The dark end of cividis, an orange and a blue that are told from it by lightness too."""
@@ -143,7 +144,7 @@ def figure(function: Function) -> Function:
             if ax is None:
                 ax = imported("matplotlib.pyplot").subplots(layout="constrained")[1]
             _check(ax, options.get("size"))
-            with _inked(ax):
+            with watched(function.__name__), _inked(ax):
                 return function(*given, ax=ax, **options)
 
     return cast(Function, draw)
