@@ -593,5 +593,48 @@ class Uncompiled(NamedTuple):
 
 
 def test_methods_that_numba_does_not_compile_are_refused_by_name():
-    with pytest.raises(TypeError, match=r"Uncompiled must have methods that Numba compiles \(.*\): .*'half'"):
+    with pytest.raises(
+        TypeError, match=r"Uncompiled must have methods, of the class itself, that Numba compiles \(.*\): .*'half'"
+    ):
         fa.integrate(Uncompiled(), [0.3, 0.2], time=1.0, step=0.1, scheme="LEAPFROG")
+
+
+class Uneven(NamedTuple):
+    """H = p^2/2 + V with V of many scales, kinks, walls, an offset: V, -V', -V''."""
+
+    which: int
+    degrees_of_freedom, coordinates, velocity, margin = 1, ("x",), OneSpring.velocity, OneSpring.margin
+    kinetic_energy = OneSpring.kinetic_energy
+
+    def potential_energy(self, x):
+        return UNEVEN[self.which][0](x)
+
+    def force(self, x):
+        return (UNEVEN[self.which][1](x),)
+
+    def tangent_force(self, x, dx):
+        return (UNEVEN[self.which][2](x) * dx,)
+
+
+UNEVEN = [
+    (np.abs, lambda x: -np.sign(x), lambda x: 0 * x),
+    (
+        lambda x: x * x / 2 + 1e-7 * np.cos(1e6 * x),
+        lambda x: 0.1 * np.sin(1e6 * x) - x,
+        lambda x: 1e5 * np.cos(1e6 * x) - 1,
+    ),
+    (lambda x: np.exp(40 * x), lambda x: -40 * np.exp(40 * x), lambda x: -1600 * np.exp(40 * x)),
+    (lambda x: x**-12, lambda x: 12 * x**-13, lambda x: -156 * x**-14),
+    (lambda x: 1e10 + x * x / 2, lambda x: -x, lambda x: 0 * x - 1),
+    (np.sqrt, lambda x: -0.5 / np.sqrt(x), lambda x: 0.25 * x**-1.5),
+    (lambda x: np.where(x > 0.3, x * x, 0.0), lambda x: np.where(x > 0.3, -2 * x, 0.0), lambda x: -2.0 * (x > 0.3)),
+    (lambda x: 1e250 * x * x / 2, lambda x: -1e250 * x, lambda x: 0 * x - 1e250),
+]
+
+
+@pytest.mark.parametrize("which", range(len(UNEVEN)))
+def test_right_derivatives_are_never_refused(which):
+    random = np.random.default_rng(which)
+    for _ in range(60):
+        z = random.uniform(-1, 1, (2, random.integers(1, 5))) * 10 ** random.uniform(-6, 0)
+        check_derivatives("body", Uneven(which), z)

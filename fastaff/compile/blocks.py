@@ -130,8 +130,8 @@ def _model_block(kind: str, line: str, classes: tuple, rows: Rows) -> Any:
 def _must(classes: tuple) -> str:
     """Return what the methods of a value with these classes must be."""
     return (
-        f"{classes[0][0].__name__} must have methods that Numba compiles (arithmetic and NumPy functions, no other "
-        "Python functions)"
+        f"{classes[0][0].__name__} must have methods, of the class itself, that Numba compiles (arithmetic and NumPy "
+        "functions, no other Python functions)"
     )
 
 
