@@ -411,6 +411,8 @@ CONTAINERS = {
     "State",
     "TangentMap",
     "TimeScales",
+    "VibrationHusimi",
+    "VibrationState",
     "ActionAngles",
     "TorusFit",
     "AngleLines",

@@ -112,6 +112,29 @@ def test_every_folder_has_a_storey():
     assert len(arrows()) > 30
 
 
+def test_a_term_of_the_equations_is_at_home_in_four_files():
+    """Friction, by its names in code: its value, its row, and its option of texts and of commands. Beside these: the
+    field of requests in files of older versions (a new option is one of `others`), and the words of bodies' refusals.
+    """
+    home = {"compile.damping", "compile.kinds", "formulas.formula", "jobs.system"}
+    said = {
+        module_of(path)
+        for path in FILES
+        for node in ast.walk(tree_of(path))
+        if {"friction", "damping_rate", "FRICTION"}
+        & {
+            getattr(node, name, None)
+            for name in ("id", "arg", "attr", "name", "value")
+            if name != "value" or is_text(node)
+        }
+    }
+    assert said == home | {"formulas.library", "models.body"}
+
+
+def is_text(node):
+    return isinstance(node, ast.Constant) and isinstance(node.value, str)
+
+
 def test_no_module_is_hidden_by_a_function_of_its_name():
     for package in FILES:
         if package.name == "__init__.py":

@@ -2,14 +2,20 @@
 something is told.
 """
 
+import pickle
 import re
 from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
+from own_models import OneSpring
 
 import fastaff as fa
+from fastaff.compile import kinds
+from fastaff.compile.terms import Substep, Term
 from fastaff.flows.checks import lacking
+from fastaff.flows.derivatives import check_derivatives
+from fastaff.formulas.library import Request, generated_class
 from fastaff.models.contracts import Angles, Kind, Model, Nonseparable, OneVariable, Potential, Section
 from fastaff.models.mechanics import system_of
 
@@ -173,7 +179,7 @@ TRAITS = {  # of each kind: what is true of it, and n, moving, rows, positions
         "driven canonical energetic conserves symplectic quadratic",
         (2, 1, 4, 2),
     ),
-    "damped": (fa.hamiltonian(PLANE, friction=0.1), "friction canonical energetic quadratic", (2, 2, 4, 2)),
+    "damped": (fa.hamiltonian(PLANE, friction=0.1), "lossy canonical energetic quadratic", (2, 2, 4, 2)),
     "nonseparable": (
         fa.hamiltonian("p**2*(1 + x**2)/2", coordinates="x", momenta="p"),
         "nonseparable canonical energetic conserves symplectic",
@@ -192,12 +198,12 @@ TRAITS = {  # of each kind: what is true of it, and n, moving, rows, positions
         (1, 1, 2, 1),
     ),
     "driven frame": (Whirled(), "driven frame canonical energetic conserves symplectic quadratic", (3, 2, 6, 3)),
-    "driven with friction": (Damped(), "driven friction canonical energetic quadratic", (3, 2, 6, 3)),
+    "driven with friction": (Damped(), "driven lossy canonical energetic quadratic", (3, 2, 6, 3)),
 }
 FACTS = (
     "driven",
     "frame",
-    "friction",
+    "lossy",
     "nonseparable",
     "iterated",
     "canonical",
@@ -262,7 +268,7 @@ def test_a_kind_of_ones_own_runs_by_its_terms(model):
     calm, wild = (fa.chaos_map(model._replace(wave=w), Z, time=2000.0, indicators="sali") for w in (0.01, 4.0))
     assert not calm.chaotic.any()
     assert wild.chaotic.all() == (not losing)
-    with pytest.raises((TypeError, ValueError), match=r"which a driven system has not|Damped loses by friction"):
+    with pytest.raises((TypeError, ValueError), match=r"which a driven system has not|Damped loses: take"):
         fa.integrate(model, Z, time=1.0, scheme=fa.TimeTransformed())
     asked = "angles must be given for Whirled, which is driven" if not losing else "what runs here is H = T"
     with pytest.raises((TypeError, ValueError), match=asked):
@@ -275,8 +281,112 @@ def test_a_driven_frame_has_periodic_orbits_and_friction_none():
     found = fa.periodic_orbits(Whirled(wave=0.1, omega=0.2), [0.3, 0.0, 0.0, 0.2], section="t=0")
     again = fa.integrate(Whirled(wave=0.1, omega=0.2), found.z, time=2 * np.pi, accuracy=1e-12).z
     np.testing.assert_allclose(again[[0, 1, 3, 4]], found.z[[0, 1, 3, 4]], rtol=0, atol=1e-11)
-    with pytest.raises(TypeError, match=r"model Damped has a drive and friction: write both as equations, fa\.flow"):
+    with pytest.raises(
+        TypeError, match=r"model Damped has a drive and has friction: write both as equations, fa\.flow"
+    ):
         fa.periodic_orbits(Damped(), Z[:, 0], section="t=0")
+
+
+def gyrated(rate, length):
+    """Return the integrals of cos(rate t) and sin(rate t) over a length."""
+    half = np.sin(0.5 * rate * length)
+    return np.sin(rate * length) / rate, 2.0 * half * half / rate
+
+
+def pulled(r, part, p):
+    """Return the text of a row of momenta after a kick that turns them."""
+    across = {part[0]: f"fma(across, f{part[1]}, {p})", part[1]: f"fma(-across, f{part[0]}, {p})"}.get(r)
+    return f"fma(hk, f{r}, {p})" if across is None else f"fma(along, f{r}, {across})"
+
+
+NEW = {
+    "gyration": Term(
+        does="kinetic momenta turn in a uniform magnetic field: gyration_rate()",
+        equations="m q'' = -dV/dq + B q' x e_z",
+        rate="gyration_rate",
+        has="gyrates",
+        forces=lambda part: "f{0}, f{1} = f{0} + rate*p{1}, f{1} - rate*p{0}\n".format(*part),
+        substep=Substep("kick", gyrated, ("along", "across"), pulled),
+        words=frozenset({"crooked"}),
+        options=("gyration",),
+    ),
+    "wind": Term(
+        does="the medium moves along the first coordinate: wind_speed()",
+        equations="H = T(p) + V(q) + u p_x",
+        rate="wind_speed",
+        has="has wind",
+        velocities=lambda part: f"v{part[0]} = v{part[0]} + rate\n" if part[0] == 0 else "",
+        energy="rate*p0",
+        substep=Substep(
+            "drift",
+            lambda rate, length: (rate * length,),
+            ("moved",),
+            lambda part, q, p, base: f"{q}0 = {q}0 + moved\n" if part[0] == 0 else "",
+        ),
+        options=("wind",),
+    ),
+}
+"""Terms that the package has not, each with a system of the package that it is in other variables."""
+
+
+@pytest.fixture
+def new_terms(monkeypatch):
+    for name, entry in NEW.items():
+        monkeypatch.setitem(kinds.TERMS, name, entry)
+        monkeypatch.setitem(kinds.OPTIONS, name, name)
+
+
+def with_term(name, rate):
+    """Return a system with a new term by its option, the twin, and z of the twin from its own."""
+    V, request = PLANE, Request(PLANE, None, (name,), ("x", "y"), "unit", others=((name, name),))
+    programs = request.program(2000), request.domain_program()
+    model = generated_class(request, programs, {name: rate})(rate)
+    if name == "gyration":
+        shift = np.array([[1, 0, 0, 0], [0, 1, 0, 0], [0, -rate / 2, 1, 0], [rate / 2, 0, 0, 1]])
+        return model, fa.hamiltonian(V, magnetic=rate), lambda z: np.tensordot(shift, z, 1)
+    still = fa.hamiltonian(V)
+    return model, still, lambda z: z + np.reshape([0, 0, rate, 0], (4, *[1] * (z.ndim - 1)))
+
+
+@pytest.mark.parametrize("name", NEW)
+def test_a_new_term_is_one_value(name, new_terms):
+    """Integration, section, exponents, verdicts and frequencies beside those of the same system in other variables."""
+    rate = float(np.random.default_rng(7).uniform(0.2, 0.5))
+    model, twin, seen = with_term(name, rate)
+    truth = fa.integrate(twin, seen(Z), time=40.0, accuracy=1e-12).z
+    for options in ({"accuracy": 1e-10}, {}, {"scheme": fa.DOP853}, {"scheme": fa.LEAPFROG, "step": 1e-4}):
+        found = fa.integrate(model, Z, time=40.0, **options)
+        assert (found.status == fa.Status.OK).all()
+        np.testing.assert_allclose(seen(found.z), truth, rtol=0, atol=1e-7 if "step" in options else 1e-9)
+        alone = fa.integrate(model, Z[:, 0], time=40.0, **options)
+        np.testing.assert_allclose(alone.z[:, 0], found.z[:, 0], rtol=0, atol=1e-9)
+    coarse = [
+        np.abs(seen(fa.integrate(model, Z, time=40.0, scheme=fa.KAHAN_LI8, step=h).z) - truth).max() for h in (0.4, 0.2)
+    ]
+    assert np.log2(coarse[0] / coarse[1]) == pytest.approx(8, abs=0.8)
+    cut, other = (
+        fa.poincare_map(m, z, section="x=0", crossings=8, max_time=300.0) for m, z in ((model, Z), (twin, seen(Z)))
+    )
+    np.testing.assert_allclose(seen(cut.points), other.points, rtol=0, atol=1e-9)
+    maps = [fa.chaos_map(m, z, time=500.0, indicators=["spectrum", "sali"]) for m, z in ((model, Z), (twin, seen(Z)))]
+    np.testing.assert_allclose(maps[0].spectrum, maps[1].spectrum, atol=2e-2)
+    np.testing.assert_allclose(maps[0].spectrum.sum(axis=0), 0.0, atol=1e-9)
+    assert not (maps[0].chaotic | maps[1].chaotic).any()
+    wild = [fa.chaos_map(m, z, time=1000.0, indicators="sali") for m, z in ((model, 15 * Z), (twin, seen(15 * Z)))]
+    assert (wild[0].chaotic & wild[1].chaotic).any()
+    np.testing.assert_array_equal(wild[0].chaotic, wild[1].chaotic)
+    own = [fa.frequency_map(m, z, time=500.0).nu for m, z in ((model, Z), (twin, seen(Z)))]
+    np.testing.assert_allclose(np.abs(own[0]), np.abs(own[1]), atol=1e-6)
+    tangent = fa.tangent_map(model, Z[:, :1], time=7.0)
+    near = [fa.integrate(model, Z[:, :1] + d * np.eye(4), time=7.0, accuracy=1e-12).z for d in (1e-5, -1e-5)]
+    np.testing.assert_allclose(np.squeeze(tangent.matrix), (near[0] - near[1]) / 2e-5, atol=1e-7)
+    assert system_of(model).conserves
+    assert repr(model).endswith(f"{name}={rate!r})")
+    assert pickle.loads(pickle.dumps(model)) == model
+    with pytest.raises(ValueError, match=f"and FormulaHamiltonian {NEW[name].has}: take"):
+        fa.integrate(model, Z, time=1.0, scheme=fa.TimeTransformed())
+    with pytest.raises(TypeError, match="what runs here is H = T"):
+        fa.explore(model, energy=0.1)
 
 
 def test_a_model_without_names_is_named_by_numbers():
@@ -341,3 +451,190 @@ def test_a_step_belongs_to_its_orbit_and_a_chosen_scheme_to_the_set():
     assert "own step" in together.why
     assert plan(body, z, Options(step=0.1)).why == "the step given"
     assert "rtol 1e-12" in plan(body, z, Options(scheme=fa.DOP853)).why
+
+
+# --- derivatives of one's own -----------------------------------------------------------------------------------------
+
+
+class Rotor(NamedTuple):
+    """H = (p_x^2 + p_y^2)(1 + a x^2)/2 + (x^2 + 2 y^2)/2 + a x^2 y in units of length and time; one of its derivatives
+    is off by a part `off` of itself: in rows `of` of the rates or `of_tangent` of the tangent rates.
+    """
+
+    a: float = 0.3
+    length: float = 1.0
+    time: float = 1.0
+    off: float = 0.0
+    of: float = -1.0
+    of_tangent: float = -1.0
+
+    kind, degrees_of_freedom, coordinates = Kind.NONSEPARABLE, 2, ("x", "y")
+
+    def margin(self, x, y, px, py):
+        return 1.0 + 0.0 * x
+
+    def energy(self, x, y, px, py):
+        x, y, px, py = x / self.length, y / self.length, px * self.time / self.length, py * self.time / self.length
+        H = (px * px + py * py) / 2 * (1 + self.a * x * x) + (x * x + 2 * y * y) / 2 + self.a * x * x * y
+        return H * self.length**2 / self.time**2
+
+    def rates(self, x, y, px, py):
+        x, y, px, py = x / self.length, y / self.length, px * self.time / self.length, py * self.time / self.length
+        s, a, p = 1 + self.a * x * x, self.a, px * px + py * py
+        v, f = self.length / self.time, self.length / self.time**2
+        vx, vy = (1 + self.off * (self.of == 0)) * px * s, (1 + self.off * (self.of == 1)) * py * s
+        fx = (1 + self.off * (self.of == 2)) * (p * a * x + x + 2 * a * x * y)
+        return v * vx, v * vy, -f * fx, -f * (1 + self.off * (self.of == 3)) * (2 * y + a * x * x)
+
+    def tangent_rates(self, x, y, px, py, dx, dy, dpx, dpy):
+        x, y, px, py = x / self.length, y / self.length, px * self.time / self.length, py * self.time / self.length
+        dx, dy, dpx, dpy = (
+            dx / self.length,
+            dy / self.length,
+            dpx * self.time / self.length,
+            dpy * self.time / self.length,
+        )
+        s, a, p = 1 + self.a * x * x, self.a, px * px + py * py
+        v, f = self.length / self.time, self.length / self.time**2
+        wx = (1 + self.off * (self.of_tangent == 0)) * (dpx * s + 2 * a * px * x * dx)
+        wy = (1 + self.off * (self.of_tangent == 1)) * (dpy * s + 2 * a * py * x * dx)
+        gx = 2 * (px * dpx + py * dpy) * a * x + p * a * dx + dx + 2 * a * (dx * y + x * dy)
+        gx = (1 + self.off * (self.of_tangent == 2)) * gx
+        return v * wx, v * wy, -f * gx, -f * (1 + self.off * (self.of_tangent == 3)) * (2 * dy + 2 * a * x * dx)
+
+
+def test_wrong_derivatives_of_ones_own_are_refused_in_all_units():
+    """A wrong tangent map ran under OK, a wrong force until its energy had drifted; right ones are never refused."""
+    random = np.random.default_rng(32)
+    for _ in range(40):
+        length, time = (float(x) for x in 10 ** random.uniform(-6, 6, 2))
+        right = Rotor(float(random.uniform(0.1, 3)), length, time)
+        z = random.uniform(-1, 1, (4, 5)) * random.choice([0.0, 1e-3, 1.0], (4, 1))
+        z = z * np.array([length, length, length / time, length / time])[:, None]
+        check_derivatives("body", right, z)
+        row, off = random.integers(4), float(10 ** random.uniform(-4, -1) * random.choice([-1, 1]))
+        with pytest.raises(
+            ValueError, match=r"body Rotor must have rates dH/dp and -dH/dq of its energy H: at .* that of"
+        ):
+            check_derivatives("body", right._replace(off=off, of=float(row)), z)
+        with pytest.raises(ValueError, match="body Rotor must have a tangent_rates that is the change of its rates"):
+            check_derivatives("body", right._replace(off=off, of_tangent=float(row)), z)
+
+
+def test_all_verbs_refuse_wrong_derivatives():
+    z0 = [0.3, 0.2, 0.1, -0.3]
+    for wrong, match in ((Rotor(off=1e-3, of=3.0), "energy H"), (Rotor(off=1e-3, of_tangent=2.0), "tangent_rates")):
+        for call in (
+            lambda body: fa.integrate(body, z0, time=1.0),
+            lambda body: fa.frequency_map(body, z0, time=100.0),
+            lambda body: fa.chaos_map(body, z0, time=100.0),
+            lambda body: fa.tangent_map(body, z0, time=1.0),
+            lambda body: fa.poincare_map(body, z0, section="y=0", crossings=2, max_time=50.0),
+            lambda body: fa.fit_torus(body, z0, time=100.0),
+            lambda body: fa.periodic_orbits(body, z0, section="y=0"),
+            lambda body: fa.continuation(body, z0, section="y=0", steps=1),
+        ):
+            with pytest.raises(ValueError, match=match):
+                call(wrong)
+
+
+def test_wrong_derivatives_of_springs_maps_and_flows_are_refused():
+    class Stiff(OneSpring):
+        def force(self, x):
+            return (-1.001 * self.k * x,)
+
+    class Bent(OneSpring):
+        def tangent_force(self, x, dx):
+            return (-1.001 * self.k * dx,)
+
+    class Kicked(fa.models.StandardMap):
+        def tangent_iterate(self, x, p, dx, dp):
+            return dx + dp, dp
+
+    class Wound(NamedTuple):
+        w: float = 1.0
+        kind, degrees_of_freedom, coordinates = Kind.FLOW, 1, ("x", "y")
+
+        def rates(self, x, y):
+            return y, -self.w * np.sin(x) - 0.1 * y
+
+        def tangent_rates(self, x, y, dx, dy):
+            return dy, -self.w * np.cos(x) * dx - 0.11 * dy
+
+        def margin(self, x, y):
+            return 1.0 + 0.0 * x
+
+    z, check = np.array([[0.7], [0.4]]), check_derivatives
+    check("body", OneSpring(), z)
+    check("body", fa.models.StandardMap(0.9), z)
+    for body, match in (
+        (Stiff(), "energy H: .* of p_x is"),
+        (Bent(), "a tangent_force"),
+        (Kicked(0.9), "a tangent_iterate"),
+        (Wound(), "a tangent_rates .* of y is"),
+    ):
+        with pytest.raises(ValueError, match=match):
+            check("body", body, z)
+
+
+def half(x):
+    return x / 2
+
+
+class Uncompiled(NamedTuple):
+    """A spring whose force calls a Python function, which Numba does not know."""
+
+    k: float = 1.0
+    degrees_of_freedom, coordinates, velocity, margin = 1, ("x",), OneSpring.velocity, OneSpring.margin
+    kinetic_energy, potential_energy = OneSpring.kinetic_energy, OneSpring.potential_energy
+
+    def force(self, x):
+        return (-2 * self.k * half(x),)
+
+
+def test_methods_that_numba_does_not_compile_are_refused_by_name():
+    with pytest.raises(
+        TypeError, match=r"Uncompiled must have methods, of the class itself, that Numba compiles \(.*\): .*'half'"
+    ):
+        fa.integrate(Uncompiled(), [0.3, 0.2], time=1.0, step=0.1, scheme="LEAPFROG")
+
+
+class Uneven(NamedTuple):
+    """H = p^2/2 + V with V of many scales, kinks, walls, an offset: V, -V', -V''."""
+
+    which: int
+    degrees_of_freedom, coordinates, velocity, margin = 1, ("x",), OneSpring.velocity, OneSpring.margin
+    kinetic_energy = OneSpring.kinetic_energy
+
+    def potential_energy(self, x):
+        return UNEVEN[self.which][0](x)
+
+    def force(self, x):
+        return (UNEVEN[self.which][1](x),)
+
+    def tangent_force(self, x, dx):
+        return (UNEVEN[self.which][2](x) * dx,)
+
+
+UNEVEN = [
+    (np.abs, lambda x: -np.sign(x), lambda x: 0 * x),
+    (
+        lambda x: x * x / 2 + 1e-7 * np.cos(1e6 * x),
+        lambda x: 0.1 * np.sin(1e6 * x) - x,
+        lambda x: 1e5 * np.cos(1e6 * x) - 1,
+    ),
+    (lambda x: np.exp(40 * x), lambda x: -40 * np.exp(40 * x), lambda x: -1600 * np.exp(40 * x)),
+    (lambda x: x**-12, lambda x: 12 * x**-13, lambda x: -156 * x**-14),
+    (lambda x: 1e10 + x * x / 2, lambda x: -x, lambda x: 0 * x - 1),
+    (np.sqrt, lambda x: -0.5 / np.sqrt(x), lambda x: 0.25 * x**-1.5),
+    (lambda x: np.where(x > 0.3, x * x, 0.0), lambda x: np.where(x > 0.3, -2 * x, 0.0), lambda x: -2.0 * (x > 0.3)),
+    (lambda x: 1e250 * x * x / 2, lambda x: -1e250 * x, lambda x: 0 * x - 1e250),
+]
+
+
+@pytest.mark.parametrize("which", range(len(UNEVEN)))
+def test_right_derivatives_are_never_refused(which):
+    random = np.random.default_rng(which)
+    for _ in range(60):
+        z = random.uniform(-1, 1, (2, random.integers(1, 5))) * 10 ** random.uniform(-6, 0)
+        check_derivatives("body", Uneven(which), z)

@@ -8,15 +8,16 @@ import os
 import shutil
 import subprocess
 import sys
+import tracemalloc
 from dataclasses import replace
 
 import numpy as np
 import pytest
-from job_cases import JOBS, MOTION, bits
+from job_cases import CELLS, JOBS, MOTION, bits
 from job_cases import SMALL_GRID as JOB
 
 import fastaff as fa
-from fastaff.jobs import JobResults
+from fastaff.jobs import JobResults, Poincare, Run, Starts
 from fastaff.jobs.store import ATTRIBUTES, FORMAT, Store
 from fastaff.jobs.wording import Wrong
 
@@ -43,7 +44,7 @@ def everything(store):
     results = JobResults.stored(store)
     found = bits(results)
     results.table()
-    results.tree().load()
+    results.to_xarray().load()
     return found
 
 
@@ -88,7 +89,7 @@ def test_netcdf_has_the_same_numbers(made, tmp_path):
 
     results = JobResults.stored(made)
     results.to_netcdf(tmp_path / "s.nc")
-    with xarray.open_datatree(tmp_path / "s.nc", engine="h5netcdf") as tree, results.tree() as own:
+    with xarray.open_datatree(tmp_path / "s.nc", engine="h5netcdf") as tree, results.to_xarray() as own:
         count = 0
         for node in own.subtree:
             for name, values in node.variables.items():
@@ -402,3 +403,64 @@ def test_own_starts_have_their_store(tmp_path):
     fa.run(job, tmp_path / "s")
     store = Store(tmp_path / "s")
     assert store.root["launch/z0"][:].tobytes() == np.ascontiguousarray(job.starts).tobytes()
+
+
+# --- in parts -----------------------------------------------------------------------------------------------------
+
+
+def test_parts_of_a_store_take_the_memory_of_a_part(tmp_path):
+    """By slices of points, by xarray and by its dask: the same numbers as of the whole, at every bound."""
+    own = {"starts": Starts(orbits=600, seed=3), "poincare": Poincare(crossings=300, max_time=4000.0), "unit": 40}
+    job = replace(CELLS, surface=replace(CELLS.surface, energy=0.1), run=Run(step=0.1), integrate=None, **own)
+    results = fa.run(job, tmp_path / "long.zarr")
+    whole, small = peak(lambda: results["poincare"])
+    assert whole.points.nbytes > 2 * 2**20
+
+    def same(found, kept):
+        for name in ("points", "times", "counts", "status"):
+            np.testing.assert_array_equal(getattr(found, name), getattr(whole, name)[..., kept])
+
+    place, kept = results.place, np.arange(len(whole))
+    for first, last in ((0, 40), (37, 161), (-20, None), (590, 10**9), (30, 30), (80, 20)):
+        found, most = peak(lambda bounds=(first, last): results["poincare", slice(*bounds)])
+        there = slice(first, last).indices(600)[:2]
+        same(found, kept[(place >= there[0]) & (place < there[1])])
+        assert most < 0.4 * small
+    sums = [results["poincare", k : k + 100].counts.sum() for k in range(0, 600, 100)]
+    assert sum(sums) == whole.counts.sum()
+
+    def mean(chunks):
+        with results.to_xarray(chunks) as tree:
+            if chunks is None:
+                return tree["poincare/points"][..., :40].values, None
+            return tree["poincare/points"][..., :40].values, tree["poincare/points"].chunksizes["orbit"]
+
+    for chunks in (None, {}):
+        (found, sizes), most = peak(lambda chunks=chunks: mean(chunks))
+        np.testing.assert_array_equal(found, whole.points[..., :40])
+        assert most < 0.6 * small
+        assert sizes in (None, (40,) * 15)
+    for wrong in (3, "x", (0, 3), slice(0, 10, 2)):
+        with pytest.raises(TypeError, match="points must be one slice without a step"):
+            results["poincare", wrong]
+    with pytest.raises(KeyError, match="the job has poincare"):
+        results["frequency_map", :3]
+
+
+def peak(call):
+    """What a call returns, and the most memory in bytes that it had at once; what it imports first is not counted."""
+    call()
+    tracemalloc.start()
+    try:
+        return call(), tracemalloc.get_traced_memory()[1]
+    finally:
+        tracemalloc.stop()
+
+
+def test_parts_of_results_in_memory():
+    results = fa.run(JOB)
+    whole, place = results["integrate"], results.place
+    for points in (slice(0, 7), slice(3, None), slice(-5, -1), slice(9, 2)):
+        there = points.indices(place.max() + 1)[:2]
+        found = results["integrate", points]
+        np.testing.assert_array_equal(found.z, whole.z[:, (place >= there[0]) & (place < there[1])])

@@ -1,9 +1,15 @@
 """RKN12 in runs: the same bits in any company, crossings on its own flow, errors that cover, and what it refuses."""
 
+from fractions import Fraction
+
+import numba
 import numpy as np
 import pytest
 
 import fastaff as fa
+from fastaff.compile.fused import FUSED
+from fastaff.compile.jit import JIT_DISABLED
+from fastaff.compile.lane_sums import CHAIN, VECTOR, sum_of_table
 from fastaff.schemes import BLANES_CASAS_ESCORIHUELA8, RKN12, SOFRONIOU_SPALETTA10
 
 DRIVEN = fa.hamiltonian("-cos(x) - a*cos(x - w*t)", coordinates="x", period="2*pi/w", a=0.3, w=1.25)
@@ -39,6 +45,36 @@ def test_crossings_are_located_on_its_own_flow(alone):
     np.testing.assert_array_equal(ours.counts, finer.counts)
     np.testing.assert_allclose(ours.times, finer.times, rtol=0, atol=1e-10)
     assert np.nanmax(ours.section_error) < 1e-15
+
+
+@pytest.mark.skipif(not FUSED or JIT_DISABLED, reason="no such instruction")
+@pytest.mark.parametrize("vectors", [True, False])
+def test_sums_of_a_table_are_chains_of_multiply_adds(vectors):
+    """To the last bit those in exact arithmetic that is rounded where a chain is; a sum of nothing is 0."""
+    rng, size, apart = np.random.default_rng(6), 3 * VECTOR if vectors else 5, 40
+    table = ((), *(tuple(sorted(rng.choice(20, count, replace=False).tolist())) for count in (1, 3, 4, 5, 8, 18)))
+    k, weights = rng.normal(size=20 * apart), rng.normal(size=sum(map(len, table)))
+    summed = sum_of_table(table, apart, vectors)
+
+    @numba.njit
+    def run(total, k, weights, s, size):
+        summed(total, k, weights, s, size)
+
+    used = 0
+    for s, terms in enumerate(table):
+        total = np.full(size + 1, np.nan)
+        run(total, k, weights, s, size)
+        for i in range(size):
+            chains = [0.0] if not terms else []
+            for j, term in enumerate(terms):
+                before = Fraction(0) if j % CHAIN == 0 else Fraction(chains.pop())
+                chains.append(float(Fraction(weights[used + j]) * Fraction(k[apart * term + i]) + before))
+            whole = chains[0]
+            for chain in chains[1:]:
+                whole += chain
+            assert total[i] == whole
+        assert np.isnan(total[size])
+        used += len(terms)
 
 
 def test_steps_do_not_lose_digits():

@@ -5,6 +5,7 @@ here alone.
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
+import matplotlib.pyplot
 import numpy as np
 import pytest
 
@@ -252,3 +253,48 @@ def test_one_orbit_lost_in_its_pass_is_marked():
     assert [*found.status] == [fa.Status.OK, fa.Status.NONFINITE, fa.Status.OK]
     assert found.verdict[1] == Character.UNDECIDED
     assert replace(Lossy(), limit=2.0).limit == 2.0
+
+
+def lost(growth, i):
+    return -(stretch(growth, 0, i) + stretch(growth, 1, i)) / LN10
+
+
+@dataclass(frozen=True)
+class Lost(Area):
+    """The same decades as they are lost: chaotic orbits are below."""
+
+    limit: float = -8.0
+    name = "lost"
+    label = "decades lost"
+    above = False
+    reading = staticmethod(lost)
+
+    def calm(self, value, before, limit, n):
+        return before - value < 1.5
+
+
+def test_colours_of_an_indicator_that_falls_are_those_of_one_that_rises(tmp_path):
+    """Bright is chaotic, in sections and maps, after a file too, under its own label, whatever the name."""
+    starts = fa.energy_sample(HENON, energy=0.13, section="x=0", orbits=40, seed=2)
+    chosen: tuple = (Area(), Lost(), fa.analysis.TangentIndicator("sali", lost, limit=-8.0, above=False, count=2))
+    chosen += (fa.analysis.TangentIndicator("digits", area, limit=8.0, count=2),)
+    found = fa.chaos_map(HENON, starts, indicators=chosen, **RUN)
+    assert found.chaotic.any()
+    assert found.regular.any()
+    fa.save(tmp_path / "chaos", found)
+    for result in (found, fa.load(tmp_path / "chaos.npz"), found[:40]):
+        colours = {}
+        for name, sign in (("area", 1), ("lost", -1), ("sali", -1), ("digits", 1)):
+            drawn = fa.plot.plot_chaos_map(starts, result, indicator=name, colorbar=True)
+            colours[name] = drawn.points.to_rgba(drawn.points.get_array())
+            assert drawn.colorbar.ax.yaxis_inverted() == (sign < 0)
+            assert drawn.colorbar.ax.get_ylabel() == ("decades lost" if name == "lost" else name)
+            scale = fa.plot.colouring(result, name)
+            assert scale.falling == (sign < 0)
+            image = fa.plot.plot_starts(starts, values=scale).points
+            np.testing.assert_allclose(image.to_rgba(image.get_array()), colours[name], atol=1e-12)
+            matplotlib.pyplot.close("all")
+        for name in ("lost", "sali", "digits"):
+            np.testing.assert_allclose(colours[name], colours["area"], atol=0.01)
+        light = colours["lost"][:, :3] @ [0.3, 0.6, 0.1]
+        assert light[found.verdicts[1] == Character.CHAOTIC].min() > light[found.verdicts[1] == Character.REGULAR].max()

@@ -182,6 +182,22 @@ def test_boxes_overlap_where_they_do():
             assert not smaller.overlaps(plot_labels.Box(two.centre, two.half * 0.9, two.angle))
 
 
+def test_names_of_neighbouring_lines_stand_apart(ax):
+    """Of lines that are little longer than their names, 7 to 16 pixels above one another."""
+    ax.set(xlim=(0, 1), ylim=(0, 1))
+    lines = []
+    for k, height in enumerate(np.cumsum(np.random.default_rng(4).uniform(0.02, 0.045, 22)), 1):
+        part = np.column_stack([np.linspace(0.4, 0.62, 30), np.full(30, height)])
+        lines.append(fa.analysis.ResonanceLine((k, -k - 1, 0), 2 * k + 1, (part,), None))
+    drawn = plot.plot_web(lines, ax=ax, names=("alpha", "beta", "gamma"), labels=22)
+    ax.figure.canvas.draw()
+    boxes = [drawn_box(text) for text in drawn.labels]
+    assert len(boxes) > 4
+    for k, box in enumerate(boxes):
+        apart = plot_labels.Box(box.centre, box.half + box.half[1], box.angle)
+        assert not any(apart.overlaps(other) for other in boxes[:k])
+
+
 def test_names_of_a_web_do_not_overlap_and_the_longest_lines_have_them(ax):
     ax.set(xlim=(0, 1), ylim=(0, 1))
     rng = np.random.default_rng(2)
@@ -380,3 +396,40 @@ def test_the_section_of_a_driven_flow_is_drawn_in_its_own_coordinates():
         drawn = plot.plot_section(cut).points.get_offsets()
         expected = np.array([cut[name][:, 0] for name in names.split()])
         np.testing.assert_array_equal(np.sort(drawn.T), np.sort(expected))
+
+
+# --- printed ----------------------------------------------------------------------------------------------------------
+
+
+def grey_looks(lines):
+    """What is left of curves in grey: their marks and dashes."""
+    return {(line.get_marker(), str(line._unscaled_dash_pattern)) for line in lines}
+
+
+def test_curves_are_told_apart_in_grey(ax):
+    z = np.array([[0.0, 0.1, 0.3, 0.2], [0.0, -0.1, 0.2, 0.1], [0.1, 0.0, 0.0, 0.2]]).T
+    orbits = fa.integrate(fa.HenonHeiles(), z, time=20.0, samples=50, step=0.1)
+    assert len(grey_looks(plot.plot_orbits(orbits, ax=ax).points)) == 3
+    said = {"section": "x=0", "energy": 0.1, "max_time": 20.0, "step": 0.1, "steps": 3}
+    branches = [fa.continuation(fa.HenonHeiles(), z, **said) for z in ([0.0, 0.0, 0.3, 0.31], [0.0, 0.3, 0.4, 0.0])]
+    drawn = plot.plot_backbone(branches, names=("one", "two")).points[0].axes
+    assert len({line.get_marker() for line in drawn.get_legend().get_lines()[:2]}) == 2
+    assert len({line.get_marker() for line in drawn.lines if line.get_marker() != "None"}) >= 2
+
+
+def test_many_points_are_an_image_in_a_pdf(ax, tmp_path):
+    z = np.array([[0.0, 0.1, 0.3, 0.2], [0.0, -0.1, 0.2, 0.1]]).T
+    sizes = {}
+    for samples in (400, 60_000):
+        orbits = fa.integrate(fa.HenonHeiles(), z, time=600.0, samples=samples, step=0.01)
+        drawn = orbits.plot()
+        figure = drawn.points[0].figure
+        with plot.styled():
+            figure.savefig(tmp_path / f"{samples}.pdf")
+        text = (tmp_path / f"{samples}.pdf").read_bytes()
+        assert (b"/Subtype /Image" in text) == (samples > 400)
+        assert b"/FontFile2" in text
+        assert b"/Type3" not in text
+        sizes[samples] = len(text)
+        assert not drawn.points[0].axes.xaxis.get_rasterized()
+    assert sizes[60_000] < 1e6

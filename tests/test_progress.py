@@ -1,5 +1,7 @@
 """What long calls say on terminals: the share done, the time left, and how long this machine compiles."""
 
+import importlib
+import inspect
 import threading
 from dataclasses import dataclass
 from types import SimpleNamespace
@@ -366,3 +368,48 @@ def test_a_kernel_shows_progress_and_a_saved_notebook_has_none_of_it(monkeypatch
     data, stream = cells[1].outputs
     assert data.data == {"text/plain": ""}
     assert stream.text == cells[2].outputs[0].text == "done\n"
+
+
+QUIET = {
+    "fastaff": {"flow", "formula", "hamiltonian", "mapping", "one_variable", "progress", "reduced"},
+    "fastaff.analysis": {"diffusion_histogram", "periodic_guesses"},
+    "fastaff.quantum": {
+        *("count_deviation", "fit_spacings", "level_list", "mean_spacing_ratio", "number_variance", "polynomial_count"),
+        *("spacing_ratios", "spectrum_table", "unfold", "wavefunction"),
+    },
+    "fastaff.plot": {
+        *("animate", "clipped", "colour_map", "colouring", "count_points", "diffusion_scale", "frequency", "on_line"),
+        *("picked", "resonances_between", "styled", "symbol"),
+    },
+}
+"""Public functions that take no long time, or whose time is that of another one of these rooms."""
+
+
+def says(function):
+    """Whether a call of a function is watched."""
+    while function is not None and "watched" not in function.__code__.co_names:
+        function = getattr(function, "__wrapped__", None)
+    return function is not None
+
+
+@pytest.mark.parametrize("room", QUIET)
+def test_no_long_call_is_silent(room):
+    found = importlib.import_module(room)
+    functions = {name: entry for name in found.__all__ if inspect.isfunction(entry := getattr(found, name))}
+    assert {name for name, function in functions.items() if not says(function)} == QUIET[room]
+
+
+def test_a_fit_of_a_torus_tells_its_passes():
+    """No share stands still for long, of tori and of orbits that are none; and the fit is the same."""
+    for z, least in (([0.0, 0.1, 0.3, 0.2], 12), ([0.0, -0.1, 0.45, 0.2], 20)):
+        told = []
+        found = fa.fit_torus(fa.HenonHeiles(), z, time=300.0, report=told.append)
+        assert told == sorted(told)
+        assert told[-1] == 1.0
+        fitting = [0.5, *(share for share in told if 0.5 < share < 0.75), 0.75]
+        assert len(fitting) > least / 2
+        assert np.diff(fitting).max() < 0.13
+        if found.verdict != fa.analysis.Verdict.TORUS:
+            assert any(0.75 < share < 1.0 for share in told)
+        same = fa.fit_torus(fa.HenonHeiles(), z, time=300.0)
+        np.testing.assert_array_equal(found.nu, same.nu)

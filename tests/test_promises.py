@@ -4,6 +4,7 @@ items and any company of an item, and Ctrl-C that hands over what is finished.
 A new public function of sets, or one with `threads` or `report`, needs a row in ROWS, or a reason in EXEMPT.
 """
 
+import dataclasses
 import sys
 from functools import cache
 from typing import Any, NamedTuple
@@ -174,6 +175,9 @@ ROWS = {
     "poincare_map, time-transformed": Row(fa.poincare_map, {"z0": FEW}, {"body": HH, **CUT, **SLOWED}),
     "poincare_map, driven": Row(
         fa.poincare_map, {"z0": DUFFING}, {"body": systems.duffing(), "section": "t=1.7", "crossings": 3, **FIXED}
+    ),
+    "poincare_map, strobed": Row(
+        fa.poincare_map, {"z0": DUFFING}, {"body": systems.duffing(), "section": "t=1.7", "crossings": 3}
     ),
     "poincare_map, turning": Row(fa.poincare_map, {"z0": FEW}, {"body": TURNING, **CUT}),
     "poincare_map, Runge-Kutta": Row(
@@ -350,6 +354,8 @@ def interrupted(name, call):
     if isinstance(partial, Result):
         assert hasattr(partial, "call") == hasattr(whole(name), "call")
         repr(partial), partial.summary()
+        for field in dataclasses.fields(partial):
+            assert (getattr(partial, field.name) is None) == (getattr(whole(name), field.name) is None), field.name
     return partial
 
 

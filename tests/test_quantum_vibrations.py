@@ -1,10 +1,14 @@
 """Levels of H = T(p) + V(q) in one to three coordinates: closed forms, other bases, complex scaling, published ones."""
 
+import threading
+
 import numpy as np
 import pytest
+from scipy.linalg import eigh
 
 import fastaff as fa
 from fastaff.quantum import NoGroundState, spectrum
+from fastaff.quantum.solvers.lapack import lowest_states
 
 RNG = np.random.default_rng(31)
 
@@ -170,3 +174,34 @@ def test_wrong_calls_say_the_right_one():
     four = fa.hamiltonian("(a**2 + b**2 + c**2 + d**2)/2", coordinates="a b c d")
     with pytest.raises(TypeError, match="one to 3 coordinates"):
         spectrum(four, count=2)
+
+
+def test_other_threads_go_on_while_levels_are_looked_for():
+    """A thread counts meanwhile, as Ctrl-C and progress need; with SciPy's call it stands. The same bits as that."""
+    random = np.random.default_rng(5)
+    H = random.normal(size=(700, 700))
+    H += H.T
+    ended, counts = threading.Event(), []
+
+    def count():
+        while not ended.wait(0.001):
+            counts.append(None)
+
+    def seen(solver):
+        before = len(counts)
+        found = solver()
+        return found, len(counts) - before
+
+    thread = threading.Thread(target=count)
+    thread.start()
+    try:
+        (E, C), ours = seen(lambda: lowest_states(H, 200))
+        (same, vectors), theirs = seen(lambda: eigh(H, subset_by_index=(0, 199), check_finite=False, driver="evr"))
+    finally:
+        ended.set()
+        thread.join()
+    np.testing.assert_array_equal(E, same)
+    np.testing.assert_array_equal(C, vectors)
+    assert ours > 10 * max(theirs, 1)
+    with pytest.raises(np.linalg.LinAlgError, match="dsyevr found"):
+        lowest_states(np.full((3, 3), np.nan), 3)

@@ -19,7 +19,7 @@ from fastaff.compile import source
 from fastaff.compile.blocks import model_block, parameters
 from fastaff.compile.fused import FUSED
 from fastaff.compile.jit import JIT_DISABLED, LANES
-from fastaff.compile.turning import spare_rows, turn
+from fastaff.compile.turning import FRAME, turn
 from fastaff.jobs import Job, Model, Poincare, Starts, Surface
 from fastaff.jobs.system import described
 from fastaff.models.contracts import Kind
@@ -184,14 +184,14 @@ def test_a_block_has_the_bits_of_its_text(alike, lanes, kind):
     """
     model, rows, rng = three_bodies(0.3), 4, np.random.default_rng(lanes)
     size, tables = rows * (1 if kind == "splitting" else 3), (KAHAN_LI8.drift_array, KAHAN_LI8.kick_array)
-    z = np.zeros((size + spare_rows(tables[0].size)) * LANES)
+    z = np.zeros((size + FRAME.substep.spare_rows(tables[0].size, tables[1].size)) * LANES)
     for r in range(rows):
         z[r * LANES : r * LANES + lanes] = 2.0 + rng.standard_normal(lanes)
     step = rng.uniform(0.01, 0.1, LANES)
     step[::3] *= 100.0
     step = np.full(LANES, step[0]) if alike else step
     compiled, single, strict = z.copy(), z.copy(), z.copy()
-    names = {"fma": exact, "value": model, "turn": exact_turn}
+    names = {"fma": exact, "value": model, "numbers": exact_turn}
     head, _, body = source(model, kind).partition("    value = ")
     exec(head + body.partition("\n")[2], names)
     for taken in (1, 2):  # the second call finds the rotations of the first
@@ -212,7 +212,7 @@ def test_turns_are_those_of_their_angle():
     rng = np.random.default_rng(1)
     angles = np.concatenate([rng.uniform(-2, 2, 300), rng.uniform(-60, 60, 300), [0.0, np.pi / 2, -np.pi, 1e-300]])
     for angle in angles:
-        tangent, sine, odd = exact_turn(angle)
+        tangent, sine, odd = exact_turn(1.0, angle)
         with mpmath.workdps(40):
             x = mpmath.mpf(float(angle))
             rest = x - mpmath.pi * (2 * mpmath.nint((x / mpmath.pi - odd) / 2) + int(odd))
@@ -221,7 +221,7 @@ def test_turns_are_those_of_their_angle():
         assert abs(rest) <= np.pi / 2 * (1 + 1e-15)
         assert tangent == pytest.approx(half, rel=7e-16, abs=0)
         assert sine == pytest.approx(whole, rel=7e-16, abs=0)
-    assert exact_turn(0.0) == (0.0, 0.0, 0.0)
+    assert exact_turn(1.0, 0.0) == (0.0, 0.0, 0.0)
 
 
 # --- tangent vectors ------------------------------------------------------------------------------------------------

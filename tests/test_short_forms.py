@@ -1,6 +1,7 @@
 """Short forms of arguments give the bits and the recipe of the full ones; wrong ones say what there is."""
 
 import inspect
+import json
 import math
 import re
 
@@ -14,6 +15,7 @@ from hypothesis import strategies as st
 import fastaff as fa
 from fastaff.analysis.chaos.indicators import INDICATORS, indicators_of
 from fastaff.base.names import named, spelled
+from fastaff.base.recipe import encoded
 from fastaff.formulas.number import number
 from fastaff.formulas.section_text import section_forms, section_in_words, section_named
 from fastaff.jobs.system import MODELS
@@ -281,3 +283,67 @@ def test_what_to_write_instead(call, said):
     with pytest.raises((TypeError, ValueError, AttributeError)) as caught:
         call()
     assert said in str(caught.value)
+
+
+# --- the section of a launch set ------------------------------------------------------------------------------------
+
+AXES = (np.linspace(-0.3, 0.4, 4), np.linspace(-0.2, 0.3, 3))
+CHAIN = fa.hamiltonian("(x**2 + (y - x)**2 + (z - y)**2 + z**2)/2", coordinates="x y z")
+LAUNCHES = {
+    "sample": lambda: fa.energy_sample(HH, energy=0.1, orbits=7, section="x=0.05", seed=4),
+    "grid": lambda: fa.energy_grid(HH, energy=0.1, axes=AXES, section=Linear((0.0, 1.0, 0.0, 0.0), 0.02, -1)),
+    "rows": lambda: fa.energy_grid(HH, energy=0.1, axes={"y": AXES[0], "p_y": AXES[1]}, section="x=0"),
+    "volume": lambda: fa.energy_sample(CHAIN, energy=0.2, orbits=5, section="y=0.01"),
+    "body": lambda: fa.energy_sample(BODY, energy=3.0, orbits=5, section="beta-turning"),
+}
+
+
+@pytest.mark.parametrize("launch", LAUNCHES)
+def test_a_launch_set_knows_its_section(launch, tmp_path):
+    """The same map, recipe too, as by naming it again, also after a file; a section that is named is taken."""
+    starts = LAUNCHES[launch]()
+    model = {"volume": CHAIN, "body": BODY}.get(launch, HH)
+    said = {"crossings": 3, "max_time": 60.0, "step": 0.05}
+    own = starts.call.arguments["section"]
+    named = fa.poincare_map(model, starts.z0, section=starts.section, **said)
+    assert encoded(starts.section) == own
+    assert named.counts.all()
+    for set_ in (starts, fa.load(starts.save(tmp_path / "starts")), starts[:]):
+        found = fa.poincare_map(model, set_, **said)
+        assert found.section == starts.section
+        assert found.call.arguments["section"] == own
+        np.testing.assert_array_equal(found.points, named.points)
+        np.testing.assert_array_equal(found.times, named.times)
+    other = starts.section._replace(direction=-starts.section.direction)
+    assert fa.poincare_map(model, starts, section=other, **said).section == other
+    with pytest.raises(TypeError, match="section must be"):
+        fa.poincare_map(model, starts.z0, **said)
+
+
+def test_other_verbs_take_the_section_of_a_launch_set():
+    grid = fa.energy_grid(HH, energy=0.1, axes=([0.25, 0.3], [0.0]), section="x=0")
+    for verb, said in ((fa.periodic_orbits, {}), (fa.find_periodic_orbits, {"max_period": 1})):
+        found, named = verb(HH, grid, **said), verb(HH, grid.z0, section="x=0", **said)
+        np.testing.assert_array_equal(found.z, named.z)
+        assert found.section == grid.section
+    with pytest.raises(TypeError, match="section must be"):
+        fa.poincare_map(HH, fa.energy_sample(HH, energy=0.1, orbits=2), crossings=2, max_time=20.0)
+    kicked = fa.models.StandardMap(0.9)
+    starts = fa.energy_sample(kicked, axes={"x": (0.0, 6.0), "p": (0.0, 1.0)}, orbits=3)
+    assert fa.poincare_map(kicked, starts, crossings=2).section is starts.section is None
+
+
+def test_files_from_before_launch_sets_knew_it(tmp_path):
+    """Are read; one that lacks a field without a default is not."""
+    grid = LAUNCHES["grid"]()
+    arrays, metadata = fa.files.contents(grid.save(tmp_path / "grid"))
+    for name, known in (("section", True), ("energy", False)):
+        content = metadata["content"] | {
+            "fields": {k: v for k, v in metadata["content"]["fields"].items() if k != name}
+        }
+        np.savez(tmp_path / "old.npz", **arrays, metadata=np.array(json.dumps(metadata | {"content": content})))
+        if known:
+            assert fa.load(tmp_path / "old.npz").section is None
+        else:
+            with pytest.raises(ValueError, match="missing 1 required positional argument: 'energy'"):
+                fa.load(tmp_path / "old.npz")

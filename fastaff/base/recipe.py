@@ -24,8 +24,8 @@ ABBREVIATED = {"E": ("energy",), "t": ("time", "max_time"), "T": ("time", "max_t
 """What usual letters stand for among the names of arguments."""
 
 
-OF_SYSTEMS = ("friction", "rotation", "magnetic", "vector_potential", "period", "periods", "coordinates", "momenta")
-"""Arguments of systems, which are sometimes given to calls that take one."""
+OF_SYSTEMS = {"vector_potential", "period", "periods", "coordinates", "momenta"}
+"""Arguments of systems, which are sometimes given to calls that take one; `compile.kinds` adds those of terms."""
 
 ELSEWHERE = {
     **dict.fromkeys(("precision", "dtype"), "numbers are doubles; accuracy=, or tolerances, say how small errors are"),

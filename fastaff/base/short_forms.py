@@ -36,16 +36,23 @@ Starts = ArrayLike | Launched
 
 
 def takes(**forms: Full) -> Callable[[Callable[P, R]], Callable[P, R]]:
-    """Let a function take short forms of some of its arguments after the first."""
+    """Let a function take short forms of some of its arguments after the first, and the section that its starts lie on
+    from these.
+    """
 
     def wrap(function: Callable[P, R]) -> Callable[P, R]:
         first, *rest = inspect.signature(function).parameters
         by_position = [forms.get(name) for name in rest]
+        on_section = by_position[:1] == [starts_of] and "section" in forms
 
         @functools.wraps(function)
         def wrapped(*given: Any, **named: Any) -> Any:
             system = given[0] if given else named.get(first)
             units = next(filter(None, (read_by("units", value) for value in (*given, *named.values()))), None)
+            if on_section and named.get("section") is None:
+                starts = given[1] if len(given) > 1 else named.get(rest[0])
+                if (section := getattr(starts, "section", None)) is not None:
+                    named["section"] = section
             for name in forms.keys() & named.keys():
                 named[name] = forms[name](named[name], system)
             more = [value if make is None else make(value, system) for make, value in zip(by_position, given[1:])]

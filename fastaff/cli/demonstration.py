@@ -214,7 +214,9 @@ def surface(body: Any, energy: float, cells: tuple[int, int]) -> EnergyGrid:
             continue
         z0.append(row.z0)
         cell.append(row.cell * cells[1] + k)
-    return grid_of(np.concatenate(z0, axis=1), np.concatenate(cell), (beta, p_gamma), ("beta", "p_gamma"), energy)
+    return grid_of(
+        np.concatenate(z0, axis=1), np.concatenate(cell), (beta, p_gamma), ("beta", "p_gamma"), energy, SECTION
+    )
 
 
 def numbers(p: Portrait) -> list[str]:

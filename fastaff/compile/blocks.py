@@ -25,7 +25,6 @@ from numba.extending import lower_builtin
 from ..base.identity import by_identity
 from . import cache, jit, map_sums, map_texts, nystrom
 from .callees import Callee
-from .damping import shortened
 from .fingerprint import fingerprint, is_number, is_ours, methods_of
 from .fused import fma
 from .jit import JIT_DISABLED, SIGNATURES
@@ -34,7 +33,9 @@ from .pointers import Bound, Calls, call_table
 from .state_rows import Rows, rows_of
 from .substitution import replaced
 from .texts import ARGUMENTS, ONE_VARIABLE, TEXTS, observed, read, signals, taken
-from .turning import turn
+
+PREAMBLES = ("Failed in ", "- Resolution failure")
+"""Beginnings of lines of Numba's that stand before the one that says what is wrong."""
 
 
 def is_value(candidate: Any) -> bool:
@@ -118,11 +119,20 @@ def model_block(kind: str, value: Any, degrees_of_freedom: int, vectors: int = 0
 
 @functools.cache
 def _model_block(kind: str, line: str, classes: tuple, rows: Rows) -> Any:
-    helpers = {"turn": turn} if rows.frame else {"shortened": shortened} if rows.friction else {}
-    if kind == "angles":
-        helpers = {"angle_of": _ANGLE_OF}
+    helpers = {"angle_of": _ANGLE_OF} if kind == "angles" else {}
+    if rows.substep is not None:
+        helpers["numbers"] = rows.substep.numbers
     names = tuple((name, entry if JIT_DISABLED else _compiled_method(entry)) for name, entry in helpers.items())
-    return _compiled(kind, line + _texts(rows)[kind](rows), classes, names)
+    with _explained(_must(classes)):
+        return _compiled(kind, line + _texts(rows)[kind](rows), classes, names)
+
+
+def _must(classes: tuple) -> str:
+    """Return what the methods of a value with these classes must be."""
+    return (
+        f"{classes[0][0].__name__} must have methods, of the class itself, that Numba compiles (arithmetic and NumPy "
+        "functions, no other Python functions)"
+    )
 
 
 def _texts(rows: Rows) -> dict[str, Callable[[Rows], str]]:
@@ -140,7 +150,8 @@ def nystrom_block(kind: str, value: Any, degrees_of_freedom: int, vectors: int, 
 @functools.cache
 def _nystrom_block(kind: str, line: str, classes: tuple, rows: Rows, terms: nystrom.Terms) -> Any:
     text = nystrom.march_text if kind == "nystrom_march" else nystrom.steps_text
-    return _compiled(kind, line + text(rows, terms), classes, ())
+    with _explained(_must(classes)):
+        return _compiled(kind, line + text(rows, terms), classes, (("summed", nystrom.sums(kind, rows.half, terms)),))
 
 
 def source(value: Any, kind: str, degrees_of_freedom: int | None = None, vectors: int = 0) -> str:
@@ -194,12 +205,13 @@ def rows_block(order: tuple[int, ...]) -> Bound:
 
 @contextlib.contextmanager
 def _explained(wrong: str) -> Iterator[None]:
-    """Say what is `wrong` where Numba cannot compile something, with the last line of why."""
+    """Say what is `wrong` where Numba cannot compile something, with the first line that says why."""
     try:
         yield
     except Exception as problem:  # Numba's own, and whatever else its passes end in, such as a bare AssertionError
-        why = str(problem).strip().splitlines() or [type(problem).__name__]
-        raise TypeError(f"{wrong}: {why[-1]}") from problem
+        lines = (line.strip() for line in str(problem).splitlines())
+        why = next((line for line in lines if line and not line.startswith(PREAMBLES)), type(problem).__name__)
+        raise TypeError(f"{wrong}: {why}") from problem
 
 
 def idle_block(kind: str) -> Any:

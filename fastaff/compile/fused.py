@@ -10,7 +10,9 @@ import math
 import platform
 from typing import Any
 
+from llvmlite import ir
 from numba import types
+from numba.core import cgutils
 from numba.core.codegen import get_host_cpu_features
 from numba.extending import intrinsic
 
@@ -34,13 +36,20 @@ rounded too, and results have other last digits.
 """
 
 
+def multiply_add(builder, a, b, c):
+    """Return the LLVM value of a*b + c, of numbers or of vectors of them."""
+    if not FUSED:
+        return builder.fadd(builder.fmul(a, b), c)
+    name = f"v{c.type.count}f64" if isinstance(c.type, ir.VectorType) else "f64"
+    function = cgutils.get_or_insert_function(builder.module, ir.FunctionType(c.type, [c.type] * 3), f"llvm.fma.{name}")
+    return builder.call(function, (a, b, c))
+
+
 def _fma(typingcontext, a, b, c):
     """Return a*b + c."""
 
     def generate(context, builder, signature, arguments):
-        if FUSED:
-            return builder.fma(*arguments)
-        return builder.fadd(builder.fmul(*arguments[:2]), arguments[2])
+        return multiply_add(builder, *arguments)
 
     return types.float64(types.float64, types.float64, types.float64), generate
 

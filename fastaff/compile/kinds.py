@@ -2,19 +2,30 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Set
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
-TERMS = {
-    "drive": "V depends on the time, which is the last coordinate: `period`, phase(t)",
-    "frame": "the frame of the first two coordinates turns: angular_velocity()",
-    "friction": "momenta are damped in proportion to themselves: damping_rate()",
-    "nonseparable": "H of coordinates and momenta together: energy(z...), rates(z...), tangent_rates(z..., dz...)",
-    "rates": "variables instead of coordinates with momenta: rates(z...)",
-    "iterates": "whole numbers of iterates instead of a time: iterate(z...), periods()",
+from ..base.recipe import OF_SYSTEMS
+from .damping import FRICTION
+from .terms import Term
+from .turning import FRAME
+
+TERMS: dict[str, Term] = {
+    "drive": Term(
+        "V depends on the time, which is the last coordinate: `period`, phase(t)",
+        "H = T(p) + V(q, t) with a period in t",
+    ),
+    "frame": FRAME,
+    "friction": FRICTION,
+    "nonseparable": Term(
+        "H of coordinates and momenta together: energy(z...), rates(z...), tangent_rates(z..., dz...)", "H(q, p)"
+    ),
+    "rates": Term("variables instead of coordinates with momenta: rates(z...)", "dz/dt = f(z)"),
+    "iterates": Term("whole numbers of iterates instead of a time: iterate(z...), periods()", "z -> M(z)"),
 }
-"""Terms that equations have beside H = T(p) + V(q), and the methods that a model then has."""
+"""Terms that equations have beside H = T(p) + V(q), by name."""
 
 
 @dataclass(frozen=True)
@@ -28,9 +39,15 @@ class Kind:
         terms = frozenset(self.terms)
         others = terms - {"drive"}
         if others - TERMS.keys() or len(others) > 1 or (others != terms and others & {"rates", "iterates"}):
-            allowed = f"one of {', '.join(TERMS)}, or drive with frame, friction or nonseparable"
+            beside = ", ".join(name for name, entry in TERMS.items() if entry.substep is not None)
+            allowed = f"one of {', '.join(TERMS)}, or drive with {beside} or nonseparable"
             raise ValueError(f"terms must be {allowed}, got {', '.join(sorted(terms))}")
         object.__setattr__(self, "terms", terms)
+
+    @property
+    def words(self) -> Set[str]:
+        """What refusals go by: its terms, and what each is said to be."""
+        return words_of(self.terms)
 
     SEPARABLE: ClassVar[Kind]
     DRIVEN: ClassVar[Kind]
@@ -41,26 +58,49 @@ class Kind:
     MAP: ClassVar[Kind]
 
 
-Kind.SEPARABLE = Kind("H = T(p) + V(q)")
-Kind.ROTATING = Kind("H = T(p) + V(q) in a rotating frame or a uniform magnetic field", {"frame"})
-Kind.DRIVEN = Kind("H = T(p) + V(q, t) with a period in t", {"drive"})
-Kind.DAMPED = Kind("H = T(p) + V(q) with a friction in proportion to the momenta", {"friction"})
-Kind.NONSEPARABLE = Kind("H(q, p)", {"nonseparable"})
-Kind.MAP = Kind("z -> M(z)", {"iterates"})
-Kind.FLOW = Kind("dz/dt = f(z)", {"rates"})
+@functools.cache
+def alone(name: str) -> Kind:
+    """Return the kind whose equations have one of the TERMS."""
+    return Kind(TERMS[name].equations, {name})
 
-KINDS = (Kind.SEPARABLE, Kind.ROTATING, Kind.DRIVEN, Kind.DAMPED, Kind.NONSEPARABLE, Kind.MAP, Kind.FLOW)
+
+Kind.SEPARABLE, Kind.DRIVEN, Kind.ROTATING = Kind("H = T(p) + V(q)"), alone("drive"), alone("frame")
+Kind.DAMPED, Kind.NONSEPARABLE = alone("friction"), alone("nonseparable")
+Kind.FLOW, Kind.MAP = alone("rates"), alone("iterates")
+
+KINDS = (Kind.SEPARABLE, *map(alone, TERMS))
 """The kinds that the package makes itself; models of one's own may have others."""
+
+OPTIONS = {option: name for name, entry in TERMS.items() for option in entry.options}
+"""The terms that arguments of `formulas.hamiltonian` and options of commands make, by the name of these."""
+
+OF_SYSTEMS.update(OPTIONS)
 
 
 def term(name: str) -> Any:
     """Return a property: whether equations have that one of the TERMS, by the `terms` of its owner."""
-    return property(lambda owner: name in owner.terms, doc=TERMS[name])
+    return property(lambda owner: name in owner.terms, doc=TERMS[name].does)
 
 
 def terms_of(value: Any) -> Set[str]:
     """Return the terms of a value's equations, by its kind; none where it has no `Kind`, as a section."""
     return getattr(getattr(value, "kind", None), "terms", frozenset())
+
+
+def words_of(terms: Set[str]) -> Set[str]:
+    """Return these terms and what each is said to be: its words, "drifts" or "kicks", the stage of its substep, and
+    "leaning" where it adds to H what the least energies of places know nothing of, as they do of a frame.
+    """
+    found = {*terms}
+    for entry in map(TERMS.__getitem__, terms):
+        found |= {"term", *entry.words} | (set() if entry.substep is None else {"substep", f"{entry.substep.stage}s"})
+        found |= {"leaning"} if entry.energy != "0" and entry is not FRAME else set()
+    return frozenset(found)
+
+
+def own_of(terms: Set[str]) -> Term | None:
+    """Return the term that splittings solve with their drifts or kicks, None where there is none."""
+    return next((TERMS[name] for name in terms if TERMS[name].substep is not None), None)
 
 
 def winding_of(value: Any) -> tuple[bool, ...]:

@@ -4,6 +4,8 @@ add them.
 
 from __future__ import annotations
 
+import functools
+import operator
 from typing import Any
 
 from llvmlite import ir
@@ -11,7 +13,7 @@ from numba import types
 from numba.core import cgutils
 from numba.extending import intrinsic
 
-from .fused import has_instructions
+from .fused import fma, has_instructions, multiply_add
 from .jit import JIT_DISABLED
 
 VECTOR = 8
@@ -21,6 +23,13 @@ NARROW, WIDE = 2, 8 if has_instructions("avx512f", other=False) else 4
 """Vectors of a sum over few lanes, and over many: so many hide how long an addition takes and find room in registers,
 of which there are half as many of half the width elsewhere.
 """
+
+
+def _spread(builder: Any, number: Any) -> Any:
+    """Return the vector of one number."""
+    kind, places = (ir.VectorType(entry, VECTOR) for entry in (number.type, ir.IntType(32)))
+    one = builder.insert_element(ir.Constant(kind, ir.Undefined), number, cgutils.int32_t(0))
+    return builder.shuffle_vector(one, one, ir.Constant(places, [0] * VECTOR))
 
 
 def _sum(vectors: int, moved: bool) -> Any:
@@ -44,10 +53,7 @@ def _sum(vectors: int, moved: bool) -> Any:
         slopes, begins, factors = data(3), data(4), data(5)
         sums = [cgutils.alloca_once_value(builder, ir.Constant(kind, [0.0] * VECTOR)) for _ in range(vectors)]
         with cgutils.for_range(builder, count) as loop:
-            one = builder.insert_element(
-                ir.Constant(kind, ir.Undefined), builder.load(builder.gep(factors, [loop.index])), cgutils.int32_t(0)
-            )
-            factor = builder.shuffle_vector(one, one, ir.Constant(ir.VectorType(ir.IntType(32), VECTOR), [0] * VECTOR))
+            factor = _spread(builder, builder.load(builder.gep(factors, [loop.index])))
             begin = builder.add(builder.load(builder.gep(begins, [loop.index])), at)
             for sum, place in zip(sums, places(begin), strict=True):
                 term = builder.fmul(factor, builder.load(vector(slopes, place), align=8))
@@ -75,3 +81,72 @@ def _sum(vectors: int, moved: bool) -> Any:
 
 
 wide_sum, narrow_sum, wide_move, narrow_move = (_sum(n, moved) for moved in (False, True) for n in (WIDE, NARROW))
+
+Terms = tuple[tuple[int, ...], ...]
+"""Which arrays each sum of a table is of."""
+
+CHAIN = 4
+"""Terms of a sum of a table that wait for one another."""
+
+
+@functools.cache
+def sum_of_table(table: Terms, apart: int, vectors: bool) -> Any:
+    """Return the function that sets total[:size], whole vectors of it if `vectors`, to sum number s of a table: of the
+    arrays k[apart*j:] with the weights of the table, in chains of fused multiply-adds that are added in their order.
+
+    Each sum is a loop of its own, whose weights stay in registers. Written in Python, they would take Numba seconds.
+    """
+    starts = [sum(map(len, table[:s])) for s in range(len(table))]
+    lanes = VECTOR if vectors else 1
+
+    def generate(context, builder, signature, arguments):
+        total, k, weights = (
+            context.make_array(kind)(context, builder, given).data
+            for kind, given in zip(signature.args[:3], arguments[:3], strict=True)
+        )
+        s, size = arguments[3:]
+        kind = ir.VectorType(ir.DoubleType(), VECTOR) if vectors else ir.DoubleType()
+
+        def place(array, at):
+            found = builder.gep(array, [at])
+            return builder.bitcast(found, kind.as_pointer()) if vectors else found
+
+        def weight(number):
+            one = builder.load(builder.gep(weights, [ir.Constant(size.type, number)]))
+            return _spread(builder, one) if vectors else one
+
+        end = builder.append_basic_block("summed")
+        sums = builder.switch(s, end)
+        for number, (terms, start) in enumerate(zip(table, starts, strict=True)):
+            sums.add_case(ir.Constant(s.type, number), block := builder.append_basic_block(f"sum{number}"))
+            builder.position_at_end(block)
+            factors = [weight(start + j) for j in range(len(terms))]
+            bounds = (ir.Constant(size.type, 0), size, ir.Constant(size.type, lanes))
+            with cgutils.for_range_slice(builder, *bounds) as (at, _):
+                chains = [] if terms else [ir.Constant(kind, [0.0] * VECTOR if vectors else 0.0)]
+                for length, (j, factor) in enumerate(zip(terms, factors, strict=True)):
+                    known = builder.load(place(k, builder.add(at, ir.Constant(at.type, apart * j))), align=8)
+                    if length % CHAIN == 0:
+                        chains.append(builder.fmul(factor, known))
+                    else:
+                        chains[-1] = multiply_add(builder, factor, known, chains[-1])
+                builder.store(functools.reduce(builder.fadd, chains), place(total, at), align=8)
+            builder.branch(end)
+        builder.position_at_end(end)
+        return context.get_dummy_value()
+
+    def summed(typingcontext, total, k, weights, s, size):
+        return types.void(total, k, weights, s, size), generate
+
+    def plain(total, k, weights, s, size):
+        first, terms = starts[s], table[s]
+        for i in range(size):
+            chains = []
+            for at in range(0, len(terms), CHAIN):
+                chain = weights[first + at] * k[apart * terms[at] + i]
+                for j in range(at + 1, min(at + CHAIN, len(terms))):
+                    chain = fma(weights[first + j], k[apart * terms[j] + i], chain)
+                chains.append(chain)
+            total[i] = functools.reduce(operator.add, chains or [0.0])
+
+    return plain if JIT_DISABLED else intrinsic(summed)

@@ -8,16 +8,13 @@ to the next (Kahan's summation), in rows 2n...4n.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
+from typing import Any
 
 from .jit import LANES
+from .lane_sums import Terms, sum_of_table
+from .state_rows import CARRIED
 from .texts import Rows, _indent, traced, while_inside
-
-Terms = tuple[tuple[int, ...], ...]
-"""Which forces each of the sums is of: those of the stages, the drift's, the kick's."""
-
-CHAIN = 4
-"""Terms of a sum that wait for one another."""
 
 
 def lanes_at_once(half: int) -> int:
@@ -31,24 +28,31 @@ def spare_rows(n: int, half: int, stages: int) -> int:
 
 
 def steps_text(rows: Rows, terms: Terms) -> str:
-    """Text of steps of the state in place."""
+    """Text of steps of the state in place; terms: which forces the sums are of."""
     width = lanes_at_once(rows.half)
-    step = f"count, own, size = min({width}, lanes - first), z[first:], step[first:]\nfull = count == {width}\n"
-    step += _step(rows, terms, _lanes)
-    return _until_outside(rows, f"for first in range(0, lanes, {width}):\n" + _indent(step, 1))
+    step = f"count, own, size = min({width}, lanes - first), z[first:], step[first:]\n"
+    step += _step(rows, width, len(terms) - 2, _lanes)
+    return _until_outside(rows, width, terms, f"for first in range(0, lanes, {width}):\n" + _indent(step, 1))
 
 
 def march_text(rows: Rows, terms: Terms) -> str:
     """Text of steps of lane 0 with the bits of the others: for a single orbit."""
     kept = traced(f"z[{r * LANES}]" for r in range(2 * rows.half))
-    begin = "    own, lanes, count, full = z, 1, 1, False\n"
-    return begin + _until_outside(rows, _step(rows, terms, _alone), kept)
+    step = _step(rows, 1, len(terms) - 2, _alone)
+    return "    own, lanes, count = z, 1, 1\n" + _until_outside(rows, 1, terms, step, kept)
 
 
-def _until_outside(rows: Rows, step: str, kept: str = "") -> str:
+def sums(kind: str, half: int, terms: Terms) -> Any:
+    """Return the function `summed` that these texts call: a march has rows of one lane."""
+    alone = kind == "nystrom_march"
+    return sum_of_table(terms, half * (1 if alone else lanes_at_once(half)), vectors=not alone)
+
+
+def _until_outside(rows: Rows, width: int, terms: Terms, step: str, kept: str = "") -> str:
     """Text of steps, in the rows behind the state and its carried rounding errors."""
-    first, width = 4 * rows.half * LANES, lanes_at_once(rows.half)
-    made = f"    sums = z[{first}:]\n    forces = z[{first + width * (2 * rows.half + rows.n)}:]\n"
+    first = 4 * rows.half * LANES
+    made = f"    # Sums of forces: {', '.join(map(str, terms))}\n"
+    made += f"    sums = z[{first}:]\n    forces = z[{first + width * (2 * rows.half + rows.n)}:]\n"
     return made + _indent(while_inside(rows, step, kept), 1) + "    return taken\n"
 
 
@@ -60,52 +64,36 @@ def _alone(text: str, count: str = "1") -> str:
     return "i = 0\n" + text.replace("lane_step", "step")
 
 
-def _step(rows: Rows, terms: Terms, each: Callable[..., str]) -> str:
+def _step(rows: Rows, width: int, stages: int, each: Callable[..., str]) -> str:
     """Text of one step of `each` lane: loops over few rows, as only such become vectors. LLVM must look before whether
     rows at unknown places of one array overlap.
     """
-    half, width, stages = rows.half, lanes_at_once(rows.half), len(terms) - 2
-    starts = [sum(map(len, terms[:k])) for k in range(len(terms))]
-    summed = "".join(
-        f"{'el' * (s > 1)}if s == {s}:\n" + _indent(_summed(rows, each, terms[s], starts[s]), 1)
-        for s in range(1, stages)
-    )
-    added = "increment = change[i] + error[i]\nwhole = mine[i] + increment\n"
-    added += "error[i] = increment - (whole - mine[i])\nmine[i] = whole\n"
+    half = rows.half
     time = f"own[{(rows.time or 0) * LANES} + i]"
+    stage = f"node = kicks[s]\n{_parts(rows, lambda part: _stage(rows, width, each, part))}"
     return (
-        f"for r in range({half}):\n    total = sums[{width}*r:]\n{_indent(each('total[i] = 0.0'), 1)}"
-        f"for s in range({stages}):\n    node = kicks[s]\n"
-        + _indent(summed + _parts(rows, lambda part: _stage(rows, each, part)), 1)
-        + _summed(rows, each, terms[-2], starts[-2])
-        + _summed(rows, each, terms[-1], starts[-1], half)
-        + _parts(rows, lambda part: _end(rows, each, part))
+        f"for s in range({stages + 2}):\n"
+        + _indent(_summed(rows, width, stages) + f"if s < {stages}:\n{_indent(stage, 1)}", 1)
+        + _parts(rows, lambda part: _end(rows, width, each, part))
         + f"for r in range({2 * half}):\n"
         + f"    mine, error, change = own[{LANES}*r:], own[{LANES}*(r + {2 * half}):], sums[{width}*r:]\n"
-        + _indent(each(added), 1)
+        + _indent(each(CARRIED), 1)
         + (each(f"{time} = value.phase({time})\n") if rows.time is not None else "")
     )
 
 
-def _summed(rows: Rows, each: Callable[..., str], stages: Sequence[int], first: int, target: int = 0) -> str:
-    """Text that sets the sums of all rows, from row `target` on, to those of the forces of these stages, with the
-    coefficients from the number `first` on. A time has a velocity of its own. Rows of a full stretch of lanes follow
-    one another: one loop goes through all.
+def _summed(rows: Rows, width: int, stages: int) -> str:
+    """Text that makes sum s; that of the kick lies behind that of the drift. A time has a velocity of its own. Rows
+    of a full stretch of lanes follow one another: one loop goes through all.
     """
-    half, width = rows.half, lanes_at_once(rows.half)
-    chains = []
-    for start in range(0, len(stages), CHAIN):
-        text = ""
-        for k, stage in list(enumerate(stages))[start : start + CHAIN]:
-            known = f"known[{stage * half * width} + i]"
-            text = f"fma(a{k}, {known}, {text})" if text else f"a{k}*{known}"
-        chains.append(text)
-    top = width * (half - 1 if rows.time is not None and not rows.vectors and not target else half)
+    kick = stages + 1
+    top = f"{width * rows.half}"
+    if rows.time is not None and not rows.vectors:
+        top += f" if s == {kick} else {width * (rows.half - 1)}"
     return (
-        "".join(f"a{k} = drifts[{first + k}]\n" for k in range(len(stages)))
-        + f"apart, many = ({top}, {top}) if full else ({width}, count)\n"
-        + f"for at in range(0, {top}, apart):\n    total, known = sums[at + {width * target}:], forces[at:]\n"
-        + _indent(each(f"total[i] = {' + '.join(chains)}\n", "many"), 1)
+        f"top, total = {top}, sums[{width * rows.half} if s == {kick} else 0:]\n"
+        f"apart, many = (top, top) if count == {width} else ({width}, count)\n"
+        "for at in range(0, top, apart):\n    summed(total[at:], forces[at:], drifts, s, many)\n"
     )
 
 
@@ -116,10 +104,10 @@ def _parts(rows: Rows, text: Callable[[range], str]) -> str:
     return f"part = 0\n{text(range(n))}{vectors}"
 
 
-def _moved(rows: Rows, part: range) -> str:
+def _moved(rows: Rows, width: int, part: range) -> str:
     """Text that sets the v of a part to the velocities at the momenta that its sums make."""
     momenta = (f"mine[{(rows.half + k) * LANES} + i]" for k in range(rows.n))
-    sums = (f"total[{k * lanes_at_once(rows.half)} + i]" for k in range(rows.n))
+    sums = (f"total[{k * width} + i]" for k in range(rows.n))
     text = "".join(
         f"p{r} = fma(h, {total}, {p})\n" if k != rows.time else f"p{r} = {p}\n"
         for k, (r, p, total) in enumerate(zip(part, momenta, sums))
@@ -127,12 +115,12 @@ def _moved(rows: Rows, part: range) -> str:
     return f"h = lane_step\n{text}{rows.velocities(part)}"
 
 
-def _stage(rows: Rows, each: Callable[..., str], part: range) -> str:
+def _stage(rows: Rows, width: int, each: Callable[..., str], part: range) -> str:
     """Text that sets the forces of stage s of a part."""
-    half, width, n = rows.half, lanes_at_once(rows.half), rows.n
+    half, n = rows.half, rows.n
     place = [f"sums[{(2 * half + r) * width} + i]" for r in range(n)]
     text = "" if part.start == 0 else "".join(f"q{r} = {place[r]}\n" for r in range(n))
-    text += _moved(rows, part) + "hd = node*h\n"
+    text += _moved(rows, width, part) + "hd = node*h\n"
     text += "".join(f"q{r} = fma(hd, v{r}, mine[{k * LANES} + i])\n" for k, r in enumerate(part)) + rows.forces(part)
     text += "".join(f"now[{k * width} + i] = f{r}\n" for k, r in enumerate(part))
     if part.start == 0 and rows.vectors:
@@ -141,10 +129,9 @@ def _stage(rows: Rows, each: Callable[..., str], part: range) -> str:
     return begin + each(text)
 
 
-def _end(rows: Rows, each: Callable[..., str], part: range) -> str:
+def _end(rows: Rows, width: int, each: Callable[..., str], part: range) -> str:
     """Text that makes of the sums of a part what the step adds to its coordinates and momenta."""
-    width = lanes_at_once(rows.half)
-    drift = _moved(rows, part) + "".join(f"total[{k * width} + i] = h*v{r}\n" for k, r in enumerate(part))
+    drift = _moved(rows, width, part) + "".join(f"total[{k * width} + i] = h*v{r}\n" for k, r in enumerate(part))
     kick = "".join(f"total[{k * width} + i] *= lane_step\n" for k in range(rows.n))
     begin = f"mine, total = own[{LANES}*part:], sums[{width}*part:]\n"
     return f"{begin}{each(drift)}total = sums[{width}*({rows.half} + part):]\n{each(kick)}"

@@ -6,11 +6,18 @@ from collections.abc import Iterable, Set
 from dataclasses import dataclass
 from typing import Any
 
-from . import damping, turning
-from .kinds import term, terms_of, winding_of
+from .kinds import own_of, term, terms_of, winding_of
+from .terms import Substep, Term
 
 VECTORS_PER_LOOP = {1: 8, 2: 4, 3: 4, 4: 4}
 """Tangent vectors that one loop over lanes moves, by degrees of freedom (else 2): longer loops no longer vectorise."""
+
+CARRIED = """increment = change[i] + error[i]
+whole = mine[i] + increment
+error[i] = increment - (whole - mine[i])
+mine[i] = whole
+"""
+"""Text that adds the change of a row to it with the rounding error carried over to the next (Kahan's summation)."""
 
 
 @dataclass(frozen=True)
@@ -30,7 +37,21 @@ class Rows:
     variables: int = 0
     winding: tuple[bool, ...] = ()
 
-    driven, frame, friction, nonseparable = map(term, ("drive", "frame", "friction", "nonseparable"))
+    driven, nonseparable = term("drive"), term("nonseparable")
+
+    @property
+    def own(self) -> Term | None:
+        """Its term that splittings solve with their drifts or kicks, if it has one."""
+        return own_of(self.terms)
+
+    @property
+    def substep(self) -> Substep | None:
+        """How they do."""
+        return None if self.own is None else self.own.substep
+
+    def solves(self, stage: str) -> Substep | None:
+        """Return the substep that is solved together with that stage, if there is one."""
+        return self.substep if self.substep is not None and self.substep.stage == stage else None
 
     @property
     def half(self) -> int:
@@ -47,7 +68,7 @@ class Rows:
         """Whether lanes of one step have a text of their own, which takes twice as long to compile: not beside the many
         vectors of a tangent map.
         """
-        return self.frame and self.vectors <= 2
+        return self.solves("drift") is not None and self.vectors <= 2
 
     @property
     def orbit(self) -> list[int]:
@@ -102,12 +123,18 @@ class Rows:
                 else f"tangent_force({listed('q', orbit)}, {listed('q', part)})"
             )
             text += f"{listed('f', part)}, = value.{call}\n"
-        return text + (damping.drag(rows) if self.friction else "")
+        return text + self._added("kick", rows)
 
     def slopes(self, rows: range) -> str:
         """Text that sets v and f of these rows to dq/dt and dp/dt."""
         text = self.velocities(rows) + self.forces(rows)
-        return text + "".join(turning.rates(part[0], part[1]) for part in self.parts(rows) if self.frame)
+        return text + self._added("drift", rows)
+
+    def _added(self, stage: str, rows: range) -> str:
+        """Text of what the term that is solved with that stage adds to v and f of these rows."""
+        if self.own is None or self.solves(stage) is None:
+            return ""
+        return f"rate = value.{self.own.rate}()\n" + "".join(map(self.own.slopes, self.parts(rows)))
 
 
 def rows_of(value: Any, n: int, vectors: int) -> Rows:

@@ -5,11 +5,14 @@ State blocks are flat: row r of lane i is z[r*LANES + i].
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Callable, Iterable, Sequence
 
-from . import damping, turning
 from .jit import LANES
-from .state_rows import Rows, listed
+from .state_rows import CARRIED, Rows, listed
+from .terms import Substep
+from .terms import indented as _indent
+from .terms import loop as _loop
 
 HIGH = 16.0
 """Change of H beside the kinetic energy, or rates beside those of both ends, that are a pole's and not those of a chord
@@ -18,10 +21,6 @@ beside its orbit.
 
 DRIFT, KICK = "hd = drift*step[i]\n", "hk = kick*step[i]\n"
 """Texts of the lengths of a lane's drift and kick."""
-
-
-def _indent(text: str, depth: int) -> str:
-    return "".join(f"{' ' * 4 * depth}{line}\n" for line in text.splitlines())
 
 
 def _at(row: int) -> str:
@@ -40,7 +39,7 @@ def _precise_splitting(rows: Rows) -> str:
     """
     size = 2 * rows.half
     passed = "" if rows.time is None else _loop(f"{_at(size + rows.time)} = step[i]\n", 0)
-    return _steps(rows, size, passed + _settling(size), 3 * size)
+    return _steps(rows, size, passed + _settling(rows), 3 * size)
 
 
 def _steps(rows: Rows, first: int, after: str, size: int) -> str:
@@ -52,8 +51,7 @@ def _steps(rows: Rows, first: int, after: str, size: int) -> str:
     time of a stage. Lanes that turn with one step share the numbers of their rotations, a fifth of the time with a
     cheap force: in steps of their own, as both kinds of loops in one would take that time again.
     """
-    made = turning.made(size, "lanes", "drifts", "step[i]") if rows.frame else ""
-    made += damping.made(size, "lanes", "kicks", "step[i]") if rows.friction else ""
+    made = _numbers(rows, size, "lanes", ("drifts", "kicks"), "step[i]")
     phase = "" if rows.time is None else _loop(f"{_at(rows.time)} = value.phase({_at(rows.time)})\n", 0)
     own, alike = (
         while_inside(rows, _drifts_kicks(rows, first, alike=alike) + after + phase) for alike in (False, True)
@@ -82,22 +80,27 @@ def traced(state: Iterable[str]) -> str:
     return f"if trace.size > 0:\n    kept = trace[taken - 1:]\n{_indent(kept, 1)}    continue\n"
 
 
-def _settling(size: int) -> str:
-    """Text that adds the increments of a step to the state with the rounding errors carried over to the next (Kahan's
-    summation), rows 4n...6n.
+def _settling(rows: Rows) -> str:
+    """Text that adds the increments of a step to the state with the carried errors, rows 4n...6n: the rows of vectors
+    by a loop, as written out they would take as long to compile as all the rest.
     """
-    body = ""
-    for r in range(size):
-        body += f"increment = {_at(size + r)} + {_at(2 * size + r)}\ntotal = {_at(r)} + increment\n"
-        body += f"{_at(2 * size + r)} = increment - (total - {_at(r)})\n{_at(r)} = total\n{_at(size + r)} = 0.0\n"
-    return _loop(body, 0)
+    size, text = 2 * rows.half, f"{CARRIED}change[i] = 0.0\n"
+    if rows.vectors:
+        names = ", ".join(f"z[{k * size * LANES} + {LANES}*r:]" for k in range(3))
+        return f"for r in range({size}):\n    mine, change, error = {names}\n{_loop(text, 1)}"
+    places = [[_at(k * size + r) for k in range(3)] for r in range(size)]
+    return _loop(
+        "".join(text.replace("mine[i]", a).replace("change[i]", b).replace("error[i]", c) for a, b, c in places), 0
+    )
 
 
 def _drifts_kicks(rows: Rows, first: int, *, alike: bool) -> str:
     """Text of a step that changes the rows from `first` on, the state itself (0) or its increments; `alike`: of lanes
     of one step.
     """
-    n, loop = rows.half, _shared if alike else _loop
+    n, drifts, kicks = rows.half, rows.solves("drift"), rows.solves("kick")
+    loaded = "" if kicks is None else kicks.loaded
+    loop = _loop if not alike else functools.partial(_shared, () if drifts is None else (drifts.loaded,))
 
     def now(row: int) -> str:
         return f"{_at(row)} + {_at(first + row)}" if first else _at(row)
@@ -105,7 +108,7 @@ def _drifts_kicks(rows: Rows, first: int, *, alike: bool) -> str:
     drift = kick = ""
     for group in rows.groups:
         move = DRIFT
-        both = move + ("hk = lengths[i]\n" if rows.friction else KICK)
+        both = move + KICK + loaded
         both += "" if group.start == 0 else "".join(f"q{r} = {now(r)}\n" for r in range(rows.n))
         for part in rows.parts(group):  # one after another: their numbers need not be kept all at once
             text = "".join(f"p{r} = {now(n + r)}\n" for r in part) + rows.velocities(part)
@@ -117,50 +120,43 @@ def _drifts_kicks(rows: Rows, first: int, *, alike: bool) -> str:
                 else f"d{r} = fma(passed, step[i], {_at(r)})\n"
                 for r in part
             )
-            text += _turned(rows, part, first) if rows.frame else ""
+            text += "" if drifts is None else drifts.moved(part, n, first)
             text += "".join(f"{_at(first + r)} = d{r}\n" for r in part if r != rows.time)
             push = "".join(f"q{r} = {f'{_at(r)} + ' if first else ''}d{r}\n" for r in part) + rows.forces(part)
-            push += "".join(f"{_at(first + n + r)} = fma(hk, f{r}, {_at(first + n + r)})\n" for r in part)
+            push += "".join(f"{_at(first + n + r)} = {_pushed(kicks, r, part, _at(first + n + r))}\n" for r in part)
             move, both = move + text, both + text + push
         drift, kick = drift + loop(move, 1), kick + loop(both, 1)
-    start, end = (_turning(rows, first, entry) for entry in ("s", "kicks.size"))
+    start, end = (
+        "" if drifts is None else _indent(drifts.before(rows.parts(rows.all), n, first, entry), 1)
+        for entry in ("s", "kicks.size")
+    )
     begin, more = ("", "") if rows.time is None else ("passed = 0.0\n", "    passed += drift\n")
-    if rows.friction:
-        more += _indent(damping.of_kick(3 * first if first else 2 * n, "kicks"), 1)
+    if kicks is not None:
+        more += _indent(kicks.at_hand(3 * first if first else 2 * n, "s", "kicks.size - 1"), 1)
     return (
         f"{begin}for s in range(kicks.size):\n    drift, kick = drifts[s], kicks[s]\n{more}{start}{kick}"
         f"drift = drifts[kicks.size]\nif drift != 0.0:\n{end}{drift}"
     )
 
 
-def _shared(body: str, depth: int) -> str:
-    """Text of a loop over lanes of one step: the numbers of their drift, kick and rotation are those of the first."""
+def _shared(loaded: tuple[str, ...], body: str, depth: int) -> str:
+    """Text of a loop over lanes of one step: the numbers of their drift, kick and substep are those of the first."""
     lines = body.splitlines(keepends=True)
-    shared = dict.fromkeys(line for line in lines if line in (DRIFT, KICK, turning.ROTATION))
+    shared = dict.fromkeys(line for line in lines if line in (DRIFT, KICK, *loaded))
     own = "".join(line for line in lines if line not in shared)
     return _indent("".join(shared).replace("[i]", "[0]"), depth) + _loop(own, depth)
 
 
-def _turned(rows: Rows, part: range, first: int) -> str:
-    """Text that rotates the coordinates d of an orbit or vector, and its momenta in their rows."""
-    x, y, n = part[0], part[1], rows.half
-    base = [f"{_at(r)} + " if first else "" for r in (x, y, n + x, n + y)]
-    text = turning.ROTATION + "".join(f"e{r} = {_at(first + n + r)}\n" for r in (x, y))
-    text += turning.rotated(x, y, ("d", "e"), base)
-    return text + "".join(f"{_at(first + n + r)} = e{r}\n" for r in (x, y))
-
-
-def _turning(rows: Rows, first: int, drift: str) -> str:
-    """Text of what comes before the drift of that number in a turning frame: half turns, where there are some."""
-    if not rows.frame:
+def _numbers(rows: Rows, first: int, lanes: str, stages: tuple[str, str], step: str) -> str:
+    """Text that makes the numbers of the substep beside drifts and kicks, which have these names, if there is one."""
+    if rows.own is None or rows.substep is None:
         return ""
-    size = 3 * first if first else 2 * rows.half
-    half = "".join(turning.flipped(part[0], part[1], rows.half, first) for part in rows.parts(rows.all))
-    return _indent(turning.of_drift(size, drift, "kicks") + "if beyond > 0.0:\n" + _loop(half, 1), 1)
+    return rows.substep.made(first, rows.own.rate, lanes, stages[rows.substep.stage == "kick"], step)
 
 
-def _loop(body: str, depth: int) -> str:
-    return f"{' ' * 4 * depth}for i in range(lanes):\n{_indent(body, depth + 1)}"
+def _pushed(kicks: Substep | None, r: int, part: range, p: str) -> str:
+    """Text of row r of the momenta after a kick."""
+    return f"fma(hk, f{r}, {p})" if kicks is None else kicks.text(r, part, p)
 
 
 def _march(rows: Rows) -> str:
@@ -176,18 +172,22 @@ def _march(rows: Rows) -> str:
     drift += "" if time is None else f"passed += drift[s]\nq{time} = fma(passed, step, begun)\n"
     started = "" if time is None else f"        begun, passed = q{time}, 0.0\n"
     end = "" if time is None else f"        q{time} = value.phase(begun + step)\n"
-    begin = ""
-    if rows.frame:
-        begin, pairs = turning.made(2 * n, "1", "drift", "step"), [(part[0], part[1]) for part in rows.parts(rows.all)]
-        flips = "".join(f"{c}{r} = -{c}{r}\n" for pair in pairs for r in pair for c in "qp")
-        turn = f"{turning.of_drift(2 * n, 's', 'kick')}i = 0\n{turning.ROTATION}"
-        turn += f"if odds[0] > 0.0:\n{_indent(flips, 1)}"
-        drift = turn + drift + "".join(turning.rotated(x, y, ("q", "p")) for x, y in pairs)
+    begin, drifts, kicks = (
+        _numbers(rows, 2 * n, "1", ("drift", "kick"), "step"),
+        rows.solves("drift"),
+        rows.solves("kick"),
+    )
+    if drifts is not None:
+        turn = f"{drifts.at_hand(2 * n, 's', 'kick.size')}i = 0\n{drifts.loaded}"
+        if drifts.rare is not None:
+            rare = "".join(drifts.rare(part, n, None) for part in rows.parts(rows.all))
+            turn += f"if {drifts.names[-1]} > 0.0:\n{_indent(rare, 1)}"
+        drift = turn + drift + "".join(drifts.text(part, "q", "p", {}) for part in rows.parts(rows.all))
     kick = rows.forces(rows.all) + "hk = kick[s]*step\n"
-    if rows.friction:
-        begin = damping.made(2 * n, "1", "kick", "step")
-        kick = rows.forces(rows.all) + damping.of_kick(2 * n, "kick") + "hk = lengths[0]\n"
-    kick += "".join(f"p{r} = fma(hk, f{r}, p{r})\n" for r in rows.all)
+    if kicks is not None:
+        kick += f"{kicks.at_hand(2 * n, 's', 'kick.size - 1')}i = 0\n{kicks.loaded}"
+    pushed = ((r, _pushed(kicks, r, part, f"p{r}")) for part in rows.parts(rows.all) for r in part)
+    kick += "".join(f"p{r} = {after}\n" for r, after in pushed)
     return (
         begin + f"    {', '.join(state)}, = {', '.join(f'z[{r * LANES}]' for r in range(2 * n))},\n"
         f"    taken = 0\n    while taken < steps:\n{started}        for s in range(drift.size):\n"

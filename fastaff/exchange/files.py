@@ -23,6 +23,7 @@ from ..analysis.tori import families, separation
 from ..base.display import screen
 from ..base.numbers import StrPath, fits, shown
 from ..base.placing import placed
+from ..base.progress import says_progress
 from ..base.provenance import provenance
 from ..base.recipe import OWN, Call, NoData, encoded, keep, plain
 from ..base.results import Result, saved
@@ -48,6 +49,7 @@ class Saved(NamedTuple):
         return screen(self)
 
 
+@says_progress
 def save(path: StrPath, result: object, *, force: bool = False, **parameters: Any) -> Path:
     """Write a result and all that made it to an .npz file; `load` gives the same result back.
 
@@ -114,7 +116,7 @@ def save_among(
     dataclass = dataclasses.is_dataclass(result) and not isinstance(result, type)
     if not dataclass and type(result) is not _results().get(type(result).__name__):
         raise TypeError(f"result must be a result of fastaff, such as a SectionMap, got {type(result).__name__}")
-    arrays: dict[str, np.ndarray] = {}
+    arrays: dict[str, Any] = {}
     content = opened("", result, arrays)
     facts = _facts(result)
     for name, value in parameters.items():
@@ -128,19 +130,17 @@ def save_among(
     if call is not None:
         stored = {name: _stored(f"call_{name}", entry, arrays) for name, entry in call.arguments.items()}
         facts["call"] = {**call._asdict(), "arguments": stored}
-    for name, array in arrays.items():
-        if array.dtype.hasobject:
-            raise TypeError(f"array {name} must hold numbers, got dtype {array.dtype}")
+    for name in (name for name, array in arrays.items() if array.dtype.hasobject):
+        raise TypeError(f"array {name} must hold numbers, got dtype {arrays[name].dtype}")
     metadata = {**provenance(), **facts, "format": FORMAT, "result": type(result).__name__, "content": content}
     if "status" in arrays:
         metadata["status_counts"] = {outcome.name: count for outcome, count in summary(arrays["status"]).items()}
-    text = np.array(json.dumps(metadata, allow_nan=False))
+    arrays[METADATA] = np.array(json.dumps(metadata, allow_nan=False))
     stem.parent.mkdir(parents=True, exist_ok=True)
-    kept: dict[str, Any] = {**arrays, METADATA: text}
 
     def write(path: Path) -> None:
         with open(path, "wb") as file:
-            np.savez(file, **kept)
+            np.savez(file, **arrays)
 
     return placed(stem, ending, write, beside=beside, force=force)
 
@@ -150,6 +150,7 @@ def _(result: Result, path: Any, **parameters: Any) -> Path:
     return save(path, result, **parameters)
 
 
+@says_progress
 def load(path: StrPath, **given: Any) -> Any:
     """Read the result in a file of `save`: the same class, with the same bits in every field, and its call.
 
@@ -279,8 +280,7 @@ def _public(name: str) -> Any:
 def _stored(name: str, data: Any, arrays: dict[str, np.ndarray]) -> Any:
     """Return encoded data with its arrays moved to `arrays`, or to one of them that is the same, and named."""
     if isinstance(data, np.ndarray):
-        same = [key for key, array in arrays.items() if _same_bits(array, data)]
-        key = same[0] if same else name
+        key = next((key for key, array in arrays.items() if _same_bits(array, data)), name)
         arrays[key] = arrays.get(key, data)
         return {"array": key}
     if isinstance(data, dict):
@@ -418,7 +418,7 @@ def unpacked(name: str, data: Any, arrays: dict[str, np.ndarray], given: Mapping
         return MappingProxyType(entries) if data["frozen"] else entries
     if "result" in data:
         cls = _known(_results(), data["result"], name)
-        if set(data["fields"]) != set(_names(cls)):
+        if not set(data["fields"]) <= set(_names(cls)):  # files of earlier versions lack fields that have defaults
             raise ValueError(
                 f"a {cls.__name__} has the fields {', '.join(_names(cls))}, not {', '.join(data['fields'])}"
             )

@@ -5,9 +5,10 @@ from __future__ import annotations
 from typing import Any
 
 from ..base.interruption import imported
+from ..compile.kinds import OPTIONS, TERMS
 from ..formulas.drive import TIME
 from ..formulas.gammainc import gammainc
-from ..formulas.library import Request, in_frame
+from ..formulas.library import Request
 from ..formulas.sympy_bridge import to_sympy
 from .languages import LANGUAGES
 
@@ -35,7 +36,7 @@ def source(model: Any, language: str = "c") -> str:
         raise ValueError(f"language must be one of {', '.join(LANGUAGES)}, got {language!r}")
     sympy = imported("sympy", what="the source text of a model")
     known: tuple = getattr(type(model), "_request", ())
-    if len(known) != len(Request._fields) or known[4] not in ("unit", "masses", "flow"):
+    if len(known) < len(Request._fields) - 1 or known[4] not in ("unit", "masses", "flow"):
         raise TypeError(f"model must be one of fa.hamiltonian(...) or fa.flow(...), got {type(model).__name__}")
     request = Request(*known)
     named = ", ".join(f"{name} = {float(value)!r}" for name, value in zip(model._fields, model, strict=True))
@@ -63,12 +64,11 @@ def _equations(request: Request, fields: tuple[str, ...]) -> tuple[list[str], li
         energy = to_sympy(request.program(MOST), {**names, **dict(zip(request.momenta, p))})
         sides = [sympy.diff(energy, p_i) for p_i in p] + [-sympy.diff(energy, q_i) for q_i in q]
         return [*coordinates, *request.momenta], sides
-    turning = {name: to_sympy(program, c) for name, program in request.turning_programs().items()}
-    V, rate = in_frame(to_sympy(request.program(MOST), names), q, turning, masses[0])
-    energy = V + sum(p_i**2 / (2 * m) for p_i, m in zip(p, masses))
-    if rate != 0:
-        energy -= rate * (q[0] * p[1] - q[1] * p[0])
-    lost = turning.get("friction", sympy.Integer(0))
-    sides = [sympy.diff(energy, p_i) for p_i in p]
-    sides += [-sympy.diff(energy, q_i) - lost * p_i for q_i, p_i in zip(q, p)]
-    return [*coordinates, *(f"p_{name}" for name in coordinates)], sides
+    V, options = to_sympy(request.program(MOST), names), request.option_programs()
+    v, f, rows = [p_i / m for p_i, m in zip(p, masses)], [], [*coordinates, *(f"p_{name}" for name in coordinates)]
+    for term in {OPTIONS[name] for name in options}:
+        values = {name: to_sympy(program, c) for name, program in options.items()}
+        rate, added = TERMS[term].of_options(values, masses[0], q)
+        V, v = V + added, TERMS[term].added("v", rate, q, p, v)
+        f = TERMS[term].added("f", rate, q, p, [-sympy.diff(V, q_i) for q_i in q])
+    return rows, [*v, *(f or [-sympy.diff(V, q_i) for q_i in q])]

@@ -11,7 +11,6 @@ import numpy as np
 
 from ..base.interruption import imported
 from ..base.placing import placed
-from ..base.progress import watched
 from ..base.results import Result, columns
 
 
@@ -78,5 +77,4 @@ def exported(path: Path, result: Any, force: bool, parameters: Mapping[str, Any]
     if parameters:
         raise ValueError(f"{next(iter(parameters))} is kept in .npz files alone, got a path that ends in {path.suffix}")
     path.parent.mkdir(parents=True, exist_ok=True)
-    with watched("save"):
-        return placed(path.with_suffix(""), path.suffix, lambda file: WRITERS[path.suffix](file, result), force=force)
+    return placed(path.with_suffix(""), path.suffix, lambda file: WRITERS[path.suffix](file, result), force=force)

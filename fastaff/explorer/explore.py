@@ -16,6 +16,7 @@ from ..analysis.sections.section_edge import edge
 from ..base.names import named
 from ..base.numbers import StrPath, numbers, positive, real
 from ..base.placing import placed
+from ..base.progress import says_progress
 from ..base.provenance import provenance
 from ..base.results import Result
 from ..flows.checks import checked_model, suited_scheme
@@ -46,6 +47,7 @@ ACCURACY = 1e-10
 """Error of the first crossings where none is asked for."""
 
 
+@says_progress
 def explore(
     body: Dynamics | None = None,
     *,

@@ -69,11 +69,10 @@ def checked_model(model: Any, name: str = "body", needs: str = "equations") -> A
     if system.driven:
         _check_drive(name, model)
     _evaluated(name, model)
+    if system.own is not None:
+        _check_rate(name, model, system.own.has, system.own.rate)
     if system.frame:
-        _check_rate(name, model, "turns", "angular_velocity")
         _check_turning(name, model)
-    if system.friction:
-        _check_rate(name, model, "has friction", "damping_rate")
     met.add(needs)
     return model
 
@@ -369,11 +368,11 @@ NOTICED, WALK = 1e-7, 64 * np.finfo(float).eps
 def energy_drift(model: Any, z: np.ndarray, energy: np.ndarray, scale: np.ndarray) -> np.ndarray:
     """Return |E - energy|/scale of phase points z (2n, ...); inf where the energy has no value.
 
-    What rounding of E or of z may make, as where V has a large constant or an orbit rests, does not count; 0 with
-    friction.
+    What rounding of E or of z may make, as where V has a large constant or an orbit rests, does not count; 0 where the
+    energy is lost.
     """
     system = system_of(model)
-    if system.friction:
+    if system.lossy:
         return np.where(np.isfinite(z).all(axis=0), 0.0, np.inf)
     with np.errstate(all="ignore"):
         T, V = system.kinetic_energies(z), system.potential_energies(z)

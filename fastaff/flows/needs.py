@@ -5,25 +5,28 @@ from __future__ import annotations
 from typing import Any
 
 from ..base.numbers import shown
-from ..compile.kinds import KINDS, TERMS, Kind
+from ..compile.kinds import KINDS, Kind
 from ..models.mechanics import system_of
 
 NEEDS: dict[str, frozenset[str]] = {
     "equations": frozenset(),
     "a start by rows": frozenset({"drive"}),
-    "regular motion": frozenset({"friction", "rates"}),
-    "Hamilton's equations": frozenset({"friction", "rates", "iterates"}),
-    "an energy surface": frozenset({"drive", "friction", "rates", "iterates"}),
-    "H = T(p) + V(q)": frozenset(TERMS),
-    "a page": frozenset({"frame", "friction"}),
+    "regular motion": frozenset({"loss", "rates"}),
+    "Hamilton's equations": frozenset({"loss", "crooked", "rates", "iterates"}),
+    "an energy surface": frozenset({"drive", "loss", "leaning", "rates", "iterates"}),
+    "H = T(p) + V(q)": frozenset({"term"}),
+    "a page": frozenset({"substep"}),
 }
-"""By what an analysis as a whole is of, the terms that it does not take."""
+"""By what an analysis as a whole is of, the terms that it does not take, by name or what they are said to be
+(`compile.kinds.words_of`).
+"""
 
 REFUSALS = {
     "a time": {"iterates": "{argument} is for systems in time: {instead}; got {got}"},
     "a start by energy": {
         "iterates": "{argument} is for systems in time: a map has no energy; got {got}",
-        "friction": "{argument} is for systems with an energy: one with friction keeps none; got {got}",
+        "leaning": "{argument} is for systems whose energy is T + V: one that {has} has more; got {got}",
+        "loss": "{argument} is for systems with an energy: one that {has} keeps none; got {got}",
         "rates": "{argument} is for systems with an energy: dz/dt = f(z) has none; got {got}",
     },
     "a page of orbits": {
@@ -34,8 +37,8 @@ REFUSALS = {
         "drive": "angles must be given for {model}, which is driven and has none: of its coordinates, and of its time"
     },
     "a return": {
-        "drive friction": "model {model} has a drive and friction: write both as equations, fa.flow",
-        "friction": "model {model} has friction and no drive: it loses energy as long as it moves, so nothing returns; "
+        "drive loss": "model {model} has a drive and {has}: write both as equations, fa.flow",
+        "loss": "model {model} {has} and no drive: it loses energy as long as it moves, so nothing returns; "
         "with a drive, write both as equations, fa.flow",
     },
     "a return at an energy": {
@@ -50,7 +53,7 @@ REFUSALS = {
         "drive": "parameter must be given for a driven system, which has no energy to follow",
     },
     "an indicator of the energy": {
-        "friction": "indicators of {model}, which has friction, are {instead}, got {got}",
+        "loss": "indicators of {model}, which {has}, are {instead}, got {got}",
         "rates": "indicators of {model}, which is dz/dt = f(z), are {instead}, got {got}",
     },
     "an indicator along the flow": {
@@ -59,14 +62,14 @@ REFUSALS = {
         "iterates": "{got} needs a flow, along which a map does not go: take FLI or GALI",
     },
     "a scheme by energy": {
-        "friction": "scheme {got} goes by the energy, which {model} loses by friction: take KAHAN_LI8, or DOP853",
+        "loss": "scheme {got} goes by the energy, which {model} loses: take KAHAN_LI8, or DOP853",
         "nonseparable": "scheme {got} takes H = T(p) + V(q), and {model} is H(q, p): take GAUSS16, GAUSS8, DOP853 or "
         "VERNER9",
     },
     "a fictitious time": {
         "drive": "scheme {got} steps in a fictitious time, which a driven system has not: take a splitting or a "
         "Runge-Kutta scheme such as fastaff.KAHAN_LI8",
-        "frame": "scheme {got} takes H = T(p) + V(q), and {model} turns: take KAHAN_LI8, AUTO or DOP853",
+        "substep": "scheme {got} takes H = T(p) + V(q), and {model} {has}: take KAHAN_LI8, AUTO or DOP853",
     },
     "a splitting": {
         "rates": "scheme {got} needs coordinates and momenta: {model} is dz/dt = f(z), which Runge-Kutta schemes run, "
@@ -80,15 +83,17 @@ REFUSALS = {
     },
     "a step of its own": {"rates": "step must be given with {got}, which has no control of steps, for dz/dt = f(z)"},
     "forces of the coordinates alone": {
-        "friction": "scheme {got} has its order {order} only where forces depend on the coordinates alone, and "
-        "{argument} {model} has friction: take KAHAN_LI8"
+        "kicks": "scheme {got} has its order {order} only where forces depend on the coordinates alone, and "
+        "{argument} {model} {has}: take KAHAN_LI8"
     },
     "accelerations of the coordinates alone": {
-        "frame": "scheme {got} takes accelerations that depend on the coordinates alone, and {argument} {model} turns: "
-        "take BLANES_CASAS_ESCORIHUELA8"
+        "drifts": "scheme {got} takes accelerations that depend on the coordinates alone, and {argument} {model} "
+        "{has}: take BLANES_CASAS_ESCORIHUELA8"
     },
 }
-"""By what is asked for, the terms that together do not go with it, and the sentence that says what would do."""
+"""By what is asked for, the terms, by name or what they are said to be, that together do not go with it, and the
+sentence that says what would do.
+"""
 
 OF_MODELS = ("a return", "an indicator of the energy")
 """Needs that a model as a whole has not: refused by TypeError, as a wrong argument beside it is by ValueError."""
@@ -98,10 +103,11 @@ def check_needs(model: Any, need: str, **said: Any) -> None:
     """Raise the refusal of the first terms of a model's equations that do not go with what is asked for; said: the
     numbers and names of its sentence beside the model's.
     """
-    for terms, sentence in REFUSALS[need].items():
-        if system_of(model).terms >= {*terms.split()}:
-            error = TypeError if need in OF_MODELS else ValueError
-            raise error(sentence.format(model=type(model).__name__, **said))
+    system = system_of(model)
+    for words, sentence in REFUSALS[need].items():
+        if system.words >= {*words.split()}:
+            error, has = TypeError if need in OF_MODELS else ValueError, "" if system.own is None else system.own.has
+            raise error(sentence.format(model=type(model).__name__, has=has, **said))
 
 
 def check_given(model: Any, need: str, instead: str = "", **given: Any) -> None:
@@ -115,8 +121,8 @@ def check_kind(model: Any, name: str, need: str) -> None:
     """Refuse a model whose equations have terms that an analysis does not take."""
     kind = getattr(model, "kind", Kind.SEPARABLE)
     known = isinstance(kind, Kind)
-    if not known or kind.terms & NEEDS[need]:
-        runs = "; ".join(entry.equations for entry in KINDS if not entry.terms & NEEDS[need])
+    if not known or kind.words & NEEDS[need]:
+        runs = "; ".join(entry.equations for entry in KINDS if not entry.words & NEEDS[need])
         raise TypeError(
             f"{name} {type(model).__name__} is {kind.equations if known else shown(kind)}; what runs here is {runs}"
         )

@@ -15,6 +15,7 @@ from ..schemes.automatic import Automatic, Trial, cheapest, fastest, quickest
 from ..schemes.catalogue import DOP853, GAUSS16, ITERATION, KAHAN_LI8, Collocation, RungeKutta
 from ..schemes.time_transformed import TimeTransformed
 from .checks import checked_model, checked_scheme, phase_points, suited_scheme
+from .derivatives import check_derivatives
 from .flow import Flow
 from .launch import Report
 from .motion import motion
@@ -209,6 +210,7 @@ def plan(
     ('LEAPFROG', (4, 1))
     """
     z = phase_points("z0", z0, checked_model(model))
+    check_derivatives("body", model, z)
     system = system_of(model)
     if system.iterated:
         return _iterated(model, z, options)
@@ -220,13 +222,13 @@ def plan(
         wanted = options.accuracy or error or ACCURACY
         scheme = KAHAN_LI8 if system.separable else GAUSS16
         if step is None:
-            split = system.quadratic and not system.friction
+            split = system.quadratic and "kicks" not in system.words
             scheme = cheapest(wanted, split) if system.separable else fastest(wanted)
-            if error is None and system.separable and split and not system.frame:
+            if error is None and system.separable and split and system.substep is None:
                 scheme = quickest(wanted, system.driven)
             why.append(f"{scheme.name} for an accuracy of {wanted:.1e}")
     if isinstance(scheme, Automatic):
-        every = transformed and not system.frame and not system.driven
+        every = transformed and system.substep is None and not system.driven
         chosen = _chosen(model, z, scheme if every else scheme.in_time, options, threads, time)
         scheme, step = chosen.scheme, chosen.step if isinstance(chosen.scheme, TimeTransformed) else None
         why.append(f"{scheme.name} by trial: energy error {chosen.error:.1e}, {chosen.cost:.3g} forces per unit time")

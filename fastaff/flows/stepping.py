@@ -6,7 +6,7 @@ from collections.abc import Callable
 from typing import Any
 
 from ..base.identity import by_identity
-from ..compile import damping, nystrom, turning
+from ..compile import nystrom
 from ..compile.blocks import idle_block, model_block, nystrom_block, parameters, step_block
 from ..compile.packing import Packed
 from ..compile.pointers import address
@@ -70,13 +70,11 @@ def _coefficients(flow: Any) -> Coefficients:
 
 
 def _spare(flow: Any) -> int:
-    """Return the rows that blocks of states need besides: those of the rotations of drifts, of the friction of kicks,
-    or of the forces of stages.
+    """Return the rows that blocks of states need besides: those of the numbers of a substep, or of the forces of
+    stages.
     """
-    system, scheme = flow.system, flow.scheme
+    substep, scheme = flow.system.substep, flow.scheme
     if isinstance(scheme, Nystrom):
         n = flow.model.degrees_of_freedom
         return nystrom.spare_rows(n, n * (1 + flow.vectors), scheme.stages)
-    if system.friction:
-        return damping.spare_rows(scheme.kick_array.size)
-    return turning.spare_rows(scheme.drift_array.size) if system.frame else 0
+    return 0 if substep is None else substep.spare_rows(scheme.drift_array.size, scheme.kick_array.size)

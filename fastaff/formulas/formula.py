@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..base.foreign import ForeignSystem, read_by
-from ..base.numbers import positive, real, shown
+from ..base.numbers import positive, shown
+from ..compile.kinds import OPTIONS, TERMS
 from ..models import Body
 from ..models.contracts import WrittenModel, WrittenNonseparable
 from ..models.mechanics import system_of
@@ -20,6 +21,7 @@ from .hints import PULLED, hinted, no_terms_of_motion
 from .laws import written_out
 from .library import Request, generated_class
 from .map_source import period_texts
+from .options import rates_of, term_of
 from .variables import VARIABLES
 
 _SYMPY_LENGTH = 8000
@@ -209,46 +211,42 @@ def hamiltonian(
     >>> float(double.energy(0.0, 0.0, 1.0, 0.5))
     -2.75
     """
+    options: dict[str, Any] = {"rotation": rotation, "magnetic": magnetic, "friction": friction}
     given = read_by("system", text)
     if given is not None:
         beside: dict[str, Any] = {
             "masses": masses,
-            "rotation": rotation,
-            "magnetic": magnetic,
             "period": period,
-            "friction": friction,
+            "domain": domain,
+            "momenta": momenta,
+            "periods": periods,
         }
-        beside |= {"domain": domain, "momenta": momenta, "periods": periods, "vector_potential": vector_potential}
+        beside |= {"vector_potential": vector_potential, **options}
         return _taken(given, coordinates, beside, parameters)
     written, length = _written(text)
     names = checked_names("coordinates", coordinates)
     inside: dict[str, float] = {}
     if vector_potential is not None:
-        others = {"momenta": momenta, "rotation": rotation, "magnetic": magnetic, "friction": friction}
+        others = {"momenta": momenta, **options}
         written, momenta, inside = _charged(written, vector_potential, names, masses, others, (parameters, period))
         masses, length = None, _SYMPY_LENGTH
-    if friction is not None and any(entry is not None for entry in (rotation, magnetic, period)):
-        raise ValueError("friction does not go with rotation, magnetic or period: " + PULLED)
-    conjugate = () if momenta is None else _momenta(momenta, names, masses, rotation, magnetic, friction)
+    term = term_of(options, period)
+    conjugate = () if momenta is None else _momenta(momenta, names, {"masses": masses, **options})
     values = values_of(parameters, (*names, *conjugate, *([] if period is None else [TIME]))) | inside
     weights = () if masses is None else masses_of(masses, len(names))
     own = period_texts(periods, names)
     if period is not None:
-        if rotation is not None or magnetic is not None:
-            raise ValueError(
-                "period does not go with a rotation or a magnetic field: a driven system has a frame at rest"
-            )
         return _driven((written, length), domain, values, (names, conjugate), weights, period, own)
-    turning = _turning({"rotation": rotation, "magnetic": magnetic}, values, names)
-    if any(turning) and weights and weights[0] != weights[1]:
+    rates = rates_of(options, values, names)
+    if term is not None and term.planar and weights and weights[0] != weights[1]:
         raise ValueError(
             f"masses must be equal for {names[0]} and {names[1]}, whose frame turns, got {weights[0]} and {weights[1]}"
         )
-    damping, inertia = _turning({"friction": friction}, values, names), "unit" if masses is None else "masses"
-    turn, field = turning
+    inertia = "unit" if masses is None else "masses"
     rows = (*own, *[""] * len(names)) if any(own) or conjugate else ()
-    terms = {"rotation": turn, "magnetic": field, "friction": damping[0]}
-    request = Request(written, domain, tuple(values), names, inertia, **terms, momenta=conjugate, periods=rows)
+    known: dict[str, Any] = {name: rates.pop(name, None) for name in OPTIONS if name in Request._fields}
+    request = Request(written, domain, tuple(values), names, inertia, **known, momenta=conjugate, periods=rows)
+    request = request._replace(others=tuple(rates.items()))
     return _of_periods(_class(request, values, length)(*values.values(), *weights))
 
 
@@ -324,15 +322,13 @@ def _driven(
     return _of_periods(cls(*values.values(), *weights, *([] if said else [number])))
 
 
-def _momenta(momenta: Any, names: tuple[str, ...], *others: Any) -> tuple[str, ...]:
-    """Return the names of momenta in the text, one for each coordinate; others: masses, rotation, magnetic, friction,
-    which do not go with them.
-    """
-    for name, entry in zip(("masses", "rotation", "magnetic"), others, strict=False):
+def _momenta(momenta: Any, names: tuple[str, ...], others: Mapping[str, Any]) -> tuple[str, ...]:
+    """Return the names of momenta in the text, one for each coordinate; others: what does not go with them."""
+    for name, entry in others.items():
+        if entry is not None and name in OPTIONS and "loss" in TERMS[OPTIONS[name]].words:
+            raise ValueError(f"{name} does not go with momenta in the text, where it is no part of H: {PULLED}")
         if entry is not None:
             raise ValueError(f"{name} does not go with momenta in the text: write the whole of H(q, p)")
-    if others[-1] is not None:
-        raise ValueError("friction does not go with momenta in the text, where it is no part of H: " + PULLED)
     found = checked_names("momenta", momenta, names)
     if len(found) != len(names):
         raise ValueError(
@@ -365,27 +361,11 @@ def _written(text: Any) -> tuple[str, int]:
     return text_of(text), 2000 if isinstance(text, str) else _SYMPY_LENGTH
 
 
-def _turning(given: dict[str, Any], values: dict[str, float], names: tuple[str, ...]) -> list[str | None]:
-    """Return rotation, magnetic, friction as formulas of the parameters; a number becomes a parameter of that name."""
-    found: list[str | None] = []
-    for name, entry in given.items():
-        if entry is not None and len(names) < 2 and name != "friction":
-            raise ValueError(f"{name} turns the first two coordinates, of which there must be two, got {names}")
-        if entry is None or isinstance(entry, str):
-            found.append(entry)
-            continue
-        if name in names:
-            raise ValueError(f"coordinate {name!r} is taken: it names the field of the number that {name} is")
-        values[name] = real(name, entry)
-        found.append(name)
-    return found
-
-
 def _class(request: Request, values: dict[str, float], length: int) -> type:
     """Check the formula and its domain; return the class."""
     programs = request.program(length), request.domain_program()
     used = programs[0].names | (programs[1].names if programs[1] is not None else frozenset())
-    used = used.union(*(program.names for program in request.turning_programs().values()))
+    used = used.union(*(program.names for program in request.option_programs().values()))
     used = used.union(*(program.names for program in request.period_programs() if program is not None))
     if request.period:
         used |= parse(request.period, (), request.parameters, argument="period").names

@@ -11,13 +11,14 @@ import hashlib
 import json
 import sys
 import types
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from ..base.interruption import imported
 from ..compile import cache, jit
+from ..compile.kinds import OPTIONS, TERMS
 from .ceiling import ceiling
 from .equations import split
 from .grammar import Program, parse
@@ -27,10 +28,10 @@ from .variables import VARIABLES, Trial, check_real, check_symmetry, everything,
 
 class Request(NamedTuple):
     """All that a generated class depends on; `inertia` is "mu" or "pair" for bodies, "unit" or "masses" for other
-    systems; rotation, magnetic: formulas of the parameters, of a frame that turns; period: of a driven system, whose
-    last coordinate is its time: a formula of the parameters, or "" for a field; friction: a formula of the parameters;
-    or "flow" for equations. With momenta the text is H(q, p); periods: texts of those of its rows, "" where there is
-    none.
+    systems, or "flow" for equations; rotation, magnetic, friction: formulas of the parameters, `others`: names and
+    formulas of the other options of terms (`compile.kinds.OPTIONS`); period: of a driven system, whose last coordinate
+    is its time: a formula of the parameters, or "" for a field. With momenta the text is H(q, p); periods: texts of
+    those of its rows, "" where there is none.
     """
 
     text: str
@@ -44,6 +45,13 @@ class Request(NamedTuple):
     friction: str | None = None
     momenta: tuple[str, ...] = ()
     periods: tuple[str, ...] = ()
+    others: tuple[tuple[str, str], ...] = ()
+
+    @property
+    def options(self) -> dict[str, str]:
+        """The formulas of the options of terms that are given, by name."""
+        given = {name: getattr(self, name) for name in OPTIONS if name in self._fields} | dict(self.others)
+        return {name: text for name, text in given.items() if text is not None}
 
     @property
     def variables(self) -> tuple[str, ...]:
@@ -63,12 +71,9 @@ class Request(NamedTuple):
         """Return the programs of the equations of a flow; ValueError where one is none."""
         return tuple(parse(side, self.variables, self.parameters, length=length) for _, side in split(self.text))
 
-    def turning_programs(self) -> dict[str, Program]:
-        """Return the programs of rotation, magnetic and friction, of those that are given."""
-        given = {"rotation": self.rotation, "magnetic": self.magnetic, "friction": self.friction}
-        return {
-            name: parse(text, (), self.parameters, argument=name) for name, text in given.items() if text is not None
-        }
+    def option_programs(self) -> dict[str, Program]:
+        """Return the programs of the options of terms that are given."""
+        return {name: parse(text, (), self.parameters, argument=name) for name, text in self.options.items()}
 
     def domain_program(self) -> Program | None:
         """Return the program of the domain, if one is given."""
@@ -83,11 +88,12 @@ def generated_class(request: Request, programs: Programs, values: Mapping[str, f
     """Return the NamedTuple class of a request: from this process, from the folder, or derived now, with trials around
     `values`.
     """
-    key = hashlib.sha256(json.dumps([jit.code_hash(), sys.version, *request]).encode()).hexdigest()[:24]
+    terms = [(TERMS[OPTIONS[name]].rate, TERMS[OPTIONS[name]].equations) for name in request.options]
+    key = hashlib.sha256(json.dumps([jit.code_hash(), sys.version, *request, *terms]).encode()).hexdigest()[:24]
     if key not in _CLASSES:
         cls: Any = loaded(key, lambda: _derive(request, programs, values))
         cls.__reduce__ = functools.partialmethod(_reduce, request)
-        cls._request = tuple(request)
+        cls._request = tuple(request) if request.others else tuple(request)[:-1]  # as in files of older versions
         _CLASSES[key] = cls
     return _CLASSES[key]
 
@@ -122,12 +128,9 @@ def loaded(key: str, derive: Callable[[], str]) -> Any:
 def _repr(self: Any) -> str:
     domain = [] if self.domain is None else [f"domain={self.domain!r}"]
     fields = [f"{name}={value!r}" for name, value in zip(self._fields, self, strict=True)]
-    _, _, _, _, _, *more, _ = self._request
-    said = [
-        f"{name}={text!r}"
-        for name, text in zip(("rotation", "magnetic", "period", "friction", "momenta"), more, strict=True)
-        if text not in (None, "", (), [], name)
-    ]
+    request = Request(*self._request)
+    own = {**request.options, "period": request.period, "momenta": request.momenta}
+    said = [f"{name}={text!r}" for name, text in own.items() if text not in (None, "", (), [], name)]
     return f"{type(self).__name__}({', '.join([repr(self.formula), *domain, *said, *fields])})"
 
 
@@ -194,9 +197,9 @@ def _derive_hamiltonian(request: Request, programs: tuple[Program, Program | Non
         found = separated(V, walls, p, request.coordinates)
         turned = None if found or period is not None else in_turning_frame(V, walls, p, request.coordinates)
         if turned is not None:
-            rest, omega, inertia = turned
+            rest, rate, inertia = turned
             more = {"inertia": inertia, "periods": periods, "momenta": request.momenta, "poles": poles(rest, places)}
-            return hamiltonian_model(description, rest, walls, masses=False, omega=omega, **more)
+            return hamiltonian_model(description, rest, walls, masses=False, term="frame", rate=rate, **more)
         if found is None:
             momenta = (*request.momenta, *(["p_t"] if period is not None else []))
             own |= {name: sympy.Symbol(name, real=True) for name in momenta}
@@ -206,22 +209,13 @@ def _derive_hamiltonian(request: Request, programs: tuple[Program, Program | Non
     more = {"inertia": inertia, "periods": periods, "momenta": request.momenta, "poles": poles(V, places)}
     if period is not None:
         return driven_model(description, V, walls, period, masses=masses, **more)
-    parts = {name: to_sympy(part, names) for name, part in request.turning_programs().items()}
-    damping = parts.pop("friction", None)
+    options = {name: to_sympy(part, names) for name, part in request.option_programs().items()}
     mass = sympy.Symbol("self.m_1", real=True) if masses else sympy.Integer(1)
-    V, omega = in_frame(V, [own[name] for name in request.coordinates], parts, mass)
-    turns = omega if parts else None
-    return hamiltonian_model(description, V, walls, masses=masses, omega=turns, damping=damping, **more)
-
-
-def in_frame(V: Any, places: Sequence[Any], parts: Mapping[str, Any], mass: Any) -> tuple[Any, Any]:
-    """Return V of places as it is seen by a rotation and a magnetic field, in the symmetric gauge, of these parts, and
-    the rate at which the frame turns.
-    """
-    omega = parts.get("rotation", 0) + parts.get("magnetic", 0) / (2 * mass)
-    if "magnetic" in parts:
-        V += parts["magnetic"] ** 2 / (8 * mass) * sum(x**2 for x in places[:2])
-    return V, omega
+    term, rate = next((OPTIONS[name] for name in options), None), None
+    if term is not None:
+        rate, added = TERMS[term].of_options(options, mass, [own[name] for name in request.coordinates])
+        V += added
+    return hamiltonian_model(description, V, walls, masses=masses, term=term, rate=rate, **more)
 
 
 def _derive_flow(

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from ..compile.kinds import TERMS
 from .inertia import Inertia, driven_inertia, fresh, mass_inertia, plane_inertia
 from .potential_source import Description, class_text, constant, margin_method, method, module
 from .printing import Lines
@@ -234,22 +235,23 @@ def hamiltonian_model(
     walls: Sequence[Any],
     *,
     masses: bool,
-    omega: Any = None,
-    damping: Any = None,
+    term: str | None = None,
+    rate: Any = None,
     inertia: Inertia | None = None,
     periods: Sequence[Any] = (),
     momenta: Sequence[str] = (),
     poles: Sequence[Any] = (),
 ) -> str:
-    """Return the text of a system of particles on lines: T = sum p_i^2/2 m_i + V(q), or T of an inertia, perhaps in a
-    frame that turns at the rate omega, or with friction at the rate damping; periods: of its rows, if it has some;
-    momenta: their names, if they have some; poles: what passes a whole number at those of V.
+    """Return the text of a system of particles on lines: T = sum p_i^2/2 m_i + V(q), or T of an inertia, perhaps with a
+    term beside these (`compile.kinds.TERMS`) of that rate; periods: of its rows, if it has some; momenta: their names,
+    if they have some; poles: what passes a whole number at those of V.
     """
     more: Sequence[str] = ()
-    if omega is not None:
-        more = _with_rate("ROTATING", "in a turning frame", "angular_velocity", "the frame turns", omega)
-    elif damping is not None:
-        more = _with_rate("DAMPED", "with friction", "damping_rate", "momenta are lost", damping)
+    if term is not None:
+        work, entry = Lines(()), TERMS[term]
+        (text,) = work.add([rate])
+        named = method(entry.rate, (), f"Return the rate: {entry.does}.", work, [f"1.0*({text})"], single=True)
+        more = constant("kind", f"{entry.equations}.", f"alone({term!r})"), named
     what = f"{len(d.coordinates)} degrees of freedom, T = {'sum p_i^2/2 m_i' if masses else '|p|^2/2'}"
     return model(
         "FormulaHamiltonian",
@@ -261,17 +263,9 @@ def hamiltonian_model(
         clamped=(),
         angles="Loops()",
         before=loops(d.coordinates),
-        imports="\nfrom fastaff.models.contracts import Kind\n" if more else "",
+        imports="\nfrom fastaff.compile.kinds import alone\n" if more else "",
         more=[*more, *_periods(periods), *_names_of(momenta), *poles_methods(poles, d.coordinates)],
     )
-
-
-def _with_rate(kind: str, of: str, name: str, doc: str, rate: Any) -> Sequence[str]:
-    """Return the methods of a system whose equations have a term with a rate: its kind, and the rate."""
-    work = Lines(())
-    (text,) = work.add([rate])
-    named = method(name, (), f"Return the rate at which {doc}.", work, [f"1.0*({text})"], single=True)
-    return constant("kind", f"H = T(p) + V(q) {of}.", f"Kind.{kind}"), named
 
 
 def driven_model(

@@ -1,13 +1,20 @@
 """Bounds of formulas, and the names that their parameters can't have."""
 
+from ..compile.kinds import TERMS
+
 MAX_DEGREES_OF_FREEDOM = 16
 """Coordinates of a text. Nothing breaks beyond: 32 compile in seconds; it is the parts of a formula that end first."""
 
 _OF_MODELS = """
-degrees_of_freedom coordinates kind angular_velocity angles velocity force tangent_force kinetic_energy
+degrees_of_freedom coordinates kind angles velocity force tangent_force kinetic_energy
 potential_energy margin value slopes curvatures second higher formula domain proof rates tangent_rates
-damping_rate iterate tangent_iterate symplectic momenta periods poles potential ring period phase mu mu_1 mu_2 masses
+iterate tangent_iterate symplectic momenta periods poles potential ring period phase mu mu_1 mu_2 masses
 """
 
-RESERVED = {*dir(tuple), *_OF_MODELS.split(), *(f"m_{i}" for i in range(1, MAX_DEGREES_OF_FREEDOM + 1))}
+RESERVED = {
+    *dir(tuple),
+    *_OF_MODELS.split(),
+    *(term.rate for term in TERMS.values()),
+    *(f"m_{i}" for i in range(1, MAX_DEGREES_OF_FREEDOM + 1)),
+}
 """Names that parameters can't have: they mean something on the model."""

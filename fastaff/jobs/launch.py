@@ -222,7 +222,7 @@ class Cells:
     def placed(self, z0: np.ndarray, place: np.ndarray) -> EnergyGrid:
         """Return some cells; the others count as those that the energy does not reach."""
         names = lift(self.where, self.first[:1], self.second[:1])[2]
-        return grid_of(z0, place, (self.first, self.second), names, self.where.energy)
+        return grid_of(z0, place, (self.first, self.second), names, self.where.energy, self.where.section)
 
 
 @dataclass(frozen=True, eq=False)

@@ -22,7 +22,8 @@ from .units import LOG, Unit, outcomes
 class JobResults:
     """Results of a job by the name of the analysis: `results["frequency_map"]` is that of the finished orbits.
 
-    From a store each is read when it is asked for; `tree` opens the store itself, lazily.
+    From a store each is read when it is asked for, and `results["frequency_map", 0:100_000]` with the memory of some
+    points of the launch set alone; `to_xarray` opens the store itself, lazily.
     """
 
     def __init__(
@@ -52,14 +53,32 @@ class JobResults:
     def __len__(self) -> int:
         return len(self.names)
 
-    def __getitem__(self, name: str) -> Any:
-        """Return the result of an analysis: of the finished orbits."""
+    def __getitem__(self, key: str | tuple[str, slice]) -> Any:
+        """Return the result of an analysis: of the finished orbits, all, or by results[name, start:stop] of those
+        between two points of the launch set.
+        """
+        name, *points = key if isinstance(key, tuple) else (key,)
         if name not in self.names:
             raise KeyError(f"the job has {', '.join(self.names)}, not {name!r}")
+        if points:
+            return self._part(name, points)
         if self._found is not None:
             return self._found[name]
         found = Store(self.path).read(name)
         return assembled(found, self._cases()) if isinstance(found, FoundCases) else found
+
+    def _part(self, name: str, points: list[Any]) -> Any:
+        """Return the result of the finished orbits between two points."""
+        if self.job.scan is not None:
+            raise TypeError(f"a scan goes by cases, not points: results[{name!r}]")
+        if len(points) != 1 or not isinstance(points[0], slice) or points[0].step not in (None, 1):
+            raise TypeError(f"points must be one slice without a step, such as 0:100_000, got {points}")
+        if self._found is not None:
+            first, last, _ = points[0].indices(int(self._place.max(initial=-1)) + 1)
+            return self._found[name].take((self._place >= first) & (self._place < last))
+        store = Store(self.path)
+        first, last, _ = points[0].indices(store.orbits)
+        return store.read(name, slice(first, max(first, last)))
 
     def _cases(self) -> Any:
         return self.job.plan().launch
@@ -134,16 +153,18 @@ class JobResults:
         where = "in memory" if self.path is None else f"in {self.path}"
         return f"JobResults({', '.join(self.names)}; {where})"
 
-    def tree(self) -> Any:
-        """Open the store as an xarray.DataTree, whose arrays are read when they are used."""
+    def to_xarray(self, chunks: Any = None) -> Any:
+        """Open the store as an xarray.DataTree, whose arrays are read when they are used: of those parts that are used,
+        and by dask where `chunks` are given as in `xarray.open_datatree` ({}: the units of the job).
+        """
         if self.path is None:
             raise ValueError("these results are in memory: results[name].to_xarray() gives each of them")
         with sound(f"{self.path} is damaged"):
-            return imported("xarray", what="tree").open_datatree(str(self.path), engine="zarr")
+            return imported("xarray", what="to_xarray").open_datatree(str(self.path), engine="zarr", chunks=chunks)
 
     def to_netcdf(self, path: Any) -> None:
         """Write the store as NetCDF, for other programs."""
-        self.tree().to_netcdf(str(path), engine="h5netcdf")
+        self.to_xarray().to_netcdf(str(path), engine="h5netcdf")
 
     def _column(self, name: str, field: str) -> Any:
         """Return an array of an analysis, of the finished orbits; None where it has none of that name."""

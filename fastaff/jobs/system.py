@@ -13,6 +13,7 @@ import numpy as np
 from ..analysis.sections.energy_limits import may_escape
 from ..base.names import named, pairs, spelled
 from ..base.status import Status
+from ..compile.kinds import OPTIONS, TERMS
 from ..flows.needs import check_given
 from ..formulas.library import Request
 from ..formulas.map_source import MapRequest
@@ -46,8 +47,13 @@ SYSTEMS = {re.sub(r"(?<=.)(?=[A-Z])", "-", name).lower(): name for name in ("Dou
 OWN = (*MODELS, *MAPS, *SYSTEMS)
 """All models by name."""
 
-RATES = ("rotation", "magnetic", "friction", "period")
+RATES = (*OPTIONS, "period")
 """Options of a Hamiltonian that are numbers or formulas."""
+
+LOSING = ("flow", *(name for name, term in OPTIONS.items() if "loss" in TERMS[term].words))
+"""Options of systems that keep no energy."""
+
+_LOSING = " and ".join(f"{{{name}}}" for name in LOSING)
 
 RESERVED = ("mu", "domain", "coordinates", "momenta", "periods", "masses", *RATES)
 """Names that no parameter of a formula has."""
@@ -259,7 +265,7 @@ class Surface:
             return None
         if not system.conserves:
             if self.energy is not None:
-                raise Wrong.of("{energy} is for systems that keep one: those of {flow} and {friction} do not")
+                raise Wrong.of(f"{{energy}} is for systems that keep one: those of {_LOSING} do not")
             return self.section_of(body)
         if system.driven:
             raise Wrong.of("{file} is required: the starts of a driven system, rows of coordinates and momenta")
@@ -299,10 +305,10 @@ def described(value: Any) -> Model | None:
     )
     text = getattr(inner, "formula", None)
     found = None
-    request = (*getattr(value, "_request", ()), *[None] * 11)
+    made = Request(*value._request) if hasattr(value, "_request") and not system.iterated else None
     if text is not None:
-        rates = {"rotation": request[5], "magnetic": request[6], "friction": request[8]}
-        rotation, magnetic, friction = (repr(fields.pop(name)) if how == name else how for name, how in rates.items())
+        options = {} if made is None else made.options
+        rates: dict[str, Any] = {name: repr(fields.pop(name)) if how == name else how for name, how in options.items()}
         parameter = [f"{name}={entry!r}" for name, entry in fields.items()] or None
         domain = getattr(inner, "domain", None)
         if system.iterated:
@@ -314,13 +320,12 @@ def described(value: Any) -> Model | None:
             found = Model(flow=text, parameter=parameter, domain=domain)
         elif inner is not value:
             found = Model(formula=text, parameter=parameter, domain=domain, mu=mu)
-        else:
+        elif made is not None:
             coordinates, period = " ".join(value.coordinates[: system.moving]), None
             if system.driven:
                 said = fields.pop("period", None)
-                period = Request(*value._request).period if said is None else repr(said)
+                period = made.period if said is None else repr(said)
                 parameter = [f"{name}={entry!r}" for name, entry in fields.items()] or None
-            made = Request(*value._request)
             angles = [f"{name}={text}" for name, text in zip(made.coordinates, made.periods) if text]
             found = Model(
                 hamiltonian=text,
@@ -329,10 +334,8 @@ def described(value: Any) -> Model | None:
                 coordinates=coordinates,
                 parameter=parameter,
                 domain=domain,
-                rotation=rotation,
-                magnetic=magnetic,
-                friction=friction,
                 period=period,
+                **rates,
             )
     else:
         keys = [key for key, (kind, _) in MODELS.items() if type(inner) is getattr(fastaff, kind)]

@@ -24,7 +24,7 @@ class System(Traits):
         if not self.separable:
             return self._rates(z)[:n]
         v = _rows(self.model.velocity(*z[n:]), z)
-        return v + self._turned(z[:n]) if self.frame else v
+        return self._added("v", z, v)
 
     def tangent_velocities(self, dp: np.ndarray) -> np.ndarray:
         """Return the change of dq/dt (n, ...) along a change dp (n, ...) of the momenta, where T is
@@ -46,8 +46,13 @@ class System(Traits):
         if not self.separable:
             return self._rates(z)[n:]
         f = _rows(self.model.force(*z[:n]), z)
-        f = f - self.model.damping_rate() * z[n:] if self.friction else f
-        return f + self._turned(z[n:]) if self.frame else f
+        return self._added("f", z, f)
+
+    def _added(self, letter: str, z: np.ndarray, rows: np.ndarray) -> np.ndarray:
+        """Return velocities ("v") or forces ("f") with what its term beside T and V adds."""
+        if self.own is None:
+            return rows
+        return np.array(self.own.added(letter, self.rate, z[: self.n], z[self.n :], rows))
 
     def slopes(self, z: np.ndarray) -> np.ndarray:
         """Return dz/dt (2n, ...) at phase points z (2n, ...): velocities and forces."""
@@ -80,7 +85,7 @@ class System(Traits):
                 return self.energies(z) - self.kinetic_energies(z)
             V = _full(self.model.potential_energy(*z[:n]), z)
             V = V + z[-1] if self.driven else V
-            return V - self.model.angular_velocity() * (z[0] * z[n + 1] - z[1] * z[n]) if self.frame else V
+            return V if self.own is None else V + self.own.energies(self.rate, z[:n], z[n:])
 
     def energies(self, z: np.ndarray) -> np.ndarray:
         """Return the energy of phase points z (2n, ...), Jacobi's in a turning frame; NaN outside the domain."""
@@ -129,6 +134,11 @@ class System(Traits):
         return found
 
     @cached_property
+    def rate(self) -> float:
+        """Return the rate of its term beside T and V, 0 of other models."""
+        return 0.0 if self.own is None else getattr(self.model, self.own.rate)()
+
+    @cached_property
     def frame_rate(self) -> float:
         """Return |Omega| of a turning frame, 0 for other models."""
         return abs(float(self.model.angular_velocity())) if self.frame else 0.0
@@ -157,7 +167,7 @@ class System(Traits):
     def at_rest(self, q: np.ndarray) -> np.ndarray:
         """Return the momenta (n, ...) of rest at places q (n, ...): 0, but in a turning frame."""
         p = np.zeros(q.shape)
-        return p - self.turning_mass * self._turned(q) if self.frame else p
+        return -self.turning_mass * self._added("v", np.concatenate([q, p]), p) if self.frame else p
 
     def seen(self, z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the momenta (n, ...) beyond those of rest at phase points z (2n, ...), and their rates of
@@ -166,14 +176,6 @@ class System(Traits):
         with np.errstate(all="ignore"):
             v, f = self.velocities(z), self.forces(z)
             return z[self.n :] - self.at_rest(z[: self.n]), f - self.at_rest(v)
-
-    def _turned(self, rows: np.ndarray) -> np.ndarray:
-        """Return what turning adds to the slopes of n rows: Omega times the second to the first, minus the first to the
-        second.
-        """
-        omega, change = self.model.angular_velocity(), np.zeros(rows.shape)
-        change[0], change[1] = omega * rows[1], -omega * rows[0]
-        return change
 
 
 def _full(number: Any, z: np.ndarray) -> np.ndarray:

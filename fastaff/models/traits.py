@@ -9,7 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from ..compile.kinds import term, terms_of, winding_of
+from ..compile.kinds import own_of, term, terms_of, winding_of, words_of
+from ..compile.terms import Substep, Term
 from . import maps
 
 
@@ -26,8 +27,27 @@ class Traits:
         """The terms of its equations beside H = T(p) + V(q)."""
         return terms_of(self.model)
 
-    driven, frame, friction, iterated = term("drive"), term("frame"), term("friction"), term("iterates")
-    nonseparable = term("nonseparable")
+    driven, frame, iterated, nonseparable = map(term, ("drive", "frame", "iterates", "nonseparable"))
+
+    @cached_property
+    def words(self) -> Set[str]:
+        """Its terms and what each is said to be, which refusals go by."""
+        return words_of(self.terms)
+
+    @cached_property
+    def own(self) -> Term | None:
+        """Its term that splittings solve with their drifts or kicks, if it has one."""
+        return own_of(self.terms)
+
+    @property
+    def substep(self) -> Substep | None:
+        """How they do."""
+        return None if self.own is None else self.own.substep
+
+    @property
+    def lossy(self) -> bool:
+        """Whether it has an energy that it loses."""
+        return "loss" in self.words
 
     @property
     def canonical(self) -> bool:
@@ -36,7 +56,7 @@ class Traits:
 
     @property
     def separable(self) -> bool:
-        """Whether it has velocities of the momenta and forces of the coordinates, but for friction and frames."""
+        """Whether it has velocities of the momenta and forces of the coordinates, but for what a substep solves."""
         return not self.terms & {"rates", "iterates", "nonseparable"}
 
     @property
@@ -52,12 +72,12 @@ class Traits:
     @property
     def conserves(self) -> bool:
         """Whether its motion conserves an energy, of a driven one H + p_t."""
-        return self.energetic and not self.friction
+        return self.energetic and not self.lossy
 
     @cached_property
     def symplectic(self) -> bool:
         """Whether its motion conserves the symplectic form; of a map to rounding, at random points."""
-        return maps.symplectic(self.model) if self.iterated else self.conserves
+        return maps.symplectic(self.model) if self.iterated else self.conserves and "crooked" not in self.words
 
     @cached_property
     def n(self) -> int:

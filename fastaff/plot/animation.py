@@ -16,6 +16,7 @@ from ..analysis.orbits.integrate import integrate
 from ..analysis.sections.invariant_measure import Momenta
 from ..base.numbers import positive, whole
 from ..base.placing import placed
+from ..base.progress import says_progress
 from ..base.status import Status
 from ..charts import CARTESIAN
 from ..models.contracts import Model
@@ -306,6 +307,7 @@ def _write_mp4(animation: Animation, name: str, dpi: float, report: Any) -> None
             writer.grab_frame()
 
 
+@says_progress
 def save_animation(
     animation: Animation, path: Any, *, dpi: float = 100.0, force: bool = False, report: Any = None
 ) -> Path:

@@ -77,7 +77,8 @@ def plot_backbone(
     for number, branch in enumerate(listed):
         name = str(number) if names is None else names[number]
         known = name in seen
-        colour = LINES[seen.setdefault(name, len(seen)) % len(LINES)][0]
+        kind = seen.setdefault(name, len(seen)) % len(LINES)
+        colour = LINES[kind][0]
         fine = (branch.orbits.status == Status.OK) & np.isfinite(branch.orbits.time)
         missing += int(np.count_nonzero(~fine))
         with np.errstate(all="ignore"):
@@ -92,8 +93,11 @@ def plot_backbone(
             (curve,) = ax.plot(along, own, color=colour, ls="-" if steady else (0, (3, 1.6)), lw=1.7 if steady else 1.2)
             carry(curve, along, own, np.rint(point).astype(np.int64))
             curves.append(curve)
-        if names is not None and not known:
-            handles += ax.plot([], [], color=colour, lw=1.7, label=name)
+        if names is not None:  # in grey they are told apart by marks
+            look: dict[str, Any] = {"color": colour, "marker": "osD^v"[kind], "ms": 4.5}
+            some = (len(along) * np.array([1, 3, 5])) // 6
+            ax.plot(along[some], across[some], ls="", **look)
+            handles += [] if known else ax.plot([], [], lw=1.7, label=name, **look)
     marks = _marked(ax, listed, turn, row) if bifurcations else []
     dashed = any(np.isfinite(curve.get_ydata()).any() for curve in curves[1::2])
     handles += ax.plot([], [], color="0.3", lw=1.7, label="stable")

@@ -75,9 +75,11 @@ def plot_chaos_map(
         row = chaos_map.names.index(indicator)
         each, limit = chaos_map.values[row], float(np.median(chaos_map.limits[row]))
         fine = fine & np.isfinite(each)
-        norm = limited(norm or limit_scale(each[fine], limit, calm(indicator, limit)), vmin, vmax)
-        how = {"cmap": limit_colours(falls(indicator)), "norm": norm}
-        colours = Colouring(np.where(fine, each, np.nan), label_of(indicator), norm, limit, indicator)
+        norm = limited(norm or limit_scale(each[fine], limit, calm(indicator, limit, chaos_map)), vmin, vmax)
+        falling = falls(indicator, chaos_map)
+        how = {"cmap": limit_colours(falling), "norm": norm}
+        label = label_of(indicator, chaos_map)
+        colours = Colouring(np.where(fine, each, np.nan), label, norm, limit, indicator, falling)
     points = _drawn(ax, starts, np.where(fine, each, np.nan), fine, how, size)
     legend = "" if fine.all() else why(chaos_map.status, ~fine)
     if legend:
@@ -251,10 +253,10 @@ def plot_history(
         if labels:
             written.append(ax.text(last, end, rf"$t^{{{slope:g}}}$", va="bottom", ha="right", fontsize=9))
     limit = float(np.median(chaos_map.limits[chaos_map.names.index(indicator), chosen]))
-    ax.set(xlabel="time $t$", ylabel=label_of(indicator))
+    ax.set(xlabel="time $t$", ylabel=label_of(indicator, chaos_map))
     ax.axhline(limit, color="0.5", lw=0.8, ls=(0, (1, 1.5)))
     if (
-        falls(indicator) and ax.get_ylim()[0] < 1.5 * limit
+        falls(indicator, chaos_map) and ax.get_ylim()[0] < 1.5 * limit
     ):  # room for the laws: chaotic orbits fall by hundreds of decades
         written.append(beyond(ax, f"curves go on down to {ax.dataLim.ymin:.3g}"))
         ax.set_ylim(1.5 * limit, 0.05 * abs(limit))

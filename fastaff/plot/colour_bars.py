@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from .scales import Colouring, falls, stepped
+from .scales import Colouring, stepped
 
 
 def colour_bar(ax: Any, drawn: Any, colours: Colouring) -> Any:
@@ -28,7 +28,7 @@ def colour_bar(ax: Any, drawn: Any, colours: Colouring) -> Any:
     bar.set_ticks([*ticks, limit], labels=[text.replace("-", "\N{MINUS SIGN}") for text in labels])
     bar.ax.get_yticklabels()[-1].set_fontweight("bold")
     bar.ax.axhline(limit, color="black", lw=1.6)
-    if falls(colours.name):
+    if colours.falling:
         bar.ax.invert_yaxis()
     for where, text, colour in ((0.25, "regular", "white"), (0.75, "chaotic", "black")) if stepped(colours) else ():
         style = {"rotation": 90, "ha": "center", "va": "center", "fontsize": 7.5, "color": colour}

@@ -31,10 +31,11 @@ from ..analysis.tori.inverse_tori import EnergyOfActions
 from ..analysis.tori.torus import TorusFit
 from ..base.numbers import shown
 from ..base.results import drawn
-from ..quantum.chaos.husimi import Husimi
+from ..quantum.chaos.husimi import Husimi, VibrationHusimi
 from ..quantum.spectra.level_diagram import LevelDiagram
 from ..quantum.states.level_table import LevelTable, Multiplets
 from ..quantum.states.state import State
+from ..quantum.states.vibration_state import VibrationState
 from .backbone import plot_backbone, plot_bifurcation
 from .chaos import plot_chaos_map, plot_chaotic_fraction
 from .frequencies import plot_frequency_map, plot_tunes
@@ -52,6 +53,7 @@ from .tori import plot_actions, plot_energy_of_actions, plot_frequency_lines, pl
 NEEDED = {
     ChaosMap: ("starts", "the EnergyGrid or EnergySample of its orbits"),
     Husimi: ("grid", "an EnergyGrid of the section"),
+    VibrationHusimi: ("grid", "an EnergyGrid of the section"),
 }
 """What the figure of a result needs beside it."""
 
@@ -60,7 +62,7 @@ def _chaos_map(chaos_map: ChaosMap, starts: Any = None, **options: Any) -> Any:
     return plot_chaos_map(_needed(chaos_map, starts), chaos_map, **options)
 
 
-def _husimi(husimi: Husimi, grid: Any = None, **options: Any) -> Any:
+def _husimi(husimi: Husimi | VibrationHusimi, grid: Any = None, **options: Any) -> Any:
     return plot_husimi(_needed(husimi, grid), husimi(grid.z0), **options)
 
 
@@ -135,6 +137,8 @@ FIGURES: dict[type, Callable] = {
     Rotation: plot_rotation,
     SectionMap: plot_section,
     State: plot_density,
+    VibrationHusimi: _husimi,
+    VibrationState: plot_density,
     TangentMap: plot_tangent_map,
     TorusFit: plot_torus,
     TuneSums: lambda sums, **options: plot_tunes(TuneAccumulator.of(sums).tunes(), **options),

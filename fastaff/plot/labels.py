@@ -13,6 +13,8 @@ PLACES = 48
 """Places along a curve that are tried."""
 ROOM = 1.25
 """Sizes of the room that a name takes, beside its own."""
+APART = 2.0
+"""Half heights of a text that are left empty between two names: which is whose would not be seen."""
 
 
 class Box(NamedTuple):
@@ -102,9 +104,9 @@ def write_along(
         normal = np.array([-math.sin(angle), math.cos(angle)])
         bend = float(np.ptp((under - under[0]) @ normal))
         centre = under[4] + lift * 2 * half[1] * normal
-        box = Box(centre, half, angle)
+        box, around = Box(centre, half, angle), Box(centre, half + APART * half[1], angle)
         corners = box.corners()
-        if (corners < frame[0] + 2).any() or (corners > frame[1] - 2).any() or any(map(box.overlaps, taken)):
+        if (corners < frame[0] + 2).any() or (corners > frame[1] - 2).any() or any(map(around.overlaps, taken)):
             continue
         away = min((float(np.hypot(*(centre - other.centre))) for other in taken), default=math.inf)
         score = min(away / half[0], 4.0) - bend / half[1] - abs(share - 0.5) - min(box.holds(dots), 20) / 4

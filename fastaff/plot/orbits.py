@@ -50,7 +50,10 @@ def plot_orbits(
     curves = []
     for number, k in enumerate(chosen):
         colour = GREY if status[k] != Status.OK else LINES[number % len(LINES)][0] if len(chosen) <= 5 else DARK
-        mark = {"marker": "o", "ls": "", "ms": 3.0} if not len(result.times) else {"lw": 0.8, "alpha": 0.85}
+        dashes = LINES[number][1] if len(chosen) <= 5 else "-"  # told apart in grey too
+        mark: dict[str, Any] = {"marker": "o", "ls": "", "ms": 3.0}
+        if len(result.times):
+            mark = {"lw": 0.8, "alpha": 0.85, "ls": dashes}
         U, V, moment = broken(u[:, k], v[:, k], (plain[0][:, k], plain[1][:, k]))
         (curve,) = ax.plot(U, V, color=colour, **mark)
         curves.append(carry(curve, U, V, np.full(len(U), k), moment if whole else None))

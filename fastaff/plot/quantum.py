@@ -13,10 +13,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ..analysis.sections.accessible_box import potential_of
 from ..base.numbers import shown
 from ..charts import ALPHA_BETA, R_VARTHETA, TWO_POLAR, Chart
 from ..quantum.spectra.level_diagram import Curve, LevelDiagram
 from ..quantum.states.level_table import VIBRATION, LevelTable
+from ..quantum.states.vibration_state import VibrationState
 from .parameters import parameter_label
 from .style import DARK, LINES, PALE, Artists, colour_map, figure, symbol
 
@@ -226,12 +228,13 @@ def plot_density(
     colorbar: bool = True,
 ) -> Artists:
     """Draw the probability density of two deformation invariants in a state, with the turning curve and the boundary
-    det phi = 0.
+    det phi = 0; of a vibration that of its two coordinates, without chart.
 
     :Parameters: state: such as `wavefunction` and `LevelTable.state` return; body: its Body, for the classical turning
-        curve V + hbar^2 (a^2/alpha^2 + b^2/beta^2)/(2 mu) = E; chart: ALPHA_BETA, R_VARTHETA or TWO_POLAR (default: the
-        state's); limits: ((x0, x1), (y0, y1)), by default all but a thousandth of the probability at either end, and
-        what is allowed to the body where that is bounded; points: along each axis; norm: a colour scale.
+        curve V + hbar^2 (a^2/alpha^2 + b^2/beta^2)/(2 mu) = E, of a vibration V = E; chart: ALPHA_BETA, R_VARTHETA or
+        TWO_POLAR (default: the state's); limits: ((x0, x1), (y0, y1)), by default all but a thousandth of the
+        probability at either end, and what is allowed to the body where that is bounded; points: along each axis; norm:
+        a colour scale.
     :Returns: Artists: points are the image, lines the turning curve (white, where there is a body) and det phi = 0
         (dashed, where it passes through the frame), `missing` is 0. The density is per unit of both coordinates: its
         integral is 1.
@@ -244,8 +247,8 @@ def plot_density(
     >>> drawn.points.get_array().shape
     (41, 41)
     """
-    import matplotlib.patheffects as effects
-
+    if isinstance(state, VibrationState):
+        return _vibration(state, ax, body, limits, points, norm, colorbar)
     chosen = chart or state.chart
     if getattr(chosen, "name", None) not in [known.name for known in CHARTS]:
         raise ValueError(
@@ -254,17 +257,7 @@ def plot_density(
     (x0, x1), (y0, y1) = limits or _frame(state, chosen, body)
     x, y = np.linspace(x0, x1, points), np.linspace(y0, y1, points)
     X, Y = np.meshgrid(x, y)
-    dx, dy = (x1 - x0) / (points - 1) / 2, (y1 - y0) / (points - 1) / 2
-    image = ax.imshow(
-        state.density(X, Y, chosen),
-        extent=(x0 - dx, x1 + dx, y0 - dy, y1 + dy),
-        origin="lower",
-        aspect="auto",
-        interpolation="bilinear",
-        cmap=colour_map(),
-        norm=norm,
-        vmin=None if norm else 0.0,
-    )
+    image = _image(ax, state.density(X, Y, chosen), x, y, norm)
     alpha, beta = _radii(chosen, X, Y)
     inside = (alpha >= 0) & (beta >= 0)
     lines = []
@@ -277,16 +270,62 @@ def plot_density(
     if gap.min() < 0 < gap.max():
         gap = np.where(inside, gap, np.nan)
         lines.append(ax.contour(x, y, gap, levels=[0.0], colors="white", linewidths=1.0, linestyles=[(0, (4, 3))]))
-    for line in lines:
-        line.set(path_effects=[effects.withStroke(linewidth=2.4, foreground="black")])
+    _cased(lines)
     if not inside.all():
         ax.contour(x, y, np.minimum(alpha, beta), levels=[0.0], colors="0.6", linewidths=0.7)
     first, second = (f"${symbol(name)}$" for name in chosen.names[:2])
     ax.set(xlabel=first + _unit(chosen, 0), ylabel=second + _unit(chosen, 1), xlim=(x0, x1), ylim=(y0, y1))
-    bar = (
-        ax.figure.colorbar(image, ax=ax, label=rf"probability density, per d{first}$\,$d{second}") if colorbar else None
-    )
+    bar = ax.figure.colorbar(image, ax=ax, label=_per(first, second)) if colorbar else None
     return Artists(image, bar, tuple(lines), (), 0)
+
+
+def _vibration(
+    state: VibrationState, ax: Any, body: Any, limits: Any, points: int, norm: Any, colorbar: bool
+) -> Artists:
+    """Draw the density of a vibration of two coordinates, with the curve V = E."""
+    lattice = state.lattice
+    if len(lattice.names) != 2:
+        raise ValueError(f"state must be of two coordinates to be drawn, got {', '.join(lattice.names)}")
+    places = lattice.points(state.kept)
+    whole = np.zeros(places.shape[1], bool)
+    (x0, x1), (y0, y1) = limits or [_span(row, state.values**2, whole) for row in places]
+    x, y = np.linspace(x0, x1, points), np.linspace(y0, y1, points)
+    X, Y = np.meshgrid(x, y)
+    image, lines = _image(ax, state.density(X, Y), x, y, norm), []
+    if body is not None:
+        height = potential_of(body)(np.array([X, Y])) - state.energy
+        lines.append(ax.contour(x, y, np.minimum(height, abs(state.energy)), [0.0], colors="white", linewidths=1.1))
+    _cased(lines)
+    first, second = (f"${symbol(name)}$" for name in lattice.names)
+    ax.set(xlabel=first, ylabel=second, xlim=(x0, x1), ylim=(y0, y1))
+    bar = ax.figure.colorbar(image, ax=ax, label=_per(first, second)) if colorbar else None
+    return Artists(image, bar, tuple(lines), (), 0)
+
+
+def _image(ax: Any, density: np.ndarray, x: np.ndarray, y: np.ndarray, norm: Any) -> Any:
+    """Draw a density over even x and y as an image."""
+    dx, dy = (x[1] - x[0]) / 2, (y[1] - y[0]) / 2
+    return ax.imshow(
+        density,
+        extent=(x[0] - dx, x[-1] + dx, y[0] - dy, y[-1] + dy),
+        origin="lower",
+        aspect="auto",
+        interpolation="bilinear",
+        cmap=colour_map(),
+        norm=norm,
+        vmin=None if norm else 0.0,
+    )
+
+
+def _cased(lines: list[Any]) -> None:
+    import matplotlib.patheffects as effects
+
+    for line in lines:
+        line.set(path_effects=[effects.withStroke(linewidth=2.4, foreground="black")])
+
+
+def _per(first: str, second: str) -> str:
+    return rf"probability density, per d{first}$\,$d{second}"
 
 
 def _unit(chart: Chart, axis: int) -> str:

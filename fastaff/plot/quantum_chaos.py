@@ -19,6 +19,7 @@ from ..base.numbers import entries, positive, shown, whole
 from ..charts import ALPHA_BETA
 from .periodic import plot_periodic
 from .picking import carry
+from .sections import section_coordinates
 from .starts import cut_sides, places, widths
 from .style import ACCENT, DARK, Artists, beyond, figure, outline, symbol
 
@@ -76,7 +77,7 @@ def plot_husimi(
     )
     lines: list[Any] = []
     if section_map is not None:
-        names, z = (*ALPHA_BETA.names, *ALPHA_BETA.momenta), section_map.coordinates(ALPHA_BETA)
+        names, z = section_coordinates(section_map, ALPHA_BETA)
         u, v = (z[names.index(name)].T.ravel() for name in grid.names)
         kept = np.isfinite(u) & np.isfinite(v)
         lines.append(ax.scatter(u[kept], v[kept], s=size, color="#00306f", alpha=0.55, linewidths=0, rasterized=True))

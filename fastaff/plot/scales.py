@@ -14,6 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..analysis.chaos.chaos_map import ChaosMap
+from ..analysis.chaos.indicator import Look
 from ..analysis.chaos.indicators import GALI, INDICATORS
 from ..analysis.chaos.pass_indicators import TOLD
 from ..analysis.frequencies.frequencies import FrequencyMap
@@ -38,20 +39,23 @@ LABELS = {
 
 
 class Colouring(NamedTuple):
-    """Values of orbits (orbits,) as colours: the values, their label, the scale, and which orbits have a value."""
+    """Values of orbits (orbits,) as colours: the values, their label, the scale, its limit, the name of the column, and
+    whether chaos is below the limit.
+    """
 
     values: np.ndarray
     label: str
     norm: Any
     limit: float | None = None
     name: str = ""
+    falling: bool = False
 
 
-def label_of(name: str) -> str:
+def label_of(name: str, result: Any = None) -> str:
     """Return the label of an indicator, or another column of a result, for axes and colour bars."""
     if name in LABELS:
         return LABELS[name]
-    if label := getattr(_indicator(name), "label", None):
+    if label := getattr(_indicator(name, result), "label", None):
         return str(label)
     numerator, slash, denominator = name.partition("/")
     if slash:
@@ -60,22 +64,28 @@ def label_of(name: str) -> str:
     return f"${symbol(name)}$" if head in ("nu", "p") or name in ("alpha", "beta") else name.replace("_", " ")
 
 
-def falls(name: str) -> bool:
+def falls(name: str, result: Any = None) -> bool:
     """Whether chaotic orbits are below the limit."""
-    return not getattr(_indicator(name), "above", True)
+    return not getattr(_indicator(name, result), "above", True)
 
 
-def calm(name: str, limit: float) -> float | None:
+def calm(name: str, limit: float, result: Any = None) -> float | None:
     """Return what a regular orbit reads; None for an indicator of one's own."""
-    reads = getattr(_indicator(name), "reads", None)
+    reads = getattr(_indicator(name, result), "reads", None)
     return None if reads is None else float(reads(limit))
 
 
-def _indicator(name: str) -> Any:
-    """Return the indicator of the package that has this name in results, None where none has."""
+def _indicator(name: str, result: Any = None) -> Any:
+    """Return the indicator of the package that has this name in results, the look that a result knows of one of
+    somebody else's, or None.
+    """
     if name.startswith("gali_") and name[5:].isdigit():
-        return GALI(int(name[5:]))
-    return next((entry for entry in INDICATORS.values() if entry.name == name), None)
+        known: Any = GALI(int(name[5:]))
+    else:
+        known = next((entry for entry in INDICATORS.values() if entry.name == name), None)
+    looks = dict(zip(result.names, result.looks, strict=False)) if isinstance(result, ChaosMap) else {}
+    look = looks.get(name)
+    return known if look is None or (known is not None and Look.of(known) == look) else look
 
 
 def limit_colours(falling: bool = False) -> Any:
@@ -94,7 +104,7 @@ def stepped(colours: Colouring) -> bool:
 
 def colours_of(colours: Colouring) -> Any:
     """Return the map of colours: with a step at the limit of an indicator."""
-    return limit_colours(falls(colours.name)) if stepped(colours) else colour_map()
+    return limit_colours(colours.falling) if stepped(colours) else colour_map()
 
 
 def limit_scale(values: Any, limit: float, regular: float | None = None) -> Any:
@@ -142,7 +152,7 @@ def diffusion_scale(time: float) -> Any:
     return scale_of("diffusion", (), diffusion_limit(time))
 
 
-def scale_of(name: str, values: Any, limit: float | None) -> Any:
+def scale_of(name: str, values: Any, limit: float | None, result: Any = None) -> Any:
     """Return the colour scale of a column by its name, set by its limit where it has one."""
     from matplotlib.colors import TwoSlopeNorm
 
@@ -150,7 +160,7 @@ def scale_of(name: str, values: Any, limit: float | None) -> Any:
         return clipped(values)
     if name == SLOW:
         return TwoSlopeNorm(limit, limit - TOLD, limit + 2.0)
-    return limit_scale(values, limit, calm(name, limit))
+    return limit_scale(values, limit, calm(name, limit, result))
 
 
 def clipped(values: Any) -> Any:
@@ -218,7 +228,7 @@ def colouring(result: Any, name: str | None = None, *, vmin: float | None = None
     if isinstance(result, ChaosMap) and (name is None or name in result.names):
         name = result.names[0] if name is None else name
         values, limit = _chaos(result, name, fine)
-        return coloured(name, values, limit, vmin, vmax)
+        return coloured(name, values, limit, vmin, vmax, result)
     if isinstance(result, FrequencyMap) and name in (None, "diffusion"):
         values, limit = np.where(fine, result.diffusion, np.nan), diffusion_limit(result.time)
         return coloured("diffusion", values, limit, vmin, vmax)
@@ -229,10 +239,18 @@ def colouring(result: Any, name: str | None = None, *, vmin: float | None = None
 
 
 def coloured(
-    name: str, values: np.ndarray, limit: float | None, vmin: float | None = None, vmax: float | None = None
+    name: str,
+    values: np.ndarray,
+    limit: float | None,
+    vmin: float | None = None,
+    vmax: float | None = None,
+    result: Any = None,
 ) -> Colouring:
-    """Return the colours of orbits by values (orbits,) of that name, with the limit of chaos or None."""
-    return Colouring(values, label_of(name), limited(scale_of(name, values, limit), vmin, vmax), limit, name)
+    """Return the colours of orbits by values (orbits,) of that name, with the limit of chaos or None; result: that they
+    are of.
+    """
+    norm = limited(scale_of(name, values, limit, result), vmin, vmax)
+    return Colouring(values, label_of(name, result), norm, limit, name, falls(name, result))
 
 
 KEPT = ("counts", "status", "energy_error", "t")

@@ -69,7 +69,7 @@ def plot_section(
     (3, 2)
     """
     boundary = _own_edge(section_map) if boundary is True else boundary or None
-    names, coordinates = _section_coordinates(section_map, chart)
+    names, coordinates = section_coordinates(section_map, chart)
     first, second = _free_pair(section_map.section, names)
     x, y = x or first, y or second
     for name in (x, y):
@@ -257,7 +257,7 @@ def _crosses(ax: Any, at: np.ndarray, chosen: np.ndarray, why: str) -> list[Any]
     return [ax.scatter([], [], marker="x", s=16, color="0.6", linewidths=0.7, label=f"no crossing: {why}")]
 
 
-def _section_coordinates(section_map: Any, chart: Chart) -> tuple[tuple[str, ...], np.ndarray]:
+def section_coordinates(section_map: Any, chart: Chart) -> tuple[tuple[str, ...], np.ndarray]:
     """Return names and values (names, crossings, orbits) of all coordinates."""
     if len(section_map.points) == 8:
         return (*checked_chart(chart).names, *chart.momenta), section_map.coordinates(chart)

@@ -12,6 +12,7 @@ from typing import Any, NamedTuple, TypeVar, cast
 
 from ..base.interruption import imported
 from ..base.numbers import real, shown
+from ..base.progress import watched
 
 DARK, ACCENT, PALE = "#00224e", "#b35900", "#5a8fc8"
 """The dark end of cividis, an orange and a blue that are told from it by lightness too."""
@@ -47,6 +48,8 @@ SETTINGS: Any = {
     "figure.dpi": 120.0,
     "savefig.dpi": 200.0,
     "svg.hashsalt": "fastaff",
+    "pdf.fonttype": 42,
+    "ps.fonttype": 42,
     "scatter.marker": "o",
     "lines.linestyle": "-",
     "lines.marker": "None",
@@ -143,10 +146,26 @@ def figure(function: Function) -> Function:
             if ax is None:
                 ax = imported("matplotlib.pyplot").subplots(layout="constrained")[1]
             _check(ax, options.get("size"))
-            with _inked(ax):
-                return function(*given, ax=ax, **options)
+            with watched(function.__name__), _inked(ax):
+                drawn = function(*given, ax=ax, **options)
+                _light_to_print(ax)
+                return drawn
 
     return cast(Function, draw)
+
+
+MANY = 100_000
+"""Points of curves up to which a PDF or SVG has each: 3 MiB; beyond them they are an image in it."""
+
+
+def _light_to_print(ax: Any) -> None:
+    """Let what has many points be an image in files of vector graphics, whose axes and texts stay vectors."""
+    curves = [(line, len(line.get_xdata())) for line in ax.lines if not line.get_rasterized()]
+    vectors = [many for many in ax.collections if not many.get_rasterized()]
+    curves += [(many, len(many.get_offsets()) + sum(len(path) for path in many.get_paths())) for many in vectors]
+    if sum(points for _, points in curves) > MANY:
+        for artist, points in curves:
+            artist.set_rasterized(points > 1)
 
 
 def _check(ax: Any, size: Any) -> None:

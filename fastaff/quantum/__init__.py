@@ -1,6 +1,6 @@
 """Quantum mechanics of the body: spectra and wave functions on GL(2,R), L^2 with the Riemannian measure."""
 
-from .chaos.husimi import Husimi, husimi
+from .chaos.husimi import Husimi, VibrationHusimi, husimi
 from .chaos.level_statistics import (
     GOE_RATIO,
     POISSON_RATIO,
@@ -27,6 +27,7 @@ from .spectra.level_diagram import LevelDiagram, class_diagram, level_diagram
 from .spectra.spectrum import spectrum, spectrum_table
 from .states.level_table import LevelTable, Multiplets, level_list
 from .states.state import State
+from .states.vibration_state import VibrationState
 
 __all__ = [
     "BOHR_SOMMERFELD",
@@ -47,6 +48,8 @@ __all__ = [
     "SpacingFit",
     "State",
     "TimeScales",
+    "VibrationHusimi",
+    "VibrationState",
     "all_levels",
     "class_diagram",
     "coherent_packet",

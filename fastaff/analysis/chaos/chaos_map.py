@@ -25,7 +25,7 @@ from ...kernels.readings import LN10
 from ...models.contracts import Dynamics
 from ...schemes.catalogue import Scheme, scheme_of
 from ..orbits.tangent_map import stable_plan
-from .indicator import MANY, Character, Indicators, checked_indicators, judged, refuse
+from .indicator import MANY, Character, Indicators, Look, checked_indicators, judged, refuse
 from .indicators import MEGNO, SALI, indicators_of
 from .shares import Shares
 from .streamed import ChaosRun
@@ -43,7 +43,7 @@ class ChaosMap(Result):
     first, where asked for, and spectrum_error: 99 % of the exponents of endless runs are within it. history
     (indicators, records, orbits) at history_times (records, orbits), NaN past an orbit's end (and for indicators that
     are not streamed). Orbits that failed are UNDECIDED. period: of a driven system, the unit of `spectrum_per_period`.
-    t (orbits,) reached, energy_error, status, step as in `Orbits`.
+    looks: how figures draw each indicator. t (orbits,) reached, energy_error, status, step as in `Orbits`.
     """
 
     names: tuple[str, ...]
@@ -64,6 +64,7 @@ class ChaosMap(Result):
     scheme: Scheme
     step: Annotated[float | np.ndarray, along("orbit", unit="time")]
     period: float | None = None
+    looks: tuple[Look, ...] = ()
 
     def __getattr__(self, name: str) -> np.ndarray:
         """Return the values of the indicator of that name."""
@@ -303,6 +304,7 @@ def _result(work: ChaosRun, tolerance: float, unfinished: bool) -> ChaosMap:
         scheme=work.flow.scheme,
         step=work.flow.step,
         period=float(work.flow.model.period) if work.flow.system.driven else None,
+        looks=tuple(Look.of(entry) for entry in work.chosen),
     )
 
 

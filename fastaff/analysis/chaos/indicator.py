@@ -54,10 +54,11 @@ class Watch(NamedTuple):
 class Indicator(Protocol):
     """What `chaos_map` takes: a value that inherits the defaults of this class, or has all that it has.
 
-    name: of its row in `ChaosMap`; limit: chaotic orbits are above it, or below it where `above` is False; None stands
-    for default(n, phase), by n degrees of freedom and the phases omega T (orbits,); least: natural periods before an
-    orbit is called chaotic; rate: whether values are decades of growth that are shown as exponents; needs: words of
-    NEEDS, refused with a sentence where a system or its scheme lacks them.
+    name: of its row in `ChaosMap`; label: what figures write, the name where there is none; limit: chaotic orbits are
+    above it, or below it where `above` is False, whose colours fall with the values; None stands for default(n, phase),
+    by n degrees of freedom and the phases omega T (orbits,); least: natural periods before an orbit is called chaotic;
+    rate: whether values are decades of growth that are shown as exponents; needs: words of NEEDS, refused with a
+    sentence where a system or its scheme lacks them.
 
     Its values come from one of three: readings of tangent vectors (`VectorIndicator`), `watch` or `compute`.
     """
@@ -96,6 +97,18 @@ class Indicator(Protocol):
             and statuses (orbits,).
         """
         raise TypeError(f"{type(self).__name__} must read vectors, or have a `watch` or a `compute`")
+
+
+class Look(NamedTuple):
+    """How figures draw an indicator: its label, empty where it has none, and whether chaotic orbits are above."""
+
+    label: str
+    above: bool
+
+    @classmethod
+    def of(cls, indicator: Any) -> Look:
+        """Return that of an indicator."""
+        return cls(str(getattr(indicator, "label", None) or ""), bool(indicator.above))
 
 
 class VectorIndicator(Indicator):

@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike
 
 from ...base.axes import along
 from ...base.numbers import an_array, entries, numbers, real, shown, span, whole
+from ...base.progress import says_progress
 from ...base.results import Result
 from .own_lines import calm, own_lines
 from .resonances import MAX_ORDER, checked_frequencies, equation, vectors, widths
@@ -51,6 +52,7 @@ class ResonanceLine(Result, axis=None):
         return f"{said}, {np.count_nonzero(self.locked)} points locked ({np.mean(self.locked):.1%} of the grid)"
 
 
+@says_progress
 def resonance_web(
     nu: ArrayLike | Result,
     *,
@@ -184,6 +186,7 @@ def _over(grid: Any, found: Any, errors: Any) -> tuple[np.ndarray, Any, Any, flo
     return over[:n], np.nan_to_num(over[n:]) if errors is None else errors, grid.axes, None if alike else TORN
 
 
+@says_progress
 def ratio_web(
     *, x: tuple[float, float], y: tuple[float, float], max_order: int = 8, resonances: Any = None
 ) -> list[ResonanceLine]:

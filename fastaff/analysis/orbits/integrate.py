@@ -25,7 +25,7 @@ from ...flows.launch import Report
 from ...flows.motion import motion
 from ...flows.options import Options, Problem
 from ...flows.time_transformed import TransformedFlow
-from ...flows.tolerances import SLOW, left, tightened, unsure, with_tolerance
+from ...flows.tolerances import SLOW, beyond, left, tightened, walled, with_tolerance
 from ...models.contracts import Dynamics
 from ...models.mechanics import system_of
 from ...schemes.automatic import Automatic
@@ -211,10 +211,9 @@ class _Plain:
 
     def result(self, body: Any, tolerance: float, interrupted: bool) -> Orbits:
         """Return what there is, without estimates of errors."""
-        unknown = (None, None, None)
         self.ensemble.z = self.flow.states(self.ensemble.z)
-        scheme, step = self.flow.scheme, self.flow.step
-        return _assembled(body, scheme, self.ensemble, self.samples, self.time, unknown, tolerance, interrupted, step)
+        found, how = (self.ensemble, self.samples, self.time, (None, None, None)), self.flow.scheme
+        return _assembled(body, how, *found, tolerance, interrupted, self.flow.step)
 
 
 class Compared(NamedTuple):
@@ -259,8 +258,7 @@ class _Accurate:
         self.ensemble = Ensemble(z.copy(), system.energies(z), system.kinetic_energies(z))
         self.step, self.until = np.full(z.shape[1], np.inf), np.zeros(z.shape[1])
         self.samples = np.full((count, *z.shape), np.nan)
-        self.error = np.full(z.shape, np.inf)
-        self.sample_error = np.full(self.samples.shape, np.inf)
+        self.error, self.sample_error = np.full(z.shape, np.inf), np.full(self.samples.shape, np.inf)
         self.looks, self.free = self.times if count else self.times[1::2], free and isinstance(flow.scheme, Collocation)
         self.used = VERNER9 if self.free else flow.scheme
 
@@ -270,12 +268,11 @@ class _Accurate:
         with Passes(self.report) as passes:
             for start in range(0, orbits, CHUNK):
                 self.chunk = np.arange(start, min(start + CHUNK, orbits))
-                told = passes.take(self.chunk.size, orbits - self.chunk[-1] - 1)
                 z = np.ascontiguousarray(self.z[:, self.chunk])
                 self.motion = motion(self.body, z, self.flow.threads)
-                with Passes(told) as parts:
+                with Passes(passes.take(self.chunk.size, orbits - self.chunk[-1] - 1)) as parts:
                     if self.free:
-                        how = self._toleranced, self._left, self._keep
+                        how = self._toleranced, self._left, self._keep, lambda run: walled(self.body, run.states)
                         rest = tightened(self.motion, self.time, self.accuracy, *how, report=parts.take(1.0, SLOW))
                         self.chunk, z, self.motion = self.chunk[rest], z[:, rest], self.motion.of(rest)
                     if self.chunk.size:
@@ -283,13 +280,16 @@ class _Accurate:
 
     def _stepped(self, z: np.ndarray, report: Report | None) -> None:
         """Run the chunk with steps that are shortened until two runs agree."""
-        self.used, given = self.flow.scheme, (self.motion, self.time, self.accuracy)
+        given, orbits = (self.motion, self.time, self.accuracy), np.arange(len(self.chunk))
         steps = planned(self.flow, z, *given, run=self.time, parts=2 * self.parts)
-        how = self._run, self._compare, self._keep, self._drifts
-        halved(self.flow, unsure(steps, *given) if self.free else steps, self.accuracy, *how, report=report)
+        if self.free:
+            steps, orbits = beyond(steps, *given, np.isfinite(self.error[0, self.chunk]))
+        if orbits.size:
+            self.used, how = self.flow.scheme, (self._run, self._compare, self._keep, self._drifts)
+            halved(self.flow, steps, self.accuracy, *how, orbits, report=report)
 
-    def _toleranced(self, orbits: np.ndarray, tolerance: np.ndarray, report: Report | None) -> Compared:
-        """Return orbits with tolerances of their own, and their states at some moments."""
+    def _toleranced(self, orbits: np.ndarray, tolerance: np.ndarray, report: Report | None, stop: float) -> Compared:
+        """Return orbits with tolerances of their own, and their states at some moments; stop: see `_moments`."""
         where = self.chunk[orbits]
         z, none = np.ascontiguousarray(self.z[:, where]), np.full(len(where), np.inf)
         whole = Compared(np.empty((len(self.looks), *z.shape)), self.ensemble.of(where), none)
@@ -297,7 +297,7 @@ class _Accurate:
             part, flow = np.flatnonzero(tolerance == each), with_tolerance(self.flow, float(each))
             ensemble = flow.ensemble(np.ascontiguousarray(z[:, part]), radius=self.motion.radius[orbits[part]])
             try:
-                whole.states[..., part] = self._moments(flow, ensemble, portion(report, number, len(every)))
+                whole.states[..., part] = self._moments(flow, ensemble, portion(report, number, len(every)), stop)
             except KeyboardInterrupt:
                 ensemble.status[:] = Status.INTERRUPTED
                 self.ensemble.take(where[part], ensemble)
@@ -306,15 +306,16 @@ class _Accurate:
             whole.ensemble.take(part, ensemble)
         return whole
 
-    def _moments(self, flow: Flow, ensemble: Ensemble, report: Report | None) -> np.ndarray:
-        """Advance the ensemble to the end; return the states that are compared (moments, 2n, orbits)."""
+    def _moments(self, flow: Flow, ensemble: Ensemble, report: Report | None, stop: float) -> np.ndarray:
+        """Advance to the end, stopping as STOPS say; return the states that are compared (moments, 2n, orbits)."""
         if self.count:
             states = flow.sampled(ensemble, self.parts, time=self.time, report=report).transpose(1, 2, 0)
         else:  # one run after the other: the interpolant would cost more
             states, nothing = np.empty((len(self.looks), *ensemble.z.shape)), observers.nothing()
             for i, (now, moment) in enumerate(zip(states, self.looks, strict=True)):
                 told = portion(report, i, len(states))
-                flow.advance(ensemble, nothing, *no_memory(ensemble), time=float(moment), report=told)
+                for end in (moment - (1 - stop) * self.looks[0], moment)[stop == 0 :]:
+                    flow.advance(ensemble, nothing, *no_memory(ensemble), time=float(end), report=told)
                 now[:] = np.where(ensemble.status == Status.OK, ensemble.z, np.nan)
         for z in (states.transpose(1, 0, 2), ensemble.z):
             flow.states(z)
@@ -350,6 +351,9 @@ class _Accurate:
         return (run.ensemble.status == Status.OK) & (energy_error(self.body, run.ensemble) > self.drift)
 
     def _keep(self, orbits: np.ndarray, fine: Compared, chosen: np.ndarray, error: np.ndarray) -> None:
+        # No orbit loses what short runs have found of it to an iteration that does not converge.
+        lost = (fine.status == Status.NOT_CONVERGED) & np.isfinite(self.error[0, self.chunk[orbits]])
+        chosen = chosen[~lost[chosen]]
         where, run, error = self.chunk[orbits[chosen]], fine.of(chosen), error[:, chosen]
         self.ensemble.take(where, run.ensemble)
         self.step[where] = run.step
@@ -358,16 +362,13 @@ class _Accurate:
         every = self.parts // self.count if self.count else 1
         self.samples[..., where] = run.states[every - 1 :: every][: self.count]
         self.sample_error[..., where] = (error[:, None] * size)[every - 1 :: every][: self.count]
-        moments = self.time / len(error) * np.arange(1, len(error) + 1)
-        times = np.broadcast_to(moments[:, None], error.shape)
+        times = np.broadcast_to(self.time / len(error) * np.arange(1, len(error) + 1)[:, None], error.shape)
         self.until[where] = until(error <= self.accuracy, times, self.times[-1])
 
     def result(self, body: Any, tolerance: float, interrupted: bool) -> Orbits:
         """Return what there is, with the estimated errors."""
-        errors = (self.error, self.sample_error, self.until)
-        return _assembled(
-            body, self.used, self.ensemble, self.samples, self.time, errors, tolerance, interrupted, self.step
-        )
+        found = self.ensemble, self.samples, self.time, (self.error, self.sample_error, self.until)
+        return _assembled(body, self.used, *found, tolerance, interrupted, self.step)
 
 
 def _assembled(body, scheme, ensemble, samples, time, errors: tuple, tolerance, interrupted, step) -> Orbits:
@@ -381,17 +382,15 @@ def _assembled(body, scheme, ensemble, samples, time, errors: tuple, tolerance, 
         drift = energy_drift(body, z, ensemble.energy, ensemble.scale)
         energy = np.maximum(energy, np.where(np.isfinite(z).all(axis=0), drift, 0.0).max(axis=0))
     mark_drift(ensemble, energy, tolerance)
-    count = len(samples)
-    times = time / count * np.arange(1, count + 1) if count else np.zeros(0)
-    error, sample_error, accurate = errors
+    times = time / max(len(samples), 1) * np.arange(1, len(samples) + 1)
     return Orbits(
         z=ensemble.z,
         t=ensemble.time,
         times=times,
         samples=samples,
-        error=error,
-        sample_error=sample_error,
-        accurate_until=accurate,
+        error=errors[0],
+        sample_error=errors[1],
+        accurate_until=errors[2],
         energy_error=energy,
         status=ensemble.status,
         scheme=scheme,

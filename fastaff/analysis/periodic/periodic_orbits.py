@@ -82,7 +82,7 @@ def periodic_orbits(
         Guesses. They are first moved to the section and the energy, and along the flow where they pass the section the
         wrong way.
     section : value of `fastaff.models.sections` or str, optional
-        None for a map.
+        None for a map. Default: as in `poincare_map`.
     period : int >= 1, crossings, default 1
         Number of crossings after which the orbit closes; it may be a multiple of the least one: see `.prime`.
     energy : float or array (orbits,), energy, optional

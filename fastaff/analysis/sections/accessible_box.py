@@ -6,7 +6,7 @@ The function is the least energy over a point, infinite where the potential does
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -71,6 +71,17 @@ def minima(floor: Floor, d: int) -> tuple[np.ndarray, np.ndarray]:
     settled = (step.max(axis=0) <= 1e-3 * widest) & np.isfinite(value)
     order = np.argsort(value[settled], kind="stable")
     return x[:, settled][:, order], value[settled][order]
+
+
+def potential_of(model: Any) -> Floor:
+    """Return V of points (n, ...) as a function that is infinite where a model has none."""
+
+    def V(q: np.ndarray) -> np.ndarray:
+        with np.errstate(all="ignore"):
+            value = np.broadcast_to(np.where(model.margin(*q) > 0, model.potential_energy(*q), np.inf), q.shape[1:])
+        return np.where(np.isnan(value), np.inf, value)
+
+    return V
 
 
 def box_of(floor: Floor, d: int, energy: float) -> Box:

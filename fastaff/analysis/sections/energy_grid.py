@@ -35,7 +35,7 @@ class EnergyGrid(Result):
 
     z0 (2n, orbits): the allowed cells; cell (orbits,): the flat index of each in the grid; forbidden (n1, n2, ...):
     cells that the energy surface does not reach; axes and names: those of the grid, first along rows; `grid["p_beta"]`,
-    by name: the values of each orbit.
+    by name: the values of each orbit. section: that of all, which `poincare_map` takes from here, or None.
     """
 
     z0: Annotated[np.ndarray, along("coordinate", "orbit")]
@@ -44,6 +44,7 @@ class EnergyGrid(Result):
     axes: tuple[np.ndarray, ...]
     names: tuple[str, ...]
     energy: float
+    section: Section | None = None
 
     def _row(self, name: str) -> np.ndarray | None:
         if name not in self.names:
@@ -173,16 +174,23 @@ def energy_grid(
             f"{section_in_words(section, body)}: it is below the minimum there, or the section is elsewhere"
             f"{_no_counts(first, second)}"
         )
-    return grid_of(np.ascontiguousarray(z[:, found]), np.flatnonzero(found), (first, second), names, where.energy)
+    return grid_of(
+        np.ascontiguousarray(z[:, found]), np.flatnonzero(found), (first, second), names, where.energy, section
+    )
 
 
 def grid_of(
-    z0: np.ndarray, cell: np.ndarray, axes: tuple[np.ndarray, ...], names: tuple[str, ...], energy: float
+    z0: np.ndarray,
+    cell: np.ndarray,
+    axes: tuple[np.ndarray, ...],
+    names: tuple[str, ...],
+    energy: float,
+    section: Any = None,
 ) -> EnergyGrid:
     """Return the grid of some cells; the others count as those that the energy does not reach."""
     forbidden = np.ones([axis.size for axis in axes], bool)
     forbidden.ravel()[cell] = False
-    return EnergyGrid(z0, cell, forbidden, axes=axes, names=names, energy=energy)
+    return EnergyGrid(z0, cell, forbidden, axes=axes, names=names, energy=energy, section=section)
 
 
 def no_planes(p_eta: Any, p_gamma: Any) -> None:
@@ -215,7 +223,7 @@ def _grid_by_name(
             raise NotReached(f"no cell of the grid {ranges} is in the domain of the {what}")
         low = None if system.isotropic else too_low(body, energy, 0.0, 0.0)
         raise NotReached(low or f"energy {energy} reaches no cell of the grid {ranges}: it is below the minimum there")
-    return grid_of(np.ascontiguousarray(z[:, found]), np.flatnonzero(found), arrays, names, energy)
+    return grid_of(np.ascontiguousarray(z[:, found]), np.flatnonzero(found), arrays, names, energy, section)
 
 
 def checked_surface(body: Any, section: Any, energy: Any, p_eta: Any, p_gamma: Any) -> Where:

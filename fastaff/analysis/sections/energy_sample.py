@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Annotated, Any
 
 import numpy as np
@@ -35,13 +35,14 @@ class EnergySample(Result):
     """Random points of an energy surface.
 
     z0 (2n, orbits); points (names, orbits): the coordinates drawn, by name: a section's coordinate and its momentum, or
-    rows of z, or angles; energy.
+    rows of z, or angles; energy. section: that of all, which `poincare_map` takes from here, or None.
     """
 
     z0: Annotated[np.ndarray, along("coordinate", "orbit")]
     points: Annotated[np.ndarray, along("section coordinate", "orbit", labels="names", plain=True)]
     names: tuple[str, ...]
     energy: float
+    section: Section | None = None
 
 
 Seed = int | Sequence[int] | np.random.SeedSequence | np.random.BitGenerator | np.random.Generator | None
@@ -138,7 +139,7 @@ def energy_sample(
     if section is None or not on_section(body, section, axes, others):
         source = source_of(body, energy, section, axes, others, (p_eta, p_gamma))
         fits("orbits", ARRAYS * body.degrees_of_freedom, count)
-        return sample_of(source, count, seed)
+        return replace(sample_of(source, count, seed), section=section_of(section, body))
     where = checked_surface(body, section, energy, p_eta, p_gamma)
     return drawn(where, ranges_to_draw(where, axes), count, seed)[0]
 
@@ -268,7 +269,9 @@ def _draw(where: Where, boxes: list[Box], sheets: int, count: int, random: Any) 
     if most > sheets:
         return EnergySample(z0=np.zeros((0, 0)), points=np.zeros((2, 0)), names=names, energy=energy), most
     z0, points = (np.concatenate(part, axis=1)[:, :count] for part in zip(*found_parts, strict=True))
-    return EnergySample(np.ascontiguousarray(z0), np.ascontiguousarray(points), names, energy=energy), most
+    return EnergySample(
+        np.ascontiguousarray(z0), np.ascontiguousarray(points), names, energy=energy, section=section
+    ), most
 
 
 def _leaning_lift(where: Where, u: np.ndarray, P: np.ndarray) -> tuple[np.ndarray, np.ndarray, tuple[str, str]]:

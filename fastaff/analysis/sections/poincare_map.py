@@ -69,6 +69,7 @@ def poincare_map(
     body, z0 : as in `integrate`
     section : value of `fastaff.models.sections` (or your own) or str, optional
         Text such as "alpha-turning", "beta=0.2", "x=0" (crossed upwards), for a driven system "t=0"; none for a map.
+        Default: the section of `z0`, where that is an `energy_grid` or `energy_sample` on one.
     crossings : int >= 1
         Crossings of each orbit; for a map iterates, whose numbers are the times.
     max_time : float > 0, time, optional

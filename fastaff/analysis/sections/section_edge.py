@@ -8,6 +8,7 @@ from typing import Annotated, Any, NamedTuple
 import numpy as np
 
 from ...base.axes import along
+from ...base.progress import says_progress
 from ...base.results import Result
 from ...flows.checks import checked_model
 from ...formulas.section_text import section_in_words, section_of
@@ -53,6 +54,7 @@ class Part(NamedTuple):
     top: float
 
 
+@says_progress
 def edge(
     body: Any, section: Any, *, energy: float, p_eta: float = 0.0, p_gamma: float = 0.0, points: int = 800
 ) -> Edge:

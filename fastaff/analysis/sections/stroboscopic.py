@@ -10,7 +10,7 @@ from ...base.interruption import keeping
 from ...base.numbers import fits, portion
 from ...base.status import Status
 from ...flows import observers
-from ...flows.accuracy import halved, planned, until
+from ...flows.accuracy import Steps, halved, planned, until
 from ...flows.checks import energy_drift
 from ...flows.ensemble import energy_error
 from ...flows.flow import Flow, Wear, no_memory
@@ -57,11 +57,12 @@ class _Strobed:
     def run(self) -> SectionMap:
         """Follow all orbits, once or with steps that are halved until the states agree."""
         goal, report = self.options.goal(), self.options.report
+        steps = None if goal is None else self._steps(goal)  # there is nothing to keep yet
         with keeping("poincare_map", self.result):
-            if goal is None:
+            if goal is None or steps is None:
                 self._once(report)
             else:
-                self._accurate(goal, report)
+                self._accurate(steps, goal, report)
         return self.result()
 
     def _once(self, report: Report | None) -> None:
@@ -70,18 +71,27 @@ class _Strobed:
         every = np.arange(self.z.shape[1])
         self._keep(every, self._follow(flow, every, self.ensemble.radius, None, report))
 
-    def _accurate(self, goal: float, report: Report | None) -> None:
+    def _steps(self, goal: float) -> Steps:
+        """Return the steps to begin with; from here on states have errors."""
         flow, z = self.flow, self.z
-        rows, orbits = z.shape
         found = motion(flow.model, z, flow.threads)
-        whole = self.wanted * self.period
-        steps = planned(flow, z, found, whole, goal, run=self.period, parts=2)
-        size = np.concatenate([found.position, found.momentum])
+        steps = planned(flow, z, found, self.wanted * self.period, goal, run=self.period, parts=2)
         self.error = np.full(self.states.shape, np.nan)
-        errors = self.error
+        return steps
 
-        def run(orbits: np.ndarray, step: np.ndarray, wear: Wear | None, report: Report | None, _fine) -> Compared:
-            return self._follow(flow.sized(step), orbits, found.radius[orbits], wear, report)
+    def _accurate(self, steps: Steps, goal: float, report: Report | None) -> None:
+        flow, found, errors = self.flow, steps.motion, np.asarray(self.error)
+        rows, orbits = self.z.shape
+        size = np.concatenate([found.position, found.momentum])
+
+        def run(orbits: np.ndarray, step: np.ndarray, wear: Wear | None, report: Report | None, fine) -> Compared:
+            try:
+                return self._follow(flow.sized(step), orbits, found.radius[orbits], wear, report)
+            except KeyboardInterrupt:
+                if fine is not None:
+                    self._keep(orbits, fine)
+                self.ensemble.status[orbits] = Status.INTERRUPTED  # whatever became of them with these steps
+                raise
 
         def compare(fine: Compared, coarse: Compared, orbits: np.ndarray, _weight: np.ndarray | None) -> tuple:
             ended = ~np.isfinite(fine.states).all(axis=1)

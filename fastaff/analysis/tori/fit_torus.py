@@ -14,7 +14,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ...base.interruption import keeping
-from ...base.numbers import positive
+from ...base.numbers import Passes, positive
+from ...base.progress import says_progress
 from ...base.recipe import recorded
 from ...base.short_forms import Starts, starts_of, takes
 from ...base.status import Status
@@ -154,16 +155,16 @@ def fit_torus(
     with keeping("fit_torus", lambda: known[-1]):
         found = (samples_of_turns if turned(model) else samples_of_flow)(problem, time, energy, done)
         if isinstance(found, Samples):
-            found = fitted(model, found)
-            done(0.75)
+            with Passes(lambda fraction: done(0.5 + fraction / 4)) as passes:
+                found = fitted(model, found, passes)
             if not max(found.residual, found.prediction_error) <= tolerance:
                 known.append(unsure(found, {"longer": 4 * time}))
-                found = doubted(known[-1], z, time)
+                found = doubted(known[-1], z, time, lambda fraction: done(0.75 + fraction / 4))
         done(1.0)
     return found
 
 
-def _series(body: Any, orbit: Samples) -> tuple[Signals, Series, np.ndarray, float, np.ndarray]:
+def _series(body: Any, orbit: Samples, passes: Passes) -> tuple[Signals, Series, np.ndarray, float, np.ndarray]:
     """Return the signals of the samples inside, the series that fits them, the errors of its frequencies, their
     diffusion and their relations.
     """
@@ -171,7 +172,7 @@ def _series(body: Any, orbit: Samples) -> tuple[Signals, Series, np.ndarray, flo
     start = signals(body, t, path)
     samples = window(t, start.values, start.carrier)
     largest = min(LONGEST, len(t) // 4) if turns and start.rank == 1 else LARGEST_ORDER
-    series = grow(samples, start.nu, start.rank, largest, start.silent)
+    series = grow(samples, start.nu, start.rank, largest, start.silent, passes)
     for _ in range(ROUNDS if start.winding.any() else 0):
         moved = np.abs(series.nu - start.nu).max() * (t[-1] - t[0] + t[1] - t[0])
         start = start.at(series.nu, samples.t, path)
@@ -179,21 +180,22 @@ def _series(body: Any, orbit: Samples) -> tuple[Signals, Series, np.ndarray, flo
         series = fit(samples, start.nu, start.rank, series.orders)
         if moved < 1e-12:
             break
-    error, diffusion = errors(samples, series, start.rank, 2 * orbit.evidence["energy error"])
+    error, diffusion = errors(samples, series, start.rank, 2 * orbit.evidence["energy error"], passes.take(2.0, 4.0))
     for bar in start.bars:
         error = error + bar
     if orbit.finer is not None:
         same = samples._replace(signals=start.same(samples.t, orbit.finer[:, : len(t)]))
-        change = fit(same, series.nu, start.rank, series.orders, iterations=3).nu - series.nu
+        report = passes.take(3.0, 1.0)
+        change = fit(same, series.nu, start.rank, series.orders, iterations=3, report=report).nu - series.nu
         error = error + STEPS * np.abs(change)
     relative = error.max(initial=0.0) / np.abs(series.nu).max(initial=1 / samples.time)
     return start, series, error, diffusion, relations(series.nu, error, 0 if turns else _reach(relative))
 
 
-def fitted(body: Any, orbit: Samples) -> TorusFit:
+def fitted(body: Any, orbit: Samples, passes: Passes) -> TorusFit:
     """Fit the samples inside; compare with the equations of motion or the map, the later samples, and finer steps."""
     t, turns, middle = orbit.t, turned(body), (orbit.t[0] + orbit.t[orbit.inside - 1]) / 2
-    start, series, error, diffusion, relation = _series(body, orbit)
+    start, series, error, diffusion, relation = _series(body, orbit, passes)
     R, C = quotient(relation, len(error))
     nu, winding, zero = C @ series.nu, start.winding @ R, np.zeros((1, R.shape[1]), int)
     carriers = np.vstack([R[start.rank :], zero])
@@ -271,11 +273,11 @@ def unsure(found: TorusFit, evidence: dict, *, chaotic: bool = False) -> TorusFi
     return replace(found, verdict=verdict, nu_error=none, evidence=MappingProxyType({**found.evidence, **evidence}))
 
 
-def doubted(found: TorusFit, z: np.ndarray, time: float) -> TorusFit:
+def doubted(found: TorusFit, z: np.ndarray, time: float, report: Report) -> TorusFit:
     """Return an undecided fit with the verdict that chaos gives, or that there is none to be seen."""
     if not system_of(found.body).iterated and not hasattr(found.body, "tangent_force"):
         return found
-    seen = chaos_map(found.body, z, time=1.5 * time)
+    seen = chaos_map(found.body, z, time=1.5 * time, report=report)
     values = {name: float(value[0]) for name, value in zip(seen.names, seen.values, strict=True)}
     return unsure(found, values, chaotic=bool(seen.chaotic[0]))
 
@@ -288,6 +290,7 @@ def basis_name(unit: np.ndarray, R: np.ndarray, names: tuple[str, ...]) -> str:
     )
 
 
+@says_progress
 def fit_samples(
     samples: object,
     dt: float | None = None,
@@ -341,7 +344,7 @@ def fit_samples(
     evidence = {"status": float(Status.OK), "energy error": 0.0, "samples": float(inside)}
     t = given.interval * np.arange(path.shape[1])
     try:
-        found = fitted(body, Samples(t, path, inside, path, evidence))
+        found = fitted(body, Samples(t, path, inside, path, evidence), Passes(None))
     except np.linalg.LinAlgError:
         found = nothing(body, np.nan, evidence)
     if not found.prediction_error <= tolerance:

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ...base.numbers import shown
+from ...base.progress import says_progress
 from ...charts.chart import Chart
 from ...compile.blocks import function_block, parameters
 from ...flows.checks import checked_function, checked_model, phase_points
@@ -77,7 +78,8 @@ def separate(body: Any, chart: Chart | str | None = None) -> Separated:
     if not system.planar:
         raise TypeError(
             f"body must be a Body or a StackelBody, whose tori separate, got {type(body).__name__}: of any other "
-            "system fit_torus(body, z0, time=...) finds actions and frequencies, one orbit at a time"
+            "system fit_torus(body, z0, time=...) finds actions and frequencies, one orbit at a time; "
+            "levels of vibrations are those of quantum.quasiclassical_levels and quantum.spectrum"
         )
     name = type(body.potential).__name__
     possible = [family for family in FAMILIES if hasattr(body.potential, family.member)]
@@ -106,6 +108,7 @@ def separate(body: Any, chart: Chart | str | None = None) -> Separated:
     return Separated(chosen[0], tuple(member), angular, body.mu)
 
 
+@says_progress
 def constants_of_motion(body: Model, z: ArrayLike, *, chart: Chart | str | None = None) -> dict[str, np.ndarray]:
     """Compute the four constants of motion in involution of a separable body, or those of a named system H(q, p).
 

@@ -18,6 +18,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ...base.numbers import Passes, portion
+from ...flows.launch import Report
 from ...kernels.birkhoff import SHARPNESS
 from ..frequencies.integer_lattice import box, first_basis
 
@@ -194,7 +196,15 @@ def _norm2(x: np.ndarray) -> float:
     return float((x.real**2 + x.imag**2).sum())
 
 
-def fit(samples: Samples, nu: np.ndarray, rank: int, orders: tuple[int, ...], *, iterations: int = 12) -> Series:
+def fit(
+    samples: Samples,
+    nu: np.ndarray,
+    rank: int,
+    orders: tuple[int, ...],
+    *,
+    iterations: int = 12,
+    report: Report | None = None,
+) -> Series:
     """Fit the series on a box of `orders` and the frequencies nu (rank librations, then the carriers), starting from
     nu.
 
@@ -213,6 +223,8 @@ def fit(samples: Samples, nu: np.ndarray, rank: int, orders: tuple[int, ...], *,
     second = float(w @ t**2)
     unsettled = 1.0
     for iteration in range(iterations):
+        if report is not None:
+            report(iteration / iterations)
         gram = _Gram(samples, nu[:rank], orders)
         carriers = np.append(nu[rank:], 0.0)[samples.carrier]
         weighted = w * samples.signals * np.exp(-2j * np.pi * carriers[:, None] * t)
@@ -245,23 +257,25 @@ def fit(samples: Samples, nu: np.ndarray, rank: int, orders: tuple[int, ...], *,
     return Series(nu, flat, k, orders, edge, float(np.sqrt(max(misfit, 0.0))), left_out, unsettled)
 
 
-def grow(
-    samples: Samples, nu: np.ndarray, rank: int, largest: int = LARGEST_ORDER, silent: Sequence[int] = ()
-) -> Series:
+def grow(samples: Samples, nu: np.ndarray, rank: int, largest: int, silent: Sequence[int], passes: Passes) -> Series:
     """Fit on boxes that grow where their edge is not yet at rounding, as far as its fall says, while that lessens the
     misfit, to the largest order; silent: frequencies that are in no line.
     """
     orders, before = tuple(0 if i in silent else FIRST_ORDER for i in range(rank)), np.inf
     while True:
-        series = fit(samples, nu, rank, orders, iterations=2)
+        series = fit(samples, nu, rank, orders, iterations=2, report=passes.take(GROWING, GROWING + REST))
         nu = series.nu
         wanted = tuple(_enough(order, edge, largest) for order, edge in zip(orders, series.edge, strict=True))
         while np.prod([2.0 * order + 1 for order in wanted]) > LARGEST_BOX and wanted != orders:
             wanted = tuple(max(order, larger - 1) for order, larger in zip(orders, wanted, strict=True))
         stalled = series.misfit > 1e-7 and series.misfit > 0.7 * before
         if wanted == orders or stalled:
-            return fit(samples, nu, rank, orders)
+            return fit(samples, nu, rank, orders, report=passes.take(GROWING, REST - GROWING))
         orders, before = wanted, series.misfit
+
+
+GROWING, REST = 2.0, 8.0
+"""Work of a fit on a box as it grows, and of what follows when it has: in iterations, as far as they are known."""
 
 
 def _enough(order: int, edge: float, largest: int) -> int:
@@ -272,7 +286,9 @@ def _enough(order: int, edge: float, largest: int) -> int:
     return int(min(largest, np.clip(np.ceil(wanted), order + 2, 2 * order)))
 
 
-def errors(samples: Samples, series: Series, rank: int, drift: float) -> tuple[np.ndarray, float]:
+def errors(
+    samples: Samples, series: Series, rank: int, drift: float, report: Report | None
+) -> tuple[np.ndarray, float]:
     """Return the error estimates of the frequencies, and the largest relative difference of those of two parts of the
     window.
 
@@ -283,9 +299,9 @@ def errors(samples: Samples, series: Series, rank: int, drift: float) -> tuple[n
         return np.zeros(len(series.nu)), 0.0
     size, orders = len(samples.t), tuple(-(-2 * order // 3) for order in series.orders)
     ends = [slice(0, int(EARLY * size)), slice(int(LATE * size), size)]
+    windows = [window(samples.t[part], samples.signals[:, part], samples.carrier) for part in ends]
     parts = [
-        fit(window(samples.t[part], samples.signals[:, part], samples.carrier), series.nu, rank, orders, iterations=3)
-        for part in ends
+        fit(part, series.nu, rank, orders, iterations=3, report=portion(report, k, 2)) for k, part in enumerate(windows)
     ]
     largest = np.abs(series.nu).max(initial=1 / samples.time)
     unsettled = max(part.unsettled for part in parts) / (samples.time / 2)

@@ -106,6 +106,36 @@ class TorusFit(Result, axis=None):
         """Largest sum ``|k_i|`` of the series."""
         return int(np.abs(self.k).sum(axis=1).max(initial=0))
 
+    @property
+    def maslov(self) -> np.ndarray:
+        """Maslov indices (d,) of the cycles of the angles, of a torus of as many dimensions as coordinates: how often
+        each passes a caustic, 2 for a libration, 0 for a rotation, of resonant tori any whole number. Those of another
+        basis follow as J does. `J` = 2 pi hbar (n + maslov/4) is the rule of Einstein, Brillouin and Keller.
+
+        The turns of det(dq/dtheta - i dp/dtheta)^2 along the cycle (Arnold 1967, Funct. Anal. Appl. 1, 1).
+
+        :Raises: ValueError for a torus of fewer dimensions, or of a map.
+        """
+        n = len(self.coefficients) // 2
+        if self.dimension != n or (isinstance(self.body, Unknown) is False and turned(self.body)):
+            raise ValueError(f"maslov is of tori of {n} dimensions of a flow, got dimension {self.dimension}")
+        return np.array([self._caustics(i) for i in range(n)])
+
+    def tangents(self, theta: np.ndarray) -> np.ndarray:
+        """Return dz/dtheta (2n, d, points) at angles theta (d, points) in cycles."""
+        rows = [evaluate(self.k, 2j * np.pi * self.k[:, i] * self.coefficients, theta) for i in range(self.dimension)]
+        out = np.array(rows).swapaxes(0, 1)
+        return out if self.winding is None else out + self.winding[:, :, None]
+
+    def _caustics(self, i: int) -> int:
+        """Return the Maslov index of the cycle of one angle."""
+        theta = np.zeros((self.dimension, max(GRID, 16 * int(np.abs(self.k[:, i]).max(initial=0)))))
+        theta[i] = np.arange(theta.shape[1]) / theta.shape[1]
+        q, p = np.split(self.tangents(theta), 2)
+        size = np.sqrt(np.abs(q).max(axis=(1, 2)) / np.abs(p).max(axis=(1, 2)))[:, None, None]
+        turns = np.linalg.det(np.moveaxis(q / size - 1j * size * p, 2, 0))
+        return round(np.angle(np.roll(turns, -1) / turns).sum() / np.pi)
+
     def evaluate(self, theta: Any) -> np.ndarray:
         """Return the phase points (2n, ...) at angles theta (d, ...) in cycles.
 

@@ -171,4 +171,5 @@ def write(figure: Any, stem: Path, ending: str, facts: dict[str, Any], force: bo
 
     kept = {name: plain(value) for name, value in facts.items() if not isinstance(value, np.ndarray)}
     said = {"Title": "fastaff", PLACES[ending.lower()]: json.dumps({**provenance(), **kept})}
-    print(placed(stem, ending, lambda path: figure.savefig(path, metadata=said, facecolor="auto"), force=force))
+    with styled():
+        print(placed(stem, ending, lambda path: figure.savefig(path, metadata=said, facecolor="auto"), force=force))

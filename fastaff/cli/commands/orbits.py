@@ -11,7 +11,7 @@ import numpy as np
 
 from ...jobs.analyses import Chaos, Frequencies, Poincare, Run
 from ...jobs.launch import Starts
-from ...jobs.system import Model, Surface
+from ...jobs.system import LOSING, Model, Surface
 from ...jobs.wording import Wrong
 from ..options import HOW, WRITTEN, Look, Parameter, Written, job_of
 from ..progress import begun, finished, kept
@@ -44,7 +44,7 @@ def poincare(
     """
     # With a time of one's own nothing is known of returns.
     span = {"periods": 400.0} if asked.max_time is None else {"time": 1200.0}
-    keeps = options.flow is None and options.friction is None  # what has no frequencies of its own
+    keeps = all(getattr(options, name) is None for name in LOSING)  # what has no frequencies of its own
     default = keeps and not no_diffusion and (look.colour is None or plain(look.colour) == "diffusion")
     diffusion = Frequencies(method="naff", **span) if default else None
     starts = on_grid(starts, "20x20")

@@ -129,8 +129,10 @@ def KerrGeodesic(a: float = 0.5, *, time: str = "coordinate") -> Any:
     -----
     H = E, in coordinate time, or -p_t = E, p_phi and Carter's Q = p_theta^2 + cos(theta)^2 (a^2 (1 - E^2) +
     p_phi^2/sin(theta)^2) are conserved (`constants_of_motion`). Mean rates in Mino's time are Upsilon_r, Upsilon_theta,
-    Upsilon_phi and, of t, Gamma; those in coordinate time, of frequency maps, are Upsilon/Gamma. Equatorial orbits have
-    theta = pi/2, p_theta = 0. The chart is singular on the axis, theta = 0 and pi.
+    Upsilon_phi and, of t, Gamma; those in coordinate time are Upsilon/Gamma. Frequency maps have these, or another
+    basis of them: beyond eccentricities of some 0.5 the strongest line of theta is that of Upsilon_theta - Upsilon_r,
+    as the mean of theta over a radial turn outgrows its swing. Equatorial orbits have theta = pi/2, p_theta = 0. The
+    chart is singular on the axis, theta = 0 and pi.
 
     References
     ----------

@@ -12,11 +12,13 @@ from numpy.typing import ArrayLike
 from ...base.arrays import checked
 from ...base.display import screen
 from ...base.numbers import positive
+from ...base.progress import says_progress
 from ...base.results import Drawable
 from ...charts import ALPHA_BETA
 from ..packets.coherent_packet import plane_widths
 from ..states.factors import PlaneFactor
 from ..states.state import State
+from ..states.vibration_state import VibrationState
 
 LARGEST = 640
 """Radial quanta of the largest expansion in each plane."""
@@ -68,15 +70,79 @@ class Husimi(Drawable):
         return out.reshape(points.shape[1:])[()]
 
 
-def husimi(state: State, *, width: ArrayLike | None = None, tolerance: float = 1e-4) -> Husimi:
-    """Expand a state in coherent states of the two planes: its Husimi function on the phase space of the body.
+@dataclass(frozen=True)
+class VibrationHusimi(Drawable):
+    """The Husimi function of a `VibrationState`; call it on phase points z (2n, ...), coordinates and momenta.
 
-    :Parameters: state: of `wavefunction` or `LevelTable.state`, with m + l even; width > 0: standard deviation of
-        ``|Psi|^2`` in each direction of position, of the coherent states e^(-``|a - q|^2``/(4 width^2) + i p.a/hbar),
-        one number or (2,) for the planes a and b, as in `coherent_packet`; sqrt(hbar/2) by default; sqrt(hbar/(2 mu
-        omega)) is that of an oscillation omega; tolerance: how much of the norm the expansion may lack.
-    :Returns: Husimi, a function of phase points in the planes: the points of `energy_grid`, `energy_sample` and
-        `poincare_map` as they are.
+    state; width (n,): standard deviations of the coherent states' positions.
+    """
+
+    state: VibrationState
+    width: tuple[float, ...]
+
+    def __repr__(self) -> str:
+        return screen(self)
+
+    @property
+    def norm(self) -> float:
+        """Integral over phase space in cells of (2 pi hbar)^n: that of ``|Psi|^2``."""
+        return float(np.sum(self.state.values**2))
+
+    def __call__(self, z: ArrayLike) -> np.ndarray:
+        """Return |<z|Psi>|^2 (...), between 0 and 1, at phase points z (2n, ...).
+
+        Sums over the lattice are integrals, but for waves shorter than its own, of which the state has none.
+        """
+        lattice, width = self.state.lattice, np.array(self.width)[:, None, None]
+        n = width.size
+        points = checked("z", z, (2 * n,))
+        flat = points.reshape(2 * n, -1)
+        places = lattice.points(self.state.kept)
+        cell = abs(float(np.linalg.det(lattice.R))) * float(np.prod(lattice.step))
+        size = np.sqrt(cell / np.prod(np.sqrt(2 * np.pi) * width))
+        out = np.empty(flat.shape[1])
+        step = max(1, CHUNK // places.shape[1])
+        for k in range(0, out.size, step):
+            q, p = flat[:n, k : k + step, None], flat[n:, k : k + step, None]
+            away = places[:, None] - q
+            wave = np.exp(-((away / (2 * width)) ** 2).sum(axis=0)) * self.state.values
+            phase = (p * away).sum(axis=0) / self.state.hbar
+            out[k : k + step] = size**2 * (
+                (wave * np.cos(phase)).sum(axis=1) ** 2 + (wave * np.sin(phase)).sum(axis=1) ** 2
+            )
+        short = np.abs(lattice.R.T @ flat[n:]) / self.state.hbar > np.pi / lattice.step[:, None]
+        return np.where(short.any(axis=0), 0.0, out).reshape(points.shape[1:])[()]
+
+
+def _of_vibration(state: VibrationState, width: ArrayLike | None) -> VibrationHusimi:
+    """Return the Husimi function of a vibration; by default the coherent states have the state's own proportions."""
+    lattice = state.lattice
+    if lattice.around.any():
+        angles = ", ".join(np.array(lattice.names)[lattice.around].tolist())
+        raise ValueError(f"state must be of coordinates without periods to have a Husimi function, got {angles} around")
+    if width is None:
+        _, q, p = state.moments()
+        width = np.sqrt(state.hbar / 2 * np.sqrt(np.diag(q) / np.diag(p)))
+    widths, n = checked("width", width, ()), len(lattice.names)
+    if widths.shape not in ((), (n,)) or not np.all((widths > 1e-100) & (widths < 1e100)):
+        raise ValueError(f"width must be one positive number or {n}, between 1e-100 and 1e100, got {width!r}")
+    return VibrationHusimi(state, tuple(np.broadcast_to(widths, (n,)).tolist()))
+
+
+@says_progress
+def husimi(
+    state: State | VibrationState, *, width: ArrayLike | None = None, tolerance: float = 1e-4
+) -> Husimi | VibrationHusimi:
+    """Expand a state in coherent states: its Husimi function on the phase space of the body, or of the vibration.
+
+    :Parameters: state: of `wavefunction` or `LevelTable.state`, of a body with m + l even; width > 0: standard
+        deviation of ``|Psi|^2`` in each direction of position, of the coherent states e^(-``|a - q|^2``/(4 width^2) + i
+        p.a/hbar), one number or (2,) for the planes a and b, as in `coherent_packet`; sqrt(hbar/2) by default;
+        sqrt(hbar/(2 mu omega)) is that of an oscillation omega; of a vibration one or (n,) for its coordinates, by
+        default of the state's own proportions, sqrt(hbar dq/(2 dp)); tolerance: how much of the norm the expansion may
+        lack.
+    :Returns: Husimi or VibrationHusimi, a function of phase points, of bodies in the planes: the points of
+        `energy_grid`, `energy_sample` and `poincare_map` as they are.
     :Raises: ValueError or TypeError for wrong input, and where 640 radial quanta in each plane do not hold the state to
         the tolerance.
 
@@ -95,7 +161,13 @@ def husimi(state: State, *, width: ArrayLike | None = None, tolerance: float = 1
     >>> Q = fa.quantum.husimi(state)
     >>> Q(np.zeros(8)).round(9), Q([1.0, 0, 0, 0, 0, 0, 0, 0]).round(9)
     (np.float64(1.0), np.float64(0.60653066))
+    >>> levels = fa.quantum.spectrum(fa.hamiltonian("x**2/2", coordinates="x"), count=2)
+    >>> fa.quantum.husimi(levels.state(1))([[0.0, 1.0], [0.0, 0.0]]).round(6)
+    array([0.      , 0.303265])
     """
+    if isinstance(state, VibrationState):
+        positive("tolerance", tolerance)
+        return _of_vibration(state, width)
     if not isinstance(state, State):
         raise TypeError(f"state must be a State, of `wavefunction` or `LevelTable.state`, got {type(state).__name__}")
     m, l = state.symmetry

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ...base.arrays import checked
+from ...base.progress import says_progress
 from ...flows.checks import checked_model
 from ...models import Body
 from ...models.mechanics import system_of
@@ -118,6 +119,7 @@ def _hidden(body: Any, walled: bool, low: float, top: float) -> Cover:
     return found._replace(lo=np.stack([lo[0], hi[1]]), hi=np.stack([hi[0], lo[1]]), at=at)
 
 
+@says_progress
 def weyl_count(body: Body, energy: ArrayLike, *, m: int, l: int, hbar: float = 1.0) -> np.ndarray:
     """Count the levels of one symmetry class below given energies, smoothly, by the classical phase space.
 

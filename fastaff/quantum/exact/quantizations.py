@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ...base.display import screen
+from ...base.progress import says_progress
 from ...charts import Chart
 from ...models import Body
 from ..states.level_table import LevelTable
@@ -34,6 +35,7 @@ class Quantizations(NamedTuple):
         return np.array([self.bohr_sommerfeld.E, self.ebk.E, self.exact.E])
 
 
+@says_progress
 def quantizations(
     body: Body,
     *,

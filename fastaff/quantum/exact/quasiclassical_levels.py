@@ -2,19 +2,22 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from ...analysis.tori.inverse_tori import LARGEST_ACTION, energy_of_actions
 from ...analysis.tori.separation import separate
-from ...base.numbers import flag, positive, real, whole
+from ...base.names import named
+from ...base.numbers import flag, positive, real, text, whole
 from ...base.recipe import recorded
 from ...charts import Chart
-from ...models import Body
+from ...models.contracts import Dynamics, Model
 from ..states.level_table import LevelTable
+from ..states.modes import WAYS
 from ..states.symmetry import checked_numbers
+from .mode_tori import bodies_alone, is_vibration, mode_levels
 from .numbers_below import numbers_below
 
 BOHR_SOMMERFELD = (0, 0)
@@ -31,7 +34,7 @@ QUADRATURE = 5e-10
 
 @recorded
 def quasiclassical_levels(
-    body: Body,
+    body: Dynamics,
     *,
     n: ArrayLike | None = None,
     m: ArrayLike | None = None,
@@ -42,25 +45,38 @@ def quasiclassical_levels(
     single_valued: bool = True,
     chart: Chart | None = None,
     near: ArrayLike | None = None,
+    modes: str = "normal",
 ) -> LevelTable:
-    """Compute quasiclassical levels of a separable body: of given quantum numbers, or all below an energy.
+    """Compute quasiclassical levels of a separable body or of a vibration: of given quantum numbers, or all below an
+    energy.
 
     :Parameters: n (2,) or (2, levels), whole numbers >= 0 of the two coordinates in the chart's order, with m, l: whole
         numbers of spin and vorticity, one or (levels,); or below: all levels below this energy, ascending; maslov: the
         indices M of the two coordinates, BOHR_SOMMERFELD = (0, 0), EBK = (2, 2), or others; hbar > 0; single_valued:
         wave functions on GL(2,R) need m + l even (else refused), False: on the covering; chart, near as in
-        `from_action_angles`.
-    :Returns: LevelTable, perhaps of no level, with `spacing` and the status UNBOUND where no torus has these actions;
-        its errors are those of E(J), not of the quantization.
+        `from_action_angles`. Of a vibration, any other H = p.W p/2 + V(q): n (modes,) or (modes, levels), or
+        below, alone; modes: "normal", the fastest first, or "local", those of each coordinate; near (2n,) or (2n,
+        levels): the tori near phase points, such as one in a resonance, with n in the basis of `fit_torus`, by default
+        that of the next level.
+    :Returns: LevelTable, perhaps of no level, with `spacing` and the status UNBOUND where no torus has these actions,
+        of vibrations NOT_CONVERGED where none was found, as beyond a separatrix, where other modes may have one; its
+        errors are those of E(J), not of the quantization.
     :Raises: ValueError or TypeError for wrong input.
     :Formulas: E(J) with J_i = 2 pi hbar (n_i + M_i/4), J_phi = 2 pi hbar m, J_psi = 2 pi hbar l. E grows with both
         actions and with ``|J_eta|`` and ``|J_gamma|``, so the search below an energy stops at the first level above in
         each direction; actions that belong to no torus (bodies that fall or escape) end their direction too. Exact
         (EBK) for Harmonic and Anharmonic in both charts; for Hyperelastic the effective index of vartheta lies between
         2 and 3 (the wall at det = 0).
-    :Cost: that of `energy_of_actions`, about 20 microseconds for a level by quadrature.
+
+    Vibrations: Newton's method on the actions of `fit_torus`, J_i = 2 pi hbar (n_i + M_i/4) with the torus' own Maslov
+    indices. It counts as one of these modes where the largest lines of their amplitudes are a basis of its angles.
+    `below` does not look beyond levels that have none.
+
+    :Cost: that of `energy_of_actions`, about 20 microseconds for a level by quadrature; three fits for a level of a
+        vibration, seconds.
     :Source: Martens & Slawianowski, EQ3.2 and EQ3.6 (with m + l even, which they lack), section 4 (degeneracy of the
-        Bohr-Sommerfeld levels); Keller 1958, Ann. Phys. 4, 180 (EBK).
+        Bohr-Sommerfeld levels); Keller 1958, Ann. Phys. 4, 180 (EBK); Eastes & Marcus
+        1974, J. Chem. Phys. 61, 4301 (of coupled vibrations).
 
     Examples
     --------
@@ -70,6 +86,13 @@ def quasiclassical_levels(
     >>> fa.quantum.quasiclassical_levels(body, n=(1, 0), m=1, l=1, maslov=fa.quantum.BOHR_SOMMERFELD).E.round(9)
     array([3.])
     """
+    way = named("modes", text("modes", modes), WAYS)
+    if is_vibration(body):
+        tori_of_bodies = {"maslov": (maslov, EBK), "single_valued": (single_valued, True)}
+        bodies_alone(body, {"m": (m, None), "l": (l, None), "chart": (chart, None)} | tori_of_bodies)
+        return mode_levels(body, n, below, near, hbar, way)
+    if way != WAYS[0]:
+        raise ValueError(f"modes is for vibrations alone, got {modes!r}")
     separate(body, chart)  # what has no tori is said before numbers are asked that it has not
     h, flagged = 2 * np.pi * positive("hbar", hbar), flag("single_valued", single_valued)
     indices = tuple(whole("maslov", index, 0) for index in maslov) if isinstance(maslov, (tuple, list)) else ()
@@ -82,10 +105,9 @@ def quasiclassical_levels(
         quanta = np.array(np.broadcast_arrays(*n, m, l))
         J = h * (quanta + np.array([indices[0] / 4, indices[1] / 4, 0, 0])[:, None])
         if not np.abs(J).max(initial=0.0) < LARGEST_ACTION:
-            raise ValueError(
-                f"hbar times the quantum numbers must be below {LARGEST_ACTION / (2 * np.pi):.3g}, got hbar = {hbar!r}"
-            )
-        found = energy_of_actions(body, J, chart=chart, near=near)
+            most = f"{LARGEST_ACTION / (2 * np.pi):.3g}"
+            raise ValueError(f"hbar times the quantum numbers must be below {most}, got hbar = {hbar!r}")
+        found = energy_of_actions(cast(Model, body), J, chart=chart, near=near)
         return LevelTable(
             E=found.energy,
             error=QUADRATURE * np.abs(found.energy),

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 
 from ...base.arrays import checked
 from ...base.numbers import whole
+from ...base.progress import says_progress
 from ...flows.checks import checked_model, phase_points
 from ...flows.interruptible import interruptible
 from ...models import Body
@@ -27,6 +28,7 @@ REACH = 12.0
 """Standard deviations at which a Gaussian has ended: e^-36 of its maximum."""
 
 
+@says_progress
 def coherent_packet(
     body: Body,
     z0: ArrayLike,

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ...base.numbers import an_array, fits, whole_numbers
+from ...base.progress import says_progress
 from ...charts import Chart
 from ...models import Body
 from ..spectra.spectrum import spectrum_table
@@ -24,6 +25,7 @@ TAIL = 7.7
 """Standard deviations at which weights end: 1e-13 of the largest."""
 
 
+@says_progress
 def number_packet(
     body: Body,
     *,
@@ -75,7 +77,7 @@ def number_packet(
     pairs, spins = (sorted(set(map(tuple, part.tolist()))) for part in (rows[:, :2], rows[:, 2:]))
     classes = [SymmetryClass(m, l) for m, l in spins]
     found = dict(zip(classes, labelled_levels(body, classes, pairs, hbar, chart, single_valued), strict=True))
-    states = []
+    states: list[Any] = []
     for n1, n2, spin, vorticity in rows.tolist():
         levels, place = found[SymmetryClass(spin, vorticity)]
         states.append(levels.state(place[n1, n2]))

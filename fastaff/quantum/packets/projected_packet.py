@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
 from ...base.numbers import real, whole
+from ...base.progress import says_progress
 from ...charts import ALPHA_BETA, Chart
 from ...models import Body
 from ...models.mechanics import system_of
@@ -22,6 +23,7 @@ NOTHING = 1e-3
 """Part of what may be missing that states may have together to be left out of a packet."""
 
 
+@says_progress
 def projected_packet(
     body: Body,
     function: Callable[[np.ndarray, np.ndarray], np.ndarray],
@@ -97,7 +99,7 @@ def class_states(
         found = spectrum_table(body, m=m, l=l, count=count, hbar=hbar, single_valued=single_valued)
     else:
         found = [spectrum(body, m=m, l=l, count=count, hbar=hbar, single_valued=single_valued) for m, l in chosen]
-    return [[table.state(k) for k in range(count)] for table in found]
+    return [[cast(State, table.state(k)) for k in range(count)] for table in found]
 
 
 def kept_packet(states: list[State], coefficients: np.ndarray, hbar: float, missing: float) -> Packet:

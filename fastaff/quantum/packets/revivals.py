@@ -13,6 +13,7 @@ from ...analysis.tori.separation import separate
 from ...base.differences import FIRST, OFFSETS
 from ...base.display import screen
 from ...base.numbers import whole, whole_numbers
+from ...base.progress import says_progress
 from ...charts import Chart
 from ...models import Body
 from ..exact.quasiclassical_levels import EBK
@@ -66,6 +67,7 @@ class Revivals(NamedTuple):
         return screen(self)
 
 
+@says_progress
 def revivals(
     body: Body,
     *,

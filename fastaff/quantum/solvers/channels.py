@@ -8,6 +8,7 @@ import numpy as np
 
 from ..states.level_table import Waves
 from .jacobi_basis import Basis, Interval, basis, gauss_jacobi, jacobi_table
+from .lapack import lowest_states
 from .panels import Panels
 from .plane_problem import Problem
 from .plane_shape import ChannelWaves
@@ -141,8 +142,6 @@ def by_channels(
     depth: float,
 ) -> tuple[np.ndarray, Waves, int, np.ndarray]:
     """Return the lowest eigenvalues, their waves, the size, and what the cut leaves, for one cut and density."""
-    from scipy.linalg import eigh
-
     bases, highest = _bases(problem, parts, bottom, top, density), bottom + STEEP * (top - bottom)
     energies, vectors = np.linalg.eigh(_angular_matrices(problem, bases.angular, bases.free, bases.nodes, highest))
     energies = energies + bases.rest / bases.nodes[:, None] ** 2
@@ -154,7 +153,7 @@ def by_channels(
     H = G @ G.T
     H *= bases.kinetic[node[:, None], node]
     H[np.arange(node.size), np.arange(node.size)] += energies[node, channel]
-    E, C = eigh(H, subset_by_index=(0, min(count, node.size) - 1), overwrite_a=True, check_finite=False, driver="evr")
+    E, C = lowest_states(H, min(count, node.size))
     left, height = np.empty(len(E)), np.diagonal(bases.kinetic)[:, None] + energies
     for k in range(0, len(E), LEVELS):
         some = slice(k, k + LEVELS)

@@ -8,6 +8,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from .lapack import lowest_states
+
 LARGEST = 2500
 """Largest matrix: some 10 s."""
 SHIFTS = 32
@@ -17,14 +19,15 @@ EVENLY = (1.6180339887498949, 1.3247179572447460, 1.2207440846057596)
 
 
 class Problem(NamedTuple):
-    """H = -(1/2) d^2/du^2 + V, u = R^-1 q/hbar: V of points u (d, ...), infinite where there is none; the minima (d,
-    wells) with their values, the lowest first; periods of coordinates that are angles, 0 of others.
+    """H = -(1/2) d^2/du^2 + V, u = R^-1 q: V of points u (d, ...), infinite where there is none; the minima (d,
+    wells) with their values, the lowest first; periods of coordinates that are angles, 0 of others; R (d, d).
     """
 
     V: Callable[[np.ndarray], np.ndarray]
     wells: np.ndarray
     values: np.ndarray
     periods: np.ndarray
+    R: np.ndarray
 
     @property
     def bottom(self) -> float:
@@ -67,19 +70,29 @@ class TooLarge(Exception):
     """A basis would be larger than it may be."""
 
 
-def lowest(grid: Grid, problem: Problem, cut: float, count: int) -> tuple[np.ndarray, np.ndarray, int]:
-    """Return the lowest levels of a grid, the part of their errors that the grid's points make, the size of the basis.
+class Found(NamedTuple):
+    """Levels E (levels,), the part of their errors that the grid's points make, the size of the basis, and the states
+    (levels, points kept) with these points' flat indices.
+    """
+
+    E: np.ndarray
+    missed: np.ndarray
+    size: int
+    states: np.ndarray
+    kept: np.ndarray
+
+
+def lowest(grid: Grid, problem: Problem, cut: float, count: int) -> Found:
+    """Return the lowest levels of a grid.
 
     Where the points resolve V and a state, the mean of V over the state is the same for points between them: where V is
     narrower than the step, or singular, it is not.
     """
-    from scipy.linalg import eigh
-
     T = [kinetic(n, step, bool(turns)) for n, step, turns in zip(grid.V.shape, grid.step, grid.around, strict=True)]
     H, basis = matrix(T, grid.V, grid.kept, cut)
     if len(H) < count:
         raise TooLarge(f"a basis that has more than the {len(H)} functions below {cut:.6g}")
-    E, C = eigh(H, subset_by_index=(0, count - 1), overwrite_a=True, check_finite=False, driver="evr")
+    E, C = lowest_states(H, count)
     states = (basis @ C).T.reshape(count, *grid.V.shape)
     d = grid.step.size
     means = []
@@ -90,7 +103,9 @@ def lowest(grid: Grid, problem: Problem, cut: float, count: int) -> tuple[np.nda
             moved = np.moveaxis(np.tensordot(_between(n, shift[axis], bool(turns)), moved, (1, axis + 1)), 0, axis + 1)
         V = np.clip(problem.V(grid.points(problem.wells, shift)), problem.bottom, cut) - problem.bottom
         means.append((V * moved**2).reshape(count, -1).sum(axis=1))
-    return E, np.ptp(means, axis=0), len(H)
+    flat, kept = states.reshape(count, -1), np.flatnonzero(grid.kept)
+    signs = np.sign(flat[np.arange(count), np.abs(flat).argmax(axis=1)])
+    return Found(E, np.ptp(means, axis=0), len(H), signs[:, None] * flat[:, kept], kept)
 
 
 def _between(n: int, shift: float, around: bool) -> np.ndarray:

@@ -9,11 +9,12 @@ from typing import Any
 
 import numpy as np
 
-from ...analysis.sections.accessible_box import minima, walled
+from ...analysis.sections.accessible_box import minima, potential_of, walled
 from ...flows.interruptible import interruptible
 from ...models.mechanics import system_of
 from ..states.level_table import VIBRATION, LevelTable, class_levels, level_scale
 from ..states.symmetry import SymmetryClass
+from ..states.vibration_state import Lattice, LatticeWaves
 from .convergence import by_chance
 from .lattice import Grid, Problem, TooLarge, lowest
 from .singular_ends import NoGroundState
@@ -63,7 +64,7 @@ def vibration_levels(
         shortest = problem.bottom + cut * (top - problem.bottom)
         try:
             grid, limit = interruptible(_basis, problem, shortest, top, limit, k)
-            found, missed, size = interruptible(lowest, grid, problem, shortest, count)
+            found, missed, size, *states = interruptible(lowest, grid, problem, shortest, count)
         except TooLarge as reason:
             if len(E) > 1:
                 return
@@ -74,8 +75,9 @@ def vibration_levels(
         error = _errors(E, shortest - problem.bottom) + missed
         last = np.all(error <= tolerance * level_scale(found)) or k == len(CUTS) - 1
         if grid.leak.any() and len(E) > 1 and last:
-            error += np.abs(interruptible(lowest, _shrunk(grid), problem, shortest, count)[0] - found)
-        known.append(_table(found, error, tolerance, size, hbar, limit))
+            error += np.abs(interruptible(lowest, _shrunk(grid), problem, shortest, count).E - found)
+        waves = LatticeWaves(model, _lattice(model, problem, grid), states[1], states[0])
+        known.append(_table(found, error, tolerance, size, hbar, limit, waves))
         if report is not None:
             report((k + 1) / len(CUTS))
         if last:
@@ -93,17 +95,22 @@ def _problem(model: Any, hbar: float) -> Problem:
         raise ValueError(f"body must have {what} in its kinetic energy, got dv/dp = {W.tolist()}")
     R = np.linalg.cholesky(W) * hbar
 
+    potential = potential_of(model)
+
     def V(u: np.ndarray) -> np.ndarray:
-        q = np.tensordot(R, u, 1)
-        with np.errstate(all="ignore"):
-            value = np.broadcast_to(np.where(model.margin(*q) > 0, model.potential_energy(*q), np.inf), q.shape[1:])
-        return np.where(np.isnan(value), np.inf, value)
+        return potential(np.tensordot(R, u, 1))
 
     periods = periods / np.diagonal(R)
     wells, values = minima(walled(V, periods.tolist()), n)
     if not values.size or not np.isfinite(values[0]):
         raise NoGroundState("V has no minimum: it is unbounded below, or falls for ever, and binds nothing")
-    return Problem(V, wells, values, periods)
+    return Problem(V, wells, values, periods, R)
+
+
+def _lattice(model: Any, problem: Problem, grid: Grid) -> Lattice:
+    """Return the points of a grid in the coordinates of the model."""
+    names, origin = system_of(model).row_names[: len(problem.R)], problem.wells[:, 0]
+    return Lattice(names, grid.V.shape, grid.low, grid.step, origin, grid.around, problem.R)
 
 
 def _grid(problem: Problem, wall: float, shortest: float) -> Grid:
@@ -282,7 +289,9 @@ def _unbound(count: int, bound: float, limit: float) -> str:
     )
 
 
-def _table(E: np.ndarray, error: np.ndarray, tolerance: float, size: int, hbar: float, limit: float) -> LevelTable:
+def _table(
+    E: np.ndarray, error: np.ndarray, tolerance: float, size: int, hbar: float, limit: float, waves: Any
+) -> LevelTable:
     said = f"; walls below {limit:.6g}, from where on the wells of V have no end" if limit < math.inf else ""
     return class_levels(
         SymmetryClass(0, 0),
@@ -296,4 +305,5 @@ def _table(E: np.ndarray, error: np.ndarray, tolerance: float, size: int, hbar: 
         hbar=hbar,
         method=f"{VIBRATION}, truncated coordinate by coordinate{said}",
         functions=size,
+        waves=waves,
     )

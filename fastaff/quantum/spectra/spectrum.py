@@ -43,8 +43,7 @@ def _checked_body(body: Any) -> None:
     if not system.isotropic:
         why = (
             f": of H = T(p) + V(q) in one to {COORDINATES} coordinates spectrum(body, count=..., hbar=...) computes "
-            "levels, without m and l; of others there are fit_torus and its actions, J = 2 pi hbar (n + 1/2) of "
-            "vibrations at a quasiclassical level"
+            "levels, without m and l, and quasiclassical_levels(body, n=..., hbar=...) those on tori, of any number"
         )
         why = "; with angular potentials spin and vorticity are no quantum numbers" if system.planar else why
         raise TypeError(f"body must be a Body with a doubly isotropic potential, got {type(body).__name__}{why}")

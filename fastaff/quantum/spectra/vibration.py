@@ -6,8 +6,8 @@ from typing import Any
 
 from ...base.interruption import keeping
 from ...base.numbers import fits, positive, whole
-from ...flows.checks import checked_model
 from ...models.mechanics import system_of
+from ..exact.mode_tori import bodies_alone, is_vibration
 from ..solvers.vibrations import COORDINATES, vibration_levels
 from ..states.level_table import LevelTable
 from ..states.symmetry import action_quantum
@@ -15,23 +15,14 @@ from ..states.symmetry import action_quantum
 
 def vibrates(body: Any) -> bool:
     """Return whether a system is no body, but one of few coordinates with a kinetic energy quadratic in the momenta."""
-    checked_model(body, needs="H = T(p) + V(q)")
-    system = system_of(body)
-    return not system.planar and system.n <= COORDINATES and system.quadratic
+    return is_vibration(body) and system_of(body).n <= COORDINATES
 
 
 def vibration(
     body: Any, m: Any, l: Any, count: Any, hbar: Any, tolerance: Any, single_valued: Any, chart: Any, report: Any
 ) -> LevelTable:
     """Return the levels of a system that `vibrates`; refuse what only bodies have."""
-    for name, value, plain in (
-        ("m", m, None),
-        ("l", l, None),
-        ("single_valued", single_valued, True),
-        ("chart", chart, None),
-    ):
-        if value is not plain:
-            raise ValueError(f"{name} is for a Body alone, {type(body).__name__} takes none: got {name} = {value!r}")
+    bodies_alone(body, {"m": (m, None), "l": (l, None), "single_valued": (single_valued, True), "chart": (chart, None)})
     fits("count", count := whole("count", count, 1), 16)
     known: list[LevelTable] = []
     with keeping("spectrum", lambda: known[-1] if known else None):

@@ -16,12 +16,13 @@ from ...base.results import Drawable, Result
 from ...base.status import Status
 from .state import Shape, State
 from .symmetry import SymmetryClass
+from .vibration_state import LatticeWaves, VibrationState
 
 ROUNDING = 64 * np.finfo(float).eps
 """Relative difference of energies that is never told apart."""
 
 
-VIBRATION = "uniform grid"
+VIBRATION, TORI = "uniform grid", "quasiclassical, actions of fitted tori"
 """How levels of what is no body are computed, by which their method is known."""
 
 
@@ -63,7 +64,7 @@ class LevelTable(Result, axis="level"):
     functions: int = 0
     complete_below: float = -math.inf
     spacing: Annotated[np.ndarray | None, along("coordinate", "level", unit="energy")] = None
-    waves: Waves | None = field(default=None, repr=False)
+    waves: Waves | LatticeWaves | None = field(default=None, repr=False)
 
     def summary(self) -> str:
         """Say in one line how many levels there are, between which energies, and whether they are to be trusted."""
@@ -130,7 +131,7 @@ class LevelTable(Result, axis="level"):
         starts = np.flatnonzero(np.append(np.ones(min(E.size, 1), bool), np.diff(E) > close))
         return Multiplets(levels, np.append(starts, E.size))
 
-    def state(self, k: int) -> State:
+    def state(self, k: int) -> State | VibrationState:
         """Return the wave function of level k, counted from 0; raises TypeError or ValueError for a number of no level,
         and for a table without wave functions.
         """
@@ -138,9 +139,11 @@ class LevelTable(Result, axis="level"):
             raise ValueError(f"k must be below the number of levels {len(self)}, got {k}")
         if self.waves is None:
             raise ValueError(
-                f"these levels have no wave functions: {self.method}. Those that `spectrum` finds of a body of GL(2,R) "
-                "have, by its numbers m and l; of other systems it finds energies alone"
+                f"these levels have no wave functions: {self.method}. Those that `spectrum` finds have, of a body of "
+                "GL(2,R) by its numbers m and l, of other systems by their number"
             )
+        if isinstance(self.waves, LatticeWaves):
+            return self.waves.state(int(self.n[0, k]), float(self.E[k]), self.hbar)
         n = self.n[:, k].tolist()
         numbers = {f"n_{name}": number for name, number in zip(self.names, n, strict=True)}
         constants = dict(zip(self.constant_names, self.constants[:, k].tolist(), strict=True))

@@ -1,0 +1,149 @@
+"""Models of one's own: what they say are derivatives is tried against differences, where orbits start and beside it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from ..base.identity import by_identity
+from ..base.numbers import shown
+from ..compile.blocks import is_value
+from ..models.mechanics import System, system_of
+
+AGREE, BEYOND = 1e-5, 1e3
+"""Relative error from which on a derivative is wrong, if it is this many times that of the differences too."""
+
+HALVINGS = 40
+"""Steps of differences, each half of the one before: of what is smooth on some scale between, one is right. Which one
+is not known of what has several scales: what agrees with any is right.
+"""
+
+TRIED, APART = 3, 0.1
+"""Starts that are tried, and how far beside them, in sizes of rows: at a start alone too much may vanish."""
+
+Rows = Callable[[np.ndarray], np.ndarray]
+
+
+def check_derivatives(name: str, model: Any, z: np.ndarray) -> None:
+    """Refuse a model of one's own whose rates are not those of its energy, or whose tangent vectors do not follow its
+    rates; z (2n, orbits): starts. The package's own and texts are derived or tested, and not tried.
+
+    :Source: Dahlquist & Björck 2008, Numerical Methods in Scientific Computing I, 3.4 (Richardson's extrapolation).
+    """
+    tried = _tried(model)
+    if tried or not any(_own(part) for part in (model, *model) if is_value(part)):
+        return
+    system, who = system_of(model), f"{name} {type(model).__name__}"
+    at, size = _places(system, z)
+    w = size * np.random.default_rng(3).uniform(0.5, 1, at.shape)
+    energy, tangent = f"{who} must have rates dH/dp and -dH/dq of its energy H", _tangent(system)
+    with np.errstate(all="ignore"):
+        if system.energetic and (found := _tried_out(lambda: _of_energy(system, at, size))):
+            _compare(energy, system.row_names, at, *found)
+        if tangent is not None:
+            rates, change, method = tangent
+            if found := _tried_out(lambda: (change(at, w), *_slope(rates, at, w))):
+                what = f"{who} must have a {method} that is the change of its rates along a vector"
+                _compare(what, system.row_names, at, *found)
+    tried.append(True)
+
+
+@by_identity
+def _tried(model: Any) -> list[bool]:
+    """Whether a model has been tried: that takes longer than a short run."""
+    return []
+
+
+def _tried_out(compute: Callable[[], tuple]) -> tuple:
+    """Return what methods give of arrays; nothing where they take none, which a run may not need."""
+    try:
+        return compute()
+    except (TypeError, ValueError, AttributeError, ArithmeticError):
+        return ()
+
+
+def _own(part: Any) -> bool:
+    """Tell whether a class is the user's: none of the package, nor one made of a text."""
+    return type(part).__module__.partition(".")[0].partition("_")[0] != __name__.partition(".")[0]
+
+
+def _places(system: System, z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return points (2n, ...) at some starts and beside them, and the sizes (2n, 1) of their rows."""
+    z = z[: system.rows, np.unique(np.linspace(0, z.shape[1] - 1, TRIED).astype(int))]
+    size, halves = np.abs(z).max(axis=1), np.array_split(np.arange(len(z)), 2 if system.canonical else 1)
+    for half in halves:
+        size[half] = np.where(size[half] > 0, size[half], size[half].max() or 1.0)
+    beside = APART * np.random.default_rng(2).uniform(-1, 1, (2, *z.shape)) * size[:, None]
+    return np.concatenate([z, *(z + beside)], axis=1), size[:, None]
+
+
+def _slope(rows: Rows, z: np.ndarray, w: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the changes of rows along vectors w at points z by differences of all steps, (rows, points, steps), and
+    how far the next ones are.
+    """
+    h = APART * 0.5 ** np.arange(HALVINGS)
+    step = h * w[..., None]
+    ahead, back = rows(z[..., None] + step), rows(z[..., None] - step)
+    change, rounding = (ahead - back) / (2 * h), np.finfo(float).eps * (np.abs(ahead) + np.abs(back)) / h
+    better = (4 * change[..., 1:] - change[..., :-1]) / 3
+    apart = np.abs(np.diff(better))
+    apart = np.maximum(apart[..., 1:], apart[..., :-1]) + rounding[..., 2:-1]
+    return better[..., 1:-1], np.where(np.isfinite(apart), apart, np.inf)
+
+
+def _of_energy(system: System, z: np.ndarray, size: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return rates (2n, points) as the model has them, by differences of its energy, and how far these are apart."""
+    n, own, said = system.n, system.own, system.slopes(z)
+    if own is not None:  # the package's, and no model's own
+        rest = np.zeros_like(z[:n])
+        said = said - np.concatenate([own.added(letter, system.rate, z[:n], z[n:], rest) for letter in "vf"])
+
+    def energies(at: np.ndarray) -> np.ndarray:
+        return system.energies(at) - (0.0 if own is None else own.energies(system.rate, at[:n], at[n:]))
+
+    units = size * np.eye(2 * n)[:, :, None] + 0.0 * z
+    found = [_slope(lambda at: energies(at)[None], z, unit) for unit in units]
+    truth, off = (np.array([entry[k][0] for entry in found]) / size[..., None] for k in range(2))
+    return said, np.concatenate([truth[n:], -truth[:n]]), np.concatenate([off[n:], off[:n]])
+
+
+def _tangent(system: System) -> tuple[Rows, Callable, str] | None:
+    """Return rates, what the model says is their change along a vector, and its method; None where it has none."""
+    model, n = system.model, system.n
+    if system.separable:
+        if not hasattr(model, "tangent_force"):
+            return None
+        change = model.tangent_force
+        return (
+            (lambda z: _array(model.force(*z[:n]), z)),
+            (lambda z, w: _array(change(*z[:n], *w[:n]), z)),
+            "tangent_force",
+        )
+    method = "tangent_iterate" if system.iterated else "tangent_rates"
+    if not hasattr(model, method):
+        return None
+    rates, change = (model.iterate if system.iterated else model.rates), getattr(model, method)
+    return (lambda z: _array(rates(*z), z)), (lambda z, w: _array(change(*z, *w), z)), method
+
+
+def _array(numbers: Any, z: np.ndarray) -> np.ndarray:
+    """Return rows that a method gave of points, some perhaps one number for all."""
+    return np.array([number + np.zeros(z.shape[1:]) for number in numbers])
+
+
+def _compare(what: str, names: Any, z: np.ndarray, said: np.ndarray, truth: np.ndarray, off: np.ndarray) -> None:
+    """Raise where rows (rows, points) as said are those of no step of the differences at more than one point."""
+    names, best = names[len(names) - len(said) :], off.argmin(axis=-1)[..., None]
+    beyond = ~(np.abs(said[..., None] - truth) <= AGREE * (np.abs(said[..., None]) + np.abs(truth)))  # NaN at an edge
+    truth, off = (np.take_along_axis(entry, best, -1)[..., 0] for entry in (truth, off))
+    wrong = beyond.all(axis=-1) & (np.abs(said - truth) > BEYOND * off)
+    often = wrong.sum(axis=1) > 1
+    if often.any():
+        row = int(often.argmax())
+        point = int(wrong[row].argmax())
+        raise ValueError(
+            f"{what}: at {shown(z[:, point].tolist())} that of {names[row]} is {said[row, point]:.9g}, by differences "
+            f"{truth[row, point]:.9g}"
+        )

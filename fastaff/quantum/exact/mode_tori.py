@@ -1,0 +1,169 @@
+"""Quasiclassical levels of vibrations: tori whose actions are whole numbers of quanta beside their Maslov indices."""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ...analysis.frequencies.integer_lattice import determinant
+from ...analysis.tori.fit_torus import fit_torus
+from ...analysis.tori.torus import TorusFit, Verdict
+from ...base.interruption import keeping
+from ...base.numbers import numbers, real, shown
+from ...base.status import Status
+from ...flows.checks import checked_model, phase_points
+from ...models.mechanics import system_of
+from ..states.level_table import TORI, LevelTable
+from ..states.modes import Modes, modes_of, swapped
+from ..states.symmetry import action_quantum
+
+PERIODS, LONGER = 60.0, 2
+"""Periods of the slowest mode that a torus is fitted over; how often a fit that is undecided is given more time."""
+STEPS, CLOSE = 8, 1e-5
+"""Newton's steps on the actions, and how close to its quanta an action is, in units of h, where they end: E is first
+order in what is left, so that the square of it is its error.
+"""
+
+
+def is_vibration(body: Any) -> bool:
+    """Return whether a system is no body, but has a kinetic energy quadratic in the momenta."""
+    checked_model(body, needs="H = T(p) + V(q)")
+    system = system_of(body)
+    return not system.planar and system.quadratic
+
+
+def bodies_alone(body: Any, given: dict[str, tuple[Any, Any]]) -> None:
+    """Refuse arguments that only bodies have, where they are not as by default: (value, default) by name."""
+    for name, (value, default) in given.items():
+        if value is not default and not (isinstance(value, tuple) and value == default):
+            raise ValueError(f"{name} is for a Body alone, {type(body).__name__} takes none: got {name} = {value!r}")
+
+
+class Level(NamedTuple):
+    """A level on a torus: quantum numbers n (modes,), E, its error, h nu (modes,), NaN where there is none; status;
+    names of its angles.
+    """
+
+    n: np.ndarray
+    E: float
+    error: float
+    spacing: np.ndarray
+    status: Status
+    names: tuple[str, ...]
+
+
+def level(model: Any, modes: Modes, n: np.ndarray | None, h: float, near: np.ndarray | None) -> Level:
+    """Return the level with quantum numbers n (modes,) of these modes, or in the basis of the torus near a phase point
+    (2n,), by default the next ones there: Newton's method on the actions, whose gradient is S dz/dtheta.
+    """
+    z: Any = modes.start(h * (n + 0.5)) if n is not None and near is None else near
+    size = np.sqrt((np.abs(modes.v) ** 2).sum(axis=1) * h)[:, None]
+    time, longer = PERIODS * 2 * np.pi / float(modes.omega.min()), LONGER
+    before, none = None, np.full(modes.omega.size, np.nan)
+    failed = Level(np.zeros(none.size, np.int64) if n is None else n, np.nan, np.inf, none, Status.NOT_CONVERGED, ())
+    for _ in range(STEPS):
+        fit = fit_torus(model, z, time=time)
+        while fit.verdict is Verdict.UNDECIDED and "longer" in fit.evidence and longer:
+            time, longer = float(fit.evidence["longer"]), longer - 1
+            fit = fit_torus(model, z, time=time)
+        if fit.verdict is not Verdict.TORUS:
+            return failed
+        if near is None:
+            K = modes.lines(fit.k, fit.coefficients)
+            if abs(determinant(K)) != 1:
+                return failed
+            fit = fit.in_basis(K)
+        n = np.maximum(np.rint(fit.J / h - fit.maslov / 4), 0) if n is None else n
+        away = h * (n + fit.maslov / 4) - fit.J
+        far = float(np.abs(away).max())
+        if far <= CLOSE * h:
+            E, error = fit.energy + float(fit.nu @ away), _error(fit, away, before)
+            return Level(n, E, error, h * fit.nu, Status.OK, fit.names)
+        if before is not None and not far < before[1]:
+            return failed
+        before = fit.nu, far
+        gradient = (swapped(fit.tangents(fit.theta0[:, None])[..., 0]) * -size).T
+        z = z + size[:, 0] * np.linalg.lstsq(gradient, away, rcond=None)[0]
+    return failed
+
+
+def _error(fit: TorusFit, away: np.ndarray, before: tuple[np.ndarray, float] | None) -> float:
+    """Return the error of E: that of the actions, what the last step of Newton's leaves, and rounding."""
+    change = fit.nu if before is None else (fit.nu - before[0]) * min(1.0, np.abs(away).max() / before[1])
+    of_actions = np.abs(fit.nu) @ np.abs(fit.J) * (fit.residual + fit.prediction_error)
+    return float(of_actions + np.abs(change) @ np.abs(away) + 64 * np.finfo(float).eps * abs(fit.energy))
+
+
+def mode_levels(model: Any, n: Any, below: Any, near: Any, hbar: Any, way: str) -> LevelTable:
+    """Return quasiclassical levels of a vibration, see `quasiclassical_levels`."""
+    quantum = action_quantum(hbar)
+    if near is not None and (way != "normal" or below is not None):
+        raise ValueError("near must be given without modes and below: a torus near a point has angles of its own")
+    if (below is None) == (n is None and near is None):
+        raise ValueError("give either n, quantum numbers of the modes, or near, or below, an energy")
+    h, known = 2 * np.pi * quantum, modes_of(model, way)
+    points = [None] if near is None else list(phase_points("near", near, model).T)
+    found: list[Level] = []
+    table = functools.partial(_table, found, known, way, near is not None, model, quantum)
+    with keeping("quasiclassical_levels", table):
+        if below is not None:
+            return _below(model, known, real("below", below), h, found, table)
+        rows = [None] * len(points) if n is None else list(quanta(n, known.omega.size).T)
+        count = max(len(rows), len(points))
+        if {len(rows), len(points)} - {1, count}:
+            raise ValueError(f"near must be one phase point or {len(rows)}, as n has levels, got {len(points)}")
+        for one, point in zip(rows * (count // len(rows)), points * (count // len(points)), strict=True):
+            found.append(level(model, known, one, h, point))
+        return table()
+
+
+def _below(
+    model: Any, modes: Modes, top: float, h: float, found: list[Level], table: Callable[[], LevelTable]
+) -> LevelTable:
+    """Find all levels below an energy, from the ground state on, by ever more quanta."""
+    size = modes.omega.size
+    waiting, seen = [(0,) * size], set()
+    while waiting:
+        found.append(level(model, modes, np.array(waiting.pop(0)), h, None))
+        if top > found[-1].E:
+            more = [tuple((found[-1].n + unit).tolist()) for unit in np.eye(size, dtype=int)]
+            waiting += [n for n in more if n not in seen]
+            seen.update(more)
+    return table().below(top).ascending()
+
+
+def quanta(n: Any, size: int) -> np.ndarray:
+    """Return quantum numbers (modes, levels) of modes."""
+    rows = numbers("n", n)
+    if rows.ndim not in (1, 2) or len(rows) != size or not rows.size or (rows % 1).any() or not (rows >= 0).all():
+        raise ValueError(f"n must be whole numbers >= 0 of shape ({size},) or ({size}, levels), got {shown(n)}")
+    if not rows.max() < 1e6:
+        raise ValueError(f"n must be below 1e6, got {rows.max():g}")
+    return rows.reshape(size, -1).astype(np.int64)
+
+
+def _table(found: list[Level], modes: Modes, way: str, near: bool, model: Any, hbar: float) -> LevelTable:
+    """Return levels as a table."""
+    size = modes.omega.size
+    if near:
+        names = next((one.names for one in found if one.names), tuple(f"theta {i + 1}" for i in range(size)))
+    else:
+        names = system_of(model).row_names[:size] if way == "local" else tuple(f"mode {i + 1}" for i in range(size))
+    none = np.zeros(len(found), np.int64)
+    return LevelTable(
+        E=np.array([one.E for one in found]),
+        error=np.array([one.error for one in found]),
+        status=np.array([int(one.status) for one in found], np.int64),
+        n=np.array([one.n for one in found], np.int64).reshape(len(found), size).T,
+        names=names,
+        m=none,
+        l=none,
+        constants=np.zeros((0, len(found))),
+        constant_names=(),
+        hbar=hbar,
+        method=f"{TORI}, of {'the torus near a point' if near else f'{way} modes'}",
+        spacing=np.array([one.spacing for one in found]).reshape(len(found), size).T,
+    )

@@ -1,0 +1,164 @@
+"""Wave functions of vibrations: levels of a uniform grid as functions of the coordinates."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ...base.arrays import checked
+from ...base.display import screen
+from ...base.names import named
+from ...base.numbers import text
+from ...base.results import Drawable
+from .modes import WAYS, modes_of
+
+CHUNK = 1 << 21
+"""Numbers of the largest table at once."""
+
+
+@dataclass(frozen=True)
+class Lattice:
+    """Points q = R (step (low + i) + origin) of i (d, 1), with the names of the coordinates; u = R^-1 q, of which some
+    axes go around: shape (d,) of them, whole numbers low (d,), step (d,), origin (d,), around (d,), R (d, d).
+    """
+
+    names: tuple[str, ...]
+    shape: tuple[int, ...]
+    low: np.ndarray
+    step: np.ndarray
+    origin: np.ndarray
+    around: np.ndarray
+    R: np.ndarray
+
+    def axis(self, k: int) -> np.ndarray:
+        """Return u (points,) along an axis."""
+        return (self.low[k] + np.arange(self.shape[k])) * self.step[k] + self.origin[k]
+
+    def points(self, index: np.ndarray) -> np.ndarray:
+        """Return q (d, points) at flat indices of the lattice."""
+        places = np.unravel_index(index, self.shape)
+        return self.R @ np.array([self.axis(k)[place] for k, place in enumerate(places)])
+
+    def waves(self, k: int, u: np.ndarray) -> np.ndarray:
+        """Return the waves (points, shape[k]) of the points of an axis at u (points,): 1 at one's own, 0 at others."""
+        apart = (u[:, None] - self.axis(k)) / self.step[k]
+        if not self.around[k]:
+            return np.sinc(apart)
+        apart -= self.shape[k] * np.rint(apart / self.shape[k])
+        return np.sinc(apart) / np.sinc(apart / self.shape[k])
+
+    def slopes(self, k: int) -> np.ndarray:
+        """Return d/du between the points of an axis, of waves that end or go around."""
+        n = self.shape[k]
+        apart = np.subtract.outer(np.arange(n), np.arange(n))
+        same = apart == 0
+        far = np.where(same, 1, apart)
+        if self.around[k]:
+            far = n / np.pi * np.sin(np.pi * far / n)
+        return np.where(same, 0.0, (1.0 - 2.0 * (apart % 2)) / far) / self.step[k]
+
+
+@dataclass(frozen=True, repr=False)
+class LatticeWaves:
+    """Wave functions of levels of a body: values (levels, kept) at the points of a lattice with flat indices kept."""
+
+    body: Any
+    lattice: Lattice
+    kept: np.ndarray
+    values: np.ndarray
+
+    def __repr__(self) -> str:
+        return f"{len(self.values)} functions on {self.kept.size} points"
+
+    def state(self, number: int, energy: float, hbar: float) -> VibrationState:
+        """Return the state of a level."""
+        return VibrationState(number, energy, hbar, self.body, self.lattice, self.kept, self.values[number])
+
+
+@dataclass(frozen=True)
+class VibrationState(Drawable):
+    """A stationary state of a vibration, real and normalised; call it on coordinates q (n, ...).
+
+    number: of the level, from 0; energy; hbar; body; lattice: the points that it is known on; kept (points,): flat
+    indices of those where it is not 0; values (points,), of sum of squares 1.
+    """
+
+    number: int
+    energy: float
+    hbar: float
+    body: Any
+    lattice: Lattice
+    kept: np.ndarray
+    values: np.ndarray
+
+    def __repr__(self) -> str:
+        return screen(self)
+
+    def summary(self) -> str:
+        """Say in one line which state it is."""
+        return f"level {self.number}, E = {self.energy:.10g}, over {', '.join(self.lattice.names)}"
+
+    @property
+    def table(self) -> np.ndarray:
+        """The values (n1, ...) at all points of the lattice."""
+        full = np.zeros(int(np.prod(self.lattice.shape)))
+        full[self.kept] = self.values
+        return full.reshape(self.lattice.shape)
+
+    def __call__(self, q: ArrayLike) -> np.ndarray:
+        """Return Psi (...) at coordinates q (n, ...): ``|Psi|^2`` has the integral 1 over them. Beyond the lattice it
+        is 0. Raises ValueError or TypeError for wrong input.
+        """
+        d = len(self.lattice.shape)
+        places = checked("q", q, (d,))
+        u = np.linalg.solve(self.lattice.R, places.reshape(d, -1))
+        out, table = np.empty(u.shape[1]), self.table
+        size = abs(float(np.linalg.det(self.lattice.R))) * float(np.prod(self.lattice.step))
+        part = max(1, CHUNK // max(1, table.size // self.lattice.shape[0]))
+        for start in range(0, out.size, part):
+            some = slice(start, start + part)
+            left = np.tensordot(self.lattice.waves(0, u[0, some]), table, 1)
+            for k in range(1, d):
+                left = np.einsum("pi,pi...->p...", self.lattice.waves(k, u[k, some]), left)
+            out[some] = left
+        beyond = [
+            ~self.lattice.around[k]
+            & ((u[k] < axis[0] - self.lattice.step[k]) | (u[k] > axis[-1] + self.lattice.step[k]))
+            for k, axis in enumerate(map(self.lattice.axis, range(d)))
+        ]
+        return np.where(np.any(beyond, axis=0), 0.0, out / np.sqrt(size)).reshape(places.shape[1:])[()]
+
+    def density(self, *q: ArrayLike) -> np.ndarray:
+        """Return ``|Psi|^2`` at coordinates, which broadcast."""
+        return self(np.array(np.broadcast_arrays(*q), dtype=np.float64)) ** 2
+
+    def moments(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return the means of q (n,), the covariance of q and that of p, each (n, n); the mean of p is 0. Of angles
+        those of q mean nothing.
+        """
+        lattice, weights = self.lattice, self.values**2
+        q = lattice.points(self.kept)
+        mean = q @ weights
+        away = q - mean[:, None]
+        table = self.table
+        rise = [np.moveaxis(np.tensordot(lattice.slopes(k), table, (1, k)), 0, k).ravel() for k in range(q.shape[0])]
+        p = self.hbar * np.linalg.solve(lattice.R.T, np.array(rise))
+        return mean, (away * weights) @ away.T, p @ p.T
+
+    def quanta(self, modes: str = "normal") -> np.ndarray:
+        """Return the mean numbers of quanta (n,) in the "normal" modes, the fastest first, or the "local" ones, those
+        of each coordinate: ``<(Q^2 + P^2)/(2 hbar)> - 1/2`` of each, about the lowest minimum.
+
+        Near whole numbers they label the level. Sums of them that a resonance leaves alone, polyads such as 2 n1 + n2
+        of a Fermi resonance, are near whole numbers where each is not.
+
+        :Raises: ValueError or TypeError for other modes, and where the minimum is flat.
+        :Source: Kellman & Lynch 1986, J. Chem. Phys. 85, 7216 (polyads).
+        """
+        found = modes_of(self.body, named("modes", text("modes", modes), WAYS))
+        (mean, q, p), none = self.moments(), np.zeros((len(self.lattice.shape),) * 2)
+        squares = np.block([[q, none], [none, p]])
+        return found.actions(np.concatenate([mean, np.zeros(mean.size)]), squares) / self.hbar - 0.5

@@ -1,0 +1,146 @@
+"""Quasiclassical levels of vibrations: closed forms, quadrature, exact levels in the limit of small hbar."""
+
+import numpy as np
+import pytest
+
+import fastaff as fa
+from fastaff.quantum import quasiclassical_levels, spectrum
+
+RNG = np.random.default_rng(311)
+MORSE = "D*(1 - exp(-a*x))**2"
+PAIR = "(p**2 + r**2)/2 + g*p*r + D*(1 - exp(-a*x))**2 + F*(1 - exp(-b*y))**2"
+
+
+def morse(D, a, hbar, n):
+    omega = a * np.sqrt(2 * D) * hbar * (n + 0.5)
+    return omega - omega**2 / (4 * D)
+
+
+def pair(**numbers):
+    return fa.hamiltonian(PAIR, coordinates="x y", momenta="p r", **numbers)
+
+
+def test_a_morse_oscillator_is_exact():
+    D, a, hbar = RNG.uniform(8, 12), RNG.uniform(0.18, 0.3), RNG.uniform(0.1, 0.4)
+    model = fa.hamiltonian(MORSE, coordinates="x", D=D, a=a)
+    found = quasiclassical_levels(model, n=[[0, 2, 5]], hbar=hbar)
+    truth = morse(D, a, hbar, np.array([0, 2, 5]))
+    assert found.converged.all()
+    assert (np.abs(found.E - truth) <= found.error).all()
+    assert found.error.max() < 1e-9
+    np.testing.assert_allclose(found.spacing[0], np.gradient(morse(D, a, hbar, np.arange(9.0)))[[0, 2, 5]], rtol=0.1)
+    listed = quasiclassical_levels(model, below=float(truth[1]) * 1.001, hbar=hbar)
+    np.testing.assert_array_equal(listed.n, [[0, 1, 2]])
+    np.testing.assert_allclose(listed.E, morse(D, a, hbar, np.arange(3)), atol=1e-10)
+
+
+def test_a_quartic_oscillator_against_quadrature():
+    from scipy.integrate import quad
+    from scipy.optimize import brentq
+
+    k, hbar = RNG.uniform(0.5, 2), RNG.uniform(0.05, 0.3)
+
+    def action(E):
+        """4 times the integral of p dx up to the turning point X, with x = X sin u and V(X) = E."""
+        square = (np.sqrt(1 + 4 * k * E) - 1) / k
+        part = quad(lambda u: np.cos(u) ** 2 * np.sqrt(1 + k / 2 * square * (1 + np.sin(u) ** 2)), 0, np.pi / 2)
+        return 4 * square * part[0]
+
+    model = fa.hamiltonian("x**2/2 + k*x**4/4", coordinates="x", k=k)
+    truth = brentq(lambda E: action(E) - 2 * np.pi * hbar * 3.5, 1e-6, 20, xtol=1e-14)
+    found = quasiclassical_levels(model, n=[3], hbar=hbar)
+    assert abs(found.E[0] - truth) <= found.error[0] + 1e-12
+
+
+@pytest.mark.parametrize("modes", ["local", pytest.param("normal", marks=pytest.mark.slow)])
+def test_a_pair_that_separates_is_a_sum_of_its_bonds(modes):
+    D, F, hbar = RNG.uniform(8, 12), RNG.uniform(8, 12), RNG.uniform(0.1, 0.3)
+    a, b, slow, fast = RNG.uniform(0.18, 0.2), RNG.uniform(0.26, 0.3), 1, 2
+    n, names = ((slow, fast), ("x", "y")) if modes == "local" else ((fast, slow), ("mode 1", "mode 2"))
+    found = quasiclassical_levels(pair(D=D, F=F, a=a, b=b, g=0.0), n=n, hbar=hbar, modes=modes)
+    assert found.names == names
+    assert abs(found.E[0] - morse(D, a, hbar, slow) - morse(F, b, hbar, fast)) <= found.error[0]
+    assert found.error[0] < 1e-8
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("number", range(3))
+def test_the_difference_from_exact_levels_falls_as_hbar_squared(number):
+    rng = np.random.default_rng(number)
+    D, F, g = *rng.uniform(8, 12, 2), rng.uniform(-0.1, 0.1)
+    model = pair(D=D, F=F, a=rng.uniform(0.18, 0.2), b=rng.uniform(0.26, 0.3), g=g)
+    n = np.array([[0, 1, 0], [0, 0, 1]])
+    away = []
+    for hbar in (0.2, 0.1, 0.05):
+        found = quasiclassical_levels(model, n=n, hbar=hbar)
+        exact = spectrum(model, count=3, hbar=hbar)
+        assert found.converged.all()
+        away.append(np.sort(found.E) - exact.E)
+    ratios = np.array(away[:-1]) / np.array(away[1:])
+    np.testing.assert_allclose(ratios, 4.0, rtol=0.15)
+
+
+def test_maslov_indices_of_librations_rotations_and_other_bases():
+    pendulum = fa.hamiltonian("p**2/2 - cos(x)", coordinates="x", momenta="p", periods={"x": "2*pi"})
+    assert fa.fit_torus(pendulum, [0.5, 0.0], time=400.0).maslov.tolist() == [2]
+    assert fa.fit_torus(pendulum, [0.0, 2.5], time=400.0).maslov.tolist() == [0]
+    linear = fa.hamiltonian("(x**2 + k*y**2)/2", coordinates="x y", k=RNG.uniform(2, 3))
+    fit = fa.fit_torus(linear, [0.4, 0.7, 0.1, -0.2], time=400.0)
+    assert fit.maslov.tolist() == [2, 2]
+    M = np.array([[1, 2], [0, 1]])
+    np.testing.assert_array_equal(fit.in_basis(M).maslov, np.linalg.inv(M).T @ fit.maslov)
+
+
+@pytest.mark.slow
+def test_maslov_indices_of_bodies():
+    torus = fa.fit_torus(fa.Body(fa.Hyperelastic()), [1.5, 0.1, 0.3, 0.0, 0.1, 0.3, 0.2, 0.1], time=300.0)
+    assert sorted(np.abs(torus.maslov).tolist()) == [0, 0, 2, 2]
+    with pytest.raises(ValueError, match="maslov is of tori of 4 dimensions"):
+        _ = fa.fit_torus(fa.Body(fa.Harmonic()), [1.5, 0.1, 0.3, 0.0, 0.1, 0.3, 0.2, 0.1], time=100.0).maslov
+
+
+def test_wrong_calls_say_the_right_one():
+    model = fa.hamiltonian(MORSE, coordinates="x", D=10.0, a=0.2)
+    for wrong, message in (
+        ({"n": [0], "m": 1}, "m is for a Body alone"),
+        ({"n": [0], "maslov": (0, 0)}, "maslov is for a Body alone"),
+        ({}, "give either n, quantum numbers of the modes, or near, or below"),
+        ({"n": [0], "below": 1.0}, "give either n"),
+        ({"n": [-1]}, "n must be whole numbers >= 0 of shape"),
+        ({"n": [0, 1]}, "n must be whole numbers >= 0 of shape"),
+        ({"n": [0], "modes": "locla"}, "Did you mean local"),
+        ({"near": [1.0, 0.0], "modes": "local"}, "near must be given without modes"),
+    ):
+        with pytest.raises(ValueError, match=message):
+            quasiclassical_levels(model, **wrong)
+    with pytest.raises(ValueError, match="modes is for vibrations alone"):
+        quasiclassical_levels(fa.Body(fa.Harmonic()), n=(0, 0), m=0, l=0, modes="local")
+    with pytest.raises(ValueError, match="potential with a minimum"):
+        quasiclassical_levels(fa.hamiltonian("-x**4", coordinates="x"), n=[0])
+
+
+@pytest.mark.parametrize("sign", [-1, 1])
+def test_normal_modes_turn_into_local_ones_where_averaging_says(sign):
+    """H = omega I - kappa I^2 (1 + z^2)/2 + g omega I sqrt(1 - z^2) cos(psi)/2, kappa = omega^2/4D, of two equal Morse
+    bonds: at z = 0, the mode with g cos(psi) < 0, local modes branch off where kappa I = |g| omega/2, up to a share of
+    order g.
+    """
+    D, a = RNG.uniform(8, 12), RNG.uniform(0.2, 0.4)
+    omega = a * np.sqrt(2 * D)
+    away = []
+    for g in (0.02, 0.01):
+        text = "(p**2 + r**2)/2 + g*p*r + D*(1 - exp(-a*x))**2 + D*(1 - exp(-a*y))**2"
+        model = fa.hamiltonian(text, coordinates="x y", momenta="p r", D=D, a=a, g=sign * g)
+        kappa = omega**2 / (4 * D)
+        I = g * omega / (2 * kappa)
+        E = omega * I - kappa * I**2 / 2 - g * omega * I / 2
+        section = fa.Linear(normal=(0, 0, 1, -sign), direction=-1)
+        x = np.sqrt(E / 2 / D) / a  # each bond has half the energy
+        low, high = E / 2, 2 * E
+        branch = fa.continuation(
+            model, [0.6 * x, -sign * 0.6 * x, 0, 0], section=section, direction=1, bounds=(low / 2, high), longest=0.1
+        )
+        (found,) = [one for one in branch.bifurcations if one.event.name == "BRANCHING"]
+        away.append(found.value / E - 1)
+    assert abs(away[0]) < 0.04
+    np.testing.assert_allclose(away[0] / away[1], 2.0, rtol=0.2)
