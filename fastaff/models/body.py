@@ -100,7 +100,10 @@ class Body(NamedTuple):
         """Return a number that is positive where the potential lives."""
         return self.potential.margin(a1 * a1 + a2 * a2, b1 * b1 + b2 * b2)
 
-    poles_of = "potential"
+    @property
+    def poles_of(self) -> str:
+        """Name of the field that it has poles from."""
+        return "potential"
 
     def poles(self, a1, a2, b1, b2):
         """Return the numbers of the potential, if it has some, whose whole parts change at its poles."""

@@ -199,7 +199,10 @@ class TransformedModel(NamedTuple):
         """Return the model's margin."""
         return self.model.margin(*q[:-1])
 
-    poles_of = "model"
+    @property
+    def poles_of(self) -> str:
+        """Name of the field that it has poles from."""
+        return "model"
 
     def poles(self, *q):
         """Return the model's numbers, if it has some, whose whole parts change at its poles."""
