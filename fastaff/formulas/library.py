@@ -172,12 +172,12 @@ def _derive_hamiltonian(request: Request, programs: tuple[Program, Program | Non
     from .inertia import in_turning_frame, separated
     from .model_source import driven_model, hamiltonian_model
     from .potential_source import Description
-    from .sympy_bridge import to_sympy
+    from .sympy_bridge import sharp, to_sympy
 
     program, domain = programs
     own = {name: sympy.Symbol(name, real=True) for name in request.variables}
     names = {**own, **_parameters(request)}
-    V = to_sympy(program, names)
+    V = sharp(to_sympy(program, names))
     walls = [to_sympy(domain, names)] if domain is not None else conditions(V, everywhere(own.values()))
     search = functools.partial(reached, walls, [*own.values()], values)
     check_real(program, values, request.variables, "text", search)
@@ -226,13 +226,13 @@ def _derive_flow(
     from .domains import conditions, everywhere, poles, reached
     from .flow_source import flow_model
     from .potential_source import Description
-    from .sympy_bridge import to_sympy
+    from .sympy_bridge import sharp, to_sympy
 
     own = {name: sympy.Symbol(name, real=True) for name in request.coordinates}
     names = {**own, **_parameters(request)}
     rates, walls, region = [], [], everywhere(own.values())
     for program in programs[0]:
-        rates.append(sympy.sympify(to_sympy(program, names)))
+        rates.append(sharp(to_sympy(program, names)))
         here = conditions(rates[-1], region)
         search = functools.partial(reached, here, [*own.values()], values)
         check_real(program, values, request.coordinates, "text", search)
@@ -298,7 +298,7 @@ def _derive_potential(request: Request, programs: tuple[Program, Program | None]
     import sympy
 
     from . import isotropy, potential_source
-    from .domains import conditions
+    from .domains import conditions, poles
     from .sympy_bridge import checked, to_sympy
 
     s = isotropy.symbols()
@@ -317,7 +317,9 @@ def _derive_potential(request: Request, programs: tuple[Program, Program | None]
         if V.expression.has(s["alpha"]) and not alpha_even(trial):
             walls.append(s["A"])
     walls = [wall.xreplace(roots) for wall in walls]
-    description = potential_source.Description(request.text, request.domain, request.parameters, _proof(programs[0], V))
+    passed = tuple(number.xreplace(roots) for number in poles(V.expression, body_region(s)))
+    about = request.text, request.domain, request.parameters, _proof(programs[0], V)
+    description = potential_source.Description(*about, poles=passed)
     g = V.expression.xreplace({s["A"]: s["alpha"] ** 2, s["B"]: s["beta"] ** 2})
     on_axis = vanishing(V.expression, invariant_places(axis=True), trial.parameters)
     given = walls if programs[1] is not None else []
@@ -349,7 +351,7 @@ def _derive_general(request: Request, programs: tuple[Program, Program | None], 
     import sympy
 
     from . import isotropy, model_source, potential_source
-    from .domains import conditions
+    from .domains import conditions, poles
     from .sympy_bridge import checked, to_sympy
 
     s = isotropy.symbols()
@@ -377,7 +379,13 @@ def _derive_general(request: Request, programs: tuple[Program, Program | None], 
     )
     clamped = ["beta"] + (["alpha"] if alpha_even(trial) else [])
     proof = _proof(programs[0], whole) if isotropic else "Not doubly isotropic: turning a and b separately changes it."
-    description = potential_source.Description(request.text, request.domain, request.parameters, proof)
+    a1, a2, b1, b2 = (s[name] for name in ("a1", "a2", "b1", "b2"))
+    alpha, beta = sympy.sqrt(a1**2 + a2**2), sympy.sqrt(b1**2 + b2**2)
+    places = everything(a1, a2, b1, b2, alpha, beta, sympy.sqrt, sympy.atan)
+    places |= {"A": alpha**2, "B": beta**2, "alpha": alpha, "beta": beta}
+    own = {s[name]: place for name, place in places.items() if name in s}
+    passed = tuple(number.xreplace(own) for number in poles(V, body_region(s)))
+    description = potential_source.Description(request.text, request.domain, request.parameters, proof, poles=passed)
     return model_source.body_model(
         description, sympy.sympify(V), walls, pair=request.inertia == "pair", clamped=clamped
     )

@@ -7,7 +7,7 @@ from typing import Any
 
 from ..compile.kinds import TERMS
 from .inertia import Inertia, driven_inertia, fresh, mass_inertia, plane_inertia
-from .potential_source import Description, class_text, constant, margin_method, method, module
+from .potential_source import Description, class_text, constant, margin_method, method, module, poles_methods
 from .printing import Lines
 
 HALF = 0.7071067811865476
@@ -168,13 +168,6 @@ def _margin(walls: Sequence[Any], q: Sequence[str], taken: Sequence[str]) -> str
     return margin_method(walls, q, work, covered=covered)
 
 
-def poles_methods(poles: Sequence[Any], names: Sequence[str]) -> list[str]:
-    """Return the method of `poles` where there are some."""
-    lines = Lines(names)
-    doc = "Return numbers whose whole parts an orbit keeps: they change at poles."
-    return [method("poles", names, doc, lines, lines.add(poles))] if poles else []
-
-
 _LOOPS = '''\
 class Loops(NamedTuple):
     """Loops in the coordinate planes (q_i, p_i){about}."""
@@ -226,6 +219,7 @@ def body_model(d: Description, V: Any, walls: Sequence[Any], *, pair: bool, clam
         clamped=clamped,
         angles="AreaTrace()",
         imports="\nfrom fastaff.models.angles import AreaTrace\n",
+        more=poles_methods(d.poles, d.coordinates),
     )
 
 

@@ -15,13 +15,16 @@ _WORD = re.compile(r"[A-Za-z_]\w*")
 
 
 class Description(NamedTuple):
-    """What a generated class says about itself, and its parameters in field order."""
+    """What a generated class says about itself, its parameters in field order, and what passes a whole number at poles
+    of a body's V.
+    """
 
     formula: str
     domain: str | None
     parameters: tuple[str, ...]
     proof: str
     coordinates: tuple[str, ...] = ()
+    poles: tuple[Any, ...] = ()
 
 
 def module(description: Description, body: str, imports: str = "") -> str:
@@ -103,6 +106,18 @@ def margin_method(walls: Sequence[Any], coordinates: Sequence[str], lines: Lines
     )
 
 
+def poles_methods(poles: Sequence[Any], names: Sequence[str]) -> list[str]:
+    """Return the method of `poles` where there are some."""
+    lines = Lines(names)
+    doc = "Return numbers whose whole parts an orbit keeps: they change at poles."
+    return [method("poles", names, doc, lines, lines.add(poles))] if poles else []
+
+
+def _bounds(d: Description, walls: Sequence[Any]) -> list[str]:
+    """Return the methods of a potential of A and B that say where it lives: its margin, its poles."""
+    return [margin_method(walls, ("A", "B"), Lines(("A", "B"))), *poles_methods(d.poles, ("A", "B"))]
+
+
 # --- doubly isotropic potentials ------------------------------------------------------------------------------------
 
 _ISOTROPIC = "a doubly isotropic potential of A = alpha^2, B = beta^2"
@@ -127,7 +142,7 @@ def potential(d: Description, V: Any, walls: Sequence[Any], s: dict[str, Any], *
             for e, text in zip(results, lines.add(results), strict=True)
         ]
         methods.append(method(name, ("A", "B"), doc, lines, texts, single=name == "value"))
-    methods.append(margin_method(walls, ("A", "B"), Lines(("A", "B"))))
+    methods += _bounds(d, walls)
     return module(d, class_text("FormulaPotential", _ISOTROPIC, d, d.parameters, methods))
 
 
@@ -195,7 +210,7 @@ def even_potential(d: Description, g: Any, walls: Sequence[Any], s: dict[str, An
         _even_curvatures(g, start),
         helper("second", "Return the second derivative in beta.", [g_bb]),
         helper("higher", higher, [g_bb.diff(alpha), g_bb.diff(beta, 2)]),
-        margin_method(walls, ("A", "B"), Lines(("A", "B"))),
+        *_bounds(d, walls),
     ]
     return module(d, class_text("FormulaPotential", _ISOTROPIC, d, d.parameters, methods))
 
@@ -267,7 +282,7 @@ def ring_potential(d: Description, g: Any, walls: Sequence[Any], s: dict[str, An
     own, doc = Lines(("alpha", "beta")), "Return V of a complex beta, and its first and second derivatives in alpha."
     g_a = g.diff(alpha)
     methods.append(method("ring", ("alpha", "beta"), doc, own, own.add([g, g_a, g_a.diff(alpha)])))
-    methods.append(margin_method(walls, ("A", "B"), Lines(("A", "B"))))
+    methods += _bounds(d, walls)
     return module(d, class_text("FormulaPotential", _ISOTROPIC, d, d.parameters, methods))
 
 

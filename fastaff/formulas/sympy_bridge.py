@@ -38,6 +38,36 @@ def _power(base: Any, exponent: Any) -> Any:
     return base**exponent
 
 
+def sharp(expression: Any) -> Any:
+    """Return an expression whose denominators do not cancel: 1 - cos(x)**2, 1 - cos(x), cosh(x)**2 - cos(y)**2 and
+    other sums of these functions and numbers that are 0 at 0 become sums of squares of sines, exact down to their 0.
+    """
+    return expression.replace(
+        lambda e: e.is_Pow and e.exp.is_Integer and e.exp.is_negative and e.base.is_Add,
+        lambda e: _squares(e.base) ** e.exp,
+    )
+
+
+def _squares(total: Any) -> Any:
+    """Return a sum of numbers, cos, cosh and their squares as one of squares of sines of one sign, or as it is."""
+    import sympy
+
+    constant, parts = sympy.Integer(0), []
+    for factor, term in (term.as_coeff_Mul() for term in total.args):
+        squared = term.is_Pow and term.exp == 2
+        wave = term.base if squared else term
+        constant += factor
+        if isinstance(wave, (sympy.cos, sympy.cosh)):
+            sign, sine = (-1, sympy.sin) if isinstance(wave, sympy.cos) else (1, sympy.sinh)
+            x = wave.args[0]
+            parts.append((sign * factor * (1 if squared else 2), sine(x if squared else x / 2) ** 2))
+        elif term != 1:
+            return total
+    if constant != 0 or len({weight > 0 for weight, _ in parts}) != 1:
+        return total
+    return sympy.Add(*(weight * square for weight, square in parts))
+
+
 def checked(expression: Any) -> Any:
     """Return a SymPy expression that is a finite real formula; ValueError for one that SymPy found to be none."""
     import sympy

@@ -100,6 +100,15 @@ class Body(NamedTuple):
         """Return a number that is positive where the potential lives."""
         return self.potential.margin(a1 * a1 + a2 * a2, b1 * b1 + b2 * b2)
 
+    @property
+    def poles_of(self) -> str:
+        """Name of the field that it has poles from."""
+        return "potential"
+
+    def poles(self, a1, a2, b1, b2):
+        """Return the numbers of the potential, if it has some, whose whole parts change at its poles."""
+        return self.potential.poles(a1 * a1 + a2 * a2, b1 * b1 + b2 * b2)
+
 
 def _refusing(made: Callable[..., Body]) -> Callable[..., Body]:
     """Let the maker of bodies say what has the terms that they have not."""

@@ -22,8 +22,9 @@ class Model(Protocol):
     velocity(p...) = dT/dp and force(q...) = -dV/dq, n numbers each; kinetic_energy(p...), potential_energy(q...);
     margin(q...): positive where the potential lives. Optional: poles(q...): numbers whose whole parts, -1 and 0 of what
     changes its sign, change at poles of V, of which a step may see nothing: an orbit that has passed one where V is
-    infinite is COLLAPSED, or an adaptive step taken again; coordinates (n names); angles (see `Angles`); for
-    tangent vectors tangent_force(q..., dq...), the change of the force along dq, and T quadratic; isotropic: whether
+    infinite is COLLAPSED, or an adaptive step taken again; poles_of: the name of the field that it has these from, and
+    has them if that does; coordinates (n names); angles (see `Angles`); for tangent vectors tangent_force(q..., dq...),
+    the change of the force along dq, and T quadratic; isotropic: whether
     p_eta and p_gamma of a body in the two planes a and b are conserved; kind, a `Kind`. One that is ROTATING has
     angular_velocity(), the rate Omega at which the frame of its first two coordinates x, y turns: H = T(p) + V(q) -
     Omega (x p_y - y p_x), with T = (p_x^2 + p_y^2)/2m + ..., so that p are the momenta seen from a frame at rest.

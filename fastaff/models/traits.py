@@ -62,7 +62,7 @@ class Traits:
     @property
     def poles(self) -> bool:
         """Whether it tells of poles, which steps may pass without seeing them."""
-        return not self.iterated and hasattr(self.model, "poles")
+        return not self.iterated and _tells_of_poles(self.model)
 
     @property
     def energetic(self) -> bool:
@@ -183,3 +183,9 @@ class Traits:
         if kept.sum() < count // 64 or not same or not linear.all():
             return False, False
         return True, bool((np.linalg.eigvalsh(np.moveaxis(W[..., kept], 2, 0)) > 0).all())
+
+
+def _tells_of_poles(model: Any) -> bool:
+    """Whether a model tells of poles, and the part of it that it has them from."""
+    own = getattr(model, getattr(model, "poles_of", ""), None)
+    return hasattr(model, "poles") and (own is None or _tells_of_poles(own))

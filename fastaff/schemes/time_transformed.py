@@ -199,6 +199,15 @@ class TransformedModel(NamedTuple):
         """Return the model's margin."""
         return self.model.margin(*q[:-1])
 
+    @property
+    def poles_of(self) -> str:
+        """Name of the field that it has poles from."""
+        return "model"
+
+    def poles(self, *q):
+        """Return the model's numbers, if it has some, whose whole parts change at its poles."""
+        return self.model.poles(*q[:-1])
+
     def kinetic_energy(self, *p):
         """Return the model's own T."""
         return self.model.kinetic_energy(*p[:-1])
