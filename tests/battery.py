@@ -123,6 +123,7 @@ def result(name):
     grid = {"energy": 0.1, "section": X, "axes": ([-0.2, 0.0, 0.1], [-0.1, 0.1])}
     makers = {
         "packet": lambda: fa.quantum.number_packet(HARMONIC, n=(3, 2), m=0, l=0, width=(1.0, 0.0)),
+        "vibration": lambda: fa.quantum.spectrum(fa.hamiltonian("x**2/2", coordinates="x"), count=2).state(0),
         "state": lambda: fa.quantum.wavefunction(HARMONIC, m=1, l=1, n=(1, 0)),
         "cut": lambda: fa.poincare_map(BODY, Z8, section=TURN, crossings=2, max_time=30.0, **FIXED),
         "guessable": lambda: fa.poincare_map(HH, result("grid").z0, section=X, crossings=4, max_time=60.0, **FIXED),
@@ -286,6 +287,8 @@ CALLS = {
         fa.hamiltonian,
         {"text": "k*(x**2 + y**2)*cos(t)", "masses": (1.0, 2.0), "period": "2*pi", "k": 1.0},
     ),
+    "VibrationState.density": (method("vibration", "density"), {"q": [0.1]}),
+    "VibrationState.quanta": (method("vibration", "quanta"), {"modes": "local"}),
     "husimi": (fa.quantum.husimi, {"state": lambda: result("state")}),
     "integrate.flow": (fa.integrate, {"body": SPIRAL, "z0": np.ones((3, 2)), "time": 1.0, "samples": 2, "threads": 1}),
     "integrate": (fa.integrate, {"body": HH, "z0": Z4, **REAL_TIME}),

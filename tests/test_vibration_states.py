@@ -50,9 +50,9 @@ def test_states_are_normalised_orthogonal_and_have_the_energies_of_their_levels(
     for k in range(4):
         state = levels.state(k)
         mean, _, squares = state.moments()
-        potential = (state.density(*q) * model.potential_energy(*q)).sum() * cell
+        potential = (state.density(q) * model.potential_energy(*q)).sum() * cell
         assert abs(np.trace(W @ squares) / 2 + potential - levels.E[k]) < 1e-7
-        np.testing.assert_allclose(mean, (state.density(*q) * q).sum(axis=(1, 2)) * cell, atol=1e-7)
+        np.testing.assert_allclose(mean, (state.density(q) * q).sum(axis=(1, 2)) * cell, atol=1e-7)
 
 
 def test_the_husimi_function_is_normalised_and_its_marginal_is_the_smoothed_density():
@@ -67,7 +67,7 @@ def test_the_husimi_function_is_normalised_and_its_marginal_is_the_smoothed_dens
     assert abs(Q.norm - 1) < 1e-12
     fine = np.linspace(-12, 30, 2101)
     spread = np.exp(-((x[:, None] - fine) ** 2) / (2 * Q.width[0] ** 2)) / np.sqrt(2 * np.pi) / Q.width[0]
-    smooth = spread @ state.density(fine) * (fine[1] - fine[0])
+    smooth = spread @ state.density(fine[None]) * (fine[1] - fine[0])
     np.testing.assert_allclose(values.sum(axis=1) * dp / (2 * np.pi * hbar), smooth, atol=1e-9)
 
 
@@ -130,7 +130,7 @@ def test_figures_over_the_section_and_the_plane():
 def test_wrong_calls_say_the_right_one():
     pendulum = fa.hamiltonian("1 - cos(x)", coordinates="x", periods={"x": "2*pi"})
     state = spectrum(pendulum, count=3).state(0)
-    assert abs((state.density(np.arange(64) * 2 * np.pi / 64)).sum() * 2 * np.pi / 64 - 1) < 1e-9
+    assert abs((state.density(np.arange(64)[None] * 2 * np.pi / 64)).sum() * 2 * np.pi / 64 - 1) < 1e-9
     with pytest.raises(ValueError, match="without periods"):
         husimi(state)
     one = spectrum(fa.hamiltonian("x**2/2", coordinates="x"), count=2).state(1)

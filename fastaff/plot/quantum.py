@@ -291,7 +291,7 @@ def _vibration(
     (x0, x1), (y0, y1) = limits or [_span(row, state.values**2, whole) for row in places]
     x, y = np.linspace(x0, x1, points), np.linspace(y0, y1, points)
     X, Y = np.meshgrid(x, y)
-    image, lines = _image(ax, state.density(X, Y), x, y, norm), []
+    image, lines = _image(ax, state.density(np.array([X, Y])), x, y, norm), []
     if body is not None:
         height = potential_of(body)(np.array([X, Y])) - state.energy
         lines.append(ax.contour(x, y, np.minimum(height, abs(state.energy)), [0.0], colors="white", linewidths=1.1))

@@ -121,17 +121,11 @@ class TorusFit(Result, axis=None):
             raise ValueError(f"maslov is of tori of {n} dimensions of a flow, got dimension {self.dimension}")
         return np.array([self._caustics(i) for i in range(n)])
 
-    def tangents(self, theta: np.ndarray) -> np.ndarray:
-        """Return dz/dtheta (2n, d, points) at angles theta (d, points) in cycles."""
-        rows = [evaluate(self.k, 2j * np.pi * self.k[:, i] * self.coefficients, theta) for i in range(self.dimension)]
-        out = np.array(rows).swapaxes(0, 1)
-        return out if self.winding is None else out + self.winding[:, :, None]
-
     def _caustics(self, i: int) -> int:
         """Return the Maslov index of the cycle of one angle."""
         theta = np.zeros((self.dimension, max(GRID, 16 * int(np.abs(self.k[:, i]).max(initial=0)))))
         theta[i] = np.arange(theta.shape[1]) / theta.shape[1]
-        q, p = np.split(self.tangents(theta), 2)
+        q, p = np.split(tangents(self, theta), 2)
         size = np.sqrt(np.abs(q).max(axis=(1, 2)) / np.abs(p).max(axis=(1, 2)))[:, None, None]
         turns = np.linalg.det(np.moveaxis(q / size - 1j * size * p, 2, 0))
         return round(np.angle(np.roll(turns, -1) / turns).sum() / np.pi)
@@ -206,6 +200,13 @@ class TorusFit(Result, axis=None):
                 else "; the orbit failed"
             )
         return text
+
+
+def tangents(fit: TorusFit, theta: np.ndarray) -> np.ndarray:
+    """Return dz/dtheta (2n, d, points) of a torus at angles theta (d, points) in cycles."""
+    rows = [evaluate(fit.k, 2j * np.pi * fit.k[:, i] * fit.coefficients, theta) for i in range(fit.dimension)]
+    out = np.array(rows).swapaxes(0, 1)
+    return out if fit.winding is None else out + fit.winding[:, :, None]
 
 
 def resting(path: np.ndarray) -> bool:

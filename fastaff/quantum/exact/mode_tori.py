@@ -10,7 +10,7 @@ import numpy as np
 
 from ...analysis.frequencies.integer_lattice import determinant
 from ...analysis.tori.fit_torus import fit_torus
-from ...analysis.tori.torus import TorusFit, Verdict
+from ...analysis.tori.torus import TorusFit, Verdict, tangents
 from ...base.interruption import keeping
 from ...base.numbers import numbers, real, shown
 from ...base.status import Status
@@ -85,7 +85,7 @@ def level(model: Any, modes: Modes, n: np.ndarray | None, h: float, near: np.nda
         if before is not None and not far < before[1]:
             return failed
         before = fit.nu, far
-        gradient = (swapped(fit.tangents(fit.theta0[:, None])[..., 0]) * -size).T
+        gradient = (swapped(tangents(fit, fit.theta0[:, None])[..., 0]) * -size).T
         z = z + size[:, 0] * np.linalg.lstsq(gradient, away, rcond=None)[0]
     return failed
 

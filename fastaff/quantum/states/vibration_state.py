@@ -131,9 +131,9 @@ class VibrationState(Drawable):
         ]
         return np.where(np.any(beyond, axis=0), 0.0, out / np.sqrt(size)).reshape(places.shape[1:])[()]
 
-    def density(self, *q: ArrayLike) -> np.ndarray:
-        """Return ``|Psi|^2`` at coordinates, which broadcast."""
-        return self(np.array(np.broadcast_arrays(*q), dtype=np.float64)) ** 2
+    def density(self, q: ArrayLike) -> np.ndarray:
+        """Return ``|Psi|^2`` (...) at coordinates q (n, ...)."""
+        return self(q) ** 2
 
     def moments(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return the means of q (n,), the covariance of q and that of p, each (n, n); the mean of p is 0. Of angles
