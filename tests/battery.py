@@ -443,6 +443,7 @@ FORMULAS = {
     "leaning",
     "curvatures",
     "margin",
+    "poles",
     "slope",
     "curvature",
     "at",
