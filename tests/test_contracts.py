@@ -307,7 +307,7 @@ NEW = {
         has="gyrates",
         forces=lambda part: "f{0}, f{1} = f{0} + rate*p{1}, f{1} - rate*p{0}\n".format(*part),
         substep=Substep("kick", gyrated, ("along", "across"), pulled),
-        words=frozenset({"crooked"}),
+        words=frozenset({"noncanonical"}),
         options=("gyration",),
     ),
     "wind": Term(

@@ -89,12 +89,12 @@ def terms_of(value: Any) -> Set[str]:
 
 def words_of(terms: Set[str]) -> Set[str]:
     """Return these terms and what each is said to be: its words, "drifts" or "kicks", the stage of its substep, and
-    "leaning" where it adds to H what the least energies of places know nothing of, as they do of a frame.
+    "energy" where it adds to H, but for a frame, whose part of the least energies of places is known.
     """
     found = {*terms}
     for entry in map(TERMS.__getitem__, terms):
         found |= {"term", *entry.words} | (set() if entry.substep is None else {"substep", f"{entry.substep.stage}s"})
-        found |= {"leaning"} if entry.energy != "0" and entry is not FRAME else set()
+        found |= {"energy"} if entry.energy != "0" and entry is not FRAME else set()
     return frozenset(found)
 
 

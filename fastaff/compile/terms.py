@@ -106,9 +106,9 @@ class Term:
     of the rows of an orbit or vector, by q, p and `rate`; energy: text of what it adds to H.
 
     words: what traits and refusals (`flows.needs`) go by beside its name and the stage of its substep: "loss" where no
-    energy is kept, "crooked" where p are no conjugates of q. options: arguments of `formulas.hamiltonian`, from whose
-    values, by name, options_rate(values, mass, q) makes the rate, that of the one option as it is, and what is added
-    to V; a `planar` term needs two coordinates of one mass.
+    energy is kept, "noncanonical" where p are not conjugate to q. options: arguments of `formulas.hamiltonian`, from
+    whose values, by name, options_rate(values, mass, q) makes the rate, that of the one option as it is, and what is
+    added to V; a `planar` term needs two coordinates of one mass.
     """
 
     does: str

@@ -12,8 +12,8 @@ NEEDS: dict[str, frozenset[str]] = {
     "equations": frozenset(),
     "a start by rows": frozenset({"drive"}),
     "regular motion": frozenset({"loss", "rates"}),
-    "Hamilton's equations": frozenset({"loss", "crooked", "rates", "iterates"}),
-    "an energy surface": frozenset({"drive", "loss", "leaning", "rates", "iterates"}),
+    "Hamilton's equations": frozenset({"loss", "noncanonical", "rates", "iterates"}),
+    "an energy surface": frozenset({"drive", "loss", "energy", "rates", "iterates"}),
     "H = T(p) + V(q)": frozenset({"term"}),
     "a page": frozenset({"substep"}),
 }
@@ -25,7 +25,7 @@ REFUSALS = {
     "a time": {"iterates": "{argument} is for systems in time: {instead}; got {got}"},
     "a start by energy": {
         "iterates": "{argument} is for systems in time: a map has no energy; got {got}",
-        "leaning": "{argument} is for systems whose energy is T + V: one that {has} has more; got {got}",
+        "energy": "{argument} is for systems whose energy is T + V: one that {has} has more; got {got}",
         "loss": "{argument} is for systems with an energy: one that {has} keeps none; got {got}",
         "rates": "{argument} is for systems with an energy: dz/dt = f(z) has none; got {got}",
     },

@@ -28,7 +28,7 @@ def escape_radii(model: Any, z: np.ndarray, energy: np.ndarray | None = None) ->
     point says nothing of the size; nor do coordinates of H(q, p), which may be angles that wind.
     """
     system = system_of(model)
-    if not system.separable or "leaning" in system.words:
+    if not system.separable or "energy" in system.words:
         return np.full(z.shape[1], FARTHEST)
     limit = system.energies(z) if energy is None else energy
     with np.errstate(all="ignore"):

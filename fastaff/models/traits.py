@@ -77,7 +77,7 @@ class Traits:
     @cached_property
     def symplectic(self) -> bool:
         """Whether its motion conserves the symplectic form; of a map to rounding, at random points."""
-        return maps.symplectic(self.model) if self.iterated else self.conserves and "crooked" not in self.words
+        return maps.symplectic(self.model) if self.iterated else self.conserves and "noncanonical" not in self.words
 
     @cached_property
     def n(self) -> int:
