@@ -102,6 +102,8 @@ def test_what_is_no_part_of_a_map_is_named():
     thick = at.Lattice([at.Drift("d", 1.0), at.Sextupole("mine", 0.3, 12.0)], energy=1e9)
     with pytest.raises(ValueError, match=r"the element 'mine' \(Sextupole\) is neither linear nor a thin multipole"):
         fa.mapping(thick)
+    with pytest.raises(TypeError, match=r"write fa.mapping\(lattice\)"):
+        fa.frequency_map(thick, STARTS, time=100)
 
 
 def _line(xtrack):

@@ -61,7 +61,6 @@ def test_names_of_terms_may_be_parameters():
         (lambda: fa.quantum.all_levels(PLANE, below=1.0), TypeError, "spectrum(body, count=..., hbar=...)"),
         (lambda: fa.Body(fa.NeoHookean(), friction=0.1), TypeError, "hamiltonian(..., friction=0.1)"),
         (lambda: fa.integrate(PLANE, [0.1] * 4, time=1.0, friction=0.1), TypeError, "hamiltonian('...', friction=...)"),
-        (lambda: fa.quantum.quasiclassical_levels(PLANE, n=(0, 1)), TypeError, "fit_torus(body, z0, time=...)"),
         (lambda: fa.fit_torus(PLANE, np.full((4, 2), 0.1), time=50.0), ValueError, "one at a time, z0[:, 0]"),
         (lambda: fa.frequency_map(SPACE, [0.1] * 6, time=50.0, angles="R phi"), ValueError, "of 3 they are 'R z phi'"),
         (lambda: fa.frequency_map(PLANE, [0.1] * 4, time=50.0, angles="R z phi"), ValueError, "of 2 they are 'R phi'"),

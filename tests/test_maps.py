@@ -263,6 +263,18 @@ def test_coupled_planes_of_a_map_have_both_tunes_in_both_windows():
         assert (fa.resonances(found, max_order=3).rank == 0).all()
 
 
+def test_orbits_that_were_lost_are_on_no_resonance():
+    """What frequencies they had before are of no torus, and their wide errors would be near to everything."""
+    x = np.linspace(0.05, 1.2, 60)
+    found = fa.frequency_map(HenonMap(0.2054), [x, 0 * x], time=1024)
+    near = fa.resonances(found, max_order=6)
+    np.testing.assert_array_equal(near.status, found.status)
+    lost = found.status != fa.Status.OK
+    assert 0 < lost.sum() < 60
+    assert (near.rank[lost] == 0).all()
+    assert sum(count for _, count in near.table()) == (~lost).sum()
+
+
 DRIVEN_RING = (  # two tunes between symplectic shears, of which y gets the line 2 m: back, a turn, and out again
     "r = p_y + 2*d*x*p_x; ua = x*exp(-2*d*y); va = p_x*exp(2*d*y); qa = y + d*va**2; u = ua + 2*d*va*r;"
     "q = qa - d*u**2; v = va + 2*d*u*r;"

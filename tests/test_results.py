@@ -645,7 +645,8 @@ def test_a_torus_fit_is_undecided(monkeypatch, calls):
 def test_a_torus_fit_says_how_far_it_is():
     fractions = []
     found = fa.fit_torus(HH, battery.Z4[:, 0], time=60.0, step=0.1, report=fractions.append)
-    assert fractions == [0.25, 0.5, 0.75, 1.0]
+    assert (np.diff(fractions) >= 0).all()
+    assert (len(fractions) > 4, fractions[-1]) == (True, 1.0)
     same(found, fa.fit_torus(HH, battery.Z4[:, 0], time=60.0, step=0.1))
 
 

@@ -127,8 +127,9 @@ def _check_drive(name: str, model: Any) -> None:
 
 def _instead(given: Any) -> str:
     """Return what to write instead of a class, a name, or a system of another tool."""
-    if adapter(given) is not None:
-        return ": a system of another tool; write fa.hamiltonian(potential)"
+    if (tool := adapter(given)) is not None:
+        call = "mapping(lattice)" if hasattr(tool, "lattice") else "hamiltonian(potential)"
+        return f": a system of another tool; write fa.{call}"
     if isinstance(given, type) and lacking(given, Potential) == []:
         return f": a class; write Body({given.__name__}()), with its parameters"
     if isinstance(given, type) and given.__name__.isidentifier():

@@ -40,8 +40,8 @@ class Resonances(Result):
     combination of them, and so is every integer vector of their span (the lattice is primitive); order, ``|k|_1`` of
     the shortest, 0 where there is none; distance, width (n, ...): ``|k . nu|`` of each basis vector and its largest
     allowed value, NaN past the rank; accidental, the number of relations that a random frequency vector would show (see
-    `resonances`); status of `Status`: NONFINITE (a frequency is NaN or infinite) and NOT_CONVERGED (its error is) have
-    rank 0. names: one for each frequency.
+    `resonances`); status of `Status`: NONFINITE (a frequency is NaN or infinite), NOT_CONVERGED (its error is) and
+    what a result says of orbits that are not OK; these have rank 0. names: one for each frequency.
 
     :Source: Morbidelli 2002, Modern Celestial Mechanics, section 2.1.
     """
@@ -205,6 +205,7 @@ def resonances(
     """
     reporter(report)
     given: Any = nu
+    ends = getattr(nu, "status", Status.OK)
     if isinstance(given, Tunes) or getattr(given, "scheme", None) == ITERATION:
         row = np.ones((1, *given.nu.shape[1:]))  # known modulo 1: the turn's own frequency is one of them
         errors = np.concatenate([given.error, 0 * row]) if errors is None else errors
@@ -229,6 +230,7 @@ def resonances(
     spread[:n] = widths(nu, tolerance, errors).reshape(n, -1)
     status = np.where(np.isfinite(spread).all(axis=0), Status.OK, Status.NOT_CONVERGED)
     status[~np.isfinite(flat).all(axis=0)] = Status.NONFINITE
+    status = np.where(np.ravel(ends) == Status.OK, status, np.ravel(ends))
     spread[:, status != Status.OK] = np.nan
     rank, basis = np.zeros(status.size, np.int64), np.zeros((status.size, 4, 4), np.int64)
     table = np.zeros((len(vectors(n, max_order)), 4), np.int64)

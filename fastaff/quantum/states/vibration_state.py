@@ -13,6 +13,7 @@ from ...base.display import screen
 from ...base.names import named
 from ...base.numbers import text
 from ...base.results import Drawable
+from ...models.contracts import Dynamics
 from .modes import WAYS, modes_of
 
 CHUNK = 1 << 21
@@ -89,7 +90,7 @@ class VibrationState(Drawable):
     number: int
     energy: float
     hbar: float
-    body: Any
+    body: Dynamics
     lattice: Lattice
     kept: np.ndarray
     values: np.ndarray
