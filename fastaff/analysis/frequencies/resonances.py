@@ -205,7 +205,6 @@ def resonances(
     """
     reporter(report)
     given: Any = nu
-    ends = getattr(nu, "status", Status.OK)
     if isinstance(given, Tunes) or getattr(given, "scheme", None) == ITERATION:
         row = np.ones((1, *given.nu.shape[1:]))  # known modulo 1: the turn's own frequency is one of them
         errors = np.concatenate([given.error, 0 * row]) if errors is None else errors
@@ -216,21 +215,20 @@ def resonances(
         if errors is None and np.shape(given.error) == np.shape(given.nu):
             errors = given.error
         given = given.nu
-    nu, errors = checked_frequencies(given, errors)
+    ends, (nu, errors) = np.ravel(getattr(nu, "status", Status.OK)), checked_frequencies(given, errors)
     max_order, tolerance = whole("max_order", max_order, 1), real("tolerance", tolerance)
     if max_order > MAX_ORDER:
         raise ValueError(f"max_order must be at most {MAX_ORDER}, got {max_order}")
     if tolerance < 0:
         raise ValueError(f"tolerance must not be negative, got {tolerance}")
     count = checked_threads(threads)
-    n, shape = nu.shape[0], nu.shape[1:]
-    names = _names(names, n)
+    n, shape, names = len(nu), nu.shape[1:], _names(names, len(nu))
     flat, spread = np.zeros((2, 4, math.prod(shape)))
     flat[:n] = nu.reshape(n, -1)
     spread[:n] = widths(nu, tolerance, errors).reshape(n, -1)
     status = np.where(np.isfinite(spread).all(axis=0), Status.OK, Status.NOT_CONVERGED)
     status[~np.isfinite(flat).all(axis=0)] = Status.NONFINITE
-    status = np.where(np.ravel(ends) == Status.OK, status, np.ravel(ends))
+    status = np.where(ends == Status.OK, status, ends)
     spread[:, status != Status.OK] = np.nan
     rank, basis = np.zeros(status.size, np.int64), np.zeros((status.size, 4, 4), np.int64)
     table = np.zeros((len(vectors(n, max_order)), 4), np.int64)
