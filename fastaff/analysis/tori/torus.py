@@ -117,7 +117,7 @@ class TorusFit(Result, axis=None):
         :Raises: ValueError for a torus of fewer dimensions, or of a map.
         """
         n = len(self.coefficients) // 2
-        if self.dimension != n or (isinstance(self.body, Unknown) is False and turned(self.body)):
+        if self.dimension != n or (not isinstance(self.body, Unknown) and turned(self.body)):
             raise ValueError(f"maslov is of tori of {n} dimensions of a flow, got dimension {self.dimension}")
         return np.array([self._caustics(i) for i in range(n)])
 

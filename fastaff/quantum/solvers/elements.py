@@ -12,6 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from .jacobi_basis import Interval, gauss_jacobi, interval_rule
+from .lapack import lowest_states
 from .panels import barycentric
 
 DENSE, RESTARTS = 6000, 100
@@ -279,7 +280,6 @@ def lowest(matrix: Any, count: int, top: float, step: float) -> np.ndarray:
     left.
     Source: Lehoucq, Sorensen & Yang 1998, ARPACK Users' Guide (shift and invert).
     """
-    from scipy.linalg import eigh
     from scipy.sparse import identity
     from scipy.sparse.linalg import ArpackNoConvergence, splu
 
@@ -298,7 +298,7 @@ def lowest(matrix: Any, count: int, top: float, step: float) -> np.ndarray:
     except ArpackNoConvergence:
         if size > DENSE:
             raise
-        return np.asarray(eigh(matrix.toarray(), subset_by_index=(0, count - 1))[1])
+        return lowest_states(matrix.toarray(), count)[1]
 
 
 def _by_lanczos(factor: Any, size: int, count: int) -> np.ndarray:
