@@ -250,18 +250,27 @@ def taking(argument):
     return [name for name in ROWS if argument in battery.arguments(public(name)) and argument not in ROWS[name].given]
 
 
+COSTLY = {"chaos_map, turning", "chaos_map, given vectors", "tangent_map, order ten", "periodic_orbits, eight rows"}
+"""Rows of the deep tier: blocks that no other row has are compiled for each."""
+
+
+def tiers(names):
+    """The rows as cases of a test, each in its tier."""
+    return [pytest.param(name, marks=pytest.mark.slow) if name in COSTLY else name for name in names]
+
+
 @cache
 def whole(name):
     """The result of a row, by one thread; what the tests compare with."""
     return ROWS[name](**({"threads": 1} if name in taking("threads") else {}))
 
 
-@pytest.mark.parametrize("name", taking("threads"))
+@pytest.mark.parametrize("name", tiers(taking("threads")))
 def test_any_number_of_threads_gives_the_same_bits(name, two_threads):
     same(ROWS[name](threads=2), whole(name))
 
 
-@pytest.mark.parametrize("name", ROWS)
+@pytest.mark.parametrize("name", tiers(ROWS))
 def test_any_order_gives_the_same_bits(name):
     order, shares = np.random.default_rng(1).permutation(ROWS[name].numbers), []
     told = {"report": shares.append} if name in taking("report") else {}
@@ -270,7 +279,7 @@ def test_any_order_gives_the_same_bits(name):
     assert not shares or 0 <= shares[0] <= shares[-1] <= 1
 
 
-@pytest.mark.parametrize("name", ROWS)
+@pytest.mark.parametrize("name", tiers(ROWS))
 def test_any_company_gives_the_same_bits(name):
     rng, numbers = np.random.default_rng(2), ROWS[name].numbers
     for count in (1, 1, 2, 1 + len(numbers) // 3):
@@ -369,7 +378,7 @@ LAUNCHING = [name for name in taking("threads") if public(name) not in APART and
 """Functions whose work is launches of kernels on their items."""
 
 
-@pytest.mark.parametrize("name", LAUNCHING)
+@pytest.mark.parametrize("name", tiers(LAUNCHING))
 def test_what_is_finished_at_ctrl_c_is_that_of_the_whole(name, monkeypatch):
     with monkeypatch.context() as patch:
         count = stopping(patch, 0)
