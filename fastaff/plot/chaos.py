@@ -22,7 +22,7 @@ from ..base.status import Status
 from .colour_bars import colour_bar
 from .parameters import parameter_label
 from .picking import carry
-from .scales import Colouring, calm, falls, label_of, limit_colours, limit_scale, limited
+from .scales import coloured, indicator_of, label_of, limit_colours
 from .sections import above_frame, why
 from .starts import cell_edges, cut_sides, grey_cells, places, widths
 from .style import DARK, GREY, PALE_END, Artists, beyond, chosen_orbits, figure, outline, symbol
@@ -75,11 +75,9 @@ def plot_chaos_map(
         row = chaos_map.names.index(indicator)
         each, limit = chaos_map.values[row], float(np.median(chaos_map.limits[row]))
         fine = fine & np.isfinite(each)
-        norm = limited(norm or limit_scale(each[fine], limit, calm(indicator, limit, chaos_map)), vmin, vmax)
-        falling = falls(indicator, chaos_map)
-        how = {"cmap": limit_colours(falling), "norm": norm}
-        label = label_of(indicator, chaos_map)
-        colours = Colouring(np.where(fine, each, np.nan), label, norm, limit, indicator, falling)
+        given = {"vmin": vmin, "vmax": vmax, "norm": norm, "result": chaos_map}
+        colours = coloured(indicator, np.where(fine, each, np.nan), limit, **given)
+        how = {"cmap": limit_colours(colours.falling), "norm": colours.norm}
     points = _drawn(ax, starts, np.where(fine, each, np.nan), fine, how, size)
     legend = "" if fine.all() else why(chaos_map.status, ~fine)
     if legend:
@@ -253,11 +251,11 @@ def plot_history(
         if labels:
             written.append(ax.text(last, end, rf"$t^{{{slope:g}}}$", va="bottom", ha="right", fontsize=9))
     limit = float(np.median(chaos_map.limits[chaos_map.names.index(indicator), chosen]))
-    ax.set(xlabel="time $t$", ylabel=label_of(indicator, chaos_map))
+    known = indicator_of(indicator, chaos_map)
+    ax.set(xlabel="time $t$", ylabel=label_of(indicator, known))
     ax.axhline(limit, color="0.5", lw=0.8, ls=(0, (1, 1.5)))
-    if (
-        falls(indicator, chaos_map) and ax.get_ylim()[0] < 1.5 * limit
-    ):  # room for the laws: chaotic orbits fall by hundreds of decades
+    if not getattr(known, "above", True) and ax.get_ylim()[0] < 1.5 * limit:
+        # room for the laws: chaotic orbits fall by hundreds of decades
         written.append(beyond(ax, f"curves go on down to {ax.dataLim.ymin:.3g}"))
         ax.set_ylim(1.5 * limit, 0.05 * abs(limit))
     return Artists(curves, None, tuple(drawn), tuple(written), missing)

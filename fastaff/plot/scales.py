@@ -51,11 +51,11 @@ class Colouring(NamedTuple):
     falling: bool = False
 
 
-def label_of(name: str, result: Any = None) -> str:
-    """Return the label of an indicator, or another column of a result, for axes and colour bars."""
+def label_of(name: str, known: Any = None) -> str:
+    """Return the label of a column for axes and colour bars; known: the indicator of that name, or its look."""
     if name in LABELS:
         return LABELS[name]
-    if label := getattr(_indicator(name, result), "label", None):
+    if label := getattr(known, "label", None):
         return str(label)
     numerator, slash, denominator = name.partition("/")
     if slash:
@@ -64,18 +64,7 @@ def label_of(name: str, result: Any = None) -> str:
     return f"${symbol(name)}$" if head in ("nu", "p") or name in ("alpha", "beta") else name.replace("_", " ")
 
 
-def falls(name: str, result: Any = None) -> bool:
-    """Whether chaotic orbits are below the limit."""
-    return not getattr(_indicator(name, result), "above", True)
-
-
-def calm(name: str, limit: float, result: Any = None) -> float | None:
-    """Return what a regular orbit reads; None for an indicator of one's own."""
-    reads = getattr(_indicator(name, result), "reads", None)
-    return None if reads is None else float(reads(limit))
-
-
-def _indicator(name: str, result: Any = None) -> Any:
+def indicator_of(name: str, result: Any = None) -> Any:
     """Return the indicator of the package that has this name in results, the look that a result knows of one of
     somebody else's, or None.
     """
@@ -152,15 +141,18 @@ def diffusion_scale(time: float) -> Any:
     return scale_of("diffusion", (), diffusion_limit(time))
 
 
-def scale_of(name: str, values: Any, limit: float | None, result: Any = None) -> Any:
-    """Return the colour scale of a column by its name, set by its limit where it has one."""
+def scale_of(name: str, values: Any, limit: float | None, known: Any = None) -> Any:
+    """Return the colour scale of a column by its name, set by its limit where it has one and by what a regular orbit
+    reads, if its indicator, where it is known, says that.
+    """
     from matplotlib.colors import TwoSlopeNorm
 
     if limit is None:
         return clipped(values)
     if name == SLOW:
         return TwoSlopeNorm(limit, limit - TOLD, limit + 2.0)
-    return limit_scale(values, limit, calm(name, limit, result))
+    reads = getattr(known, "reads", None)
+    return limit_scale(values, limit, None if reads is None else float(reads(limit)))
 
 
 def clipped(values: Any) -> Any:
@@ -228,7 +220,7 @@ def colouring(result: Any, name: str | None = None, *, vmin: float | None = None
     if isinstance(result, ChaosMap) and (name is None or name in result.names):
         name = result.names[0] if name is None else name
         values, limit = _chaos(result, name, fine)
-        return coloured(name, values, limit, vmin, vmax, result)
+        return coloured(name, values, limit, vmin, vmax, result=result)
     if isinstance(result, FrequencyMap) and name in (None, "diffusion"):
         values, limit = np.where(fine, result.diffusion, np.nan), diffusion_limit(result.time)
         return coloured("diffusion", values, limit, vmin, vmax)
@@ -244,13 +236,16 @@ def coloured(
     limit: float | None,
     vmin: float | None = None,
     vmax: float | None = None,
+    *,
+    norm: Any = None,
     result: Any = None,
 ) -> Colouring:
-    """Return the colours of orbits by values (orbits,) of that name, with the limit of chaos or None; result: that they
-    are of.
+    """Return the colours of orbits by values (orbits,) of that name, with the limit of chaos or None; norm: another
+    scale; result: that they are of.
     """
-    norm = limited(scale_of(name, values, limit, result), vmin, vmax)
-    return Colouring(values, label_of(name, result), norm, limit, name, falls(name, result))
+    known = indicator_of(name, result)
+    norm = limited(norm or scale_of(name, values, limit, known), vmin, vmax)
+    return Colouring(values, label_of(name, known), norm, limit, name, not getattr(known, "above", True))
 
 
 KEPT = ("counts", "status", "energy_error", "t")
