@@ -47,9 +47,10 @@ def test_every_public_callable_is_in_the_battery():
     assert sum(map(len, OF.values())) > 40_000
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", battery.CALLS)
 def test_the_calls_that_work_do(name):
-    """All kernels run here: `make bounds` does it again with NUMBA_BOUNDSCHECK=1."""
+    """All kernels run here, for `make bounds` with NUMBA_BOUNDSCHECK=1; every change makes these calls in `judged`."""
     battery.call(name, battery.base(name))
 
 

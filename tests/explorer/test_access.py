@@ -7,12 +7,10 @@ from html.parser import HTMLParser
 
 import pytest
 from page_engine import compute, needs_node
-from test_page import Sheet, browser
+from test_page import Sheet
 
 import fastaff as fa
 from fastaff.explorer.page import web_text
-
-assert browser  # the fixture of the pages of sections
 
 TEXTS = [
     ("text", "ground"),

@@ -3,8 +3,6 @@
 # ruff: noqa: E501 (lines of JavaScript)
 
 import math
-import os
-import shutil
 from pathlib import Path
 
 import numpy as np
@@ -13,12 +11,6 @@ from page_engine import launch_message, own_points
 
 import fastaff as fa
 
-NAMES = ("chromium-headless-shell", "chromium", "chromium-browser", "google-chrome")
-FOUND = os.environ.get("FASTAFF_CHROMIUM") or next(filter(None, map(shutil.which, NAMES)), None)
-playwright = pytest.importorskip("playwright.sync_api", reason="playwright drives the browser: fastaff[test]")
-pytestmark = pytest.mark.skipif(FOUND is None, reason="there is no Chromium here: FASTAFF_CHROMIUM names one")
-
-FLAGS = ["--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--no-sandbox"]
 LISTEN = """
 const Plain = window.Worker;
 window.heard = [];
@@ -43,14 +35,6 @@ WAIT = """([kind, orbit, most]) => new Promise((done) => {
   };
   look();
 })"""
-
-
-@pytest.fixture(scope="module")
-def browser():
-    with playwright.sync_playwright() as driver:
-        chromium = driver.chromium.launch(executable_path=FOUND, args=FLAGS)
-        yield chromium
-        chromium.close()
 
 
 def opened(browser, path: Path):

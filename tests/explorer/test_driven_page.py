@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from page_engine import crossings, explored, launch_message, needs_node, of, system_message
-from test_page import Sheet, browser, saved
+from test_page import Sheet, saved
 
 import fastaff as fa
 from fastaff.explorer.explore import setup_of
@@ -12,8 +12,6 @@ from fastaff.jobs import Job
 from fastaff.models.mechanics import system_of
 from fastaff.models.sections import Stroboscopic
 from fastaff.schemes import BLANES_CASAS_ESCORIHUELA8, KAHAN_LI8
-
-assert browser  # the fixture of the pages of sections
 
 PENDULUM = fa.hamiltonian("-cos(x) - a*x*cos(w*t)", coordinates="x", a=0.3, w=0.8, period="2*pi/w")
 WEAK = PENDULUM._replace(a=0.02)

@@ -3,32 +3,21 @@
 import numpy as np
 import pytest
 from test_equations import DOUBLE, TURNS
-from test_page import Sheet, browser, saved
+from test_page import Sheet, saved
 
 import fastaff as fa
 from fastaff.explorer.explore import setup_of
 from fastaff.jobs import Job
-
-assert browser  # the fixture of the pages of sections
 
 LORENZ = fa.flow("x' = s*(y - x); y' = x*(r - z) - y; z' = x*y - b*z", s=10.0, r=28.0, b=2.667)
 ENERGY = DOUBLE.replace("/(2*m*(", "/(2*(").replace("2*g*", "2*").replace(" g*", " ")
 
 
 @pytest.fixture(scope="module")
-def one_sheet(browser, tmp_path_factory):
+def address(tmp_path_factory):
     path = tmp_path_factory.mktemp("equations") / "page.html"
     fa.explore(fa.HenonHeiles(), energy=0.1, points=[], out=path)
-    context = browser.new_context(viewport={"width": 1280, "height": 800}, reduced_motion="reduce")
-    yield Sheet(context, path.as_uri() + "#system=henon-heiles")
-    context.close()
-
-
-@pytest.fixture
-def sheet(one_sheet):
-    """The page, which must say nothing on its console."""
-    yield one_sheet
-    assert one_sheet.said == []
+    return path.as_uri() + "#system=henon-heiles"
 
 
 def type_in(sheet, **texts):

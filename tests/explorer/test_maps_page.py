@@ -4,13 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from test_page import APP, Sheet, browser, saved
+from test_page import APP, saved
 
 import fastaff as fa
 from fastaff.jobs import Job
 from fastaff.models import FroeschleMap, StandardMap
-
-assert browser  # the fixture of the pages of sections
 
 TURN = 2 * np.pi
 
@@ -25,17 +23,8 @@ def file(tmp_path_factory):
 
 
 @pytest.fixture(scope="module")
-def one_sheet(browser, file):
-    context = browser.new_context(viewport={"width": 1280, "height": 800}, reduced_motion="reduce")
-    yield Sheet(context, file[0].as_uri())
-    context.close()
-
-
-@pytest.fixture
-def sheet(one_sheet):
-    """The page, which must say nothing on its console."""
-    yield one_sheet
-    assert one_sheet.said == []
+def address(file):
+    return file[0].as_uri()
 
 
 def iterates(model, z0, count):
