@@ -174,18 +174,6 @@ def test_the_tangent_map_is_symplectic_and_the_derivative():
     np.testing.assert_allclose(found, (ends[0] - ends[1]) / 2e-5, rtol=0, atol=1e-7 * np.abs(found).max())
 
 
-def test_orbits_do_not_know_their_company():
-    H, z0 = pendulum(), RNG.uniform(-2, 2, (4, 200))
-    z0[:, 17] = [3.1, 3.1, 30.0, -40.0]  # whose iteration takes longest, and fails
-    run = {"time": 20.0, "scheme": GAUSS16, "step": 0.25}
-    whole = fa.integrate(H, z0, **run)
-    assert whole.status[17] == Status.NOT_CONVERGED
-    for some in ([3], [3, 17, 150], np.arange(199, -1, -1)):
-        part = fa.integrate(H, z0[:, some], threads=1, **run)
-        np.testing.assert_array_equal(part.z, whole.z[:, some])
-        np.testing.assert_array_equal(part.status, whole.status[some])
-
-
 def test_a_separable_hamiltonian_written_with_momenta_has_the_bits_of_today():
     V, z0 = "(x**2 + 2*y**2)/2 + x**2*y - e*y**3/3", RNG.uniform(-0.3, 0.3, (4, 5))
     for T, masses in (("(px**2 + py**2)/2", None), ("px**2/(2*m) + py**2/6", [2.5, 3.0])):

@@ -53,6 +53,8 @@ def wild(orbits, seed=3):
 
 
 FEW, MANY, BODIES = wild(40), wild(200), naive.states(BODY, 150)
+FAST = np.where((np.arange(150) % 7 == 0) & (np.arange(8) > 3)[:, None], 1e3, 1.0) * BODIES
+STACKEL = fa.models.StackelBody(fa.Hyperelastic(0.9), fa.models.Cosine(0.2), fa.models.Cosine(0.1), mu=0.9)
 FIXED = {"step": 0.1, "energy_tolerance": 1e9}
 DOP853 = {"scheme": fa.DOP853, "rtol": 1e-9, "atol": 1e-9}
 SLOWED = {"step": 0.1, "scheme": fa.TimeTransformed(fa.KAHAN_LI8, fa.schemes.Logistic(0.1, 0.05))}
@@ -75,6 +77,10 @@ WINGS = np.random.default_rng(10).normal(size=(3, 140)) * 5 + np.array([[1.0], [
 DAMPED = fa.hamiltonian("(x**2 + y**2)/2 + x**2*y - y**3/3", friction=0.02)
 TURNING, STANDARD = systems.turning_springs(1.3, 0.6, 0.4), fa.models.StandardMap(0.8)
 ROUNDS = np.random.default_rng(11).uniform(-0.6, 0.6, (2, 140))
+PENDULA = fa.models.DoublePendulum()
+SWINGS = np.random.default_rng(14).uniform(-2, 2, (4, 140))
+SWINGS[:, 17] = [3.1, 3.1, 30.0, -40.0]
+"""One of whose iterations takes longest, and fails."""
 RATIOS = np.random.default_rng(4).integers(-9, 10, (4, 300)) + 1e-10 * np.random.default_rng(5).random((4, 300))
 SIGNALS = np.random.default_rng(7).normal(size=(300, 256)) + np.exp(0.3j * np.arange(256))
 CURVES = np.random.default_rng(8).normal(size=(2, 1, 12)) + np.array(
@@ -128,6 +134,9 @@ ROWS = {
     "integrate, damped": Row(fa.integrate, {"z0": FEW}, {"body": DAMPED, **LIMITED, "samples": 3}),
     "integrate, turning": Row(fa.integrate, {"z0": MANY}, {"body": TURNING, **LIMITED, "samples": 3}),
     "integrate, flow": Row(fa.integrate, {"z0": WINGS}, {"body": LORENZ, "time": 2.0, "samples": 3}),
+    "integrate, implicit": Row(
+        fa.integrate, {"z0": SWINGS}, {"body": PENDULA, "time": 20.0, "scheme": "GAUSS16", "step": 0.25}
+    ),
     "integrate, map": Row(fa.integrate, {"z0": ROUNDS}, {"body": STANDARD, "time": 300, "samples": 3}),
     "tangent_map": Row(fa.tangent_map, {"z0": FEW}, {"body": HH, **LIMITED}),
     "tangent_map, given step": Row(fa.tangent_map, {"z0": FEW}, {"body": HH, **LIMITED, **FIXED}),
@@ -196,7 +205,11 @@ ROWS = {
         {"z0": BODIES[:, :4]},
         {"model": HARMONIC, "section": TURN, "step": 0.1, "max_time": 10.0, "iterations": 4},
     ),
-    "action_angles": Row(fa.action_angles, {"z0": BODIES}, {"body": BODY}),
+    "action_angles": Row(fa.action_angles, {"z0": FAST}, {"body": BODY}),
+    "action_angles, elliptic": Row(
+        fa.action_angles, {"z0": FAST}, {"body": fa.Body(fa.Anharmonic(0.9)), "chart": fa.charts.ELLIPTIC}
+    ),
+    "action_angles, angular": Row(fa.action_angles, {"z0": FAST}, {"body": STACKEL}),
     "action_angles, closed": Row(fa.action_angles, {"z0": BODIES}, {"body": HARMONIC}),
     "constants_of_motion": Row(fa.constants_of_motion, {"z": BODIES}, {"body": BODY}),
     "energy_of_actions": Row(fa.energy_of_actions, {"J": ACTIONS}, {"body": fa.Body(fa.HeavyTop(0.7, 1.6), 1.3)}),

@@ -546,20 +546,6 @@ def test_unbound_motion_has_a_status():
     assert collapsing.status[0] == Status.UNBOUND
 
 
-@pytest.mark.parametrize(("body", "chart"), [CASES[0], CASES[6], ANGULAR[1]], ids=name)
-def test_results_do_not_depend_on_threads_or_company(body, chart):
-    z = naive.states(body, 200)
-    together = action_angles(body, z, chart=chart, threads=1)
-    spoiled = z.copy()
-    spoiled[4:, ::7] *= 1e3
-    for other in (action_angles(body, z, chart=chart), action_angles(body, spoiled, chart=chart)):
-        keep = np.arange(200) % 7 != 0
-        for row in ("J", "nu", "theta", "constants"):
-            np.testing.assert_array_equal(getattr(together, row)[:, keep], getattr(other, row)[:, keep])
-    alone = action_angles(body, z[:, 123], chart=chart)
-    np.testing.assert_array_equal(alone.theta[:, 0], together.theta[:, 123])
-
-
 @pytest.mark.parametrize(
     ("J", "E"),  # mpmath with 30 digits: J_vartheta by quadrature in pieces towards the wall, h_vartheta by its root
     [(100, 402.84321591150942048), (200, 802.82383188069327856), (10000, 40002.800726096682987)],
