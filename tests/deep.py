@@ -34,6 +34,7 @@ DEEP = {
         "test_first_crossings_in_chromium": 1,
     },
     "test_chaos": {
+        "test_spectra_sum_to_zero_and_pair": 0,
         "test_an_indicator_says_the_same_alone_and_in_any_company": 0,
         "test_threads_neighbours_and_order_change_no_bit": 0,
         "test_every_indicator_knows_the_orbits_of_the_literature": 0,
@@ -159,6 +160,7 @@ DEEP = {
         "test_ctrl_c_while_modules_are_loaded": 1,
     },
     "test_jit_cache": {
+        "test_only_what_makes_arrays_counts_references": 0,
         "test_indicators_and_observers_of_ones_own_are_compiled_once_for_each_content": 0,
         "test_an_edited_model_gives_new_numbers": 0,
     },
@@ -170,6 +172,8 @@ DEEP = {
         "test_a_log_of_garbage": 4,
     },
     "test_jobs": {
+        "test_a_pool_of_processes": 0,
+        "test_workers_that_die": 0,
         "test_a_store_has_the_bits_of_a_run_in_memory": 1,
         "test_any_unit_and_threads": 1,
         "test_a_full_disk": 2,
@@ -217,6 +221,7 @@ DEEP = {
         "test_orbits_that_leave_keep_what_is_known": 0,
     },
     "test_nonseparable": {
+        "test_a_uniform_field_written_out_is_the_exact_turn": 0,
         "test_a_rotating_frame_written_out_is_the_exact_turn": 0,
         "test_an_orbit_in_more_digits": 0,
         "test_orbits_are_those_of_the_equations_of_lagrange_within_their_errors": 1,
