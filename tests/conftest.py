@@ -119,9 +119,11 @@ def store(made, tmp_path):
 @pytest.fixture
 def ax():
     """Axes of a figure that is drawn at the end."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
-    figure = Figure()
+    figure = Figure(figsize=(6, 5), dpi=100)
+    FigureCanvasAgg(figure)
     yield figure.subplots()
     figure.canvas.draw()
 

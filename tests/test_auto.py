@@ -98,15 +98,14 @@ def test_the_rate_on_a_circle_without_force_is_that_of_small_oscillations(speed)
     assert 0.2 < typical_rate(Body(Hyperelastic()), z) < 5.0
 
 
+def launched(body, energy, *axes):
+    """A grid on alpha-turning at p_eta = 0.3, p_gamma = 0.2."""
+    axes = tuple(np.linspace(*axis) for axis in axes)
+    return energy_grid(body, energy=energy, p_eta=0.3, p_gamma=0.2, section=AlphaTurning(+1), axes=axes)
+
+
 def moderate():
-    return energy_grid(
-        Body(Hyperelastic(), 1.0),
-        energy=3.0,
-        p_eta=0.3,
-        p_gamma=0.2,
-        section=AlphaTurning(+1),
-        axes=(np.linspace(0.2, 1.0, 4), np.linspace(-0.5, 0.5, 3)),
-    )
+    return launched(Body(Hyperelastic(), 1.0), 3.0, (0.2, 1.0, 4), (-0.5, 0.5, 3))
 
 
 def test_a_body_at_moderate_energy_gets_a_fixed_step():
@@ -121,14 +120,7 @@ def test_a_body_at_moderate_energy_gets_a_fixed_step():
 
 
 def steep():
-    return energy_grid(
-        Body(NeoHookean(), 1.0),
-        energy=8.0,
-        p_eta=0.3,
-        p_gamma=0.2,
-        section=AlphaTurning(+1),
-        axes=(np.linspace(0.1, 2.7, 7), np.linspace(-3.5, 3.5, 7)),
-    ).z0
+    return launched(Body(NeoHookean(), 1.0), 8.0, (0.1, 2.7, 7), (-3.5, 3.5, 7)).z0
 
 
 def test_a_steep_wall_gets_no_fixed_step():

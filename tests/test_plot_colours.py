@@ -15,18 +15,8 @@ from fastaff.plot.density import count_points, even_edges
 
 matplotlib = pytest.importorskip("matplotlib")
 from matplotlib.backend_bases import MouseEvent  # noqa: E402
-from matplotlib.backends.backend_agg import FigureCanvasAgg  # noqa: E402
-from matplotlib.figure import Figure  # noqa: E402
 
 HH, X = fa.HenonHeiles(), fa.Linear((1.0, 0.0, 0.0, 0.0))
-
-
-@pytest.fixture
-def ax():
-    figure = Figure(figsize=(5, 4), dpi=100)
-    FigureCanvasAgg(figure)
-    yield figure.subplots()
-    figure.canvas.draw()
 
 
 @pytest.fixture(scope="module")

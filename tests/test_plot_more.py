@@ -19,19 +19,9 @@ from fastaff.plot import labels as plot_labels
 from fastaff.plot import periodic, scars
 
 matplotlib = pytest.importorskip("matplotlib")
-from matplotlib.backends.backend_agg import FigureCanvasAgg  # noqa: E402
-from matplotlib.figure import Figure  # noqa: E402
 
 HH, X = fa.HenonHeiles(), fa.Linear((1.0, 0.0, 0.0, 0.0))
 NEO = fa.Body(fa.NeoHookean())
-
-
-@pytest.fixture
-def ax():
-    figure = Figure(figsize=(6, 5), dpi=100)
-    FigureCanvasAgg(figure)
-    yield figure.subplots()
-    figure.canvas.draw()
 
 
 @pytest.fixture(scope="module")

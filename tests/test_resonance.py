@@ -413,14 +413,6 @@ def test_diffusion_histogram():
     assert (empty.fraction, empty.missing, empty.counts.tolist()) == (0.0, 1, [0])
 
 
-@pytest.fixture
-def ax():
-    pytest.importorskip("matplotlib")
-    from matplotlib.figure import Figure
-
-    return Figure(figsize=(5, 4)).subplots()
-
-
 def test_figures(ax):
     from fastaff.plot import resonances as plot_resonance
 

@@ -40,13 +40,7 @@ class Barrier(NamedTuple):
 
     c: float = 1e-4
 
-    @property
-    def degrees_of_freedom(self):
-        return 1
-
-    @property
-    def coordinates(self):
-        return ("x",)
+    degrees_of_freedom, coordinates = 1, ("x",)
 
     def velocity(self, p):
         return (p,)
@@ -69,13 +63,7 @@ class LogWall(NamedTuple):
 
     unused: float = 0.0
 
-    @property
-    def degrees_of_freedom(self):
-        return 1
-
-    @property
-    def coordinates(self):
-        return ("x",)
+    degrees_of_freedom, coordinates = 1, ("x",)
 
     def velocity(self, p):
         return (p,)
