@@ -42,6 +42,13 @@ def springs(K, masses=None, origin=0.0, zero=0.0):
     )
 
 
+def toda():
+    """Three particles on a ring, centre of mass removed (Henon 1974, Phys. Rev. B 9, 1921): integrable, Henon-Heiles to
+    third order.
+    """
+    return fa.hamiltonian("(exp(2*y + 2*sqrt(3)*x) + exp(2*y - 2*sqrt(3)*x) + exp(-4*y))/24 - 1/8")
+
+
 def turning_springs(a=1.0, b=1.0, w=0.3):
     """V = (a x^2 + b y^2)/2 in a frame that turns at the rate w."""
     return fa.hamiltonian("(a*x**2 + b*y**2)/2", rotation="w", a=float(a), b=float(b), w=float(w))

@@ -5,10 +5,10 @@ outcomes.
 import math
 import sys
 from functools import cache
-from typing import NamedTuple
 
 import numpy as np
 import pytest
+import systems
 from naive import march
 from own_models import HenonHeilesInUnits
 
@@ -189,85 +189,14 @@ def test_isochronous_orbits_have_constant_vectors():
     assert found.regular.all()
 
 
-class Cubic(NamedTuple):
-    """V = (A x^2 + B y^2)/2 + x^2 y - c y^3/3; integrable for c = -1, A = B; c = -6; c = -16, B = 16 A (Chang, Tabor &
-    Weiss 1982).
-    """
-
-    A: float
-    B: float
-    c: float
-
-    degrees_of_freedom = 2
-    coordinates = ("x", "y")
-    velocity, kinetic_energy = HenonHeiles.velocity, HenonHeiles.kinetic_energy
-    margin, angles = HenonHeiles.margin, HenonHeiles.angles
-
-    def force(self, x, y):
-        return -self.A * x - 2 * x * y, -self.B * y - x * x + self.c * y * y
-
-    def tangent_force(self, x, y, dx, dy):
-        return -self.A * dx - 2 * (y * dx + x * dy), -self.B * dy - 2 * x * dx + 2 * self.c * y * dy
-
-    def potential_energy(self, x, y):
-        return (self.A * x * x + self.B * y * y) / 2 + x * x * y - self.c * y * y * y / 3
+def cubic(A, B, c):
+    """Integrable for c = -1, A = B; c = -6; c = -16, B = 16 A (Chang, Tabor & Weiss 1982)."""
+    return fastaff.hamiltonian("(A*x**2 + B*y**2)/2 + x**2*y - c*y**3/3", A=A, B=B, c=c)
 
 
-class Quartic(NamedTuple):
-    """V = (a x^4 + b y^4)/4 + c x^2 y^2/2, mass m: separable for c = 0, strongly chaotic for large c."""
-
-    a: float
-    b: float
-    c: float
-    m: float = 1.0
-
-    degrees_of_freedom = 2
-    coordinates = ("x", "y")
-    margin, angles = HenonHeiles.margin, HenonHeiles.angles
-
-    def velocity(self, px, py):
-        return px / self.m, py / self.m
-
-    def kinetic_energy(self, px, py):
-        return (px * px + py * py) / (2 * self.m)
-
-    def potential_energy(self, x, y):
-        return (self.a * x * x * x * x + self.b * y * y * y * y) / 4 + self.c * x * x * y * y / 2
-
-    def force(self, x, y):
-        return -self.a * x * x * x - self.c * x * y * y, -self.b * y * y * y - self.c * x * x * y
-
-    def tangent_force(self, x, y, dx, dy):
-        cross = -2 * self.c * x * y
-        return (-3 * self.a * x * x - self.c * y * y) * dx + cross * dy, cross * dx + (
-            -3 * self.b * y * y - self.c * x * x
-        ) * dy
-
-
-class Toda(NamedTuple):
-    """Three particles on a ring, centre of mass removed (Henon 1974, Phys. Rev. B 9, 1921): integrable, Henon-Heiles to
-    third order.
-    """
-
-    unused: float = 0.0
-
-    degrees_of_freedom = 2
-    coordinates = ("x", "y")
-    velocity, kinetic_energy = HenonHeiles.velocity, HenonHeiles.kinetic_energy
-    margin, angles = HenonHeiles.margin, HenonHeiles.angles
-
-    def potential_energy(self, x, y):
-        a, b, c = np.exp(2 * y + 2 * np.sqrt(3) * x) / 24, np.exp(2 * y - 2 * np.sqrt(3) * x) / 24, np.exp(-4 * y) / 24
-        return a + b + c - 0.125
-
-    def force(self, x, y):
-        a, b, c = np.exp(2 * y + 2 * np.sqrt(3) * x) / 24, np.exp(2 * y - 2 * np.sqrt(3) * x) / 24, np.exp(-4 * y) / 24
-        return -2 * np.sqrt(3) * (a - b), -2 * (a + b) + 4 * c
-
-    def tangent_force(self, x, y, dx, dy):
-        a, b, c = np.exp(2 * y + 2 * np.sqrt(3) * x) / 24, np.exp(2 * y - 2 * np.sqrt(3) * x) / 24, np.exp(-4 * y) / 24
-        cross = -4 * np.sqrt(3) * (a - b)
-        return -12 * (a + b) * dx + cross * dy, cross * dx - (4 * (a + b) + 16 * c) * dy
+def quartic(a, b, c, m=1.0):
+    """Separable for c = 0, strongly chaotic for large c."""
+    return fastaff.hamiltonian("(a*x**4 + b*y**4)/4 + c*x**2*y**2/2", masses=(m, m), a=a, b=b, c=c)
 
 
 def random_starts(model, orbits, size, seed=3):
@@ -286,10 +215,10 @@ INTEGRABLE = {
     "anharmonic": (Body(fastaff.Anharmonic()), 1.0),
     "hyperelastic": (Body(fastaff.Hyperelastic()), 1.0),
     "heavy-top": (Body(fastaff.HeavyTop(A=0.5)), 1.0),
-    "separable cubic": (Cubic(1.0, 1.0, -1.0), 0.1),
-    "cubic -6": (Cubic(1.3, 0.7, -6.0), 0.015),
-    "cubic -16": (Cubic(0.5, 8.0, -16.0), 0.05),
-    "toda": (Toda(), 0.5),
+    "separable cubic": (cubic(1.0, 1.0, -1.0), 0.1),
+    "cubic -6": (cubic(1.3, 0.7, -6.0), 0.015),
+    "cubic -16": (cubic(0.5, 8.0, -16.0), 0.05),
+    "toda": (systems.toda(), 0.5),
 }
 
 
@@ -422,7 +351,7 @@ def test_threads_neighbours_and_order_change_no_bit(run):
     """Alone and among others, some of them a thousand times faster, in another order, with other threads: rates, steps,
     limits and all.
     """
-    model = Quartic(0.9, 1.7, 0.6, 1.2)
+    model = quartic(0.9, 1.7, 0.6, 1.2)
     z0 = 0.7 * np.random.default_rng(4).standard_normal((4, 120))
     z0[:, ::17] *= np.geomspace(3.0, 1000.0, z0[:, ::17].shape[1])  # the frequency grows like the amplitude
     indicators = (Lyapunov(), FLI(), OFLI(), MEGNO(), SALI(), GALI(4), ZeroOne())
@@ -774,7 +703,7 @@ def test_without_evidence_the_verdict_is_undecided():
 REGULAR_SETS = {
     "slow beats": lambda: (HenonHeiles(), surface(0.01, 60)),
     "Henon-Heiles 0.05": lambda: (HenonHeiles(), surface(0.05, 60)),
-    "separable quartic": lambda: (Quartic(1.3, 0.4, 0.0, 0.7), random_starts(Quartic(1.3, 0.4, 0.0, 0.7), 60, 1.0)),
+    "separable quartic": lambda: (quartic(1.3, 0.4, 0.0, 0.7), random_starts(quartic(1.3, 0.4, 0.0, 0.7), 60, 1.0)),
     "hyperelastic": lambda: (
         Body(fastaff.Hyperelastic(1.7), 0.6),
         random_starts(Body(fastaff.Hyperelastic(1.7), 0.6), 60, 1.0),
@@ -792,7 +721,7 @@ def test_averages_that_have_not_settled_are_no_evidence_of_chaos(make):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("model", [HenonHeiles(), Quartic(0.05, 0.08, 2.0, 1.3)], ids=["Henon-Heiles", "x2y2"])
+@pytest.mark.parametrize("model", [HenonHeiles(), quartic(0.05, 0.08, 2.0, 1.3)], ids=["Henon-Heiles", "x2y2"])
 def test_chaotic_orbits_are_seldom_called_regular(model):
     """Truth: MEGNO after ten times the time. At most 2 % of the chaotic ones are called regular, none by all indicators
     at once.

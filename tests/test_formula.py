@@ -21,6 +21,7 @@ from pathlib import Path
 import mpmath
 import numpy as np
 import pytest
+import systems
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from naive import states
@@ -53,7 +54,6 @@ H = 1e-30
 HYPERELASTIC = "C/2*(D1**2 + D2**2) + C/(D1*D2)"
 NEO_HOOKEAN = "G/2*(D1**2 + D2**2 - 2) - G*log(D1*D2) + K/2*(D1*D2 - 1)**2"
 HENON_HEILES = "(x**2 + y**2)/2 + lam*(x**2*y - y**3/3)"
-TODA = "(exp(2*y + 2*sqrt(3)*x) + exp(2*y - 2*sqrt(3)*x) + exp(-4*y))/24 - 1/8"
 
 
 def planes(q):
@@ -544,7 +544,7 @@ def test_henon_heiles_of_one_line():
 
 def test_toda_keeps_its_third_integral():
     """I of Henon 1974, Phys. Rev. B 9, 1921, eq. 13 (in the coordinates of Ford, Stoddard & Turner 1973)."""
-    model = hamiltonian(TODA)
+    model = systems.toda()
     rng = np.random.default_rng(2)
     z0 = rng.uniform(-0.5, 0.5, (4, 30))
 

@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 import pytest
+import systems
 from hypothesis import given
 from hypothesis import strategies as st
 from naive import constants, energy, frequencies, label, r_vartheta_actions
@@ -223,27 +224,11 @@ def test_less_than_eight_periods_are_undecided_at_once(time):
     assert "may decide" in f.summary()
 
 
-class Pair(NamedTuple):
+def pair(a, k):
     """Two unit masses on springs a, coupled by k: frequencies sqrt(a), sqrt(a + 2 k), the coordinates are not the
     modes.
     """
-
-    a: float
-    k: float
-
-    degrees_of_freedom = 2
-    coordinates = ("x", "y")
-    velocity, kinetic_energy = HenonHeiles.velocity, HenonHeiles.kinetic_energy
-    margin, angles = HenonHeiles.margin, HenonHeiles.angles
-
-    def force(self, x, y):
-        return -self.a * x - self.k * (x - y), -self.a * y - self.k * (y - x)
-
-    def tangent_force(self, x, y, dx, dy):
-        return self.force(dx, dy)
-
-    def potential_energy(self, x, y):
-        return (self.a * (x * x + y * y) + self.k * (x - y) * (x - y)) / 2
+    return systems.springs(np.array([[a + k, -k], [-k, a + k]]))
 
 
 RUNS = {"default": {}, "coarse": {"scheme": KAHAN_LI8, "step": 0.5}, "order 2": {"scheme": LEAPFROG, "step": 5e-4}}
@@ -256,7 +241,7 @@ def test_frequency_errors_cover_those_of_the_scheme(run):
     """
     rng = np.random.default_rng(9)
     for a, k in rng.uniform((0.6, 0.3), (1.4, 0.9), (3, 2)):
-        f = fit_torus(Pair(a, k), 0.5 * rng.standard_normal(4), time=rng.uniform(150.0, 250.0), **run)
+        f = fit_torus(pair(a, k), 0.5 * rng.standard_normal(4), time=rng.uniform(150.0, 250.0), **run)
         assert f.verdict is Verdict.TORUS
         order = np.argsort(f.nu)
         truth = np.sqrt([a, a + 2 * k]) / (2 * np.pi)
