@@ -23,6 +23,7 @@ from fastaff import (
     TimeTransformed,
     energy_grid,
     frequency_map,
+    hamiltonian,
     integrate,
     poincare_map,
     tangent_map,
@@ -33,52 +34,6 @@ from fastaff.schemes.time_transformed import lifted, lowered
 
 RATES = [Exponential(0.7, 0.3), Logistic(0.5, 0.4), Algebraic(0.5, 0.2, 1.5)]
 NEO = Body(NeoHookean(G=1.0, K=2.0), 1.0)
-
-
-class Barrier(NamedTuple):
-    """H = p^2/2 + c/x^2 + x^2/2: every orbit has the period pi, and x^2 is a cosine about E."""
-
-    c: float = 1e-4
-
-    degrees_of_freedom, coordinates = 1, ("x",)
-
-    def velocity(self, p):
-        return (p,)
-
-    def force(self, x):
-        return (2 * self.c / (x * x * x) - x,)
-
-    def kinetic_energy(self, p):
-        return p * p / 2
-
-    def potential_energy(self, x):
-        return self.c / (x * x) + x * x / 2
-
-    def margin(self, x):
-        return x
-
-
-class LogWall(NamedTuple):
-    """H = p^2/2 + x - ln x: a logarithmic wall under a constant force."""
-
-    unused: float = 0.0
-
-    degrees_of_freedom, coordinates = 1, ("x",)
-
-    def velocity(self, p):
-        return (p,)
-
-    def force(self, x):
-        return (1 / x - 1,)
-
-    def kinetic_energy(self, p):
-        return p * p / 2
-
-    def potential_energy(self, x):
-        return x - np.log(x)
-
-    def margin(self, x):
-        return x
 
 
 def naive_step(model, rate, splitting, h, state):
@@ -187,9 +142,10 @@ def test_bounces_off_an_algebraic_wall_keep_the_closed_form():
     c, E = 1e-4, np.array([0.5, 1.0])
     x0 = np.sqrt(E + np.sqrt(E * E - 2 * c))
     z0 = np.stack([x0, np.zeros(2)])
-    found = integrate(Barrier(c), z0, time=6 * np.pi, samples=48, scheme=TimeTransformed())
+    barrier = hamiltonian("c/x**2 + x**2/2", coordinates="x", c=c)
+    found = integrate(barrier, z0, time=6 * np.pi, samples=48, scheme=TimeTransformed())
     found.raise_if_failed()
-    finer = integrate(Barrier(c), z0, time=6 * np.pi, samples=48, scheme=found.scheme, step=found.step / 2)
+    finer = integrate(barrier, z0, time=6 * np.pi, samples=48, scheme=found.scheme, step=found.step / 2)
     square = E + np.sqrt(E * E - 2 * c) * np.cos(2 * found.times)[:, None]
     assert square.min() < 4e-4
     errors = [np.abs(orbits.samples[:, 0] ** 2 - square).max() for orbits in (found, finer)]
@@ -199,7 +155,7 @@ def test_bounces_off_an_algebraic_wall_keep_the_closed_form():
 
 
 def test_energy_error_does_not_grow_at_a_logarithmic_wall():
-    model = LogWall()
+    model = hamiltonian("x - log(x)", coordinates="x")
     x = np.exp(-np.linspace(2.0, 5.0, 7))
     z0 = np.stack([x, np.zeros(7)])
     found = integrate(
