@@ -300,35 +300,19 @@ def test_any_company_gives_the_same_bits(name):
         same(ROWS[name](chosen), items(whole(name), chosen))
 
 
-class Chain(NamedTuple):
-    """Nine masses on springs: sums over nine rows, which NumPy orders by the company."""
-
-    k: float = 1.7
-    degrees_of_freedom = 9
-
-    def velocity(self, *p):
-        return p
-
-    def kinetic_energy(self, *p):
-        return sum(entry * entry for entry in p) / 2
-
-    def potential_energy(self, *q):
-        return self.k * sum((one - two) ** 2 for one, two in zip((0.0, *q), (*q, 0.0), strict=True)) / 2
-
-    def force(self, *q):
-        ends = (0.0, *q, 0.0)
-        return tuple(self.k * (ends[i] - 2 * ends[i + 1] + ends[i + 2]) for i in range(9))
-
-    def tangent_force(self, *both):
-        return self.force(*both[9:])
+Q = [f"q{k}" for k in range(9)]
+CHAIN = fa.hamiltonian(
+    " + ".join(f"k*({one} - {two})**2/2" for one, two in zip(["0", *Q], [*Q, "0"], strict=True)), coordinates=Q, k=1.7
+)
+"""Nine masses on springs: sums over nine rows, which NumPy orders by the company."""
 
 
 @pytest.mark.parametrize("scale", [escape_radii, fastest_rates, lambda chain, z: system_of(chain).inverse_masses(z)])
 def test_scales_of_many_rows_know_no_company(scale):
     z = np.random.default_rng(3).normal(size=(18, 50))
-    together = scale(Chain(), z)
+    together = scale(CHAIN, z)
     for k in range(50):
-        same(scale(Chain(), z[:, k : k + 1]), together[..., k : k + 1])
+        same(scale(CHAIN, z[:, k : k + 1]), together[..., k : k + 1])
 
 
 # --- Ctrl-C --------------------------------------------------------------------------------------------------------
