@@ -14,7 +14,7 @@ from ..charts import Chart
 from ..compile.blocks import is_value, parameters
 from ..formulas.section_text import section_forms
 from ..models.contracts import Autonomous, Map, Model, Nonseparable, Potential, Section
-from ..models.mechanics import system_of
+from ..models.mechanics import System, system_of
 from ..models.sections import Linear, Stroboscopic
 from ..schemes.catalogue import SCHEMES, Collocation, Nystrom, RungeKutta, Scheme, Splitting
 from ..schemes.time_transformed import TimeTransformed
@@ -67,12 +67,12 @@ def checked_model(model: Any, name: str = "body", needs: str = "equations") -> A
     if hasattr(model, "potential") and hasattr(model, "mu") and not model.mu > 0:
         raise ValueError(f"{name}.mu must be positive, got {model.mu!r}")
     if system.driven:
-        _check_drive(name, model)
-    _evaluated(name, model)
+        _check_drive(name, system)
+    _evaluated(name, system)
     if system.own is not None:
         _check_rate(name, model, system.own.has, system.own.rate)
     if system.frame:
-        _check_turning(name, model)
+        _check_turning(name, system)
     met.add(needs)
     return model
 
@@ -93,10 +93,9 @@ def _check_rate(name: str, model: Any, has: str, method: str) -> None:
         raise ValueError(f"{name} {shown(model)} must have a finite {method}(), got {rate!r}")
 
 
-def _check_turning(name: str, model: Any) -> None:
+def _check_turning(name: str, system: System) -> None:
     """Refuse a model of a turning frame whose kinetic energy the turning would change."""
-    system = system_of(model)
-    n = system.moving
+    model, n = system.model, system.moving
     if n < 2:
         raise ValueError(f"{name} {type(model).__name__} must have two coordinates or more to turn, it has {n}")
     units = np.eye(system.n)[:n]
@@ -109,16 +108,15 @@ def _check_turning(name: str, model: Any) -> None:
         )
 
 
-def _check_drive(name: str, model: Any) -> None:
+def _check_drive(name: str, system: System) -> None:
     """Refuse a driven model whose last coordinate is not the time, with a period."""
-    system = system_of(model)
-    what = f"{name} {type(model).__name__} is driven"
-    period = getattr(model, "period", None)
+    what = f"{name} {type(system.model).__name__} is driven"
+    period = getattr(system.model, "period", None)
     if not isinstance(period, (int, float, np.number)):
         raise TypeError(f"{what}: it must have its period, a number, as `period`, got {shown(period)}")
     if not (np.isfinite(period) and period > 0):
         raise ValueError(f"{what}: its period must be positive and finite, got {shown(period)}")
-    if not hasattr(model, "phase"):
+    if not hasattr(system.model, "phase"):
         raise TypeError(f"{what}: it must have phase(t), the time t reduced by whole periods")
     q, p = _some_point(system.n)
     if not (system.moving > 0 and system.velocities(np.array([*q, *p])[:, None])[-1, 0] == 1.0):
@@ -143,9 +141,9 @@ def lacking(value: Any, contract: Any) -> list[str]:
     return [entry for entry in wanted if not hasattr(value, entry)]
 
 
-def _evaluated(name: str, model: Any) -> None:
+def _evaluated(name: str, system: System) -> None:
     """Refuse a model whose parts do not fit together: each of its methods must give numbers at some point."""
-    system = system_of(model)
+    model = system.model
     if system.separable:
         for part in (model, getattr(model, "potential", None)):
             _functions(part)
@@ -302,17 +300,17 @@ def checked_section(section: Any, model: Any) -> Any:
                 f"{', '.join(section_forms(model))}"
             )
     elif system.driven:
-        _check_timeless(section, model)
+        _check_timeless(section, system)
     elif rows % 2 and type(section) is not Linear:
         raise TypeError(f"section must be Linear for an odd number of variables, here {rows}, got {section!r}")
     return section
 
 
-def _check_timeless(section: Any, model: Any) -> None:
+def _check_timeless(section: Any, system: System) -> None:
     """Refuse a section whose function changes with the time, which begins again after every period."""
-    now = np.linspace(0.7, 1.9, 2 * model.degrees_of_freedom)
+    now = np.linspace(0.7, 1.9, 2 * system.n)
     later = now.copy()
-    later[system_of(model).moving] += 0.3 * model.period
+    later[system.moving] += 0.3 * system.model.period
     if section.value(*now) != section.value(*later):
         raise ValueError(
             f"section {section!r} of a driven system must not depend on its time t, but be one of constant t: "
