@@ -217,6 +217,7 @@ DEEP = {
         "test_tangent_maps_are_derivatives_and_symplectic": 2,
     },
     "test_maps_engine": {
+        "test_typed_maps_are_the_packages": 0,
         "test_readings_are_the_packages": 0,
         "test_orbits_that_leave_keep_what_is_known": 0,
     },
@@ -236,6 +237,8 @@ DEEP = {
         "test_an_orbit_has_its_bits_in_any_company": 1,
     },
     "test_packs": {
+        "test_ones_own_code_comes_before_a_pack_and_what_a_pack_lacks_is_compiled": 0,
+        "test_a_pack_of_other_sources_is_not_used": 0,
         "test_a_pack_has_the_bits_of_code_compiled_here": 0,
     },
     "test_page": {
@@ -245,7 +248,7 @@ DEEP = {
     },
     "test_periodic": {
         "test_harmonic_body_has_unit_multipliers_in_four_degrees_of_freedom": 0,
-        "test_units_origin_and_zero_of_the_potential_change_nothing": 1,
+        "test_units_origin_and_zero_of_the_potential_change_nothing": 0,
         "test_longer_orbits_come_in_pairs": 0,
         "test_schemes_agree": 2,
         "test_resonant_torus_of_the_hyperelastic_body": 0,
@@ -342,6 +345,7 @@ DEEP = {
         "test_all_analyses_take_the_centre_of_a_quartic_potential": 0,
     },
     "test_systems": {
+        "test_a_transformed_time_sees_poles": 0,
         "test_no_body_passes_a_pole_of_its_potential": 1,
         "test_no_orbit_passes_through_the_pole_of_its_chart": 1,
         "test_no_orbit_passes_a_wall_that_its_steps_do_not_see": 1,
@@ -366,6 +370,8 @@ DEEP = {
         "test_narrow_barriers_and_wells_are_seen": 4,
     },
     "test_torus_fit": {
+        "test_later_start_is_the_same_torus": 0,
+        "test_frequency_errors_cover_those_of_the_scheme": 1,
         "test_separable_bodies_have_their_own_frequencies_and_actions": 1,
         "test_series_converges_with_its_order": 0,
         "test_neo_hookean_torus": 0,
