@@ -31,7 +31,7 @@ def spelled(given: str, names: Iterable[str]) -> str:
 
 
 def did_you_mean(given: str, names: Iterable[str]) -> str:
-    """Return the question for the names that begin with what is given, or for the nearest one; empty where none is."""
+    """Return the question "Did you mean" for the names that begin with `given`, or for the nearest one; "" for none."""
     known = {name.lower(): name for name in names}
     near = [name for name in known if len(given) >= BEGINS and name.startswith(given.lower())][:MOST]
     near = near or difflib.get_close_matches(given.lower(), known, n=1, cutoff=0.5)
