@@ -40,7 +40,7 @@ def TwoPolarBody(
     inertia : float, default 1
         mu, positive.
     domain : str, optional
-        Formula that is positive where V lives.
+        Formula that is positive in the domain of V.
     **parameters : float
         Values of the parameters of V; the default potential has C = 1 unless it is given.
 
