@@ -9,7 +9,7 @@ import numpy as np
 
 WIDTH = 120
 SMALL = 6
-"""Arrays of at most so many numbers are shown whole, larger ones as dtype and shape."""
+"""Most numbers of an array that is shown whole; larger ones are shown as dtype and shape."""
 
 
 def short(result: Any) -> str:

@@ -30,8 +30,8 @@ ADAPTERS: Mapping[str, str] = {
 class Foreign(NamedTuple):
     """Orbits of another tool as plain arrays.
 
-    rows: an array (2n, orbits, samples), or named arrays (orbits, samples); times (samples,), None where nothing is
-    said; names (2n,) of the rows q1, ..., qn, p1, ..., pn.
+    rows: an array (2n, orbits, samples), or named arrays (orbits, samples); times (samples,), None where they are
+    unknown; names (2n,) of the rows q1, ..., qn, p1, ..., pn.
     """
 
     rows: Any

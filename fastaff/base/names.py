@@ -9,7 +9,7 @@ from collections.abc import Iterable
 from .numbers import shown
 
 BEGINS, MOST = 3, 3
-"""Letters that are the beginning of a name, and how many names with it are offered."""
+"""Least letters that count as the beginning of a name, and most names with it that are offered."""
 
 
 def named(option: str, given: str, names: Iterable[str]) -> str:

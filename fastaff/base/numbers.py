@@ -116,7 +116,7 @@ def an_array(name: str, value: Any) -> np.ndarray:
 
 
 def _kinds(name: str, value: Any, depth: int = 2 * DEEPEST) -> set[bool]:
-    """Return the set of {entry is True or False} over the entries; refuse masks and units, in lists too."""
+    """Return the kinds of entries: True for True or False, False for others; refuse masks and units, in lists too."""
     if isinstance(value, (list, tuple)) and depth > 0:
         found = set()
         for kind in set(map(type, value)):
@@ -159,7 +159,7 @@ def _is_single(value: Any) -> bool:
 
 
 def numbers(name: str, value: Any) -> np.ndarray:
-    """Return `value` as an array of floats, as they are: not finite ones too."""
+    """Return `value` as an array of floats, finite or not."""
     array = an_array(name, value)
     if array.dtype.kind not in "iuf":
         raise TypeError(f"{name} must be an array of real numbers, got {shown(value)} ({type(value).__name__})")

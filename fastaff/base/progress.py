@@ -317,7 +317,7 @@ class _Line(threading.Thread):
                     self.write(text)
 
     def text(self, seconds: float) -> str:
-        """Return the line after so many seconds."""
+        """Return the text of the line after that many seconds."""
         marks, compilation = self.marks, self.compilation
         if compilation.begins and (Compiling.depth or not marks) and seconds > 0.5:
             spent, expected = compilation.spent()[0], compilation.expected()
@@ -348,7 +348,7 @@ class _Line(threading.Thread):
             self.cell.update(output, raw=True)
 
     def end(self) -> None:
-        """Take the line away, and keep how long compilation took."""
+        """Remove the line from the terminal or notebook."""
         self.bell.put(None)
         self.join(1.0)
         if self.cell is not None:

@@ -132,7 +132,7 @@ class Result(Drawable):
         """Return the result of some of the items: a number, a slice, numbers or a mask; a tuple of these where items
         have several axes.
 
-        Slices and numbers give views. Its `call` stays behind: it would make all of them again.
+        Slices and numbers give views. The part has no `call`, which would make all items again.
 
         :Raises: TypeError or ValueError naming the values allowed.
         """

@@ -79,7 +79,7 @@ def names_of(value: Any, _: Any = None) -> Any:
 
 
 def axes_of(value: Any, _: Any = None) -> Any:
-    """Return the one axis that plain numbers stand for; anything else as it is."""
+    """Return plain numbers as a tuple of one axis; anything else as it is."""
     alone = isinstance(value, np.ndarray) and value.ndim == 1 and value.dtype.kind in "iuf"
     alone |= isinstance(value, (list, tuple)) and len(value) > 0 and all(type(entry) in (int, float) for entry in value)
     return (value,) if alone else value

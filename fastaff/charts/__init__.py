@@ -2,7 +2,7 @@
 
 A phase point `z` has rows a1, a2, b1, b2, then their momenta: the planes a = (x + u, z - y)/sqrt2 and
 b = (x - u, y + z)/sqrt2 of phi = [[x, y], [z, u]], an orthogonal and so canonical change of the matrix elements.
-It is regular everywhere. Charts are for input and output. Each is a chain of steps: plane polar coordinates, a sum and
+It is regular everywhere. The charts are for users. Each is a chain of steps: plane polar coordinates, a sum and
 difference, a function of one coordinate, a conformal map of the plane of invariants.
 
     a = alpha (cos eta, sin eta),   b = beta (cos gamma, sin gamma),   (alpha, beta) = sqrt(r) (cos, sin)(vartheta/2)

@@ -26,7 +26,7 @@ from ..base.placing import sweep
 from ..base.progress import Compiling
 
 SUFFIX = ".code"
-"""Of the files of machine code."""
+"""Ending of the names of files of machine code."""
 
 _SAID: set[str] = set()
 

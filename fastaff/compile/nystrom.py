@@ -1,9 +1,9 @@
 """Texts of steps of a Runge-Kutta-Nyström scheme of H = T(p) + V(q), T quadratic in the momenta.
 
-Stage s has the force F_s at the end of a drift of c_s h with the momenta p + h sum of a_sj/c_s F_j, the stage's mean
-velocities. `kicks` are the c; `drifts` the coefficients of the sums that are not 0: of all stages, then of the drift
-and of the kick of the whole step. A step is added to the state with the rounding errors carried over to the next
-(Kahan's summation), in rows 2n...4n.
+Stage s has the force F_s at the end of a drift of c_s h by the velocities at the momenta p + h sum of a_sj/c_s F_j.
+`kicks` are the c; `drifts` the coefficients of the sums that are not 0: of all stages, then of the drift and of the
+kick of the whole step. A step is added to the state with the rounding errors carried over to the next (Kahan's
+summation), in rows 2n...4n.
 """
 
 from __future__ import annotations
@@ -49,7 +49,7 @@ def sums(kind: str, half: int, terms: Terms) -> Any:
 
 
 def _until_outside(rows: Rows, width: int, terms: Terms, step: str, kept: str = "") -> str:
-    """Text of steps, in the rows behind the state and its carried rounding errors."""
+    """Text of steps, in the rows after the state and its carried rounding errors."""
     first = 4 * rows.half * LANES
     made = f"    # Sums of forces: {', '.join(map(str, terms))}\n"
     made += f"    sums = z[{first}:]\n    forces = z[{first + width * (2 * rows.half + rows.n)}:]\n"

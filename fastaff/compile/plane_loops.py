@@ -38,7 +38,7 @@ def angle_of(x, y):
     """Return the argument of x + i y to 3e-16, 0 at the origin, without branches: loops over it become vector
     instructions.
 
-    atan u/u is a polynomial in u^2 on |u| <= tan(pi/8), to 5e-20; pi/4 is taken off above.
+    atan u/u is a polynomial in u^2 on |u| <= tan(pi/8), to 5e-20; above, pi/4 is subtracted.
     """
     wide, high = abs(x), abs(y)
     steep = high > wide

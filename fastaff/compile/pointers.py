@@ -146,7 +146,7 @@ def call_reading(calls, number, n, k, m, lanes, due, memory, result):
 
 @jit(inline=True)
 def call_observer(calls, number, lanes, orbit, fresh, t, z, memory, out, done):
-    """Call the numbered observer; return how many lanes it has ended."""
+    """Call the numbered observer; return the number of lanes that it has ended."""
     row = calls.table[number]
     parameters = calls.parameters[row[COLUMNS.parameters] : row[COLUMNS.parameters_end]]
     table = calls.table[row[COLUMNS.calls] : row[COLUMNS.calls_end]]

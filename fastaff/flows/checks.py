@@ -94,7 +94,7 @@ def _check_rate(name: str, model: Any, has: str, method: str) -> None:
 
 
 def _check_turning(name: str, model: Any) -> None:
-    """Refuse a model of a turning frame whose kinetic energy the turning would change."""
+    """Refuse a model in a rotating frame whose kinetic energy changes under the rotation."""
     system = system_of(model)
     n = system.moving
     if n < 2:

@@ -70,5 +70,5 @@ def early(report: Report | None, flow: Any, ensemble: Any, time: float, share: f
 
 
 def units(orbits: int, size: int = LANES) -> np.ndarray:
-    """Return a zero progress for each unit of that size that so many orbits fill."""
+    """Return a progress of 0 for each unit of `size` orbits."""
     return np.zeros(math.ceil(orbits / size), np.int64)

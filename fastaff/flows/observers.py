@@ -40,7 +40,7 @@ class Observer:
 
     function(value, lanes, orbit, fresh, t, z, memory, out, done) is a Python function that Numba compiles (or one that
     it has compiled). It sees a block of `lanes` lanes, each an orbit, at an observation: value, a NamedTuple of
-    floats (of NamedTuples, of tuples); orbit (lanes,), their numbers; fresh, 1 in the lanes that are to be looked at, 0
+    floats (of NamedTuples, of tuples); orbit (lanes,), their numbers; fresh, 1 in the lanes that are to be observed, 0
     in the others; t, their times; z, their states, and memory, the observer's numbers, both flat: row r of lane i is
     [r*LANES + i], with LANES of `fastaff.compile.jit`; out (orbits, columns), the observer's to write to, by orbit;
     done, which it sets to 1 in lanes whose orbits it ends. It returns the number that it has ended. Rows of z are the
@@ -105,7 +105,7 @@ def called_rows(call: Bound, rows: int) -> Observer:
 
 @cache
 def worn(rows: int) -> Observer:
-    """Slow orbits of so many rows, see `kernels.samples.WEAR_ROWS`, and keep nothing."""
+    """Slow orbits of `rows` rows, see `kernels.samples.WEAR_ROWS`, and keep nothing."""
     return Observer(sample_kernels.worn, sample_kernels.WEAR_ROWS.end, _Rows(float(rows)))
 
 

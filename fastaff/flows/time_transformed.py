@@ -47,7 +47,7 @@ OVERSHOOT = 1e3
 
 @dataclass(frozen=True)
 class TransformedFlow:
-    """A model's flow by a `TimeTransformed` scheme up to `time`: it stands in for `Flow`.
+    """A model's flow by a `TimeTransformed` scheme up to `time`, in place of `Flow`.
 
     The ensemble's states are those of the transformed model (see `lifted`), its `time` is the orbits' time; `states`
     and `section` translate. `pace` is about dt/ds and predicts numbers of steps.

@@ -128,7 +128,7 @@ def hamiltonian(
     ----------
     text : str, SymPy expression, or potential of another tool
         V of the coordinates, or H of coordinates and momenta, in the grammar of `formula`. Derivatives are exact. Also:
-        an expression of heyoka; a potential of gala, or its Hamiltonian in a turning frame, in kpc, Myr and solar
+        an expression of heyoka; a potential of gala, or its Hamiltonian in a rotating frame, in kpc, Myr and solar
         masses; a potential of galpy in its natural units. These bring their coordinates and parameters.
     coordinates : str or sequence of str, default "x y"
         1 to 16 names.

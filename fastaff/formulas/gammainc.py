@@ -6,7 +6,7 @@ import functools
 from typing import Any
 
 GAMMAINC = "gammainc"
-"""The one function of two arguments, the first of which is a number."""
+"""The only function of two arguments; the first is a number."""
 
 MOST_A = 4
 """Largest first argument of gammainc for which `compile.incomplete_gamma` is accurate."""

@@ -90,7 +90,7 @@ def without_angle(expression: Any, s: dict[str, Any]) -> Any:
         return wide
 
     kinds = (sympy.cos, sympy.sin, sympy.tan)
-    # Expanded, cos(n v) and sin(n v) of large n would only grow: they stay as they are.
+    # cos(n v) and sin(n v) of large n are not expanded, as they would only become longer.
     small = [f for f in expression.atoms(*kinds) if f.has(v) and all(abs(n) <= 8 for n in f.atoms(sympy.Integer))]
     expression = expression.xreplace({f: opened(f) for f in small})
     return expression.xreplace({v: 2 * sympy.atan(q / p)})

@@ -69,7 +69,7 @@ def renewed(rows, lanes, weight, step, slope, going, parts, change):
 @jit
 def judged(rows, lanes, change, least, z, stage, going, before, relative, most, whole):
     """Set going, from the changes of a sweep, to 0 for lanes that are done and to 1/2 for those that take one more
-    sweep; return the number of others and these. before: the largest change of the sweep before, relative to its row.
+    sweep; return the number of lanes that go on. before: the largest change of the sweep before, relative to its row.
     """
     half, more, now, then, state = rows // 2 * LANES, most[:lanes], relative[:lanes], before[:lanes], going[:lanes]
     bound, width, size = whole[:lanes], whole[LANES : LANES + lanes], whole[2 * LANES : 2 * LANES + lanes]

@@ -13,7 +13,7 @@ from .peaks import STRONG, divides
 from .spectrum_lines import FEWEST
 
 SHORT = 6
-"""|k|_1 of combinations whose lines may hide behind others."""
+"""Largest |k|_1 of combinations whose lines may be hidden by others."""
 
 CHANCE = 1 / 5
 """Largest |k|_1 of a beat that is not accidental, in cycles of the fastest line: for two frequencies about 3

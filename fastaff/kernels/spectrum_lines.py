@@ -55,7 +55,7 @@ def place_of(spectrum, k, samples, order):
     middle, below, above = spectrum[k], spectrum[(k - 1) % samples], spectrum[(k + 1) % samples]
     a, b = quotient((above.real, above.imag), (middle.real, middle.imag))
     c, d = quotient((below.real, below.imag), (middle.real, middle.imag))
-    # From bin to bin a line in the middle of the samples turns by x + i y.
+    # With the time from the middle of the samples the phase turns by x + i y from bin to bin.
     ahead, turned, behind, back = a * x - b * y, a * y + b * x, c * x + d * y, d * x - c * y
     up = math.atan(half * (ahead - 1.0) / (ahead + 1.0)) / step + 0.5 if ahead > -1.0 else 9.0
     down = 0.5 - math.atan(half * (behind - 1.0) / (behind + 1.0)) / step - 1.0 if behind > -1.0 else 9.0

@@ -24,7 +24,7 @@ SEGMENT = 512
 @jit
 def gather(chunk, first, count, start, size, room):
     """Copy the samples from `start` of `count` orbits of chunk (rows, orbits, samples) to room (orbits, rows, 1 +
-    samples), behind the first of each.
+    samples), after the first of each.
     """
     along = chunk.strides[2] <= chunk.strides[1]
     for r in range(chunk.shape[0]):

@@ -164,7 +164,7 @@ def compose(
 
 
 def triple_jump(base: Splitting, *, name: str, source: str) -> Splitting:
-    """Raise the order of a symmetric splitting by two with three of its steps, of size w h, (1 - 2w) h, w h.
+    """Raise the order of a symmetric splitting by two with three of its steps, of sizes w h, (1 - 2w) h, w h.
 
     w = 1/(2 - 2**(1/(order + 1))).
 
