@@ -13,8 +13,8 @@ BEGINS, MOST = 3, 3
 
 
 def named(option: str, given: str, names: Iterable[str]) -> str:
-    """Return the one of the names that is given, in capitals or not, with or without spaces, hyphens and underscores;
-    refuse another, with the nearest one.
+    """Return the known name for `given`, in capitals or not, with or without spaces, hyphens and underscores; refuse an
+    unknown one, with the nearest name.
     """
     known = tuple(names)
     found = spelled(given, known)
@@ -24,7 +24,7 @@ def named(option: str, given: str, names: Iterable[str]) -> str:
 
 
 def spelled(given: str, names: Iterable[str]) -> str:
-    """Return the one of the names that is given as it is spelled there; any other as it is."""
+    """Return the known name for `given` in its own spelling; an unknown one as it is."""
     known = tuple(names)
     alike = [name for name in known if _letters(name) == _letters(given)]
     return alike[0] if len(alike) == 1 and given not in known else given

@@ -1,4 +1,4 @@
-"""Where numbers come from: versions, machine, date and command line."""
+"""Provenance of results: versions, machine, date and command line."""
 
 from __future__ import annotations
 

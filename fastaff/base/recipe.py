@@ -59,8 +59,8 @@ R = TypeVar("R")
 def recorded(function: Callable[P, R]) -> Callable[P, R]:
     """Make a function keep its call with the dataclass that it returns, as the attribute `call`.
 
-    `report` is no part of it: it is checked here. A partial result of an interrupted call keeps it too. Where the
-    arguments are wrong the function itself says so.
+    `report` is no part of the call; it is checked here. A partial result of an interrupted call keeps the call too. If
+    arguments do not fit, the function itself raises.
     """
     signature = inspect.signature(function)
 

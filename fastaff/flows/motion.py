@@ -29,7 +29,7 @@ PHASE, PHASES = 0.2, (0.08, 0.5)
 """The intended step of a first look in radians of the motion that it finds, and the range that is accepted."""
 
 ROUNDS, LEAP = 14, 32.0
-"""Looks that are taken at most, and the largest factor by which the step changes between two."""
+"""Most looks, and largest factor by which the step changes between two."""
 
 NUDGE = 1e-6
 """Relative displacement for the change of a force, or of rates."""

@@ -24,7 +24,7 @@ from .time_transformed import prepared
 from .trials import chosen_steps, on_ladder, trials_in_time
 
 ACCURACY = 1e-10
-"""Accuracy of states where neither a step nor an accuracy is asked for."""
+"""Accuracy of states where the user gives neither a step nor an accuracy."""
 
 FINEST = 1e-15
 """Smallest accuracy that can be requested: several roundings of a double."""

@@ -18,7 +18,7 @@ FINE = PARTS**ROUNDS
 """Distances in the table to a decade."""
 
 DECADES = -30, 30
-"""Of the table: 10^-30 to 10^30."""
+"""Decades of the table: 10^-30 to 10^30."""
 
 OWN = -2, 20
 """Decades of the search if the unit is an orbit's distance from the origin."""
