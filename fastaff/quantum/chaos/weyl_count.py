@@ -1,4 +1,4 @@
-"""How many levels a symmetry class has below an energy, from its classical phase space."""
+"""The number of levels of a symmetry class below an energy, from its classical phase space."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ CHUNK = 48
 ORDER = 56
 """Gauss nodes between turning points, in either direction."""
 LINES, PANELS = 24, 60
-"""Rays and circles along which narrow features are looked for, and into how many panels each direction is cut at most.
+"""Rays and circles along which narrow features are sought, and the largest number of panels in each direction.
 """
 SCAN = 128
 """Radii on which a ray is searched for turning points, in equal steps of the logarithm."""

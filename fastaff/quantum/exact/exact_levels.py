@@ -107,7 +107,7 @@ def _lowest(model: SolvableBody, multiplets: int, single_valued: bool) -> LevelT
 
 
 def _many(model: SolvableBody, top: float, single_valued: bool) -> int:
-    """Return about how many levels are below `top`: rather too many."""
+    """Return an upper estimate of the number of levels below `top`."""
     rise = top - float(model.energy(np.zeros((2, 1), np.int64), 0, 0)[0])
     if rise <= 0:
         return 0

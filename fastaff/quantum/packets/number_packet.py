@@ -93,8 +93,8 @@ def labelled_levels(
     chart: Any,
     single_valued: bool,
 ) -> list[tuple[LevelTable, dict[tuple[int, int], int]]]:
-    """Return the levels of classes of a separable body as far as all quantum numbers in `pairs`, and where each pair is
-    in them.
+    """Return the levels of classes of a separable body that include all quantum numbers in `pairs`, and the place of
+    each pair in them.
     """
     m, l = zip(*classes, strict=True)
     most = max(i + j for i, j in pairs)

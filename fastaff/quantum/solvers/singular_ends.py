@@ -1,4 +1,4 @@
-"""Where one-dimensional potentials live, how singular their ends are, and how far states reach."""
+"""One-dimensional potentials: their domains, their singular ends, and the reach of states."""
 
 from __future__ import annotations
 
@@ -20,8 +20,8 @@ class NoGroundState(ValueError):
 
 
 class Well(NamedTuple):
-    """Where a potential is finite, (lo, hi), whether these are the natural ends of the coordinate, and lim distance^2 V
-    at both.
+    """The interval (lo, hi) where a potential is finite, whether its ends are the natural ones of the coordinate, and
+    lim distance^2 V at both.
     """
 
     lo: float
@@ -48,7 +48,7 @@ def sampled(V: Callable, y: np.ndarray) -> np.ndarray:
 
 
 def well(name: str, V: Callable, lo: float, hi: float) -> Well:
-    """Return the well of V on (lo, hi), hi = inf for radii; raises NoGroundState or ValueError for what has none."""
+    """Return the well of V on (lo, hi), hi = inf for radii; raises NoGroundState or ValueError if there is none."""
     y = np.geomspace(*RANGE, 2001) if np.isinf(hi) else lo + (hi - lo) * (np.arange(2001) + 0.5) / 2001
     values = sampled(V, y)
     inside = np.flatnonzero(np.isfinite(values))
@@ -144,7 +144,7 @@ def exponent(name: str, strength: float, place: str) -> float:
 
 
 class Reach(NamedTuple):
-    """Beyond which interval (lo, hi) states have decayed, Gauss nodes that resolve them, their top energy, and the
+    """The interval (lo, hi) beyond which states have decayed, Gauss nodes that resolve them, their top energy, and the
     largest top - W.
     """
 
@@ -179,7 +179,7 @@ def reach(name: str, W: Callable, y: np.ndarray, lo: float, hi: float, count: fl
 
 
 def check_bottom(name: str, bottom: int, size: int, hi: float) -> None:
-    """Raise NoGroundState for a potential that is least at the end of all radii."""
+    """Raise NoGroundState for a potential whose least value is at the largest radius."""
     if bottom == size - 1 and not np.isfinite(hi):
         raise NoGroundState(f"{name} does not grow at large distance: there is no ground state")
 

@@ -195,8 +195,8 @@ def _row(body: Any, chosen: list[Any], count: int, options: dict[str, Any]) -> l
 
 
 def diagram_of(name: str, values: np.ndarray, rows: Sequence[Sequence[LevelTable]]) -> LevelDiagram:
-    """Return the diagram of levels that are computed already: one row for each value, NaN for values without one at the
-    end.
+    """Return the diagram of levels that are computed already: one row for each value, NaN for last values without a
+    row.
     """
     first = rows[0][0]
     if len({found.names for row in rows for found in row}) > 1:
