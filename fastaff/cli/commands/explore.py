@@ -1,4 +1,4 @@
-"""`fastaff explore`: a page of its own in which sections are looked at by clicking."""
+"""`fastaff explore`: a page of its own that shows sections; a click launches an orbit."""
 
 # ruff: noqa: B008
 from __future__ import annotations
