@@ -72,8 +72,9 @@ def shear_levels(mu: float, *, j: ArrayLike, hbar: float = 1.0) -> TopLevels:
     """Compute the eigenvalues e_vartheta of h_vartheta without shear potential.
 
     mu: the inertia of the body, > 0; j (...), hbar as in `spherical_top`.  Returns TopLevels. Raises ValueError or
-    TypeError as `spherical_top`. Formula: e = (2 hbar^2/mu) j (j + 1), the spherical top of I = mu/4; (2 j + 1)^2
-    classes m, l, all with m + l even. Source: Martens & Slawianowski, section 4 (e_(Theta j)).
+    TypeError as `spherical_top`.
+    Formula: e = (2 hbar^2/mu) j (j + 1), the spherical top of I = mu/4; (2 j + 1)^2 classes m, l, all with m + l even.
+    Source: Martens & Slawianowski, section 4 (e_(Theta j)).
     """
     return spherical_top(positive("mu", mu) / 4, j=j, hbar=hbar)
 

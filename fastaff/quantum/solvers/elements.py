@@ -277,7 +277,8 @@ def lowest(matrix: Any, count: int, top: float, step: float) -> np.ndarray:
 
     The method is Lanczos with the inverse of matrix - s; s lies below all eigenvalues, so that no pivot is negative,
     and is sought below `top` in steps that double. Double eigenvalues that Lanczos has once are sought in the remaining
-    space. Source: Lehoucq, Sorensen & Yang 1998, ARPACK Users' Guide (shift and invert).
+    space.
+    Source: Lehoucq, Sorensen & Yang 1998, ARPACK Users' Guide (shift and invert).
     """
     from scipy.sparse import identity
     from scipy.sparse.linalg import ArpackNoConvergence, splu

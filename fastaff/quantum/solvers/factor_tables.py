@@ -152,7 +152,7 @@ class BarrierTable(NamedTuple):
 
 class Factors(NamedTuple):
     """Solutions of one-dimensional problems: values and their errors (problems, levels), their functions by problem and
-    level, the size of the basis, words about the potential, and the amount by which values may be too high because of
+    level, the size of the basis, `said` about the potential, and the amount by which values may be too high because of
     wells that are not excluded, if this is not in the error.
     """
 
