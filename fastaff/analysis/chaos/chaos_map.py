@@ -114,7 +114,7 @@ class ChaosMap(Result):
         return float(self.shares.fraction)
 
     def summary(self) -> str:
-        """Say in one line the outcomes of the orbits, and which of those that finished are chaotic."""
+        """Return one line with the outcomes of the orbits and the counts of verdicts."""
         fine = self.status == Status.OK
         counts = ", ".join(f"{((self.verdict == kind) & fine).sum()} {kind.name.lower()}" for kind in Character)
         if self.undecided.any():

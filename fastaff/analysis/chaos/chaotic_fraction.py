@@ -96,7 +96,7 @@ class ChaoticFraction(Result, axis=None):
         return self.shares.interval(sigmas)
 
     def summary(self) -> str:
-        """Say in one line the outcomes of the cases."""
+        """Return one line with the outcomes of the cases."""
         empty = int(np.count_nonzero(self.done & (self.orbits == 0)))
         late = int(np.count_nonzero(~self.done))
         cases = [f"{self.orbits.size - empty - late} of {self.orbits.max(initial=0)} orbits"]

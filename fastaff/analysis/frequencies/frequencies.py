@@ -110,7 +110,7 @@ class FrequencyMap(Result):
         return self.regular & ((self.basis != own).any(axis=1) & self.basis.any(axis=1)).any(axis=0)
 
     def summary(self) -> str:
-        """Say in one line the outcomes of the orbits, and the kinds of frequencies of those that are OK."""
+        """Return one line with the outcomes of the orbits, and the kinds of frequencies of those that are OK."""
         fine, kinds = self.status == Status.OK, FrequencyKind
         counts = {
             "by the coordinates' own lines": self.regular & ~self.other_basis,

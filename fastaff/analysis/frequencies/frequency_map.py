@@ -392,7 +392,7 @@ class FrequencyWork:
         found = (basis[-1, -1] == 1) & (basis[-1, :-1] == 0).all(axis=0) & (np.abs(nu[-1] - known) <= 2 * error[-1])
         nu[-1] = np.where(found, known, nu[-1])
         error[-1] = np.where(found, np.finfo(float).eps * known, error[-1])
-        # Beside a fraction of the drive an orbit may turn in an island, too slowly to see.
+        # Next to a fraction of the drive an orbit may turn in an island, too slowly to be seen.
         slow = known * unresolved(nu[:-1] / known, self.time * known)
         error[:-1] = error[:-1] + np.where(found, slow, 0.0)
         return nu, error

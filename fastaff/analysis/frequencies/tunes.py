@@ -71,8 +71,8 @@ NEAR = 3
 """Bins within which the line of a mean turn is."""
 
 EXPLAINED, OPEN = 0.999, 0.02
-"""Share of the squared amplitudes that these must explain, and the share of the area that they could enclose from which
-the sense of the loop is known.
+"""Share of the squared amplitudes that these must explain, and the least share of the area that they could enclose for
+which the sense of the loop is known.
 """
 
 

@@ -14,8 +14,8 @@ from ...base.results import Result
 from .found_orbits import PeriodicOrbits
 
 VANISHING, NEAR = 1e-5, 1e-10
-"""Product of residues up to which a change of its sign is a zero, not a jump; up to which it is looked for: nearer, z
-is undetermined.
+"""Product of residues up to which a change of its sign is a zero, not a jump; product at which the search for the zero
+ends, as nearer to it z is undetermined.
 """
 
 SAFETY, CLOSER = 4.0, 0.01

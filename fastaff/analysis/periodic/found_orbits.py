@@ -34,7 +34,7 @@ class Stability(IntEnum):
 
     ELLIPTIC: on it, 0 < R < 1; PARABOLIC: at 1 or -1, R = 0 or 1; HYPERBOLIC: positive, R < 0; INVERSE_HYPERBOLIC:
     negative, with reflection, R > 1; COMPLEX: four together off the circle (three degrees of freedom and more);
-    UNKNOWN: not converged. Of dz/dt = f(z), whose multipliers have no pairs: ATTRACTING: all within the unit circle;
+    UNKNOWN: not converged. For dz/dt = f(z), whose multipliers have no pairs: ATTRACTING: all within the unit circle;
     REPELLING: all beyond; SADDLE: some within, some beyond; PARABOLIC: one on it.
     """
 
@@ -60,8 +60,8 @@ class PeriodicOrbits(Result):
     (orbits,): estimate of that of z and of 2 pi time/(a turn), in own units, from a shorter step (or a larger rtol) and
     a neighbour; reduced_error (orbits,): likewise of `reduced`, see `multiplier_errors`; iterations (orbits,): returns
     computed; status (orbits,) of `Status`; step (orbits,), inf for an adaptive scheme; scale (2n, orbits): own units.
-    names (2n,): of the rows. Of dz/dt = f(z) of d variables there are d rows, reduced is (d - 1, d - 1, orbits), energy
-    0, and `paired` False: multipliers have no pairs, so that indices and residues are NaN.
+    names (2n,): of the rows. For dz/dt = f(z) of d variables there are d rows, reduced is (d - 1, d - 1, orbits),
+    energy 0, and `paired` False: multipliers have no pairs, so that indices and residues are NaN.
     """
 
     z: Annotated[np.ndarray, along("coordinate", "orbit", labels="names", plain=True)]

@@ -181,7 +181,7 @@ def _period_by_period(flow: Flow, section: Any, ensemble: Ensemble, period: int)
 
 
 def _filled(found: Returns, live: np.ndarray, parts: np.ndarray, arrived: np.ndarray, ended: np.ndarray) -> Returns:
-    """Return the returns with states parts (orbits, period, 2, 1 + vectors, n) of the orbits `live`, of which some have
+    """Return the returns with states parts (orbits, period, 2, 1 + vectors, n) of the orbits `live`, some of which have
     arrived.
     """
     rows = found.points.shape[2]

@@ -219,8 +219,8 @@ def _turns(value: np.ndarray, noise: np.ndarray) -> np.ndarray:
 def crossings(
     f: Function, found: Extrema, column: np.ndarray, level: np.ndarray, up: bool
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return where columns rise (or fall) through levels (points,): x (sheets, points), the allowed end of two
-    neighbouring doubles.
+    """Return the crossings at which columns rise (or fall) through levels (points,): x (sheets, points), the allowed
+    end of two neighbouring doubles.
 
     The outermost comes first, NaN where there are fewer; bounded wells come before one that has no end. Also return a
     mask of the points that are allowed at the lower end of the range.

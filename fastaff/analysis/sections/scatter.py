@@ -16,8 +16,8 @@ FEWEST = 200
 """Least number of points for evidence."""
 
 FORGOTTEN, ROUND = 0.9, 0.3
-"""Least `separation` and `roundness` of chaos. Of 1800 regular orbits of standard maps, quadratic maps, ellipses and
-chains of islands with 256 points or more 1 had both (and few digits); of 800 chaotic ones more than 94 in 100."""
+"""Least `separation` and `roundness` of chaos. One of 1800 regular orbits of standard maps, quadratic maps, ellipses
+and chains of islands with 256 points or more had both (and few digits), and more than 94 % of 800 chaotic ones."""
 
 
 def scattered(points: np.ndarray) -> bool:

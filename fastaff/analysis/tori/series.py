@@ -37,8 +37,8 @@ ROUNDING = 1e-13
 FIRST_ORDER, LARGEST_ORDER, LARGEST_BOX = 6, 72, 9000
 
 EARLY, LATE, STEPS = 0.47, 0.41, 1.5
-"""End of the first and start of the last part of the window that are compared; factor of the change that half the step
-makes, of which a scheme of order 2 has 3/4 left."""
+"""End of the first and start of the last part of the window that are compared; factor of the change by half the step,
+which for a scheme of order 2 is 3/4 of the error."""
 
 TERMS = 1e-16
 """Relative size of the coefficients that are kept."""

@@ -184,7 +184,7 @@ class TorusFit(Result, axis=None):
         return replace(self, k=k, coefficients=z, J=area(self.body, k, z, self.winding), residual=left)
 
     def summary(self) -> str:
-        """Say in one line the verdict and its numbers."""
+        """Return one line with the verdict and its numbers."""
         pairs = ", ".join(f"{name} {value:.9g}" for name, value in zip(self.names, self.nu))
         text = (
             f"{self.verdict.value}, dimension {self.dimension}: nu {pairs or '-'}; {len(self.k)} terms, "
