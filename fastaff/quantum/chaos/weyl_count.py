@@ -136,9 +136,9 @@ def weyl_count(body: Body, energy: ArrayLike, *, m: int, l: int, hbar: float = 1
     -1/12 for oscillators. Terms of the order hbar and oscillating terms are left out. A wall det phi = 0 must be soft
     on the scale of the wave length: mu c/(hbar p) > 1 for V = c/distance and momentum p; so must be narrow features of
     V, which are integrated as they are: waves longer than their widths see less of them than this expansion. Wells
-    between the points where V is looked at are found by intervals, where its formula takes them. Quadrature errors are
-    about 1e-6 of N, more at energies of saddles; some 20 ms for an energy, more where the integrals are cut at narrow
-    features of V.
+    between the sample points of V are found by intervals, if its formula takes them. Quadrature errors are about 1e-6
+    of N, more at energies of saddles; some 20 ms for an energy, more where the integrals are cut at narrow features of
+    V.
 
     :Source: Wigner 1932, Phys. Rev. 40, 749, and Kirkwood 1933, Phys. Rev. 44, 31 (order hbar^2); Langer 1937, Phys.
         Rev. 51, 669; the terms of fixed angular momenta are derived from H - omega_a L_a - omega_b L_b at imaginary

@@ -17,7 +17,7 @@ from .singular_ends import potential, sampled
 SLACK = 0.1
 """How far, in parts of the energy of the levels above the bottom, V may be below the samples of a box."""
 MOST, MANY = 1 << 17, 1 << 10
-"""Boxes that are looked at, and after how many of them curvatures are asked too."""
+"""Largest number of boxes, and the number after which curvatures are used too."""
 THIN = 2.0**-44
 """Narrowest box, in parts of its coordinates."""
 EDGE = 2.0**-13

@@ -32,7 +32,7 @@ from .singular_ends import (
 ELEMENTS = ((5,), (6,), (8,), (11,), (14,), (18,))
 """Nodes of every element where V has narrow features: bases from small to large."""
 LINES, CLOSE = 48, 3
-"""Lines of either coordinate along which V is looked at, and how many of them densely."""
+"""Lines of either coordinate along which V is sampled, and the number of dense ones."""
 ROUNDS, WORST = 3, 8
 """How often partitions are refined along lines through the points where V is not resolved, and through how many of
 them.
@@ -231,7 +231,7 @@ def _range(problem: Problem, count: int, unit: float) -> tuple[float, float]:
 
 
 def _seen(problem: Problem, body: Any, unit: float, bottom: float, top: float) -> Cover:
-    """Return where V may be below the top energy."""
+    """Return the cover of the places where V may be below the top energy."""
     quanta = float(problem.a[0]), float(problem.b[0])
     ends = float(problem.rho[0]), float(problem.rho[-1])
     return plane_cover(body, quanta, ends, problem.well.hi < 3, top, top - bottom, unit)

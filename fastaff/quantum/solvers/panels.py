@@ -168,7 +168,7 @@ def panels(
 
 
 def _holding(left: np.ndarray, width: float, thin: np.ndarray, step: float) -> np.ndarray:
-    """Return which panels hold the middle of a thin interval that samples a step apart may not see."""
+    """Return a mask of panels that hold the middle of a thin interval that samples a step apart may miss."""
     narrow = thin.mean(axis=0)[np.diff(thin, axis=0)[0] < 2 * step]
     place = np.searchsorted(left, narrow, "right") - 1
     inside = (place >= 0) & (narrow < left[place] + width)

@@ -89,7 +89,7 @@ def plane_problem(body: Any, chosen: SymmetryClass, unit: float, limit: float, h
         return float((np.maximum(top - w, 0) * cell).sum() / (4 * np.pi))
 
     def channels(top):
-        """Semiclassical number of channels below `top`, the most of all rho."""
+        """Semiclassical number of channels below `top`, the largest over rho."""
         return float((np.sqrt(np.maximum(top - w, 0)) * around).sum(axis=1).max() / np.pi)
 
     fine = np.pi * (np.arange(200_000) + 0.5) / 200_000  # valleys far out are narrow in vartheta

@@ -93,7 +93,7 @@ def check_poles(name: str, V: Callable, y: np.ndarray, values: np.ndarray) -> No
 
 
 def _edge(V: Callable, inside: float, outside: float) -> float:
-    """Return where V becomes infinite, by bisection to the last digit."""
+    """Return the place where V becomes infinite, by bisection to the last digit."""
     while True:
         middle = (inside + outside) / 2
         if middle in (inside, outside):
@@ -162,7 +162,7 @@ def radii(lo: float, hi: float, count: int = 6001) -> np.ndarray:
 
 
 def reach(name: str, W: Callable, y: np.ndarray, lo: float, hi: float, count: float) -> Reach:
-    """Return where the lowest `count` states of -u'' + W u live, W seen at radii y in (lo, hi).
+    """Return the extent of the lowest `count` states of -u'' + W u, with samples of W at radii y in (lo, hi).
 
     W with the Langer centrifugal term; semiclassical count int sqrt(lambda - W) dx/pi. n Gauss nodes are pi sqrt(d
     d')/n apart at distances d, d' from the ends.
@@ -185,7 +185,7 @@ def check_bottom(name: str, bottom: int, size: int, hi: float) -> None:
 
 
 def count_top(states: Callable, low: float, unit: float, count: float) -> float:
-    """Return where the growing function `states` reaches `count`, above `low`; `unit`: a first step."""
+    """Return the place above `low` where the growing function `states` reaches `count`; `unit`: a first step."""
     up, down = unit, 0.0
     while states(low + up) < count:
         up *= 2
@@ -196,8 +196,8 @@ def count_top(states: Callable, low: float, unit: float, count: float) -> float:
 
 
 def decayed(name: str, y: np.ndarray, w: np.ndarray, top: float, lo: float, hi: float) -> tuple[float, float]:
-    """Return where states of -u'' + w u with eigenvalues up to `top` have decayed, left and right, on the grid y in
-    (lo, hi).
+    """Return the points, left and right, beyond which states of -u'' + w u with eigenvalues up to `top` have decayed,
+    on the grid y in (lo, hi).
     """
     allowed = np.flatnonzero(w < top)
     allowed = allowed if allowed.size else np.array([np.argmin(w)])

@@ -1,4 +1,4 @@
-"""Energy levels with their errors and quantum numbers: one table, be they exact, quasiclassical or computed."""
+"""Energy levels with their errors and quantum numbers: one table for exact, quasiclassical and computed ones."""
 
 from __future__ import annotations
 

@@ -22,8 +22,8 @@ CHUNK = 1 << 21
 
 @dataclass(frozen=True)
 class Lattice:
-    """Points q = R (step (low + i) + origin) of i (d, 1), with the names of the coordinates; u = R^-1 q, of which some
-    axes go around: shape (d,) of them, whole numbers low (d,), step (d,), origin (d,), around (d,), R (d, d).
+    """Points q = R (step (low + i) + origin) of i (d, 1), with the names of the coordinates; u = R^-1 q, with some
+    periodic axes: shape (d,), whole numbers low (d,), step (d,), origin (d,), around (d,), R (d, d).
     """
 
     names: tuple[str, ...]
