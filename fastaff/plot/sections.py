@@ -59,7 +59,7 @@ def plot_section(
 
     Orbits without a value, and those that failed or escaped, are grey, and the legend says how many.
 
-    :Returns: Artists; `missing` counts orbits of which nothing is drawn. A click picks orbit and crossing (`picked`).
+    :Returns: Artists; `missing` counts orbits that are not drawn. A click picks orbit and crossing (`picked`).
     :Cost: an image takes about 0.1 us a crossing.
 
     Examples

@@ -15,7 +15,7 @@ from ..base.numbers import real, shown
 from ..base.progress import watched
 
 DARK, ACCENT, PALE = "#00224e", "#b35900", "#5a8fc8"
-"""The dark end of cividis, an orange and a blue that are told from it by lightness too."""
+"""The dark end of cividis, an orange and a blue that differ from it by lightness too."""
 GREY, OUTLINE = "0.72", "0.35"
 """Orbits that have left or have no value, and the edge of the accessible region."""
 LINES = (
