@@ -125,7 +125,7 @@ class Numbers:
             return self._array[key]
 
     def lacks(self, numbers: Iterable[int]) -> list[int]:
-        """Return those units among `numbers` that have no chunk."""
+        """Return the units among `numbers` that have no chunk."""
         if 0 in self._array.shape:
             return []
         return [int(number) for number in numbers if not self.file(int(number)).is_file()]

@@ -38,7 +38,7 @@ from .watching import Progress, Watched, submitted
 from .wording import Wrong
 
 SECONDS = 2.0
-"""Of work in a unit whose size is left open."""
+"""Seconds of work in a unit whose size is left open."""
 
 PROBE = 256
 """Orbits that tell how long a unit takes."""

@@ -30,7 +30,7 @@ from .guard import Hierarchy, checked_arrays, checked_root, has_items, sound
 from .wording import Wrong
 
 FORMAT = 2
-"""Of the stores that this version writes and reads."""
+"""Format of the stores that this version writes and reads."""
 
 ATTRIBUTES = "fastaff"
 """Name of the root's attribute that tells all of the job."""
@@ -260,7 +260,7 @@ def laid_out(result: Any) -> tuple[Any, list[Column]]:
 
 
 def _by_name(content: Any, names: set[str], prefix: str = "") -> Any:
-    """Return packed data of a result in which the fields of these names are arrays, be they numbers or arrays."""
+    """Return packed data of a result in which the fields of these names are arrays, numbers too."""
     fields = {}
     for key, entry in content["fields"].items():
         name = prefix + key
