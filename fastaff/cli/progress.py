@@ -196,7 +196,7 @@ def is_cold() -> bool:
 
 
 def finished(result: Any, seconds: float) -> str:
-    """Say how many orbits were computed, how fast and how well."""
+    """Return one line with the number of computed orbits, their speed and their errors."""
     orbits = result.status.size
     rate = f"{orbits / seconds:,.0f} orbits/s"
     if hasattr(result, "counts"):

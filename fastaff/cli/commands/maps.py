@@ -43,7 +43,7 @@ def settled(command: str, plan: Plan, run: Run, announce: bool = True) -> dict[s
         for name, analysis in plan.analyses.items():
             small = few._replace(z0=few.z0[:, -1:]) if hasattr(analysis, "cases") else few  # a case is many orbits
             analysis.compute(small, analysis.brief, brief)
-            if isinstance(analysis, Frequencies):  # which may be looked for again
+            if isinstance(analysis, Frequencies):  # these may be computed again by lines
                 replace(analysis, method="naff").compute(few, analysis.brief, brief)
             found[name] = analysis.settled(few, run)
 
