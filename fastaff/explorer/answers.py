@@ -102,7 +102,7 @@ class Answers:
         self.post({"type": "ready", "names": names, "parameters": parameter_values(self.body)})
 
     def on_parse(self, message: dict[str, Any]) -> None:
-        """Say whether a text is a formula, and which parameters it has."""
+        """Answer whether a text is a formula, with its parameters."""
         names: list[str] = []
         said = None
         try:

@@ -337,7 +337,7 @@ class _Scope:
         return Text(f"(-{value})") if isinstance(value, Text) else -value
 
     def on_Compare(self, node: ast.Compare) -> Any:
-        """Return comparisons, all of which hold."""
+        """Return a chain of comparisons that must all hold."""
         values = [self.value(entry) for entry in (node.left, *node.comparators)]
         texts = []
         for first, op, second in zip(values, node.ops, values[1:]):

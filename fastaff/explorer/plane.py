@@ -18,7 +18,7 @@ SIZES = 1e-5 * 10.0 ** (np.arange(45) / 4)
 TRIED, STARTS, LOOKS, LONG, FAR, SOME = 64, 256, 200, 1000, 1e3, 1 / 16
 BENT, BENDS, QUANTILE, EDGE = 0.5, 5.0, 0.005, 0.06
 LEAST, LOCKED = 64, 12
-"""Iterates that a rotation number needs; the longest chain of islands that is looked for."""
+"""Least number of iterates for a rotation number; the longest chain of islands that is sought."""
 PLASTIC = (0.7548776662466927, 0.5698402909980532)
 
 
@@ -32,7 +32,7 @@ class Plane(NamedTuple):
 
     @classmethod
     def of(cls, model: Any, name: str, others: dict[str, float] | None) -> Plane:
-        """Return the plane of that name, such as "x,p"; ValueError where the map has none such."""
+        """Return the plane of that name, such as "x,p"; ValueError if the map has no such plane."""
         names, known = planes(model), system_of(model).row_names
         if name not in names:
             raise ValueError(f"the plane must be one of {'; '.join(names)}, got {name}")
@@ -43,7 +43,7 @@ class Plane(NamedTuple):
 
     @property
     def periods(self) -> tuple[float, float]:
-        """Those of the two rows, 0 where there is none."""
+        """Periods of the two rows, 0 where there is none."""
         found = self.model.periods()
         return float(found[self.rows[0]]), float(found[self.rows[1]])
 
