@@ -12,7 +12,7 @@ from .kicks import Kick, turn
 from .linear_parts import kept_momentum, probed
 
 ROWS = [0, 2, 1, 3]
-"""Of x, y, px, py among x, px, y, py, delta, ct."""
+"""Rows of x, y, px, py among x, px, y, py, delta, ct."""
 
 
 def lattice(ring: Any) -> str:
