@@ -484,7 +484,7 @@ def shown(results: list[Judged], count: int) -> str:
 
 
 def checked(threads=None) -> str:
-    """Return how far true frequencies are from those found at T = 1000, far from resonances: relative differences."""
+    """Return the relative differences of true frequencies from those found at T = 1000, far from resonances."""
     said = []
     for case in cases(12, periods=(1000,), orbits=GROUP):
         if case.cell == "generic":

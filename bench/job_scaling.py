@@ -17,7 +17,7 @@ from fastaff.jobs import JobResults
 
 WORKERS = (10, 100, 1000)
 SIZES = (1 / 16, 1 / 4, 1, 4, 16)
-"""Of units, beside those of the store."""
+"""Sizes of units, relative to those of the store."""
 
 
 def simulated(costs, workers, overhead):

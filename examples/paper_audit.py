@@ -41,7 +41,7 @@ def row(finding: Finding) -> tuple[str, ...]:
 
 
 def summary(findings: list[Finding]) -> str:
-    """Return how many formulas hold, hold with a reading, are corrected, and are definitions."""
+    """Return the numbers of formulas that hold, hold with a reading, are corrected, and are definitions."""
     count = Counter(finding.verdict for finding in findings)
     checked = len(findings) - count["definition"]
     return (

@@ -66,7 +66,7 @@ class Finding:
 
     @property
     def failed(self) -> bool:
-        """Say whether neither the printed nor the corrected formula holds, or the correction is needless."""
+        """Tell whether neither the printed nor the corrected formula holds, or the correction is needless."""
         return self.verdict in ("FAILS", "needless correction")
 
 
