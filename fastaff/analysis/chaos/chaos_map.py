@@ -97,7 +97,7 @@ class ChaosMap(Result):
     @property
     def spectrum_per_period(self) -> np.ndarray | None:
         """The spectrum (2n, orbits) of the map over a period of a driven system: `spectrum`, which is per unit time,
-        times the period; None where there is none of either.
+        times the period; None if either is missing.
         """
         return None if self.spectrum is None or self.period is None else self.spectrum * self.period
 

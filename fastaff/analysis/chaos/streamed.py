@@ -36,9 +36,9 @@ RECORDS = 32
 """Records of the growth of volumes, from which the errors of exponents follow."""
 
 BLOCKS, LONG_MEMORY = {8: 4.2}, {8: 4.2, 4: 7.0, 3: 12.0}
-"""Numbers of blocks of a run whose spread gives these errors, and how many standard errors hold 99 %: those of Student
-and a fifth more, as the blocks' distribution has longer tails. Chaotic orbits of a symplectic system stick to islands
-for arbitrarily long times: few long blocks see more of it.
+"""Numbers of blocks of a run whose spread gives these errors, and the number of standard errors that hold 99 %:
+Student's and a fifth more, as the blocks' distribution has longer tails. Chaotic orbits of a symplectic system stick to
+islands for arbitrarily long times: few long blocks see more of it.
 """
 
 

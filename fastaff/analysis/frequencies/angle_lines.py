@@ -71,7 +71,7 @@ class LineTable:
             for angles, f, size in _signals(layout, signals):
                 found = found_lines(f, interval, count, LINE_ORDER)
                 turns = found.nu * (delay * interval)
-                with np.errstate(all="ignore"):  # a size may be none, of numbers whose squares are none
+                with np.errstate(all="ignore"):  # a size may overflow, for numbers with infinite squares
                     amplitude = size[:, :, None] * found.amplitude * np.exp(-2j * np.pi * (turns - np.rint(turns)))
                 known = np.isfinite(amplitude) & np.isfinite(found.error)
                 here = np.ix_(np.array(angles), np.arange(count), orbits)

@@ -134,8 +134,8 @@ def frequency_map(
     weight w = exp(30 (sqrt(1 - x^2) - 1)) and with the change of the weight from sample to sample: their ratio is
     exactly the turn of the line from sample to sample. A line at distance d and of relative amplitude a adds a d W(d),
     below 2e-12 once d*time > 9.6. The frequencies of the halves come from the halves alone. The mean rates of a body's
-    own angles tell which lines belong to them, and are taken where there are none. NAFF: the line of that loop, fitted
-    with the strongest others, also where the sums leave more than 0.02 cycles over the time, or `fallback`.
+    own angles identify their lines, and replace missing ones. NAFF: the line of that loop, fitted with the strongest
+    others, also where the sums leave more than 0.02 cycles over the time, or `fallback`.
 
     Errors: 10 times the largest difference of the turn from that of two windows of 0.7 and 0.8 of the time, which
     bounds the effect of a line 1.5/time away or more; the possible effect of closer lines, from the visible amplitudes,

@@ -281,7 +281,7 @@ def _torn(nu: np.ndarray, jump: float) -> np.ndarray:
 
 
 def _distinct(found: list[ResonanceLine], everywhere: list[np.ndarray]) -> list[ResonanceLine]:
-    """Keep a basis of the resonances that hold everywhere, and one of those that agree up to combinations of these."""
+    """Keep a basis of the resonances that hold everywhere, and one line of those that differ by their combinations."""
     if not everywhere:
         return found
     common = {tuple(int(c) for c in vector) for vector in everywhere}

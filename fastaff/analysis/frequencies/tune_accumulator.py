@@ -115,7 +115,7 @@ class TuneAccumulator:
     def of(cls, state: TuneSums, *, threads: int | None = None) -> TuneAccumulator:
         """Return an accumulator that goes on from a `state`.
 
-        :Raises: TypeError for anything else.
+        :Raises: TypeError for other values.
         """
         if not isinstance(state, TuneSums):
             raise TypeError(f"state must be a TuneSums, got {type(state).__name__}")

@@ -55,8 +55,8 @@ ROUGH = 0.05
 
 OWN_LINES, COMBINED, SHARP, WEAK = 6, 4, 0.02, 0.01
 """Lines of a plane whose loop passes through its centre, among which its own is sought; the largest |k|_1 of
-combinations of other tunes, and the bins within which a line is one; the relative amplitude below which a line is
-nobody's own.
+combinations of other tunes, and the bins within which a line is one; the relative amplitude below which a line is no
+own line.
 """
 
 LONG = 500
@@ -313,8 +313,8 @@ class TuneWork:
         return turning, means, method, rough
 
     def _with_modes(self, z: np.ndarray, turning: Turning, means: Means, method: np.ndarray, rough: np.ndarray) -> None:
-        """Put the tunes of modes in the places of those of planes that show the same line, or whose loops pass through
-        their centres (`rough`).
+        """Replace the tunes of planes that show the same line, or whose loops pass through their centres (`rough`), by
+        those of modes.
         """
         length = z.shape[2] - 1
         twice, harmonic = entangled(means.nu, length), driven(means.nu, means.error)
@@ -351,7 +351,7 @@ class TuneWork:
             table.adopt(part, layout, signals_of(s, 1.0), 0.0)
 
     def _with_lines(self, z: np.ndarray, turning: Turning, means: Means, method: np.ndarray, length: int) -> None:
-        """Put lines in the places of averages that are not good enough, where they are better or all are asked for."""
+        """Replace inaccurate averages by lines, where these are better or all are asked for."""
         n, always = len(means.nu), self.fallback == 0
         needed = (means.error > self.fallback) & (turning.planes[:, :, COLUMNS.a] != 0).T
         steady = means.error / SAFETY * length < SAME

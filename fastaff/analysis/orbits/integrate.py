@@ -152,8 +152,8 @@ def integrate(
     slowed by so little that the lost energy stands for the random walk of rounding errors; the orbit itself amplifies
     it, near a separatrix by many orders. The estimates cover 99 % of the true errors. Where rounding alone exceeds the
     accuracy, the error is larger and `accurate_until` ends. Errors of chaotic orbits grow exponentially: no step keeps
-    them small, and `accurate_until` tells how long they are. Domains are checked between steps: an orbit that leaves
-    one for less goes unnoticed, but at poles of formulas. The energy error of a splitting does not grow, RKN12's does.
+    them small for longer than `accurate_until`. Domains are checked between steps: an orbit that leaves its domain
+    within a step goes unnoticed, but at poles of formulas. The energy error of a splitting does not grow, RKN12's does.
 
     Cost: `stages` forces per step, and half as much again for the second run, twice where rounding exceeds the
     accuracy. Orbits of an adaptive scheme take their own steps; a lane is refilled when its orbit ends. Peak memory:

@@ -35,8 +35,8 @@ def periodic_guesses(section_map: SectionMap, period: int, *, most: int = 100, a
     :Returns: z (2n, guesses), none where no orbit is long enough.
     :Raises: ValueError or TypeError for wrong input.
 
-    Every crossing of every orbit is compared with its image; of those nearer to each other than `apart` the one of the
-    least displacement is kept: a local minimum of the displacement over the section.
+    Every crossing of every orbit is compared with its image; among those nearer to each other than `apart` the one of
+    the least displacement is kept: a local minimum of the displacement over the section.
 
     :Source: the method of close returns, Auerbach et al. 1987, Phys. Rev. Lett. 58, 2387.
 

@@ -184,8 +184,8 @@ class PeriodicOrbits(Result):
         return np.where(self.status == Status.OK, np.minimum(first, self.period), 0)
 
     def same(self) -> np.ndarray:
-        """Number the orbits (orbits,) so that the same closed orbits, whatever crossing they start at, have one number;
-        -1: not OK.
+        """Number the orbits (orbits,) so that the same closed orbits have one number, for any crossing as start; -1:
+        not OK.
         """
         number, good = np.full(self.status.shape, -1), self.status == Status.OK
         # Least periods first, so that a number stands for a prime orbit where there is one.

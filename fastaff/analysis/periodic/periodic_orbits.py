@@ -117,8 +117,8 @@ def periodic_orbits(
     one integration with 2n tangent vectors to the crossing, located on the scheme's own flow, then a small
     least-squares system for each orbit: (M - 1) dz + f dT = z - flow(z) within the tangent plane of section and energy,
     by singular values, those below 1e-8 of the largest left out, so that orbits of a resonant torus are found too. A
-    step that makes the residual larger is cut to a quarter; where no part of it helps a whole one is taken, at most a
-    unit, three times at most. Convergence is quadratic, to rounding. A relative periodic orbit of a body is a periodic
+    step that makes the residual larger is cut to a quarter; if no part of it helps, a whole one of at most a unit is
+    taken, three times at most. Convergence is quadratic, to rounding. A relative periodic orbit of a body is a periodic
     orbit of `fastaff.reduced`.
 
     Systems dz/dt = f(z) have no energy (default scheme VERNER9): the orbits are limit cycles and cycles of strange
@@ -344,8 +344,8 @@ class _Search:
         return scale.norm(field) < RESTS * scale.rate
 
     def _leap(self, state: _State, which: np.ndarray) -> None:
-        """Let orbits for which no part of the Newton step makes the residual smaller take all of it, at most a unit:
-        across the fold of the map, where it is singular, other orbits may be found.
+        """Let orbits take the whole Newton step, at most a unit, if no part of it makes the residual smaller: other
+        orbits may be found across the fold of the map, where it is singular.
         """
         if which.size:
             with np.errstate(all="ignore"):

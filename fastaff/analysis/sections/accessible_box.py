@@ -85,7 +85,7 @@ def potential_of(model: Any) -> Floor:
 
 
 def box_of(floor: Floor, d: int, energy: float) -> Box:
-    """Return the box of all bounded wells below an energy that are found. Raises NoWell where there is none."""
+    """Return the box of all bounded wells found below an energy. Raises NoWell if there is none."""
     at, value = minima(floor, d)
     if not value.size or not value[0] < energy:
         raise NoWell(float(value[0]) if value.size else np.nan)

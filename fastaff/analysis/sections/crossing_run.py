@@ -26,7 +26,7 @@ from ...models.mechanics import system_of
 from .section_map import SectionMap
 
 PORTION, COMPARED = 2**27, 16
-"""Bytes that are taken beside the result at a time; how many times the crossings of an orbit these are."""
+"""Bytes that are used beside the result at a time; work memory of an orbit, in units of its crossings."""
 LOOKED = 2**24
 """Bytes of the arrays whose energies are computed at a time: a part of the cache, where NumPy is a third faster."""
 LATER = 0.02
@@ -44,7 +44,7 @@ LAST_RECORDS = 500_000
 
 
 SOME = 64
-"""Orbits that tell how long all take, for the progress that is reported."""
+"""Orbits that show the time of all, for the reported progress."""
 
 
 class Crossings(NamedTuple):
@@ -300,9 +300,7 @@ def _result(flow, body, ensemble, section, wanted, memory, out, tolerance) -> Se
 
 
 def _drifts(flow, ensemble: Ensemble, points: np.ndarray, kept: np.ndarray) -> np.ndarray:
-    """Return the energy errors (orbits, crossings) of points (orbits, crossings, rows), -1 of those that are not
-    kept.
-    """
+    """Return the energy errors (orbits, crossings) of points (orbits, crossings, rows), -1 where they are not kept."""
     z = np.ascontiguousarray(points.transpose(2, 0, 1))
     drift = energy_drift(flow.model, z, ensemble.energy[:, None], ensemble.scale[:, None])
     return np.where(kept, drift, -1.0)

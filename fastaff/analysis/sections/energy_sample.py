@@ -253,7 +253,7 @@ def _draw(where: Where, boxes: list[Box], sheets: int, count: int, random: Any) 
         most = int(found.sum(axis=0).max())
         if most > sheets:
             break
-        # Sheets that exist are numbered anew: a turning point at a wall is none.
+        # Existing sheets are numbered anew: a turning point at a wall is no sheet.
         number = np.zeros(batch, np.int64) if sheets == 1 else random.integers(sheets, size=batch)
         at = np.argmax(np.cumsum(found, axis=0) == number + 1, axis=0)
         exists = found.sum(axis=0) > number

@@ -166,7 +166,7 @@ def are_named(axes: Any) -> bool:
 
 
 def checked_names(argument: str, value: Any, takes: str) -> dict[str, Any]:
-    """Return pairs of names and values as a dict; TypeError or ValueError for anything else."""
+    """Return pairs of names and values as a dict; TypeError or ValueError for other values."""
     pairs = by_name(value)
     if not isinstance(pairs, (tuple, list)) or not all(
         isinstance(pair, (tuple, list)) and len(pair) == 2 and isinstance(pair[0], str) for pair in pairs

@@ -26,7 +26,7 @@ START = 8 * float(np.finfo(float).eps)
 """Part of the period that is rounding: a start that close to the section is on it."""
 
 PORTION, COMPARED = 2**27, 8
-"""Bytes that are taken beside the result at a time; how many times the crossings of an orbit these are."""
+"""Bytes that are used beside the result at a time; work memory of an orbit, in units of its crossings."""
 
 
 def strobed(problem: Problem, crossings: Crossings) -> SectionMap:

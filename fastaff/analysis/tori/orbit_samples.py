@@ -83,7 +83,7 @@ def samples_of_flow(problem: Problem, time: float, energy: float, report: Report
         return nothing(body, energy, evidence, gone=evidence["status"] == Status.ESCAPED)
     still = resting(path)
     moves = still or (problem.system.kinetic_energies(path) > 0).any()
-    if short or not moves:  # or its energy is below the smallest number
+    if short or not moves:  # or the kinetic energy underflows
         return nothing(body, energy, evidence | {"longer": least})
     if still:
         left = float(np.abs(problem.system.slopes(path[:, :1])).max())
