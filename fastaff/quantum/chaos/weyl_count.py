@@ -297,7 +297,7 @@ def _turning(well: _Well, rays: np.ndarray, energy: np.ndarray) -> tuple[np.ndar
     ends = []
     for inside, step in ((first, -1), (last, 1)):
         near, far = rho[ray, inside], rho[ray, np.clip(inside + step, 0, rho.shape[1] - 1)]
-        far = np.where(near == far, 0.0, far)  # nothing turns back before rho = 0
+        far = np.where(near == far, 0.0, far)  # no motion turns back before rho = 0
         for _ in range(34):
             middle = (near + far) / 2
             deep = well.value(middle, rays[ray]) < energy[ray]

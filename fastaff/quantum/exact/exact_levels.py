@@ -38,8 +38,8 @@ def exact_levels(
     """Compute exact energy levels of a solvable body: of given quantum numbers, or all of the lowest.
 
     :Parameters: n (2,) or (2, levels), whole numbers >= 0 of the two coordinates in the chart's order, with m, l: whole
-        numbers of spin and vorticity, one or (levels,); or below: all levels below this energy, or multiplets: how many
-        different energies with all their levels, both ascending; hbar > 0, in the units of the actions; chart:
+        numbers of spin and vorticity, one or (levels,); or below: all levels below this energy, or multiplets: number
+        of different energies, with all their levels, both ascending; hbar > 0, in the units of the actions; chart:
         ALPHA_BETA (default) or R_VARTHETA, which label the same levels differently; single_valued: wave functions on
         GL(2,R) need m + l even (else refused), False: on the covering.
     :Returns: LevelTable, perhaps of no level.

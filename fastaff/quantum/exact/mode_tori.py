@@ -21,9 +21,9 @@ from ..states.modes import Modes, modes_of, swapped
 from ..states.symmetry import action_quantum
 
 PERIODS, LONGER = 60.0, 2
-"""Periods of the slowest mode that a torus is fitted over; how often a fit that is undecided is given more time."""
+"""Periods of the slowest mode in the fit of a torus; number of times that an undecided fit gets more time."""
 STEPS, CLOSE = 8, 1e-5
-"""Newton's steps on the actions, and how close to its quanta an action is, in units of h, where they end: E is
+"""Newton's steps on the actions, and the distance of an action from its quanta, in units of h, where they end: E is
 corrected to first order in the remaining distance, so that its error is of second order.
 """
 

@@ -44,7 +44,7 @@ def coherent_packet(
 
     :Parameters: z0 (8,): centre a1, a2, b1, b2 and momenta, as in `integrate`; width > 0: standard deviation of
         ``|Psi|^2`` in each direction of position, one number or (2,) for the planes a and b (sqrt(hbar/(2 mu omega))
-        keeps its shape in a harmonic body); body, hbar as in `spectrum`; count: how many levels of each class; m, l:
+        keeps its shape in a harmonic body); body, hbar as in `spectrum`; count: number of levels of each class; m, l:
         give both to take one class, in which the packet is normalised: best those next to p_phi/hbar and p_psi/hbar of
         z0; missing: the largest part of the packet that the states may lack, with the classes left out.
     :Returns: Packet.

@@ -98,7 +98,7 @@ def labelled_levels(
     """
     m, l = zip(*classes, strict=True)
     most = max(i + j for i, j in pairs)
-    count = (most + 1) * (most + 2) // 2 + most + 8  # as many as an oscillator has up to there, and some
+    count = (most + 1) * (most + 2) // 2 + most + 8  # the number of an oscillator up to there, and some more
     while True:
         tables = spectrum_table(body, m=m, l=l, count=count, hbar=hbar, chart=chart, single_valued=single_valued)
         places = [{(i, j): k for k, (i, j) in enumerate(table.n.T.tolist())} for table in tables]

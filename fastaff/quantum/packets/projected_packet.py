@@ -44,7 +44,7 @@ def projected_packet(
         `spectrum`; missing: the largest part of the function that the states may lack.
     :Returns: Packet, of norm^2 = 1 - missing.
     :Raises: ValueError or TypeError for wrong input, for a function that is not finite or that the quadrature does not
-        resolve, and where more than `missing` is lost: it then says how many levels to ask for.
+        resolve, and where more than `missing` is lost, with a sufficient number of levels.
     :Formula: c_k = ``<Psi_k|Psi>``/||Psi||, Gauss-Legendre quadrature to about 1e-9.
     :Cost: that of `spectrum`, and milliseconds.
     :Source: Martens & Slawianowski, EQ4.3 (the states; the expansion is the spectral theorem).

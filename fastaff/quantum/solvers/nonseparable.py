@@ -34,8 +34,7 @@ ELEMENTS = ((5,), (6,), (8,), (11,), (14,), (18,))
 LINES, CLOSE = 48, 3
 """Lines of either coordinate along which V is sampled, and the number of dense ones."""
 ROUNDS, WORST = 3, 8
-"""How often partitions are refined along lines through the points where V is not resolved, and through how many of
-them.
+"""Number of refinements of partitions along lines through points where V is not resolved, and number of these points.
 """
 PANELS = (120, 30)
 """Panels of rho and of x at most."""

@@ -44,8 +44,8 @@ def all_levels(
 ) -> LevelTable:
     """Compute all levels of a body below an energy, or its lowest multiplets, of all symmetry classes together.
 
-    :Parameters: body: a Body; below: all levels below this energy, or multiplets >= 1: how many different energies with
-        all their levels; hbar, chart, tolerance as in `spectrum`; single_valued: functions on GL(2,R), m + l even;
+    :Parameters: body: a Body; below: all levels below this energy, or multiplets >= 1: number of different energies,
+        with all their levels; hbar, chart, tolerance as in `spectrum`; single_valued: functions on GL(2,R), m + l even;
         False: on its double covering, all m and l; report: called with the fraction that is done.
     :Returns: LevelTable, perhaps of no level.
     :Raises: as `spectrum`; Interrupted on Ctrl-C, with a complete list up to a lower energy in `.partial`.

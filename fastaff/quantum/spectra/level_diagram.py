@@ -95,7 +95,7 @@ def level_diagram(
     """Compute levels against a parameter, in one symmetry class or several.
 
     :Parameters: make: called as make(value), gives the Body; values (points,): finite numbers; m, l: whole numbers, or
-        sequences of them, one for each class; count: how many levels of each class; name: of the parameter; hbar,
+        sequences of them, one for each class; count: number of levels of each class; name: of the parameter; hbar,
         single_valued, chart, tolerance as in `spectrum`; report: called with the fraction that is done.
     :Returns: LevelDiagram.
     :Raises: as `spectrum`, and ValueError where `make` gives both bodies that separate and bodies that do not;

@@ -168,7 +168,7 @@ def spectrum_table(
 ) -> list[LevelTable]:
     """Compute the lowest levels of many symmetry classes of a separable body at once.
 
-    :Parameters: m, l: (classes,) each; count: how many levels of each class; hbar, single_valued, chart, tolerance: as
+    :Parameters: m, l: (classes,) each; count: number of levels of each class; hbar, single_valued, chart, tolerance: as
         in `spectrum`.
     :Returns: a list of LevelTable, one for each pair.
     :Raises: as `spectrum`, and ValueError for a body that does not separate. Classes with the same ``|m - l|`` and ``|m
