@@ -57,7 +57,7 @@ def plot_section(
         size: area of a point in square points; density: an image of the number of crossings in each pixel, or of the
         mean of their values (default: above 300 000 crossings).
 
-    Orbits without a value, and those that failed or escaped, are grey, and the legend says how many.
+    Orbits without a value, and those that failed or escaped, are grey; the legend has their number.
 
     :Returns: Artists; `missing` counts orbits that are not drawn. A click picks orbit and crossing (`picked`).
     :Cost: an image takes about 0.1 us a crossing.
@@ -151,7 +151,7 @@ def _crossings(u: np.ndarray, v: np.ndarray, orbits: np.ndarray) -> tuple[np.nda
 
 
 def _all_crossings(u: np.ndarray, v: np.ndarray, drawn: np.ndarray) -> tuple[np.ndarray, ...]:
-    """Return u, v (crossings*orbits,) of all crossings, one of each orbit after the other, NaN of those not drawn."""
+    """Return u, v (crossings*orbits,) of all crossings, one of each orbit after the other, NaN for those not drawn."""
     if not drawn.all():
         u = np.where(drawn, u, np.nan)
     return u.ravel(), v.ravel()
