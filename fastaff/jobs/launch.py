@@ -23,7 +23,7 @@ from .system import Surface
 from .wording import Wrong, option, respelled
 
 BLOCK = 1024
-"""Points of a launch set that are computed together: the same points whatever the units of a job."""
+"""Points of a launch set that are computed together: the same points for any units of a job."""
 
 TRIED = 16
 """Blocks that orbits for a trial are taken from."""

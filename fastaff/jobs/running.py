@@ -41,7 +41,7 @@ SECONDS = 2.0
 """Seconds of work in a unit whose size is left open."""
 
 PROBE = 256
-"""Orbits that tell how long a unit takes."""
+"""Orbits of the trial that measures the time of a unit."""
 
 SMALLEST = 256
 """Orbits of a unit whose size is left open: two blocks of lanes."""

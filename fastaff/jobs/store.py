@@ -270,7 +270,7 @@ def _by_name(content: Any, names: set[str], prefix: str = "") -> Any:
 
 
 def is_store(path: Any) -> bool:
-    """Tell whether there is a store of fastaff, of whatever version."""
+    """Tell whether there is a store of fastaff, of any version."""
     with contextlib.suppress(OSError, ValueError, TypeError, LookupError, RecursionError):
         return _told(Path(path)) is not None
     return False

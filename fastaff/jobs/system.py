@@ -285,7 +285,7 @@ class Surface:
             return None
         if self.direction not in ("+1", "1", "-1", "0", "+0"):
             raise Wrong(f"{option('direction')} must be +1, -1 or 0, got {self.direction}")
-        own = section_forms(body)[system.moving if system.driven else 0]  # of a driven system, a constant time
+        own = section_forms(body)[system.moving if system.driven else 0]  # if driven, a constant time
         text = self.section or own.replace("=c", "=0")
         return section_named(text, body, int(self.direction), argument=option("section"))
 
