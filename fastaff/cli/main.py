@@ -29,7 +29,7 @@ def main(arguments: list[str] | None = None) -> int:
 def _ran(arguments: list[str]) -> int:
     """Return the exit code; after an exception no signal raises another."""
     try:
-        if arguments == ["--version"]:  # which scripts ask for: nothing is loaded for it
+        if arguments == ["--version"]:  # scripts ask for this: nothing is loaded for it
             Stops.loading = False
             print(__version__)
             code = 0

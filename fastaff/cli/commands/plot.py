@@ -91,7 +91,7 @@ def _of_file(path: Path, look: Look) -> tuple[dict[str, Any], dict[str, Any]]:
     plan = job.plan()
     where = plan.launch.placed(arrays["z0"], arrays["place"])
     extra = _colours(arrays, facts)
-    if look.colour is None and "colour" in facts:  # that of the command
+    if look.colour is None and "colour" in facts:  # the colour of the command
         look = replace(look, colour=facts["colour"])
     scene = Scene(job, plan, where, facts.get("max_order", 7), look)
     # The file is of the first analysis; results of others are arrays beside it.
