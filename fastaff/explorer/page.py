@@ -28,7 +28,7 @@ def web_text(name: str) -> str:
 def script(entry: str) -> str:
     """Return a module and all that it imports as one script, in a fixed order: imported modules stand before.
 
-    Raises ValueError where two modules have a top-level name in common, or an import is none of `import { a } from
+    Raises ValueError where two modules have a top-level name in common, or an import is not `import { a } from
     "./b.js";`.
     """
     done: dict[str, str] = {}
