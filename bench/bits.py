@@ -1,7 +1,7 @@
 """Checksums of results to compare before and after a change that must not touch a bit.
 
 All rows of the table of promises, all calls of the battery, and the systems of other kinds. Run:
-python bench/bits.py FILE writes them to a new file, and says what differs from an older one (rc 1).
+python bench/bits.py FILE writes them to a new file, and lists the differences from an older one (rc 1).
 """
 
 from __future__ import annotations

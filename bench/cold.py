@@ -1,5 +1,5 @@
-"""What a first call costs: the first of each kind, one after another, in fresh processes, with an empty cache and with
-the cache that they leave. Run: make bench-cold.
+"""Cost of first calls: the first of each kind, one after another, in fresh processes, with an empty cache and with the
+cache that they leave. Run: make bench-cold.
 
 The unit of the gate is the compilation of one plain loop by Numba in the same process, so that machines may differ.
 """
@@ -16,7 +16,7 @@ from pathlib import Path
 
 BENCH = Path(__file__).parent
 FIRST = ("import", "section", "frequency map", "chaos map", "formula")
-"""The calls, in their order: each compiles what those before it left."""
+"""The calls, in their order: each compiles the functions that no call before it has compiled."""
 
 
 def calls() -> dict[str, list[float]]:

@@ -23,7 +23,7 @@ ROOT = Path(__file__).resolve().parents[1]
 
 
 def calls() -> dict:
-    """Return what is compared, by name: functions of no arguments."""
+    """Return the compared calls by name: functions of no arguments."""
     import fastaff as fa
     from fastaff import schemes
     from fastaff.analysis.frequencies.naff import naff

@@ -1,4 +1,4 @@
-"""Benchmarks import from this folder and from tests/. What each measures it puts into `numbers`."""
+"""Benchmarks import from this folder and from tests/. Each puts its measurements into `numbers`."""
 
 import json
 import sys
@@ -37,7 +37,7 @@ def timed(benchmark):
 
 @pytest.fixture
 def numbers(request):
-    """Give a benchmark the dictionary for what it measures; it is printed (-s), and kept for --numbers."""
+    """Give a benchmark the dictionary for its measurements; it is printed (-s), and kept for --numbers."""
     found = {}
     extra = request.getfixturevalue("benchmark").extra_info if "benchmark" in request.fixturenames else {}
     yield found

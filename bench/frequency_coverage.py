@@ -4,7 +4,7 @@ and close to them: `python bench/frequency_coverage.py`, with --quick in two min
 Each group of orbits is one model with parameters, units and offsets drawn at random; the lines of its table count
 
 - within error: INDEPENDENT orbits whose nu are M nu_true within `error`, M a unimodular matrix of integers |k| <= 4;
-  the worst ratio of the difference to the error is beside them, and what is not within is wrong;
+  the worst ratio of the difference to the error is beside them, and orbits that are not within are wrong;
 - DEPENDENT, which is wrong where no |k| <= 6 has |k . nu_true| <= 1e-9/T, and IRREGULAR, which is always wrong here;
 - UNDECIDED, which is never wrong, but needless where no |k|_1 <= 6 (p + q near the resonance q:p, if that is more) has
   |k . nu_true| T < 1.5.
@@ -48,7 +48,7 @@ class Family:
 
 @dataclass(frozen=True)
 class Case:
-    """A group of orbits with true frequencies, and what it is to be called with."""
+    """A group of orbits with true frequencies, and the arguments of its call."""
 
     system: str
     cell: str
@@ -143,7 +143,7 @@ def decades(rng, low, high, size=None):
 
 
 def offsets(rng, size):
-    """Return so many offsets, in units of what they shift: to the hundredfold, of either sign."""
+    """Return so many offsets, in units of the shifted quantity: to the hundredfold, of either sign."""
     return rng.choice([-1, 1], size) * decades(rng, -1, 2, size)
 
 
@@ -394,7 +394,7 @@ def ratios(nu, error, true):
 
 @dataclass(frozen=True)
 class Judged:
-    """What became of the orbits of a case: arrays (orbits,)."""
+    """Outcomes of the orbits of a case: arrays (orbits,)."""
 
     case: Case
     found: fa.FrequencyMap
@@ -405,7 +405,7 @@ class Judged:
 
 
 def judged(case: Case, threads=None) -> Judged:
-    """Return what `frequency_map` says of a case, and whether it is true."""
+    """Return the result of `frequency_map` for a case, and whether it is true."""
     found = fa.frequency_map(case.model, case.z0, time=case.time, threads=threads, **case.options)
     kind = np.where(found.status == 0, found.kind, -1)
     n, own = len(case.nu), kind == FrequencyKind.INDEPENDENT
@@ -484,7 +484,7 @@ def shown(results: list[Judged], count: int) -> str:
 
 
 def checked(threads=None) -> str:
-    """Return how far true frequencies are from those found at T = 1000, far from resonances: relative differences."""
+    """Return the relative differences of true frequencies from those found at T = 1000, far from resonances."""
     said = []
     for case in cases(12, periods=(1000,), orbits=GROUP):
         if case.cell == "generic":

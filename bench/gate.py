@@ -143,7 +143,7 @@ def rows():
 
 
 def defaults():
-    """Return such rows of what an answer with an error costs beside the plain run with the median of its steps, and of
+    """Return such rows: the cost of an answer with an error beside the plain run with the median of its steps, and of
     calls of a few steps beside a scalar loop of about 2 ms.
     """
     z0 = neo_hookean_orbits(24, 25)[:, :396]
@@ -209,7 +209,7 @@ def speed_ups():
 
 
 def first_calls():
-    """Return rows of the first calls of a process without a cache: what they compile, beside one loop, and its size."""
+    """Return rows of the first calls of a process without a cache: their compilation, beside one loop, and its size."""
     found = functools.cache(lambda attempt: cold.measured())
 
     def beside_loop(name, attempt):

@@ -2,7 +2,7 @@
 
 Each number runs in a process of its own: a frequency map of Hénon-Heiles on a square grid, into a store in a temporary
 folder, and the plain call on the same orbits where these are few. A job is stopped after `UNITS` units, once the memory
-of a unit has been taken many times; what a job holds of all its points, it has taken by then.
+of a unit has been taken many times; by then a job has taken the memory for all its points.
 """
 
 import json

@@ -1,10 +1,10 @@
 """How far a job scales: a simulation of workers, from measured costs: `python bench/job_scaling.py STORE`.
 
-The costs of units are those in a store's log. What a scheduler takes for each task, one after another, is measured with
-dask on this machine unless it is given (`--overhead`, seconds). Each worker takes the next unit as soon as it is free;
-a unit reaches it after what the scheduler takes, and waits while the scheduler serves others. Speed-up is against one
-worker without a scheduler; the ideal is the number of workers. Units of another size have costs in proportion, drawn
-from the same log.
+The costs of units are those in a store's log. The time of a scheduler for each task, one after another, is measured
+with dask on this machine unless it is given (`--overhead`, seconds). Each worker takes the next unit as soon as it is
+free; a unit reaches it after the scheduler's time, and waits while the scheduler serves others. Speed-up is against
+one worker without a scheduler; the ideal is the number of workers. Units of another size have costs in proportion,
+drawn from the same log.
 """
 
 import argparse
@@ -17,7 +17,7 @@ from fastaff.jobs import JobResults
 
 WORKERS = (10, 100, 1000)
 SIZES = (1 / 16, 1 / 4, 1, 4, 16)
-"""Of units, beside those of the store."""
+"""Sizes of units, relative to those of the store."""
 
 
 def simulated(costs, workers, overhead):

@@ -1,7 +1,7 @@
 """Peak memory of calls on sets of orbits, each in a process of its own, beside their results: `python bench/memory.py`.
 
-For each call: bytes an orbit of the result's arrays; of the peak above what the process had after a small call of the
-same kind; and that peak in MiB.
+For each call: bytes an orbit of the result's arrays; of the peak above the memory of the process after a small call of
+the same kind; and that peak in MiB.
 """
 
 import dataclasses

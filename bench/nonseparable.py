@@ -1,7 +1,7 @@
 """The race of schemes for H(q, p): double pendulums, time against error. `python bench/nonseparable.py [--drift]`.
 
-What an orbit takes at an accuracy asked for, trials and half-step runs included, and at fixed steps or tolerances, with
-the derivatives that a step takes; of heyoka in batches, where it is there, the same. --drift: energies over 10^6 steps.
+Time of an orbit at a given accuracy, trials and half-step runs included, and at fixed steps or tolerances, with the
+derivatives of a step; for heyoka in batches, if installed, the same. --drift: energies over 10^6 steps.
 """
 
 import sys

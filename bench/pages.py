@@ -1,4 +1,4 @@
-"""What benchmarks write into pages: blocks between two marks, and the line that says what their numbers depend on."""
+"""Text of benchmarks in pages: blocks between two marks, and the line with the machine and versions of numbers."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def version(program: str) -> str | None:
 
 
 def stamp() -> dict:
-    """Return what the numbers depend on: processor, cores, versions, commit, date."""
+    """Return the conditions of the numbers: processor, cores, versions, commit, date."""
     commit = subprocess.run(["git", "describe", "--always", "--dirty"], cwd=ROOT, capture_output=True, text=True)
     return {
         **machine(),
@@ -49,7 +49,7 @@ def where(made_on: dict, programs: Sequence[str] = PROGRAMS) -> str:
 
 
 def between(text: str, name: str) -> tuple[str, str, str]:
-    """Return what a page has before, between and after the marks `<!-- name: written by a command -->` and
+    """Return the text of a page before, between and after the marks `<!-- name: written by a command -->` and
     `<!-- end of name -->`.
     """
     before, first, rest = re.split(f"(<!-- {name}: written by .* -->\n)", text)
@@ -60,7 +60,7 @@ def between(text: str, name: str) -> tuple[str, str, str]:
 
 
 def put(page: str, name: str, block: str) -> None:
-    """Replace what a page, named from the root, has between its marks of that name."""
+    """Replace the text of a page, named from the root, between its marks of that name."""
     path = ROOT / page
     before, _, after = between(path.read_text(), name)
     path.write_text(f"{before}\n{block.strip()}\n\n{after}")

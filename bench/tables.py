@@ -1,6 +1,6 @@
 """The tables of measurements of the site, all at one commit: make tables.
 
-Runs the benchmarks that the rows of tables.md name, and the gate; writes what they measured to results/tables.json and
+Runs the benchmarks that the rows of tables.md name, and the gate; writes their measurements to results/tables.json and
 history/<version>.json, and each table between its marks. With --again it writes the tables from tables.json.
 """
 
@@ -35,11 +35,11 @@ class Row(NamedTuple):
 
     @property
     def command(self) -> str:
-        """What measures this row."""
+        """Command that measures this row."""
         return "`make gate`" if self.source == GATE else f"`pytest {self.source.partition('::')[0]} -s`"
 
     def lines(self, numbers: dict[str, list[dict]], *more: str) -> list[str]:
-        """Return its lines; KeyError where it was not measured."""
+        """Return the lines of the row; KeyError if it was not measured."""
         found = numbers[self.source]
         text = "|".join(["", *self.cells, *(f" {entry} " for entry in more), ""])
         parts = [[entry] for entry in found] if self.each else [found]
@@ -47,7 +47,7 @@ class Row(NamedTuple):
 
 
 def filled(field: re.Match[str], found: list[dict]) -> str:
-    """Return what stands for a field: a number of all parameters, or of some."""
+    """Return the text of a field: a number of all parameters, or of some."""
     first, last, name, millions, kind = field.groups()
     some = found if first is None else found[int(first) : int(last or first) + 1]
     said = "; ".join(format(entry[name] / 1e6 if millions else entry[name], kind or "") for entry in some)
@@ -63,7 +63,7 @@ class Table(NamedTuple):
     rows: list[Row]
 
     def text(self, record: dict) -> str:
-        """Return the table, what was not measured, and the machine."""
+        """Return the table, the rows that were not measured, and the machine."""
         lines = ["|".join(["", *self.heads, ""]), "|" + "---|" * len(self.heads)]
         missing = []
         for row in self.rows:
@@ -92,7 +92,7 @@ def row_of(cells: list[str]) -> Row:
 
 
 def measured() -> dict:
-    """Run the gate and the benchmarks of all rows; return what they found, with the machine."""
+    """Run the gate and the benchmarks of all rows; return their measurements, with the machine."""
     import gate
 
     made_on = stamp()

@@ -1,13 +1,13 @@
 """Kernels beside the ceilings of the machine, on one thread. Run: pytest bench/test_ceilings.py -s
 
 Operations are counted, not guessed: the text that is compiled (`fastaff.compile.source`) runs once with numbers that
-count what is done to them. What is computed twice counts once, what only the parameters enter not at all, as a compiler
+count their operations. An expression computed twice counts once, one of the parameters alone not at all, as a compiler
 moves it out of the loop; signs are free. A number of a lane is loaded once and stored once a loop. A fused multiply-add
 is one operation of the multipliers and two flops; the forces of the systems here need no transcendental function.
 
-The ceiling of a kernel is the longest of what its operations would take each by themselves: multipliers and adders,
-divider, loads, stores. No latency, no loop, no call, no look at the orbits is in it, which the measured time all has:
-that is of whole calls of `integrate`.
+The ceiling of a kernel is the longest time of its operations, each kind by itself: multipliers and adders, divider,
+loads, stores. It has no latency, no loop, no call and no checks of the orbits; the measured time has all of these, as
+it is that of whole calls of `integrate`.
 """
 
 from __future__ import annotations
@@ -62,7 +62,7 @@ def _loads() -> object:
 
 
 def _copies() -> object:
-    """Return the loop that moves all rows on by one: what is only stored again and again LLVM leaves out."""
+    """Return the loop that moves all rows on by one: LLVM leaves out values that are only stored again and again."""
     lines = [f"x{r} = z[{r * LANES} + i]" for r in range(CHAINS)]
     return _loop(lines + [f"z[{(r + 1) % CHAINS * LANES} + i] = x{r}" for r in range(CHAINS)])
 
@@ -109,7 +109,7 @@ def test_machine(numbers, ceilings):
 
 
 class Number:
-    """A number that counts operations: what is computed of the same numbers is the same number."""
+    """A number that counts operations: the same operation on the same numbers gives the same number."""
 
     known: ClassVar[dict] = {}
     counts: ClassVar[Counter] = Counter()
@@ -168,7 +168,7 @@ class Number:
 
 
 class Memory:
-    """Rows of a block: loads and stores are counted, what is in registers is not loaded again."""
+    """Rows of a block: loads and stores are counted; values in registers are not loaded again."""
 
     def __init__(self):
         self.registers: dict = {}
@@ -224,9 +224,9 @@ def operations(model: object, scheme: object) -> Counter:
 
 
 def ceiling(counts: Counter, took: dict[str, float]) -> tuple[float, str]:
-    """Return the nanoseconds that a step of one orbit takes at least, and of what there are too many."""
+    """Return the least nanoseconds for a step of one orbit, and the kind of operation that sets them."""
     multiplied, added = _flops(counts)
-    together = took["multiply"] + took["add"] - took["multiply, add"]  # what is saved by two ports
+    together = took["multiply"] + took["add"] - took["multiply, add"]  # the time saved by two ports
     arithmetic = counts["multiply"] * took["multiply"] + counts["fused"] * took["fused multiply-add"]
     arithmetic += added * took["add"] - min(multiplied, added) * max(together, 0.0)
     limits = {

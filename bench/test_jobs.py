@@ -28,7 +28,7 @@ def job(side=SIDE, **analyses):
 
 
 def seconds(call):
-    """Wall time of a call, and what it returns."""
+    """Wall time of a call, and its result."""
     start = time.perf_counter()
     found = call()
     return time.perf_counter() - start, found

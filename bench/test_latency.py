@@ -1,4 +1,4 @@
-"""What a call on one orbit takes, Python included, and what first calls do. Run: pytest bench/test_latency.py -s"""
+"""Time of a call on one orbit, Python included, and of first calls. Run: pytest bench/test_latency.py -s"""
 
 from __future__ import annotations
 

@@ -15,7 +15,7 @@ ORBITS = 1000
 
 
 def cost(run):
-    """The least processor time of three runs, and what they give."""
+    """The least processor time of three runs, and their result."""
     found, seconds = alternating({"run": run}, repeats=3)
     return seconds["run"], found["run"]
 

@@ -47,7 +47,7 @@ def test_neo_hookean(numbers, hbar):
 
 
 def test_twice_the_basis(numbers):
-    """What the estimate of the error is worth: the change of 250 levels when the basis has twice the functions."""
+    """Quality of the estimate of the error: the change of 250 levels when the basis has twice the functions."""
     body = Body(NeoHookean(1.0, 2.0))
     found, twice = (spectrum(body, m=0, l=0, count=250, hbar=0.3, tolerance=tolerance) for tolerance in (1e-8, 1e-13))
     numbers.update(

@@ -29,7 +29,7 @@ def starts(name: str) -> np.ndarray:
 
 @pytest.mark.parametrize("name", CASES)
 def test_beside_the_natural_system(numbers, name):
-    """The speed of both (processor time), their ratio, and what the energy, Jacobi's, loses."""
+    """The speed of both (processor time), their ratio, and the loss of the energy, Jacobi's."""
     text, m, omega, section = CASES[name]
     natural, turning = hamiltonian(text, m=m), hamiltonian(text, m=m, rotation=omega)
     z, own = starts(name), STEP * np.random.default_rng(2).uniform(0.9, 1.0, ORBITS)

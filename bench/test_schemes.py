@@ -197,7 +197,7 @@ def seconds_per_force(system: System, racers: tuple[Splitting, ...], rounds: int
 
 
 class Race(NamedTuple):
-    """What the racers needed: curves of work and errors, forces per unit time for each goal, seconds per force."""
+    """Work of the racers: curves of work and errors, forces per unit time for each goal, seconds per force."""
 
     system: System
     curves: list[tuple[NDArray, NDArray]]
@@ -227,7 +227,7 @@ def table(races: list[Race], racers: tuple[Splitting, ...] = RACERS) -> str:
 
 
 def _base(scheme: Splitting) -> str:
-    """Return the name of a scheme without what was changed of it."""
+    """Return the name of a scheme without its changes."""
     return scheme.name.split(",")[0]
 
 
@@ -257,7 +257,7 @@ def figure(races: list[Race], racers: tuple[Splitting, ...] = RACERS) -> plt.Fig
 
 @pytest.mark.parametrize("k", range(7))
 def test_race(k):
-    """The table of one system; BLANES_CASAS_ESCORIHUELA8 reaches what KAHAN_LI8 reaches with fewer forces."""
+    """The table of one system; BLANES_CASAS_ESCORIHUELA8 reaches the errors of KAHAN_LI8 with fewer forces."""
     found = race(systems()[k])
     print(f"\n{table([found])}")
     ours, kahan = (RACERS.index(SCHEMES[name]) for name in ("BLANES_CASAS_ESCORIHUELA8", "KAHAN_LI8"))

@@ -25,7 +25,7 @@ def case(energy, ratio):
 
 
 def scan(name, values, make):
-    """Scan one parameter and say what came out."""
+    """Scan one parameter and print the results."""
     found = fastaff.chaotic_fraction(make, (values,), names=(name,), time=TIME, early_stop=True)
     print(found.summary())
     for row in zip(

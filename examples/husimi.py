@@ -1,7 +1,7 @@
 """Husimi functions of a neo-Hookean body on its Poincaré section p_alpha = 0, over the classical crossings of the same
 energies.
 
-Of the levels of one class next to E = 1.5, where a chaotic sea surrounds islands: three states that fill least of the
+Three levels of one class next to E = 1.5, where a chaotic sea surrounds islands: the states that fill least of the
 section, each at another place, and the three that fill most. About 1 minute on two cores.
 """
 
@@ -37,7 +37,7 @@ for k in near:
     images.append(image / np.linalg.norm(image))
 order = [int(i) for i in np.argsort(shares)]
 apart: list[int] = []
-for i in order:  # those at another place than the ones before
+for i in order:  # states at other places than those before
     if len(apart) < 3 and all(images[i] @ images[j] < 0.3 for j in apart):
         apart.append(i)
 chosen = [(int(near[i]), shares[i]) for i in [*apart, *order[-3:]]]

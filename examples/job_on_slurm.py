@@ -4,8 +4,8 @@ Needs `pip install "fastaff[dask]" dask-jobqueue` and a folder that all nodes se
 
     python examples/job_on_slurm.py map.zarr --local --grid 60x60
 
-Run it again where it was stopped, by whatever: it goes on. Each worker is a process of one thread that writes its own
-chunks; what it compiles goes to the cache in the home folder, which all share, or to FASTAFF_CACHE_DIR.
+Run it again after any stop: it goes on. Each worker is a process of one thread that writes its own chunks; compiled
+code goes to the cache in the home folder, which all share, or to FASTAFF_CACHE_DIR.
 """
 
 import argparse
@@ -28,7 +28,7 @@ def cluster_of(given):
 
 
 def main():
-    """Run the job, or go on with it, and say what became of the orbits."""
+    """Run the job, or go on with it, and print the outcomes of the orbits."""
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("store", help="the results: a folder in Zarr format, new or of a run before")
     parser.add_argument("--grid", default="1000x1000")

@@ -4,7 +4,7 @@
     python examples/paper_audit.py --csv F    writes it to F as well
 
 Each line: label (the paper's, or section and words), relative residual as printed, residual as corrected ("same" where
-the printed formula holds), verdict, what it says and what replaces it. Residuals are the largest of three random
+the printed formula holds), verdict, statement and replacement. Residuals are the largest of three random
 points, in 50 digits (formulas with a spectrum: in double). The paper: Martens, Slawianowski, "Affinely-Rigid Body and
 Oscillatory Dynamical Models on GL(2,R)". Every formula is compared with matrix elements, actions by quadrature,
 differences and matrix eigenproblems (examples/audit), never with another formula of the paper.
@@ -41,7 +41,7 @@ def row(finding: Finding) -> tuple[str, ...]:
 
 
 def summary(findings: list[Finding]) -> str:
-    """Return how many formulas hold, hold with a reading, are corrected, and are definitions."""
+    """Return the numbers of formulas that hold, hold with a reading, are corrected, and are definitions."""
     count = Counter(finding.verdict for finding in findings)
     checked = len(findings) - count["definition"]
     return (

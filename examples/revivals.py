@@ -29,7 +29,7 @@ print(f"revival time:       {times.quantum.revival[1, 1]:.3f} from the levels, {
 
 t = np.linspace(0, 1.04 * whole, 400_001)
 back = np.abs(packet.autocorrelation(t)) ** 2
-# the best return within each classical period: what the eye sees of a comb of some thousand teeth
+# the best return within each classical period: the visible envelope of a comb of some thousand teeth
 per = max(int(T / t[1]), 1)
 teeth = back[: back.size // per * per].reshape(-1, per)
 near = np.linspace(whole - T, whole + T, 20_001)

@@ -1,6 +1,6 @@
 """A wave function of a neo-Hookean body beside the classical orbits that it sits on.
 
-Of the levels of one class next to E = 1.5 the one whose Husimi function fills least of the section p_alpha = 0: over
+The level of one class next to E = 1.5 whose Husimi function fills least of the section p_alpha = 0: over
 it, the relative periodic orbits of the same energy up to three crossings; beside it, the density of the deformation
 invariants, with the two simplest of these orbits as curves.
 

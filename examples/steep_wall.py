@@ -1,7 +1,7 @@
 """A body thrown against the wall at det phi = 0: energy errors of a fixed step, of adaptive steps and of
 time-transformed ones.
 
-At energy 8 the neo-Hookean body comes within det phi = 0.0004 of the wall; AUTO says what it would take.
+At energy 8 the neo-Hookean body comes within det phi = 0.0004 of the wall; AUTO chooses a scheme for it.
 """
 
 import numpy as np

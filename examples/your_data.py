@@ -1,4 +1,4 @@
-"""Data and systems of other tools as they are: what is installed of pandas, SymPy, gala, galpy, heyoka is shown.
+"""Data and systems of other tools, unchanged: pandas, SymPy, gala, galpy, heyoka, those that are installed.
 
     python examples/your_data.py
 

@@ -1,4 +1,4 @@
-"""The public names of the package and where they come from: `fastaff` has them, loaded when one is first used."""
+"""The public names of the package and their modules: `fastaff` loads each when it is first used."""
 
 from .analysis.chaos.chaos_map import chaos_map
 from .analysis.chaos.chaotic_fraction import chaotic_fraction

@@ -1,4 +1,4 @@
-"""What a row of the race is, and how it is run: every contestant on a ladder of accuracies, then the best in turns."""
+"""Rows of the race, and their runs: every contestant on a ladder of accuracies, then the best in turns."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ TURNS, PATIENCE = 5, 12.0
 
 @dataclass(frozen=True)
 class Contestant:
-    """Hold one program's way to do a row's work: runs by name, from coarse to fine, and what they leave.
+    """Hold one program's way to do a row's work: runs by name, from coarse to fine, and their results.
 
-    `error` takes what a run returns. `share` is the part of the work that a run does: the times of slow programs, whose
-    orbits are independent, are divided by it.
+    `error` takes the result of a run. `share` is the part of the work that a run does: the times of slow programs,
+    whose orbits are independent, are divided by it.
     """
 
     program: str
@@ -29,7 +29,7 @@ class Contestant:
 
 @dataclass(frozen=True)
 class Row:
-    """Hold a row: what is done, what the error is, the accuracies asked (none: each run stands for itself).
+    """Hold a row: its task, its error, the accuracies asked (none: each run stands for itself).
 
     `contestants` makes truth and contestants when the row is run. `per` names a count the times are also given for.
     """
@@ -55,7 +55,7 @@ class Timed:
     wall: float = np.inf
 
     def take(self, run: Callable[[], Any]) -> Any:
-        """Run once more; return what it returned."""
+        """Run once more; return the result."""
         wall, cpu = time.perf_counter(), time.process_time()
         result = run()
         self.cpu = min(self.cpu, (time.process_time() - cpu) / self.share)

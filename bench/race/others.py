@@ -159,7 +159,7 @@ print(grid.z0.shape[1], good.sum(), np.median(error), cpu, wall, peak)
 
 
 def in_process(code: str, **environment: str) -> tuple[str, float, float]:
-    """Run code in a process of its own; return what it printed, its processor time and the elapsed time."""
+    """Run code in a process of its own; return its output, its processor time and the elapsed time."""
     import time
 
     start, before = time.perf_counter(), resource.getrusage(resource.RUSAGE_CHILDREN)
@@ -172,7 +172,7 @@ def in_process(code: str, **environment: str) -> tuple[str, float, float]:
 
 
 def map_of_a_grid(cells: int = CELLS) -> dict:
-    """Return what a frequency map of a grid of the neo-Hookean body over 100 periods takes, end to end."""
+    """Return the cost of a frequency map of a grid of the neo-Hookean body over 100 periods, end to end."""
     orbits, regular, error, cpu, wall, peak = map(float, in_process(f"CELLS = {cells}\n{MAP}")[0].split())
     named = {"cells": cells, "orbits": int(orbits), "regular": int(regular), "median_error_estimate": error}
     return {**named, "cpu": cpu, "wall": wall, "peak_GiB": peak}
@@ -207,7 +207,7 @@ nafflib.naff(np.exp(0.1j * np.arange(4096)), num_harmonics=3)
 
 
 def starts() -> dict[str, dict]:
-    """Return the times of processes that start with nothing compiled, and again with what the first one left."""
+    """Return the times of processes that start with nothing compiled, and again with the cache of the first one."""
     found = {}
     for name, code in STARTS.items():
         if version(name.split(":")[0]) is None:

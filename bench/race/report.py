@@ -1,4 +1,4 @@
-"""What the race writes: JSON with a stamp of the machine, Markdown tables, figures, and the summaries."""
+"""Output of the race: JSON with a stamp of the machine, Markdown tables, figures, and the summaries."""
 
 from __future__ import annotations
 

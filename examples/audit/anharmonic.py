@@ -51,7 +51,7 @@ def _(rng):
 
 
 def no_relation(nu, order):
-    """Say whether no integer vector of size <= order annihilates the numbers."""
+    """Tell whether no integer vector of size <= order annihilates the numbers."""
     vectors = product(range(-order, order + 1), repeat=len(nu))
     return min(abs(sum(k * x for k, x in zip(vector, nu))) for vector in vectors if any(vector)) > 1e-8
 

@@ -1,4 +1,4 @@
-"""A formula of the paper as a record: what it says, both sides at a random point, and a verdict."""
+"""A formula of the paper as a record: its statement, both sides at a random point, and a verdict."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ Sides = Callable[[Random], tuple[Any, ...]]
 class Formula:
     """Hold one formula: `sides` gives (truth, printed) or (truth, printed, corrected) at a random point.
 
-    `correct` says in words what replaces the printed formula; `reading` marks that the printed formula stands once its
+    `correct` is the replacement of the printed formula in words; `reading` marks a printed formula that is right if its
     words are read so. A definition has no sides.
     """
 
@@ -66,7 +66,7 @@ class Finding:
 
     @property
     def failed(self) -> bool:
-        """Say whether neither the printed nor the corrected formula holds, or the correction is needless."""
+        """Tell whether neither the printed nor the corrected formula holds, or the correction is needless."""
         return self.verdict in ("FAILS", "needless correction")
 
 

@@ -1,5 +1,4 @@
-"""What is found out about orbits, one subject a folder: here are its results and less common
-functions.
+"""The analyses of orbits, one subject a folder: here are their results and less common functions.
 
 Each folder imports only those named before it: orbits, frequencies, sections, chaos, periodic, tori.
 """

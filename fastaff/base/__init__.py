@@ -1,1 +1,1 @@
-"""What everything stands on: statuses, checks of numbers and arrays, how results are shown, how calls are recorded."""
+"""Foundations of the package: statuses, checks of numbers and arrays, the display of results, the record of calls."""

@@ -1,4 +1,4 @@
-"""What charts and matrices take: finite real rows, told apart from everything else by name, with the orbit at fault."""
+"""Checks of arrays for charts and matrices: finite real rows; errors name the argument and the orbit at fault."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ Mask = NDArray[np.bool_]
 
 
 def checked(name: str, value: Any, leading: tuple[int, ...]) -> Array:
-    """Return `value` as floats of shape (*leading, ...), or say what was wrong with it."""
+    """Return `value` as floats of shape (*leading, ...); raise ValueError or TypeError that names the fault."""
     takes = f"{name} takes finite real numbers of shape ({', '.join([*map(str, leading), '...'])})"
     try:
         array = an_array(name, value)

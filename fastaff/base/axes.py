@@ -9,7 +9,7 @@ import numpy as np
 
 
 class Axes(NamedTuple):
-    """What `along` keeps of a field: names of its axes, its unit, which field has the labels of its first axis and
+    """Axes of a field, as `along` declares them: their names, the unit, the field with the labels of the first axis,
     whether these alone name its rows, and the axis that is filled with NaN to a common length.
     """
 
@@ -20,7 +20,7 @@ class Axes(NamedTuple):
     padded: str
 
     def around(self, axis: str | None) -> tuple[int, int]:
-        """Return how many axes stand before and after that of the items."""
+        """Return the number of axes before and after the axis of the items."""
         before = self.names.index(cast(str, axis))
         return before, len(self.names) - before - 1
 
@@ -30,7 +30,7 @@ class Axes(NamedTuple):
 
 
 def along(*axes: str, unit: str = "", labels: str = "", plain: bool = False, padded: str = "") -> Axes:
-    """Declare what an array of a `Result` runs along: the names of its axes in their order.
+    """Declare the axes of an array of a `Result`: their names in order.
 
     unit: of its numbers, in words; labels: the field that names the entries of its first axis, so that
     `result["FIELD_LABEL"]` is one of them; plain: `result["LABEL"]` too; padded: an axis that may differ between
@@ -42,7 +42,7 @@ def along(*axes: str, unit: str = "", labels: str = "", plain: bool = False, pad
 
 @functools.cache
 def declared(cls: type) -> dict[str, Axes]:
-    """Return what a class declares of its arrays."""
+    """Return the axes that a class declares for its arrays."""
     hints = get_type_hints(cls, include_extras=True)
     found = {
         name: [mark for mark in getattr(hint, "__metadata__", ()) if isinstance(mark, Axes)]

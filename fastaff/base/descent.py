@@ -16,9 +16,9 @@ ROUNDS = 120
 def descended(
     floor: Floor, x: np.ndarray, step: np.ndarray, *, grow: float = 2.0, rounds: int = ROUNDS
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return where steps along the coordinates lead down from points x (d, points): points, values, last steps.
+    """Return the lowest points that steps along the coordinates reach from x (d, points), their values, the last steps.
 
-    A step that goes down is the next one's `grow`th part longer, one that goes neither way is halved.
+    A step that leads down is multiplied by `grow`; a step that leads down in neither direction is halved.
     """
     x, step, value = x.copy(), step.copy(), floor(x)
     for _ in range(rounds):

@@ -1,4 +1,4 @@
-"""What a result says of itself at a prompt: one line for each of its fields, no pages of numbers."""
+"""Display of a result at a prompt: one line for each of its fields, no pages of numbers."""
 
 from __future__ import annotations
 
@@ -9,17 +9,17 @@ import numpy as np
 
 WIDTH = 120
 SMALL = 6
-"""Arrays of at most so many numbers are shown whole, larger ones as dtype and shape."""
+"""Most numbers of an array that is shown whole; larger ones are shown as dtype and shape."""
 
 
 def short(result: Any) -> str:
-    """Return the class of a result and its `summary()` where it has one: the line that results are at a prompt."""
+    """Return the class of a result and its `summary()` where it has one: the first line of its display."""
     said = result.summary() if hasattr(result, "summary") else ""
     return _cut(f"{type(result).__name__}: {said}" if said else type(result).__name__, 2 * WIDTH)
 
 
 def screen(result: Any) -> str:
-    """Return the line of `short` and one for each field: what a result prints."""
+    """Return the printed form of a result: the line of `short` and one for each field."""
     names = (
         [f.name for f in dataclasses.fields(result) if f.repr]
         if hasattr(result, "__dataclass_fields__")

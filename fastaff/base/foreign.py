@@ -1,7 +1,7 @@
 """Objects of other tools: which module of `fastaff.exchange` reads them.
 
-What an object is shows in the package that its class is from, which the user has imported; nothing else of it is
-imported here, and an adapter is loaded when one of its objects is met.
+The package of its class, which the user has imported, identifies an object. Nothing else of that package is imported
+here, and an adapter is loaded when one of its objects is met.
 """
 
 from __future__ import annotations
@@ -30,8 +30,8 @@ ADAPTERS: Mapping[str, str] = {
 class Foreign(NamedTuple):
     """Orbits of another tool as plain arrays.
 
-    rows: an array (2n, orbits, samples), or named arrays (orbits, samples); times (samples,), None where nothing is
-    said; names (2n,) of the rows q1, ..., qn, p1, ..., pn.
+    rows: an array (2n, orbits, samples), or named arrays (orbits, samples); times (samples,), None where they are
+    unknown; names (2n,) of the rows q1, ..., qn, p1, ..., pn.
     """
 
     rows: Any
@@ -43,8 +43,8 @@ class ForeignSystem(NamedTuple):
     """A system of another tool as a formula.
 
     text: V as a SymPy expression of the coordinates, () where the user names them; parameters: their values by name;
-    domain: what is positive but at the singular places of V, where it has some; rotation: rate at which the frame
-    turns, None where it is at rest.
+    domain: an expression that is positive except at the singular points of V, None where V has none; rotation: rate at
+    which the frame turns, None where it is at rest.
     """
 
     text: Any
@@ -64,8 +64,8 @@ def adapter(value: Any) -> Any:
 
 
 def read_by(part: str, value: Any, *given: Any) -> Any:
-    """Return what the adapter of a value, or of the first of a list of systems, makes of it, by its function `part`;
-    None where there is none.
+    """Return the result of function `part` of a value's adapter, or of that of the first of a list of systems; None
+    where there is none.
     """
     one = value[0] if part == "system" and isinstance(value, list) and value else value
     reads = getattr(adapter(one), part, None)

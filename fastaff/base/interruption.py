@@ -1,4 +1,4 @@
-"""Ctrl-C in a long function: what was found until then is kept; and where it would break more than that, it waits."""
+"""Ctrl-C in a long function: the results so far are kept; Ctrl-C waits where it would break the code of others."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def keeping(function: str, partial: Callable[[], Any]) -> Iterator[None]:
 
 @contextmanager
 def recognized() -> Iterator[None]:
-    """Raise Ctrl-C as such where the code of others, whose locks it met, makes another exception of it."""
+    """Raise Ctrl-C as KeyboardInterrupt where the code of others turns it into another exception."""
     earlier = sys.exc_info()[1]  # which the caller has dealt with
     try:
         yield
@@ -53,8 +53,8 @@ def recognized() -> Iterator[None]:
 
 @contextmanager
 def unbroken() -> Iterator[Callable[[], None]]:
-    """Put signals off until the end of the block, and yield what takes those that have come, at moments that suit it:
-    what their handlers raise would be lost in the code of others, or leave it half done.
+    """Put signals off until the end of the block, and yield a function that handles those that have come, to be called
+    at safe moments: an exception of a handler would be lost in the code of others, or leave its work half done.
     """
     main = threading.get_ident()
     if threading.current_thread() is not threading.main_thread():  # where nothing is raised
@@ -96,8 +96,8 @@ EXTRAS = {
 
 
 def imported(name: str, package: str | None = None, what: str = "this") -> Any:
-    """Return a module, loaded where it is not yet: Ctrl-C would leave others half loaded for good, and waits. Raises
-    ImportError with what needs it and the extra that installs it where an optional package is missing.
+    """Return a module, loaded where it is not yet. Ctrl-C waits: it would leave modules half loaded for good. Raises
+    ModuleNotFoundError where an optional package is missing: it names the feature and the extra to install.
     """
     try:
         with unbroken():
@@ -111,7 +111,7 @@ def imported(name: str, package: str | None = None, what: str = "this") -> Any:
 
 
 def _taken(arrived: list[int], handlers: Mapping[int, Any]) -> None:
-    """Call the handlers of signals that have come, each, whatever the others raise."""
+    """Call the handler of each signal that has come, even if another handler raises; raise the last exception."""
     problem = None
     while arrived:
         number = arrived.pop(0)

@@ -1,4 +1,4 @@
-"""The machine and its programs: what speed and bits of numbers depend on."""
+"""The machine and its programs, on which the speed and the bits of numbers depend."""
 
 from __future__ import annotations
 
@@ -22,12 +22,12 @@ from .numbers import free_memory
 WIDTHS = {"avx512f": 512, "avx2": 256, "avx": 256, "sve": 256, "neon": 128, "sse2": 128}
 """Bits of a vector register of instruction sets, the widest first."""
 USERS = ("plot", "cli", "symbolic", "io", "dask", "notebook")
-"""Extras that serve users; others serve who works on the package."""
+"""Extras for users; the others are for developers of the package."""
 
 
 class Dependency(NamedTuple):
-    """A package that fastaff uses: its version, None where it is missing; the least that will do; the extra that
-    installs it, None where it always is.
+    """A package that fastaff uses: its version, None where it is missing; the least version allowed; the extra that
+    installs it, None where the package is always installed.
     """
 
     name: str
@@ -37,7 +37,7 @@ class Dependency(NamedTuple):
 
     @property
     def wrong(self) -> str | None:
-        """What is wrong with it; None for nothing, or where it is optional and missing."""
+        """The fault of the package in words; None where there is none, or where it is optional and missing."""
         if self.version is None:
             return None if self.extra else f"{self.name} is missing: pip install fastaff"
         if _numbers(self.version) < _numbers(self.least):
@@ -89,8 +89,8 @@ def cpu_name() -> str:
 
 
 def processor() -> str:
-    """Return what machine code is made for here: the name of a processor and its instruction sets, as LLVM calls them;
-    of the environment where Numba is told another (NUMBA_CPU_NAME, NUMBA_CPU_FEATURES).
+    """Return the target of machine code: the name of a processor and its instruction sets, as LLVM calls them; those of
+    the environment where it sets another one for Numba (NUMBA_CPU_NAME, NUMBA_CPU_FEATURES).
     """
     name, features = config.CPU_NAME, config.CPU_FEATURES
     features = get_host_cpu_features() if features is None else features

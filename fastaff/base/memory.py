@@ -1,4 +1,4 @@
-"""Memory that was let go of: what the C library does with it."""
+"""Treatment of freed memory by the C library."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ import os
 from collections.abc import Mapping
 
 KEPT, OWN = 2**27, 2**25
-"""Bytes of freed memory that stay with the process: what a call takes beside its result; those of an array from which
-on it has pages of its own, the most that glibc takes.
+"""Bytes of freed memory that stay with the process, enough for the work arrays of a call; bytes above which an array
+has pages of its own, the most that glibc allows.
 """
 TRIM_THRESHOLD, MMAP_THRESHOLD = -1, -3
 """Numbers of parameters of glibc's mallopt."""
@@ -18,11 +18,10 @@ SETTINGS = ("MALLOC_TRIM_THRESHOLD_", "MALLOC_MMAP_THRESHOLD_", "GLIBC_TUNABLES"
 
 
 def keep_freed(environment: Mapping[str, str] = os.environ) -> bool:
-    """Have the C library keep KEPT bytes of freed memory, unless the environment says something of it; return whether
-    it does.
+    """Make the C library keep KEPT bytes of freed memory, unless the environment sets this; return whether it does.
 
-    Else arrays of each call are new pages, which the system clears at a microsecond or two each, of all threads one
-    after the other: a tenth of a section with its errors. Nothing happens where the library is not glibc.
+    Otherwise the arrays of each call are new pages. The system clears each in a microsecond or two, for one thread
+    after the other: a tenth of the time of a section with its errors. Without glibc nothing happens.
     """
     if any(name in environment for name in SETTINGS):
         return False

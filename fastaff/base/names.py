@@ -9,12 +9,12 @@ from collections.abc import Iterable
 from .numbers import shown
 
 BEGINS, MOST = 3, 3
-"""Letters that are the beginning of a name, and how many names with it are offered."""
+"""Least letters that count as the beginning of a name, and most names with it that are offered."""
 
 
 def named(option: str, given: str, names: Iterable[str]) -> str:
-    """Return the one of the names that is given, in capitals or not, with or without spaces, hyphens and underscores;
-    refuse another, with the nearest one.
+    """Return the known name for `given`, in capitals or not, with or without spaces, hyphens and underscores; refuse an
+    unknown one, with the nearest name.
     """
     known = tuple(names)
     found = spelled(given, known)
@@ -24,14 +24,14 @@ def named(option: str, given: str, names: Iterable[str]) -> str:
 
 
 def spelled(given: str, names: Iterable[str]) -> str:
-    """Return the one of the names that is given as it is spelled there; any other as it is."""
+    """Return the known name for `given` in its own spelling; an unknown one as it is."""
     known = tuple(names)
     alike = [name for name in known if _letters(name) == _letters(given)]
     return alike[0] if len(alike) == 1 and given not in known else given
 
 
 def did_you_mean(given: str, names: Iterable[str]) -> str:
-    """Return the question for the names that begin with what is given, or for the nearest one; empty where none is."""
+    """Return the question "Did you mean" for the names that begin with `given`, or for the nearest one; "" for none."""
     known = {name.lower(): name for name in names}
     near = [name for name in known if len(given) >= BEGINS and name.startswith(given.lower())][:MOST]
     near = near or difflib.get_close_matches(given.lower(), known, n=1, cutoff=0.5)

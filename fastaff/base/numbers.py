@@ -1,4 +1,4 @@
-"""Checks of numbers: each raises at once, naming the argument, what it got and what it takes."""
+"""Checks of numbers: each raises at once and names the argument, the value given and the values allowed."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ from numpy.typing import ArrayLike
 from .foreign import without_unit
 
 MOST = 2**53
-"""Whole numbers up to here are floats too; more steps than that no run comes to the end of."""
+"""Whole numbers up to here are floats too; no run ends that has more steps."""
 
 SMALL = 8 * 2**20
-"""Bytes that are taken without asking the system how many are free, which takes longer than a short call."""
+"""Bytes up to which free memory is not asked for: asking the system takes longer than a short call."""
 
 DEEPEST = 24
 """Dimensions that an array may have: NumPy makes more, and fails with them later."""
@@ -79,7 +79,7 @@ def whole(name: str, value: Any, least: int, most: int = MOST) -> int:
 
 
 def number_of_steps(time: Any, step: Any) -> np.ndarray:
-    """Return how many steps `time` takes, as floats; ValueError for more than 2**53."""
+    """Return the number of steps in `time`, as floats; ValueError for more than 2**53."""
     wanted = np.ceil(time / np.asarray(step) * (1 - 1e-12))
     if not np.all(wanted < MOST):
         raise ValueError(
@@ -101,8 +101,8 @@ def whole_numbers(name: str, value: ArrayLike) -> np.ndarray:
 
 
 def an_array(name: str, value: Any) -> np.ndarray:
-    """Return `value` as an array of whatever entries; ValueError for masked ones, rows of different lengths, too many
-    dimensions, TypeError for units, and for numbers among which there are True or False.
+    """Return `value` as an array of entries of any type; ValueError for masked ones, rows of different lengths or too
+    many dimensions; TypeError for units, and for True or False among numbers.
     """
     if len(_kinds(name, value)) == 2:
         raise TypeError(f"{name} must not mix numbers with True or False, got {shown(value)}")
@@ -116,7 +116,7 @@ def an_array(name: str, value: Any) -> np.ndarray:
 
 
 def _kinds(name: str, value: Any, depth: int = 2 * DEEPEST) -> set[bool]:
-    """Return whether entries are True or False, whether they are others; refuse masks and units, in lists too."""
+    """Return the kinds of entries: True for True or False, False for others; refuse masks and units, in lists too."""
     if isinstance(value, (list, tuple)) and depth > 0:
         found = set()
         for kind in set(map(type, value)):
@@ -159,7 +159,7 @@ def _is_single(value: Any) -> bool:
 
 
 def numbers(name: str, value: Any) -> np.ndarray:
-    """Return `value` as an array of floats, as they are: not finite ones too."""
+    """Return `value` as an array of floats, finite or not."""
     array = an_array(name, value)
     if array.dtype.kind not in "iuf":
         raise TypeError(f"{name} must be an array of real numbers, got {shown(value)} ({type(value).__name__})")
@@ -167,7 +167,7 @@ def numbers(name: str, value: Any) -> np.ndarray:
 
 
 def entries(name: str, value: Any, takes: str, *counts: int) -> list[Any]:
-    """Return the entries of a tuple, list or array; TypeError with what it `takes` for anything else, or for another
+    """Return the entries of a tuple, list or array; TypeError with the text `takes` for anything else, or for another
     count.
     """
     listed = isinstance(value, (tuple, list)) or (
@@ -230,23 +230,23 @@ def reporter(value: Any) -> Any:
 
 
 def portion(report: Any, part: int, parts: int) -> Any:
-    """Return what reports the fraction done of one of several parts as that of all; None where nothing is reported."""
+    """Return a function that reports the fraction done of one of several parts as that of all; None without report."""
     if report is None:
         return None
     return lambda fraction: report((part + min(fraction, 1.0)) / parts)
 
 
 class Passes:
-    """One count over the passes of a call, of which some follow from what others find: the fraction that is reported
-    never falls, and is 1 at the end.
+    """One count over the passes of a call, some of which depend on the results of earlier ones: the fraction that is
+    reported never falls, and is 1 at the end.
     """
 
     def __init__(self, report: Any):
         self.report, self.done, self.end = report, 0.0, 0.0
 
     def take(self, work: float, rest: float = 0.0) -> Any:
-        """Return the report of the next pass: of the fraction that is left it gets the share that its work is of that
-        and of the `rest` that is expected behind it; None where nothing is reported.
+        """Return the report of the next pass: it gets the share work / (work + rest) of the fraction that is left, with
+        `rest` the work expected after it; None where nothing is reported.
         """
         if self.report is None:
             return None
@@ -267,8 +267,8 @@ class Passes:
 
 
 def fits(name: str, *shape: int, itemsize: int = 8) -> None:
-    """Raise ValueError, with the bytes, where memory has no room for an array of that shape; `name` says what to make
-    smaller.
+    """Raise ValueError, with the bytes, where memory has no room for an array of that shape; `name` is the argument to
+    make smaller.
     """
     size = itemsize * math.prod(map(int, shape))
     if size > SMALL and size > (free := free_memory()):
@@ -306,7 +306,7 @@ def free_memory() -> int:
 
 
 def shown(value: Any, length: int = 200) -> str:
-    """Return the repr of what was handed in, short, also of what has none."""
+    """Return the repr of a value, shortened; its class where repr fails."""
     try:
         said = repr(value)
     except Exception:

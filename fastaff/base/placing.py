@@ -12,10 +12,10 @@ from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 
 DRAFT = ".fastaff-"
-"""How names of what is being written begin."""
+"""Beginning of the names of unfinished files."""
 
 LEFT = 86400.0
-"""Seconds without a change after which a draft was left by a process that was killed."""
+"""Seconds without a change after which a draft counts as left by a process that was killed."""
 
 
 def free_stem(stem: Path, suffixes: Iterable[str]) -> Path:
@@ -31,7 +31,7 @@ def free_stem(stem: Path, suffixes: Iterable[str]) -> Path:
 @contextlib.contextmanager
 def draft(folder: Path, ending: str = "", *, of_files: bool = False) -> Iterator[Path]:
     """Yield a new file in a folder, or a folder in it (`of_files`), which is removed at the end unless it was moved
-    away; what killed processes left in the folder goes first.
+    away; first remove the drafts that killed processes left in the folder.
     """
     sweep(folder, f"{DRAFT}*")
     path = folder / f"{DRAFT}{secrets.token_hex(6)}{ending}"
@@ -43,7 +43,7 @@ def draft(folder: Path, ending: str = "", *, of_files: bool = False) -> Iterator
 
 
 def sweep(folder: Path, pattern: str) -> None:
-    """Remove what matches a pattern in a folder and was left there: nothing has changed it for a day."""
+    """Remove the files and folders in a folder that match a pattern and have not changed for a day."""
     for path in folder.glob(pattern):
         with contextlib.suppress(OSError):
             if clock.time() - path.lstat().st_mtime > LEFT:
@@ -51,7 +51,7 @@ def sweep(folder: Path, pattern: str) -> None:
 
 
 def _removed(path: Path) -> None:
-    """Remove a file or folder; what failed may still be writing into it from other threads."""
+    """Remove a file or folder; try again, as other threads of a failed write may still write into it."""
     for _ in range(20):
         with contextlib.suppress(FileNotFoundError):
             if not stat.S_ISDIR(path.lstat().st_mode):
@@ -69,8 +69,8 @@ def placed(
 
     Parameters: write(path): writes the file, under another name in the same folder; beside: endings of files that will
     have the same stem; force: replace an existing file, which otherwise stays: the stem gets the first number at which
-    neither it nor those beside it exist. Whatever `write` raises is passed on and leaves nothing behind. Of two
-    processes that want the same name one has it, the other the next.
+    neither it nor those beside it exist. An exception of `write` is passed on and leaves no file behind. If two
+    processes want the same name, one gets it and the other the next.
     """
     if not stem.parent.is_dir():
         raise FileNotFoundError(f"the folder {stem.parent} does not exist")
@@ -84,7 +84,7 @@ def placed(
 
 
 def _moved(draft: Path, stem: Path, ending: str, endings: tuple[str, ...]) -> Path:
-    """Move a file to the first free name: a link fails where another process took the name first."""
+    """Move a file to the first free name; a link fails where another process took the name first."""
     while True:
         free = free_stem(stem, endings)
         target = free.with_name(free.name + ending)

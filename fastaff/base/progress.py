@@ -1,6 +1,6 @@
-"""What a long call says on a terminal or in a notebook: that it compiles, the share that is done, the time left.
+"""Progress of a long call on a terminal or in a notebook: that it compiles, the share that is done, the time left.
 
-A thread of its own says it, as the caller's may be in the compiler, where Python's others get their turn.
+A separate thread writes it, because the caller's may be in the compiler, which lets other Python threads run.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ SILENCE = 1.5
 """Seconds after which a call says something; half a second where it compiles, which is known to take more."""
 
 STALLED = 3.0
-"""Seconds without a report after which the pace before says nothing, where that was shorter."""
+"""Least seconds without a report after which the earlier pace counts no more."""
 
 PARTS = {
     "steps": 3.7, "sections": 3.2, "indicators": 3.0, "adaptive": 2.7, "lines": 5.9, "frequencies": 12.5, "tunes": 1.5,
@@ -33,10 +33,10 @@ PARTS = {
 """Seconds of the processor in which parts of the package are compiled: of an AMD EPYC (Zen 5) at 3.7 GHz."""
 
 OTHER = 1.2
-"""The same of a model, a section or the like that is new."""
+"""The same for a new model, section or the like."""
 
 KERNELS = {"find_turns_of_words": 1.13, "run_fixed_of_words": 1.3}
-"""The same of kernels that almost every call needs: by them a machine is measured."""
+"""The same for kernels that almost every call needs; they measure the speed of a machine."""
 
 USED = {
     "integrate": "steps", "animate": "steps", "doctor": "steps", "run": "steps", "resume": "steps", "rerun": "steps",
@@ -53,9 +53,9 @@ USED = {
 
 
 class Compiling:
-    """The compiler as others see it: `compile.jit` keeps it. root(): where its files are; sources(): what they are made
-    of, nothing where a pack has come with the package. Its seconds, and those of the processor in them; the names of
-    what it compiled, and how many times as long that took as on the machine of PARTS.
+    """Record of compilations, kept by `compile.jit`. root(): folder of the compiled files; sources(): digest of their
+    sources, "" where a pack came with the package. seconds, worked: time and processor time of compilation; kernels:
+    names of compiled kernels; speed: ratio of their processor time to that on the machine of PARTS.
     """
 
     depth, known, seconds, worked = 0, 0, 0.0, 0.0
@@ -92,7 +92,7 @@ class Compiling:
 
 
 class Compilation:
-    """What a call compiles from now on, and how long that takes."""
+    """Kernels that a call compiles from now on, and the time for them."""
 
     def __init__(self, name: str):
         self.name, self.kernels, self.begun = name, len(Compiling.kernels), Compiling.spent()
@@ -110,19 +110,19 @@ class Compilation:
         return now[0] - self.begun[0], now[1] - self.begun[1]
 
     def expected(self) -> float:
-        """Return the seconds that all of it takes: those of its parts, by the speed of this machine and by what other
-        work leaves of it.
+        """Return the expected seconds in all: those of the parts, times the slowness of this machine and the factor
+        lost to other work on it.
         """
         seconds, worked = self.spent()
         crowded = max(seconds / worked, 1.0) if worked > 0.2 else 1.0
         return max((sum(PARTS[part] for part in self.missing) or OTHER) * self.speed() * crowded, seconds)
 
     def speed(self) -> float:
-        """Return how many times as long this machine takes."""
+        """Return the ratio of this machine's processor time to that of the machine of PARTS."""
         return self.known.speed if Compiling.speed is None else Compiling.speed
 
     def end(self) -> None:
-        """Keep what was compiled, and how fast."""
+        """Keep the compiled parts and the speed of this machine."""
         if self.begins:
             self.known.add(self.missing, self.speed())
 
@@ -131,11 +131,11 @@ P = ParamSpec("P")
 R = TypeVar("R")
 
 MARKS = 256
-"""Reports that a line keeps: the fewer of the past."""
+"""Reports that a line keeps; beyond that every second old one goes."""
 
 
 class _Shown:
-    """Whether calls say something: as `progress` was told, else where somebody looks."""
+    """Whether calls write progress: as `progress` was told, otherwise on terminals and in notebooks."""
 
     wanted: bool | None = None
     busy = False
@@ -143,11 +143,11 @@ class _Shown:
 
 
 def progress(shown: bool = True) -> None:
-    """Let long calls say what they do, or keep them silent.
+    """Let long calls show their progress, or keep them silent.
 
-    On terminals and in notebooks a call that takes more than 2 s says so in a line, which goes when it ends: that it
+    On terminals and in notebooks a call that takes more than 2 s writes a line, which goes when it ends: that it
     compiles and how long that takes on this machine, then the share that is done and the time left. Pipes, files and
-    tests get nothing; nor do calls that are given a `report`, which is told instead.
+    tests get nothing. A call with a `report` writes no line and calls that instead.
 
     Parameters
     ----------
@@ -184,7 +184,7 @@ def progress(shown: bool = True) -> None:
 
 @contextlib.contextmanager
 def silent() -> Iterator[None]:
-    """Keep calls silent within the block, which says itself what it does."""
+    """Keep calls silent within the block, which writes its own progress."""
     before, _Shown.busy = _Shown.busy, True
     try:
         yield
@@ -193,7 +193,7 @@ def silent() -> Iterator[None]:
 
 
 def in_notebook() -> bool:
-    """Return whether stderr is a cell's."""
+    """Return whether stderr is that of a notebook's cell."""
     return type(sys.stderr).__module__.startswith("ipykernel")
 
 
@@ -210,8 +210,8 @@ def _looked_at() -> bool:
 
 @contextlib.contextmanager
 def watched(name: str) -> Iterator[Callable[[float], Any] | None]:
-    """Say of a call what it does, and yield the `report` that tells how much is done; None where nobody looks, or where
-    it is part of a call that is watched.
+    """Show the progress of a call, and yield the `report` that takes the fraction done; None where nobody looks, or
+    where it is part of a call that is watched.
     """
     if _Shown.busy or threading.current_thread() is not threading.main_thread() or not _looked_at():
         yield None
@@ -229,8 +229,8 @@ def watched(name: str) -> Iterator[Callable[[float], Any] | None]:
 
 
 def tell(name: str, fraction: float, said: str = "") -> None:
-    """Tell how much is done and where it is, for the line of the call of this name, if that is watched: for calls
-    without `report`.
+    """Write the fraction done and a text into the line of the call of this name, if it is watched: for calls without
+    `report`.
     """
     line = _Shown.line
     if line is not None and line.what == name and threading.current_thread() is threading.main_thread():
@@ -239,7 +239,7 @@ def tell(name: str, fraction: float, said: str = "") -> None:
 
 
 def says_progress(function: Callable[P, R]) -> Callable[P, R]:
-    """Let a function say on a terminal or in a notebook how much is done, unless `report` or `watch` is told."""
+    """Let a function show its progress on a terminal or in a notebook, unless it is given `report` or `watch`."""
     told = "report" in inspect.signature(function).parameters
 
     @functools.wraps(function)
@@ -256,8 +256,8 @@ def says_progress(function: Callable[P, R]) -> Callable[P, R]:
 
 
 class _Known:
-    """What is known of compilations on this machine: the parts that these sources have compiled, and how many times as
-    long it takes as that of PARTS; nothing of its file is trusted to be more.
+    """Record of earlier compilations on this machine: the parts that are compiled from these sources, and the ratio of
+    its times to those of PARTS; values from its file are checked.
     """
 
     def __init__(self, parts: set[str], speed: float):
@@ -265,7 +265,7 @@ class _Known:
 
     @classmethod
     def read(cls) -> _Known:
-        """Return what is known."""
+        """Return the record in the file, an empty one where there is none."""
         sources = Compiling.sources()
         try:
             found = json.loads((_file() or Path()).read_text())
@@ -299,7 +299,7 @@ class _Line(threading.Thread):
         self.compilation, self.begun = Compilation(name), clock.perf_counter()
         self.marks: list[tuple[float, float]] = []
         self.said, self.width = "", 0
-        self.cell: Any = None  # the line in a notebook: an output that is replaced, as it keeps what a stream was told
+        self.cell: Any = None  # the line in a notebook: an output that is replaced, as a stream keeps all its text
 
     def report(self, fraction: float) -> None:
         """Take the fraction that is done."""
@@ -308,7 +308,7 @@ class _Line(threading.Thread):
             self.marks = self.marks[:-1:2] + self.marks[-1:]
 
     def run(self) -> None:
-        """Say what there is to say, until the call ends."""
+        """Write the line five times a second until the call ends."""
         while True:
             try:
                 return self.bell.get(timeout=0.2)
@@ -317,7 +317,7 @@ class _Line(threading.Thread):
                     self.write(text)
 
     def text(self, seconds: float) -> str:
-        """Return the line after so many seconds."""
+        """Return the text of the line after that many seconds."""
         marks, compilation = self.marks, self.compilation
         if compilation.begins and (Compiling.depth or not marks) and seconds > 0.5:
             spent, expected = compilation.spent()[0], compilation.expected()
@@ -348,7 +348,7 @@ class _Line(threading.Thread):
             self.cell.update(output, raw=True)
 
     def end(self) -> None:
-        """Take the line away, and keep how long compilation took."""
+        """Remove the line from the terminal or notebook."""
         self.bell.put(None)
         self.join(1.0)
         if self.cell is not None:
@@ -365,8 +365,8 @@ def computed() -> float:
 
 def time_left(marks: list[tuple[float, float]], now: float) -> float | None:
     """Return the seconds that are left after `marks` of times and fractions, at the pace of the last third of the time:
-    the passes of a call differ in theirs. None where nothing is known yet, or no more: nothing was told for longer than
-    all before took.
+    the passes of a call differ in pace. None before the first progress, and after a longer time without a report than
+    all earlier reports took.
     """
     if not marks or marks[-1][1] <= marks[0][1] or now - marks[-1][0] > max(STALLED, marks[-1][0] - marks[0][0]):
         return None
@@ -377,7 +377,7 @@ def time_left(marks: list[tuple[float, float]], now: float) -> float | None:
 
 
 def duration(seconds: float) -> str:
-    """Return a time in the units of people."""
+    """Return a time as text in seconds, minutes or hours."""
     if seconds < 90:
         return f"{seconds:.0f} s"
     return f"{seconds / 60:.0f} min" if seconds < 5400 else f"{seconds / 3600:.1f} h"

@@ -1,4 +1,4 @@
-"""Where numbers come from: versions, machine, date and command line."""
+"""Provenance of results: versions, machine, date and command line."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ import numpy as np
 from .machine import cores, cpu_name
 
 FORMAT = 2
-"""Of the files of `fastaff.files`."""
+"""Version of the format of `fastaff.files`."""
 
 
 def provenance() -> dict[str, Any]:

@@ -21,7 +21,7 @@ OWN = "fastaff"
 
 
 ABBREVIATED = {"E": ("energy",), "t": ("time", "max_time"), "T": ("time", "max_time"), "dt": ("step",), "h": ("step",)}
-"""What usual letters stand for among the names of arguments."""
+"""Names of arguments that common letters stand for."""
 
 
 OF_SYSTEMS = {"vector_potential", "period", "periods", "coordinates", "momenta"}
@@ -35,7 +35,7 @@ ELSEWHERE = {
     **dict.fromkeys(("n_jobs", "workers", "processes"), "threads= share a call, fastaff.run(job, store) processes"),
     **dict.fromkeys(("progress", "verbose", "tqdm"), "fastaff.progress(False) silences what is said, report= is told"),
 }
-"""What other programs name as arguments, and what does it here."""
+"""Arguments of other programs, each with its counterpart here."""
 
 
 class Call(NamedTuple):
@@ -49,7 +49,7 @@ class Call(NamedTuple):
 
 
 class NoData(TypeError):
-    """What is neither a number, a text, a value of the package nor a collection of these."""
+    """Raised for a value that is no number, text, value of the package or collection of these."""
 
 
 P = ParamSpec("P")
@@ -59,8 +59,8 @@ R = TypeVar("R")
 def recorded(function: Callable[P, R]) -> Callable[P, R]:
     """Make a function keep its call with the dataclass that it returns, as the attribute `call`.
 
-    `report` is no part of it: it is checked here. A partial result of an interrupted call keeps it too. Where the
-    arguments are wrong the function itself says so.
+    `report` is no part of the call; it is checked here. A partial result of an interrupted call keeps the call too. If
+    arguments do not fit, the function itself raises.
     """
     signature = inspect.signature(function)
 
@@ -89,7 +89,7 @@ def recorded(function: Callable[P, R]) -> Callable[P, R]:
 
 
 def _misfit(function: Callable, signature: inspect.Signature, given: tuple, named: dict[str, Any]) -> Any:
-    """Call a function with arguments that do not suit it; its TypeError says what does."""
+    """Call a function with arguments that do not fit; raise its TypeError with the names that it takes."""
     names = [*signature.parameters]
     first = [name for name, entry in signature.parameters.items() if entry.kind is not entry.KEYWORD_ONLY]
     hint = f"; by position {', '.join(first)}, all else by name." if len(given) > len(first) else ""
@@ -125,7 +125,7 @@ def _call(name: str, given: dict[str, Any]) -> Call:
 
 
 def encoded(value: Any) -> Any:
-    """Return a value as data that JSON holds exactly, but for arrays, which are copied; NoData for what is none.
+    """Return a value as data that JSON holds exactly, except arrays, which are copied; raise NoData for other values.
 
     Values and schemes become their class with its fields, a class of the user's with its module, a model of a formula
     with its text.
@@ -155,7 +155,7 @@ def encoded(value: Any) -> Any:
 
 
 def _class(value: Any, names: Any) -> dict[str, Any]:
-    """Return class and fields of a value; of a generated class, the request that it answers."""
+    """Return class and fields of a value; for a generated class also the request that it answers."""
     cls = type(value)
     own = cls.__module__.partition(".")[0] == OWN
     request = getattr(cls, "_request", None)

@@ -1,4 +1,4 @@
-"""Which items of a result an index means, and the names and axes of its fields."""
+"""Items of a result that an index selects, and the names and axes of its fields."""
 
 from __future__ import annotations
 
@@ -21,12 +21,12 @@ def field_names(result: Any) -> list[str]:
 
 
 def axes_of(result: Any, name: str) -> Axes | None:
-    """Return what a result declares of one of its arrays."""
+    """Return the axes that a result declares for one of its arrays."""
     return declared(cast(Any, type(result))).get(name)
 
 
 def rows_of(result: Any) -> dict[str, Callable[[], np.ndarray]]:
-    """Return what gives the labelled rows of arrays, by name."""
+    """Return functions that give the labelled rows of arrays, by name."""
     found: dict[str, Callable[[], np.ndarray]] = {}
     for field in dataclasses.fields(result):
         axes, value = axes_of(result, field.name), getattr(result, field.name)
@@ -112,5 +112,5 @@ def dims_of(result: Any, name: str, value: np.ndarray) -> tuple[str, ...]:
 
 
 def in_units(word: str, named: Mapping[str, str]) -> str:
-    """Return a unit such as cycles/time with what its words stand for; what is said in several words has none."""
+    """Return a unit such as cycles/time with its words replaced as `named` says; a text of several words as it is."""
     return word if " " in word else re.sub(r"[a-z]+", lambda found: named.get(found[0], found[0]), word)

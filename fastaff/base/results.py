@@ -1,4 +1,4 @@
-"""What all results can do: a field says along which axes its array runs, and the rest follows from that.
+"""Common methods of all results: a field declares the axes of its array, and the rest follows from that.
 
 A result is a frozen dataclass that inherits from `Result` and declares its arrays with `along`:
 
@@ -47,7 +47,7 @@ Items = SupportsIndex | slice | ArrayLike
 
 
 class Drawable:
-    """Base of what has a figure: `plot`."""
+    """Base of classes that have a figure: `plot`."""
 
     def plot(self, *others: Any, **options: Any) -> Any:
         """Draw the figure that `fastaff.plot` has for this result, with its other arguments and options, such as `ax`.
@@ -132,7 +132,7 @@ class Result(Drawable):
         """Return the result of some of the items: a number, a slice, numbers or a mask; a tuple of these where items
         have several axes.
 
-        Slices and numbers give views. Its `call` stays behind: it would make all of them again.
+        Slices and numbers give views. The part has no `call`, which would make all items again.
 
         :Raises: TypeError or ValueError naming the values allowed.
         """
@@ -187,7 +187,7 @@ class Result(Drawable):
 
     @property
     def success(self) -> bool:
-        """Whether every item is OK, as SciPy's results say it; which are not, `status` says."""
+        """Whether every item is OK, named as in SciPy's results; `status` says which are not."""
         return not np.any(np.asarray(getattr(self, "status", 0)) != outcomes.Status.OK)
 
     @property
@@ -203,13 +203,13 @@ class Result(Drawable):
         """Write the result to a file, as `fastaff.files.save` does, which `fastaff.files.load` reads; return its
         path.
         """
-        imported("..exchange.files", __package__)  # which registers how
+        imported("..exchange.files", __package__)  # which registers the writer
         return saved(self, path, force=force, **parameters)
 
     def to_dict(self) -> dict[str, Any]:
         """Return the arrays with names of their axes, units and provenance, as `xarray.Dataset.from_dict` takes them.
 
-        Units are words, "time"; of a call that was given Quantities of Astropy they are those that these became, "Myr".
+        Units are words, "time"; after a call with Quantities of Astropy they are the units of the numbers, "Myr".
 
         Keys: data_vars and coords, by name a dict of dims, data and attrs; attrs: numbers and texts of the result, its
         `call`, versions and date.
@@ -231,19 +231,19 @@ class Result(Drawable):
         return imported("pandas", what="to_pandas (to_dict does not)").DataFrame(found)
 
     def _row(self, name: str) -> np.ndarray | None:
-        """Return what else has a name in this kind of result, such as a coordinate of a chart; None for nothing."""
+        """Return another named array of this kind of result, such as a coordinate of a chart; None for none."""
         return None
 
 
 @singledispatch
 def saved(result: Any, path: Any, **parameters: Any) -> Any:
-    """Write a result to a file; `fastaff.files`, which stands above, says how."""
+    """Write a result to a file; `fastaff.files`, a higher layer, registers its writers here."""
     raise TypeError(f"{type(result).__name__} can't be saved before fastaff.files is imported")
 
 
 @singledispatch
 def drawn(result: Any, *others: Any, **options: Any) -> Any:
-    """Draw a result; `fastaff.plot`, which stands above, registers its figures here."""
+    """Draw a result; `fastaff.plot`, a higher layer, registers its figures here."""
     raise TypeError(f"there is no figure for a {type(result).__name__}")
 
 
@@ -259,7 +259,7 @@ def put(result: Any, items: Any, part: Any) -> None:
 
 
 def named(result: Result, name: str) -> Any:
-    """Return what has that name: a field, a property, a row by its label. Raises KeyError naming what there is."""
+    """Return the field, property or labelled row with that name; raise KeyError with the names that exist."""
     own = field_names(result)
     if name in own or isinstance(getattr(type(result), name, None), property):
         return getattr(result, name)
@@ -273,7 +273,7 @@ def named(result: Result, name: str) -> Any:
 
 
 def _shared(result: Any) -> Iterator[tuple[str, Axes, Any]]:
-    """Yield name, axes and value of the fields that have an entry for each item; not numbers that hold for all."""
+    """Yield name, axes and value of the fields that have an entry for each item, no numbers that hold for all."""
     orbits = len(result.item_shape)
     for field in dataclasses.fields(result):
         axes, value = axes_of(result, field.name), getattr(result, field.name)

@@ -1,5 +1,5 @@
-"""Short forms of arguments: what stands for a value without doubt is made the value before anything else sees it, so
-that result and recipe are those of the full form.
+"""Short forms of arguments: an unambiguous short form becomes its value before the function is called, so that result
+and recipe are those of the full form.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike
 from .foreign import read_by
 
 Full = Callable[[Any, Any], Any]
-"""The full form of an argument: a function of what was given and of the function's first argument, its system."""
+"""The full form of an argument: a function of the given value and of the function's first argument, its system."""
 
 
 P = ParamSpec("P")
@@ -32,12 +32,12 @@ class Launched(Protocol):
 
 
 Starts = ArrayLike | Launched
-"""Phase points, or what has them; objects of other tools have no types."""
+"""Phase points, or an object that has them; objects of other tools have no types."""
 
 
 def takes(**forms: Full) -> Callable[[Callable[P, R]], Callable[P, R]]:
-    """Let a function take short forms of some of its arguments after the first, and the section that its starts lie on
-    from these.
+    """Let a function take short forms of some of its arguments after the first, and the section from its starts where
+    these lie on one.
     """
 
     def wrap(function: Callable[P, R]) -> Callable[P, R]:
@@ -79,7 +79,7 @@ def names_of(value: Any, _: Any = None) -> Any:
 
 
 def axes_of(value: Any, _: Any = None) -> Any:
-    """Return the one axis that plain numbers stand for; anything else as it is."""
+    """Return plain numbers as a tuple of one axis; anything else as it is."""
     alone = isinstance(value, np.ndarray) and value.ndim == 1 and value.dtype.kind in "iuf"
     alone |= isinstance(value, (list, tuple)) and len(value) > 0 and all(type(entry) in (int, float) for entry in value)
     return (value,) if alone else value

@@ -74,7 +74,7 @@ def summary(status: np.ndarray) -> dict[Status, int]:
 
 
 def describe(status: np.ndarray, of_which: str = "") -> str:
-    """Say in one line what became of the orbits, and of those that are OK what there is more to say."""
+    """Return in one line the count of each outcome, with the text `of_which` for the orbits that are OK."""
     return "; ".join(
         f"{count} {outcome.name} ({outcome.sentence})" + (f", of which {of_which}" if outcome == 0 and of_which else "")
         for outcome, count in summary(status).items()

@@ -82,9 +82,9 @@ def elliptic(focus: float) -> Chart:
     focus: the scale, > 0, in the units of alpha; sqrt2 puts the focus at the undeformed state D1 = D2 = 1.
 
     :Returns: a Chart.
-    :Raises: TypeError or ValueError for a focus that is not a positive number. `from_planes` answers kappa >= 0, lambda
-        in [0, pi/2]. At the focus (kappa = lambda = 0) it returns the limit p_kappa = p_lambda = 0, from which no
-        momentum comes back: `to_planes` refuses that point.
+    :Raises: TypeError or ValueError for a focus that is not a positive number. `from_planes` returns kappa >= 0, lambda
+        in [0, pi/2]. At the focus (kappa = lambda = 0) it returns the limit p_kappa = p_lambda = 0, which has no
+        inverse: `to_planes` refuses that point.
     :Formula: alpha + i beta = focus cosh(kappa + i lambda).
     :Source: section 3, elliptic variables.
 
@@ -116,7 +116,7 @@ def bipolar(c: float) -> Chart:
     c: the scale, > 0, in the units of alpha.
 
     :Returns: a Chart.
-    :Raises: TypeError or ValueError for a c that is not a positive number. `from_planes` answers e >= 0, f in [0, pi],
+    :Raises: TypeError or ValueError for a c that is not a positive number. `from_planes` returns e >= 0, f in [0, pi],
         and refuses the pole (e infinite, D1 = D2 = c/sqrt2); `to_planes` refuses e = f = 0, the point at infinity.
     :Formula: alpha, beta = c (sinh e, sin f)/(cosh e - cos f).
     :Source: section 3, the variables (e, f).

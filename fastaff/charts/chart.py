@@ -15,16 +15,16 @@ from .steps import Step
 
 
 class Chart(NamedTuple):
-    """Carry one coordinate system of GL(2,R) as a value: `ALPHA_BETA.from_planes(z)`.
+    """Hold one coordinate system of GL(2,R) as a value: `ALPHA_BETA.from_planes(z)`.
 
     name: the chart in words. names: its four coordinates, in row order; `momenta`: the names of their momenta. steps:
-    the chain that leads from the planes to the chart. rows: which row of the last step each coordinate is. form: the
-    paper's line element, as a function of the four coordinates. singular: where the chart fails, in words. Its methods
-    take arrays (4, ...) of coordinates, or (8, ...) with velocities or momenta below them, of any trailing shape;
-    angles in radians, lengths in the units of phi. Each raises TypeError or ValueError for other values than such rows
-    of finite real numbers, and ValueError naming the singular set and the orbit where a result does not exist.
+    the chain that leads from the planes to the chart. rows: the row of each coordinate in the last step. form: the
+    paper's line element, as a function of the four coordinates. singular: the singular set, in words. Its methods take
+    arrays (4, ...) of coordinates, or (8, ...) with velocities or momenta below them, of any trailing shape; angles in
+    radians, lengths in the units of phi. Each raises TypeError or ValueError for values other than such rows of finite
+    real numbers, and ValueError that names the singular set and the orbit where a result does not exist.
 
-    :Source: section 3, section 7; the label of each chart stands with its line element in `fastaff.charts.metrics`.
+    :Source: section 3, section 7; the label of each chart is given with its line element in `fastaff.charts.metrics`.
     """
 
     name: str
@@ -72,7 +72,7 @@ class Chart(NamedTuple):
         return self._defined("q", np.concatenate([planes, p]), rows)
 
     def points_from_planes(self, planes: ArrayLike) -> Array:
-        """Convert planes a1, a2, b1, b2 (4, ...) to coordinates (4, ...), an angle that does not exist being 0."""
+        """Convert planes a1, a2, b1, b2 (4, ...) to coordinates (4, ...); an undefined angle is 0."""
         x = checked("planes", planes, (4,))
         return self.from_planes(np.concatenate([x, np.zeros_like(x)]))[:4]
 
@@ -84,7 +84,7 @@ class Chart(NamedTuple):
     def velocities_from_planes(self, w: ArrayLike) -> Array:
         """Convert planes and their velocities w (8, ...) to coordinates and their velocities (8, ...).
 
-        Where a radius is 0 the limit along the straight motion: the angle of the velocity, and its rate 0.
+        Where a radius is 0, the angle is that of the velocity, and its rate is 0: the limit along the straight motion.
 
         :Formula: dq/dt = J^-1 v.
         :Source: EQ2.0a, EQ2.0b.
@@ -129,7 +129,7 @@ class Chart(NamedTuple):
 
         mu: the inertia, > 0.
 
-        :Formula: dq/dt = J^-1 J^-T p/mu; a rate 0 where a radius and its angular momentum are 0.
+        :Formula: dq/dt = J^-1 J^-T p/mu; the rate is 0 where a radius and its angular momentum are 0.
         :Source: EQ2.1a.
         """
         rows, mass = checked("q", q, (8,)), positive("mu", mu)
@@ -231,7 +231,7 @@ class Chart(NamedTuple):
         return planes, v
 
     def _defined(self, what: str, result: Array, given: Array, skip: int = 1) -> Array:
-        """Return `result` if it is finite; `skip` leading axes of it are not orbits."""
+        """Return `result` if it is finite; its first `skip` axes are not axes of orbits."""
         bad = ~np.isfinite(result)
         if bad.any():
             index = first(np.asarray(bad.any(axis=tuple(range(skip)))))
@@ -240,7 +240,7 @@ class Chart(NamedTuple):
         return result
 
     def _refuse(self, what: str, rows: Array, holds: Callable[[Array], np.ndarray], prefix: str = "") -> None:
-        """Raise where `holds` does not, naming the coordinate."""
+        """Raise ValueError where `holds` is False, and name the coordinate."""
         bad = ~np.asarray(holds(rows))
         if bad.any():
             row, *orbit = first(bad)

@@ -150,7 +150,7 @@ def angular_momenta(z: ArrayLike) -> AngularMomenta:
 
 
 def deformation(z: ArrayLike) -> Deformation:
-    """Compute the deformation invariants, which do not feel rotations of space and of material.
+    """Compute the deformation invariants, which rotations of space and of material leave unchanged.
 
     z: (8, ...).
 

@@ -2,7 +2,7 @@
 form.
 
 Each takes the four coordinates as arrays and returns a `Form`. They are written from the paper (corrected where a note
-says so), not from the charts: the tests hold the two against each other.
+says so), not from the charts: the tests compare the two.
 """
 
 from __future__ import annotations
@@ -144,7 +144,7 @@ def delta_b(delta: Array, b: Array, Phi: Array, Psi: Array) -> Form:
     """2 cosh(b) ddelta^2 + 2 delta sinh(b) ddelta db + (delta^2/2) cosh(b) (db^2 + dPhi^2 + 2 dPhi dPsi/cosh(b) +
     dPsi^2).
 
-    Source: EQ6.4a; corrected, twice what is printed.
+    Source: EQ6.4a; corrected, twice the printed one.
     """
     top = delta**2 / 2
     size = top * np.cosh(b)

@@ -1,6 +1,6 @@
-"""The four kinds of step that every chart is a chain of.
+"""The four kinds of steps in the chains of charts.
 
-A step replaces some of four coordinates x by new ones y. It knows, with rows first and any trailing shape,
+A step replaces some of four coordinates x by new ones y. It has, with rows first and any trailing shape,
 
     invert(x, d)      -> y     d: the momentum or velocity at x, which picks the angle where a radius is 0
     restore(y)        -> x
@@ -9,7 +9,7 @@ A step replaces some of four coordinates x by new ones y. It knows, with rows fi
     push(y, v_y)      -> v     J v: velocities out of the chart
     unpush(x, y, v)   -> v_y   its inverse
 
-A value that does not exist comes out not finite (the chart says so), or is refused here with a better message.
+A value that does not exist becomes infinite or NaN (which the chart refuses), or is refused here with a better message.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ TURN = 2 * np.pi
 
 
 class Step(Protocol):
-    """What a chart needs of a step; see the module."""
+    """The methods of a step; see the module."""
 
     def invert(self, x: Array, d: Array) -> Array: ...
     def restore(self, y: Array) -> Array: ...
@@ -39,7 +39,7 @@ class Polar(NamedTuple):
     """Polar coordinates: (x_i, x_j) = radius (cos, sin)(angle/fold), the radius in row i, the angle in row j.
 
     radius, momentum: names for messages.  wrap: angles in [0, 2 pi fold), else as arctan2 gives them. Where the radius
-    is 0 the angle is that of the motion, so p_radius = |p|, p_angle = 0, and the phase point comes back.
+    is 0 the angle is that of the motion, so p_radius = |p|, p_angle = 0, and the inverse returns the phase point.
     """
 
     i: int
@@ -92,7 +92,7 @@ class Polar(NamedTuple):
         return _replaced(rows, self.i, along * cosine - across * sine, self.j, along * sine + across * cosine)
 
     def _transverse(self, p_angle: Array, radius: Array) -> Array:
-        """p_angle/radius, 0 where both are 0; refuse an infinite one."""
+        """p_angle/radius, 0 where both are 0; refuse an infinite quotient."""
         momentum = quotient(p_angle, radius)
         if not np.isfinite(momentum).all():
             index = first(~np.isfinite(momentum))
@@ -143,7 +143,7 @@ class Mix(NamedTuple):
 class Warp(NamedTuple):
     """A function of one coordinate: y_i = into(x_i), x_i = out(y_i), rate(y_i) = dy_i/dx_i.
 
-    inside(y_i) says where y_i is one of the chart's; takes, got: what it must be and its name, for messages.
+    inside(y_i) tells where y_i is in the chart; takes, got: the condition on it and its name, for messages.
     """
 
     i: int
@@ -181,7 +181,7 @@ class Conformal(NamedTuple):
     """A holomorphic map of the plane of invariants: x_i + i sign x_j = w(zeta), zeta = y_i + i y_j.
 
     value(y_i, y_j) -> x_i, x_j;  slope(y_i, y_j) -> w'(zeta), complex;  inverse(x_i, x_j) -> y_i, y_j.
-    Momenta are multiplied by the conjugate of w', velocities divided by w'; where w' = 0 neither comes back.
+    Momenta are multiplied by the conjugate of w', velocities divided by w'; where w' = 0 neither has an inverse.
     """
 
     i: int

@@ -1,6 +1,6 @@
-"""Which commands there are, and what happens to errors.
+"""The list of commands, and the handling of errors.
 
-Parsing and help by cyclopts, progress by rich; matplotlib is imported when there is something to draw. Each command is
+Parsing and help are by cyclopts, progress by rich; matplotlib is imported when a figure is drawn. Each command is
 a module of `fastaff.cli.commands`.
 """
 
@@ -48,7 +48,7 @@ NO_EXTRAS = 'fastaff: the command line needs cyclopts and rich, figures need mat
 
 
 def answer(arguments: list[str]) -> int:
-    """Run a command line and return its exit code; what is wrong with it is one line."""
+    """Run a command line and return its exit code; an error is one line."""
     if cyclopts is None:
         print(NO_EXTRAS, file=sys.stderr)
         return EXIT_WRONG_INPUT
@@ -88,13 +88,13 @@ def _missing(problem: Any, arguments: list[str]) -> str:
 
 
 def _refuse(problem: Any, arguments: list[str]) -> None:
-    """Say what is wrong with the words of a command, and how to see those it takes."""
+    """Report an error in the words of a command, and the command that lists those it takes."""
     command = [word for word in arguments[:1] if word in COMMANDS]
     _fail(f"{_one_line(problem)}  ({' '.join(['fastaff', *command, '--help'])})")
 
 
 def _fail(problem: str) -> None:
-    """Say in one line what is wrong, as the last word: a signal that comes now adds none."""
+    """Print the error in one line, as the last one: a signal that comes now prints nothing more."""
     Stops.ended = True
     say(f"error: {problem}")
 

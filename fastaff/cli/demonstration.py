@@ -36,7 +36,7 @@ Meter = Callable[[str], Any]
 
 @dataclass(frozen=True)
 class Size:
-    """How much to compute."""
+    """Size of the computation."""
 
     orbits: int
     crossings: int
@@ -64,8 +64,8 @@ class Portrait:
 
     @property
     def shown(self) -> np.ndarray:
-        """Orbits (orbits,) drawn in the plane of frequencies: those that have some, but for islands, whose chain has
-        its own.
+        """Orbits (orbits,) drawn in the plane of frequencies: regular ones, but for islands, which have the frequency
+        of their chain.
         """
         found, ratio = self.map, plot.frequency(self.map, _plane(self)[0])
         r = found.nu[found.names.index("r")]
@@ -124,7 +124,7 @@ def run(
 
 
 def _saved(portraits: list[Portrait], stem: Path, how: dict[str, Any], force: bool) -> tuple[list[Path], Path]:
-    """Write section and map of each body with what they were made of; return the files, and how their names begin: all
+    """Write section and map of each body with their parameters; return the files, and the beginning of their names: all
     have the number of the first.
     """
     written: list[Path] = []
@@ -181,7 +181,7 @@ def portrait(name, body, energy, size: Size, threads, say: Say, meter: Meter | N
 
 
 def _compile(body: Any, z0: np.ndarray, threads: int | None, say: Say) -> None:
-    """Compile what a portrait needs, so that its times are those of the computation."""
+    """Compile the kernels of a portrait, so that its times are those of the computation."""
     start = clock.perf_counter()
     poincare_map(body, z0, section=SECTION, crossings=1, max_time=20.0, step=0.05, threads=threads)
     frequency_map(body, z0, time=5.0, threads=threads)
@@ -220,7 +220,7 @@ def surface(body: Any, energy: float, cells: tuple[int, int]) -> EnergyGrid:
 
 
 def numbers(p: Portrait) -> list[str]:
-    """Return what a reader wants to know of one portrait, in lines."""
+    """Return the main numbers of one portrait, in lines."""
     crossings, (section_time, map_time) = int(p.section.counts.sum()), p.seconds
     chaotic = np.count_nonzero(p.map.diffusion > CHAOTIC)
     lines = [

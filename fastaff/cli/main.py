@@ -1,5 +1,5 @@
-"""The entry point of the command line. It is there before what the commands need is loaded, for that takes a second in
-which Ctrl-C may come.
+"""The entry point of the command line. It runs before the modules of the commands are loaded, for that takes a second
+in which Ctrl-C may come.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from .stops import EXIT_BROKEN_PIPE, EXIT_INTERRUPTED, EXIT_WRONG_INPUT, Stops, 
 
 def main(arguments: list[str] | None = None) -> int:
     """Run the command line and return its exit code: 0, 2 for wrong input, 130 after Ctrl-C, SIGTERM or SIGHUP, 141
-    where nobody reads what it prints. Without arguments those of the process are taken, which ends with that code.
+    where nobody reads its output. Without arguments it takes those of the process, which ends with that code.
     """
     own = arguments is None
     if own:
@@ -27,9 +27,9 @@ def main(arguments: list[str] | None = None) -> int:
 
 
 def _ran(arguments: list[str]) -> int:
-    """Return the exit code; from the first statement after an exception on no signal raises another."""
+    """Return the exit code; after an exception no signal raises another."""
     try:
-        if arguments == ["--version"]:  # which scripts ask for: nothing is loaded for it
+        if arguments == ["--version"]:  # scripts ask for this: nothing is loaded for it
             Stops.loading = False
             print(__version__)
             code = 0
@@ -66,8 +66,8 @@ def _ran(arguments: list[str]) -> int:
 
 
 def _opened() -> None:
-    """Put what leads nowhere in the place of streams that are closed (`2>&-`): the next file that is opened would take
-    their number, and what others write to them.
+    """Put the null device in the place of closed streams (`2>&-`): the next opened file would take their number, and
+    the output that others write to them.
     """
     while (handle := os.open(os.devnull, os.O_RDWR)) <= 2:
         os.set_inheritable(handle, True)
@@ -78,5 +78,5 @@ def _opened() -> None:
 
 
 def _unread() -> None:
-    """Let what is flushed at the end go nowhere."""
+    """Send the output that is flushed at the end to the null device."""
     os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())

@@ -1,4 +1,4 @@
-"""The options of the command line: those of jobs, by flags, and what is written."""
+"""The options of the command line: those of jobs, by flags, and those of the output."""
 
 from __future__ import annotations
 
@@ -81,7 +81,7 @@ for _options, _group in _GROUPS.items():
 @Parameter(name="*", group=WRITTEN)
 @dataclass(frozen=True, kw_only=True)
 class Output:
-    """What is written."""
+    """The files to write."""
 
     out: Path | None = None
     """Path without ending, or with that of the figure: .png, .pdf or .svg; or a folder. .npz and the figure's are
@@ -94,7 +94,7 @@ class Output:
 
     @property
     def ending(self) -> str:
-        """That of the figure."""
+        """Ending of the figure's file."""
         ending = self.out.suffix.lower() if self.out is not None else ""
         return ending if ending in FORMATS else ".png"
 
@@ -124,8 +124,8 @@ class Output:
             raise ModuleNotFoundError("matplotlib", name="matplotlib")
 
     def save(self, stem: Path, result: Any, facts: dict[str, Any]) -> Path:
-        """Write the data with all that is known of them, under a number that is free for the figure too; where that
-        fails by now, elsewhere, and say so.
+        """Write the data with all facts about them, under a number that is free for the figure too. If that fails,
+        write them elsewhere and say so.
         """
         from ..exchange.files import save_among
 
@@ -136,7 +136,7 @@ class Output:
             return save_among(stem, ".npz", result, parameters=facts, beside=beside, force=self.force)
         except OSError as problem:
             for folder in (Path.cwd, Path.home, tempfile.gettempdir):
-                with contextlib.suppress(OSError, RuntimeError):  # of which there may be none any more
+                with contextlib.suppress(OSError, RuntimeError):  # there may be no such folder
                     elsewhere = Path(folder()) / stem.name
                     path = save_among(elsewhere, ".npz", result, parameters=facts, beside=beside, force=False)
                     say(f"{stem}.npz cannot be written: {problem.strerror or problem}; the results are in {path}")
@@ -150,8 +150,8 @@ class Look:
     """How orbits are coloured."""
 
     colour: str | None = None
-    """What colours the orbits: an indicator such as sali or megno, diffusion, a ratio of frequencies such as
-    beta/alpha, or another column such as energy_error; it is computed where the command does not. [diffusion; the
+    """The quantity that colours the orbits: an indicator such as sali or megno, diffusion, a ratio of frequencies such
+    as beta/alpha, or another column such as energy_error; it is computed where the command does not. [diffusion; the
     indicators and the verdict]
     """
     vmin: float | None = None
@@ -160,7 +160,7 @@ class Look:
     """Upper end of the colour scale."""
 
     def check(self) -> None:
-        """Refuse ends that are none."""
+        """Refuse ends of the colour scale that are not finite or not in order."""
         for name in ("vmin", "vmax"):
             if not math.isfinite(getattr(self, name) or 0.0):
                 raise Wrong(f"--{name} must be a finite number, got {getattr(self, name)}")
@@ -176,7 +176,7 @@ class Look:
 @Parameter(name="*", group=WRITTEN)
 @dataclass(frozen=True, kw_only=True)
 class Written(Output):
-    """What is written of orbits: a job too."""
+    """The files to write of orbits: a job too."""
 
     write_job: Path | None = None
     """Write these options as a job (TOML) to this file, for `fastaff run`, and compute nothing."""
@@ -226,7 +226,7 @@ class Workers:
 @Parameter(name="*", group=WRITTEN)
 @dataclass(frozen=True, kw_only=True)
 class Told:
-    """What is said while a job runs."""
+    """The messages while a job runs."""
 
     quiet: bool = False
     """Say nothing but errors: no progress, no table."""
@@ -255,7 +255,7 @@ def converted(kind: Any, tokens: Any) -> Any:
 
 
 def given(options: Any) -> list[str]:
-    """Return the flags of those options that are not left open, as one would type them."""
+    """Return the flags of the options that differ from their defaults, as a user would type them."""
     flags: list[str] = []
     for entry in fields(options):
         value = getattr(options, entry.name)
@@ -284,7 +284,7 @@ def size_of(text: str | None) -> float | None:
 
 
 def pair(takes: str, text: str) -> tuple[float, float]:
-    """Return the two finite numbers of a text such as 0.7,0.1; what is none is refused with what the option takes."""
+    """Return the two finite numbers of a text such as 0.7,0.1; the error of another text names the right form."""
     try:
         first, second = map(float, text.split(","))
         if not (math.isfinite(first) and math.isfinite(second)):
@@ -295,7 +295,7 @@ def pair(takes: str, text: str) -> tuple[float, float]:
 
 
 def job_of(**tables: Any) -> Job:
-    """Return the job that options describe; what is wrong with it is said of flags."""
+    """Return the job that options describe; errors name the flags."""
     with spelled(as_flag):
         try:
             return Job(**tables)

@@ -1,4 +1,4 @@
-"""What the command line says while it computes: progress, the compile notice, what Ctrl-C kept."""
+"""The messages of the command line while it computes: progress, the compile notice, the results kept at Ctrl-C."""
 
 from __future__ import annotations
 
@@ -80,7 +80,7 @@ class JobProgress(Progress):
         self.bar.update(self.task, completed=self.finished + (1.0 - self.finished) * fraction)
 
     def watch(self, so_far: Any, unit: Any) -> None:
-        """Take what `jobs.run` tells after each unit."""
+        """Show the progress that `jobs.run` reports after each unit."""
         crossings = f", {so_far.crossings:,.0f} crossings/s" if so_far.crossings else ""
         self.bar.update(self.task, rate=f"{so_far.rate:,.0f} orbits/s{crossings}")
         self.bar.below = "; ".join(
@@ -90,8 +90,8 @@ class JobProgress(Progress):
 
 
 def watched(progress: Progress, compute: Callable[[Progress], Any], keep: Callable[[Any], Any]) -> Any:
-    """Return compute(progress), which is held from then on; after Ctrl-C keep what there is, say so and leave with exit
-    code 130.
+    """Return compute(progress), which is held from then on; after Ctrl-C keep the result so far, say so and leave with
+    exit code 130.
 
     keep: called with the partial result; with None where there is none, but the result of an earlier computation.
     """
@@ -105,7 +105,7 @@ def watched(progress: Progress, compute: Callable[[Progress], Any], keep: Callab
     except Interrupted as stopped:
         partial = stopped.partial
     except KeyboardInterrupt:
-        if result is not None:  # it came in the moment between the two
+        if result is not None:  # Ctrl-C came between the result and `holding`
             Stops.holding = Stops.arrived = True
             return result
         if not before:
@@ -116,7 +116,7 @@ def watched(progress: Progress, compute: Callable[[Progress], Any], keep: Callab
 
 
 def kept(result: Any, save: Callable[[], Any]) -> None:
-    """Save what an interrupted run has come to, unless that is nothing, and say so."""
+    """Save the result of an interrupted run, unless it is empty, and say so."""
     total, done = result.status.size, int(np.count_nonzero(result.status != Status.INTERRUPTED))
     if done or (hasattr(result, "counts") and result.counts.any()):
         path = save()
@@ -152,8 +152,8 @@ def _crossings(result: Any) -> str:
 
 
 def compiled(what: str, first: Any, announce: bool = True) -> None:
-    """Run `first`, the smallest case of what comes, in a thread of its own, so that Ctrl-C need not wait for the
-    compiler. Says so where it does compile.
+    """Run `first`, the smallest case of the coming computation, in a thread of its own, so that Ctrl-C need not wait
+    for the compiler. Print a notice if it compiles.
     """
     failure: list[BaseException] = []
     finished = threading.Event()
@@ -196,7 +196,7 @@ def is_cold() -> bool:
 
 
 def finished(result: Any, seconds: float) -> str:
-    """Say how many orbits were computed, how fast and how well."""
+    """Return one line with the number of computed orbits, their speed and their errors."""
     orbits = result.status.size
     rate = f"{orbits / seconds:,.0f} orbits/s"
     if hasattr(result, "counts"):

@@ -1,4 +1,4 @@
-"""Ctrl-C and the other signals that stop a command, and what is told of them: loaded before what takes time."""
+"""Ctrl-C and the other signals that stop a command, and their messages; this module is loaded before the slow ones."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ AS_ONE = 2.0
 """Seconds within which signals are one: batch systems and impatient fingers send several."""
 
 STOPPING = [number for name in ("SIGINT", "SIGTERM", "SIGHUP") if (number := getattr(signal, name, None)) is not None]
-"""Ctrl-C; what batch systems send; what a terminal sends when it is closed."""
+"""Ctrl-C; the signal of batch systems; the signal of a terminal that is closed."""
 
 
 def say(text: str) -> None:
@@ -30,8 +30,8 @@ def say(text: str) -> None:
 
 @contextlib.contextmanager
 def on_stop(handler: Any, for_good: bool = False) -> Iterator[None]:
-    """Let what stops a command call a handler within the block, or `for_good`; what is ignored, as by nohup, stays
-    so.
+    """Let the stopping signals call a handler within the block, or `for_good`; a signal that is ignored, as by nohup,
+    stays so.
     """
     if threading.current_thread() is not threading.main_thread():
         yield
@@ -48,8 +48,8 @@ def on_stop(handler: Any, for_good: bool = False) -> Iterator[None]:
 
 
 class Stops:
-    """What Ctrl-C and its like do to a command: end it while it is being loaded, stop at once what computes or draws,
-    and wait while a result is held that is not written yet. Several in a row are one.
+    """The effect of Ctrl-C and its like on a command: end it while it is being loaded, stop its computing or drawing at
+    once, and wait while it holds a result that is not written yet. Several in a row are one.
     """
 
     own = loading = holding = arrived = ended = leaving = False
@@ -63,13 +63,13 @@ class Stops:
 
     @classmethod
     def begin(cls, own: bool) -> None:
-        """Begin a command, with what it needs still to be loaded."""
+        """Begin a command, whose modules are still to be loaded."""
         cls.own, cls.loading, cls.holding, cls.arrived, cls.ended = own, True, False, False, False
         cls.code, cls.sent, cls.last = None, None, -AS_ONE
 
     @classmethod
     def said(cls) -> str:
-        """Say by what the command was stopped: Ctrl-C, which is SIGINT, or the name of another signal."""
+        """Name the signal that stopped the command: Ctrl-C, which is SIGINT, or the name of another one."""
         return f"stopped by {'Ctrl-C' if cls.sent in (None, signal.SIGINT) else signal.Signals(cls.sent).name}"
 
     @classmethod
@@ -111,7 +111,7 @@ class Stops:
 
     @classmethod
     def release(cls) -> None:
-        """Hold nothing from now on: what has arrived meanwhile stops."""
+        """Hold nothing from now on: a signal that has arrived meanwhile stops the command."""
         cls.holding, before = False, cls.arrived
         cls.arrived = False
         if before:

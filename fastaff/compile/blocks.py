@@ -35,7 +35,7 @@ from .substitution import replaced
 from .texts import ARGUMENTS, ONE_VARIABLE, TEXTS, observed, read, signals, taken
 
 PREAMBLES = ("Failed in ", "- Resolution failure")
-"""Beginnings of lines of Numba's that stand before the one that says what is wrong."""
+"""Beginnings of Numba's lines before the one that names the error."""
 
 
 def is_value(candidate: Any) -> bool:
@@ -50,7 +50,7 @@ def parameters(value: Any) -> np.ndarray:
 
 @by_identity
 def _known(value: Any) -> tuple[tuple[str, tuple], np.ndarray]:
-    """Return the line and classes that `_built` returns, and the numbers; a call asks for them some forty times."""
+    """Return the line and classes of `_built`, and the numbers; a call needs them some forty times."""
     flat: list[float] = []
     classes: dict[type, str] = {}
     built = f"    value = {_walk(value, flat, classes)}\n", tuple(classes.items())
@@ -93,7 +93,7 @@ def _walk(value: Any, flat: list[float], classes: dict[type, str]) -> str:
 
 @functools.cache
 def _compilable(cls: type) -> type:
-    """Return `cls`, or where it has no fields, which Numba can't pass, a twin with one unused field."""
+    """Return `cls`; if it has no fields, a twin with one unused field, as Numba cannot pass it."""
     if cls._fields:  # type: ignore[attr-defined]
         return cls
     twin: type = namedtuple("twin", ["unused"])
@@ -108,7 +108,7 @@ def _built(value: Any) -> tuple[str, tuple]:
 
 
 def model_block(kind: str, value: Any, degrees_of_freedom: int, vectors: int = 0) -> Any:
-    """Return the compiled block function `kind` of a model or section; a state is an orbit with so many tangent
+    """Return the compiled block function `kind` of a model or section; a state is an orbit with its tangent
     vectors.
 
     Tangent vectors are further rows of the same scheme: a splitting of H moves them by its exact derivative, which is
@@ -128,7 +128,7 @@ def _model_block(kind: str, line: str, classes: tuple, rows: Rows) -> Any:
 
 
 def _must(classes: tuple) -> str:
-    """Return what the methods of a value with these classes must be."""
+    """Return the sentence that says how the methods of a value with these classes must be written."""
     return (
         f"{classes[0][0].__name__} must have methods, of the class itself, that Numba compiles (arithmetic and NumPy "
         "functions, no other Python functions)"
@@ -142,7 +142,7 @@ def _texts(rows: Rows) -> dict[str, Callable[[Rows], str]]:
 
 def nystrom_block(kind: str, value: Any, degrees_of_freedom: int, vectors: int, terms: nystrom.Terms) -> Any:
     """Return the compiled block `nystrom_splitting` or, of one orbit, `nystrom_march`: steps of a Runge-Kutta-Nyström
-    scheme; terms: which forces its sums are of.
+    scheme; terms: the forces in each of its sums.
     """
     return _nystrom_block(kind, *_built(value), rows_of(value, degrees_of_freedom, vectors), terms)
 
@@ -191,7 +191,7 @@ def function_block(function: Any) -> Any:
 
 
 def signals_block(angles: Any, rows: int, kept: tuple[int, ...]) -> Bound:
-    """Return the compiled function of the kept signals of angles at states of so many rows."""
+    """Return the compiled function of the kept signals of angles at states of this number of rows."""
     line, classes = _built(angles)
     with _explained(f"angles must have signals that Numba compiles, {type(angles).__name__} does not"):
         block = _compiled("value", line + signals(rows, kept), classes, ())
@@ -205,10 +205,10 @@ def rows_block(order: tuple[int, ...]) -> Bound:
 
 @contextlib.contextmanager
 def _explained(wrong: str) -> Iterator[None]:
-    """Say what is `wrong` where Numba cannot compile something, with the first line that says why."""
+    """Raise TypeError with the text `wrong` and Numba's first line of the reason where Numba cannot compile."""
     try:
         yield
-    except Exception as problem:  # Numba's own, and whatever else its passes end in, such as a bare AssertionError
+    except Exception as problem:  # Numba's own, and any other that its passes raise, such as a bare AssertionError
         lines = (line.strip() for line in str(problem).splitlines())
         why = next((line for line in lines if line and not line.startswith(PREAMBLES)), type(problem).__name__)
         raise TypeError(f"{wrong}: {why}") from problem
@@ -265,7 +265,7 @@ def _compiled(kind: str, body: str, classes: tuple, namespace: tuple) -> Any:
             cache.write(path, text.encode())
         filename = str(path)
         module = f"fastaff_block_{kind}_{key}"
-    # Numba looks cached code's module up by name, so the text gets a real module.
+    # Numba looks up the module of cached code by name, so the text gets a real module.
     names = sys.modules.setdefault(module, python_types.ModuleType(module)).__dict__
     names.update({name: _compilable(cls) for cls, name in classes}, fma=fma, np=np, **dict(namespace))
     exec(compile("\n" + text, filename, "exec"), names)  # below the line of the checksum
@@ -288,7 +288,7 @@ def _register_methods(cls: type) -> None:
 
 @infer_getattr
 class _Methods(AttributeTemplate):
-    """The types of methods of NamedTuples; `_register` adds what calls compile to."""
+    """The types of methods of NamedTuples; `_register` adds their compiled calls."""
 
     key = types.BaseNamedTuple
 
@@ -317,13 +317,13 @@ def _register(name: str) -> None:
 
 
 def _compiled_function(function: Callable) -> Callable:
-    """Return a kernel of the package as it is, another function compiled as methods of models are."""
+    """Return a kernel of the package as it is, another function compiled like the methods of models."""
     return function if is_ours(function) else _compiled_method(getattr(function, "py_func", function))
 
 
 @functools.cache
 def _compiled_method(method: Any) -> Callable:
-    """Return a method with branch-free functions, always inlined: one call left in a loop over lanes, because LLVM
-    finds a method too long, and the loop does not vectorise.
+    """Return a method with branch-free functions, always inlined: a loop over lanes does not vectorise if one call
+    remains in it because LLVM finds a method too long.
     """
     return Callee(replaced(method), constants=True, forceinline=True)

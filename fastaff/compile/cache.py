@@ -1,7 +1,7 @@
-"""Files of the compile cache: written at once and whole, verified before use, given up where they cannot be written.
+"""Files of the compile cache: written whole or not at all, verified before use, left out where they cannot be written.
 
-The first line is a checksum of the rest and of the file's name, behind the sign of a comment, for some files are
-Python. What does not verify is as if it was not there.
+The first line is a checksum of the rest and of the file's name, after a comment sign, as some files are Python. A file
+with a wrong checksum counts as missing.
 """
 
 from __future__ import annotations
@@ -26,13 +26,13 @@ from ..base.placing import sweep
 from ..base.progress import Compiling
 
 SUFFIX = ".code"
-"""Of the files of machine code."""
+"""Ending of the names of files of machine code."""
 
 _SAID: set[str] = set()
 
 
 def read(path: Path) -> bytes | None:
-    """Return what was written to a file; None where there is none, or after one warning where it is damaged."""
+    """Return the content of a file; None where there is none, or after one warning where it is damaged."""
     try:
         head, _, content = path.read_bytes().partition(b"\n")
     except OSError:
@@ -48,12 +48,12 @@ def read(path: Path) -> bytes | None:
 
 
 def write(path: Path, content: bytes) -> bool:
-    """Write a file, and tell whether that went well; after the first one that did not, warn."""
+    """Write a file and return whether that succeeded; warn after the first failure."""
     _swept(path.parent)
     draft = path.with_name(f".{path.name}-{os.getpid()}-{secrets.token_hex(4)}.tmp")
     try:
         try:
-            # A new file of its own: a link that somebody put there is not followed.
+            # A new file: a link that somebody put there is not followed.
             handle = os.open(draft, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o600)
             with open(handle, "wb") as file:
                 file.write(_checksum(path, content) + b"\n" + content)
@@ -74,7 +74,7 @@ def write(path: Path, content: bytes) -> bool:
 
 @functools.cache
 def _swept(folder: Path) -> None:
-    """Remove, once in a process, the drafts that killed ones left."""
+    """Remove, once in a process, the drafts that killed processes left."""
     sweep(folder, ".*.tmp")
 
 
@@ -89,15 +89,15 @@ def _warn_once(subject: str, message: str) -> None:
 
 
 class CodeCache(NullCache):
-    """Machine code of a function in a folder, a file for each signature; in place of Numba's own cache, which runs
-    whatever its files have become, and stamps them by the content of one source file.
+    """Machine code of a function in a folder, a file for each signature. It replaces Numba's own cache, which runs its
+    files unchecked and stamps them by the content of one source file.
     """
 
     misses = 0
-    """How often this process found no code and had to compile."""
+    """Number of times that this process found no code and had to compile."""
 
     prebuilt = 0
-    """How often it found code in a pack."""
+    """Number of times that it found code in a pack."""
 
     def __init__(self, function: Callable, folder: Path, pack: Callable[[], Any] = lambda: None):
         self._function, self._folder, self._pack = function, folder, pack
@@ -128,23 +128,23 @@ class CodeCache(NullCache):
         if data.library.has_dynamic_globals or any(not part.can_cache for part in data.lifted):
             return
         key = self._key(sig, data.codegen.magic_tuple())
-        unannotated = data._replace(type_annotation="")  # by types, for people: a tenth of the file
+        unannotated = data._replace(type_annotation="")  # for people only: a tenth of the file
         write(self._path(key), dumps((key, unannotated._reduce())))
 
     def _key(self, sig: Any, target: tuple) -> tuple:
-        """Return what code depends on, beyond the sources that the folder is named by."""
+        """Return the key of code beside the sources, by which the folder is named."""
         code, cells = self._function.__code__, self._function.__closure__ or ()
         name = self._function.__module__, self._function.__qualname__, code.co_firstlineno
         return name, sig, target, code.co_code, dumps(tuple(cell.cell_contents for cell in cells))
 
     def _path(self, key: tuple) -> Path:
-        """Return the file of a key: others may have the same, of classes of the same name, and lose their turn."""
+        """Return the file of a key; keys of different classes of one name may share it, and replace one another."""
         (_, name, _), sig, *rest = key
         digest = hashlib.sha256(repr((key[0], str(sig), rest)).encode()).hexdigest()[:24]
         return self._folder / f"{re.sub('[^A-Za-z0-9_]+', '_', name)[:60]}-{digest}{SUFFIX}"
 
 
 def _code(content: bytes | None, key: tuple) -> tuple | None:
-    """Return the code that a file holds, where it is of that key."""
+    """Return the code in a file if it has that key."""
     kept, code = (None, None) if content is None else pickle.loads(content)
     return code if kept == key else None

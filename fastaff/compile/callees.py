@@ -1,8 +1,8 @@
-"""Functions that only compiled code calls: compiled once they are part of their callers, not by themselves as well.
+"""Functions that only compiled code calls: they are compiled as parts of their callers, not by themselves as well.
 
-Numba optimises and translates every function with all that it calls, and again as a part of each of its callers: a leaf
-of a tree of ten calls is optimised ten times and has machine code ten times, with two wrappers for Python each. What
-kernels call gets none of that: its code is linked into that of the function that Python or a pointer enters by.
+Numba optimises and translates every function with all its callees, and again as a part of each of its callers: the last
+function in a chain of ten calls gets machine code ten times, with two wrappers for Python each. A callee of kernels
+gets none: its code is linked into that of the function that Python or a pointer calls.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from numba.core.typed_passes import AnnotateTypes
 
 
 class _Part(JITCodeLibrary):
-    """Code as it was written, to be linked into that of callers."""
+    """Unoptimised code, to be linked into that of callers."""
 
     def _optimize_final_module(self):
         pass
@@ -36,7 +36,7 @@ class _Apart(_Part):
     """Code to which callers jump: none has a copy of its own."""
 
     def add_llvm_module(self, ll_module):
-        """Add a module, of whose functions LLVM makes no part of others."""
+        """Add a module; LLVM inlines none of its functions into others."""
         for function in ll_module.functions:
             if not function.is_declaration and function.name.startswith("_ZN"):
                 function.add_function_attribute("noinline")
@@ -47,22 +47,22 @@ LINE = 64
 """Bytes of a cache line, and of the longest vectors."""
 
 MAKES = ("call", "binop", "inplace_binop", "unary")
-"""Expressions that may make an array, or get one that was made for them; a copy of an array into another may, too."""
+"""Expressions that may create an array, or get a temporary one; copying an array into another may, too."""
 
 
 @register_pass(mutates_CFG=False, analysis_only=True)
 class _OnLoan(AnalysisPass):
-    """Leave out the counting of references where all arrays are the callers': atomic operations, a fourth of the time
-    of some kernels.
+    """Leave out the counting of references if all arrays belong to callers: its atomic operations take a fourth of the
+    time of some kernels.
     """
 
     _name = "on_loan"
 
     def __init__(self):
-        super().__init__()  # which the base class leaves to be written
+        super().__init__()  # the base class requires this method
 
     def run_pass(self, state):
-        """Switch the counting off where nothing makes, copies or returns an array."""
+        """Switch the counting off if no statement creates, copies or returns an array."""
         context, made = state.targetctx, [state.return_type]
         for block in state.func_ir.blocks.values():
             made += [state.typemap[a.target.name] for a in block.find_insts(ir.Assign) if _makes(a.value)]
@@ -77,12 +77,12 @@ def _makes(value: Any) -> bool:
 
 
 class _PartPipeline(compiler.Compiler):
-    """Numba's compiler of a part: it has no entry for Python, whose machine code would have to be made for it."""
+    """Numba's compiler of a part: it makes no entry for Python, which would need machine code."""
 
     part = _Part
 
     def define_pipelines(self):
-        """Return Numba's own passes with the one that may switch the counting of references off."""
+        """Return Numba's own passes and the one that may switch off the counting of references."""
         passes = compiler.DefaultPassBuilder.define_nopython_pipeline(self.state)
         passes.add_pass_after(_OnLoan, AnnotateTypes)
         passes.finalize()
@@ -99,12 +99,12 @@ class _ApartPipeline(_PartPipeline):
 
 
 class _Aligned(JITCodeLibrary):
-    """Code whose vectors lie in cache lines where it keeps them on the stack: LLVM would put them where the caller's
-    stack happens to end, across two lines with three of four depths, which takes up to a fourth more time.
+    """Code whose vectors on the stack lie within cache lines. LLVM would put them where the caller's stack happens to
+    end: three times of four across two lines, which takes up to a fourth more time.
     """
 
     def add_ir_module(self, ir_module):
-        """Add a module, whose functions begin with a stack that ends at a line."""
+        """Add a module whose functions begin with a stack that ends at a cache line."""
         for function in ir_module.functions:
             if not function.is_declaration:
                 function.attributes.add("nounwind")  # llvmlite prints no other where the set is empty
@@ -113,7 +113,7 @@ class _Aligned(JITCodeLibrary):
 
 
 class EntryPipeline(compiler.Compiler):
-    """Numba's compiler of what is entered by an address."""
+    """Numba's compiler of functions that are called by address."""
 
     def __init__(self, typingctx, targetctx, library, args, return_type, flags, locals):
         library = _Aligned(targetctx.codegen(), "entry")
@@ -125,9 +125,9 @@ OPTIONS = {"nopython": True, "boundscheck": None, "no_cpython_wrapper": True, "n
 
 
 class Callee(CPUDispatcher):
-    """A function for compiled code alone; one code for all numbers, or with `constants` one for each that it is called
-    with. With `forceinline` LLVM always makes it part of the caller's loops, with `apart` never: there is one code,
-    however often it is called.
+    """A function for compiled code alone; one code for all numbers, or with `constants` one for each constant argument.
+    LLVM always inlines it into the caller's loops with `forceinline`, and never with `apart`: all callers then share
+    one code.
     """
 
     def __init__(self, function: Callable, *, constants: bool = False, forceinline: bool = False, apart: bool = False):
@@ -136,13 +136,13 @@ class Callee(CPUDispatcher):
         super().__init__(function, targetoptions=options, pipeline_class=_ApartPipeline if apart else _PartPipeline)
 
     def add_overload(self, cres):
-        """Keep a signature's code under a key of its own, where others have their entry for Python."""
+        """Keep a signature's code under a separate key, instead of the entry for Python of other functions."""
         key = object()
         self.targetctx.insert_user_function(key, cres.fndesc, [cres.library])
         self.overloads[tuple(cres.signature.args)] = cres._replace(entry_point=key)
 
     def get_call_template(self, args, kws):
-        """Return what Numba finds a call's type by."""
+        """Return Numba's template for the type of a call."""
         if not self._constants:
             args, kws = tuple(map(types.unliteral, args)), {name: types.unliteral(kind) for name, kind in kws.items()}
         return super().get_call_template(args, kws)
@@ -152,5 +152,5 @@ class Callee(CPUDispatcher):
 
 
 def _named(module: str, name: str) -> Any:
-    """Return a function of a module: what a callee stands for in keys of the cache, the same in every process."""
+    """Return a function of a module; in keys of the cache it stands for a callee, the same in every process."""
     return operator.attrgetter(name)(importlib.import_module(module))

@@ -1,8 +1,8 @@
 """Friction in proportion to the momenta: kicks solve dp/dt = F - g p exactly.
 
 p goes to p + G(h) (F - g p) with G(h) = (1 - exp(-g h))/g, the length of the kick h as friction shortens it: each
-momentum's volume shrinks by exp(-g h), so that a splitting is conformally symplectic. It keeps its order, but for those
-whose order needs forces of the coordinates alone.
+momentum's volume shrinks by exp(-g h), so that a splitting is conformally symplectic. It keeps its order, unless that
+requires forces that depend on the coordinates alone.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from .terms import Substep, Term
 
 
 def shortened(rate, length):
-    """Return (1 - exp(-rate length))/rate alone, without branches; length where the rate is 0.
+    """Return the tuple of (1 - exp(-rate length))/rate, without branches; of length where the rate is 0.
 
     s = (exp(y) - 1)/y by Taylor's series at y = -rate length/2^6, then s(2 y) = s(y) (1 + y s(y)/2) six times: to
     rounding for |rate length| below 16.

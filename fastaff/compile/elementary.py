@@ -1,11 +1,11 @@
 """Elementary functions without branches or tables, for loops over lanes, which then vectorise.
 
 Numba's own are calls for one number at a time: in a loop over lanes they cost five to ten times as much and keep the
-rest of it scalar too. `substitution` puts these in the place of NumPy's and Python's where models are compiled.
+rest of it scalar too. `substitution` replaces NumPy's and Python's functions by these where models are compiled.
 
-Errors are below 1 unit in the last place, of hypot 1.2, arcsin and arccos 1.4; of sin, cos and tan up to |x| = 1e10,
-from where their absolute errors grow to 1e-12 at 1e15 (tests/test_elementary.py). 0, infinite numbers and NaN give what
-they give in IEEE 754, or NaN; e^x and powers below 3.3e-308 are 0. Without fused multiply-adds they are NumPy's.
+Errors are below 1 unit in the last place, of hypot 1.2, arcsin and arccos 1.4; for sin, cos and tan this holds up to
+|x| = 1e10, and absolute errors grow to 1e-12 at 1e15 (tests/test_elementary.py). 0, infinite numbers and NaN give the
+values of IEEE 754, or NaN; e^x and powers below 3.3e-308 are 0. Without fused multiply-adds they are NumPy's.
 """
 
 from __future__ import annotations
@@ -24,8 +24,8 @@ LN2_HIGH, LN2_LOW = 6.93147180369123816490e-01, 1.9082149292705877e-10
 """ln 2 in two parts; whole multiples of the first are exact."""
 
 HALF_PI = 1.5707963267341256, 6.077100506506192e-11, 3.5215598651832e-27, 2.0670321098263988e-43
-"""pi/2 in four parts, the first 33 bits, the others the next 53 each: of a number less whole multiples of them only the
-last difference that is not nearly nothing is rounded.
+"""pi/2 in four parts: the first 33 bits, then the next 53 each. When whole multiples of them are subtracted from a
+number, only the last difference that matters is rounded.
 """
 
 QUARTER_PI = 0.7853981633974483, 3.061616997868383e-17
@@ -35,10 +35,10 @@ THIRDS = 0.6666666666666666, 3.700743415417188e-17
 """2/3 in two parts."""
 
 QUARTERS = 2.0**50
-"""Quarters of a turn, at most, that are counted."""
+"""Most quarters of a turn that are counted."""
 
 _LARGEST_SINH = 710.4758600739439
-"""Where sinh and cosh leave the range of numbers."""
+"""Argument above which sinh and cosh overflow."""
 
 
 def _remainder(x):
@@ -63,7 +63,7 @@ def _sine_tail(r, rest):
 
 
 def _cosine(r, rest):
-    """Return cos(r + rest) as 1 - r^2/2, rounded, and what is left."""
+    """Return cos(r + rest) as a sum of two numbers: 1 - r^2/2, rounded, and the remainder."""
     z = r * r
     w = z * z
     a = fma(z, -1.38888888888741095749e-03, 4.16666666666666019037e-02)
@@ -169,7 +169,7 @@ def _expm1(x):
 
 
 def _grown(x, shift):
-    """Return, of g = (e^|x| - 1)/4: g and g/(g + shift), each as a sum of two numbers."""
+    """Return g = (e^|x| - 1)/4 and g/(g + shift), each as a sum of two numbers."""
     value, rest = _less_1_part(x)
     below = value + shift
     back = below - value
@@ -208,7 +208,7 @@ def _tanh(x):
 
 
 def _parts(x):
-    """Return k and f of x = 2^k (1 + f), sqrt(1/2) <= 1 + f < sqrt(2), of a positive number."""
+    """Return k and f of a positive number x = 2^k (1 + f), sqrt(1/2) <= 1 + f < sqrt(2)."""
     tiny = x < 2.2250738585072014e-308
     bits = np.float64(x * 18014398509481984.0 if tiny else x).view(np.int64) + 0x95F619980C433
     m = np.int64((bits & 0xFFFFFFFFFFFFF) + 0x3FE6A09E667F3BCD).view(np.float64)
@@ -371,13 +371,13 @@ _less_1_part, _grown_part, _parts_part, _precise_part = map(_part, (_exp_less_1,
 _negative_part, _arctan2_part = map(_part, (_negative, _arctan2))
 
 NUMBERS = kinds.Float, kinds.Integer, kinds.Boolean
-"""Types of arguments that have a formula; arrays and complex numbers have not."""
+"""Types of arguments for the formulas, which do not take arrays and complex numbers."""
 
 OPTIONS: Any = {"error_model": "numpy", "forceinline": True}
 
 
 def _branch_free(formula: Callable, original: Any) -> Any:
-    """Return a function: the formula where it is compiled for numbers, else NumPy's."""
+    """Return the function that is the formula where it is compiled for numbers, else NumPy's."""
 
     def function(*numbers):
         return original(*numbers)

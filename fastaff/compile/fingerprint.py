@@ -1,4 +1,4 @@
-"""Content keys of code: what classes and functions do, call and read."""
+"""Content keys of code: of the bytecode of classes and functions, the functions called and the globals read."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ TUPLE_NAMES = {*dir(tuple), "_make", "_asdict", "_replace", "_fields", "_field_d
 
 
 def fingerprint(classes: tuple[type, ...], functions: tuple[Callable, ...] = ()) -> str | None:
-    """Content key of the code of classes and functions: what they do, call and read; None where that can't be known.
+    """Content key of classes and functions: their code, and that which it calls and reads; None if this is unknown.
 
     Numba stamps a cached function with its own file only, so an edited model in another file would return old numbers.
-    What has no source file (typed at a prompt) is compiled but never cached.
+    Code without a source file (typed at a prompt) is compiled but never cached.
     """
     digest = hashlib.sha256()
     for entry in (*classes, *(getattr(function, "py_func", function) for function in functions)):

@@ -1,7 +1,7 @@
 """a*b + c rounded once, as one instruction, in loops over lanes.
 
-LLVM is not allowed to fuse by itself: it would in one loop, or for some lanes, and not in others. Asked for by name it
-is one instruction with one result: in vectors, in the lanes that are left over, and for one orbit alone.
+LLVM must not fuse by itself: it would in one loop, or for some lanes, and not in others. An explicit fused multiply-add
+is one instruction with one result: in vectors, in the remaining lanes, and for one orbit alone.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ SHIFT = 6755399441055744.0
 
 
 def has_instructions(name: str, other: bool) -> bool:
-    """Tell whether the processor that is compiled for has that extension of x86; `other` where it is no x86."""
+    """Tell whether the target processor has that extension of x86; return `other` where it is no x86."""
     if platform.machine().lower() not in ("x86_64", "amd64"):
         return other
     named = config.CPU_FEATURES  # of the environment, NUMBA_CPU_FEATURES
@@ -31,8 +31,8 @@ def has_instructions(name: str, other: bool) -> bool:
 
 
 FUSED = has_instructions("fma", other=True)
-"""Whether `fma` rounds once: x86 without FMA3 (before 2013) would call a function for each number. Else its product is
-rounded too, and results have other last digits.
+"""Whether `fma` rounds once. On x86 without FMA3 (before 2013), where it would be a function call for each number, its
+product is rounded too, and results have other last digits.
 """
 
 

@@ -1,4 +1,4 @@
-"""The regularised lower incomplete gamma function without branches or tables, as those of `elementary`."""
+"""The regularised lower incomplete gamma function without branches or tables, like the functions of `elementary`."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def _gammainc(a, x, front):
     Source: DLMF 8.7.1 and 8.9.2 in its even part. Error: 8 units in the last place for 0 < a <= 4.
     """
     near = x < 8.0
-    far = 750.0 if x > 750.0 else x  # where e^-x is nothing
+    far = 750.0 if x > 750.0 else x  # where e^-x is 0
     low, high = (far, 8.0) if near else (8.0, far)
     s = _terms_part(a, low, 33.0, _terms_part(a, low, 41.0, 1.0))
     s = _terms_part(a, low, 1.0, _terms_part(a, low, 9.0, _terms_part(a, low, 17.0, _terms_part(a, low, 25.0, s))))

@@ -40,7 +40,7 @@ LANES = 128
 starts at r*LANES, so that LLVM sees constant distances between rows and needs no aliasing checks."""
 
 POINTS = 32 * LANES
-"""Points that a thread takes at once of a function of many points."""
+"""Points of a function of many points that a thread takes at once."""
 
 GENERATED = ("blocks", "formulas")
 """Folders of generated source text in the cache."""
@@ -49,11 +49,11 @@ JIT_DISABLED = bool(config.DISABLE_JIT)
 
 
 COMPILED = ("base", "charts", "compile", "formulas", "kernels", "models", "schemes")
-"""Folders of the package that machine code is made of: what stands above them only calls it."""
+"""Folders of the package with the sources of machine code: higher layers only call it."""
 
 
 def package_hash(*folders: str) -> str:
-    """Hash of every source file of the package, or of some of its folders, and of what compiles it."""
+    """Hash of every source file of the package, or of some of its folders, and of the compiler and its options."""
     return _hash(sys.version, folders)
 
 
@@ -69,13 +69,13 @@ def _hash(python: str, folders: tuple[str, ...]) -> str:
 
 
 def code_hash() -> str:
-    """Hash of the sources that machine code is made of: the key of the compile cache."""
+    """Hash of the sources of machine code and of the compiler: the key of the compile cache."""
     return package_hash(*COMPILED)
 
 
 def pack_key() -> str:
-    """Hash of the sources that machine code is made of, and of what compiles it: the key of packs, which are compiled
-    elsewhere, by another build of this version of Python (EXT_SUFFIX).
+    """The same hash with EXT_SUFFIX for Python's version: the key of packs, which another build of this version of
+    Python has compiled elsewhere.
     """
     return _hash(f"{sysconfig.get_config_var('EXT_SUFFIX')}", COMPILED)
 
@@ -83,7 +83,7 @@ def pack_key() -> str:
 @functools.cache
 def prebuilt() -> Pack | None:
     """Return the pack that came with the package for these sources and this processor; None where there is none, and
-    where the environment names a processor to compile for (NUMBA_CPU_NAME, NUMBA_CPU_FEATURES).
+    where the environment names a target processor (NUMBA_CPU_NAME, NUMBA_CPU_FEATURES).
     """
     if config.CPU_NAME is not None or config.CPU_FEATURES is not None:
         return None
@@ -105,8 +105,8 @@ def cache_root() -> Path:
 def cache_directory() -> Path | None:
     """Private cache folder of exactly these sources; None, after one warning, where there is none and none can be made.
 
-    What lies in it is executed, so it must be the user's, and neither it nor its parts may be writable by others. One
-    that this process can only read will do.
+    Its files are executed, so it must belong to the user, and neither it nor its parts may be writable by others. A
+    folder that this process can only read is enough.
     """
     folder = cache_root() / code_hash()
     parts = [cache_root(), folder, *(folder / name for name in GENERATED)]
@@ -130,11 +130,11 @@ Compiling.sources = staticmethod(lambda: code_hash() if prebuilt() is None else 
 
 
 def who_else_writes(folder: Path) -> tuple[str, str] | None:
-    """Return what is wrong with a folder of code that somebody else could write to, and what mends it; None where only
-    this user can.
+    """Return the fault of a folder of code that somebody else could write to, and its remedy; None where only this user
+    can write.
 
-    A folder for all like /tmp, where only owners may rename (sticky), will do for the folders in it. A link is
-    followed: what counts is the folder that it leads to. Windows keeps a user's folders private by itself.
+    A shared folder like /tmp, where only owners may rename (sticky), may be the parent of private ones. A link is
+    followed: the folder that it leads to counts. Windows keeps a user's folders private by itself.
     """
     if not hasattr(os, "getuid"):
         return None
@@ -151,25 +151,25 @@ def who_else_writes(folder: Path) -> tuple[str, str] | None:
 
 
 class _Between(events.Listener):
-    """Take signals where a pass of the compiler begins: elsewhere they may leave it half done, locked for other threads
-    or with calls that it still takes for its own, or be lost.
+    """Handle signals at the start of a pass of the compiler: elsewhere they may be lost, or leave it half done, locked
+    for other threads or with unfinished calls on its own record.
     """
 
     def __init__(self, take: Callable[[], None]):
         self._take = take
 
     def on_start(self, event):
-        """Take what has come."""
+        """Handle the signals that have come."""
         self._take()
 
     def on_end(self, event):
-        """Do nothing: what the pass has made is still to be kept."""
+        """Do nothing: the output of the pass is not stored yet."""
 
 
 @contextlib.contextmanager
 def compiling() -> Iterator[None]:
-    """Compile or load something. Signals wait for the next pass: LLVM asks Python for code, and goes on without where
-    that fails. Garbage collection waits: it takes a fifth of the time, and there is little garbage.
+    """Run the block, which compiles or loads. Signals wait for the next pass: LLVM asks Python for code, and goes on
+    without it after an error. Garbage collection waits: it takes a fifth of the time, and there is little garbage.
     """
     with Compiling.under_way(), unbroken() as take, events.install_listener("numba:run_pass", _Between(take)):
         before = gc.isenabled()
@@ -186,10 +186,10 @@ def jit(
 ) -> Callable:
     """Compile a kernel at its first call: strict floating point, no GIL, cached by package content.
 
-    With `constants` kernels that call it with constants get code of their own for these: for loops over rows of lanes,
-    which that makes up to a third faster. Else one code serves all numbers. With `inline` the code becomes part of the
-    caller, which alone is compiled: for what one function calls, and no other. With `apart` its callers jump to it: for
-    what is long and called in several places, where copies would take long to compile.
+    With `constants`, calls with constants get separate code for these: for loops over rows of lanes, which become up to
+    a third faster. Else one code serves all numbers. With `inline` the code becomes part of the caller, which alone is
+    compiled: for a function with a single caller. With `apart` its callers jump to it: for a long function called in
+    several places, whose copies would take long to compile.
     """
     if function is None:
         return functools.partial(jit, constants=constants, inline=inline, apart=apart)
@@ -268,7 +268,7 @@ class BlockFunction(types.WrapperAddressProtocol):
         with compiling():
             compiled.compile()
         self._compiled = compiled
-        self._signature, self.shown = signature, str(signature)  # whose hash is quick
+        self._signature, self.shown = signature, str(signature)  # the hash of a text is quick
         self._address: Any = compiled.address
 
     def __wrapper_address__(self) -> int:
@@ -291,7 +291,7 @@ SIGNATURES = {
     "precise_splitting": _i8(_vector, _i8, _vector, _vector, _vector, _i8, _vector),
     # drifts and kicks are the tableau of `nystrom`
     "nystrom_splitting": _i8(_vector, _i8, _vector, _vector, _vector, _i8, _vector),
-    # Of maps: drifts are the weights of iterates, see `map_sums`
+    # For maps drifts are the weights of iterates, see `map_sums`
     "moments": _i8(_vector, _i8, _vector, _vector, _vector, _i8, _vector),
     "angles": _i8(_vector, _i8, _vector, _vector, _vector, _i8, _vector),
     # (params, drifts, kicks, step, steps, z, trace) -> steps taken: whole steps of lane 0, until it leaves the domain;
@@ -323,7 +323,7 @@ SIGNATURES = {
         _vector,
         _vector,
         _vector,
-        types.Array(_f8, 2, "A"),  # of two observers each has some of the columns
+        types.Array(_f8, 2, "A"),  # each of two observers has some of the columns
         _vector,
     ),
 }

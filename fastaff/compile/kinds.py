@@ -1,4 +1,4 @@
-"""Kinds of motion: the equations of a system in words, and the terms that loops, analyses and refusals go by."""
+"""Kinds of motion: the equations of a system in words, and the terms that loops, analyses and refusals depend on."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ class Kind:
 
     @property
     def words(self) -> Set[str]:
-        """What refusals go by: its terms, and what each is said to be."""
+        """The words that refusals depend on: its terms, and the properties of each."""
         return words_of(self.terms)
 
     SEPARABLE: ClassVar[Kind]
@@ -69,16 +69,16 @@ Kind.DAMPED, Kind.NONSEPARABLE = alone("friction"), alone("nonseparable")
 Kind.FLOW, Kind.MAP = alone("rates"), alone("iterates")
 
 KINDS = (Kind.SEPARABLE, *map(alone, TERMS))
-"""The kinds that the package makes itself; models of one's own may have others."""
+"""The kinds that the package makes itself; users' models may have others."""
 
 OPTIONS = {option: name for name, entry in TERMS.items() for option in entry.options}
-"""The terms that arguments of `formulas.hamiltonian` and options of commands make, by the name of these."""
+"""The terms by the names of the arguments of `formulas.hamiltonian` and options of commands that make them."""
 
 OF_SYSTEMS.update(OPTIONS)
 
 
 def term(name: str) -> Any:
-    """Return a property: whether equations have that one of the TERMS, by the `terms` of its owner."""
+    """Return a property that tells whether the `terms` of its owner have this one of the TERMS."""
     return property(lambda owner: name in owner.terms, doc=TERMS[name].does)
 
 
@@ -88,8 +88,8 @@ def terms_of(value: Any) -> Set[str]:
 
 
 def words_of(terms: Set[str]) -> Set[str]:
-    """Return these terms and what each is said to be: its words, "drifts" or "kicks", the stage of its substep, and
-    "energy" where it adds to H, but for a frame, whose part of the least energies of places is known.
+    """Return these terms and the properties of each: its words, "drifts" or "kicks", the stage of its substep, and
+    "energy" if it adds to H; a frame has none, as the least energy at a place with it is known.
     """
     found = {*terms}
     for entry in map(TERMS.__getitem__, terms):
@@ -104,5 +104,5 @@ def own_of(terms: Set[str]) -> Term | None:
 
 
 def winding_of(value: Any) -> tuple[bool, ...]:
-    """Return which rows (2n,) of a map have a period; none of what is no map."""
+    """Return which rows (2n,) of a map have a period; () where the value is no map."""
     return tuple(period > 0 for period in value.periods()) if "iterates" in terms_of(value) else ()

@@ -1,4 +1,4 @@
-"""Weighted sums of slopes over lanes, held in registers: to store what is there between two terms takes longer than to
+"""Weighted sums of slopes over lanes, held in registers: to store a partial sum between two terms takes longer than to
 add them.
 """
 
@@ -20,8 +20,8 @@ VECTOR = 8
 """Numbers of a cache line, and of the widest registers; LLVM splits them where a processor has narrower ones."""
 
 NARROW, WIDE = 2, 8 if has_instructions("avx512f", other=False) else 4
-"""Vectors of a sum over few lanes, and over many: so many hide how long an addition takes and find room in registers,
-of which there are half as many of half the width elsewhere.
+"""Vectors of a sum over few lanes, and over many: enough to hide the latency of an addition, and few enough for the
+registers, of which processors without AVX-512 have half as many, of half the width.
 """
 
 
@@ -33,8 +33,8 @@ def _spread(builder: Any, number: Any) -> Any:
 
 
 def _sum(vectors: int, moved: bool) -> Any:
-    """Return the function total[at:...] = sum of weights[j]*k[terms[j] + at:...] over j < count, in this order, for so
-    many vectors of numbers; if `moved`, z[at:...] + step[lane:...] times that.
+    """Return the function total[at:...] = sum of weights[j]*k[terms[j] + at:...] over j < count, in this order, for
+    this number of `vectors`; if `moved`, z[at:...] + step[lane:...] times that.
     """
 
     def generate(context, builder, signature, arguments):
@@ -83,10 +83,10 @@ def _sum(vectors: int, moved: bool) -> Any:
 wide_sum, narrow_sum, wide_move, narrow_move = (_sum(n, moved) for moved in (False, True) for n in (WIDE, NARROW))
 
 Terms = tuple[tuple[int, ...], ...]
-"""Which arrays each sum of a table is of."""
+"""The numbers of the arrays in each sum of a table."""
 
 CHAIN = 4
-"""Terms of a sum of a table that wait for one another."""
+"""Terms of a table's sum that are added one after the other."""
 
 
 @functools.cache
@@ -94,7 +94,7 @@ def sum_of_table(table: Terms, apart: int, vectors: bool) -> Any:
     """Return the function that sets total[:size], whole vectors of it if `vectors`, to sum number s of a table: of the
     arrays k[apart*j:] with the weights of the table, in chains of fused multiply-adds that are added in their order.
 
-    Each sum is a loop of its own, whose weights stay in registers. Written in Python, they would take Numba seconds.
+    Each sum is a separate loop, whose weights stay in registers. Written in Python, they would take Numba seconds.
     """
     starts = [sum(map(len, table[:s])) for s in range(len(table))]
     lanes = VECTOR if vectors else 1

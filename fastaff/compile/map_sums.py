@@ -1,7 +1,7 @@
 """Texts of block functions of maps that add up weighted sums along their iterates: moments and angles of loops.
 
-They are splittings whose states have more rows behind those of the map, named in `Moments` and `Angles`; the weights of
-the iterates come as the table that drifts have elsewhere. What is summed of an orbit has the same bits in any company.
+They are splittings whose states have more rows after those of the map, named in `Moments` and `Angles`; the weights of
+the iterates come in the table of drifts. An orbit's sums have the same bits beside any other orbits.
 """
 
 from __future__ import annotations
@@ -16,8 +16,8 @@ from .texts import _at, _indent, _loop
 
 
 class Moments(NamedTuple):
-    """Rows of a state (2n rows of the map first) that are kept of the moments: iterates so far, then for each of the
-    planes that do not wind the origin, the last point from there, and the MOMENTS.
+    """Rows of a state for the moments, after the 2n rows of the map: iterates so far; then for each plane without a
+    period the origin, the last point relative to it, and the MOMENTS.
     """
 
     size: int
@@ -39,9 +39,9 @@ class Moments(NamedTuple):
 
 
 class Angles(NamedTuple):
-    """Rows of a state (2n rows of the map first) that are kept of angles: iterates so far; for each of the angles,
-    those of the coordinates that wind, then those of the other planes, the last step and its sums over SPANS; for each
-    of these planes the COLUMNS of its loop and its last value there.
+    """Rows of a state for the angles, after the 2n rows of the map: iterates so far; for each angle, first those of
+    coordinates with a period, then those of the other planes, the last step and its sums over SPANS; for each of these
+    planes the COLUMNS of its loop and its last value there.
     """
 
     size: int
@@ -73,13 +73,13 @@ class Angles(NamedTuple):
 
 
 def moments_of(winding: tuple[bool, ...]) -> Moments:
-    """Return the rows of the moments of a map of which these rows (2n,) have a period."""
+    """Return the rows of the moments of a map; winding (2n,): which of its rows have a period."""
     n = len(winding) // 2
     return Moments(2 * n, tuple(r for r in range(n) if not winding[r]))
 
 
 def angles_of(winding: tuple[bool, ...]) -> Angles:
-    """Return the rows of the angles of a map of which these rows (2n,) have a period."""
+    """Return the rows of the angles of a map; winding (2n,): which of its rows have a period."""
     n = len(winding) // 2
     return Angles(2 * n, tuple(r for r in range(n) if winding[r]), tuple(r for r in range(n) if not winding[r]))
 
@@ -121,8 +121,8 @@ def angles(rows: Rows) -> str:
 
 
 def _summed(rows: Rows, count: int, moved: str, body: str) -> str:
-    """Text of so many iterates, after each of which the body runs; ends early as `map_texts` has it, after the sums of
-    the iterate with which an orbit ends.
+    """Text of iterates, with the body after each; ends early like those of `map_texts`, after the sums of the iterate
+    with which an orbit ends.
     """
     image = _image(rows).split("\n", 1)
     iterate = _read(rows, 0) + f"{image[0]}\n{moved}{image[1]}" + _stored(rows, 0, "z")

@@ -1,7 +1,7 @@
 """Texts of block functions of maps: loops over lanes around the scalar methods `iterate` and `tangent_iterate`.
 
-State blocks are those of `texts`. A row that has a period is brought back to half a period around 0 after each iterate,
-so that sines of angles that wind lose no digits.
+State blocks are those of `texts`. A row that has a period is reduced to half a period around 0 after each iterate, so
+that sines of winding angles lose no digits.
 """
 
 from __future__ import annotations
@@ -51,8 +51,8 @@ def _read(rows: Rows, vector: int) -> str:
 
 
 def _counted(rows: Rows) -> str:
-    """Text that counts a lane as outside whose image has left the domain or has momenta that are not finite: the margin
-    of coordinates that are not is not positive.
+    """Text that counts a lane as outside if its image has left the domain or has momenta that are not finite;
+    coordinates that are not finite have no positive margin.
     """
     q, p = listed("z", range(rows.n)), " + ".join(f"0.0*z{r}" for r in range(rows.n, 2 * rows.n))
     return f"outside += 0 if value.margin({q}) + {p} > 0.0 else 1\n"
@@ -63,9 +63,9 @@ def _stored(rows: Rows, vector: int, letter: str) -> str:
 
 
 def _iterates(rows: Rows) -> str:
-    """So many iterates; ends early, after the one with which an orbit ends; returns their number.
+    """Iterates, up to the one with which an orbit ends; returns their number.
 
-    Vectors move before the orbit, whose derivative takes them along.
+    Vectors move before the orbit, by the derivative at its old point.
     """
     loops = ""
     for group in reversed(rows.groups):
@@ -122,8 +122,8 @@ def _inside(rows: Rows) -> str:
 
 
 def _observable(rows: Rows) -> str:
-    """A smooth function of phase points, where indicators of systems in time look at the kinetic energy: of cosines of
-    angles, without their momenta, which may grow for ever.
+    """A smooth function of phase points, which replaces the kinetic energy in indicators of maps: of cosines of angles,
+    without their momenta, which may grow for ever.
     """
     n, terms = rows.n, []
     for k, r in enumerate(rows.orbit):

@@ -1,9 +1,9 @@
 """Texts of steps of a Runge-Kutta-Nyström scheme of H = T(p) + V(q), T quadratic in the momenta.
 
-Stage s has the force F_s at the end of a drift of c_s h with the momenta p + h sum of a_sj/c_s F_j, which is what the
-velocities of the stage come to. `kicks` are the c; `drifts` the coefficients of the sums that are not 0: of all stages,
-then of the drift and of the kick of the whole step. A step is added to the state with the rounding errors carried over
-to the next (Kahan's summation), in rows 2n...4n.
+Stage s has the force F_s at the end of a drift of c_s h by the velocities at the momenta p + h sum of a_sj/c_s F_j.
+`kicks` are the c; `drifts` the coefficients of the sums that are not 0: of all stages, then of the drift and of the
+kick of the whole step. A step is added to the state with the rounding errors carried over to the next (Kahan's
+summation), in rows 2n...4n.
 """
 
 from __future__ import annotations
@@ -18,17 +18,17 @@ from .texts import Rows, _indent, traced, while_inside
 
 
 def lanes_at_once(half: int) -> int:
-    """Return the lanes that take a whole step together: the forces of their stages lie in the fastest cache."""
+    """Return the number of lanes that take a whole step together: the forces of their stages fit the fastest cache."""
     return 128 if half <= 2 else 64 if half <= 8 else 32
 
 
 def spare_rows(n: int, half: int, stages: int) -> int:
-    """Return the rows that two sums of forces, the coordinates of a stage and the forces of all stages need."""
+    """Return the number of rows for two sums of forces, the coordinates of a stage and the forces of all stages."""
     return -(-((stages + 2) * half + n) * lanes_at_once(half) // LANES)
 
 
 def steps_text(rows: Rows, terms: Terms) -> str:
-    """Text of steps of the state in place; terms: which forces the sums are of."""
+    """Text of steps of the state in place; terms: the forces in each sum."""
     width = lanes_at_once(rows.half)
     step = f"count, own, size = min({width}, lanes - first), z[first:], step[first:]\n"
     step += _step(rows, width, len(terms) - 2, _lanes)
@@ -49,7 +49,7 @@ def sums(kind: str, half: int, terms: Terms) -> Any:
 
 
 def _until_outside(rows: Rows, width: int, terms: Terms, step: str, kept: str = "") -> str:
-    """Text of steps, in the rows behind the state and its carried rounding errors."""
+    """Text of steps, in the rows after the state and its carried rounding errors."""
     first = 4 * rows.half * LANES
     made = f"    # Sums of forces: {', '.join(map(str, terms))}\n"
     made += f"    sums = z[{first}:]\n    forces = z[{first + width * (2 * rows.half + rows.n)}:]\n"
@@ -65,7 +65,7 @@ def _alone(text: str, count: str = "1") -> str:
 
 
 def _step(rows: Rows, width: int, stages: int, each: Callable[..., str]) -> str:
-    """Text of one step of `each` lane: loops over few rows, as only such become vectors. LLVM must look before whether
+    """Text of one step of `each` lane: loops over few rows, as only these become vectors. LLVM must first test whether
     rows at unknown places of one array overlap.
     """
     half = rows.half
@@ -83,8 +83,8 @@ def _step(rows: Rows, width: int, stages: int, each: Callable[..., str]) -> str:
 
 
 def _summed(rows: Rows, width: int, stages: int) -> str:
-    """Text that makes sum s; that of the kick lies behind that of the drift. A time has a velocity of its own. Rows
-    of a full stretch of lanes follow one another: one loop goes through all.
+    """Text that makes sum s; that of the kick follows that of the drift. A time has its own velocity. Rows of a full
+    width of lanes are contiguous: one loop goes through all.
     """
     kick = stages + 1
     top = f"{width * rows.half}"
@@ -130,7 +130,7 @@ def _stage(rows: Rows, width: int, each: Callable[..., str], part: range) -> str
 
 
 def _end(rows: Rows, width: int, each: Callable[..., str], part: range) -> str:
-    """Text that makes of the sums of a part what the step adds to its coordinates and momenta."""
+    """Text that turns the sums of a part into the increments of its coordinates and momenta over the step."""
     drift = _moved(rows, width, part) + "".join(f"total[{k * width} + i] = h*v{r}\n" for k, r in enumerate(part))
     kick = "".join(f"total[{k * width} + i] *= lane_step\n" for k in range(rows.n))
     begin = f"mine, total = own[{LANES}*part:], sums[{width}*part:]\n"

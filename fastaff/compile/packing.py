@@ -1,4 +1,4 @@
-"""Kernels of units of work, entered by address, their arguments as a row of 64-bit words; threads share the units."""
+"""Kernels of units of work, called by address with their arguments as 64-bit words; threads share the units."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from .pointers import address
 from .threads import Task, default_threads, ending
 
 QUICK = 0x405
-"""Flags of an array in one piece (NPY_ARRAY_C_CONTIGUOUS) of its own (NPY_ARRAY_OWNDATA) that may be written to
+"""Flags of an array that is contiguous (NPY_ARRAY_C_CONTIGUOUS), owns its data (NPY_ARRAY_OWNDATA) and is writable
 (NPY_ARRAY_WRITEABLE).
 """
 
@@ -41,7 +41,7 @@ class _WordsModel(models.PrimitiveModel):
 
 
 class Packed:
-    """An argument of many calls with its words, and what their types follow from."""
+    """An argument of many calls with its words, and the data that determine their types."""
 
     def __init__(self, value: Any):
         self.value = value
@@ -52,7 +52,7 @@ class Packed:
 
 
 def _pack(arguments: tuple, words: list, kinds: list) -> None:
-    """Append the words of the arguments, and what their types follow from, in a tenth of the time that Numba needs."""
+    """Append the words of the arguments, and data that determine their types, in a tenth of the time of Numba."""
     for argument in arguments:
         if isinstance(argument, Packed):
             words += argument.words
@@ -74,7 +74,7 @@ def _pack(arguments: tuple, words: list, kinds: list) -> None:
 
 
 def _data(array: np.ndarray, flags: int) -> int:
-    """Return the address of an array's numbers, in a third of the usual time where they are its own."""
+    """Return the address of an array's numbers, in a third of the usual time if the array owns them."""
     if array.size == 0:
         return 0
     if flags & QUICK == QUICK:
@@ -83,7 +83,7 @@ def _data(array: np.ndarray, flags: int) -> int:
 
 
 def _unpacked(context, builder, word, kind):
-    """Return the value of that type whose words begin with what `word` gives."""
+    """Return the value of that type from its words, which word() returns one after the other."""
     if isinstance(kind, types.Array):
         data = context.get_value_type(types.CPointer(kind.dtype))
         array = context.make_array(kind)(context, builder)
@@ -124,11 +124,11 @@ def _arguments_in(typingcontext, words):
 
 
 _UNITS = ctypes.CFUNCTYPE(None, ctypes.c_int64, ctypes.c_int64, ctypes.c_int64)
-"""A kernel as Python calls it for units from one number to another, which lets go of the GIL meanwhile."""
+"""Python's call of a kernel for a range of units, which releases the GIL meanwhile."""
 
 SHARES, MOST_UNITS = 64, 64
-"""Parts that each thread takes of the units, and the most of them at once: Python takes a microsecond for each part,
-and where many threads wait for its lock, ten.
+"""Number of parts of the units for each thread, and most units at once: Python takes a microsecond for each part, and
+ten where many threads wait for its lock.
 """
 
 
@@ -150,11 +150,11 @@ _ENTRIES: dict[tuple, BlockFunction] = {}
 
 
 def run_units(work: Callable, arguments: tuple, units: int, *, threads: int) -> None:
-    """Run work(unit, *arguments), not compiled yet, for every unit below `units`, by so many threads: the caller's and
-    others, each of which takes the next units as soon as it is free.
+    """Run work(unit, *arguments), not compiled yet, for every unit below `units`, by this number of threads: the
+    caller's and others, each of which takes the next units as soon as it is free.
 
-    `work` is compiled for the types of its arguments. What interrupts the caller leaves undone what is not begun; what
-    another thread has begun may go on for a moment.
+    `work` is compiled for the types of its arguments. After an interruption of the caller no unit is begun; units that
+    other threads have begun may go on for a moment.
     """
     if JIT_DISABLED:
         for unit in range(units):
@@ -174,7 +174,7 @@ def run_units(work: Callable, arguments: tuple, units: int, *, threads: int) -> 
         while (unit := next(following)) < end[0]:
             enter(unit, min(unit + size, units), first)
 
-    # A caller that is interrupted lets go of memory to which the others may still write: they hold it too.
+    # An interrupted caller releases memory to which the others may still write: they hold it too.
     others = [
         Task(functools.partial(_holding, share, memory, arguments)) for _ in range(min(threads, -(-units // size)) - 1)
     ]
@@ -186,7 +186,7 @@ def run_units(work: Callable, arguments: tuple, units: int, *, threads: int) -> 
         finally:
             end[0] = 0
             for other in others:
-                # One that has not begun would wait for a free thread.
+                # A task that has not begun would wait for a free thread.
                 while not (other.withdrawn() or other.ended(1.0)):
                     pass
 

@@ -1,7 +1,7 @@
 """Packs: machine code that comes with a wheel, compiled for a level of x86-64 instead of one processor.
 
-A pack is one file of the compile cache's kind, with a checksum of all, that holds files of such a cache, compressed. It
-is named by its level and by what its code depends on, so that one of other sources or of another Numba is not found.
+A pack is one file like those of the compile cache, with a checksum, that holds the compressed files of such a cache.
+Its name has its level and a hash of the sources and the compiler, so that a pack of others is not found.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from .cache import SUFFIX, read, write
 
 
 class Level(NamedTuple):
-    """What many processors have in common: a name that LLVM knows, and all instruction sets, as LLVM calls them."""
+    """A level of instruction sets that many processors share: LLVM's name, and LLVM's names of all the sets."""
 
     name: str
     instructions: tuple[str, ...]
@@ -32,20 +32,20 @@ _V3 = (*_V2, "avx", "avx2", "bmi", "bmi2", "f16c", "fma", "lzcnt", "movbe", "xsa
 _V4 = (*_V3, "avx512bw", "avx512cd", "avx512dq", "avx512f", "avx512vl")
 
 LEVELS = {name: Level(name, sets) for name, sets in (("x86-64-v4", _V4), ("x86-64-v3", _V3))}
-"""The levels by name, the highest first. All have fused multiply-add, without which results have other bits."""
+"""The levels by name, the highest first. All have fused multiply-adds, without which results have other bits."""
 
 FOLDER = Path(__file__).with_name("prebuilt")
-"""Where a wheel has its packs."""
+"""Folder of a wheel's packs."""
 
 
 class Pack(NamedTuple):
-    """Compressed machine code by the names of its files, and what it is compiled for."""
+    """Compressed machine code by the names of its files, and the level for which it is compiled."""
 
     level: Level
     files: dict[str, bytes]
 
     def code(self, name: str) -> bytes | None:
-        """Return what a file of that name holds, None where there is none."""
+        """Return the content of the file of that name, None where there is none."""
         return zlib.decompress(self.files[name]) if name in self.files else None
 
 
@@ -61,7 +61,7 @@ def best(folder: Path, key: str, features: Iterable[str]) -> Pack | None:
 
 
 def build(code: Path, level: Level, key: str, folder: Path) -> Path:
-    """Make a pack of all machine code in a cache folder, which was compiled for that level; return its file."""
+    """Make a pack of all machine code in a cache folder, compiled for that level; return its file."""
     folder.mkdir(parents=True, exist_ok=True)
     files = {path.name: read(path) for path in sorted(code.glob(f"*{SUFFIX}"))}
     whole = {name: zlib.compress(content, 9) for name, content in files.items() if content is not None}

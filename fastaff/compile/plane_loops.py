@@ -1,4 +1,4 @@
-"""What is known of the loop of a plane (q, p), and the angle of a step on it: of texts and of kernels."""
+"""The loop of an orbit in a plane (q, p), and the angle of a step on it: for texts and kernels."""
 
 from __future__ import annotations
 
@@ -8,15 +8,15 @@ from typing import NamedTuple
 from .jit import jit
 
 SPANS = 6
-"""Windows over which angles are averaged: so many weights has an iterate."""
+"""Number of windows over which angles are averaged, and of the weights of an iterate."""
 
 MOMENTS = 9
-"""Weighted sums of a plane: of q, p; qq, qp, pp; and of the next q or p with this one, q'q, q'p, p'q, p'p."""
+"""Number of weighted sums of a plane: of q, p; qq, qp, pp; and of products with the next q', p': q'q, q'p, p'q, p'p."""
 
 
 class Columns(NamedTuple):
-    """Columns of what is known of a plane: its centre; the loop (a + i b)(q - centre) + i c (p - centre), 0 of a plane
-    at rest; cosine, sine and turns of the reference.
+    """Columns of a plane's loop: its centre; a, b, c of (a + i b)(q - centre) + i c (p - centre), 0 for a plane at
+    rest; cosine, sine and turns of the reference.
     """
 
     q: int = 0
@@ -35,10 +35,10 @@ COLUMNS = Columns()
 
 @jit
 def angle_of(x, y):
-    """Return the argument of x + i y to 3e-16, 0 of nothing, without branches: loops over it become vector
+    """Return the argument of x + i y to 3e-16, 0 at the origin, without branches: loops over it become vector
     instructions.
 
-    atan u/u is a polynomial in u^2 on |u| <= tan(pi/8), to 5e-20; pi/4 is taken off above.
+    atan u/u is a polynomial in u^2 on |u| <= tan(pi/8), to 5e-20; above, pi/4 is subtracted.
     """
     wide, high = abs(x), abs(y)
     steep = high > wide

@@ -1,6 +1,6 @@
-"""Functions that compiled code calls by their address: what an observer needs of models, sections and other observers.
+"""Functions that compiled code calls by their address: those of models, sections and other observers in an observer.
 
-An observer is compiled once, whatever it calls: functions reach it as rows of a table of numbers, each with its range
+An observer is compiled once for all functions that it calls: they are rows of a table of numbers, each with its range
 of the parameters.
 """
 
@@ -30,7 +30,7 @@ COLUMNS = Columns()
 
 
 class Calls(NamedTuple):
-    """What compiled code may call: the table (calls, columns) and the vector of all parameters that it refers to."""
+    """Functions that compiled code may call: their table (calls, columns) and the vector of all their parameters."""
 
     table: Any
     parameters: Any
@@ -47,7 +47,7 @@ class Bound(NamedTuple):
 def call_table(own: np.ndarray, calls: tuple[Bound, ...]) -> tuple[np.ndarray, np.ndarray]:
     """Return the parameters of a function, `own` and those of its calls, and the table of the calls.
 
-    The rows of the table that calls have of their own come after all calls, with ranges that count from their own
+    The rows of the calls' own calls come after all calls, with ranges that count from the calls' own
     beginnings.
     """
     row, at = len(calls), len(own)
@@ -61,7 +61,7 @@ def call_table(own: np.ndarray, calls: tuple[Bound, ...]) -> tuple[np.ndarray, n
 
 
 _FUNCTIONS: dict[int, Callable] = {}
-"""Where the JIT is disabled: the functions by what stands for their address."""
+"""The functions by the number that replaces their address where the JIT is disabled."""
 
 
 def address(function: Any) -> int:
@@ -75,8 +75,8 @@ def address(function: Any) -> int:
 def _called(context, builder, pointer, signature, parts, given):
     """Call the function of that signature at a pointer.
 
-    It gets arrays without their counts of references: it keeps none, and to count up and down takes as long as a step
-    of one orbit.
+    It gets arrays without reference counts: it keeps none, and counting up and down takes as long as a step of one
+    orbit.
     """
     arguments = []
     for part, source, target in zip(parts, given, signature.args, strict=True):
@@ -130,7 +130,7 @@ _value, _reading, _observe = map(caller, ("value", "reading", "observe"))
 
 @jit(inline=True)
 def call_value(calls, number, lanes, z, result):
-    """Set result to what the numbered function, a section or a scalar method of a model, gives for the states z."""
+    """Set result to the values of the numbered function, a section or a scalar method of a model, at the states z."""
     row = calls.table[number]
     parameters = calls.parameters[row[COLUMNS.parameters] : row[COLUMNS.parameters_end]]
     _value(row[COLUMNS.address], parameters, lanes, z, result)
@@ -146,7 +146,7 @@ def call_reading(calls, number, n, k, m, lanes, due, memory, result):
 
 @jit(inline=True)
 def call_observer(calls, number, lanes, orbit, fresh, t, z, memory, out, done):
-    """Call the numbered observer; return how many lanes it has ended."""
+    """Call the numbered observer; return the number of lanes that it has ended."""
     row = calls.table[number]
     parameters = calls.parameters[row[COLUMNS.parameters] : row[COLUMNS.parameters_end]]
     table = calls.table[row[COLUMNS.calls] : row[COLUMNS.calls_end]]

@@ -25,10 +25,10 @@ class Rows:
     """Rows of a state block: positions, then momenta, of the orbit (n each) and of its tangent vectors (n each, one
     after another).
 
-    terms: those of the equations, see `kinds.TERMS`. The time of a drive is no distance and no vector changes it. It
-    takes one addition a step, not one a stage, and is reduced by its period: in many periods a rounding error that all
-    steps share would be a phase. variables: of a system dz/dt = f(z), 2n of H(q, p), 0 of others; the last row is idle
-    where they are odd; winding: which rows (2n,) of a map have a period, none of others.
+    terms: those of the equations, see `kinds.TERMS`. The time of a drive is no distance, and no vector changes it. It
+    takes one addition a step, not one a stage, and is reduced by its period: over many periods the same rounding error
+    in all steps would add up to a phase. variables: number of those of a system dz/dt = f(z), 2n for H(q, p), 0 for
+    others; for an odd number the last row is idle; winding: which rows (2n,) of a map have a period, () for others.
     """
 
     n: int
@@ -41,12 +41,12 @@ class Rows:
 
     @property
     def own(self) -> Term | None:
-        """Its term that splittings solve with their drifts or kicks, if it has one."""
+        """The term that splittings solve with their drifts or kicks, if there is one."""
         return own_of(self.terms)
 
     @property
     def substep(self) -> Substep | None:
-        """How they do."""
+        """The exact solution of that term in splittings."""
         return None if self.own is None else self.own.substep
 
     def solves(self, stage: str) -> Substep | None:
@@ -65,7 +65,7 @@ class Rows:
 
     @property
     def shares(self) -> bool:
-        """Whether lanes of one step have a text of their own, which takes twice as long to compile: not beside the many
+        """Whether lanes of one step have a separate text, which doubles the time of compilation: not beside the many
         vectors of a tangent map.
         """
         return self.solves("drift") is not None and self.vectors <= 2
@@ -91,7 +91,7 @@ class Rows:
         return [range(first, last) for first, last in zip([0, *ends], ends) if last > first]
 
     def parts(self, rows: range) -> list[range]:
-        """Numbers of those of these rows that are an orbit's or one vector's, for each."""
+        """These rows split by the orbit and the vectors that they belong to."""
         return [range(first, first + self.n) for first in range(rows.start, rows.stop, self.n)]
 
     def state(self, part: range) -> list[int]:
@@ -100,11 +100,11 @@ class Rows:
 
     @property
     def place(self) -> list[int]:
-        """The rows that the domain and the distance from the origin are of."""
+        """The rows that determine the domain and the distance from the origin."""
         return self.state(range(self.n)) if self.variables else [*range(self.n)]
 
     def velocities(self, rows: range) -> str:
-        """Text that sets the v of these rows to the velocities at p: T is quadratic, so a vector's is that of its own
+        """Text that sets the v of these rows to the velocities at p: T is quadratic, so a vector's follow from its own
         momenta.
         """
         text = ""
@@ -131,14 +131,14 @@ class Rows:
         return text + self._added("drift", rows)
 
     def _added(self, stage: str, rows: range) -> str:
-        """Text of what the term that is solved with that stage adds to v and f of these rows."""
+        """Text that adds the contribution of the term solved with that stage to v and f of these rows."""
         if self.own is None or self.solves(stage) is None:
             return ""
         return f"rate = value.{self.own.rate}()\n" + "".join(map(self.own.slopes, self.parts(rows)))
 
 
 def rows_of(value: Any, n: int, vectors: int) -> Rows:
-    """Return the rows of a state of a model, or those that a section sees, by the terms of its equations."""
+    """Return the rows of a state of a model, or of a section's argument, by the terms of its equations."""
     terms = terms_of(value)
     variables = len(value.coordinates) if "rates" in terms else 2 * n if "nonseparable" in terms else 0
     return Rows(n, vectors, terms, variables, winding_of(value))

@@ -16,7 +16,7 @@ _OURS = {
     **{"asin": free.arcsin, "acos": free.arccos, "atan": free.arctan, "atan2": free.arctan2, "pow": free.power},
 }
 _INSTEAD: dict[int, Any] = {}
-"""What is put in the place of functions and modules, by the identity of these."""
+"""The substitutes of functions and modules, by the identity of these."""
 
 for _module in (np, math):
     _INSTEAD.update({id(getattr(_module, name)): entry for name, entry in _OURS.items() if hasattr(_module, name)})

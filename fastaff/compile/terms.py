@@ -1,4 +1,4 @@
-"""Terms of equations beside H = T(p) + V(q): all that the package knows of one, in one value."""
+"""Terms of equations beside H = T(p) + V(q): all properties of one, in one value."""
 
 from __future__ import annotations
 
@@ -17,17 +17,17 @@ Rows = Sequence[Any] | np.ndarray
 
 @dataclass(frozen=True, eq=False)
 class Substep:
-    """How splittings solve a term exactly, together with each drift, dq/dt = v(p), or each kick, dp/dt = f(q).
+    """Exact solution of a term in splittings, together with each drift, dq/dt = v(p), or each kick, dp/dt = f(q).
 
-    stage: "drift" or "kick". numbers(rate, length): what the flow over such a length needs, as many numbers as there
-    are `names`, without branches. text(part, q, p, base), of a drift: what it does to the coordinates and momenta with
-    these letters, of the rows of an orbit or vector, after the drift itself; where they are increments, `base` says
-    what they are added to. text(r, part, p), of a kick: row r of p after it, with f the slopes of the momenta at p.
-    rare(part, n, first), if given: what comes before a stage whose last number is positive, of the state in rows, of
-    increments in rows from `first` on or, None, of one orbit in scalars.
+    stage: "drift" or "kick". numbers(rate, length): coefficients of the flow over such a length, one for each of
+    `names`, without branches. text(part, q, p, base), for a drift: change of the coordinates and momenta with these
+    letters, in the rows of an orbit or vector, after the drift itself; for increments `base` has the numbers to
+    which they are added. text(r, part, p), for a kick: row r of p after it, with f the slopes of the momenta at p.
+    rare(part, n, first), if given: text before a stage whose last number is positive, for the state in rows, for
+    increments in rows from `first` on or, with None, for one orbit in scalars.
 
-    The numbers of all stages of a step are kept in rows behind the state, with the step that they were made for: zeros
-    are those of the step 0. Splittings are palindromic: those of the first half are all.
+    The numbers of all stages of a step are kept in rows after the state, with the step that they belong to: zeros
+    belong to the step 0. Splittings are palindromic, so the numbers of the first half are enough.
     """
 
     stage: str
@@ -38,15 +38,15 @@ class Substep:
 
     @property
     def _own(self) -> int:
-        """Rows before the numbers: the step and, where there are rare stages, how many."""
+        """Number of rows before the numbers: for the step and, if there are rare stages, their count."""
         return 1 if self.rare is None else 2
 
     def spare_rows(self, drifts: int, kicks: int) -> int:
-        """Return the rows that the numbers of so many drifts or kicks need."""
+        """Return the number of rows for the numbers of these drifts or kicks."""
         return self._own + len(self.names) * (((drifts if self.stage == "drift" else kicks) + 1) // 2)
 
     def made(self, first: int, rate: str, lanes: str, stages: str, step: str) -> str:
-        """Text that makes the numbers, rows from `first` on, where the step of a lane is another than before."""
+        """Text that makes the numbers, in rows from `first` on, where the step of a lane has changed."""
         own, met = f"z[{first * LANES} + i]", f"z[{(first + 1) * LANES} + i]"
         look, begin, keep, end = f"stale += 0 if {own} == {step} else 1\n", f"{own} = {step}\n", "", ""
         if self.rare is not None:
@@ -63,9 +63,9 @@ class Substep:
         )
 
     def at_hand(self, first: int, stage: str, last: str) -> str:
-        """Text that takes the numbers of a stage in hand: those of its mirror image, for those behind half.
+        """Text that selects the numbers of a stage: in the second half of a step those of its mirror image.
 
-        As arrays of their own: loops over rows at distances that are not constant would be no loops of vectors.
+        As separate arrays: loops over rows at distances that are not constant would not be vectorised.
         """
         begin = (first + self._own) * LANES
         text = f"row = {begin} + {len(self.names) * LANES}*min({stage}, {last} - {stage})\n"
@@ -73,7 +73,7 @@ class Substep:
         return text + "".join(f"{name}s = {part}\n" for name, part in zip(self.names, parts, strict=True))
 
     def before(self, parts: Sequence[range], n: int, first: int, stage: str) -> str:
-        """Text of what comes before a drift of an orbit and its vectors, of n coordinates together."""
+        """Text before a drift of an orbit and its vectors, of n coordinates together."""
         text = self.at_hand(3 * first if first else 2 * n, stage, "kicks.size")
         if self.rare is not None:
             rare = self.rare
@@ -81,8 +81,8 @@ class Substep:
         return text
 
     def moved(self, part: range, n: int, first: int) -> str:
-        """Text of what it does to the coordinates d of an orbit or vector after a drift, and to its momenta in their
-        rows, those from `first` on, increments if it is positive.
+        """Text of the change of the coordinates d of an orbit or vector after a drift, and of its momenta in their
+        rows, from `first` on, which are increments if that is positive.
         """
         places = (("q", 0), ("p", n)) if first else ()
         base = {f"{letter}{r}": f"z[{(r + m) * LANES} + i] + " for r in part for letter, m in places}
@@ -93,7 +93,7 @@ class Substep:
 
     @property
     def loaded(self) -> str:
-        """Text that takes a lane's numbers of the stage in hand."""
+        """Text that loads a lane's numbers of the selected stage."""
         return f"{', '.join(self.names)}, = {', '.join(f'{name}s[i]' for name in self.names)},\n"
 
 
@@ -101,14 +101,14 @@ class Substep:
 class Term:
     """A term that equations of motion have beside H = T(p) + V(q).
 
-    does: what it is, with the methods that a model then has, `rate` the one of its rate; equations: those of a kind
-    that has it alone; has: what refusals say of a model with it. velocities(part), forces(part): text that adds to v, f
-    of the rows of an orbit or vector, by q, p and `rate`; energy: text of what it adds to H.
+    does: its description, with the methods that a model then has; rate: the method of its rate; equations: those of a
+    kind that has it alone; has: text of refusals about a model with it. velocities(part), forces(part): text that adds
+    to v, f of the rows of an orbit or vector, by q, p and `rate`; energy: text of its contribution to H.
 
-    words: what traits and refusals (`flows.needs`) go by beside its name and the stage of its substep: "loss" where no
-    energy is kept, "noncanonical" where p are not conjugate to q. options: arguments of `formulas.hamiltonian`, from
-    whose values, by name, options_rate(values, mass, q) makes the rate, that of the one option as it is, and what is
-    added to V; a `planar` term needs two coordinates of one mass.
+    words: properties beside its name and the stage of its substep that traits and refusals (`flows.needs`) depend on:
+    "loss" where energy is not conserved, "noncanonical" where p are not conjugate to q. options: arguments of
+    `formulas.hamiltonian`; options_rate(values, mass, q) makes the rate and the addition to V from their values by
+    name; without it the rate is the one option; a `planar` term needs two coordinates of one mass.
     """
 
     does: str
@@ -129,7 +129,7 @@ class Term:
         return "".join(made(part) for made in (self.velocities, self.forces) if made is not None)
 
     def added(self, letter: str, rate: Any, q: Rows, p: Rows, rows: Rows) -> list[Any]:
-        """Return the rows of velocities ("v") or forces ("f"), numbers, arrays or expressions, with what it adds."""
+        """Return the rows of velocities ("v") or forces ("f"), numbers, arrays or expressions, with the term added."""
         made, n = self.velocities if letter == "v" else self.forces, range(len(q))
         names = _named(rate, q, p) | {f"{letter}{r}": rows[r] for r in n}
         if made is not None:
@@ -137,11 +137,11 @@ class Term:
         return [names[f"{letter}{r}"] for r in n]
 
     def energies(self, rate: Any, q: Rows, p: Rows) -> Any:
-        """Return what it adds to H, a number, an array or an expression."""
+        """Return its contribution to H, a number, an array or an expression."""
         return eval(_compiled(self.energy, "eval"), _named(rate, q, p))
 
     def of_options(self, values: Mapping[str, Any], mass: Any, q: Rows) -> tuple[Any, Any]:
-        """Return the rate, and what is added to V, of options by name; mass: of the first coordinates."""
+        """Return the rate and the addition to V from options by name; mass: of the first coordinates."""
         return (values[self.options[0]], 0) if self.options_rate is None else self.options_rate(values, mass, q)
 
 
@@ -161,5 +161,5 @@ def loop(body: str, depth: int, lanes: str = "lanes") -> str:
 
 
 def indented(text: str, depth: int) -> str:
-    """Text moved to the right."""
+    """Indented text."""
     return "".join(f"{' ' * 4 * depth}{line}\n" for line in text.splitlines())

@@ -15,8 +15,8 @@ from .terms import indented as _indent
 from .terms import loop as _loop
 
 HIGH = 16.0
-"""Change of H beside the kinetic energy, or rates beside those of both ends, that are a pole's and not those of a chord
-beside its orbit.
+"""Ratio of the change of H to the kinetic energy, or of rates to those of both ends, that shows a pole; the distance of
+a chord from its orbit makes less.
 """
 
 DRIFT, KICK = "hd = drift*step[i]\n", "hk = kick*step[i]\n"
@@ -43,13 +43,13 @@ def _precise_splitting(rows: Rows) -> str:
 
 
 def _steps(rows: Rows, first: int, after: str, size: int) -> str:
-    """Text of so many steps of `size` rows, drifts and kicks of those from `first` on and what comes `after` them; ends
-    early, after the one with which a lane leaves the domain; returns their number.
+    """Text of steps of `size` rows: drifts and kicks of those from `first` on and the text `after` them; ends early,
+    after the step with which a lane leaves the domain; returns the number of steps.
 
-    One call makes as many stages as there is nothing to look at between: an array is handed over as words on the stack,
-    and a call that reads these waits until what the stage before it stored has left the store queue, a sixth of the
-    time of a stage. Lanes that turn with one step share the numbers of their rotations, a fifth of the time with a
-    cheap force: in steps of their own, as both kinds of loops in one would take that time again.
+    One call makes all stages between two observations: an array is passed as words on the stack, and a call that reads
+    these waits until the stores of the stage before have left the store queue, a sixth of the time of a stage. Lanes in
+    a rotating frame with one step share the numbers of their rotations, a fifth of the time with a cheap force; they
+    have separate steps, as both kinds of loops in one would take that time again.
     """
     made = _numbers(rows, size, "lanes", ("drifts", "kicks"), "step[i]")
     phase = "" if rows.time is None else _loop(f"{_at(rows.time)} = value.phase({_at(rows.time)})\n", 0)
@@ -63,7 +63,7 @@ def _steps(rows: Rows, first: int, after: str, size: int) -> str:
 
 
 def while_inside(rows: Rows, step: str, kept: str = "") -> str:
-    """Text of so many steps, or up to the one with which a lane leaves the domain; `kept`: what comes after each."""
+    """Text of `steps` steps, or up to the one with which a lane leaves the domain; kept: text after each."""
     margin = f"outside += 0 if value.margin({', '.join(_at(r) for r in range(rows.n))}) > 0.0 else 1\n"
     return (
         "taken = 0\nwhile taken < steps:\n"
@@ -81,8 +81,8 @@ def traced(state: Iterable[str]) -> str:
 
 
 def _settling(rows: Rows) -> str:
-    """Text that adds the increments of a step to the state with the carried errors, rows 4n...6n: the rows of vectors
-    by a loop, as written out they would take as long to compile as all the rest.
+    """Text that adds the increments of a step to the state with the carried errors, rows 4n...6n. The rows of vectors
+    are in a loop: written out they would take as long to compile as all the rest.
     """
     size, text = 2 * rows.half, f"{CARRIED}change[i] = 0.0\n"
     if rows.vectors:
@@ -95,8 +95,8 @@ def _settling(rows: Rows) -> str:
 
 
 def _drifts_kicks(rows: Rows, first: int, *, alike: bool) -> str:
-    """Text of a step that changes the rows from `first` on, the state itself (0) or its increments; `alike`: of lanes
-    of one step.
+    """Text of a step that changes the rows from `first` on, the state itself (0) or its increments; alike: for lanes of
+    one step.
     """
     n, drifts, kicks = rows.half, rows.solves("drift"), rows.solves("kick")
     loaded = "" if kicks is None else kicks.loaded
@@ -110,7 +110,7 @@ def _drifts_kicks(rows: Rows, first: int, *, alike: bool) -> str:
         move = DRIFT
         both = move + KICK + loaded
         both += "" if group.start == 0 else "".join(f"q{r} = {now(r)}\n" for r in range(rows.n))
-        for part in rows.parts(group):  # one after another: their numbers need not be kept all at once
+        for part in rows.parts(group):  # one after another: their numbers are not all live at once
             text = "".join(f"p{r} = {now(n + r)}\n" for r in part) + rows.velocities(part)
             text += "".join(
                 f"d{r} = fma(hd, v{r}, {_at(first + r)})\n"
@@ -140,7 +140,7 @@ def _drifts_kicks(rows: Rows, first: int, *, alike: bool) -> str:
 
 
 def _shared(loaded: tuple[str, ...], body: str, depth: int) -> str:
-    """Text of a loop over lanes of one step: the numbers of their drift, kick and substep are those of the first."""
+    """Text of a loop over lanes of one step: all use the numbers of drift, kick and substep of the first."""
     lines = body.splitlines(keepends=True)
     shared = dict.fromkeys(line for line in lines if line in (DRIFT, KICK, *loaded))
     own = "".join(line for line in lines if line not in shared)
@@ -148,7 +148,7 @@ def _shared(loaded: tuple[str, ...], body: str, depth: int) -> str:
 
 
 def _numbers(rows: Rows, first: int, lanes: str, stages: tuple[str, str], step: str) -> str:
-    """Text that makes the numbers of the substep beside drifts and kicks, which have these names, if there is one."""
+    """Text that makes the numbers of the substep, if there is one; stages: names of drifts and kicks."""
     if rows.own is None or rows.substep is None:
         return ""
     return rows.substep.made(first, rows.own.rate, lanes, stages[rows.substep.stage == "kick"], step)
@@ -249,7 +249,7 @@ def _check(rows: Rows) -> str:
 
 
 def _inside(rows: Rows) -> str:
-    """The part of `check` that no step may do without: whether the orbit is finite and in the domain."""
+    """The part of `check` that every step needs: whether the orbit is finite and in the domain."""
     z = [_at(r) for r in range(2 * rows.half)]
     return _loop(
         f"margin = value.margin({', '.join(_at(r) for r in rows.place)})\nfinite = "
@@ -260,9 +260,9 @@ def _inside(rows: Rows) -> str:
 
 
 def _leapt(rows: Rows) -> str:
-    """Whether steps from the states `begin` to z have passed a pole: a whole number has been passed by what passes one
-    there and, next to where it does on the chord, V, H or the rates are beyond what the motion has, which where a pole
-    has no residue they are not.
+    """Whether steps from the states `begin` to z have passed a pole: one of the model's `poles` has passed a whole
+    number, and V, H or the rates next to that point of the chord are larger than the motion allows. At a pole without
+    residue they are not.
     """
     old, new = [f"begin[{r * LANES} + i]" for r in rows.place], [_at(r) for r in rows.place]
     between = [f"{a} + x*({b} - {a})" for a, b in zip(old, new, strict=True)]
@@ -277,7 +277,7 @@ def _leapt(rows: Rows) -> str:
 
 
 def _had(rows: Rows, old: Sequence[str], new: Sequence[str], between: Sequence[str]) -> str:
-    """Text that sets `leap` to whether V, H or the rates `between` are beyond what both ends of a step have."""
+    """Text that sets `leap` to 1 if V, H or the rates `between` are far beyond those at both ends of a step, else 0."""
     if rows.variables and not rows.nonseparable:
         f, n = ([f"{letter}{j}" for j in range(rows.variables)] for letter in "fgh"), range(rows.variables)
         rates = [
@@ -298,7 +298,7 @@ def _value(rows: Rows) -> str:
 
 
 def _kinetic_energy(rows: Rows, name: str, z: Sequence[str]) -> str:
-    """Text that sets a name to the kinetic energy, of H(q, p) to half of |p . dH/dp|, of rows with these texts."""
+    """Text that sets a name to the kinetic energy of rows with these texts, for H(q, p) to half of |p . dH/dp|."""
     orbit = [z[r] for r in rows.orbit]
     if not rows.nonseparable:
         return f"{name} = value.kinetic_energy({', '.join(orbit[rows.n :])})\n"
@@ -321,7 +321,7 @@ def _along(rows: Rows) -> str:
     if rows.variables:
         alone = Rows(n, 0, rows.terms, rows.variables)
         load = _rates(alone, range(n))
-        for j in range(rows.variables):  # read where the orbit lies among its vectors
+        for j in range(rows.variables):  # read at the orbit's rows among those of its vectors
             load = load.replace(f"z{j} = {_at(alone.state(range(n))[j])}\n", f"z{j} = {_at(rows.state(range(n))[j])}\n")
         return load
     body = "".join(f"q{r} = {_at(orbit[r])}\np{r} = {_at(orbit[n + r])}\n" for r in range(n))
@@ -332,28 +332,28 @@ def _along(rows: Rows) -> str:
 
 
 def signals(rows: int, kept: Sequence[int]) -> str:
-    """Text of the kept signals of angles at states of so many rows."""
+    """Text of the kept signals of angles at states of this number of rows."""
     z = ", ".join(map(_at, range(rows)))
     body = f"s = value.signals({z})\n" + "".join(f"result[{j * LANES} + i] = s[{k}]\n" for j, k in enumerate(kept))
     return _loop(body, 1)
 
 
 def taken(order: Iterable[int]) -> str:
-    """Text of rows of a state taken in an order."""
+    """Text of the rows of a state in an order."""
     return _loop("".join(f"result[{j * LANES} + i] = {_at(r)}\n" for j, r in enumerate(order)), 1)
 
 
 def observed(sizes: tuple[int, ...], calls: bool) -> str:
-    """Text of an observer: the call of its function `keep` with the constants `sizes` and, where it has some, its
-    calls.
+    """Text of an observer: the call of its function `keep` with the constants `sizes` and with its calls if it has
+    any.
     """
     given = "".join(f"{entry}, " for entry in ["value", *(["Calls(calls, params)"] if calls else []), *sizes])
     return f"    return keep({given}lanes, orbit, fresh, t, z, memory, out, done)\n"
 
 
 def read(parameters: int) -> str:
-    """Text of the reading of an indicator: its function `read` over the lanes that are due; what it does not say is
-    NaN.
+    """Text of the reading of an indicator: its function `read` over the lanes that are due; NaN where it returns
+    None.
     """
     given = "".join(f", params[{j}]" for j in range(parameters))
     body = (

@@ -1,7 +1,7 @@
-"""Threads that run compiled code: how many, and what they are given to do.
+"""Threads that run compiled code: their number and their tasks.
 
-Compiled code lets go of the GIL, so Python's own threads will do. They leave nothing behind that a fork could not
-survive, as OpenMP does, and several callers may use them at once.
+Compiled code releases the GIL, so Python's own threads are enough. Unlike those of OpenMP they do no harm to a fork,
+and several callers may use them at once.
 """
 
 from __future__ import annotations
@@ -26,12 +26,12 @@ from .jit import JIT_DISABLED
 
 
 def default_threads() -> int:
-    """Return the number of threads that kernels use unless told otherwise: of `numba.set_num_threads` if it was called,
-    else $NUMBA_NUM_THREADS or the cores of this process.
+    """Return the default number of threads of kernels: that of `numba.set_num_threads` if it was called, else
+    $NUMBA_NUM_THREADS or the cores of this process.
     """
     if JIT_DISABLED:
         return 1
-    # To ask Numba would start its own threads, where that has not happened yet.
+    # A question to Numba would start its own threads, unless they run already.
     return numba.get_num_threads() if parallel._is_initialized else available_threads()
 
 
@@ -41,7 +41,7 @@ def available_threads() -> int:
 
 
 def checked_threads(threads: Any) -> int:
-    """Return the number of threads to use: `threads` if it is one this process can have, the default for None."""
+    """Return the number of threads to use: `threads` if this process can have so many, the default for None."""
     count = default_threads() if threads is None else whole("threads", threads, 1)
     if count > available_threads():
         raise ValueError(f"threads must be at most {available_threads()} here, got {count}")
@@ -49,9 +49,9 @@ def checked_threads(threads: Any) -> int:
 
 
 class Task:
-    """A call that a thread of this process makes, unless it is taken back before.
+    """A call that a thread of this process makes, unless it is withdrawn before.
 
-    Ctrl-C may reach its owner anywhere; where locks are, as in `concurrent.futures`, it may leave one locked for ever.
+    Ctrl-C may reach its owner anywhere; a lock, as in `concurrent.futures`, could then stay locked for ever.
     """
 
     def __init__(self, call: Callable[[], object]):
@@ -67,12 +67,12 @@ class Task:
         _tasks(os.getpid()).put(self)
 
     def withdrawn(self) -> bool:
-        """Return whether the call runs no more: not begun, it never will."""
+        """Return whether the call does not run; if it has not begun, it never will."""
         return self._made_by.setdefault("by", "nobody") == "nobody" or self._done
 
     def ended(self, seconds: float) -> bool:
-        """Return whether the call has ended, after at most so many seconds; what it raised is raised. Where all threads
-        are busy with the work of others until then, it gets one of its own.
+        """Return whether the call has ended, after at most that many seconds; raise its exception if it has one. If all
+        threads are busy with other work until then, it gets a thread of its own.
         """
         if not self._done:
             with contextlib.suppress(Empty):
@@ -86,7 +86,7 @@ class Task:
         return True
 
     def make(self) -> None:
-        """Make the call, unless it was taken back or another thread has."""
+        """Make the call, unless it was withdrawn or another thread has made it."""
         mine = object()
         if self._made_by.setdefault("by", mine) is not mine:
             return
@@ -100,21 +100,21 @@ class Task:
 
 
 class _Worker(threading.Thread):
-    """A thread that makes what others have begun."""
+    """A thread that makes calls for other threads."""
 
 
 def _started(target: Callable[[], object]) -> _Worker:
-    """Return a worker that another thread starts: of `Thread.start` a Ctrl-C may make a RuntimeError."""
+    """Return a worker that another thread starts: Ctrl-C in `Thread.start` may become a RuntimeError."""
     worker = _Worker(target=target, daemon=True)
     _thread.start_new_thread(worker.start, ())
     return worker
 
 
 _UNDER_WAY: dict[object, Callable[[], object]] = {}
-"""How work of threads but the main one is told to come to an end."""
+"""Functions that stop the work of threads other than the main one."""
 
 _ENDING = threading.Event()
-"""Whether the interpreter ends, which lets go of what daemon threads hold while their compiled code uses it."""
+"""Whether the interpreter ends: it then frees objects of daemon threads while their compiled code uses them."""
 
 if hasattr(os, "register_at_fork"):
     os.register_at_fork(after_in_child=_UNDER_WAY.clear)  # a fork has none of these threads
@@ -122,11 +122,11 @@ if hasattr(os, "register_at_fork"):
 
 @contextlib.contextmanager
 def ending(stop: Callable[[], object]) -> Iterator[None]:
-    """Run compiled code that stop() brings to an end before its time. Where the interpreter ends meanwhile it is called
-    and waited for, and the thread, which is a daemon's, ends with SystemExit: what it has come to is no result.
+    """Run compiled code that stop() can end early. If the interpreter ends meanwhile, it calls stop() and waits, and
+    the daemon thread ends with SystemExit: the unfinished work is no result.
     """
     thread = threading.current_thread()
-    # In the main thread the interpreter ends; workers have an owner.
+    # The interpreter ends in the main thread; workers have an owner.
     if thread is threading.main_thread() or isinstance(thread, _Worker):
         yield
         return
@@ -152,8 +152,8 @@ def _end() -> None:
 
 
 def together(calls: Iterable[Callable[[], object]], stop: Callable[[], object], between: Callable[[], object]) -> None:
-    """Make calls in threads, with between() about ten times a second in this one; whatever comes, stop() brings all of
-    them to an end and none is left running.
+    """Make calls in threads, with between() about ten times a second in this one; after any exception stop() ends all
+    of them, and none is left running.
     """
     tasks = [Task(call) for call in calls]
     with ending(stop):
@@ -170,17 +170,17 @@ def together(calls: Iterable[Callable[[], object]], stop: Callable[[], object], 
 
 
 def works() -> bool:
-    """Return whether this thread makes what others have begun: what it begins would wait for a free one."""
+    """Return whether this thread is a worker: a task that it begins would wait for a free thread."""
     return isinstance(threading.current_thread(), _Worker)
 
 
 FEW = 2**16
-"""Numbers of which a portion has at least what threads are woken for."""
+"""Least numbers in a portion that justify waking a thread."""
 
 
 def by_portions(call: Callable[[slice], object], count: int, each: int, threads: int) -> None:
-    """Make call(slice) for portions of so many things, of `each` numbers each, in threads: for NumPy, which lets go of
-    the GIL. The calls must change nothing but their own portion, and set what errors NumPy ignores themselves.
+    """Make call(slice) for portions of `count` items of `each` numbers, in threads: for NumPy, which releases the GIL.
+    A call must change only its own portion, and set itself which errors NumPy ignores.
     """
     portions = max(1, min(threads, count * each // FEW))
     size = max(-(-count // portions), 1)
@@ -188,7 +188,7 @@ def by_portions(call: Callable[[slice], object], count: int, each: int, threads:
 
 
 def by_workers(call: Callable[[int], object], workers: int) -> None:
-    """Make call(worker) for so many workers, each in a thread; of one in the caller's."""
+    """Make call(worker) for worker = 0, ..., workers - 1, each in a thread; a single one in the caller's."""
     if workers == 1:
         call(0)
     else:
@@ -196,7 +196,7 @@ def by_workers(call: Callable[[int], object], workers: int) -> None:
 
 
 def settle(tasks: Iterable[Task]) -> None:
-    """Return when none of these tasks runs any more, whatever comes meanwhile: those not begun never will."""
+    """Wait until none of these tasks runs, despite any exception meanwhile; those not begun never will."""
     for task in tasks:
         while not task.withdrawn():
             with contextlib.suppress(BaseException):
@@ -205,14 +205,14 @@ def settle(tasks: Iterable[Task]) -> None:
 
 @functools.cache
 def _tasks(process: int) -> SimpleQueue[Task | None]:
-    """Return what the threads of this process take their tasks from; a fork has no threads of its parent's."""
+    """Return the queue from which the threads of this process take tasks; a fork has no threads of its parent."""
     tasks: SimpleQueue[Task | None] = SimpleQueue()
     keep_freed()
 
     def work() -> None:
         while (task := tasks.get()) is not None:
             task.make()
-            del task  # and what it holds
+            del task  # and the objects that it holds
 
     threads = [_started(work) for _ in range(available_threads())]
 

@@ -1,9 +1,9 @@
-"""A turning frame: after each drift the first two coordinates and their momenta are rotated.
+"""A rotating frame: after each drift the first two coordinates and their momenta are rotated.
 
-By H = T(p) - Omega (x p_y - y p_x) both rotate by -Omega t while a kinetic energy that is isotropic in them drives the
-drift: the two flows commute, so drift and rotation together are exact, and a splitting keeps its order, also where that
-needs T quadratic. A rotation is three shears, those of the momenta the transposed inverses of those of the coordinates:
-symplectic to the last digit, whatever the shears round to, and exact beside the increments of a step.
+By H = T(p) - Omega (x p_y - y p_x) both rotate by -Omega t. A kinetic energy isotropic in them drives the drift: the
+two flows commute, so drift and rotation together are exact, and a splitting keeps its order, also if that requires a
+quadratic T. A rotation is three shears; those of the momenta are the transposed inverses of those of the coordinates:
+symplectic to the last digit with any rounding of the shears, and exact beside the increments of a step.
 """
 
 from __future__ import annotations
@@ -21,10 +21,10 @@ PI_HIGH, PI_LOW = 3.141592653589793, 1.2246467991473532e-16
 
 
 def turn(rate, length):
-    """Return tan(r/2), sin(r) and 1 or 0: the angle rate*length is r, at most a right angle, more than an odd number
-    of half turns, or an even one.
+    """Return tan(r/2), sin(r) and 1 or 0: the angle rate*length is r, at most a right angle, plus an odd (1) or even
+    (0) number of half turns.
 
-    Without branches; Taylor series of sine and cosine of at most pi/4 leave 1e-16.
+    Without branches; the Taylor series of sine and cosine up to pi/4 have errors of 1e-16.
     """
     angle = rate * length
     turns = fma(angle, 1.0 / math.pi, SHIFT) - SHIFT
@@ -48,8 +48,8 @@ def turn(rate, length):
 
 
 def flipped(part: Sequence[int], n: int, first: int | None) -> str:
-    """Text that turns two rows and their momenta, n rows further, by half a turn where a drift turns by an odd number
-    of them.
+    """Text that turns two rows and their momenta, n rows further, by half a turn in lanes whose drift turns by an odd
+    number of half turns.
     """
     text = ""
     for r in part[:2]:
@@ -73,7 +73,7 @@ def rotated(part: Sequence[int], q: str, p: str, base: Mapping[str, str]) -> str
 
 
 def turned(letter: str, by: str) -> Callable[[Sequence[int]], str]:
-    """Return the text that adds what turning makes of two rows."""
+    """Return the text that adds the slopes of two rows by the rotation."""
 
     def text(part: Sequence[int]) -> str:
         x, y = part[:2]
@@ -83,7 +83,7 @@ def turned(letter: str, by: str) -> Callable[[Sequence[int]], str]:
 
 
 def in_frame(values: Mapping[str, Any], mass: Any, q: Rows) -> tuple[Any, Any]:
-    """Return the rate of a rotation and a magnetic field, in the symmetric gauge, and what the field adds to V."""
+    """Return the rate of a rotation and a magnetic field, in the symmetric gauge, and the field's addition to V."""
     rate, field = values.get("rotation", 0) + values.get("magnetic", 0) / (2 * mass), values.get("magnetic")
     return rate, 0 if field is None else field**2 / (8 * mass) * sum(x**2 for x in q[:2])
 

@@ -1,1 +1,1 @@
-"""Data and systems of other tools, and results on disk: what crosses the border of the package."""
+"""Data and systems of other tools, and results on disk: the input and output of the package."""

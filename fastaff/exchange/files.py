@@ -36,7 +36,7 @@ from .tables import WRITERS, exported
 METADATA = "metadata"
 
 FORMAT = 1
-"""Of the files that this version writes and reads."""
+"""Format of the files that this version writes and reads."""
 
 
 class Saved(NamedTuple):
@@ -193,7 +193,7 @@ def load(path: StrPath, **given: Any) -> Any:
     except _ToBeGiven as absent:
         name = str(absent).rpartition(".")[2]
         raise ValueError(f"{path} can't hold {absent}: give {name}, as in load(path, {name}=...)") from None
-    except Exception as problem:  # whatever a damaged or forged file leads to
+    except Exception as problem:  # any error of a damaged or forged file
         raise ValueError(f"{path} must hold a result of this version of fastaff: {_said(problem)}") from None
 
 
@@ -320,7 +320,7 @@ _MARKS: dict[str, Callable[[Any, dict[str, np.ndarray]], Any]] = {
     "scheme": lambda name, _: schemes.scheme_named(name),
     "chart": lambda name, _: charts.CHARTS[name],
 }
-"""What encoded data mean that name no class."""
+"""Meaning of encoded data that name no class."""
 
 
 @functools.cache
@@ -403,7 +403,7 @@ def opened(prefix: str, value: Any, arrays: dict[str, np.ndarray]) -> dict[str, 
 
 
 def unpacked(name: str, data: Any, arrays: dict[str, np.ndarray], given: Mapping[str, Any]) -> Any:
-    """Return the value that `_packed` data describes; what it lacks is taken from `given`, by the name of its field."""
+    """Return the value that `_packed` data describes; missing values are those of `given`, by the name of the field."""
     inner, last = f"{name}." if name else "", name.rpartition(".")[2]
     if last in given:
         return given[last]
@@ -438,7 +438,7 @@ def _known(classes: Mapping[str, Any], name: Any, field: str) -> Any:
 
 
 def _foreign(data: Any) -> bool:
-    """Tell whether encoded data name a class of somebody else's."""
+    """Tell whether encoded data name a class of another package."""
     if isinstance(data, dict):
         return "module" in data or any(map(_foreign, data.values()))
     return isinstance(data, list) and any(map(_foreign, data))

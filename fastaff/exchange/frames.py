@@ -13,10 +13,10 @@ from .taylor import of_columns, turn
 
 
 def orbits(table: Any, name: str, coordinates: tuple[str, ...] | None) -> Foreign | None:
-    """Return the orbits of a table; None for what is a single column, which is an array.
+    """Return the orbits of a table; None for a single column, which is an array.
 
-    A column named as in `ORBITS`, or with "id" at its end, tells orbits apart, one as in `SAMPLES` orders them in time;
-    NaN where an orbit has no row. The columns are those of `coordinates`.
+    A column named as in `ORBITS`, or with "id" at its end, tells orbits apart; one as in `SAMPLES` orders them in time.
+    Missing rows of an orbit are NaN. The columns are those of `coordinates`.
     """
     columns = _columns(table)
     if columns is None:
@@ -51,7 +51,7 @@ def orbits(table: Any, name: str, coordinates: tuple[str, ...] | None) -> Foreig
 
 
 def lattice(table: Any) -> str | None:
-    """Return the map of one turn of a table of its coefficients as a text; None for what is no table."""
+    """Return the map of one turn of a table of its coefficients as a text; None for other values."""
     columns = _columns(table)
     return None if columns is None else turn(of_columns(columns, "text"))
 

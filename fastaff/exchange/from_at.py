@@ -12,7 +12,7 @@ from .kicks import Kick, turn
 from .linear_parts import kept_momentum, probed
 
 ROWS = [0, 2, 1, 3]
-"""Of x, y, px, py among x, px, y, py, delta, ct."""
+"""Rows of x, y, px, py among x, px, y, py, delta, ct."""
 
 
 def lattice(ring: Any) -> str:
@@ -23,7 +23,7 @@ def lattice(ring: Any) -> str:
 
 
 def _part(ring: Any, element: Any) -> Any:
-    """Return an element as a kick or a linear part; ValueError naming one that is neither."""
+    """Return an element as a kick or a linear part; a ValueError names one that is neither."""
     kind = type(element).__name__
     kept_momentum(not getattr(element, "longt_motion", False), element.FamName, kind, "ring.disable_6d()")
     if element.PassMethod == "ThinMPolePass" and not np.any(getattr(element, "BendingAngle", 0.0)):

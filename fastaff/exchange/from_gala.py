@@ -13,7 +13,7 @@ from .quantities import units as units_of
 
 
 def units(given: Any) -> dict[str, str] | None:
-    """Return the units of what Quantities of positions become; None where they have none."""
+    """Return the units of positions that are Quantities; None if they have none."""
     return units_of(_cartesian(given).pos.xyz) if hasattr(given, "pos") else None
 
 

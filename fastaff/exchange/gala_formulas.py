@@ -12,7 +12,7 @@ from .quantities import plain
 
 
 def children(potential: Any) -> Any:
-    """Return the parts of a sum of potentials by name; None of a single one."""
+    """Return the parts of a sum of potentials by name; None for a single one."""
     if hasattr(potential, "get_three_potentials"):  # an exponential disk
         potential = potential.get_three_potentials()
     return potential.items() if hasattr(potential, "items") else None
@@ -57,7 +57,7 @@ def left_out(parts: dict[str, Any]) -> str:
 
 
 def origin(potential: Any) -> list[float]:
-    """Return where the centre of a potential is."""
+    """Return the centre of a potential."""
     return [float(plain(at)) for at in np.atleast_1d(potential.origin)]
 
 

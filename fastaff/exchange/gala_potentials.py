@@ -16,7 +16,7 @@ CUSPED = ("NFWPotential", "PowerLawCutoffPotential", "StonePotential")
 
 
 def system(given: Any) -> ForeignSystem:
-    """Return the formula of a potential that gala has in symbols, of a sum of these, or of a Hamiltonian of one."""
+    """Return the formula of a potential that gala has in symbols, a sum of these, or a Hamiltonian with one."""
     frame, potential = getattr(given, "frame", None), getattr(given, "potential", given)
     if not hasattr(potential, "to_sympy"):
         raise TypeError(f"text must be a gala potential or Hamiltonian, got {type(given).__name__}")

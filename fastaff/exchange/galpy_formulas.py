@@ -1,4 +1,4 @@
-"""Potentials that galpy has too, by the names of its classes, in x, y, z and the amplitude: textbook formulas.
+"""Textbook formulas of galpy's potentials, by the names of its classes, in x, y, z and the amplitude.
 
 :Source: Binney & Tremaine 2008, Galactic Dynamics, chapter 2; Dehnen 1993, MNRAS 265, 250; Dejonghe & de Zeeuw 1988,
     ApJ 333, 90 (Kuzmin & Kutuzov); Evans 1994, MNRAS 267, 333 (power laws); Henon & Heiles 1964, Astron. J. 69, 73;
@@ -56,8 +56,8 @@ FORMULAS: dict[str, tuple[str | Callable[[Any], str], dict[str, str]]] = {
     "PowerSphericalPotentialwCutoff": (_cut_off, {"rc": "rc"}),
     "PseudoIsothermalPotential": (f"amp*(log(1 + {SQUARE}/a**2)/2 + a*atan({R}/a)/{R})/a", {"a": "_a"}),
 }
-"""Formula, or what writes it of a potential, and the attribute that holds each parameter but the amplitude; one that
-is None counts as 1.
+"""Formula, or the function that writes that of a potential, and the attributes of all parameters but the amplitude; a
+parameter of None is 1.
 """
 
 CUSPED = ("NFWPotential", "PowerSphericalPotentialwCutoff", "PseudoIsothermalPotential")

@@ -41,7 +41,7 @@ def read_periodic(path: StrPath) -> PeriodicTable:
     """Read a file of ssd-api.jpl.nasa.gov/periodic_orbits.api, whose keys are signature, system, family, fields, data.
 
     :Returns: a `PeriodicTable`, whose z0 `integrate`, `periodic_orbits` and `continuation` take.
-    :Raises: ValueError where a key or field is missing, or where the states have not the Jacobi constants of the file,
+    :Raises: ValueError where a key or field is missing, or where the states have other Jacobi constants than the file,
         C = x^2 + y^2 + 2 (1 - m)/r1 + 2 m/r2 - v^2, with or without the constant m (1 - m).
 
     Examples

@@ -31,4 +31,4 @@ def _heyoka(said: list[str], rows: list[str], sides: list[Any], values: list[flo
 
 
 LANGUAGES = {"c": _c, "heyoka": _heyoka}
-"""What writes each language."""
+"""Functions that write each language."""

@@ -12,7 +12,7 @@ from .linear_parts import kept_momentum, probed
 
 
 def orbits(monitor: Any, name: str, coordinates: tuple[str, ...] | None) -> Foreign:
-    """Return what a monitor has recorded, turn by turn: x, y, px, py, or the rows of `coordinates`."""
+    """Return the records of a monitor, turn by turn: x, y, px, py, or the rows of `coordinates`."""
     names = ROWS if coordinates is None else coordinates
     missing = [entry for entry in names if not hasattr(monitor, entry)]
     if missing or not hasattr(monitor, "at_turn"):
@@ -49,7 +49,7 @@ def lattice(line: Any) -> str:
 
 
 def _part(line: Any, k: int, name: str) -> Any:
-    """Return an element as a kick or a linear part; ValueError naming one that is neither."""
+    """Return an element as a kick or a linear part; a ValueError names one that is neither."""
     element = line.element_dict[name]
     kind = type(element).__name__
     kept_momentum(not getattr(element, "voltage", 0.0), name, kind, f"line[{name!r}].voltage = 0")

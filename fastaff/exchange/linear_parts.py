@@ -8,9 +8,9 @@ import numpy as np
 
 J = np.kron(np.array([[0.0, 1.0], [-1.0, 0.0]]), np.eye(2))
 SMALL, LARGE, LINEAR = 1e-5, 1e-3, 1e-9
-"""Amplitudes at which an element is asked for its matrix, and tried; how well the matrix must be its image."""
+"""Amplitudes for the matrix of an element's linear part and of a linear element; largest error of the latter."""
 SYMPLECTIC = 1e-6
-"""How well a matrix of such images must be symplectic."""
+"""Largest error of symplecticity of such a matrix."""
 
 
 def kept_momentum(keeps: bool, name: str, kind: str, call: str) -> None:
@@ -20,8 +20,8 @@ def kept_momentum(keeps: bool, name: str, kind: str, call: str) -> None:
 
 
 def probed(track: Callable[[np.ndarray], np.ndarray], name: str, kind: str, linear: bool) -> tuple[np.ndarray, ...]:
-    """Return the matrix (4, 4) and shift (4,) of an element, of its images of points (4, count) in ROWS' order; linear:
-    whether that is taken where it is no more than the element's linear part.
+    """Return the matrix (4, 4) and shift (4,) of an element from its images of points (4, count) in ROWS' order;
+    linear: whether to take the linear part of an element that is not linear.
 
     Raises ValueError naming the element otherwise.
     """

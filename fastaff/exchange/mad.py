@@ -18,7 +18,7 @@ HEAD = re.compile(r"^\s*\S+\s*:\s*([RC]), NV =\s*(\d+)", re.MULTILINE)
 
 
 def read_tfs(path: Path) -> dict[str, np.ndarray]:
-    """Return the columns of a TFS file by their names in small letters; NaN for what is no number among numbers."""
+    """Return the columns of a TFS file by their names in small letters; other entries among numbers are NaN."""
     names: list[str] = []
     formats: list[str] = []
     rows = []
@@ -52,7 +52,7 @@ def _read(word: str, kind: str) -> Any:
 
 
 def orbits(path: Path, name: str, coordinates: tuple[str, ...] | None) -> Foreign | None:
-    """Return the particles of a table of tracking: of each turn its last row, at the end of the sequence."""
+    """Return the particles of a table of tracking: the last row of each turn, at the end of the sequence."""
     table = read_tfs(path)
     owner = next((entry for entry in ("number", "id") if entry in table), None)
     if owner is None or "turn" not in table:
@@ -71,7 +71,7 @@ def lattice(path: Path) -> str:
 
 
 def _series(text: str, path: Path) -> list[Terms]:
-    """Return the rows x, px, y, py, t, pt of a damap, those of them that it has; terms of parameters are none."""
+    """Return the rows x, px, y, py, t, pt that a damap has; terms of parameters are left out."""
     kinds = HEAD.findall(text)
     if not 4 <= len(kinds) <= len(SIX) or {kind for kind, _ in kinds} != {"R"}:
         raise ValueError(f"{path} must have 4 to 6 real series x, px, y, py, t, pt, got {len(kinds)} series")

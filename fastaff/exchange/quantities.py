@@ -18,15 +18,15 @@ UNITS = {"time": "Myr", "energy": "kpc2 Myr-2", "action": "kpc2 Myr-1"}
 
 
 def units(value: Any) -> dict[str, str] | None:
-    """Return what the words of results stand for in the units of `BASES`, energies and actions for a unit of mass; None
-    for what has no unit, or none of physics.
+    """Return the meaning of the words for units in results, in the units of `BASES`, energies and actions for a unit of
+    mass; None for values without a physical unit.
     """
     kind = getattr(getattr(value, "unit", None), "physical_type", "dimensionless")
     return None if kind == "dimensionless" else UNITS
 
 
 def plain(value: Any) -> Any:
-    """Return the number or array that a Quantity is in the units of `BASES`; anything else as it is."""
+    """Return a Quantity as a number or array in the units of `BASES`; return other values as they are."""
     if not hasattr(value, "unit") or not hasattr(value, "decompose"):
         return value
     units = imported("astropy.units")
@@ -34,7 +34,7 @@ def plain(value: Any) -> Any:
 
 
 def orbits(value: Any, name: str, coordinates: tuple[str, ...] | None) -> Foreign | None:
-    """Return the orbits of a table, or of an array that has one unit for all rows; None for what is none."""
+    """Return the orbits of a table, or of an array that has one unit for all rows; None for other values."""
     if hasattr(value, "colnames"):
         return of_table({entry: plain(value[entry]) for entry in value.colnames}, name, coordinates)
     return Foreign(plain(value), None, None) if hasattr(value, "unit") else None

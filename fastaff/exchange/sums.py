@@ -1,4 +1,4 @@
-"""Systems that are sums of parts, each with parameters of its own; whether a formula is that of the tool."""
+"""Systems that are sums of parts, each with parameters of its own; a check of a formula against the tool."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ POINTS = 12
 
 
 def parts_of(potential: Any, children: Callable[[Any], Iterable[tuple[Any, Any]] | None], name: str = "") -> dict:
-    """Return the potentials that a sum consists of, by names; children: those of a sum with keys, None of one."""
+    """Return the terms of a sum of potentials, by names; children: those of a sum with keys, None for one term."""
     found = children(potential)
     if found is None:
         return {name: potential}
@@ -46,10 +46,10 @@ def check(
     text: Any, dims: str, parameters: Mapping[str, float], points: np.ndarray, energies: Any, note: str = ""
 ) -> None:
     """Raise ValueError unless a formula has the energies (points,) that the tool itself gives at points (n, points);
-    note: what is known of the reason.
+    note: a possible reason.
     """
     sympy = imported("sympy", what="a potential of another tool")
-    to_text(text)  # which refuses functions that no formula has
+    to_text(text)  # refuses functions that no formula has
     with np.errstate(all="ignore"):
         found = sympy.lambdify([*dims, *parameters], text, numeric("numpy"))(
             *points, *map(np.float64, parameters.values())

@@ -16,7 +16,7 @@ from ..base.results import Result, columns
 
 def table(result: Result) -> dict[str, np.ndarray]:
     """Return columns with an entry for each item: arrays along the items, NAME, and rows of arrays with one more axis,
-    NAME_LABEL or NAME_NUMBER; complex ones as NAME_re, NAME_im. Arrays of more axes, such as samples, are none.
+    NAME_LABEL or NAME_NUMBER; complex ones as NAME_re, NAME_im. Arrays of more axes, such as samples, are left out.
     """
     found: dict[str, np.ndarray] = {}
     for name, value, axes, labels, _ in columns(result):
@@ -67,7 +67,7 @@ WRITERS: dict[str, Callable[[Path, Result], None]] = {
     ".nc": _netcdf,
     ".parquet": _parquet,
 }
-"""What writes files of each ending."""
+"""Functions that write files of each ending."""
 
 
 def exported(path: Path, result: Any, force: bool, parameters: Mapping[str, Any]) -> Path:

@@ -12,7 +12,7 @@ from ..base.numbers import numbers
 SIX = ("x", "px", "y", "py", "t", "pt")
 POWERS = ("nx", "nxp", "ny", "nyp", "ndeltap", "nt")
 MOST, PART = 3000, 100
-"""Coefficients of a map that are written and compiled, and of a statement."""
+"""Most coefficients of a map that is written and compiled, and of one statement."""
 
 Terms = dict[tuple[int, ...], float]
 """Coefficients of a series by the exponents of its variables."""
@@ -62,7 +62,7 @@ def turn(series: Sequence[Terms]) -> str:
 
 
 def _monomial(power: tuple[int, ...], lines: dict[str, str]) -> str:
-    """Return the name of a product of variables, of which `lines` then has the product."""
+    """Return the name of a product of variables, and add the product to `lines`."""
     last = max(k for k in range(4) if power[k])
     rest = tuple(n - (k == last) for k, n in enumerate(power))
     if not any(rest):

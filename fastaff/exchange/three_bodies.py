@@ -53,10 +53,10 @@ def read_three_bodies(path: StrPath, m3: float = 1.0) -> ThreeBodies:
     """Read a table of such orbits: text, or a page of Li & Liao, github.com/sjtu-liao/three-body.
 
     The first numbers with two decimals or more of a line, or of a row of HTML, are v1, v2, the period and perhaps the
-    scaled period ``T |E|^(3/2)``. Of rows with a mass in parentheses those of m3 are taken.
+    scaled period ``T |E|^(3/2)``. Among rows with a mass in parentheses those of m3 are taken.
 
     :Returns: as `three_bodies`.
-    :Raises: ValueError where no row has three numbers, or where the states have not the scaled periods of the table.
+    :Raises: ValueError where no row has three numbers, or where the states have other scaled periods than the table.
 
     Examples
     --------

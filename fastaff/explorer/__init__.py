@@ -1,1 +1,1 @@
-"""The explorer: a page of its own in which a section is looked at by clicking on it."""
+"""The explorer: a page of its own that shows a section; a click on it launches an orbit."""

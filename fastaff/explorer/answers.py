@@ -1,4 +1,4 @@
-"""The messages of the explorer's page answered by the package itself: what its notebook widget talks to."""
+"""The messages of the explorer's page answered by the package itself, for the notebook widget."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ INTERRUPTED = "no more crossings"
 
 
 class Launched(NamedTuple):
-    """An orbit: its state at the start, its time at the last crossing, and how many crossings have been sent."""
+    """An orbit: its state at the start, its time at the last crossing, and the number of crossings sent so far."""
 
     z0: np.ndarray
     point: tuple[float, float]
@@ -102,7 +102,7 @@ class Answers:
         self.post({"type": "ready", "names": names, "parameters": parameter_values(self.body)})
 
     def on_parse(self, message: dict[str, Any]) -> None:
-        """Say whether a text is a formula, and which parameters it has."""
+        """Answer whether a text is a formula, with its parameters."""
         names: list[str] = []
         said = None
         try:
@@ -142,7 +142,7 @@ class Answers:
         v = extent[2] + (extent[3] - extent[2]) * (np.arange(height) + 0.5) / height
         first, second = (x.ravel() for x in np.meshgrid(u, v))
         _, allowed, names = lift(Where(self.body, section, **where), first, second)
-        self.orbits.clear()  # those of an energy that is not reached stay with the section that they have
+        self.orbits.clear()  # if the energy is not reached, the old orbits stay with their section
         self.section, self.where, self.names = section, where, names
         self.post(
             {
@@ -178,7 +178,7 @@ class Answers:
         self.post({"type": "surface", **said, **none, **facts, "allowed": allowed.astype(np.uint8)})
 
     def _lift(self, u: np.ndarray, v: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return phase points over points of the section or plane, and which there are."""
+        """Return phase points over points of the section or plane, and a mask of those that exist."""
         if isinstance(self.section, Plane):
             return self.section.lift(u, v)
         z, found, _ = lift(Where(self.body, self.section, **self.where), u, v)
@@ -261,7 +261,7 @@ class Answers:
         return np.array(found)
 
     def _follow(self, number: int, crossings: int) -> None:
-        """Find the crossings of an orbit, send those that are new, and what is read of it."""
+        """Find the crossings of an orbit, send the new ones and the readings of the orbit."""
         orbit = self.orbits[number]
         if isinstance(self.section, Plane):
             return self._iterate(number, orbit, self.section, crossings)
@@ -290,7 +290,7 @@ class Answers:
         return None
 
     def _iterate(self, number: int, orbit: Launched, plane: Plane, count: int) -> None:
-        """Find the iterates of an orbit, send those that are new, and what is read of it."""
+        """Find the iterates of an orbit, send the new ones and the readings of the orbit."""
         run = poincare_map(self.body, orbit.z0, crossings=count)
         chaos = chaos_map(self.body, orbit.z0, time=count, indicators=(MEGNO(), Lyapunov()))
         kept = survived(chaos)
@@ -338,7 +338,7 @@ def _label(name: str) -> str:
 
 
 def _typed(given: dict[str, Any], parameters: dict[str, Any], known: bool = True) -> Any:
-    """Return the model of a typed formula; known: whether the parameters have values, else any will do."""
+    """Return the model of a typed formula; known: whether the parameters have values; else any are taken."""
     text = given["formula"]
     if given["kind"] == "body":
         own: dict[str, Any] = {name: value for name, value in parameters.items() if name != "mu"}
@@ -357,6 +357,6 @@ def _typed(given: dict[str, Any], parameters: dict[str, Any], known: bool = True
 
 
 def section_of(body: Any, name: str, constant: float | None, direction: int) -> Any:
-    """Return the section of that name, such as x=c with the constant c; ValueError where the body has none such."""
+    """Return the section of that name, such as x=c with the constant c; ValueError if the body has no such section."""
     text = name.removesuffix("=c")
     return section_named(text if text == name else f"{text}={float(constant or 0.0)!r}", body, direction)

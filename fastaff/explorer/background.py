@@ -26,7 +26,7 @@ LABELS = {"megno": "MEGNO", "sali": "log10 SALI", "lyapunov": "Lyapunov exponent
 
 
 class Found(NamedTuple):
-    """A map with its grid, and the job that it is from where there is one."""
+    """A map with its grid, and its job if there is one."""
 
     result: Any
     grid: Any
@@ -83,7 +83,7 @@ def _of_file(path: Path) -> Found:
 
 
 def background_record(read: Found, of: dict[str, Any]) -> dict[str, Any]:
-    """Return what a page has of a map; of: the system and surface that it is of."""
+    """Return the record of a map for a page; of: its system and surface."""
     label, values = _values(read.result)
     cells = np.ma.filled(read.grid.spread(values.astype(np.float64)), np.nan)
     fine = cells[np.isfinite(cells)]
@@ -107,7 +107,7 @@ def background_record(read: Found, of: dict[str, Any]) -> dict[str, Any]:
 
 
 def _values(result: Any) -> tuple[str, np.ndarray]:
-    """Return the label and the numbers (orbits,) that are shown of a map, NaN for orbits without."""
+    """Return the label and the shown numbers (orbits,) of a map, NaN for orbits without one."""
     if isinstance(result, ChaosMap):
         name = "megno" if "megno" in result.names else result.names[0]
         label, values = LABELS.get(name, name), result.values[result.names.index(name)]
@@ -117,7 +117,7 @@ def _values(result: Any) -> tuple[str, np.ndarray]:
 
 
 def _edges(axis: np.ndarray) -> tuple[float, float]:
-    """Return where the cells of equidistant middles begin and end."""
+    """Return both ends of the cells with equidistant middles."""
     steps = np.diff(axis)
     if axis.size < 2 or not (steps > 0).all() or np.ptp(steps) > SPREAD * np.abs(steps).max():
         raise ValueError(

@@ -1,4 +1,4 @@
-"""`explore`: a page in which sections of a system are looked at by clicking on them."""
+"""`explore`: a page that shows sections of a system; a click on one launches an orbit."""
 
 from __future__ import annotations
 
@@ -73,8 +73,8 @@ def explore(
     energy : float, energy, optional
         None for a map, a flow or a driven system.
     section : value of `fastaff.models.sections` or str, optional
-        Such as "alpha-turning", "beta=0.4", "x=0", of a driven system "t=0" (default: alpha-turning, the first
-        coordinate 0 where the energy reaches that, else the next one; the last variable of a flow 0, or t = 0).
+        Such as "alpha-turning", "beta=0.4", "x=0", for a driven system "t=0" (default: alpha-turning; or coordinate =
+        0, for the first coordinate whose section the energy reaches; the last variable of a flow = 0, or t = 0).
     p_eta, p_gamma : float, action, default 0
         Angular momenta of a body's planes.
     accuracy : float, default 1e-10
@@ -87,7 +87,7 @@ def explore(
         Section coordinates at which orbits start when the page is opened; [] for none (default: the page starts twelve
         over the region, or none where there is a background).
     fixed : dict of float, optional
-        Of a map or flow, starting values of rows outside the plane, by name (0), as in `energy_grid`.
+        For a map or flow, starting values of rows outside the plane, by name (0), as in `energy_grid`.
     out : path, optional
         The file (default: fastaff-explorer.html, with a number where it exists).
 
@@ -107,12 +107,12 @@ def explore(
     -----
     A map has neither energy nor section, accuracy nor scheme: a point of the plane of its first coordinate and momentum
     (another pair is chosen in the page) is an orbit of iterates, angles of period T as they are in [-T/2, T/2). The
-    states of a driven system once a period are such a map; it has no energy either, and its x is an angle where the
-    force is the same 2 pi farther on, or where it is said to be one. H(q, p) is launched by the root of a momentum, the
-    outermost with a velocity of the direction's sign; it and flows run by collocation, iterated to rounding. The
-    model's methods are printed as JavaScript from their Python source, with the package's scheme coefficients;
-    crossings are located on the scheme's own flow. First crossings agree with `poincare_map` to the accuracy; later
-    ones of chaotic orbits differ as elementary functions of browsers do. The page executes nothing that is not in it.
+    states of a driven system once a period are such a map; it has no energy either. Its x is an angle if the force has
+    the period 2 pi, or if the model declares it. H(q, p) is launched by the root of a momentum, the outermost with a
+    velocity of the direction's sign; it and flows run by collocation, iterated to rounding. The model's methods are
+    printed as JavaScript from their Python source, with the package's scheme coefficients; crossings are located on the
+    scheme's own flow. First crossings agree with `poincare_map` to the accuracy; later ones of chaotic orbits differ as
+    elementary functions of browsers do. The page executes nothing that is not in it.
 
     References
     ----------
@@ -202,7 +202,7 @@ def setup_of(
 
 
 def _strobed(body: Any, section: Any, **given: Any) -> dict[str, Any]:
-    """Return where the page of a driven system begins: its states once a period, at a phase."""
+    """Return the first view of the page of a driven system: its states once a period, at a phase."""
     check_given(body, "a page of orbits", **given)
     cut = section_named(section, body) if isinstance(section, str) else Stroboscopic() if section is None else section
     if not isinstance(cut, Stroboscopic):
@@ -212,7 +212,7 @@ def _strobed(body: Any, section: Any, **given: Any) -> dict[str, Any]:
 
 
 def _reached(body: Any, section: Any, start: dict[str, Any]) -> None:
-    """Refuse an energy that reaches nothing of the section; one that lets orbits escape is fine."""
+    """Refuse an energy that allows no point of the section; one that lets orbits escape is allowed."""
     try:
         edge(body, section, energy=start["energy"], p_eta=start["p_eta"], p_gamma=start["p_gamma"])
     except NotReached:
@@ -237,7 +237,7 @@ def _of(under: Found, start: dict[str, Any]) -> dict[str, Any]:
 
 
 def _usual(body: Any, systems: list[dict[str, Any]]) -> dict[str, Any] | None:
-    """Return the record of a named system that the body is one of, whatever its parameters."""
+    """Return the record of the named system of the body's kind, whatever its parameters."""
     for record in systems:
         named = named_body(record["name"])
         inner, own = getattr(named, "potential", named), getattr(body, "potential", body)
@@ -273,7 +273,7 @@ def _section(section: Any, body: Any, start: dict[str, Any]) -> Any:
 
 
 def _flowing(model: Any, section: Any, fixed: Any, **given: Any) -> dict[str, Any]:
-    """Return where the page of dz/dt = f(z) begins: its section, and where variables beside the plane start."""
+    """Return the first view of the page of dz/dt = f(z): its section, and the starts of variables outside the plane."""
     check_given(model, "a page of orbits", **given)
     names = system_of(model).names
     cut = f"{names[-1]}=0" if section is None else section
@@ -284,7 +284,7 @@ def _flowing(model: Any, section: Any, fixed: Any, **given: Any) -> dict[str, An
 
 
 def _scheme(scheme: Any, accuracy: float, body: Any) -> Splitting | Collocation:
-    """Return the scheme, which must be a splitting that suits the body, or a collocation where none does."""
+    """Return the scheme: a splitting that suits the body, or a collocation if none does."""
     system = system_of(body)
     if not system.separable:
         taken = GAUSS16 if scheme is None else scheme_named(scheme) if isinstance(scheme, str) else scheme
@@ -322,7 +322,7 @@ def _title(body: Any) -> str:
 
 
 def _formula(body: Any) -> str:
-    """Return what people read of a model: its formula, or its class."""
+    """Return the text that names a model: its formula, or its class."""
     system = system_of(body)
     inner = getattr(body, "potential", body)
     text = getattr(inner, "formula", None)

@@ -1,8 +1,8 @@
 """Models as JavaScript: their scalar methods, printed from their Python source by a whitelist of its syntax.
 
-One route for the models of the package, for classes that formulas were turned into, and for NamedTuples of one's own.
-Calls of other methods of the model are written out, so that each method becomes straight lines; parameters stay
-values. The names in a record are fixed: coordinates q0, q1, ..., momenta p0, ..., a tangent vector d0, ...
+Models of the package, classes made from formulas and a user's NamedTuples go the same way. Calls of other methods of
+the model are written out, so that each method is a sequence of statements; parameters stay values. The names in a
+record are fixed: coordinates q0, q1, ..., momenta p0, ..., a tangent vector d0, ...
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ FUNCTIONS = {
     **dict.fromkeys(("maximum", "max", "fmax"), "Math.max"),
     **dict.fromkeys(("pow", "power"), "Math.pow"),
 }
-"""Elementary functions of numpy and math, and what JavaScript calls them."""
+"""Elementary functions of numpy and math, and their names in JavaScript."""
 
 _BINARY: dict[type, str] = {ast.Add: "+", ast.Sub: "-", ast.Mult: "*", ast.Div: "/"}
 _COMPARED: dict[type, str] = {
@@ -49,14 +49,14 @@ class Text(str):
 
 
 class Part(NamedTuple):
-    """The model, or a value inside of it, and how it is reached: the names of the fields."""
+    """The model, or a value inside of it, and its path: the names of the fields."""
 
     value: Any
     path: tuple[str, ...]
 
 
 class Refused(TypeError):
-    """Raised for what cannot be printed: one sentence that names it."""
+    """Raised for a construct that cannot be printed: one sentence that names it."""
 
 
 def printed(part: Part, name: str, arguments: list[str], parameters: list[str]) -> dict[str, Any]:
@@ -133,7 +133,7 @@ class _Printer:
 
 
 class _Scope:
-    """One call of a method: its names, and what its statements come to."""
+    """One call of a method: its names, and the values of its statements."""
 
     def __init__(self, printer: _Printer, function: FunctionType, names: dict[str, Any]):
         self.printer, self.function, self.names = printer, function, names
@@ -254,7 +254,7 @@ class _Scope:
         return node.value
 
     def on_Name(self, node: ast.Name) -> Any:
-        """Return what a name stands for: a variable, or a number beside the class."""
+        """Return the value of a name: a variable, or a number beside the class."""
         if node.id in self.names:
             return self.names[node.id]
         value = _outside(self.function).get(node.id)
@@ -337,7 +337,7 @@ class _Scope:
         return Text(f"(-{value})") if isinstance(value, Text) else -value
 
     def on_Compare(self, node: ast.Compare) -> Any:
-        """Return comparisons, all of which hold."""
+        """Return a chain of comparisons that must all hold."""
         values = [self.value(entry) for entry in (node.left, *node.comparators)]
         texts = []
         for first, op, second in zip(values, node.ops, values[1:]):
@@ -347,7 +347,7 @@ class _Scope:
         return Text(f"({' && '.join(texts)})")
 
     def on_BoolOp(self, node: ast.BoolOp) -> Any:
-        """Return what `and` or `or` makes of conditions."""
+        """Return conditions joined by `and` or `or`."""
         sign = " && " if isinstance(node.op, ast.And) else " || "
         return Text(f"({sign.join(self.text(entry) for entry in node.values)})")
 

@@ -1,4 +1,4 @@
-"""What turns in a model that a page has: the loops that give frequencies, and coordinates that are angles."""
+"""Rotations in a model of a page: the loops that give frequencies, and coordinates that are angles."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from ..models.mechanics import system_of
 
 
 def loops_of(body: Any) -> Any:
-    """Return the angles whose loops give frequencies: the model's own where a page has them, else plain ones."""
+    """Return the angles whose loops give frequencies: the model's own if a page has them, else plain ones."""
     angles = getattr(body, "angles", None)
     if angles is not None and hasattr(angles, "signals") and not isinstance(angles, RVartheta):
         return angles

@@ -1,4 +1,4 @@
-"""The page: its modules, style and data assembled into one HTML file that asks nothing of anybody."""
+"""The page: its modules, style and data assembled into one HTML file without requests."""
 
 from __future__ import annotations
 
@@ -26,9 +26,9 @@ def web_text(name: str) -> str:
 
 
 def script(entry: str) -> str:
-    """Return a module and all that it imports as one script, in a fixed order: what is imported stands before.
+    """Return a module and all that it imports as one script, in a fixed order: imported modules stand before.
 
-    Raises ValueError where two modules have a top-level name in common, or an import is none of `import { a } from
+    Raises ValueError where two modules have a top-level name in common, or an import is not `import { a } from
     "./b.js";`.
     """
     done: dict[str, str] = {}

@@ -44,6 +44,6 @@ def fields_of(value: Any) -> tuple[str, ...]:
 
 
 def parameter_name(path: Sequence[str]) -> str:
-    """Return the name of a parameter: that of its field, with the names on the way to it where these matter."""
+    """Return the name of a parameter: that of its field, with the names of its path if they are needed."""
     inner = path[1:] if path[0] == "potential" and path[1:] != ("mu",) else path
     return "_".join(inner)

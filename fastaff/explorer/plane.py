@@ -1,4 +1,4 @@
-"""The plane of a coordinate of a map and its momentum, as map_plane.js has it: its points, how far it reaches."""
+"""The plane of a coordinate of a map and its momentum, as in map_plane.js: its points and its extent."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ SIZES = 1e-5 * 10.0 ** (np.arange(45) / 4)
 TRIED, STARTS, LOOKS, LONG, FAR, SOME = 64, 256, 200, 1000, 1e3, 1 / 16
 BENT, BENDS, QUANTILE, EDGE = 0.5, 5.0, 0.005, 0.06
 LEAST, LOCKED = 64, 12
-"""Iterates that a rotation number needs; the longest chain of islands that is looked for."""
+"""Least number of iterates for a rotation number; the longest chain of islands that is sought."""
 PLASTIC = (0.7548776662466927, 0.5698402909980532)
 
 
 class Plane(NamedTuple):
-    """Two rows of a map; start (2n,): where the others start."""
+    """Two rows of a map; start (2n,): starting values of the others."""
 
     model: Any
     name: str
@@ -32,7 +32,7 @@ class Plane(NamedTuple):
 
     @classmethod
     def of(cls, model: Any, name: str, others: dict[str, float] | None) -> Plane:
-        """Return the plane of that name, such as "x,p"; ValueError where the map has none such."""
+        """Return the plane of that name, such as "x,p"; ValueError if the map has no such plane."""
         names, known = planes(model), system_of(model).row_names
         if name not in names:
             raise ValueError(f"the plane must be one of {'; '.join(names)}, got {name}")
@@ -43,7 +43,7 @@ class Plane(NamedTuple):
 
     @property
     def periods(self) -> tuple[float, float]:
-        """Those of the two rows, 0 where there is none."""
+        """Periods of the two rows, 0 where there is none."""
         found = self.model.periods()
         return float(found[self.rows[0]]), float(found[self.rows[1]])
 
@@ -59,14 +59,14 @@ class Plane(NamedTuple):
         return np.array([reduced(z[row], period) for row, period in zip(self.rows, self.periods, strict=True)])
 
     def extent(self) -> list[float]:
-        """Return [u0, u1, v0, v1] to begin with: whole periods, turns, what stays bounded or where the map bends."""
+        """Return a first frame [u0, u1, v0, v1]: whole periods, turns, bounded orbits or the bend of the map."""
         T, S = self.periods
         turn = 0.0 if T and S else self._turn(0) if T else self._turn(1) if S else 0.0
         u0, u1, v0, v1 = _square(turn / 2) if (T and S) or turn else self._bounds()
         return [-T / 2 if T else u0, T / 2 if T else u1, -S / 2 if S else v0, S / 2 if S else v1]
 
     def _turn(self, k: int) -> float:
-        """Return by how much the partner of the angle k changes where it winds by a turn more in each iterate."""
+        """Return the change of the partner of the angle k for which it winds by a turn more in each iterate."""
         slope = float(jacobian(self.model, self.start)[self.rows[k], self.rows[1 - k]])
         return abs(self.periods[k] / slope) if slope and np.isfinite(slope) else 0.0
 
@@ -79,7 +79,7 @@ class Plane(NamedTuple):
         return z
 
     def _stay(self, z: np.ndarray, far: np.ndarray, count: int, sees: Callable[[np.ndarray, int], None]) -> np.ndarray:
-        """Tell which starts stay within `far` for so many iterates."""
+        """Return a mask of the starts that stay within `far` for so many iterates."""
         alive, periods = np.ones(z.shape[1], bool), np.array(self.model.periods())[:, None]
         with np.errstate(all="ignore"):
             for k in range(count):
@@ -108,7 +108,7 @@ class Plane(NamedTuple):
         return [*_ends(points[:, 0]), *_ends(points[:, 1])] if stayed.any() else _square(float(size))
 
     def _bend(self) -> float:
-        """Return a size at which the derivative of the map is another than at the start."""
+        """Return a size at which the derivative of the map differs from that at the start."""
         columns = list(self.rows)
         first = jacobian(self.model, self.start[:, None])[:, columns]
         other = jacobian(self.model, self._tried(TRIED, SIZES))[:, columns]
@@ -119,9 +119,7 @@ class Plane(NamedTuple):
 
 
 def survived(chaos: Any) -> int:
-    """Return how many iterates the first orbit of a chaos map of a map has, the one with which it leaves not among
-    them.
-    """
+    """Return the number of iterates of the first orbit in a chaos map of a map, without the one that leaves."""
     return int(chaos.t[0]) - int(chaos.status[0] != Status.OK)
 
 
@@ -177,7 +175,7 @@ def _square(size: float) -> list[float]:
 
 
 def _ends(values: np.ndarray) -> tuple[float, float]:
-    """Return where all but a few of some numbers lie, with an edge around."""
+    """Return the range of all but a few of some numbers, with an edge around."""
     ordered = np.sort(values.ravel())
     skip = int(QUANTILE * ordered.size)
     low, high = ordered[skip], ordered[ordered.size - 1 - skip]

@@ -1,4 +1,4 @@
-"""Models as records: their methods in JavaScript, and what the page must know of their rows."""
+"""Models as records: their methods in JavaScript, and the properties of their rows that the page needs."""
 
 from __future__ import annotations
 
@@ -63,7 +63,7 @@ def model_code(body: Any) -> dict[str, Any]:
 
 
 def _map_code(model: Any) -> dict[str, Any]:
-    """Return a map as data: winds (2n,) says which rows have a period."""
+    """Return a map as data: winds (2n,) is true for rows with a period."""
     n, own = model.degrees_of_freedom, Part(model, ())
     rows = [f"{stem}{i}" for stem in "qp" for i in range(n)]
     names = [name for name, _ in numbers_in(model, ())]

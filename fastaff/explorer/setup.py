@@ -23,7 +23,7 @@ from .parameters import parameter_values
 from .records import model_code
 
 NOWHERE: dict[str, Any] = {"energy": None, "p_eta": 0.0, "p_gamma": 0.0}
-"""What a map has of an energy surface."""
+"""Values of the energy surface in the set-up of a map."""
 
 NAMED: dict[str, tuple[str, str, str, dict[str, Any]]] = {
     "neo-hookean": (
@@ -89,7 +89,7 @@ NAMED: dict[str, tuple[str, str, str, dict[str, Any]]] = {
         NOWHERE,
     ),
 }
-"""Class, title, formula and where to begin, of the systems that every page has; a map begins anywhere."""
+"""Class, title, formula and first surface of the systems that every page has; a map has none."""
 
 BODY_SECTIONS = (("alpha-turning", None), ("beta-turning", None), ("alpha=c", 1.0), ("beta=c", 0.5), ("area=c", 1.0))
 
@@ -101,7 +101,7 @@ def named_body(name: str) -> Any:
 
 
 def system_record(body: Any, name: str, title: str, formula: str, start: dict[str, Any]) -> dict[str, Any]:
-    """Return what a page has of a system."""
+    """Return the record of a system for a page."""
     system = system_of(body)
     count = system.moving if system.canonical else system.rows
     names, momenta = (list(rows[:count]) for rows in (system.names, system.row_names[len(system.names) :]))
@@ -136,7 +136,7 @@ def planes(model: Any) -> list[str]:
 
 
 def plane_record(model: Any, fixed: Any, grid: Any = None) -> dict[str, Any]:
-    """Return where the page of a map begins: its plane, that of a grid where there is one, and what other rows are."""
+    """Return the first view of the page of a map: its plane, that of a grid if there is one, and the other rows."""
     rows = system_of(model).row_names
     given = checked_names("fixed", () if fixed is None else fixed, "numbers")
     others = {named("fixed", name, rows): real(f"fixed[{name!r}]", value) for name, value in given.items()}
@@ -160,7 +160,7 @@ def plane_record(model: Any, fixed: Any, grid: Any = None) -> dict[str, Any]:
 
 
 def job_record(body: Any) -> dict[str, Any] | None:
-    """Return the keys of a job's table [model] that name a system, without its parameters; None where none do."""
+    """Return the keys of a job's table [model] that name a system, without its parameters; None if there are none."""
     found = described(body)
     keys = ("model", "formula", "hamiltonian", "map", "flow", "angles", "coordinates", "momenta", "domain", "period")
     return None if found is None else {key: getattr(found, key) for key in keys if getattr(found, key) is not None}
@@ -183,7 +183,7 @@ def page_schemes() -> list[dict[str, Any]]:
 
 
 def scheme_record(scheme: Splitting | Collocation) -> dict[str, Any]:
-    """Return a scheme as data: drifts and kicks, or of a collocation m_ij = a_ij/b_j in rows, and b."""
+    """Return a scheme as data: drifts and kicks, or for a collocation m_ij = a_ij/b_j in rows, and b."""
     if isinstance(scheme, Collocation):
         a, b = scheme.a_array.ravel().tolist(), scheme.b_array.tolist()
         return {"name": scheme.name, "order": scheme.order, "collocation": True, "a": a, "b": b}

@@ -1,10 +1,9 @@
-"""The accuracy that is asked for: steps made shorter until two runs agree, and what they leave as error.
+"""The requested accuracy: steps are shortened until two runs agree; their difference gives the error.
 
-Rounding errors cannot be told from the difference of two runs: a splitting keeps a nearby energy, rounding makes it
-walk at random, and what an orbit makes of that, next to a separatrix by many orders more than of anything else, only
-the orbit knows. So the run with twice the step is slowed on purpose, by as much energy as the walk takes in some
-standard deviations over the share of the difference that counts: that share then holds both errors, whatever the
-amplification.
+The difference of two runs does not show rounding errors: a splitting conserves a nearby energy, and rounding makes that
+walk at random. The orbit amplifies the walk, next to a separatrix by many orders of magnitude more than elsewhere. So
+the run with twice the step is slowed on purpose. It loses as much energy as some standard deviations of the walk, over
+the share of the difference that counts: that share then covers both errors, for any amplification.
 """
 
 from __future__ import annotations
@@ -25,65 +24,65 @@ from .time_transformed import TransformedFlow
 from .trials import SPAN, chosen_steps, on_ladder, sampled
 
 SHARE = 1 / 24
-"""Share of the accuracy that the error expected from the trial may take: a larger one saves less in the first runs than
-the orbits cost that miss the accuracy.
+"""Share of the accuracy that the error expected from the trial may take. A larger share saves less in the first runs
+than the orbits cost that then miss the accuracy.
 """
 
 SAFETY = 0.75
-"""Factor, for each order of the scheme, over the error that the difference of two runs leaves: high orders are reached
+"""Safety factor for each order of the scheme over the error that follows from two runs: high orders are reached
 late.
 """
 
 REACHED = 10.0
-"""Order at which errors are counted on to fall at most."""
+"""Highest order at which errors are assumed to fall."""
 
 HALVINGS = 3
-"""How often steps are made shorter at most beyond the first pair of runs."""
+"""Most times that steps are shortened after the first pair of runs."""
 
 AGAIN = 0.25
-"""Work of orbits whose error may be too large, of a run of all: for the progress that is reported."""
+"""Work for orbits whose error may be too large, as a part of a run of all: for the reported progress."""
 
 NOISE = float(np.finfo(float).eps)
 """Rounding error of a kick."""
 
 TURNED = 12 * NOISE
-"""Rounding of the angle by which a frame turns: that of sums of fractions of a step, alike in all steps."""
+"""Rounding error of the angle by which a frame turns: that of sums of fractions of a step, the same in all steps."""
 
 EARLY = 100.0
-"""Radians up to which orbits are slowed three times as much: before an orbit has returned to a hyperbolic point a few
-times a short stretch of it makes all the error, and the rounding errors there are a larger part of all than its time.
+"""Radians up to which orbits are slowed three times as much. Until an orbit has returned to a hyperbolic point a few
+times, a short stretch makes all its error, and has a larger share of the rounding errors than of the time.
 """
 
 WEIGHT = 8
-"""Numbers whose time the estimate of one error takes: powers and logarithms."""
+"""Cost of the estimate of one error, with its powers and logarithms, in numbers."""
 
 WITNESS = 10.0
-"""Rounding errors as many times their estimate are believed where two runs that were not slowed are so far apart: of a
-chaotic orbit what grows of the slowing is small by chance, and rounding's own difference hardly is at the same time.
+"""Rounding errors count up to this multiple of their estimate where two runs that were not slowed are so far apart. The
+growth of the slowing on a chaotic orbit may be small by chance, but hardly rounding's own difference at the same time.
 """
 
 DRIVEN = 3.0
-"""Factor of the slowing of driven orbits: they wait at hyperbolic points that move, where there is little to slow."""
+"""Factor of the slowing of driven orbits: at moving hyperbolic points their momenta are small, and slow by little."""
 
 ROUGH, LOST = 1e-4, 0.1
-"""Distances of two runs, in amplitudes of the motion, from which on errors fall less than the order says, and beyond
-which the runs tell nothing of one another.
+"""Distances of two runs, in amplitudes of the motion: above ROUGH errors fall less than the order says, above LOST the
+runs are unrelated.
 """
 
 SLIGHTLY = 1.4
-"""How many times shorter steps become where a little is missing: two rungs of the ladder."""
+"""Factor by which steps are shortened where errors are a little too large: two rungs of the ladder."""
 
 MARGIN = 2.0
-"""How many times more than the order says errors must fall with steps that are only SLIGHTLY shorter."""
+"""Safety factor on the error that is expected, by the order, of steps only SLIGHTLY shorter."""
 
 WEAR_RADIANS = 6.0
 """Radians of the motion in which the momenta of the run with twice the step are slowed once, or at each step."""
 
 
 class Steps(NamedTuple):
-    """Steps that should reach an accuracy, for each orbit: step (orbits,), the local error expected of it over SPAN
-    radians (NaN where not known), the order at which it falls, the scales; ratio (orbits,): how many times as long the
-    step of the run is that they are compared with; a multiple of `parts` steps is the whole `run`.
+    """Steps that should reach an accuracy, for each orbit: step (orbits,), its expected local error over SPAN radians
+    (NaN where unknown), the order at which that falls, the scales; ratio (orbits,): the step of the run for comparison
+    over this one; a multiple of `parts` steps is the whole `run`.
     """
 
     step: np.ndarray
@@ -95,12 +94,12 @@ class Steps(NamedTuple):
     parts: int
 
     def of(self, orbits: Any) -> Steps:
-        """Return those of some of the orbits."""
+        """Return the steps of some of the orbits."""
         each = (self.step[orbits], self.local[orbits], self.order[orbits], self.motion.of(orbits), self.ratio[orbits])
         return Steps(*each, self.run, self.parts)
 
     def shortened(self, factor: np.ndarray) -> Steps:
-        """Return steps that are so many times shorter, or the next on the ladder, to be compared with these."""
+        """Return steps shorter by this factor, or the next on the ladder, for comparison with these."""
         step = np.where(factor == 2.0, self.step / 2, on_ladder(self.step / factor, self.run, self.parts))
         ratio = self.step / step
         return self._replace(step=step, local=self.local / ratio**self.order, ratio=ratio)
@@ -116,10 +115,10 @@ def planned(
     run: float,
     parts: int,
 ) -> Steps:
-    """Return steps whose errors, growing in proportion to `time` as on regular orbits, stay below a share of the
-    accuracy, and of which a multiple of `parts` is the whole `run`.
+    """Return steps whose errors stay below a share of the accuracy, if they grow in proportion to `time` as on regular
+    orbits. A multiple of `parts` steps is the whole `run`.
 
-    Where others chose one step, or tolerances, for all orbits, it is that step (1 for tolerances).
+    Where the caller chose one step, or tolerances, for all orbits, it is that step (1 for tolerances).
     """
     twice = np.full(z.shape[1], 2.0)
     if flow.alike:
@@ -136,24 +135,22 @@ def planned(
 
 
 def share_of(flow: Flow | TransformedFlow, plan: Steps) -> np.ndarray:
-    """Return the share (orbits,) of the distance of two runs, one with a shorter step than the other, that is the
-    former's error.
-    """
-    # Tolerances hold errors of single steps: with smaller ones the errors at the end fall, but by no known power.
+    """Return the ratio (orbits,) of the error of a run to its distance from the run with a longer step."""
+    # Tolerances bound errors of single steps: with smaller ones the errors at the end fall, but by no known power.
     share = SAFETY * flow.scheme.order / (plan.ratio ** np.minimum(plan.order, REACHED) - 1)
     return np.ones_like(share) if flow.adaptive else np.minimum(share, 1.0)
 
 
 def noise_of(flow: Flow | TransformedFlow, plan: Steps) -> np.ndarray:
-    """Return the rounding errors (orbits,) of the kicks over SPAN radians, were they not amplified."""
+    """Return the rounding errors (orbits,) of the kicks over SPAN radians, without amplification."""
     kicks = SPAN / np.maximum(plan.step * plan.motion.rate, 1e-300) * max(flow.scheme.stages, 1)
     noise = NOISE * plan.motion.far * (2.0 * np.ones_like(kicks) if flow.precise else np.sqrt(kicks))
     return DRIVEN * noise if flow.system.driven else noise
 
 
 def wear_of(flow: Flow | TransformedFlow, plan: Steps) -> Wear | None:
-    """Return how the orbits are slowed so that `share_of` the distance is as large as rounding errors make it; None
-    where others chose steps or tolerances for all orbits.
+    """Return the slowing of the orbits that makes `share_of` the distance as large as rounding errors; None where the
+    caller chose steps or tolerances for all orbits.
     """
     if flow.alike:
         return None
@@ -165,16 +162,16 @@ def wear_of(flow: Flow | TransformedFlow, plan: Steps) -> Wear | None:
 def estimated(
     flow: Flow | TransformedFlow, plan: Steps, apart: np.ndarray, phase: np.ndarray, worn: np.ndarray | None = None
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return the errors (moments, orbits) of states whose distance from those with twice the step is `apart`, and
+    """Return the errors (moments, orbits) of states at a distance `apart` from those with twice the step, and
     rounding's share.
 
     phase (moments, orbits): radians of the motion up to each moment. SAFETY order/(2^order - 1) of the distance is the
-    scheme's error, and where the run with twice the step was slowed as by `wear_of`, rounding's too. worn (moments,
-    orbits): the distance that this slowing alone makes, where it is known and not part of `apart`, whose rounding then
-    bears witness. Distances beyond LOST count whole. Errors never fall with time.
+    scheme's error, and covers rounding's if the run with twice the step was slowed as by `wear_of`. worn (moments,
+    orbits): the distance that this slowing alone makes, where it is known and no part of `apart`; `apart` then
+    shows rounding itself. Distances beyond LOST count whole. Errors never fall with time.
     Where orbits cannot be slowed, as with adaptive schemes, they count as regular: rounding errors grow like
     phase^(3/2), the scheme's like phase. No error is below that of a single step: within the first step both runs may
-    do the same.
+    be equal.
     """
     error, rounding = np.empty_like(apart), np.empty_like(apart)
 
@@ -187,9 +184,9 @@ def estimated(
 
 
 def _estimated(flow, plan: Steps, apart, phase, worn) -> tuple[np.ndarray, np.ndarray]:
-    """Return what `estimated` does, by one thread."""
+    """Return the result of `estimated`, by one thread."""
     order, spans = plan.order, np.maximum(phase / SPAN, 1.0)
-    # The first steps are few: where they lead through a core, errors do not fall by the order yet.
+    # After few steps errors need not fall by the order yet, as where they lead through a core.
     part = share_of(flow, plan) ** np.minimum(phase / SPAN, 1.0)
     noise = noise_of(flow, plan) * np.sqrt(spans)
     if flow.system.frame:
@@ -204,7 +201,7 @@ def _estimated(flow, plan: Steps, apart, phase, worn) -> tuple[np.ndarray, np.nd
         error = counted(apart, part) + rounding
         error += local * np.minimum(plan.step * plan.motion.rate / SPAN, 1.0)
         if not flow.alike:
-            # That of the trial is left at least: by chance the difference of two runs is too small for some orbits.
+            # The trial's error is a lower bound: by chance the difference of two runs is too small for some orbits.
             error = np.maximum(error, local * spans)
         if worn is not None:
             witness = np.minimum(apart, WITNESS * rounding)
@@ -214,7 +211,7 @@ def _estimated(flow, plan: Steps, apart, phase, worn) -> tuple[np.ndarray, np.nd
 
 
 def counted(apart: np.ndarray, part: np.ndarray) -> np.ndarray:
-    """Return that part of distances up to ROUGH, all of those from LOST on, and a power law between."""
+    """Return distances times `part` up to ROUGH, whole distances from LOST on, and a power law between."""
     with np.errstate(all="ignore"):
         rough = np.clip(np.log(apart / ROUGH) / np.log(LOST / ROUGH), 0.0, 1.0)
     return part ** (1.0 - np.where(np.isfinite(rough), rough, 0.0)) * apart
@@ -231,18 +228,18 @@ def halved(
     orbits: np.ndarray | None = None,
     report: Report | None = None,
 ) -> None:
-    """Run orbits, of these numbers or all, with their steps and with twice these, then those that need it with such
-    shorter ones as should do.
+    """Run orbits, of these numbers or all, with their steps and with twice these; then run those whose errors are too
+    large with shorter steps.
 
     run(orbits, step, wear, report, fine) integrates the orbits of that index array, slowed where there is a wear, and
-    returns what has a `status` (orbits,): if all that is asked of it is how far it is from the run `fine`, it may end
-    where the two tell nothing of one another. compare(fine, coarse, orbits, weight) returns distances of states and
-    phases (moments, orbits), and how many times the error of a state counts, the weight (moments or 1, orbits), which
-    it need not find again; keep(orbits, fine, chosen, error) takes over the results numbered `chosen` of a run;
-    drifts(fine) says which orbits (orbits,) lose their energy. Others whose error is too large to be cured, as chaotic
-    ones', or is mostly rounding's are left at that.
-    Cost: one and a half runs for orbits as expected, half a run more for those whose error is too large, which tells
-    what of it is rounding's, and for driven ones.
+    returns a run with a `status` (orbits,); a run for comparison with the run `fine` may end where the two become
+    unrelated. compare(fine, coarse, orbits, weight) returns distances of states and phases (moments, orbits), and
+    the weight (moments or 1, orbits) of the error of a state, which it takes over where it is given;
+    keep(orbits, fine, chosen, error) takes over the results numbered `chosen` of a run; drifts(fine) tells which
+    orbits (orbits,) lose their energy. Other orbits keep an error that no step cures, as of chaotic ones, or that is
+    mostly rounding's.
+    Cost: one and a half runs for most orbits; half a run more for driven ones and those whose error is too large: it
+    separates the scheme's error from rounding's.
     """
     orbits = np.arange(len(plan.step)) if orbits is None else orbits
     with Passes(report) as passes:
@@ -253,7 +250,7 @@ def halved(
         coarse = run(orbits, 2 * plan.step, wear, passes.take(work / 2, more), fine)
         apart, phase, weight = compare(fine, coarse, orbits, None)
         error, rounding = (weight * entry for entry in estimated(flow, plan, apart, phase))
-        # Of chaotic and driven orbits one distance is too small by chance too often: a run that is not slowed is
+        # One distance of chaotic and driven orbits is too small by chance too often: a run that is not slowed gives
         # another.
         again = ((error.max(axis=0) > accuracy) | flow.system.driven | drifts(fine)) & (not flow.adaptive)
         keep(orbits, fine, np.flatnonzero(~again), error)
@@ -268,12 +265,12 @@ def halved(
                 worn, coarse = compare(plain, coarse, orbits, weight)[0], plain
             elif round_ > 0:
                 coarse, fine = fine, run(orbits, plan.step, None, passes.take(work, work / 2), None)
-                worn = None if worn is None else np.sqrt(plan.ratio) * worn  # of so many times more kicks
+                worn = None if worn is None else np.sqrt(plan.ratio) * worn  # the kicks are `ratio` times as many
             apart, phase, weight = compare(fine, coarse, orbits, weight)
             worn = None if worn is None else np.where(np.isfinite(worn), worn, apart)
             error, rounding = (weight * entry for entry in estimated(flow, plan, apart, phase, worn))
             factor = shortening(flow, plan, error, rounding, accuracy)
-            # Twice the step may have been too long for the iteration of a collocation.
+            # A doubled step may have been too long for the iteration of a collocation.
             failed = (coarse.status == Status.NOT_CONVERGED) | (fine.status == Status.NOT_CONVERGED)
             factor = np.where(drifts(fine) | failed, 2.0, factor)
             again = (factor > 1) & (round_ < HALVINGS)
@@ -286,15 +283,15 @@ def halved(
 
 
 def _work(step: np.ndarray) -> float:
-    """Return how much a run takes: its steps, or its orbits where these choose their own."""
+    """Return the work of a run: its number of steps, or of orbits where these choose their own."""
     return float(np.sum(1.0 / step)) if np.isfinite(step).all() else float(step.size)
 
 
 def shortening(
     flow: Flow | TransformedFlow, plan: Steps, error: np.ndarray, rounding: np.ndarray, accuracy: float
 ) -> np.ndarray:
-    """Return how many times shorter (orbits,) steps should be whose errors (moments, orbits), of which rounding makes a
-    part, are too large: SLIGHTLY or 2, by the order at which the rest falls; 1 where it is not for steps to cure.
+    """Return the factor (orbits,) by which to shorten steps whose errors (moments, orbits), with rounding's part, are
+    too large: SLIGHTLY or 2, by the order at which the rest falls; 1 where shorter steps are needless or do not help.
     """
     with np.errstate(all="ignore"):
         worst, floor = error.max(axis=0), np.sqrt(2.0) * rounding.max(axis=0)
@@ -307,8 +304,8 @@ def shortening(
 
 
 def until(holds: np.ndarray, times: np.ndarray, end: np.ndarray | float) -> np.ndarray:
-    """Return the last of `times` (moments, orbits) up to which errors are small at all moments, by `holds` (moments,
-    orbits): 0 where they never are, the `end` where they always are.
+    """Return the last of `times` (moments, orbits) up to which `holds` (moments, orbits) is True at all moments: 0
+    where it never is, the `end` where it always is.
     """
     always = holds.all(axis=0)
     first = np.where(always, 0, (~holds).argmax(axis=0))

@@ -1,4 +1,4 @@
-"""The checks of what a user hands in: each raises at once, naming the argument, what it got and what it takes."""
+"""Checks of a user's input: each raises at once and names the argument, the value given and the values allowed."""
 
 from __future__ import annotations
 
@@ -25,8 +25,8 @@ LARGEST = 1e150
 
 
 def checked_model(model: Any, name: str = "body", needs: str = "equations") -> Any:
-    """Return `model` if it is one with what is needed, of NEEDS: a NamedTuple with the methods of the physics and
-    finite parameters.
+    """Return `model` if it meets a need of NEEDS: a NamedTuple with the methods of the physics and finite
+    parameters.
     """
     if not is_value(model):
         raise TypeError(
@@ -79,7 +79,7 @@ def checked_model(model: Any, name: str = "body", needs: str = "equations") -> A
 
 @by_identity
 def _needs_met(model: Any) -> set[str]:
-    """The needs for which a model has been checked: to do it for every call takes longer than a hundred steps."""
+    """The needs for which a model has been checked: a check in every call would take longer than a hundred steps."""
     return set()
 
 
@@ -94,7 +94,7 @@ def _check_rate(name: str, model: Any, has: str, method: str) -> None:
 
 
 def _check_turning(name: str, system: System) -> None:
-    """Refuse a model of a turning frame whose kinetic energy the turning would change."""
+    """Refuse a model in a rotating frame whose kinetic energy changes under the rotation."""
     model, n = system.model, system.moving
     if n < 2:
         raise ValueError(f"{name} {type(model).__name__} must have two coordinates or more to turn, it has {n}")
@@ -124,7 +124,7 @@ def _check_drive(name: str, system: System) -> None:
 
 
 def _instead(given: Any) -> str:
-    """Return what to write instead of a class, a name, or a system of another tool."""
+    """Return a hint for a user who gave a class, a name, or a system of another tool."""
     if (tool := adapter(given)) is not None:
         call = "mapping(lattice)" if hasattr(tool, "lattice") else "hamiltonian(potential)"
         return f": a system of another tool; write fa.{call}"
@@ -136,7 +136,7 @@ def _instead(given: Any) -> str:
 
 
 def lacking(value: Any, contract: Any) -> list[str]:
-    """Return what a value lacks of a contract, by name in the contract's order."""
+    """Return the names in a contract that a value lacks, in the contract's order."""
     wanted = [entry for entry in vars(contract) if isinstance(vars(contract)[entry], property)]
     return [entry for entry in wanted if not hasattr(value, entry)]
 
@@ -186,7 +186,7 @@ def _parameters(name: str, value: Any) -> np.ndarray:
 
 
 def checked_tangent_model(model: Any, name: str = "body") -> Any:
-    """Return `model` if it has what tangent vectors need: `tangent_force`, and a velocity linear in the momenta."""
+    """Return `model` if tangent vectors can follow it: it has `tangent_force`, and a velocity linear in the momenta."""
     system = system_of(checked_model(model, name))
     if not system.separable:
         if not (system.iterated or hasattr(model, "tangent_rates")):
@@ -307,7 +307,7 @@ def checked_section(section: Any, model: Any) -> Any:
 
 
 def _check_timeless(section: Any, system: System) -> None:
-    """Refuse a section whose function changes with the time, which begins again after every period."""
+    """Refuse a section whose function changes with the time, as the time starts again after every period."""
     now = np.linspace(0.7, 1.9, 2 * system.n)
     later = now.copy()
     later[system.moving] += 0.3 * system.model.period
@@ -361,14 +361,14 @@ ROUNDING = 8 * np.finfo(float).eps
 """Relative error that an energy may have from its own sums."""
 
 NOTICED, WALK = 1e-7, 64 * np.finfo(float).eps
-"""Energy error from which on it is looked at whether it is rounding; the part of z that rounding makes in a run."""
+"""Energy error above which a test for rounding follows; relative rounding error of z in a run."""
 
 
 def energy_drift(model: Any, z: np.ndarray, energy: np.ndarray, scale: np.ndarray) -> np.ndarray:
     """Return |E - energy|/scale of phase points z (2n, ...); inf where the energy has no value.
 
-    What rounding of E or of z may make, as where V has a large constant or an orbit rests, does not count; 0 where the
-    energy is lost.
+    The error that rounding of E or of z may make, as where V has a large constant or an orbit rests, does not count; 0
+    where the system loses energy.
     """
     system = system_of(model)
     if system.lossy:

@@ -19,8 +19,8 @@ def in_chart(z: np.ndarray, chart: Chart) -> np.ndarray:
 
 
 def chart_row(z: np.ndarray, name: str) -> np.ndarray | None:
-    """Return the coordinate or momentum of that name (...) of phase points z (8, ...): one of the four charts of the
-    paper's bodies, such as "p_beta"; None where there is none, or z is of another kind of system.
+    """Return the coordinate or momentum of that name (...) of phase points z (8, ...): one in the four charts of the
+    paper's bodies, such as "p_beta"; None where there is none, or z is a state of another kind of system.
     """
     for chart in NAMED if len(z) == 8 else ():
         names = (*chart.names, *chart.momenta)

@@ -1,4 +1,4 @@
-"""Models of one's own: what they say are derivatives is tried against differences, where orbits start and beside it."""
+"""User-defined models: their derivatives are compared with differences, at and near the starts of orbits."""
 
 from __future__ import annotations
 
@@ -13,22 +13,22 @@ from ..compile.blocks import is_value
 from ..models.mechanics import System, system_of
 
 AGREE, BEYOND = 1e-5, 1e3
-"""Relative error from which on a derivative is wrong, if it is this many times that of the differences too."""
+"""Relative error above which a derivative is wrong, if it also exceeds BEYOND times that of the differences."""
 
 HALVINGS = 40
-"""Steps of differences, each half of the one before: of what is smooth on some scale between, one is right. Which one
-is not known of what has several scales: what agrees with any is right.
+"""Steps of differences, each half of the one before: one fits a function that is smooth on some scale between. For a
+function of several scales the right one is unknown: a derivative that agrees with any is right.
 """
 
 TRIED, APART = 3, 0.1
-"""Starts that are tried, and how far beside them, in sizes of rows: at a start alone too much may vanish."""
+"""Starts that are tried, and distance of more points beside them, in sizes of rows: at a start too much may vanish."""
 
 Rows = Callable[[np.ndarray], np.ndarray]
 
 
 def check_derivatives(name: str, model: Any, z: np.ndarray) -> None:
-    """Refuse a model of one's own whose rates are not those of its energy, or whose tangent vectors do not follow its
-    rates; z (2n, orbits): starts. The package's own and texts are derived or tested, and not tried.
+    """Refuse a user's model whose rates are not those of its energy, or whose tangent vectors do not follow its rates;
+    z (2n, orbits): starts. Models of the package and of texts are tested or derived, and not tried.
 
     :Source: Dahlquist & Björck 2008, Numerical Methods in Scientific Computing I, 3.4 (Richardson's extrapolation).
     """
@@ -52,12 +52,12 @@ def check_derivatives(name: str, model: Any, z: np.ndarray) -> None:
 
 @by_identity
 def _tried(model: Any) -> list[bool]:
-    """Whether a model has been tried: that takes longer than a short run."""
+    """Whether a model has been tried: a trial takes longer than a short run."""
     return []
 
 
 def _tried_out(compute: Callable[[], tuple]) -> tuple:
-    """Return what methods give of arrays; nothing where they take none, which a run may not need."""
+    """Return the values of methods at arrays, () where they take no arrays, which a run may not need."""
     try:
         return compute()
     except (TypeError, ValueError, AttributeError, ArithmeticError):
@@ -65,7 +65,7 @@ def _tried_out(compute: Callable[[], tuple]) -> tuple:
 
 
 def _own(part: Any) -> bool:
-    """Tell whether a class is the user's: none of the package, nor one made of a text."""
+    """Tell whether the class of a value is the user's: none of the package, nor one made of a text."""
     return type(part).__module__.partition(".")[0].partition("_")[0] != __name__.partition(".")[0]
 
 
@@ -80,8 +80,8 @@ def _places(system: System, z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _slope(rows: Rows, z: np.ndarray, w: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the changes of rows along vectors w at points z by differences of all steps, (rows, points, steps), and
-    how far the next ones are.
+    """Return the derivatives of rows along vectors w at points z by differences of all steps, (rows, points, steps),
+    and their distances from those of the next steps.
     """
     h = APART * 0.5 ** np.arange(HALVINGS)
     step = h * w[..., None]
@@ -94,7 +94,7 @@ def _slope(rows: Rows, z: np.ndarray, w: np.ndarray) -> tuple[np.ndarray, np.nda
 
 
 def _of_energy(system: System, z: np.ndarray, size: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return rates (2n, points) as the model has them, by differences of its energy, and how far these are apart."""
+    """Return the model's rates (2n, points), those by differences of its energy, and the error of the latter."""
     n, own, said = system.n, system.own, system.slopes(z)
     if own is not None:  # the package's, and no model's own
         rest = np.zeros_like(z[:n])
@@ -110,7 +110,7 @@ def _of_energy(system: System, z: np.ndarray, size: np.ndarray) -> tuple[np.ndar
 
 
 def _tangent(system: System) -> tuple[Rows, Callable, str] | None:
-    """Return rates, what the model says is their change along a vector, and its method; None where it has none."""
+    """Return the rates, their change along a vector by the model's method, and its name; None where it has none."""
     model, n = system.model, system.n
     if system.separable:
         if not hasattr(model, "tangent_force"):
@@ -129,12 +129,12 @@ def _tangent(system: System) -> tuple[Rows, Callable, str] | None:
 
 
 def _array(numbers: Any, z: np.ndarray) -> np.ndarray:
-    """Return rows that a method gave of points, some perhaps one number for all."""
+    """Return the rows that a method gives as an array, also where a row is one number for all points."""
     return np.array([number + np.zeros(z.shape[1:]) for number in numbers])
 
 
 def _compare(what: str, names: Any, z: np.ndarray, said: np.ndarray, truth: np.ndarray, off: np.ndarray) -> None:
-    """Raise where rows (rows, points) as said are those of no step of the differences at more than one point."""
+    """Raise where the model's rows (rows, points) disagree with the differences of all steps at more than one point."""
     names, best = names[len(names) - len(said) :], off.argmin(axis=-1)[..., None]
     beyond = ~(np.abs(said[..., None] - truth) <= AGREE * (np.abs(said[..., None]) + np.abs(truth)))  # NaN at an edge
     truth, off = (np.take_along_axis(entry, best, -1)[..., 0] for entry in (truth, off))

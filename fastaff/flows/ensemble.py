@@ -1,4 +1,4 @@
-"""Orbits under way."""
+"""Running orbits."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ from .reaches import FARTHEST
 
 @dataclass
 class Ensemble:
-    """Orbits under way: all that a run needs to go on where it stopped. Arrays over orbits.
+    """Running orbits: all data that a run needs to go on where it stopped. Arrays over orbits.
 
     z (2n (1 + vectors), orbits) with tangent vectors: positions of the orbit and of each vector, then momenta likewise;
-    energy at the start; kinetic: the largest kinetic energy seen so far, the scale of energy errors, which knows no
-    zero of V; radius: the distance from the origin beyond which an orbit has escaped.
+    energy at the start; kinetic: the largest kinetic energy so far, the scale of energy errors, which is independent
+    of the zero of V; radius: the distance from the origin beyond which an orbit has escaped.
     """
 
     z: np.ndarray
@@ -46,7 +46,7 @@ class Ensemble:
         return part
 
     def orbits(self, memory: np.ndarray, out: np.ndarray) -> Orbits:
-        """Return what kernels see of the orbits, with what an observer keeps of them."""
+        """Return the arrays of the orbits for kernels, with the memory and records of an observer."""
         places = self.z, self.time, self.count, self.ahead, self.ticks, self.kinetic, self.radius, self.status
         return Orbits(*places, memory, out)
 
@@ -57,7 +57,7 @@ class Ensemble:
 
     @property
     def scale(self) -> np.ndarray:
-        """What energy errors are relative to: the largest kinetic energy seen; 1 for an orbit that rests."""
+        """The scale of energy errors: the largest kinetic energy seen; 1 for an orbit that rests."""
         return np.where(self.kinetic > 0, self.kinetic, 1.0)
 
     @property

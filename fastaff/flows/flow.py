@@ -27,13 +27,13 @@ from .reaches import escape_radii
 from .stepping import stepping
 
 WEAR_STEPS = 2, 4, 8, 16, 32
-"""Steps, or one, after which orbits that are slowed lose some of their momenta: lanes of a block stop together."""
+"""Steps, or one, after which slowed orbits lose part of their momenta: lanes of a block stop together."""
 
 
 class Wear(NamedTuple):
-    """How orbits are slowed, each by itself: by the time t momenta have lost the part share*(u + 2 u e/(u + e)) of
-    themselves, u = sqrt(t), e = sqrt(early), three times as much in the beginning as later; they lose it about once in
-    a time `every`. Arrays (orbits,).
+    """Slowing of each orbit: by the time t momenta have lost the fraction share*(u + 2 u e/(u + e)), u = sqrt(t),
+    e = sqrt(early), three times as much in the beginning as later; they lose it about once in a time `every`. Arrays
+    (orbits,).
     """
 
     share: np.ndarray
@@ -45,7 +45,7 @@ class Wear(NamedTuple):
 class Flow:
     """A model's flow by a scheme: with steps of size `step`, or adaptive with relative tolerance `rtol` (and `atol`).
 
-    step: one number for all orbits or (orbits,), a step for each. Each orbit carries so many tangent `vectors`.
+    step: one number for all orbits or (orbits,), a step for each; vectors: number of tangent vectors of each orbit.
     """
 
     model: Any
@@ -75,13 +75,13 @@ class Flow:
 
     @property
     def alike(self) -> bool:
-        """Whether all orbits have one step or one pair of tolerances, that others chose."""
+        """Whether the caller chose one step or one pair of tolerances for all orbits."""
         return self.adaptive
 
     @property
     def precise(self) -> bool:
-        """Whether steps are summed as increments with carried rounding errors: where the scheme's own error is that
-        small.
+        """Whether steps are summed as increments with carried rounding errors: for schemes whose own error is small
+        enough.
         """
         return getattr(self.scheme, "increments", isinstance(self.scheme, Collocation))
 
@@ -91,7 +91,7 @@ class Flow:
         """Start orbits from z0 (2n, orbits), which is taken over, with the tangent vectors deviations (vectors, 2n,
         orbits).
 
-        radius (orbits,): the distances beyond which they have escaped, `escape_radii` of z0, where they are known
+        radius (orbits,): the distances beyond which they have escaped, `escape_radii` of z0, if these are known
         already.
         """
         n = self.model.degrees_of_freedom
@@ -105,8 +105,8 @@ class Flow:
         return started
 
     def _first_steps(self, z0: np.ndarray) -> np.ndarray:
-        """Return the first steps (orbits,) of a scheme that controls them: those given, else a hundredth of what z0
-        takes to change.
+        """Return the first steps (orbits,) of a scheme that controls them: those given, else a hundredth of the time in
+        which z0 changes by its size.
         """
         size, speed = np.abs(z0).max(axis=0), np.abs(self.system.slopes(z0)).max(axis=0)
         guess = np.where(speed > 0, 0.01 * size / np.where(speed > 0, speed, 1.0), 0.01)
@@ -120,14 +120,14 @@ class Flow:
         return np.maximum(1, number_of_steps(time, self.step)).astype(np.int64)
 
     def fitted(self, time: float | np.ndarray, parts: int = 1) -> Flow:
-        """Return the flow with the longest steps up to its own of which a multiple of `parts` is `time`; itself if
-        adaptive.
+        """Return the flow with the longest steps, at most its own, that divide `time` into a multiple of `parts`;
+        itself if adaptive.
         """
         return replace(self, step=time / (parts * self.steps(time / parts))) if self.fixed else self
 
     def sized(self, step: np.ndarray) -> Flow:
-        """Return the flow with steps of those sizes (orbits,); an adaptive one, whose step counts as 1, with tolerances
-        by its order.
+        """Return the flow with steps of those sizes (orbits,); an adaptive one with tolerances that follow by its
+        order, where its own count as a step of 1.
         """
         if self.adaptive:
             factor = float(step[0]) ** self.scheme.order
@@ -145,8 +145,8 @@ class Flow:
         return replace(self, step=self.step[orbits]) if isinstance(self.step, np.ndarray) and self.step.ndim else self
 
     def _unit(self, orbits: int) -> int:
-        """Orbits handed to a thread at once: about eight portions each, whole blocks where there are enough orbits,
-        else as many blocks for each thread, all of as many whole vectors.
+        """Number of orbits that a thread takes at once: about eight portions each, whole blocks where there are enough
+        orbits, else equal numbers of blocks for each thread, all of equal numbers of whole vectors.
         """
         portion = math.ceil(orbits / (8 * self.threads))
         if portion >= LANES:
@@ -156,7 +156,7 @@ class Flow:
         return size if own <= LANES else VECTOR * math.ceil(size / VECTOR)
 
     def unit(self, orbits: int) -> int:
-        """Return how many orbits, at most a block, a thread takes at once where all have as many steps."""
+        """Return the number of orbits, at most a block, that a thread takes at once if all have equally many steps."""
         return min(LANES, self._unit(orbits))
 
     def advance(
@@ -173,15 +173,15 @@ class Flow:
     ) -> None:
         """Advance the ensemble to `time`, perhaps one for each orbit, and update its status.
 
-        The observer sees `observations` equidistant states, for which steps are shortened as they need, or every step
-        where that is 0.
+        The observer sees `observations` equidistant states, for which steps are shortened as necessary, or every step
+        if that is 0.
         """
         run = self._advance_adaptive if self.adaptive else self._advance_fixed
         run(ensemble, observer, memory, out, time, observations, refill, report)
 
     def states(self, z: np.ndarray) -> np.ndarray:
-        """Return the model's phase points (2n, ...) of rows z of an ensemble: these themselves, a time of theirs within
-        its period, without an idle row.
+        """Return the model's phase points (2n, ...) from the rows z of an ensemble: the rows without an idle one, with
+        the time of a driven system reduced to its period.
         """
         if self.system.driven:
             z[self.system.moving] = self.model.phase(z[self.system.moving])
@@ -222,7 +222,7 @@ class Flow:
         """Advance the ensemble to `time`; return `count` equidistant states (orbits, count, rows) of it, NaN where not
         reached.
 
-        They are written to `states` where it is given, so that those met before Ctrl-C are not lost.
+        They are written to `states` if it is given, so that Ctrl-C does not lose them.
         """
         rows, orbits = ensemble.z.shape
         if states is None:
@@ -300,7 +300,7 @@ class Flow:
             h[:] = time / total
         else:
             total[:], h[:] = self.steps(time), self.step
-        # Orbits that are observed and end together share blocks.
+        # Observed orbits that end together share blocks.
         order = np.lexsort((-total, every))
         unit = self._unit(orbits) if refill else self.unit(orbits)
         single = isinstance(self.scheme, Nystrom) or (isinstance(self.scheme, Splitting) and not self.precise)

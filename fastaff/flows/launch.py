@@ -14,8 +14,8 @@ from ..compile.packing import run_units
 from ..compile.threads import together, works
 
 BRIEF = 10_000
-"""Steps of an orbit that the caller's own thread takes: at most a fraction of a second, which Ctrl-C waits for, while
-another thread needs as long as a hundred to wake up.
+"""Most steps of an orbit for which the caller's own thread does the work: Ctrl-C waits at most a fraction of a second,
+while another thread takes the time of a hundred steps to wake up.
 """
 Report = Callable[[float], None]
 """Called about ten times a second with the fraction of the work that is done."""
@@ -33,9 +33,9 @@ def launch(
     """Run kernel(unit, stop, progress, *arguments) for all units, one entry of `progress` each, without the GIL in a
     worker thread.
 
-    The main thread draws progress and owns Ctrl-C, which sets stop[0], which kernels poll; KeyboardInterrupt is raised
-    when the kernel has put its state back. What takes so few `steps` of an orbit that they are BRIEF runs here, and
-    what a thread of `by_portions` begins.
+    The main thread draws progress. Ctrl-C there sets stop[0], which kernels poll; KeyboardInterrupt is raised when the
+    kernel has put its state back. Work of at most BRIEF `steps` of an orbit runs in this thread, and so does work that
+    a thread of `by_portions` begins.
     """
 
     stop = np.zeros(1, np.int64)
@@ -53,8 +53,8 @@ def launch(
 
 
 def early(report: Report | None, flow: Any, ensemble: Any, time: float, share: float = 1.0) -> Report | None:
-    """Return what takes the fraction of a run to `time` whose orbits may end before, and reports that of the steps that
-    they need: such a share as those have needed which have ended, before these `share`.
+    """Return a report for a run whose orbits may end before `time`: it takes the fraction of all steps, and reports
+    that of the steps needed, by the share that ended orbits have needed, or `share` while there are none.
     """
     if report is None or flow.adaptive:  # which counts orbits
         return report
@@ -70,5 +70,5 @@ def early(report: Report | None, flow: Any, ensemble: Any, time: float, share: f
 
 
 def units(orbits: int, size: int = LANES) -> np.ndarray:
-    """Return the progress of as many units of that size as so many orbits make, at their beginning."""
+    """Return a progress of 0 for each unit of `size` orbits."""
     return np.zeros(math.ceil(orbits / size), np.int64)

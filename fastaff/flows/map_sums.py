@@ -14,7 +14,7 @@ from .stepping import blocks_of
 
 
 def extended(ensemble: Ensemble, rows: np.ndarray) -> Ensemble:
-    """Return the orbits of a map with further rows (rows, orbits) behind their states."""
+    """Return the orbits of a map with further rows (rows, orbits) after their states."""
     found = Ensemble(np.concatenate([ensemble.z, rows]), ensemble.energy, ensemble.kinetic.copy())
     for name in ("status", "count", "radius"):
         setattr(found, name, getattr(ensemble, name).copy())
@@ -22,8 +22,8 @@ def extended(ensemble: Ensemble, rows: np.ndarray) -> Ensemble:
 
 
 def summed(flow: Flow, kind: str, ensemble: Ensemble, weights: np.ndarray) -> None:
-    """Advance orbits of a map by len(weights) iterates, those that end before to their ends, and add up the sums of
-    that kind with the weights (iterates,) or (iterates, SPANS) in the rows behind their states.
+    """Advance orbits of a map by len(weights) iterates, or to their ends, and add up the sums of that kind with the
+    weights (iterates,) or (iterates, SPANS) in the rows after their states.
     """
     n, orbits, iterates = flow.model.degrees_of_freedom, ensemble.z.shape[1], len(weights)
     going = ensemble.count[ensemble.status == 0]

@@ -1,4 +1,4 @@
-"""What the motion of each orbit is like: its angular frequency, energy and size, whatever the units and the company."""
+"""Scales of the motion of each orbit, in any units and independent of others: angular frequency, energy and size."""
 
 from __future__ import annotations
 
@@ -23,34 +23,34 @@ LOOKS = 64
 """Steps, and samples, of a first look at an orbit."""
 
 LOOKED = 1 << 21
-"""Bytes of samples in memory at once: more would be new pages each time."""
+"""Bytes of samples in memory at once: larger arrays would be new pages each time."""
 
 PHASE, PHASES = 0.2, (0.08, 0.5)
-"""The step of a first look in radians of the motion that it finds, and the range in which that is near enough."""
+"""The intended step of a first look in radians of the motion that it finds, and the range that is accepted."""
 
 ROUNDS, LEAP = 14, 32.0
-"""Looks that are taken at most, and the largest factor by which the step changes between two."""
+"""Most looks, and largest factor by which the step changes between two."""
 
 NUDGE = 1e-6
 """Relative displacement for the change of a force, or of rates."""
 
 ITERATIONS = 8
-"""Force differences from which the highest frequency is found: one four times below another leaves 1e-9 of it."""
+"""Force differences that give the highest frequency: a frequency four times lower contributes only 1e-9."""
 
 STILL = 1e-9
-"""Part of their distance from 0 below which a map's iterates count as one point."""
+"""Spread of a map's iterates, relative to their distance from 0, below which they count as one point."""
 
 VANISHING = 1e3
-"""How many times the frequency of small oscillations must exceed that of the motion for the latter to count as none."""
+"""Ratio of the frequency of small oscillations to that of the motion above which the latter counts as none."""
 
 
 RUNAWAY = 1e4
-"""How many times faster than at its start an orbit that escapes or collapses at once is taken to move: at its end
-nothing is too fast.
+"""Assumed ratio of speeds, end to start, of an orbit that escapes or collapses at once: at its end any speed is
+possible.
 """
 
 FREE = 1 / 16
-"""Frequency that an orbit has at least, beside the turning of its angles: hardly a force may act on it."""
+"""Least frequency of an orbit, relative to that of its angles: there may be hardly a force on it."""
 
 
 class Motion(NamedTuple):
@@ -59,13 +59,13 @@ class Motion(NamedTuple):
     rate (orbits,): the angular frequency (<F.W F>/<p.v>)^(1/2) of averages along the orbit, W = dv/dp: omega of an
     oscillator; kinetic (orbits,): the largest kinetic energy T met; position (n, orbits) and momentum (n, orbits): the
     amplitudes (2 T W_ii)^(1/2)/rate and (2 T/W_ii)^(1/2) that each coordinate would have with all the energy; radius
-    (orbits,): the distance from the origin beyond which an orbit has escaped, `escape_radii`; far (orbits,): how many
-    amplitudes a coordinate is away from the origin at most, at least 1; pace (orbits,): the angular frequency that
-    steps must follow, the rate or that of a drive, if it is higher; winding (n, orbits): the period of each coordinate,
-    inf where it has none. They follow changes of units and know not the zero of V; all but the radius and far know not
-    the origin of coordinates. Of an orbit at rest in an equilibrium kinetic is 0. The time of a driven system has its
-    period for an amplitude, and p_t the kinetic energy. In a turning frame all are those of the motion seen there, and
-    rates at least the frame's own.
+    (orbits,): the distance from the origin beyond which an orbit has escaped, `escape_radii`; far (orbits,): the
+    largest distance of a coordinate from the origin in amplitudes, at least 1; pace (orbits,): the angular frequency
+    that steps must follow, the rate or that of a drive, if it is higher; winding (n, orbits): the period of each
+    coordinate, inf where it has none. They scale with the units and do not depend on the zero of V; all but radius and
+    far do not depend on the origin of coordinates. An orbit at rest in an equilibrium has kinetic 0. The amplitude of
+    the time of a driven system is its period, that of p_t the kinetic energy. In a rotating frame all are those of the
+    motion seen there, and rates are at least the frame's own.
     """
 
     rate: np.ndarray
@@ -78,12 +78,12 @@ class Motion(NamedTuple):
     winding: np.ndarray
 
     def of(self, orbits: Any) -> Motion:
-        """Return those of some of the orbits."""
+        """Return the scales of some of the orbits."""
         return Motion(*(entry[..., orbits] for entry in self))
 
     def distance(self, apart: np.ndarray) -> np.ndarray:
-        """Return the size of differences of phase points (..., 2n, orbits): the largest of the coordinates' in their
-        amplitudes.
+        """Return the size of differences of phase points (..., 2n, orbits): the largest over the coordinates in units
+        of their amplitudes.
         """
         size = np.concatenate([self.position, self.momentum])
         size, winds = np.where(size > 0, size, 1.0), np.isfinite(self.winding).any(axis=-1)
@@ -98,14 +98,14 @@ class Motion(NamedTuple):
 
 
 def _chunk(rows: int, orbits: int) -> int:
-    """Return how many of so many orbits of so many rows are looked at at once: about LOOKED bytes, in equal parts."""
+    """Return the number of orbits to look at at once: about LOOKED bytes of that many rows, in equal parts."""
     most = LOOKED / (8 * (1 + LOOKS) * rows)
     return max(LANES, math.ceil(orbits / max(1, round(orbits / most))))
 
 
 def natural_rates(model: Any, z: np.ndarray, threads: int = 1) -> np.ndarray:
-    """Return the natural angular frequency (orbits,) of each orbit from z (2n, orbits), see `Motion`; of a flow how
-    fast its velocity turns at the start.
+    """Return the natural angular frequency (orbits,) of each orbit from z (2n, orbits), see `Motion`; for a flow the
+    rate at which its velocity turns at the start.
     """
     system = system_of(model)
     return motion(model, z, threads).rate if system.canonical else _turning(system, z)
@@ -124,8 +124,8 @@ def _turning(system: System, z: np.ndarray) -> np.ndarray:
 def motion(model: Any, z: np.ndarray, threads: int = 1) -> Motion:
     """Return the scales of the orbits from z (2n, orbits), from a look at some ten radians of each.
 
-    The look's step is fitted to what it finds until it is about a fifth of a radian.
-    Cost: 64 steps a look, mostly one or two.
+    The step of the look is adapted to the frequency found until it is about a fifth of a radian.
+    Cost: 64 steps a look, mostly one or two looks.
     """
     system = system_of(model)
     if system.iterated:
@@ -147,9 +147,9 @@ def motion(model: Any, z: np.ndarray, threads: int = 1) -> Motion:
 
 
 def _motion_of_map(system: System, z: np.ndarray, threads: int) -> Motion:
-    """Return the scales of a map's orbits: a radian an iterate; of a coordinate half of what LOOKS iterates extend
-    over, or its period over 2 pi; of its momentum what makes a circle of that in one iterate, or an angle turn by a
-    radian.
+    """Return the scales of a map's orbits: rate 1 per iterate; coordinates: half the extent of LOOKS iterates, or the
+    period over 2 pi; momenta: those times the ratio sqrt(|dp'/dq|/|dq'/dp|) at the start, for an angle the momentum
+    that turns it by a radian in one iterate.
     """
     n, orbits, radius = z.shape[0] // 2, z.shape[1], escape_radii(system.model, z)
     position, momentum, one = np.empty((n, orbits)), np.empty((n, orbits)), np.ones(orbits)
@@ -179,7 +179,7 @@ def _motion_of_map(system: System, z: np.ndarray, threads: int) -> Motion:
 
 
 def _observed(system: System, z: np.ndarray) -> Motion:
-    """Look at the orbits with steps that are fitted until they suit."""
+    """Look at the orbits with steps that are adapted until they suit."""
     n, orbits = z.shape[0] // 2, z.shape[1]
     W = system.inverse_masses(z)
     radius = escape_radii(system.model, z)
@@ -214,7 +214,7 @@ def _observed(system: System, z: np.ndarray) -> Motion:
     with np.errstate(all="ignore"):
         winding, around = np.full((n, orbits), math.inf), np.zeros(orbits)
         for i, period in enumerate(periods):
-            if period > 0:  # of an angle, which steps must follow, whatever turns with it
+            if period > 0:  # an angle, which steps must follow, even if other rows turn with it
                 winding[i], around = period, np.maximum(around, 2 * np.pi / period * speed[i])
         rate = np.maximum(rate, FREE * around)
         whole = np.maximum(rate, turning)
@@ -227,11 +227,11 @@ def _observed(system: System, z: np.ndarray) -> Motion:
 
 
 def fastest_rates(model: Any, z: np.ndarray, step: Any) -> np.ndarray:
-    """Return the highest angular frequency (orbits,) of small displacements from z (2n, orbits), however weakly an
-    orbit moves that way: the root of the largest eigenvalue of W dF/dq, W = dv/dp, from below.
+    """Return the highest angular frequency (orbits,) of small displacements from z (2n, orbits), even in a direction in
+    which the orbit hardly moves: the root of the largest eigenvalue of W dF/dq, W = dv/dp, from below.
 
-    By power iteration on differences of forces over a small part of |q| or of the way of a step, and the rate of a
-    turning frame. 0 where it has none.
+    By power iteration on differences of forces over a small part of |q| or of the path of a step, and the rate of a
+    rotating frame. 0 where there is none.
     """
     system = system_of(model)
     if not system.separable:
@@ -251,8 +251,8 @@ def fastest_rates(model: Any, z: np.ndarray, step: Any) -> np.ndarray:
 
 
 def _look(system: System, z: np.ndarray, step: np.ndarray, radius: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the starts and the states after each of some steps (2n, 1 + LOOKS, orbits), NaN where not reached, and who
-    failed.
+    """Return the starts and the states after each of some steps (2n, 1 + LOOKS, orbits), NaN where not reached, and a
+    mask of the orbits that failed.
     """
     flow = Flow(system.model, KAHAN_LI8 if system.separable else GAUSS8, step, 1e-12, 1e-12, 1)
     ensemble, samples = flow.ensemble(z.copy(), radius=radius), 1 + LOOKS
@@ -310,9 +310,9 @@ def applied(matrix: np.ndarray, vector: np.ndarray) -> np.ndarray:
 
 
 def _first_rates(system: System, z: np.ndarray, W: np.ndarray, reach: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return angular frequencies to begin with, from the curvature of V along the force or the velocity, and of the
-    path, and at least those of a motion over the distance from the origin, or over `reach` (orbits,), inf where
-    unknown: at a point where the curvature of V vanishes nothing else tells. And the frequencies of small oscillations
+    """Return first estimates of angular frequencies, from the curvature of V along force or velocity and from that of
+    the path, at least those of a motion over the distance from the origin, or over `reach` (orbits,), inf where
+    unknown: where the curvature vanishes there is no other scale. Also return the frequencies of small oscillations
     along a direction of no symmetry, 0 where there are none.
     """
     n = z.shape[0] // 2
@@ -334,7 +334,7 @@ def _first_rates(system: System, z: np.ndarray, W: np.ndarray, reach: np.ndarray
     stiff = known[2:4].max(axis=0)
     path = np.where(
         (stiff > 0) & (known[0] > 100 * stiff), 0.0, known[0]
-    )  # next to a turning point the path turns at once
+    )  # next to a turning point the path turns sharply
     best = np.maximum(np.maximum(stiff, path), known[1])
     return np.where(best > 0, best, 1.0), known[4]
 
@@ -357,7 +357,7 @@ def _turned(system: System, W: np.ndarray, q: np.ndarray, shift: np.ndarray) -> 
 
 
 def _seen(system: System, z: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return velocities, momenta and forces (n, ...) as they are seen in the model's frame."""
+    """Return velocities, momenta and forces (n, ...) in the model's frame."""
     n = z.shape[0] // 2
     if system.frame:
         return system.without_time(system.velocities(z)), *system.seen(z)
@@ -373,7 +373,7 @@ def _velocity(system: System, p: np.ndarray) -> np.ndarray:
 
 
 def typical_rate(model: Any, z: np.ndarray) -> float:
-    """Return the median natural angular frequency of a set of orbits: for what belongs to the set, never to an
+    """Return the median natural angular frequency of a set of orbits: for quantities of the set, never of a single
     orbit.
     """
     rates = natural_rates(model, z)

@@ -17,7 +17,7 @@ NEEDS: dict[str, frozenset[str]] = {
     "H = T(p) + V(q)": frozenset({"term"}),
     "a page": frozenset({"substep"}),
 }
-"""By what an analysis as a whole is of, the terms that it does not take, by name or what they are said to be
+"""The need of an analysis as a whole: the terms that it does not take, by name or by their words
 (`compile.kinds.words_of`).
 """
 
@@ -91,17 +91,17 @@ REFUSALS = {
         "{has}: take BLANES_CASAS_ESCORIHUELA8"
     },
 }
-"""By what is asked for, the terms, by name or what they are said to be, that together do not go with it, and the
-sentence that says what would do.
+"""The request: the terms, by name or by their words, that together do not go with it, and the sentence with an
+alternative.
 """
 
 OF_MODELS = ("a return", "an indicator of the energy")
-"""Needs that a model as a whole has not: refused by TypeError, as a wrong argument beside it is by ValueError."""
+"""Needs that a model as a whole does not meet: refused by TypeError; a wrong argument beside it by ValueError."""
 
 
 def check_needs(model: Any, need: str, **said: Any) -> None:
-    """Raise the refusal of the first terms of a model's equations that do not go with what is asked for; said: the
-    numbers and names of its sentence beside the model's.
+    """Raise the refusal of the first terms of a model's equations that do not go with a request; said: the numbers and
+    names in its sentence beside the model's.
     """
     system = system_of(model)
     for words, sentence in REFUSALS[need].items():

@@ -1,4 +1,4 @@
-"""Observers: what is kept from running orbits, as values that the drivers call block by block.
+"""Observers: functions that keep numbers of running orbits, as values that the drivers call block by block.
 
 An observer is a compiled function with its parameters, rows of memory for each orbit (they survive an interruption) and
 numbers written for each orbit. `both` makes one observer of two, so that one pass gives, say, a section and
@@ -39,11 +39,11 @@ class Observer:
     """Numbers to keep of running orbits: a function with its value, and the rows of memory that an orbit needs.
 
     function(value, lanes, orbit, fresh, t, z, memory, out, done) is a Python function that Numba compiles (or one that
-    it has compiled). It sees a block of so many `lanes`, each an orbit, at an observation: value, a NamedTuple of
-    floats (of NamedTuples, of tuples); orbit (lanes,), their numbers; fresh, 1 in the lanes that are to be looked at, 0
+    it has compiled). It sees a block of `lanes` lanes, each an orbit, at an observation: value, a NamedTuple of
+    floats (of NamedTuples, of tuples); orbit (lanes,), their numbers; fresh, 1 in the lanes that are to be observed, 0
     in the others; t, their times; z, their states, and memory, the observer's numbers, both flat: row r of lane i is
     [r*LANES + i], with LANES of `fastaff.compile.jit`; out (orbits, columns), the observer's to write to, by orbit;
-    done, which it sets to 1 in lanes whose orbits it ends. It returns how many it has ended. Rows of z are the
+    done, which it sets to 1 in lanes whose orbits it ends. It returns the number that it has ended. Rows of z are the
     coordinates, then the momenta. Memory is zero at the start unless the caller sets it.
 
     sizes: constants that the function gets before `lanes`, compiled into it; calls: functions that it gets, before
@@ -92,7 +92,7 @@ class _Columns(NamedTuple):
 
 def columns(rows: int, samples: int) -> Observer:
     """Keep the phase point (rows numbers) at each observation, orbits side by side, see `kernels.samples.columns`. The
-    caller sets how many samples there are before.
+    caller sets the number of earlier samples.
     """
     return Observer(sample_kernels.columns, sample_kernels.ROWS.taken + 1, _Columns(float(rows), float(samples)))
 
@@ -105,7 +105,7 @@ def called_rows(call: Bound, rows: int) -> Observer:
 
 @cache
 def worn(rows: int) -> Observer:
-    """Slow orbits of so many rows, see `kernels.samples.WEAR_ROWS`, and keep nothing."""
+    """Slow orbits of `rows` rows, see `kernels.samples.WEAR_ROWS`, and keep nothing."""
     return Observer(sample_kernels.worn, sample_kernels.WEAR_ROWS.end, _Rows(float(rows)))
 
 
@@ -126,8 +126,8 @@ class _Crossings(NamedTuple):
 def crossings(
     section: Any, wanted: int, degrees_of_freedom: int, vectors: int = 0, *, beside: bool = False
 ) -> Observer:
-    """Record the brackets of section crossings until `wanted` certain ones are found or the record is full, or, where
-    the records hold times of another run `beside`, until it has parted from that.
+    """Record the brackets of section crossings until `wanted` certain ones are found or the record is full; if the
+    records hold times of another run `beside`, also until the two have diverged.
     """
     rows = 2 * degrees_of_freedom * (1 + vectors)
     most = getattr(section, "period", math.inf) / 2
@@ -170,7 +170,7 @@ class _Deviations(NamedTuple):
 def deviations(
     model: Any, vectors: int, indicators: tuple[Any, ...], *, time: float, early_stop: bool, slots: int, sums: int
 ) -> Observer:
-    """Keep growth and alignment of the tangent vectors at every step, and judge orbits by the indicators' readings.
+    """Keep growth and alignment of the tangent vectors at every step, and classify orbits by the indicators' readings.
 
     out holds `slots` records of the time, the readings and the growth of the first `sums` vectors. The caller sets some
     rows of the memory, see `kernels.deviations`.
@@ -216,7 +216,7 @@ def both(first: Observer, second: Observer, columns: int) -> Observer:
     """Make one observer of two: a single pass over the orbits serves both.
 
     Memory and `out` hold those of the first, then those of the second; `columns` is the width of the first one's `out`.
-    An orbit is done when both are done with it; the rows after their memory keep which are.
+    An orbit is done when both are done with it; the rows after their memory hold their `done`.
     """
     rows = first.rows + second.rows
     value = _Pair(float(first.rows), float(rows), float(columns))
@@ -241,7 +241,7 @@ class _Either(NamedTuple):
 
 
 def either(first: Observer, second: Observer) -> Observer:
-    """Make one observer of two, of which the second writes nothing: an orbit is done when one of them is done with
+    """Make one observer of two; the second writes nothing. An orbit is done when one of them is done with
     it.
     """
     value = _Either(float(first.rows))

@@ -1,4 +1,4 @@
-"""From options to a running flow: checked once, scheme and step chosen where they are left open, and why."""
+"""From options to a running flow: options are checked once, an open scheme or step is chosen, with the reason."""
 
 from __future__ import annotations
 
@@ -24,28 +24,28 @@ from .time_transformed import prepared
 from .trials import chosen_steps, on_ladder, trials_in_time
 
 ACCURACY = 1e-10
-"""Accuracy of states where neither a step nor an accuracy is asked for."""
+"""Accuracy of states where the user gives neither a step nor an accuracy."""
 
 FINEST = 1e-15
-"""Least accuracy that can be asked for: several roundings of a double."""
+"""Smallest accuracy that can be requested: several roundings of a double."""
 
 STEP_ERROR = 1e-10
-"""Error of states over 16 radians of the motion, in its amplitudes, for which steps are chosen by functions without an
-accuracy of their own.
+"""Error of states over 16 radians of the motion, in its amplitudes, for which functions without an accuracy choose
+steps.
 """
 
 DRIFT, DRIFTING = 1e-6, 10.0
-"""Energy error, over the largest kinetic energy met, of an orbit that drifts, and how many times the accuracy it is:
-orbits within their accuracy have up to twice that, at steep walls.
+"""Energy error, over the largest kinetic energy met, above which an orbit drifts, and the least multiple of the
+accuracy for it: orbits within their accuracy have errors up to twice that, at steep walls.
 """
 
 
 @dataclass(frozen=True)
 class Options:
-    """How orbits are run: the keywords that all functions of orbits share, checked together.
+    """Options of a run: the keywords that all functions of orbits share, checked together.
 
-    scheme: one of the package or your own, AUTO, or None for the splitting that is `cheapest` for the accuracy, what is
-    `quickest` where another run confirms it (KAHAN_LI8 where a step is given), or the collocation that is `fastest` for
+    scheme: one of the package or your own, AUTO, or None for the splitting that is `cheapest` for the accuracy, the
+    `quickest` scheme where a second run confirms it (KAHAN_LI8 where a step is given), or the `fastest` collocation for
     H(q, p); accuracy: error that the function's results may have, or step: the longest fixed step, one for all or
     (orbits,), or the first of an adaptive scheme; rtol, atol: tolerances of an adaptive scheme; energy_tolerance:
     energy error, over the largest kinetic energy met, above which an orbit's status is ENERGY_DRIFT, None for DRIFT, or
@@ -117,8 +117,8 @@ class Options:
         return value
 
     def goal(self, default: float = ACCURACY) -> float | None:
-        """Return the accuracy to reach by halving steps; None where a step, or a scheme that controls its steps, was
-        chosen instead.
+        """Return the accuracy to reach by halving steps; None where the user chose a step, or a scheme that controls
+        its steps.
         """
         if self.accuracy is None:
             return default if self.step is None and self.fixed else None
@@ -144,8 +144,8 @@ def suited(options: Options, model: Any) -> Options:
 
 
 class Problem(NamedTuple):
-    """What is to be run: a model, where its orbits start, and how. A function of orbits makes it of its arguments and
-    hands on this one value; nothing of it is checked before its `plan`.
+    """The problem to run: a model, the starts of its orbits, and the options. A function of orbits makes it from its
+    arguments and passes on this one value; it is checked in its `plan`, not before.
     """
 
     model: Any
@@ -158,7 +158,7 @@ class Problem(NamedTuple):
         return system_of(self.model)
 
     def iterates(self, name: str, count: Any) -> float:
-        """Return a time: of a map a whole number of iterates, else any positive number."""
+        """Return a time: for a map a whole number of iterates, else any positive number."""
         number = positive(name, count)
         if self.system.iterated and number != math.floor(number):
             raise ValueError(f"{name} of a map must be a whole number of iterates, got {count!r}")
@@ -174,7 +174,7 @@ class Problem(NamedTuple):
 
 
 class Plan(NamedTuple):
-    """Flow and states of a run: the flow, z a fresh array (2n, orbits) of the starts, and why it has its scheme and
+    """Flow and states of a run: the flow, z a fresh array (2n, orbits) of the starts, and the reason for its scheme and
     steps.
     """
 
@@ -194,14 +194,14 @@ def plan(
 ) -> Plan:
     """Check the starts, choose scheme and steps where the options leave them open, and return the flow.
 
-    time: of the run, which chosen steps divide and which the choice of a scheme knows; error: of states over 16 radians
-    for which each orbit's step is chosen, None to leave steps (inf) to the caller; transformed: whether the run takes a
-    flow in a fictitious time, then with its `time`.
+    time: of the run, which chosen steps divide and which affects the choice of a scheme; error: of states over 16
+    radians, for which each orbit's step is chosen, None to leave steps (inf) to the caller; transformed: whether the
+    run takes a flow in a fictitious time, then with its `time`.
 
     :Raises: ValueError or TypeError for wrong input.
 
-    The choice of a scheme, and the step in s of a `TimeTransformed` one, follow from a sample of the orbits, some 64
-    evenly from their order: they belong to the set. A step in time belongs to its orbit alone.
+    The choice of a scheme, and the step in s of a `TimeTransformed` one, follow from a sample of some 64 orbits, evenly
+    spaced in their order: they depend on the set. A step in time depends on its orbit alone.
 
     Examples
     --------
@@ -264,7 +264,7 @@ def _iterated(model: Any, z: np.ndarray, options: Options) -> Plan:
 
 
 def _chosen(model: Any, z: np.ndarray, scheme: Automatic, options: Options, threads: int, time: float | None) -> Trial:
-    """Return what an automatic scheme chooses for a run over `time`."""
+    """Return the trial that an automatic scheme chooses for a run over `time`."""
     scheme = scheme.suited(system_of(model).quadratic)
     tried = trials_in_time(model, z, scheme, options.rtol, options.atol, threads, time)
     for candidate in scheme.candidates:

@@ -1,4 +1,4 @@
-"""How far orbits may go before they count as escaped."""
+"""Distances beyond which orbits count as escaped."""
 
 from __future__ import annotations
 
@@ -22,10 +22,10 @@ def escape_radii(model: Any, z: np.ndarray, energy: np.ndarray | None = None) ->
     """Return the distance from the origin (orbits,) beyond which each orbit from z (2n, orbits) counts as escaped;
     energy (orbits,) of these, where it is known already.
 
-    ESCAPE times its size: its distance at the start, or where it would turn on the straight line that it starts along,
-    if that is farther; `FARTHEST` where it has neither. So it follows the unit of length, and knows neither the company
-    nor the zero of V. Orbits of a map end where they are no longer finite, and no distance counts: a start near a fixed
-    point says nothing of the size; nor do coordinates of H(q, p), which may be angles that wind.
+    It is ESCAPE times the orbit's size: its distance at the start, or that of the turning point on the straight line
+    along its initial velocity, if that is farther; `FARTHEST` where it has neither. So it scales with the unit of
+    length, and depends neither on other orbits nor on the zero of V. Orbits of a map, and of H(q, p), have no such
+    limit: a start near a fixed point does not show the size, and coordinates may be angles that wind.
     """
     system = system_of(model)
     if not system.separable or "energy" in system.words:
@@ -37,13 +37,13 @@ def escape_radii(model: Any, z: np.ndarray, energy: np.ndarray | None = None) ->
 
 
 def _reaches(model: Any, z: np.ndarray, limit: np.ndarray) -> np.ndarray:
-    """Return the distances from the origin (orbits,), or of turning points, to two digits, of orbits from z with these
-    energies.
+    """Return the distances from the origin (orbits,) of orbits from z, or of their turning points at these energies, to
+    two digits.
     """
     system = system_of(model)
     n, total, orbits = system.moving, system.n, z.shape[1]
     speeds, centrifugal = system.slopes(z), 0.0
-    if system.driven:  # the line goes through the potential of one moment
+    if system.driven:  # V along the line is that of one moment
         limit, speeds = limit - z[-1], np.concatenate([speeds[:n], speeds[n + 1 : -1]])
     if system.frame:
         centrifugal = 0.5 * system.turning_mass * float(model.angular_velocity()) ** 2
@@ -66,7 +66,7 @@ def _reaches(model: Any, z: np.ndarray, limit: np.ndarray) -> np.ndarray:
     turned = farther >= 0
     reach = np.where(turned, np.maximum(size, unit * distances[farther]), size)
     near = np.flatnonzero(~turned & (reach > 0))
-    if near.size:  # the turns of an orbit that starts next to the origin may lie beyond what its distance tells
+    if near.size:  # turning points may be far beyond the distance of a start next to the origin
         centred, own = np.array(z[:, near]), limit[near]
         centred[:n] = 0.0
         far = _reaches(model, centred, own + (z[-1, near] if system.driven else 0.0))
@@ -75,16 +75,16 @@ def _reaches(model: Any, z: np.ndarray, limit: np.ndarray) -> np.ndarray:
 
 
 _NOT_COMPILED: set[tuple[type, ...]] = set()
-"""Classes of models, with those of their fields, whose potential energy is no formula that Numba compiles."""
+"""Classes of models, with those of their fields, whose potential energy Numba does not compile."""
 
 
 def _potential(model: Any) -> Any:
-    """Return the compiled potential energy; None where it does not compile, which nothing else asks of it."""
+    """Return the compiled potential energy; None where it does not compile: no other function needs it compiled."""
     classes = (type(model), *map(type, model))
     if classes not in _NOT_COMPILED:
         try:
             return model_block("potential", model, model.degrees_of_freedom)
-        except Exception:  # Numba's own, and whatever else its passes end in
+        except Exception:  # Numba's own, and any other that its passes raise
             _NOT_COMPILED.add(classes)
     return None
 

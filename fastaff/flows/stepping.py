@@ -1,4 +1,4 @@
-"""What kernels get of a flow: the blocks of its model, the coefficients of its scheme."""
+"""Arguments of kernels from a flow: the blocks of its model, the coefficients of its scheme."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ from ..schemes.catalogue import Collocation, Nystrom, Scheme, Splitting
 
 
 def blocks_of(model: Any, vectors: int = 0, step: Callable | None = None, **kinds: str | nystrom.Terms) -> Blocks:
-    """Return what kernels see of a model: block functions of these kinds, or of a Runge-Kutta-Nyström scheme's terms,
-    idle ones in the other places; step: the kernel of a scheme that steps by the derivative.
+    """Return a model's functions for kernels: block functions of these kinds, or of a Runge-Kutta-Nyström scheme's
+    terms, idle ones in the other places; step: the kernel of a scheme that steps by the derivative.
     """
     n, derivative, leapt = model.degrees_of_freedom, 0, 0
     found = {
@@ -37,12 +37,12 @@ def blocks_of(model: Any, vectors: int = 0, step: Callable | None = None, **kind
 
 @by_identity
 def _kept(model: Any) -> dict[tuple, tuple[Packed, Packed, Scheme]]:
-    """What kernels have got of a model, with the schemes, or the ids of these could become those of others."""
+    """The arguments that kernels have got from a model, and their schemes, whose ids could else pass to others."""
     return {}
 
 
 def stepping(flow: Any, *kinds: str, solo: bool = False) -> tuple[Packed, Packed]:
-    """Return the blocks of these kinds with that by which the scheme steps, units of one orbit where `solo`, and the
+    """Return the blocks of these kinds and that of the scheme's step, for units of one orbit if `solo`, and the
     scheme's coefficients.
     """
     scheme, kept = flow.scheme, _kept(flow.model)
@@ -70,7 +70,7 @@ def _coefficients(flow: Any) -> Coefficients:
 
 
 def _spare(flow: Any) -> int:
-    """Return the rows that blocks of states need besides: those of the numbers of a substep, or of the forces of
+    """Return the number of further rows in blocks of states: for the numbers of a substep, or for the forces of
     stages.
     """
     substep, scheme = flow.system.substep, flow.scheme

@@ -35,22 +35,22 @@ from .observers import Observer
 from .trials import Sample, following_step, sample_of, trial_step
 
 PATIENCE = 1000
-"""How many times the expected number of steps an orbit may take: one that falls into a singularity would never end."""
+"""Most steps of an orbit over the expected number: one that falls into a singularity would never end."""
 
 
 LOOKS = 40
-"""States of each orbit that are looked at for the range of its potential."""
+"""States of each orbit that give the range of its potential."""
 
 OVERSHOOT = 1e3
-"""More than tau = t/time ever is: it is a coordinate and must not count as one that has escaped."""
+"""Upper bound of tau = t/time: as a coordinate it must not count as escaped."""
 
 
 @dataclass(frozen=True)
 class TransformedFlow:
-    """A model's flow by a `TimeTransformed` scheme up to `time`: it stands in for `Flow`.
+    """A model's flow by a `TimeTransformed` scheme up to `time`, in place of `Flow`.
 
     The ensemble's states are those of the transformed model (see `lifted`), its `time` is the orbits' time; `states`
-    and `section` translate. `pace` is about dt/ds, to expect numbers of steps by.
+    and `section` translate. `pace` is about dt/ds and predicts numbers of steps.
     """
 
     original: Any
@@ -125,7 +125,7 @@ class TransformedFlow:
         refill: bool = True,
         report: Report | None = None,
     ) -> None:
-        """Advance the ensemble until it has reached the model's time or the observer has what it wants; see
+        """Advance the ensemble until it has reached the model's time or the observer ends its orbits; see
         `Flow.advance`.
         """
         most = self.steps(time)
@@ -197,11 +197,11 @@ def prepared(
     threads: int,
     error: float = 1e-11,
 ) -> tuple[TransformedFlow, float, float]:
-    """Return the flow with rate and step, by trial where they are missing; its largest energy error there and its
-    forces per unit time.
+    """Return the flow with rate and step, by trial where they are missing; its largest energy error in the trial and
+    its force evaluations per unit time.
 
-    Each rate tries steps that shrink until the largest energy error of a sample of orbits is below `error`; the rate
-    with the fewest forces per unit time is taken, or where none gets there that of least error.
+    For each rate, steps shrink until the largest energy error of a sample of orbits is below `error`. The result has
+    the rate with the fewest evaluations per unit time, or that of least error if all errors are larger.
     """
     _check_rate(model, scheme, z)
     if scheme.rate is not None and step is not None:
@@ -224,7 +224,7 @@ def prepared(
 
 
 def _rank(found: tuple[TransformedFlow, float, float], error: float) -> tuple[bool, float]:
-    """Order trials: those below the error by cost, before the others by error."""
+    """Return a sort key of trials: those below the error by cost, then the others by error."""
     _, worst, cost = found
     return (False, cost) if worst <= error else (True, worst)
 
@@ -261,7 +261,7 @@ def _flow(
 
 
 def _tried(scheme: TimeTransformed, step: float, sample: Sample) -> tuple[TransformedFlow, float, float]:
-    """Run the sample; return the flow with its pace, the largest energy error and forces per unit time."""
+    """Run the sample; return the flow with its pace, the largest energy error and force evaluations per unit time."""
     time = sample.span * sample.rounds
     flow = _flow(time, sample.model, scheme, step, 1.0, sample.threads, 100)
     ensemble = flow.ensemble(sample.z)
@@ -276,8 +276,8 @@ def _tried(scheme: TimeTransformed, step: float, sample: Sample) -> tuple[Transf
 
 
 def survey(sample: Sample) -> tuple[float, float, float]:
-    """Return the typical angular frequency, the lowest potential and the highest energy of orbits over a round, which
-    is some librations. What has escaped would tell of depths where no other orbit goes.
+    """Return the typical angular frequency, the lowest potential and the highest energy of orbits over a round of some
+    librations. States that have escaped are left out: no other orbit reaches such depths.
     """
     model, z = sample.model, sample.z
     flow = Flow(model, DOP853, math.inf, 1e-9, 1e-9, sample.threads)

@@ -1,8 +1,8 @@
-"""Short runs of H(q, p) by an explicit scheme to tolerances: which orbits, which tolerances, what error two runs leave.
+"""Short runs of H(q, p) by an explicit scheme with tolerances: choice of orbits and tolerances, errors from two runs.
 
-Over few turns a symplectic scheme has nothing to keep that an accuracy does not ask for, its iteration and the trials
-of its steps cost several times what VERNER9 does, and tolerances need no trial. Errors come from a run with looser
-ones; orbits that miss the accuracy are left to the symplectic scheme.
+Over few turns a symplectic scheme has no advantage. Its iteration and the trials of its steps cost several times as
+much as VERNER9, whose tolerances need no trial. Errors follow from a run with looser tolerances; orbits that miss the
+accuracy are left to the symplectic scheme.
 """
 
 from __future__ import annotations
@@ -24,49 +24,48 @@ from .motion import Motion
 from .trials import SPAN
 
 RADIANS = 1000.0
-"""Radians of the motion up to which runs are short: beyond, errors of what is not symplectic outgrow others."""
+"""Radians of the motion up to which runs are short: beyond, errors of a scheme that is not symplectic grow faster."""
 
 RATIO, PART = 64.0, 1 / 4
-"""How many times looser the other run's tolerances are, and the part of the distance of both that is counted as error:
-in the middle it is 1/70, and where the step control of one run was lucky, half of it and more.
+"""Ratio of the looser run's tolerances to the tighter ones, and the part of the distance of both that counts as error:
+typically it is 1/70, but half or more where the error of one run is small by chance.
 """
 
 GROWTH, LEAST = 0.3, 8.0
-"""Accuracy beside the tolerance for an orbit: GROWTH times the 3/2th power of its radians, or LEAST."""
+"""Accuracy over tolerance for an orbit: GROWTH times the 3/2th power of its radians, or LEAST."""
 
 LOWEST = 0.02
-"""Error beside the tolerance, as GROWTH is: that of orbits whose steps are no harder than a pendulum's."""
+"""Error over tolerance, like GROWTH, for orbits whose steps are no harder than a pendulum's."""
 
 UNSTEADY, BETWEEN = 2.0, 8.0
-"""How many times the usual error of its tolerance an orbit's must be for that of a third run to be asked, as errors of
-orbits that amplify them fall by chance; how many times looser the third run's tolerance is.
+"""Multiple of the usual error of its tolerance above which an orbit gets a third run, as amplified errors may be small
+by chance; ratio of the third run's tolerance to the tight one.
 """
 
 UNSURE = 4.6
-"""Order at which errors of orbits that are left by short runs count as falling: by it a quarter of the distance of two
-runs is error, as here. In one direction that grows the error of one run is a hundredth of its usual size by chance.
+"""Order at which errors are assumed to fall for orbits that short runs have left: by it a quarter of the distance of
+two runs is error, as here. Along one growing direction an error is a hundredth of its usual size by chance.
 """
 
 FINEST = 1e-14
-"""Tolerance below which rounding is in the way."""
+"""Tolerance below which rounding errors dominate."""
 
 SLOW = 0.5
-"""Work behind short runs, of these: for the progress that is reported."""
+"""Work after short runs, relative to theirs: for the reported progress."""
 
 FALLS, WHOLE, STUCK = 12.0, 8.0, 3.0
-"""Errors of the third run beside the other's, times FALLS, are how many times more of them is error where they have not
-fallen as they should, up to WHOLE: orbits that pass close to the singular point of a chart, such as a focus of elliptic
-coordinates, have all errors from a few steps, in which luck decides more than tolerances do. From STUCK times more
-on a further pair is asked, which bears witness.
+"""The ratio of the third run's errors to the other's, times FALLS, multiplies errors that have not fallen as they
+should, by at most WHOLE. Orbits near the singular point of a chart, such as a focus of elliptic coordinates, get all
+errors in a few steps, by chance more than by tolerance. From a factor STUCK on, a further pair of runs checks them.
 """
 
 STOPS = 0.0, 0.62, 0.38
-"""Parts of the time between two moments of comparison at which runs stop besides, the fine one, that which it is
-compared with, and the third: a step that ends at a moment has a length that no tolerance chose, and one error in all.
+"""Fractions of the time between two moments of comparison at which runs also stop: of the fine run, the coarse one and
+the third. A step that ends at a moment has a length that no tolerance chose, hence the same error in all runs.
 """
 
 PAIRS = 4
-"""How many times tolerances are made RATIO times smaller at most, the first time included."""
+"""Most pairs of runs, the first included; each has tolerances RATIO times smaller than the one before."""
 
 
 def tolerances(found: Motion, time: float, accuracy: float) -> np.ndarray:
@@ -79,9 +78,9 @@ def tolerances(found: Motion, time: float, accuracy: float) -> np.ndarray:
 
 
 def beyond(steps: Steps, found: Motion, time: float, accuracy: float, had: np.ndarray) -> tuple[Steps, np.ndarray]:
-    """Return steps of orbits that short runs have left, and their numbers: of order UNSURE where a run is short, as
-    these amplify errors; without those of which there is something (`had`) and whose shortest steps do not reach the
-    accuracy: they meet the singular point of a chart, of which equal steps see nothing until all are that short.
+    """Return steps of the orbits that short runs have left, and their numbers; the order is UNSURE where a run is
+    short, as these orbits amplify errors. Orbits that have a result (`had`) are left out if their shortest steps do not
+    reach the accuracy: they meet the singular point of a chart, which only equal steps as short would resolve.
     """
     order = np.where(np.isfinite(tolerances(found, time, accuracy)), UNSURE, np.inf)
     reached = steps.local * np.maximum(time * found.rate / SPAN, 1.0) <= accuracy
@@ -90,8 +89,8 @@ def beyond(steps: Steps, found: Motion, time: float, accuracy: float, had: np.nd
 
 
 def walled(model: Any, states: np.ndarray) -> np.ndarray:
-    """Return which orbits (orbits,) of these states (moments, 2n, orbits) have walls or singular points of a chart, to
-    which their distance changes: two runs may leave the same error there by chance.
+    """Return a mask (orbits,) of those whose states (moments, 2n, orbits) change their distance from walls or singular
+    points of a chart: two runs may have the same error there by chance.
     """
     positions = states[:, : system_of(model).positions].transpose(1, 0, 2)
     with np.errstate(all="ignore"):
@@ -104,9 +103,9 @@ def with_tolerance(flow: Any, tolerance: float) -> Flow:
 
 
 def left(found: Motion, apart: np.ndarray, times: np.ndarray, tolerance: np.ndarray) -> np.ndarray:
-    """Return the errors (moments, orbits) at `times` of runs with these tolerances (orbits,) whose distance from those
-    with RATIO times as much is `apart`: a PART of it, what rounding adds, amplified as the tolerance's errors are, and
-    what is usual for the tolerance, as both may have taken the same steps.
+    """Return the errors (moments, orbits) at `times` of runs with these tolerances (orbits,) at a distance `apart` from
+    those with tolerances RATIO times as large: a PART of it, rounding errors, amplified as the tolerance's are, and the
+    usual error of the tolerance, as both may have taken the same steps.
     """
     phase = times[:, None] * found.pace
     with np.errstate(all="ignore"):
@@ -117,7 +116,7 @@ def left(found: Motion, apart: np.ndarray, times: np.ndarray, tolerance: np.ndar
 
 
 def _usual(found: Motion, phase: np.ndarray) -> np.ndarray:
-    """Return the usual errors, beside the tolerance, after so many radians."""
+    """Return the usual errors, over the tolerance, at these phases."""
     return found.far * np.maximum(LOWEST * phase**1.5, 1.0)
 
 
@@ -131,13 +130,13 @@ def tightened(
     walled: Callable[[Any], np.ndarray],
     report: Report | None = None,
 ) -> np.ndarray:
-    """Run the orbits for which that is short in pairs of tolerances; return the index array of those left to others.
+    """Run the orbits whose time is short with pairs of tolerances; return the index array of those left over.
 
-    run(orbits, tolerance, report, stop) integrates orbits, stopping at one of STOPS, and returns what has a `status`
+    run(orbits, tolerance, report, stop) integrates orbits, stopping at one of STOPS, and returns a run with a `status`
     (orbits,); compare(fine, coarse, orbits, tolerance) returns the errors (moments, orbits), inf where the fine run is
-    no good; keep(orbits, fine, chosen, error) takes over the results numbered `chosen`, of orbits that are left to
-    others too: there may be none better; walled(fine) says which are asked for a third run in any case.
-    Cost: 1.6 runs for orbits as expected, one to three more for others, 0.7 by walls and where errors are amplified.
+    no good; keep(orbits, fine, chosen, error) takes over the results numbered `chosen`, also of orbits left over: there
+    may be no better ones; walled(fine) tells which orbits get a third run in any case.
+    Cost: 1.6 runs for most orbits, one to three more for others, 0.7 near walls and where errors are amplified.
     """
     tolerance = tolerances(found, time, accuracy)
     orbits = np.flatnonzero(np.isfinite(tolerance))
@@ -166,7 +165,7 @@ def tightened(
         further = (tolerance >= RATIO * FINEST) & (more > 0)
         good = sound & (worst <= accuracy) & ~(stuck & further)
         keep(orbits, fine, np.flatnonzero(sound), error)
-        within = accuracy * np.minimum(RATIO**more, tolerance / FINEST)  # what further pairs can mend
+        within = accuracy * np.minimum(RATIO**more, tolerance / FINEST)  # errors that further pairs can mend
         again = sound & ~good & (worst <= within) & further
         rest.append(orbits[~(good | again)])
         orbits, coarse, tolerance, before = orbits[again], fine.of(again), tolerance[again] / RATIO, error[:, again]

@@ -1,4 +1,4 @@
-"""Trials: steps for each orbit by itself, and what the candidates of a choice of schemes do on a sample."""
+"""Trials: steps for each orbit by itself, and runs of candidate schemes on a sample."""
 
 from __future__ import annotations
 
@@ -17,41 +17,41 @@ from .flow import Flow, no_memory
 from .motion import Motion, typical_rate
 
 SPAN, SAMPLES = 16.0, 4
-"""Radians of each orbit's motion over which trial steps are compared, and moments at which they are."""
+"""Radians of each orbit's motion over which trial steps are compared, and number of moments of comparison."""
 
 PACED = 4 * SPAN
-"""Radians of the pace over which they are at most: a slow orbit under a fast drive would take any number of steps, and
-a chaotic one forget where it began.
+"""Most radians of the pace over which they are compared: a slow orbit under a fast drive would take any number of
+steps, and a chaotic one would forget its start.
 """
 
 MEASURABLE = 3e-12
-"""Error over SPAN that a trial measures above rounding; smaller ones follow from the order."""
+"""Least error over SPAN that a trial measures above rounding; smaller ones follow from the order."""
 
 FIRST, COARSEST, FINEST = 0.25, 1.2, 1.5e-3
-"""Steps of trials in radians: to begin with, at most, at least."""
+"""Steps of trials in radians: the first, the longest, the shortest."""
 
 COMPARABLE = 1e-2
-"""Errors of trials below which they tell the order at which they fall."""
+"""Errors of trials below which they show the order at which they fall."""
 
 LADDER = 4
-"""Numbers of steps are q 2^k with q from LADDER to 2 LADDER: neighbours share lane blocks, and all that are large have
-a large power of two as a divisor, after which slowed runs pause.
+"""Numbers of steps are q 2^k with q from LADDER to 2 LADDER. Orbits of similar steps share blocks, and large numbers
+have a large power of two as a divisor, after which slowed runs pause.
 """
 
 STEPS = 14
-"""Steps that are tried for a set of orbits at most."""
+"""Most steps that are tried for a set of orbits."""
 
 TRIALS = 8
-"""Steps that are tried for an orbit at most."""
+"""Most steps that are tried for an orbit."""
 
 STALLS = 2
-"""Shorter steps whose errors have not fallen in proportion: they are rounding then, which a chaotic orbit makes larger,
-and no step makes them smaller.
+"""Trials end after so many shorter steps whose errors have not fallen in proportion: the errors are rounding then,
+which a chaotic orbit amplifies and no step reduces.
 """
 
 
 def on_ladder(step: np.ndarray, time: Any, parts: int = 1) -> np.ndarray:
-    """Return steps at most as long as given of which parts*N are `time`, N from 1, 2, 3, 4, 5, 6, 7, 8, 10, 12, 14,
+    """Return steps time/(parts*N), at most as long as the given ones, with N from 1, 2, 3, 4, 5, 6, 7, 8, 10, 12, 14,
     16, 20, ...
     """
     least = np.maximum(time / (parts * step) * (1 - 1e-12), 1.0)
@@ -60,8 +60,8 @@ def on_ladder(step: np.ndarray, time: Any, parts: int = 1) -> np.ndarray:
 
 
 class Chosen(NamedTuple):
-    """Steps for orbits: step (orbits,), the error that each leaves over SPAN radians, and the order at which errors
-    fall there.
+    """Steps for orbits: step (orbits,), the error of each over SPAN radians, and the order at which errors fall
+    there.
     """
 
     step: np.ndarray
@@ -74,9 +74,9 @@ def chosen_steps(flow: Flow, z: np.ndarray, found: Motion, error: np.ndarray) ->
 
     The error of a step is the distance from the states with half of it, in units of the motion's amplitudes (`Motion`).
     Steps are tried until one is near, over a shorter time where the pace is much faster; errors below MEASURABLE follow
-    from the order. Where steps down to FINEST radians do not reach it, that is the step; where shorter ones no longer
-    help, the one before them. The order is the scheme's or that which two trials show, where it is lower: steps may be
-    too coarse for the former, forces not smooth. Every orbit decides for itself.
+    from the order. If no step down to FINEST radians reaches it, the step is FINEST; if shorter ones no longer help, it
+    is the one before them. The order is the scheme's, or a lower one that two trials show: steps may be too coarse for
+    the former, or forces not smooth. Every orbit is treated by itself.
     Cost: some 500 steps an orbit.
     """
     orbits = z.shape[1]
@@ -119,8 +119,8 @@ def chosen_steps(flow: Flow, z: np.ndarray, found: Motion, error: np.ndarray) ->
 
 
 def _change(gain: np.ndarray, order: np.ndarray, most: int) -> np.ndarray:
-    """Return how many times longer a step is whose error is `gain` times as large: by the order seen where it becomes
-    shorter, by the scheme's where it becomes longer.
+    """Return the factor of the step whose error is `gain` times as large: by the order seen if it becomes shorter, by
+    the scheme's if it becomes longer.
     """
     return gain ** (1 / np.where(gain > 1, most, order))
 
@@ -144,8 +144,8 @@ def halving(flow: Flow, z: np.ndarray, step: np.ndarray, time: np.ndarray, found
 
 
 class Sample(NamedTuple):
-    """Orbits that schemes are tried on: z (2n, orbits), the `span` of time of a round, rounds, and how many steps are
-    tried at most.
+    """Orbits for trials of schemes: z (2n, orbits), the `span` of time of a round, the number of rounds, and the most
+    steps that are tried.
     """
 
     model: Any
@@ -157,10 +157,10 @@ class Sample(NamedTuple):
 
 
 def sample_of(model: Any, z: np.ndarray, radians: float, time: float | None, threads: int) -> Sample:
-    """Return a sample of orbits with rounds of so many radians, in a run over `time`: those that stay in the domain.
+    """Return a sample of orbits that stay in the domain, with rounds of that many radians, for a run over `time`.
 
-    An orbit that escapes or collapses says nothing about a scheme: no step would keep its energy. Where all do they are
-    returned, for one step.
+    An orbit that escapes or collapses is no test of a scheme: no step would conserve its energy. If all do, they are
+    returned, for a trial of one step.
     """
     z = spread(z, TRIAL_ORBITS)
     span = radians / typical_rate(model, z)
@@ -198,7 +198,7 @@ def trials_in_time(
 def try_steps(flow: Flow, sample: Sample, error: float) -> tuple[Flow, float]:
     """Return the flow with the longest `trial_step` below the error, and the largest of its energy errors.
 
-    The errors are those at the ends of rounds; where none of the steps gets there the one of least error is taken.
+    The errors are those at the ends of rounds; if no step is below the error, it is the one of least error.
     """
     best, least, k = math.inf, math.inf, 0
     rate = max(typical_rate(flow.model, sample.z), flow.system.drive_rate)
@@ -219,8 +219,8 @@ def trial_step(k: int, rate: float) -> float:
 
 
 def following_step(k: int, worst: float, error: float, order: int) -> int:
-    """Return which step to try after the k-th gave the error `worst`: that before the one that should reach `error`, by
-    the order.
+    """Return the number of the step to try after the k-th gave the error `worst`: one before the step that should reach
+    `error` by the order.
     """
     ahead = 2 * math.log2(worst / error) / order if math.isfinite(worst) else 0.0
     return k + max(1, int(ahead) - 1)

@@ -49,7 +49,7 @@ def inertia_of(mu: Any) -> tuple[float, float]:
 
 
 def checked_names(argument: str, coordinates: Any, taken: Sequence[str] = ()) -> tuple[str, ...]:
-    """Return the names of coordinates, of a text or a sequence, none of which is taken."""
+    """Return the names of coordinates in a text or a sequence; refuse names that are taken."""
     if isinstance(coordinates, str):
         coordinates = coordinates.replace(",", " ").split()
     if not isinstance(coordinates, Sequence):
@@ -64,7 +64,7 @@ def checked_names(argument: str, coordinates: Any, taken: Sequence[str] = ()) ->
 
 
 def masses_of(masses: Any, count: int) -> tuple[float, ...]:
-    """Return the masses of so many coordinates, checked."""
+    """Return the masses of `count` coordinates, checked."""
     if (
         not isinstance(masses, (Sequence, np.ndarray))
         or isinstance(masses, str)

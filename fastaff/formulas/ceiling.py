@@ -1,4 +1,4 @@
-"""A ceiling on the time that the algebra of a formula may take."""
+"""A limit on the time for the algebra of a formula."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ CEILING = 180.0
 
 
 class _TooLong(BaseException):
-    """Raised in the thread that derives; no `except Exception` of a library holds it."""
+    """Raised in the thread that derives; no `except Exception` of a library catches it."""
 
 
 @contextlib.contextmanager
 def ceiling(seconds: float = CEILING) -> Iterator[None]:
-    """Raise ValueError where the body takes longer, at its next Python instruction; Ctrl-C stays what it is."""
+    """Raise ValueError where the body takes longer, at its next Python instruction; Ctrl-C works as usual."""
     thread, lock, over = ctypes.c_ulong(threading.get_ident()), threading.Lock(), threading.Event()
 
     def strike() -> None:

@@ -1,8 +1,8 @@
-"""Where a formula lives: conditions that are positive there.
+"""Domains of formulas: conditions that are positive inside.
 
-Arguments of logarithms, the second of gammainc, and those of roots and powers that are not whole must be positive,
-those of asin and acos below 1 in size, and a pole 1/g is a wall g > 0 (or -g > 0) where g has one sign on the whole
-region: D1 > D2 > 0 for a body, everywhere for other systems. 1/g^2 is always one.
+Arguments of logarithms, of roots and powers that are not whole, and the second of gammainc must be positive, those of
+asin and acos below 1 in size. A pole 1/g is a wall g > 0 (or -g > 0) if g has one sign on the whole region: D1 > D2 > 0
+for a body, everywhere for other systems. 1/g^2 is always a wall.
 """
 
 from __future__ import annotations
@@ -17,14 +17,14 @@ from .gammainc import GAMMAINC, numeric
 
 SAMPLES = 400
 SIMPLE = 60
-"""Operations of a denominator above which its factors are not looked for."""
+"""Operations of a denominator above which it is not factored."""
 
 SIZES = 6.0
 """Decades to both sides of 1 in which coordinates are drawn: their units and origins may be any."""
 
 
 def everywhere(symbols: Iterable[Any]) -> Callable[[np.random.Generator, int], dict[Any, np.ndarray]]:
-    """Return what draws coordinates of these symbols around the origin and, as many, of all sizes."""
+    """Return a function that draws coordinates of these symbols: half around the origin, half of all sizes."""
 
     def region(rng: np.random.Generator, count: int) -> dict[Any, np.ndarray]:
         near = {x: 1.5 * rng.standard_normal(count) for x in symbols}
@@ -35,8 +35,8 @@ def everywhere(symbols: Iterable[Any]) -> Callable[[np.random.Generator, int], d
 
 
 def reached(walls: Sequence[Any], symbols: Sequence[Any], values: Mapping[str, float]) -> list[float] | None:
-    """Return values of these symbols at which all walls are positive, found by steps up along the coordinates from
-    points of all sizes; None where there is none, or no wall. values: those of the parameters.
+    """Return values of these symbols at which all walls are positive, found by upward steps along the coordinates from
+    points of all sizes; None where there are none, or no wall. values: those of the parameters.
     """
     import sympy
 
@@ -58,7 +58,7 @@ def reached(walls: Sequence[Any], symbols: Sequence[Any], values: Mapping[str, f
 
 
 def conditions(expression: Any, region: Callable[[np.random.Generator, int], Mapping[Any, np.ndarray]]) -> list[Any]:
-    """Return expressions that are positive where `expression` lives; region(rng, count) draws coordinates.
+    """Return expressions that are positive in the domain of `expression`; region(rng, count) draws coordinates.
 
     Parameters, whose values may change later, are drawn positive.
     """
@@ -95,10 +95,10 @@ def conditions(expression: Any, region: Callable[[np.random.Generator, int], Map
 
 
 def poles(expression: Any, region: Callable[[np.random.Generator, int], Mapping[Any, np.ndarray]]) -> list[Any]:
-    """Return expressions that pass a whole number at poles of `expression`, which are on both sides of where it lives:
-    no condition of one side, yet nothing moves through them; region as in `conditions`.
+    """Return expressions that pass a whole number at poles of `expression` inside its domain: an orbit may be on either
+    side of them, but crosses none; region as in `conditions`.
 
-    Of a sine or cosine it is the number of its half turns: one step may pass two of its poles.
+    For a sine or cosine it is the number of its half turns: one step may pass two of its poles.
     """
     import sympy
 
@@ -118,7 +118,7 @@ def poles(expression: Any, region: Callable[[np.random.Generator, int], Mapping[
 
 
 def _counting(g: Any) -> Any:
-    """Return what passes a whole number where g is 0."""
+    """Return an expression that passes a whole number where g is 0."""
     import sympy
 
     if isinstance(g, (sympy.sin, sympy.cos)):
@@ -149,5 +149,5 @@ def _sign(g: Any, region: Callable) -> int:
         numbers = np.broadcast_to(sympy.lambdify(arguments, g, numeric("numpy"), dummify=True)(*values), count)
     if numbers.dtype.kind != "f":
         return 0
-    numbers = numbers[np.isfinite(numbers) & (numbers != 0)]  # what underflows says nothing
+    numbers = numbers[np.isfinite(numbers) & (numbers != 0)]  # 0 may be an underflow
     return 0 if not numbers.size else 1 if numbers.min() > 0 else -1 if numbers.max() < 0 else 0

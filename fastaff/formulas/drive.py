@@ -1,4 +1,4 @@
-"""The period of a driven potential: what it is, and whether the potential has it."""
+"""The period of a driven potential: its value, and a test that the potential has it."""
 
 from __future__ import annotations
 
@@ -14,18 +14,18 @@ from .grammar import CONSTANTS, FUNCTIONS, NUMERIC, TIME, Program, parse
 from .library import Request
 
 POINTS, PHASES = 24, 7
-"""Random points at which a potential is looked at, and moments of its period."""
+"""Numbers of random points, and of moments of its period, at which a potential is evaluated."""
 
 ALIKE, ROUNDED = 1e-9, 1e-13
-"""Change of a potential over its period beside its change within it, and beside its size, that are rounding: those of
-a period that is given with ten digits are not.
+"""Change of a potential over its period, relative to its change within it and to its size, that counts as rounding; a
+period given with only ten digits makes a larger one.
 """
 
 
 def period_of(request: Request, period: Any, values: Mapping[str, float], length: int) -> float:
     """Return the period of a request's potential, given as a number or as a formula of the parameters with these
-    values. Raises ValueError or TypeError where it is none, or where V does not depend on the time or has not that
-    period.
+    values. Raises ValueError or TypeError where it is no period, or where V does not depend on the time or does not
+    have that period.
     """
     if request.period:
         own = parse(request.period, (), request.parameters, argument="period")
@@ -45,7 +45,7 @@ def period_of(request: Request, period: Any, values: Mapping[str, float], length
 
 
 def _check_period(program: Program, coordinates: tuple[str, ...], values: Mapping[str, float], period: float) -> None:
-    """Refuse a potential whose values a period apart are not the same."""
+    """Refuse a potential whose values a period apart differ."""
     rng = random.Random(1)
     q, moments = np.empty((len(coordinates), POINTS, 1)), np.empty((POINTS, PHASES))
     for k in range(POINTS):

@@ -1,4 +1,4 @@
-"""Source text of systems by their rates: autonomous ones dz/dt = f(z), and H(q, p)."""
+"""Source text of systems given by their rates: autonomous ones dz/dt = f(z), and H(q, p)."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ def flow_model(
     d: Description, rates: Sequence[Any], bounds: tuple[Sequence[Any], Sequence[Any]], symbols: dict[str, Any]
 ) -> str:
     """Return the text of a system with its rates, their changes along a vector, its margin and its poles; bounds: its
-    walls, and what passes a whole number at its poles.
+    walls, and expressions that pass a whole number at its poles.
     """
     names, (walls, poles) = d.coordinates, bounds
     methods = [
@@ -41,8 +41,8 @@ def nonseparable_model(
     period: Any = None,
 ) -> str:
     """Return the text of a system H(q, p): its energy, rates, their changes along a vector, margin, poles and angles;
-    symbols of coordinates, then of momenta; bounds: its walls, and what passes a whole number at its poles. Where it
-    has the period of a drive, "" for a field, the last coordinate is the time, and its momentum is added to the energy.
+    symbols: of coordinates, then of momenta; bounds: its walls, and expressions that pass a whole number at its poles.
+    With the period of a drive, "" for a field, the last coordinate is the time, and its momentum is added to H.
     """
     n, (names, driven), (walls, poles) = len(d.coordinates), ((*d.coordinates, *momenta), period is not None), bounds
     q, p = ([symbols[name] for name in part] for part in (d.coordinates, momenta))
@@ -108,10 +108,10 @@ def _methods_of_rates(
 
 
 def _of_sums(lines: Lines, expressions: Sequence[Any]) -> list[Any]:
-    """Return the expressions with sin and cos of sums of two angles by those of these angles, where these occur too: a
-    few products instead of a sine and a cosine, which are most of a pendulum's time.
+    """Return the expressions with sin and cos of sums of two angles expanded, where those of the angles occur too: a
+    few products replace a sine and a cosine, which take most of a pendulum's time.
 
-    Of a sum that nearly vanishes the sine is only as exact as the angles are: not for formulas with poles.
+    The sine of a sum that nearly vanishes is only as exact as the angles are: not for formulas with poles.
     """
     import sympy
 

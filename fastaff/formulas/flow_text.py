@@ -17,7 +17,7 @@ from .library import Request, generated_class
 from .reserved import RESERVED
 
 LENGTH = 2000
-"""Characters of a text, at most, and of each equation that is an expression."""
+"""Most characters of a text, and of each equation that is an expression."""
 
 
 def flow(
@@ -36,7 +36,7 @@ def flow(
     domain : str, optional
         Formula that is positive inside the domain of the system (default of a model: its own).
     forces : dict of str, optional
-        Of a model: forces beside its own, by coordinate, {"x": "f*cos(w*t) - g*p_x"}. Of the time they may have
+        For a model: forces beside its own, by coordinate, {"x": "f*cos(w*t) - g*p_x"}. The time may occur in them as
         cos(w*t) and sin(w*t), which become two further rows, `cosine` and `sine`, that run round a circle.
     **parameters : float
         Value of each parameter, by name. Parameters stay run-time values.
@@ -45,7 +45,7 @@ def flow(
     -------
     model
         Its fields are the parameters, its methods rates(z...) and tangent_rates(z..., dz...). `coordinates` are the
-        names of the variables in the order of the equations: z0 and all states have so many rows.
+        names of the variables in the order of the equations, and of the rows of z0 and all states.
 
     Raises
     ------
@@ -58,8 +58,8 @@ def flow(
     -----
     Runge-Kutta schemes integrate it (default DOP853; VERNER9, or RK4 with a step), in `integrate`, `poincare_map`
     (sections x=c and Linear), `tangent_map` and `chaos_map` with indicators of tangent vectors. There is no energy:
-    energy_error is 0, and conserved quantities are for the user to check. Cost: a state of an odd number of variables
-    takes the memory of one more.
+    energy_error is 0, and the user must check conserved quantities. Cost: a state of an odd number of variables takes
+    the memory of one more.
 
     References
     ----------
@@ -102,7 +102,7 @@ def flow(
 
 
 def _written(given: Any) -> tuple[Any, int]:
-    """Return equations as text, and how long they may be."""
+    """Return equations as text, and their largest length."""
     if isinstance(given, str):
         return given, LENGTH
     listed = list(given.items()) if isinstance(given, Mapping) else given

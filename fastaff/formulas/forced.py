@@ -14,10 +14,10 @@ from .grammar import TIME, UnknownName, parse
 from .variables import VARIABLES
 
 PHASE = "cosine", "sine"
-"""Variables that run round the unit circle, at which the others are drawn to it, as cos(w t) and sin(w t)."""
+"""Variables cos(w t) and sin(w t): they run round the unit circle, which attracts."""
 
 INERTIA = "inertia"
-"""Parameter of the flow of a body that is its mu; of coordinates with masses inertia_1, inertia_2, ..."""
+"""Parameter of a body's flow for its mu; inertia_1, inertia_2, ... for coordinates with masses."""
 
 _STRETCHES = "D1", "D2"
 _WAVE = re.compile(r"\b(cos|sin)\(\s*(?:(?P<rate>[\w.]+)\s*\*\s*t|t(?:\s*\*\s*(?P<after>[\w.]+))?)\s*\)")
@@ -28,7 +28,7 @@ def equations(
 ) -> tuple[list[tuple[str, str]], str | None, dict[str, Any]]:
     """Return equations q' = dH/dp, p' = -dH/dq + force of a model, the domain, and the parameters of both.
 
-    Raises ValueError or TypeError for models that have no text, forces of what is no coordinate, and other drives than
+    Raises ValueError or TypeError for models without a text, forces on unknown coordinates, and other drives than
     cos(w t) and sin(w t) of one rate.
     """
     H, domain, (names, momenta), own = _written(model)
@@ -96,7 +96,7 @@ def _written(model: Any) -> tuple[str, str | None, tuple[tuple[str, ...], tuple[
 
 
 def _pushes(forces: Mapping[str, str], names: tuple[str, ...]) -> tuple[dict[str, str], str]:
-    """Return the forces with the phase in the place of cos(w t) and sin(w t), and w, "" where there is no drive."""
+    """Return the forces with the phase in place of cos(w t) and sin(w t), and w, "" where there is no drive."""
     example = f"{{{names[0]!r}: 'f*cos(w*t) - g*p_{names[0]}'}}"
     if not isinstance(forces, Mapping) or not all(isinstance(entry, str) for entry in forces.values()):
         raise TypeError(f"forces must be formulas by coordinate such as {example}, got {shown(forces)}")

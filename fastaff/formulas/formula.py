@@ -27,7 +27,7 @@ from .variables import VARIABLES
 _SYMPY_LENGTH = 8000
 
 TRIED, SAME = 32, 1e-9
-"""Points at which a system's periods are tried, and the change of its equations that counts as none."""
+"""Points at which a system's periods are tried, and the relative change of its equations that counts as 0."""
 
 
 Text = str | object
@@ -61,7 +61,7 @@ def formula(
         Body(potential, mu) where V depends on alpha and beta alone and mu is a number. Otherwise a model with the
         parameters and mu (mu_1, mu_2) as its fields. Parameters stay run-time values:
         ``body.potential._replace(C=2.0)`` compiles nothing. The potential or the body has `.formula`, `.domain` and
-        `.proof` (how isotropy is known).
+        `.proof` (the proof of isotropy).
 
     Raises
     ------
@@ -77,7 +77,7 @@ def formula(
     D1 > D2 > 0. Decimal numbers are exact while derivatives are taken. V and its derivatives are evaluated as written:
     accurate to rounding, as fast as a model written by hand (bench/test_formula.py). Where V has no formula in beta^2
     (cos(D1) + cos(D2)), one evaluation takes four. The first use of a formula takes about a second (one of hundreds of
-    terms takes minutes). Later uses, in any process, take milliseconds and no SymPy. A named model may know more angles
+    terms takes minutes). Later uses, in any process, take milliseconds and no SymPy. A named model may have more angles
     and actions than its formula: Hyperelastic has a clock of its own.
 
     References
@@ -128,7 +128,7 @@ def hamiltonian(
     ----------
     text : str, SymPy expression, or potential of another tool
         V of the coordinates, or H of coordinates and momenta, in the grammar of `formula`. Derivatives are exact. Also:
-        an expression of heyoka; a potential of gala, or its Hamiltonian in a turning frame, in kpc, Myr and solar
+        an expression of heyoka; a potential of gala, or its Hamiltonian in a rotating frame, in kpc, Myr and solar
         masses; a potential of galpy in its natural units. These bring their coordinates and parameters.
     coordinates : str or sequence of str, default "x y"
         1 to 16 names.
@@ -142,18 +142,18 @@ def hamiltonian(
     domain : str, optional
         Formula that is positive inside the domain of the potential.
     rotation : float or str, optional
-        Rate Omega (radians per unit time) at which the frame of the first two coordinates x, y turns: H - Omega (x p_y
-        - y p_x), with p the momenta in the frame at rest and V at rest in the turning frame. The energy is Jacobi's
+        Rate Omega (radians per unit time) of rotation of the frame of the first two coordinates x, y: H - Omega (x p_y
+        - y p_x), with p the momenta in the frame at rest and V at rest in the rotating frame. The energy is Jacobi's
         integral.
     magnetic : float or str, optional
         Charge times magnetic field, e B, along x cross y, in the symmetric gauge: Omega = e B/2m, and m Omega^2 (x^2 +
         y^2)/2 is added to V. The p are canonical momenta.
     vector_potential : dict of str, optional
-        Charge times vector potential, e A, of any magnetic field, {"y": "B*x + k*x**2/2"}: formulas as the text, of the
-        coordinates named, others being 0; with a period also of t. ``H = sum (p_i - e A_i)^2/2 m_i + V``, where V has
-        the charge in it too, the speed of light is 1 and p are the canonical momenta, p_x for x.
+        Charge times vector potential, e A, of any magnetic field, {"y": "B*x + k*x**2/2"}: formulas like the text, by
+        the coordinates named, the others being 0; with a period also of t. ``H = sum (p_i - e A_i)^2/2 m_i + V``; V
+        includes the charge too, the speed of light is 1 and p are the canonical momenta, p_x for x.
     period : float or str, optional
-        Period of a driven system, in whose formula t is the time.
+        Period of a driven system; t is the time in its formula.
     friction : float or str, optional
         Rate g of dp/dt = -dV/dq - g p. Rotation, magnetic, period and friction are numbers, which become fields of
         these names, or formulas of the parameters such as "2*pi/w".
@@ -170,16 +170,16 @@ def hamiltonian(
     ------
     ValueError, TypeError
         The text is no formula (nothing is ever executed), a name has no value, a value is not used, V(q, t) is without
-        t or of another period, or the equations have not the periods.
+        t or has another period, or the equations do not have the periods.
     ImportError
         SymPy is missing and the formula is new.
 
     Notes
     -----
-    H with momenta that is T(p) + V(q), T quadratic, becomes the same model as without, with the same bits; with a term
-    -Omega (x p_y - y p_x) of the first two coordinates, round in their momenta, that of `rotation`, which turns
-    exactly. Any other is of the kind "H(q, p)": its schemes are GAUSS8 (default from 1e-11) and GAUSS16, symplectic,
-    and DOP853 and VERNER9, which `integrate` takes for short runs.
+    An H with momenta of the form T(p) + V(q), T quadratic, becomes the same model as V alone, with the same bits. A
+    further term -Omega (x p_y - y p_x) of the first two coordinates, with T isotropic in their momenta, becomes that of
+    `rotation`, which is exact. Any other is of the kind "H(q, p)": its schemes are GAUSS8 (default from 1e-11) and
+    GAUSS16, symplectic, and DOP853 and VERNER9, which `integrate` takes for short runs.
 
     A driven system of n coordinates moves in the phase space extended by the time: rows q, t, p, p_t. p_t takes up the
     work of the drive, so T + V + p_t is conserved and its error is checked like an energy. Starts of 2n rows have t = 0
@@ -187,12 +187,12 @@ def hamiltonian(
     `Stroboscopic`, "t=0".
 
     With friction, splittings solve each kick with its friction exactly. They are conformally symplectic, keep their
-    order where it does not need T quadratic (KAHAN_LI8 and the like), and contract the volume as exp(-n g t) to
-    rounding. Orbits, sections, tangent maps and chaos maps accept friction. The energy is lost, so it is not checked:
+    order unless it requires a quadratic T (KAHAN_LI8 and the like keep it), and contract the volume as exp(-n g t) to
+    rounding. Orbits, sections, tangent maps and chaos maps accept friction. Energy is lost, so it is not checked:
     energy_error is 0.
 
     Without `domain` the margin is the least argument of the logarithms and roots, and of the poles with one sign
-    everywhere. Accuracy and cost are those of `formula`; a turning frame costs little more (bench/test_rotating.py).
+    everywhere. Accuracy and cost are those of `formula`; a rotating frame costs little more (bench/test_rotating.py).
 
     References
     ----------
@@ -251,7 +251,7 @@ def hamiltonian(
 
 
 def _taken(given: ForeignSystem, coordinates: Any, beside: dict[str, Any], parameters: dict[str, float]) -> Any:
-    """Return the system of another tool, with what is given beside it."""
+    """Return the system of another tool, with the user's options and parameters."""
     if given.coordinates and coordinates not in ("x y", " ".join(given.coordinates), given.coordinates):
         raise ValueError(
             f"coordinates of this potential are {' '.join(given.coordinates)}: leave them out, got {coordinates!r}"
@@ -270,8 +270,8 @@ def _charged(
     others: Mapping[str, Any],
     beside: tuple[Mapping[str, float], Any],
 ) -> tuple[str, tuple[str, ...], dict[str, float]]:
-    """Return H of charges in a vector potential as text, its momenta, and the masses in it; others: what does not go
-    with that; beside: parameters, and the period if there is one.
+    """Return H of charges in a vector potential as text, its momenta, and the masses in it; others: arguments that do
+    not go with that; beside: parameters, and the period if there is one.
     """
     given = [name for name, entry in others.items() if entry is not None]
     if given:
@@ -308,7 +308,7 @@ def _driven(
     period: Any,
     periods: tuple[str, ...],
 ) -> Any:
-    """Return the driven system of a text, of the length that it may have, with rows of these names and periods."""
+    """Return the driven system of a text with its largest length, with rows of these names and periods."""
     (written, length), (names, momenta) = text, rows
     if TIME in names:
         raise ValueError(f"coordinates must not have {TIME}, the time of a driven system: its period is given")
@@ -323,7 +323,7 @@ def _driven(
 
 
 def _momenta(momenta: Any, names: tuple[str, ...], others: Mapping[str, Any]) -> tuple[str, ...]:
-    """Return the names of momenta in the text, one for each coordinate; others: what does not go with them."""
+    """Return the names of momenta in the text, one for each coordinate; others: arguments that do not go with them."""
     for name, entry in others.items():
         if entry is not None and name in OPTIONS and "loss" in TERMS[OPTIONS[name]].words:
             raise ValueError(f"{name} does not go with momenta in the text, where it is no part of H: {PULLED}")
@@ -338,7 +338,7 @@ def _momenta(momenta: Any, names: tuple[str, ...], others: Mapping[str, Any]) ->
 
 
 def _of_periods(model: Any) -> Any:
-    """Return a model if its equations have the periods that its coordinates are said to have."""
+    """Return a model if its equations have the stated periods of its coordinates."""
     periods = np.array(model.periods(), dtype=float)[:, None] if hasattr(model, "periods") else np.zeros((1, 1))
     if not (np.isfinite(periods) & (periods >= 0)).all():
         raise ValueError(f"periods must be positive, got {periods[:, 0].tolist()}")
@@ -357,7 +357,7 @@ def _of_periods(model: Any) -> Any:
 
 
 def _written(text: Any) -> tuple[str, int]:
-    """Return a formula as text, and how long it may be."""
+    """Return a formula as text, and its largest length."""
     return text_of(text), 2000 if isinstance(text, str) else _SYMPY_LENGTH
 
 

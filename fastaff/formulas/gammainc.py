@@ -1,4 +1,4 @@
-"""gammainc(a, x) of formulas, P(a, x) = 1/gamma(a) int_0^x t^(a-1) e^-t dt, in the arithmetics that they run in."""
+"""gammainc(a, x) of formulas, P(a, x) = 1/gamma(a) int_0^x t^(a-1) e^-t dt, in each arithmetic of formulas."""
 
 from __future__ import annotations
 
@@ -6,10 +6,10 @@ import functools
 from typing import Any
 
 GAMMAINC = "gammainc"
-"""The one function of two arguments, the first of which is a number."""
+"""The only function of two arguments; the first is a number."""
 
 MOST_A = 4
-"""Largest first argument of gammainc, up to which `compile.incomplete_gamma` is right."""
+"""Largest first argument of gammainc for which `compile.incomplete_gamma` is accurate."""
 
 
 def incomplete_gamma(a: Any, x: Any) -> Any:

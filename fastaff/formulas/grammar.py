@@ -1,7 +1,7 @@
 """The grammar of formulas: a whitelist over Python's ast, turned into a postfix program that any arithmetic can run.
 
-Nothing is ever executed: a text outside of the grammar raises ValueError with what was found, where, and what is
-allowed.
+Nothing is ever executed: a text outside of the grammar raises ValueError with the part at fault, its place, and the
+parts allowed.
 """
 
 from __future__ import annotations
@@ -135,7 +135,7 @@ def parse(
 
 
 class _Reader:
-    """A text on its way through the grammar."""
+    """A text that is being parsed."""
 
     def __init__(self, text: str, variables: tuple[str, ...], parameters: tuple[str, ...], argument: str):
         if not isinstance(text, str):
@@ -145,13 +145,13 @@ class _Reader:
         self.text, self.variables, self.parameters, self.argument = text, variables, parameters, argument
 
     def refuse(self, found: str, column: int, hint: str = "") -> ValueError:
-        """Return the error: what was found, where, and what is allowed."""
+        """Return the error: the part at fault, its place, and the parts allowed."""
         return ValueError(
             f"{self.argument}: {found} at column {column}" + (f" ({hint})" if hint else "") + f"; {ALLOWED}"
         )
 
     def check_letters(self, length: int) -> None:
-        """Refuse long texts, letters of no formula and deep parentheses before Python's parser sees them."""
+        """Refuse long texts, letters that no formula has and deep parentheses before Python's parser runs."""
         if len(self.text) > length:
             raise ValueError(f"{self.argument} must have at most {length} characters, got {len(self.text)}")
         if not self.text.strip():
@@ -189,19 +189,19 @@ class _Reader:
             raise self.refuse(f"not one expression, {problem.msg}", column, hint) from None
         except (MemoryError, RecursionError, ValueError):
             raise self.refuse("an expression that is nested too deeply", 1) from None
-        self.shift = indent  # of one parenthesis and the left-out spaces: columns start at 1
+        self.shift = indent  # of one parenthesis and the omitted spaces: columns start at 1
         return root
 
     def column(self, node: ast.AST) -> int:
-        """Return where a node starts, from 1."""
+        """Return the column at which a node starts, from 1."""
         return self.place(getattr(node, "col_offset", 0) + self.shift)
 
     def place(self, column: int) -> int:
-        """Return the column of the text as it is written, where each ** may be a ^."""
+        """Return the column in the user's text, where each ** may be a ^."""
         return self.places[max(1, min(len(self.places), column)) - 1]
 
     def postfix(self, root: ast.expr) -> list[tuple[Operation, int]]:
-        """Return the operations of the tree and their columns, without recursion; refuse what is outside of the
+        """Return the operations of the tree and their columns, without recursion; refuse nodes outside of the
         grammar.
         """
         done: list[tuple[Operation, int]] = []
@@ -249,7 +249,7 @@ class _Reader:
         return done
 
     def in_parentheses(self, node: ast.expr) -> bool:
-        """Return whether an expression stands in parentheses of its own."""
+        """Return whether an expression is in its own parentheses."""
         return self.source[: node.col_offset + self.shift - 1].rstrip().endswith("(")
 
     def between(self, node: ast.BinOp) -> int:

@@ -1,4 +1,4 @@
-"""What a name without a value may be: a momentum, a coordinate, a term that a body has not."""
+"""Hints on a name without a value: it may be a momentum, a coordinate, or a term that a body does not have."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ from .arguments import checked_names
 from .grammar import TIME, UnknownName
 
 PULLED = "make the model without them, then flow(model, forces={'x': 'f*cos(w*t) - g*p_x'}, ...)"
-"""Said where a model is to have friction beside what it does not go with."""
+"""Advice where friction is given with an argument that excludes it."""
 
 P = ParamSpec("P")
 R = TypeVar("R")
 
 
 def hinted(function: Callable[P, R]) -> Callable[P, R]:
-    """Let a function that takes V or H as text say of a name without a value which argument may be missing."""
+    """Let a function that takes V or H as text name the argument that may be missing for a name without a value."""
 
     @functools.wraps(function)
     def wrapped(*given: Any, **named: Any) -> Any:
@@ -47,7 +47,7 @@ def _of_body(name: str) -> str:
 
 
 def _of_rows(name: str, named: Mapping[str, Any]) -> str:
-    """Return what a name may be where V or H is written with these arguments."""
+    """Return a guess at the meaning of a name where V or H is written with these arguments."""
     coordinates = named.get("coordinates")
     known = ("x", "y") if coordinates is None else checked_names("coordinates", coordinates)
     if named.get("momenta") is None:

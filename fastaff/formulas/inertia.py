@@ -1,4 +1,4 @@
-"""Texts of kinetic energies, and which H(q, p) has a quadratic one: T(p) + V(q), perhaps in a turning frame."""
+"""Texts of kinetic energies, and tests for a quadratic one in H(q, p): T(p) + V(q), perhaps in a rotating frame."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ class Inertia(NamedTuple):
 
 
 def fresh(prefix: str, coordinates: Sequence[str], taken: Sequence[str]) -> tuple[str, ...]:
-    """Return names made of a prefix and each coordinate, none of which is a coordinate."""
+    """Return names of a prefix and each coordinate; none of them is taken."""
     while {prefix + c for c in coordinates} & {*coordinates, *taken, "self", "np"}:
         prefix += "_"
     return tuple(prefix + c for c in coordinates)
@@ -54,7 +54,7 @@ def mass_inertia(coordinates: Sequence[str], masses: bool, moving: int) -> Inert
 
 
 def driven_inertia(inertia: Inertia, coordinates: Sequence[str]) -> Inertia:
-    """Return the inertia of a driven system, of that of its coordinates without the time: the time goes on as 1."""
+    """Return the inertia of a driven system from that of its coordinates; the velocity of the time is 1."""
     p = fresh("p", coordinates, ())[-1]
     return inertia._replace(velocity=(*inertia.velocity, f"1.0 + 0.0*{p}"))
 
@@ -62,8 +62,8 @@ def driven_inertia(inertia: Inertia, coordinates: Sequence[str]) -> Inertia:
 def in_turning_frame(
     H: Any, walls: Sequence[Any], momenta: Sequence[Any], coordinates: Sequence[str]
 ) -> tuple[Any, Any, Inertia] | None:
-    """Return V(q), the rate w and the inertia of H = T(p) + V(q) - w (x p_y - y p_x), with T quadratic and round in the
-    momenta of the first two coordinates x, y; None where it is not of that form.
+    """Return V(q), the rate w and the inertia of H = T(p) + V(q) - w (x p_y - y p_x), with T quadratic, and isotropic
+    in the momenta of the first two coordinates x, y; None where it is not of that form.
     """
     import sympy
 
@@ -87,8 +87,8 @@ def in_turning_frame(
 
 
 def _still(H: Any, momenta: Sequence[Any]) -> Any:
-    """Return H without momenta, as it is written: far from an origin of its own, an expanded polynomial is a difference
-    of large numbers.
+    """Return H at zero momenta, not expanded: far from its centre an expanded polynomial is a difference of large
+    numbers.
     """
     import sympy
 
@@ -98,8 +98,8 @@ def _still(H: Any, momenta: Sequence[Any]) -> Any:
 def separated(
     H: Any, walls: Sequence[Any], momenta: Sequence[Any], coordinates: Sequence[str]
 ) -> tuple[Any, Inertia] | None:
-    """Return V(q) and the inertia of H = T(p) + V(q) with T quadratic in the symbols of the momenta, for coordinates
-    beside which there may be the time; None where it is not of that form.
+    """Return V(q) and the inertia of H = T(p) + V(q) with T quadratic in the symbols of the momenta; the time may be
+    one more coordinate; None where it is not of that form.
     """
     import sympy
 
@@ -120,7 +120,7 @@ def separated(
 
 
 def _varied(expressions: Sequence[Any], fixed: Sequence[Any]) -> bool:
-    """Tell whether expressions are seen, at a few points, to depend on more than parameters and the fixed symbols: to
+    """Tell whether expressions, by values at a few points, depend on more than parameters and the fixed symbols: to
     expand long ones takes minutes.
     """
     import mpmath
@@ -162,7 +162,7 @@ def _quadratic_inertia(W: Sequence[Sequence[Any]], coordinates: Sequence[str]) -
 
 
 def _text(expression: Any) -> str:
-    """Return an expression as one text: what its lines name stands in it in parentheses."""
+    """Return an expression as one text, with its named parts written out in parentheses."""
     lines = Lines(())
     text = lines.text(expression)
     for name, value in (line.split(" = ", 1) for line in reversed(lines.lines)):

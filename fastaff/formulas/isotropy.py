@@ -1,8 +1,8 @@
 """From the variables of the body to A = alpha^2, B = beta^2, with SymPy.
 
-In p = (D1 + D2)/2 and q = (D1 - D2)/2 all is rational: D1, D2 = p +- q, A = 2 p^2, B = 2 q^2, r = 2 (p^2 + q^2). A
-potential is even in q (checked before); here it is written with even powers only where algebra can: term by term, so
-that its structure stays.
+All variables are rational in p = (D1 + D2)/2 and q = (D1 - D2)/2: D1, D2 = p +- q, A = 2 p^2, B = 2 q^2, r = 2 (p^2 +
+q^2). A potential is even in q (checked before); here algebra writes it with even powers only, if it can: term by term,
+so that its structure stays.
 """
 
 from __future__ import annotations
@@ -15,14 +15,14 @@ from .sympy_bridge import to_sympy
 from .variables import INVARIANTS, MATRIX, PLANES
 
 _LARGEST = 400
-"""Terms beyond which a product is not multiplied out."""
+"""Number of terms above which a product is not multiplied out."""
 
 
 class Reduced(NamedTuple):
-    """A formula in A, or alpha where it is odd in it, and B, or beta where no algebra was found that removes odd
+    """A formula in A, or alpha where it is odd in that, and B, or beta where no algebra was found that removes odd
     powers.
 
-    `exact` where beta -> -beta is seen to change nothing.
+    exact: whether algebra shows that beta -> -beta changes nothing.
     """
 
     expression: Any
@@ -57,7 +57,7 @@ def invariants(s: dict[str, Any]) -> dict[str, Any]:
 
 
 def on_the_axes(s: dict[str, Any]) -> dict[str, Any]:
-    """Return the matrix and plane elements where a = (alpha, 0), b = (beta, 0)."""
+    """Return the elements of the matrix and of the planes for a = (alpha, 0), b = (beta, 0)."""
     import sympy
 
     p, q = s["p"], s["q"]
@@ -90,7 +90,7 @@ def without_angle(expression: Any, s: dict[str, Any]) -> Any:
         return wide
 
     kinds = (sympy.cos, sympy.sin, sympy.tan)
-    # cos(n v) and sin(n v) of large n would only grow: they stay as they are.
+    # cos(n v) and sin(n v) of large n are not expanded, as they would only become longer.
     small = [f for f in expression.atoms(*kinds) if f.has(v) and all(abs(n) <= 8 for n in f.atoms(sympy.Integer))]
     expression = expression.xreplace({f: opened(f) for f in small})
     return expression.xreplace({v: 2 * sympy.atan(q / p)})
@@ -120,7 +120,7 @@ def _squares(expression: Any, q: Any, square: Any) -> Any:
 
 
 def turns_prove(program: Program) -> bool:
-    """Tell whether a1 dV/da2 = a2 dV/da1, and the same for b, by algebra: V is unchanged when a and b turn."""
+    """Tell whether a1 dV/da2 = a2 dV/da1, and the same for b, by algebra: rotations of a and b leave V unchanged."""
     import sympy
 
     names = [*INVARIANTS, *sorted(program.names - {*INVARIANTS, *MATRIX, *PLANES, "pi"})]
@@ -136,7 +136,7 @@ def turns_prove(program: Program) -> bool:
 
 
 def is_even(e: Any, q: Any) -> bool:
-    """Tell whether q stands in even integer powers only."""
+    """Tell whether q occurs in even integer powers only."""
     if e == q:
         return False
     if e.is_Pow and e.base == q:
@@ -145,7 +145,7 @@ def is_even(e: Any, q: Any) -> bool:
 
 
 def evened(e: Any, q: Any) -> Any:
-    """Return an expression equal to e in which q stands in even powers only; None where no way was found."""
+    """Return an expression equal to e with even powers of q only; None where none was found."""
     if not e.has(q):
         return e
     if is_even(e, q):
@@ -168,7 +168,7 @@ def _evened_power(e: Any, q: Any) -> Any:
 
 
 def _evened_product(e: Any, q: Any) -> Any:
-    """Factors one by one; then products of factors with the same exponent, D1*D2 for one; then all of the rest."""
+    """Factors one by one; then products of factors with the same exponent, such as D1*D2; then the rest together."""
     import sympy
 
     good, bad = _sorted(e.args, q)
@@ -230,7 +230,7 @@ def _sorted(parts: Any, q: Any) -> tuple[list[Any], list[Any]]:
 
 
 def _rational(e: Any, q: Any) -> Any:
-    """Return e as a quotient of polynomials in q^2; None where it is none, or too large to multiply out."""
+    """Return e as a quotient of polynomials in q^2; None where it is not one, or too large to multiply out."""
     import sympy
 
     if _terms(e) > _LARGEST or not e.is_rational_function(q):

@@ -1,7 +1,7 @@
 """Hyperelastic laws by name: stored energies W(D1, D2) of a planar body, as formulas.
 
-The body is in plane strain (the third stretch is 1) and free of stress at rest, D1 = D2 = 1: each law of the deviating
-part has the logarithm of D1 D2 that this takes, and the volume term K/2 (D1 D2 - 1)^2 of `NeoHookean`.
+The body is in plane strain (the third stretch is 1) and free of stress at rest, D1 = D2 = 1. For that each law of the
+deviatoric part has a logarithm of D1 D2; it also has the volume term K/2 (D1 D2 - 1)^2 of `NeoHookean`.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ _VOLUME = "K/2*(D1*D2 - 1)**2"
 
 
 def _ogden(terms: int) -> str:
-    """Return the sum of terms (D1^m + D2^m - 2) c/m, with the logarithm that frees it of stress."""
+    """Return the sum of terms (D1^m + D2^m - 2) c/m, with the logarithm that removes the stress at rest."""
     sums = " + ".join(f"c{k}/m{k}*(D1**m{k} + D2**m{k} - 2)" for k in range(1, terms + 1))
     return f"{sums} - ({' + '.join(f'c{k}' for k in range(1, terms + 1))})*log(D1*D2) + {_VOLUME}"
 
@@ -44,8 +44,8 @@ Elasticity I, section 4.4 (Saint Venant-Kirchhoff).
 def written_out(text: Any, letters: Mapping[str, Any]) -> tuple[Any, dict[str, Any]]:
     """Return the formula of a law that a text names, with its parameters; anything else as it is.
 
-    The a1, a2, ... of Ogden's terms are fields c1, c2, ...: a1 is a variable of formulas. Raises ValueError for letters
-    that are missing or not the law's.
+    The a1, a2, ... of Ogden's terms are fields c1, c2, ..., as a1 is a variable of formulas. Raises ValueError for
+    missing letters and letters that the law does not have.
     """
     name = "-".join(text.lower().split()) if isinstance(text, str) else ""
     law = LAWS.get(name)

@@ -1,7 +1,7 @@
 """The library of formulas: their classes, derived once, kept as source text beside the compiled kernels.
 
-A text is named by all that its content depends on: the request, the package's sources, Python and Numba. It is written
-whole, carries a checksum, and is read back without SymPy. Where no folder can be written classes live in memory.
+The request, the package's sources, Python and Numba determine the name of a text. It is written whole, carries a
+checksum, and is read back without SymPy. Without a writable folder classes live in memory.
 """
 
 from __future__ import annotations
@@ -27,11 +27,11 @@ from .variables import VARIABLES, Trial, check_real, check_symmetry, everything,
 
 
 class Request(NamedTuple):
-    """All that a generated class depends on; `inertia` is "mu" or "pair" for bodies, "unit" or "masses" for other
-    systems, or "flow" for equations; rotation, magnetic, friction: formulas of the parameters, `others`: names and
+    """All data that determine a generated class. inertia: "mu" or "pair" for bodies, "unit" or "masses" for other
+    systems, or "flow" for equations; rotation, magnetic, friction: formulas of the parameters; others: names and
     formulas of the other options of terms (`compile.kinds.OPTIONS`); period: of a driven system, whose last coordinate
-    is its time: a formula of the parameters, or "" for a field. With momenta the text is H(q, p); periods: texts of
-    those of its rows, "" where there is none.
+    is its time: a formula of the parameters, or "" for a field. With momenta the text is H(q, p); periods: texts of the
+    periods of its rows, "" for none.
     """
 
     text: str
@@ -55,7 +55,7 @@ class Request(NamedTuple):
 
     @property
     def variables(self) -> tuple[str, ...]:
-        """Return the names that the formula may use besides its parameters."""
+        """Return the names allowed in the formula besides its parameters."""
         return (*self.coordinates, *self.momenta) or VARIABLES
 
     def period_programs(self) -> tuple[Program | None, ...]:
@@ -64,11 +64,11 @@ class Request(NamedTuple):
         return tuple(named)
 
     def program(self, length: int) -> Program:
-        """Return the formula's program; ValueError where it is none."""
+        """Return the program of the formula; raise ValueError where the text is no formula."""
         return parse(self.text, self.variables, self.parameters, length=length)
 
     def programs(self, length: int) -> tuple[Program, ...]:
-        """Return the programs of the equations of a flow; ValueError where one is none."""
+        """Return the programs of the equations of a flow; raise ValueError where one is no formula."""
         return tuple(parse(side, self.variables, self.parameters, length=length) for _, side in split(self.text))
 
     def option_programs(self) -> dict[str, Program]:
@@ -81,7 +81,7 @@ class Request(NamedTuple):
 
 
 Programs = tuple[Program | tuple[Program, ...], Program | None]
-"""Those of a formula, or of the equations of a flow, and of its domain."""
+"""Programs of a formula, or of the equations of a flow, and of its domain."""
 
 
 def generated_class(request: Request, programs: Programs, values: Mapping[str, float]) -> type:
@@ -102,7 +102,7 @@ _CLASSES: dict[str, type] = {}
 
 
 def loaded(key: str, derive: Callable[[], str]) -> Any:
-    """Return the class whose text is kept under a key, or derived now: executed in a module of its own, which Numba's
+    """Return the class whose text is kept under a key, or derived now. The text runs in its own module, which Numba's
     cache finds by name.
     """
     folder = jit.cache_directory()
@@ -139,7 +139,7 @@ def _reduce(self: Any, request: Request) -> tuple:
 
 
 def rebuild(request: tuple, values: tuple) -> Any:
-    """Return the value that was pickled as a request and the numbers of its fields."""
+    """Return the value of a pickled request and the numbers of its fields."""
     whole = Request(*request)
     program = whole.programs(8000) if whole.inertia == "flow" else whole.program(8000)
     programs = program, whole.domain_program()
@@ -333,7 +333,7 @@ def _derive_potential(request: Request, programs: tuple[Program, Program | None]
 
 
 def _proof(program: Program, reduced: Any) -> str:
-    """Say how it is known that V depends on alpha and beta alone."""
+    """Return the proof that V depends on alpha and beta alone, in words."""
     from .isotropy import turns_prove
     from .variables import DIGITS, MATRIX, PLANES, POINTS
 

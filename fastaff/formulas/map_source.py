@@ -1,4 +1,4 @@
-"""Maps written as text: statements, and the source of the class that they make."""
+"""Maps written as text: statements, and the source of their class."""
 
 from __future__ import annotations
 
@@ -15,18 +15,18 @@ from .potential_source import constant, method, spread
 from .printing import Lines
 
 TAG = Kind.MAP.equations
-"""What the request of a map begins with: no formula of a potential can be this text."""
+"""First entry of the request of a map: no formula of a potential can be this text."""
 
 _PRIMED = re.compile(r"([A-Za-z]\w*)'")
 _IMAGE = "_image"
 MAX_ROWS = 16
 
 MANY, MOST = 16, 400_000
-"""Statements beyond which each is derived by itself, and characters that a text may have."""
+"""Number of statements above which each is differentiated by itself, and most characters of a text."""
 
 
 class MapRequest(NamedTuple):
-    """All that the class of a map depends on; coordinates and momenta are names, periods texts, "" where none is."""
+    """All data that determine the class of a map; coordinates and momenta are names, periods texts, "" for none."""
 
     tag: str
     text: str
@@ -38,7 +38,7 @@ class MapRequest(NamedTuple):
 
 
 class Statement(NamedTuple):
-    """One line name = expression; `name` ends in the suffix of images, or is a name for what comes later."""
+    """One line name = expression; `name` ends in the suffix of images, or is used in later lines."""
 
     name: str
     program: Program
@@ -58,7 +58,7 @@ class Statements(NamedTuple):
 
 
 def statements(text: Any, parameters: Sequence[str], length: int = MOST) -> Statements:
-    """Return the statements of a text; ValueError for what is none."""
+    """Return the statements of a text; raise ValueError where it is no map."""
     example = "'p1 = p + K*sin(x); x1 = x + p1'"
     if not isinstance(text, str):
         raise TypeError(f"text must be a map such as {example}, got {text!r} ({type(text).__name__})")
@@ -148,9 +148,9 @@ def class_of_map(
 
 
 def _margin(wall: Any, q: Sequence[str], taken: Sequence[str]) -> str:
-    """Return the text of the margin: the wall, an expression of the coordinates q, or 1."""
+    """Return the text of the margin: the wall, an expression in the coordinates q, or 1."""
     lines = Lines(taken)
-    # Term by term: a sum of finite ones may be infinite.
+    # Term by term: a sum of finite terms may be infinite.
     free = " + ".join(["1.0", *(f"0.0*{name}" for name in q)])
     whole = free if wall is None else spread(wall, lines.add([wall])[0], q)
     doc = "Return a number that is positive where the map lives."
@@ -186,8 +186,8 @@ def _head(request: MapRequest) -> list[str]:
 def _one_by_one(
     found: Statements, values: dict[str, Any], changes: dict[str, Any], lines: tuple[Lines, Lines]
 ) -> tuple[list[str], list[str]]:
-    """Write the statements as they stand, each with its change by the chain rule; return the texts of the images and
-    of their changes. The cost grows as the length, where derivatives of what is written out grow as its square.
+    """Write the statements one after the other, each with its change by the chain rule; return the texts of the images
+    and of their changes. The cost grows as the length; derivatives of expanded images would grow as its square.
     """
     import sympy
 
@@ -209,8 +209,8 @@ def _one_by_one(
 
 
 def pairs(variables: Sequence[str]) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """Return coordinates and momenta of variables: by names p or p_x or px beside x, else in their order, the first
-    half coordinates.
+    """Return coordinates and momenta of variables: by names p or p_x or px beside x, else in their order, coordinates
+    first.
     """
     names = set(variables)
 
@@ -229,7 +229,7 @@ def pairs(variables: Sequence[str]) -> tuple[tuple[str, ...], tuple[str, ...]]:
 
 
 def _numbered(variables: Sequence[str]) -> tuple[tuple[str, ...], tuple[str, ...]] | None:
-    """Return coordinates and momenta of variables such as x1, p1, x2, p2 or q_1, p_1, ...; None where they are not."""
+    """Return coordinates and momenta of variables such as x1, p1, x2, p2 or q_1, p_1, ...; None for other names."""
     ends = {name: name[1:] for name in variables}
     momenta = {end: name for name, end in ends.items() if name[0] == "p" and end}
     others = [name for name in variables if name[0] != "p"]
@@ -239,7 +239,7 @@ def _numbered(variables: Sequence[str]) -> tuple[tuple[str, ...], tuple[str, ...
 
 
 def period_texts(periods: Any, rows: Sequence[str]) -> tuple[str, ...]:
-    """Return the text of each row's period, "" where it has none; ValueError or TypeError for what is none."""
+    """Return the text of each row's period, "" where it has none; raise ValueError or TypeError for wrong periods."""
     given = {} if periods is None else periods
     if not isinstance(given, Mapping):
         raise TypeError(

@@ -24,10 +24,10 @@ from .library import loaded, rebuild
 from .map_source import TAG, MapRequest, Statements, class_of_map, pairs, period_texts, statements
 
 TRIED = 400
-"""Points around the origin, and as many farther away, at which a map is tried."""
+"""Number of points around the origin, and of points farther away, at which a map is tried."""
 
 SAME = 1e-10
-"""Part of the images by which they may differ a period later, by rounding."""
+"""Relative rounding error of images a period apart."""
 
 
 def mapping(
@@ -46,21 +46,21 @@ def mapping(
     ----------
     text : str, or lattice or map of another tool
         Statements `name = formula` in the grammar of `formula`, one a line or separated by semicolons, such as "p1 = p
-        + K*sin(x); x1 = x + p1". x1, or x', is the image of x, which may be used once it has a value. Other names stand
-        for formulas used later. Also: a Line of xtrack or a lattice of PyAT, as the map of one turn of x, y, px, py on
-        momentum: its linear elements, kicks of thin multipoles, dipoles linear; any other is refused by its name. The
-        path of MAD-X's map_table or of a damap of MAD-NG, or a table with these columns: its Taylor series of x, px, y,
-        py on momentum, of deviations from the closed orbit, symplectic up to the order at which it was cut.
+        + K*sin(x); x1 = x + p1". x1, or x', is the image of x; later statements may use it. Other names stand for
+        formulas used later. Also: a Line of xtrack or a lattice of PyAT, as the map of one turn of x, y, px, py on
+        momentum: its linear elements, kicks of thin multipoles, linear dipoles; others are refused by name. The path of
+        MAD-X's map_table or of a damap of MAD-NG, or a table with these columns: its Taylor series in the deviations of
+        x, px, y, py on momentum from the closed orbit, symplectic up to the order of truncation.
     coordinates, momenta : str or sequence of str, optional
         Names of the variables, in pairs (default: x with p, p_x or px; q_1 with p_1; else the first half of the images
         are those of coordinates).
     periods : dict of float or str, optional
-        Periods of coordinates and momenta, numbers or formulas of the parameters, {"x": "2*pi"}. Each iterate brings
-        them back to half a period around 0. They are refused where the images of points a period apart are not a period
-        apart.
+        Periods of coordinates and momenta, numbers or formulas of the parameters, {"x": "2*pi"}. Each iterate reduces
+        these rows to half a period around 0. A period is refused if images of points a period apart are not equal up to
+        whole periods.
     domain : str, optional
-        Formula of the coordinates that is positive inside the domain of the map, such as an aperture. Beyond it an
-        orbit ends.
+        Formula of the coordinates that is positive inside the domain of the map, such as an aperture. Outside an orbit
+        ends.
     **parameters : float
         Value of each parameter of the text, by name.
 
@@ -79,9 +79,9 @@ def mapping(
     Notes
     -----
     Time is a whole number of iterates; exponents and tunes are per iterate. A map has neither step nor scheme nor
-    energy. An orbit ends, in all analyses alike, with the first iterate that is outside the domain (`LOST`) or not
-    finite (`NONFINITE`). No distance counts as an escape: give a domain where one should. Sections are the iterates
-    themselves: ``poincare_map(model, z0, crossings=1000)``.
+    energy. In all analyses an orbit ends with the first iterate that is outside the domain (`LOST`) or not finite
+    (`NONFINITE`). No distance counts as an escape, unless you give a domain. Sections are the iterates themselves:
+    ``poincare_map(model, z0, crossings=1000)``.
 
     References
     ----------
@@ -112,7 +112,7 @@ def untried(
     periods: Mapping[str, float | str] | None = None,
     domain: str | None = None,
 ) -> Any:
-    """Return the map of a text as `mapping` does, whatever its images are with these parameters."""
+    """Return the map of a text as `mapping` does, without a test of its images with these parameters."""
     values = values_of(dict(parameters), ())
     found = statements(text, tuple(values))
     q, p = _paired(found.variables, coordinates, momenta)
@@ -203,7 +203,7 @@ def _reduce(self: Any, request: MapRequest) -> tuple:
 
 
 def rebuild_map(request: tuple, values: tuple) -> Any:
-    """Return the map that was kept as a request and the numbers of its fields."""
+    """Return the map of a stored request and the numbers of its fields."""
     entries: list[Any] = [tuple(entry) if isinstance(entry, list) else entry for entry in request]
     whole = MapRequest(*entries)
     found = statements(whole.text, whole.parameters)
@@ -212,13 +212,13 @@ def rebuild_map(request: tuple, values: tuple) -> Any:
 
 
 def remade(request: tuple, values: tuple) -> Any:
-    """Return the model of a formula, or the map of a text, that was kept as a request and the numbers of its fields."""
+    """Return the model of a formula, or the map of a text, of a stored request and the numbers of its fields."""
     return (rebuild_map if request[0] == TAG else rebuild)(request, values)
 
 
 def _tried(model: Any) -> None:
-    """Refuse a map that has a finite image nowhere, around the origin, its parameters or far away, or not the periods
-    that it is said to have.
+    """Refuse a map that has no finite image, around the origin, its parameters or far away, or that does not have its
+    stated periods.
     """
     random, periods = np.random.default_rng(5), np.array(model.periods(), dtype=float)[:, None]
     near = random.uniform(-1, 1, (len(periods), TRIED)) * np.where(periods > 0, periods / 2, 1.5)

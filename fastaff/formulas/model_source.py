@@ -22,7 +22,7 @@ _CLAMP = 2.0**-34
 
 
 class _Inner:
-    """The symbols that V is written in, as functions of the coordinates."""
+    """The symbols in V, as functions of the coordinates."""
 
     def __init__(self, V: Sequence[Any], coordinates: Sequence[str], clamped: Sequence[str]):
         import sympy
@@ -37,7 +37,7 @@ class _Inner:
         self.body = tuple(coordinates) == ("a1", "a2", "b1", "b2")
 
     def derived(self) -> list[str]:
-        """Return the names of symbols that are no coordinates."""
+        """Return the names of symbols other than coordinates."""
         return [n for n in self.symbols if n not in self.coordinates]
 
     def reach(self, name: str) -> tuple[str, ...]:
@@ -185,7 +185,7 @@ class Loops(NamedTuple):
 
 
 def loops(coordinates: Sequence[str], *, time: bool = False) -> str:
-    """Return the text of angle variables of loops in (q_i, p_i), one for each coordinate; `time`: the last of them is
+    """Return the text of angle variables of loops in (q_i, p_i), one for each coordinate; time: the last coordinate is
     the time, whose loop is that of the drive's phase.
     """
     n = range(len(coordinates))
@@ -206,7 +206,7 @@ def loops(coordinates: Sequence[str], *, time: bool = False) -> str:
 
 
 def body_model(d: Description, V: Any, walls: Sequence[Any], *, pair: bool, clamped: Sequence[str]) -> str:
-    """Return the text of a body in the two planes whose potential may be anything."""
+    """Return the text of a body in the two planes with any potential."""
     d = d._replace(coordinates=("a1", "a2", "b1", "b2"))
     what = "a planar affinely-rigid body" + (" with inertia diag(mu_1, mu_2) in the material frame" if pair else "")
     return model(
@@ -237,8 +237,8 @@ def hamiltonian_model(
     poles: Sequence[Any] = (),
 ) -> str:
     """Return the text of a system of particles on lines: T = sum p_i^2/2 m_i + V(q), or T of an inertia, perhaps with a
-    term beside these (`compile.kinds.TERMS`) of that rate; periods: of its rows, if it has some; momenta: their names,
-    if they have some; poles: what passes a whole number at those of V.
+    further term (`compile.kinds.TERMS`) of that rate; periods: of its rows, if it has some; momenta: their names, if
+    they have some; poles: expressions that pass a whole number at those of V.
     """
     more: Sequence[str] = ()
     if term is not None:
@@ -275,8 +275,8 @@ def driven_model(
     poles: Sequence[Any] = (),
 ) -> str:
     """Return the text of a driven system of particles on lines: T = sum p_i^2/2 m_i + V(q, t), or T of an inertia, in
-    the phase space that is extended by the time, the last coordinate, and its momentum. Its period is a field where
-    that is "".
+    the phase space extended by the time, the last coordinate, and its momentum. period: "" if it is a
+    field.
     """
     *own, time = d.coordinates
     inertia = inertia or mass_inertia(d.coordinates, masses, len(own))
@@ -300,7 +300,7 @@ def driven_model(
 
 
 def period_methods(time: str, period: Any, fields: Sequence[str]) -> tuple[tuple[str, ...], list[str]]:
-    """Return the fields of a driven system, and its methods period, where it is none of these, and phase."""
+    """Return the fields of a driven system, and its methods: `period`, unless that is a field, and `phase`."""
     lines = Lines((time,))
     if period == "":
         fields, text, more = (*fields, "period"), "self.period", []

@@ -8,8 +8,8 @@ from .grammar import CONSTANTS, NUMERIC, parse
 
 
 def number(name: str, text: str) -> float:
-    """Return the finite number that a text stands for: a plain one, or a formula of numbers and pi, in the arithmetic
-    of floats. Raises ValueError naming the argument.
+    """Return the finite number of a text: a plain one, or a formula of numbers and pi, in the arithmetic of floats.
+    Raises ValueError that names the argument.
     """
     try:
         value = float(text)

@@ -12,7 +12,7 @@ from .hints import PULLED
 
 
 def term_of(options: Mapping[str, Any], period: Any) -> Term | None:
-    """Return the term that options make beside T and V, of which there may be one, and no period beside it."""
+    """Return the term that options add to T and V; refuse two terms, and a term with a period."""
     given = {name: TERMS[OPTIONS[name]] for name, entry in options.items() if entry is not None}
     terms = [*dict.fromkeys(given.values())]
     lost = next((name for name, term in given.items() if "loss" in term.words), None)
@@ -27,7 +27,7 @@ def term_of(options: Mapping[str, Any], period: Any) -> Term | None:
 
 
 def rates_of(given: Mapping[str, Any], values: dict[str, float], names: tuple[str, ...]) -> dict[str, str]:
-    """Return the options of terms that are given as formulas of the parameters; a number becomes a parameter of that
+    """Return the given options of terms as formulas of the parameters; a number becomes a parameter of that
     name.
     """
     found: dict[str, str] = {}

@@ -1,4 +1,4 @@
-"""What is outside of the grammar of formulas, in words, and what to write instead."""
+"""Descriptions of parts outside of the grammar of formulas, with alternatives."""
 
 from __future__ import annotations
 

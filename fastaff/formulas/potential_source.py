@@ -15,7 +15,7 @@ _WORD = re.compile(r"[A-Za-z_]\w*")
 
 
 class Description(NamedTuple):
-    """What a generated class says about itself, its parameters in field order, and what passes a whole number at poles
+    """Properties of a generated class, its parameters in field order, and expressions that pass a whole number at poles
     of a body's V.
     """
 
@@ -80,7 +80,7 @@ def constant(name: str, doc: str, value: str) -> str:
 
 
 def spread(expression: Any, text: str, coordinates: Sequence[str]) -> str:
-    """Return text made an array of the shape of the coordinates where the expression does not depend on all of them."""
+    """Return text, as an array of the shape of the coordinates if the expression does not depend on all of them."""
     present = {s.name for s in expression.free_symbols}
     return text if present >= set(coordinates) else f"{text} + 0.0*({' + '.join(coordinates)})"
 
@@ -114,7 +114,7 @@ def poles_methods(poles: Sequence[Any], names: Sequence[str]) -> list[str]:
 
 
 def _bounds(d: Description, walls: Sequence[Any]) -> list[str]:
-    """Return the methods of a potential of A and B that say where it lives: its margin, its poles."""
+    """Return the methods of the domain of a potential of A and B: its margin, its poles."""
     return [margin_method(walls, ("A", "B"), Lines(("A", "B"))), *poles_methods(d.poles, ("A", "B"))]
 
 
@@ -161,8 +161,8 @@ far, inner, choice = np.maximum(beta, near), np.minimum(beta, near), 1.0*(beta <
 
 
 class _Start(NamedTuple):
-    """How a method of V(A, B) begins: its lines, the names that are taken, and the symbols alpha, beta and far, a beta
-    that is kept away from 0.
+    """Beginning of a method of V(A, B): its lines, the names that are taken, and the symbols alpha, beta and far, a
+    beta that is kept away from 0.
     """
 
     lines: list[str]
@@ -250,15 +250,15 @@ def _even_curvatures(g: Any, start: _Start) -> str:
 
 
 RING = 14
-"""Places of a quarter of the circle on which a potential is evaluated that is 0/0 at beta = 0."""
+"""Points on a quarter of the circle for the evaluation of a potential that is 0/0 at beta = 0."""
 
 
 def ring_potential(d: Description, g: Any, walls: Sequence[Any], s: dict[str, Any], even_alpha: bool) -> str:
     """Return the text of a potential g(alpha, beta), even in beta, that is finite but 0/0 at beta = 0.
 
     For beta < alpha/4 it and its derivatives are Cauchy's integrals over the circle |beta| = alpha/2 in the complex
-    plane, by the trapezoidal rule with 4 RING = 56 points, a quarter of which is enough by symmetry: relative error
-    2^-56 where g is analytic up to |beta| = alpha.
+    plane, by the trapezoidal rule with 4 RING = 56 points; by symmetry a quarter of them is enough. The relative error
+    is 2^-56 where g is analytic up to |beta| = alpha.
     Source: Trefethen & Weideman 2014, SIAM Rev. 56, 385.
     """
     import sympy
@@ -287,7 +287,7 @@ def ring_potential(d: Description, g: Any, walls: Sequence[Any], s: dict[str, An
 
 
 def _on_ring(count: int) -> list[str]:
-    """Return the lines of V on the ring with its derivatives in alpha, and of the weights of so many more powers."""
+    """Return the lines of V on the ring with its derivatives in alpha, and of the weights of `count` powers."""
     lines = []
     for k in range(RING):
         turn = cmath.exp(1j * cmath.pi * (2 * k + 1) / (4 * RING))
@@ -306,7 +306,7 @@ def _mean(name: str, power: int) -> str:
 
 
 def _ring_results(g: Any, start: _Start) -> dict[str, tuple[str, list[Any], list[str]]]:
-    """Return, by the name of the method, what it says, its results at far, and their texts by means over the ring."""
+    """Return, by the name of the method, its docstring, its results at far, and their texts by means over the ring."""
     alpha, beta, far = start.alpha, start.beta, start.far
     at, g_a = {beta: far}, g.diff(alpha)
     g_aa, g_b, g_ab, g_bb = g_a.diff(alpha), g.diff(beta), g_a.diff(beta), g.diff(beta, 2)

@@ -15,7 +15,7 @@ _LARGE = 1500
 
 
 class Lines:
-    """Assignments under way; `taken` are the names that temporaries must not have."""
+    """Assignments that are being written; taken: names that temporaries must not have."""
 
     def __init__(self, taken: Sequence[str]):
         self.lines: list[str] = []
@@ -46,7 +46,7 @@ class Lines:
         import sympy
         from sympy.simplify.cse_opts import sub_post, sub_pre
 
-        # Three ways to write a sum with parameters in front; the cheapest wins, what parameters alone give being free.
+        # Different ways to write a sum with parameters in front; the cheapest wins, parts of parameters alone are free.
         candidates: list[tuple[list[Any], Any]] = [(list(expressions), [(sub_pre, sub_post)])]
         if sum(map(cost_of, expressions)) < _LARGE:
             candidates += [(list(expressions), "basic"), ([sympy.factor_terms(e) for e in expressions], "basic")]
@@ -207,7 +207,7 @@ def number(e: Any) -> tuple[str, int]:
             ) from None
         if Fraction(repr(value)) == exact or exact.denominator > 1000:
             return repr(value), _ATOM if value >= 0 else _PRODUCT
-        return f"{exact.numerator}/{exact.denominator}", _SUM  # folded when compiled; parentheses in products
+        return f"{exact.numerator}/{exact.denominator}", _SUM  # folded at compilation; parentheses in products
     constant = complex(e.evalf(20))
     if constant.imag != 0 or constant.real - constant.real != 0:
         raise ValueError(f"text: the constant {e} of the formula is not a finite real number")
@@ -215,7 +215,7 @@ def number(e: Any) -> tuple[str, int]:
 
 
 def _order(e: Any) -> tuple[bool, bool, str]:
-    """Sort key: numbers, then what depends on parameters alone (which leaves the loop over orbits), then the rest."""
+    """Sort key: numbers, then factors of parameters alone (which leave the loop over orbits), then the rest."""
     return not e.is_number, not is_free(e), str(e)
 
 

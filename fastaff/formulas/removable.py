@@ -23,8 +23,8 @@ class Places(NamedTuple):
     """Points of a formula's region for trial: place(coordinates) gives the values of its symbols, draw(rng) coordinates
     of a point.
 
-    special: coordinates, None for those that are drawn, of places where denominators like to vanish; inside(values)
-    tells whether a point is in the domain.
+    special: coordinates of places where denominators often vanish, None for those that are drawn; inside(values) tells
+    whether a point is in the domain.
     """
 
     place: Callable[[Sequence[Any]], Mapping[str, Any]]
@@ -39,7 +39,7 @@ class Places(NamedTuple):
 
 
 def denominators(expression: Any) -> list[Any]:
-    """Return what stands below a fraction line, or in a power that may be negative."""
+    """Return the denominators of an expression: bases of powers that may be negative, and cosines of tangents."""
     import sympy
 
     found: dict[Any, None] = {}
@@ -52,8 +52,8 @@ def denominators(expression: Any) -> list[Any]:
 
 
 def vanishing(expression: Any, places: Places, parameters: Mapping[str, float]) -> list[Vanishing]:
-    """Return denominators that vanish inside the domain where the expression stays finite, at least one point of each
-    that were tried.
+    """Return denominators that vanish inside the domain where the expression stays finite, with at least one of the
+    points tried for each.
     """
     import mpmath
 
@@ -91,7 +91,7 @@ def _vanishing(
 
 
 def _function(expression: Any, numbers: str = "mpmath") -> tuple[Any, list[str]]:
-    """Return a formula as a function of such numbers, and the names of its arguments."""
+    """Return a formula as a function of these `numbers`, and the names of its arguments."""
     import sympy
 
     symbols = sorted(expression.free_symbols, key=str)
@@ -112,7 +112,7 @@ def _value(
 
 
 def _zeros(mp: Any, g: Any, places: Places, points: list, constants: Mapping[str, Any], rng: random.Random) -> Any:
-    """Yield zeros of g: special places, and those between points where it has both signs."""
+    """Yield zeros of g: special places, and zeros between points where g has opposite signs."""
     for special in places.special:
         drawn = places.draw(rng)
         at = [mp.mpf(x if s is None else s) for s, x in zip(special, drawn, strict=True)]
@@ -136,7 +136,7 @@ def _zeros(mp: Any, g: Any, places: Places, points: list, constants: Mapping[str
 
 
 def _approach(mp: Any, zero: Sequence[Any], points: list) -> list[list[Any]]:
-    """Return points on a line towards a zero, at the distances 10^_NEAR of that of another point."""
+    """Return points on a line towards a zero, at distances 10^_NEAR times that of another point."""
     return [[z + mp.mpf(10) ** k * (o - z) for z, o in zip(zero, points[0], strict=True)] for k in _NEAR]
 
 
@@ -151,7 +151,7 @@ def _finite(mp: Any, whole: Any, places: Places, near: list, constants: Mapping[
 def _loses_digits(
     mp: Any, forces: list, places: Places, near: list, points: list, constants: Mapping[str, Any]
 ) -> bool:
-    """Tell whether derivatives in floating point are wrong on the way, by more than `_ROUNDING` of their size there or
+    """Tell whether derivatives in floating point are wrong on the line, by more than `_ROUNDING` of their size there or
     elsewhere.
     """
     for exact, floating in forces:

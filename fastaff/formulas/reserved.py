@@ -1,9 +1,9 @@
-"""Bounds of formulas, and the names that their parameters can't have."""
+"""Bounds of formulas, and the names that their parameters cannot have."""
 
 from ..compile.kinds import TERMS
 
 MAX_DEGREES_OF_FREEDOM = 16
-"""Coordinates of a text. Nothing breaks beyond: 32 compile in seconds; it is the parts of a formula that end first."""
+"""Most coordinates of a text. More would work: 32 compile in seconds; the limit on parts of a formula comes first."""
 
 _OF_MODELS = """
 degrees_of_freedom coordinates kind angles velocity force tangent_force kinetic_energy
@@ -17,4 +17,4 @@ RESERVED = {
     *(term.rate for term in TERMS.values()),
     *(f"m_{i}" for i in range(1, MAX_DEGREES_OF_FREEDOM + 1)),
 }
-"""Names that parameters can't have: they mean something on the model."""
+"""Names that parameters cannot have: they have a meaning in the model."""

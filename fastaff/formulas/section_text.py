@@ -16,7 +16,7 @@ EQUALS = {text: kind for text, kind in OF_BODIES.items() if "constant" in kind._
 
 
 def section_forms(model: Any) -> tuple[str, ...]:
-    """Return the texts that stand for sections of a model, with c for a number."""
+    """Return the texts for sections of a model, with c for a number."""
     system = system_of(model)
     coordinates = tuple(f"{name}=c" for name in system.names)
     if not system.planar:
@@ -25,7 +25,7 @@ def section_forms(model: Any) -> tuple[str, ...]:
 
 
 def section_named(text: str, model: Any, direction: int = 1, *, argument: str = "section") -> Any:
-    """Return the section of a model that a text stands for. Raises ValueError with the forms that there are."""
+    """Return the section of a model for a text. Raises ValueError with the known forms."""
     forms, system = section_forms(model), system_of(model)
     text = VANISHING.get(re.sub(r"\s", "", text).lower(), text) if system.planar else text
     name, equals, constant = text.partition("=")
@@ -48,7 +48,7 @@ def section_named(text: str, model: Any, direction: int = 1, *, argument: str = 
 
 
 def canonical(text: str) -> str:
-    """Return the text of a section with its number as floats are written, and turning points by their name; any other
+    """Return the text of a section with its number in the form of floats, and turning points by their name; any other
     as it is.
     """
     name, _, constant = spelled(text, TURNING).partition("=")
@@ -64,7 +64,7 @@ def canonical(text: str) -> str:
 
 
 def section_in_words(section: Any, model: Any) -> str:
-    """Return the text that stands for a section, its repr where none does."""
+    """Return the text of a section, its repr where there is none."""
     system = system_of(model)
     for name, kind in {**TURNING, **EQUALS}.items():
         if type(section) is kind:
@@ -78,6 +78,6 @@ def section_in_words(section: Any, model: Any) -> str:
 
 
 def section_of(value: Any, model: Any) -> Any:
-    """Return the section that a text stands for; anything else as it is."""
+    """Return the section for a text; anything else as it is."""
     known = hasattr(model, "degrees_of_freedom") and not isinstance(model, type)
     return section_named(value, model) if isinstance(value, str) and known else value

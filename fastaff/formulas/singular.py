@@ -1,4 +1,4 @@
-"""Formulas that are 0/0 somewhere: where to look for it, and what is done about it."""
+"""Formulas that are 0/0 somewhere: the places to test, and the remedies."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from .variables import Trial, everything
 
 AXES = ("alpha", "beta")
 _RIGHT = 1e-9
-"""Largest error of a potential, relative to its size on the scale alpha, at the points where it is tried."""
+"""Largest error allowed for a potential at the trial points, relative to its size on the scale alpha."""
 
 
 def refuse_removable(
@@ -24,8 +24,8 @@ def refuse_removable(
     names: Sequence[str],
     known: Sequence[Vanishing] = (),
 ) -> None:
-    """Raise ValueError where a denominator of V, but for known ones, vanishes at a place of the domain at which V is
-    finite.
+    """Raise ValueError where a denominator of V, other than the known ones, vanishes at a place of the domain at which
+    V is finite.
     """
     import sympy
 
@@ -100,7 +100,7 @@ def ring_text(d: Description, g: Any, walls: Sequence[Any], s: dict[str, Any], t
 
 
 def _even(g: Any, s: dict[str, Any]) -> bool:
-    """Tell whether g is seen to be even in alpha."""
+    """Tell whether algebra shows that g is even in alpha."""
     return bool(g.xreplace({s["alpha"]: -s["alpha"]}) == g)
 
 

@@ -26,7 +26,7 @@ def to_sympy(program: Program, names: Mapping[str, Any]) -> Any:
 
 
 def _power(base: Any, exponent: Any) -> Any:
-    """Return base**exponent; numbers whose exact power would be enormous are taken as floats."""
+    """Return base**exponent; numbers whose exact power would be too long become floats."""
     import sympy
 
     if base.is_Rational and exponent.is_Rational:
@@ -40,7 +40,7 @@ def _power(base: Any, exponent: Any) -> Any:
 
 def sharp(expression: Any) -> Any:
     """Return an expression whose denominators do not cancel: 1 - cos(x)**2, 1 - cos(x), cosh(x)**2 - cos(y)**2 and
-    other sums of these functions and numbers that are 0 at 0 become sums of squares of sines, exact down to their 0.
+    other sums of these functions and numbers that are 0 at 0 become sums of squares of sines, accurate down to the 0.
     """
     return expression.replace(
         lambda e: e.is_Pow and e.exp.is_Integer and e.exp.is_negative and e.base.is_Add,
@@ -49,7 +49,7 @@ def sharp(expression: Any) -> Any:
 
 
 def _squares(total: Any) -> Any:
-    """Return a sum of numbers, cos, cosh and their squares as one of squares of sines of one sign, or as it is."""
+    """Return a sum of numbers, cos, cosh and their squares as a sum of squares of sines of one sign, or as it is."""
     import sympy
 
     constant, parts = sympy.Integer(0), []
@@ -69,7 +69,7 @@ def _squares(total: Any) -> Any:
 
 
 def checked(expression: Any) -> Any:
-    """Return a SymPy expression that is a finite real formula; ValueError for one that SymPy found to be none."""
+    """Return a SymPy expression if it is a finite real formula; raise ValueError where SymPy shows that it is not."""
     import sympy
 
     for wrong, why in (
@@ -91,7 +91,7 @@ def checked(expression: Any) -> Any:
 
 
 def to_text(expression: Any) -> str:
-    """Return a SymPy expression as text of the grammar; ValueError for anything that the grammar does not have."""
+    """Return a SymPy expression as text of the grammar; raise ValueError for parts outside the grammar."""
     import sympy
 
     for size, _ in enumerate(sympy.preorder_traversal(expression)):

@@ -23,7 +23,7 @@ POINTS, DIGITS = 24, 50
 
 
 def everything(a1: Any, a2: Any, b1: Any, b2: Any, alpha: Any, beta: Any, sqrt: Any, atan: Any) -> dict[str, Any]:
-    """Return the value of every variable at a point; alpha and beta may have a sign of their own."""
+    """Return the value of every variable at a point; alpha and beta may have any sign."""
     w = 1 / sqrt(2)
     r = alpha * alpha + beta * beta
     return {
@@ -119,7 +119,7 @@ class Trial:
 
 
 def check_symmetry(trial: Trial, argument: str) -> None:
-    """Refuse a formula that D1 <-> D2 (beta -> -beta, vartheta -> -vartheta), two names of one matrix, changes."""
+    """Refuse a formula that changes under D1 <-> D2 (beta -> -beta, vartheta -> -vartheta): both name one matrix."""
     tried = 0
     for _ in range(20 * POINTS):
         variables, (alpha, beta, eta, gamma) = trial.point()
@@ -146,7 +146,7 @@ def check_symmetry(trial: Trial, argument: str) -> None:
 
 
 def is_isotropic(trial: Trial) -> bool:
-    """Tell whether turning a and b by angles of their own leaves the formula as it is, at random points."""
+    """Tell whether independent rotations of a and b leave the formula unchanged, at random points."""
     tried = 0
     for _ in range(20 * POINTS):
         variables, (alpha, beta, _, _) = trial.point()
@@ -170,8 +170,8 @@ def check_real(
     argument: str,
     search: Callable[[], list[float] | None],
 ) -> None:
-    """Refuse a formula of coordinates that is real nowhere that is tried: around the origin, then around the
-    parameters and ever farther away, and at last at a point that a search returns.
+    """Refuse a formula of coordinates that is real at no point tried: around the origin, then around the
+    parameters and farther and farther away, and at last at a point that a search returns.
     """
     trial = Trial(program, parameters)
     for k in range(40 * POINTS):

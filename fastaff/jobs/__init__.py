@@ -1,4 +1,4 @@
-"""Jobs: many orbits of one system, kept unit by unit, so that what was stopped goes on where it was.
+"""Jobs: many orbits of one system, kept unit by unit, so that a stopped job goes on where it was.
 
     job = Job(model=Model(model="neo-hookean"), surface=Surface(energy=1.5, p_eta=0.3), starts=Starts(grid="2000x2000"),
               frequency_map=Frequencies(time=1000.0))
@@ -6,7 +6,7 @@
     results["frequency_map"].nu
 
 A module each: the tables of a job (`system`, `launch`, `analyses`), the job itself and its TOML (`job`), one unit
-(`units`), results on disk (`store`), running (`running`), and what comes out (`results`).
+(`units`), results on disk (`store`), running (`running`), and the results (`results`).
 """
 
 from .analyses import Actions, Chaos, Frequencies, Motion, Poincare, Run

@@ -1,4 +1,4 @@
-"""What is computed of each orbit, and how: the tables [run], [poincare], [frequency_map], ... of a job."""
+"""The analyses of each orbit and their options: the tables [run], [poincare], [frequency_map], ... of a job."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ class Run:
         return self if threads is None else replace(self, threads=threads)
 
     def build(self, body: Any = None) -> dict[str, Any]:
-        """Return the options of the library's functions; of a map it has threads alone."""
+        """Return the options of the library's functions; for a map these are the threads alone."""
         if body is not None and system_of(body).iterated:
             return {"threads": self.threads}
         accuracy = {} if self.accuracy is None else {"accuracy": positive("accuracy", self.accuracy)}
@@ -60,7 +60,7 @@ class Run:
 
 
 class Orbits(NamedTuple):
-    """Orbits to be analysed: of a system, by a section or by none, at z0 (2n, orbits)."""
+    """Orbits to be analysed: those of a system that start at z0 (2n, orbits), with a section or None."""
 
     body: Any
     section: Any
@@ -68,18 +68,18 @@ class Orbits(NamedTuple):
 
 
 class Analysis(Protocol):
-    """One table of a job: what is computed of each orbit."""
+    """One table of a job: an analysis of each orbit."""
 
     title: ClassVar[str]
     """For people."""
     brief: ClassVar[dict[str, Any]]
-    """Settled options of the smallest case, which compiles what the others need."""
+    """Settled options of the smallest case, which compiles the kernels of the others."""
 
     def check(self, run: Run) -> None:
         """Refuse values that are wrong for any orbits."""
 
     def settled(self, few: Orbits, run: Run) -> dict[str, Any]:
-        """Return the options of the library's function, those that were left open by a trial with a few orbits."""
+        """Return the options of the library's function; a trial with a few orbits settles those that were left open."""
 
     def compute(self, orbits: Orbits, settled: dict[str, Any], run: Run, report: Any = None) -> Any:
         """Return the result of orbits."""
@@ -95,7 +95,7 @@ class Poincare:
     crossings: int = 500
     """Crossings wanted from each orbit. [500]"""
     max_time: float | None = None
-    """Time at which an orbit ends whatever it does. [four times what the crossings need in a trial]"""
+    """Time at which an orbit ends at the latest. [four times that of the crossings in a trial]"""
 
     def check(self, run: Run) -> None:
         """Refuse values that are wrong for any orbits."""
@@ -113,14 +113,14 @@ class Poincare:
             return {"crossings": self.crossings}
         if time is None:
             pace = return_times(*few, run.build())
-            if np.isnan(pace).all():  # as where a long step is given
+            if np.isnan(pace).all():  # for example with a long step
                 pace = return_times(*few, {"scheme": VERNER9, "threads": run.threads})
             time = enough_time(pace, few.section, self.crossings)
         return {"crossings": self.crossings, "max_time": float(time)}
 
     def compute(self, orbits: Orbits, settled: dict[str, Any], run: Run, report: Any = None) -> Any:
         """Return the SectionMap of orbits."""
-        if isinstance(orbits.section, Stroboscopic) or system_of(orbits.body).iterated:  # which take no time
+        if isinstance(orbits.section, Stroboscopic) or system_of(orbits.body).iterated:  # these need no time
             settled = {"crossings": settled["crossings"]}
         how = {**settled, **run.build(orbits.body)}
         return poincare_map(orbits.body, orbits.z0, section=orbits.section, report=report, **how)
@@ -192,7 +192,7 @@ class Chaos:
         return replace(self, indicators=",".join(names))
 
     def returns(self) -> float | None:
-        """Return how many times of return an orbit takes, None where its time is given."""
+        """Return the length of an orbit in times of return, None where its time is given."""
         return None if self.time is not None else 500.0 if self.periods is None else float(self.periods)
 
     def check(self, run: Run) -> None:
@@ -270,10 +270,10 @@ ANALYSES: dict[str, type[Any]] = {
     "action_angles": Actions,
     "integrate": Motion,
 }
-"""Tables of a job that say what is computed, in the order in which it is."""
+"""Tables of a job that name its analyses, in the order of their computation."""
 
 TRIAL = 64
-"""Orbits of a trial, with which is settled what is left open."""
+"""Orbits of a trial, which settles the options that are left open."""
 
 
 def return_times(body: Any, section: Any, z0: np.ndarray, choices: dict[str, Any]) -> np.ndarray:
@@ -287,7 +287,7 @@ def return_times(body: Any, section: Any, z0: np.ndarray, choices: dict[str, Any
 
 
 def enough_time(pace: np.ndarray, section: Any, crossings: int) -> float:
-    """Return four times what the median orbit needs for the crossings."""
+    """Return four times the time that the median orbit needs for the crossings."""
     if np.isnan(pace).all():
         text = "no orbit of a trial crosses {section!r}; give {max_time}, or another section or direction"
         raise Wrong.of(text, section=section)
@@ -306,7 +306,7 @@ def median_return(few: Orbits, choices: dict[str, Any]) -> float:
 
 
 def _one_time(time: float | None, periods: float | None) -> None:
-    """Refuse two times, and one that is not positive."""
+    """Refuse a time and periods together, and values that are not positive."""
     if time is not None and periods is not None:
         raise Wrong.of("give {time} or {periods}, not both")
     for name, value in (("time", time), ("periods", periods)):

@@ -1,4 +1,4 @@
-"""What must hold of a store before and while it is read: it is data of the kind that this package writes, all there."""
+"""The checks of a store before and while it is read: its data are complete and of the kind that this package writes."""
 
 from __future__ import annotations
 
@@ -31,14 +31,14 @@ ENTRIES: dict[str, type] = {
     "other_processors": bool,
     "reruns": list,
 }
-"""What the root of a store tells."""
+"""Entries in the root's record of a store."""
 
 RERUN = {"status": list, "run": dict, "analyses": list}
-"""What is told of each rerun."""
+"""Entries in the record of each rerun."""
 
 
 def checked_root(path: Path, facts: dict[str, Any]) -> None:
-    """Refuse a store whose root tells something else than this package writes."""
+    """Refuse a store whose root has another record than this package writes."""
     for name, kind in ENTRIES.items():
         if not isinstance(facts.get(name), kind) or (kind is int and isinstance(facts[name], bool)):
             raise Wrong(f"{path} is damaged: its root does not tell {name}")
@@ -65,8 +65,8 @@ def checked_root(path: Path, facts: dict[str, Any]) -> None:
 
 
 def checked_arrays(path: Path, root: Hierarchy, facts: dict[str, Any]) -> None:
-    """Refuse a store whose arrays are not those that this package writes; reads no numbers. What Zarr itself refuses,
-    such as codecs that it does not know, is refused here.
+    """Refuse a store whose arrays are not those that this package writes; reads no numbers. Arrays that Zarr itself
+    refuses, such as those of unknown codecs, are refused here.
     """
     for link in (entry for depth in ("*", "*/*", "*/*/*") for entry in path.glob(depth) if entry.is_symlink()):
         raise Wrong(f"{path} has a link, {link.relative_to(path)}, which no store of fastaff has: not read")
@@ -89,7 +89,7 @@ def checked_arrays(path: Path, root: Hierarchy, facts: dict[str, Any]) -> None:
 
 @contextmanager
 def sound(where: str, *passed: type[Exception]) -> Iterator[None]:
-    """Refuse whatever a damaged or forged store leads to within the block, but for what is passed on."""
+    """Turn all errors of a damaged or forged store within the block into `Wrong`, but for those in `passed`."""
     try:
         with recognized():
             yield
@@ -100,11 +100,11 @@ def sound(where: str, *passed: type[Exception]) -> Iterator[None]:
 
 
 class Numbers:
-    """An array of a store: what is damaged in it is refused with its name, whatever is found."""
+    """An array of a store: any damage in it raises an error with its name."""
 
     def __init__(self, path: Path, name: str, array: Any) -> None:
         self._path, self._name = path, name
-        # Also what is empty is written: what is not there was lost.
+        # Empty chunks are written too: a missing chunk is a lost one.
         self._array = array.with_config({"write_empty_chunks": True})
 
     def __getattr__(self, name: str) -> Any:
@@ -113,19 +113,19 @@ class Numbers:
     def __setitem__(self, key: Any, value: Any) -> None:
         value = np.asarray(value)
         if value.dtype.kind in "fc" and (empty := np.isnan(value)).any():
-            # What is no number has one form, whichever operation it came from: its sign depends on the company.
+            # NaN has one form, whichever operation it came from: its sign depends on the neighbours in a vector.
             value = np.where(empty, np.asarray(np.nan if value.dtype.kind == "f" else complex(np.nan, np.nan)), value)
         with recognized():
             self._array[key] = value
 
     def __getitem__(self, key: Any) -> Any:
         with sound(f"{self._path} is damaged in {self._name}", OSError, Wrong):
-            if not has_items(self._array) and self.lacks([0]):  # it would be read as fill values
+            if not has_items(self._array) and self.lacks([0]):  # a missing chunk would be read as fill values
                 raise Wrong(f"{self._path} is damaged: {self._name} is not there")
             return self._array[key]
 
     def lacks(self, numbers: Iterable[int]) -> list[int]:
-        """Return those units among `numbers` that have no chunk."""
+        """Return the units among `numbers` that have no chunk."""
         if 0 in self._array.shape:
             return []
         return [int(number) for number in numbers if not self.file(int(number)).is_file()]

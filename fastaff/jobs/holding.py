@@ -29,7 +29,7 @@ def as_path(store: Any) -> Path:
 def alone(path: Path) -> Iterator[None]:
     """Hold a store for this process; refuse one that another process holds."""
     if not is_store(path):
-        Store(path)  # which says what is wrong
+        Store(path)  # raises the error
     try:
         import fcntl
     except ImportError:  # no such locks: two processes would write the same bytes

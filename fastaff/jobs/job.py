@@ -1,4 +1,4 @@
-"""A job: which orbits of which system, and what is computed of each; read from and written as TOML."""
+"""A job: the orbits of a system and the analyses of each; read from and written as TOML."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ from .wording import Wrong, option, respelled, spelled
 
 
 class Plan(NamedTuple):
-    """What a job comes to: a system, a section or None, where orbits start, and analyses by name."""
+    """The plan of a job: a system, a section or None, the launch set, and analyses by name."""
 
     body: Any
     section: Any
@@ -152,7 +152,7 @@ class Job:
         return Plan(body, section, Points(z0), self.analyses())
 
     def _check_map(self, body: Any) -> None:
-        """Refuse what a map does not have."""
+        """Refuse options that a map does not have."""
         run = {option(name): getattr(self.run, name) for name in ("scheme", "step", "accuracy")}
         check_given(body, "a time", "a map is iterated as it is", **run)
         if self.scan is not None:
@@ -248,7 +248,7 @@ OPTIONS = frozenset(entry.name for kind in TABLES.values() for entry in fields(k
 
 
 def as_key(name: str, table: str = "") -> str:
-    """Name an option as a job's file does, with its table where it is in one alone: [surface] energy."""
+    """Name an option as a job's file does, with its table if only one has it: [surface] energy."""
     homes = [table] if table else [home for home, kind in TABLES.items() if name in _hints(kind)]
     return f"[{homes[0]}] {name}" if len(homes) == 1 else name
 
@@ -260,7 +260,7 @@ def in_one_line(text: str, length: int = 600) -> str:
 
 
 def distinct(model: Any) -> str:
-    """Return what tells a model of one's own from others: its class and numbers."""
+    """Return the text that tells a model of one's own from others: its class and numbers."""
     return re.sub(r" at 0x[0-9a-fA-F]+", "", repr(model))
 
 
@@ -365,7 +365,7 @@ def _taken(name: str, value: Any, hint: Any) -> Any:
 
 
 def _kinds(hint: Any) -> tuple[Any, ...]:
-    """Return what a field takes, of which None may be one."""
+    """Return the kinds of value that a field takes; None may be among them."""
     return (hint,) if typing.get_origin(hint) is list else typing.get_args(hint) or (hint,)
 
 

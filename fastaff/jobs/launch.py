@@ -23,7 +23,7 @@ from .system import Surface
 from .wording import Wrong, option, respelled
 
 BLOCK = 1024
-"""Points of a launch set that are computed together: the same points whatever the units of a job."""
+"""Points of a launch set that are computed together: the same points for any units of a job."""
 
 TRIED = 16
 """Blocks that orbits for a trial are taken from."""
@@ -79,7 +79,7 @@ class Starts:
         return array
 
     def launch(self, body: Any, section: Any, surface: Surface, default: str) -> Launch:
-        """Return the launch set that this describes, on a grid of `default` cells unless it says otherwise."""
+        """Return the launch set of this table, on a grid of `default` cells unless it names another."""
         from ..analysis.sections import energy_sample
 
         if self.grid is not None and self.orbits is not None:
@@ -166,7 +166,7 @@ BY_NAME = ("axes", "fixed", "solve", "at_rest", "microcanonical")
 class Launch(Protocol):
     """A launch set: points by number, each where an orbit starts or where the energy allows none.
 
-    The points of a block have the same bits whichever of them are asked for: blocks are computed whole.
+    Blocks are computed whole: a point has the same bits whichever others are asked for.
     """
 
     def __hash__(self) -> int:
@@ -273,7 +273,7 @@ class OnSection(NamedTuple):
 
 
 class OfSource(NamedTuple):
-    """Random points of any number of degrees of freedom; figures have the first two of what is drawn."""
+    """Random points of any number of degrees of freedom; figures show the first two drawn rows."""
 
     source: Any
 
@@ -285,7 +285,7 @@ class OfSource(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class RandomPoints:
-    """Random points: each block of a seed of its own."""
+    """Random points: each block has a seed of its own."""
 
     source: OnSection | OfSource
     size: int
@@ -332,7 +332,7 @@ class Points:
         return z0, np.arange(z0.shape[1])
 
     def placed(self, z0: np.ndarray, place: np.ndarray) -> None:
-        """Return None: no section is known that these are on."""
+        """Return None: these points are on no known section."""
 
 
 def between(launch: Launch, low: int, high: int) -> tuple[np.ndarray, np.ndarray]:

@@ -1,4 +1,4 @@
-"""What a job has come to: results by analysis, in memory or in a store, and a table of what became of the orbits."""
+"""The results of a job by analysis, in memory or in a store, and a table of the outcomes of the orbits."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from .units import LOG, Unit, outcomes
 class JobResults:
     """Results of a job by the name of the analysis: `results["frequency_map"]` is that of the finished orbits.
 
-    From a store each is read when it is asked for, and `results["frequency_map", 0:100_000]` with the memory of some
+    Results in a store are read when they are asked for; `results["frequency_map", 0:100_000]` reads those of some
     points of the launch set alone; `to_xarray` opens the store itself, lazily.
     """
 
@@ -54,8 +54,8 @@ class JobResults:
         return len(self.names)
 
     def __getitem__(self, key: str | tuple[str, slice]) -> Any:
-        """Return the result of an analysis: of the finished orbits, all, or by results[name, start:stop] of those
-        between two points of the launch set.
+        """Return the result of an analysis of all finished orbits; results[name, start:stop] is that of the finished
+        orbits between two points of the launch set.
         """
         name, *points = key if isinstance(key, tuple) else (key,)
         if name not in self.names:
@@ -85,7 +85,7 @@ class JobResults:
 
     @property
     def place(self) -> np.ndarray:
-        """Numbers of the finished orbits within the launch set: of cells where it is a grid."""
+        """Numbers of the finished orbits within the launch set; for a grid these are the cells."""
         return self._place if self._found is not None else np.flatnonzero(Store(self.path).finished() == DONE)
 
     @property
@@ -94,12 +94,12 @@ class JobResults:
         return self._found is not None or not (Store(self.path).finished() == WAITING).any()
 
     def counts(self) -> dict[str, dict[str, int]]:
-        """Return how many orbits have which status, by analysis."""
+        """Return the number of orbits of each status, by analysis."""
         field = "status" if self.job.scan is None else "statuses"
         return {name: outcomes(self._column(name, field)) for name in self.names}
 
     def attempts(self, name: str) -> np.ndarray:
-        """Return which attempt the numbers of each finished orbit are from: 0, or the number of a rerun."""
+        """Return the attempt that gave the numbers of each finished orbit: 0, or the number of a rerun."""
         values = self._column(name, ATTEMPT)
         return np.zeros(len(self.place), np.int16) if values is None else values
 
@@ -142,7 +142,7 @@ class JobResults:
         return "\n".join(map(in_one_line, lines))
 
     def _escape(self) -> str | None:
-        """Return what there is to say of the energy where orbits escaped."""
+        """Return a note on the energy where orbits escaped."""
         found = [self._column(name, "status") for name in self.names]
         gone = [status for status in found if status is not None]
         if self.job.scan is not None or not gone:
@@ -154,8 +154,8 @@ class JobResults:
         return f"JobResults({', '.join(self.names)}; {where})"
 
     def to_xarray(self, chunks: Any = None) -> Any:
-        """Open the store as an xarray.DataTree, whose arrays are read when they are used: of those parts that are used,
-        and by dask where `chunks` are given as in `xarray.open_datatree` ({}: the units of the job).
+        """Open the store as an xarray.DataTree, whose arrays are read when and as far as they are used; with `chunks`,
+        as in `xarray.open_datatree` ({}: the units of the job), dask reads them.
         """
         if self.path is None:
             raise ValueError("these results are in memory: results[name].to_xarray() gives each of them")
@@ -167,7 +167,7 @@ class JobResults:
         self.to_xarray().to_netcdf(str(path), engine="h5netcdf")
 
     def _column(self, name: str, field: str) -> Any:
-        """Return an array of an analysis, of the finished orbits; None where it has none of that name."""
+        """Return an array of an analysis for the finished orbits; None where it has none of that name."""
         if self._found is not None:
             return getattr(self._found[name], field, None)
         store = Store(self.path)
@@ -194,7 +194,7 @@ def _logged(path: Path) -> list[Unit]:
 
 
 def _is_unit(entry: Unit) -> bool:
-    """Tell whether the fields of a line are what they should be."""
+    """Tell whether the fields of a line have the right kinds and ranges."""
     counts = (entry.number, entry.orbits, entry.crossings)
     return (
         all(type(count) is int and 0 <= count <= MOST for count in counts)

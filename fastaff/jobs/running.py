@@ -1,4 +1,4 @@
-"""Running jobs: into a store or in memory, here or by an executor, again from where they were stopped."""
+"""Running jobs: into a store or in memory, here or by an executor, and from where they were stopped."""
 
 from __future__ import annotations
 
@@ -38,10 +38,10 @@ from .watching import Progress, Watched, submitted
 from .wording import Wrong
 
 SECONDS = 2.0
-"""Of work in a unit whose size is left open."""
+"""Seconds of work in a unit whose size is left open."""
 
 PROBE = 256
-"""Orbits that tell how long a unit takes."""
+"""Orbits of the trial that measures the time of a unit."""
 
 SMALLEST = 256
 """Orbits of a unit whose size is left open: two blocks of lanes."""
@@ -136,7 +136,7 @@ def run(
             begin(job, path, memory=memory, overwrite=overwrite and there, threads=threads)
         except FileExistsError:
             if not is_store(path):
-                raise  # else another process made it in this moment: it is a store like any other
+                raise  # else another process made it in this moment; the store is used
     with alone(path):
         change = _change(path, job, overwrite)
         if change is not None and not overwrite:
@@ -276,7 +276,7 @@ def rerun(
         options = replace(begun.job.run, **changed)
         few = begun.plan.few()
         few = few._replace(z0=few.z0[:, :1])
-        for name in names:  # what does not fit is refused before anything is changed
+        for name in names:  # wrong options are refused before anything is changed
             begun.plan.analyses[name].compute(few, begun.store.facts["settled"][name], options)
         entry = {
             "status": sorted({int(_status(one)) for one in _several(status)}),
@@ -307,7 +307,7 @@ def _status(one: Any) -> Status:
 def begin(
     job: Job, path: Any, *, memory: float | None = None, overwrite: bool = False, threads: int | None = None
 ) -> Store:
-    """Make the store of a job with no unit finished: what is left open is settled by a few orbits."""
+    """Make the store of a job with no unit finished; a few orbits settle the options that are left open."""
     plan = job.plan()
     run = job.run.on(threads)
     few = plan.few()
@@ -355,7 +355,7 @@ def begin(
 
 
 def _unit_size(plan: Plan, settled: dict[str, Any], options: Any, most: int) -> int:
-    """Return how many orbits take some seconds, a multiple of the smallest unit, as far as memory allows."""
+    """Return the number of orbits that take some seconds, a multiple of the smallest unit, as far as memory allows."""
     if isinstance(plan.launch, Cases):
         return 1
     if plan.launch.size <= SMALLEST:
@@ -389,7 +389,7 @@ def _in_memory(job: Job, threads: int | None, report: Any) -> JobResults:
 
 
 def _fits(plan: Plan, settled: dict[str, Any], options: Any, few: Orbits) -> None:
-    """Refuse results that memory has no room for."""
+    """Refuse results that do not fit into memory."""
     size = plan.launch.size
     if size <= SMALLEST:
         return
@@ -417,7 +417,7 @@ def _own(job: Job) -> dict[str, Any]:
 
 
 def _change(path: Path, job: Job, overwrite: bool) -> str | None:
-    """Return in what a job is not that of a store; None where it is."""
+    """Return the difference between a job and that of a store; None where they agree."""
     try:
         store = Store(path)
         own = stated(store)
@@ -483,7 +483,7 @@ def _finished(
 
 
 def _checked(executor: Any, threads: Any, report: Any, watch: Any, other_processor: Any) -> None:
-    """Refuse what units can't be computed with, before any is."""
+    """Refuse wrong executors, threads and callbacks before any unit is computed."""
     reporter(report), flag("other_processor", other_processor)
     if watch is not None:
         function("watch", watch)
@@ -491,7 +491,7 @@ def _checked(executor: Any, threads: Any, report: Any, watch: Any, other_process
         checked_threads(threads)
     elif not callable(getattr(executor, "submit", None)):
         raise TypeError(f"executor must have submit, as concurrent.futures' have, got {shown(executor)}")
-    elif threads is not None:  # of the workers' machines
+    elif threads is not None:  # those of the workers' machines
         whole("threads", threads, 1)
 
 

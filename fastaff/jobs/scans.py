@@ -1,4 +1,4 @@
-"""Parameter scans as jobs: the table [scan], whose points are cases, each with random orbits of its own."""
+"""Parameter scans as jobs: the table [scan]. Its points are cases, each with random orbits of its own."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ class Scan:
     """
 
     def parsed(self, body: Any) -> list[Scanned]:
-        """Return the parameters with their values; refuse names that are none of the body or its energy surface."""
+        """Return the parameters with their values; refuse names that neither the body nor its energy surface has."""
         axes = scanned(self.axes)
         planar = system_of(body).isotropic
         own = getattr(body, "potential", body)._fields
@@ -149,7 +149,7 @@ class ScanOfChaos:
     chaos: Chaos
 
     def check(self, run: Run) -> None:
-        """Refuse what is wrong whatever the orbits are."""
+        """Refuse values that are wrong for any orbits."""
         self.chaos.check(run)
 
     def settled(self, few: Orbits, run: Run) -> dict[str, Any]:
@@ -158,7 +158,7 @@ class ScanOfChaos:
         return {}
 
     def compute(self, orbits: Orbits, settled: dict[str, Any], run: Run, report: Any = None) -> FoundCases:
-        """Return what is found of the cases whose values are the rows of z0."""
+        """Return the results of the cases whose values are the columns of z0."""
         parts = []
         for k in range(orbits.z0.shape[1]):
             part = portion(report, k, orbits.z0.shape[1])

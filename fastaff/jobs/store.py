@@ -1,11 +1,11 @@
 """Results of a job on disk: a Zarr hierarchy with a chunk of every array for each unit, which xarray opens by itself.
 
-    NAME.zarr           attributes: the job as TOML, what was settled, versions; format
+    NAME.zarr           attributes: the job as TOML, settled options, versions; format
       launch            z0 (coordinate, orbit), finished (orbit)
       poincare, ...     the arrays of each analysis's result, orbits last, and attempt (orbit): 0, or which rerun
 
 Points of a grid that the energy does not reach have no orbit: their numbers are NaN, -1 or False, `finished` is 0.
-`finished` is written last: what has none is not there.
+`finished` is written last: a unit without it does not count.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ from .guard import Hierarchy, checked_arrays, checked_root, has_items, sound
 from .wording import Wrong
 
 FORMAT = 2
-"""Of the stores that this version writes and reads."""
+"""Format of the stores that this version writes and reads."""
 
 ATTRIBUTES = "fastaff"
 """Name of the root's attribute that tells all of the job."""
@@ -42,7 +42,7 @@ ATTEMPT = "attempt"
 
 
 class Layout(NamedTuple):
-    """How the points of a store lie: how many, how many in a unit, and what they are."""
+    """The layout of a store: the number of points, the number in a unit, and the name of their axis."""
 
     number: int
     unit: int
@@ -113,14 +113,14 @@ class Store:
         _on_disk(written)
 
     def finish(self, unit: int, place: np.ndarray) -> None:
-        """Say that the orbits with these numbers are all there is in a unit: when all else is on the disk."""
+        """Mark a unit as finished, with these orbits and no others; called when all else is on the disk."""
         points = self.points(unit)
         done = np.full(points.stop - points.start, ABSENT, np.int8)
         done[place] = DONE
         _on_disk([self._put("launch", "finished", unit, done)])
 
     def forget(self, unit: int) -> None:
-        """Say that a unit is not finished: before it is changed."""
+        """Mark a unit as not finished, before it is changed."""
         points = self.points(unit)
         _on_disk([self._put("launch", "finished", unit, np.full(points.stop - points.start, WAITING, np.int8))])
 
@@ -170,7 +170,7 @@ class Store:
         return file
 
     def _stays(self, written: Path | None = None) -> None:
-        """Refuse to write where the store is no more; folders that a chunk has made there go."""
+        """Refuse to write if the store is no more; remove the folders that a chunk has made there."""
         if _folder(self.path) == self._folder:
             return
         if written is not None and not is_store(self.path):
@@ -178,7 +178,7 @@ class Store:
             for folder in written.parents:
                 if not folder.is_relative_to(self.path):
                     break
-                with contextlib.suppress(OSError):  # one that holds something else stays
+                with contextlib.suppress(OSError):  # a folder with other files stays
                     folder.rmdir()
         raise FileNotFoundError(
             f"{self.path} was moved, replaced or removed while it was written; go on at its new place: "
@@ -198,13 +198,13 @@ def create(
 ) -> Store:
     """Make a store with no unit finished: complete under another name, then moved to its place.
 
-    facts: what its root tells, with `orbits` and `unit`; template: results of a few orbits by the name of the analysis;
-    names: of the rows of z0; prepared: called with the store before it is at its place. Raises FileExistsError where
-    there is something already; with `overwrite` a store of fastaff is replaced, which stays if that fails.
+    facts: its root's record, with `orbits` and `unit`; template: results of a few orbits by the name of the analysis;
+    names: of the rows of z0; prepared: called with the store before it is at its place. Raises FileExistsError if the
+    path exists; with `overwrite` a store of fastaff is replaced; it stays if that fails.
     """
     path = Path(path)
     path.parent.mkdir(parents=True, exist_ok=True)
-    replacing = path.exists()  # what another process puts there from now on is not replaced
+    replacing = path.exists()  # a store that another process makes from now on is not replaced
     if replacing and not (overwrite and is_store(path)):
         raise FileExistsError(f"{path} exists" + ("" if not overwrite else " and is no store of fastaff"))
     with draft(path.parent, of_files=True) as fresh:
@@ -250,8 +250,8 @@ def _exchanged(fresh: Path, path: Path) -> None:
 
 
 def laid_out(result: Any) -> tuple[Any, list[Column]]:
-    """Return what describes a result apart from its orbits, as plain data, and the arrays that have an entry for each
-    orbit.
+    """Return the description of a result apart from its orbits, as plain data, and the arrays that have an entry for
+    each orbit.
     """
     arrays: dict[str, np.ndarray] = {}
     found = list(columns(result))
@@ -260,7 +260,7 @@ def laid_out(result: Any) -> tuple[Any, list[Column]]:
 
 
 def _by_name(content: Any, names: set[str], prefix: str = "") -> Any:
-    """Return packed data of a result in which the fields of these names are arrays, be they numbers or arrays."""
+    """Return packed data of a result in which the fields of these names are arrays, numbers too."""
     fields = {}
     for key, entry in content["fields"].items():
         name = prefix + key
@@ -270,19 +270,19 @@ def _by_name(content: Any, names: set[str], prefix: str = "") -> Any:
 
 
 def is_store(path: Any) -> bool:
-    """Tell whether there is a store of fastaff, of whatever version."""
+    """Tell whether there is a store of fastaff, of any version."""
     with contextlib.suppress(OSError, ValueError, TypeError, LookupError, RecursionError):
         return _told(Path(path)) is not None
     return False
 
 
 def _told(path: Path) -> Any:
-    """Return what the root tells: text, which other formats hold too, of JSON."""
+    """Return the root's record: text, which other formats hold too, of JSON."""
     return json.loads(json.loads((path / "zarr.json").read_text(encoding="utf-8"))["attributes"][ATTRIBUTES])
 
 
 def facts_of(path: Path) -> dict[str, Any]:
-    """Return what the root of a store tells; refuse what is none, and one whose arrays would be read by other code."""
+    """Return the root's record of a store; refuse other folders, and stores whose arrays other code would read."""
     if not path.exists():
         raise FileNotFoundError(f"{path} does not exist")
     if not is_store(path):
@@ -306,7 +306,7 @@ def _zarr() -> Any:
 
 
 def _fill(group: Any, result: Any, found: Iterable[Column], layout: Layout) -> None:
-    """Make the arrays of a result, with labels, units and what all orbits share."""
+    """Make the arrays of a result, with labels, units and the values that all orbits share."""
     arrays: dict[str, np.ndarray] = {}
     opened("", result, arrays)
     names = set()
@@ -328,7 +328,7 @@ def _fill(group: Any, result: Any, found: Iterable[Column], layout: Layout) -> N
 
 
 def _folder(path: Path) -> tuple[int, int] | None:
-    """Return what tells a folder from one that takes its place."""
+    """Return the numbers that tell a folder from one that takes its place."""
     with contextlib.suppress(OSError):
         found = path.stat()
         return found.st_dev, found.st_ino
@@ -376,7 +376,7 @@ def _array(
 
 
 def _empty(dtype: np.dtype) -> Any:
-    """Return what stands where there is no orbit."""
+    """Return the value for points without an orbit."""
     return {"f": np.nan, "c": complex(np.nan, np.nan), "i": -1, "b": False, "u": np.iinfo(np.uint8).max}[dtype.kind]
 
 

@@ -1,4 +1,4 @@
-"""Which system, on which energy surface: the tables [model] and [surface] of a job, options of the commands."""
+"""The system and its energy surface: the tables [model] and [surface] of a job, options of the commands."""
 
 from __future__ import annotations
 
@@ -161,7 +161,7 @@ class Model:
         return kind(**values)
 
     def _values(self, texts: Sequence[str] = ()) -> dict[str, Any]:
-        """Return the parameters by name: numbers, but those of the names `texts`."""
+        """Return the parameters by name: numbers, but texts for the names in `texts`."""
         values: dict[str, Any] = {}
         for name, text in pairs(option("parameter"), self.parameter or (), "VALUE with a number, for example C=1.5"):
             values[name] = text if name in texts else number(f"{option('parameter')} {name}", text)
@@ -285,7 +285,7 @@ class Surface:
             return None
         if self.direction not in ("+1", "1", "-1", "0", "+0"):
             raise Wrong(f"{option('direction')} must be +1, -1 or 0, got {self.direction}")
-        own = section_forms(body)[system.moving if system.driven else 0]  # of a driven system, a constant time
+        own = section_forms(body)[system.moving if system.driven else 0]  # if driven, a constant time
         text = self.section or own.replace("=c", "=0")
         return section_named(text, body, int(self.direction), argument=option("section"))
 

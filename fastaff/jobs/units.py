@@ -1,4 +1,4 @@
-"""One unit of a job: a pure function of the job and the unit's number, in whatever process."""
+"""One unit of a job: a pure function of the job and the unit's number, the same in every process."""
 
 from __future__ import annotations
 
@@ -66,8 +66,8 @@ def running(path: Any, **own: Any) -> Running:
 
 
 def same_processor(store: Store, other: bool) -> None:
-    """Refuse to compute units of a store that was begun on another kind of processor, but where that is asked for, now
-    or before: the store tells it.
+    """Refuse to compute units of a store that was begun on another kind of processor, unless that is asked for now or
+    was before; the store records it.
     """
     if other and not store.facts["other_processors"]:
         store.tell(other_processors=True)
@@ -83,7 +83,7 @@ def same_processor(store: Store, other: bool) -> None:
 
 
 def stated(store: Store) -> dict[str, str]:
-    """Return what the job of a store says of model and starts that no text describes."""
+    """Return the names, in the job of a store, of model and starts that no text describes."""
     try:
         tables = tomllib.loads(store.facts["job"])
         return {name: str(tables[name]["value"]) for name in ("model", "starts") if "value" in tables.get(name, {})}
@@ -115,7 +115,7 @@ def compute_unit(path: str, number: int, threads: int | None = None, own: dict[s
 
 
 def unit(running: Running, number: int, threads: int | None = None, report: Any = None) -> Unit:
-    """Bring a unit up to date: compute it and write it, and what is to be run again of it."""
+    """Bring a unit up to date: compute it and write it, and run its orbits of reruns again."""
     start = clock.perf_counter()
     store, job, plan = running
     run = job.run.on(threads)
@@ -154,7 +154,7 @@ def computed(
 
 
 def to_run_again(store: Store, name: str, again: dict[str, Any], attempt: int, number: int | None = None) -> np.ndarray:
-    """Return which orbits of a unit, or of the whole store, a rerun is for that has not reached them."""
+    """Return the orbits of a unit, or of the whole store, that a rerun is for and has not reached."""
     status, last = (
         np.asarray(store.root[f"{name}/{field}"][:]) if number is None else store.chunk(name, field, number)
         for field in ("status", ATTEMPT)
@@ -173,7 +173,7 @@ def waiting(store: Store) -> np.ndarray:
 
 
 def summed(number: int, orbits: int, seconds: float, results: dict[str, Any]) -> Unit:
-    """Return what became of a unit."""
+    """Return the outcome of a unit."""
     statuses: dict[str, dict[str, int]] = {}
     worst, crossings = 0.0, 0
     for name, result in results.items():

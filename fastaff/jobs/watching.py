@@ -19,8 +19,8 @@ PENDING = 256
 
 
 class Progress(NamedTuple):
-    """How far a job is: orbits that are finished and all, seconds since it began or went on, orbits per second and
-    crossings per second of this run, seconds left, and counts of statuses so far by analysis.
+    """Progress of a job: finished orbits and all, seconds since it began or went on, orbits per second and crossings
+    per second of this run, seconds left, and counts of statuses so far by analysis.
 
     As text it is one line: ``watch=lambda progress, unit: print(progress, end="\\r")`` shows it, in notebooks too.
     """
@@ -44,7 +44,7 @@ class Progress(NamedTuple):
 
 
 class Watched:
-    """What is told of a job while it runs, and kept of its units."""
+    """The reports of a running job, and the outcomes of its units."""
 
     def __init__(self, store: Store, units: int, report: Any, watch: Any):
         self.store, self.report, self.watch = store, report, watch

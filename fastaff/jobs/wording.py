@@ -1,5 +1,5 @@
-"""What is said of wrong input of a job or a command, with options named as the user names them: as arguments of Python,
-flags of the shell or keys of a TOML file.
+"""The messages about wrong input of a job or a command. Options have the names that the user writes: arguments of
+Python, flags of the shell or keys of a TOML file.
 """
 
 from __future__ import annotations
@@ -9,7 +9,7 @@ from collections.abc import Callable, Container, Iterator
 from contextvars import ContextVar
 
 Spelling = Callable[[str, str], str]
-"""How an option is named, from its name and that of its table, empty where the option is known without."""
+"""The spelling of an option from its name and that of its table, which is empty where none is needed."""
 
 
 def as_argument(name: str, table: str = "") -> str:

@@ -1,4 +1,4 @@
-"""The driver of units of orbits by adaptive steps, each with step control of its own; bits and stops as in `drive`."""
+"""The driver of units of orbits by adaptive steps, with separate step control of each; bits and stops as in `drive`."""
 
 from __future__ import annotations
 
@@ -22,25 +22,25 @@ from .stepping import (
 )
 
 AT_WALL = 1e-13
-"""Step beside the longest one with which an orbit that would leave the domain has: shorter ones no longer move it."""
+"""Step, relative to the longest, at which an orbit that would leave the domain ends: shorter ones do not move it."""
 PATIENCE, RUNAWAY = 2**19, 1e-4
-"""Steps after which an orbit ends whose mean step is this part of its longest one: it runs away ever faster."""
+"""An orbit ends after so many steps if their mean is this part of the longest one: it runs away faster and faster."""
 SAFETY = 0.75
-"""Part of the step of error 1 that is tried: with 0.9 a fifth of the steps were taken twice, and equal errors of double
+"""Next step relative to the step of error 1. With 0.9 a fifth of the steps were repeated, and the same errors of double
 pendulums, Kepler orbits, Hénon-Heiles and walls cost a tenth more slopes, at all tolerances.
 """
 STATE_NOISE = 1e-15
-"""Part of the largest coordinate that rounding may leave in another one, which is 0 but for it."""
+"""Rounding error of a coordinate that should be 0, relative to the largest coordinate."""
 TINY = 1e-290
 
 
 class AdaptiveSteps(NamedTuple):
     """Steps controlled by their errors, of each orbit to its time `until` (orbits,).
 
-    The first `own` rows of both halves are the state: whatever its units, atol counts by a row's value or, where that
-    is larger, by what its slope makes of the step, and rounding by the largest row of its half, of both if they are
+    The first `own` rows of both halves are the state. In any units atol counts relative to a row's value or to its
+    slope times the step, whichever is larger, and rounding relative to the largest row of its half, of both if they are
     `mixed`. The other rows are tangent vectors, whose lengths are near 1. The observer sees every accepted step
-    (cadence = 0), of which it may change the state with `renew`, or multiples of `cadence` by the interpolant.
+    (cadence = 0), and may change its state with `renew`, or multiples of `cadence` by the interpolant.
     """
 
     until: np.ndarray
@@ -53,8 +53,8 @@ class AdaptiveSteps(NamedTuple):
 
 
 class Lanes(NamedTuple):
-    """A block of orbits under way: their numbers, whether their step is accepted, samples so far, whether the observer
-    is done with them; the step from t to t + h from the state z with the slopes k; the observer's memory.
+    """A block of running orbits: their numbers, whether their step is accepted, samples so far, whether the observer is
+    done with them; the step from t to t + h from the state z with the slopes k; the observer's memory.
     """
 
     orbit: np.ndarray
@@ -73,7 +73,7 @@ def error_norm(rows, lanes, steps, errors, step, z, new, k, work, norm):
     """Set norm (LANES) to the scaled RMS error estimate; two rows of errors give DOP853's blend of orders 5 and 3.
     work: scratch, 2*rows + 5 rows.
 
-    Source: Hairer, Norsett & Wanner II.4 and II.10. Here and below slices of one length spare the loops a look at their
+    Source: Hairer, Norsett & Wanner II.4 and II.10. Here and below slices of one length spare the loops checks of
     indices.
     """
     size, stages, blend, h = rows * LANES, errors.shape[1], errors.shape[0] > 1, step[:lanes]
@@ -135,17 +135,17 @@ def scales(steps, h, begin, end, slope, widest, scale):
 
 @jit
 def controlled(lanes, norm, code, h, fresh, ceiling, ahead, longest):
-    """Say which steps are accepted, and how long the next ones are, by the norms of their errors.
+    """Decide which steps are accepted, and set the lengths of the next ones, by the norms of their errors.
 
-    The eighth root of the error norm, of exactly rounded roots: for an estimate that shrinks as h^9 too, where a wrong
-    step leaves -1/8 of its (logarithmic) error to the next; a ninth root changed the cost by less than 4 %.
+    By the eighth root of the error norm, made of exactly rounded roots, also for an estimate that shrinks as h^9: there
+    the next step has -1/8 of the (logarithmic) error of a wrong one; a ninth root changed the cost by less than 4 %.
     """
     for i in range(lanes):
         root = np.sqrt(np.sqrt(np.sqrt(norm[i])))
         wanted = SAFETY / root
         wanted = wanted if wanted > 0.2 else 0.2
         factor = wanted if (norm[i] > 0.0) & (wanted < ceiling[i]) else ceiling[i]
-        # A trial beyond the wall is a step too long, not yet a collapse: try a shorter one.
+        # A trial beyond the wall is too long a step, not yet a collapse: try a shorter one.
         factor = 0.2 if (code[i] != 0.0) & (factor > 0.2) else factor
         ahead[i] = h[i] * factor
     for i in range(lanes):
@@ -157,7 +157,7 @@ def controlled(lanes, norm, code, h, fresh, ceiling, ahead, longest):
 
 @jit
 def ended(lanes, tried, code, fresh, ahead, longest, t):
-    """Count the attempts, and set the codes of lanes whose steps no longer move them, or which run away."""
+    """Count the attempts, and set the codes of lanes that their steps no longer move, or that run away."""
     for i in range(lanes):
         count, now, wrong, accepted, most, following = tried[i], t[i], code[i], fresh[i], longest[i], ahead[i]
         runs = (count > PATIENCE) & (now < RUNAWAY * most * count)
@@ -181,7 +181,7 @@ def passed(lanes, fresh, reached, kinetic, h, t, until):
 
 @jit
 def leaving(lanes, code, done, t, until):
-    """Return how many lanes' orbits have ended."""
+    """Return the number of lanes whose orbits have ended."""
     number = 0
     for i in range(lanes):
         wrong, over, now, last = code[i], done[i], t[i], until[i]
@@ -206,8 +206,8 @@ def dense_state(rows, i, x, z, step, k, dense, target):
 
 @jit
 def observe_dense(observer, dense, rows, count, cadence, lanes, sample, out):
-    """Call the observer at all multiples of `cadence` inside the accepted steps of so many lanes. sample: scratch for
-    a state.
+    """Call the observer at all multiples of `cadence` inside the accepted steps of the lanes. sample: scratch for a
+    state.
     """
     observe, numbers, calls = observer
     orbit, fresh, ticks, done, t, h, z, k, memory = lanes
@@ -228,7 +228,7 @@ def observe_dense(observer, dense, rows, count, cadence, lanes, sample, out):
 
 
 def run_adaptive(u, stop, progress, blocks, scheme, observer, steps, unit, orbits):
-    """Advance the orbits of unit u from their times to steps.until with step control of each orbit's own, the lanes
+    """Advance the orbits of unit u from their times to steps.until with separate step control of each orbit; lanes are
     always refilled.
 
     Each attempted step of a block costs stages - 1 slopes (the last slope is the first of the next step), 3 or 4 more
@@ -324,7 +324,7 @@ def move_steps(rows, lanes, fresh, new, last, z, k):
     for at in range(0, rows * LANES, LANES):
         state, slope = z[at : at + lanes], k[at : at + lanes]
         end, ahead = new[at : at + lanes], last[at : at + lanes]
-        for i in range(lanes):  # whose numbers are read in any case, or it were no loop of vectors
+        for i in range(lanes):  # all numbers are read, as otherwise the loop would not vectorise
             before, after, first, second = state[i], end[i], slope[i], ahead[i]
             state[i] = after if accepted[i] > 0.0 else before
             slope[i] = second if accepted[i] > 0.0 else first

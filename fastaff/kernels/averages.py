@@ -1,4 +1,4 @@
-"""Averages along orbits, of which the natural frequency is made."""
+"""Averages along orbits, which give the natural frequency."""
 
 from __future__ import annotations
 

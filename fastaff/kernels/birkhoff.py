@@ -50,7 +50,7 @@ ROWS = Rows()
 
 @jit(inline=True)
 def average(value, calls, lanes, orbit, fresh, t, z, memory, out, done):
-    """Observer: add the square of the kinetic energy, which the call gives, to its weighted sums over both halves of
+    """Observer: add the square of the kinetic energy, by the call, to its weighted sums over both halves of
     value.time.
     """
     call_value(calls, 0, lanes, z, row(memory, ROWS.value))

@@ -1,4 +1,4 @@
-"""Steps of a collocation for a block of lanes: its stages iterated until their changes are rounding."""
+"""Steps of a collocation for a block of lanes: its stages are iterated until their changes are rounding errors."""
 
 from __future__ import annotations
 
@@ -9,21 +9,21 @@ from ..compile.jit import LANES, jit
 from .stepping import call_derivative, keep, room, stretch
 
 SETTLED = 2.0**-36
-"""Change of a sweep, beside the largest numbers of its half of a state, above which no iteration has converged."""
+"""Change of a sweep, relative to the largest numbers in its half of a state, above which no iteration has converged."""
 
 
 NOTHING, FASTEST = 2.0**-60, 2.0**-6
-"""Error of an iteration beside the size of a row that is none: hundreds of them are a rounding error. It is what two
-changes leave, whose quotient is taken for a factor of at least the second number by which all later ones fall.
+"""Error of an iteration, relative to the size of a row, that counts as 0: hundreds of them make a rounding error. It
+follows from two changes: later ones are assumed to fall by their quotient, by at least FASTEST.
 """
 
 
 @jit
 def weighted(rows, lanes, weights, parts, begin, end, total):
-    """Set total = begin + the sum of weights[t]*parts[t] + end of states; parts are as many as a multiple of 4.
+    """Set total = begin + the sum of weights[t]*parts[t] + end of states; the number of parts is a multiple of 4.
 
-    Here and below slices of one length spare the loops a look at their indices, and are not made in the function that
-    makes arrays, where the references to them would be counted.
+    Here and below slices of one length spare the loops checks of indices. They are not made in the function that makes
+    arrays, which would count the references to them.
     """
     stages, size = weights.size, rows * LANES
     apart, length = stretch(rows, lanes)
@@ -35,7 +35,7 @@ def weighted(rows, lanes, weights, parts, begin, end, total):
             b0, b1, b2, b3 = t * size, (t + 1) * size, (t + 2) * size, (t + 3) * size
             p0, p1 = parts[b0 + at : b0 + to], parts[b1 + at : b1 + to]
             p2, p3 = parts[b2 + at : b2 + to], parts[b3 + at : b3 + to]
-            if stages == 8:  # in one loop: what is stored between two takes as long as the sums
+            if stages == 8:  # in one loop: stores between two would take as long as the sums
                 a4, a5, a6, a7 = weights[4], weights[5], weights[6], weights[7]
                 b4, b5, b6, b7 = 4 * size, 5 * size, 6 * size, 7 * size
                 p4, p5 = parts[b4 + at : b4 + to], parts[b5 + at : b5 + to]
@@ -55,7 +55,7 @@ def weighted(rows, lanes, weights, parts, begin, end, total):
 
 @jit
 def renewed(rows, lanes, weight, step, slope, going, parts, change):
-    """Set the parts of lanes under way to weight*step*slope, and change to its largest of the sweep."""
+    """Set the parts of running lanes to weight*step*slope, and change to its largest value in the sweep."""
     h, active = step[:lanes], going[:lanes]
     for at in range(0, rows * LANES, LANES):
         f, part, most = slope[at : at + lanes], parts[at : at + lanes], change[at : at + lanes]
@@ -69,7 +69,7 @@ def renewed(rows, lanes, weight, step, slope, going, parts, change):
 @jit
 def judged(rows, lanes, change, least, z, stage, going, before, relative, most, whole):
     """Set going, from the changes of a sweep, to 0 for lanes that are done and to 1/2 for those that take one more
-    sweep; return how many are under way. before: the largest change beside a row's size of the sweep before.
+    sweep; return the number of lanes that go on. before: the largest change of the sweep before, relative to its row.
     """
     half, more, now, then, state = rows // 2 * LANES, most[:lanes], relative[:lanes], before[:lanes], going[:lanes]
     bound, width, size = whole[:lanes], whole[LANES : LANES + lanes], whole[2 * LANES : 2 * LANES + lanes]
@@ -125,7 +125,7 @@ def settled(rows, lanes, stages, z, carried, parts, work):
 
 @jit
 def begun(rows, lanes, parts, fresh):
-    """Set fresh to 1 for lanes that have no step behind them, whose parts are 0; return how many there are."""
+    """Set fresh to 1 for lanes without an earlier step, whose parts are 0; return their number."""
     new, first = 0, fresh[:lanes]
     first[:] = 1.0
     for at in range(0, rows * LANES, LANES):
@@ -152,11 +152,11 @@ def collocate(derivative, params, lanes, rows, a, b, dense, sweeps, step, z, k, 
     """Take one step of a collocation: z, its carried rounding errors, the parts L_s = h b_s f(Y_s) of the step before,
     and room for them.
 
-    Y_s = z + sum of a[s, j] L_j is iterated stage after stage until in all rows of a lane the change has stopped to
-    fall: it is rounding then, and the lane is frozen while others go on. The first sweep is that of a multistep method:
-    a stage is the integral of the polynomial through the slopes of the step before and those of the stages before it
-    (`dense`); without a step before it, of the latter. Where the iteration is not done within so many sweeps, z becomes
-    NaN and its carried errors inf. The parts are summed with the rounding errors carried over (Kahan's summation).
+    Y_s = z + sum of a[s, j] L_j is iterated stage after stage until in all rows of a lane the change no longer falls:
+    it is a rounding error then, and the lane is frozen while others go on. The first sweep is a multistep method: a
+    stage is the integral of the polynomial through the slopes of the last step and of the stages before it (`dense`);
+    without a last step through the latter. If the iteration is not done within `sweeps` sweeps, z becomes NaN and its
+    carried errors inf. The parts are summed with the rounding errors carried over (Kahan's summation).
 
     Source: Hairer, Lubich & Wanner, Geometric Numerical Integration, 2nd ed. 2006, VIII.6; Antonana, Makazaga & Murua,
     Numer. Algorithms 76 (2017) 861 (form of a, stopping); Hairer, McLachlan & Razakarivony, BIT 48 (2008) 231.

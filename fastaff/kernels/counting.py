@@ -1,4 +1,4 @@
-"""How many points of the plane are in each cell of a rectangular table, and the sum of a value over them."""
+"""Number of points of the plane in each cell of a rectangular table, and the sum of a value over them."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def cell_of(x, edges, half_low, rate):
             k = last
         elif guess > 0:
             k = int(guess)
-        # Rounding misses by one at most; edges as near to one another as floats are by more.
+        # Rounding misses by one at most, except for edges as close as neighbouring floats.
         if x < edges[k] and x >= edges[max(k - 1, 0)]:
             k -= 1
         elif k < last and x >= edges[k + 1] and x < edges[min(k + 2, last + 1)]:
@@ -47,8 +47,8 @@ def count_cells(x, y, values, x_edges, y_edges, counts, sums):
     """Add to counts (n1, n2) the points (x, y) of each cell and, where there are values, these to sums (n1, n2).
 
     x, y (points,); values (any,): that of point k is entry k modulo their number, (0,) without values; x_edges (n1 +
-    1,), y_edges (n2 + 1,) ascending. A cell has its lower edges, the last ones both. Points that are not finite or
-    beyond the edges are nowhere; values that are not finite spoil their cell.
+    1,), y_edges (n2 + 1,) ascending. A cell includes its lower edges, the last ones both. Points that are not finite or
+    beyond the edges are in no cell; values that are not finite spoil their cell.
     """
     rate_x = (x_edges.size - 1) / (0.5 * x_edges[-1] - 0.5 * x_edges[0])
     rate_y = (y_edges.size - 1) / (0.5 * y_edges[-1] - 0.5 * y_edges[0])

@@ -12,21 +12,21 @@ from .crossings import CERTAIN, LOCATED, LOWER, NOTHING, RECORD, RETURN, UPPER
 from .stepping import advance, filled, load_lane, move_lane, room, row, store_lane
 
 SEARCHING, FOUND, HERE = 0.0, 1.0, 2.0
-"""What a lane's next fractional step is: one on the way to the root, the root; or the root is where it is now."""
+"""Kind of a lane's next fractional step: on the way to the root, or at the root; or the root is at the present one."""
 FINE, NOISE, SWEEPS = 2.5e-16, 1e-12, 100
-"""Beside the first bracket: a correction that is nothing; one that is rounding where the function stops to fall. Most
-fractional steps for a root.
+"""Corrections relative to the first bracket: one that counts as 0; one that is rounding if the function no longer
+falls. Most fractional steps for a root.
 """
 USUAL, SLOW = 8, 60
-"""Fractional steps that a root mostly takes, and the extremum between two."""
+"""Usual numbers of fractional steps for a root, and for the extremum between two."""
 HALF = LANES // 2
-"""Lanes below which those that are free take the next records."""
+"""Number of searching lanes below which free ones take the next records."""
 
 
 class Search(NamedTuple):
     """Rows of numbers of a lane's search: the last three points and the section function there, the next fractional
-    step, the function after it, the first bracket, the size of the function before, what the next step is and which
-    it is.
+    step, the function after it, the first bracket, the size of the function before, kind and number of the next
+    step.
     """
 
     x1: int = 0
@@ -49,13 +49,13 @@ SEARCH = Search()
 
 @jit
 def narrow(lanes, search):
-    """Put the section function at each lane's fractional step into its bracket; say what the next step is, and set it;
-    return how many lanes have their root HERE.
+    """Put the section function at each lane's fractional step into its bracket; set the next step and its kind; return
+    the number of lanes whose root is HERE.
 
-    Within the bracket it is inverse quadratic interpolation where that is safe, else the middle (Chandrupatla 1997,
-    Adv. Eng. Software 28, 145). The search ends where its next correction is nothing beside the first bracket, or where
-    rounding keeps the function from falling: at the last of its points with the smallest value. No branches, so that
-    all lanes are vectors.
+    The next step is by inverse quadratic interpolation within the bracket where that is safe, else the middle
+    (Chandrupatla 1997, Adv. Eng. Software 28, 145). The search ends where its next correction is negligible beside the
+    first bracket, or where rounding keeps the function from falling: at the one of its last points with the smallest
+    value. Without branches, so that all lanes are vectors.
     """
     found = 0
     for i in range(lanes):
@@ -95,8 +95,8 @@ def narrow(lanes, search):
 
 @jit
 def fractional(flow, lanes, start, tau, z, k, work, f):
-    """Set z to the state a fractional step tau[i] after start, and f to the section function there, whole vectors of
-    them.
+    """Set z to the state a fractional step tau[i] after start, and f to the section function there, for whole vectors
+    of lanes.
 
     flow: the blocks of the model, the coefficients of the scheme, the bound section, the rows of a state.
     """
@@ -160,11 +160,11 @@ def split_pairs(flow, lanes, start, kind, x1, x2, z, k, work):
 
 @jit
 def leave_section(flow, lanes, start, kind, x1, x2, z, k, work):
-    """Move the lower end of the first steps of orbits that start on the section off it, to where the function has left
-    it.
+    """Move the lower end of the first steps of orbits that start on the section off it, to a point where the function
+    has left 0.
 
-    Towards the start until the function has not the sign that it has at the upper end; where it never has, the record
-    becomes empty.
+    The point moves from the upper end towards the start until the sign of the function changes; if it never does, the
+    record becomes empty.
     """
     returns = 0
     for i in range(lanes):
@@ -211,8 +211,8 @@ def shift(unit, stop, progress, blocks, scheme, tau, table):
 
 
 def bracket(unit, stop, progress, blocks, scheme, section, records, where):
-    """Narrow the brackets of the records numbered `where` that are no certain crossings, in place: a suspected pair is
-    split at the extremum of the section function, a return to the section left by a step off it.
+    """Narrow the brackets of the records numbered `where` that are no certain crossings, in place: suspected pairs are
+    split at the extremum of the section function, returns begin off the section.
     """
     count, rows = where.size, records.shape[1] - RECORD.state
     first = unit * LANES
@@ -235,7 +235,7 @@ def bracket(unit, stop, progress, blocks, scheme, section, records, where):
 
 @jit
 def begin(flow, first, lanes, direction, records, number, kind, start, search, z, k, work):
-    """Let the lanes from `first` on, which have taken their records, start their searches: with the secant of their
+    """Start the searches of the lanes from `first` on, which have taken their records: with the secant of their
     brackets.
     """
     _, _, section, _ = flow
@@ -275,12 +275,12 @@ def begin(flow, first, lanes, direction, records, number, kind, start, search, z
 
 
 def locate(unit, stop, progress, blocks, scheme, section, direction, records, where, size):
-    """Turn a unit of `size` of the records numbered `where` (rows of `records`) into crossings: root of the section
+    """Turn a unit of `size` of the records numbered `where` (rows of `records`) into crossings: roots of the section
     function on the flow.
 
-    Every lane has a bracket of its own, see `bracket` for those that are not certain, and lanes that have converged
-    make room for the next records. Where there is no other sign, or the wrong direction, the record becomes empty.
-    Afterwards a record holds time, kind, section function and state.
+    Every lane has its own bracket, see `bracket` for those that are not certain, and lanes that have converged take the
+    next records. Without a change of sign, or in the wrong direction, the record becomes empty. Afterwards a record
+    holds time, kind, section function and state.
     """
     rows, following, end = records.shape[1] - RECORD.state, unit * size, min((unit + 1) * size, where.size)
     z, work, k = room(scheme.copies * rows + scheme.spare), room(rows), room(scheme.b.size * rows)
@@ -319,11 +319,11 @@ def locate(unit, stop, progress, blocks, scheme, section, direction, records, wh
 
 
 def lean(unit, stop, progress, section, nudge, z, size, speed, result):
-    """Fill result (points,) with how many times the error of a state is the error of its crossing: the change of the
-    section function by an amplitude of the motion over its change in a radian, at least 1, NaN where there is none.
+    """Fill result (points,) with the ratio of a crossing's error to its state's error: the change of the section
+    function by an amplitude of the motion over its change in a radian, at least 1, NaN where there is none.
 
-    z, size, speed (rows, points): the states, the amplitudes, which orbits have in as many points each, (rows, orbits),
-    and changes in a radian. Differences are of points a part `nudge` of the amplitude away.
+    z, speed (rows, points): the states, and their changes in a radian; size (rows, orbits): the amplitudes; all orbits
+    have equally many points. Differences are between points a part `nudge` of the amplitude away.
     """
     if read_now(stop, 0) > 0:
         return
@@ -357,8 +357,8 @@ def lean(unit, stop, progress, section, nudge, z, size, speed, result):
 
 @jit
 def compact(rows, out, counts, limit, unlocated):
-    """Keep the records of each orbit's row that are located, after the start and up to its limit (orbits,), without
-    gaps, NaN after them; counts (orbits,) becomes their number. unlocated (orbits,) tells where some are left.
+    """Keep the located records of each orbit's row after the start and up to its limit (orbits,), without gaps, NaN
+    after them; counts (orbits,) becomes their number. unlocated (orbits,) tells which orbits have other records left.
     """
     width = RECORD.state + rows
     for o in range(out.shape[0]):
@@ -368,7 +368,7 @@ def compact(rows, out, counts, limit, unlocated):
             unlocated[o] |= kind != LOCATED and kind != NOTHING
             if kind == LOCATED and time > 0.0 and time <= limit[o]:
                 if kept != slot:
-                    for c in range(width):  # from slice to slice takes 1.5 s to compile, most of it for an error's text
+                    for c in range(width):  # a copy by slices takes 1.5 s to compile, most of it for an error's text
                         out[o, kept * width + c] = out[o, slot * width + c]
                 kept += 1
         for c in range(kept * width, counts[o] * width):

@@ -1,6 +1,6 @@
 """Section crossings: detection at full steps; `crossing_roots` locates them on the scheme's own flow.
 
-A record (a row of RECORD.state + rows numbers) holds what the location needs: the state at a step, its time, and the
+A record (a row of RECORD.state + rows numbers) holds the data for the location: the state at a step, its time, and the
 range of fractional steps that contains the crossing. Location then turns the record, in place, into the crossing's time
 and state.
 """
@@ -19,9 +19,9 @@ from .stepping import row
 class Record(NamedTuple):
     """Columns of a record: time, kind, lower and upper fractional step, the first one of the state.
 
-    Certain crossings begin at 0: the section function at the upper end stands where others have the lower one. Once
-    located, the section function stands there. Before a record is written the times between which the crossing of
-    another run is the same may stand in it.
+    Certain crossings begin at step 0: their column of the lower end holds the section function at the upper end, and
+    after location that of the crossing. An unwritten record may hold the earliest and latest time of the same crossing
+    in another run.
     """
 
     time: int = 0
@@ -43,25 +43,25 @@ crossing; sign change over the first step of an orbit that starts on the section
 
 
 FEW = 4
-"""Part of a block that is filled at least where all of it is copied at once."""
+"""A block is copied whole if at least 1/FEW of it is filled."""
 APART = 16
-"""Lanes of one group with news are so far apart, so that the groups are neighbours: vectors."""
+"""Distance of the lanes of one group with news: the groups are then neighbours, which make vectors."""
 
 
 BARELY = 5e-324
-"""Size of the section function of a start on the section: only its sign counts, that of the function just after the
+"""Size of the section function of a start on the section: only its sign counts, which is that just after the
 start.
 """
 
 
 PARTED = np.inf
-"""Number of certain crossings of an orbit that is done because it has parted from another run."""
+"""Number of certain crossings of an orbit that is done because it has diverged from another run."""
 
 
 class Rows(NamedTuple):
     """Rows of observer memory: section function now, one and two steps ago; times one and two steps ago; records
-    written, certain crossings among them, or PARTED; whether there is news, and how much in groups of lanes; the first
-    one of the state a step ago.
+    written, certain crossings among them, or PARTED; whether there is news, and its number in groups of lanes; the
+    first row of the state a step ago.
     """
 
     now: int = 0
@@ -80,11 +80,11 @@ ROWS = Rows()
 
 
 def dips(earlier, before, now, first, second):
-    """Tell whether a parabola through three values of one sign, `first` and `second` apart, may reach zero beside the
-    middle one; numbers or arrays.
+    """Tell whether a parabola through three values of one sign, at distances `first` and `second`, may reach zero near
+    the middle one; numbers or arrays.
 
     The middle one is the nearest to zero; with equal distances h and curvature c the parabola goes at most c h^2/8
-    deeper, which is taken twice.
+    deeper; twice that is allowed.
     """
     nearest = (abs(before) < abs(now)) & (abs(before) <= abs(earlier)) & (before * now > 0.0) & (before * earlier > 0.0)
     bend = 2.0 * ((now - before) / second - (before - earlier) / first) / (first + second)
@@ -97,9 +97,9 @@ _dips = jit(dips)
 @jit
 def has_news(most, direction, earlier, before, now):
     """Tell whether an orbit has passed the section over the last step, in the direction that counts, or was nearest to
-    it at its beginning, on one side: then a pair of crossings may be there, as `dips` tells.
+    it at the beginning of that step, on one side: `dips` then tells whether there may be a pair of crossings.
 
-    A function of an angle jumps between two sections: by more than `most`, which is no passage.
+    A function of an angle jumps between two sections by more than `most`: a jump is no crossing.
     """
     rises, falls = (before < 0.0) & (now >= 0.0), (before > 0.0) & (now <= 0.0)
     changed = (rises & (direction >= 0.0)) | (falls & (direction <= 0.0))
@@ -109,10 +109,10 @@ def has_news(most, direction, earlier, before, now):
 
 @jit(inline=True)
 def detect(value, calls, lanes, orbit, fresh, t, z, memory, out, done):
-    """Observer: record sign changes of the section function, which the call gives, and extrema near zero.
+    """Observer: record sign changes of the section function, by the call, and extrema near zero.
 
     memory (ROWS.state + rows)*LANES. An orbit is done when value.wanted certain crossings are found, the record is full
-    or it has parted from another run. Returns how many lanes became done.
+    or it has diverged from another run. Returns the number of lanes that became done.
     """
     rows = int(value.rows)
     call_value(calls, 0, lanes, z, row(memory, ROWS.now))
@@ -123,7 +123,7 @@ def detect(value, calls, lanes, orbit, fresh, t, z, memory, out, done):
         found = has_news(value.most, value.direction, earlier, before, now) & seen
         news[i] = 1.0 if found else 0.0
         moved += 1 if seen else 0
-        memory[ROWS.now * LANES + i] = earlier  # the records of this step ask for it
+        memory[ROWS.now * LANES + i] = earlier  # for the records of this step
         memory[ROWS.earlier * LANES + i] = before if seen else earlier
         memory[ROWS.before * LANES + i] = now if seen else before
     for i in range(lanes, LANES):
@@ -164,8 +164,8 @@ def detect(value, calls, lanes, orbit, fresh, t, z, memory, out, done):
 
 @jit(inline=True)
 def write_records(value, rows, i, o, seen, times, state, memory, out):
-    """Record what orbit o, of lane i, has between the last two of three steps with these section functions and times,
-    if anything, and the state at the middle one, which begins that array; return whether that has ended the orbit.
+    """Record the crossing or suspected pair of orbit o, in lane i, by three steps with these section functions and
+    times, and the state at the middle one, which begins that array; return whether that has ended the orbit.
     """
     width = RECORD.state + rows
     earlier, before, now = seen
@@ -176,8 +176,8 @@ def write_records(value, rows, i, o, seen, times, state, memory, out):
     if not (crossed or _dips(earlier, before, now, t1 - t2, t - t1)):
         return False
     slot = int(memory[ROWS.written * LANES + i])
-    if crossed and value.beside > 0.0:  # else nothing is read of where it writes, which is not in the cache
-        # Suspected pairs may be crossings, so that this one is at most that of the slot, without such ones just that.
+    if crossed and value.beside > 0.0:  # else its own place, which is not in the cache, is only written
+        # Suspected pairs may be crossings: the number of this one is at most the slot's, without pairs it is equal.
         sure, c = memory[ROWS.certain * LANES + i] == slot, slot * width
         if t1 > out[o, c + RECORD.latest] or (sure and t < out[o, c + RECORD.earliest]):
             memory[ROWS.certain * LANES + i] = PARTED
@@ -201,7 +201,7 @@ def write_records(value, rows, i, o, seen, times, state, memory, out):
 
 @jit(inline=True)
 def detect_along(value, calls, lanes, orbit, fresh, t, z, memory, out, done):
-    """Observer of `lanes` states of one orbit after one another: the records, memory and end of `detect`, from each."""
+    """Observer of `lanes` successive states of one orbit: the same records, memory and end as `detect` at each."""
     rows = int(value.rows)
     own, size, hits = z[rows * LANES :], rows * LANES, 0  # section functions from two steps before the first state on
     own[0], own[1] = memory[ROWS.earlier * LANES], memory[ROWS.before * LANES]

@@ -1,5 +1,5 @@
 """Kernels of loops: their values, their mean rates, and demodulated, weighted sums of a loop times exp(-2 pi i nu t),
-whose ratios say by how much its line is off nu.
+whose ratios give the distance of its line from nu.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ class Loops(NamedTuple):
         return Loops(*(entry[:, loops] for entry in self))
 
     def complexes(self) -> Loops:
-        """Return them as kernels take them."""
+        """Return the loops with complex coefficients, for kernels."""
         return Loops(*(np.ascontiguousarray(entry, dtype=np.complex128) for entry in self))
 
 
@@ -44,7 +44,7 @@ def add_products(weights, re, im, sums):
         for i in range(PARTS):
             k, m, n = i + PARTS, i + 2 * PARTS, i + 3 * PARTS
             first[i] += (w[i] * x[i] + w[k] * x[k]) + (w[m] * x[m] + w[n] * x[n])
-        for i in range(PARTS):  # a loop of its own: LLVM keeps few arrays apart in one
+        for i in range(PARTS):  # a separate loop: LLVM proves only few arrays distinct in one
             k, m, n = i + PARTS, i + 2 * PARTS, i + 3 * PARTS
             second[i] += (w[i] * y[i] + w[k] * y[k]) + (w[m] * y[m] + w[n] * y[n])
     for i in range(whole, weights.size):
@@ -54,7 +54,7 @@ def add_products(weights, re, im, sums):
 
 @jit
 def add_rows(c, s, begin, end, re, im):
-    """Add c . s, of the rows s (rows, samples) from begin to end, to its parts re and im (end - begin,)."""
+    """Add c . s, for samples begin to end of the rows s (rows, samples), to its parts re and im (end - begin,)."""
     r = 0
     while r < c.size:
         if c[r] == 0.0:
@@ -64,7 +64,7 @@ def add_rows(c, s, begin, end, re, im):
         while other < c.size and c[other] == 0.0:
             other += 1
         one, x, y = s[r, begin:end], c[r].real, c[r].imag
-        if other < c.size:  # two rows at once: what is read and written of sums is half as much
+        if other < c.size:  # two rows at once halve the reads and writes of sums
             two, u, v = s[other, begin:end], c[other].real, c[other].imag
             for i in range(one.size):
                 re[i] += x * one[i] + u * two[i]
@@ -79,9 +79,9 @@ def add_rows(c, s, begin, end, re, im):
 def demodulate(unit, stop, progress, signals, samples, loops, nu, interval, windows, places, sums):
     """Fill sums (orbits, loops, sums) with sum_j w_j f_j exp(-2 pi i nu t_j) of the loops f of an orbit.
 
-    signals: the s of all, see `rows_of`, of which the first samples (orbits,) are taken; nu (orbits, loops) in cycles
-    per unit time, interval (orbits,); places, tables (sums, 3): where among the windows of an orbit the weights w of a
-    sum are, at which sample they begin and how many they are; time counts from the first sample. A loop with nu = 0 has
+    signals: the s of all orbits, see `rows_of`; the first `samples` (orbits,) of them count; nu (orbits, loops) in
+    cycles per unit time, interval (orbits,); places, tables (sums, 3): place of the weights w of a sum among the
+    windows of an orbit, their first sample and their number; time counts from the first sample. A loop with nu = 0 has
     sums of 0.
     """
     if read_now(stop, 0) > 0:
@@ -109,7 +109,7 @@ def demodulate(unit, stop, progress, signals, samples, loops, nu, interval, wind
             for first in range(0, width, BLOCK):
                 x, y = math.cos(turn * (at + first)), -math.sin(turn * (at + first))
                 f, g = re[first : min(first + BLOCK, width)], im[first : min(first + BLOCK, width)]
-                for i in range(BLOCK):  # two loops: LLVM keeps few arrays apart in one
+                for i in range(BLOCK):  # two loops: LLVM proves only few arrays distinct in one
                     p[i] = u[i] * x - v[i] * y
                     q[i] = u[i] * y + v[i] * x
                 for i in range(f.size):
@@ -133,8 +133,8 @@ def demodulate(unit, stop, progress, signals, samples, loops, nu, interval, wind
 def turn(unit, stop, progress, signals, loops, windows, spans, rates):
     """Fill rates (orbits, loops, windows) with weighted mean angles per sample of the loops of an orbit.
 
-    signals (orbits, rows, > steps); windows (windows, steps), each of sum 1 and 0 outside of its span, spans (windows,
-    2), which begins with a BLOCK.
+    signals (orbits, rows, > steps); windows (windows, steps), each of sum 1 and 0 outside of its span; spans (windows,
+    2), each beginning with a BLOCK.
     """
     if read_now(stop, 0) > 0:
         return
@@ -165,8 +165,8 @@ def turn(unit, stop, progress, signals, loops, windows, spans, rates):
 
 
 def loop_values(unit, stop, progress, signals, orbits, number, loops, values):
-    """Fill values (values, samples) with those of loops given by their orbits (values,) and numbers (values,) in these;
-    signals: the s of all, see `rows_of`.
+    """Fill values (values, samples) with those of loops, given by the orbits (values,) and the loops' numbers (values,)
+    there; signals: the s of all orbits, see `rows_of`.
     """
     if read_now(stop, 0) > 0:
         return

@@ -1,13 +1,13 @@
 """Growth and alignment of tangent vectors, streamed: orthonormal vectors, and the coefficients of the true ones in
 them.
 
-The vectors of a state are kept orthonormal, W(t) = Q R_m ... R_1; S_i sums log R_ii, which is the volume's growth. The
-true vectors are the columns of the triangular product: `columns` holds them normalised, with the logarithm L_j of each
-length. So log GALI_k = sum_(i<k) (S_i - L_i) keeps all its digits below 1e-16, where vectors that align in memory could
-not be told apart.
+The vectors of a state are kept orthonormal, W(t) = Q R_m ... R_1; S_i sums log R_ii, the growth of the volume. The true
+vectors are the columns of the triangular product: `columns` holds them normalised, with the logarithm L_j of each
+length. So log GALI_k = sum_(i<k) (S_i - L_i) keeps all its digits below 1e-16, where aligned vectors themselves could
+not be told apart in memory.
 
-Lengths and angles are those of each orbit's own metric sum_r g_r w_r^2, which makes one of positions and momenta: a
-plain sum of their squares would change with the units, and see growth where a long position only turns into a short
+Lengths and angles are those of each orbit's own metric sum_r g_r w_r^2, which brings positions and momenta to one unit.
+A plain sum of their squares would change with the units, and show growth where a long position only turns into a short
 momentum.
 """
 
@@ -29,12 +29,12 @@ LONGEST = 1e8
 
 
 class Rows(NamedTuple):
-    """Rows of observer memory. The caller sets the stride, and as many steps left.
+    """Rows of observer memory. The caller sets the stride, and `left` to the same number.
 
-    left: steps until the orbit's vectors are renormalised, which they are every `stride` steps; due: whether they are;
+    left: steps until the next renormalisation of the orbit's vectors, every `stride` steps; due: whether it is now;
     last: time of the last one; half: time of the half-time values; weighted: sum of t dL for MEGNO; area: integral of
     MEGNO over time; megno; largest: largest L_0; largest_across: largest log of the part of w_0 across the flow;
-    recorded: history slots written; peak, peak_across: largest square of the first vector since it was renormalised,
+    recorded: history slots written; peak, peak_across: largest square of the first vector since its renormalisation,
     and of its part across the flow; end: the first row of the `Parts`.
     """
 
@@ -58,8 +58,8 @@ ROWS = Rows()
 
 
 class Parts(NamedTuple):
-    """First rows of what is kept for k vectors of 2n rows and m readings, in their order; see `layout`. The caller
-    sets columns, metric, limits and signs.
+    """First rows of the numbers kept for k vectors of 2n rows and m readings, in order; see `layout`. The caller sets
+    columns, metric, limits and signs.
 
     sums (k): S; lengths (k): L; columns, factor (k*k): of the true vectors, and R;
     metric (2n); readings, half_readings, limits (m); signs (m): 1 where chaos is above the limit, -1 below; detected
@@ -79,12 +79,12 @@ class Parts(NamedTuple):
     end: Any
 
     def of(self, memory: Any) -> Parts:
-        """Return views of memory (rows, orbits) by the same names, and of what is behind it as `end`."""
+        """Return views of memory (rows, orbits) by the same names, with the remaining rows as `end`."""
         return Parts(*(memory[first:last] for first, last in itertools.pairwise((*self, None))))
 
 
 def layout(n, k, m):
-    """Return the parts of the memory for k vectors of 2n rows and m readings; m only counts for what follows the
+    """Return the parts of the memory for k vectors of 2n rows and m readings; m matters only for parts after the
     readings.
     """
     sums = ROWS.end
@@ -143,10 +143,10 @@ def peak_across(n, k, lanes, fresh, flow, z, memory):
 
 @jit
 def wait(time, slots, lanes, fresh, t, memory):
-    """Mark the lanes whose vectors are due at this step; return how many.
+    """Mark the lanes whose vectors are due at this step; return their number.
 
-    Every stride-th step of an orbit, its first one past half time, past the next record of the history and at the end,
-    and where the first vector has grown long. No branch, so that the loop vectorises.
+    They are due at every stride-th step of an orbit, at the first one past half time or past the next record of the
+    history, at the end, and where the first vector has grown long. No branch, so that the loop vectorises.
     """
     found = 0
     for i in range(lanes):
@@ -167,9 +167,9 @@ def orthonormalise(n, k, lanes, z, memory):
     """Make the k vectors of the due lanes orthonormal in the metric, in their order (modified Gram-Schmidt); R into
     memory, S summed.
 
-    z holds n positions of the orbit and of each vector, then momenta likewise, and what a scheme keeps from step to
-    step, such as carried rounding errors, which the vectors of these lanes drop. A vector that nothing is left of, as a
-    map may have a derivative of lower rank, is 0 from then on.
+    z holds n positions of the orbit and of each vector, then momenta likewise, and numbers that a scheme keeps from
+    step to step, such as carried rounding errors, which are set to 0 for the vectors of these lanes. A vector that
+    vanishes, as the derivative of a map may have a lower rank, is 0 from then on.
     """
     half, at = n * (1 + k), parts_of(n, k, 0)
     for j in range(k):
@@ -196,7 +196,7 @@ def orthonormalise(n, k, lanes, z, memory):
                 u, w = first + n * (1 + b) * LANES, first + n * (1 + j) * LANES
                 if b == j:
                     g = (at.metric + r) * LANES
-                    for i in range(lanes):  # what does not count, a drive's momentum, would grow as the rest shrinks
+                    for i in range(lanes):  # rows without a metric (a drive's momentum) would grow as the rest shrinks
                         kept = memory[g + i] > 0.0 and memory[entry + i] != 0.0
                         z[w + i] = z[w + i] * (1.0 / memory[entry + i]) if kept else 0.0
                 else:
@@ -210,7 +210,7 @@ def orthonormalise(n, k, lanes, z, memory):
 
 @jit(constants=True)
 def follow(n, k, lanes, memory):
-    """Carry the true vectors along: columns = R columns, each normalised, the logarithm of its length added to L."""
+    """Update the true vectors: columns = R columns, each normalised; the logarithm of its length is added to L."""
     at = parts_of(n, k, 0)
     for j in range(k):
         for b in range(j + 1):
@@ -235,8 +235,8 @@ def follow(n, k, lanes, memory):
 
 @jit(constants=True)
 def grow(n, k, lanes, t, memory):
-    """Update what the growth L_0 of the first vector gives, before and after `follow`: the largest L_0, MEGNO and its
-    mean.
+    """Update the values that follow from the growth L_0 of the first vector, before `follow`: the largest L_0, MEGNO
+    and its mean.
 
     MEGNO is Y = (2/t) int s dL(s), Cincotta & Simo 2000, with s of the middle of each interval; its mean by the
     trapezoidal rule.
@@ -271,8 +271,8 @@ def crest(lanes, lengths, due, square, largest):
 
 @jit
 def judge(value, n, k, lanes, orbit, t, memory, out, done):
-    """Keep the values at half time, note when each reading first passes its limit, write the history; return the lanes
-    that are done.
+    """Keep the values at half time, record the time when each reading first passes its limit, write the history; return
+    the number of lanes that are done.
     """
     m, sums, slots, time = int(value.readings), int(value.sums), value.slots, value.time
     ended, at = 0, parts_of(n, k, m)
@@ -309,7 +309,7 @@ def judge(value, n, k, lanes, orbit, t, memory, out, done):
 
 @jit(inline=True)
 def deviations(value, calls, n, k, lanes, orbit, fresh, t, z, memory, out, done):
-    """Observer: keep growth and alignment of the k tangent vectors of n degrees of freedom at every step, and judge
+    """Observer: keep growth and alignment of the k tangent vectors of n degrees of freedom at every step, and classify
     orbits by readings of them.
 
     The first calls are the value.readings readings. `out` holds value.slots records of the time, the readings and the
@@ -330,7 +330,7 @@ def deviations(value, calls, n, k, lanes, orbit, fresh, t, z, memory, out, done)
 
 @jit(inline=True)
 def deviations_across(value, calls, n, k, lanes, orbit, fresh, t, z, memory, out, done):
-    """Observer: as `deviations`, also of the part across the flow, whose direction the last call gives."""
+    """Observer: like `deviations`, also for the part across the flow; the last call gives the flow's direction."""
     flow = np.empty(2 * n * LANES)
     call_value(calls, int(value.readings), lanes, z, flow)
     peak_across(n, k, lanes, fresh, flow, z, memory)

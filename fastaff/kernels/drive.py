@@ -1,8 +1,8 @@
-"""The drivers of units of orbits, and of one orbit, by fixed steps; `adaptive_drive` has the other.
+"""The drivers of units of orbits, and of one orbit, by fixed steps; `adaptive_drive` has that by adaptive steps.
 
 Every orbit's arithmetic is its own, so results are bitwise the same for any number of threads, unit size or order of
-the orbits. State that outlives a call (z, observer memory, steps done, status) is per orbit: a stopped run goes on
-where it was.
+the orbits. State that outlives a call (z, observer memory, steps done, status) is per orbit: a stopped run continues
+where it stopped.
 """
 
 from __future__ import annotations
@@ -17,16 +17,16 @@ from ..compile.pointers import call
 from .stepping import advance, filled, keep, load_lane, look_back, move_lane, room, store_lane
 
 BURST, BETWEEN = 128, 37
-"""Steps between looks at the stop flag; steps after these when the orbits are looked at once more."""
+"""Steps between reads of the stop flag; steps after such a read when the orbits are checked once more."""
 LONG = 64 * BURST
-"""Steps of one orbit between looks at the stop flag."""
+"""Steps of one orbit between reads of the stop flag."""
 STRETCH = 32
-"""Steps of one orbit that are looked at together, at most LANES: those beyond its end are not its own."""
+"""Steps of one orbit that are checked together, at most LANES: those beyond its end do not count."""
 
 
 @jit
 def next_look(n):
-    """Return the number of steps, the first above n, after which a block looks at its orbits.
+    """Return the first number of steps above n at which a block checks its orbits.
 
     Powers of two up to BURST, then two moments of each BURST: an orbit may be at rest at all multiples of one number of
     steps.
@@ -41,8 +41,8 @@ def next_look(n):
 
 
 class Orbits(NamedTuple):
-    """Orbits under way, as `flows.Ensemble` has them, with the rows of memory and the numbers that an observer keeps of
-    each: z and memory (rows, orbits), out (orbits, columns), the others, steps `taken` among them, (orbits,).
+    """Running orbits, as in `flows.Ensemble`, with an observer's memory and records of each: z and memory (rows,
+    orbits), out (orbits, columns), the others, such as the number of steps `taken`, (orbits,).
     """
 
     z: np.ndarray
@@ -61,7 +61,7 @@ class FixedSteps(NamedTuple):
     """Steps of an orbit's own size, up to `total` of them, observed every every[orbit] steps; arrays (orbits,).
 
     Orbits are taken in that `order`. With `refill` a lane takes the next orbit as soon as it is free; else the lanes of
-    a block keep the same step number. `strict`: what is observed was looked at before.
+    a block keep the same step number. strict: states are checked before they are observed.
     """
 
     size: np.ndarray
@@ -75,9 +75,9 @@ class FixedSteps(NamedTuple):
 def run_fixed(u, stop, progress, blocks, scheme, observer, steps, unit, orbits):
     """Advance unit u of the orbits by fixed steps.
 
-    That orbits are in the domain is checked at every step; their escape radii and kinetic energies are looked at at
-    `next_look` (at every step with `refill`, before every observation where `strict`); splittings take all steps to the
-    next look or observation at once. orbits.kinetic keeps the largest kinetic energy that was seen.
+    The domain is checked at every step; escape radii and kinetic energies are checked at `next_look` (at every step
+    with `refill`, before every observation if `strict`); splittings take all steps to the next check or observation at
+    once. orbits.kinetic keeps the largest kinetic energy that was seen.
     """
     params, inside, check = blocks.params, blocks.inside, blocks.check
     observe, numbers, calls = observer
@@ -116,7 +116,7 @@ def run_fixed(u, stop, progress, blocks, scheme, observer, steps, unit, orbits):
         ran, ended, wide = 0, 0, filled(lanes, state_rows, z, h)
         while ran < burst and ended == 0:
             each = refill or blocks.leapt != 0
-            quiet = 1 if each else min(burst - ran, next_look(n[0]) - n[0])  # steps to what is to be seen or done
+            quiet = 1 if each else min(burst - ran, next_look(n[0]) - n[0])  # steps to the next check
             if quiet > 1:
                 for i in range(lanes):
                     quiet = min(quiet, left[i])
@@ -137,7 +137,7 @@ def run_fixed(u, stop, progress, blocks, scheme, observer, steps, unit, orbits):
                     for i in range(lanes):
                         found[i], reached[i] = code[i], kinetic[i]
                     call(check, params, lanes, bound, z, found, reached)
-                    for i in range(lanes):  # an orbit is looked at when it is its turn, whatever its neighbours do
+                    for i in range(lanes):  # each orbit is checked at its own moments, independent of its neighbours
                         if n[i] == total[orbit[i]] or (strict and left[i] == 0):
                             code[i], kinetic[i] = found[i], reached[i]
             look_back(blocks, lanes, begin, z, code)
@@ -180,7 +180,7 @@ def run_fixed(u, stop, progress, blocks, scheme, observer, steps, unit, orbits):
 
 
 def run_one(u, stop, progress, blocks, scheme, observer, steps, unit, orbits):
-    """Advance one orbit by `march`, with the bits of `run_fixed`, whose loops over lanes take as long as a step."""
+    """Advance one orbit by `march`, with the bits of `run_fixed`; its loops over lanes would take as long as a step."""
     params, strict, refill, o = blocks.params, steps.strict, steps.refill, steps.order[u]
     observe, numbers, calls = observer
     total, every, h, n, out = steps.total[o], steps.every[o], steps.size[o], orbits.taken[o], orbits.out
@@ -215,10 +215,10 @@ def run_one(u, stop, progress, blocks, scheme, observer, steps, unit, orbits):
 
 
 def run_along(u, stop, progress, blocks, scheme, observer, steps, unit, orbits):
-    """Advance one orbit by `march`, with the bits of `run_fixed` that looks at each step; STRETCH of its states are the
+    """Advance one orbit by `march`, with the bits of `run_fixed` that observes each step; STRETCH of its states are the
     lanes of a block, for `check` and for the observer.
 
-    The observer sees so many states of one orbit, whose memory is in lane 0; behind them are two rows of its own;
+    The observer sees up to STRETCH states of one orbit, whose memory is in lane 0; after them are two rows of its own;
     done[0] is the number of the state, from 1, that ends the orbit.
     """
     params, o, (observe, numbers, calls), out = blocks.params, steps.order[u], observer, orbits.out

@@ -1,7 +1,7 @@
-"""Where orbits would turn along the straight lines that they start along, both ways: escape radii follow from that.
+"""Turning points on the straight lines along the initial velocities of orbits, both ways: they give escape radii.
 
-Distances along the lines are numbers of a table, in units of an orbit's distance from the origin; of one at the origin,
-1.
+Distances along the lines are entries of a table, in units of an orbit's distance from the origin; the unit is 1 for an
+orbit at the origin.
 """
 
 from __future__ import annotations
@@ -12,24 +12,24 @@ from ..compile.jit import LANES, jit
 from .stepping import load_lane, room
 
 ROUNDS, PARTS = 2, 16
-"""How often a decade of the table is divided, and in how many parts."""
+"""Number of divisions of a decade of the table, and parts of each."""
 
 FINE = PARTS**ROUNDS
 """Distances in the table to a decade."""
 
 DECADES = -30, 30
-"""Of the table: 10^-30 to 10^30."""
+"""Decades of the table: 10^-30 to 10^30."""
 
 OWN = -2, 20
-"""Decades that are looked at where the unit is an orbit's distance from the origin."""
+"""Decades of the search if the unit is an orbit's distance from the origin."""
 
 
 @jit
 def below(of, rows, lanes, start, along, way, number, limit, far, place, least):
-    """Set least to 1 in lanes whose least energy at that number of a distance is at most the limit, else to 0.
+    """Set least to 1 in lanes whose least energy at the numbered distance is at most the limit, else to 0.
 
-    of: the model's parameters and potential, what the least energy is less in a turning frame, in units of x^2 + y^2,
-    and the distances.
+    of: the model's parameters and potential, the centrifugal coefficient of x^2 + y^2 that a rotating frame subtracts
+    from the least energy, and the distances.
     """
     params, potential, centrifugal, distances = of
     for i in range(lanes):
@@ -46,11 +46,11 @@ def below(of, rows, lanes, start, along, way, number, limit, far, place, least):
 
 def find_turns(u, params, potential, centrifugal, distances, z, along, begin, looks, limit, turn):
     """Set turn (2, orbits) of block u to the number of the distance, either way along the line, where the potential
-    energy rises through the limit for the last time; it stays as it is where there is none.
+    energy rises through the limit for the last time; without such a distance it keeps its value.
 
-    Of the decades from `begin` on, so many `looks` (orbits,), the last one is halved down to one distance of the table.
-    A line that leads uphill at once is that of an orbit that rests. z (n, orbits) are places, along (n, orbits) lines
-    in units of theirs.
+    The search goes by decades, `looks` (orbits,) of them from `begin` on; the last one found is bisected down to one
+    distance of the table. Only orbits at rest start uphill at once. z (n, orbits) are positions, along (n, orbits)
+    lines in units of theirs.
     """
     of = params, potential, centrifugal, distances
     rows, orbits = z.shape

@@ -1,7 +1,7 @@
 """Kernels of fundamental frequencies: the lattice that lines lie in, amplitudes of lines.
 
-A line of a torus is k . nu with an integer vector k. Tables of such vectors, one for each rank, go from the short to
-the long ones, see `relate`.
+A line of a torus is k . nu with an integer vector k. Tables of such vectors, one for each rank, are ordered by length,
+see `relate`.
 """
 
 from __future__ import annotations
@@ -15,30 +15,30 @@ from ..compile.jit import LANES, jit, read_now
 from ..compile.pointers import Calls, call_value
 
 ACCIDENTAL = 0.05
-"""Expected number of accidental relations, within the errors, up to which longer vectors are tried; a fifth of it for
-fractions.
+"""Expected number of accidental relations, within the errors, up to which longer vectors are tried; a fifth of that
+for fractions.
 """
 
 BLOCK = 64
-"""Samples of a loop that are worked on at once."""
+"""Samples of a loop that are processed at once."""
 
 ABREAST = 64
-"""Vectors that are looked at together."""
+"""Vectors that are tried together."""
 
 DENOMINATORS = 4
 """Largest m of a relation m nu = k . basis that refines a lattice."""
 
 
 class Vectors(NamedTuple):
-    """Tables of integer vectors of ranks 1, 2, ..., see `relate`, and how many each has (ranks, 2), all and short."""
+    """Tables of integer vectors of ranks 1, 2, ..., see `relate`, and their numbers (ranks, 2), of all and of short."""
 
     tables: np.ndarray
     sizes: np.ndarray
 
 
 class Lattice(NamedTuple):
-    """Lattices of lines: ranks (orbits,), generators with their errors, and their numbers among the lines, -1 for what
-    is no line (orbits, m).
+    """Lattices of lines: ranks (orbits,), generators with their errors, and their numbers among the lines, -1 for those
+    that are no line (orbits, m).
     """
 
     rank: np.ndarray
@@ -55,8 +55,8 @@ class Tables(NamedTuple):
 
 
 class Rows(NamedTuple):
-    """Rows of orbits by pairs Q, P: by how much they grow from sample to sample, their means without that, and sizes
-    (orbits, 2m), and which of the loops Q - i P move (orbits, m).
+    """Rows of orbits by pairs Q, P: their drift from sample to sample, their means without drift, and sizes (orbits,
+    2m), and which of the loops Q - i P move (orbits, m).
     """
 
     drift: np.ndarray
@@ -67,8 +67,8 @@ class Rows(NamedTuple):
 
 @jit
 def relate(value, bar, basis, spread, rank, table, count, accidental, k):
-    """Write to k (rank,) the shortest vector of the first `count` of table with value = k . basis within the errors;
-    return whether.
+    """Write to k (rank,) the shortest of the first `count` vectors of table with value = k . basis within the errors;
+    return whether there is one.
 
     table (>= rank + 1, vectors): the components, a row each, and in the last row |k|_1.
     """
@@ -149,8 +149,8 @@ def refine(m, k, rank, value, bar, line, basis, spread, source):
 def generate(value, bar, count, most, vectors, rate, basis, spread, source):
     """Find at most `most` generators of the lattice of lines, the first ones trusted most; return their number.
 
-    A line that is k . basis is in, also modulo the rate of samples; one with m value = k . basis refines the lattice;
-    any other adds a generator while there is room.
+    A line k . basis, also modulo the sampling rate, is in the lattice; one with m value = k . basis refines it; any
+    other adds a generator while there is room.
     """
     tables, sizes = vectors
     rank = 0
@@ -195,8 +195,8 @@ def generators(unit, stop, progress, value, bar, count, vectors, rate, lattice):
 
 @jit
 def rows_of(signals, orbit):
-    """Return the rows (rows, samples) of an orbit of signals: a tuple of the numbers of all, how many rows each has,
-    and where the first begins and how many samples a row has (orbits,).
+    """Return the rows (rows, samples) of an orbit of signals: a tuple of the numbers of all orbits, the number of rows
+    of each, and the place of the first row and the samples of a row (orbits,).
     """
     numbers, rows, start, count = signals
     first, samples = start[orbit], count[orbit]
@@ -205,7 +205,7 @@ def rows_of(signals, orbit):
 
 @jit
 def total(sums):
-    """Return the sum of partial sums (BLOCK,), which are lost: that of halves of them, and so on."""
+    """Return the sum of partial sums (BLOCK,), which it overwrites: the sum of their halves, and so on."""
     size = BLOCK // 2
     while size >= 8:
         first, second = sums[:size], sums[size : 2 * size]
@@ -243,7 +243,7 @@ def weighted_sum(weights, values, sums):
 
 
 def read_signals(unit, stop, progress, states, parameters, table, signals):
-    """Fill signals (orbits, rows, samples) with what the call of the table makes of states (orbits, samples, 2n)."""
+    """Fill signals (orbits, rows, samples) with the values of the table's call at states (orbits, samples, 2n)."""
     if read_now(stop, 0) > 0:
         return
     own, calls = states[unit], Calls(table, parameters)
@@ -282,8 +282,8 @@ def extremes(unit, stop, progress, signals, low, high):
 
 
 def quickness(unit, stop, progress, signals, ratio):
-    """Fill ratio (orbits,) with the largest, over rows of signals, of the mean square of second over first
-    differences.
+    """Fill ratio (orbits,) with the largest ratio, over rows of signals, of the mean square of second differences to
+    that of first ones.
     """
     if read_now(stop, 0) > 0:
         return
@@ -307,7 +307,7 @@ def quickness(unit, stop, progress, signals, ratio):
 
 @jit
 def growth(row, tables, rest, sums):
-    """Return the mean change per sample of a row that grows without bound, as a coordinate that rotates; else 0.
+    """Return the mean change per sample of a row that grows without bound, like a rotating coordinate; else 0.
 
     tables (3, samples - 1): weights of the whole and of two of its parts; rest, sums: scratch.
     """
@@ -327,8 +327,8 @@ def growth(row, tables, rest, sums):
 
 def prepare(unit, stop, progress, signals, window, tables, at_rest, rows, loops, found):
     """Fill rows (orbits, 2m, samples) with the first samples of the signals without drift and mean, in units of their
-    size, and loops (orbits, m, samples) with Q - i P of these, 0 where a loop is at rest; and what was found of them,
-    see `Rows`. window (samples,): of sum 1.
+    size; loops (orbits, m, samples) with Q - i P of these, 0 where a loop is at rest; and `found` with their drift,
+    mean, size and motion, see `Rows`. window (samples,): of sum 1.
     """
     drift, centre, size, moving = found
     if read_now(stop, 0) > 0:
@@ -368,9 +368,9 @@ def prepare(unit, stop, progress, signals, window, tables, at_rest, rows, loops,
 def project(unit, stop, progress, signals, samples, windows, interval, scaling, rank, nu, moments, gram):
     """Fill moments (orbits, rows, n) with sum w s exp(-2 pi i nu t), and the lines' own (orbits, 2n, 2n).
 
-    signals: see `rows_of`, of which the first samples (orbits,) are taken, in the scaling: without drift and centre,
-    over sizes (orbits, rows). The lines of a Gram matrix are those at nu, then those at -nu; a window sums to 1 and is
-    symmetric, so their products are real; time counts from its middle.
+    signals: see `rows_of`; the first `samples` (orbits,) of them count; scaling: drift and centre, which are
+    subtracted, and sizes (orbits, rows). The lines of a Gram matrix are those at nu, then those at -nu; a window sums
+    to 1 and is symmetric, so their products are real; time counts from its middle.
     """
     if read_now(stop, 0) > 0:
         return
@@ -407,7 +407,7 @@ def project(unit, stop, progress, signals, samples, windows, interval, scaling, 
                 for i in range(width):
                     re[i] += c[i] * row[i]
                     im[i] -= d[i] * row[i]
-            for i in range(width):  # the next line's products want them without the window
+            for i in range(width):  # the next line's products need them without the window
                 c[i] = a[i] * x - b[i] * y
                 d[i] = a[i] * y + b[i] * x
     for k in range(r):
@@ -422,8 +422,8 @@ def project(unit, stop, progress, signals, samples, windows, interval, scaling, 
 
 
 def combinations(unit, stop, progress, value, bar, nu, spread, vectors, k):
-    """Fill k (orbits, m, m) with integers such that value = k @ nu (orbits, m), where a short vector does; nu = 0 has
-    no part.
+    """Fill k (orbits, m, m) with integers such that value = k @ nu (orbits, m), where a short vector fits; entries with
+    nu = 0 are left out.
     """
     if read_now(stop, 0) > 0:
         return

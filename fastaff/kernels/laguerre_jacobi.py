@@ -4,9 +4,9 @@ Both families, Laguerre and Jacobi, obey one ladder once the polynomials are div
 
     d_(k+1) = u_k d_k - w_k y phi_k,   phi_(k+1) = phi_k + d_(k+1),   phi_0 = 1, d_0 = 0
 
-It goes by differences, so near y = 0, where the three-term recurrence loses n^2 units of rounding, it loses none; where
-the polynomial grows it is the growing solution. phi and d share a power of two that is taken out every few steps: no n
-or y overflows.
+It goes by differences: near y = 0 it loses no digits, where the three-term recurrence loses n^2 units of rounding.
+Where the polynomial grows, it is the growing solution. phi and d share a power of two that is taken out every few
+steps: no n or y overflows.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ import numpy as np
 
 from ..compile.jit import LANES, POINTS, jit
 
-CHUNK = 16  # steps between two looks at the size: it changes by less than 2^600 in them, for y below the cut
+CHUNK = 16  # steps between two checks of the size: it changes by less than 2^600 in them, for y below the cut
 BIG, SMALL = 2.0**300, 2.0**-300
 LOG_BIG = 300 * math.log(2.0)
 LN2_HIGH, LN2_LOW = 6.93147180369123816490e-01, 1.90821492927058770002e-10  # 33 bits of ln 2, and the rest
@@ -134,8 +134,8 @@ def jacobi_values(portion, u, w, constants, y, z, out):
     """Write (y/y0)^h (z/z0)^g e^c phi_n(y) into out; z = 1 - y. Tables (2, n), constants (2, 6), rows: from the end y =
     0, from z = 0.
 
-    constants (c, h, y0, g, z0, sign); the second row is the first with y and z exchanged. Each point goes from its
-    nearer end.
+    constants (c, h, y0, g, z0, sign); the second row is the first with y and z exchanged. Each point uses its nearer
+    end.
     """
     for start in range(portion * POINTS, min(y.size, (portion + 1) * POINTS), LANES):
         count = min(LANES, y.size - start)

@@ -1,9 +1,9 @@
-"""The fit of lines to the bins around them: what the windowed FFT of a signal says of its lines, without its samples.
+"""The fit of lines to the bins around them: by the windowed FFT of a signal, without its samples.
 
 Conventions as in `naff_lines`. A line has 2p + 10 bins of its own, floor(u) - p - 4 to floor(u) + p + 5. Lines that
-share bins, or nearly so, are a group: the sum of |residual|^2 over its bins is made least, what the lines of other
-groups leave there being known from their fit before. Where the lines are all there is, that is 0 at the lines
-themselves, as over the samples, at a cost that does not grow with their number.
+share bins, or nearly so, are a group: the fit minimises the sum of |residual|^2 over its bins, with the lines of other
+groups subtracted as they were fitted last. For a signal of these lines alone the minimum is 0 at the lines themselves,
+as for a fit to the samples, at a cost that does not grow with the number of samples.
 """
 
 import math
@@ -14,17 +14,17 @@ from .naff_spectrum import subtract_line, tail_reach
 EPS = 2.220446049250313e-16
 
 MARGIN = 5
-"""Bins that a line has on each side beyond its main lobe, less one."""
+"""Bins of a line on each side beyond its main lobe, less one."""
 
 AWAY = 1.0
-"""Bins by which a line may leave the place that its bins were taken for."""
+"""Largest distance, in bins, of a line from the place for which its bins were taken."""
 
 LINKED = 4
-"""Distance in bins, beyond twice the order, up to which neighbours are of one group."""
+"""Distance in bins, beyond twice the order, up to which neighbours are in one group."""
 
 SWEEPS, ROUGH = 5, 1
-"""Most fits of all groups in turn: each leaves 1e-5 of what groups feel of one another, or less; and of lines of which
-no more is asked.
+"""Most fits of all groups in turn: each reduces the effect of groups on one another to 1e-5 or less; and the same for
+lines that need no more accuracy.
 """
 
 
@@ -56,16 +56,16 @@ def update_spectrum(window, work, who, count):
 
 @jit
 def apart(first, second, samples):
-    """Return by how many bins the first of two places is behind the second, -N/2 to N/2."""
+    """Return the number of bins from the second of two places to the first, -N/2 to N/2."""
     bins = (first - second) % samples
     return bins - samples if 2 * bins > samples else bins
 
 
 @jit(apart=True)
 def take_bins(window, work, m):
-    """Take the bins of the m lines of a group: the residual spectrum and what of it are these lines (row 2 of u, a).
+    """Load the bins of the m lines of a group: the residual spectrum with these lines added back (row 2 of u, a).
 
-    work.kept is 0 where an earlier line has taken a bin; work.near (lines, lines) tells which lines share bins.
+    work.kept is 0 for a bin that an earlier line has too; work.near (lines, lines) tells which lines share bins.
     """
     samples, order, each = window.weight.size, window.order, bins_of(window.order)
     odd, whole = (-1.0 if samples % 2 == 0 else 1.0), work.whole  # odd: sign of exp(i N tau)
@@ -96,7 +96,7 @@ def shapes(window, work, m, trial):
     """Fill work.shape and work.slope (lines, bins) with W and W' of the m lines of a group at all their bins.
 
     W to rounding, by W(d) = -(-1)^p sin(pi delta)/pi prod S_i^2/prod_{i=-p..p} X_(j+i), with X_j = (-1)^j S(j - delta)
-    and d = j - delta; W', which only leads the way, up to O(N^-2) and, far from its line, roughly.
+    and d = j - delta; W', which only sets the direction of steps, up to O(N^-2) and, far from its line, roughly.
     """
     samples, order, each, zero = window.weight.size, window.order, bins_of(window.order), window.zero
     odd = -1.0 if samples % 2 == 0 else 1.0
@@ -143,7 +143,7 @@ def shapes(window, work, m, trial):
 
 @jit
 def rest_of_bins(work, count, m, trial):
-    """Fill work.rest with what the trial lines leave of their bins; return the sum of its squares."""
+    """Fill work.rest with the residual of the trial lines in their bins; return the sum of its squares."""
     re, im = work.rest[0], work.rest[1]
     for i in range(count):
         re[i], im[i] = work.whole[0, i], work.whole[1, i]
@@ -164,7 +164,7 @@ def rest_of_bins(work, count, m, trial):
 def bin_equations(work, each, m):
     """Fill matrix and gradient of the fit in (Re a, Im a, |a| u) of m lines over their bins.
 
-    What two lines have in common at the bins of others, both being far from these, is left out of the matrix.
+    The matrix leaves out the overlap of two lines at the bins of others if both are far from these.
     """
     matrix, gradient, kept, re, im = work.matrix, work.gradient, work.kept, work.rest[0], work.rest[1]
     for k in range(m):
@@ -197,7 +197,7 @@ def bin_equations(work, each, m):
 
 @jit(apart=True)
 def cholesky(matrix, factor, n, damping):
-    """Factor the lower triangle of matrix + damping*diag(matrix); tiny pivots are held positive."""
+    """Factor the lower triangle of matrix + damping*diag(matrix); tiny pivots are kept positive."""
     for i in range(n):
         for j in range(i + 1):
             x = matrix[i, j] * (1.0 + damping if i == j else 1.0)
@@ -250,7 +250,7 @@ def fit_group(window, work, who, m, strict):
         u[0, k], a[0, k], u[2, k], a[2, k] = work.u[0, who[k]], work.a[0, who[k]], work.u[2, who[k]], work.a[2, who[k]]
     take_bins(window, work, m)
     for k in range(m):
-        if u[0, k] != u[2, k]:  # else they are there
+        if u[0, k] != u[2, k]:  # else the shapes are known
             shapes(window, work, m, 0)
             break
     cost = rest_of_bins(work, m * each, m, 0)
@@ -296,19 +296,19 @@ def fit_group(window, work, who, m, strict):
 
 @jit(apart=True)
 def couple(work, who, m):
-    """Set work.coupling of the lines of the group that was fitted last: how much the others widen their errors."""
+    """Set work.coupling of the lines of the group that was fitted last: the factor of their errors due to others."""
     cholesky(work.matrix, work.factor, 3 * m, 0.0)
     for k in range(m):
         work.step[: 3 * m] = 0.0
         work.step[3 * k + 2] = 1.0
         substitute(work.factor, 3 * m, work.step)
         widened = work.step[3 * k + 2] * work.matrix[3 * k + 2, 3 * k + 2]
-        work.coupling[who[k]] = math.sqrt(widened) if widened > 0.0 else math.inf  # not to be told apart
+        work.coupling[who[k]] = math.sqrt(widened) if widened > 0.0 else math.inf  # lines that are not resolved
 
 
 @jit
 def group_of(start, work, m, samples, reach, who):
-    """Write to `who` the lines that a chain of distances of at most `reach` bins links to line `start` of m; return
+    """Write to `who` the lines linked to line `start` of m by a chain of distances of at most `reach` bins; return
     their number.
     """
     who[0], count, looked = start, 1, 0

@@ -205,7 +205,7 @@ def collect_from_samples(signal, window, work, sums, lines):
     """Find and fit up to `lines` lines all together to all samples; return their number and the last step in bins (0 if
     converged).
 
-    A peak beside a known line may be what its first guess left over, so it counts as a line only after a fit.
+    A peak beside a known line may be the residual of its first guess, so it counts as a line only after a fit.
     """
     m, fitted, top, high, who = 0, 0, 0.0, 0.0, work.who
     while m < lines:
@@ -234,8 +234,8 @@ def collect_from_samples(signal, window, work, sums, lines):
 
 @jit
 def fit_lines(signals, transforms, window, work, sums, nu, amplitude, error, residual):
-    """Find the lines of signals (batch, N), with windowed FFTs (batch, N), by all samples: as `naff_lines.find_lines`
-    does by their bins.
+    """Find the lines of signals (batch, N), with windowed FFTs (batch, N), by all samples, like `naff_lines.find_lines`
+    by their bins.
     """
     for s in range(transforms.shape[0]):
         load_spectrum(transforms[s], window, work)

@@ -16,7 +16,7 @@ from .naff_bins import EPS, apart, bins_of, fit_group, group_of, settle_lines, u
 from .naff_spectrum import first_guess, leakage, load_spectrum, noise_floor, spectrum_power, start_phase, strongest_bin
 
 CUT = 16
-"""Size, in floors, of what cut tails may leave: no line."""
+"""Amplitude, in floors, up to which a peak may be the rest of cut tails and is no line."""
 
 
 class Window(NamedTuple):
@@ -37,7 +37,7 @@ class Window(NamedTuple):
 class Work(NamedTuple):
     """Scratch memory for one signal at a time."""
 
-    spectrum: Any  # (2, N) transform of what the lines leave of the windowed signal, real and imaginary parts
+    spectrum: Any  # (2, N) transform of the windowed signal without the lines, real and imaginary parts
     top: Any  # (1,) amplitude of the largest line so far
     lanes: Any  # (4, LANES)
     matrix: Any  # (3 lines, 3 lines)
@@ -49,12 +49,12 @@ class Work(NamedTuple):
     fitted: Any  # (lines,) whether a line was fitted since one beside it was found
     done: Any  # (lines,)
     who: Any  # (lines,) lines of a group
-    coupling: Any  # (lines,) by how much others beside a line widen its error
+    coupling: Any  # (lines,) factor by which neighbours of a line widen its error
     gu: Any  # (3, lines) u of the lines of a group
     ga: Any  # (3, lines) and a
     place: Any  # (lines,) whole part of u where a line's bins were taken
     near: Any  # (lines, lines) whether lines share bins
-    whole: Any  # (2, bins) what is in the bins of a group, without the lines of others
+    whole: Any  # (2, bins) spectrum in the bins of a group, without the lines of others
     rest: Any  # (2, bins) and without its own
     kept: Any  # (bins,) 0 for a bin that another line has too
     shape: Any  # (lines, bins) W of each line at all bins
@@ -115,8 +115,8 @@ def lines_beside(window, work, m, k):
 
 @jit
 def take_line(window, work, m, k, top, high):
-    """Take the peak at bin k off the spectrum as line number m; return whether it is one, larger than rounding and than
-    what cut tails leave of lines up to the amplitude `top` and the place `high`.
+    """Subtract the peak at bin k from the spectrum as line number m; return whether it is a line: larger than rounding
+    and than the rest of cut tails of lines up to the amplitude `top` and the place `high`.
     """
     u, a = work.u, work.a
     u[0, m], a[0, m] = first_guess(work.spectrum, k, window)
@@ -131,8 +131,8 @@ def take_line(window, work, m, k, top, high):
 def collect(window, work, lines):
     """Find and fit up to `lines` lines to their bins; return their number and the last step in bins (0 if converged).
 
-    Far lines are taken off one by one and fitted at the end; a peak beside a known line may be what its first guess
-    left over, so it counts as a line only after a fit of those around it.
+    Far lines are subtracted one by one and fitted at the end; a peak beside a known line may be the residual of its
+    first guess, so it counts as a line only after a fit of the lines around it.
     """
     m, top, high, who = 0, 0.0, 0.0, work.who
     while m < lines:
@@ -155,7 +155,7 @@ def collect(window, work, lines):
 
 @jit
 def write_lines(window, work, m, last, nu, amplitude, error):
-    """Write the m lines, the largest first, with their error bars; return the root mean square of what they leave."""
+    """Write the m lines, the largest first, with their error bars; return the root mean square of the residual."""
     power = spectrum_power(work.spectrum, work.lanes)
     error_bars(window, work, m, last, power, error)
     write_sorted(work, m, window.weight.size, nu, amplitude, error)
@@ -166,8 +166,8 @@ def write_lines(window, work, m, last, nu, amplitude, error):
 def find_lines(transforms, window, work, nu, amplitude, error, residual, which):
     """Find the lines of signals by their windowed FFTs (batch, N): rows of nu (in bins), amplitude, error.
 
-    Where which (batch,) is 0 or more, that line of those given in nu and amplitude (in the middle of the signal) is
-    followed instead: residual is its frequency.
+    If which (batch,) is 0 or more, the kernel follows that one of the lines given in nu and amplitude (in the middle of
+    the signal) instead: residual becomes its frequency.
     """
     for s in range(transforms.shape[0]):
         load_spectrum(transforms[s], window, work)
@@ -182,7 +182,7 @@ def find_lines(transforms, window, work, nu, amplitude, error, residual, which):
 def follow_line(window, work, u, a, which):
     """Return the frequency of line `which` of lines u, a (lines,), those with an amplitude first, in the spectrum.
 
-    It is fitted with those around it from where it is, the others staying as they are; NaN where that comes to no end.
+    The fit starts at its place and includes the lines around it; the others are fixed; NaN where it does not converge.
     """
     m = 0
     while m < u.size and a[m] != 0.0:
@@ -201,7 +201,7 @@ def follow_line(window, work, u, a, which):
 def write_sorted(work, m, samples, nu, amplitude, error):
     """Write u in [-N/2, N/2) and the amplitude at the first sample, the largest first."""
     bars = work.gradient
-    for k in range(m):  # from slice to slice takes a second to compile
+    for k in range(m):  # a copy by slices takes a second to compile
         bars[k] = error[k]
     for k in range(m):
         rank = 0

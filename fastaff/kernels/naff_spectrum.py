@@ -1,13 +1,13 @@
 """The spectrum side of `naff`: guesses, removal of lines by their analytic transform, noise and leakage.
 
-Conventions as in `lines`.
+Conventions as in `naff_lines`.
 """
 
 import math
 
 from ..compile.jit import LANES, jit
 
-NOISE_REACH = 24  # bins around a line that tell its noise level
+NOISE_REACH = 24  # bins around a line that give its noise level
 LEAKAGE_REACH = 1024  # bins within which an error bar weighs the residual bin by bin, over 2^p
 
 
@@ -107,7 +107,7 @@ def strongest_bin(spectrum, lanes):
         best = -1.0
         for i in range(count):
             best = high[i] if high[i] > best else best
-        if best > top:  # of a spectrum of NaN no bin is the strongest
+        if best > top:  # a spectrum of NaN has no strongest bin
             top, where = best, start
     for k in range(where, min(where + LANES, samples)):
         if spectrum[0, k] * spectrum[0, k] + spectrum[1, k] * spectrum[1, k] == top:
@@ -176,7 +176,7 @@ def load_spectrum(transform, window, work):
 
 @jit
 def leakage(spectrum, window, u, power, lanes):
-    """Return the root of sum |residual bin|^2 bound(bin - u)^2: what a residual of this power can do to a unit line."""
+    """Return the root of sum |residual bin|^2 bound(bin - u)^2: the largest effect of the residual on a unit line."""
     samples, height, width = spectrum.shape[1], window.envelope[0], 1.0 / window.envelope[1]
     total, square, fall = lanes[0], lanes[1], lanes[2]
     total[:] = 0.0

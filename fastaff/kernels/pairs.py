@@ -10,8 +10,8 @@ from .stepping import row
 
 
 class Rows(NamedTuple):
-    """Rows of observer memory behind those of two observers that `both` calls: which of them is done with an orbit, and
-    room for what an observer has not ended yet.
+    """Rows of observer memory after those of the two observers that `both` calls: which of them is done with an orbit,
+    and room for the lanes that an observer still sees.
     """
 
     first_done: int = 0
@@ -25,7 +25,7 @@ ROWS = Rows()
 
 @jit(inline=True)
 def both(value, calls, lanes, orbit, fresh, t, z, memory, out, done):
-    """Observer: call two; an orbit is done when both are done with it, and none sees it after it was done with it.
+    """Observer: call two; an orbit is done when both are done with it, and neither sees it after it is done with it.
 
     The first value.split rows of memory and value.columns columns of `out` are the first one's.
     """

@@ -1,6 +1,6 @@
 """Loop integrals of one separated coordinate where its potential has narrow features or a wall is near: panels.
 
-The phase chi of `libration` is cut at the potential's knots, and into halves until on every panel the last Legendre
+The phase chi of `tori_librations` is cut at the potential's knots, and halved until on every panel the last Legendre
 coefficients of all integrands vanish. Panels lie in the rows of work memory one after another, ORDER nodes each.
 """
 
@@ -13,7 +13,7 @@ ORDER = 16
 """Gauss-Legendre nodes of a panel."""
 
 LOW, HIGH, LEFT, LENGTH = 12, 13, 10, 11
-"""Rows of work memory: sin^2 and cos^2 of chi/2 at the nodes; where panels begin and how long they are."""
+"""Rows of work memory: sin^2 and cos^2 of chi/2 at the nodes; beginnings and lengths of panels."""
 
 
 def _legendre():

@@ -1,9 +1,9 @@
-"""Kernel of lines that stand apart: frequencies, amplitudes and generators from the bins of Fourier transforms,
-without a fit.
+"""Kernel of isolated lines: frequencies, amplitudes and generators from the bins of Fourier transforms, without
+a fit.
 
 The window of order p is w_n ~ prod_{i<p} (cos(2 pi t/T) + cos((2 i + 1) pi/N)); its transform W(d) at d bins is
-closed, so two neighbouring bins of a line that stands alone give its place exactly, and the two pairs around its
-largest bin agree. How far they do not is the error that other lines make.
+closed, so two neighbouring bins of an isolated line give its place exactly, and the two pairs around its largest bin
+agree. Their difference is the error that other lines make.
 """
 
 from __future__ import annotations
@@ -18,14 +18,14 @@ from .fundamental import BLOCK, Lattice, Rows, generate, growth, relate, rows_of
 from .spectrum_lines import amplitude_at, find_peaks, top_of
 
 SLOW = 1e-3
-"""Amplitude of slow motion, relative to the largest line's, up to which it is left alone."""
+"""Amplitude of slow motion, relative to the largest line's, up to which it is ignored."""
 
 
 DOUBLE, DOUBTFUL = 0.05, 1.5
-"""Bar of a line from which it may be two, and how far these may be from it, in bins."""
+"""Error bar above which a line may be two, and their largest distance from it, in bins."""
 
 STRONG = 0.05
-"""Amplitude of a line, relative to its loop's largest, from which generators must be no multiples of it."""
+"""Amplitude of a line, relative to its loop's largest, above which generators must not be multiples of it."""
 
 
 class Lines(NamedTuple):
@@ -48,7 +48,7 @@ def moments(row, window, sums, squares):
         part, weight = row[start : start + BLOCK], window[start : start + BLOCK]
         for i in range(part.size):
             sums[i] += weight[i] * (part[i] - first)
-        for i in range(part.size):  # a loop of its own: LLVM keeps few arrays apart in one
+        for i in range(part.size):  # a separate loop: LLVM proves only few arrays distinct in one
             value = part[i] - first
             squares[i] += weight[i] * value * value
     away = total(sums)
@@ -75,8 +75,8 @@ def weigh(q, p, centre, change, units, weight, out):
 
 @jit
 def _grows(source):
-    """Return whether samples may grow as `growth` asks for: over each half of the time they change one way. Most that
-    swing are told by a few of them.
+    """Return whether samples may grow as `growth` requires: over each half of the time they change in one direction. A
+    few samples exclude most oscillations.
     """
     first, last, half, back = source[0], source[source.size - 1], source.size // 2 + 1, 0
     if not abs(last - first) > abs(source[source.size // 2] - first):
@@ -88,7 +88,7 @@ def _grows(source):
 
 class Spectra(NamedTuple):
     """Fourier transforms of windowed loops of the first n samples (orbits,) of signals: those of an orbit (m, n) from
-    its start (orbits,) on; and what was found of their rows.
+    its start (orbits,) on; and the `Rows` of their signals.
     """
 
     numbers: np.ndarray
@@ -98,8 +98,8 @@ class Spectra(NamedTuple):
 
 
 def windowed(unit, stop, progress, signals, tables, at_rest, spectra):
-    """Fill spectra, as real numbers, with the loops Q - i P of an orbit times a weight, ready for a Fourier transform,
-    as `fundamental.prepare` makes them: without mean and mean growth, in units of the sizes of Q and P.
+    """Fill spectra, as real numbers, with the loops Q - i P of an orbit times a weight, for a Fourier transform, like
+    `fundamental.prepare`: without mean and mean growth, in units of the sizes of Q and P.
 
     signals: see `rows_of`; tables: the window of means, the weight (samples,), and the tables (3, samples - 1) of
     `growth`.
@@ -145,7 +145,7 @@ def windowed(unit, stop, progress, signals, tables, at_rest, spectra):
 
 @jit
 def solve(matrix, right, n):
-    """Solve matrix x = right in place (n, columns) by elimination; return whether it could be done."""
+    """Solve matrix x = right in place (n, columns) by elimination; return whether that was possible."""
     largest_one = 0.0
     for i in range(n):
         for j in range(n):
@@ -176,8 +176,8 @@ def solve(matrix, right, n):
 
 @jit
 def divides(value, bar, unit, nu, bars, rank, table, count, related, k):
-    """Return whether generators are multiples of a line, or multiples of it combinations of them while it is none
-    itself, not `related`: then they span a part of the lattice only. unit: the width of a bin.
+    """Return whether generators are multiples of a line, or its multiples are combinations of them while the line is
+    not (`related` False): then they span only a part of the lattice. unit: the width of a bin.
 
     A line whose bar is DOUBLE a bin or more may be two, each up to DOUBTFUL bins from it.
     """
@@ -192,13 +192,13 @@ def divides(value, bar, unit, nu, bars, rank, table, count, related, k):
 
 
 class Apart(NamedTuple):
-    """What lines that stand apart say of orbits, frequencies in bins.
+    """Results for orbits with isolated lines, frequencies in bins.
 
     lines: frequencies, error bars and amplitudes of the lines of each loop (orbits, m, lines), the largest first;
     lattice: their generators; dual (orbits, m, 2m) and share (orbits, m, m), see `fundamental`; rest (orbits,), the
-    share of a loop's size that no line has, the largest one's; tail (orbits,), the largest amplitude beyond three
-    quarters of the highest frequency that samples show, relative to the loop's largest; clear (orbits,), whether all
-    that moves has its generator and every leading line is explained.
+    largest share of a loop's size outside all lines; tail (orbits,), the largest amplitude above three quarters of the
+    highest frequency of the samples, relative to the loop's largest; clear (orbits,), whether every moving loop has its
+    generator and every leading line is explained.
     """
 
     lines: Lines
@@ -213,7 +213,7 @@ class Apart(NamedTuple):
 @jit
 def _measure(unit, j, spectrum, limits, found, apart):
     """Write the lines of loop j to found (place, size and error, each (m, lines)) and apart; return whether its leading
-    one is sharp and moves, and the loop has no part so slow that it is no line yet.
+    one is sharp and moves, and no part of the loop is too slow to be a line.
     """
     order, sharp, width = limits
     (value, bar, strength), rest, tail = apart.lines, apart.rest, apart.tail
@@ -240,8 +240,8 @@ def _measure(unit, j, spectrum, limits, found, apart):
 
 @jit
 def _ranked(unit, minor, sharp, found, lines, values, bars):
-    """Write the frequencies and bars of the sharp lines of all loops, the leading ones first, then the others by what
-    they have of their loops; return their number.
+    """Write the frequencies and bars of the sharp lines of all loops, the leading ones first, then the others by their
+    shares of their loops; return their number.
     """
     (_, size, error), (value, bar, _), used = found, lines, 0
     key = np.zeros(values.size)
@@ -260,8 +260,8 @@ def _ranked(unit, minor, sharp, found, lines, values, bars):
 
 @jit
 def _explained(unit, moving, order, size, generators, vectors, apart):
-    """Return whether the generators found explain every leading line, are no multiples of a strong one, each a line
-    itself, and stand apart.
+    """Return whether the generators explain every leading line, are not multiples of a strong one, are lines
+    themselves, and are isolated.
     """
     (value, bar, _), (nu, bars, source, found), (tables, sizes) = apart.lines, generators, vectors
     m, k, r = size.shape[0], np.zeros(size.shape[0], np.int64), max(found, 1) - 1
@@ -287,8 +287,8 @@ def _explained(unit, moving, order, size, generators, vectors, apart):
 
 @jit
 def _conjugate(unit, moving, spectrum, order, nu, found, apart):
-    """Write share and dual of the generators, from the amplitudes of Q and P of each loop; return whether there is a
-    dual.
+    """Write share and dual of the generators, from the amplitudes of Q and P of each loop; return whether the dual
+    exists.
     """
     m, samples = spectrum.shape
     matrix, right = np.zeros((2 * found, 2 * found)), np.zeros((2 * found, 2 * found))
@@ -317,9 +317,9 @@ def _conjugate(unit, moving, spectrum, order, nu, found, apart):
 
 
 def separate(unit, stop, progress, spectra, order, minor, sharp, width, vectors, apart):
-    """Find the lines of the loops of an orbit and the generators of their lattice, where all stand apart.
+    """Find the lines of the loops of an orbit and the generators of their lattice, if all are isolated.
 
-    spectra of the loops Q - i P, in units of the sizes of Q and P.
+    spectra: of the loops Q - i P, in units of the sizes of Q and P.
     """
     if read_now(stop, 0) > 0:
         return

@@ -14,8 +14,8 @@ TURN = 2 * math.pi
 def phase_sums(portion, rates, weights, times, out):
     """Write the sums into out (times,), complex; rates in cycles per time and weights (states,).
 
-    Sine and cosine without branches, so that loops over lanes vectorise: the turn is reduced exactly to an eighth,
-    where Taylor series of degree 15 and 16 leave 2e-17.
+    Sine and cosine have no branches, so that loops over lanes vectorise: the turn is reduced exactly to an eighth,
+    where Taylor series of degree 15 and 16 have errors of 2e-17.
     """
     for start in range(portion * POINTS, min(times.size, (portion + 1) * POINTS), LANES):
         lanes = min(LANES, times.size - start)

@@ -1,6 +1,6 @@
-"""Readings of tangent vectors: functions of what is kept of their growth, one number for an orbit.
+"""Readings of tangent vectors: functions of the numbers kept of their growth, one number for an orbit.
 
-A reading is reading(growth, i, *parameters), lane i of a `Growth`; see `deviations` for what its rows are.
+A reading is reading(growth, i, *parameters), lane i of a `Growth`; see `deviations` for its rows.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ LN10 = math.log(10.0)
 class Growth(NamedTuple):
     """Numbers kept of the k tangent vectors of a block of orbits of n degrees of freedom.
 
-    memory is flat: row r of lane i is memory[r * LANES + i]. The rows are named in `deviations.ROWS` and `parts`.
+    memory is flat: row r of lane i is memory[r * LANES + i]. `deviations.ROWS` and `parts` name the rows.
     """
 
     n: int
@@ -128,7 +128,7 @@ def log_volume(growth, i, count):
 
 @jit
 def volume(growth, i, count):
-    """Return log10 of GALI of so many vectors.
+    """Return log10 of GALI of the first `count` vectors.
 
     Examples
     --------

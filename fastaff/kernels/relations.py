@@ -1,4 +1,4 @@
-"""Kernel of relations: which lines frequencies do not explain, and which combinations of them are close to 0."""
+"""Kernel of relations: lines that frequencies do not explain, and combinations of frequencies close to 0."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ from .peaks import STRONG, divides
 from .spectrum_lines import FEWEST
 
 SHORT = 6
-"""|k|_1 of combinations whose lines may hide behind others."""
+"""Largest |k|_1 of combinations whose lines may be hidden by others."""
 
 CHANCE = 1 / 5
-"""Largest |k|_1 of a beat that is no chance, in cycles of the fastest line: of two frequencies some 3 |k|_1/cycles
-combinations are as slow as the time by chance.
+"""Largest |k|_1 of a beat that is not accidental, in cycles of the fastest line: for two frequencies about 3
+|k|_1/cycles combinations are as slow as the time by chance.
 """
 
 
@@ -29,13 +29,13 @@ class Combinations(NamedTuple):
 
 
 class Closeness(NamedTuple):
-    """What relations of the frequencies say, over orbits.
+    """Relations of the frequencies of orbits.
 
     strange (orbits,): the amplitude, relative to its loop's largest, of the largest line of which a generator is a
-    multiple, 1 where a generator is part of no strong one and not told from a combination of others; blur (orbits, m):
-    the cycles that each frequency may be off by close lines of combinations; near, close, beating (orbits,): whether
-    there are such that are large, that show, or of so few steps that it is no chance: |k|_1 <= CHANCE of the cycles of
-    the fastest.
+    multiple; 1 where a generator is in no strong line and not told from a combination of others; blur (orbits, m): the
+    cycles by which close lines of combinations may shift each frequency; near, close, beating (orbits,): whether such
+    combinations exist that are large, that show, or whose |k|_1 is at most CHANCE of the cycles of the fastest line, so
+    that they are not accidental.
     """
 
     strange: np.ndarray
@@ -57,15 +57,15 @@ def _sums(k, nu):
 
 
 def relations(unit, stop, progress, seen, nu, spread, vectors, combinations, times, rates, limits, closeness):
-    """Hold the frequencies of an orbit against each other: fill in what of the lines seen they do not explain, and
-    which combinations of them are as close to 0 as lines can't be told apart.
+    """Compare the frequencies of an orbit with one another: fill in the lines seen that they do not explain, and their
+    combinations so close to 0 that lines are not resolved.
 
-    nu, spread (orbits, m) of generators, 0 where there is none; times, rates (orbits,): over which they were found, and
-    of samples, modulo which combinations are seen. limits: cycles over the time of what is close, of what is near, and
-    the amplitudes from which lines show, and from which they are large.
+    nu, spread (orbits, m) of generators, 0 where there is none; times, rates (orbits,): length of the signals, and
+    sampling rates, modulo which combinations appear. limits: cycles over the time up to which combinations are close,
+    and near; amplitudes above which lines show, and are large.
 
-    Amplitudes are taken to fall with each step of |k|_1 by the factor that the lines show, and those of |k|_1 > SHORT
-    to be no larger than the smallest line that is known, FEWEST where there are no more.
+    Amplitudes are assumed to fall with each step of |k|_1 by the factor of the known lines, and those of |k|_1 > SHORT
+    to be at most the smallest known line's, FEWEST if all lines are known.
     """
     if read_now(stop, 0) > 0:
         return
@@ -119,7 +119,7 @@ def relations(unit, stop, progress, seen, nu, spread, vectors, combinations, tim
             near[unit] = near[unit] or reach > large
             if cycles < resolved:
                 beating[unit] = beating[unit] or lengths[v] <= CHANCE * time * fastest
-                for g in range(rank):  # part of no strong line, and what others make: it may be none
+                for g in range(rank):  # in no strong line, and a combination of others: it may be no generator
                     strange[unit] = 1.0 if shown[g] == 0 and abs(k[where[g], v]) == 1.0 else strange[unit]
                 close[unit] = close[unit] or reach > shows
                 for j in range(m):
@@ -151,7 +151,7 @@ def first_vectors(unit, stop, progress, value, bar, nu, spread, vectors, k, foun
 
 def vanishing(unit, stop, progress, nu, error, k, found):
     """Fill found (orbits,) with whether one of the combinations k (m, vectors) of nu (orbits, m) is 0 within its error;
-    what is not known, NaN, is in none.
+    combinations with unknown frequencies, NaN, do not count.
     """
     if read_now(stop, 0) > 0:
         return

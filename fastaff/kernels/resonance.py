@@ -1,4 +1,4 @@
-"""Integer relations k . nu = 0 of many frequency vectors, and a basis of the lattice they span.
+"""Integer relations k . nu = 0 of many frequency vectors, and a basis of the lattice that they span.
 
 Vectors k have four entries, zero past the number of frequencies. Their exterior products decide: with a primitive set
 b1..br (one that extends to a basis of Z^4) and a further k, the minors of (b1..br, k) all vanish where k lies in the
@@ -107,7 +107,7 @@ def divide(rank, basis, k, g, best):
 
 @jit
 def adopt(n, rank, k, form, basis, work):
-    """Extend a primitive set, basis (4, 4) of `rank` rows with its form (6,), by what k (4,) adds; return the new
+    """Extend a primitive set, basis (4, 4) of `rank` rows with its form (6,), by k (4,) if that is new; return the new
     rank.
     """
     product, better = work[:FORM], work[FORM : FORM + 4]
@@ -163,7 +163,7 @@ def search_block(n, vectors, begin, lanes, nu, width, rank, basis):
             if excess[i] <= 0.0 and not inside(rank[o], forms, i, k[0], k[1], k[2], k[3]):
                 rank[o] = adopt(n, rank[o], k, forms[i], basis[o], work)
                 if rank[o] == n:
-                    x[i] = np.nan  # nothing is left to find
+                    x[i] = np.nan  # all relations are found
 
 
 def relations(block, stop, progress, n, vectors, nu, width, rank, basis):

@@ -12,10 +12,10 @@ from .stepping import row
 
 
 class Rows(NamedTuple):
-    """Rows of observer memory: samples taken; where only every stride-th observation is one, also the stride,
-    observations left until the next sample, whether this one is it, and the value now.
+    """Rows of observer memory: samples taken; if only every stride-th observation is one, also the stride, observations
+    left until the next sample, whether it is this one, and the value now.
 
-    The caller sets the stride, and as many observations left.
+    The caller sets the stride, and `left` to the same number.
     """
 
     taken: int = 0
@@ -30,11 +30,11 @@ ROWS = Rows()
 
 
 class WearRows(NamedTuple):
-    """Rows of observer memory of orbits that are slowed: the share that momenta lose in a unit of sqrt(time), the root
-    of the time up to which they lose three times as much, what they have lost and what they keep now; of samples of
-    these also, as in `Rows`, those taken, stride, those left and whether it is due.
+    """Rows of observer memory of slowed orbits: the share that momenta lose in a unit of sqrt(time), the root of the
+    time up to which they lose three times as much, the share lost so far and the share kept now; for samples also, as
+    in `Rows`, the number taken, the stride, observations left and whether one is due.
 
-    The caller sets the share, the root, the stride and as many observations left.
+    The caller sets the share, the root, the stride, and `left` to the stride.
     """
 
     share: int = 0
@@ -85,7 +85,7 @@ def columns(value, lanes, orbit, fresh, t, z, memory, out, done):
 
 @jit
 def count_down(lanes, fresh, left, stride, due):
-    """Mark the lanes whose stride-th fresh observation this is; return how many."""
+    """Mark the lanes whose stride-th fresh observation this is; return their number."""
     found = 0
     for i in range(lanes):
         rest = left[i] - fresh[i]
@@ -97,7 +97,7 @@ def count_down(lanes, fresh, left, stride, due):
 
 @jit
 def wear_down(rows, lanes, fresh, t, z, memory):
-    """Slow each fresh orbit: up to the time t its momenta have lost the part share*(u + 2 u e/(u + e)) of themselves,
+    """Slow each fresh orbit: up to the time t its momenta have lost the fraction share*(u + 2 u e/(u + e)), with
     u = sqrt(t), e = early.
     """
     share, early = row(memory, WEAR_ROWS.share), row(memory, WEAR_ROWS.early)
@@ -134,7 +134,7 @@ def worn_states(value, lanes, orbit, fresh, t, z, memory, out, done):
 
 @jit(inline=True)
 def thinned(value, calls, lanes, orbit, fresh, t, z, memory, out, done):
-    """Observer: write what the call gives at every n-th observation of an orbit, n in its row `stride`."""
+    """Observer: write the value of the call at every n-th observation of an orbit, n in its row `stride`."""
     due, now = row(memory, ROWS.due), row(memory, ROWS.value)
     if count_down(lanes, fresh, row(memory, ROWS.left), row(memory, ROWS.stride), due) > 0:
         call_value(calls, 0, lanes, z, now)
@@ -143,12 +143,12 @@ def thinned(value, calls, lanes, orbit, fresh, t, z, memory, out, done):
 
 
 CHUNK = 16
-"""Values of a row that are written at once: some lines of a cache."""
+"""Values of a row that are written at once: some cache lines."""
 
 
 class ChunkRows(NamedTuple):
-    """Rows of observer memory of signals: values written or kept, how many there are to be, where in `out` the first
-    row begins, and the values kept.
+    """Rows of observer memory of signals: number of values written or kept, their final number, place of the first row
+    in `out`, and the values kept.
 
     The caller sets their number and the place.
     """
@@ -164,8 +164,8 @@ CHUNK_ROWS = ChunkRows()
 
 @jit
 def places(rows):
-    """Return the rows of memory between two values of a row that are kept: an odd number, or those of a chunk would
-    share few places of the cache.
+    """Return the number of rows of memory between two kept values of a row: an odd number, as otherwise those of a
+    chunk would share few places of the cache.
     """
     return rows + 1 - rows % 2
 
@@ -197,7 +197,7 @@ def keep_values(rows, lanes, fresh, memory, made, kept, out):
         full += 1 if taken[i] == lengths[i] else 0
     if full == 0:
         return
-    for r in range(rows):  # before lanes: neighbours in a line of a cache are read one after the other
+    for r in range(rows):  # before lanes: neighbours in a cache line are read one after the other
         for i in range(lanes):
             n, length = int(taken[i]), int(lengths[i])
             if fresh[i] > 0.0 and (n % CHUNK == 0 or n == length) and n <= length:

@@ -10,12 +10,12 @@ from ..compile.jit import jit
 from .fundamental import BLOCK, total
 
 FEWEST = 1e-6
-"""Amplitude beside the largest line's, below which lines are not looked for."""
+"""Amplitude, relative to the largest line's, below which lines are not searched."""
 
 
 @jit
 def shape_of(d, samples, order):
-    """Return the transform of the window, 1 at d = 0, at so many bins |d| < 1 from the line."""
+    """Return the transform of the window, 1 at d = 0, at d bins from the line, |d| < 1."""
     x = math.sin(math.pi * d / samples)
     value = 1.0 if d == 0.0 else math.sin(math.pi * d) / (samples * x)
     for i in range(1, order + 1):
@@ -36,7 +36,7 @@ def centred(spectrum, k, samples):
 
 @jit
 def quotient(one, other):
-    """Return the real and imaginary part of one over the other, both given by theirs."""
+    """Return the real and imaginary part of a quotient of two numbers, given by theirs."""
     (a, b), (c, d) = one, other
     if abs(c) >= abs(d):
         ratio = d / c
@@ -49,13 +49,13 @@ def quotient(one, other):
 
 @jit
 def place_of(spectrum, k, samples, order):
-    """Return the place in bins of the line whose largest bin is k, and its error by what the two pairs of bins say."""
+    """Return the place in bins of the line whose largest bin is k, and its error by the two pairs of bins."""
     step = math.pi / samples
     half, x, y = math.tan(step * (order + 0.5)), -math.cos(step), math.sin(step)
     middle, below, above = spectrum[k], spectrum[(k - 1) % samples], spectrum[(k + 1) % samples]
     a, b = quotient((above.real, above.imag), (middle.real, middle.imag))
     c, d = quotient((below.real, below.imag), (middle.real, middle.imag))
-    # From bin to bin a time from the middle of the samples turns by x + i y.
+    # With the time from the middle of the samples the phase turns by x + i y from bin to bin.
     ahead, turned, behind, back = a * x - b * y, a * y + b * x, c * x + d * y, d * x - c * y
     up = math.atan(half * (ahead - 1.0) / (ahead + 1.0)) / step + 0.5 if ahead > -1.0 else 9.0
     down = 0.5 - math.atan(half * (behind - 1.0) / (behind + 1.0)) / step - 1.0 if behind > -1.0 else 9.0
@@ -65,7 +65,7 @@ def place_of(spectrum, k, samples, order):
 
 @jit
 def top_of(part, best):
-    """Return the largest of so many values, BLOCK or fewer. best (BLOCK // 4,): scratch."""
+    """Return the largest of at most BLOCK values. best (BLOCK // 4,): scratch."""
     for i in range(best.size):
         best[i] = part[i] if i < part.size else -1.0
     for start in range(best.size, part.size, best.size):
@@ -80,7 +80,7 @@ def top_of(part, best):
 
 @jit
 def largest(power, tops):
-    """Return the place of the largest of the values, whose largest of each BLOCK are known."""
+    """Return the place of the largest of the values; tops: the largest of each BLOCK."""
     block = 0
     for i in range(tops.size):
         block = i if tops[i] > tops[block] else block
@@ -94,7 +94,7 @@ def largest(power, tops):
 @jit
 def find_peaks(spectrum, order, place, size, error):
     """Fill place, size, error with the peaks of a spectrum, the largest first; return their number and the share of the
-    power that is in none.
+    power outside them.
     """
     samples, count = spectrum.size, 0
     power, sums, best = np.empty(samples), np.zeros(BLOCK), np.empty(BLOCK // 4)

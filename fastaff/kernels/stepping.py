@@ -13,12 +13,12 @@ from ..compile.pointers import call, caller
 LINE = 64
 """Bytes of a cache line, and of the widest vector registers."""
 LONE = 3
-"""Lanes beyond whole vectors that take longer one by one than as another vector."""
+"""Number of lanes beyond whole vectors that take longer one by one than as another vector."""
 
 
 class Blocks(NamedTuple):
-    """A model and a scheme's step as kernels see them: parameters and block functions, idle ones where a run has no use
-    for them, and the addresses of the derivative and, of a model with poles, of what sees steps across them, or 0.
+    """A model and a scheme's step for kernels: parameters and block functions, idle ones where a run does not use them,
+    and the addresses of the derivative and, for a model with poles, of the test for steps across them, or 0.
     """
 
     params: np.ndarray
@@ -32,10 +32,10 @@ class Blocks(NamedTuple):
 
 
 class Coefficients(NamedTuple):
-    """A scheme as kernels see it: the coefficients of a splitting, or of a Runge-Kutta tableau with those of its error
-    estimates and its interpolant; `copies`: how many times its rows a state takes, 3 where a splitting works on
-    increments; `spare`: rows behind the state that it takes. Of a collocation, which makes up to so many `sweeps`, a is
-    in the form of `schemes.Collocation` and dense that of its first sweep.
+    """A scheme for kernels: the coefficients of a splitting, or of a Runge-Kutta tableau with those of its error
+    estimates and its interpolant; copies: rows in memory over rows of a state, 3 where a splitting works on increments;
+    spare: further rows after the state. For a collocation, with at most `sweeps` sweeps, a has the form of
+    `schemes.Collocation` and dense is that of its first sweep.
     """
 
     drift: np.ndarray = np.zeros(1)
@@ -51,10 +51,10 @@ class Coefficients(NamedTuple):
 
 @jit
 def room(rows):
-    """Return zeros for so many rows of a block (rows*LANES), from the beginning of a cache line.
+    """Return zeros for the rows of a block (rows*LANES), from the beginning of a cache line.
 
-    Arrays begin at multiples of 16 or 32 bytes, at others in each process: vectors that lie across two lines take up
-    to two thirds longer.
+    Arrays begin at multiples of 16 or 32 bytes, which differ between processes: vectors across two lines take up to two
+    thirds longer.
     """
     whole = np.zeros(rows * LANES + LINE // 8)
     first = (-whole.ctypes.data % LINE) // 8
@@ -63,8 +63,8 @@ def room(rows):
 
 @jit
 def stretch(rows, lanes):
-    """Return how far apart the beginnings of stretches of neighbours are that a loop over all rows goes through, and
-    how long they are: rows of so many lanes, or of a nearly full block all at once, as a loop takes time to begin.
+    """Return distance and length of the contiguous stretches in a loop over all rows: rows of these lanes, or all rows
+    of a nearly full block at once, as a loop takes time to begin.
     """
     return (LANES, lanes) if lanes < 3 * LANES // 4 else (rows * LANES, rows * LANES)
 
@@ -97,8 +97,8 @@ def combine(rows, lanes, last, coefficients, k, total):
 
 @jit
 def nonzero(rows, last, coefficients, terms, weights):
-    """Set the terms to where the slopes begin whose coefficients are not 0, and the weights to these; return how many
-    there are.
+    """Set the terms to the beginnings of the slopes with nonzero coefficients, and the weights to these; return their
+    number.
     """
     count = 0
     for s in range(last):
@@ -113,7 +113,7 @@ call_derivative, call_leapt = caller("derivative"), caller("leapt")
 
 @jit
 def look_back(blocks, lanes, begin, z, code):
-    """Set the code of lanes that have passed a pole in a step from `begin` to z, of a model that has some."""
+    """Set the code of lanes that have passed a pole in a step from `begin` to z, for a model with poles."""
     if blocks.leapt != 0:
         call_leapt(blocks.leapt, blocks.params, lanes, begin, z, code)
 
@@ -132,7 +132,7 @@ def runge_kutta_stages(derivative, params, a, first, last, rows, lanes, step, z,
 
 @jit
 def moved(rows, lanes, count, terms, weights, step, z, k, target):
-    """Set target = z + step times the weighted sum of so many slopes."""
+    """Set target = z + step times the weighted sum of `count` slopes."""
     for at in range(0, rows * LANES, LANES):
         i = 0
         while i < lanes:
@@ -160,8 +160,8 @@ def advance(blocks, scheme, rows, lanes, step, steps, z, k, work):
     """Advance z by steps of the scheme, step[i] in lane i: a splitting where it has kicks, else a collocation or a
     Runge-Kutta tableau.
 
-    Returns how many were taken: a splitting stops at one with which a lane leaves the domain, the others after each.
-    Where z has room for increments and carried errors, the splitting works on increments.
+    Returns the number of steps taken: a splitting stops after a step with which a lane leaves the domain, the others
+    after each step. If z has room for increments and carried errors, the splitting works on increments.
     """
     if scheme.kick.size > 0:
         return call(blocks.splitting, blocks.params, lanes, scheme.drift, scheme.kick, step, steps, z)
@@ -178,9 +178,9 @@ def move_lane(rows, source, target, block):
 
 @jit
 def filled(lanes, rows, block, step):
-    """Return how many lanes to step so that `lanes` of them take whole vectors, the others being copies of the first.
+    """Return the number of lanes to step: `lanes` filled up to whole vectors by copies of the first.
 
-    What is left over of a loop over lanes runs one by one, each as long as some vectors of them.
+    The remaining lanes of a loop run one by one, and each takes as long as some vectors.
     """
     over = lanes % VECTOR
     if over < LONE:

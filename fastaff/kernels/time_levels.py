@@ -25,7 +25,7 @@ def pass_levels(value, lanes, orbit, fresh, t, z, memory, out, done):
     value.levels.
 
     memory (ROWS.state + rows)*LANES. A record's row is counted from its level, so that all are crossings of zero. A
-    lane is done when it passes 1. Returns how many became done.
+    lane is done when it passes 1. Returns the number of lanes that became done.
     """
     row, rows, count = int(value.row), int(value.rows), int(value.levels)
     width = RECORD.state + rows
@@ -53,7 +53,7 @@ def pass_levels(value, lanes, orbit, fresh, t, z, memory, out, done):
 
 @jit(inline=True)
 def stop_beyond(value, lanes, orbit, fresh, t, z, memory, out, done):
-    """Observer: mark the lanes whose row value.row has reached value.limit as done; return how many became so."""
+    """Observer: mark the lanes whose row value.row has reached value.limit as done; return the number of new ones."""
     ended, first = 0, int(value.row) * LANES
     for i in range(lanes):
         if fresh[i] > 0.0 and done[i] == 0.0 and z[first + i] >= value.limit:

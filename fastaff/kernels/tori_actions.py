@@ -10,12 +10,12 @@ from .tori_narrow import axis_ends, powers
 from .tori_wells import SMALL, turning_points
 
 GRID, STEP = 224, 1.3
-"""Ratios rho = 1.3^(-112...111) at which the bottom of an effective potential is looked for."""
+"""Ratios rho = 1.3^(-112...111) at which the bottom of an effective potential is searched."""
 
 
 @jit
 def _effective(coordinate, n, work):
-    """v = U - u2/t - u3/s at the first n places, to work[2]: the own constant u0 of a body at rest there."""
+    """v = U - u2/t - u3/s at the first n places, to work[2]: the constant u0 of a body at rest there."""
     term, u = coordinate.term, coordinate.u
     term.function(term.params, n, work[0], work[2])
     for k in range(n):
@@ -34,7 +34,7 @@ def _bottom(coordinate, start, work):
     for k in range(GRID):
         if not np.isfinite(v[k]):
             v[k] = np.inf
-    # A well has a rim on both sides that stands out of rounding; s = 0 and t = 0 are rims, infinity is not.
+    # A well has a rim on both sides, higher than rounding errors; s = 0 and t = 0 are rims, infinity is not.
     low, high, falling = v[0], v[0], True
     for k in range(1, GRID):
         rim = 1e-9 * (abs(low) + abs(v[k])) if np.isfinite(v[k]) else 0.0
@@ -92,8 +92,8 @@ def _loop(coordinate, rho, goal, work, out):
 
 @jit
 def _match_at_axis(coordinate, side, J, room, bottom, work, out):
-    """Find the small libration of action J about an axis s = 0 or t = 0, from its size instead of its energy: True
-    where it is one.
+    """Find the small libration of action J about an axis s = 0 or t = 0, from its size instead of its energy; return
+    True where there is one.
     """
     mu, kind, u, ends = coordinate.mu, coordinate.kind, coordinate.u, coordinate.ends
     u[0], edge = bottom, -1.0 if side == 0 else 1.0
@@ -105,7 +105,7 @@ def _match_at_axis(coordinate, side, J, room, bottom, work, out):
         if step > 0:
             width = np.sqrt(max(0.0, middle * middle - Lambda2 / G))
         elif Lambda2 > 0.0:
-            middle = 1e-3 * min(SMALL, room)  # anywhere in the well: only G is wanted
+            middle = 1e-3 * min(SMALL, room)  # anywhere in the well: only G is used
         if not axis_ends(coordinate, side, middle, np.sqrt(G) * width, 0.0, work, out) and step > 0:
             return False
         G = -powers(work[3], edge, 0) / (out[RADIUS] * out[RADIUS]) if out[RADIUS] > 0.0 else 0.0
@@ -133,7 +133,7 @@ def _match_at_axis(coordinate, side, J, room, bottom, work, out):
 
 @jit
 def _rise(coordinate, rho, lowest, work):
-    """How far v rises around the bottom at rho: at the first ratio at which that is no rounding."""
+    """Rise of v around the bottom at rho, at the first ratio where it is larger than rounding."""
     rise, factor = 0.0, 1.15
     while rise <= 1e-6 * abs(lowest) and factor < 1e12:
         set_place(coordinate.kind, rho * factor, 0, work)
@@ -171,7 +171,7 @@ def match_action(coordinate, J, start, work, out):
             if high - low <= 1e-15 * max(abs(low), abs(high)):
                 return code, wells
             continue
-        if code != OK_CODE:  # at the rim of a well, or next to a wall: try both sides, further and further off
+        if code != OK_CODE:  # at the rim of a well, or next to a wall: try both sides, farther and farther away
             if tries == 0:
                 rim = u[0]
             tries += 1

@@ -1,7 +1,7 @@
 """Actions, frequencies and angles in closed form where F is a quadratic polynomial: oscillators with walls.
 
-Then G is constant, s = m - l cos(chi), and all integrals of `libration` are elementary: with Lambda = sqrt(-F) at a
-pole,
+Then G is constant, s = m - l cos(chi), and all integrals of `tori_librations` are elementary: with Lambda = sqrt(-F) at
+a pole,
 
     1/2 loop integral of sqrt(F)/s ds = pi (b/(2 sqrt(a)) - Lambda),   integral of ds/(s sqrt(F)) = (2/Lambda) psi,
     psi = atan2(sqrt(s2) sin(chi/2), sqrt(s1) cos(chi/2)).
@@ -19,7 +19,7 @@ UNIT = 1024
 
 TURN = 2 * np.pi
 NOISE = 4e-16
-"""Amplitudes below this portion of the middle are 0: rounding."""
+"""Amplitude relative to the middle below which it is rounding and counts as 0."""
 
 
 class Tori(NamedTuple):
@@ -91,7 +91,7 @@ def _plane(mu, k, wall, x, y, px, py, out):
         ratio = spin / Lambda
     else:
         code, ratio = SEPARATRIX_CODE, np.nan
-    # (J + Lambda/2 pi) = energy/omega as a difference: amplitude^2 keeps the digits of a small action.
+    # J = energy/omega - Lambda/2 pi is a difference: amplitude^2 keeps the digits of a small action.
     out[0] = np.pi * stiffness * amplitude * amplitude / (middle + mean) if amplitude > 0.0 else 0.0
     out[1], out[2], out[3] = TURN * spin, omega / np.pi, 0.5 * omega / np.pi * ratio
     out[4] = chi / TURN
@@ -132,8 +132,8 @@ def _latitude(A, B, pA, pB, Lambda, L_a, L_b, z, i):
     """Motion of vartheta: whether it is nearer to pi, ends of s = sin^2(vartheta/2) and of t = 1 - s, half-width l,
     l cos(chi), l sin(chi).
 
-    F = (s - s1)(s2 - s) Lambda^2 with s1 s2 = (L_b/Lambda)^2, (1 - s1)(1 - s2) = (L_a/Lambda)^2. The middle from the
-    nearer axis: a sum of positive terms, F = root^2 there, where the energy would be a difference.
+    F = (s - s1)(s2 - s) Lambda^2 with s1 s2 = (L_b/Lambda)^2, (1 - s1)(1 - s2) = (L_a/Lambda)^2. The middle is computed
+    from the nearer axis, as a sum of positive terms with F = root^2; from the energy it would be a difference.
     """
     r = A + B
     s, t, root = B / r, A / r, (A * pB - B * pA) / (r * Lambda)
@@ -142,7 +142,7 @@ def _latitude(A, B, pA, pB, Lambda, L_a, L_b, z, i):
     if x > 0.0:
         total = (root * root + near * near) / x + x
         width = np.sqrt(root * root + (0.5 * total - x) * (0.5 * total - x))
-    else:  # on the axis all of the momentum across it counts
+    else:  # on the axis the whole momentum across it counts
         p = z[4, i] * z[4, i] + z[5, i] * z[5, i] if upper else z[6, i] * z[6, i] + z[7, i] * z[7, i]
         total = r * p / (Lambda * Lambda) + (near * near if near > 0.0 else 0.0)
         width = 0.5 * total

@@ -8,7 +8,7 @@ from ..compile.jit import jit
 
 RADIAL, SINE, SINH, LINE = 0, 1, 2, 3
 LINE_STEP = 2 * np.pi / 64
-"""Steps in which turning points are looked for; barriers narrower than that have knots, where it is looked too."""
+"""Steps of the search for turning points; narrower barriers have knots, which are searched too."""
 S1, T1, S2, T2, WIDTH, ACTION, D0, D1, D2, D3, NODES, CHI, W0, W1, W2, W3, ERROR, CENTRE, RADIUS, PANELS, RESULTS = (
     range(21)
 )
@@ -40,7 +40,7 @@ class Coordinate(NamedTuple):
 
 @jit
 def complement(kind, s):
-    """t that belongs to s."""
+    """Return t at s."""
     if kind == SINE:
         return 1.0 - s
     if kind == SINH:

@@ -1,8 +1,8 @@
 """From actions and angles to phase points of a separable, doubly isotropic body.
 
-In the alpha-beta and r-vartheta charts each coordinate has a constant of its own (u0), whose action it increases with,
-once the others are known: two one-dimensional Newton searches from the bottom of the effective potential. The angles
-follow in the order in which the partial integrals depend on the phases.
+In the alpha-beta and r-vartheta charts each coordinate has its own constant (u0); its action increases with that once
+the others are known: two one-dimensional Newton searches from the bottom of the effective potential. The angles follow
+in the order in which the partial integrals depend on the phases.
 """
 
 from typing import NamedTuple
@@ -19,7 +19,7 @@ from .tori_phases import inverse_root, partials
 from .tori_quadrature import ALPHA_BETA, ENERGY, KINDS, UNIT, coefficients, derivatives, solve_transposed
 
 MINUTE = 1e-20
-"""What an angular momentum of 0 is replaced by: the limit from above."""
+"""Substitute for an angular momentum of 0: the limit from above."""
 
 
 @jit
@@ -41,7 +41,7 @@ def _find_in_panels(mu, target, work, out):
 
 @jit
 def _find_phase(mu, target, work, out):
-    """Set chi of the state whose W0 is `target`, which is brought into [0, D0); returns the turns taken off."""
+    """Set chi of the state whose W0 is `target`, reduced to [0, D0); returns the turns subtracted."""
     nodes = int(out[NODES])
     off, turns = nodes - LEAST, np.floor(target / out[D0])
     target -= turns * out[D0]
@@ -112,8 +112,8 @@ def _write_plane(z, row, k, square, radial, spin, angle):
 
 
 class Sought(NamedTuple):
-    """Tori of given actions: J (4, n), theta (4, n or 0) of points on them, start (2, n), ratios in the wells that are
-    meant, or 0; to be found are the points z (8, n or 0), nu (4, n), energy, the number of wells, and status (n,).
+    """Tori of given actions: J (4, n), theta (4, n or 0) of points on them, start (2, n), ratios in the intended wells,
+    or 0; results: the points z (8, n or 0), nu (4, n), energy, the number of wells, and status (n,).
     """
 
     J: np.ndarray
@@ -198,7 +198,7 @@ def torus_points(unit, stop, progress, chart, first, second, mu, tori):
     limits(inner, work)
     limits(outer, work)
     for k in range(unit * UNIT, min(status.size, (unit + 1) * UNIT)):
-        results[:], small[:] = 0.0, 0.0  # nothing of the torus before it
+        results[:], small[:] = 0.0, 0.0  # clear the numbers of the torus before
         status[k] = _point(chart, inner, outer, tori, k, work, other, results, small)
         if status[k] == OK_CODE and not np.isfinite(energy[k] + nu[:, k].sum() + z[:, k : k + points].sum()):
             status[k] = NOT_CONVERGED_CODE

@@ -1,12 +1,12 @@
 """Loop integrals of one separated coordinate between its turning points.
 
-With F and the kinds of coordinates of `wells`,
+With F and the kinds of coordinates of `tori_wells`,
 
     J = 1/2 loop integral of sqrt(F)/(s t) ds     (of sqrt(F) ds on a LINE).
 
 Between the turning points s = s1 + 2 l sin^2(chi/2), F = (s - s1)(s2 - s) G, and J and its derivatives to u0...u3 are
 integrals over chi of smooth even functions of period 2 pi, which sums over midpoints give with exponential accuracy.
-The functions 1/s and 1/t, near whose pole a turning point may lie, are taken off in closed form.
+The functions 1/s and 1/t may have their pole near a turning point; they are subtracted in closed form.
 """
 
 import numpy as np
@@ -41,10 +41,10 @@ LEAST, MOST = 16, 2048
 """Numbers of midpoints: doubled until the last Fourier coefficients vanish."""
 
 ENOUGH = 256
-"""Midpoints after which panels do better: a wall or a barrier is near a turning point."""
+"""Number of midpoints above which panels are better: a wall or a barrier is near a turning point."""
 
 APART = 0.6
-"""Poles are taken off where the turning points lie further apart than this ratio; nearer, J would be a small
+"""Poles are subtracted where the turning points are farther apart than this ratio; for closer ones J would be a small
 difference.
 """
 
@@ -74,8 +74,8 @@ TABLES = _tables()
 
 @jit
 def poles(coordinate, out):
-    """Lambda = sqrt(-F) at s = 0 and at t = 0, 0 where that end is far from the turning points or its pole is not
-    there.
+    """Lambda = sqrt(-F) at s = 0 and at t = 0, 0 where that end is far from the turning points or has no
+    pole.
     """
     mu, kind, u, ends = coordinate.mu, coordinate.kind, coordinate.u, coordinate.ends
     at_0, at_1 = 0.0, 0.0
@@ -84,7 +84,7 @@ def poles(coordinate, out):
     if kind == SINE and out[T2] < APART * out[T1] and np.isfinite(ends[1]):
         at_1 = np.sqrt(max(0.0, 2 * mu * (ends[1] - u[2])))
     if kind == SINH and out[T1] < APART * out[T2] and np.isfinite(ends[1]):
-        # Beyond the ends of motion a branch point of sqrt(G) comes to the pole where Lambda is small: then it stays.
+        # Beyond the ends of motion a branch point of sqrt(G) nears the pole if Lambda is small: then the pole stays.
         at_1 = np.sqrt(max(0.0, 2 * mu * (ends[1] + u[2])))
         at_1 = at_1 if at_1 * at_1 > 0.1 * mu * (abs(u[0]) + abs(u[1])) else 0.0
     return at_0, at_1
@@ -150,7 +150,7 @@ def _integrands(coordinate, first, nodes, at_0, at_1, work, out):
 
 @jit
 def _tail(kind, nodes, at_0, at_1, work):
-    """Size of the last Fourier coefficients of the integrands, relative to the integrals with what was taken off."""
+    """Size of the last Fourier coefficients of the integrands, relative to the integrals with the subtracted poles."""
     off, worst = nodes - LEAST, 0.0
     for row in range(FIRST, FIRST + 2 if kind == LINE else FIRST + 5):
         first, second, size, sign = 0.0, 0.0, 0.0, 1.0
@@ -187,7 +187,7 @@ def _noise(coordinate, first, nodes, work, out):
 
 @jit
 def _finish(coordinate, at_0, at_1, out):
-    """Give back to the integrals what was taken off."""
+    """Add the subtracted poles to the integrals."""
     mu, kind = coordinate.mu, coordinate.kind
     if at_0 > 0.0:
         out[ACTION] -= np.pi * at_0
@@ -203,7 +203,7 @@ def _finish(coordinate, at_0, at_1, out):
 
 @jit
 def _by_midpoints(coordinate, at_0, at_1, goal, most, work, out):
-    """Loop integrals by sums over midpoints of the phase; returns a status, or -1 where panels do better."""
+    """Loop integrals by sums over midpoints of the phase; returns a status, or -1 where panels are better."""
     mu, kind = coordinate.mu, coordinate.kind
     nodes, before = LEAST, np.inf
     while True:
@@ -213,7 +213,7 @@ def _by_midpoints(coordinate, at_0, at_1, goal, most, work, out):
         if not _integrands(coordinate, 0, nodes, at_0, at_1, work, out):
             return NOT_CONVERGED_CODE
         tail = _tail(kind, nodes, at_0, at_1, work)
-        # Coefficients that stop falling are rounding; more nodes would only add to it.
+        # Coefficients that no longer fall are rounding; more nodes would only add to it.
         if tail <= goal or (tail > 0.3 * before and before < 1e-9) or nodes == MOST:
             break
         if nodes >= most and out[RADIUS] == 0.0:
@@ -321,7 +321,7 @@ def limits(coordinate, work):
     ends[0] = U[0] * 1e-200 if abs(U[0]) > 1e110 or not np.isfinite(U[0]) else 0.0
     if kind != RADIAL:
         far, near = U[1] * s[1] * complement(kind, s[1]), U[2] * s[2] * complement(kind, s[2])
-        # A wall c/t keeps its size towards t = 0; a regular potential's falls with t.
+        # For a wall c/t U s t stays finite towards t = 0; for a regular potential it falls with t.
         if not np.isfinite(near):
             ends[1] = near
         elif abs(near) > 0.5 * abs(far):

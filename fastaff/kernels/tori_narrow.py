@@ -1,4 +1,4 @@
-"""Narrow wells and small ones at an axis: turning points by a polynomial through F, no difference of energies."""
+"""Narrow wells and small ones at an axis: turning points by a polynomial through F, without differences of energies."""
 
 import numpy as np
 
@@ -44,9 +44,9 @@ def _fit(coordinate, side, centre, radius, least, work):
     """Fit powers of x = (s - centre)/radius to F, into work[3], on an interval halved until the fit is exact to
     rounding.
 
-    side 0, 1: the interval begins at s = 0 or ends at s = 1, -1: around the centre. Coefficients that are rounding are
-    left out: second derivatives at the edge would multiply them by the fourth power of their number. Returns the
-    radius, 0 where it fell below `least`.
+    side: 0 if the interval begins at s = 0, 1 if it ends at s = 1, -1 if it is around the centre. Coefficients that are
+    rounding are left out: second derivatives at the edge would multiply them by the fourth power of their number.
+    Returns the radius, 0 where it fell below `least`.
     """
     mu, kind, u = coordinate.mu, coordinate.kind, coordinate.u
     rounding = 2e-16 * 2 * mu * (abs(u[0]) + abs(u[1]))
@@ -93,10 +93,10 @@ def _divide(p, root):
 
 @jit
 def narrow_well(coordinate, s0, root0, work, out):
-    """Turning points of a narrow well around s0: True where it is one.
+    """Turning points of a narrow well around s0; returns True where the well is narrow.
 
     There F is a small difference of large numbers. A polynomial through F on a wider interval is divided by (s - s1)(s2
-    - s), which leaves G smooth and exact to rounding however narrow the well is. Its middle m is the root of F', its
+    - s); the quotient G is smooth and exact to rounding for any width of the well. Its middle m is the root of F', its
     half-width hypot(s0 - m, root0/sqrt(G)): no difference of energies; an equilibrium is the limit.
     """
     kind = coordinate.kind
@@ -140,11 +140,11 @@ def narrow_well(coordinate, s0, root0, work, out):
 
 @jit
 def axis_ends(coordinate, side, x0, root0, speed2, work, out):
-    """Turning points of a small well at the axis s = 0 (side 0) or t = 0 (side 1): True where it is one.
+    """Turning points of a small well at the axis s = 0 (side 0) or t = 0 (side 1); returns True where it is small.
 
-    Its energy is a small difference too, but with G from a polynomial as in `narrow_well` the ends x1, x2 follow
-    without it from F(0) = -x1 x2 G(0), which is the angular momentum's, and F(x0) = root0^2: sums of positive terms,
-    exact for any amplitude. speed2 is dF/ds of a state on the axis itself, x0 = 0.
+    Its energy is a small difference too. With G from a polynomial as in `narrow_well` the ends x1, x2 follow without it
+    from F(0) = -x1 x2 G(0), given by the angular momentum, and F(x0) = root0^2: sums of positive terms, exact for any
+    amplitude. speed2 is dF/ds of a state on the axis itself, x0 = 0.
     """
     mu, kind, u, ends = coordinate.mu, coordinate.kind, coordinate.u, coordinate.ends
     wide = 0.07 if kind == SINE else (1e6 * x0 if x0 > 0.0 else 1e3)
@@ -159,7 +159,7 @@ def axis_ends(coordinate, side, x0, root0, speed2, work, out):
             size += abs(p[i])
         _divide(p, edge)
         _divide(p, edge)
-        if size < 30 * abs(powers(p, edge, 0)):  # else higher powers drown the curvature at the axis
+        if size < 30 * abs(powers(p, edge, 0)):  # else higher powers hide the curvature at the axis
             break
         wide = 0.3 * radius
     Lambda2 = max(0.0, 2 * mu * (ends[side] - u[3 - side]))

@@ -53,7 +53,7 @@ def phase(kind, s0, t0, root0, work, out):
 
 @jit
 def _partial_sums(chi, scale, work, out):
-    """Set W0...W3 without what was taken off, from the midpoints."""
+    """Set W0...W3 without the subtracted poles, from the midpoints."""
     nodes = int(out[NODES])
     half, off, last, now, even, odd = nodes // 2, nodes - LEAST, work[10], work[11], work[2], work[4]
     for k in range(half):  # cos(n chi) of node nodes - 1 - k is that of node k, with the sign (-1)^n

@@ -2,7 +2,7 @@
 
 Constants c = (c0, c1, c_eta, c_gamma): two of the chart and the squares of the angular momenta over 2 mu with the
 angular potentials, c_eta = p_eta^2/(2 mu) + V_eta. Coordinate i has the coefficients u = LINKS[chart, i] c of
-`libration`, so dJ_i/dc = LINKS^T (D0...D3), dE = dc0 (+ dc1 in the alpha-beta chart), and nu = dE/dJ, theta =
+`tori_wells`, so dJ_i/dc = LINKS^T (D0...D3), dE = dc0 (+ dc1 in the alpha-beta chart), and nu = dE/dJ, theta =
 (dJ/dc)^-T (partial integrals).
 """
 
@@ -22,7 +22,7 @@ UNIT = 64
 """States that a thread takes at once."""
 
 LEAST_TURN = 64
-"""Least number of nodes over a turn of an angle that has a potential, where barriers are looked for."""
+"""Least number of nodes over a turn of an angle that has a potential, in the search for barriers."""
 
 
 def _links():
@@ -137,10 +137,10 @@ def _harmonics(nodes, work):
 
 @jit
 def _turn(angle, c, at, momentum, work, out):
-    """An angle that turns over and over: J, D0 = dJ/dc and W0 to the state; a status, or -1 where it does not turn."""
+    """A rotating angle: J, D0 = dJ/dc and W0 to the state; returns a status, or -1 where it does not rotate."""
     (potential, params, knots), mu, nodes = angle.term, angle.mu, LEAST_TURN
     for k in range(knots.size):
-        work[0, 0], nodes = knots[k], MOST  # narrow features: all that there are
+        work[0, 0], nodes = knots[k], MOST  # narrow features take all nodes
         potential(params, 1, work[0], work[1])
         if not work[1, 0] < c:
             return -1
@@ -175,7 +175,7 @@ def _turn(angle, c, at, momentum, work, out):
 
 @jit
 def _angle(angle, c, at, momentum, work, out):
-    """An angle that turns over or librates in its potential: J, D0 = dJ/dc and W0 to the state; returns a status."""
+    """An angle that rotates or librates in its potential: J, D0 = dJ/dc and W0 to the state; returns a status."""
     code = _turn(angle, c, at, momentum, work, out)
     if code >= 0:
         return code
@@ -241,7 +241,7 @@ def _place_angles(angles, angular, z, k, at, momenta, V, work):
 
 @jit
 def _inner(chart, j, row, results):
-    """Return the sum over both coordinates of dS/dc_j to the phase of the state, of the coefficients from `row` on."""
+    """Return the sum over both coordinates of dS/dc_j to the phase of the state, for the coefficients from `row` on."""
     total = 0.0
     for i in range(2):
         for u in range(row, 4):
@@ -252,7 +252,7 @@ def _inner(chart, j, row, results):
 
 @jit
 def _settle(tori, k, results, still, code):
-    """Bring the angles theta of state k into [0, 1), NaN where an action vanishes; return the status."""
+    """Reduce the angles theta of state k to [0, 1), NaN where an action vanishes; return the status."""
     _, J, nu, theta, _, _, _, _ = tori
     for i in range(2):
         if results[i, WIDTH] <= 0.0:
@@ -340,7 +340,7 @@ def tori_by_quadrature(unit, stop, progress, chart, first, second, eta, gamma, m
     limits(coordinates[0], scratch.work)
     limits(coordinates[1], scratch.work)
     for k in range(unit * UNIT, min(status.size, (unit + 1) * UNIT)):
-        scratch.results[:], scratch.small[:] = 0.0, 0.0  # nothing of the state before it
+        scratch.results[:], scratch.small[:] = 0.0, 0.0  # clear the numbers of the state before
         status[k] = _state(chart, coordinates, angles, angular, tori, k, scratch)
         if status[k] == OK_CODE and not np.isfinite(J[:, k].sum() + nu[:, k].sum() + theta[:, k].sum()):
             status[k] = NOT_CONVERGED_CODE

@@ -5,9 +5,9 @@ The motion of a separated coordinate in its regular variable s obeys
     F(s) = 2 mu ((u0 + u1 t) s t + u2 s + u3 t - U(s) s t),
 
 with t = 1 (alpha^2, beta^2, r), 1 - s (sin^2) or 1 + s (sinh^2), and U the potential of that coordinate; on a LINE (an
-angle) F = 2 mu (u0 - U). It takes place between the zeros of F around the state. Where s is known as a ratio rho = s/t
-its distances from both ends have all their digits. Narrow wells and small ones at an axis, where F is a small
-difference of large numbers, get F = (s - s1)(s2 - s) G with G from a polynomial and s1, s2 from the state itself.
+angle) F = 2 mu (u0 - U). It takes place between the zeros of F around the state. With s given by the ratio rho = s/t
+its distances from both ends have all their digits. In narrow wells and small ones at an axis F is a small difference of
+large numbers; they get F = (s - s1)(s2 - s) G with G from a polynomial and s1, s2 from the state itself.
 """
 
 import numpy as np
@@ -21,13 +21,13 @@ RATIO = 1.15
 CHUNK = 16
 
 WIDER = 1.6
-"""Ratio around a state within which a well is narrow: a polynomial sees no narrow feature of the potential."""
+"""Largest ratio around a state of a narrow well, so that its polynomial meets no narrow feature of the potential."""
 
 SMALL = 1e-3
-"""States this near an axis may be in a well whose energy has lost digits."""
+"""States this close to an axis may be in a well whose energy has lost digits."""
 
 REACH = 1e60
-"""Where no turning point is found within this ratio of the start, the motion is unbound."""
+"""The motion is unbound if there is no turning point within this ratio of the start."""
 
 
 FACTORS = RATIO ** np.outer([1.0, -1.0], np.arange(1, CHUNK + 1))
@@ -94,13 +94,13 @@ def _refine(coordinate, inside, outside, F_inside, work):
 
 @jit
 def _cancels(coordinate, s, t, root0):
-    """Whether the energy of the motion is a small difference: F of the state far below the terms it is made of."""
+    """Whether the energy of the motion is a small difference: F of the state is far smaller than its terms."""
     return root0 * root0 <= 1e-3 * 2 * coordinate.mu * (abs(coordinate.u[0]) + abs(coordinate.u[1])) * s * t
 
 
 @jit
 def _nearest(coordinate, rho, direction, inside, outside, steps, work):
-    """Look for a turning point at the knots on the way to the one of `_scan`, which is returned where there is none."""
+    """Search for a turning point at the knots on the way to that of `_scan`; return the latter where there is none."""
     knots = coordinate.term.knots
     last, first = rho, int(np.searchsorted(knots, rho))
     for i in range(knots.size):

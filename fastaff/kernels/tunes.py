@@ -1,7 +1,7 @@
 """Kernels of tunes: mean angles from sample to sample of loops in the planes (q, p) of many orbits, piece after piece.
 
-The angle of the step from one sample to the next is taken from a reference turn, so that none is near the cut at half a
-turn. Centre, shape and reference of a plane's loop follow from weighted moments of earlier samples.
+The angle of the step from one sample to the next is relative to a reference turn, so that none is near the cut at half
+a turn. Centre, shape and reference of a plane's loop follow from weighted moments of earlier samples.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from ..compile.jit import jit, read_now
 from ..compile.plane_loops import COLUMNS, angle_of
 
 ORBITS = 16
-"""Orbits of a unit, which are gathered at once: neighbours in memory where samples come first."""
+"""Orbits of a unit, which are gathered at once: they are neighbours in memory if samples come first."""
 
 SEGMENT = 512
 """Samples of them at once."""
@@ -24,7 +24,7 @@ SEGMENT = 512
 @jit
 def gather(chunk, first, count, start, size, room):
     """Copy the samples from `start` of `count` orbits of chunk (rows, orbits, samples) to room (orbits, rows, 1 +
-    samples), behind the first of each.
+    samples), after the first of each.
     """
     along = chunk.strides[2] <= chunk.strides[1]
     for r in range(chunk.shape[0]):
@@ -40,10 +40,10 @@ def gather(chunk, first, count, start, size, room):
 
 def finite_until(unit, stop, progress, chunk, last, ended, until, again, still):
     """Fill until (orbits,) with the number of finite samples of chunk (rows, orbits, samples) before the first that is
-    not, 0 of orbits that have ended, and again (orbits,) with the first finite one after that, -1 for none.
+    not, 0 for orbits that have ended, and again (orbits,) with the first finite one after that, -1 for none.
 
-    last (orbits, rows): the samples before the chunk; still (2, orbits): how many samples in a row have been equal to
-    the one before, at the end and at most until then.
+    last (orbits, rows): the samples before the chunk; still (2, orbits): the number of successive samples equal to the
+    one before, at the end, and the largest so far.
     """
     if read_now(stop, 0) > 0:
         return
@@ -110,8 +110,8 @@ def step_angles(plane, q, p, pairs, re, im, angles):
 
 @jit
 def add_angles(weights, angles, pairs, sums):
-    """Add to sums (SPANS,) the first `pairs` of angles with their weights (samples, SPANS), one after another, as the
-    loops of maps do.
+    """Add to sums (SPANS,) the first `pairs` of angles with their weights (samples, SPANS), one after another, like the
+    loops of maps.
     """
     a, b, c, d, e, f = sums[0], sums[1], sums[2], sums[3], sums[4], sums[5]
     for i in range(pairs):
@@ -127,8 +127,8 @@ def add_angles(weights, angles, pairs, sums):
 
 @jit
 def add_moments(plane, q, p, begin, end, weights, moments):
-    """Add to moments (MOMENTS,) what the pairs of samples from begin to end give, with their weights, one after
-    another, as the loops of maps do.
+    """Add to moments (MOMENTS,) those of the pairs of samples from begin to end, with their weights, one after another,
+    like the loops of maps.
     """
     q0, p0 = plane[COLUMNS.q], plane[COLUMNS.p]
     mq, mp, qq, qp, pp, tq, tp, uq, up = moments
@@ -150,7 +150,7 @@ def add_moments(plane, q, p, begin, end, weights, moments):
 
 
 class Frame(NamedTuple):
-    """Weights (samples,) of the moments that frames are made of, not 0 from begin to end."""
+    """Weights (samples,) of the moments that determine frames, not 0 from begin to end."""
 
     weights: np.ndarray
     begin: int
@@ -162,7 +162,7 @@ def turn_on(unit, stop, progress, chunk, until, last, planes, tables, frame, sum
     (orbits, n, SPANS) of angles and moments (orbits, n, MOMENTS); last becomes the last sample.
 
     until (orbits,): samples of each orbit; planes (orbits, n, COLUMNS.end); tables (samples, SPANS): weights of the
-    angles, empty where none are wanted.
+    angles, empty for none.
     """
     if read_now(stop, 0) > 0:
         return
@@ -197,7 +197,7 @@ def learn(unit, stop, progress, moments, weight, known, planes):
     """Set the planes (orbits, n, COLUMNS.end) of the orbits that are `known` (orbits,) by their moments (orbits, n,
     MOMENTS), with the sum of their weights.
 
-    The loop is the circle of the linear motion whose moments these are; the reference is the mean of its steps.
+    The loop is the circle of the linear motion with these moments; the reference is the mean of its steps.
     """
     if read_now(stop, 0) > 0:
         return

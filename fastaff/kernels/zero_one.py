@@ -7,7 +7,7 @@ products of samples, the same for all angles c, with cosines, the same for all o
 
 From n - 1 to n the sum over j grows by S(n, n) + 2 sum_(1 <= k < n) S(n - k, n) cos(c k), where S(l, m) = sum_j
 phi_(j+l) phi_(j+m), and S(l + 1, m + 1) differs from S(l, m) by two products: for L lags and A angles L^2 A operations,
-a fortieth of what the displacements of each angle take.
+a fortieth of those for the displacements of each angle.
 """
 
 from __future__ import annotations
@@ -59,8 +59,8 @@ def add_rows(weights, count, table, total):
 def correlations(samples, cosine, result):
     """Set result (angles,) to the correlation of time with the mean square displacement over a tenth of the samples.
 
-    cosine (lags, angles): of the angles times 0, 1, 2 ... What the mean of the samples gives by itself, which
-    oscillates in time, is left out.
+    cosine (lags, angles): of the angles times 0, 1, 2 ... The oscillating term of the mean of the samples alone is left
+    out.
     """
     lags = samples.size // 10
     last, mean = samples.size - lags, samples.mean()

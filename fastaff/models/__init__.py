@@ -43,7 +43,7 @@ __all__ = [
 
 
 def __getattr__(name: str) -> Any:
-    """Load a named system: it is a text, and `fastaff.formulas`, which stands above, makes models of texts."""
+    """Load a named system: it is a text, and `fastaff.formulas`, a higher layer, makes models of texts."""
     found = _systems().get(name) if name[:1].isupper() else None
     if found is None:
         raise AttributeError(f"fastaff.models has no {name!r}")
@@ -51,7 +51,7 @@ def __getattr__(name: str) -> Any:
 
 
 def __dir__() -> list[str]:
-    """List the public names, those of named systems among them."""
+    """List the public names, with those of named systems."""
     return sorted([*__all__, *_systems()])
 
 

@@ -5,7 +5,7 @@ the loop
 
     f_k = Q_k - c_k - i kappa_k P_k,        positive for q = cos(omega t), p = -omega sin(omega t),
 
-with a centre c_k and a scale kappa_k of each orbit's own. The functions are smooth on the whole phase space (no chart
+with a centre c_k and a scale kappa_k for each orbit. The functions are smooth on the whole phase space (no chart
 singularity: beta may pass through 0). For the planes, Q and P are complex, c = 0 and the sign of kappa is that of p_eta
 = Im(conj(Q) P), so |f|^2 = |Q|^2 + kappa^2 |P|^2 + 2 |kappa p_eta| never vanishes: arg f has exactly the mean rate of
 eta = arg a and stays smooth where eta itself turns in jumps (p_eta near 0). Likewise for b and gamma.
@@ -21,7 +21,7 @@ import numpy as np
 
 
 class _DeformationLoops:
-    """What sets of loops in two combinations of A = alpha^2 and B = beta^2 share; `deformation_loops` attaches it."""
+    """Common part of sets of loops in two combinations of A = alpha^2, B = beta^2; `deformation_loops` attaches it."""
 
     planes = False, False, True, True
     """Which angles are those of a plane."""
@@ -66,8 +66,8 @@ class AlphaBeta(NamedTuple):
 class AreaTrace(NamedTuple):
     """Loops in (D1 D2, its rate), (r = D1^2 + D2^2, its rate), and the planes a and b.
 
-    For bodies that separate nowhere and resist changes of area and of shape differently, such as the neo-Hookean one.
-    Beyond the paper.
+    For bodies that separate in no chart and resist changes of area and of shape differently, such as the neo-Hookean
+    one. Beyond the paper.
     """
 
     @property
@@ -135,8 +135,8 @@ class Coordinates2(NamedTuple):
 class Polar(NamedTuple):
     """Loop in (R, its rate) and the plane (x, y) of a system of two degrees of freedom with unit masses: nu_R, nu_phi.
 
-    For motion about the centre of a galactic disk, velocities as momenta. nu_phi is the mean rate of the azimuth,
-    negative for clockwise motion; where an orbit does not go around the centre, loops in x and y say more.
+    For motion about the centre of a galactic disk, with velocities as momenta. nu_phi is the mean rate of the azimuth,
+    negative for clockwise motion. For an orbit that does not go around the centre use loops in x and y.
     """
 
     @property

@@ -14,7 +14,7 @@ FREE = (
     "hamiltonian(..., period=6.28) or, with both, flow(formula(...), forces={'D1': 'f*cos(w*t) - g*p_D1', "
     "'D2': '-g*p_D2'}, f=0.1, g=0.1, w=1.0)"
 )
-"""Said where a body is to be damped or driven."""
+"""Advice where a body should be damped or driven."""
 
 
 class Body(NamedTuple):
@@ -97,12 +97,12 @@ class Body(NamedTuple):
         return self.potential.value(a1 * a1 + a2 * a2, b1 * b1 + b2 * b2)
 
     def margin(self, a1, a2, b1, b2):
-        """Return a number that is positive where the potential lives."""
+        """Return a number that is positive in the domain of the potential."""
         return self.potential.margin(a1 * a1 + a2 * a2, b1 * b1 + b2 * b2)
 
     @property
     def poles_of(self) -> str:
-        """Name of the field that it has poles from."""
+        """Name of the field that gives its poles."""
         return "potential"
 
     def poles(self, a1, a2, b1, b2):
@@ -111,7 +111,7 @@ class Body(NamedTuple):
 
 
 def _refusing(made: Callable[..., Body]) -> Callable[..., Body]:
-    """Let the maker of bodies say what has the terms that they have not."""
+    """Let the maker of bodies name the systems that have friction or a drive, which bodies do not have."""
 
     @functools.wraps(made)
     def wrapped(*given: Any, **named: Any) -> Body:
@@ -185,5 +185,5 @@ class HenonHeiles(NamedTuple):
         return (x * x + y * y) / 2 + self.lam * (x * x * y - y * y * y / 3)
 
     def margin(self, x, y):
-        """Return 1: the potential lives everywhere."""
+        """Return 1: the potential is defined everywhere."""
         return 1.0 + 0.0 * (x + y)

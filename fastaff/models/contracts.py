@@ -1,7 +1,7 @@
-"""What a model, a potential, a function of one variable, a section and a set of angles must have.
+"""Required methods of a model, a potential, a function of one variable, a section and a set of angles.
 
-Whatever has these methods is one: a NamedTuple of floats (or of such NamedTuples) whose methods are arithmetic of
-scalars, which kernels compile, and of arrays. `fastaff.flows.checks` refuses what lacks something, by name.
+Any value with these methods is one: a NamedTuple of floats (or of such NamedTuples) whose methods are arithmetic of
+scalars, which kernels compile, and of arrays. `fastaff.flows.checks` refuses a value and names the missing methods.
 """
 
 from __future__ import annotations
@@ -20,18 +20,18 @@ class Model(Protocol):
     """A system H = T(p) + V(q) of n degrees of freedom. Its phase points have 2n rows: coordinates, then momenta.
 
     velocity(p...) = dT/dp and force(q...) = -dV/dq, n numbers each; kinetic_energy(p...), potential_energy(q...);
-    margin(q...): positive where the potential lives. Optional: poles(q...): numbers whose whole parts, -1 and 0 of what
-    changes its sign, change at poles of V, of which a step may see nothing: an orbit that has passed one where V is
-    infinite is COLLAPSED, or an adaptive step taken again; poles_of: the name of the field that it has these from, and
-    has them if that does; coordinates (n names); angles (see `Angles`); for tangent vectors tangent_force(q..., dq...),
-    the change of the force along dq, and T quadratic; isotropic: whether
-    p_eta and p_gamma of a body in the two planes a and b are conserved; kind, a `Kind`. One that is ROTATING has
-    angular_velocity(), the rate Omega at which the frame of its first two coordinates x, y turns: H = T(p) + V(q) -
-    Omega (x p_y - y p_x), with T = (p_x^2 + p_y^2)/2m + ..., so that p are the momenta seen from a frame at rest.
+    margin(q...): positive in the domain of the potential. Optional: poles(q...): numbers whose whole parts change at
+    poles of V (from -1 to 0 if a number changes its sign), as a step may miss a pole: an orbit that has passed one
+    where V is infinite is COLLAPSED, or an adaptive step is repeated; poles_of: name of the field that gives the poles,
+    where the model has them only if that field does; coordinates (n names); angles (see `Angles`); for tangent vectors
+    tangent_force(q..., dq...), the change of the force along dq, and T quadratic; isotropic: whether p_eta and p_gamma
+    of a body in the two planes a and b are conserved; kind, a `Kind`. A ROTATING model has
+    angular_velocity(), the rate Omega of rotation of the frame of its first two coordinates x, y: H = T(p) + V(q) -
+    Omega (x p_y - y p_x), with T = (p_x^2 + p_y^2)/2m + ..., so that p are the momenta in a frame at rest.
 
     A DRIVEN model of n coordinates has n + 1 degrees of freedom: its last coordinate is the time t, with velocity 1,
-    and p_t balances the energy that the drive gives, H + p_t = T(p) + V(q, t) + p_t. It has its `period` in t, and
-    phase(t), the time reduced by whole periods; its kinetic_energy is T, without p_t.
+    and p_t balances the energy from the drive, H + p_t = T(p) + V(q, t) + p_t. It has its `period` in t, and phase(t),
+    the time reduced by whole periods; its kinetic_energy is T, without p_t.
     """
 
     @property
@@ -56,7 +56,7 @@ class Model(Protocol):
 
     @property
     def margin(self) -> Arithmetic:
-        """A function of n coordinates that is positive where the potential lives."""
+        """A function of n coordinates that is positive in the domain of the potential."""
 
 
 @runtime_checkable
@@ -65,7 +65,7 @@ class Map(Protocol):
 
     iterate(q..., p...): the 2n numbers of the image, angles as they wind on; tangent_iterate(q..., p..., dq..., dp...):
     the derivative applied to a vector; periods(): for each row its period, 0 where it has none; margin(q...): positive
-    where the map lives. Optional: coordinates and momenta, n names each.
+    in the domain of the map. Optional: coordinates and momenta, n names each.
     """
 
     @property
@@ -82,24 +82,24 @@ class Map(Protocol):
 
     @property
     def periods(self) -> Arithmetic:
-        """A function of nothing: the periods of the rows, 0 where there is none."""
+        """A function without arguments: the periods of the rows, 0 where there is none."""
 
     @property
     def margin(self) -> Arithmetic:
-        """A function of n coordinates that is positive where the map lives."""
+        """A function of n coordinates that is positive in the domain of the map."""
 
 
 @runtime_checkable
 class Autonomous(Protocol):
     """An autonomous system dz/dt = f(z) of d variables, with `kind` FLOW.
 
-    coordinates: their d names; rates(z...) = dz/dt, d numbers; margin(z...): positive where the system lives; degrees
-    of freedom: d/2, rounded up. For tangent vectors tangent_rates(z..., dz...), the change of the rates along dz.
+    coordinates: their d names; rates(z...) = dz/dt, d numbers; margin(z...): positive in the domain; degrees of
+    freedom: d/2, rounded up. For tangent vectors tangent_rates(z..., dz...), the change of the rates along dz.
     """
 
     @property
     def degrees_of_freedom(self) -> int:
-        """Half the rows that a state has in memory: those of an odd number of variables have an idle one."""
+        """Half the number of rows of a state in memory: with an odd number of variables one row is idle."""
 
     @property
     def coordinates(self) -> tuple[str, ...]:
@@ -111,7 +111,7 @@ class Autonomous(Protocol):
 
     @property
     def margin(self) -> Arithmetic:
-        """A function of d numbers that is positive where the system lives."""
+        """A function of d numbers that is positive in the domain of the system."""
 
 
 @runtime_checkable
@@ -119,9 +119,9 @@ class Nonseparable(Protocol):
     """A system H(q, p) of n degrees of freedom, with `kind` NONSEPARABLE.
 
     energy(q..., p...) = H; rates(q..., p...) = dH/dp, -dH/dq, 2n numbers; tangent_rates(q..., p..., dq..., dp...), the
-    change of the rates along a vector; margin(q..., p...): positive where the system lives. Optional: coordinates and
-    momenta, n names each; angles; periods(): for each row its period, 0 where it has none; poles(q..., p...): see
-    `Model`. With a drive the last coordinate is the time, as in `Model`, and H has + p_t.
+    change of the rates along a vector; margin(q..., p...): positive in the domain. Optional: coordinates and momenta, n
+    names each; angles; periods(): for each row its period, 0 where it has none; poles(q..., p...): see `Model`. With a
+    drive the last coordinate is the time, as in `Model`, and H includes + p_t.
     """
 
     @property
@@ -142,17 +142,17 @@ class Nonseparable(Protocol):
 
     @property
     def margin(self) -> Arithmetic:
-        """A function of 2n numbers that is positive where the system lives."""
+        """A function of 2n numbers that is positive in the domain of the system."""
 
 
 class Written(Protocol):
-    """What a text has become: its parameters are fields, `system.k`, and `system._replace(k=2.0)` compiles nothing."""
+    """A system of a text: its parameters are fields, `system.k`, and `system._replace(k=2.0)` compiles nothing."""
 
     def _replace(self, **parameters: float) -> Self:
         """Return the same with other parameters."""
 
     def __getattr__(self, name: str) -> Any:
-        """Parameters, and what some kinds of systems have, are known once the text is read."""
+        """Parameters, and attributes of some kinds of systems, are known only when the text is read."""
 
 
 class WrittenModel(Model, Written, Protocol):
@@ -172,7 +172,7 @@ class WrittenFlow(Autonomous, Written, Protocol):
 
 
 Dynamics = Model | Map | Autonomous | Nonseparable
-"""Whatever moves: what the verbs take."""
+"""Any system: the first argument of analyses."""
 
 
 @runtime_checkable
@@ -191,7 +191,7 @@ class Potential(Protocol):
 
     @property
     def margin(self) -> Arithmetic:
-        """Positive where the potential lives."""
+        """Positive in the domain of the potential."""
 
 
 @runtime_checkable
@@ -230,7 +230,7 @@ class Angles(Protocol):
 
     @property
     def planes(self) -> tuple[bool, ...]:
-        """Which of them are those of a plane."""
+        """Whether each is the angle of a plane."""
 
     @property
     def signals(self) -> Arithmetic:

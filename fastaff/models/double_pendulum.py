@@ -37,7 +37,7 @@ class DoublePendulum(NamedTuple):
         return 2
 
     def periods(self):
-        """Return the periods of the rows: angles have one, momenta have not."""
+        """Return the periods of the rows, 0 for momenta."""
         return 2 * np.pi, 2 * np.pi, 0.0, 0.0
 
     def inverse_masses(self):
@@ -83,12 +83,12 @@ class DoublePendulum(NamedTuple):
         )
 
     def joints(self, q1, q2):
-        """Return x and y, upwards, of where it hangs and of both masses, three each: animations draw them."""
+        """Return x and y, upwards, of the point of suspension and of both masses, three each, for animations."""
         x, y = self.l_1 * np.sin(q1), -self.l_1 * np.cos(q1)
         return (0.0 * x, x, x + self.l_2 * np.sin(q2)), (0.0 * y, y, y - self.l_2 * np.cos(q2))
 
     def margin(self, q1, q2, p1, p2):
-        """Return 1: it lives everywhere."""
+        """Return 1: the system is defined everywhere."""
         return 1.0 + 0.0 * (q1 + q2 + p1 + p2)
 
 

@@ -1,9 +1,9 @@
 """Functions of one variable, the building blocks of separable potentials.
 
 A function is a NamedTuple of float parameters with `value(x)` and `slope(x)` (and `curvature(x)` for tangent maps), on
-floats and arrays, +inf where it does not live. It may give `regular(s)` too: its value in the variable in which its
-coordinate's motion is regular, s = alpha^2, beta^2, r, sin^2(vartheta/2), sinh^2(kappa), sin^2(lambda); else
-value(x(s)) is used. `one_variable` makes one of a plain Python function.
+floats and arrays, +inf outside its domain. It may also have `regular(s)`: its value as a function of the variable in
+which its coordinate's motion is regular, s = alpha^2, beta^2, r, sin^2(vartheta/2), sinh^2(kappa), sin^2(lambda); else
+value(x(s)) is used. `one_variable` makes one from a plain Python function.
 """
 
 from __future__ import annotations
@@ -288,9 +288,9 @@ def one_variable(
 
     Notes
     -----
-    Numbers that the functions read are fixed when they are first compiled. For parameters that stay run-time values
-    write a NamedTuple with the same methods, like those of `fastaff.models.functions`. A point where a function is inf
-    or NaN is outside its domain: a hard wall for `action_angles`. Integrations need a potential that grows instead.
+    Global numbers in the functions are fixed at their first compilation. For parameters that stay run-time values write
+    a NamedTuple with the same methods, like those of `fastaff.models.functions`. A point where a function is inf or NaN
+    is outside its domain: a hard wall for `action_angles`. Integrations need a potential that grows instead.
 
     References
     ----------
@@ -311,7 +311,7 @@ def one_variable(
     elif curvature is None:
         with contextlib.suppress(
             ValueError
-        ):  # a slope with kinks, or not for complex numbers, is as good as any without tangent vectors
+        ):  # without tangent vectors a slope may have kinks, or fail for complex numbers
             derived = _complex_slope("slope", slope)
             _check_slope("curvature", slope, derived)
             curvature = derived

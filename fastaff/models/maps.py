@@ -2,8 +2,8 @@
 
 A map is a NamedTuple of float parameters with plain methods: iterate(q..., p...), 2n numbers of 2n, and
 tangent_iterate(q..., p..., dq..., dp...), the derivative of it applied to a vector; periods(), 2n numbers: the period
-of each coordinate and momentum that has one, else 0; margin(q...), positive where it lives. Its time is the number of
-iterates, its exponents and tunes are per iterate. `fastaff.mapping` writes one from a text.
+of each coordinate and momentum that has one, else 0; margin(q...), positive in its domain. Its time is the number of
+iterates, its exponents and tunes are per iterate. `fastaff.mapping` makes one from a text.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ TURN = 2 * np.pi
 
 
 def _map(coordinates: str, momenta: str) -> Any:
-    """Return what gives a class of maps its names, and says that it is one."""
+    """Return a decorator that gives a class of maps its kind and the names of its rows."""
 
     def named(cls: Any) -> Any:
         cls.kind = Kind.MAP
@@ -64,14 +64,14 @@ class StandardMap(NamedTuple):
         return dx + dp1, dp1
 
     def margin(self, x):
-        """Return 1: it lives everywhere."""
+        """Return 1: the map is defined everywhere."""
         return 1.0 + 0.0 * x
 
 
 @_map("x", "p")
 class HenonMap(NamedTuple):
-    """Henon's quadratic area-preserving map: a turn by 2 pi nu after the kick x^2, x' = x cos + (p + x^2) sin, p' = -x
-    sin + (p + x^2) cos.
+    """Henon's quadratic area-preserving map: a rotation by 2 pi nu after the kick x^2, x' = x cos + (p + x^2) sin,
+    p' = -x sin + (p + x^2) cos.
 
     :Source: Henon 1969, Quart. Appl. Math. 27, 291, whose y is -p.
 
@@ -104,7 +104,7 @@ class HenonMap(NamedTuple):
         return c * dx + s * kick, c * kick - s * dx
 
     def margin(self, x):
-        """Return 1: it lives everywhere."""
+        """Return 1: the map is defined everywhere."""
         return 1.0 + 0.0 * x
 
 
@@ -112,7 +112,7 @@ class HenonMap(NamedTuple):
 class McMillanMap(NamedTuple):
     """McMillan's integrable map x' = p, p' = -x + 2 m p/(1 + p^2): it has no chaotic orbit.
 
-    It keeps x^2 p^2 + x^2 + p^2 - 2 m x p.
+    It conserves x^2 p^2 + x^2 + p^2 - 2 m x p.
 
     :Source: McMillan 1971, in Topics in Modern Physics, Brittin & Odabasi (eds.), 219.
 
@@ -143,7 +143,7 @@ class McMillanMap(NamedTuple):
         return dp, 2 * self.m * (1 - p * p) * w * w * dp - dx
 
     def margin(self, x):
-        """Return 1: it lives everywhere."""
+        """Return 1: the map is defined everywhere."""
         return 1.0 + 0.0 * x
 
 
@@ -186,7 +186,7 @@ class FroeschleMap(NamedTuple):
         return dx_1 + a, dx_2 + c, a, c
 
     def margin(self, x_1, x_2):
-        """Return 1: it lives everywhere."""
+        """Return 1: the map is defined everywhere."""
         return 1.0 + 0.0 * (x_1 + x_2)
 
 
@@ -253,7 +253,7 @@ class OneTurnMap(NamedTuple):
 
 
 def jacobian(model: Any, z: np.ndarray) -> np.ndarray:
-    """Return the derivatives (2n, 2n, ...) of a map at phase points z (2n, ...): column k is that to row k."""
+    """Return the derivatives (2n, 2n, ...) of a map at phase points z (2n, ...): column k is that by row k."""
     rows = len(z)
     result = np.empty((rows, rows, *z.shape[1:]))
     with np.errstate(all="ignore"):
@@ -277,7 +277,7 @@ def symplectic_defect(model: Any, z: Any) -> np.ndarray:
 
 
 def symplectic(model: Any) -> bool:
-    """Tell whether a map is symplectic, to rounding, at points around the origin and farther out."""
+    """Tell whether a map is symplectic, to rounding, at points around the origin and farther away."""
     rng = np.random.default_rng(3)
     z = rng.standard_normal((2 * model.degrees_of_freedom, 96)) * 10.0 ** rng.uniform(-2, 0.5, 96)
     defect = symplectic_defect(model, z)

@@ -1,4 +1,4 @@
-"""Systems: a model with its traits and its mechanics, velocities, forces and energies whatever terms it has."""
+"""Systems: a model with its traits and its mechanics, velocities, forces and energies for any terms."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ from .traits import Traits
 
 
 class System(Traits):
-    """A model, what it is (its traits) and what it says of phase points. A map has no energy, nor has dz/dt = f(z):
-    it is 0, as their kinetic energy is, so that nothing drifts.
+    """A model with its traits, and its velocities, forces and energies at phase points. For a map or dz/dt = f(z) the
+    energy and the kinetic energy are 0, so that nothing drifts.
     """
 
     def velocities(self, z: np.ndarray) -> np.ndarray:
@@ -49,7 +49,7 @@ class System(Traits):
         return self._added("f", z, f)
 
     def _added(self, letter: str, z: np.ndarray, rows: np.ndarray) -> np.ndarray:
-        """Return velocities ("v") or forces ("f") with what its term beside T and V adds."""
+        """Return velocities ("v") or forces ("f") with the contribution of its term beside T and V."""
         if self.own is None:
             return rows
         return np.array(self.own.added(letter, self.rate, z[: self.n], z[self.n :], rows))
@@ -65,7 +65,7 @@ class System(Traits):
 
     def kinetic_energies(self, z: np.ndarray) -> np.ndarray:
         """Return the kinetic energy, the scale of energy errors, of phase points z (2n, ...): T of the momenta, also
-        in a turning frame; half of |p . dH/dp| for H(q, p).
+        in a rotating frame; half of |p . dH/dp| for H(q, p).
         """
         n = self.n
         if not self.energetic:
@@ -76,7 +76,7 @@ class System(Traits):
             return _full(self.model.kinetic_energy(*z[n:]), z)
 
     def potential_energies(self, z: np.ndarray) -> np.ndarray:
-        """Return the energy of phase points z (2n, ...) without the kinetic one, with p_t where driven."""
+        """Return the energy of phase points z (2n, ...) less the kinetic energy, with p_t if driven."""
         n = self.n
         if not self.energetic:
             return _full(0.0, z)
@@ -88,14 +88,14 @@ class System(Traits):
             return V if self.own is None else V + self.own.energies(self.rate, z[:n], z[n:])
 
     def energies(self, z: np.ndarray) -> np.ndarray:
-        """Return the energy of phase points z (2n, ...), Jacobi's in a turning frame; NaN outside the domain."""
+        """Return the energy of phase points z (2n, ...), Jacobi's in a rotating frame; NaN outside the domain."""
         with np.errstate(all="ignore"):
             if self.nonseparable:
                 return _full(self.model.energy(*z), z)
             return self.kinetic_energies(z) + self.potential_energies(z)
 
     def inverse_masses(self, z: np.ndarray) -> np.ndarray:
-        """Return W = dv/dp (n, n, orbits) at z (2n, orbits), of T(p) at small momenta: the inverse mass
+        """Return W = dv/dp (n, n, orbits) at z (2n, orbits), for T(p) at small momenta: the inverse mass
         matrix of a kinetic energy quadratic in p.
         """
         n = z.shape[0] // 2
@@ -122,7 +122,7 @@ class System(Traits):
             return np.array(np.broadcast_arrays(*changes, np.empty(np.broadcast_shapes(z.shape[1:], w.shape[1:])))[:-1])
 
     def inside(self, z: np.ndarray) -> np.ndarray:
-        """Tell which phase points z (2n, ...) lie where the potential lives."""
+        """Tell which phase points z (2n, ...) are in the domain."""
         with np.errstate(all="ignore"):
             return _full(self.model.margin(*z[: self.positions]), z) > 0
 
@@ -135,12 +135,12 @@ class System(Traits):
 
     @cached_property
     def rate(self) -> float:
-        """Return the rate of its term beside T and V, 0 of other models."""
+        """Return the rate of its term beside T and V, 0 for other models."""
         return 0.0 if self.own is None else getattr(self.model, self.own.rate)()
 
     @cached_property
     def frame_rate(self) -> float:
-        """Return |Omega| of a turning frame, 0 for other models."""
+        """Return |Omega| of a rotating frame, 0 for other models."""
         return abs(float(self.model.angular_velocity())) if self.frame else 0.0
 
     @cached_property
@@ -150,12 +150,12 @@ class System(Traits):
 
     @cached_property
     def turning_mass(self) -> float:
-        """Return the mass of the first two coordinates of a turning frame: T = (p_x^2 + p_y^2)/2m + ..."""
+        """Return the mass of the first two coordinates of a rotating frame: T = (p_x^2 + p_y^2)/2m + ..."""
         return 0.5 / float(self.model.kinetic_energy(1.0, *[0.0] * (self.n - 1)))
 
     def least_energies(self, q: np.ndarray) -> np.ndarray:
-        """Return the least energy that there is at places q (n, ...): V, in a turning frame less the centrifugal part
-        m Omega^2 (x^2 + y^2)/2. A place is reached where it does not exceed the orbit's.
+        """Return the least energy at places q (n, ...): V, in a rotating frame less the centrifugal part
+        m Omega^2 (x^2 + y^2)/2. An orbit can reach a place whose least energy does not exceed its own energy.
         """
         with np.errstate(all="ignore"):
             V = np.empty(q.shape[1:])
@@ -165,13 +165,13 @@ class System(Traits):
             return V
 
     def at_rest(self, q: np.ndarray) -> np.ndarray:
-        """Return the momenta (n, ...) of rest at places q (n, ...): 0, but in a turning frame."""
+        """Return the momenta (n, ...) of rest at places q (n, ...): 0, except in a rotating frame."""
         p = np.zeros(q.shape)
         return -self.turning_mass * self._added("v", np.concatenate([q, p]), p) if self.frame else p
 
     def seen(self, z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return the momenta (n, ...) beyond those of rest at phase points z (2n, ...), and their rates of
-        change: the mass times velocity and acceleration as they are seen in the model's frame.
+        """Return the momenta (n, ...) less those of rest at phase points z (2n, ...), and their rates of
+        change: the mass times velocity and acceleration in the model's frame.
         """
         with np.errstate(all="ignore"):
             v, f = self.velocities(z), self.forces(z)
@@ -179,14 +179,14 @@ class System(Traits):
 
 
 def _full(number: Any, z: np.ndarray) -> np.ndarray:
-    """Return what a method gave of phase points z, perhaps one number for all, as a fresh array (...)."""
+    """Return a method's values at phase points z, or one number for all, as a fresh array (...)."""
     result = np.empty(z.shape[1:])
     result[...] = number
     return result
 
 
 def _rows(numbers: Any, z: np.ndarray) -> np.ndarray:
-    """Return rows that a method gave of phase points z as an array (n, ...)."""
+    """Return a method's rows at phase points z as an array (n, ...)."""
     rows = np.empty((z.shape[0] // 2, *z.shape[1:]))
     for row, number in zip(rows, numbers, strict=True):
         row[...] = number

@@ -1,8 +1,8 @@
 """Doubly isotropic potentials V(A, B) of A = alpha^2 and B = beta^2.
 
 D1 D2 = (A - B)/2 and D1^2 + D2^2 = A + B. Each class gives `value`, `slopes` (V_A, V_B), `curvatures` (V_AA, V_AB,
-V_BB) and `margin`, positive where the potential lives. The methods are plain formulas: they run on floats and arrays,
-and compiled in kernels.
+V_BB) and `margin`, positive in the domain. The methods are plain formulas: they run on floats and arrays, and compiled
+in kernels.
 """
 
 from __future__ import annotations
@@ -70,7 +70,7 @@ class Harmonic(NamedTuple):
         return zero, zero, zero
 
     def margin(self, A, B):
-        """Return 1: the potential lives everywhere."""
+        """Return 1: the potential is defined everywhere."""
         return 1.0 + 0.0 * (A + B)
 
 
@@ -128,7 +128,7 @@ class Anharmonic(NamedTuple):
         return 4 * self.C / (A * A * A), zero, zero
 
     def margin(self, A, B):
-        """Return A: the barrier stands at alpha = 0 only."""
+        """Return A: the barrier is at alpha = 0 only."""
         return A + 0.0 * B
 
 

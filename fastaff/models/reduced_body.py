@@ -13,13 +13,13 @@ from .mechanics import system_of
 
 
 class ReducedBody(NamedTuple):
-    """A doubly isotropic body at given angular momenta of its planes, with the rotations eta and gamma taken out.
+    """A doubly isotropic body at given angular momenta of its planes, reduced by the rotations eta and gamma.
 
     H = (p_alpha^2 + p_beta^2)/(2 mu) + p_eta^2/(2 mu alpha^2) + p_gamma^2/(2 mu beta^2) + V(alpha^2, beta^2). Rows of a
-    phase point: alpha, beta, p_alpha, p_beta. Where p_gamma = 0, beta runs on a line through 0 and has either sign, the
-    motion of b on a straight line of its plane; so does alpha where p_eta = 0. A periodic orbit of it is a relative
+    phase point: alpha, beta, p_alpha, p_beta. For p_gamma = 0 b moves on a straight line of its plane, so beta runs
+    through 0 and has either sign; likewise alpha for p_eta = 0. A periodic orbit of the reduced body is a relative
     periodic orbit of the body: after a period the body has turned by some angles eta and gamma, and is periodic itself
-    only where both are rational turns. Make it with `reduced`, which checks its arguments.
+    only if both are rational turns. Make it with `reduced`, which checks its arguments.
 
     :Source: Arnold 1989, Mathematical Methods of Classical Mechanics, app. 5 (reduction); H is EQ2.1 of Martens &
         Slawianowski in the chart EQ2.0b.
@@ -94,17 +94,17 @@ class ReducedBody(NamedTuple):
         return total
 
     def margin(self, alpha, beta):
-        """Return a number that is positive where the potential lives."""
+        """Return a number that is positive in the domain of the potential."""
         return self.potential.margin(alpha * alpha, beta * beta)
 
     def from_planes(self, z):
         """Return alpha, beta, p_alpha, p_beta (4, ...) of phase points z (8, ...) of the body; radii are not negative.
 
-        The angles are dropped and the angular momenta of z are not looked at: they should be those of this model.
+        The angles are dropped. The angular momenta of z are not checked: they should be those of this model.
         """
         a1, a2, b1, b2, pa1, pa2, pb1, pb2 = np.asarray(z, dtype=np.float64)
         alpha, beta = np.hypot(a1, a2), np.hypot(b1, b2)
-        # From the origin any motion is outwards.
+        # Any motion from the origin is outwards.
         p_alpha = np.where(alpha > 0, (a1 * pa1 + a2 * pa2) / np.where(alpha > 0, alpha, 1.0), np.hypot(pa1, pa2))
         p_beta = np.where(beta > 0, (b1 * pb1 + b2 * pb2) / np.where(beta > 0, beta, 1.0), np.hypot(pb1, pb2))
         return np.array([alpha, beta, p_alpha, p_beta])

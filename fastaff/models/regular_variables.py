@@ -1,4 +1,4 @@
-"""Coordinates as functions of their regular variables s, in which kernels work.
+"""Coordinates as functions of their regular variables s, which kernels use.
 
 The motion of a coordinate is regular in s = alpha^2, beta^2, r, sin^2(vartheta/2), sinh^2(kappa), sin^2(lambda), so
 that turning points at the chart's edges are like others.
@@ -25,7 +25,7 @@ class Radius(NamedTuple):
 
 
 class Itself(NamedTuple):
-    """The coordinate r, which is regular."""
+    """The coordinate r, which is regular itself."""
 
     @property
     def bounded(self) -> bool:
@@ -98,5 +98,5 @@ class Regular(NamedTuple):
 
 
 def in_regular_variable(function: Any, coordinate: Any) -> Any:
-    """Return a function of one variable, V of the coordinate, as one of s: by its own `regular` where it has that."""
+    """Return a function of one variable, V of the coordinate, as a function of s: by its `regular` if it has that."""
     return Regular(function) if hasattr(function, "regular") else Composition(function, coordinate)

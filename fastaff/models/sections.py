@@ -1,12 +1,12 @@
 """Surfaces of section as values: `section(z)` is the signed distance function.
 
-`direction` = +1 counts crossings where the function increases, -1 where it decreases, 0 both. A section of one's own is
-a NamedTuple with a field `direction` and a method `value(self, q1, ..., pn)` made of arithmetic.
+`direction` = +1 counts crossings where the function increases, -1 where it decreases, 0 both. Your own section is a
+NamedTuple with a field `direction` and a method `value(self, q1, ..., pn)` made of arithmetic.
 
-Those of a body in the planes a and b have more (`_of_bodies`), from which texts, grids, samples and figures follow. One
-that gives a radius over the other, u, has `radii(u)`, alpha and beta; where u and its momentum are no canonical pair on
-it, as it leans, `slopes(alpha, beta)` too, the derivatives of its function, that to the radius given positive, and
-`leaning(u)`, the square of the derivative of that radius to u.
+Sections of a body in the planes a and b have more (`_of_bodies`), from which texts, grids, samples and figures follow.
+A section that gives one radius as a function of the other, u, has `radii(u)`, alpha and beta. If the given radius
+varies with u, so that u and its momentum are no canonical pair on it, the section also has `slopes(alpha, beta)`, the
+derivatives of its function, positive for that radius, and `leaning(u)`, the squared derivative of that radius by u.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ import numpy as np
 
 
 class _Callable:
-    """Gives the sections of this module `section(z)`; z has shape (2n,) or (2n, orbits)."""
+    """Call of the sections of this module, `section(z)`; z has shape (2n,) or (2n, orbits)."""
 
     def __call__(self, z):
         return self.value(*np.asarray(z))
@@ -30,11 +30,11 @@ def _section(cls):
 
 
 OF_BODIES: dict[str, Any] = {}
-"""Sections of bodies by the text that stands for them, "=c" behind it where they have a constant."""
+"""Sections of bodies by their text, which ends with "=c" if they have a constant."""
 
 
 def _of_bodies(text, label, over):
-    """Enter a section of bodies under its text; label: its function in LaTeX; over: the radius it is drawn over."""
+    """Register a section of bodies under its text; label: its function in LaTeX; over: the radius on the axis."""
 
     def entered(cls):
         cls.label, cls.over = label, over
@@ -77,7 +77,7 @@ class Linear(NamedTuple):
 
 @_section
 class AngleEquals(NamedTuple):
-    """The surfaces normal . z = offset, up to whole periods, such as an angle that winds.
+    """The surfaces normal . z = offset, up to whole periods, for instance of a winding angle.
 
     Parameters
     ----------
@@ -252,7 +252,7 @@ class AreaEquals(NamedTuple):
         return np.sqrt(2 * self.constant + u * u), u
 
     def slopes(self, alpha, beta):
-        """Return the derivatives of D1 D2 to alpha and to beta."""
+        """Return the derivatives of D1 D2 by alpha and by beta."""
         return alpha, -beta
 
     def leaning(self, u):
@@ -264,7 +264,7 @@ class AreaEquals(NamedTuple):
 class Stroboscopic(NamedTuple):
     """Times at which the drive of a driven system has a given phase: t = phase, up to whole periods.
 
-    Crossings are exact multiples of the period apart; a start on the section is no crossing.
+    The times between crossings are exact multiples of the period; a start on the section is no crossing.
 
     Parameters
     ----------
@@ -287,7 +287,7 @@ class Stroboscopic(NamedTuple):
 
     @property
     def direction(self) -> int:
-        """+1: the time goes on."""
+        """+1: the time increases."""
         return 1
 
     def value(self, *z):

@@ -14,7 +14,7 @@ from .angles import AlphaBeta, RVartheta
 from .contracts import OneVariable
 
 TINY = 1e-300
-"""Added to A and B under square roots: at alpha = 0 or beta = 0 slopes are those of a point next to it."""
+"""Added to A and B under square roots: slopes at alpha = 0 or beta = 0 are those of a neighbouring point."""
 
 
 class SeparableAlphaBeta(NamedTuple):
@@ -231,8 +231,8 @@ class StackelBody(NamedTuple):
     """Body with angular potentials: H = ``|p|^2``/(2 mu) + V(alpha, beta) + V_eta(eta)/alpha^2 + V_gamma(gamma)/beta^2.
 
     `potential` is a doubly isotropic one, V_eta and V_gamma functions of one angle (period 2 pi), mu > 0. With a
-    potential of one of the separable families the body is integrable, without being isotropic: spin and vorticity are
-    no constants.
+    potential of one of the separable families the body is integrable, but not isotropic: spin and vorticity are not
+    conserved.
 
     :Source: Martens & Slawianowski, EQ2.1, EQ2.2f and the elliptic Hamiltonian of section 3.
     """
@@ -319,5 +319,5 @@ class StackelBody(NamedTuple):
         return self.potential.value(A, B) + angular
 
     def margin(self, a1, a2, b1, b2):
-        """Return a number that is positive where the potential lives."""
+        """Return a number that is positive in the domain of the potential."""
         return self.potential.margin(a1 * a1 + a2 * a2, b1 * b1 + b2 * b2)

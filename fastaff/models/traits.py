@@ -1,4 +1,4 @@
-"""Traits: the facts about a model that the rest of the package depends on, asked of it once."""
+"""Traits: the facts about a model that the rest of the package depends on, each determined once."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ from . import maps
 
 @dataclass(frozen=True)
 class Traits:
-    """The facts about a model, each found when it is first asked for. What holds of a whole kind of motion follows
-    from the terms of its equations (`compile.kinds.TERMS`), so that a kind of one's own has all of it.
+    """The facts about a model, each determined at its first use. Facts about a whole kind of motion follow from the
+    terms of its equations (`compile.kinds.TERMS`), so that a user's own kind has all of them.
     """
 
     model: Any
@@ -31,22 +31,22 @@ class Traits:
 
     @cached_property
     def words(self) -> Set[str]:
-        """Its terms and what each is said to be, which refusals go by."""
+        """Its terms and the properties of each, which refusals depend on."""
         return words_of(self.terms)
 
     @cached_property
     def own(self) -> Term | None:
-        """Its term that splittings solve with their drifts or kicks, if it has one."""
+        """The term that splittings solve with their drifts or kicks, if there is one."""
         return own_of(self.terms)
 
     @property
     def substep(self) -> Substep | None:
-        """How they do."""
+        """The exact solution of that term in splittings."""
         return None if self.own is None else self.own.substep
 
     @property
     def lossy(self) -> bool:
-        """Whether it has an energy that it loses."""
+        """Whether its energy is lost."""
         return "loss" in self.words
 
     @property
@@ -56,12 +56,12 @@ class Traits:
 
     @property
     def separable(self) -> bool:
-        """Whether it has velocities of the momenta and forces of the coordinates, but for what a substep solves."""
+        """Whether velocities depend on momenta and forces on coordinates alone, except for a term in a substep."""
         return not self.terms & {"rates", "iterates", "nonseparable"}
 
     @property
     def poles(self) -> bool:
-        """Whether it tells of poles, which steps may pass without seeing them."""
+        """Whether it has a method for its poles, which steps may miss."""
         return not self.iterated and _tells_of_poles(self.model)
 
     @property
@@ -71,22 +71,22 @@ class Traits:
 
     @property
     def conserves(self) -> bool:
-        """Whether its motion conserves an energy, of a driven one H + p_t."""
+        """Whether its motion conserves an energy, H + p_t for a driven system."""
         return self.energetic and not self.lossy
 
     @cached_property
     def symplectic(self) -> bool:
-        """Whether its motion conserves the symplectic form; of a map to rounding, at random points."""
+        """Whether its motion conserves the symplectic form; for a map by a test to rounding, at random points."""
         return maps.symplectic(self.model) if self.iterated else self.conserves and "noncanonical" not in self.words
 
     @cached_property
     def n(self) -> int:
-        """Its degrees of freedom, with the time."""
+        """Its number of degrees of freedom, with the time."""
         return self.model.degrees_of_freedom
 
     @property
     def moving(self) -> int:
-        """The number of its coordinates beside the time, whose row this is."""
+        """The number of its coordinates without the time; also the row of the time."""
         return self.n - self.driven
 
     @cached_property
@@ -96,21 +96,21 @@ class Traits:
 
     @property
     def positions(self) -> int:
-        """The number of rows that its margin is a function of: coordinates, or all variables."""
+        """The number of arguments of its margin: coordinates, or all variables."""
         return self.n if self.separable or self.iterated else self.rows
 
     @cached_property
     def winding(self) -> tuple[bool, ...]:
-        """Which rows of a map have a period, none of what is no map."""
+        """Which rows of a map have a period, () for other systems."""
         return winding_of(self.model)
 
     @cached_property
     def periods(self) -> tuple[float, ...]:
-        """The periods of its coordinates that are angles, 0 of the others."""
+        """The periods of its coordinates that are angles, 0 for the others."""
         return tuple(map(float, getattr(self.model, "periods", lambda: (0.0,) * self.n)()[: self.n]))
 
     def turned_back(self, z: np.ndarray) -> np.ndarray:
-        """Return phase points (2n, ...) with angles brought back, in place, to half a period around 0."""
+        """Return phase points (2n, ...) with angles reduced, in place, to half a period around 0."""
         for row, period in zip(z, () if self.iterated else self.periods, strict=False):
             if period > 0:
                 row -= period * np.floor(row / period + 0.5)
@@ -118,7 +118,7 @@ class Traits:
 
     @cached_property
     def names(self) -> tuple[str, ...]:
-        """The names of its coordinates, q1 to qn where it gives none."""
+        """The names of its coordinates, q1 to qn by default."""
         return tuple(getattr(self.model, "coordinates", [f"q{i + 1}" for i in range(self.n)]))
 
     @cached_property
@@ -160,7 +160,7 @@ class Traits:
 
     @cached_property
     def _tried(self) -> tuple[bool, bool]:
-        """Whether velocities are linear in the momenta, and the inverse masses positive definite, where it was
+        """Whether velocities are linear in the momenta, and the inverse masses positive definite, at the points
         tried.
         """
         n, random, count = self.n, np.random.default_rng(11), 512
@@ -186,6 +186,6 @@ class Traits:
 
 
 def _tells_of_poles(model: Any) -> bool:
-    """Whether a model tells of poles, and the part of it that it has them from."""
+    """Whether a model has a method for its poles, and so has the part that gives them."""
     own = getattr(model, getattr(model, "poles_of", ""), None)
     return hasattr(model, "poles") and (own is None or _tells_of_poles(own))

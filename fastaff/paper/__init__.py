@@ -1,1 +1,1 @@
-"""What only checks the paper: operators, matrices, rigid tops, metrics, deformation tensors. Nothing imports it."""
+"""Checks of the paper's formulas: operators, matrices, rigid tops, metrics, deformation tensors. Nothing imports it."""

@@ -12,8 +12,8 @@ from ..base.numbers import positive
 
 
 class Inertia(NamedTuple):
-    """Hold what affine constraints leave of a mass distribution: total mass, centre of mass (2,), second moments J (2,
-    2).
+    """Hold the moments of a mass distribution that affine motion depends on: total mass, centre of mass (2,), second
+    moments J (2, 2).
     """
 
     mass: float
@@ -118,7 +118,7 @@ def tensor_invariants(tensor: ArrayLike) -> TensorInvariants:
 def inverse(phi: np.ndarray, name: str = "phi") -> np.ndarray:
     """Compute the inverses of matrices.
 
-    phi: (2, 2, ...), real or complex.  name: what to call it in a message.  Returns phi^-1 (2, 2, ...).
+    phi: (2, 2, ...), real or complex.  name: its name in a message.  Returns phi^-1 (2, 2, ...).
     Raises ValueError where det phi = 0, naming the orbit.  Source: EQ6.19, which needs it.
     """
     (x, y), (z, u) = phi

@@ -1,8 +1,7 @@
 """The operators of the quantized body, applied to functions.
 
 They are data, coefficients of derivatives in a chart, applied by central differences of order 8 to
-any function of the coordinates: to check states, closed-form or numerical, against something that knows nothing of how
-they were made.
+any function of the coordinates: to check states, closed-form or numerical, by a method that is independent of them.
 """
 
 from __future__ import annotations

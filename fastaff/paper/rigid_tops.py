@@ -19,7 +19,7 @@ from ..quantum.states.symmetry import action_quantum, checked_class
 
 
 class TopLevels(NamedTuple):
-    """Energies E (...) of a free top and how many states of one j (and |l|) have them, degeneracy (...)."""
+    """Energies E (...) of a free top, and degeneracy (...), the number of their states of one j (and |l|)."""
 
     E: np.ndarray
     degeneracy: np.ndarray
@@ -72,7 +72,7 @@ def shear_levels(mu: float, *, j: ArrayLike, hbar: float = 1.0) -> TopLevels:
     """Compute the eigenvalues e_vartheta of h_vartheta without shear potential.
 
     mu: the inertia of the body, > 0; j (...), hbar as in `spherical_top`.  Returns TopLevels. Raises ValueError or
-    TypeError as it.
+    TypeError as `spherical_top`.
     Formula: e = (2 hbar^2/mu) j (j + 1), the spherical top of I = mu/4; (2 j + 1)^2 classes m, l, all with m + l even.
     Source: Martens & Slawianowski, section 4 (e_(Theta j)).
     """

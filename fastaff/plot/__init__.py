@@ -1,7 +1,7 @@
 """Figures: every function takes `ax=`, new axes where it is not given, and returns the artists it made.
 
 All have one style (`style`), in force while they draw and only then; Matplotlib is imported when the first is drawn. A
-click on a figure tells the orbit (`picked`). `result.plot()` draws what a result is best seen as.
+click on a figure tells the orbit (`picked`). `result.plot()` draws the usual figure of a result.
 """
 
 from ..analysis.sections.section_edge import Edge, edge

@@ -37,7 +37,7 @@ ROUND = np.linspace(0.0, 2 * np.pi, 121)
 
 
 class Animation(NamedTuple):
-    """Frames of motions: figure; draw(k), which sets the figure to frame k; how many frames, and how many a second.
+    """Frames of motions: figure; draw(k), which sets the figure to frame k; numbers of frames, and of frames a second.
 
     A notebook shows it as a GIF.
     """
@@ -67,9 +67,9 @@ def animate(
     titles: Sequence[str] | None = None,
     threads: int | None = None,
 ) -> Animation:
-    """Animate motions: of a body the ellipse that the unit circle of its material becomes, with its material lines; of
-    a system of two coordinates its point on the lines of equal potential, of H(q, p) of the least energy over a place;
-    of a model with a method ``joints(q1, q2)``, x and y of places that rods join, such as a double pendulum, its rods.
+    """Animate motions: a body as the ellipse that the unit circle of its material becomes, with its material lines; a
+    system of two coordinates as a point on the lines of equal potential, for H(q, p) of the least energy over p; a
+    model with a method ``joints(q1, q2)``, x and y of the ends of rods, such as a double pendulum, as its rods.
 
     :Parameters: model: a body in the two planes, whose phase points have 8 rows, or any of two degrees of freedom; z0
         (2n,) or (2n, motions): one panel each; time > 0; frames, at equal times from 0 on; rate: frames a second;
@@ -114,7 +114,7 @@ def animate(
 
 
 def _head(title: str, status: int) -> str:
-    """Return the title of a panel, with what became of the motion."""
+    """Return the title of a panel, with the outcome of the motion."""
     return title if status == Status.OK else f"{title}  ({words(status)})".strip()
 
 
@@ -130,7 +130,7 @@ def _held(states: np.ndarray) -> np.ndarray:
 
 
 def matrices(z: np.ndarray) -> np.ndarray:
-    """Return phi (2, 2, ...) of phase points (8, ...) of a body: where the material point a is, at phi a."""
+    """Return phi (2, 2, ...) of phase points (8, ...) of a body: the material point a is at phi a."""
     x, y, third, u = CARTESIAN.points_from_planes(z[:4])
     return np.array([[x, y], [third, u]])
 
@@ -144,7 +144,7 @@ def material_lines() -> tuple[list[np.ndarray], np.ndarray]:
 
 
 def _bodies(model: Any, states: np.ndarray, times: np.ndarray, heads: list[str], names: Any) -> tuple[Any, list]:
-    """Return a figure of bodies, each above its stretches, and what draws its frames."""
+    """Return a figure of bodies, each above its stretches, and the functions that draw its frames."""
     from matplotlib.figure import Figure
 
     count = len(heads)
@@ -160,7 +160,7 @@ def _bodies(model: Any, states: np.ndarray, times: np.ndarray, heads: list[str],
 def _body(
     above: Any, below: Any, phi: np.ndarray, z: np.ndarray, times: np.ndarray, size: float, head: str
 ) -> Callable[[int], None]:
-    """Draw one body; return what sets it to a frame."""
+    """Draw one body; return the function that sets it to a frame."""
     lines, marked = material_lines()
     above.set(xlim=(-size, size), ylim=(-size, size), aspect="equal", xticks=[], yticks=[], title=head)
     for side in above.spines.values():
@@ -192,7 +192,7 @@ def _body(
 
 
 def _points(model: Any, states: np.ndarray, times: np.ndarray, heads: list[str], names: Any) -> tuple[Any, list]:
-    """Return a figure of points in their potential, and what draws its frames."""
+    """Return a figure of points in their potential, and the functions that draw its frames."""
     from matplotlib.figure import Figure
 
     count = len(heads)
@@ -217,7 +217,7 @@ def _points(model: Any, states: np.ndarray, times: np.ndarray, heads: list[str],
 
 
 def _wells(model: Any, q: np.ndarray) -> np.ndarray:
-    """Return the least energy over places q (2, ...), NaN where there is none or it is not known."""
+    """Return the least energy at positions q (2, ...), NaN where there is none or it is not known."""
     system = system_of(model)
     with np.errstate(all="ignore"):
         if system.separable:
@@ -229,7 +229,7 @@ def _wells(model: Any, q: np.ndarray) -> np.ndarray:
 
 
 def _linkages(model: Any, states: np.ndarray, times: np.ndarray, heads: list[str], names: Any) -> tuple[Any, list]:
-    """Return a figure of rods, and what draws its frames."""
+    """Return a figure of rods, and the functions that draw its frames."""
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(4.0 * len(heads), 4.0), dpi=100, layout="constrained")
@@ -244,7 +244,7 @@ def _linkages(model: Any, states: np.ndarray, times: np.ndarray, heads: list[str
 
 
 def _linkage(ax: Any, places: np.ndarray) -> Callable[[int], None]:
-    """Draw rods between places (2, joints, frames), and the trace of the last; return what sets them to a frame."""
+    """Draw rods between joints (2, joints, frames), and the trace of the last; return the function that sets frames."""
     (trace,) = ax.plot([], [], color=PALE, lw=0.9)
     (rods,) = ax.plot([], [], "-o", color=DARK, lw=1.6, ms=7, mfc=ACCENT, mec=DARK, zorder=4)
 
@@ -256,7 +256,7 @@ def _linkage(ax: Any, places: np.ndarray) -> Callable[[int], None]:
 
 
 def _point(ax: Any, path: np.ndarray) -> Callable[[int], None]:
-    """Draw one point with its trace; return what sets it to a frame."""
+    """Draw one point with its trace; return the function that sets it to a frame."""
     (whole_way,) = ax.plot([], [], color=PALE, lw=0.6, alpha=0.7)
     (trace,) = ax.plot([], [], color=DARK, lw=1.3)
     (point,) = ax.plot([], [], "o", color=ACCENT, ms=7, zorder=4)

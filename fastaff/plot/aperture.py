@@ -1,4 +1,4 @@
-"""The dynamic aperture: how many turns particles survive, over the amplitude and angle of their starts."""
+"""The dynamic aperture: the number of turns that particles survive, over the amplitude and angle of their starts."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from .picking import carry
 from .style import ACCENT, Artists, colour_map, figure, symbol
 
 BINS = 15
-"""Angles where starts have too many of their own."""
+"""Bins of the angle if the starts have too many angles of their own."""
 
 
 @figure
@@ -53,7 +53,7 @@ def plot_aperture(
     carry(points, *at, np.arange(angle.size))
     middles, aperture, least = _aperture(angle, radius, lost, bins)
     turned = np.radians(middles)
-    if plane:  # no further than there are starts in that direction
+    if plane:  # no further than the starts in that direction
         with np.errstate(divide="ignore"):
             ends = np.where(np.cos(turned) > 0, across.max(), across.min()) / np.cos(turned)
             ends = np.minimum(ends, np.where(np.sin(turned) > 0, up.max(), up.min()) / np.sin(turned))
@@ -78,7 +78,7 @@ def plot_aperture(
 def _aperture(
     angle: np.ndarray, radius: np.ndarray, lost: np.ndarray, bins: int | None
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return angles, the largest amplitude at each below the smallest that is lost, and where none is lost."""
+    """Return angles, the largest amplitude at each below the smallest lost one, and a mask of angles without loss."""
     own = np.unique(np.round(angle[radius > 0], 6))
     if bins is None and own.size <= max(BINS, angle.size // 4):
         middles, number = own, np.searchsorted(own, np.round(angle, 6) - 1e-9).clip(0, max(own.size - 1, 0))

@@ -40,18 +40,18 @@ def plot_backbone(
     names: Sequence[str] | None = None,
     bifurcations: bool = True,
 ) -> Artists:
-    """Draw the frequency 1/T of families of periodic orbits against their energy, or how far forced ones swing against
+    """Draw the frequency 1/T of families of periodic orbits against their energy, or the swing of forced ones against
     their parameter, solid where they are stable.
 
     :Parameters: branches: of `continuation`, one or many; those followed both ways from one orbit may have the same
         name; parameter: name of the quantity followed, by default the energy, or "parameter"; y: the variable of a
-        driven system or of dz/dt = f(z) of which half the swing is drawn (a response curve), by default the first, or
+        driven system or of dz/dt = f(z) whose half swing is drawn (a response curve), by default the first, or
         "frequency"; angular: draw 2 pi/T, in radians per unit time, instead of cycles; names: of the families, for the
         legend; bifurcations: mark them.
 
     Solid: elliptic (multipliers on the unit circle) or attracting, dashed: others. Between the points of a branch its
-    curve is a cubic spline in the arclength. T is the period in time of the whole
-    orbit, of relative periodic orbits that of the reduced motion.
+    curve is a cubic spline in the arclength. T is the period in time of the whole orbit, for relative periodic orbits
+    that of the reduced motion.
 
     :Returns: Artists: points are the solid and dashed curves, NaN elsewhere; lines the marks of bifurcations, labels
         the legend; `missing` counts points of branches without a period. A click picks the point of a branch.
@@ -86,14 +86,14 @@ def plot_backbone(
         height = np.where(fine, height, np.nan)
         stable = np.isin(branch.orbits.stability, STABLE)
         point, along, across = _smooth(branch.arclength, branch.value, height)
-        # Pieces are of the kind of the point behind them, so that curves of two kinds meet.
+        # A piece has the kind of the point at its end, so that curves of two kinds meet.
         ends = np.minimum([np.ceil(point), np.floor(point) + 1], len(stable) - 1).astype(np.int64)
         for steady in (True, False):
             own = np.where((stable[ends] == steady).any(axis=0), across, np.nan)
             (curve,) = ax.plot(along, own, color=colour, ls="-" if steady else (0, (3, 1.6)), lw=1.7 if steady else 1.2)
             carry(curve, along, own, np.rint(point).astype(np.int64))
             curves.append(curve)
-        if names is not None:  # in grey they are told apart by marks
+        if names is not None:  # marks tell them apart in grey
             look: dict[str, Any] = {"color": colour, "marker": "osD^v"[kind], "ms": 4.5}
             some = (len(along) * np.array([1, 3, 5])) // 6
             ax.plot(along[some], across[some], ls="", **look)
@@ -126,7 +126,7 @@ def _row(branches: Sequence[Branch], y: str | None) -> int | None:
 
 
 def _followed(branches: Sequence[Branch]) -> str:
-    """Return what the calls that made the branches have followed."""
+    """Return the name of the quantity along which the branches were followed."""
     calls = [getattr(branch, "call", None) for branch in branches]
     own = any(call is not None and call.arguments.get("parameter") is not None for call in calls)
     return "parameter" if own else "energy"

@@ -92,7 +92,7 @@ def plot_chaos_map(
 
 
 def _drawn(ax: Any, starts: Any, each: np.ndarray, fine: np.ndarray, how: dict[str, Any], size: float | None) -> Any:
-    """Draw a value of each orbit where it started, in cells or dots, grey where there is none."""
+    """Draw a value of each orbit at its start, in cells or dots, grey where there is none."""
     at, number = places(starts), np.arange(fine.size)
     if isinstance(starts, EnergyGrid):
         grey_cells(ax, starts, ~fine)
@@ -137,7 +137,7 @@ def plot_chaotic_fraction(
     :Parameters: scan: of `chaotic_fraction`; colour, marker, label: of the curve of one parameter; colorbar: beside a
         map of two.
     :Returns: Artists. Curve: points are the error bars, lines the pale band that undecided orbits leave open, and the
-        grey part where the energy reaches nothing. Map: points are the cells; cases without orbits are hatched.
+        grey part where the energy allows no motion. Map: points are the cells; cases without orbits are hatched.
         `missing` counts cases without a value.
 
     Examples
@@ -204,7 +204,7 @@ def plot_history(
     slopes: Sequence[float] = (),
     labels: bool = True,
 ) -> Artists:
-    """Draw how an indicator of orbits changed in time, with power laws for comparison.
+    """Draw the history of an indicator of orbits, with power laws for comparison.
 
     :Parameters: chaos_map: with a history; indicator: a name in chaos_map.names; orbits: numbers of those drawn
         (default: up to 40); slopes: exponents s of laws t^s, such as -2 (k - n) for GALI_k of regular orbits; labels:

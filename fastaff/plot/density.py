@@ -1,4 +1,4 @@
-"""Many points as an image: how many are in each cell, and the mean of a value over them."""
+"""Many points as an image: their number in each cell, and the mean of a value over them."""
 
 from __future__ import annotations
 
@@ -29,9 +29,9 @@ def count_points(x: Any, y: Any, *, edges: tuple[Any, Any], values: Any = None) 
     """Count points in the cells between edges, exactly, and average a value of each over them.
 
     :Parameters: x, y (points,); edges: ascending numbers along both axes, two at least; values (points,), or fewer,
-        which are taken again and again: of orbits, where the crossings of all of them follow one another. A point on an
-        edge is in the cell above it, on the last edge in the last cell; points beyond and points that are not finite
-        are not counted.
+        which are repeated: one for each orbit if the crossings of all orbits follow one another. A point on an edge is
+        in the cell above it, on the last edge in the last cell; points beyond and points that are not finite are not
+        counted.
     :Returns: Density, the counts those of `numpy.histogram2d`.
     :Raises: ValueError or TypeError for wrong input.
     :Cost: about 10 ns a point.

@@ -1,4 +1,4 @@
-"""Which figure a result has: `result.plot(...)` draws it, with whatever else the figure takes."""
+"""The figure of each kind of result: `result.plot(...)` draws it, with the other options of the figure."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ NEEDED = {
     Husimi: ("grid", "an EnergyGrid of the section"),
     VibrationHusimi: ("grid", "an EnergyGrid of the section"),
 }
-"""What the figure of a result needs beside it."""
+"""Further input of the figure of a result."""
 
 
 def _chaos_map(chaos_map: ChaosMap, starts: Any = None, **options: Any) -> Any:
@@ -67,7 +67,7 @@ def _husimi(husimi: Husimi | VibrationHusimi, grid: Any = None, **options: Any) 
 
 
 def _needed(result: Any, other: Any) -> Any:
-    """Return what a figure needs; say so where it is missing, or something else."""
+    """Return the starts that a figure needs; refuse other values, None among them."""
     if not isinstance(other, (EnergyGrid, EnergySample)):
         name, what = NEEDED[type(result)]
         instead = "" if other is None else f", got {shown(other)}"
@@ -76,8 +76,8 @@ def _needed(result: Any, other: Any) -> Any:
 
 
 def _over(draw: Callable) -> Callable:
-    """Return the figure of frequencies that draws them over an EnergyGrid or EnergySample of their orbits, where one is
-    given, with a web of resonances over a grid.
+    """Return the figure of frequencies, drawn over an EnergyGrid or EnergySample of their orbits if one is given, with
+    a web of resonances over a grid.
     """
 
     def figure(found: Any, starts: Any = None, *, web: Any = None, **options: Any) -> Any:

@@ -21,7 +21,7 @@ from .sections import why
 from .style import DARK, GREY, Artists, beyond, figure, nothing, symbol
 
 FEW = 50
-"""Orbits of which none is far from the others: each counts."""
+"""Fewest orbits of which some may be left out of the frame as far away."""
 
 
 @figure
@@ -53,9 +53,9 @@ def plot_frequency_map(
         integers (k1, k2, k0), each for k1 X + k2 Y + k0 = 0, where X and Y are ratios to one frequency: a resonance
         k . nu = 0; or "order<=5", all of these up to an order, ``|k1| + |k2| + |k0|`` of ratios and ``|k1| + |k2|`` of
         tunes, or of frequencies in time, whose k0 is 0; shown: a mask of orbits; limits: (x0, x1), (y0, y1), by default
-        of all orbits or, where a few lie far from all others, of these; how many are beyond is written.
+        of all orbits or, where a few lie far away, of the others; a note has the number beyond.
 
-    How many regular orbits are drawn by another basis, not by the leading line of each coordinate, is written too.
+    A note has the number of regular orbits that are drawn by another basis, not by the leading line of each coordinate.
 
     :Returns: Artists; `missing` counts orbits that are not OK or not shown. Vertical lines n X = m are labelled m:n
         above the frame, the others by their equation; a label without room is left out, its line is drawn. A click
@@ -96,7 +96,7 @@ def plot_frequency_map(
 
 @figure
 def plot_tunes(tunes: Any, *, ax: Any = None, values: Any = None, **options: Any) -> Artists:
-    """Draw orbits in the plane of their tunes, modulo 1; of one plane, its tune from orbit to orbit.
+    """Draw orbits in the plane of their tunes, modulo 1; with one plane, its tune from orbit to orbit.
 
     :Parameters: as `plot_frequency_map`, whose resonance lines k1 X + k2 Y + k0 = 0 are those of tunes too; values: by
         default the diffusion.
@@ -132,7 +132,7 @@ def _plane(found: Any, x: str | None, y: str | None) -> tuple[str, str]:
 
 
 def _other_basis(found: Any, frequencies: Any, good: np.ndarray) -> list[str]:
-    """Return what notes of how many regular orbits other frequencies than the leading lines are drawn."""
+    """Return the note on the number of regular orbits drawn by other frequencies than the leading lines."""
     if not by_own_lines(found):
         return []
     off = np.abs(frequencies_of(found, frequencies) - found.leading) > found.error + found.leading_error
@@ -141,7 +141,7 @@ def _other_basis(found: Any, frequencies: Any, good: np.ndarray) -> list[str]:
 
 
 def _frame(ax: Any, X: np.ndarray, Y: np.ndarray, limits: tuple | None) -> list[str]:
-    """Set the frame, by default around all orbits but a few that lie far off; return what notes how many those are."""
+    """Set the frame, by default around all orbits but a few that lie far off; return the note with their number."""
     if limits is not None:
         wide, high = (reals("limits", pair) for pair in entries("limits", limits, "((x0, x1), (y0, y1))", 2))
         ax.set(xlim=wide, ylim=high)
@@ -155,7 +155,7 @@ def _frame(ax: Any, X: np.ndarray, Y: np.ndarray, limits: tuple | None) -> list[
 
 
 def _bulk(values: np.ndarray, whole: tuple[float, float]) -> tuple[float, float]:
-    """Return the ends of an axis: the whole, but where a fiftieth of the values takes most of it, around the others."""
+    """Return the ends of an axis: the whole, or if a fiftieth of the values takes most of it, those of the others."""
     if values.size < FEW or np.ptp(values) == 0:
         return whole
     low, high = np.quantile(values, [0.01, 0.99])
@@ -183,8 +183,8 @@ def _fraction(name: str) -> str:
 def _draw_lines(
     ax: Any, lines: Sequence[Sequence[int]], x: str, y: str, noted: Sequence[Any] = ()
 ) -> tuple[tuple, tuple]:
-    """Draw k1 X + k2 Y + k0 = 0 inside the present limits, lowest orders first; label those with room, which what is
-    noted on the figure has taken some of.
+    """Draw k1 X + k2 Y + k0 = 0 inside the present limits, lowest orders first; label those with room beside the notes
+    on the figure.
     """
     from matplotlib.patheffects import withStroke
 

@@ -14,7 +14,7 @@ PLACES = 48
 ROOM = 1.25
 """Sizes of the room that a name takes, beside its own."""
 APART = 2.0
-"""Half heights of a text that are left empty between two names: which is whose would not be seen."""
+"""Half heights of a text that stay empty between two names, so that each is seen with its own curve."""
 
 
 class Box(NamedTuple):
@@ -31,7 +31,7 @@ class Box(NamedTuple):
         return self.centre + sides @ np.array([[c, s], [-s, c]])
 
     def holds(self, points: np.ndarray) -> int:
-        """Return how many of points (points, 2) are in it."""
+        """Return the number of points (points, 2) in it."""
         c, s = math.cos(self.angle), math.sin(self.angle)
         return int((np.abs((points - self.centre) @ np.array([[c, -s], [s, c]])) <= self.half).all(axis=1).sum())
 
@@ -47,7 +47,7 @@ class Box(NamedTuple):
 
 
 def pixel_length(ax: Any, curve: np.ndarray) -> float:
-    """Return how long a curve (points, 2) is on the figure, inside the frame, in pixels."""
+    """Return the length of a curve (points, 2) on the figure, inside the frame, in pixels."""
     where = ax.transData.transform(curve)
     box = ax.transAxes.inverted().transform(where)
     inside = ((box >= 0) & (box <= 1)).all(axis=1)
@@ -64,7 +64,7 @@ def size_of(ax: Any, text: str, **style: Any) -> np.ndarray:
 
 
 def drawn_points(ax: Any) -> np.ndarray:
-    """Return where the points (points, 2) of the collections of axes are."""
+    """Return the points (points, 2) of the collections of axes."""
     return np.concatenate([np.zeros((0, 2)), *(np.asarray(one.get_offsets()) for one in ax.collections)])
 
 
@@ -80,9 +80,9 @@ def write_along(
     """Write a name on a curve (points, 2) where it is straight and nothing is written yet; return the text, or None
     where there is no room.
 
-    taken: the room of what is written, to which that of this name is added; lift: of the name above the curve, in
-    heights of the text; points (points, 2): what it covers only where there is no other room. Call
-    it when limits and layout are final: `settled`.
+    taken: boxes of the names written so far, to which that of this name is added; lift: of the name above the curve, in
+    heights of the text; points (points, 2): it covers these only if there is no other room. Call it when limits and
+    layout are final: `settled`.
     """
     style = {"fontsize": SMALL, "ha": "center", "va": "center", **style}
     half = 0.5 * size_of(ax, text, **style) * [1.0, ROOM] + [2.0, 0.0]

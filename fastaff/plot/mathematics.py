@@ -8,13 +8,13 @@ import re
 from .style import symbol
 
 SUM, PRODUCT, SIGN, POWER, ATOM = range(5)
-"""How tightly parts of a formula hold together."""
+"""Precedence of the parts of a formula."""
 MARKS = {ast.Add: "+", ast.Sub: "-"}
 INVERSE = {"asin": "arcsin", "acos": "arccos", "atan": "arctan", "log": "ln"}
 
 
 def mathematics(text: str) -> str:
-    """Return a formula in the syntax of Python as TeX, without dollars; a text that is none as it is."""
+    """Return a formula in the syntax of Python as TeX, without dollars; another text is returned as it is."""
     try:
         return _tex(ast.parse(text.replace("^", "**").strip(), mode="eval").body)[0]
     except (SyntaxError, ValueError, RecursionError):
@@ -50,7 +50,7 @@ def _inside(node: ast.expr, level: int) -> str:
 
 
 def _tex(node: ast.expr) -> tuple[str, int]:
-    """Return the TeX of a part of a formula and how tightly it holds together."""
+    """Return the TeX of a part of a formula and its precedence."""
     if isinstance(node, ast.Constant) and isinstance(node.value, (int, float)):
         return number(node.value), ATOM
     if isinstance(node, ast.Name):
@@ -102,6 +102,6 @@ def wrapped(text: str, width: float) -> list[str]:
 
 
 def visible(text: str) -> int:
-    """Return about how many characters a reader sees of a text with mathematics."""
+    """Return the approximate number of visible characters of a text with mathematics."""
     seen = re.sub(r"\\(frac|left|right|mathrm|,|;)", "", text)
     return len(re.sub(r"\\[A-Za-z]+", "x", seen).translate(str.maketrans("", "", "{}$^_")))

@@ -16,7 +16,7 @@ from .style import DARK, GREY, LINES, Artists, chosen_orbits, figure, nothing, s
 from .winding import around_zero, broken
 
 MOST = 40
-"""Orbits drawn as curves, where no one chooses."""
+"""Orbits drawn as curves by default."""
 
 
 @figure
@@ -25,10 +25,9 @@ def plot_orbits(
 ) -> Artists:
     """Draw the samples of orbits as curves of two coordinates, or of one against time; without samples their ends.
 
-    :Parameters: x, y: names of coordinates or momenta, of a body those of any chart, x also "time"; by default the
-        first two coordinates, of a body alpha and beta; orbits: numbers of those drawn (default: up to 40). Curves of
-        orbits that failed are grey. An angle with a period, of which an orbit winds around, is drawn within half of it
-        around 0.
+    :Parameters: x, y: names of coordinates or momenta, for a body those of any chart, x also "time"; by default the
+        first two coordinates, for a body alpha and beta; orbits: numbers of those drawn (default: up to 40). Curves of
+        orbits that failed are grey. A periodic angle that an orbit winds around is drawn within half a period around 0.
     :Returns: Artists: points are the curves; `missing` counts orbits not drawn. A click picks orbit and sample.
 
     Examples
@@ -82,7 +81,7 @@ def _row(result: Orbits, states: np.ndarray, name: str) -> np.ndarray:
 
 @figure
 def plot_tangent_map(result: TangentMap, *, ax: Any = None) -> Artists:
-    """Draw how long the tangent vectors of each orbit have become.
+    """Draw the lengths of the tangent vectors of each orbit.
 
     :Returns: Artists: points are the dots of each vector, log10 of its length against the number of the orbit;
         `missing` counts orbits that are not OK. A click picks the orbit.

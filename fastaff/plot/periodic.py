@@ -50,10 +50,10 @@ def plot_periodic(
         with most room; legend: name the marks; fontsize in points.
     :Returns: Artists: points are the lines of marks, one for each kind; `missing` counts orbits not drawn. A click
         picks orbit and crossing.
-    :Raises: ValueError for names that are none.
+    :Raises: ValueError for unknown names.
 
     Filled circle: elliptic, square: parabolic, cross: hyperbolic, diamond: inverse hyperbolic (with reflection), plus:
-    complex. Set the limits of the axis before, so that labels find the room that there is.
+    complex. Set the limits of the axis before, so that labels find their room.
 
     :Source: Greene 1979, J. Math. Phys. 20, 1183 (residue); colours: Okabe & Ito 2008, Color Universal Design.
 
@@ -153,7 +153,7 @@ def _write(ax: Any, orbits: PeriodicOrbits, u: np.ndarray, v: np.ndarray, drawn:
         written.append(
             ax.annotate(text, (u[o, at], v[o, at]), xytext=tuple(offset), textcoords="offset points", **style)
         )
-        # What a label covers: its middle and both ends.
+        # The extent of a label: its middle and both ends.
         taken.append(place + np.array([[-1.0, 0.0], [-0.5, 0.0], [0.0, 0.0], [0.5, 0.0], [1.0, 0.0]]) * half)
     return tuple(written)
 

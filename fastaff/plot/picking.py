@@ -1,4 +1,4 @@
-"""From a click on a figure to the orbit: our points and cells know whose they are.
+"""From a click on a figure to the orbit: our points and cells know their orbits.
 
 figure.canvas.mpl_connect("pick_event", lambda event: print(picked(event)))
 """
@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 REACH = 5.0
-"""Points (1/72 inch) between the mouse and what it picks at most."""
+"""Largest distance between the mouse and the point that it picks, in points (1/72 inch)."""
 
 
 class Picked(NamedTuple):
@@ -25,7 +25,7 @@ class Picked(NamedTuple):
 
 
 def picked(event: Any) -> Picked | None:
-    """Return which orbit a pick event of Matplotlib is of; None for artists that are not ours.
+    """Return the orbit of a pick event of Matplotlib; None for artists that are not ours.
 
     Examples
     --------
@@ -45,11 +45,11 @@ def carry(
     orbits: int = 1,
     cell: tuple[float, float] | None = None,
 ) -> Any:
-    """Let an artist tell which orbit a click on it is at; return the artist.
+    """Let an artist name the orbit under a click; return the artist.
 
-    x, y (marks,): where its marks are; orbit, crossing (marks,): whose; orbits: without these, mark k is of orbit k
-    modulo orbits, the others of k // orbits crossings later; cell: width and height of the marks in data
-    units, where these are cells. The nearest mark within `REACH` is picked, or the cell under the mouse.
+    x, y (marks,): places of its marks; orbit, crossing (marks,): their numbers; orbits: without these, mark k is of
+    orbit k modulo orbits, the others of k // orbits crossings later; cell: width and height of the marks in data units,
+    where these are cells. The nearest mark within `REACH` is picked, or the cell under the mouse.
     """
     x, y = np.asarray(x, float), np.asarray(y, float)
 

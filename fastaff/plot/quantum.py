@@ -24,12 +24,12 @@ from .style import DARK, LINES, PALE, Artists, colour_map, figure, symbol
 
 ENERGY = "energy $E$"
 NEGLIGIBLE, TINY = 1e-3, 1e-12
-"""Probability beyond either end of the frame of a density; what makes the edge of a chart no curve."""
+"""Probability beyond either end of the frame of a density; offset that keeps the edge of a chart free of curves."""
 CHARTS = (ALPHA_BETA, R_VARTHETA, TWO_POLAR)
 
 
 def quantum_label(name: str) -> str:
-    """Return the label of what a diagram is drawn against: m, l, or a parameter."""
+    """Return the label of the abscissa of a diagram: m, l, or a parameter."""
     known = {"m": r"spin $m$  (units of $\hbar$)", "l": r"vorticity $l$  (units of $\hbar$)"}
     return known.get(name) or parameter_label(name)
 
@@ -127,7 +127,7 @@ def _legend_title(diagram: LevelDiagram) -> str:
 
 
 def _written(ax: Any, ends: list[tuple[float, str, Any]], diagram: LevelDiagram) -> tuple[Any, ...]:
-    """Write the quantum numbers beside the right ends of the curves, lowest first, where there is room; what they are
+    """Write the quantum numbers beside the right ends of the curves, lowest first, where there is room, and their names
     above them.
     """
     low, high = ax.get_ylim()
@@ -151,8 +151,8 @@ def _beside(ax: Any, x: float, y: float, text: str, **style: Any) -> Any:
 def plot_spectrum(
     levels: LevelTable, *, ax: Any = None, unit: float = 1.0, ylabel: str = ENERGY, colorbar: bool = True
 ) -> Artists:
-    """Draw the levels of many classes as short lines over their spin m, coloured by ``|l|``; of a vibration, which
-    has neither, they are lines alone.
+    """Draw the levels of many classes as short lines over their spin m, coloured by ``|l|``; those of a vibration,
+    which has neither, are lines alone.
 
     :Parameters: levels: of `all_levels` or `level_list`; unit: divisor of E, which ylabel then states.
     :Returns: Artists: points are the lines, wider for smaller ``|l|`` so that none is hidden; `missing` is 0.
@@ -194,7 +194,7 @@ def plot_spectrum(
 
 @figure
 def plot_degeneracies(levels: LevelTable, *, ax: Any = None, unit: float = 1.0, xlabel: str = ENERGY) -> Artists:
-    """Draw how many levels each multiplet has against its energy.
+    """Draw the number of levels of each multiplet against its energy.
 
     :Parameters: levels: of `all_levels` or `level_list`; unit: divisor of E, which xlabel then states.
     :Returns: Artists: points are the dots, lines their stems; `missing` is 0.
@@ -228,12 +228,12 @@ def plot_density(
     colorbar: bool = True,
 ) -> Artists:
     """Draw the probability density of two deformation invariants in a state, with the turning curve and the boundary
-    det phi = 0; of a vibration that of its two coordinates, without chart.
+    det phi = 0; for a vibration the density of its two coordinates, without chart.
 
     :Parameters: state: such as `wavefunction` and `LevelTable.state` return; body: its Body, for the classical turning
-        curve V + hbar^2 (a^2/alpha^2 + b^2/beta^2)/(2 mu) = E, of a vibration V = E; chart: ALPHA_BETA, R_VARTHETA or
+        curve V + hbar^2 (a^2/alpha^2 + b^2/beta^2)/(2 mu) = E, for a vibration V = E; chart: ALPHA_BETA, R_VARTHETA or
         TWO_POLAR (default: the state's); limits: ((x0, x1), (y0, y1)), by default all but a thousandth of the
-        probability at either end, and what is allowed to the body where that is bounded; points: along each axis; norm:
+        probability at either end, with the allowed region of the body if it is bounded; points: along each axis; norm:
         a colour scale.
     :Returns: Artists: points are the image, lines the turning curve (white, where there is a body) and det phi = 0
         (dashed, where it passes through the frame), `missing` is 0. The density is per unit of both coordinates: its
@@ -346,8 +346,8 @@ def _left(body: Any, state: Any, alpha: np.ndarray, beta: np.ndarray) -> np.ndar
     """Return a function that is negative where motion of the state's energy and angular momenta is allowed, positive
     elsewhere.
 
-    It is bounded and, with the margin as a factor, goes through 0 at a wall too thin for the grid to see: contours of
-    it are smooth.
+    It is bounded and, with the margin as a factor, goes through 0 at a wall too thin for the grid: its contours are
+    smooth.
     """
     m, l = state.symmetry
     with np.errstate(all="ignore"):
@@ -361,8 +361,8 @@ def _left(body: Any, state: Any, alpha: np.ndarray, beta: np.ndarray) -> np.ndar
 
 
 def _frame(state: Any, chart: Chart, body: Any) -> tuple[tuple[float, float], tuple[float, float]]:
-    """Return where all but a little of the probability is, from its marginals on a grid of rho and vartheta, and what
-    the energy allows to a body.
+    """Return the frame of nearly all of the probability, from its marginals on a grid of rho and vartheta, with the
+    region that the energy allows to a body.
     """
     rho, v = np.geomspace(1e-3, 1e3, 1201), np.pi * (np.arange(181) + 0.5) / 181
     R, angle = np.meshgrid(rho, v, indexing="ij")
@@ -388,7 +388,7 @@ def _frame(state: Any, chart: Chart, body: Any) -> tuple[tuple[float, float], tu
 
 
 def _span(values: np.ndarray, weight: np.ndarray, allowed: np.ndarray) -> tuple[float, float]:
-    """Return the ends of the middle part of a distribution and of what is allowed, and a little room."""
+    """Return the ends of the middle part of a distribution and of the allowed values, with a little room."""
     order = np.argsort(values, axis=None)
     share = np.cumsum(weight.ravel()[order])
     low, high = np.interp([NEGLIGIBLE, 1 - NEGLIGIBLE], share / share[-1], values.ravel()[order])

@@ -24,7 +24,7 @@ from .starts import cut_sides, places, widths
 from .style import ACCENT, DARK, Artists, beyond, figure, outline, symbol
 
 LABELLED = 'laws of spacings, or such by their labels, as {"Poisson": BerryRobnik(0.0)}'
-"""What laws of a figure are."""
+"""Description of the laws of a figure."""
 
 LAWS = ((ACCENT, "-"), (DARK, "--"), ("0.25", (0, (1, 1.2))), ("#7a8fb8", "-."))
 """Colour and dashes of the laws, in turn."""

@@ -15,8 +15,8 @@ from ..base.numbers import an_array, shown, text, whole
 
 
 def frequencies_of(found: Any, chosen: Any = None) -> np.ndarray:
-    """Return the frequencies (n, orbits) that figures draw, NaN where there are none: those chosen, or the own line of
-    each coordinate, `leading`, but `nu` where that is a harmonic; of maps, tunes and bodies `nu`.
+    """Return the frequencies (n, orbits) that figures draw, NaN where there are none: those chosen, or the leading line
+    of each coordinate, `leading`, but `nu` where that is a harmonic; for maps, tunes and bodies `nu`.
     """
     if chosen is not None:
         values = an_array("frequencies", chosen)
@@ -79,11 +79,11 @@ MOST_LINES = 400
 def lines_of(
     lines: Any, x: str, y: str, view: tuple[Sequence[float], Sequence[float]], *, turns: bool = True
 ) -> list[tuple[int, int, int]]:
-    """Return resonance lines k1 X + k2 Y + k0 = 0 as integers: of a sequence of such triples, of one triple, or of a
-    text "order<=5", which stands for all that cross a view ((x0, x1), (y0, y1)).
+    """Return resonance lines k1 X + k2 Y + k0 = 0 as integers, from a sequence of such triples, one triple, or a text
+    "order<=5", which stands for all that cross a view ((x0, x1), (y0, y1)).
 
-    The order is |k1| + |k2| of tunes, whose k0 is any integer, and with |k0| of ratios, where k . nu = 0; where there
-    are no `turns` the k0 of frequencies is 0.
+    The order is |k1| + |k2| for tunes, whose k0 is any integer, and |k1| + |k2| + |k0| for ratios, with k . nu = 0;
+    without `turns` the k0 of frequencies is 0.
     """
     if not isinstance(lines, str):
         if not isinstance(lines, (Sequence, np.ndarray)):

@@ -40,7 +40,7 @@ def plot_web(
     """Draw the lines of a web over a grid, those of low order thicker, and name the longest, none over another.
 
     :Parameters: lines: of `fastaff.resonance_web`, drawn white in a dark casing; names: of the frequencies; axes: of
-        the grid, as given to `resonance_web`; labels: how many resonances are named; dots: mark the grid points of
+        the grid, as given to `resonance_web`; labels: the number of named resonances; dots: mark the grid points of
         `locked`, for resonances that do not hold everywhere.
     :Returns: Artists: points are the dots, or None; missing is 0.
 
@@ -79,8 +79,8 @@ def plot_ratio_web(
     """Draw the lines of a web in the plane (nu1/nu3, nu2/nu3), over the orbits of a map coloured by a value of each.
 
     :Parameters: lines: of `fastaff.analysis.ratio_web`; names: of the three frequencies; nu (3, ...): those of orbits,
-        or None; values: of the shape of a row of nu, such as the diffusion, or None for one colour; labels: how many
-        lines are named.
+        or None; values: of the shape of a row of nu, such as the diffusion, or None for one colour; labels: the number
+        of named lines.
     :Returns: Artists; `missing` counts orbits that are not finite.
 
     Examples
@@ -149,7 +149,7 @@ def plot_diffusion_histogram(histogram: DiffusionHistogram, *, ax: Any = None, l
 
 
 def _style(order: int) -> dict[str, Any]:
-    """White with a dark casing, to be seen on both ends of cividis and on white."""
+    """White with a dark casing, visible on both ends of cividis and on white."""
     from matplotlib.patheffects import Normal, Stroke
 
     width = float(np.clip(8.0 / order, 0.6, 1.4))
@@ -185,7 +185,7 @@ def _named(ax: Any, lines: Sequence[ResonanceLine], names: Sequence[str], most: 
 
 @figure
 def plot_resonances(resonances: Resonances, *, ax: Any = None, most: int = 12) -> Artists:
-    """Draw how many orbits each resonance module has, the frequent ones on top.
+    """Draw the number of orbits of each resonance module, the frequent ones on top.
 
     :Parameters: most: modules drawn.
     :Returns: Artists: points are the bars, labels the numbers beside them; `missing` counts orbits that are not OK.

@@ -1,9 +1,9 @@
-"""Colour scales and what is coloured: scales of chaos follow from the limit of their indicator, not from the data.
+"""Colour scales and coloured values: scales of chaos follow from the limit of their indicator, not from the data.
 
 Bright is chaotic: cividis has a step of lightness at the limit, so that the boundary between regular and chaotic is
-seen with any kind of colour vision, and in grey. The regular half runs from what a regular orbit reads to the limit,
-whatever the data: rounding noise of regular orbits does not look like chaos. Diffusion, which decides less sharply
-(slow chaos is below the limit), has no step, but grey at the limit and ends that the limit sets.
+seen with any kind of colour vision, and in grey. The regular half runs from the value of a regular orbit to the limit,
+whatever the data: rounding noise of regular orbits does not look like chaos. Diffusion decides less sharply (slow chaos
+is below the limit); its scale has no step, but grey at the limit and ends that the limit sets.
 """
 
 from __future__ import annotations
@@ -65,8 +65,8 @@ def label_of(name: str, known: Any = None) -> str:
 
 
 def indicator_of(name: str, result: Any = None) -> Any:
-    """Return the indicator of the package that has this name in results, the look that a result knows of one of
-    somebody else's, or None.
+    """Return the indicator of the package with this name in results, a result's description of a user's indicator, or
+    None.
     """
     if name.startswith("gali_") and name[5:].isdigit():
         known: Any = GALI(int(name[5:]))
@@ -99,9 +99,9 @@ def colours_of(colours: Colouring) -> Any:
 def limit_scale(values: Any, limit: float, regular: float | None = None) -> Any:
     """Return a colour scale with the limit in its middle.
 
-    Towards `regular`, what a regular orbit reads, it ends there; on the other side it ends as far from the limit or, if
-    that is farther, at the 2nd or 98th percentile of the values beyond the limit. Without `regular` both ends are such
-    percentiles.
+    On the side of `regular`, the value of a regular orbit, it ends there; on the other side it ends as far from the
+    limit or, if that is farther, at the 2nd or 98th percentile of the values beyond the limit. Without `regular` both
+    ends are such percentiles.
     """
     from matplotlib.colors import TwoSlopeNorm
 
@@ -184,7 +184,7 @@ def each_value(values: Any) -> np.ndarray:
 
 
 def limited(norm: Any, vmin: float | None = None, vmax: float | None = None) -> Any:
-    """Return a scale with ends of one's own; one with a limit keeps it where that is between them. Raises ValueError
+    """Return a scale with given ends; it keeps its limit if that lies between them. Raises ValueError
     for ends in the wrong order.
     """
     from matplotlib.colors import Normalize, TwoSlopeNorm
@@ -241,7 +241,7 @@ def coloured(
     result: Any = None,
 ) -> Colouring:
     """Return the colours of orbits by values (orbits,) of that name, with the limit of chaos or None; norm: another
-    scale; result: that they are of.
+    scale; result: the source of the values.
     """
     known = indicator_of(name, result)
     norm = limited(norm or scale_of(name, values, limit, known), vmin, vmax)
@@ -249,7 +249,7 @@ def coloured(
 
 
 KEPT = ("counts", "status", "energy_error", "t")
-"""Columns that orbits have which are not OK."""
+"""Columns with values for orbits that are not OK too."""
 
 
 def _chaos(result: ChaosMap, name: str, fine: np.ndarray) -> tuple[np.ndarray, float]:
@@ -289,7 +289,7 @@ def _column(result: Any, name: str | None) -> np.ndarray:
 def orbit_colours(
     result: Any, values: Any, orbits: int, norm: Any, vmin: float | None, vmax: float | None, label: str | None
 ) -> Colouring:
-    """Return what orbits are coloured by, of what a caller gives: values, the name of a column or a Colouring."""
+    """Return the colours of orbits from a caller's values, name of a column or Colouring."""
     if isinstance(values, str):
         values = colouring(result, values)
     if not isinstance(values, Colouring):

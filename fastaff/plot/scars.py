@@ -1,4 +1,4 @@
-"""Periodic orbits as curves in the plane of two coordinates, over whatever is drawn there: scars of wave functions."""
+"""Periodic orbits as curves in the plane of two coordinates, over a figure there: scars of wave functions."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ def plot_scars(
 ) -> Artists:
     """Draw periodic orbits as curves of the first two coordinates, over the density of a state that axes already show.
 
-    :Parameters: orbits; model: whose orbits they are, such as `reduced(body, ...)`; chart: ALPHA_BETA, R_VARTHETA or
+    :Parameters: orbits; model: that of the orbits, such as `reduced(body, ...)`; chart: ALPHA_BETA, R_VARTHETA or
         TWO_POLAR, that of `plot_density`, for bodies (default: ALPHA_BETA); points: along each. Solid: stable, dashed:
         unstable, white with a dark casing. alpha and beta are drawn positive. The limits of axes with something on them
         stay.

@@ -25,7 +25,7 @@ from .style import DARK, GREY, Artists, beyond, figure, outline, symbol
 from .winding import argument_of
 
 SAME = 1e-8
-"""Share by which energies, beside the largest kinetic one, and momenta of orbits may differ that have one boundary."""
+"""Largest relative differences of energies (to the largest kinetic one) and momenta of orbits with one boundary."""
 
 
 @figure
@@ -52,14 +52,14 @@ def plot_section(
     :Parameters: values: (orbits,), a `Colouring` of another result of the same orbits, such as `colouring(chaos_map,
         "sali")`, the name of a column of the map such as "energy_error", or None for one dark colour; x, y: names of
         coordinates of the chart or momenta (`p_beta`), of a plane system its own; by default those free on the section;
-        boundary: True for the edge of what the energy of the orbits reaches, or one of `edge`; starts: where the orbits
-        started, to mark those that never crossed; norm, or vmin and vmax: the colour scale; label: of the colour bar;
-        size: area of a point in square points; density: an image of how many crossings are in each pixel, or of the
+        boundary: True for the edge of the region that the energy of the orbits allows, or one of `edge`; starts: of the
+        orbits, to mark those that never crossed; norm, or vmin and vmax: the colour scale; label: of the colour bar;
+        size: area of a point in square points; density: an image of the number of crossings in each pixel, or of the
         mean of their values (default: above 300 000 crossings).
 
-    Orbits without a value, and those that failed or escaped, are grey, and the legend says how many.
+    Orbits without a value, and those that failed or escaped, are grey; the legend has their number.
 
-    :Returns: Artists; `missing` counts orbits of which nothing is drawn. A click picks orbit and crossing (`picked`).
+    :Returns: Artists; `missing` counts orbits that are not drawn. A click picks orbit and crossing (`picked`).
     :Cost: an image takes about 0.1 us a crossing.
 
     Examples
@@ -132,7 +132,7 @@ def _own_edge(found: Any) -> Edge:
 
 
 def _cut(ax: Any, away: tuple[np.ndarray, ...]) -> tuple[Any, ...]:
-    """Note how many of the grey crossings lie beyond the frame."""
+    """Write the number of grey crossings beyond the frame."""
     if not away[0].size:
         return ()
     (x0, x1), (y0, y1) = sorted(ax.get_xlim()), sorted(ax.get_ylim())
@@ -151,7 +151,7 @@ def _crossings(u: np.ndarray, v: np.ndarray, orbits: np.ndarray) -> tuple[np.nda
 
 
 def _all_crossings(u: np.ndarray, v: np.ndarray, drawn: np.ndarray) -> tuple[np.ndarray, ...]:
-    """Return u, v (crossings*orbits,) of all crossings, one of each orbit after the other, NaN of those not drawn."""
+    """Return u, v (crossings*orbits,) of all crossings, one of each orbit after the other, NaN for those not drawn."""
     if not drawn.all():
         u = np.where(drawn, u, np.nan)
     return u.ravel(), v.ravel()
@@ -173,7 +173,7 @@ def _draw(
         image = draw_density(ax, x, y, None if colours is None else colours.values, **how)
         return carry(image, x, y, orbits=orbits)
     x, y, orbit, crossing = flat
-    # In an order without meaning, so that no kind of orbit covers another.
+    # In a random order, so that no kind of orbit covers another.
     order = np.random.default_rng(0).permutation(x.size)
     x, y, orbit, crossing = x[order], y[order], orbit[order], crossing[order]
     area = size if size is not None else float(np.clip(60000 / max(x.size + besides, 1), 0.25, 9.0))
@@ -192,7 +192,7 @@ def above_frame(ax: Any, handles: list[Any]) -> None:
 def _look_at(
     ax: Any, flat: tuple[np.ndarray, ...], rows: tuple[np.ndarray, np.ndarray], grey: np.ndarray, starts: Any, edge: Any
 ) -> None:
-    """Set the frame to what is coloured and to where orbits started, where some have gone far away."""
+    """Set the frame to the coloured crossings and the starts if some orbits have gone far away."""
     if not grey.any():
         return
     near = [np.array(flat[:2])]
@@ -232,14 +232,14 @@ def words(status: Any) -> str:
 
 
 def why(status: np.ndarray, chosen: np.ndarray) -> str:
-    """Say how many orbits are chosen, by what became of them, frequent ones first."""
+    """Return the numbers of chosen orbits by outcome, frequent ones first."""
     codes, counts = np.unique(np.asarray(status)[chosen], return_counts=True)
     order = np.argsort(-counts, kind="stable")
     return ", ".join(f"{counts[k]} {words(codes[k])}" for k in order)
 
 
 def _grey(ax: Any, flat: tuple[np.ndarray, ...], why: str, size: float | None, besides: int) -> list[Any]:
-    """Draw crossings in grey below the others; return what the legend shows."""
+    """Draw crossings in grey below the others; return the entries of the legend."""
     x, y, orbit, crossing = flat
     if not x.size:
         return []
@@ -249,7 +249,7 @@ def _grey(ax: Any, flat: tuple[np.ndarray, ...], why: str, size: float | None, b
 
 
 def _crosses(ax: Any, at: np.ndarray, chosen: np.ndarray, why: str) -> list[Any]:
-    """Mark where orbits started that never crossed."""
+    """Mark the starts of orbits that never crossed."""
     number = np.flatnonzero(chosen)
     area = float(np.clip(4000 / number.size, 3.0, 16.0))
     marks = ax.scatter(*at[:, number], marker="x", s=area, color="0.6", linewidths=0.7, rasterized=True, zorder=0.9)

@@ -1,4 +1,4 @@
-"""Figures of where orbits start: dots, and values over the cells of a grid."""
+"""Figures of the starts of orbits: dots, and values over the cells of a grid."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ from .scales import colouring, colours_of, orbit_colours
 from .style import DARK, GREY, Artists, beyond, figure, symbol
 
 STEEP = 0.8
-"""Part of the allowed cells beside them that the last ones of a grid have where it cuts: less where the region ends."""
+"""Least ratio of allowed cells in the last row of a grid to those beside it if the grid cuts the region."""
 
 
 def places(starts: EnergyGrid | EnergySample) -> np.ndarray:
-    """Return the section coordinates (2, orbits) of where orbits started. Raises ValueError where they are not two."""
+    """Return the section coordinates (2, orbits) of the starts of orbits. Raises ValueError where they are not two."""
     if not isinstance(starts, (EnergyGrid, EnergySample)):
         raise TypeError(f"starts must be an EnergyGrid or EnergySample, got {shown(starts)}")
     if len(starts.names) != 2:
@@ -49,9 +49,9 @@ def widths(grid: EnergyGrid) -> tuple[float, float]:
 
 
 def cut_sides(ax: Any, grid: EnergyGrid | EnergySample) -> tuple[Any, ...]:
-    """Note on which sides the energy allows more than a grid shows: where it allows its last cells nearly as it does
-    those beside them, but at 0 and at the ends of a whole turn of an angle. Samples, grids of maps and those at rest,
-    over angles, have no such sides.
+    """Note the sides on which the energy allows more than a grid shows: nearly as many of its last cells are allowed as
+    of those beside them. The value 0 and the ends of a whole turn of an angle are no such sides. Samples, grids of maps
+    and those at rest, over angles, have none.
     """
     if not isinstance(grid, EnergyGrid) or math.isnan(grid.energy) or grid.names[-1].startswith("phi"):
         return ()
@@ -135,8 +135,8 @@ def grey_cells(ax: Any, grid: EnergyGrid, chosen: np.ndarray) -> Any:
 def plot_starts(
     starts: EnergyGrid | EnergySample, *, ax: Any = None, values: Any = None, size: float = 4.0, **options: Any
 ) -> Artists:
-    """Draw where the orbits of an EnergyGrid or EnergySample start; cells of a grid that the energy does not reach are
-    pale.
+    """Draw the starts of the orbits of an EnergyGrid or EnergySample; cells of a grid that the energy does not reach
+    are pale.
 
     :Parameters: values: (orbits,) or a `Colouring`, to colour cells or dots, with `norm`, `vmin`, `vmax`, `label` and
         `colorbar` as in `plot_diffusion_grid`; size: area of a dot in square points.

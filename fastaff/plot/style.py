@@ -15,9 +15,9 @@ from ..base.numbers import real, shown
 from ..base.progress import watched
 
 DARK, ACCENT, PALE = "#00224e", "#b35900", "#5a8fc8"
-"""The dark end of cividis, an orange and a blue that are told from it by lightness too."""
+"""The dark end of cividis, an orange and a blue that differ from it by lightness too."""
 GREY, OUTLINE = "0.72", "0.35"
-"""What has left or has no value, and the edge of what the energy reaches."""
+"""Orbits that have left or have no value, and the edge of the accessible region."""
 LINES = (
     (DARK, "-"),
     (ACCENT, (0, (5, 1.5))),
@@ -27,9 +27,9 @@ LINES = (
 )
 """Colours and dashes of curves, in turn."""
 PLATE = {"boxstyle": "round,pad=0.12", "facecolor": "white", "edgecolor": "none", "alpha": 0.9}
-"""What a name is written on."""
+"""Background of a name."""
 PALE_END = 0.93
-"""Where cividis is cut."""
+"""Part of cividis that is kept."""
 SMALL = 8.0
 """Points of labels inside a figure."""
 
@@ -60,7 +60,7 @@ INK: Any = dict.fromkeys(("text.color", "axes.labelcolor", "axes.edgecolor", "xt
     "ytick.labelcolor": "inherit",
     "legend.labelcolor": "black",
 }
-"""Settings on white paper, where the user's are for dark."""
+"""Settings for white paper, used if the user's are for dark."""
 PAPER: Any = {"figure.facecolor": "white", "axes.facecolor": "white", "savefig.facecolor": "auto"}
 
 GREEK = """alpha beta gamma delta zeta eta theta vartheta kappa lambda mu xi rho sigma tau chi psi omega Gamma Delta
@@ -113,7 +113,7 @@ def light(colour: Any) -> bool:
 
 
 def _inked(ax: Any) -> Any:
-    """Return the context in which one draws on axes: our colours are for white, so are texts on them."""
+    """Return the context for drawing on axes: our colours, and texts on them, are for white."""
     import matplotlib
 
     settings: Any = (
@@ -132,7 +132,7 @@ def nothing(ax: Any, why: str = "") -> Any:
 
 
 def beyond(ax: Any, said: str) -> Any:
-    """Note in a corner of axes what they do not show."""
+    """Write a note in a corner of axes about the values that they do not show."""
     style = {"ha": "right", "va": "bottom", "fontsize": 8, "color": "0.35", "bbox": PLATE, "zorder": 5}
     return ax.text(0.99, 0.01, said, transform=ax.transAxes, **style)
 
@@ -159,7 +159,7 @@ MANY = 100_000
 
 
 def _light_to_print(ax: Any) -> None:
-    """Let what has many points be an image in files of vector graphics, whose axes and texts stay vectors."""
+    """Make artists with many points images in files of vector graphics; axes and texts stay vectors."""
     curves = [(line, len(line.get_xdata())) for line in ax.lines if not line.get_rasterized()]
     vectors = [many for many in ax.collections if not many.get_rasterized()]
     curves += [(many, len(many.get_offsets()) + sum(len(path) for path in many.get_paths())) for many in vectors]
@@ -169,7 +169,7 @@ def _light_to_print(ax: Any) -> None:
 
 
 def _check(ax: Any, size: Any) -> None:
-    """Refuse what no figure is drawn on, and sizes that are none."""
+    """Refuse axes that no figure can be drawn on, and sizes that are not numbers >= 0."""
     from matplotlib.axes import Axes
 
     if not isinstance(ax, Axes):
@@ -181,7 +181,7 @@ def _check(ax: Any, size: Any) -> None:
 
 
 def chosen_orbits(orbits: Any, total: int, most: int, name: str = "orbits") -> Any:
-    """Return the numbers of the orbits, or signals, that are drawn: those asked for, or up to `most` of all."""
+    """Return the numbers of the orbits, or signals, to draw: those asked for, or up to `most` of all."""
     import numpy as np
 
     if orbits is None:

@@ -1,4 +1,4 @@
-"""Figures of tori: actions and frequencies of many, the lines of one."""
+"""Figures of tori: actions and frequencies of many tori, the spectrum of one."""
 
 from __future__ import annotations
 

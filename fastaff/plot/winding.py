@@ -1,4 +1,4 @@
-"""Angles of orbits in figures: those that wind on are drawn within one period about 0."""
+"""Angles of orbits in figures: winding angles are drawn within one period about 0."""
 
 from __future__ import annotations
 
@@ -20,8 +20,8 @@ def argument_of(found: Any, name: str) -> Any:
 
 
 def around_zero(found: Any, name: str, values: np.ndarray) -> np.ndarray:
-    """Return the values (..., orbits) of a coordinate of a result, within half a period around 0 where it is an angle
-    of its model and an orbit winds around it.
+    """Return the values (..., orbits) of a coordinate of a result, within half a period around 0 if it is an angle of
+    its model that an orbit winds around.
     """
     model = argument_of(found, "body") if name in found.names else None
     row = found.names.index(name) if model is not None else 0
@@ -33,8 +33,8 @@ def around_zero(found: Any, name: str, values: np.ndarray) -> np.ndarray:
 
 
 def broken(u: np.ndarray, v: np.ndarray, plain: tuple[np.ndarray, np.ndarray]) -> tuple[np.ndarray, ...]:
-    """Return a curve (moments,) of angles, with a gap where one of them was brought back, and the number of each
-    moment; `plain` is the same curve as it winds.
+    """Return a curve (moments,) of angles, with a gap at each jump by a period, and the number of each moment; `plain`
+    is the same curve without jumps.
     """
     left, right = (
         np.abs(np.diff(a) - np.diff(b)) > 0.5 * np.abs(np.diff(a)) for a, b in zip((u, v), plain, strict=True)

@@ -2,7 +2,7 @@
 
 # Published with 15 digits. These solve the order conditions (grades 1, 3 and 5 of the free Lie algebra of drift A and
 # kick B with [B, [B, [B, A]]] = 0) to 1e-25: the solution nearest to the published digits, within 4e-15 of each.
-# The other of the pair, with 11 forces, needs 4-18 % fewer of them on Hénon-Heiles and 12-30 % more on Kepler orbits.
+# The other of the pair, with 11 forces, needs 4-18 % fewer forces on Hénon-Heiles and 12-30 % more on Kepler orbits.
 BLANES_MOAN6_DRIFT = """
 0.03785931984061094144702118 0.10263563310243655284708225 -0.02586788826655833316394696 0.31424140307144643414714254
     -0.13014445951741511384961508 0.10641770036954136802228014 -0.00879424312851020439406943

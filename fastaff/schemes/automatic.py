@@ -1,4 +1,4 @@
-"""A scheme that chooses itself: candidates and how a short trial decides between them."""
+"""Automatic choice of a scheme: the candidates, and the decision between them by a short trial."""
 
 from __future__ import annotations
 
@@ -28,20 +28,20 @@ from .catalogue import (
 from .time_transformed import TimeTransformed
 
 PREFERENCE = 1.5
-"""How many times the forces of the cheapest scheme one that keeps phase space volume may cost: its error does not grow
-with time.
+"""Largest cost, over that of the cheapest scheme, of a scheme that conserves phase space volume: its error does not
+grow with time.
 """
 
 BETTER = {KAHAN_LI8: BLANES_CASAS_ESCORIHUELA8}
-"""Schemes that are not tried beside another where T is quadratic: the race of bench/test_schemes.py has it ahead on all
-systems at all accuracies.
+"""Schemes that are not tried beside a better one if T is quadratic: in the race of bench/test_schemes.py the latter is
+ahead on all systems at all accuracies.
 """
 
 COARSE = 1e-7
-"""Error of states from which order 6 needs the fewest forces, over hundreds of periods too."""
+"""Error of states above which order 6 needs the fewest forces, also over hundreds of periods."""
 
 TRIAL_ORBITS = 64
-"""Orbits that decide between schemes."""
+"""Number of orbits that decide between schemes."""
 
 
 SHARE = 0.25
@@ -49,17 +49,17 @@ SHARE = 0.25
 
 
 DRIVEN, NATURAL = 1e-11, 1e-12
-"""Accuracies from which on RKN12 is taken where the error is that of the end of a run, found by another one: of driven
-systems and of others. It takes less time than a splitting from 1e-9 and 1e-12 on, but some seconds to compile for a
-model, so not where no accuracy is asked for.
+"""Accuracies, for driven systems and for others, from which on RKN12 is taken if a second run determines the error at
+the end. It is faster than a splitting from 1e-9 and 1e-12 on, but takes some seconds to compile for a model: it is not
+the default without an accuracy.
 """
 
 FINE = 1e-11
-"""Error of states down to which GAUSS8 is faster than GAUSS16: the race of bench/nonseparable.py."""
+"""Error of states down to which GAUSS8 is faster than GAUSS16, by the race of bench/nonseparable.py."""
 
 
 def cheapest(error: float, quadratic: bool) -> Splitting:
-    """Return the splitting that needs the fewest forces for an error of states, for T quadratic in the momenta or not.
+    """Return the splitting with the fewest forces for an error of states, for T quadratic in the momenta or not.
 
     Source: the race of bench/test_schemes.py, docs/schemes.md.
     """
@@ -69,8 +69,8 @@ def cheapest(error: float, quadratic: bool) -> Splitting:
 
 
 def quickest(accuracy: float, driven: bool) -> Splitting | Nystrom:
-    """Return the scheme that takes the least time for an accuracy of states at the end of a run, which another run
-    confirms, for accelerations that depend on the coordinates, and on time, alone.
+    """Return the scheme that takes the least time for an accuracy of states at the end of a run, confirmed by a second
+    run, for accelerations that depend on the coordinates, and on time, alone.
 
     Source: the race of bench/test_schemes.py, docs/schemes.md.
     """
@@ -87,7 +87,7 @@ def fastest(error: float) -> Collocation:
 
 @dataclass(frozen=True)
 class Trial:
-    """What a candidate did in the trial: its step, the largest energy error expected at the end, forces per unit
+    """Result of a candidate in the trial: its step, the largest energy error expected at the end, forces per unit
     time.
     """
 
@@ -102,13 +102,13 @@ class Automatic:
     """A scheme chosen by trial: the cheapest of `candidates` whose energy error stays below `energy_error` on a sample
     of the orbits.
 
-    Each fixed step is first made as long as that allows. An adaptive scheme keeps the tolerances it is given; its error
-    is taken to grow in proportion to time. The cost is counted in forces, never timed, so the choice is the same on
-    every machine. A symplectic scheme that costs up to PREFERENCE times the cheapest is preferred; where none meets the
-    bound the one of least error is taken, an adaptive one where none keeps the sample in the domain. Orbits that leave
-    the domain have no say beside others. A result's `.scheme` and `.step` are those chosen. The scheme belongs to the
-    set of orbits, the steps to each orbit alone, as without a choice (but one step in s of a `TimeTransformed`).
-    `integrate` and `poincare_map` try all candidates, other functions those that step in time itself.
+    Each fixed step is first made as long as that allows. An adaptive scheme keeps the given tolerances; its error is
+    assumed to grow in proportion to time. The cost is counted in forces, never timed, so the choice is the same on
+    every machine. A symplectic scheme that costs up to PREFERENCE times the cheapest is preferred. If none meets the
+    bound, the scheme of least error is taken; if none keeps the sample in the domain, an adaptive one. Orbits that
+    leave the domain do not count beside others. A result's `.scheme` and `.step` are those chosen. The scheme depends
+    on the set of orbits, the steps on each orbit alone (except the one step in s of a `TimeTransformed`). `integrate`
+    and `poincare_map` try all candidates, other functions those that step in time itself.
 
     :Raises: TypeError or ValueError for candidates that are no schemes.
 
@@ -152,7 +152,7 @@ class Automatic:
 
     @property
     def in_time(self) -> Automatic:
-        """Itself with the candidates that step in time itself."""
+        """The same choice among the candidates that step in time itself."""
         kept = tuple(c for c in self.candidates if not isinstance(c, TimeTransformed))
         if not kept:
             raise ValueError(
@@ -161,8 +161,8 @@ class Automatic:
         return replace(self, candidates=kept)
 
     def suited(self, quadratic: bool) -> Automatic:
-        """Return itself with the candidates worth a trial: those whose order holds and, for T `quadratic` in the
-        momenta, that have no `BETTER` one beside them.
+        """Return the choice among the candidates worth a trial: those whose order holds and, for T `quadratic` in the
+        momenta, without a `BETTER` candidate.
         """
         kept = tuple(
             c
@@ -188,8 +188,8 @@ AUTO = Automatic()
 
 
 def trial_rounds(sample: np.ndarray, span: float, time: float | None) -> int:
-    """Return how many spans fewer than TRIAL_ORBITS are tried, to see as many bounces as these would: no longer than
-    the run.
+    """Return the number of spans for a trial of fewer than TRIAL_ORBITS orbits, for as many bounces as these have: no
+    longer than the run.
     """
     return max(1, math.ceil(min(TRIAL_ORBITS / sample.shape[1], 8.0 if time is None else time / span)))
 

@@ -1,16 +1,16 @@
 """Numerical schemes as data that checks itself: splittings, explicit Runge-Kutta tableaux and all others by name.
 
-A scheme is a frozen value: its coefficients, the order it claims and the publication it comes from. Construction
-raises ValueError for wrong lengths, lost digits, broken symmetry or an order that the quadrature conditions refute.
+A scheme is a frozen value: its coefficients, its stated order and its publication. Construction raises ValueError for
+wrong lengths, lost digits, broken symmetry or an order that the quadrature conditions refute.
 
-To choose by: forces per unit time for a global error of 1e-11 after time 20, on a Hénon-Heiles orbit of energy 0.096
+For a choice: forces per unit time for a global error of 1e-11 after time 20, on a Hénon-Heiles orbit of energy 0.096
 and on a Kepler orbit of eccentricity 0.3 (constants of the leading error, measured in 45 digits):
 
                    LEAPFROG   YOSHIDA4   BLANES_MOAN6   KAHAN_LI8   SOFRONIOU_SPALETTA10
     Hénon-Heiles     206500       1666             87         127                     84
     Kepler          1371000       5176            282         220                    169
 
-The race on seven systems and what leads where is in docs/schemes.md.
+docs/schemes.md has the race on seven systems and its leaders.
 """
 
 from collections.abc import Iterable, Mapping
@@ -33,12 +33,12 @@ from .nystrom import RKN12, Nystrom
 
 
 def _label(scheme: "Splitting | RungeKutta") -> None:
-    """Check what a scheme says of itself."""
+    """Check name, source and order of a scheme."""
     text("name", scheme.name), text("source", scheme.source), whole("order", scheme.order, 1, MOST_ORDER)
 
 
 def _shown(scheme: "Splitting | RungeKutta") -> str:
-    """Name a scheme of the package as code does, others with what they are; the coefficients are attributes."""
+    """Return the name of a scheme of the package, for others class, name, order and stages."""
     if scheme.name == ITERATION.name or SCHEMES.get(scheme.name) == scheme:
         return scheme.name
     return f"{type(scheme).__name__}(name={scheme.name!r}, order={scheme.order}, stages={scheme.stages})"
@@ -52,12 +52,12 @@ class Splitting:
     ends with the drift drift[-1]*h. A scheme that kicks first has drift[0] = drift[-1] = 0.
 
     :Parameters: `drift` has one entry more than `kick`; both are palindromic and sum to 1. With `nystrom` the order
-        holds only for T quadratic in p; with `increments` steps are summed as increments with their rounding errors
-        carried on (Kahan's summation), which takes 1.2 to 1.4 times as long and pays where the scheme's own error is
-        below 1e-13: `dataclasses.replace(BLANES_CASAS_ESCORIHUELA8, increments=True)`.
+        holds only for T quadratic in p; with `increments` steps are summed as increments with carried rounding errors
+        (Kahan's summation). That takes 1.2 to 1.4 times as long and pays where the scheme's own error is below 1e-13:
+        `dataclasses.replace(BLANES_CASAS_ESCORIHUELA8, increments=True)`.
     :Raises: ValueError for coefficients that are not finite, not palindromic, do not sum to 1 or contradict the order.
-        The test of the order is necessary, not sufficient: a force, and a velocity, that depend on time alone must be
-        integrated by a quadrature of that order. The tests of the package measure the order itself.
+        The test of the order is necessary, not sufficient: for a force, and a velocity, that depend on time alone the
+        scheme must be a quadrature of that order. The tests of the package measure the order itself.
     """
 
     name: str
@@ -184,18 +184,18 @@ def triple_jump(base: Splitting, *, name: str, source: str) -> Splitting:
 class RungeKutta:
     """Hold an explicit Runge-Kutta tableau, with error weights and an interpolant if it has them.
 
-    Row i of `a` has i entries: the slope k_i = f(t + c_i h, y + h sum_j a_ij k_j). The step ends at y + h sum b_i k_i.
-    Row r of `errors` estimates the error of a solution of order `error_orders[r]` as h sum errors_ri k_i. Step control
-    takes one row, or the blend of two of DOP853, and the last slope of a step as the first of the next. The interpolant
-    may need more slopes, with the rows `extra_a` and the nodes `extra_c`. Its rows F_r = sum_i dense_ri k_i run over
-    all slopes, and at t + x h it takes the value
+    Row i of `a` has i entries, for the slope k_i = f(t + c_i h, y + h sum_j a_ij k_j). The step ends at y + h sum b_i
+    k_i. Row r of `errors` estimates the error of a solution of order `error_orders[r]` as h sum errors_ri k_i. Step
+    control uses one row, or DOP853's blend of two, and the last slope of a step as the first of the next. The
+    interpolant may need more slopes, with the rows `extra_a` and the nodes `extra_c`. Its rows F_r = sum_i dense_ri k_i
+    run over all slopes, and its value at t + x h is
 
         y + h x (F_0 + (1-x) (F_1 + x (F_2 + (1-x) (F_3 + ...)))),
 
     a nesting that loses far fewer digits than powers of x. F_0 = sum b_i k_i, so it meets the end of the step.
 
-    :Raises: ValueError where a row of `a` does not sum to its node, or where weights contradict the order they claim as
-        a quadrature (necessary, not sufficient: the tests of the package check all rooted trees).
+    :Raises: ValueError where a row of `a` does not sum to its node, or where weights contradict their stated order as a
+        quadrature (necessary, not sufficient: the tests of the package check all rooted trees).
     """
 
     name: str
@@ -303,7 +303,7 @@ class RungeKutta:
 
 
 def _mirrored(half: str, *, central: bool) -> Weights:
-    """The palindrome of sum 1 with that outer half; its innermost value, single (`central`) or double, follows."""
+    """Return the palindrome of sum 1 with that outer half; the sum gives its central value or pair of values."""
     outer = [Fraction(w) for w in half.split()]
     inner = 1 - 2 * sum(outer)
     middle = [inner] if central else [inner / 2] * 2
@@ -446,5 +446,5 @@ def scheme_named(name: str) -> Scheme:
 
 
 def scheme_of(value: Any, _: Any = None) -> Any:
-    """Return the scheme that a name stands for; anything else as it is."""
+    """Return the scheme of a name; anything else as it is."""
     return SCHEMES[named("scheme", value, SCHEMES)] if isinstance(value, str) else value

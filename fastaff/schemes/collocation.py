@@ -18,8 +18,8 @@ class Collocation:
     """Hold a collocation at symmetric nodes that is symplectic: of order 2s with Gauss's s nodes.
 
     A step of size h of dz/dt = f(z) solves Y_i = z + sum_j m_ij L_j, L_i = h b_i f(Y_i), and ends at z + sum_i L_i. The
-    iteration goes to rounding, in at most `sweeps` sweeps over the stages, and steps are summed with their rounding
-    errors carried on. m_ij + m_ji = 1 exactly, so quadratic invariants and the symplectic form are kept to rounding.
+    iteration goes to rounding, in at most `sweeps` sweeps over the stages, and steps are summed with carried rounding
+    errors. m_ij + m_ji = 1 exactly, so quadratic invariants and the symplectic form are conserved to rounding.
 
     :Parameters: `nodes`: the larger half of the nodes in (0, 1), as decimal strings of 30 digits or more.
     :Raises: ValueError where the nodes contradict the order (b is a quadrature of that order, which for a collocation
@@ -118,8 +118,8 @@ class Collocation:
 
     @cached_property
     def dense_array(self) -> np.ndarray:
-        """A float64 array (stages, 2*stages): the states at the nodes by the L of the step before and those of the
-        nodes before, from the integral of the polynomial through their slopes.
+        """A float64 array (stages, 2*stages): the states at the nodes from the L of the step before and of the nodes
+        before, by the integral of the polynomial through their slopes.
         """
         s, c, b = self.stages, np.array([float(x) for x in self._nodes]), self.b_array
         x, w = np.polynomial.legendre.leggauss(s)

@@ -1,4 +1,4 @@
-"""The conditions that coefficients of a scheme must meet: sums, orders of quadratures, rows of numbers."""
+"""Conditions on the coefficients of a scheme: sums, orders of quadratures, rows of numbers."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ Rows = tuple[Weights, ...]
 
 
 MOST_ORDER = 40
-"""An order beyond all that there is; its quadrature conditions are still well posed."""
+"""An order above that of all known schemes; its quadrature conditions are still well posed."""
 
 
 def require(condition: bool, scheme: str, fault: str) -> None:
@@ -24,7 +24,7 @@ def require(condition: bool, scheme: str, fault: str) -> None:
 
 
 def agree(found: float | np.ndarray, expected: float | np.ndarray, weights: Weights) -> bool:
-    """Whether sums over `weights` agree with what is expected up to rounding."""
+    """Whether sums over `weights` agree with the expected values up to rounding."""
     return bool(np.all(np.abs(found - expected) <= 1e-14 * max(1.0, sum(map(abs, weights)))))
 
 
@@ -41,7 +41,7 @@ def values(text: str) -> Weights:
 
 
 def sparse(text: str, length: int) -> Weights:
-    """Return a row of so many numbers from those that are not 0, each as column:number."""
+    """Return a row of `length` numbers from those that are not 0, each as column:number."""
     row = [0.0] * length
     for entry in text.split():
         column, _, number = entry.partition(":")

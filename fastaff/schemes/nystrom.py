@@ -21,8 +21,8 @@ class Nystrom:
     """Hold an explicit Runge-Kutta-Nyström tableau for H = T(p) + V(q), with T quadratic in the momenta.
 
     With the velocities v(p) of T, stage i has the force F_i at q + c_i h v(p + h sum_j a_ij/c_i F_j); a step of size h
-    ends at q + h v(p + h sum_j b_j (1 - c_j) F_j) and p + h sum_j b_j F_j, summed with rounding errors carried on. It
-    is neither symplectic nor reversible: energies drift by the error that it makes.
+    ends at q + h v(p + h sum_j b_j (1 - c_j) F_j) and p + h sum_j b_j F_j, summed with carried rounding errors. It is
+    neither symplectic nor reversible: energies drift by its error.
 
     :Parameters: row i of `a` has i entries; `b` are the weights of the momenta, `c` the nodes, the first 0, the others
         positive.
@@ -67,9 +67,9 @@ class Nystrom:
         size = (float(np.abs(b) @ np.abs(a).sum(axis=1)),)
         inner = a @ c[:, None] ** powers - c[:, None] ** (powers + 2) / ((powers + 1) * (powers + 2))
         for k in powers[:-2]:
-            defects = [(b * c**k) @ inner[:, : self.order - 2 - k]]  # of forces linear in q, with coefficients t^k
+            defects = [(b * c**k) @ inner[:, : self.order - 2 - k]]  # for forces linear in q, with coefficients t^k
             moved = c**k
-            for m in range(1, (self.order - 1 - k) // 2 + 1):  # of a linear force with a part t^k
+            for m in range(1, (self.order - 1 - k) // 2 + 1):  # for a linear force with a part t^k
                 moved = a @ moved
                 defects.append(np.array([b @ moved - factorial(k) / factorial(k + 1 + 2 * m)]))
             require(agree(np.concatenate(defects), 0.0, size), self.name, f"a contradicts the order {self.order}")
@@ -86,17 +86,17 @@ class Nystrom:
 
     @property
     def increments(self) -> bool:
-        """Whether steps are summed with their rounding errors carried on: yes."""
+        """Whether steps are summed with carried rounding errors: yes."""
         return True
 
     @property
     def drift_array(self) -> np.ndarray:
-        """A fresh float64 array of those of a_ij/c_i, then b_j (1 - c_j) and b_j, that are not 0."""
+        """A fresh float64 array of the nonzero values of a_ij/c_i, then of b_j (1 - c_j) and b_j."""
         return np.array([x for row in self._sums for x in row if x != 0.0], dtype=np.float64)
 
     @cached_property
     def terms(self) -> tuple[tuple[int, ...], ...]:
-        """Which forces the sums of stages, of the drift and of the kick are of."""
+        """Numbers of the forces in the sums of stages, of the drift and of the kick."""
         return tuple(tuple(j for j, x in enumerate(row) if x != 0.0) for row in self._sums)
 
     @cached_property

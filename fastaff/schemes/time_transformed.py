@@ -1,9 +1,9 @@
-"""Time-transformed splittings: steps in a fictitious time s that runs slower near a wall, symplectic still.
+"""Time-transformed splittings: steps in a fictitious time s that runs slower near a wall, and still symplectic.
 
-On an orbit of energy E = T(p) + V(q), E - T(p) = V(q); so for any increasing G the Hamiltonian G(V(q)) - G(E - T(p))
+An orbit of energy E = T(p) + V(q) has E - T(p) = V(q); so for any increasing G the Hamiltonian G(V(q)) - G(E - T(p))
 has the same orbits, in a time s with dt/ds = g = G'. It is separable: the drift moves q by g(E - T) v and t by g(E -
 T), the kick moves p by g(V) f. Here time is a further coordinate, tau = t/time, and E its momentum: an ordinary model
-of one more degree of freedom, for the same kernels.
+with one more degree of freedom, for the same kernels.
 """
 
 from __future__ import annotations
@@ -76,7 +76,7 @@ class Algebraic(NamedTuple):
 
 
 class Rate(Protocol):
-    """What slows the fictitious time down: a NamedTuple of floats with this method."""
+    """Rate dt/ds of the fictitious time: a NamedTuple of floats with this method."""
 
     @property
     def at(self) -> Callable[..., Any]:
@@ -166,7 +166,7 @@ class TimeTransformed:
 
     @property
     def source(self) -> str:
-        """The publications it comes from."""
+        """The publications of the splitting and the transformation."""
         return (
             "Preto & Tremaine 1999, Astron. J. 118, 2532; Mikkola & Tanikawa 1999, Celest. Mech. Dyn. Astron. 74, 287; "
             + self.splitting.source
@@ -201,7 +201,7 @@ class TransformedModel(NamedTuple):
 
     @property
     def poles_of(self) -> str:
-        """Name of the field that it has poles from."""
+        """Name of the field that gives its poles."""
         return "model"
 
     def poles(self, *q):
@@ -218,7 +218,7 @@ class TransformedModel(NamedTuple):
 
 
 class TransformedSection(NamedTuple):
-    """A section of a model as one of the states of its `TransformedModel`."""
+    """A section of a model as a section of its `TransformedModel`."""
 
     section: Any
     direction: float
@@ -239,7 +239,7 @@ def transformed_model(model: Any, rate: Any, time: float) -> Any:
 
 
 def transformed_section(section: Any) -> Any:
-    """Return a section as one of the transformed system."""
+    """Return a section as a section of the transformed system."""
     return TransformedSection(section, float(section.direction))
 
 

@@ -43,7 +43,7 @@ class ChaosMap(Result):
     first, where asked for, and spectrum_error: 99 % of the exponents of endless runs are within it. history
     (indicators, records, orbits) at history_times (records, orbits), NaN past an orbit's end (and for indicators that
     are not streamed). Orbits that failed are UNDECIDED. period: of a driven system, the unit of `spectrum_per_period`.
-    looks: how figures draw each indicator. t (orbits,) reached, energy_error, status, step as in `Orbits`.
+    looks: of the indicators in figures. t (orbits,) reached, energy_error, status, step as in `Orbits`.
     """
 
     names: tuple[str, ...]
@@ -75,29 +75,29 @@ class ChaosMap(Result):
 
     @property
     def chaotic(self) -> np.ndarray:
-        """Which orbits (orbits,) are chaotic."""
+        """Mask of the chaotic orbits (orbits,)."""
         return self.verdict == Character.CHAOTIC
 
     @property
     def regular(self) -> np.ndarray:
-        """Which orbits (orbits,) are regular, as far as the time shows."""
+        """Mask of the orbits (orbits,) that are regular, as far as the time shows."""
         return self.verdict == Character.REGULAR
 
     @property
     def undecided(self) -> np.ndarray:
-        """Which orbits (orbits,) that did not fail the time does not decide."""
+        """Mask of the orbits (orbits,) that did not fail and are undecided within the time."""
         return (self.verdict == Character.UNDECIDED) & (self.status == Status.OK)
 
     @property
     def disagree(self) -> np.ndarray:
-        """Which orbits (orbits,) one indicator calls chaotic and another one regular: sticky ones, for instance."""
+        """Mask of the orbits (orbits,) that one indicator calls chaotic and another regular, such as sticky ones."""
         found = (self.verdicts == Character.CHAOTIC).any(axis=0) & (self.verdicts == Character.REGULAR).any(axis=0)
         return found & self.undecided
 
     @property
     def spectrum_per_period(self) -> np.ndarray | None:
         """The spectrum (2n, orbits) of the map over a period of a driven system: `spectrum`, which is per unit time,
-        times the period; None where there is none of either.
+        times the period; None if either is missing.
         """
         return None if self.spectrum is None or self.period is None else self.spectrum * self.period
 
@@ -114,7 +114,7 @@ class ChaosMap(Result):
         return float(self.shares.fraction)
 
     def summary(self) -> str:
-        """Say in one line the outcomes of the orbits, and which of those that finished are chaotic."""
+        """Return one line with the outcomes of the orbits and the counts of verdicts."""
         fine = self.status == Status.OK
         counts = ", ".join(f"{((self.verdict == kind) & fine).sum()} {kind.name.lower()}" for kind in Character)
         if self.undecided.any():
@@ -152,7 +152,7 @@ def chaos_map(
         Such as (MEGNO(), SALI(limit=-10), GALI(4), LyapunovSpectrum()), or a `TangentIndicator` of your own. One
         indicator alone, or names, will do ("sali", "megno,gali_4").
     history : int, default 0
-        Number of records of the streamed indicators, equidistant in time (of an adaptive scheme the first steps past
+        Number of records of the streamed indicators, equidistant in time (for an adaptive scheme the first steps past
         such times).
     early_stop : bool, default False
         End an orbit once all indicators, which must be streamed, have called it chaotic.
@@ -173,7 +173,7 @@ def chaos_map(
 
     Notes
     -----
-    Of a map, values of exponents and limits count a radian for each iterate; a spectrum takes 2n vectors where the map
+    For a map, values of exponents and limits count a radian for each iterate; a spectrum takes 2n vectors where the map
     is not symplectic. OFLI and ReversibilityError need a flow.
 
     All indicators of tangent vectors come from one set of vectors in one pass. The vectors move by the derivative of
@@ -235,16 +235,16 @@ def chaos_map(
 
 
 DRIFTING = 0.02
-"""Work of orbits whose energy drifts, of that of all."""
+"""Work of orbits whose energy drifts, relative to that of all."""
 
 HALVINGS = 2
-"""How often a step that a trial chose is halved where the orbit's energy drifts all the same: it came later to where
-forces are steeper.
+"""Number of halvings of a step that a trial chose if the orbit's energy still drifts, as the orbit came later to
+steeper forces.
 """
 
 
 def _unfinished(found: ChaosMap, orbits: np.ndarray) -> ChaosMap:
-    """Return the map with these orbits as still to be done."""
+    """Return the map with these orbits marked as unfinished."""
     status = found.status.copy()
     status[orbits] = Status.INTERRUPTED
     return replace(found, status=status)
@@ -309,6 +309,6 @@ def _result(work: ChaosRun, tolerance: float, unfinished: bool) -> ChaosMap:
 
 
 def _together(verdicts: np.ndarray) -> np.ndarray:
-    """Return what the decided ones of verdicts (indicators, orbits) say where they agree, else UNDECIDED."""
+    """Return the common verdict of the decided ones among verdicts (indicators, orbits), else UNDECIDED."""
     chaotic, regular = (verdicts == Character.CHAOTIC).any(axis=0), (verdicts == Character.REGULAR).any(axis=0)
     return np.where(chaotic == regular, Character.UNDECIDED, np.where(chaotic, Character.CHAOTIC, Character.REGULAR))

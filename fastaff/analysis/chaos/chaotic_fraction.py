@@ -30,14 +30,14 @@ from .indicators import MEGNO, SALI, indicators_of
 from .shares import Shares
 
 TOO_STEEP = (Status.COLLAPSED, Status.NONFINITE, Status.ENERGY_DRIFT)
-"""What becomes of an orbit whose fixed step is too long for a steep wall."""
+"""Outcomes of an orbit whose fixed step is too long for a steep wall."""
 
 
 @dataclass(frozen=True)
 class ChaoticFraction(Result, axis=None):
     """Chaos for each value of one or two parameters. Arrays have the shape of the cases, (n1,) or (n1, n2).
 
-    names and axes of the parameters; orbits of each case, 0 where the energy reaches nothing; chaotic, regular and
+    names and axes of the parameters; orbits of each case, 0 where the energy reaches no point; chaotic, regular and
     undecided, those that did not fail, by the verdict of `ChaosMap`; rescued: failed orbits that were finished by the
     second scheme; statuses (statuses, ...): orbits of each `Status`; indicators: names of the rows of medians
     (indicators, ...), over all orbits that did not fail, and chaotic_medians, over the chaotic ones; limits
@@ -96,7 +96,7 @@ class ChaoticFraction(Result, axis=None):
         return self.shares.interval(sigmas)
 
     def summary(self) -> str:
-        """Say in one line the outcomes of the cases."""
+        """Return one line with the outcomes of the cases."""
         empty = int(np.count_nonzero(self.done & (self.orbits == 0)))
         late = int(np.count_nonzero(~self.done))
         cases = [f"{self.orbits.size - empty - late} of {self.orbits.max(initial=0)} orbits"]
@@ -121,7 +121,7 @@ class ChaoticFraction(Result, axis=None):
 
 @dataclass(frozen=True)
 class FoundCases(Result, axis="case"):
-    """What a scan found of each case; the fields are those of `ChaoticFraction`."""
+    """Results of a scan by case; the fields are those of `ChaoticFraction`."""
 
     values: Annotated[np.ndarray, along("parameter", "case", labels="names")]
     names: tuple[str, ...]
@@ -311,7 +311,7 @@ def _fill(scan, cell, make, time, run, step, scheme, second, report) -> None:
     length = positive("time", time(body, z0) if callable(time) else time)
     found = run(body, z0, time=length, step=step, scheme=scheme, report=report)
     lost = np.flatnonzero(np.isin(found.status, TOO_STEEP))
-    second = None if system_of(body).iterated else second  # which has no steps
+    second = None if system_of(body).iterated else second  # a map has no steps
     if second is not None and lost.size:
         found = found.replaced(lost, run(body, z0[:, lost], time=length, scheme=second))
     fine = found.status == Status.OK

@@ -1,4 +1,4 @@
-"""What an indicator of chaos is: its contract and defaults, what it may need, and the verdict that follows."""
+"""Indicators of chaos: their contract and defaults, their needs, and the verdict that follows."""
 
 from __future__ import annotations
 
@@ -18,8 +18,8 @@ from ...flows.launch import Report
 from ...flows.needs import check_needs
 
 MANY = 100.0
-"""Natural periods before an orbit is called regular. After 16 periods half of what looked regular among the orbits of
-Henon and Heiles at the energy 1/8 was chaotic in the end, after 130 one in fifteen."""
+"""Natural periods before an orbit is called regular. Among the orbits of Henon and Heiles at the energy 1/8 that looked
+regular, half were chaotic in the end after 16 periods, one in fifteen after 130."""
 
 
 def decades(phase: Any) -> Any:
@@ -38,9 +38,9 @@ class Character(IntEnum):
 class Watch(NamedTuple):
     """An observer of the pass of tangent vectors, with `columns` numbers of an orbit in `out`.
 
-    prepare(memory) sets rows of its memory (rows, orbits); read(memory, time) returns the values (orbits,) and what
-    they are compared with, of orbits that have come to `time` (orbits,); finish(out, report), of values that take long,
-    returns them after the pass.
+    prepare(memory) sets rows of its memory (rows, orbits); read(memory, time) returns the values (orbits,) and their
+    numbers for comparison, for orbits that have come to `time` (orbits,); finish(out, report), for values that take
+    long, returns them after the pass.
     """
 
     observer: observers.Observer
@@ -52,13 +52,13 @@ class Watch(NamedTuple):
 
 @runtime_checkable
 class Indicator(Protocol):
-    """What `chaos_map` takes: a value that inherits the defaults of this class, or has all that it has.
+    """An indicator for `chaos_map`: a value that inherits the defaults of this class, or has all of its attributes.
 
-    name: of its row in `ChaosMap`; label: what figures write, the name where there is none; limit: chaotic orbits are
+    name: of its row in `ChaosMap`; label: for figures, the name if there is none; limit: chaotic orbits are
     above it, or below it where `above` is False, whose colours fall with the values; None stands for default(n, phase),
     by n degrees of freedom and the phases omega T (orbits,); least: natural periods before an orbit is called chaotic;
-    rate: whether values are decades of growth that are shown as exponents; needs: words of NEEDS, refused with a
-    sentence where a system or its scheme lacks them.
+    rate: whether values are decades of growth that are shown as exponents; needs: words of NEEDS; a system or scheme
+    that lacks one is refused.
 
     Its values come from one of three: readings of tangent vectors (`VectorIndicator`), `watch` or `compute`.
     """
@@ -72,8 +72,8 @@ class Indicator(Protocol):
 
     @abstractmethod
     def calm(self, value: np.ndarray, before: np.ndarray, limit: np.ndarray, n: int) -> np.ndarray:
-        """Tell which orbits (orbits,) look regular, from their values, and those at half the time or what else they are
-        compared with.
+        """Return a mask (orbits,) of the orbits that look regular, from their values and those at half the time or
+        other numbers for comparison.
         """
 
     def check(self, where: str, body: Any) -> None:
@@ -81,11 +81,11 @@ class Indicator(Protocol):
         return
 
     def vectors(self, n: int) -> int:
-        """Return how many tangent vectors it needs, 0 for none."""
+        """Return the number of tangent vectors it needs, 0 for none."""
         return 0
 
     def watch(self, flow: Flow, time: float, rates: np.ndarray) -> Watch | None:
-        """Return what it watches in the pass of the tangent vectors, None for nothing."""
+        """Return its observer of the pass of the tangent vectors, None for none."""
         return None
 
     def compute(
@@ -93,8 +93,8 @@ class Indicator(Protocol):
     ) -> tuple[np.ndarray, Any, np.ndarray]:
         """Run the flow from z0 (2n, orbits) in a pass of its own; rates (orbits,): the orbits' own angular frequencies.
 
-        :Returns: the values (orbits,), NaN where they are unknown, what `calm` compares them with, (orbits,) or NaN,
-            and statuses (orbits,).
+        :Returns: the values (orbits,), NaN where they are unknown, the numbers that `calm` compares them with,
+            (orbits,) or NaN, and statuses (orbits,).
         """
         raise TypeError(f"{type(self).__name__} must read vectors, or have a `watch` or a `compute`")
 
@@ -107,14 +107,14 @@ class Look(NamedTuple):
 
     @classmethod
     def of(cls, indicator: Any) -> Look:
-        """Return that of an indicator."""
+        """Return the look of an indicator."""
         return cls(str(getattr(indicator, "label", None) or ""), bool(indicator.above))
 
 
 class VectorIndicator(Indicator):
     """An indicator that is a `reading` of the growth of `count` tangent vectors, see `kernels.readings`.
 
-    parameters: what the reading takes besides; across_flow: whether it takes the part of the first vector across the
+    parameters: further arguments of the reading; across_flow: whether it takes the part of the first vector across the
     flow, and so needs "flow"; spectrum: whether it asks for all exponents.
     """
 
@@ -125,7 +125,7 @@ class VectorIndicator(Indicator):
     spectrum = False
 
     def vectors(self, n: int) -> int:
-        """Return how many tangent vectors it needs."""
+        """Return the number of tangent vectors it needs."""
         return self.count
 
 
@@ -143,13 +143,11 @@ NEEDS = {
     "fixed steps": "a scheme that is not adaptive",
     "splitting": "a scheme that is symplectic and reversible",
 }
-"""What an indicator may need of a system and its scheme."""
+"""Properties of a system and its scheme that an indicator may need."""
 
 
 def refuse(where: str, indicator: Any, body: Any, flow: Flow | None = None) -> None:
-    """Raise TypeError or ValueError where a system, or the scheme that is planned for it, lacks what an indicator
-    needs.
-    """
+    """Raise TypeError or ValueError if a system, or the scheme that is planned for it, lacks a need of an indicator."""
     needs, name = [named(f"{where}.needs", need, NEEDS) for need in indicator.needs], type(indicator).__name__
     needs += ["flow"] if getattr(indicator, "across_flow", False) else []
     if "energy" in needs:
@@ -211,7 +209,7 @@ def judged(
 
 
 def limit_of(indicator: Any, n: int, phase: np.ndarray, time: float) -> np.ndarray:
-    """Return the limits (orbits,) of what is read of an indicator, for n degrees of freedom at the phases omega T
+    """Return the limits (orbits,) of the readings of an indicator, for n degrees of freedom at the phases omega T
     (orbits,).
 
     Those of an exponent are decades of growth.

@@ -1,13 +1,13 @@
-"""Indicators of chaos, as values: what each measures, and the rule by which it calls an orbit chaotic or regular.
+"""Indicators of chaos, as values: the quantity that each measures, and its rule for chaotic and regular orbits.
 
 Every indicator has a `limit`: chaotic orbits are above it, or below it where `above` is False. The default limits
 follow from how an indicator of a regular orbit can grow or fall. With the phase x = omega T, omega the orbit's own
 natural angular frequency, tangent vectors grow at most like x (shear between tori) and alignments fall at most as the
 powers stated, while those of chaotic orbits are exponential. Four factors of ten (MARGIN) lie between. So chaos is seen
 where lambda T is above about ln(10^4 x), and where the indicator still changes: a strong shear that tears vectors apart
-at once leaves them beyond a limit on regular orbits too. What is not chaotic is regular only where that shows: where
-the indicator changed since half the time as it does on tori (`calm`), over a hundred natural periods or more. All else
-is undecided, and a longer time decides it.
+at once leaves them beyond a limit on regular orbits too. An orbit that is not chaotic is regular only if the indicator
+changed since half the time as it does on tori (`calm`), over a hundred natural periods or more. Other orbits are
+undecided, and a longer time decides them.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ swing.
 
 
 def moving_rows(body: Any) -> int:
-    """Return how many tangent vectors can differ: rows of the state without the time and its momentum."""
+    """Return the number of independent tangent vectors: rows of the state without the time and its momentum."""
     system = system_of(body)
     return system.rows - 2 * system.driven
 
@@ -43,7 +43,7 @@ class _Growth(VectorIndicator):
     """Decades by which vectors grow."""
 
     def reads(self, limit: float) -> float:
-        """Return what a regular orbit reads."""
+        """Return the value of a regular orbit."""
         return 0.0 if self.rate else limit - MARGIN
 
     def default(self, n: int, phase: Any) -> Any:
@@ -61,7 +61,7 @@ class _Volume(VectorIndicator):
     above = False
 
     def reads(self, limit: float) -> float:
-        """Return what a regular orbit reads."""
+        """Return the value of a regular orbit."""
         return 0.0
 
     def default(self, n: int, phase: Any) -> Any:
@@ -135,7 +135,7 @@ class LyapunovSpectrum(_Growth):
     spectrum = True
 
     def vectors(self, n: int) -> int:
-        """Return how many tangent vectors it needs."""
+        """Return the number of tangent vectors it needs."""
         return n
 
 
@@ -217,7 +217,7 @@ class MEGNO(VectorIndicator):
     reading = staticmethod(readings.mean_megno)
 
     def reads(self, limit: float) -> float:
-        """Return what a regular orbit reads."""
+        """Return the value of a regular orbit."""
         return 2.0
 
     def calm(self, value: np.ndarray, before: np.ndarray, limit: np.ndarray, n: int) -> np.ndarray:
@@ -327,9 +327,7 @@ def indicator_names(text: str, option: str = "indicators") -> tuple[str, ...]:
 
 
 def indicators_of(value: Any, _: Any = None) -> Any:
-    """Return the tuple of indicators that one of them, a name, or names with commas stand for; anything else as it
-    is.
-    """
+    """Return the tuple of indicators for one of them, a name, or names with commas; return other values as they are."""
     if is_indicator(value):
         return (value,)
     if isinstance(value, str):

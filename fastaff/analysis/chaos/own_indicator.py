@@ -21,12 +21,11 @@ class TangentIndicator(VectorIndicator):
 
     name: that of its row in `ChaosMap`; ``reading(growth, i, *parameters)``: a Python function that Numba compiles (or
     one that it has compiled) and that returns the number for lane i of `fastaff.kernels.readings.Growth`; limit:
-    chaotic orbits are above it, or below it where `above` is False; count: how many tangent vectors it needs, 1 to 2n;
-    parameters: floats that the reading gets, another value compiles nothing; across_flow: whether it needs the part of
-    the first vector across the flow; judge(value, before, limit, n): which orbits (orbits,) look regular, from the
-    readings at the end and at half the time, called with arrays, as an array of True and False (default: those whose
-    reading changed by less than log10(2) + 0.75 towards chaos, as decades of a vector on a torus do). An orbit whose
-    reading is NaN is undecided.
+    chaotic orbits are above it, or below it where `above` is False; count: number of tangent vectors it needs, 1 to 2n;
+    parameters: floats for the reading, other values compile nothing; across_flow: whether it needs the part of the
+    first vector across the flow; judge(value, before, limit, n): a mask (orbits,) of orbits that look regular, from the
+    readings at the end and at half the time, called with arrays (default: those whose reading changed by less than
+    log10(2) + 0.75 towards chaos, as decades of a vector on a torus do). An orbit whose reading is NaN is undecided.
 
     :Raises: nothing itself: `chaos_map` checks it.
     :Source: the tangent vectors are those of Benettin, Galgani, Giorgilli & Strelcyn 1980, Meccanica 15, 9.
@@ -64,7 +63,7 @@ class TangentIndicator(VectorIndicator):
         flag(f"{where}.above", self.above), flag(f"{where}.across_flow", self.across_flow)
 
     def calm(self, value: np.ndarray, before: np.ndarray, limit: np.ndarray, n: int) -> np.ndarray:
-        """Tell which orbits look regular."""
+        """Return a mask of the orbits that look regular."""
         if self.judge is not None:
             said = self.judge(value, before, limit, n)
             if not isinstance(said, np.ndarray) or said.dtype != bool or said.shape != value.shape:

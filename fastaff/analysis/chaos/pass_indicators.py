@@ -1,4 +1,4 @@
-"""Indicators of chaos without tangent vectors: of averages, frequencies and samples of an orbit, and of its way back.
+"""Indicators of chaos without tangent vectors: from averages, frequencies, samples and the way back of an orbit.
 
 The rule by which each calls an orbit chaotic or regular is that of `indicators`.
 """
@@ -29,19 +29,19 @@ from ..frequencies.turning import CHANGED
 from .indicator import MANY, Indicator, Watch, decades
 
 BEATS = 1e4
-"""Natural periods before averages that don't converge say anything of chaos; correlations and changes of frequencies do
-after MANY."""
+"""Natural periods before averages that don't converge are evidence of chaos; for correlations and changes of
+frequencies it is MANY."""
 
 ANGLES = 100
 """Angles c of the 0-1 test, random in (pi/5, 4 pi/5): away from the resonances with the sampling."""
 
 QUIET, DENSE = 50.0, 0.5
 """Correlation times samples below which an orbit may be regular: most regular ones have less, of the chaotic ones of
-Henon and Heiles at the energy 1/8 one in a hundred; and the radians of its natural frequency between samples that this
-takes: the angles of denser ones belong to frequencies beyond those of the motion."""
+Henon and Heiles at the energy 1/8 one in a hundred; and the least radians of its natural frequency between samples for
+this: the angles of denser ones belong to frequencies beyond those of the motion."""
 
 TOLD = 8.0
-"""Decades of diffusion below the limit that are told apart in figures."""
+"""Decades of diffusion below the limit that figures show."""
 
 LEAST_SAMPLES, MOST_SAMPLES = 400, 4000
 """Samples of the 0-1 test where none are asked for."""
@@ -90,7 +90,7 @@ class BirkhoffDigits(Indicator):
         return Watch(observers.averages(flow.model, flow.vectors, time), 0, lambda memory: None, read)
 
     def reads(self, limit: float) -> float:
-        """Return what a regular orbit reads."""
+        """Return the value of a regular orbit."""
         return 2.0 * limit
 
     def calm(self, value: np.ndarray, before: np.ndarray, limit: np.ndarray, n: int) -> np.ndarray:
@@ -128,14 +128,12 @@ class FrequencyDiffusion(Indicator):
     needs = ("energy",)
 
     def check(self, where: str, body: Any) -> None:
-        """Refuse angles that the body has not."""
+        """Refuse angles that the body does not have."""
         if system_of(body).energetic:
             checked_angles(self.angles, body)
 
     def compute(self, flow: Flow, z0: np.ndarray, time: float, rates: np.ndarray, report: Report | None) -> tuple:
-        """Return the values, NaN where they say nothing: lines that are close change the halves of regular orbits,
-        too.
-        """
+        """Return the values, NaN where they are no evidence: close lines change the halves of regular orbits, too."""
         if flow.system.iterated:
             found = map_frequencies_of(flow, z0, int(time))
             value = found.diffusion + np.log10(2 * math.pi)
@@ -151,7 +149,7 @@ class FrequencyDiffusion(Indicator):
         return np.where(known, value, np.nan), np.nan, found.status
 
     def reads(self, limit: float) -> float:
-        """Return what a regular orbit reads."""
+        """Return the value of a regular orbit."""
         return limit - TOLD
 
     def calm(self, value: np.ndarray, before: np.ndarray, limit: np.ndarray, n: int) -> np.ndarray:
@@ -208,7 +206,7 @@ class ZeroOne(Indicator):
 
     @property
     def _equidistant(self) -> int:
-        """How many states an adaptive scheme shows."""
+        """Number of states of an adaptive scheme."""
         return max(MOST_SAMPLES, self.samples or 0)
 
     def _sampled(self, flow: Flow, time: float, rates: np.ndarray) -> Watch:
@@ -243,7 +241,7 @@ class ZeroOne(Indicator):
         return np.where(ensemble.status == Status.OK, found, np.nan), quiet, ensemble.status
 
     def reads(self, limit: float) -> float:
-        """Return what a regular orbit reads."""
+        """Return the value of a regular orbit."""
         return 0.0
 
     def calm(self, value: np.ndarray, before: np.ndarray, limit: np.ndarray, n: int) -> np.ndarray:
@@ -301,7 +299,7 @@ class ReversibilityError(Indicator):
         return np.minimum(-2.0, -13.0 + 2 * decades(phase))
 
     def reads(self, limit: float) -> float:
-        """Return what a regular orbit reads."""
+        """Return the value of a regular orbit."""
         return limit - 4.0
 
     def calm(self, value: np.ndarray, before: np.ndarray, limit: np.ndarray, n: int) -> np.ndarray:

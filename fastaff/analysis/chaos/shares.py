@@ -1,4 +1,4 @@
-"""Shares of chaotic orbits among those that are decided, and what numbers and undecided orbits leave open."""
+"""Shares of chaotic orbits among those that are decided, with intervals from numbers and undecided orbits."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ class Shares(NamedTuple):
         return np.clip([middle - width, middle + width], 0.0, 1.0)
 
     def of(self, sets: Any) -> Shares:
-        """Return those of some sets, as an index of arrays says."""
+        """Return the shares of some sets, by an index of arrays."""
         return Shares(*(count[sets] for count in self))
 
     def said(self) -> str:

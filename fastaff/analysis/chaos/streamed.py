@@ -1,4 +1,4 @@
-"""A chaos map in the making: a streamed pass with tangent vectors, averages and samples, and what other passes add."""
+"""A chaos map in the making: a streamed pass with tangent vectors, averages and samples, and the other passes."""
 
 from __future__ import annotations
 
@@ -36,9 +36,9 @@ RECORDS = 32
 """Records of the growth of volumes, from which the errors of exponents follow."""
 
 BLOCKS, LONG_MEMORY = {8: 4.2}, {8: 4.2, 4: 7.0, 3: 12.0}
-"""Numbers of blocks of a run whose spread gives these errors, and how many standard errors hold 99 %: those of Student
-and a fifth more, as the blocks' distribution has longer tails. Chaotic orbits of a symplectic system stick to islands
-for as long as they like: few long blocks see more of it.
+"""Numbers of blocks of a run whose spread gives these errors, and the number of standard errors that hold 99 %:
+Student's and a fifth more, as the blocks' distribution has longer tails. Chaotic orbits of a symplectic system stick to
+islands for arbitrarily long times: few long blocks see more of it.
 """
 
 
@@ -49,11 +49,11 @@ def own_rates(model: Any, z0: np.ndarray, time: float, threads: int = 1) -> np.n
 
 
 def scales(model: Any, z0: np.ndarray, rates: np.ndarray) -> np.ndarray:
-    """Return s (2n, orbits): a tangent vector's positions times sqrt(m omega) and its momenta by it are measured in one
-    unit. The n coordinates are those beside the time, which moves alike on all orbits.
+    """Return s (2n, orbits): a tangent vector's positions times sqrt(m omega), and its momenta over it, have the same
+    unit. The n coordinates are those beside the time, which is the same on all orbits.
 
     omega is the orbit's natural frequency, 1/m = dv/dp of each coordinate. |s w| of an oscillator doesn't change in
-    time. The scaling is symplectic, so volumes and exponents stay what they are. Of a flow it is 1.
+    time. The scaling is symplectic, so volumes and exponents do not change. For a flow it is 1.
     """
     system = system_of(model)
     if not system.canonical:
@@ -98,7 +98,7 @@ def symplectic_frame(n: int, count: int) -> np.ndarray:
 
 
 def frame(model: Any, count: int) -> np.ndarray:
-    """Return tangent vectors (count, 2n) to begin with: of a flow columns of a fixed random orthogonal matrix."""
+    """Return first tangent vectors (count, 2n); for a flow they are columns of a fixed random orthogonal matrix."""
     system = system_of(model)
     if system.canonical:
         return symplectic_frame(system.moving, count)
@@ -141,7 +141,7 @@ class ChaosRun:
         self.lived = np.zeros(self.orbits)
         self.values, self.before = np.full((2, len(chosen), self.orbits), np.nan)
         self.records_kept, self.sums_kept = slots, 0
-        if self.tangent and self.spectrum:  # of which the user's are some
+        if self.tangent and self.spectrum:  # the user's vectors are among them
             self.finer = -(-RECORDS // slots) if slots else 1
             self.records_kept, self.sums_kept = max(slots * self.finer, RECORDS), self.k
         self.width = 1 + self.m + self.sums_kept
@@ -183,7 +183,7 @@ class ChaosRun:
         growth.limits[:] = self.limits[[j for j, _ in self.tangent]]
         growth.signs[:] = np.array([1.0 if entry.above else -1.0 for _, entry in self.tangent])[:, None]
         growth.metric[:] = self._whole(self.scale**2)
-        # About a radian, as a power of two steps: lanes that share their steps then share the work.
+        # About a radian, as a power of two steps: lanes with the same steps then share the work.
         steps = np.ones(self.orbits) if self.flow.adaptive else 1 / (self.rates * self.flow.step)
         if self.flow.system.iterated:
             steps = np.full(self.orbits, ITERATES)
@@ -219,7 +219,7 @@ class ChaosRun:
 
     @property
     def paired(self) -> bool:
-        """Whether each exponent has its negative: of a Hamiltonian system, or a symplectic map."""
+        """Whether each exponent has its negative, as for a Hamiltonian system or a symplectic map."""
         return self.flow.system.symplectic
 
     def stream(self, report: Report | None) -> None:
@@ -250,8 +250,8 @@ class ChaosRun:
             self.values[j], self.before[j] = watch.read(memory, self.ensemble.time)
 
     def alone(self) -> None:
-        """Find where orbits of a map end that ended with their vectors, whose numbers may do so before: as without
-        them.
+        """Find the ends of orbits of a map without their vectors, for orbits that ended with them: vectors may overflow
+        before.
         """
         lost = np.flatnonzero(np.isin(self.ensemble.status, (Status.NONFINITE, Status.LOST)))
         if not lost.size:
@@ -264,14 +264,14 @@ class ChaosRun:
 
     @property
     def passes(self) -> list[Callable[[Report | None], None]]:
-        """The stream, what is finished after it, and the indicators' own passes."""
+        """The stream, the values that are finished after it, and the indicators' own passes."""
         found: list[Callable[[Report | None], None]] = [self.stream] if self.streams else []
         found += [functools.partial(self._finish, j, w.finish, out) for j, w, _, out in self.watched if w.finish]
         streamed = {j for j, _ in (*self.tangent, *self.watches)}
         return found + [functools.partial(self._adopt, j) for j in range(len(self.chosen)) if j not in streamed]
 
     def _finish(self, j: int, finish: Callable, out: np.ndarray, report: Report | None) -> None:
-        """Take the values that an indicator finds in what it has watched."""
+        """Take the values that an indicator finds from its observations."""
         self.values[j] = np.where(self.ensemble.status == Status.OK, finish(out, report), np.nan)
 
     def _adopt(self, j: int, report: Report | None) -> None:
@@ -315,7 +315,7 @@ class ChaosRun:
         records, last = self._records(), self.memory[ROWS.last]
         # Volumes count from the start, whatever the angles between given vectors.
         sums = np.concatenate([records[1 + self.m :], self.growth.sums[:, None]], axis=1) - self.first[:, None]
-        # An iterate may leave the rest no digits.
+        # An iterate may leave no digits for the rest.
         if self.paired and (self.k < 2 * self.n or self.flow.system.iterated):
             sums = np.concatenate([sums[: self.n], -sums[: self.n][::-1]])
         with np.errstate(all="ignore"):
@@ -329,8 +329,8 @@ def averaging_error(times: np.ndarray, sums: np.ndarray, mean: np.ndarray, block
     """Return the error (rows, orbits) of rates of growth `mean` (rows, orbits) = S/T from S at some RECORDS equidistant
     times (records, orbits), sums (rows, records, orbits).
 
-    It is what the first record changes, before which tangent vectors turn to where they belong, and the spread of
-    blocks of the rest, the largest for these numbers of blocks. inf of orbits that are too short.
+    It is the change by the first record, in which tangent vectors align, plus the spread of blocks of the rest, the
+    largest for these numbers of blocks. It is inf for orbits that are too short.
     """
     known, spread = np.isfinite(times).sum(axis=0), np.zeros_like(mean)
     for count, student in blocks.items():

@@ -28,7 +28,7 @@ class AngleLines(Result):
     of Q; kappa is the ratio of the sizes of Q and P, root mean square. names: of the angles; nu, error (n, lines,
     orbits) in cycles per unit time, signed, positive for motion q = cos, p = -sin; amplitude (n, lines, orbits),
     complex, at the time 0: of the start of a frequency map, of the first sample of orbits that were given. `phase` is
-    its argument in radians. A line that there is none of has the amplitude 0 and the error inf.
+    its argument in radians. A missing line has the amplitude 0 and the error inf.
 
     :Source: Laskar 1990, Icarus 88, 266.
     """
@@ -71,7 +71,7 @@ class LineTable:
             for angles, f, size in _signals(layout, signals):
                 found = found_lines(f, interval, count, LINE_ORDER)
                 turns = found.nu * (delay * interval)
-                with np.errstate(all="ignore"):  # a size may be none, of numbers whose squares are none
+                with np.errstate(all="ignore"):  # a size may overflow, for numbers with infinite squares
                     amplitude = size[:, :, None] * found.amplitude * np.exp(-2j * np.pi * (turns - np.rint(turns)))
                 known = np.isfinite(amplitude) & np.isfinite(found.error)
                 here = np.ix_(np.array(angles), np.arange(count), orbits)

@@ -24,16 +24,16 @@ class Plain(NamedTuple):
 
     @property
     def planes(self) -> tuple[bool, ...]:
-        """Which angles are those of a plane: none."""
+        """Mask of the angles of a plane: none."""
         return (False,) * len(self.names)
 
 
 NAMED = {value.names: value for value in (Polar(), Cylindrical())}
-"""Angles that texts name: "R phi", "R z phi"."""
+"""Angles by name: "R phi", "R z phi"."""
 
 
 def angles_of(value: Any, _: Any = None) -> Any:
-    """Return the angles that a text names; anything else as it is."""
+    """Return the angles that a text names; return other values as they are."""
     if not isinstance(value, str):
         return value
     names = names_of(value)
@@ -47,7 +47,7 @@ def angles_of(value: Any, _: Any = None) -> Any:
 
 
 def suited(angles: Any, degrees_of_freedom: int, whose: str) -> None:
-    """Refuse angles of another number of coordinates, those that are named by what they are of."""
+    """Refuse angles of another number of coordinates; those with a name are named in the error."""
     if len(angles.names) != degrees_of_freedom:
         said, n = " ".join(angles.names), len(angles.names)
         own = next((" ".join(names) for names in NAMED if len(names) == degrees_of_freedom), None)
@@ -57,8 +57,8 @@ def suited(angles: Any, degrees_of_freedom: int, whose: str) -> None:
 
 
 class Layout:
-    """Which rows of signals belong to which angle: two for each libration (real Q and P), then four for each plane;
-    and the periods (n,) of coordinates that are signals themselves and may go round, 0 of others.
+    """The rows of signals of each angle: two for each libration (real Q and P), then four for each plane; and the
+    periods (n,) of coordinates that are signals themselves and may go round, 0 for others.
     """
 
     def __init__(self, angles: Any, degrees_of_freedom: int, periods: tuple[float, ...] = ()):

@@ -1,4 +1,4 @@
-"""Which combinations of frequencies are as close to 0 as lines can be told apart."""
+"""Combinations of frequencies that are closer to 0 than the resolution of lines."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from .fundamental import BRIEF, Modes, run, tables_of
 from .integer_lattice import ball, one_of_each
 
 RESOLVED, NEAR = 1.5, 8.0
-"""Cycles over the window between two lines that windows tell apart, and within which a line changes what its halves
-say.
+"""Cycles over the window between two lines that windows tell apart, and within which a line changes the frequencies of
+its halves.
 """
 
 RELATED = (48, 32, 12, 6, 4, 3, 3, 2)
-"""Largest |k|_1 of combinations of 1, 2, ... frequencies that are held against 0."""
+"""Largest |k|_1 of combinations of 1, 2, ... frequencies that are compared with 0."""
 
 FEW = 10
 """Largest |k|_1 of a combination that keeps frequencies from being independent where it is 0 within its error."""
@@ -27,8 +27,8 @@ SHOWS, LARGE = 0.1, 0.3
 
 
 def closeness(found: Modes, nu: np.ndarray, time: np.ndarray, interval: np.ndarray, threads: int) -> Closeness:
-    """Hold frequencies nu (orbits, m) of modes against each other that were found over so long a time (orbits,), from
-    samples an interval (orbits,) apart.
+    """Compare frequencies nu (orbits, m) of modes with each other that were found over a time (orbits,), from samples
+    an interval (orbits,) apart.
     """
     orbits, m = nu.shape
     lines = Lines(*(np.ascontiguousarray(found.lines[:, i]) for i in range(3)))
@@ -41,7 +41,7 @@ def closeness(found: Modes, nu: np.ndarray, time: np.ndarray, interval: np.ndarr
 
 
 def related(nu: np.ndarray, error: np.ndarray, threads: int) -> np.ndarray:
-    """Tell of which orbits a combination of |k|_1 <= FEW of the frequencies (orbits, m) is 0 within its error."""
+    """Return a mask of orbits whose frequencies (orbits, m) have a combination |k|_1 <= FEW of 0 within its error."""
     found = np.zeros(len(nu), bool)
     run(vanishing, len(nu), (nu, error, _few(nu.shape[1]), found), threads, BRIEF)
     return found
@@ -56,7 +56,7 @@ def _few(m: int) -> np.ndarray:
 
 @functools.cache
 def _relating(m: int) -> Combinations:
-    """Return the vectors k (m, vectors), one of each pair +-k, of relations of m frequencies that are looked at, and
+    """Return the vectors k (m, vectors), one of each pair +-k, of the relations of m frequencies that are tested, and
     |k|_1.
     """
     k = one_of_each(ball(m, RELATED[min(m, len(RELATED)) - 1])[1:])

@@ -1,4 +1,4 @@
-"""Frequencies of loops, in windows of the whole and of its halves: of demodulated lines, and mean rates."""
+"""Frequencies of loops, in windows of the whole and of its halves, from demodulated lines, and mean rates."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ from .windows import bump, tables_for, tabulated
 
 HALVES = ((0.0, 1.0), (0.0, 0.5), (0.5, 1.0))
 PAIRS = (0.7, 0.8)
-"""Windows of lines: the whole and its halves, and the lengths of their parts of which two tell the error of each."""
+"""Windows of lines: the whole and its halves, and the lengths of two parts of each that show its error."""
 
 BOUND = 10.0
 """Factor of the error over the differences of the pairs: the error of one line from 1.5 cycles away on is within."""
 
 RECENTRED = 0.5
-"""Cycles over the whole that a line may be off where it is looked for."""
+"""Largest distance of a line from its first value, in cycles over the whole."""
 
 PARTS = (
     *((0.0, 1.0), (0.0, 0.5), (0.5, 1.0), (0.0, 0.6), (0.4, 1.0)),
@@ -52,8 +52,8 @@ def _spans(samples: int) -> list[tuple[int, int]]:
 
 @tabulated
 def _windows(samples: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return the weights of the sums over a loop, one after the other, and for each of the 18 sums (18, 3) where its
-    weights are, its first sample and its length.
+    """Return the weights of the sums over a loop, one after the other, and for each of the 18 sums (18, 3) the place of
+    its weights, its first sample and its length.
 
     For the whole and each half a window and its change from sample to sample, then for each of them the windows over
     its first and last PAIRS of it.
@@ -82,11 +82,11 @@ def demodulated(
     signals: Signals, loops: Loops, nu: np.ndarray, threads: int, samples: np.ndarray | None = None
 ) -> LineRates:
     """Return the frequencies of the lines by nu (orbits, loops), 0 for none, of loops of the signals, or of their first
-    samples (orbits,), of whose errors nothing is said then.
+    samples (orbits,), then without errors.
 
     With sums S of a line times a window and D times the window's change, the turn from one sample to the next is that
     of 1 + D/S, exactly; another line of relative amplitude a and at a distance d adds a d W(d). The phases of two
-    windows over parts of it say how much that is. It is a bound for d beyond 1.5/time.
+    windows over parts of it bound that term for d beyond 1.5/time.
     """
     used = signals.samples if samples is None else samples
     rates = _demodulated(signals, loops, nu, threads, used, samples is None)

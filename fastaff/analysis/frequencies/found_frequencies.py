@@ -1,4 +1,4 @@
-"""Frequencies of orbits in the making: the arrays in which they are gathered, and the map that is made of them."""
+"""Frequencies of orbits in the making: the arrays that collect them, and the map made from these."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ from .readings import Reading
 
 
 class Found:
-    """What is known so far of the frequencies of orbits: arrays as in a FrequencyMap, with `vague` and `irregular` as
-    in a Reading, and reached (orbits,), those that have been read.
+    """The frequencies of orbits so far: arrays as in a FrequencyMap, with `vague` and `irregular` as in a Reading;
+    reached (orbits,): a mask of orbits that have been read.
     """
 
     def __init__(self, layout: Layout, orbits: int, lines: int | None = None):
@@ -29,7 +29,7 @@ class Found:
         self.lines = None if lines is None else LineTable(layout.angles.names, lines, orbits)
 
     def adopt(self, orbits: np.ndarray, reading: Reading) -> None:
-        """Fill in what was read of these orbits."""
+        """Fill in the reading of these orbits."""
         for name in ("nu", "error", "scheme_error", "method", "leading", "leading_error"):
             getattr(self, name)[:, orbits] = getattr(reading, name).T
         for name in ("halves", "halves_error"):
@@ -44,7 +44,7 @@ class Found:
         return np.abs(self.halves[0] - self.halves[1])
 
     def kind(self, time: float | np.ndarray) -> np.ndarray:
-        """Return what the frequencies over that time and their change say of each orbit."""
+        """Return the kind of each orbit from its frequencies over that time and their change."""
         m = self.layout.m
         turns = time * np.abs(self.nu[:m]).max(axis=0, initial=0.0)
         kind = np.where(self.rank < len(self.nu), FrequencyKind.DEPENDENT, FrequencyKind.INDEPENDENT)

@@ -1,4 +1,4 @@
-"""Fundamental frequencies of orbits: the result, and what they say of each orbit."""
+"""Fundamental frequencies of orbits: the result, and the kind of each orbit."""
 
 from __future__ import annotations
 
@@ -40,14 +40,14 @@ class FrequencyMap(Result):
     low resonance), whose errors are then 1/time or more, or a mode is too slow to show. leading, leading_error (n,
     orbits): the strongest line of each angle's own loop, and basis (n, n, orbits) integers with leading_i = sum_j
     basis_ij nu_j within the errors (row i is 0 where none are known). Frequencies that all have basis 1 are those of
-    the coordinates' own lines (`other_basis` tells which have not); a singular basis tells that the leading lines are
+    the coordinates' own lines (`other_basis` marks orbits without them); with a singular basis the leading lines are
     locked. diffusion (orbits,) = log10 of the largest ``|nu(first half) - nu(second half)|``, for a body over nu_eta
-    and nu_gamma, whose angles are well defined on every orbit, of a map NaN where there is no frequency; energy_error,
+    and nu_gamma, whose angles are well defined on every orbit, for a map NaN where there is no frequency; energy_error,
     status (orbits,); t (orbits,) the time reached. step: the step used, one for each orbit, or that of an adaptive
     scheme. For a body the rows are two librations, phi and psi; nu_eta and nu_gamma are kept beside them. lines: the
     strongest lines of each angle's signal, where they were asked for. halves, halves_error (2, n, orbits): the
-    frequencies of both halves of the time with their errors, None for maps. Of orbits that were given as samples there
-    is no energy_error and no scheme, and step is their interval.
+    frequencies of both halves of the time with their errors, None for maps. Orbits that were given as samples have no
+    energy_error and no scheme, and step is their interval.
     """
 
     names: tuple[str, ...]
@@ -76,10 +76,10 @@ class FrequencyMap(Result):
 
     @property
     def digits(self) -> np.ndarray:
-        """Digits (orbits,) to which the weighted averages of both halves agree, relative to the largest frequency, of a
-        map to one turn; NaN where there is none.
+        """Digits (orbits,) to which the weighted averages of both halves agree, relative to the largest frequency, for
+        a map to one turn; NaN where there is none.
 
-        Some log10(t)/2, t in periods, of chaotic orbits, up to all 16 of regular ones. In `frequency_map` with a
+        Chaotic orbits have about log10(t)/2, t in periods, regular ones up to all 16. In `frequency_map` with a
         window: of the first and the last one.
 
         :Source: Sander & Meiss 2020, Physica D 411, 132569.
@@ -110,7 +110,7 @@ class FrequencyMap(Result):
         return self.regular & ((self.basis != own).any(axis=1) & self.basis.any(axis=1)).any(axis=0)
 
     def summary(self) -> str:
-        """Say in one line the outcomes of the orbits, and the kinds of frequencies of those that are OK."""
+        """Return one line with the outcomes of the orbits, and the kinds of frequencies of those that are OK."""
         fine, kinds = self.status == Status.OK, FrequencyKind
         counts = {
             "by the coordinates' own lines": self.regular & ~self.other_basis,

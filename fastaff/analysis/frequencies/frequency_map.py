@@ -44,17 +44,17 @@ ACCURACY = 1e-11
 """Relative error that the scheme may leave in frequencies where neither a step nor an accuracy is asked for."""
 
 BUDGET, MOST = 1 << 27, 1 << 29
-"""Bytes of samples in memory at once; and of long orbits, as few of them fill no block of lanes."""
+"""Bytes of samples in memory at once; and for long orbits, as few of them do not fill a block of lanes."""
 
 PROBE = 128
-"""Steps from which it is learned how fast an orbit moves."""
+"""Steps of the trial that measures the speed of an orbit."""
 
 DENSE, BODY_DENSE = 1.1, 0.8
 """Radians of the fastest motion between samples; of bodies, whose own angles are followed from one to the next.
 """
 
 FINER, PILOT, READING, PARTS = 0.1, 0.4, 6.0, 8
-"""Work of finer steps, of short runs by half the step and of reading, and parts read, for what is reported."""
+"""Work of finer steps, of short runs by half the step and of reading, and parts read, for the progress."""
 
 BESIDE = 0.1
 """Share of a frequency's error from which the scheme's counts."""
@@ -134,8 +134,8 @@ def frequency_map(
     weight w = exp(30 (sqrt(1 - x^2) - 1)) and with the change of the weight from sample to sample: their ratio is
     exactly the turn of the line from sample to sample. A line at distance d and of relative amplitude a adds a d W(d),
     below 2e-12 once d*time > 9.6. The frequencies of the halves come from the halves alone. The mean rates of a body's
-    own angles tell which lines belong to them, and are taken where there are none. NAFF: the line of that loop, fitted
-    with the strongest others, also where the sums leave more than 0.02 cycles over the time, or `fallback`.
+    own angles identify their lines, and replace missing ones. NAFF: the line of that loop, fitted with the strongest
+    others, also where the sums leave more than 0.02 cycles over the time, or `fallback`.
 
     Errors: 10 times the largest difference of the turn from that of two windows of 0.7 and 0.8 of the time, which
     bounds the effect of a line 1.5/time away or more; the possible effect of closer lines, from the visible amplitudes,
@@ -208,7 +208,7 @@ def checked_angles(angles: Any, body: Any) -> Any:
 
 
 class FrequencyWork:
-    """A frequency map in the making; arrays over angles and orbits hold what is known so far."""
+    """A frequency map in the making; arrays over angles and orbits hold the results so far."""
 
     def __init__(
         self,
@@ -234,8 +234,8 @@ class FrequencyWork:
         self.used = np.full(self.orbits, np.nan)
 
     def run(self, tolerance: float = math.inf) -> None:
-        """Find the frequencies of all orbits; with an accuracy, again with half the step where the scheme leaves
-        more.
+        """Find the frequencies of all orbits; with an accuracy, again with half the step where the scheme's error is
+        larger.
         """
         flow, orbits, before = self.flow, np.arange(self.orbits), np.full(self.orbits, np.inf)
         with Passes(self.report) as passes:
@@ -244,7 +244,7 @@ class FrequencyWork:
                 if self.accuracy is None:
                     return
                 excess = self._excess(self.accuracy, tolerance)
-                # What a finer step does not change is rounding, or chaos.
+                # An error that a finer step does not reduce is rounding, or chaos.
                 again = (excess > 1) & (excess < before / 4)
                 self.unfinished = again
                 if not again.any():
@@ -253,13 +253,13 @@ class FrequencyWork:
         self.unfinished[:] = False
 
     def _excess(self, accuracy: float, tolerance: float) -> np.ndarray:
-        """Return how many times (orbits,) the scheme's errors are what frequencies and energy may have; 0 where there
+        """Return the ratios (orbits,) of the scheme's errors to those allowed for frequencies and energy; 0 where there
         are none.
         """
         found = self.found
         known = found.kind(self.time) <= FrequencyKind.DEPENDENT
         share = np.where(np.isfinite(found.scheme_error), found.scheme_error, 0.0)
-        # A finer step changes nothing where the time is what is short.
+        # A finer step does not help where the time is too short.
         share = np.where(share > BESIDE * found.error, share, 0.0).max(axis=0)
         share = np.where(known, share / np.maximum(np.abs(found.nu).max(axis=0), 1e-300), 0.0)
         energy = np.nan_to_num(energy_error(self.flow.model, self.ensemble), nan=0.0, posinf=0.0)
@@ -283,7 +283,7 @@ class FrequencyWork:
             begin = end
 
     def _counts(self, flow: Flow, orbits: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return how many samples (orbits,) each orbit needs, and how many steps, a multiple of these."""
+        """Return the numbers of samples (orbits,) that orbits need, and of steps, a multiple of these."""
         if flow.adaptive:
             interval = flow.step
             if not np.isfinite(flow.step):
@@ -332,13 +332,13 @@ class FrequencyWork:
                 left -= some.size
                 with Passes(passes.take(some.size, left)):
                     self._adopt(orbits[some], samples)
-        self.unfinished[orbits] &= self.accuracy is not None  # nor is there more of those that are lost
+        self.unfinished[orbits] &= self.accuracy is not None  # lost orbits have no more samples
 
     def _sampled(
         self, flow: Flow, orbits: np.ndarray, time: Any, counts: np.ndarray, room: Room, report: Report | None = None
     ) -> tuple[Signals, Ensemble]:
-        """Return so many samples of the signals of these orbits, and how they ended; what was not reached is whatever
-        was there.
+        """Return so many samples of the signals of these orbits, and the orbits' ends; samples that were not reached
+        are arbitrary.
         """
         rows, step = self.layout.rows, flow.step
         if isinstance(step, np.ndarray) and step.size != orbits.size:
@@ -355,7 +355,7 @@ class FrequencyWork:
         return signals, run
 
     def _adopt(self, orbits: np.ndarray, samples: Samples) -> None:
-        """Fill in what samples of these orbits say."""
+        """Fill in the results from samples of these orbits."""
         found = read(self.layout, samples, self.fallback, self.flow.threads)
         self.found.adopt(orbits, found)
         self.unfinished[orbits] &= self.accuracy is not None  # with one, once its error is judged
@@ -370,7 +370,7 @@ class FrequencyWork:
         mark_drift(ensemble, energy, tolerance)
         ensemble.status[((ensemble.status == Status.OK) & ~found.reached) | self.unfinished] = Status.INTERRUPTED
         nu, error = found.nu, found.error
-        if not self.flow.scheme.symplectic:  # whose energy drifts, and frequencies with it
+        if not self.flow.scheme.symplectic:  # the energy drifts, and frequencies with it
             error = error + 2 * np.nan_to_num(energy, posinf=0.0) * np.abs(nu).max(axis=0)
         if self.flow.system.driven and self.angles == getattr(self.flow.model, "angles", None):
             nu, error = self._known_drive(nu, error, found.basis)
@@ -387,12 +387,12 @@ class FrequencyWork:
         )
 
     def _known_drive(self, nu: np.ndarray, error: np.ndarray, basis: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return frequencies and errors (n, orbits) with the drive's, the last, as it is known where it was found."""
+        """Return frequencies and errors (n, orbits), with the exact one of the drive, the last, if it was found."""
         nu, error, known = nu.copy(), error.copy(), 1 / float(self.flow.model.period)
         found = (basis[-1, -1] == 1) & (basis[-1, :-1] == 0).all(axis=0) & (np.abs(nu[-1] - known) <= 2 * error[-1])
         nu[-1] = np.where(found, known, nu[-1])
         error[-1] = np.where(found, np.finfo(float).eps * known, error[-1])
-        # Beside a fraction of the drive an orbit may turn in an island, too slowly to see.
+        # Next to a fraction of the drive an orbit may turn in an island, too slowly to be seen.
         slow = known * unresolved(nu[:-1] / known, self.time * known)
         error[:-1] = error[:-1] + np.where(found, slow, 0.0)
         return nu, error

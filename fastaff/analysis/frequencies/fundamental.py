@@ -1,4 +1,4 @@
-"""From samples of orbits to independent fundamental frequencies: lattices of lines, loops of single modes, their rates.
+"""Independent fundamental frequencies from samples of orbits: lattices of lines, loops of single modes, their rates.
 
 Signals are (orbits, 2m, samples): Q and P of each of m loops in turn, equidistant in time. The lines of all loops
 together span a lattice of frequencies; its generators nu_k have complex amplitudes A_k in the signals. The row d_k of
@@ -38,7 +38,7 @@ LONGEST = (40, 20, 10, 6, 5, 4, 3, 3)
 """Largest |k|_1 of a line in a lattice of rank 1, 2, ...; half of it where a line refines the lattice."""
 
 SEEN = 6
-"""Lines of each loop that are looked for where they stand apart."""
+"""Lines of each loop that are sought where they stand apart."""
 
 BROAD = 0.1
 """Share of a loop's size that its strongest lines leave, beyond which none stands out."""
@@ -50,20 +50,19 @@ AT_ONCE = 32
 """Orbits whose Fourier transforms are made at once."""
 
 WEAK, MINOR = 1e-9, 2e-3
-"""Amplitudes of a line, relative to its loop's largest, below which it says nothing, and below which it is no
-generator.
+"""Amplitudes of a line, relative to its loop's largest, below which it is ignored, and below which it is no generator.
 """
 
 SHARP = 0.03
 """Error bar of a line, in cycles over the window, up to which it belongs to the lattice."""
 
 LINE_WIDTH = 1e-5
-"""What is added to error bars of lines, in cycles over the window: lines of the lattice that lie within one bin are
-fitted as one.
+"""Addition to error bars of lines, in cycles over the window: lines of the lattice that lie within one bin are fitted
+as one.
 """
 
 NOT_FEW = 0.2
-"""Share of a loop's size that the first lines leave, beyond which no lattice is looked for among more of them."""
+"""Share of a loop's size that the first lines leave, beyond which no lattice is sought among more of them."""
 
 AT_REST = 1e-12
 """Relative size of a loop (root of its Q times its P) below which it is at rest."""
@@ -73,15 +72,16 @@ ORDERED = 0.02
 
 
 class Modes(NamedTuple):
-    """What the lines of loops say: arrays over orbits first, then over m loops (NaN or 0 past the rank).
+    """Modes from the lines of loops: arrays over orbits first, then over m loops (NaN or 0 past the rank).
 
     rank: number of independent frequencies found; nu, spread: the frequency of each loop and its error bar, from lines;
     leading, leading_error: strongest line of each loop; combination (orbits, m, m): integers with leading = combination
     @ nu, 0 where none is known; dual (orbits, m, 2m), offset, drift (orbits, m): the loop of each frequency, that of Q
-    and P itself where a loop has none of its own; owned: which have; moving: which loops move; drifting (orbits,):
-    whether the lattice is incomplete as no line is steady; rest (orbits,): share of a loop's size that its lines leave,
-    the largest one's; lines (orbits, 3, m, SEEN): frequencies, error bars and amplitudes of the strongest lines;
-    tail (orbits,): the largest amplitude near the highest frequency that samples show, relative to the loop's largest.
+    and P itself where a loop has none of its own; owned: mask of loops with their own; moving: of those that move;
+    drifting (orbits,): whether the lattice is incomplete as no line is steady; rest (orbits,): share of a loop's size
+    that its lines leave, the largest one's; lines (orbits, 3, m, SEEN): frequencies, error bars and amplitudes of the
+    strongest lines; tail (orbits,): the largest amplitude near the highest frequency that samples show, relative to the
+    loop's largest.
     """
 
     rank: np.ndarray
@@ -103,8 +103,8 @@ class Modes(NamedTuple):
 
 @functools.cache
 def _table(rank: int) -> tuple[np.ndarray, int, int]:
-    """Return the vectors of |k|_1 from 1 to the longest for that rank, by length; their number, and that of half as
-    long ones.
+    """Return the vectors of |k|_1 from 1 to the longest for that rank, by length; their number, and that of vectors up
+    to half that length.
     """
     longest = LONGEST[min(rank, len(LONGEST)) - 1] if rank <= len(LONGEST) else 2
     k = ball(rank, longest)[1:]
@@ -141,10 +141,10 @@ def run(kernel: Any, orbits: int, arguments: tuple, threads: int, few: int = FEW
 
 
 def modes(signals: Signals, m: int, threads: int) -> tuple[Modes, Spectra]:
-    """Find the independent frequencies of the first 2m rows of signals; return them with the spectra that say so.
+    """Find the independent frequencies of the first 2m rows of signals; return them with their spectra.
 
-    Lines that stand apart are read from the bins of Fourier transforms. Where they do not, lines are fitted together,
-    but not where no line stands out, as of a chaotic orbit: these are `drifting`.
+    Lines that stand apart are read from the bins of Fourier transforms; others are fitted together. Orbits without a
+    line that stands out, such as chaotic ones, are `drifting` and have no fit.
     """
     spectra = _spectra(signals, m, threads)
     found = _in_units_of(_apart(spectra, signals.interval, threads), spectra, np.arange(signals.samples.size))
@@ -154,14 +154,14 @@ def modes(signals: Signals, m: int, threads: int) -> tuple[Modes, Spectra]:
 
 
 def fit(found: Modes, signals: Signals, spectra: Spectra, orbits: np.ndarray, threads: int) -> None:
-    """Fill in what lines say that are fitted together to the loops of these orbits."""
+    """Fill in the modes of these orbits, from lines that are fitted together to their loops."""
     if orbits.size:
         fitted = _fitted(signals, spectra, orbits, threads)._replace(tail=found.tail[orbits])
         adopt(found, orbits, _in_units_of(fitted, spectra, orbits))
 
 
 def _in_units_of(found: Modes, spectra: Spectra, orbits: np.ndarray) -> Modes:
-    """Return the modes of these orbits with loops of the signals as they are, from those in units of their sizes."""
+    """Return the modes of these orbits with loops of the signals themselves, from those in units of their sizes."""
     rows = spectra.rows
     dual = found.dual / rows.size[orbits, None]
     offset, step = (dual * entry[orbits, None] for entry in (rows.centre, rows.drift))
@@ -169,7 +169,7 @@ def _in_units_of(found: Modes, spectra: Spectra, orbits: np.ndarray) -> Modes:
 
 
 def adopt(table: NamedTuple, orbits: np.ndarray, found: NamedTuple) -> None:
-    """Fill in what was found of these orbits, arrays (orbits, ...)."""
+    """Fill in the results of these orbits, arrays (orbits, ...)."""
     for old, new in zip(table, found, strict=True):
         old[orbits] = new
 
@@ -180,7 +180,7 @@ def taken(table: Any, orbits: np.ndarray) -> Any:
 
 
 def _no_modes(orbits: int, m: int) -> Modes:
-    """Return modes of which nothing is known."""
+    """Return empty modes."""
     zero, none = np.zeros((orbits, m)), np.zeros((orbits, m), bool)
     return Modes(
         rank=np.zeros(orbits, np.int64),
@@ -210,7 +210,7 @@ def _no_lattice(orbits: int, m: int) -> Lattice:
 def prepared(
     signals: np.ndarray, n: int, threads: int, at_rest: float = AT_REST**2
 ) -> tuple[np.ndarray, np.ndarray, Rows]:
-    """Return the first n samples of the rows, the loops (orbits, m, n), and what was found of the rows; see
+    """Return the first n samples of the rows, the loops (orbits, m, n), and the properties of the rows; see
     `kernels.fundamental.prepare`.
     """
     orbits, rows, m = len(signals), signals.shape[1], signals.shape[1] // 2
@@ -220,14 +220,14 @@ def prepared(
 
 
 def _rows(orbits: int, m: int) -> Rows:
-    """Return what is to be found of rows."""
+    """Return the arrays for the properties of rows."""
     drift, centre, size = np.empty((3, orbits, 2 * m))
     return Rows(drift, centre, size, np.zeros((orbits, m), bool))
 
 
 @tabulated
 def _windows(n: int) -> np.ndarray:
-    """Return what `kernels.peaks.windowed` takes as tables of n samples."""
+    """Return the tables of n samples for `kernels.peaks.windowed`."""
     return np.concatenate([cosine_window(n), apart_window(n), *growth_windows(n)])
 
 
@@ -254,8 +254,8 @@ def _spectra(signals: Signals, m: int, threads: int) -> Spectra:
 
 
 def _apart(spectra: Spectra, h: np.ndarray, threads: int) -> Modes:
-    """Return what bins of Fourier transforms of samples h (orbits,) apart say of loops whose lines stand apart; rank 0
-    of others.
+    """Return the modes of loops whose lines stand apart, from bins of Fourier transforms of samples h (orbits,) apart;
+    rank 0 for others.
     """
     moving = spectra.rows.moving
     orbits, m = moving.shape
@@ -278,7 +278,7 @@ def _apart(spectra: Spectra, h: np.ndarray, threads: int) -> Modes:
 
 
 def _fitted(signals: Signals, spectra: Spectra, orbits: np.ndarray, threads: int) -> Modes:
-    """Return what lines say that are fitted together to the loops of some orbits, more of them where a few leave the
+    """Return the modes from lines that are fitted together to the loops of some orbits; more lines if a few leave the
     lattice incomplete.
     """
     m = spectra.rows.moving.shape[1]
@@ -286,8 +286,8 @@ def _fitted(signals: Signals, spectra: Spectra, orbits: np.ndarray, threads: int
     short = np.flatnonzero((result.rank < result.moving.sum(axis=1)) & result.moving.any(axis=1))
     result.drifting[short] = result.rest[short] > NOT_FEW
     short = short[~result.drifting[short]]
-    # Where a leading line is not sharp it is not resolved, and no line beside it would be: more of them only show that
-    # lines explain what is left.
+    # A leading line that is not sharp is not resolved, and no line beside it would be: more of them only show that
+    # lines explain the rest.
     time = (spectra.n * signals.interval)[orbits[short], None]
     sharp = ~result.moving[short] | (result.leading_error[short] * time < 3 * SHARP)
     short = short[sharp.all(axis=1) | (result.rest[short] > BROAD)]
@@ -298,7 +298,7 @@ def _fitted(signals: Signals, spectra: Spectra, orbits: np.ndarray, threads: int
 
 def _lines(spectra: Spectra, orbits: np.ndarray, lines: int, threads: int) -> tuple[np.ndarray, ...]:
     """Return the frequencies, error bars, both in bins, and amplitudes (orbits, m, lines) of the strongest lines of
-    the loops of some orbits, and the root mean square (orbits, m) of what they leave.
+    the loops of some orbits, and the root mean square (orbits, m) of the rest.
     """
     m = spectra.rows.moving.shape[1]
     nu, bar, strength = np.zeros((3, orbits.size, m, lines))
@@ -373,7 +373,7 @@ def _place(
     plain = np.zeros((m, 2 * m), complex)
     plain[np.arange(m), 2 * np.arange(m)], plain[np.arange(m), 2 * np.arange(m) + 1] = 1.0, -1j
     nu, spread = np.where(owned, nu, 0.0), np.where(owned, spread, np.inf)
-    top_bar = np.where(top > top_bar, top_bar, np.inf)  # else it is not told from 0
+    top_bar = np.where(top > top_bar, top_bar, np.inf)  # else it cannot be distinguished from 0
     run(kernels.combinations, orbits, (top, top_bar, nu, spread, tables_of(m), result.combination), threads, BRIEF)
     result.rank[:], result.owned[:], result.moving[:] = rank, owned, moving
     result.dual[:] = np.where(owned[:, :, None], dual[rows, place], plain * moving[:, :, None])
@@ -408,8 +408,8 @@ def _dual(
 
 
 def _places(share: np.ndarray, nu: np.ndarray, rank: np.ndarray, moving: np.ndarray) -> np.ndarray:
-    """Return which generator (orbits, m) each loop gets: each the one of whose motion it has most; numbers past the
-    rank for none.
+    """Return the generator (orbits, m) of each loop; a generator goes to the loop of whose motion it has most; numbers
+    past the rank for none.
     """
     orbits, m = nu.shape
     total = share.sum(axis=2, keepdims=True)

@@ -21,7 +21,7 @@ REACH = {1: 48, 2: 24, 3: 8}
 
 
 class Generators(NamedTuple):
-    """A basis of the lattice that lines lie in: nu (rank,), and k (lines, rank) with known (lines,): which lines it
+    """A basis of the lattice of lines: nu (rank,), and k (lines, rank) with known (lines,): a mask of the lines it
     explains.
     """
 
@@ -50,7 +50,7 @@ def ball(rank: int, longest: int) -> np.ndarray:
 
 
 def one_of_each(k: np.ndarray) -> np.ndarray:
-    """Return one of each pair +-k of vectors (vectors, n): that whose first entry but 0 is positive."""
+    """Return one of each pair +-k of vectors (vectors, n), with its first nonzero entry positive."""
     first = np.take_along_axis(k, (k != 0).argmax(axis=1)[:, None], axis=1)[:, 0]
     return k[first > 0]
 
@@ -60,7 +60,7 @@ def combined(k: np.ndarray, nu: np.ndarray) -> np.ndarray:
     same order for any number of orbits.
     """
     result = np.zeros((len(nu), k.shape[-2]))
-    with np.errstate(invalid="ignore"):  # none of what is not known is 0
+    with np.errstate(invalid="ignore"):  # 0 times an unknown frequency is 0
         for j in range(nu.shape[1]):
             result += np.where(k[..., j] != 0, k[..., j] * nu[:, j, None], 0.0)
     return result
@@ -93,7 +93,7 @@ def primitive(vectors: np.ndarray) -> bool:
 
 
 def first_basis(vectors: np.ndarray) -> list[int]:
-    """Return which of the vectors (count, rank), early ones preferred, are a basis of the integers (or part of one)."""
+    """Return the numbers of early vectors (count, rank) that are a basis of the integers, or part of one."""
     chosen: list[int] = []
     for i in range(len(vectors)):
         if len(chosen) < vectors.shape[1] and primitive(vectors[[*chosen, i]]):

@@ -10,14 +10,14 @@ from .naff import FrequencyLines, followed_line, found_lines
 from .windows import LINE_ORDER, SPANS, fast_length
 
 DRIFTS = 0.6
-"""Change of every loop's leading line between the halves, in cycles over a half, beyond which no lattice is looked for
-any more.
+"""Change of every loop's leading line between the halves, in cycles over a half, beyond which no lattice is sought any
+more.
 """
 
 
 def lines_of(f: np.ndarray, interval: float, threads: int, lines: int = 8) -> FrequencyLines:
-    """Return the strongest lines of signals f (signals, samples), of their first samples as a Fourier transform likes
-    to have them.
+    """Return the strongest lines of signals f (signals, samples), from a number of first samples with a fast Fourier
+    transform.
     """
     samples = fast_length(f.shape[1])
     return found_lines(f[:, :samples], interval, max(1, min(lines, samples // 4 - LINE_ORDER)), LINE_ORDER, threads)
@@ -36,13 +36,13 @@ def line_rates(
 
     It is the strongest within three bins; NaN where there is none. The uncertainty is the larger of the line's error
     bar and of its changes with the last two windows. A signal whose uncertainty reaches `useless` (signals,) is given
-    up, with inf for it. found: what `lines_of` says, where that is known.
+    up, with inf for it. found: the result of `lines_of`, if that is known.
     """
     line, uncertainty = _line_by(f, interval, nu, lines_of(f, interval, threads) if found is None else found)
     rates = np.full((5, len(f)), np.nan)
     rates[0] = line.nu
     left = np.flatnonzero(uncertainty < useless)
-    for window in (3, 4, 1, 2):  # the halves last: they say nothing of the uncertainty
+    for window in (3, 4, 1, 2):  # the halves last: they do not enter the uncertainty
         rates[window, left] = line.over(SPANS[window], left, threads)
         if window > 2:
             change = np.abs(rates[window, left] - rates[0, left])
@@ -52,7 +52,7 @@ def line_rates(
 
 
 def line_changes(f: np.ndarray, interval: float, nu: np.ndarray, threads: int) -> np.ndarray:
-    """Return by how many cycles (signals,) over a half the line of `line_rates` differs from half to half, inf where it
+    """Return the change (signals,) from half to half, in cycles over a half, of the line of `line_rates`, inf where it
     is lost.
     """
     line, _ = _line_by(f, interval, nu, lines_of(f, interval, threads, 4))
@@ -63,8 +63,8 @@ def line_changes(f: np.ndarray, interval: float, nu: np.ndarray, threads: int) -
 
 
 def drifts(loops: np.ndarray, leading: np.ndarray, moving: np.ndarray, h: float, threads: int) -> np.ndarray:
-    """Tell of which orbits no loop (orbits, m, samples) has its leading line, or one near it, among the three strongest
-    of both halves.
+    """Return a mask of orbits of which no loop (orbits, m, samples) has its leading line, or one near it, among the
+    three strongest of both halves.
     """
     half = loops.shape[2] // 2
     lines = min(3, half // 4 - LINE_ORDER)

@@ -1,4 +1,4 @@
-"""Frequencies of loops with their errors: of demodulated lines, of weighted mean rates, of fitted lines."""
+"""Frequencies of loops with their errors, from demodulated lines, weighted mean rates and fitted lines."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ SAFETY = 5.0
 """
 
 UNSETTLED = 0.02
-"""Cycles over the whole that a frequency may be off, from which lines are fitted where no `fallback` is asked for."""
+"""Error of a frequency, in cycles over the whole, from which lines are fitted if no `fallback` is asked for."""
 
 REST = 5.0
-"""Amplitude, relative to a line's, that is taken to be left at frequency 0, but of planes: their loops have no centre
-that may be off.
+"""Assumed remaining amplitude at frequency 0, relative to a line's; none for planes, whose loops have no centre that
+may be off.
 """
 
 HIGHER = 0.8
@@ -34,10 +34,10 @@ AT_ONCE = 256
 
 
 class Rates(NamedTuple):
-    """Frequencies (orbits, loops) with what their errors are but for the scheme's, and the method of each.
+    """Frequencies (orbits, loops) with their errors without those of the scheme, and the method of each.
 
-    halves, halves_error (orbits, loops, 2): values of the halves; step: what they lose where the step is halved, and
-    step_error: how much that may be.
+    halves, halves_error (orbits, loops, 2): values of the halves; step: their decrease when the step is halved, and
+    step_error: the error of that.
     """
 
     nu: np.ndarray
@@ -49,17 +49,17 @@ class Rates(NamedTuple):
     halves_error: np.ndarray
 
     def where(self, chosen: np.ndarray, other: Rates) -> Rates:
-        """Return these for the chosen ones, `other` for the rest."""
+        """Return these rates for the chosen entries, `other` for the rest."""
         return Rates(
             *(np.where(chosen if a.ndim == 2 else chosen[:, :, None], a, b) for a, b in zip(self, other, strict=True))
         )
 
     def better(self, other: Rates) -> Rates:
-        """Return for each entry the one of the smaller error."""
+        """Return for each entry the rate with the smaller error."""
         return self.where(self.error <= other.error, other)
 
     def of(self, loops: slice) -> Rates:
-        """Return those of some loops."""
+        """Return the rates of some loops."""
         return Rates(*(entry[:, loops] for entry in self))
 
 
@@ -71,7 +71,7 @@ def line_frequencies(
     change = np.zeros((*nu.shape, 3))
     if start is not None:
         coarse, fine = (demodulated(x, loops, nu, threads, start.samples) for x in (s, start))
-        # The halves too: what one window says may be small by chance.
+        # The halves too: the change in one window may be small by chance.
         change = np.concatenate([(coarse.nu - fine.nu)[:, :, None], coarse.halves - fine.halves], axis=2)
     return Rates(
         found.nu,
@@ -84,8 +84,8 @@ def line_frequencies(
 
 
 def _of_step(change: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the change of frequencies (orbits, loops, windows) over the first window where the step is halved, and by
-    how much it may be off: by what the other windows say, and by terms of higher order.
+    """Return the change of frequencies (orbits, loops, windows) over the first window when the step is halved, and its
+    error: from the other windows, and from terms of higher order.
     """
     first = change[:, :, 0]
     return first, np.maximum(np.abs(change - change[:, :, :1]).max(axis=2), HIGHER * np.abs(first))
@@ -114,8 +114,8 @@ def averages(s: Signals, start: Signals | None, loops: Loops, librations: int, t
 
 
 def of_parts(rates: np.ndarray, change: np.ndarray) -> Rates:
-    """Return frequencies from mean rates (orbits, loops, PARTS), and what these lose (orbits, loops, 1) where the step
-    is halved.
+    """Return frequencies from mean rates (orbits, loops, PARTS) and their decrease (orbits, loops, 1) when the step is
+    halved.
     """
 
     def spread(whole: int, *parts: int) -> np.ndarray:
@@ -133,7 +133,7 @@ def of_parts(rates: np.ndarray, change: np.ndarray) -> Rates:
 
 
 def portions(signals: Signals, needed: np.ndarray) -> Iterator[tuple[np.ndarray, np.ndarray]]:
-    """Yield the orbits and the loops of what is needed (orbits, loops), AT_ONCE or fewer, of equally many samples."""
+    """Yield the orbits and the loops in `needed` (orbits, loops), AT_ONCE or fewer, of equally many samples."""
     for own in signals.alike(np.flatnonzero(needed.any(axis=1))):
         orbits, loops = np.nonzero(needed[own])
         for begin in range(0, orbits.size, AT_ONCE):
@@ -149,8 +149,8 @@ def with_lines(
     fallback: float | None,
     threads: int,
 ) -> Rates:
-    """Return the rates with those of lines by `centre` (orbits, loops), 0 for none, where needed and better, or where
-    all are asked for.
+    """Return the rates, with those of lines by `centre` (orbits, loops; 0: none) where they are needed and better, or
+    where all are asked for.
     """
     top = np.abs(rates.nu).max(axis=1, keepdims=True)
     limit = UNSETTLED / s.time[:, None] if fallback is None else fallback * top

@@ -34,15 +34,15 @@ BUDGET = 1 << 25
 """Bytes of samples in memory at once."""
 
 COUPLED = 4
-"""Most planes whose tunes are looked at in other orders."""
+"""Most planes whose tunes are tried in other orders."""
 
 SWINGS = 2.0
 """Turns over a half by which the mean of an angle must change to be chaos: slow swings in a resonance change it too."""
 
 
 class _Window(NamedTuple):
-    """What a window of turns says of orbits: nu, error, method (n, orbits), halves (2, n, orbits); span (orbits,), the
-    turns of it that these are of.
+    """Frequencies of orbits in a window of turns: nu, error, method (n, orbits), halves (2, n, orbits); span (orbits,),
+    the turns that they are from.
     """
 
     nu: np.ndarray
@@ -84,7 +84,7 @@ def map_frequencies_of(flow: Flow, z: np.ndarray, turns: int) -> FrequencyMap:
 
 
 class MapFrequencies:
-    """A frequency map of a map in the making; arrays over angles and orbits hold what is known so far."""
+    """A frequency map of a map in the making; arrays over angles and orbits hold the results so far."""
 
     def __init__(
         self,
@@ -162,7 +162,7 @@ class MapFrequencies:
         return best
 
     def _seen(self, ensemble: Ensemble) -> tuple[_Window, np.ndarray]:
-        """Follow orbits through a window; return what it says, and how many turns (orbits,) each has of it.
+        """Follow orbits through a window; return its frequencies, and the turns (orbits,) of each orbit in it.
 
         Its samples are those after 1 to `length` turns.
         """
@@ -187,7 +187,7 @@ class MapFrequencies:
         return found, counts.astype(np.float64)
 
     def _portions(self, orbits: np.ndarray) -> Iterator[np.ndarray]:
-        """Yield so many of some orbits at a time as there is memory for samples of."""
+        """Yield some orbits, as many at a time as memory has room for their samples."""
         portion = max(1, BUDGET // (8 * len(self.z) * self.length))
         for begin in range(0, orbits.size, portion):
             yield orbits[begin : begin + portion]
@@ -214,7 +214,7 @@ class MapFrequencies:
             s = np.empty((own.size, 2 * n, length + 1))
             for r, period in enumerate(self.flow.model.periods()):
                 row = states[own, : length + 1, r]
-                if period > 0:  # what is left of an angle that winds without its mean turn
+                if period > 0:  # a winding angle without its mean turn
                     turned = np.diff(row) / period - (nu[r, own, None] if r < n else 0.0)
                     turned = np.pad(turned - np.rint(turned), ((0, 0), (1, 0)))
                     row = row[:, :1] + period * np.cumsum(turned, axis=1)
@@ -222,9 +222,7 @@ class MapFrequencies:
             table.adopt(orbits[own], Layout(Plain(self.names), n), signals_of(s, 1.0), 1.0)
 
     def _sampled(self, ensemble: Ensemble, orbits: np.ndarray, found: _Window, fallback: float) -> None:
-        """Fill in the tunes of the planes that oscillate of orbits that end in the window, or need lines, by their
-        samples.
-        """
+        """Fill in the tunes of oscillating planes, from samples, for orbits that end in the window or need lines."""
         rows, plain = len(self.z), np.flatnonzero(~self._wound_rows())
         states, _ = self._states(ensemble)
         z = states.transpose(2, 0, 1)
@@ -283,12 +281,12 @@ class MapFrequencies:
         )
 
     def _wound_rows(self) -> np.ndarray:
-        """Tell which coordinates (n,) are angles."""
+        """Return a mask (n,) of the coordinates that are angles."""
         return np.array([period > 0 for period in self.flow.model.periods()[: len(self.nu)]])
 
     def _dependent(self) -> np.ndarray:
-        """Tell of which orbits (orbits,) a rotation number is a fraction, of an angle that goes around with a chain of
-        islands, or tunes are related, as of a plane that another drives.
+        """Return a mask (orbits,) of orbits with a rational rotation number, of an angle that winds with a chain of
+        islands, or with related tunes, as of a plane that another drives.
         """
         q, wound = np.arange(1, LOCKED + 1)[:, None, None], self._wound_rows()
         beat = from_whole(q * self.nu)

@@ -1,4 +1,4 @@
-"""How `frequency_map` finds the frequency of a loop: values of its `method`."""
+"""Methods of `frequency_map` for the frequency of a loop: values of its `method`."""
 
 from __future__ import annotations
 
@@ -56,14 +56,14 @@ class NaffLines:
 
 
 METHODS = (BirkhoffAverages, NaffLines)
-"""What the numbers in `FrequencyMap.method` mean."""
+"""Methods by their numbers in `FrequencyMap.method`."""
 
 
 BY_NAME: dict[str, BirkhoffAverages | NaffLines] = {"birkhoff": BirkhoffAverages(), "naff": NaffLines()}
 
 
 def method_of(value: Any, _: Any = None) -> Any:
-    """Return the method that a name stands for; anything else as it is."""
+    """Return the method of that name; return other values as they are."""
     return BY_NAME[named("method", value, BY_NAME)] if isinstance(value, str) else value
 
 

@@ -49,7 +49,7 @@ class FrequencyLines(Result, axis="signal"):
     error: Annotated[np.ndarray, along("signal", "line", unit="cycles/time")]
     """(..., lines) error bars of nu, about two standard deviations; inf where a line is missing."""
     residual: Annotated[np.ndarray, along("signal")]
-    """(...) root mean square of what the lines leave, weighted by the squared window."""
+    """(...) root mean square of the rest without the lines, weighted by the squared window."""
 
     @property
     def omega(self) -> np.ndarray:
@@ -139,7 +139,7 @@ def found_lines(
     samples_too: bool = False,
 ) -> FrequencyLines:
     """Return the lines of checked signals as `naff` does, without `samples_too` fitted to their bins alone: many times
-    faster, and as exact where the lines are all there is.
+    faster, and as exact where the signal has no other lines.
     """
     shape, samples = signal.shape[:-1], signal.shape[-1]
     flat = signal.reshape(-1, samples) if signal.size else np.empty((0, samples))
@@ -184,7 +184,7 @@ def lines_of_transforms(
     transforms: np.ndarray, order: int, lines: int, threads: int
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """Return the lines of signals by their Fourier transforms (signals, samples), made with a window of that order:
-    nu, amplitudes, errors (signals, lines), nu and errors in bins, to 1e-5 of these, and what they leave (signals,).
+    nu, amplitudes, errors (signals, lines), nu and errors in bins, to 1e-5 of these, and residuals (signals,).
     """
     batch, samples = transforms.shape
     nu, amplitude, error = np.empty((batch, lines)), np.empty((batch, lines), complex), np.empty((batch, lines))
@@ -269,7 +269,7 @@ class _Scratch:
             find_lines(transforms, self.window, self.work, *lines, np.full(len(rows), -1))
         else:
             fit_lines(signals, transforms, self.window, self.work, self.sums, *lines)
-        with np.errstate(over="ignore"):  # an amplitude may exceed what a float holds by the root of 2
+        with np.errstate(over="ignore"):  # an amplitude may exceed the largest float by the root of 2
             for row in np.flatnonzero(exponent):
                 amplitude = result.amplitude[row].view(np.float64)
                 amplitude[:] = np.ldexp(amplitude, exponent[row])

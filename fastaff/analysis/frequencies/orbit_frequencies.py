@@ -1,4 +1,4 @@
-"""Fundamental frequencies of orbits that were computed elsewhere, from their samples in time."""
+"""Fundamental frequencies of orbits computed by other programs, from their samples in time."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ from .signals import Signals, signals_of
 from .windows import cosine_window
 
 LEAST = 64
-"""Samples that an orbit needs."""
+"""Least number of samples of an orbit."""
 
 BUDGET = 1 << 27
 """Bytes of samples in work at once."""
@@ -83,8 +83,8 @@ def orbit_frequencies(
     body : model, optional
         Model whose natural angles are used.
     angles : as in `frequency_map`, or "R z phi", "R phi"
-        Cylindrical or polar, of rows x, y (, z) and velocities. Default: loops in the planes of each coordinate and its
-        momentum, or velocity.
+        Cylindrical or polar, for rows x, y (, z) and velocities. Default: loops in the planes of each coordinate and
+        its momentum, or velocity.
     method, lines, threads, report : as in `frequency_map`
 
     Returns
@@ -192,7 +192,7 @@ class _Work:
                 self.report(end / orbits)
 
     def _adopt(self, orbits: np.ndarray, states: np.ndarray, length: int) -> np.ndarray:
-        """Fill in what states (orbits, samples, 2n) say; return which of them are too far apart."""
+        """Fill in the results from states (orbits, samples, 2n); return a mask of orbits with samples too far apart."""
         signals = self.layout.signals(states, self.threads, ROOMS.signals)
         fine = fastest(signals, 1.0, self.threads) <= COARSE
         kept = orbits[fine]
@@ -208,9 +208,9 @@ class _Work:
         return ~fine
 
     def _noise(self, own: Signals) -> np.ndarray:
-        """Return how far (orbits, n) white noise, such as that of samples in single precision, may move frequencies.
+        """Return the errors (orbits, n) of frequencies by white noise, such as that of samples in single precision.
 
-        Its level is that of the lowest quarter of the bins, of which a spectrum of lines needs few.
+        Its level is that of the lowest quarter of the bins; lines take only a few bins.
         """
         from scipy.fft import fft  # not at import, which it would make slow
 

@@ -1,4 +1,4 @@
-"""The frequencies that figures and webs are of: the line of each coordinate's own."""
+"""The frequencies of figures and webs: the own line of each coordinate."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ from .frequencies import FrequencyKind
 from .turning import CHANGED
 
 CAUGHT = 0.25
-"""Share of a leading line by which that of a resonance's own swing may differ from it: of bananas in logarithmic
-potentials it is 0.04 to 0.2, of harmonics in discs 0.27 to 0.52.
+"""Largest relative difference of a leading line and that of a resonance's own swing: for bananas in logarithmic
+potentials it is 0.04 to 0.2, for harmonics in discs 0.27 to 0.52.
 """
 
 
@@ -22,13 +22,13 @@ def in_time(frequency_map: Any) -> bool:
 
 
 def by_own_lines(frequency_map: Any) -> bool:
-    """Tell whether figures are of the coordinates' own lines: of flows in time, but for a body's planes."""
+    """Tell whether figures show the coordinates' own lines: those of flows in time, but for a body's planes."""
     return in_time(frequency_map) and frequency_map.nu_eta is None
 
 
 def harmonics(found: Any) -> np.ndarray:
-    """Tell which leading lines (n, orbits) of regular orbits are but a harmonic of another coordinate's: leading_i =
-    c nu_j with c > 1, where nu_j leads its own coordinate, and the own nu_i is far from it.
+    """Return a mask of leading lines (n, orbits) of regular orbits that are only a harmonic of another coordinate's:
+    leading_i = c nu_j with c > 1, where nu_j leads its own coordinate, and the own nu_i is far from it.
 
     The radius of an orbit in a galaxy has the line 2 nu_z, often its strongest. Orbits that a resonance has caught,
     such as bananas, have these lines too, but swing about them slowly: their nu_i is within `CAUGHT` of the leading
@@ -47,7 +47,7 @@ def harmonics(found: Any) -> np.ndarray:
 
 def own_lines(found: Any) -> tuple[np.ndarray, np.ndarray]:
     """Return the own line of each coordinate (n, orbits), `leading`, but `nu` where that is a harmonic, and their
-    errors; of maps, tunes and bodies `nu`; NaN where there is none.
+    errors; for maps, tunes and bodies `nu`; NaN where there is none.
     """
     nu, error = np.where(np.isfinite(found.error), found.nu, np.nan), found.error
     if not by_own_lines(found):
@@ -58,8 +58,8 @@ def own_lines(found: Any) -> tuple[np.ndarray, np.ndarray]:
 
 
 def calm(found: Any) -> np.ndarray:
-    """Tell which orbits (orbits,) of a frequency map are not seen to be chaotic: regular ones, and UNDECIDED ones whose
-    frequencies change by less than CHANGED cycles from half to half.
+    """Return a mask (orbits,) of orbits of a frequency map that do not show chaos: regular ones, and UNDECIDED ones
+    whose frequencies change by less than CHANGED cycles from half to half.
     """
     with np.errstate(all="ignore"):
         steady = found.time / 2 * 10.0**found.diffusion < CHANGED

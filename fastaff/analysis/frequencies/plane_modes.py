@@ -21,7 +21,7 @@ from .turning import CHANCE, CHANGED, from_whole
 from .windows import LINE_ORDER, cosine_window, fast_length
 
 LINES = 6
-"""Lines of a plane, beyond the number of planes, that generators are looked for among."""
+"""Lines of a plane, beyond the number of planes, among which generators are sought."""
 
 LONGEST = (12, 10, 6, 4, 3)
 """Largest |k|_1 of combinations of 1, 2, ... tunes; 2 of more."""
@@ -44,7 +44,7 @@ of an orbit that is caught in such a resonance, and swings about it, may differ 
 """
 
 APART = 1e-7
-"""Smallest over largest singular value of amplitudes that say which line is whose."""
+"""Smallest over largest singular value of amplitudes that assign lines to planes."""
 
 
 def plane_values(z: np.ndarray, planes: np.ndarray) -> np.ndarray:
@@ -59,8 +59,8 @@ def plane_values(z: np.ndarray, planes: np.ndarray) -> np.ndarray:
 
 
 def modes_of(f: np.ndarray, harmonic: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return which orbits (orbits,) of loops f (orbits, n, samples) have n independent lines, for these the lines (n,
-    some), and their modes as planes (2n, some, samples): each in the place, and in the sense, of the loop of whose
+    """Return a mask (orbits,) of orbits of loops f (orbits, n, samples) with n independent lines, for these the lines
+    (n, some), and their modes as planes (2n, some, samples): each in the place, and in the sense, of the loop of whose
     motion it has most. Orbits that show a `harmonic` (n, orbits) are taken without their combined lines.
     """
     n, samples = f.shape[1], fast_length(f.shape[2])
@@ -91,7 +91,7 @@ def modes_of(f: np.ndarray, harmonic: np.ndarray) -> tuple[np.ndarray, np.ndarra
 
 
 def _combined(found: FrequencyLines, g: np.ndarray, samples: int) -> np.ndarray:
-    """Return the part (orbits, n, samples) of loops that is their lines found, but for +g and -g (orbits, n)."""
+    """Return the part (orbits, n, samples) of loops in their found lines, without +g and -g (orbits, n)."""
     apart = np.abs(found.nu)[..., None] - np.abs(g)[:, None, None]
     others = (from_whole(apart) * samples > SAME).all(axis=3)
     amplitude = np.where(others & np.isfinite(found.error), found.amplitude, 0.0)
@@ -104,7 +104,7 @@ def _combined(found: FrequencyLines, g: np.ndarray, samples: int) -> np.ndarray:
 
 def _generators(f: np.ndarray) -> tuple[np.ndarray, np.ndarray, FrequencyLines]:
     """Return the strongest independent lines (orbits, n) of loops f (orbits, n, samples), a loop's strongest first,
-    which orbits (orbits,) have n, and all lines found.
+    a mask (orbits,) of those that have n, and all lines found.
     """
     orbits, n, samples = f.shape
     found = found_lines(f, 1.0, max(1, min(n + LINES, samples // 4 - LINE_ORDER)), LINE_ORDER)
@@ -152,8 +152,8 @@ def _amplitudes(f: np.ndarray, g: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _places(share: np.ndarray, nu: np.ndarray) -> np.ndarray:
-    """Return which line (orbits, n) each loop gets of shares (orbits, loops, lines), the largest first, of equal ones
-    those of ascending nu (orbits, lines).
+    """Return the line (orbits, n) of each loop by shares (orbits, loops, lines), the largest first, equal ones in the
+    order of ascending nu (orbits, lines).
     """
     orbits, n, _ = share.shape
     place, every = np.zeros((orbits, n), int), np.arange(orbits)
@@ -167,7 +167,7 @@ def _places(share: np.ndarray, nu: np.ndarray) -> np.ndarray:
 
 
 def restless(f: np.ndarray, halves: np.ndarray, length: int, threads: int) -> np.ndarray:
-    """Tell which loops f (signals, samples) belong to chaotic orbits: their mean turns change from half to half (2,
+    """Return a mask of loops f (signals, samples) of chaotic orbits: their mean turns change from half to half (2,
     signals), and so does their strongest line.
     """
     result = length / 2 * np.abs(halves[0] - halves[1]) > CHANGED
@@ -178,7 +178,7 @@ def restless(f: np.ndarray, halves: np.ndarray, length: int, threads: int) -> np
 
 
 def entangled(nu: np.ndarray, length: int) -> np.ndarray:
-    """Tell which orbits (orbits,) have two tunes nu (n, orbits) that are one line over a window of that many steps."""
+    """Return a mask (orbits,) of orbits with two tunes nu (n, orbits) that are one line over so many steps."""
     result = np.zeros(nu.shape[1], bool)
     for one, other in itertools.combinations(nu, 2):
         for apart in (one - other, one + other):
@@ -187,8 +187,8 @@ def entangled(nu: np.ndarray, length: int) -> np.ndarray:
 
 
 def driven(nu: np.ndarray, error: np.ndarray) -> np.ndarray:
-    """Tell which tunes nu (n, orbits), with their errors, are harmonics of another one: the plane that shows one may
-    have a tune of its own behind it.
+    """Return a mask of tunes nu (n, orbits), with their errors, that are harmonics of another one: the plane that shows
+    one may have a weaker tune of its own.
     """
     result = np.zeros(nu.shape, bool)
     for i, j in itertools.permutations(range(len(nu)), 2):
@@ -201,8 +201,8 @@ def driven(nu: np.ndarray, error: np.ndarray) -> np.ndarray:
 
 
 def own_tunes(nu: np.ndarray, harmonic: np.ndarray, modes: np.ndarray, length: int) -> np.ndarray:
-    """Tell for which orbits (orbits,) `modes` (n, orbits) are tunes behind those of nu (n, orbits) that are harmonics
-    (n, orbits), the others being as before; not those of an orbit that a resonance has caught: it and its slow swing.
+    """Return a mask (orbits,) of orbits whose `modes` (n, orbits) replace those of nu (n, orbits) that are harmonics
+    (n, orbits) by own tunes and keep the others; not of orbits caught in a resonance, which swing slowly.
     """
     change = from_whole(modes - nu)
     fits = np.where(harmonic, change > CAUGHT * from_whole(modes).min(axis=0), change * length < SAME).all(axis=0)

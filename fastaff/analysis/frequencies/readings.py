@@ -1,4 +1,4 @@
-"""Frequencies read from samples of orbits: each from the loop or the line that knows it best, with an error."""
+"""Frequencies read from samples of orbits: each from the most accurate loop or line, with an error."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ from .signals import Signals
 from .turning import CHANGED
 
 SURELY, EACH = 3.0, 1.5
-"""Cycles over a half by which frequencies differ from half to half where no close lines may do that; of three loops and
-more for each beyond one, where lines were not told apart.
+"""Change of frequencies from half to half, in cycles over a half, that close lines cannot cause; for three loops and
+more for each beyond one, if lines were not told apart.
 """
 
 BEATS = 10.0
@@ -29,46 +29,46 @@ their beats.
 """
 
 ROUND = 2.0
-"""Factor of the errors of mean rates of coordinates: of few turns two windows see too little."""
+"""Factor of the errors of mean rates of coordinates: two windows are not enough for few turns."""
 
 BEATEN = 5.0
-"""Factor of the change from half to half: so much frequencies may be off by beats of combinations about as slow as the
-whole.
+"""Factor of the change from half to half that bounds the errors of frequencies by beats about as slow as the whole
+window.
 """
 
 FAINT, SHARP, BEAT = 0.12, 0.1, 0.5
-"""Share of a loop's size that lines leave, and cycles over the whole by which the leading line of some loop is not
-known, up to which a change from half to half of one or two loops is no evidence of chaos; and cycles over the whole
-within which leading lines are one, and by which frequencies change as these beat.
+"""Share of a loop's size that lines leave, and error of the leading line of some loop, in cycles over the whole, up to
+which a change from half to half of one or two loops is no evidence of chaos; and cycles over the whole within which
+leading lines are one, and by which frequencies change as these beat.
 """
 
 SAME = 0.5
-"""Cycles over the window by which a mean rate may be off the line that it should be."""
+"""Largest distance of a mean rate from its line, in cycles over the window."""
 
 ROUGH, BROAD, STRANGE = 0.1, 0.03, 0.05
-"""Share of a loop's size that its strongest lines leave, from which these are no few and small ones, and from which one
-fit in ten is better than sums; relative amplitude of a line of which a frequency is a multiple, from which it is none.
+"""Share of a loop's size that its strongest lines leave, from which these are not few and small, and from which one fit
+in ten is better than sums; relative amplitude of a line from which its multiple is no frequency.
 """
 
 MUCH, UNSHARP = 0.13, 0.15
-"""Share of a loop's size that lines leave, and cycles over the whole by which a leading line is not known, from which
-fits explain no orbit of three loops and more.
+"""Share of a loop's size that lines leave, and error of a leading line, in cycles over the whole, from which fits
+explain no orbit of three loops and more.
 """
 
 CLEAN = 1e-7
-"""Share of a loop's size that lines leave, up to which those fewer than the loops are all there is."""
+"""Share of a loop's size that lines leave, up to which fewer lines than loops are complete."""
 
 SLOW = 5.0
-"""Cycles over the whole from which lines are told from what does not turn."""
+"""Cycles over the whole from which a line differs from frequency 0."""
 
 ROUNDING, GROWN, STEADY = 3e-13, 1e-14, 8192
-"""Relative errors of frequencies by rounding: of all, and times what a coordinate grows by in units of its swing; the
+"""Relative errors of frequencies by rounding: of all, and times the growth of a coordinate in units of its swing; the
 samples from which the first grows with the root of their number.
 """
 
 ALIASED = 2.5
-"""Power of the amplitude near the highest frequency that samples show, up to which lines beyond, which may lie at any
-place, are as large.
+"""Power of the amplitude near the highest frequency of the samples that bounds the amplitudes of aliased lines, which
+may lie anywhere.
 """
 
 REACH = 12
@@ -76,10 +76,10 @@ REACH = 12
 
 
 class Samples(NamedTuple):
-    """What is known of some orbits: signals of the run, and of its start with a finer step.
+    """Input for some orbits: signals of the run, and of its start with a finer step.
 
     order: of a scheme whose frequencies are those of a nearby system, so that the error is the same over all times; 0
-    where it grows. start None: of samples that were given nothing is known of a scheme.
+    where it grows. start: None for given samples, whose scheme is unknown.
     """
 
     run: Signals
@@ -92,8 +92,8 @@ class Reading(NamedTuple):
     2), basis (orbits, n, n).
 
     scheme_error: the share of the error (orbits, n) that is the scheme's, and rounding's. vague (orbits,): whether two
-    lines are closer than 1/time, or something moves that no line explains; irregular (orbits,): whether frequencies
-    change from half to half more than close lines can do.
+    lines are closer than 1/time, or a motion is not explained by lines; irregular (orbits,): whether frequencies change
+    from half to half more than close lines can do.
     """
 
     nu: np.ndarray
@@ -122,7 +122,7 @@ def read(layout: Layout, samples: Samples, fallback: float | None, threads: int)
     close = closeness(found, lattice.nu, s.time, s.interval, threads)
     vague = _vague(found, close)
     irregular = _irregular(lattice, s, loops, found, close.near, vague, threads)
-    again = np.flatnonzero(found.drifting & ~irregular & ~_hopeless(found, time))  # which are no chaos: all is fitted
+    again = np.flatnonzero(found.drifting & ~irregular & ~_hopeless(found, time))  # not chaos: lines are fitted
     if again.size:
         fit(found, s, spectra, again, threads)
         some, part, fitted = s.of(again), None if start is None else start.of(again), taken(found, again)
@@ -135,8 +135,8 @@ def read(layout: Layout, samples: Samples, fallback: float | None, threads: int)
         for table, new in ((loops, theirs), (lattice, rates), (close, now)):
             adopt(table, again, new)
     centre = found.nu
-    slow = np.abs(centre) * time < SLOW  # beside what is left at 0
-    # All windows see the same of the beat of lines that are closer than they resolve.
+    slow = np.abs(centre) * time < SLOW  # not separated from the rest at frequency 0
+    # Lines closer than the resolution beat, and all windows see the same part of the beat.
     unknown = found.moving & ~found.owned & ~(found.combination != 0).any(axis=2)
     blur = np.where(unknown | (vague[:, None] & found.moving), 1.0, close.blur)
     broad = irregular | ((found.rest > BROAD) & (fallback is None))  # fits would hardly tell more
@@ -175,8 +175,8 @@ def read(layout: Layout, samples: Samples, fallback: float | None, threads: int)
 
 
 def _better_leading(leading: np.ndarray, error: np.ndarray, combination: np.ndarray, rates: Rates) -> None:
-    """Set leading lines (orbits, m) and their errors by the frequencies where the integers are known and tell them
-    better than bins do.
+    """Set leading lines (orbits, m) and their errors from the frequencies where the integers are known and these are
+    more accurate than bins.
     """
     known = (combination != 0).any(axis=2) & np.isfinite(rates.error).all(axis=1, keepdims=True)
     through = combined(combination, rates.nu), combined(np.abs(combination), rates.error)
@@ -188,7 +188,7 @@ def _better_leading(leading: np.ndarray, error: np.ndarray, combination: np.ndar
 def _count_turns(
     samples: Samples, periods: np.ndarray, found: Modes, rates: Rates, places: tuple, threads: int
 ) -> None:
-    """Fill in the mean rates of coordinates that go round where a frequency is missing that is in no line."""
+    """Fill in the mean rates of winding coordinates where a frequency that no line has is missing."""
     leading, leading_error, basis, rank, vague = places
     s, start, n = samples.run, samples.start, rates.nu.shape[1]
     going = going_round(s, periods) & (rank < n)[:, None]
@@ -210,7 +210,7 @@ def _count_turns(
 def _lattice_rates(s: Signals, start: Signals | None, loops: Loops, found: Modes, threads: int) -> Rates:
     """Return the frequencies of the loops of modes; the error is inf where nothing moves."""
     rates = line_frequencies(s, start, loops, found.nu, threads)
-    # A coordinate that has grown to so many sizes of its swing is rounded to so much of it.
+    # The rounding of a coordinate that has grown is relative to its size, not to its swing.
     rounded = GROWN * np.abs(loops.drift) * s.samples[:, None] * np.abs(found.nu)
     return rates._replace(error=np.where(found.moving, rates.error + rounded, np.inf))
 
@@ -225,8 +225,8 @@ def _with_scheme(
     vague: np.ndarray,
     irregular: np.ndarray,
 ) -> Reading:
-    """Return the reading in which the scheme's error is taken off where it is known, and counted as an error three
-    times over.
+    """Return the reading with the scheme's error subtracted where it is known, and SAFETY times its uncertainty as an
+    error.
     """
     if samples.start is None:
         growth, correction = np.zeros(1), np.zeros_like(rates.step)
@@ -258,15 +258,15 @@ def _with_scheme(
 
 
 def _hopeless(found: Modes, time: np.ndarray) -> np.ndarray:
-    """Tell of which orbits of three loops and more lines that are fitted together would neither explain all that moves
-    nor show chaos: much is left, and not all leading lines are resolved.
+    """Return a mask of orbits of three loops and more whose fitted lines would neither explain the motion nor show
+    chaos: much is left, and not all leading lines are resolved.
     """
     blurred = found.moving & (found.leading_error * time > UNSHARP)
     return (found.nu.shape[1] > 2) & (found.rest > MUCH) & blurred.any(axis=1)
 
 
 def _vague(found: Modes, closeness: Closeness) -> np.ndarray:
-    """Tell of which orbits two lines that both show are closer than the window resolves, or lines are not explained."""
+    """Return a mask of orbits with two visible lines closer than the window resolves, or with unexplained lines."""
     missing = found.rank < found.moving.sum(axis=1)
     return closeness.close | (closeness.strange > STRANGE) | (missing & (found.rest > CLEAN)) | (found.rank == 0)
 
@@ -280,23 +280,22 @@ def _irregular(
     vague: np.ndarray,
     threads: int,
 ) -> np.ndarray:
-    """Tell of which orbits the frequencies change from half to half more than lines that are close to each other can
-    do.
+    """Return a mask of orbits whose frequencies change from half to half by more than close lines can cause.
 
-    A line of relative amplitude a changes the difference of the halves by 2 a cycles over a half at most. Where that
-    may be all, the line is fitted in both halves.
+    A line of relative amplitude a changes the difference of the halves by at most 2 a cycles over a half. If that may
+    be the whole change, the line is fitted in both halves.
     """
     change = np.where(found.moving, _change(rates) * s.time[:, None] / 2, 0.0)
     change = np.where(np.isfinite(change), change, 0.0)
     most, loop = change.max(axis=1, initial=0.0), change.argmax(axis=1)
     rough = found.rest > np.where(found.drifting & (most < SURELY), 2 * ROUGH, ROUGH)
-    # Of three loops and more lines are so many that several are close, where they were not told apart.
+    # Three loops and more have so many lines that several are close, if they were not told apart.
     m = found.nu.shape[1]
     least = np.where(found.drifting & (m > 2), EACH * (m - 1), CHANGED)
     if m == 2:  # leading lines of one frequency may be two, which beat
         least[np.ptp(found.leading, axis=1) * s.time < BEAT] = BEAT
     result = (most > np.where(vague & (found.rank > 0), SURELY, least)) & rough & ~near
-    # Of three loops and more beats may make all the change where no line is resolved.
+    # With three loops and more, beats may make all the change where no line is resolved.
     unsure = (most > least) & ~result & ~(vague & ((found.rank > 0) | (m > 2)))
     for o, j in portions(s, unsure[:, None] & (np.arange(m) == loop[:, None])):
         f = values(s, loops, o, j, threads)
@@ -313,13 +312,13 @@ def _lattice_loops(s: Signals, found: Modes) -> Loops:
 
 
 def _change(rates: Rates) -> np.ndarray:
-    """Return by how much the rates (orbits, loops) differ from one half of the time to the other."""
+    """Return the change of the rates (orbits, loops) from one half of the time to the other."""
     return np.abs(rates.halves[:, :, 0] - rates.halves[:, :, 1])
 
 
 def _beaten(rates: Rates, beating: np.ndarray) -> np.ndarray:
-    """Return what the frequencies of loops may be off where a combination of an orbit is so slow that all windows see
-    the same part of its beat (orbits,): actions change with it, and all frequencies with them.
+    """Return the errors of the frequencies of loops of orbits with a combination so slow that all windows see the same
+    part of its beat (orbits,): actions change with it, and all frequencies with them.
     """
     change = np.maximum(_change(rates) - ROUNDING * np.abs(rates.nu).max(axis=1, keepdims=True), 0.0)
     return np.where(beating[:, None] & np.isfinite(change), BEATEN * change, 0.0)
@@ -339,8 +338,8 @@ def _own_angles(
     """Return a body's librations, by its own angles where their turning is a basis of the lattice, and the leading
     lines' integers.
 
-    The values are those of the lattice's lines where the own angles say which they are. An incomplete lattice has no
-    say against angles that turn steadily; nor has any against angles made for bodies that `separate`.
+    The values are those of the lattice's lines where the own angles identify them. An incomplete lattice does not
+    overrule angles that turn steadily; no lattice overrules those of bodies that `separate`.
     """
     orbits, m = lattice.nu.shape
     vectors, known = np.zeros((orbits, m, m), np.int64), np.zeros((orbits, m), bool)

@@ -1,6 +1,4 @@
-"""The web of resonances: where k . nu = 0 runs over a grid of initial conditions or in the plane of frequency
-ratios.
-"""
+"""The web of resonances: lines k . nu = 0 over a grid of initial conditions or in the plane of frequency ratios."""
 
 from __future__ import annotations
 
@@ -19,8 +17,8 @@ from .own_lines import calm, own_lines
 from .resonances import MAX_ORDER, checked_frequencies, equation, vectors, widths
 
 TORN, BIN = 0.03, 0.1
-"""Share of the largest frequency by which own lines of neighbours differ where they are not those of one family; cycles
-over the time of a map within which frequencies are alike.
+"""Difference of own lines of neighbours, as a share of the largest frequency, that separates families; cycles over the
+time of a map within which frequencies are alike.
 """
 
 
@@ -44,7 +42,7 @@ class ResonanceLine(Result, axis=None):
         return float(sum(np.sqrt((np.diff(line, axis=0) ** 2).sum(axis=1)).sum() for line in self.lines))
 
     def summary(self) -> str:
-        """Say in one line which resonance it is, how long, and the share of the grid that is locked in it."""
+        """Return one line with the resonance, its length, and the share of the grid that is locked in it."""
         names = [f"{k + 1}" for k in range(len(self.vector))]
         said = f"{equation(self.vector, names)}, order {self.order}, length {self.length:.3g}"
         if self.locked is None:
@@ -172,7 +170,7 @@ def _around_one(line: np.ndarray) -> bool:
 
 
 def _over(grid: Any, found: Any, errors: Any) -> tuple[np.ndarray, Any, Any, float | None]:
-    """Return the frequencies of a map's calm orbits over their grid, their errors, the grid's axes, and what tears."""
+    """Return the frequencies of a map's calm orbits over their grid, their errors, the grid's axes, and the jump."""
     if not (hasattr(found, "regular") and np.shape(found.regular) == grid.cell.shape):
         raise TypeError(
             f"nu must be a frequency map of the {grid.cell.size} orbits of the grid in axes, got {shown(found)}"
@@ -192,9 +190,9 @@ def ratio_web(
 ) -> list[ResonanceLine]:
     """Find the lines k1 X + k2 Y + k3 = 0 in the plane of the frequency ratios X = nu1/nu3, Y = nu2/nu3.
 
-    :Parameters: x, y: the ranges of the two ratios; max_order: of all primitive k = (k1, k2, k3) looked at, or
-        resonances: vectors (m, 3) to look at instead.
-    :Returns: the WebLines that cross the ranges, by order, each one segment (2, 2); `locked` is None.
+    :Parameters: x, y: the ranges of the two ratios; max_order: of all primitive k = (k1, k2, k3) searched, or
+        resonances: vectors (m, 3) to search instead.
+    :Returns: the ResonanceLines that cross the ranges, by order, each one segment (2, 2); `locked` is None.
     :Raises: ValueError or TypeError for wrong input. Exact to rounding.
     :Source: Laskar 1993, Physica D 67, 257.
 
@@ -246,7 +244,7 @@ def _axes(axes: Any, shape: tuple[int, ...]) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _chosen(resonances: Any, n: int, max_order: int) -> np.ndarray:
-    """Return the vectors (m, n) to look at, by order."""
+    """Return the vectors (m, n) to search, by order."""
     if resonances is None:
         if whole("max_order", max_order, 1) > MAX_ORDER:
             raise ValueError(f"max_order must be at most {MAX_ORDER}, got {max_order}")
@@ -283,12 +281,12 @@ def _torn(nu: np.ndarray, jump: float) -> np.ndarray:
 
 
 def _distinct(found: list[ResonanceLine], everywhere: list[np.ndarray]) -> list[ResonanceLine]:
-    """Keep a basis of the resonances that hold everywhere, and one of those that agree up to combinations of these."""
+    """Keep a basis of the resonances that hold everywhere, and one line of those that differ by their combinations."""
     if not everywhere:
         return found
     common = {tuple(int(c) for c in vector) for vector in everywhere}
     _, size, axes = np.linalg.svd(np.array(everywhere, dtype=float))
-    free = axes[int((size > 1e-9).sum()) :]  # what the frequencies of this map can point along
+    free = axes[int((size > 1e-9).sum()) :]  # the directions that the frequencies of this map can have
     basis: list[tuple[int, ...]] = []
     seen, kept = set(), []
     for line in found:

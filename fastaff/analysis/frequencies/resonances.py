@@ -40,8 +40,8 @@ class Resonances(Result):
     combination of them, and so is every integer vector of their span (the lattice is primitive); order, ``|k|_1`` of
     the shortest, 0 where there is none; distance, width (n, ...): ``|k . nu|`` of each basis vector and its largest
     allowed value, NaN past the rank; accidental, the number of relations that a random frequency vector would show (see
-    `resonances`); status of `Status`: NONFINITE (a frequency is NaN or infinite), NOT_CONVERGED (its error is) and
-    what a result says of orbits that are not OK; these have rank 0. names: one for each frequency.
+    `resonances`); status of `Status`: NONFINITE (a frequency is NaN or infinite), NOT_CONVERGED (its error is), and
+    that of the result for orbits that are not OK; these have rank 0. names: one for each frequency.
 
     :Source: Morbidelli 2002, Modern Celestial Mechanics, section 2.1.
     """
@@ -101,7 +101,7 @@ class Resonances(Result):
         return "\n".join([super().__str__(), f"  orbits      share  resonance, to order {self.max_order}", *rows])
 
     def summary(self) -> str:
-        """Say in one line how many orbits have which rank."""
+        """Return one line with the number of orbits of each rank."""
         ranks, counts = np.unique(self.rank[self.status == Status.OK], return_counts=True)
         return describe(self.status, ", ".join(f"{c} of rank {rank}" for rank, c in zip(ranks, counts, strict=True)))
 
@@ -153,7 +153,7 @@ def resonances(
     ----------
     nu : array (n,) or (n, ...), or result
         Frequencies of n = 2, 3 or 4 angles. A FrequencyMap or ActionAngles also gives names and errors, as do Tunes and
-        a FrequencyMap of a map of up to three planes, to which the frequency of the turn, 1, is added as the last.
+        a FrequencyMap of a map of up to three planes; their last frequency is then that of the turn, 1.
     max_order : int, 1 to 50, default 8
         Largest order of the vectors searched.
     tolerance : float >= 0, default 1e-9
@@ -181,7 +181,7 @@ def resonances(
         ``|k . nu| <= width(k) = tolerance |k|_1 max|nu| + sum |k_i| errors_i``.
 
     Relations are visited by ``|k|_1``. One that is independent of those before joins the basis if the basis stays
-    primitive, else the shortest vector does that completes it: Minkowski's reduction in the norm ``|k|_1``. Such a
+    primitive, else the shortest vector that completes it joins: Minkowski's reduction in the norm ``|k|_1``. Such a
     completing vector, and any combination, is a relation as exactly as the basis is, though `distance` may exceed
     `width` by the number of terms. Rank n means that every frequency is zero within the widths. Accidental relations: a
     vector nu of random direction meets ``|k . nu| <= width`` with the probability ``2 c_n width/(|k|_2 |nu|_2)``, c_n =
@@ -338,8 +338,8 @@ def _accidental(nu: np.ndarray, spread: np.ndarray, n: int, max_order: int) -> n
 class DiffusionHistogram(Result, axis=None):
     """Counts of log10 diffusion: edges (bins + 1,), counts (bins,), and the fraction of orbits above a threshold.
 
-    error: the standard deviation sqrt(f (1 - f)/orbits) of the fraction f as a sample of a larger set; orbits: how many
-    were counted; missing: how many were not (not finite, or a status other than OK).
+    error: the standard deviation sqrt(f (1 - f)/orbits) of the fraction f as a sample of a larger set; orbits: number
+    of those counted; missing: number of the others (not finite, or a status other than OK).
     """
 
     edges: Annotated[np.ndarray, along("edge", unit="log10(cycles/time)")]

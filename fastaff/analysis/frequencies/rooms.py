@@ -16,7 +16,7 @@ LINE = 8
 
 
 def in_lines(size: int) -> np.ndarray:
-    """Return an array (size,) that begins with a line of the cache, whose numbers are whatever was there."""
+    """Return an array (size,) that begins with a line of the cache, with arbitrary numbers."""
     numbers = np.empty(size + LINE)
     begin = -(numbers.ctypes.data // numbers.itemsize) % LINE
     return numbers[begin : begin + size]
@@ -29,7 +29,7 @@ class Room:
         self._numbers = np.empty(0)
 
     def array(self, *shape: int) -> np.ndarray:
-        """Return an array of that shape, whose numbers are whatever was there."""
+        """Return an array of that shape, with arbitrary numbers."""
         size = math.prod(shape)
         if size * self._numbers.itemsize > KEPT:
             return in_lines(size).reshape(shape)

@@ -1,4 +1,4 @@
-"""Mean rates of coordinates with a period that go round: frequencies that are in no line where nothing else turns."""
+"""Mean rates of winding coordinates with a period: frequencies that are in no line if nothing else turns."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ from .signals import Signals
 
 
 def going_round(s: Signals, periods: np.ndarray) -> np.ndarray:
-    """Return which coordinates (orbits, n), rows 2i of the signals, end more than a period (n,) from where they begin;
-    none of a period 0 does.
+    """Return a mask (orbits, n) of coordinates, rows 2i of the signals, that end more than a period (n,) from their
+    start; those of a period 0 do not.
     """
     first = s.start[:, None] + 2 * np.arange(periods.size) * s.samples[:, None]
     moved = s.numbers[first + s.samples[:, None] - 1] - s.numbers[first]
@@ -19,9 +19,9 @@ def going_round(s: Signals, periods: np.ndarray) -> np.ndarray:
 
 def mean_turns(s: Signals, start: Signals | None, periods: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return weighted mean rates (orbits, n, PARTS), in periods per unit time, of coordinates, rows 2i of the signals,
-    and what they lose (orbits, n, 3) over the samples of `start`, which has a finer step, and over its halves.
+    and their decrease (orbits, n, 3) with the finer step of `start`, over its samples and over its halves.
 
-    They are differences of the coordinates as they are: however few samples a turn has none is lost.
+    They are differences of unwrapped coordinates: no turn is lost, however few samples it has.
     """
     shape = s.samples.size, periods.size
     rates, change = np.zeros((*shape, len(PARTS))), np.zeros((*shape, 3))

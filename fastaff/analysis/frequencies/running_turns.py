@@ -18,17 +18,17 @@ ROWS = 64
 
 
 class RunningMeans(NamedTuple):
-    """What the steps of orbits say of all n angles; moving (n, orbits): whether a plane does."""
+    """Means of all n angles over the steps of orbits; moving (n, orbits): whether a plane moves."""
 
     means: Means
     moving: np.ndarray
 
 
 def running_means(flow: Flow, ensemble: Ensemble, steps: int) -> RunningMeans:
-    """Advance orbits of a map by so many steps and return what these say: the same numbers as those of their samples.
+    """Advance orbits of a map by so many steps and return the means over them: the same numbers as from their samples.
 
-    Orbits that end before, as `ensemble` then says, have means that say nothing. There are two runs where there are
-    planes that do not wind: the first finds where they are.
+    Orbits that end before, by their status in `ensemble`, have no valid means. With planes that do not wind there are
+    two runs: the first locates them.
     """
     n, orbits = flow.model.degrees_of_freedom, ensemble.z.shape[1]
     own = angles_of(flow.system.winding)
@@ -61,7 +61,7 @@ def running_means(flow: Flow, ensemble: Ensemble, steps: int) -> RunningMeans:
 
 
 def _learn(flow: Flow, ensemble: Ensemble, turning: Turning, window: Window) -> None:
-    """Find centre, shape and reference of the planes of orbits by a run that leaves these where they are."""
+    """Find centre, shape and reference of the planes of orbits by a run that does not change the ensemble."""
     own = moments_of(flow.system.winding)
     rows = np.zeros((own.end - own.size, ensemble.z.shape[1]))
     for k, r in enumerate(own.planes):

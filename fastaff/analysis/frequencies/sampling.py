@@ -1,4 +1,4 @@
-"""Steps that resolve an orbit's motion, how many samples its signals need, and which part tells the error of a step."""
+"""Steps that resolve an orbit's motion, numbers of samples, and the part of a run that shows a step's error."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ PILOT = 16
 PILOT_STEPS, PILOT_SAMPLES = 128, 48
 
 SIZES = np.array([16 * q * 2**k for k in range(40) for q in (4, 5, 6, 7)])
-"""Numbers of samples: few, as orbits of equal numbers are read together, all multiples of what pilots take."""
+"""Numbers of samples: few, as orbits of equal numbers are read together, all multiples of those of pilots."""
 
 LONGEST = 1.5
 """Radians of the fastest small oscillation of an orbit that a step may have: more would show another frequency."""
@@ -30,7 +30,7 @@ def resolving(flow: Flow, rate: np.ndarray, time: float) -> Flow:
 
 
 def sample_counts(need: np.ndarray, steps: np.ndarray) -> np.ndarray:
-    """Return how many samples (orbits,), of few different numbers, are enough for those needed and take few more steps
+    """Return numbers of samples (orbits,), few different ones, that are enough for those needed and take few more steps
     than `steps`.
     """
     need = np.clip(need, SIZES[0], SIZES[-4])
@@ -41,8 +41,8 @@ def sample_counts(need: np.ndarray, steps: np.ndarray) -> np.ndarray:
 
 
 def pilot_share(steps: np.ndarray, counts: np.ndarray) -> np.ndarray:
-    """Return which part of so many steps, and samples, the pilot takes: PILOT, or a smaller power of 2 that leaves it
-    PILOT_STEPS and PILOT_SAMPLES.
+    """Return the divisor of steps and samples for the pilot: PILOT, or a smaller power of 2 that leaves it PILOT_STEPS
+    and PILOT_SAMPLES.
     """
     room = np.maximum(np.minimum(steps // PILOT_STEPS, counts // PILOT_SAMPLES), 1)
     return np.minimum(PILOT, 2 ** np.floor(np.log2(room)).astype(np.int64))

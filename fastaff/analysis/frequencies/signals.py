@@ -12,7 +12,7 @@ class Signals(NamedTuple):
     """Rows of equidistant samples of orbits in one array of numbers: those of an orbit side by side, each row after the
     other.
 
-    start, samples, interval (orbits,): where an orbit's first row begins, how many samples a row has, and the time
+    start, samples, interval (orbits,): the start of an orbit's first row, the number of samples of a row, and the time
     between two.
     """
 
@@ -29,15 +29,15 @@ class Signals(NamedTuple):
 
     @property
     def ragged(self) -> tuple[np.ndarray, int, np.ndarray, np.ndarray]:
-        """What kernels take, for `kernels.fundamental.rows_of`."""
+        """The arguments of kernels, for `kernels.fundamental.rows_of`."""
         return self.numbers, self.rows, self.start, self.samples
 
     def of(self, orbits: np.ndarray) -> Signals:
-        """Return those of some orbits."""
+        """Return the signals of some orbits."""
         return self._replace(start=self.start[orbits], samples=self.samples[orbits], interval=self.interval[orbits])
 
     def alike(self, orbits: np.ndarray | None = None) -> Iterator[np.ndarray]:
-        """Yield the numbers of those of the orbits, or of all, that have equally many samples."""
+        """Yield the numbers of orbits, of the given ones or of all, that have equally many samples."""
         orbits = np.arange(self.samples.size) if orbits is None else orbits
         for count in np.unique(self.samples[orbits]):
             yield orbits[self.samples[orbits] == count]

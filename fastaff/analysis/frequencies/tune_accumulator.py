@@ -19,10 +19,10 @@ from .tunes import Tunes, tunes_of
 from .turning import PIECE, Means, Turning, Window, run_orbits, without_standing
 
 FIRST = 32
-"""Steps that only say where the loops are; the windows are [32, 64), [64, 128), ..., each twice as long."""
+"""Steps that only locate the loops; the windows are [32, 64), [64, 128), ..., each twice as long."""
 
 FRAME, PART = 4096, 8
-"""Steps in the middle of a window whose moments say what the next one looks at: this number, or an eighth if more."""
+"""Steps in the middle of a window whose moments set the frame of the next one: this number, or an eighth if more."""
 
 
 def window_of(step: int) -> Window:
@@ -35,13 +35,13 @@ def window_of(step: int) -> Window:
 
 @dataclass(frozen=True)
 class TuneSums(Result):
-    """All that a `TuneAccumulator` knows: `fastaff.save` keeps it, and `TuneAccumulator.of` goes on from it.
+    """The whole state of a `TuneAccumulator`: `fastaff.save` keeps it, and `TuneAccumulator.of` goes on from it.
 
-    names (2n,): of the rows; samples: that have been pushed; last (2n, orbits): the last one; planes (n, 8, orbits):
+    names (2n,): of the rows; samples: number of those pushed; last (2n, orbits): the last one; planes (n, 8, orbits):
     centre, shape and reference turn of each plane's loop, the columns of `fastaff.kernels.tunes`; sums (n, 6, orbits)
     of angles and moments (n, 9, orbits) of the window that is being filled, weights (7,): the sums of their weights;
-    turns (orbits,): samples before the first that is not finite; ended (orbits,); still (2, orbits): how many samples
-    in a row equal the one before, at the end and at most until then; nu, error (n, orbits), halves (2, n, orbits):
+    turns (orbits,): samples before the first that is not finite; ended (orbits,); still (2, orbits): number of samples
+    in a row that equal the one before, at the end and at most until then; nu, error (n, orbits), halves (2, n, orbits):
     those of the last window that the orbit completed, window (orbits,) its length, 0 for none. The orbits of several
     can be joined (`concat`) where they have as many samples.
 
@@ -115,7 +115,7 @@ class TuneAccumulator:
     def of(cls, state: TuneSums, *, threads: int | None = None) -> TuneAccumulator:
         """Return an accumulator that goes on from a `state`.
 
-        :Raises: TypeError for anything else.
+        :Raises: TypeError for other values.
         """
         if not isinstance(state, TuneSums):
             raise TypeError(f"state must be a TuneSums, got {type(state).__name__}")
@@ -130,7 +130,7 @@ class TuneAccumulator:
 
     @property
     def state(self) -> TuneSums:
-        """All that is known, copied.
+        """A copy of the state.
 
         :Raises: ValueError before the first push.
         """
@@ -186,7 +186,7 @@ class TuneAccumulator:
 
 
 class _Known:
-    """What an accumulator has found so far, in arrays that one push changes."""
+    """The results of an accumulator so far, in arrays that one push changes."""
 
     def __init__(self, names: tuple[str, ...], first: np.ndarray):
         rows, orbits = first.shape
@@ -203,11 +203,11 @@ class _Known:
         return self.turning.last.shape[1], self.turning.last.shape[0]
 
     def copy(self) -> _Known:
-        """Return one that a push may change."""
+        """Return a copy that a push may change."""
         return copy.deepcopy(self)
 
     def stay(self, samples: int) -> np.ndarray:
-        """Tell which orbits (orbits,) `stays` at one point to the last of so many samples."""
+        """Return a mask (orbits,) of orbits that stay at one point to the last of so many samples, see `stays`."""
         return stays(self.still[0], self.still[1], samples) & ~self.ended
 
     def push(self, z: np.ndarray, threads: int) -> None:
@@ -237,7 +237,7 @@ class _Known:
         self.samples += z.shape[2]
 
     def _end(self, window: Window, angles: bool, lived: np.ndarray, threads: int) -> None:
-        """Keep what a complete window says of the orbits that came to its end, and begin the next."""
+        """Keep the means of a complete window for the orbits that came to its end, and begin the next."""
         alive = lived > window.begin + window.length
         if angles:
             with np.errstate(invalid="ignore"):
@@ -248,7 +248,7 @@ class _Known:
         self.turning.clear()
 
     def state(self) -> TuneSums:
-        """Return all of it, copied."""
+        """Return a copy of the state."""
         turning = self.turning
         return TuneSums(
             names=self.names,
@@ -269,7 +269,7 @@ class _Known:
 
     @classmethod
     def of(cls, state: TuneSums) -> _Known:
-        """Return what a state says."""
+        """Return the results in a state."""
         known = cls(state.names, np.array(state.last, np.float64))
         turning = known.turning
         for name in ("planes", "sums", "moments"):

@@ -1,4 +1,4 @@
-"""Tunes: frequencies modulo 1 of orbits that are known once a turn, from arrays of them."""
+"""Tunes: frequencies modulo 1 of orbits that are known once a turn, from arrays of samples."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ from .turning import (
 from .windows import LINE_ORDER
 
 FALLBACK, LEAST = 1e-9, 64
-"""Error in turns above which lines are fitted; samples that an orbit needs."""
+"""Error in turns above which lines are fitted; least number of samples of an orbit."""
 
 BUDGET, AT_ONCE = 1 << 27, 1 << 22
 """Bytes of samples in work at once; samples of signals whose lines are fitted at once."""
@@ -54,25 +54,25 @@ ROUGH = 0.05
 """Cycles over the window by which windows of a mean turn differ where the loop may pass through its centre."""
 
 OWN_LINES, COMBINED, SHARP, WEAK = 6, 4, 0.02, 0.01
-"""Lines of a plane whose loop passes through its centre, among which its own is looked for; the largest |k|_1 of
-combinations of other tunes, and the bins within which a line is one; the relative amplitude below which a line is
-nobody's own.
+"""Lines of a plane whose loop passes through its centre, among which its own is sought; the largest |k|_1 of
+combinations of other tunes, and the bins within which a line is one; the relative amplitude below which a line is no
+own line.
 """
 
 LONG = 500
-"""Turns from which a line in such a bin is no chance."""
+"""Turns from which a line in such a bin is not accidental."""
 
 HARMONIC, SHARED = 6, 2
-"""Harmonics of a plane's own line, and largest |k|_1 of combinations of other tunes beside them, that its lines are
-looked for among.
+"""Harmonics of a plane's own line, and largest |k|_1 of combinations of other tunes beside them, among which its lines
+are sought.
 """
 
 NEAR = 3
 """Bins within which the line of a mean turn is."""
 
 EXPLAINED, OPEN = 0.999, 0.02
-"""Share of the squared amplitudes that these must explain, and the share of the area that they could enclose from which
-the sense of the loop is known.
+"""Share of the squared amplitudes that these must explain, and the least share of the area that they could enclose for
+which the sense of the loop is known.
 """
 
 
@@ -112,7 +112,7 @@ class Tunes(Result):
     def digits(self) -> np.ndarray:
         """Digits (orbits,) to which the weighted averages of both halves of the window agree, in turns; NaN: none.
 
-        Some log10(window)/2 of chaotic orbits, up to all 16 of regular ones.
+        Chaotic orbits have about log10(window)/2, regular ones up to all 16.
 
         :Source: Sander & Meiss 2020, Physica D 411, 132569.
         """
@@ -175,15 +175,15 @@ def tunes(
     9.6.
 
     Where the loop passes through its centre, as one of coupled planes may, the mean turn is no line. Then the tune is
-    the strongest line of the plane, fitted with seven others, that is no small combination of the others' tunes. Where
-    all of these are harmonics of one, as of a loop beside its centre, a crescent, it is that one, in the sense in which
-    the loop goes around its area; a loop that jumps across its centre from turn to turn may show a harmonic. Where two
-    planes show one line, or one a harmonic of another's, or a loop passes through its centre, the strongest independent
-    lines of all planes are modes. Their amplitudes tell which combinations turn in one mode alone: these loops,
-    of harmonics without the combined lines, are averaged, and each plane gets the mode with the largest share of its
-    motion (equal shares: in ascending order). A plane that shows a harmonic, as y of 2 nu_x by a sextupole, so gets its
-    own tune, where it has a line of it; an orbit that a resonance has caught, whose lines lie close by, stays at it.
-    For motion in time, without the modulus, see `orbit_frequencies`.
+    the strongest line of the plane, fitted with seven others, that is no small combination of the others' tunes. If all
+    of these are harmonics of one line, as for a loop beside its centre, a crescent, the tune is that line, with the
+    sign of the loop's area; a loop that jumps across its centre from turn to turn may show a harmonic. Where two planes
+    show one line, or one a harmonic of another's, or a loop passes through its centre, the strongest independent lines
+    of all planes are modes. Their amplitudes tell which combinations turn in one mode alone: these loops, of harmonics
+    without the combined lines, are averaged, and each plane gets the mode with the largest share of its motion (equal
+    shares: in ascending order). A plane that shows a harmonic, as y of 2 nu_x by a sextupole, so gets its own tune,
+    where it has a line of it; an orbit that a resonance has caught, whose lines lie close by, stays at it. For motion
+    in time, without the modulus, see `orbit_frequencies`.
 
     Errors: 5 times the largest difference of windows of unequal lengths and starts from the whole, the possible effect
     of unseen slow beats near a fraction p/m or a relation ``|k| < 6`` of two tunes, and rounding. Orbits that ended are
@@ -221,7 +221,7 @@ def tunes_of(
     status: np.ndarray,
     lines: AngleLines | None = None,
 ) -> Tunes:
-    """Return the Tunes that means (n, orbits) over windows (orbits,) say, 0 of orbits without one."""
+    """Return the Tunes from means (n, orbits) over windows (orbits,), 0 for orbits without one."""
     known = np.isfinite(means.error) & (window > 0)
     nu, error = np.where(known, means.nu, 0.0), np.where(known, means.error, np.inf)
     nu = nu - np.floor(nu)
@@ -251,7 +251,7 @@ def tunes_of(
 
 
 class TuneWork:
-    """Tunes in the making; arrays hold what is known so far."""
+    """Tunes in the making; arrays hold the results so far."""
 
     def __init__(
         self, given: GivenOrbits, fallback: float, threads: int, report: Report | None, lines: int | None = None
@@ -282,7 +282,7 @@ class TuneWork:
                 self.report(end / orbits)
 
     def _adopt(self, orbits: np.ndarray, z: np.ndarray, length: int) -> None:
-        """Fill in what z (2n, orbits, length + 1) says."""
+        """Fill in the results from z (2n, orbits, length + 1)."""
         turning, means, method, rough = self._read(z, length)
         self._with_modes(z, turning, means, method, rough)
         self.nu[:, orbits], self.error[:, orbits], self.halves[:, :, orbits] = without_standing(means, length)
@@ -291,8 +291,8 @@ class TuneWork:
             self._lined(z, orbits, self.lines)
 
     def _read(self, z: np.ndarray, length: int) -> tuple[Turning, Means, np.ndarray, np.ndarray]:
-        """Return the loops of z (2n, orbits, length + 1), their tunes, what gave these, and which orbits (orbits,) have
-        a loop whose mean turn is not steady.
+        """Return the loops of z (2n, orbits, length + 1), their tunes, the methods of these, and a mask (orbits,) of
+        orbits with a loop whose mean turn is not steady.
         """
         until, window = np.empty(z.shape[1], np.int64), Window(0, length, (0, length))
         turning = Turning(z[:, :, 0])
@@ -313,8 +313,8 @@ class TuneWork:
         return turning, means, method, rough
 
     def _with_modes(self, z: np.ndarray, turning: Turning, means: Means, method: np.ndarray, rough: np.ndarray) -> None:
-        """Put the tunes of modes in the places of those of planes that show the same line, or whose loops pass through
-        their centres (`rough`).
+        """Replace the tunes of planes that show the same line, or whose loops pass through their centres (`rough`), by
+        those of modes.
         """
         length = z.shape[2] - 1
         twice, harmonic = entangled(means.nu, length), driven(means.nu, means.error)
@@ -351,7 +351,7 @@ class TuneWork:
             table.adopt(part, layout, signals_of(s, 1.0), 0.0)
 
     def _with_lines(self, z: np.ndarray, turning: Turning, means: Means, method: np.ndarray, length: int) -> None:
-        """Put lines in the places of averages that are not good enough, where they are better or all are asked for."""
+        """Replace inaccurate averages by lines, where these are better or all are asked for."""
         n, always = len(means.nu), self.fallback == 0
         needed = (means.error > self.fallback) & (turning.planes[:, :, COLUMNS.a] != 0).T
         steady = means.error / SAFETY * length < SAME
@@ -374,7 +374,7 @@ class TuneWork:
             centre[turned] = _own_lines(
                 f[turned], lines.take(np.flatnonzero(turned)), rough[turned], planes[turned], others[turned]
             )
-            # What is no line at all says nothing of one.
+            # A mean turn that is no line gives no error to compare with.
             worst = np.where(~near | (centre != 0) | always, np.inf, means.error[planes, orbits] / SAFETY)
             found, uncertainty = line_rates(f, 1.0, centre, worst, self.threads, lines)
             good = np.isfinite(uncertainty)
@@ -395,12 +395,12 @@ class TuneWork:
 def _own_lines(
     f: np.ndarray, lines: FrequencyLines, rough: np.ndarray, planes: np.ndarray, others: np.ndarray
 ) -> np.ndarray:
-    """Return the own line of each signal f (signals, samples) among its `lines`: the one whose harmonics, with
-    combinations of the tunes of the other planes, others (signals, n) with NaN where there is none, all of them are,
-    else the strongest that is no such combination, else the strongest.
+    """Return the own line of each signal f (signals, samples) among its `lines`: the one of which all of them are
+    harmonics, with combinations of the tunes of the other planes, others (signals, n), NaN where there is none; else
+    the strongest that is no such combination, else the strongest.
 
     f turns by `rough` (signals,) less than the plane does. Where that is 0 the loop lies beside its centre, and the
-    strongest line says nothing of its sense: 0.
+    strongest line has no sense: 0.
     """
     if not len(f):
         return np.zeros(0)
@@ -428,8 +428,8 @@ def _combined(others: np.ndarray, longest: int) -> np.ndarray:
 def _generators(
     lines: FrequencyLines, rough: np.ndarray, others: np.ndarray, foreign: np.ndarray, samples: int
 ) -> np.ndarray:
-    """Return which (signals,) of the `lines` has all of them for harmonics, with combinations of the others' tunes: in
-    the sense of the area that they enclose, and of the smallest harmonics; -1 where none has, or the area is too small.
+    """Return the numbers (signals,) of lines of which all `lines` are harmonics, with combinations of the others'
+    tunes, of the sense of the enclosed area and smallest harmonics; -1 where there is none, or the area is too small.
     """
     nu, power = lines.nu + rough[:, None], np.abs(lines.amplitude) ** 2
     order = np.arange(-HARMONIC, HARMONIC + 1)
@@ -450,7 +450,7 @@ def _generators(
 
 
 def _parts(needed: np.ndarray, most: int) -> Iterator[tuple[np.ndarray, np.ndarray]]:
-    """Yield rows and columns of what is needed, so many or fewer at a time."""
+    """Yield rows and columns of the True entries of `needed`, so many or fewer at a time."""
     rows, columns = np.nonzero(needed)
     for begin in range(0, rows.size, most):
         yield rows[begin : begin + most], columns[begin : begin + most]

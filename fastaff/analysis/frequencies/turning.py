@@ -25,18 +25,18 @@ ROUNDING = 2e-15
 """Turns that the mean of angles may be off by rounding."""
 
 STANDING = 0.1
-"""Cycles over a window below which a mean turn is none: what stays beside a centre, such as a lost particle."""
+"""Cycles over a window below which a mean turn is none, as for a lost particle that stays beside a centre."""
 
 HARMONICS = 40
 """Harmonics of a curve whose slow beats count in the error of its rotation number."""
 
 CHANGED, ISLAND, BESIDE = 0.3, 3.0, 1.5
-"""Turns over a half by which a tune changes where it is said to; times the order of a resonance, by which it may where
-its orbit swings slowly in one; and by which its tunes are off the resonance then.
+"""Change of a tune, in turns over a half, that counts; allowed change times the order of a resonance for an orbit that
+swings slowly in one; and largest distance of its tunes from that resonance.
 """
 
 RELATED, CHANCE = 5, 1e-3
-"""Largest |k|_1 of a relation of two tunes, and the width up to which one is no chance, unless the tunes are equal."""
+"""Largest |k|_1 of a relation of two tunes, and its largest width that is not accidental, unless they are equal."""
 
 UNSEEN, FAINT = 0.3, 0.1
 """Cycles over the window up to which all windows see the same part of the beat of two lines; and the relative amplitude
@@ -44,12 +44,12 @@ that one of them may have.
 """
 
 LOCKED = 12
-"""Largest order of islands that are looked for."""
+"""Largest order of islands that are sought."""
 
 
 class Window(NamedTuple):
-    """Steps from sample to sample begin to begin + length, and the part (begin, length) of them whose moments say what
-    the next window looks at.
+    """Steps from sample to sample begin to begin + length, and the part (begin, length) of them whose moments set the
+    frame of the next window.
     """
 
     begin: int
@@ -68,7 +68,7 @@ class Window(NamedTuple):
 
 
 class Means(NamedTuple):
-    """What a window says: turns per step nu (n, orbits), their error, and those of the halves (2, n, orbits)."""
+    """Means over a window: turns per step nu (n, orbits), their error, and those of the halves (2, n, orbits)."""
 
     nu: np.ndarray
     error: np.ndarray
@@ -76,7 +76,7 @@ class Means(NamedTuple):
 
 
 def without_standing(means: Means, length: int | np.ndarray) -> Means:
-    """Return means over that many steps (orbits,), without those of planes that do not go around: error inf."""
+    """Return means over that many steps (orbits,), with error inf for planes that do not go around."""
     standing = from_whole(means.nu) * length < STANDING
     return means._replace(error=np.where(standing, np.inf, means.error))
 
@@ -117,7 +117,7 @@ class Turning:
         self, chunk: np.ndarray, until: np.ndarray, at: int, window: Window, threads: int, *, angles: bool, frame: bool
     ) -> None:
         """Add the steps from number `at` to the samples of chunk (2n, orbits, samples), until (orbits,) of each, all in
-        the window: their angles, or what its frame learns of them.
+        the window: their angles, or the moments for its frame.
         """
         orbits, samples = chunk.shape[1:]
         tables, weights = window.weights(at, samples)
@@ -135,7 +135,7 @@ class Turning:
         run_orbits(kernels.learn, len(self.planes), arguments, threads)
 
     def means(self, length: int) -> Means:
-        """Return what a window of that many steps says; error inf of a plane at rest."""
+        """Return the means over a window of that many steps; error inf for a plane at rest."""
         turns = self.planes[:, :, COLUMNS.turn, None] + self.sums / (2 * math.pi * self.weights[:-1])
         nu = turns[:, :, 0]
         error = SAFETY * np.abs(turns[:, :, 1:] - turns[:, :, :1]).max(axis=2)
@@ -148,19 +148,19 @@ class Turning:
 
 
 def _within(weights: np.ndarray) -> tuple[int, int]:
-    """Return from where to where weights (samples,) are not 0."""
+    """Return the range where weights (samples,) are not 0."""
     some = np.flatnonzero(weights)
     return (int(some[0]), int(some[-1]) + 1) if some.size else (0, 0)
 
 
 def from_whole(turns: np.ndarray) -> np.ndarray:
-    """Return how far turns are from whole ones."""
+    """Return the distances of turns from whole ones."""
     return np.abs(turns - np.rint(turns))
 
 
 def unresolved(rotation: np.ndarray, steps: np.ndarray | float) -> np.ndarray:
-    """Return how far a rotation number may be off where it is so near a fraction p/m that the orbit has not gone around
-    between the m.
+    """Return the error of a rotation number so near a fraction p/m that the orbit has not gone around between the m
+    points.
 
     The angle of a step varies along the curve by harmonics m, taken to fall like 2^-m; the window leaves `damping` of
     their slow beats.
@@ -173,8 +173,8 @@ def unresolved(rotation: np.ndarray, steps: np.ndarray | float) -> np.ndarray:
 def relations(
     nu: np.ndarray, error: np.ndarray, window: np.ndarray, wound: np.ndarray | None = None
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return of which orbits (orbits,) a relation of two tunes nu (n, orbits) is 0 within their errors over windows
-    (orbits,), and how far (n, orbits) lines that the window does not tell from one may move tunes.
+    """Return a mask (orbits,) of orbits with a relation of two tunes nu (n, orbits) that is 0 within their errors over
+    windows (orbits,), and the errors (n, orbits) of tunes by lines that the window does not separate.
 
     wound (n,): coordinates that go round, which sums and differences alone relate.
     """
@@ -193,8 +193,8 @@ def relations(
 
 
 def calm_change(nu: np.ndarray, halves: np.ndarray, half: np.ndarray) -> np.ndarray:
-    """Return by how many turns (orbits,) over a `half` (orbits,) the means of the halves (2, n, orbits), of the whole
-    nu (n, orbits), may differ without chaos.
+    """Return the largest difference (orbits,) without chaos, in turns over a `half` (orbits,), of the means of the
+    halves (2, n, orbits); nu (n, orbits): of the whole.
 
     In a chain of |k| islands each angle swings by 1/|k| of a turn, and the halves may see parts of a swing: where a
     combination |k| <= LOCKED/n of the tunes, of the whole or of a half, turns less than BESIDE.

@@ -29,7 +29,7 @@ BRIEF = 16384
 
 
 def tabulated(make: Callable[..., Any], most: int = 2) -> Callable[..., Any]:
-    """Keep what make(samples, ...) returns: many tables of few samples, `most` of many."""
+    """Keep the tables that make(samples, ...) returns: many of few samples, `most` of many."""
     brief, long = functools.lru_cache(maxsize=64)(make), functools.lru_cache(maxsize=most)(make)
 
     @functools.wraps(make)
@@ -88,7 +88,7 @@ def growth_windows(samples: int) -> np.ndarray:
 
 
 def damping(cycles: np.ndarray) -> np.ndarray:
-    """Return what is left, in a weighted average, of a line so many cycles per window from zero (an upper bound)."""
+    """Return an upper bound of the share, in a weighted average, of a line so many cycles per window from zero."""
     root = np.sqrt(np.maximum(SHARPNESS**2 - (np.pi * cycles) ** 2, 0.0))
     return np.exp(root - SHARPNESS)
 

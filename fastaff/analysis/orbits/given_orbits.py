@@ -1,4 +1,4 @@
-"""Orbits that were computed elsewhere: arrays, named arrays and files of them, as (2n, orbits, samples)."""
+"""Orbits computed by other programs: arrays, named arrays and files of them, as (2n, orbits, samples)."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ ORBITS = (
     "trajectory",
 )
 SAMPLES = ("sample", "samples", "time", "times", "t", "turn", "turns", "at_turn", "step", "steps")
-"""Names of dimensions that say which axis of a labelled array is meant."""
+"""Names of the dimension of samples of a labelled array."""
 
 MOST = 12
 """Degrees of freedom that are taken: more rows than twice that are most likely orbits."""
@@ -38,7 +38,7 @@ EVEN = 1e-6
 """Part of the interval by which times may miss being equidistant."""
 
 LADDER = 8
-"""Lengths within a factor of 2 that orbits which end are cut to: those of one length are in work together."""
+"""Number of lengths in a factor of 2 to which ending orbits are cut: those of one length are done together."""
 
 SAMPLED: WeakValueDictionary[int, np.ndarray] = WeakValueDictionary()
 """The `samples` (samples, 2n, orbits) of results of `integrate`, by identity: their axes are known."""
@@ -50,10 +50,10 @@ Given = ArrayLike | Mapping[Any, ArrayLike] | Result
 class GivenOrbits(NamedTuple):
     """Orbits (2n, orbits, samples) that are read some at a time.
 
-    parts: what holds them, either one source with three axes or one for each row with those of orbits and samples;
+    parts: their sources, either one with three axes or one for each row with those of orbits and samples;
     order: for each source, the places of (coordinate,) orbit and sample among its axes, orbit -1 where there is one
-    orbit without an axis; interval: between samples, None where nothing says so; start: time of the first sample;
-    names (2n,): of the rows.
+    orbit without an axis; interval: between samples, None if unknown; start: time of the first sample; names (2n,): of
+    the rows.
     """
 
     parts: tuple[Any, ...]
@@ -69,7 +69,7 @@ class GivenOrbits(NamedTuple):
         return self.names[: len(self.names) // 2]
 
     def read(self, begin: int, end: int) -> np.ndarray:
-        """Return the orbits from begin to end as floats (2n, orbits, samples), a view where that is what they are."""
+        """Return the orbits from begin to end as floats (2n, orbits, samples), a view if they are floats."""
         rows = [self._rows(part, order, begin, end) for part, order in zip(self.parts, self.order, strict=True)]
         return rows[0] if len(self.order[0]) == 3 else np.stack(rows)
 
@@ -85,15 +85,15 @@ class GivenOrbits(NamedTuple):
 def given_orbits(
     value: Any, *, dt: Any = None, times: Any = None, coordinates: Any = None, least: int = 1
 ) -> GivenOrbits:
-    """Return the orbits that an argument `samples` holds, nothing of it read yet where it lies in a file.
+    """Return the orbits of an argument `samples`; files are not read yet.
 
     Parameters: value: an array (2n, orbits, samples) or (2n, samples); a result with `samples` and `times`; a
     SectionMap, whose rows `coordinates` names, each point a sample; an object of another tool that `base.foreign`
     knows; the path of a table of MAD's tracking; an array of PyAT (6, particles, 1, turns); a labelled array with
-    `dims`, whose names say which axis is which; anything with a shape and slices, such as a data set of a file; a
-    mapping, group or Dataset, of which `coordinates` names the 2n arrays (orbits, samples) or (samples,). dt or times
+    `dims`, whose names tell the axes apart; anything with a shape and slices, such as a data set of a file; a mapping,
+    group or Dataset, in which `coordinates` names the 2n arrays (orbits, samples) or (samples,). dt or times
     (samples,), or neither; coordinates (2n,): names of the rows; least: number of samples. Raises ValueError or
-    TypeError naming what is wrong.
+    TypeError that name the wrong argument.
     """
     names = None if coordinates is None else row_names(coordinates)
     if isinstance(value, str):
@@ -149,7 +149,7 @@ def given_orbits(
 
 
 def ends(z: np.ndarray, first: int = 0) -> tuple[np.ndarray, np.ndarray]:
-    """Return how many samples (orbits,) the orbits z (2n, orbits, samples) have before they end, and their statuses:
+    """Return the numbers of samples (orbits,) of orbits z (2n, orbits, samples) before they end, and their statuses:
     NONFINITE with NaN or an infinity in some row from there to the last sample, LOST where they `stay` at one point.
 
     first: number of the first orbit, for messages. Raises ValueError where an orbit goes on after a gap.
@@ -176,15 +176,15 @@ def ends(z: np.ndarray, first: int = 0) -> tuple[np.ndarray, np.ndarray]:
 
 
 def stays(still: Any, longest: Any, samples: int) -> Any:
-    """Tell whether orbits have ended and stay at one point, as 0 where a tracker has lost a particle: by how many of
-    their last samples equal the one before, and how many in a row did so earlier. What is at rest all along has not.
+    """Tell whether orbits have ended and stay at one point, as 0 where a tracker has lost a particle: by the number of
+    last samples that equal the one before, and the longest such row earlier. Orbits at rest all along have not ended.
     """
     return (still > longest) & (still < samples - 1)
 
 
 def lengths(counts: np.ndarray, samples: int, least: int) -> Iterator[tuple[int, np.ndarray]]:
-    """Yield numbers of steps, and the orbits, of `counts` samples, that are cut to them; none of an orbit that has less
-    than `least` samples.
+    """Yield numbers of steps to which orbits of `counts` samples are cut, and these orbits; orbits with less than
+    `least` samples are left out.
     """
     steps = np.where(counts == samples, samples - 1, 0)
     short = np.flatnonzero((counts < samples) & (counts >= least))
@@ -203,7 +203,7 @@ def gap(orbit: int, lost: int, again: int) -> ValueError:
 
 
 def row_names(coordinates: Any) -> tuple[str, ...]:
-    """Return the names of the 2n rows; ValueError or TypeError for what are none."""
+    """Return the names of the 2n rows; ValueError or TypeError for other values."""
     listed = coordinates.replace(",", " ").split() if isinstance(coordinates, str) else coordinates
     names = entries("coordinates", listed, "names of the rows q1, ..., qn, p1, ..., pn")
     if not all(isinstance(entry, str) for entry in names) or len(set(names)) != len(names):
@@ -232,7 +232,7 @@ def _named(value: Any) -> bool:
 
 
 def _source(value: Any) -> Any:
-    """Return what has a shape and slices: as it is where reading it is put off, else an array."""
+    """Return a source with a shape and slices: unchanged if it is read later, else an array."""
     value = without_unit(value)
     lazy = not isinstance(value, np.ndarray) and all(hasattr(value, part) for part in ("shape", "dtype", "__getitem__"))
     if lazy:
@@ -317,7 +317,7 @@ def _check_shape(shape: tuple[int, int, int], part: Any, least: int) -> None:
 
 def _rows_of(part: Any, axis: int, names: tuple[str, ...] | None) -> Any:
     """Return a labelled array with its rows in the order of `names`, where its labels are names; raises ValueError for
-    labels that say that the rows are in another order, or that only some of the names are among.
+    labels with the rows in another order, or with only some of the names.
     """
     labels = _labels(part, axis)
     if labels is None or labels.dtype.kind not in "UOT" or not hasattr(part, "isel"):
@@ -353,7 +353,7 @@ def _coordinate(part: Any, order: tuple[int, ...]) -> Any:
 
 
 def _interval(dt: Any, times: Any, samples: int) -> tuple[float, float | None]:
-    """Return the first time and the interval between samples, None where nothing is known of it."""
+    """Return the first time and the interval between samples, None if it is unknown."""
     if dt is not None and times is not None:
         raise ValueError("dt must not be given beside times")
     if times is None:

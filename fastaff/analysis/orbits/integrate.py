@@ -37,7 +37,7 @@ CHUNK = 16384
 """Orbits that are run with two steps at once."""
 
 POINTS = 2**16
-"""Samples whose energies are looked at at once, some of each orbit."""
+"""Samples whose energies are computed at once, some of each orbit."""
 
 MOMENTS = 8
 """Moments at least at which two runs are compared."""
@@ -115,9 +115,9 @@ def integrate(
     scheme : scheme or str, optional
         A splitting, a Runge-Kutta scheme, a name ("KAHAN_LI8", "dop853"), `TimeTransformed` for steep walls, or AUTO,
         which chooses by trial. Default: the splitting with the fewest forces for the accuracy: BLANES_MOAN6 from 1e-7,
-        below it BLANES_CASAS_ESCORIHUELA8, and RKN12, which is no splitting, from 1e-12, of driven systems from 1e-11;
-        KAHAN_LI8 where T is not quadratic in the momenta, and where a step is given (docs/schemes.md). Of H(q, p)
-        VERNER9 for up to 1000 radians of an orbit, beyond and where that misses the accuracy GAUSS8, or GAUSS16 below
+        below it BLANES_CASAS_ESCORIHUELA8, and RKN12, which is no splitting, from 1e-12, for driven systems from 1e-11;
+        KAHAN_LI8 where T is not quadratic in the momenta, and where a step is given (docs/schemes.md). For H(q, p) it
+        is VERNER9 up to 1000 radians of an orbit; beyond, and where that misses the accuracy, GAUSS8, or GAUSS16 below
         1e-11.
     samples : int, default 0
         Number of equidistant samples in (0, time].
@@ -152,8 +152,8 @@ def integrate(
     slowed by so little that the lost energy stands for the random walk of rounding errors; the orbit itself amplifies
     it, near a separatrix by many orders. The estimates cover 99 % of the true errors. Where rounding alone exceeds the
     accuracy, the error is larger and `accurate_until` ends. Errors of chaotic orbits grow exponentially: no step keeps
-    them small, and `accurate_until` tells how long they are. Domains are checked between steps: an orbit that leaves
-    one for less goes unnoticed, but at poles of formulas. The energy error of a splitting does not grow, RKN12's does.
+    them small for longer than `accurate_until`. Domains are checked between steps: an orbit that leaves its domain
+    within a step goes unnoticed, but at poles of formulas. The energy error of a splitting does not grow, RKN12's does.
 
     Cost: `stages` forces per step, and half as much again for the second run, twice where rounding exceeds the
     accuracy. Orbits of an adaptive scheme take their own steps; a lane is refilled when its orbit ends. Peak memory:
@@ -210,7 +210,7 @@ class _Plain:
             raise KeyboardInterrupt
 
     def result(self, body: Any, tolerance: float, interrupted: bool) -> Orbits:
-        """Return what there is, without estimates of errors."""
+        """Return the orbits so far, without estimates of errors."""
         self.ensemble.z = self.flow.states(self.ensemble.z)
         found, how = (self.ensemble, self.samples, self.time, (None, None, None)), self.flow.scheme
         return _assembled(body, how, *found, tolerance, interrupted, self.flow.step)
@@ -231,7 +231,7 @@ class Compared(NamedTuple):
         return self.ensemble.status
 
     def of(self, orbits: np.ndarray) -> Compared:
-        """Return those of some of the orbits."""
+        """Return the data of some of the orbits."""
         return Compared(self.states[..., orbits], self.ensemble.of(orbits), self.step[orbits])
 
 
@@ -307,7 +307,7 @@ class _Accurate:
         return whole
 
     def _moments(self, flow: Flow, ensemble: Ensemble, report: Report | None, stop: float) -> np.ndarray:
-        """Advance to the end, stopping as STOPS say; return the states that are compared (moments, 2n, orbits)."""
+        """Advance to the end, with the stops of STOPS; return the states that are compared (moments, 2n, orbits)."""
         if self.count:
             states = flow.sampled(ensemble, self.parts, time=self.time, report=report).transpose(1, 2, 0)
         else:  # one run after the other: the interpolant would cost more
@@ -336,7 +336,7 @@ class _Accurate:
         ensemble.z = flow.states(ensemble.z)
         used = step if math.isfinite(np.max(flow.step)) else np.full(len(step), np.inf)
         if interrupted:
-            ensemble.status[:] = Status.INTERRUPTED  # whatever became of them with these steps
+            ensemble.status[:] = Status.INTERRUPTED  # whatever their outcome with these steps
             self.ensemble.take(where, ensemble)
             self.step[where] = used
             raise KeyboardInterrupt
@@ -351,7 +351,7 @@ class _Accurate:
         return (run.ensemble.status == Status.OK) & (energy_error(self.body, run.ensemble) > self.drift)
 
     def _keep(self, orbits: np.ndarray, fine: Compared, chosen: np.ndarray, error: np.ndarray) -> None:
-        # No orbit loses what short runs have found of it to an iteration that does not converge.
+        # No orbit loses the results of short runs to an iteration that does not converge.
         lost = (fine.status == Status.NOT_CONVERGED) & np.isfinite(self.error[0, self.chunk[orbits]])
         chosen = chosen[~lost[chosen]]
         where, run, error = self.chunk[orbits[chosen]], fine.of(chosen), error[:, chosen]
@@ -366,7 +366,7 @@ class _Accurate:
         self.until[where] = until(error <= self.accuracy, times, self.times[-1])
 
     def result(self, body: Any, tolerance: float, interrupted: bool) -> Orbits:
-        """Return what there is, with the estimated errors."""
+        """Return the orbits so far, with the estimated errors."""
         found = self.ensemble, self.samples, self.time, (self.error, self.sample_error, self.until)
         return _assembled(body, self.used, *found, tolerance, interrupted, self.step)
 

@@ -32,8 +32,8 @@ from ...schemes.catalogue import Scheme, scheme_of
 class TangentMap(Result):
     """End states of orbits and of their tangent vectors.
 
-    z (2n, orbits) at the time `t` (orbits,); vectors (count, 2n, orbits), where deviations[j] of the start was taken by
-    the derivative of the map; energy_error, status (orbits,), step and names as in `Orbits`.
+    z (2n, orbits) at the time `t` (orbits,); vectors (count, 2n, orbits), the images of the starting deviations[j]
+    under the derivative of the map; energy_error, status (orbits,), step and names as in `Orbits`.
     """
 
     z: Annotated[np.ndarray, along("coordinate", "orbit", labels="names", plain=True)]
@@ -123,7 +123,7 @@ def tangent_map(
 
 
 def _assembled(flow: Flow, ensemble: Ensemble, time: float, tolerance: float) -> TangentMap:
-    """Return the orbits and vectors as far as they have come."""
+    """Return the orbits and vectors so far."""
     ensemble.status[(ensemble.status == Status.OK) & (ensemble.time < time * (1 - 1e-12))] = Status.INTERRUPTED
     error = energy_error(flow.model, ensemble)
     mark_drift(ensemble, error, tolerance)

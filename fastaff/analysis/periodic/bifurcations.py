@@ -1,4 +1,4 @@
-"""Where the stability of a family of periodic orbits changes."""
+"""Bifurcations of a family of periodic orbits, where its stability changes."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ from ...base.results import Result
 from .found_orbits import PeriodicOrbits
 
 VANISHING, NEAR = 1e-5, 1e-10
-"""Product of residues up to which a change of its sign is a zero, not a jump; up to which it is looked for: nearer, z
-is undetermined.
+"""Product of residues up to which a change of its sign is a zero, not a jump; product at which the search for the zero
+ends, as nearer to it z is undetermined.
 """
 
 SAFETY, CLOSER = 4.0, 0.01
-"""Times what another step and a closer correction change: the error of a value; how much closer that is."""
+"""Factor of the error of a value over its changes by another step and a closer correction; tolerance of the latter."""
 
 
 class Event(IntEnum):
@@ -55,8 +55,8 @@ class Bifurcation(Result, axis=None):
 
 
 def residue_products(orbits: PeriodicOrbits) -> np.ndarray:
-    """Return the products (orbits, 2) of the residues and of 1 - residue; of multipliers without pairs those that they
-    generalise, of (1 - multiplier)/2 and of (1 + multiplier)/2, and that of 1 - the product of two (orbits, 3).
+    """Return the products (orbits, 2) of the residues and of 1 - residue; for multipliers without pairs, the products
+    of (1 - multiplier)/2, of (1 + multiplier)/2, which generalise these, and of 1 - the product of two (orbits, 3).
     """
     if not orbits.paired:
         values = orbits.multipliers
@@ -100,8 +100,8 @@ def bifurcations(family: Any, points: list[Any], arclength: np.ndarray, orbits: 
 def _sign_change(
     family: Any, last: Any, following: Any, ends: np.ndarray, kind: int
 ) -> tuple[float, Any, float, float]:
-    """Find where between two points a product changes its sign: (s, the point of the branch there, the product, the
-    error of the value).
+    """Find the sign change of a product between two points: (s, the point of the branch there, the product, the error
+    of the value).
 
     False position with the Illinois rule; where the branch cannot be found at a place, others between the ends are
     tried.
@@ -131,7 +131,7 @@ def _sign_change(
             b, high, products[1], side = s, point, product, 1
     left, value = abs(float(high.u[-1] - low.u[-1])), float(best[2].u[-1])
     slope = abs(products[1] - products[0]) / left if left > 0 else np.inf
-    # The same place once more, with half the step and closer, says what steps and corrections leave open.
+    # The same place once more, with half the step and closer, shows the errors by steps and corrections.
     exact = family.flow.system.iterated
     finer = replace(family, tolerance=CLOSER * family.tolerance, flow=family.flow if exact else family.flow.finer())
     step = best[2].step if exact else 0.5 * best[2].step
@@ -139,6 +139,6 @@ def _sign_change(
     moved, wrong = left, 0.0
     if again is not None:
         moved, wrong = abs(float(again.u[-1]) - value), abs(float(finer.products(again)[kind]) - best[0])
-    far = float(family.units[-1] * np.abs(best[2].u[:-1] / family.units[:-1]).max())  # of which digits are lost
+    far = float(family.units[-1] * np.abs(best[2].u[:-1] / family.units[:-1]).max())  # whose digits are lost
     error = min(0.5 * left, (best[0] + wrong) / slope) + SAFETY * (moved + 1e-15 * (abs(value) + far))
     return best[1] * reach, best[2], best[0], error

@@ -1,4 +1,4 @@
-"""Errors of periodic orbits: what a return with other steps and from a neighbour says of an orbit that has closed."""
+"""Errors of periodic orbits that have closed, from another return, with other steps and from a neighbour."""
 
 from __future__ import annotations
 
@@ -14,17 +14,17 @@ from .own_units import Scale
 from .return_map import Returns, closing_matrix, inverses, section_returns, way_rounding
 
 SAFETY = 4.0
-"""Times what another step changes: the error."""
+"""Factor of the error over the change by another step."""
 
 BESIDE = 1e-6
-"""Distance in own units up to which the neighbour is an orbit of the linear motion: not of one that has not closed."""
+"""Distance in own units up to which the neighbour moves linearly; farther ones, of unclosed orbits, are not used."""
 
 ROUNDED = 4e-16
 """Rounding error of a sum, of its size."""
 
 
 class Errors(NamedTuple):
-    """Errors of orbits (orbits,) in own units: change: by how much the scheme misplaces the return; orbit: of the
+    """Errors of orbits (orbits,) in own units: change: the error of the return by the scheme; orbit: of the
     closed orbit and its period in radians; reduced: of the reduced monodromy matrix; and time: the period of the orbit
     that closes exactly.
     """
@@ -38,11 +38,11 @@ class Errors(NamedTuple):
 def closing_errors(flow: Flow, section: Any, z: np.ndarray, limit: np.ndarray, found: Returns, scale: Scale) -> Errors:
     """Estimate the errors of orbits from z (2n, orbits) with their returns `found`.
 
-    From one return more: with steps shorter by sqrt(2), or a tolerance of an adaptive scheme larger by 8, and from a
-    rounding error beside where the last correction of Newton's method leads. Both returns are taken to the orbit that
+    They come from one return more: with steps shorter by sqrt(2), or a tolerance of an adaptive scheme larger by 8, and
+    from a point a rounding error beside the end of Newton's last correction. Both returns are taken to the orbit that
     closes by a linear system for z and the time, whose solutions are not amplified as returns are: a rounding of z
     becomes |M| times itself in the time of the return, not in the period. The errors are SAFETY times their difference,
-    the last correction, and what the system makes of the rounding errors on the way.
+    the last correction, and the rounding errors on the way, amplified by the system.
     """
     gain, other = 1.0, flow
     if flow.adaptive:
@@ -65,7 +65,7 @@ def closing_errors(flow: Flow, section: Any, z: np.ndarray, limit: np.ndarray, f
         back = section_returns(other, section, beside, found.points.shape[1], limit)
         aside = (beside - z).T / D
         wait = _delay(matrix, aside)
-        # By how much the other return misses what the first one and the linear motion between their starts say.
+        # The difference of the other return from the first one moved by the linear motion between their starts.
         moved = (back.points[:, -1] - beside.T) / D + left
         moved -= _applied(matrix[:, :rows, :rows], aside) + matrix[:, :rows, rows] * wait[:, None]
         later = gain * ((back.time - found.time) * scale.rate - wait)
@@ -94,14 +94,14 @@ def _applied(matrix: np.ndarray, vectors: np.ndarray) -> np.ndarray:
 
 
 def _short(change: np.ndarray) -> np.ndarray:
-    """Return the changes (orbits, 2n + 1) that are so short that the motion is linear, 0 in the place of others."""
+    """Return the changes (orbits, 2n + 1), with 0 in place of those too long for linear motion."""
     size = np.linalg.norm(change, axis=1)
     return np.where((size < BESIDE)[:, None], change, 0.0)
 
 
 def _delay(matrix: np.ndarray, aside: np.ndarray) -> np.ndarray:
-    """Return how much later, in radians, orbits that start `aside` (orbits, 2n) return to the section by their closing
-    matrices.
+    """Return the delay, in radians, with which orbits that start `aside` (orbits, 2n) return to the section, by their
+    closing matrices.
     """
     rows = aside.shape[1]
     normal, field = matrix[:, rows, :rows], matrix[:, :rows, rows]
@@ -128,7 +128,7 @@ def _plane(matrix: np.ndarray) -> np.ndarray:
 
 
 def _surface_roundings(model: Any, z: np.ndarray, matrix: np.ndarray, scale: Scale) -> np.ndarray:
-    """Return by how much rounding may take z (2n, orbits) from section and energy (orbits, 2), in own units."""
+    """Return the largest distances (orbits, 2) of z (2n, orbits) from section and energy by rounding, in own units."""
     system = system_of(model)
     rows, n = len(z), len(z) // 2
     off = (np.abs(matrix[:, rows:, :rows]) * (1 + np.abs(z / scale.rows).T)[:, None]).sum(axis=2)

@@ -34,8 +34,8 @@ EASY = 3
 
 
 JUMP = 0.1
-"""Largest change of the residues' product between neighbouring points, beside 1 + the product: a dip must not pass
-unseen.
+"""Largest change of the residues' product between neighbouring points, relative to 1 + the product, so that no dip is
+missed.
 """
 
 SHORTEST = 1e-6
@@ -54,8 +54,8 @@ class Branch(Result, axis="point"):
     the first orbit; orbits: PeriodicOrbits with the points of the branch as orbits (z, time, residue, stability, ...);
     bifurcations in the order of the branch; status: OK where it ended by its number of steps or its bounds, ACTION_ZERO
     where the orbits shrink to an equilibrium, NOT_CONVERGED where the shortest step failed, INTERRUPTED after Ctrl-C;
-    ending: which of these it was, in words. swing (2n, points): of driven systems and of dz/dt = f(z), half of what
-    each variable covers over the orbit, the height of a response curve; else None.
+    ending: which of these it was, in words. swing (2n, points): of driven systems and of dz/dt = f(z), half of the
+    range of each variable over the orbit, the height of a response curve; else None.
     """
 
     value: Annotated[np.ndarray, along("point")]
@@ -72,7 +72,7 @@ class Branch(Result, axis="point"):
         return self.orbits.names
 
     def summary(self) -> str:
-        """Say in one line how far the branch goes and why it ends there."""
+        """Return one line with the range of the branch and the reason for its end."""
         if not len(self.value):
             return self.ending
         count = f"{len(self.value)} points from {self.value[0]:.6g} to {self.value[-1]:.6g}"
@@ -108,7 +108,7 @@ def continuation(
     Parameters
     ----------
     model : model or callable
-        With a parameter a function that makes the model of a number, ``lambda C: Body(Hyperelastic(C))``.
+        With a parameter, a function that makes the model from a number, ``lambda C: Body(Hyperelastic(C))``.
     z0 : array (2n,)
         Guess of the first orbit.
     section, period : as in `periodic_orbits`
@@ -150,11 +150,11 @@ def continuation(
     point's own: shortened until that moves the return no more than the tolerance, and longer again where it may be.
     Bifurcations are sign changes of the product of the residues, or of 1 - residue, between two points, polished in the
     arclength by false position (the Illinois rule). A residue that touches 0 or 1, or passes it twice between two
-    points, is not seen. Of dz/dt = f(z), whose limit cycles are followed in a parameter, products of (1 - m)/2 and
-    (1 + m)/2 over the multipliers m take their place, beside that of 1 - m m' over two of them, which passes 0 where a
-    complex pair passes the unit circle: a torus is born. Of systems with an energy a pair that leaves the circle is
-    seen in `stability` alone. At a branching the branch goes straight on. Cost: about 3 returns of 2n + 1 vectors
-    for each point (9 with a parameter), of one orbit at a time.
+    points, is not seen. For limit cycles of dz/dt = f(z), followed in a parameter, products of (1 - m)/2 and (1 + m)/2
+    over the multipliers m take their place, beside that of 1 - m m' over two of them, which passes 0 where a complex
+    pair passes the unit circle: a torus is born. In systems with an energy a pair that leaves the circle shows in
+    `stability` alone. At a branching the branch goes straight on. Cost: about 3 returns of 2n + 1 vectors for each
+    point (9 with a parameter), of one orbit at a time.
 
     References
     ----------
@@ -231,7 +231,7 @@ def _branch(family: Family, points: list[Point], status: Status, ending: str) ->
 
 
 def _turned(start: Point, direction: int) -> Point:
-    """Return the first point with its tangent the way that the energy or parameter goes at first."""
+    """Return the first point with its tangent in the first direction of the energy or parameter."""
     forward = start.tangent if start.tangent[-1] * direction >= 0 else -start.tangent
     return replace(start, tangent=forward)
 

@@ -38,20 +38,20 @@ TRIES = 6
 """Steps of the scheme that are tried for a point of the branch."""
 
 HALVED = 4.0
-"""How much shorter a step may become where an orbit is not found; then the way to it is shortened."""
+"""Factor by which a step may become shorter if an orbit is not found; then the way to it is shortened."""
 
 COARSER, SPARE = 1.25, 1e-2
-"""How many times longer a step of the scheme becomes where its error is this small beside what it may be."""
+"""Factor by which a step of the scheme becomes longer if its error is this part of the allowed one."""
 
 UNMOVED = 1e-12
-"""Change of a return, in amplitudes, that is rounding: the orbit stays where it is whatever the parameter is."""
+"""Change of a return, in amplitudes, that is rounding: the orbit does not depend on the parameter."""
 
 UNKNOWN = Errors(*4 * (np.full(1, np.nan),))
-"""Of a point that is not checked yet."""
+"""Errors of a point that is not checked yet."""
 
 PLACES, FINER = 128, 16
-"""Places of an orbit at which its coordinates are looked at for their swing, and how many times as many its Fourier
-series is looked at.
+"""Places of an orbit at which its coordinates are sampled for their swing, and the factor by which its Fourier series
+is sampled more finely.
 """
 
 VANISHED = 1e-3
@@ -61,7 +61,7 @@ VANISHED = 1e-3
 @dataclass(frozen=True)
 class Point:
     """A point u = (z, value) of a branch, its return, the branch's unit tangent there (in units of the branch), its own
-    units, step of the scheme and the next one to try, errors, and how many corrections it took."""
+    units, step of the scheme and the next one to try, errors, and number of corrections."""
 
     u: np.ndarray
     back: Returns
@@ -113,7 +113,7 @@ class Family:
         return np.maximum(WAIT * self.period / scale.rate, self.wait)
 
     def returned(self, u: np.ndarray, scale: Scale, step: float) -> Returns:
-        """Return what becomes of the orbit u = (z, value)."""
+        """Return the return of the orbit u = (z, value)."""
         return section_returns(self.at(u[-1], step), self.section, u[:-1, None], self.period, self.limit(scale))
 
     def shifted(self, u: np.ndarray, back: Returns, scale: Scale, step: float, h: float) -> np.ndarray:
@@ -126,7 +126,7 @@ class Family:
         return (ends[0] - ends[1]) / (2 * h) / scale.rows[:, 0]
 
     def parameter_unit(self, u: np.ndarray, scale: Scale) -> float:
-        """Return the change of the parameter that moves the return by an amplitude, beside what it does to small
+        """Return the change of the parameter that moves the return by an amplitude, times its amplification of small
         changes.
         """
         size = abs(u[-1]) or 1.0
@@ -186,7 +186,7 @@ class Family:
                 break  # rounding
             # At rest no step would show an error of the return, but its derivative has one.
             longer = self.own_step and change[0] < SPARE * goal[0] and not flow.system.driven
-            # An orbit that was missed, next to an equilibrium for one, needs no finer steps behind it.
+            # Past an orbit that was missed, as next to an equilibrium, finer steps are not needed.
             following = step * (COARSER if longer else 1.0) * halved
             back = point.back._replace(time=errors.time)
             best = change[0], replace(point, back=back, step=step, following=following, errors=errors)
@@ -203,7 +203,7 @@ class Family:
         return replace(point, scale=scale if at_rest else own)
 
     def _closed(self, u: np.ndarray, tangent: np.ndarray | None, scale: Scale, step: float) -> Point | None:
-        """Return the point that `corrected` looks for, of one step of the scheme."""
+        """Return the point that `corrected` seeks, with one step of the scheme."""
         rows = u.size - 1
         normal = np.eye(rows + 1)[rows] if tangent is None else tangent
         own = np.append(scale.rows[:, 0], self.units[-1])
@@ -272,8 +272,8 @@ class Family:
         return replace(found, section=self.asked)
 
     def swing(self, point: Point) -> np.ndarray | None:
-        """Return half of what each variable (rows,) of a forced system covers over a period; None for other systems,
-        whose families have an energy that says how far they swing.
+        """Return half of the range of each variable (rows,) of a forced system over a period; None for other systems,
+        whose families have an energy for that.
         """
         system = self.flow.system
         if system.iterated or not (system.driven or not system.canonical):

@@ -30,13 +30,13 @@ from .return_map import checked_guesses, checked_return
 def periodic_guesses(section_map: SectionMap, period: int, *, most: int = 100, apart: float = 0.02) -> np.ndarray:
     """Return crossings that come back close to themselves after `period` crossings, the closest first.
 
-    :Parameters: section_map: a SectionMap of orbits of more than `period` crossings; most: how many at most; apart: the
-        least distance between two of them, as a fraction of the section's size in each coordinate.
+    :Parameters: section_map: a SectionMap of orbits of more than `period` crossings; most: their largest number; apart:
+        the least distance between two of them, as a fraction of the section's size in each coordinate.
     :Returns: z (2n, guesses), none where no orbit is long enough.
     :Raises: ValueError or TypeError for wrong input.
 
-    Every crossing of every orbit is compared with its image; of those nearer to each other than `apart` the one of the
-    least displacement is kept: a local minimum of the displacement over the section.
+    Every crossing of every orbit is compared with its image; among those nearer to each other than `apart` the one of
+    the least displacement is kept: a local minimum of the displacement over the section.
 
     :Source: the method of close returns, Auerbach et al. 1987, Phys. Rev. Lett. 58, 2387.
 
@@ -57,12 +57,12 @@ def periodic_guesses(section_map: SectionMap, period: int, *, most: int = 100, a
         return np.zeros((rows, 0))
     flat = points.reshape(-1, rows)
     size = np.fmax.reduce(flat, axis=0) - np.fmin.reduce(flat, axis=0)
-    # The section's own direction tells nothing: its row varies by rounding, beside rows of its kind.
+    # The section's own direction has no information: its row varies by rounding, beside rows of its kind.
     halves = (size,) if rows % 2 else np.split(size, 2)
     kind = np.concatenate([np.full(len(half), np.fmax.reduce(half)) for half in halves])
     scale = np.where(size > np.maximum(1e-12 * kind, 1e-13 * np.fmax.reduce(np.abs(flat), axis=0)), size, np.inf)
     away = np.linalg.norm((points[:, period:] - points[:, :-period]) / scale, axis=2)
-    # The best crossings of each orbit stand for it: along a regular orbit the displacement repeats itself.
+    # The best crossings represent an orbit: along a regular orbit the displacement repeats itself.
     per_orbit = np.argsort(away, axis=1)[:, : max(1, -(-20 * most // len(away)))]
     orbit = np.repeat(np.arange(len(away)), per_orbit.shape[1])
     slot = per_orbit.ravel()
@@ -138,7 +138,7 @@ def find_periodic_orbits(
 
     Notes
     -----
-    The search is complete only as far as the grid is fine. On one energy surface of two degrees of freedom the fixed
+    A finer grid makes the search more complete. On one energy surface of two degrees of freedom the fixed
     points of the map and of its powers have a total index, the number with R > 0 less the number with R < 0: it shows
     how many are missing. Cost: that of the map, then of `periodic_orbits` for `most` guesses of each period.
 

@@ -34,7 +34,7 @@ class Stability(IntEnum):
 
     ELLIPTIC: on it, 0 < R < 1; PARABOLIC: at 1 or -1, R = 0 or 1; HYPERBOLIC: positive, R < 0; INVERSE_HYPERBOLIC:
     negative, with reflection, R > 1; COMPLEX: four together off the circle (three degrees of freedom and more);
-    UNKNOWN: not converged. Of dz/dt = f(z), whose multipliers have no pairs: ATTRACTING: all within the unit circle;
+    UNKNOWN: not converged. For dz/dt = f(z), whose multipliers have no pairs: ATTRACTING: all within the unit circle;
     REPELLING: all beyond; SADDLE: some within, some beyond; PARABOLIC: one on it.
     """
 
@@ -60,8 +60,8 @@ class PeriodicOrbits(Result):
     (orbits,): estimate of that of z and of 2 pi time/(a turn), in own units, from a shorter step (or a larger rtol) and
     a neighbour; reduced_error (orbits,): likewise of `reduced`, see `multiplier_errors`; iterations (orbits,): returns
     computed; status (orbits,) of `Status`; step (orbits,), inf for an adaptive scheme; scale (2n, orbits): own units.
-    names (2n,): of the rows. Of dz/dt = f(z) of d variables there are d rows, reduced is (d - 1, d - 1, orbits), energy
-    0, and `paired` False: multipliers have no pairs, so that indices and residues are NaN.
+    names (2n,): of the rows. For dz/dt = f(z) of d variables there are d rows, reduced is (d - 1, d - 1, orbits),
+    energy 0, and `paired` False: multipliers have no pairs, so that indices and residues are NaN.
     """
 
     z: Annotated[np.ndarray, along("coordinate", "orbit", labels="names", plain=True)]
@@ -96,8 +96,7 @@ class PeriodicOrbits(Result):
         """Estimates of the errors of `multipliers` (2n - 2, orbits), from `reduced_error`: a multiplier's condition
         times that, or where multipliers meet the largest effect of such a change of the matrix.
 
-        Of a pair of 1e6 and 1e-6 the small one is lost where the matrix is known to 1e-6: it is the inverse of the
-        other.
+        In a pair of 1e6 and 1e-6 the small one is lost if the matrix is known to 1e-6; it is the inverse of the other.
 
         :Source: Elsner 1985, Linear Algebra Appl. 71, 77 (the bound).
         """
@@ -171,7 +170,7 @@ class PeriodicOrbits(Result):
 
     @property
     def _worst(self) -> np.ndarray:
-        """Which pair's index is farthest from the stable interval [-2, 2]."""
+        """Number of the pair whose index is farthest from the stable interval [-2, 2]."""
         k = self.indices
         away = np.maximum(np.abs(k.real) - 2, 0.0) + np.abs(k.imag)
         return np.argmax(np.where(np.isnan(away), -1.0, away), axis=0)
@@ -185,8 +184,8 @@ class PeriodicOrbits(Result):
         return np.where(self.status == Status.OK, np.minimum(first, self.period), 0)
 
     def same(self) -> np.ndarray:
-        """Number the orbits (orbits,) so that the same closed orbits, whatever crossing they start at, have one number;
-        -1: not OK.
+        """Number the orbits (orbits,) so that the same closed orbits have one number, for any crossing as start; -1:
+        not OK.
         """
         number, good = np.full(self.status.shape, -1), self.status == Status.OK
         # Least periods first, so that a number stands for a prime orbit where there is one.
@@ -197,7 +196,7 @@ class PeriodicOrbits(Result):
         return np.unique(number, return_inverse=True)[1] - (not good.all())
 
     def unique(self) -> PeriodicOrbits:
-        """Return one of each orbit that is OK, of the least period found, in the order of period and energy."""
+        """Return each OK orbit once, with the least period found, in the order of period and energy."""
         number = self.same()
         order = np.lexsort((self.residual, self.period))
         kept = [next(o for o in order if number[o] == k) for k in range(number.max(initial=-1) + 1)]
@@ -208,7 +207,7 @@ class PeriodicOrbits(Result):
         return chart_row(self.z, name)
 
     def summary(self) -> str:
-        """Say in one line the outcomes of the guesses, of which kind the orbits are, and how many are hardly known."""
+        """Return one line with the outcomes of guesses, the kinds of the orbits, and the number of inaccurate ones."""
         good = self.status == Status.OK
         kinds, counts = np.unique(self.stability[good], return_counts=True)
         parts = [f"{c} {Stability(k).name}" for k, c in zip(kinds, counts, strict=True)]
@@ -221,7 +220,7 @@ class PeriodicOrbits(Result):
 
 
 def _conditions(matrix: np.ndarray) -> np.ndarray:
-    """Return the conditions of a matrix's eigenvalues: by how much more than it they change."""
+    """Return the condition numbers of a matrix's eigenvalues: the ratios of their changes to that of the matrix."""
     _, right = np.linalg.eig(matrix)
     try:
         left = np.linalg.inv(right)
@@ -243,7 +242,7 @@ def packed(
     reduced_error: np.ndarray,
     iterations: np.ndarray,
 ) -> PeriodicOrbits:
-    """Return PeriodicOrbits of points z (2n, orbits) and their returns; what is not OK is NaN."""
+    """Return PeriodicOrbits of points z (2n, orbits) and their returns; orbits that are not OK are NaN."""
     model, system, good = flow.model, flow.system, found.status == Status.OK
     reduced = reduced_monodromy(model, section, z, found.monodromy, scale)
     # The orbit starts at z, which is its last crossing.
@@ -280,7 +279,7 @@ def packed(
 
 
 def within_a_period(model: Any, points: np.ndarray) -> np.ndarray:
-    """Return points (..., 2n) of a map with what has a period in (-period/2, period/2], to rounding."""
+    """Return points (..., 2n) of a map with periodic rows in (-period/2, period/2], to rounding."""
     points = points.copy()
     for row, period in enumerate(model.periods()):
         if period > 0:
@@ -290,7 +289,7 @@ def within_a_period(model: Any, points: np.ndarray) -> np.ndarray:
 
 
 def no_orbits(model: Any, section: Any, scheme: Any) -> PeriodicOrbits:
-    """Return PeriodicOrbits of none: what a search that was stopped at once has found."""
+    """Return PeriodicOrbits of none, the result of a search that was stopped at once."""
     system = system_of(model)
     rows, paired = system.rows, system.canonical
     z, matrices = np.zeros((rows, 0)), np.zeros((rows, rows, 0))

@@ -1,4 +1,4 @@
-"""The own units of orbits: what distances of phase points and angles of phases are measured in."""
+"""The own units of orbits, for distances of phase points and for phases."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ from ...models.mechanics import system_of
 from ...schemes.catalogue import DOP853
 
 LOOKS, TURNS, LONGER = 64, 4 * np.pi, 10
-"""Samples of a look at orbits of a flow, radians that it should show, and how often it is doubled until it does."""
+"""Samples of a trial run of orbits of a flow, radians that it should show, and largest number of its doublings."""
 
 LOOSE = 1e-8
-"""Tolerance of such a look."""
+"""Tolerance of such a run."""
 
 
 class Scale(NamedTuple):
@@ -28,7 +28,7 @@ class Scale(NamedTuple):
     energy: np.ndarray
 
     def of(self, which: Any) -> Scale:
-        """Return those of some of the orbits."""
+        """Return the units of some of the orbits."""
         return Scale(*(entry[..., which] for entry in self))
 
     def matrix(self, monodromy: np.ndarray) -> np.ndarray:
@@ -42,14 +42,14 @@ class Scale(NamedTuple):
             return np.linalg.norm(change / self.rows.T, axis=1)
 
     def rounding(self, z: np.ndarray) -> np.ndarray:
-        """Return that of phase points z (2n, orbits): large where the origin is far."""
+        """Return the rounding error of phase points z (2n, orbits): large where the origin is far."""
         with np.errstate(all="ignore"):
             return 4e-16 * (1 + np.linalg.norm(z / self.rows, axis=0))
 
 
 def orbit_scale(model: Any, z: np.ndarray, energy: np.ndarray, threads: int) -> Scale:
-    """Return the own units of the orbits through z (2n, orbits), those of `Motion`; where more is missing to the
-    energy, that counts.
+    """Return the own units of the orbits through z (2n, orbits), those of `Motion`; |energy - H(z)| counts if it
+    exceeds the kinetic energy.
     """
     system = system_of(model)
     if not system.canonical:
@@ -69,10 +69,10 @@ def orbit_scale(model: Any, z: np.ndarray, energy: np.ndarray, threads: int) -> 
 
 
 def _scale_of_flow(model: Any, z: np.ndarray, threads: int) -> Scale:
-    """Return the own units of orbits of dz/dt = f(z): half of what each row extends over, and the rate pi/2 <|dz/dt|>
-    over that, the largest of all rows: 2 pi over the period of one that goes to and fro.
+    """Return the own units of orbits of dz/dt = f(z): half of the range of each row, and the rate pi/2 <|dz/dt|> over
+    that, the largest of all rows: 2 pi over the period of a row that oscillates.
 
-    From a look that is doubled until it shows two turns.
+    They come from a trial run that is doubled until it shows two turns.
     """
     rows, orbits = z.shape
     with np.errstate(all="ignore"):

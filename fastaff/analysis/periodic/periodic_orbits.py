@@ -40,17 +40,17 @@ from .return_map import (
 )
 
 FINEST, ROUNDS = 200.0, 4
-"""How many times shorter a step becomes in all, and how often Newton's method goes on with shorter ones."""
+"""Largest factor by which a step becomes shorter in all, and number of rounds with shorter ones."""
 
 LEAPS, LEAP = 3, 1.0
-"""How often a search that is stuck takes a whole step, and how long that may be, in the orbit's own units."""
+"""Number of whole steps that a stuck search takes, and their largest length, in the orbit's own units."""
 
 RESTS = 1e-6
 """Speed, in own units and radians, below which an orbit of dz/dt = f(z) rests."""
 
 WAIT, LONGER = 20 * 2 * np.pi, 8
-"""Radians of an orbit's motion to wait for a crossing, and how many times longer where there is none: the motion near
-the start may be much faster than what follows.
+"""Radians of an orbit's motion to wait for a crossing, and the factor if there is none: the motion near the start may
+be much faster than later.
 """
 
 
@@ -77,7 +77,7 @@ def periodic_orbits(
     Parameters
     ----------
     model : model with `tangent_force`
-        Of two degrees of freedom or more, driven, a map, or dz/dt = f(z).
+        It has two degrees of freedom or more, or is driven, a map, or dz/dt = f(z).
     z0 : array (2n,) or (2n, orbits)
         Guesses. They are first moved to the section and the energy, and along the flow where they pass the section the
         wrong way.
@@ -103,7 +103,7 @@ def periodic_orbits(
     Returns
     -------
     `PeriodicOrbits`
-        A guess that leads nowhere has the status NOT_CONVERGED, one that never comes back TOO_FEW_CROSSINGS.
+        A guess that leads to no orbit has the status NOT_CONVERGED, one that never comes back TOO_FEW_CROSSINGS.
 
     Raises
     ------
@@ -117,14 +117,14 @@ def periodic_orbits(
     one integration with 2n tangent vectors to the crossing, located on the scheme's own flow, then a small
     least-squares system for each orbit: (M - 1) dz + f dT = z - flow(z) within the tangent plane of section and energy,
     by singular values, those below 1e-8 of the largest left out, so that orbits of a resonant torus are found too. A
-    step that makes the residual larger is cut to a quarter; where no part of it helps a whole one is taken, at most a
-    unit, three times at most. Convergence is quadratic, to rounding. A relative periodic orbit of a body is a periodic
+    step that makes the residual larger is cut to a quarter; if no part of it helps, a whole one of at most a unit is
+    taken, three times at most. Convergence is quadratic, to rounding. A relative periodic orbit of a body is a periodic
     orbit of `fastaff.reduced`.
 
-    Of dz/dt = f(z) there is no energy (VERNER9 where no scheme is given): limit cycles and cycles of strange
+    Systems dz/dt = f(z) have no energy (default scheme VERNER9): the orbits are limit cycles and cycles of strange
     attractors, with all multipliers but the 1 of the flow and no residues; own units are half of the extent of the
-    orbit over a trial run, and an equilibrium is no cycle. A drive with friction is one with two variables more, that
-    go round a circle. Cost: about 8 to 12 returns of 2n + 1 vectors for each guess.
+    orbit over a trial run, and an equilibrium is no cycle. A driven system with friction is one with two variables
+    more, on a circle. Cost: about 8 to 12 returns of 2n + 1 vectors for each guess.
 
     References
     ----------
@@ -264,7 +264,7 @@ class _Search:
                 all_orbits[kept] = some[better]
             state.share[live] = np.where(better, 1.0, 0.25 * np.minimum(state.share[live], 1.0))
             closed = (state.residual[live] <= self._goal(state, live)) & ~self._rests(state, live)
-            # One step more as long as steps gain a digit: quadratic convergence makes the last the best.
+            # One more step as long as steps gain a digit: with quadratic convergence the last is the best.
             finished = closed & ~(size < 0.1 * before)
             state.status[live[closed]] = Status.OK
             stuck = (state.share[live] < 1e-4) & ~finished & ~hopeless
@@ -277,11 +277,11 @@ class _Search:
             moved = state.z[:, next_ones] + state.share[next_ones] * state.change[:, next_ones]
             energy, scale = state.energy[next_ones], state.scale.of(next_ones)
             state.trial[:, next_ones] = onto(self.flow.model, self.section, moved, energy, scale)[0]
-        state.live[:] = False  # what others do later gives no orbit more iterations
+        state.live[:] = False  # later changes of others give no orbit more iterations
 
     def _returned(self, state: _State, live: np.ndarray) -> Returns:
-        """Return what becomes of the trials of the live ones; the first time those that are late get more time, if that
-        is not given.
+        """Return the returns of the trials of the live ones; the first time late ones get more time, unless that is
+        given.
         """
 
         def run(which: np.ndarray) -> Returns:
@@ -297,8 +297,8 @@ class _Search:
         return back
 
     def shorten(self, state: _State, *, last: bool) -> np.ndarray:
-        """Estimate the errors of orbits; unless it is the last time give those whose step is too long a shorter one and
-        let them go on. Returns which (orbits,).
+        """Estimate the errors of orbits; unless it is the last time, give those with too long a step a shorter one and
+        let them go on. Returns a mask of these (orbits,).
         """
         again = np.zeros(state.status.shape, bool)
         which = np.flatnonzero(np.isfinite(state.residual) & ~np.isfinite(state.error) & ~state.settled)
@@ -311,7 +311,7 @@ class _Search:
                 flow, self.section, z, limit, found, scale
             )
             goal = step_goal(self.tolerance, z, found.time / flow.step, found.monodromy, scale)
-            # An orbit that does not close may not for the error of the step.
+            # The error of the step may keep an orbit from closing.
             goal = np.where(state.status[which] == Status.OK, goal, np.maximum(goal, 0.01 * state.residual[which]))
             again[which] = (change > goal) & (not last)
             factor = finer_by(change, goal, order)
@@ -333,8 +333,8 @@ class _Search:
         return closing_goal(self.tolerance, state.z[:, which], steps, found.monodromy[which], scale)
 
     def _rests(self, state: _State, which: np.ndarray) -> np.ndarray:
-        """Tell which orbits (orbits,) are none: points where the flow touches the section, which are back at once, and
-        equilibria of dz/dt = f(z), which return after any time.
+        """Return a mask (orbits,) of points that are no orbits: those where the flow touches the section, which are
+        back at once, and equilibria of dz/dt = f(z), which return after any time.
         """
         if self.section is None:
             return np.zeros(which.size, bool)
@@ -344,8 +344,8 @@ class _Search:
         return scale.norm(field) < RESTS * scale.rate
 
     def _leap(self, state: _State, which: np.ndarray) -> None:
-        """Let orbits for which no part of the Newton step makes the residual smaller take all of it, at most a unit:
-        across the fold of the map, where it is singular, other orbits may be found.
+        """Let orbits take the whole Newton step, at most a unit, if no part of it makes the residual smaller: other
+        orbits may be found across the fold of the map, where it is singular.
         """
         if which.size:
             with np.errstate(all="ignore"):
@@ -363,7 +363,7 @@ class _Search:
             state.change[:, which] = scale.rows * least_change(matrix, right)[:, :-1].T
 
     def partial(self, state: _State) -> PeriodicOrbits:
-        """Assemble what there is after Ctrl-C."""
+        """Assemble the result so far after Ctrl-C."""
         state.status[~state.settled] = Status.INTERRUPTED
         return self.result(state)
 

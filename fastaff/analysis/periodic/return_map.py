@@ -1,7 +1,7 @@
-"""Returns of orbits to a section with their monodromy matrices: what searches for periodic orbits are made of.
+"""Returns of orbits to a section with their monodromy matrices, for searches of periodic orbits.
 
-All that mixes coordinates and momenta is done in an orbit's own units, `orbit_scale`: results are the same in any unit
-of length, time and mass, for any origin and zero of the potential, and know nothing of other orbits.
+Operations that mix coordinates and momenta are done in an orbit's own units, `orbit_scale`: results are the same in any
+unit of length, time and mass, for any origin and zero of the potential, and independent of other orbits.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ from ..sections.crossing_run import SPARE, follow_crossings, start_crossings
 from .own_units import Scale
 
 STEP_ERROR = 1e-13
-"""What the first step is chosen for where none is given: an orbit cannot close better than its flow is."""
+"""Error that the first step is chosen for if none is given: an orbit cannot close better than its flow."""
 
 FASTEST = 1e10
 """Turns of an angle in one iterate beyond which a map's points are rounding."""
@@ -41,8 +41,8 @@ ASIDE = 1e-2
 COMPLEX_STEP = 1e-100
 RANK, STRETCHED, SHARPEST = 1e-8, 1e2, 1e-14
 """Singular values below this fraction of the largest count as 0: directions in which a periodic orbit has periodic
-neighbours; of the largest beyond such a size, which an unstable orbit's M has, less, as others fall like its inverse:
-down to what rounding leaves.
+neighbours; if the largest is beyond such a size, as for an unstable orbit's M, the fraction is less, as others fall
+like its inverse: down to rounding.
 """
 
 WALK = 1.5
@@ -50,11 +50,11 @@ WALK = 1.5
 """
 
 FINER = 8.0
-"""How many times shorter a step becomes at once."""
+"""Largest factor by which a step becomes shorter at once."""
 
 
 def checked_guesses(model: Any, z0: Any, energy: Any, options: Options) -> tuple[Flow, np.ndarray, np.ndarray]:
-    """Check what searches take; return the flow, the guesses (2n, orbits) and their energies (orbits,)."""
+    """Check the arguments of searches; return the flow, the guesses (2n, orbits) and their energies (orbits,)."""
     system = system_of(model)
     name = type(model).__name__
     if system.iterated and not system.symplectic:
@@ -77,7 +77,7 @@ def checked_guesses(model: Any, z0: Any, energy: Any, options: Options) -> tuple
 
 
 def _steps_at_rest(flow: Flow, z: np.ndarray, options: Options) -> np.ndarray:
-    """Return the steps (orbits,) of a flow, where orbits rest those of neighbours: at rest no step shows an error."""
+    """Return the steps (orbits,) of a flow; orbits at rest, where no step shows an error, get that of a neighbour."""
     steps = np.array(np.broadcast_to(flow.step, z.shape[1:]))
     rest = motion(flow.model, z, flow.threads).kinetic == 0
     if rest.any():
@@ -88,7 +88,7 @@ def _steps_at_rest(flow: Flow, z: np.ndarray, options: Options) -> np.ndarray:
 
 
 def checked_return(model: Any, section: Any, scheme: Any) -> Any:
-    """Check a model with its section, which a map has not; return the scheme."""
+    """Check a model with its section, which a map does not have; return the scheme."""
     check_needs(model, "a return")
     system = system_of(model)
     checked_tangent_model(model, "model")
@@ -123,7 +123,7 @@ class Returns(NamedTuple):
 
 def section_returns(flow: Flow, section: Any, z: np.ndarray, period: int, max_time: Any) -> Returns:
     """Follow z (2n, orbits), all on the section, to crossing number `period` with 2n tangent vectors each; max_time
-    (orbits,) or one. Of a map, which has no section, to that image: the last one's angles are those next to z's.
+    (orbits,) or one. For a map, which has no section, follow z to that image, with its angles next to those of z.
     """
     rows, orbits = z.shape
     n, strobed = rows // 2, isinstance(section, Stroboscopic)
@@ -181,7 +181,7 @@ def _period_by_period(flow: Flow, section: Any, ensemble: Ensemble, period: int)
 
 
 def _filled(found: Returns, live: np.ndarray, parts: np.ndarray, arrived: np.ndarray, ended: np.ndarray) -> Returns:
-    """Return the returns with states parts (orbits, period, 2, 1 + vectors, n) of the orbits `live`, of which some have
+    """Return the returns with states parts (orbits, period, 2, 1 + vectors, n) of the orbits `live`, some of which have
     arrived.
     """
     rows = found.points.shape[2]
@@ -200,7 +200,7 @@ def _images(flow: Flow, z: np.ndarray, live: np.ndarray, ensemble: Ensemble, fou
     parts = flow.sampled(ensemble, period, time=float(period)).reshape(live.size, period, 2, 1 + rows, rows // 2)
     turns = np.array([1 / length if length > 0 else 0.0 for length in flow.model.periods()])
     found.time[live], arrived = float(period), np.isfinite(parts[:, -1, :, 1:]).all(axis=(1, 2, 3))
-    with np.errstate(all="ignore"):  # an angle that winds so fast that nothing is left of it
+    with np.errstate(all="ignore"):  # an angle that winds so fast that it is all rounding
         ahead = np.array(np.broadcast_arrays(*flow.model.iterate(*z)))
         arrived &= (ensemble.status == Status.OK) & (np.abs(ahead * turns[:, None]) < FASTEST).all(axis=0)
         ended = np.where(ensemble.status == Status.OK, Status.NONFINITE, ensemble.status)
@@ -216,7 +216,7 @@ def vector_field(model: Any, z: np.ndarray) -> np.ndarray:
 
 
 def energy_gradient(model: Any, z: np.ndarray) -> np.ndarray:
-    """Return grad H (orbits, 2n): Hamilton's equations turned by a right angle; 0 of what has no energy."""
+    """Return grad H (orbits, 2n): Hamilton's equations turned by a right angle; 0 for systems without energy."""
     n, field = model.degrees_of_freedom, vector_field(model, z)
     if not system_of(model).canonical:
         return np.zeros(field.shape)
@@ -250,7 +250,7 @@ def _value(section: Any, z: np.ndarray, row: int, shift: Any) -> np.ndarray:
 
 def onto(model: Any, section: Any, z: np.ndarray, energy: np.ndarray, scale: Scale) -> tuple[np.ndarray, np.ndarray]:
     """Move z (2n, orbits) the shortest way, in the orbits' units, to the section and the energy (orbits,); return it
-    and which arrived.
+    and a mask of those that arrived.
     """
     system = system_of(model)
     if section is None:  # of a map
@@ -260,7 +260,7 @@ def onto(model: Any, section: Any, z: np.ndarray, energy: np.ndarray, scale: Sca
         for _ in range(20):
             rows = np.stack([section_gradient(section, z, D), energy_gradient(model, z)], axis=1)
             short = np.stack([section.value(*z) + zero, system.energies(z) - energy], axis=1)
-            # What rounding of z and of the sums makes of both.
+            # Sizes for the rounding of both, from z and from the sums.
             size = (np.abs(rows) * (np.abs(z) + D).T[:, None]).sum(axis=2)
             size[:, 1] += scale.energy + system.kinetic_energies(z) + np.abs(system.potential_energies(z))
             near = (np.abs(short) <= 4e-15 * size).all(axis=1)
@@ -287,8 +287,8 @@ def least_change(matrix: np.ndarray, right: np.ndarray) -> np.ndarray:
 
 
 def inverses(matrix: np.ndarray) -> np.ndarray:
-    """Return the inverses (k, columns, rows) on all directions of a matrix (k, rows, columns) that are known; NaN where
-    it is not finite.
+    """Return the pseudoinverses (k, columns, rows) of matrices (k, rows, columns), without directions lost in rounding;
+    NaN where one is not finite.
     """
     inverse = np.full(matrix.swapaxes(1, 2).shape, np.nan)
     good = np.isfinite(matrix).all(axis=(1, 2))
@@ -317,7 +317,7 @@ def reduced_monodromy(model: Any, section: Any, z: np.ndarray, monodromy: np.nda
         field, up = vector_field(model, z) / D, energy_gradient(model, z) * D
         along, own = section_gradient(section, z, scale.rows) * D, scale.matrix(monodromy)
     reduced = np.full((len(monodromy), kept, kept), np.nan)
-    with np.errstate(all="ignore"):  # nothing is normal to a surface where its gradient vanishes, as at an equilibrium
+    with np.errstate(all="ignore"):  # a surface has no normal where its gradient vanishes, as at an equilibrium
         surfaces = [row[:, :d] / np.linalg.norm(row, axis=1)[:, None] for row in ((along,) if flows else (along, up))]
     normals = np.stack(surfaces, axis=1)
     good = np.isfinite(own).all(axis=(1, 2)) & np.isfinite(normals).all(axis=(1, 2))
@@ -361,26 +361,26 @@ def closing_matrix(
 
 
 def way_rounding(z: np.ndarray, steps: np.ndarray, scale: Scale) -> np.ndarray:
-    """Return what rounding makes of phase points z (2n, orbits) in so many steps, in own units: a random walk."""
+    """Return the rounding errors of phase points z (2n, orbits) after so many steps, in own units: a random walk."""
     return scale.rounding(z) * np.fmax(2.0, WALK * np.sqrt(steps))
 
 
 def closing_goal(tolerance: float, z: np.ndarray, steps: np.ndarray, monodromy: np.ndarray, scale: Scale) -> np.ndarray:
-    """Return how near to z (2n, orbits) an orbit must return in so many steps to be closed, in own units."""
+    """Return the largest distance from z (2n, orbits) of a closed orbit after so many steps, in own units."""
     size = np.linalg.norm(scale.matrix(monodromy), axis=(1, 2))
     return np.maximum(tolerance, 2 * way_rounding(z, steps, scale)) * np.maximum(1.0, size)
 
 
 def step_goal(tolerance: float, z: np.ndarray, steps: np.ndarray, monodromy: np.ndarray, scale: Scale) -> np.ndarray:
-    """Return what a shorter step may change of a return to z (2n, orbits): the tolerance, or what rounding becomes on
-    the way.
+    """Return the largest change of a return to z (2n, orbits) by a shorter step: the tolerance, or rounding that has
+    grown on the way.
     """
     size = np.linalg.norm(scale.matrix(monodromy), axis=(1, 2))
     return np.maximum(tolerance, 2 * way_rounding(z, steps, scale) * size)
 
 
 def finer_by(change: np.ndarray, goal: np.ndarray, order: int) -> np.ndarray:
-    """Return how many times shorter a step should be where its error `change` is above the goal."""
+    """Return the factor by which a step should be shorter if its error `change` is above the goal."""
     with np.errstate(all="ignore"):
         factor = np.clip(1.1 * (change / goal) ** (1 / order), 1.2, FINER)
     return np.where(np.isfinite(factor), factor, 2.0)
@@ -391,7 +391,7 @@ def stability_indices(S: np.ndarray) -> np.ndarray:
     polynomial in that sum.
 
     The polynomial is a palindrome, so with lambda^k + 1/lambda^k = 2 T_k((lambda + 1/lambda)/2) it is a Chebyshev
-    series: of its first half, the sums of products of large multipliers, as the small ones have no digits beside these.
+    series, of its first half: sums of products of large multipliers; the small ones have no digits beside these.
     """
     m = len(S) // 2
     c = np.poly(S)[: m + 1][::-1]

@@ -1,6 +1,6 @@
-"""The box of coordinates that an energy allows, found by walks: of functions of any number of variables, at any scale.
+"""The box of coordinates that an energy allows, found by walks, for functions of any number of variables, at any scale.
 
-The function is the least energy over a point, infinite where the potential does not live.
+The function is the least energy over a point, infinite outside the domain of the potential.
 """
 
 from __future__ import annotations
@@ -14,30 +14,30 @@ from ...base.descent import Floor, descended
 from .allowed_region import crossings, extrema, radii
 
 SEED = 20
-"""Of all random numbers here: what is found is the same in every call."""
+"""Seed of all random numbers here: results are the same in every call."""
 
 STARTS = 256
-"""Points that minima are looked for from, at sizes from 1e-8 to 1e8."""
+"""Points from which minima are sought, at sizes from 1e-8 to 1e8."""
 
 WELLS, WALKERS, WALKS = 12, 32, 48
 """Wells that are walked in, the walkers in each, and the chords of each walker."""
 
 NODES = np.geomspace(1e-4, 1e3, 141)
-"""Distances along a chord, in sizes of the well, between which extrema are looked for."""
+"""Distances along a chord, in sizes of the well, between which extrema are sought."""
 
 MARGIN, FACES = 0.03, 2048
-"""What a box is wider than the chords on each side, and the points of a face that must be forbidden."""
+"""Margin of a box beyond the chords on each side, and the points of a face that must be forbidden."""
 
 DECADES = 3
 """Decades of distances, in chords, in which minima of one depth lie where there is no end of them."""
 
 STRIDE, STRIDES = 1 / 64, 200
-"""Steps, in sizes of the box, of what tells wells in the box from what reaches into it from outside."""
+"""Length, in sizes of the box, and number of the steps that tell wells in the box from regions that reach into it."""
 
 
 class Box(NamedTuple):
-    """Ranges low, high (d,) of the coordinates of all bounded wells; the least value in them; whether something else
-    that the energy allows reaches into the box.
+    """Ranges low, high (d,) of the coordinates of all bounded wells; the least value in them; whether another allowed
+    region reaches into the box.
     """
 
     low: np.ndarray
@@ -47,8 +47,8 @@ class Box(NamedTuple):
 
 
 class NoWell(ValueError):
-    """Raised where nothing bounded is found: `least` is the least value met, NaN where it has no minimum; whether there
-    are wells without end, as of a potential that is periodic.
+    """Raised if no bounded region is found: `least` is the least value met, NaN if there is no minimum; `endless`:
+    whether there are wells without end, as for a periodic potential.
     """
 
     def __init__(self, least: float, endless: bool = False):
@@ -85,7 +85,7 @@ def potential_of(model: Any) -> Floor:
 
 
 def box_of(floor: Floor, d: int, energy: float) -> Box:
-    """Return the box of all bounded wells below an energy that are found. Raises NoWell where there is none."""
+    """Return the box of all bounded wells found below an energy. Raises NoWell if there is none."""
     at, value = minima(floor, d)
     if not value.size or not value[0] < energy:
         raise NoWell(float(value[0]) if value.size else np.nan)
@@ -105,7 +105,7 @@ def box_of(floor: Floor, d: int, energy: float) -> Box:
 
 
 def walled(floor: Floor, periods: Sequence[float]) -> Floor:
-    """Return a function of coordinates with these periods, 0 for none, as it is within half of one around 0."""
+    """Return a function of coordinates with these periods, 0 for none, restricted to half of one around 0."""
     half = np.array([0.5 * period if period > 0 else np.inf for period in periods])
     if not np.isfinite(half).any():
         return floor
@@ -141,7 +141,7 @@ def least_within(floor: Floor, low: np.ndarray, high: np.ndarray) -> float:
 
 
 def within(floor: Floor, box: Box, x: np.ndarray) -> np.ndarray:
-    """Tell which points x (d, points) of a leaky box lie in wells that end within it: small steps down stay there."""
+    """Return a mask of points x (d, points) of a leaky box in wells that end within it: small steps down stay there."""
     width = (box.high - box.low)[:, None]
     bottom = descended(floor, x, np.broadcast_to(STRIDE * width, x.shape), grow=1.0, rounds=STRIDES)[0]
     return np.asarray(((bottom > box.low[:, None]) & (bottom < box.high[:, None])).all(axis=0))
@@ -190,7 +190,7 @@ def _scattered(x: np.ndarray, chords: np.ndarray, open_: bool) -> bool:
 
 
 def _end(floor: Floor, energy: float, x: np.ndarray, direction: np.ndarray, nodes: np.ndarray) -> np.ndarray:
-    """Return the distances (points,) at which lines first leave what the energy allows; infinite where they don't."""
+    """Return the distances (points,) at which lines first leave the allowed region; infinite where they don't."""
 
     def room(t: np.ndarray, column: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         value = floor(spread(x[:, column], t) + t * spread(direction[:, column], t))

@@ -1,8 +1,8 @@
-"""Where functions of one variable are positive, at any scale: their extrema, found by ratios instead of lengths.
+"""Ranges where functions of one variable are positive, at any scale: their extrema, found by ratios, not lengths.
 
-A function f(x, column) returns its values and the sizes of the terms that they are sums of, which is what they round
-at; values that are not finite count as minus infinity. Between neighbouring extrema it is monotone, so that every
-crossing of a level has a sure bracket.
+A function f(x, column) returns its values and the sizes of the terms in their sums, which set their rounding; values
+that are not finite count as minus infinity. Between neighbouring extrema it is monotone, so that every crossing of a
+level has a sure bracket.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ SMALLEST, LARGEST = 1e-40, 1e40
 """Range of the distances from 0 that are searched."""
 
 COARSE, FINE, ZOOM = 12, 40, 6
-"""Nodes in a decade: of the whole range, of the part where something happens, of the distances from a maximum."""
+"""Nodes in a decade: of the whole range, of the part with extrema and zeros, of the distances from a maximum."""
 
 ROUNDING = 16 * float(np.finfo(float).eps)
 _BLOCK, _PILOTS, _PEAKS = 2048, 48, 4
@@ -45,7 +45,7 @@ def line() -> np.ndarray:
 
 
 def evaluated(f: Function, x: np.ndarray, column: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return values, minus infinity where there are none, and what they round at."""
+    """Return values, minus infinity where there are none, and their rounding errors."""
     with np.errstate(all="ignore"):
         value, size = f(x, column)
         value, size = np.broadcast_to(value, np.shape(x)), np.broadcast_to(size, np.shape(x))
@@ -56,11 +56,10 @@ def evaluated(f: Function, x: np.ndarray, column: np.ndarray) -> tuple[np.ndarra
 def climb(
     f: Function, column: np.ndarray, low: np.ndarray, high: np.ndarray, sign: Any = 1.0
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return the place and the value of the largest sign*f between low and high, where it has one maximum, to 1e-9 of
-    the distance.
+    """Return the place and the value of the maximum of sign*f, the only one between low and high, to 1e-9 of the
+    distance.
 
-    The best of some points between, then the same between its neighbours: many points at once where there are few
-    columns.
+    It takes the best of some points between, then the same between its neighbours: many points at once for few columns.
     """
     count = 31 if column.size < 256 else 5
     share = np.arange(count + 2)[:, None] / (count + 1)
@@ -96,8 +95,8 @@ def highest(f: Function, columns: int, nodes: np.ndarray) -> np.ndarray:
 
 
 def extrema(f: Function, columns: int, nodes: np.ndarray | None = None) -> Extrema:
-    """Return the extrema of each column that nodes, or a search over all sizes of positive x, and a closer look around
-    maxima show.
+    """Return the extrema of each column, from nodes, or a search over all sizes of positive x, and closer nodes around
+    maxima.
     """
     if nodes is None:
         nodes = _where_it_happens(f, columns, radii())
@@ -114,7 +113,7 @@ def _among(f: Function, chosen: np.ndarray) -> Function:
 
 
 def line_where_it_happens(f: Function, columns: int) -> np.ndarray:
-    """Return numbers of both signs and 0, at all sizes where something happens in a few columns."""
+    """Return numbers of both signs and 0, at all sizes at which a few columns have extrema or zeros."""
     if columns <= _PILOTS:
         return line()
     near = _where_it_happens(f, columns, line(), COARSE)
@@ -220,11 +219,11 @@ def _turns(value: np.ndarray, noise: np.ndarray) -> np.ndarray:
 def crossings(
     f: Function, found: Extrema, column: np.ndarray, level: np.ndarray, up: bool
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return where columns rise (or fall) through levels (points,): x (sheets, points), the allowed end of two
-    neighbouring doubles.
+    """Return the crossings at which columns rise (or fall) through levels (points,): x (sheets, points), the allowed
+    end of two neighbouring doubles.
 
-    The outermost first, NaN where there are fewer; bounded wells before one that has no end. And which points are
-    allowed at the lower end of the range.
+    The outermost comes first, NaN where there are fewer; bounded wells come before one that has no end. Also return a
+    mask of the points that are allowed at the lower end of the range.
     """
     allowed = found.f[:, column] >= level
     here = (~allowed[:-1] & allowed[1:]) if up else (allowed[:-1] & ~allowed[1:])

@@ -26,11 +26,11 @@ from ...models.mechanics import system_of
 from .section_map import SectionMap
 
 PORTION, COMPARED = 2**27, 16
-"""Bytes that are taken beside the result at a time; how many times the crossings of an orbit these are."""
+"""Bytes that are used beside the result at a time; work memory of an orbit, in units of its crossings."""
 LOOKED = 2**24
 """Bytes of the arrays whose energies are computed at a time: a part of the cache, where NumPy is a third faster."""
 LATER = 0.02
-"""Work of orbits that have lost a suspected crossing and go on, of what all have taken."""
+"""Work of orbits that have lost a suspected crossing and go on, relative to that of all."""
 SPARE = 8
 """Record slots beyond the wanted crossings, for suspected pairs of crossings inside a step."""
 NUDGE = 1e-6
@@ -40,16 +40,16 @@ START = 8 * float(np.finfo(float).eps)
 rounding.
 """
 LAST_RECORDS = 500_000
-"""Crossings still located after Ctrl-C: about half a second's worth; the later orbits of a larger run lose theirs."""
+"""Crossings still located after Ctrl-C, in about half a second; the later orbits of a larger run lose theirs."""
 
 
 SOME = 64
-"""Orbits that tell how long all take, for the progress that is reported."""
+"""Orbits that show the time of all, for the reported progress."""
 
 
 class Crossings(NamedTuple):
-    """Which crossings are asked for: those of a section, how many of each orbit, the time after which an orbit ends
-    without them, and the energy error above which it drifts.
+    """The crossings asked for: the section, their number for each orbit, the time after which an orbit ends without
+    them, and the energy error above which it drifts.
     """
 
     section: Any
@@ -59,8 +59,8 @@ class Crossings(NamedTuple):
 
 
 class Beside(NamedTuple):
-    """The crossings (crossings, orbits) of another run, and how much (orbits,) earlier or later the same may be: runs
-    that are compared with it end where they have parted.
+    """The crossings (crossings, orbits) of another run, and the largest differences (orbits,) in time of the same
+    crossings: runs that are compared with it end where they have parted.
     """
 
     times: np.ndarray
@@ -79,7 +79,7 @@ def crossed(
 ) -> tuple[SectionMap, np.ndarray]:
     """Follow the orbits once; return their crossings and the times that they reached.
 
-    Of what runs `beside` another the energy is not looked at.
+    The energy of a run `beside` another is not checked.
     """
     asked, wanted, max_time, tolerance = crossings
     section = flow.section(asked)
@@ -87,7 +87,7 @@ def crossed(
     rows, orbits = ensemble.z.shape
     width, slots = RECORD.state + rows, wanted + SPARE
     fits("crossings", orbits, slots, width)
-    compared = beside is not None and isinstance(flow, Flow)  # another flow's steps are none of time
+    compared = beside is not None and isinstance(flow, Flow)  # the steps of another flow are not of time
     observer = observers.crossings(section, wanted, flow.model.degrees_of_freedom, beside=compared)
     if wear is not None:
         first, observer = observer.rows, observers.either(observer, observers.worn(rows))
@@ -162,8 +162,8 @@ def follow_crossings(
 ) -> None:
     """Run, locate and drop false alarms until every orbit has its crossings or has ended.
 
-    After an interruption the records so far are located before it is passed on; what is not located is never kept, and
-    an orbit that misses it is INTERRUPTED.
+    After an interruption the records so far are located before it is passed on; a record that is not located is never
+    kept, and its orbit is INTERRUPTED.
     """
     rows, orbits = ensemble.z.shape
     records = out.reshape(-1, RECORD.state + rows)
@@ -174,8 +174,8 @@ def follow_crossings(
     limit, reached = np.full(orbits, max_time * (1 + START)), np.full(orbits, np.nan)
 
     def settle(most: int | None) -> np.ndarray:
-        """Locate what was recorded since, but at most so much, and keep what is there and in time; return the numbers
-        of crossings.
+        """Locate the new records, but at most so many, and keep the crossings that exist and are in time; return their
+        numbers.
         """
         written = memory[kernels.ROWS.written].astype(np.int64)
         parted[:] |= memory[kernels.ROWS.certain] == kernels.PARTED
@@ -300,9 +300,7 @@ def _result(flow, body, ensemble, section, wanted, memory, out, tolerance) -> Se
 
 
 def _drifts(flow, ensemble: Ensemble, points: np.ndarray, kept: np.ndarray) -> np.ndarray:
-    """Return the energy errors (orbits, crossings) of points (orbits, crossings, rows), -1 of those that are not
-    kept.
-    """
+    """Return the energy errors (orbits, crossings) of points (orbits, crossings, rows), -1 where they are not kept."""
     z = np.ascontiguousarray(points.transpose(2, 0, 1))
     drift = energy_drift(flow.model, z, ensemble.energy[:, None], ensemble.scale[:, None])
     return np.where(kept, drift, -1.0)

@@ -35,7 +35,7 @@ class EnergyGrid(Result):
 
     z0 (2n, orbits): the allowed cells; cell (orbits,): the flat index of each in the grid; forbidden (n1, n2, ...):
     cells that the energy surface does not reach; axes and names: those of the grid, first along rows; `grid["p_beta"]`,
-    by name: the values of each orbit. section: that of all, which `poincare_map` takes from here, or None.
+    by name: the values of each orbit. section: the common one, which `poincare_map` takes from here, or None.
     """
 
     z0: Annotated[np.ndarray, along("coordinate", "orbit")]
@@ -90,7 +90,7 @@ def energy_grid(
         None for a map.
     axes : two arrays, dict of arrays, or "whole", default "whole"
         Section coordinates, or rows of z by name, ``{"x": xs, "z": zs}``; "whole": 101 values of each section
-        coordinate over all bounded parts that the energy allows, so that nothing of them is cut.
+        coordinate over all bounded parts that the energy allows, none of them cut.
     section : section or str, optional
         As in `poincare_map`.
     fixed : dict of float, optional
@@ -98,8 +98,8 @@ def energy_grid(
     solve : str, optional
         Name of the row that the energy determines.
     sign : {1, -1}, default 1
-        Which root `solve` takes: of a momentum the larger (+1) or the smaller one (in q_i' = dH/dp_i, so the velocity
-        has that sign), of a coordinate the last one that the energy allows in that direction.
+        Root for `solve`: for a momentum the larger (+1) or the smaller one (in q_i' = dH/dp_i, so the velocity has that
+        sign), for a coordinate the last one that the energy allows in that direction.
     at_rest : bool, default False
         All momenta are 0, and the axes are angles.
     p_eta, p_gamma : float, action, default 0
@@ -123,14 +123,14 @@ def energy_grid(
     BetaEquals, and (q_j, p_j) of the other degree of freedom for Linear sections q_i = offset of a system of two
     degrees of freedom. On a turning section the missing radius is a turning point: for direction +1 the inner one (the
     radius has a minimum there: 0 where p_eta, or p_gamma, is 0 and the motion goes through the axis), for -1 and 0 the
-    outer one; of several wells the outermost counts. On other sections the missing momentum has the sign of the
+    outer one; among several wells the outermost counts. On other sections the missing momentum has the sign of the
     direction (0: +). AreaEquals takes one of its two branches. Roots are neighbours of the exact ones, at radii from
     1e-40 to 1e40 in any unit. Wells are missed where they are narrower than 1/40 of a decade and lie off the maxima of
     wider ones.
 
-    Of H(q, p) the momentum of the section follows from all of H: in closed form where H is of second degree in it, else
-    between the extrema of H along it, at all sizes. Of several roots with a velocity of that sign the outermost counts.
-    Coordinates with a period are meant modulo it.
+    For H(q, p) the momentum of the section follows from the whole of H: in closed form where H is of second degree in
+    it, else between the extrema of H along it, at all sizes. Among roots with a velocity of that sign the outermost
+    counts. Coordinates with a period are modulo it.
 
     Arrays by name run over coordinates q_i and momenta p_i. A Linear section of one row fixes that row; the section of
     a coordinate q_i = c solves for p_i with the sign of its direction unless `solve` names another row. At rest the
@@ -140,7 +140,7 @@ def energy_grid(
     them only `fixed`, and the energy of the grid is NaN.
 
     Cost: some 500 evaluations of the potential for each first coordinate and 64 for each cell of a turning section, for
-    each cell at rest or with a coordinate solved for, else one.
+    each cell at rest or with a coordinate as `solve`, else one.
 
     References
     ----------
@@ -194,7 +194,7 @@ def grid_of(
 
 
 def no_planes(p_eta: Any, p_gamma: Any) -> None:
-    """Refuse angular momenta where rows go by name."""
+    """Refuse angular momenta together with rows by name."""
     if real("p_eta", p_eta) or real("p_gamma", p_gamma):
         raise ValueError(
             f"p_eta and p_gamma belong to a Body on one of its sections, got {p_eta}, {p_gamma}: elsewhere momenta are "
@@ -241,10 +241,10 @@ def checked_surface(body: Any, section: Any, energy: Any, p_eta: Any, p_gamma: A
 
 
 def lift(where: Where, u: np.ndarray, v: np.ndarray) -> tuple[np.ndarray, np.ndarray, tuple[str, str]]:
-    """Return phase points (2n, points) at section coordinates (u, v), which of them exist (points,), and the
+    """Return phase points (2n, points) at section coordinates (u, v), a mask of those that exist (points,), and the
     coordinates' names.
 
-    Of several sheets over a point, the first.
+    If there are several sheets over a point, the first counts.
     """
     z, found, names = lift_sheets(where, u, v)
     first = found.argmax(axis=0)
@@ -252,8 +252,8 @@ def lift(where: Where, u: np.ndarray, v: np.ndarray) -> tuple[np.ndarray, np.nda
 
 
 def lift_sheets(where: Where, u: np.ndarray, v: np.ndarray) -> tuple[np.ndarray, np.ndarray, tuple[str, str]]:
-    """Return all phase points (sheets, 2n, points) at section coordinates (u, v), which exist (sheets, points), and the
-    coordinates' names.
+    """Return all phase points (sheets, 2n, points) at section coordinates (u, v), a mask of those that exist (sheets,
+    points), and the coordinates' names.
 
     A turning section has a sheet for each well of its radius, the outermost first; the others have one.
     """
@@ -270,7 +270,7 @@ def lift_sheets(where: Where, u: np.ndarray, v: np.ndarray) -> tuple[np.ndarray,
 
 def _whole(where: Where) -> tuple[np.ndarray, np.ndarray]:
     """Return axes over all bounded parts of a section, CELLS each."""
-    samples = imported(".energy_sample", __package__)  # which stands on grids, and knows what bounds a section
+    samples = imported(".energy_sample", __package__)  # it imports this module, and knows the bounds of a section
     boxes = np.array(samples.ranges_to_draw(where))
     first, second = (np.linspace(boxes[:, k, 0].min(), boxes[:, k, 1].max(), CELLS) for k in range(2))
     return first, second
@@ -290,6 +290,6 @@ def _axes(axes: Any) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _no_counts(first: np.ndarray, second: np.ndarray) -> str:
-    """Return what to write instead where axes look like numbers of cells."""
+    """Return a hint for the error if axes look like numbers of cells."""
     both = [axis[0] for axis in (first, second) if axis.size == 1 and axis[0] > 1 and axis[0] == int(axis[0])]
     return f" (axes are coordinates: np.linspace(low, high, {both[0]:.0f}), ...)" if len(both) == 2 else ""

@@ -1,4 +1,4 @@
-"""What energies a system can have: the minimum of its energy, and the saddle above which orbits may escape."""
+"""The energies that a system can have: its minimum, and the saddle above which orbits may escape."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from ...models.reduced_body import reduced
 from .allowed_region import Function
 
 RADII, ANGLES = np.geomspace(1e-8, 1e8, 129), 24
-"""Where the search for stationary points starts: distances of all sizes, in so many directions."""
+"""Starts of the search for stationary points: distances of all sizes, in so many directions."""
 
 STEPS = 60
 LONGEST = 0.5
@@ -36,8 +36,8 @@ def energy_limits(body: Any, p_eta: float = 0.0, p_gamma: float = 0.0) -> Limits
     system of two coordinates.
 
     Newton's method from some 3000 points of all sizes finds where the force is 0, the second derivatives tell minima
-    from saddles. For words, not for computing with: a narrow well far from the others may be missed. NaN where there
-    is none or the second derivatives are not known.
+    from saddles. The values are for messages, not for computations: a narrow well far from the others may be missed.
+    NaN where there is none or the second derivatives are not known.
     Source: Henon & Heiles 1964, Astron. J. 69, 73: a minimum at 0 and three saddles at 1/6.
     """
     plane = reduced(body, p_eta=p_eta, p_gamma=p_gamma) if system_of(body).isotropic else body
@@ -90,11 +90,11 @@ def _derivatives(plane: Any, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 def too_low(body: Any, energy: float, p_eta: float, p_gamma: float) -> str | None:
     """Return the sentence for an energy below the minimum of the system; None where it is not known to be."""
     least, system = energy_limits(body, p_eta, p_gamma).minimum, system_of(body)
-    if not energy < least or system.frame:  # which has lower energies far away
+    if not energy < least or system.frame:  # a turning frame has lower energies far away
         return None
     where = f" with p_eta = {p_eta:g} and p_gamma = {p_gamma:g}" if system.isotropic else ""
     what = "body" if system.isotropic else "system"
-    least = least if abs(least) > 1e-12 * abs(energy) else 0.0  # which rounding hides
+    least = least if abs(least) > 1e-12 * abs(energy) else 0.0  # hidden by rounding
     return f"energy {energy:g} lies below the minimum {least:.6g} of this {what}'s energy{where}"
 
 

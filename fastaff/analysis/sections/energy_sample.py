@@ -27,7 +27,7 @@ from .section_points import radii_over, slopes_over
 from .surface_points import Surface
 
 STEEPEST = 65
-"""Places of a section at which it is asked how much it leans."""
+"""Places of a section at which its slope is computed."""
 
 
 @dataclass(frozen=True)
@@ -35,7 +35,7 @@ class EnergySample(Result):
     """Random points of an energy surface.
 
     z0 (2n, orbits); points (names, orbits): the coordinates drawn, by name: a section's coordinate and its momentum, or
-    rows of z, or angles; energy. section: that of all, which `poincare_map` takes from here, or None.
+    rows of z, or angles; energy. section: the common one, which `poincare_map` takes from here, or None.
     """
 
     z0: Annotated[np.ndarray, along("coordinate", "orbit")]
@@ -46,7 +46,7 @@ class EnergySample(Result):
 
 
 Seed = int | Sequence[int] | np.random.SeedSequence | np.random.BitGenerator | np.random.Generator | None
-"""What `numpy.random.default_rng` takes."""
+"""Seeds that `numpy.random.default_rng` takes."""
 
 
 @takes(section=section_of, axes=by_name, fixed=by_name)
@@ -93,9 +93,9 @@ def energy_sample(
     Raises
     ------
     NotReached
-        A ValueError: the energy reaches nothing.
+        A ValueError: the energy reaches no point.
     ValueError
-        Nothing bounds the points and axes is missing.
+        The region is unbounded and axes is missing.
 
     Notes
     -----
@@ -103,21 +103,21 @@ def energy_sample(
     AlphaTurning and AlphaEquals, over (alpha, p_alpha) on BetaTurning and BetaEquals, over beta and its momentum along
     the section, p_beta + (beta/alpha) p_alpha, on AreaEquals, and over (q_j, p_j) on Linear. The return map preserves
     this area dq dp, so the chaotic share of the points is that of the section's area. It is not the share of the energy
-    surface's volume, where each point counts with its return time. All wells are drawn from, on a turning section also
-    those of the turning radius. Sections of direction 0 are drawn from one of their two sides, as in `energy_grid`.
+    surface's volume, where each point counts with its return time. All wells have points, on a turning section those of
+    the turning radius too; sections of direction 0 on one of their two sides, as in `energy_grid`.
 
     For any n, a section q_i = c is drawn in the volume of all other dq dp. Without a section the points are uniform on
     the energy surface, dq dp delta(E - H), whose means are the time averages of chaotic orbits (n of 2 or more; axes:
     ranges of coordinates). With `solve` they are uniform in the ranges of `axes` by name, the rest as in `energy_grid`.
-    At rest: directions uniform over the sphere. Of a map, which has no energy: uniform in the ranges of `axes` by name.
+    At rest: directions uniform over the sphere. For a map, without energy: uniform in the ranges of `axes` by name.
 
-    Of H(q, p) of second degree in p, momenta fill the ellipsoid of each place, whose volume weighs the places. Any
-    other H is met by random lines along its rows, whose points are weighed to have the density ``1/|grad H|`` on the
+    For H(q, p) of second degree in p, momenta fill an ellipsoid at each place; its volume is the place's weight. Any
+    other H is met by random lines along its rows, with weights of the points for the density ``1/|grad H|`` on the
     surface; on sections all roots count, and `axes` may name momenta too. Angles are drawn from one period around 0.
 
     Cost: that of `energy_grid` for about 1.5 times the points, and half a second for `edge` of a turning section. In
     the volume of n degrees of freedom: some tenths of a second for the box of coordinates, and 2 evaluations of the
-    potential a point for n = 2, 6 for n = 3, 2000 for n = 8, by the share of the box that the energy fills. Of H(q, p)
+    potential a point for n = 2, 6 for n = 3, 2000 for n = 8, by the share of the box that the energy fills. For H(q, p)
     some seconds for the box; by lines, thousands of evaluations of H a point.
 
     References
@@ -160,7 +160,7 @@ def on_section(body: Any, section: Any, axes: Any = None, others: Others = NO_OT
 def source_of(
     body: Any, energy: Any, section: Any, axes: Any, others: Others, planes: tuple[Any, Any]
 ) -> Measure | Surface | Ranges:
-    """Return what points of any number of degrees of freedom are drawn from; raises naming what is wrong."""
+    """Return the source of points of any number of degrees of freedom; errors name the wrong argument."""
     system = system_of(body)
     checked_model(body, needs="a start by rows")
     energy = checked_energy(body, energy)
@@ -234,8 +234,8 @@ def _steepest(section: Any, u0: float, u1: float) -> float:
 
 
 def _draw(where: Where, boxes: list[Box], sheets: int, count: int, random: Any) -> tuple[EnergySample, int]:
-    """Return so many points, each drawn from one of the boxes by their areas, and of `sheets` sheets one; and the most
-    sheets met.
+    """Return so many points, each drawn from one of the boxes by their areas and from one of `sheets` sheets; and the
+    largest number of sheets met.
 
     A point where its sheet is missing is drawn anew, so that every sheet has the same density.
     """
@@ -253,7 +253,7 @@ def _draw(where: Where, boxes: list[Box], sheets: int, count: int, random: Any) 
         most = int(found.sum(axis=0).max())
         if most > sheets:
             break
-        # Sheets that exist are numbered anew: a turning point at a wall is none.
+        # Existing sheets are numbered anew: a turning point at a wall is no sheet.
         number = np.zeros(batch, np.int64) if sheets == 1 else random.integers(sheets, size=batch)
         at = np.argmax(np.cumsum(found, axis=0) == number + 1, axis=0)
         exists = found.sum(axis=0) > number

@@ -1,9 +1,9 @@
-"""Random points of energy surfaces and sections of any number of degrees of freedom, uniform in what the motion keeps.
+"""Random points of energy surfaces and sections of any number of degrees of freedom, uniform in the invariant measure.
 
 Over coordinates q the energy allows an ellipsoid of momenta: H = floor(q) + |y|^2/2 with y = L^T (p - p*(q)). The
 measure of the energy surface is uniform on that sphere of y, and has the density (E - floor)^(n/2 - 1)/det L in q; that
 of dq dp on a section q_i = c is uniform in the ball of the other y, with the density (E - floor)^((n - 1)/2)/det L' of
-the block L' of the others. Of H(q, p) L depends on q; what is no such ellipsoid is drawn from by `surface_points`.
+the block L' of the others. For H(q, p) L depends on q; without such ellipsoids `surface_points` draws.
 """
 
 from __future__ import annotations
@@ -22,10 +22,10 @@ from .surface_points import Surface, no_well, surface_of
 from .surface_roots import backward, cholesky, forward
 
 BATCH = 4096
-"""Points that are tried together: the first ones are the same however many are asked for."""
+"""Points that are tried together: the first ones do not depend on the number asked for."""
 
 FEWEST, FEWEST_OF_RANGES, CHANCE = 1e-6, 1e-3, 3
-"""Least shares of the points tried that may be found, and by how many points fewer it must be: some chance is left."""
+"""Least shares of valid points among those tried, and an allowance for chance, in points."""
 
 
 class Momenta(NamedTuple):
@@ -39,7 +39,7 @@ class Momenta(NamedTuple):
 
     @classmethod
     def of(cls, model: Any, first: int = 0) -> Momenta:
-        """Return those of a model whose kinetic energy is quadratic."""
+        """Return the momenta of a model whose kinetic energy is quadratic."""
         n = model.degrees_of_freedom
         order = (first, *(k for k in range(n) if k != first))
         if system_of(model).nonseparable:
@@ -48,13 +48,13 @@ class Momenta(NamedTuple):
         return cls(model, order, np.linalg.cholesky((inverse + inverse.T) / 2))
 
     def floor(self, q: np.ndarray) -> np.ndarray:
-        """Return the least energy over coordinates q (n, ...), infinite where the potential does not live."""
+        """Return the least energy over coordinates q (n, ...), infinite outside the domain of the potential."""
         system = system_of(self.model)
         z = np.concatenate([q, np.zeros_like(q)])
         if self.lower is None:
             lower, drift, energy = self._here(q)
             z[len(q) + np.array(self.order)] = backward(lower, -drift)
-            # H there, not H(q, 0) less what it takes: far out that would be a difference of equal numbers.
+            # H there, not H(q, 0) less the kinetic part: far out that would be a difference of equal numbers.
             here = np.where(np.isnan(energy), energy, system.energies(z))
             energy = np.where(np.isnan(lower).any(axis=(0, 1)), -np.inf, here)
         else:
@@ -74,14 +74,14 @@ class Momenta(NamedTuple):
         return z
 
     def reach(self, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return, of two coordinates (2, ...), how far the second momentum goes to each side where 1/2 of the energy is
-        left, and its value in the middle.
+        """Return, for two coordinates (2, ...), the reach of the second momentum to each side at the kinetic energy
+        1/2, and its value in the middle.
         """
         lower, drift, _ = self._here(q)
         return 1 / lower[1, 1], -backward(lower, drift)[1]
 
     def density(self, q: np.ndarray, room: np.ndarray, power: float, sign: int) -> np.ndarray:
-        """Return the density of the measure over q (n, ...) where so much of the energy is left, 0 where none is."""
+        """Return the density of the measure over q (n, ...) with kinetic energy `room`, 0 where there is none."""
         with np.errstate(all="ignore"):
             size = np.where(room > 0, np.abs(room) ** power, np.nan)
             if self.lower is None:
@@ -201,14 +201,14 @@ class Measure(NamedTuple):
 
 
 class Ranges(NamedTuple):
-    """Ranges of rows that are drawn from evenly, the energy giving another row; at rest directions."""
+    """Ranges of rows that are drawn uniformly, with another row from the energy; at rest, directions."""
 
     launching: Launching
     ranges: tuple[tuple[float, float], ...]
 
     @property
     def energy(self) -> float:
-        """That of all points."""
+        """Energy of all points."""
         return self.launching.energy
 
     @property
@@ -217,7 +217,7 @@ class Ranges(NamedTuple):
         return self.launching.names
 
     def draw(self, count: int, seed: Any) -> tuple[np.ndarray, np.ndarray]:
-        """Return phase points (2n, count) and what was drawn (names, count). Raises NotReached where too few are
+        """Return phase points (2n, count) and the drawn values (names, count). Raises NotReached where too few are
         found.
         """
         random, kept, tried = np.random.default_rng(seed), 0, 0
@@ -243,7 +243,7 @@ class Ranges(NamedTuple):
 
 
 def ranges_of(model: Any, energy: float, section: Any, axes: Any, others: Others) -> Ranges:
-    """Return what draws from ranges of rows, or directions at rest; raises naming what is wrong."""
+    """Return a source that draws from ranges of rows, or directions at rest; errors name the wrong argument."""
     if others.at_rest:
         if axes is not None:
             raise ValueError("axes and at_rest exclude one another: directions are drawn from all")
@@ -259,8 +259,8 @@ def ranges_of(model: Any, energy: float, section: Any, axes: Any, others: Others
 
 
 def measure_of(model: Any, energy: float, section: Any, axes: Any) -> Measure | Surface:
-    """Return the invariant measure of an energy surface (section None) or of a section; raises NotReached where the
-    energy reaches nothing, ValueError where nothing bounds it.
+    """Return the invariant measure of an energy surface (section None) or of a section; raises NotReached if the energy
+    reaches no point, ValueError if the region is unbounded.
     """
     system = system_of(model)
     n, names = model.degrees_of_freedom, system.names

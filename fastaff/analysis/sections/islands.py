@@ -1,4 +1,4 @@
-"""What the points of a section say: rotation numbers, invariant curves, chains of islands, chaos.
+"""Analysis of the points of a section: rotation numbers, invariant curves, chains of islands, chaos.
 
 Points are (2, crossings, orbits), two coordinates of a section at successive crossings, NaN past the last; from a
 SectionMap of a body: np.array([found["beta"], found["p_beta"]]).
@@ -40,7 +40,7 @@ CHAOS = 1.5
 
 
 class Kind(IntEnum):
-    """What the points of an orbit on a section are."""
+    """Kind of an orbit by its points on a section."""
 
     CURVE = 0
     ISLANDS = 1
@@ -101,7 +101,7 @@ class Islands(Result):
         return found
 
     def summary(self) -> str:
-        """Say in one line how many orbits are of which kind."""
+        """Return one line with the number of orbits of each kind."""
         kinds, counts = np.unique(self.kind, return_counts=True)
         return "; ".join(f"{count} {Kind(kind).name}" for kind, count in zip(kinds, counts, strict=True))
 
@@ -155,7 +155,7 @@ def rotation_number(points: ArrayLike | SectionMap, *, centre: ArrayLike | None 
 def islands(
     points: ArrayLike | SectionMap, *, centre: ArrayLike | None = None, max_period: int = 32, digits: float = 4.0
 ) -> Islands:
-    """Tell invariant curves, chains of islands and chaotic orbits of a section apart.
+    """Distinguish invariant curves, chains of islands and chaotic orbits of a section.
 
     Parameters
     ----------
@@ -213,7 +213,7 @@ def islands(
     inner, inner_error = np.full((2, orbits), np.nan)
     size = np.fmax.reduce(points, axis=1) - np.fmin.reduce(points, axis=1)
     still = size.max(axis=1) <= STILL * np.fmax.reduce(np.abs(points), axis=1).max(axis=1)
-    # One island is what is left: points that keep to one sector may still fall apart into several inside of it.
+    # One island comes last: points that keep to one sector may still fall apart into several inside of it.
     for period in (*range(2, max_period + 1), 1):
         nearest = np.rint(period * turning.rotation)
         near = np.abs(turning.rotation - nearest / period) <= turning.error
@@ -380,7 +380,7 @@ def _sectors(sub: np.ndarray, centre: np.ndarray) -> tuple[np.ndarray, np.ndarra
     order = np.argsort(begin, axis=1)
     begin, end = np.take_along_axis(begin, order, axis=1), np.take_along_axis(end, order, axis=1)
     free = np.concatenate([begin[:, 1:], begin[:, :1] + 2 * np.pi], axis=1) - (begin + end)
-    # A single island may reach around most of the circle; that its rotation number is 0 says that it does not close.
+    # A single island may reach around most of the circle; its rotation number 0 shows that it does not close.
     apart = (free.min(axis=1) > 0.0) | (sub.shape[2] == 1)
     radius = np.fmax.reduce(np.abs(d).reshape(len(d), -1), axis=1)
     size = (np.fmax.reduce(sub, axis=1) - np.fmin.reduce(sub, axis=1)).reshape(len(sub), -1).max(axis=1)

@@ -1,5 +1,5 @@
-"""Launch points of a system of any number of degrees of freedom, by the names of its coordinates and momenta: what is
-named is given, one row follows from the energy, all others are 0.
+"""Launch points of a system of any number of degrees of freedom, by the names of its coordinates and momenta: named
+rows are given, one row follows from the energy, all others are 0.
 """
 
 from __future__ import annotations
@@ -21,17 +21,17 @@ from .allowed_region import crossings, extrema
 from .surface_roots import left, rest, roots_along
 
 TOLERANCE, ROUNDING = 1e-9, 1e-12
-"""Largest relative error of the energy of a point that was found, as at a wall where the potential jumps there is none;
-and of the coordinates themselves.
+"""Largest relative error of the energy of a point that was found (at a wall where the potential jumps there is no such
+point); and of the coordinates themselves.
 """
 
 AT_REST, NOTHING = -1, -2
-"""What stands for the row that the energy gives where it is none."""
+"""Values for the row that the energy gives if there is none."""
 
 
 class Others(NamedTuple):
-    """How rows beside the axes are set: values by name, the row that the energy gives with the sign of its root, or
-    momenta of rest.
+    """The rows beside the axes: values by name, the row that the energy gives with the sign of its root, or momenta of
+    rest.
     """
 
     fixed: Any = None
@@ -41,7 +41,7 @@ class Others(NamedTuple):
 
     @property
     def given(self) -> bool:
-        """Whether anything is, beside the sign."""
+        """Whether anything but the sign is given."""
         return self.fixed is not None or self.solve is not None or self.at_rest is not False
 
 
@@ -49,11 +49,11 @@ NO_OTHERS = Others()
 
 
 class Launching(NamedTuple):
-    """How values of some rows become phase points of one energy.
+    """The map from values of some rows to phase points of one energy.
 
-    names: of these values: rows of z, or at rest the angles of a direction; base (2n,): the other rows; row: what
-    follows from the energy, AT_REST: the distance from base along the direction, NOTHING: of a map, which has none;
-    sign: of the root.
+    names: of these values: rows of z, or at rest the angles of a direction; base (2n,): the other rows; row: the one
+    that follows from the energy, AT_REST for the distance from base along the direction, NOTHING for a map, which has
+    no energy; sign: of the root.
     """
 
     model: Any
@@ -64,8 +64,8 @@ class Launching(NamedTuple):
     sign: int
 
     def lift(self, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return phase points (2n, points) at values (names, points), and which of them the energy reaches
-        (points,).
+        """Return phase points (2n, points) at values (names, points), and a mask (points,) of those that the energy
+        reaches.
         """
         system = system_of(self.model)
         z = np.repeat(np.array(self.base)[:, None], values.shape[1], axis=1)
@@ -84,7 +84,7 @@ class Launching(NamedTuple):
             return z, on_surface(self.model, z, self.energy)
 
     def _rest(self, angles: np.ndarray, z: np.ndarray) -> np.ndarray:
-        """Return where rays from z, at rest, first leave the region of the energy, relative to z."""
+        """Return the points, relative to z, where rays from z, at rest, first leave the region of the energy."""
         n = len(self.base) // 2
         each = directions(angles)
 
@@ -103,7 +103,7 @@ class Launching(NamedTuple):
         """Return the row that the energy gives; NaN where it gives none."""
         system = system_of(self.model)
         n = len(z) // 2
-        if self.row < n or not system.quadratic:  # the last one, up to which the energy allows it
+        if self.row < n or not system.quadratic:  # the outermost root, up to which the energy allows motion
             return roots_along(self.model, self.energy, z, self.row, self.sign)[0]
         z[self.row] = 0.0
         weight = self.model.kinetic_energy(*np.eye(n)[self.row - n])
@@ -113,9 +113,9 @@ class Launching(NamedTuple):
 
 
 def on_surface(model: Any, z: np.ndarray, energy: float) -> np.ndarray:
-    """Tell which phase points z (2n, points) have this energy and lie where the potential lives.
+    """Return a mask of the phase points z (2n, points) that have this energy and lie in the domain of the potential.
 
-    An energy of 0, where V has its zero, is no measure of its rounding: what it changes by along z is.
+    An energy of 0, where V has its zero, is no measure of its rounding; its change along z is.
     """
     system = system_of(model)
     T, V, n = system.kinetic_energies(z), system.potential_energies(z), len(z) // 2
@@ -154,7 +154,7 @@ Axes = Mapping[str, ArrayLike] | Sequence[ArrayLike] | Sequence[tuple[str, Array
 
 
 def by_name(value: Any, _: Any = None) -> Any:
-    """Return a mapping as pairs of names and values; anything else as it is."""
+    """Return a mapping as pairs of names and values; return other values as they are."""
     return tuple(value.items()) if isinstance(value, Mapping) else value
 
 
@@ -166,7 +166,7 @@ def are_named(axes: Any) -> bool:
 
 
 def checked_names(argument: str, value: Any, takes: str) -> dict[str, Any]:
-    """Return pairs of names and values as a dict; TypeError or ValueError for anything else."""
+    """Return pairs of names and values as a dict; TypeError or ValueError for other values."""
     pairs = by_name(value)
     if not isinstance(pairs, (tuple, list)) or not all(
         isinstance(pair, (tuple, list)) and len(pair) == 2 and isinstance(pair[0], str) for pair in pairs
@@ -187,7 +187,7 @@ def checked_sign(sign: Any) -> int:
 
 
 def launching(model: Any, energy: float, names: Any, section: Any, others: Others) -> Launching:
-    """Return how values of these names become phase points; raises TypeError or ValueError naming what is wrong."""
+    """Return the map from values of these names to phase points; TypeError or ValueError for wrong arguments."""
     system, fixed, solve, sign = system_of(model), others.fixed, others.solve, others.sign
     rows, n, resting = system.row_names, system.n, flag("at_rest", others.at_rest)
     check_given(model, "a start by energy", section=section, solve=solve, at_rest=resting or None)
@@ -226,7 +226,7 @@ def launching(model: Any, energy: float, names: Any, section: Any, others: Other
 
 
 def _resting(model: Any, energy: float, names: Any, section: Any, base: dict[str, float], solve: Any) -> Launching:
-    """Return how angles become phase points at rest."""
+    """Return the map from angles to phase points at rest."""
     system = system_of(model)
     rows, n = system.row_names, model.degrees_of_freedom
     if n < 2:
@@ -254,7 +254,7 @@ def _resting(model: Any, energy: float, names: Any, section: Any, base: dict[str
 
 
 def checked_energy(model: Any, energy: Any) -> float:
-    """Return an energy; NaN of what keeps none."""
+    """Return an energy; NaN for a system that conserves none."""
     if system_of(model).conserves:
         return real("energy", energy)
     unknown = isinstance(energy, float) and np.isnan(energy)

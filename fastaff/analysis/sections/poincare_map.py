@@ -40,7 +40,7 @@ SLOWEST = 2.0
 
 SAME, PARTED = 0.1, 0.2
 """Distance, in amplitudes of the motion, below which crossings of the same number in two runs are the same; radians
-between them from which on nothing more is asked of the coarser run.
+between them from which on the coarser run is not compared.
 """
 
 
@@ -147,7 +147,7 @@ def poincare_map(
 
 
 def _enough(problem: Problem, wanted: int) -> str:
-    """Say which time does for so many crossings: four turns of the orbits for each."""
+    """Return a sentence with the time for so many crossings: four turns of the orbits for each."""
     body = problem.model
     if not system_of(body).canonical:
         return ""
@@ -194,15 +194,15 @@ class _Crossings(NamedTuple):
         return self.found.status
 
     def of(self, orbits: np.ndarray) -> _Crossings:
-        """Return those of some of the orbits."""
+        """Return the crossings of some of the orbits."""
         return _Crossings(self.found.take(orbits), self.reached[orbits])
 
 
 def slants(model: Any, section: Any, points: np.ndarray, scales: Motion) -> np.ndarray:
-    """Return how many times the error of a state is the error of its crossing (crossings, orbits), at least 1, NaN
-    where there is none.
+    """Return the ratio of the error of a crossing to that of its state (crossings, orbits), at least 1, NaN where there
+    is none.
 
-    That is the change of the section function by an amplitude of the motion over its change in a radian: large where
+    It is the change of the section function by an amplitude of the motion over its change in a radian: large where
     orbits graze.
     """
     z = np.ascontiguousarray(points.transpose(0, 2, 1))  # as crossings lie in memory: an orbit's together
@@ -216,7 +216,7 @@ def slants(model: Any, section: Any, points: np.ndarray, scales: Motion) -> np.n
 
 
 def _steps(flow, body, z, wanted, max_time, accuracy) -> Steps:
-    """Return the steps to begin with: for as long as the crossings may take, fractions of max_time."""
+    """Return the first steps, fractions of max_time, for as long as the crossings may take."""
     found = motion(body, z, flow.threads)
     lasting = np.minimum(max_time, SLOWEST * wanted * 2 * np.pi / found.rate)
     return planned(flow, z, found, lasting, accuracy, run=max_time, parts=2)
@@ -252,7 +252,7 @@ def _accurate(flow, body, z, crossings: Crossings, accuracy, report) -> SectionM
                 flow.sized(step), body, start, crossings, report, motion.radius[orbits], wear, beside
             )
         except Interrupted as stopped:
-            unfinished = np.full(len(step), int(Status.INTERRUPTED))  # whatever became of them with these steps
+            unfinished = np.full(len(step), int(Status.INTERRUPTED))  # whatever their outcome with these steps
             there = replace(stopped.partial, step=used) if fine is None else fine.found
             put(result, orbits, replace(there, status=unfinished))
             raise
@@ -273,7 +273,7 @@ def _accurate(flow, body, z, crossings: Crossings, accuracy, report) -> SectionM
     def drifts(run: _Crossings) -> np.ndarray:
         return run.found.status == Status.ENERGY_DRIFT
 
-    # Runs that are compared take several times the memory of their result: of some orbits at a time.
+    # Runs that are compared take several times the memory of their result: some orbits run at a time.
     parts = max(1, min(orbits, 8 * COMPARED * wanted * rows * orbits // PORTION))
     with keeping("poincare_map", lambda: result):
         for number, part in enumerate(np.array_split(np.arange(orbits), parts)):
@@ -283,7 +283,7 @@ def _accurate(flow, body, z, crossings: Crossings, accuracy, report) -> SectionM
 
 
 def _put(result: SectionMap, steps: Steps, accuracy, run: _Crossings, which, where: np.ndarray, error) -> None:
-    """Put those of a run that `which` says into the result, of orbits with the numbers `where`, with their errors."""
+    """Put the orbits `which` of a run into the result, at the numbers `where`, with their errors."""
     part, scales = run.found.take(which), steps.motion.of(where)
     there = np.isfinite(part.times)
     late = np.where(there, error / scales.rate, np.nan)
@@ -307,7 +307,7 @@ def _compared(body, section, motion: Motion, fine: SectionMap, coarse: SectionMa
             times_worse = slants(body, section, points, scales) if slant is None else slant[:, at]
             straight = apart / times_worse
         same = np.isfinite(apart) & (apart < SAME)
-        # Behind the last crossing there is nothing to compare; behind one that one of the runs lacks nothing is known.
+        # After the last crossing there is nothing to compare; after one that a run lacks nothing is known.
         ended = ~np.isfinite(times)
         known = np.logical_and.accumulate(same | ended, axis=0)
         straight = np.where(known, np.where(ended, 0.0, straight), np.inf)

@@ -1,4 +1,4 @@
-"""Whether the points of an orbit on a section fill an area and forget where they came from, as in chaos, or lie on
+"""Tests whether the points of an orbit on a section fill an area and lose memory of their start, as in chaos, or lie on
 curves.
 """
 
@@ -7,17 +7,17 @@ from __future__ import annotations
 import numpy as np
 
 QUERIES, NEIGHBOURS, LAGS = 300, 5, 16
-"""Points whose surroundings are looked at, their neighbours, and the lags over which pairs are followed."""
+"""Points whose surroundings are examined, their neighbours, and the lags over which pairs are followed."""
 
 APART = 2
 """Crossings that must lie between two neighbours at least."""
 
 FEWEST = 200
-"""Points that evidence needs."""
+"""Least number of points for evidence."""
 
 FORGOTTEN, ROUND = 0.9, 0.3
-"""Least `separation` and `roundness` of chaos. Of 1800 regular orbits of standard maps, quadratic maps, ellipses and
-chains of islands with 256 points or more 1 had both (and few digits); of 800 chaotic ones more than 94 in 100."""
+"""Least `separation` and `roundness` of chaos. One of 1800 regular orbits of standard maps, quadratic maps, ellipses
+and chains of islands with 256 points or more had both (and few digits), and more than 94 % of 800 chaotic ones."""
 
 
 def scattered(points: np.ndarray) -> bool:
@@ -40,7 +40,7 @@ def roundness(points: np.ndarray) -> float:
 
 
 def separation(points: np.ndarray) -> float:
-    """Return how far nearest neighbours have come apart after an eighth to a quarter of the crossings, from 0 to 1.
+    """Return the separation of nearest neighbours after an eighth to a quarter of the crossings, from 0 to 1.
 
     The mean logarithm of their distances over those at the start, relative to that of pairs at random. On an invariant
     curve neighbours keep their difference of angles, so it is 0 whatever the curve's shape; on a chaotic orbit it is 1

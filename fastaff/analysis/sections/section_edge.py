@@ -22,16 +22,16 @@ from .section_sides import Ellipses, Sides, sides_of_any
 from .surface_points import surface_of
 
 ENDLESS = 32
-"""Bounded pieces of a section beyond which there is no end of them, as of a potential that is periodic."""
+"""Number of bounded pieces of a section beyond which there is no end of them, as for a periodic potential."""
 
 TURN = 256
-"""Parts of a turn of an angle between which extrema are looked for."""
+"""Parts of a turn of an angle between which extrema are sought."""
 
 
 @dataclass(frozen=True)
 class Edge(Result, axis=None):
     """The boundary of the accessible part of a section: coordinate (points,) and the largest momentum there, beyond the
-    `centre`: that of rest in a turning frame, (points,) of H(q, p), else 0.
+    `centre`: that of rest in a turning frame, (points,) for H(q, p), else 0.
     """
 
     coordinate: Annotated[np.ndarray, along("point")]
@@ -62,10 +62,10 @@ def edge(
 
     Parameters as in `energy_grid`.
 
-    :Returns: Edge; where the bounded part falls apart, of all its pieces in turn; valleys that go to infinity beside
-        them are left out; on AreaEquals the direction forbids a little more on one side.
-    :Raises: ValueError where the energy reaches nothing or no piece is bounded, TypeError for a section without a grid.
-        Coordinates of all sizes are searched.
+    :Returns: Edge; if the bounded part has several pieces, that of all in turn; valleys that go to infinity beside them
+        are left out; on AreaEquals the direction forbids a little more on one side.
+    :Raises: ValueError where the energy reaches no point or no piece is bounded, TypeError for a section without a
+        grid. Coordinates of all sizes are searched.
     :Source: the kinetic energy of the coordinate, p^2/(2 mu) = E - min V_effective, has to be positive.
 
     Examples
@@ -91,7 +91,7 @@ def edge(
 
 
 def _nodes(body: Any, section: Any) -> np.ndarray:
-    """Return the coordinates between which the allowed ones are looked for: of an angle one turn."""
+    """Return the coordinates between which the allowed ones are sought: one turn of an angle."""
     system = system_of(body)
     if system.isotropic:
         return radii()
@@ -186,7 +186,7 @@ def _bounded_parts(where: Where) -> list[Part]:
 
 
 def _least(where: Where, rest: Function, nodes: np.ndarray) -> float:
-    """Return the least energy on a section: from there on some momentum is left."""
+    """Return the least energy on a section, above which momenta are allowed."""
     body, left = where.body, float(highest(rest, 1, nodes)[0])
     if _of_ellipses(body):
         return where.energy - left
@@ -195,14 +195,14 @@ def _least(where: Where, rest: Function, nodes: np.ndarray) -> float:
 
 
 def _weight(body: Any, i: int) -> float:
-    """Return the least kinetic energy at which the other momentum is 1, of two, whatever the i-th is."""
+    """Return the least kinetic energy, over the i-th of two momenta, at which the other one is 1."""
     own, other = np.eye(2)[[i, 1 - i]]
     return float(body.kinetic_energy(*other) - body.velocity(*other)[i] ** 2 / (4 * body.kinetic_energy(*own)))
 
 
 def _rest(where: Where) -> Function:
-    """Return the largest squared momentum at a coordinate as a function of one column; infinite where nothing bounds
-    the other radius.
+    """Return the largest squared momentum at a coordinate as a function of one column; infinite where the other radius
+    is unbounded.
     """
     body, section, energy = where[:3]
     linear = isinstance(section, (Linear, AngleEquals))

@@ -26,7 +26,7 @@ def section_points(section: Any, where: Where, u: np.ndarray, v: np.ndarray) -> 
 
 
 def fixed_coordinate(section: Any, body: Any) -> int:
-    """Return the number of the coordinate that a section with a normal fixes, on which alone orbits are launched."""
+    """Return the number of the coordinate that a section with a normal fixes; only such sections launch orbits."""
     axis = np.flatnonzero(section.normal)
     if axis.size != 1 or axis[0] >= body.degrees_of_freedom:
         raise TypeError(
@@ -50,7 +50,7 @@ def radii_over(section: Any, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def slopes_over(section: Any, alpha: np.ndarray, beta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the derivatives of the function of a section to the radius it is drawn over and to the other."""
+    """Return the derivatives of the function of a section with respect to the radius of its figure and to the other."""
     to_alpha, to_beta = section.slopes(alpha, beta)
     return (to_alpha, to_beta) if section.over == "alpha" else (to_beta, to_alpha)
 
@@ -100,7 +100,7 @@ def _(section, where, u, v):
     unit = np.zeros(2)
     unit[i] = 1.0
     weight = body.kinetic_energy(*unit)
-    # The velocity has the sign, which is 0 at another momentum in a turning frame or beside a product of momenta.
+    # The sign is the velocity's, which is 0 at another momentum in a turning frame or beside a product of momenta.
     own = system.at_rest(z[:2])[i] - body.velocity(*z[2:])[i] / (2 * weight)
     z[2 + i] = _momentum((energy - system.energies(z)) / weight + own * own, sign)
     z[2 + i] += own

@@ -1,5 +1,5 @@
-"""The part of a section q_i = c that an energy of H(q, p) allows, of two degrees of freedom: over the other coordinate
-the least and the largest of its momentum. Both are free of p_i, in which the energy has its least value there.
+"""The part of a section q_i = c that an energy of H(q, p) allows, for two degrees of freedom: the least and the largest
+momentum over the other coordinate. Both are taken at the p_i of the least energy there.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from .surface_points import surface_of
 from .surface_roots import left
 
 ACROSS, ALONG, HALVINGS = 128, 64, 48
-"""Parts of the ranges of coordinate and momenta in which an H of any kind is looked at, and halvings for their ends."""
+"""Parts of the ranges of coordinate and momenta in which an H of any kind is sampled, and halvings for their ends."""
 
 
 class Sides(NamedTuple):
@@ -44,7 +44,7 @@ class Ellipses:
         return q
 
     def room(self, u: np.ndarray, _: Any) -> tuple[np.ndarray, np.ndarray]:
-        """Return what is left of the energy, as a function of one column, and its size."""
+        """Return the energy that is left, as a function of one column, and its size."""
         floor = self.momenta.floor(self.places(u))
         return self.energy - floor, abs(self.energy) + np.abs(floor)
 
@@ -68,7 +68,7 @@ def sides_of_any(where: Where, points: int) -> list[Sides]:
     nodes = np.linspace(low[2 + i], high[2 + i], ALONG + 1)
 
     def room(u: np.ndarray, v: np.ndarray) -> np.ndarray:
-        """Return what the energy leaves at points (points,) at the best p_i."""
+        """Return the energy that is left at points (points,) at the best p_i."""
 
         def over(p: np.ndarray, column: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
             z = np.empty((4, *p.shape))
@@ -78,7 +78,7 @@ def sides_of_any(where: Where, points: int) -> list[Sides]:
         return highest(over, u.size, nodes)
 
     def best(u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return the momentum at which most is left over coordinates, and how much."""
+        """Return the momentum at which the most energy is left over coordinates, and that energy."""
         a, b = np.full(u.size, low[3 - i]), np.full(u.size, high[3 - i])
         for parts in (ALONG, 8, 8, 8, 8, 8, 8):
             v = a + (b - a) * np.linspace(0, 1, parts + 1)[:, None]

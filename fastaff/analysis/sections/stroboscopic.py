@@ -26,7 +26,7 @@ START = 8 * float(np.finfo(float).eps)
 """Part of the period that is rounding: a start that close to the section is on it."""
 
 PORTION, COMPARED = 2**27, 8
-"""Bytes that are taken beside the result at a time; how many times the crossings of an orbit these are."""
+"""Bytes that are used beside the result at a time; work memory of an orbit, in units of its crossings."""
 
 
 def strobed(problem: Problem, crossings: Crossings) -> SectionMap:
@@ -37,7 +37,7 @@ def strobed(problem: Problem, crossings: Crossings) -> SectionMap:
 
 
 class _Strobed:
-    """A stroboscopic map in the making; arrays (crossings, 2n, orbits) hold what is known so far."""
+    """A stroboscopic map in the making; arrays (crossings, 2n, orbits) hold the results so far."""
 
     def __init__(self, flow: Flow, z: np.ndarray, section: Stroboscopic, wanted: int, options: Options):
         self.flow, self.z, self.section, self.wanted, self.options = flow, z, section, wanted, options
@@ -72,7 +72,7 @@ class _Strobed:
         self._keep(every, self._follow(flow, every, self.ensemble.radius, None, report))
 
     def _steps(self, goal: float) -> Steps:
-        """Return the steps to begin with; from here on states have errors."""
+        """Return the first steps; from here on states have errors."""
         flow, z = self.flow, self.z
         found = motion(flow.model, z, flow.threads)
         steps = planned(flow, z, found, self.wanted * self.period, goal, run=self.period, parts=2)
@@ -90,7 +90,7 @@ class _Strobed:
             except KeyboardInterrupt:
                 if fine is not None:
                     self._keep(orbits, fine)
-                self.ensemble.status[orbits] = Status.INTERRUPTED  # whatever became of them with these steps
+                self.ensemble.status[orbits] = Status.INTERRUPTED  # whatever their outcome with these steps
                 raise
 
         def compare(fine: Compared, coarse: Compared, orbits: np.ndarray, _weight: np.ndarray | None) -> tuple:
@@ -120,8 +120,8 @@ class _Strobed:
     def _follow(
         self, flow: Flow, orbits: np.ndarray, radius: np.ndarray, wear: Wear | None, report: Report | None
     ) -> Compared:
-        """Run these orbits: to the section, where they do not start a period before it, then from period to period; the
-        ones by themselves and the others, as each would run alone.
+        """Run these orbits: to the section, unless they start a period before it, then from period to period; both
+        kinds run separately, as each orbit would alone.
         """
         on = self.lead[orbits] >= self.period
         if on.any() and not on.all():
@@ -167,7 +167,7 @@ class _Strobed:
             self.step[orbits] = run.step
 
     def result(self) -> SectionMap:
-        """Return what there is: each orbit up to its end, and to where its energy has drifted."""
+        """Return the map so far: each orbit up to its end, or to where its energy has drifted."""
         flow, ensemble, tolerance = self.flow, self.ensemble, self.options.drift
         states, there = self.states, np.isfinite(self.states).all(axis=1)
         t = states[:, self.row]

@@ -1,4 +1,4 @@
-"""Random points of the energy surface of any H(q, p), and of its sections, uniform in what the motion keeps.
+"""Random points of the energy surface of any H(q, p), and of its sections, uniform in the invariant measure.
 
 A line along one of the rows, drawn evenly over the box of all others, meets the surface H = E at points whose density
 on the surface is the share of its normal along that row. Over all rows, in units of the box, that is |grad H|_1 with
@@ -23,18 +23,18 @@ from .named_axes import on_surface, section_row
 from .surface_roots import left
 
 LINES = 1024
-"""Lines that are tried together: the first points are the same however many are asked for."""
+"""Lines that are tried together: the first points do not depend on the number asked for."""
 
 NODES = 128
-"""Parts of a range between which extrema of H along a line are looked for."""
+"""Parts of a range between which extrema of H along a line are sought."""
 
 FEWEST, CHANCE = 1e-4, 3
-"""Least share of the lines that may give a point, and by how many points fewer it must be."""
+"""Least share of the lines that give a point, and an allowance for chance, in points."""
 
 
 class Surface(NamedTuple):
-    """The invariant measure of an energy surface over a box of the free rows (d,) of those at (2n,), or of a section,
-    whose momentum `along` follows from the energy, with a velocity of the sign.
+    """The invariant measure of an energy surface over a box of the free rows (d,) of those at (2n,), or of a section;
+    the momentum `along` of a section follows from the energy, with a velocity of the sign.
 
     heaviest: the largest 1/|grad H|_1 met; sheets: the most points on a line met.
     """
@@ -51,7 +51,7 @@ class Surface(NamedTuple):
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Names of the rows that are drawn: of a section without its momentum."""
+        """Names of the drawn rows; for a section without its momentum."""
         names = system_of(self.model).row_names
         return tuple(names[k] for k in self.free if k != self.along)
 
@@ -99,7 +99,7 @@ class Surface(NamedTuple):
         return random.integers(len(self.free), size=LINES), places
 
     def _met(self, line: np.ndarray, places: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return the points (2n, sheets, lines) at which lines meet the surface, and which of them do."""
+        """Return the points (2n, sheets, lines) at which lines meet the surface, and a mask of those that exist."""
         row, low, width = np.array(self.free)[line], self.box.low[line], (self.box.high - self.box.low)[line]
         every = np.arange(line.size)
 
@@ -133,7 +133,7 @@ class Surface(NamedTuple):
             return 1 / (steep * width).sum(axis=0)
 
     def _floor(self, x: np.ndarray) -> np.ndarray:
-        """Return H over the free rows x (d, ...), infinite where it does not live."""
+        """Return H over the free rows x (d, ...), infinite outside its domain."""
         system = system_of(self.model)
         z = np.empty((len(self.at), *x.shape[1:]))
         z[...] = np.reshape(self.at, (-1, *[1] * (x.ndim - 1)))
@@ -143,8 +143,8 @@ class Surface(NamedTuple):
 
 
 def surface_of(model: Any, energy: float, section: Any, given: dict[str, tuple[float, float]] | None) -> Surface:
-    """Return the invariant measure of an energy surface (section None) or of a section, over ranges of rows by name
-    and what the energy bounds; raises NotReached where it reaches nothing, ValueError where nothing bounds it.
+    """Return the invariant measure of an energy surface (section None) or of a section, over ranges of rows by name,
+    others bounded by the energy; raises NotReached if it reaches no point, ValueError if the region is unbounded.
     """
     rows, n = system_of(model).row_names, model.degrees_of_freedom
     at, along, sign, fixed = [0.0] * (2 * n), None, 0, -1
@@ -175,7 +175,7 @@ def surface_of(model: Any, energy: float, section: Any, given: dict[str, tuple[f
 
 
 def no_well(model: Any, energy: float, problem: NoWell, names: tuple[str, ...], on_section: bool) -> ValueError:
-    """Return the sentence for an energy that reaches no bounded region of the rows of these names."""
+    """Return the error for an energy that reaches no bounded region of the rows of these names."""
     least = problem.least
     if energy <= least:
         where = " on the section" if on_section else ""

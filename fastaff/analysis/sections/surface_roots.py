@@ -1,4 +1,4 @@
-"""Where an energy surface H = E is met along one row of phase points, and the ellipsoids of momenta that it allows."""
+"""Points of an energy surface H = E along one row of phase points, and the ellipsoids of momenta that it allows."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ from .accessible_box import spread
 from .allowed_region import crossings, extrema, line, line_where_it_happens
 
 MOST = 32
-"""Roots along a row beyond which there is no end of them, as of an H that is periodic in it."""
+"""Number of roots along a row beyond which there is no end of them, as for an H that is periodic in it."""
 
 
 def left(model: Any, energy: float, z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return what is left of the energy at phase points (2n, ...), and the size of its terms."""
+    """Return the energy that is left at phase points (2n, ...), and the size of its terms."""
     system = system_of(model)
     if system.nonseparable:
         H = system.energies(z)
@@ -28,7 +28,7 @@ def roots_along(model: Any, energy: float, z: np.ndarray, row: int, sign: int) -
     """Return the values (sheets, points) of a row at which points z (2n, points) have the energy and H rises with
     sign times the row: the last one in that direction first, NaN where there are fewer.
 
-    Of a momentum, in which H is of second degree, in closed form; else between extrema at all sizes.
+    For a momentum in which H is of second degree they are in closed form; else between extrema at all sizes.
     """
     system = system_of(model)
     n = len(z) // 2

@@ -161,7 +161,7 @@ def action_angles(
 
 
 def _assembled(separated: Separated, out: Tori) -> ActionAngles:
-    """Return the tori of what a kernel has written; the angles of planes become those of spin and vorticity."""
+    """Return the tori that a kernel has written; the angles of planes become those of spin and vorticity."""
     z, J, nu, theta, turning, constants, error, status = out
     nu_eta, nu_gamma, theta_eta, theta_gamma = (row.copy() for row in (*nu[2:], *theta[2:]))
     region = np.zeros((2, z.shape[1]), np.int8)

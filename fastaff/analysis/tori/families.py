@@ -1,6 +1,6 @@
-"""The three charts in which bodies separate: what each calls its coordinates and constants, and their formulas.
+"""The three charts in which bodies separate: the names of their coordinates and constants, and their formulas.
 
-Each family is a value without fields. number: what kernels call it; member: the property of a potential that gives it
+Each family is a value without fields. number: its number in kernels; member: the property of a potential that gives it
 as a member of the family; variables: its coordinates as functions of their regular variables; constants, eigenvalues:
 names of the separation constants, classical and quantum; invertible: whether kernels find the tori of given actions.
 """
@@ -17,10 +17,10 @@ from ...models.separable import SeparableElliptic
 
 
 class Motion(NamedTuple):
-    """What the constants of motion of phase points (orbits,) are made of.
+    """The quantities from which the constants of motion of phase points (orbits,) are made.
 
     A = alpha^2, B = beta^2; kinetic energies of the planes; h = sum over i < j of (q_i p_j - q_j p_i)^2/(2 mu); V, the
-    potential without those of the angles; these, None where there is none.
+    potential without those of the angles; V_eta, V_gamma: these, or None.
     """
 
     A: np.ndarray
@@ -34,7 +34,7 @@ class Motion(NamedTuple):
 
     @property
     def walls(self) -> tuple[Any, Any]:
-        """What the potentials of eta and gamma add to the energy."""
+        """Terms of the energy from the potentials of eta and gamma."""
         return tuple(0.0 if V is None else V / s for V, s in ((self.V_eta, self.A), (self.V_gamma, self.B)))  # type: ignore[return-value]
 
 
@@ -59,7 +59,7 @@ class AlphaBetaFamily:
         return constants[0] + constants[1]
 
     def start(self, A: np.ndarray, B: np.ndarray) -> np.ndarray:
-        """Return the coordinates (2, ...) in which kernels look for the well of a torus of given actions."""
+        """Return the coordinates (2, ...) at which kernels start to seek the well of a torus of given actions."""
         return np.array([A, B])
 
     def values(self, first: Any, second: Any, at: Motion) -> dict[str, np.ndarray]:
@@ -92,7 +92,7 @@ class RVarthetaFamily:
         return constants[0]
 
     def start(self, A: np.ndarray, B: np.ndarray) -> np.ndarray:
-        """Return the coordinates (2, ...) in which kernels look for the well of a torus of given actions."""
+        """Return the coordinates (2, ...) at which kernels start to seek the well of a torus of given actions."""
         return np.array([A + B, B / A])
 
     def values(self, first: Any, second: Any, at: Motion) -> dict[str, np.ndarray]:

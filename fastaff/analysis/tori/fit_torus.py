@@ -1,6 +1,4 @@
-"""Tori without separability: the Fourier torus that one orbit of any model lies on, its actions, and whether there is
-one.
-"""
+"""Tori without separability: the Fourier torus of one orbit of any model, its actions, and whether it exists."""
 
 from __future__ import annotations
 
@@ -47,7 +45,7 @@ from .torus import (
 )
 
 LEAST_SAMPLES = 384
-"""Samples of an orbit of others that a fit needs: its first lines are looked for in two thirds of them."""
+"""Least number of samples for a fit of a given orbit: its first lines are sought in two thirds of them."""
 
 FARTHEST = 1e150
 """Time whose square is still a number."""
@@ -56,7 +54,7 @@ LONGEST = 512
 """Largest order of the series of a curve of a map."""
 
 ROUNDS = 4
-"""How often angles that wind are freed of a better value of their rate."""
+"""Number of times that winding angles are reduced by a better value of their rate."""
 
 
 @takes(z0=starts_of, scheme=scheme_of)
@@ -78,18 +76,18 @@ def fit_torus(
     Parameters
     ----------
     body : model
-        With an energy, a map, or driven.
+        A system with an energy, a driven one, or a map.
     z0 : array (2n,)
         Phase point at the start.
     time : float > 0, time
-        Length of the fit, best 200 periods or more, of a map and of periods of a drive 1000 or more, many more in four
-        dimensions. Half as much again is integrated for the prediction.
+        Length of the fit, best 200 periods or more; for a map, or in periods of a drive, 1000 or more, many more in
+        four dimensions. Half as much again is integrated for the prediction.
     tolerance : float, default 1e-6
         Largest residual and prediction error of a torus.
     step, scheme, rtol, atol : as in `integrate`
         Default scheme: SOFRONIOU_SPALETTA10, GAUSS16 for H(q, p).
     report : callable, optional
-        Called with the fraction done, a quarter for each of the orbit, the same by half the steps, the fit and the
+        Called with the fraction done, a quarter for each of the orbit, the orbit with half the step, the fit and the
         verdict.
 
     Returns
@@ -108,16 +106,16 @@ def fit_torus(
     of as few frequencies as they need; a body's planes add eta and gamma, at their mean turning rates. Then all
     frequencies and the coefficients up to an order that grows until they are at rounding are fitted together by
     windowed least squares. Actions: I_i = 1/2 Re sum_k i k_i conj(p_k) . q_k, so I_eta = p_eta and I_gamma = p_gamma of
-    a body come out as a check. Basis: for a body the librations and then eta, gamma; of the libration lattice the
-    leading lines of the natural signals where they are one, with positive frequencies. Exact relations k . nu = 0,
+    a body come out as a check. Basis: for a body the librations and then eta, gamma; for the libration lattice the
+    leading lines of the natural signals if they are a basis, with positive frequencies. Exact relations k . nu = 0,
     ``|k_i| <= 8``, lower the dimension. The origin of the angles is where the largest coefficients that are a basis are
     real and positive.
 
-    Of a map, and of a driven system's map over its period from the phase of z0, the torus has n angles; its lines are
-    combinations of its frequencies and of one turn, which is no frequency of it. Where lines are fractions of a turn
-    the orbit lies on that many pieces, and one of them is fitted. Rows with a period are fitted beside their winding,
-    at their weighted mean rate, those of a flow too. J of an angle without winding is positive, the area within the
-    curve of a plane: this decides between nu and 1 - nu. J of one that winds is the area under the curve.
+    For a map, and for a driven system's map over its period from the phase of z0, the torus has n angles; its lines are
+    combinations of its frequencies and of one turn, which is no frequency of it. If lines are fractions of a turn, the
+    orbit has as many pieces, and one of them is fitted. Rows with a period are fitted beside their winding, at their
+    weighted mean rate, those of a flow too. J of an angle without winding is positive, the area within the curve of a
+    plane: this decides between nu and 1 - nu. J of one that winds is the area under the curve.
 
     Accuracy: spectral in time and order, while the lines of low order are 1.5 cycles or more apart over `time`; closer
     ones are left out (evidence "terms left out"), which can cost the verdict: then it is "undecided", as below eight
@@ -203,7 +201,7 @@ def fitted(body: Any, orbit: Samples, passes: Passes) -> TorusFit:
     parts = [back[:, None] * c for back, c in zip(start.rows.T, series.c, strict=True)]
     z = np.concatenate([np.zeros((len(orbit.path), 1), complex), *parts], axis=1)
     free = turns & ~winding.any(axis=0)
-    if free.any():  # their sense is that of a positive action
+    if free.any():  # they have the sense of a positive action
         sign = np.where(free & (actions(*canonical(k, z)[:2]) < 0), -1, 1)
         nu, winding, k = sign * nu, winding * sign, k * sign
     k, z, angles = canonical(k, z)
@@ -221,7 +219,7 @@ def fitted(body: Any, orbit: Samples, passes: Passes) -> TorusFit:
     ahead = winding @ theta
     if turns:
         prediction = distance(body, evaluate(k, z, theta) + ahead, orbit.path[:, later])
-    else:  # relative to the size of what is beside the winding
+    else:  # relative to the size of the path without its winding
         prediction = distance(body, evaluate(k, z, theta), orbit.path[:, later] - ahead)
     tried = {"residual": left, "prediction error": prediction}
     fit_of = {
@@ -253,8 +251,8 @@ def fitted(body: Any, orbit: Samples, passes: Passes) -> TorusFit:
 
 
 def _reach(error: float) -> int:
-    """Return how large integers a relation may have so that chance ones stay unlikely, for frequencies of that relative
-    error.
+    """Return the largest integers of a relation for which accidental ones are unlikely, for frequencies of that
+    relative error.
     """
     return 8 if error < 1e-9 else 4 if error < 1e-7 else 2 if error < 1e-5 else 0
 
@@ -274,7 +272,7 @@ def unsure(found: TorusFit, evidence: dict, *, chaotic: bool = False) -> TorusFi
 
 
 def doubted(found: TorusFit, z: np.ndarray, time: float, report: Report) -> TorusFit:
-    """Return an undecided fit with the verdict that chaos gives, or that there is none to be seen."""
+    """Return an undecided fit with the verdict of a chaos map, or undecided if that shows no chaos."""
     if not system_of(found.body).iterated and not hasattr(found.body, "tangent_force"):
         return found
     seen = chaos_map(found.body, z, time=1.5 * time, report=report)
@@ -309,8 +307,8 @@ def fit_samples(
 
     The first two thirds of the samples are fitted as `fit_torus` does its own; the fit predicts the last third. Where
     the prediction fails, the orbit is "not a torus" if its frequencies change from half to half (`orbit_frequencies`),
-    else undecided. nu_error knows nothing of the scheme that made the samples. theta0 are the angles of the first one.
-    Actions J are those of the rows as they are: canonical where these are.
+    else undecided. nu_error does not include the scheme that made the samples. theta0 are the angles of the first one.
+    Actions J are those of the given rows, canonical if these are.
 
     :Cost: as `fit_torus`, without its runs.
     :Source: as `fit_torus`.

@@ -178,12 +178,12 @@ def energy_of_actions(
 
 
 def _unknown(n: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return gradients (4, n), energies and statuses (n,) of actions of which nothing is known yet."""
+    """Return gradients (4, n), energies and statuses (n,) of actions before they are found."""
     return np.full((4, n), np.nan), np.full(n, np.nan), np.full(n, int(Status.INTERRUPTED))
 
 
 def _well(body: Any, near: ArrayLike | None, n: int) -> np.ndarray | None:
-    """Return phase points (8, 1) or (8, n) in the wells that are meant."""
+    """Return phase points (8, 1) or (8, n) in the intended wells."""
     points = None if near is None else phase_points("near", near, body)
     if points is not None and points.shape[1] not in (1, n):
         raise ValueError(f"near must be one phase point or one for each of {n} orbits, got {points.shape[1]}")

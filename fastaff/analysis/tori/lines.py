@@ -1,7 +1,7 @@
-"""From samples of an orbit to what a torus is fitted from: signals, the lattice of their lines, first frequencies.
+"""Input of a torus fit from samples of an orbit: signals, the lattice of their lines, first frequencies.
 
 From turn to turn, of a map or over the period of a drive, frequencies are known modulo one turn, and rows with a period
-wind on: then signals are what a path does beside its winding.
+wind on; the signals are then a path without its winding.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ TRUSTED = 0.03
 """Error bar of a line, in cycles over the window, up to which it can add to the lattice or speak against it."""
 
 PIECES, EXACT = 64, 1e-8
-"""Most pieces that a torus is looked for on; error of a line that may tell them, in cycles per turn."""
+"""Most pieces of a torus that are sought; largest error of a line that shows them, in cycles per turn."""
 
 
 class Signals(NamedTuple):
@@ -40,9 +40,9 @@ class Signals(NamedTuple):
     carrier (signals,): number of each signal's carrier frequency, -1 for none; nu: first values of `rank` libration
     frequencies, then of the carriers; names of both; unknown: lines that are no integer combination of the librations.
 
-    Of turns, signals are what is left of a path without its winding: winding (2n, d), how far a row goes on in a cycle
-    of an angle; steady (2n,), in a turn beside that; centre (2n,) of the rest, about the middle of the window, and its
-    size (2n,); bars (rates, d), errors of winding rates that are frequencies; silent: those that are in no line.
+    From turn to turn, signals are a path without its winding: winding (2n, d), the advance of a row in a cycle of an
+    angle; steady (2n,), its further advance in a turn; centre (2n,) of the rest, about the middle of the window, and
+    its size (2n,); bars (rates, d), errors of winding rates that are frequencies; silent: those that are in no line.
     """
 
     values: np.ndarray
@@ -81,7 +81,7 @@ class Signals(NamedTuple):
         return self._loops(self._beside_winding(self.nu, t, path)[0])
 
     def _beside_winding(self, nu: np.ndarray, t: np.ndarray, path: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return what a path does beside winding, about its centre, and this."""
+        """Return a path without its winding, about its centre, and the centre."""
         rest = path - (self.winding @ nu + self.steady)[:, None] * t
         centre = rest @ weights(rest.shape[1])
         return rest - centre[:, None], centre
@@ -125,8 +125,8 @@ def signals(body: Any, t: np.ndarray, z: np.ndarray) -> Signals:
     """Return the signals of samples z (2n, samples) at equidistant times t, and the first values of their frequencies.
 
     For a body the planes a and b and their momenta, whose carriers are the mean turning rates of eta and gamma;
-    for other systems the loops q - i kappa p of the coordinates, without carriers, where angles go round beside these
-    turns, as of a map from sample to sample.
+    for other systems the loops q - i kappa p of the coordinates, without carriers; systems with winding angles have
+    signals from sample to sample, as for a map.
     """
     if turned(body) or not _rates(body, z).whole.all():
         return _turn_signals(body, t, z)
@@ -195,7 +195,7 @@ def _loops(body: Any, z: np.ndarray, size: float) -> tuple[np.ndarray, list[str]
 
 
 def _lattice(body: Any, t: np.ndarray, z: np.ndarray, size: float) -> tuple[np.ndarray, tuple[str, ...], int]:
-    """Return a basis of the librations' frequencies with names, and how many lines it does not explain.
+    """Return a basis of the librations' frequencies with names, and the number of lines it does not explain.
 
     The leading lines of the natural signals come first where they can be part of a basis, then the stronger ones; all
     positive.
@@ -214,7 +214,7 @@ def _lattice(body: Any, t: np.ndarray, z: np.ndarray, size: float) -> tuple[np.n
     chosen = first_basis(k)
     if len(chosen) < len(lattice.nu):  # no lines are a basis: take the generators themselves
         return np.abs(lattice.nu), tuple(names[: len(lattice.nu)]), unknown
-    own = [names[j] for j in found.loop[lattice.known][chosen]]  # the signal of each, or one that none is from
+    own = [names[j] for j in found.loop[lattice.known][chosen]]  # the signal of each, or one that no line is from
     spare = [name for name in names if name not in own]
     own = [name if name not in own[:i] or not spare else spare.pop(0) for i, name in enumerate(own)]
     basis, natural = np.abs(k[chosen] @ lattice.nu), sorted(range(len(own)), key=lambda i: names.index(own[i]))
@@ -222,11 +222,11 @@ def _lattice(body: Any, t: np.ndarray, z: np.ndarray, size: float) -> tuple[np.n
 
 
 def _turning(a: np.ndarray, p: np.ndarray, dt: float, librations: np.ndarray) -> float:
-    """Return the mean turning rate of a plane: a line of its loop a - i kappa p, minus what librations bring it to the
-    mean rate.
+    """Return the mean turning rate of a plane: a line of its loop a - i kappa p, less the librations' combination that
+    brings it to the mean rate.
 
     The loop never vanishes where kappa has the sign of Im(conj(a) p), so the mean rate of its argument is that of arg
-    a; its weighted average says which of the lines' classes is meant, the line itself is sharper.
+    a; its weighted average chooses among the lines' classes, the line itself is sharper.
     """
     sense = -1.0 if np.mean(np.imag(a.conj() * p)) < -1e-13 else 1.0
     loop = a - 1j * sense * np.sqrt(np.mean(np.abs(a) ** 2) / (np.mean(np.abs(p) ** 2) or np.inf)) * p
@@ -242,7 +242,7 @@ def _turning(a: np.ndarray, p: np.ndarray, dt: float, librations: np.ndarray) ->
 
 
 class Rates(NamedTuple):
-    """How far rows with a period wind on in a turn, in periods: rows, rate, error, and whether it is a whole number."""
+    """The winding of rows with a period in a turn, in periods: rows, rate, error, and whether it is a whole number."""
 
     rows: np.ndarray
     rate: np.ndarray
@@ -251,7 +251,7 @@ class Rates(NamedTuple):
 
 
 def _rates(body: Any, path: np.ndarray) -> Rates:
-    """Return the mean rates at which rows wind: weighted averages, with what two parts of the window differ by."""
+    """Return the mean rates of winding rows: weighted averages, with the difference of two parts of the window."""
     periods = periods_of(body)
     rows = np.flatnonzero(periods > 0)
     steps = np.diff(path[rows], axis=1) / periods[rows, None]
@@ -284,7 +284,7 @@ def _turn_lines(body: Any, path: np.ndarray, rates: Rates) -> tuple[Lines, list[
 
 
 def pieces_of(body: Any, path: np.ndarray) -> int:
-    """Return on how many pieces an orbit lies that are images of each other: the least common denominator of its lines
+    """Return the number of pieces of an orbit that are images of each other: the least common denominator of its lines
     that are fractions of a turn.
     """
     rates = _rates(body, path)
@@ -330,9 +330,9 @@ def _turn_lattice(
     body: Any, path: np.ndarray, rates: Rates
 ) -> tuple[np.ndarray, tuple[str, ...], np.ndarray, int, tuple[int, ...]]:
     """Return a basis of the frequencies beside the turn, with names: rates of angles that wind and leading lines first;
-    how often the rows that wind do so in a cycle of each, how many lines the basis does not explain, and which of its
-    frequencies are in no line of a flow. Those of a flow know of no turn; where no angle winds in them they are
-    positive.
+    the windings of rows in a cycle of each, the number of lines that the basis does not explain, and its frequencies
+    that are in no line of a flow. Those of a flow are not modulo a turn; they are positive where no angle winds in
+    them.
     """
     system = system_of(body)
     n, names = body.degrees_of_freedom, system.names

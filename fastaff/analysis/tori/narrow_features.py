@@ -1,8 +1,8 @@
 """Narrow features of potentials of one variable: samples against their own interpolant.
 
-Turning points are looked for in steps, and quadratures start from few nodes: a barrier narrower than that is not seen.
-So every function is sampled once, finely; where its samples are not what neighbours further off predict, the extrema
-and inflections there are its knots, at which turning points are looked for too and quadratures are cut.
+Turning points are sought in steps, and quadratures start from few nodes: both miss a narrower barrier. So every
+function is sampled once, finely. Where its samples differ from the prediction by neighbours further off, the extrema
+and inflections are its knots; turning points are sought at knots too, and quadratures are cut there.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from ...models.regular_variables import in_regular_variable
 
 OCTAVES, PER_OCTAVE = 40, 8192
 """Range of s = 2^-40 ... 2^40 that is sampled, and samples in a factor of 2: features of a relative width of 1e-4 are
-seen.
+found.
 """
 
 AROUND = 32768
@@ -26,7 +26,7 @@ STRIDE = 4
 """Distance, in samples, of those that predict one: a feature is narrow where four of them, 2 strides apart, miss it."""
 
 MISSED, NOISE = 1e-9, 1e-12
-"""What they may miss, and what a difference must exceed to count, beside the largest value nearby."""
+"""Largest misfit, and least difference that counts, relative to the largest value nearby."""
 
 NEARBY, APART = 512, 64
 """Samples whose largest value others are judged by, and between which two features are two."""

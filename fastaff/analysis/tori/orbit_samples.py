@@ -1,4 +1,4 @@
-"""Equidistant samples of one orbit, as dense as its torus needs, and what is known of the orbit."""
+"""Equidistant samples of one orbit, as dense as its torus needs, and facts about the orbit."""
 
 from __future__ import annotations
 
@@ -41,11 +41,11 @@ LEAST_TURNS = 256
 
 
 class Samples(NamedTuple):
-    """Equidistant samples of an orbit: times (samples,), states (2n, samples), how many of them are fitted; the later
+    """Equidistant samples of an orbit: times (samples,), states (2n, samples), the number of fitted ones; the later
     ones are predicted.
 
-    finer: the same by half the steps, None where there are none; pieces: turns from one sample to the next, images of
-    which the torus consists; what is known of the orbit, as of `TorusFit`.
+    finer: the same with half the step, or None; pieces: turns from one sample to the next, the number of images that
+    the torus consists of; evidence: facts about the orbit, as in `TorusFit`.
     """
 
     t: np.ndarray
@@ -58,7 +58,7 @@ class Samples(NamedTuple):
 
 
 def samples_of_flow(problem: Problem, time: float, energy: float, report: Report) -> Samples | TorusFit:
-    """Return samples of the orbit over 3/2 of the time, or what there is to say where it has no fit.
+    """Return samples of the orbit over 3/2 of the time, or the result without a fit.
 
     They are made so dense that the spectrum falls to rounding before its end, judged from its exponential fall.
     """
@@ -83,7 +83,7 @@ def samples_of_flow(problem: Problem, time: float, energy: float, report: Report
         return nothing(body, energy, evidence, gone=evidence["status"] == Status.ESCAPED)
     still = resting(path)
     moves = still or (problem.system.kinetic_energies(path) > 0).any()
-    if short or not moves:  # or its energy is below the smallest number
+    if short or not moves:  # or the kinetic energy underflows
         return nothing(body, energy, evidence | {"longer": least})
     if still:
         left = float(np.abs(problem.system.slopes(path[:, :1])).max())
@@ -97,8 +97,8 @@ def samples_of_flow(problem: Problem, time: float, energy: float, report: Report
 
 
 def samples_of_turns(problem: Problem, time: float, energy: float, report: Report) -> Samples | TorusFit:
-    """Return samples of the orbit of a map, or of a driven system's map over its period, over 3/2 of the time, or what
-    there is to say where it has no fit.
+    """Return samples of the orbit of a map, or of a driven system's map over its period, over 3/2 of the time, or the
+    result without a fit.
     """
     body = problem.model
     mapping, periods, rows = problem.system.iterated, periods_of(body), rows_of(body)
@@ -132,8 +132,8 @@ def samples_of_turns(problem: Problem, time: float, energy: float, report: Repor
 
 
 def _path(flow: Flow, z: np.ndarray, time: float, count: int) -> tuple[np.ndarray, dict[str, float]]:
-    """Return the states (2n, count + 1) of the orbit from z (2n, 1) up to a time, angles of a map as they wind on, and
-    what became of the orbit.
+    """Return the states (2n, count + 1) of the orbit from z (2n, 1) up to a time, angles of a map unwrapped, and the
+    outcome of the orbit.
     """
     ensemble, system, error = flow.ensemble(z.copy()), flow.system, 0.0
     states = flow.sampled(ensemble, count, time=time)
@@ -152,7 +152,7 @@ def _path(flow: Flow, z: np.ndarray, time: float, count: int) -> tuple[np.ndarra
 
 
 def _unwound(model: Any, path: np.ndarray) -> np.ndarray:
-    """Return the iterates (2n, samples) of a map with angles as they wind on, whole periods from what they are."""
+    """Return the iterates (2n, samples) of a map with angles unwrapped by whole periods."""
     with np.errstate(all="ignore"):
         ahead = np.array(np.broadcast_arrays(*model.iterate(*path[:, :-1])))
         for row, period in enumerate(model.periods()):

@@ -1,4 +1,4 @@
-"""Which charts a body separates in, its constants of motion there, and what kernels need of it."""
+"""The charts in which a body separates, its constants of motion there, and its data for kernels."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from .narrow_features import knots, knots_around
 
 @dataclass(frozen=True)
 class Separated:
-    """A body in a chart that it separates in: its family, the functions of its coordinates and of eta and gamma, mu."""
+    """A body in a chart of separation: its family, the functions of its coordinates and of eta and gamma, mu."""
 
     family: Family
     functions: tuple[Any, Any]
@@ -53,7 +53,7 @@ class Separated:
         return [_term(in_regular_variable(V, variable), knots(V, variable)) for V, variable in pairs]
 
     def angular_terms(self) -> list[Term]:
-        """Return those in eta and gamma."""
+        """Return the terms in eta and gamma."""
         return [_term(V, knots_around(V)) for V in self.angular]
 
     def turning_points(self, s: np.ndarray) -> np.ndarray:
@@ -69,8 +69,8 @@ def _term(V: Any, places: np.ndarray) -> Term:
 def separate(body: Any, chart: Chart | str | None = None) -> Separated:
     """Return `body` in the chart it separates in (by default the first of alpha-beta, r-vartheta, elliptic).
 
-    Raises TypeError for what is no Body or StackelBody, ValueError where the body does not separate, in that chart or
-    in any.
+    Raises TypeError for other values than a Body or StackelBody, ValueError where the body does not separate, in that
+    chart or in any.
     Source: Martens & Slawianowski, the separable Hamiltonians of section 3 (EQ2.2f and its neighbours).
     """
     system = system_of(body)
@@ -125,7 +125,7 @@ def constants_of_motion(body: Model, z: ArrayLike, *, chart: Chart | str | None 
     -------
     dict of array (orbits,)
         H_alpha and H_beta, or E and h_vartheta, or E, K and L = E - K, with p_phi and p_psi. Where the angles have
-        potentials, c_eta = p_eta^2/(2 mu) + V_eta(eta) and c_gamma instead. Of a named system what its docstring says.
+        potentials, c_eta = p_eta^2/(2 mu) + V_eta(eta) and c_gamma instead. Named systems: see their docstrings.
 
     Raises
     ------

@@ -37,8 +37,8 @@ ROUNDING = 1e-13
 FIRST_ORDER, LARGEST_ORDER, LARGEST_BOX = 6, 72, 9000
 
 EARLY, LATE, STEPS = 0.47, 0.41, 1.5
-"""End of the first and start of the last part of the window that are compared; factor of the change that half the step
-makes, of which a scheme of order 2 has 3/4 left."""
+"""End of the first and start of the last part of the window that are compared; factor of the change by half the step,
+which for a scheme of order 2 is 3/4 of the error."""
 
 TERMS = 1e-16
 """Relative size of the coefficients that are kept."""
@@ -67,8 +67,8 @@ class Series(NamedTuple):
     (terms, rank).
 
     edge (rank,): largest coefficient in the outer quarter of the box in each direction; misfit: root of the weighted
-    mean square of what the series leaves, relative (resolved to 1e-8); left_out: terms of the box too close to lower
-    ones; unsettled: the last change of the frequencies, in cycles over the window.
+    mean square of the rest, relative (resolved to 1e-8); left_out: terms of the box too close to lower ones; unsettled:
+    the last change of the frequencies, in cycles over the window.
     """
 
     nu: np.ndarray
@@ -258,7 +258,7 @@ def fit(
 
 
 def grow(samples: Samples, nu: np.ndarray, rank: int, largest: int, silent: Sequence[int], passes: Passes) -> Series:
-    """Fit on boxes that grow where their edge is not yet at rounding, as far as its fall says, while that lessens the
+    """Fit on boxes that grow until their edge is at rounding, by the decay of coefficients, while that lessens the
     misfit, to the largest order; silent: frequencies that are in no line.
     """
     orders, before = tuple(0 if i in silent else FIRST_ORDER for i in range(rank)), np.inf
@@ -275,7 +275,7 @@ def grow(samples: Samples, nu: np.ndarray, rank: int, largest: int, silent: Sequ
 
 
 GROWING, REST = 2.0, 8.0
-"""Work of a fit on a box as it grows, and of what follows when it has: in iterations, as far as they are known."""
+"""Work of a fit on a growing box, and of the later fits, in iterations, as far as they are known."""
 
 
 def _enough(order: int, edge: float, largest: int) -> int:

@@ -1,6 +1,6 @@
-"""A torus as a Fourier series: the result of fits, and how well it obeys equations of motion or a map.
+"""A torus as a Fourier series: the result of fits, and its residual in equations of motion or a map.
 
-Of a map, and of a driven system's map over its period, orbits are looked at once a turn: an iterate, a period.
+For a map, and for a driven system's map over its period, orbits are sampled once a turn: an iterate, a period.
 """
 
 from __future__ import annotations
@@ -27,14 +27,14 @@ GRID = 512
 """Points of the torus where its equation is tried, and of the orbit where the prediction is."""
 
 STEP_ERROR = 1e-13
-"""What the steps over a period of a driven system are chosen for."""
+"""Error that the steps over a period of a driven system are chosen for."""
 
 CONSTANT = 1e-6
 """Part of its distance from the origin below which the spread of a row is no scale of its errors."""
 
 
 class Unknown(NamedTuple):
-    """What stands for the model of orbits that were given: the names of its coordinates, no equations of motion."""
+    """The model of given orbits: the names of its coordinates, no equations of motion."""
 
     coordinates: tuple[str, ...]
 
@@ -62,15 +62,15 @@ class TorusFit(Result, axis=None):
     evaluate(theta0 + nu t); k (terms, d) integer and coefficients (2n, terms) complex, the largest first; residual:
     largest ``|nu . dz/dtheta - X(z)|`` over points of the torus, relative to the largest ``|X|``; prediction_error:
     largest distance between the orbit and evaluate(theta0 + nu t) after the fitted time, relative to the size of the
-    orbit; verdict; dimension d of the torus; relations (n' - d, n'): integer vectors that the n' natural frequencies
-    are annihilated by; evidence: numbers by name; energy of z0; body.
+    orbit; verdict; dimension d of the torus; relations (n' - d, n'): integer vectors that annihilate the n' natural
+    frequencies; evidence: numbers by name; energy of z0; body.
 
-    Of a map, and of a driven system's map over its period, t counts turns (iterates, periods) and nu is in cycles per
-    turn: between 0 and 1, in the sense in which the action is positive, but for an angle that winds, whose nu and J are
-    as it goes. residual: largest ``|z(theta + nu) - M(z(theta))|`` relative to the size of the orbit about its middle;
-    energy NaN. winding (2n, d): how far a row goes on in a cycle of an angle, its period or 0; None where nothing
-    winds; evaluate(theta) adds winding @ theta. islands: on how many pieces, images of each other, the orbit lies; z(t)
-    is above for multiples t of it, nu is below 1/islands, and J is that of one of them.
+    For a map, and for a driven system's map over its period, t counts turns (iterates, periods) and nu is in cycles per
+    turn: between 0 and 1, in the sense of a positive action; nu and J of an angle that winds have its own sense.
+    residual: largest ``|z(theta + nu) - M(z(theta))|`` relative to the size of the orbit about its middle; energy NaN.
+    winding (2n, d): the advance of a row in a cycle of an angle, its period or 0; None where nothing winds;
+    evaluate(theta) adds winding @ theta. islands: number of pieces of the orbit, images of each other; z(t) is above
+    for multiples t of it, nu is below 1/islands, and J is that of one of them.
     """
 
     names: tuple[str, ...]
@@ -109,7 +109,7 @@ class TorusFit(Result, axis=None):
     @property
     def maslov(self) -> np.ndarray:
         """Maslov indices (d,) of the cycles of the angles, of a torus of as many dimensions as coordinates: how often
-        each passes a caustic, 2 for a libration, 0 for a rotation, of resonant tori any whole number. Those of another
+        each passes a caustic, 2 for a libration, 0 for a rotation, any whole number for resonant tori. Those of another
         basis follow as J does. `J` = 2 pi hbar (n + maslov/4) is the rule of Einstein, Brillouin and Keller.
 
         The turns of det(dq/dtheta - i dp/dtheta)^2 along the cycle (Arnold 1967, Funct. Anal. Appl. 1, 1).
@@ -184,7 +184,7 @@ class TorusFit(Result, axis=None):
         return replace(self, k=k, coefficients=z, J=area(self.body, k, z, self.winding), residual=left)
 
     def summary(self) -> str:
-        """Say in one line the verdict and its numbers."""
+        """Return one line with the verdict and its numbers."""
         pairs = ", ".join(f"{name} {value:.9g}" for name, value in zip(self.names, self.nu))
         text = (
             f"{self.verdict.value}, dimension {self.dimension}: nu {pairs or '-'}; {len(self.k)} terms, "
@@ -210,12 +210,12 @@ def tangents(fit: TorusFit, theta: np.ndarray) -> np.ndarray:
 
 
 def resting(path: np.ndarray) -> bool:
-    """Tell whether the orbit stays where it is, to rounding."""
+    """Tell whether the orbit is at rest, to rounding."""
     return bool((np.ptp(path, axis=1) <= 1e-12 * np.abs(path).max()).all())
 
 
 def nothing(body: Any, energy: float, evidence: dict, *, gone: bool = False) -> TorusFit:
-    """Return what there is to say of an orbit that failed, or is too short: its status."""
+    """Return the result of an orbit that failed, or is too short: its status."""
     n = body.degrees_of_freedom
     unknown, one = np.full(n, np.nan), np.full((2 * n, 1), np.nan + 0j)
     return TorusFit(
@@ -290,7 +290,7 @@ def flow_of_turns(problem: Problem) -> tuple[Flow, np.ndarray, float]:
 
 
 def image(body: Any, z: np.ndarray, count: int) -> np.ndarray:
-    """Return where phase points z (2n, points) are after `count` turns, NaN where they do not get there."""
+    """Return the images of phase points z (2n, points) after `count` turns, NaN where they do not get there."""
     system = system_of(body)
     result = np.full(z.shape, np.nan)
     live = np.isfinite(z).all(axis=0) & system.inside(z)
@@ -344,7 +344,7 @@ def distance(body: Any, one: np.ndarray, other: np.ndarray) -> float:
 def residual(
     body: Any, k: np.ndarray, z: np.ndarray, nu: np.ndarray, winding: np.ndarray | None, islands: int
 ) -> float:
-    """Return how far points of the torus are from obeying the equations of motion, NaN where none are known: the
+    """Return the residual of points of the torus in the equations of motion, NaN where none are known: the
     largest |nu . dz/dtheta - X(z)|, or |z(theta + nu) - M(z(theta))| with M that of so many turns; see `distance`.
     """
     if body is None or isinstance(body, Unknown):
@@ -363,8 +363,8 @@ def residual(
 
 
 def area(body: Any, k: np.ndarray, z: np.ndarray, winding: np.ndarray | None) -> np.ndarray:
-    """Return the integrals J (d,) of p dq over the cycles of a torus; NaN where they mean nothing: more than one degree
-    of freedom of a map that is not symplectic, a momentum that winds.
+    """Return the integrals J (d,) of p dq over the cycles of a torus; NaN where they have no meaning: more than one
+    degree of freedom of a map that is not symplectic, a momentum that winds.
     """
     n, J = len(z) // 2, actions(k, z)
     if n > 1 and body is not None and not system_of(body).symplectic:

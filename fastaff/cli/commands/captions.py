@@ -1,4 +1,4 @@
-"""What files, titles and captions say of a computation."""
+"""The facts of a computation in files, titles and captions."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from ...plot.style import styled, symbol
 
 
 def stated(job: Job, plan: Plan, z0: np.ndarray | None) -> dict[str, Any]:
-    """Return what a file says of the computation of a job."""
+    """Return the facts of a job's computation for its file."""
     body, surface, starts = plan.body, job.surface, job.starts
     inner = getattr(body, "potential", body)
     return {
@@ -78,7 +78,7 @@ def in_words(section: Any, body: Any) -> str:
 
 
 def units(body: Any) -> str:
-    """Say in a caption what is 1."""
+    """Name in a caption the parameters that are 1."""
     inner = getattr(body, "potential", body)
     if inner is body or not inner._fields or hasattr(inner, "formula") or inner[0] != 1 or body.mu != 1:
         return "units: those of the parameters"
@@ -108,7 +108,7 @@ def potential(text: str, of: str = "V") -> str:
 
 
 def surface_in_words(body: Any, surface: Any, without: tuple[str, ...] = ()) -> str:
-    """Name the energy surface in a title, without what is scanned."""
+    """Name the energy surface in a title, without the scanned parameters."""
 
     if surface.energy is None:  # the orbits' own
         return ""
@@ -119,7 +119,7 @@ def surface_in_words(body: Any, surface: Any, without: tuple[str, ...] = ()) -> 
 
 
 def outcomes(status: np.ndarray) -> str:
-    """Count what became of orbits in a caption."""
+    """Count the outcomes of orbits in a caption."""
     found = summary(status)
     total = f"{np.size(status)} orbits"
     others = [f"{count} {words(outcome)}" for outcome, count in found.items() if outcome != Status.OK]

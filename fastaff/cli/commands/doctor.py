@@ -1,4 +1,4 @@
-"""`fastaff doctor`: what is installed, what the machine is, and a check with its speed."""
+"""`fastaff doctor`: the installed packages, the machine, and a check with its speed."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ LITTLE = 256 * 2**20
 
 
 def doctor(*, as_json: Annotated[bool, Parameter(name="--json", group=WRITTEN)] = False) -> int:
-    """Say what is installed, what the machine is, and check a small computation with a known answer and its speed.
+    """Print the installed packages and the machine, and check a small computation with a known answer and its speed.
 
     The last line is a stamp of the machine for reports. Exit code 1, with a sentence for each, where something is
     wrong: a dependency that is too old, a cache that cannot be written, little memory, a wrong result.
@@ -44,7 +44,7 @@ def doctor(*, as_json: Annotated[bool, Parameter(name="--json", group=WRITTEN)] 
 
 
 def examined() -> tuple[dict[str, Any], list[str]]:
-    """Return what is known of installation and machine, and sentences for what is wrong."""
+    """Return the facts about installation and machine, and a sentence for each problem."""
     import fastaff
 
     from ...base.machine import dependencies, machine, stamp
@@ -71,7 +71,7 @@ def examined() -> tuple[dict[str, Any], list[str]]:
 
 
 def _cache() -> dict[str, Any]:
-    """Return folder and size of the compile cache, and what is wrong with it."""
+    """Return folder and size of the compile cache, and its problem if there is one."""
     from ...compile.jit import cache_directory, cache_root
 
     with warnings.catch_warnings(record=True) as said:

@@ -1,4 +1,4 @@
-"""`fastaff explore`: a page of its own in which sections are looked at by clicking."""
+"""`fastaff explore`: a page of its own that shows sections; a click launches an orbit."""
 
 # ruff: noqa: B008
 from __future__ import annotations
@@ -30,7 +30,7 @@ def explore(
 ) -> int:
     """Write the explorer, one HTML file in which a click on a section launches an orbit: no server, network or Python.
 
-    Of a map the click is on the plane of a coordinate and its momentum, where the orbit's iterates are. The page has
+    For a map the click is on the plane of a coordinate and its momentum, where the orbit's iterates are. The page has
     all named models, a box for formulas, sliders for parameters, energy and section, and links sections,
     frequencies, configuration space and the moving body.
 

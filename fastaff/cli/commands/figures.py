@@ -23,7 +23,7 @@ KNOWN = tuple(name for name in INDICATORS if name != "spectrum")
 
 
 class Scene(NamedTuple):
-    """What is drawn of: a job, its plan, and where the orbits started (EnergyGrid, EnergySample; None: on no section).
+    """Input of a figure: a job, its plan, and where the orbits started (EnergyGrid, EnergySample; None: on no section).
 
     max_order: of resonance lines; look: how orbits are coloured.
     """
@@ -41,7 +41,7 @@ def reliable(found: Any) -> np.ndarray:
 
 
 def with_colour(job: Job, colour: str | None) -> Job:
-    """Return a job that computes what a colour needs: its indicator, or the frequencies."""
+    """Return a job that computes the quantity of a colour too: its indicator, or the frequencies."""
     name = None if colour is None else plain(colour)
     if name in KNOWN:
         asked = job.chaos_map
@@ -61,8 +61,8 @@ def plain(colour: str) -> str:
 
 
 def colours(look: Look, found: Mapping[str, Any], default: str | None = None) -> Any:
-    """Return the colours of orbits, by --colour or of a default analysis, from results by analysis; a `Colouring` that
-    is one of them already is taken as it is. None without either.
+    """Return the colours of orbits, by --colour or of a default analysis, from results by analysis; a `Colouring` among
+    the results is taken as it is. None without either.
     """
     from ...plot.scales import Colouring, colouring, limited
 
@@ -197,12 +197,12 @@ def chaos_figure(scene: Scene, result: Any, found: Mapping[str, Any]) -> Any:
 
 
 DRAWN = {"poincare": section_figure, "frequency_map": frequency_figure, "chaos_map": chaos_figure}
-"""What draws the results of an analysis."""
+"""Functions that draw the results of an analysis."""
 
 
 def figures_of(scene: Scene, found: Any, extra: Mapping[str, Any] | None = None) -> dict[str, Any]:
     """Return the figures of the results of a job by the name of the analysis; found: results by that name, each of
-    which may colour the others; extra: what else may.
+    which may colour the others; extra: further results that may.
     """
     figures: dict[str, Any] = {}
     results = {name: found[name] for name in found}

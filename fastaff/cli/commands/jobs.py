@@ -40,9 +40,9 @@ def run(
     overwrite: Annotated[bool, Parameter(group=WRITTEN)] = False,
     told: Told = Told(),
 ) -> int:
-    """Run a job, unit by unit, into a store that is complete up to wherever it is stopped; again it goes on there.
+    """Run a job, unit by unit, into a store that keeps all finished units; the same command again goes on from there.
 
-    Prints a table of what became of the orbits, which `fastaff status STORE` shows again. Ctrl-C stops within a second
+    Prints a table of the outcomes of the orbits, which `fastaff status STORE` shows again. Ctrl-C stops within a second
     and prints the command that goes on, as does SIGTERM.
 
     Parameters
@@ -50,7 +50,7 @@ def run(
     job
         File of the job, TOML; `fastaff frequency-map ... --write-job map.toml` writes one.
     memory
-        Bytes that a unit may take, such as 500MB or 2GiB, which bounds its orbits. [a quarter of what is free]
+        Bytes that a unit may take, such as 500MB or 2GiB, which bounds its orbits. [a quarter of the free memory]
     store
         Zarr store of the results. [that of the job's name, .zarr]
     overwrite
@@ -75,7 +75,7 @@ def run(
 
 
 def resume(store: Path, /, *, workers: Workers = Workers(), told: Told = Told()) -> int:
-    """Go on with the job of a store where it was stopped: bit for bit what it would have been.
+    """Go on with the job of a store where it was stopped; the result is bit for bit that of a run without a stop.
 
     Parameters
     ----------
@@ -105,7 +105,7 @@ def rerun(
 ) -> int:
     """Run the orbits of a store that failed again another way; their new numbers take the place of the old ones.
 
-    Prints the table of what became of all orbits. Stopped, it goes on by `fastaff resume`.
+    Prints the table of the outcomes of all orbits. A stopped rerun goes on by `fastaff resume`.
 
     Parameters
     ----------
@@ -136,7 +136,7 @@ def rerun(
 
 
 def status(store: Path, /) -> int:
-    """Say what became of the orbits of a job so far: counts and share of each status, errors, the slowest unit.
+    """Print the outcomes of the orbits of a job so far: counts and share of each status, errors, the slowest unit.
 
     Parameters
     ----------
@@ -157,14 +157,14 @@ def _check(workers: Workers, told: Told) -> None:
 
 
 def _compiled(plan: Plan, options: Run, told: Told, name: str) -> None:
-    """Compile what a job needs before its progress is shown."""
+    """Compile the kernels that a job needs before its progress is shown."""
     with in_keys(name):
         settled(next(iter(plan.analyses)).replace("_", "-"), plan, options, announce=not told.quiet)
 
 
 @contextlib.contextmanager
 def in_keys(name: str) -> Iterator[None]:
-    """Say what is wrong with a job or store by its keys, after the name of the file."""
+    """Report errors of a job or store by its keys, after the name of the file."""
     try:
         with spelled(as_key):
             yield
@@ -180,7 +180,7 @@ def in_keys(name: str) -> Iterator[None]:
 
 
 def _watched(path: Path, orbits: int, work: Callable[..., JobResults], workers: Workers, told: Told) -> int:
-    """Run a job with what is told of it, and return the exit code."""
+    """Run a job, show its progress and outcomes, and return the exit code."""
     finished = float(np.mean(Store(path).finished() != WAITING)) if is_store(path) else 0.0
     bar = JobProgress(orbits, finished, shown=not told.quiet and told.log is None)
     watch = _log if told.log else bar.watch
@@ -203,13 +203,13 @@ def _watched(path: Path, orbits: int, work: Callable[..., JobResults], workers: 
 
 
 def _log(so_far: running.Progress, unit: Any) -> None:
-    """Print what became of a unit, and of the job so far, as a line of JSON."""
+    """Print the outcome of a unit, and of the job so far, as a line of JSON."""
     print(json.dumps({"unit": unit._asdict(), "so_far": so_far._asdict()}), flush=True)
 
 
 @contextlib.contextmanager
 def _executor(workers: Workers, path: Path) -> Iterator[Any]:
-    """Give what units are handed to, None for this process; whatever happens no process is left behind."""
+    """Yield the executor of the units, None for this process; no process is left behind, even after an error."""
     from concurrent.futures import ProcessPoolExecutor
 
     if workers.dask is not None:
@@ -219,7 +219,7 @@ def _executor(workers: Workers, path: Path) -> Iterator[Any]:
         context = multiprocessing.get_context("spawn")
         if hasattr(signal, "pthread_sigmask"):
             with _unheard():
-                resource_tracker.ensure_running()  # a process too; what starts it lets some signals through again
+                resource_tracker.ensure_running()  # a process too; its start unblocks some signals again
         pool = ProcessPoolExecutor(workers.workers, mp_context=context, initializer=_obey_the_parent)
         try:
             with _failing(path):
@@ -247,7 +247,7 @@ def _client(address: str) -> Any:
 
 @contextlib.contextmanager
 def _failing(path: Path) -> Iterator[None]:
-    """Say in one line that workers failed: what other units have come to is kept."""
+    """Say in one line that workers failed: the results of other units are kept."""
     try:
         yield
     except (ValueError, TypeError, OSError):
@@ -259,7 +259,7 @@ def _failing(path: Path) -> Iterator[None]:
 
 @contextlib.contextmanager
 def _unheard() -> Iterator[None]:
-    """Let what is started hear nothing of what a terminal sends to all: it inherits what is blocked."""
+    """Mask the stopping signals within the block: a process started there inherits the mask; no terminal stops it."""
     if not hasattr(signal, "pthread_sigmask"):
         yield
         return
@@ -271,21 +271,21 @@ def _unheard() -> Iterator[None]:
 
 
 class _Pool:
-    """A pool whose processes leave what stops a command to their parent, from their first moment on."""
+    """A pool whose processes leave the stopping signals to their parent, from their first moment on."""
 
     def __init__(self, pool: Any):
         self.pool = pool
 
     def submit(self, *work: Any) -> Any:
-        """Hand over work, for which a process may be started; one that is stopped half way would be nobody's. What
-        this thread blocks, another of the process takes.
+        """Hand over work, for which a process may be started; a process stopped half way would have no parent to end
+        it. Another thread of the process takes the signals that this one blocks.
         """
         with Stops.later(), _unheard():
             return self.pool.submit(*work)
 
 
 def _obey_the_parent() -> None:
-    """Make a worker leave what stops a command to its parent, and end with it, however that ends."""
+    """Make a worker leave the stopping signals to its parent, and end when the parent ends, for any reason."""
     for number in STOPPING:
         signal.signal(number, signal.SIG_IGN)
     parent: Any = multiprocessing.parent_process()

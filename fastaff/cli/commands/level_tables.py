@@ -56,7 +56,7 @@ def _sets(levels: Any) -> dict[tuple[int, ...], list[tuple[int, int]]]:
 
 
 def digits(E: float, error: float) -> str:
-    """Return E with the decimals that its error leaves."""
+    """Return E with the decimals that are larger than its error."""
     decimals = int(np.clip(np.floor(-np.log10(max(error, 1e-300))), 2, 15))
     return f"{E:.{decimals}f}"
 

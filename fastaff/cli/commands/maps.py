@@ -1,4 +1,4 @@
-"""What the commands of one analysis share: the job of their flags, computed here, kept in a file, drawn."""
+"""The part that commands of one analysis share: the job of their flags is computed, kept in a file and drawn."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def on_grid(starts: Starts, cells: str) -> Starts:
 
 
 def checked(job: Job) -> Plan:
-    """Return the plan of a job that is right as far as can be said without computing."""
+    """Return the plan of a job after all checks that need no computation."""
     plan = job.plan()
     for analysis in plan.analyses.values():
         analysis.check(job.run)
@@ -35,7 +35,7 @@ def checked(job: Job) -> Plan:
 
 
 def settled(command: str, plan: Plan, run: Run, announce: bool = True) -> dict[str, Any]:
-    """Compile what a plan needs, in a thread that Ctrl-C need not wait for, and return the options of its analyses."""
+    """Compile the kernels of a plan, in a thread that Ctrl-C need not wait for; return the options of its analyses."""
     few, found = plan.few(), {}
     brief = replace(run, accuracy=None, step=run.step or 0.02)
 
@@ -43,7 +43,7 @@ def settled(command: str, plan: Plan, run: Run, announce: bool = True) -> dict[s
         for name, analysis in plan.analyses.items():
             small = few._replace(z0=few.z0[:, -1:]) if hasattr(analysis, "cases") else few  # a case is many orbits
             analysis.compute(small, analysis.brief, brief)
-            if isinstance(analysis, Frequencies):  # which may be looked for again
+            if isinstance(analysis, Frequencies):  # these may be computed again by lines
                 replace(analysis, method="naff").compute(few, analysis.brief, brief)
             found[name] = analysis.settled(few, run)
 
@@ -53,7 +53,7 @@ def settled(command: str, plan: Plan, run: Run, announce: bool = True) -> dict[s
 
 @dataclass
 class Work:
-    """A job that a command computes in memory: its orbits, what was settled, and what a file says of it."""
+    """A job that a command computes in memory: its orbits, the settled options, and the facts for its file."""
 
     job: Job
     plan: Plan
@@ -83,7 +83,7 @@ class Work:
         return cls(job, plan, scene, z0, options, output, stem, facts)
 
     def compute(self, name: str, keep: Callable[[Any], Any]) -> Any:
-        """Return the result of an analysis; what Ctrl-C leaves of it is handed to `keep`."""
+        """Return the result of an analysis; at Ctrl-C the partial result is handed to `keep`."""
         orbits, analysis = Orbits(self.plan.body, self.plan.section, self.z0), self.plan.analyses[name]
         result = watched(
             Progress(analysis.title, self.z0.shape[1]),
@@ -96,7 +96,7 @@ class Work:
         return result
 
     def save(self, result: Any, start: float, interrupted: bool = True, **extra: Any) -> Path:
-        """Write a result with what is known of it; start: when its computation began."""
+        """Write a result with the facts about it; start: when its computation began."""
         facts = {**self.facts, "wall_time": clock.perf_counter() - start, "interrupted": interrupted, **extra}
         return self.output.save(self.stem, result, facts)
 
@@ -106,8 +106,8 @@ class Work:
         keep: Callable[[dict[str, Any]], Any],
         known: Callable[[Any], dict[str, Any]] | None = None,
     ) -> dict[str, Any]:
-        """Compute the analysis that only colours orbits and return what a file says of it; keep: saves the result with
-        that after Ctrl-C; known: what a file says of a result (default: the column that colours).
+        """Compute the analysis that only colours orbits and return its entries of the file; keep: saves the result with
+        these entries after Ctrl-C; known: gives the entries of a result (default: the column that colours).
         """
         known = self._column if known is None else known
         found = self.compute(name, lambda partial: keep({} if partial is None else known(partial)))
@@ -115,7 +115,7 @@ class Work:
         return known(found)
 
     def _column(self, found: Any) -> dict[str, Any]:
-        """Return what a file says of the column that colours orbits."""
+        """Return the entries of a file for the column that colours orbits."""
         from ...plot.scales import colouring
 
         chosen = self.scene.look.colour

@@ -42,9 +42,9 @@ def poincare(
     no_diffusion
         Do not compute the diffusion; draw in one colour.
     """
-    # With a time of one's own nothing is known of returns.
+    # With a given time the times of return are not known.
     span = {"periods": 400.0} if asked.max_time is None else {"time": 1200.0}
-    keeps = all(getattr(options, name) is None for name in LOSING)  # what has no frequencies of its own
+    keeps = all(getattr(options, name) is None for name in LOSING)  # these options make systems without frequencies
     default = keeps and not no_diffusion and (look.colour is None or plain(look.colour) == "diffusion")
     diffusion = Frequencies(method="naff", **span) if default else None
     starts = on_grid(starts, "20x20")
@@ -131,9 +131,9 @@ def chaos_map(
     """Tell regular from chaotic orbits of one energy surface, and draw the map; or the chaotic fraction over parameters
     (--scan).
 
-    Orbits start on a grid of the section (60x60) or at random points of it, uniform in its invariant area. One panel
-    for each indicator and one for the verdict: what the indicators that decide say, undecided where they disagree or
-    none decides.
+    Orbits start on a grid of the section (60x60) or at random points of it, uniform in its invariant area. There is a
+    panel for each indicator and one for the verdict, that of the indicators that decide; it is undecided where they
+    disagree or none decides.
 
     Parameters
     ----------
@@ -168,7 +168,7 @@ def chaos_map(
 
 
 def _placed(where: Any) -> dict[str, np.ndarray]:
-    """Return what a file says of where the orbits started."""
+    """Return the entries of a file for the starting points of the orbits."""
     if where is None:
         return {}
     if hasattr(where, "points"):

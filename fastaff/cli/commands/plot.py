@@ -76,9 +76,9 @@ def _of_store(path: Path, look: Look) -> tuple[dict[str, Any], dict[str, Any]]:
 
 
 def _of_file(path: Path, look: Look) -> tuple[dict[str, Any], dict[str, Any]]:
-    """Return figures and facts of a file of a command; without a job those that the library has for its result."""
+    """Return figures and facts of a file of a command; a file without a job has the library's figure for its result."""
     arrays, facts = files.contents(path)
-    import_module("fastaff.quantum")  # whose results files may hold
+    import_module("fastaff.quantum")  # files may hold its results
     result = files.load(path)
     if "spin" in facts and "options" in facts:
         return {"spectrum": spectrum_figure(result, facts)}, facts
@@ -91,15 +91,15 @@ def _of_file(path: Path, look: Look) -> tuple[dict[str, Any], dict[str, Any]]:
     plan = job.plan()
     where = plan.launch.placed(arrays["z0"], arrays["place"])
     extra = _colours(arrays, facts)
-    if look.colour is None and "colour" in facts:  # that of the command
+    if look.colour is None and "colour" in facts:  # the colour of the command
         look = replace(look, colour=facts["colour"])
     scene = Scene(job, plan, where, facts.get("max_order", 7), look)
-    # The file is of the first analysis; what others have found are arrays beside it.
+    # The file is of the first analysis; results of others are arrays beside it.
     return figures_of(scene, {_mine(result, plan): result}, extra), facts
 
 
 def _mine(result: Any, plan: Any) -> str:
-    """Return the analysis that a result is of."""
+    """Return the name of the analysis that gave a result."""
     kinds = {"SectionMap": "poincare", "FrequencyMap": "frequency_map", "ChaosMap": "chaos_map"}
     return kinds.get(type(result).__name__, next(iter(plan.analyses)))
 

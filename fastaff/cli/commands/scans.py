@@ -1,4 +1,4 @@
-"""Parameter grids: what `--scan` means, which case each value makes, and the scan of `fastaff chaos-map`."""
+"""Parameter grids: the meaning of `--scan`, the case of each value, and the scan of `fastaff chaos-map`."""
 
 from __future__ import annotations
 

@@ -47,17 +47,17 @@ def energy_levels(
 ) -> int:
     """Compute quantum levels with their degeneracies and errors, print them and draw them.
 
-    Of --hamiltonian in one to three coordinates those of a vibration, which has no --m and --l. Of a body without
-    these the lowest levels of all of it, none missing; with both those of one symmetry class e^(i m phi + i l psi) or
-    of several. The figure shows levels against the spin m and their degeneracies; levels against m, l or a parameter
-    (--scan); or, for one class, probability densities of its states with the classical turning curve.
+    --hamiltonian in one to three coordinates has the levels of a vibration, without --m and --l. A body without these
+    has its lowest levels, none missing; with both, those of one symmetry class e^(i m phi + i l psi) or of several. The
+    figure shows levels against the spin m and their degeneracies; levels against m, l or a parameter (--scan); or, for
+    one class, probability densities of its states with the classical turning curve.
 
     Parameters
     ----------
     m
         Spin in units of hbar, a whole number or all of LOW:HIGH, such as -3:3. With --l, or both left out.
     l
-        Vorticity, the same; m + l must be even, of ranges those classes are taken.
+        Vorticity, the same; m + l must be even, and ranges skip the other classes.
     levels
         Levels of each class, or different energies of the whole body. [20]
     below
@@ -270,7 +270,7 @@ def _some(
 
 
 def _keep(partial: Any, save: Callable[[Any], Any], kept: str) -> None:
-    """Save what an interrupted run has come to, and say so."""
+    """Save the levels of an interrupted run, and say so."""
     if partial is None:
         say(f"{Stops.said()} before any level was finished; nothing is kept")
         return
@@ -280,7 +280,7 @@ def _keep(partial: Any, save: Callable[[Any], Any], kept: str) -> None:
 
 
 def _said(result: Any, classes: list[tuple[int, int]] | None) -> str:
-    """Say in one line what was computed."""
+    """Return one line about the computed levels."""
     from ...quantum.states.symmetry import SymmetryClass
 
     worst = f"largest error {result.error.max(initial=0.0):.1e}"
@@ -304,7 +304,7 @@ def _said(result: Any, classes: list[tuple[int, int]] | None) -> str:
 
 
 def spectrum_figure(result: Any, facts: dict[str, Any], found: list[Any] | None = None) -> Any:
-    """Return the figure of levels with what their file says of them; found: the levels of each class, if at hand."""
+    """Return the figure of levels from the facts in their file; found: the levels of each class, if at hand."""
     from ...plot import quantum as plot_quantum
     from ...quantum.spectra.spectrum import spectrum
 

@@ -8,9 +8,9 @@ from ..progress import compiled
 
 
 def warmup() -> int:
-    """Compile everything once, into the cache folder, and say how long it took.
+    """Compile everything once, into the cache folder, and print the times.
 
-    Needed only to keep the first command of a new version short: each compiles what it uses.
+    Needed only to keep the first command of a new version short: each compiles the kernels that it uses.
     """
     import fastaff
 

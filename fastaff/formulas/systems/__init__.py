@@ -8,12 +8,12 @@ from .system import SYSTEMS, TEXTS, Constants
 
 __all__ = ["SYSTEMS", "constants_of"]
 
-for _module in iter_modules(__path__):  # each enters its systems
+for _module in iter_modules(__path__):  # each registers its systems
     import_module(f".{_module.name}", __name__)
 
 
 def constants_of(model: Any) -> Constants | None:
-    """Return the constants of motion of a named system, None where a model is none."""
+    """Return the constants of motion of a named system, None for other models."""
     text, rows = getattr(model, "formula", None), [getattr(model, name, ()) for name in ("coordinates", "momenta")]
     if not isinstance(text, str):
         return None

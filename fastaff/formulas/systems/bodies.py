@@ -40,15 +40,15 @@ def TwoPolarBody(
     inertia : float, default 1
         mu, positive.
     domain : str, optional
-        Formula that is positive where V lives.
+        Formula that is positive in the domain of V.
     **parameters : float
-        Values of the parameters of V; C is 1 where the default potential is taken and none is given.
+        Values of the parameters of V; the default potential has C = 1 unless it is given.
 
     Returns
     -------
     model
-        As of `hamiltonian`, with the fields inertia and parameters, rows D1, D2, phi, psi, p_1, p_2, p_phi, p_psi, on
-        one side of D1 = D2, where the chart is singular.
+        As of `hamiltonian`, with the fields inertia and parameters, rows D1, D2, phi, psi, p_1, p_2, p_phi, p_psi.
+        Orbits stay on one side of D1 = D2, where the chart is singular.
 
     Raises
     ------
@@ -126,9 +126,9 @@ def AffineBody(
     Parameters
     ----------
     invariance : "left", "right" or "both"
-        Which GL(2, R) leaves T as it is.
+        The action of GL(2, R) that leaves T unchanged.
     I, A, B : float
-        Constants of inertia; T is positive where I > abs(A) and I + A + 2 B > 0. I is none of "both".
+        Constants of inertia; T is positive where I > abs(A) and I + A + 2 B > 0. "both" has no I.
     potential : str, optional
         V in the grammar of `formula`, of ``det`` = D1 D2, ``r`` = D1^2 + D2^2 and parameters: any isotropic one.
     **parameters : float

@@ -18,7 +18,7 @@ def _of_ellipsoid(model: Any, z: np.ndarray) -> dict[str, Any]:
 
 
 ELLIPSOID = NamedSystem(
-    # Few quotients of the semiaxes, alike in all derivatives: their rounding leaves no drift of what is conserved.
+    # Few quotients of the semiaxes, the same in all derivatives: their rounding makes no drift of conserved quantities.
     "(x**2/a**2 + y**2/b**2 + z**2/c**2)*((y/b**2*p_z - z/c**2*p_y)**2 + (z/c**2*p_x - x/a**2*p_z)**2"
     " + (x/a**2*p_y - y/b**2*p_x)**2)/(2*(x**2/a**4 + y**2/b**4 + z**2/c**4))",
     "x y z",
@@ -52,10 +52,10 @@ def EllipsoidGeodesic(a: float = 1.0, b: float = 1.2, c: float = 1.5) -> Any:
 
     Notes
     -----
-    Starts are points of the surface, s = 1, with the velocity, a tangent vector, for p. Velocities later are ``rates``:
-    p differs from them by a vector along the normal, on which H does not depend. Conserved (`constants_of_motion`):
+    Starts are points of the surface, s = 1, with the velocity, a tangent vector, for p. Later velocities are ``rates``:
+    p differs from them by a vector along the normal, and H does not depend on that. Conserved (`constants_of_motion`):
     energy, Joachimsthal's integral (x^2/a^4 + ...)(x'^2/a^2 + ...), size = s, and qp = x . p. Over 10^4 turns of an
-    ellipsoid the first two change by less than 1e-12, with a step for which the scheme's own error is below that.
+    ellipsoid the first two change by less than 1e-12, if the step keeps the scheme's own error below that.
 
     References
     ----------
@@ -112,7 +112,7 @@ def KerrGeodesic(a: float = 0.5, *, time: str = "coordinate") -> Any:
     a : float
         Spin of the hole, -1 < a < 1; p_phi < 0 for retrograde orbits of a > 0.
     time : "coordinate" or "mino"
-        What `time` means in integrations.
+        The independent variable of integrations.
 
     Returns
     -------
@@ -129,10 +129,10 @@ def KerrGeodesic(a: float = 0.5, *, time: str = "coordinate") -> Any:
     -----
     H = E, in coordinate time, or -p_t = E, p_phi and Carter's Q = p_theta^2 + cos(theta)^2 (a^2 (1 - E^2) +
     p_phi^2/sin(theta)^2) are conserved (`constants_of_motion`). Mean rates in Mino's time are Upsilon_r, Upsilon_theta,
-    Upsilon_phi and, of t, Gamma; those in coordinate time are Upsilon/Gamma. Frequency maps have these, or another
-    basis of them: beyond eccentricities of some 0.5 the strongest line of theta is that of Upsilon_theta - Upsilon_r,
-    as the mean of theta over a radial turn outgrows its swing. Equatorial orbits have theta = pi/2, p_theta = 0. The
-    chart is singular on the axis, theta = 0 and pi.
+    Upsilon_phi and, for t, Gamma; those in coordinate time are Upsilon/Gamma. Frequency maps have these, or another
+    basis of them: above eccentricities of some 0.5 the strongest line of theta is that of Upsilon_theta - Upsilon_r,
+    as the mean of theta over a radial turn varies more than theta swings. Equatorial orbits have theta = pi/2,
+    p_theta = 0. The chart is singular on the axis, theta = 0 and pi.
 
     References
     ----------

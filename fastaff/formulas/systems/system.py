@@ -16,7 +16,7 @@ Constants = Callable[[Any, np.ndarray], dict[str, Any]]
 
 
 class NamedSystem(NamedTuple):
-    """Text of H, coordinates and momenta, those coordinates that are angles, and what is conserved."""
+    """Text of H, coordinates and momenta, the coordinates that are angles, and the constants of motion."""
 
     text: str
     coordinates: str
@@ -38,13 +38,13 @@ class NamedSystem(NamedTuple):
 
 Maker = TypeVar("Maker", bound=Callable[..., Any])
 SYSTEMS: dict[str, Callable[..., Any]] = {}
-"""The functions that make systems, by name. `fastaff.models`, the command line, the site and the tests ask it."""
+"""The functions that make systems, by name, for `fastaff.models`, the command line, the site and the tests."""
 TEXTS: list[NamedSystem] = []
 """All systems that they make."""
 
 
 def makes(*systems: NamedSystem) -> Callable[[Maker], Maker]:
-    """Enter the function that makes these systems in `SYSTEMS`, under its own name."""
+    """Register the function that makes these systems in `SYSTEMS`, under its own name."""
 
     def entered(make: Maker) -> Maker:
         SYSTEMS[make.__name__] = make
@@ -55,14 +55,14 @@ def makes(*systems: NamedSystem) -> Callable[[Maker], Maker]:
 
 
 def of_angles(model: Any, z: np.ndarray) -> dict[str, Any]:
-    """Return the energy and the momenta of the angles, of a system whose H depends on none of these."""
+    """Return the energy and the momenta of the angles, for a system whose H does not depend on the angles."""
     n = model.degrees_of_freedom
     turning = {name: row for name, row, period in zip(model.momenta, z[n:], model.periods()) if period > 0}
     return {"energy": model.energy(*z), **turning}
 
 
 def chosen(argument: str, given: Any, names: tuple[str, ...]) -> str:
-    """Return the one of the names that is given; TypeError or ValueError for anything else."""
+    """Return `given` if it is one of the names; raise TypeError or ValueError for anything else."""
     if not isinstance(given, str):
         raise TypeError(f"{argument} must be one of {', '.join(names)}, got {shown(given)} ({type(given).__name__})")
     return named(argument, given, names)

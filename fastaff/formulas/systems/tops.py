@@ -89,7 +89,7 @@ def SymmetricTop(I_1: float = 1.0, I_3: float = 0.5, h: float = 1.0) -> Any:
     Raises
     ------
     ValueError, TypeError
-        A moment of inertia is not a positive number, or h is none.
+        A moment of inertia is not a positive number, or h is not a number.
 
     Notes
     -----
@@ -130,7 +130,7 @@ def _of_quaternion(model: Any, z: np.ndarray) -> dict[str, Any]:
 
 
 def _of_top(model: Any, found: dict[str, Any], L: np.ndarray, up: np.ndarray) -> dict[str, Any]:
-    """Return what is found and what the parameters add, of the angular momentum and the vertical in the body's axes."""
+    """Return `found` with the integrals that the parameters add; L, up: angular momentum and vertical in the body."""
     moments, h = np.array([model.I_1, model.I_2, model.I_3]), np.array([model.h_1, model.h_2, model.h_3])
     w, across, J = (L[0] + 1j * L[1]) / moments[0], complex(h[0], h[1]), moments[2]
     if not h.any():
@@ -198,7 +198,7 @@ def AsymmetricTop(
     Raises
     ------
     ValueError, TypeError
-        A moment of inertia is not a positive number, an h is none, or chart is none of these.
+        A moment of inertia is not a positive number, an h is not a number, or chart is none of these.
 
     Notes
     -----
@@ -207,7 +207,7 @@ def AsymmetricTop(
     the quaternion q with the angular momentum L has ``p = 2 q L``, a product of quaternions; H depends on q by its
     direction alone, so that ``q2 = q . q`` and ``qp = q . p`` are conserved too.
 
-    Conserved (`constants_of_motion`): energy, p_phi; and where the parameters make it so, L2 = L^2 (Euler: h = 0),
+    Conserved (`constants_of_motion`): energy, p_phi; and for special parameters L2 = L^2 (Euler: h = 0),
     p_psi (Lagrange: I_1 = I_2, h_1 = h_2 = 0), Kovalevskaya's integral (I_1 = I_2 = 2 I_3, h_3 = 0), Goryachev's and
     Chaplygin's (I_1 = I_2 = 4 I_3, h_3 = 0), the last on p_phi = 0 only.
 

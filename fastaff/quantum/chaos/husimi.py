@@ -91,7 +91,7 @@ class VibrationHusimi(Drawable):
     def __call__(self, z: ArrayLike) -> np.ndarray:
         """Return |<z|Psi>|^2 (...), between 0 and 1, at phase points z (2n, ...).
 
-        Sums over the lattice are integrals, but for waves shorter than its own, of which the state has none.
+        Sums over the lattice are integrals for all waves that it resolves; the state has no shorter ones.
         """
         lattice, width = self.state.lattice, np.array(self.width)[:, None, None]
         n = width.size
@@ -139,8 +139,8 @@ def husimi(
         deviation of ``|Psi|^2`` in each direction of position, of the coherent states e^(-``|a - q|^2``/(4 width^2) + i
         p.a/hbar), one number or (2,) for the planes a and b, as in `coherent_packet`; sqrt(hbar/2) by default;
         sqrt(hbar/(2 mu omega)) is that of an oscillation omega; of a vibration one or (n,) for its coordinates, by
-        default of the state's own proportions, sqrt(hbar dq/(2 dp)); tolerance: how much of the norm the expansion may
-        lack.
+        default of the state's own proportions, sqrt(hbar dq/(2 dp)); tolerance: the part of the norm that the expansion
+        may lack.
     :Returns: Husimi or VibrationHusimi, a function of phase points, of bodies in the planes: the points of
         `energy_grid`, `energy_sample` and `poincare_map` as they are.
     :Raises: ValueError or TypeError for wrong input, and where 640 radial quanta in each plane do not hold the state to
@@ -199,7 +199,7 @@ def _coefficients(state: Any, count: int, momenta: tuple[int, int], width: tuple
     for quanta, side in zip(momenta, width, strict=True):
         functions = [PlaneFactor(n, float(abs(quanta)), (ROOT2 * side) ** -2) for n in range(count)]
         x, weights = functions[0].rule(count + count // 2)
-        # Far nodes, where nothing of the expansion is left, have weights that overflow; no function is there.
+        # Far nodes have weights that overflow; all functions of the expansion are 0 there.
         table = np.array([f(x) for f in functions])
         radii.append(x)
         tables.append(np.where(np.isfinite(weights), table * np.where(np.isfinite(weights), weights, 0.0), 0.0))

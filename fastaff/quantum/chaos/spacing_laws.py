@@ -77,9 +77,9 @@ class BerryRobnik:
     def mean_ratio(self) -> float:
         """Return the mean ratio of neighbouring spacings of such a superposition.
 
-        Exact for Poisson; the chaotic part as if three levels were all there are, 4 - 2 sqrt3 = 0.5359 at chaotic = 1
-        where large matrices have 0.5307. Derived: the joint density of both spacings from the gap probability and the
-        three-level surmise of Atas et al.
+        Exact for Poisson; the chaotic part is that of three levels alone, 4 - 2 sqrt3 = 0.5359 at chaotic = 1; large
+        matrices have 0.5307. Derived: the joint density of both spacings from the gap probability and the three-level
+        surmise of Atas et al.
         """
         nodes, weights = np.polynomial.legendre.leggauss(80)
         share, scale = (1 + nodes) / 4, weights / 4  # smaller spacing = share*z of the sum z of both, in (0, 1/2)

@@ -71,7 +71,7 @@ def unfold(levels: ArrayLike, smooth: Callable[[np.ndarray], ArrayLike]) -> np.n
 
 
 def count_deviation(levels: ArrayLike, smooth: Callable[[np.ndarray], ArrayLike]) -> np.ndarray:
-    """Compute how far the staircase of the lowest levels is above a smooth count: a check that no level is missing.
+    """Compute the excess of the staircase of the lowest levels over a smooth count: a check that no level is missing.
 
     :Parameters: levels (n,): all from the lowest on; smooth: as in `unfold`.
     :Returns: k + 1/2 - smooth(E_k) (n,): it oscillates around 0 for `weyl_count`; from a missing level on it lies 1

@@ -1,4 +1,4 @@
-"""How many levels a symmetry class has below an energy, from its classical phase space."""
+"""The number of levels of a symmetry class below an energy, from its classical phase space."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ CHUNK = 48
 ORDER = 56
 """Gauss nodes between turning points, in either direction."""
 LINES, PANELS = 24, 60
-"""Rays and circles along which narrow features are looked for, and into how many panels each direction is cut at most.
+"""Rays and circles along which narrow features are sought, and the largest number of panels in each direction.
 """
 SCAN = 128
 """Radii on which a ray is searched for turning points, in equal steps of the logarithm."""
@@ -136,9 +136,9 @@ def weyl_count(body: Body, energy: ArrayLike, *, m: int, l: int, hbar: float = 1
     -1/12 for oscillators. Terms of the order hbar and oscillating terms are left out. A wall det phi = 0 must be soft
     on the scale of the wave length: mu c/(hbar p) > 1 for V = c/distance and momentum p; so must be narrow features of
     V, which are integrated as they are: waves longer than their widths see less of them than this expansion. Wells
-    between the points where V is looked at are found by intervals, where its formula takes them. Quadrature errors are
-    about 1e-6 of N, more at energies of saddles; some 20 ms for an energy, more where the integrals are cut at narrow
-    features of V.
+    between the sample points of V are found by intervals, if its formula takes them. Quadrature errors are about 1e-6
+    of N, more at energies of saddles; some 20 ms for an energy, more where the integrals are cut at narrow features of
+    V.
 
     :Source: Wigner 1932, Phys. Rev. 40, 749, and Kirkwood 1933, Phys. Rev. 44, 31 (order hbar^2); Langer 1937, Phys.
         Rev. 51, 669; the terms of fixed angular momenta are derived from H - omega_a L_a - omega_b L_b at imaginary
@@ -297,7 +297,7 @@ def _turning(well: _Well, rays: np.ndarray, energy: np.ndarray) -> tuple[np.ndar
     ends = []
     for inside, step in ((first, -1), (last, 1)):
         near, far = rho[ray, inside], rho[ray, np.clip(inside + step, 0, rho.shape[1] - 1)]
-        far = np.where(near == far, 0.0, far)  # nothing turns back before rho = 0
+        far = np.where(near == far, 0.0, far)  # no motion turns back before rho = 0
         for _ in range(34):
             middle = (near + far) / 2
             deep = well.value(middle, rays[ray]) < energy[ray]

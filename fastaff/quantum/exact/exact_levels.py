@@ -38,8 +38,8 @@ def exact_levels(
     """Compute exact energy levels of a solvable body: of given quantum numbers, or all of the lowest.
 
     :Parameters: n (2,) or (2, levels), whole numbers >= 0 of the two coordinates in the chart's order, with m, l: whole
-        numbers of spin and vorticity, one or (levels,); or below: all levels below this energy, or multiplets: how many
-        different energies with all their levels, both ascending; hbar > 0, in the units of the actions; chart:
+        numbers of spin and vorticity, one or (levels,); or below: all levels below this energy, or multiplets: number
+        of different energies, with all their levels, both ascending; hbar > 0, in the units of the actions; chart:
         ALPHA_BETA (default) or R_VARTHETA, which label the same levels differently; single_valued: wave functions on
         GL(2,R) need m + l even (else refused), False: on the covering.
     :Returns: LevelTable, perhaps of no level.
@@ -107,7 +107,7 @@ def _lowest(model: SolvableBody, multiplets: int, single_valued: bool) -> LevelT
 
 
 def _many(model: SolvableBody, top: float, single_valued: bool) -> int:
-    """Return about how many levels are below `top`: rather too many."""
+    """Return an upper estimate of the number of levels below `top`."""
     rise = top - float(model.energy(np.zeros((2, 1), np.int64), 0, 0)[0])
     if rise <= 0:
         return 0

@@ -21,22 +21,22 @@ from ..states.modes import Modes, modes_of, swapped
 from ..states.symmetry import action_quantum
 
 PERIODS, LONGER = 60.0, 2
-"""Periods of the slowest mode that a torus is fitted over; how often a fit that is undecided is given more time."""
+"""Periods of the slowest mode in the fit of a torus; number of times that an undecided fit gets more time."""
 STEPS, CLOSE = 8, 1e-5
-"""Newton's steps on the actions, and how close to its quanta an action is, in units of h, where they end: E is first
-order in what is left, so that the square of it is its error.
+"""Newton's steps on the actions, and the distance of an action from its quanta, in units of h, where they end: E is
+corrected to first order in the remaining distance, so that its error is of second order.
 """
 
 
 def is_vibration(body: Any) -> bool:
-    """Return whether a system is no body, but has a kinetic energy quadratic in the momenta."""
+    """Return whether a system is no body and has a kinetic energy quadratic in the momenta."""
     checked_model(body, needs="H = T(p) + V(q)")
     system = system_of(body)
     return not system.planar and system.quadratic
 
 
 def bodies_alone(body: Any, given: dict[str, tuple[Any, Any]]) -> None:
-    """Refuse arguments that only bodies have, where they are not as by default: (value, default) by name."""
+    """Refuse arguments that only bodies have, unless they have their defaults: (value, default) by name."""
     for name, (value, default) in given.items():
         if value is not default and not (isinstance(value, tuple) and value == default):
             raise ValueError(f"{name} is for a Body alone, {type(body).__name__} takes none: got {name} = {value!r}")
@@ -91,7 +91,7 @@ def level(model: Any, modes: Modes, n: np.ndarray | None, h: float, near: np.nda
 
 
 def _error(fit: TorusFit, away: np.ndarray, before: tuple[np.ndarray, float] | None) -> float:
-    """Return the error of E: that of the actions, what the last step of Newton's leaves, and rounding."""
+    """Return the error of E: that of the actions, the remainder of Newton's last step, and rounding."""
     change = fit.nu if before is None else (fit.nu - before[0]) * min(1.0, np.abs(away).max() / before[1])
     of_actions = np.abs(fit.nu) @ np.abs(fit.J) * (fit.residual + fit.prediction_error)
     return float(of_actions + np.abs(change) @ np.abs(away) + 64 * np.finfo(float).eps * abs(fit.energy))

@@ -47,7 +47,7 @@ def _classes(energy: Energy, top: float, step: int) -> Iterator[tuple[int, int, 
 
 
 def _lengths(energy: Energy, top: float, eta: int, gamma: int) -> Iterator[int]:
-    """Yield how many n1 there are below `top` for n2 = 0, 1, ... of a class, as long as there are any."""
+    """Yield the number of n1 below `top` for n2 = 0, 1, ... of a class, as long as there are any."""
     m, l = (gamma + eta) // 2, (gamma - eta) // 2
     for n2 in count():
         length, size = 0, 8

@@ -29,7 +29,7 @@ EBK = (2, 2)
 
 
 QUADRATURE = 5e-10
-"""Relative error of E(J) that is counted on: quadratures leave some 1e-11."""
+"""Assumed relative error of E(J): that of quadratures is some 1e-11."""
 
 
 @recorded
@@ -54,10 +54,10 @@ def quasiclassical_levels(
         numbers of spin and vorticity, one or (levels,); or below: all levels below this energy, ascending; maslov: the
         indices M of the two coordinates, BOHR_SOMMERFELD = (0, 0), EBK = (2, 2), or others; hbar > 0; single_valued:
         wave functions on GL(2,R) need m + l even (else refused), False: on the covering; chart, near as in
-        `from_action_angles`. Of a vibration, any other H = p.W p/2 + V(q): n (modes,) or (modes, levels), or
-        below, alone; modes: "normal", the fastest first, or "local", those of each coordinate; near (2n,) or (2n,
-        levels): the tori near phase points, such as one in a resonance, with n in the basis of `fit_torus`, by default
-        that of the next level.
+        `from_action_angles`. For a vibration, any other H = p.W p/2 + V(q): n (modes,) or (modes, levels), or below,
+        alone; modes: "normal", the fastest first, or "local", those of each coordinate; near (2n,) or (2n, levels): the
+        tori near phase points, such as one in a resonance, with n in the basis of `fit_torus`, by default that of the
+        next level.
     :Returns: LevelTable, perhaps of no level, with `spacing` and the status UNBOUND where no torus has these actions,
         of vibrations NOT_CONVERGED where none was found, as beyond a separatrix, where other modes may have one; its
         errors are those of E(J), not of the quantization.
@@ -70,7 +70,7 @@ def quasiclassical_levels(
 
     Vibrations: Newton's method on the actions of `fit_torus`, J_i = 2 pi hbar (n_i + M_i/4) with the torus' own Maslov
     indices. It counts as one of these modes where the largest lines of their amplitudes are a basis of its angles.
-    `below` does not look beyond levels that have none.
+    `below` does not search beyond levels without a torus.
 
     :Cost: that of `energy_of_actions`, about 20 microseconds for a level by quadrature; three fits for a level of a
         vibration, seconds.
@@ -93,7 +93,7 @@ def quasiclassical_levels(
         return mode_levels(body, n, below, near, hbar, way)
     if way != WAYS[0]:
         raise ValueError(f"modes is for vibrations alone, got {modes!r}")
-    separate(body, chart)  # what has no tori is said before numbers are asked that it has not
+    separate(body, chart)  # refuses a body without tori before its numbers are checked
     h, flagged = 2 * np.pi * positive("hbar", hbar), flag("single_valued", single_valued)
     indices = tuple(whole("maslov", index, 0) for index in maslov) if isinstance(maslov, (tuple, list)) else ()
     if len(indices) != 2:

@@ -49,7 +49,7 @@ class SolvableBody(NamedTuple):
         """Return s_alpha = sqrt(((m - l)/2)^2 + 2 mu c_alpha/hbar^2) and s_beta, the exponents at alpha = 0 and beta =
         0.
 
-        Raises ValueError where a wall attracts more than the angular momentum holds.
+        Raises ValueError if a wall attracts more than the centrifugal term repels.
         """
         spin, vorticity = np.asarray(m, float), np.asarray(l, float)
         squares = [

@@ -1,1 +1,1 @@
-"""Wave packets, and when they come back."""
+"""Wave packets and their revivals."""

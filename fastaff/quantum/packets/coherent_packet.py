@@ -44,9 +44,9 @@ def coherent_packet(
 
     :Parameters: z0 (8,): centre a1, a2, b1, b2 and momenta, as in `integrate`; width > 0: standard deviation of
         ``|Psi|^2`` in each direction of position, one number or (2,) for the planes a and b (sqrt(hbar/(2 mu omega))
-        keeps its shape in a harmonic body); body, hbar as in `spectrum`; count: how many levels of each class; m, l:
+        keeps its shape in a harmonic body); body, hbar as in `spectrum`; count: number of levels of each class; m, l:
         give both to take one class, in which the packet is normalised: best those next to p_phi/hbar and p_psi/hbar of
-        z0; missing: how much of the packet the states, and the classes left out, may lose.
+        z0; missing: the largest part of the packet that the states may lack, with the classes left out.
     :Returns: Packet.
     :Raises: ValueError or TypeError for wrong input, a centre outside of the body's domain, and as `projected_packet`.
     :Formula: Psi ~ exp(-``|q - q0|^2``/(4 width^2) + i p0.(q - q0)/hbar) in R^4; its harmonics e^(i k eta + i k' gamma)
@@ -148,7 +148,7 @@ class PlaneGaussian(NamedTuple):
         return {int(k): float(p) for k, p in zip(orders, share, strict=True) if p > 1e-15}
 
     def _angles(self, k: int) -> int:
-        """Return a number of angles that no harmonic of any weight is beyond."""
+        """Return a number of angles that resolves all harmonics with a weight."""
         far = np.hypot(*self.centre)
         rate = far / (2 * self.width**2) + np.hypot(*self.momentum) / self.hbar
         return 2 * (int((far + REACH * self.width) * rate) + k + 32)

@@ -93,12 +93,12 @@ def labelled_levels(
     chart: Any,
     single_valued: bool,
 ) -> list[tuple[LevelTable, dict[tuple[int, int], int]]]:
-    """Return the levels of classes of a separable body as far as all quantum numbers in `pairs`, and where each pair is
-    in them.
+    """Return the levels of classes of a separable body that include all quantum numbers in `pairs`, and the place of
+    each pair in them.
     """
     m, l = zip(*classes, strict=True)
     most = max(i + j for i, j in pairs)
-    count = (most + 1) * (most + 2) // 2 + most + 8  # as many as an oscillator has up to there, and some
+    count = (most + 1) * (most + 2) // 2 + most + 8  # the number of an oscillator up to there, and some more
     while True:
         tables = spectrum_table(body, m=m, l=l, count=count, hbar=hbar, chart=chart, single_valued=single_valued)
         places = [{(i, j): k for k, (i, j) in enumerate(table.n.T.tolist())} for table in tables]

@@ -2,7 +2,7 @@
 
     Psi(t) = sum over k of c_k e^(-i E_k t/hbar) Psi_k
 
-A `Packet` is energies, coefficients and states of any symmetry classes; where the states come from does not matter.
+A `Packet` is energies, coefficients and states of any symmetry classes; the source of the states does not matter.
 """
 
 from __future__ import annotations
@@ -29,9 +29,9 @@ from ..states.symmetry import SymmetryClass
 class Packet:
     """A wave packet: coefficients c (states,) of stationary states with energies E (states,), and hbar.
 
-    states: `State`s of one or many classes, of one body. The coefficients are kept as they are given: of a projection,
-    1 - `norm`^2 is the part of the packet that the states do not hold, `missing`. Methods take `time`, one number or an
-    array (times,), whose shape comes first in the result; each state is evaluated once.
+    states: `State`s of one or many classes, of one body. The coefficients are kept as they are given; after a
+    projection, 1 - `norm`^2 is the part of the packet that the states do not hold, `missing`. Methods take `time`, one
+    number or an array (times,), whose shape comes first in the result; each state is evaluated once.
     """
 
     states: tuple[State, ...]
@@ -85,7 +85,7 @@ class Packet:
         return float(np.linalg.norm(self.coefficients))
 
     def evolved(self, time: float) -> Packet:
-        """Return the packet that this one is after `time`."""
+        """Return this packet after `time`."""
         moment = _moments(time)
         if moment.ndim:
             raise ValueError(f"time must be one number, got shape {moment.shape}")
@@ -199,8 +199,8 @@ class Packet:
 
 
 def _amplitudes(x: ArrayLike, y: ArrayLike, chart: Chart) -> Callable[[State], np.ndarray]:
-    """Return what evaluates a state at invariants of a chart: factors, where it has them there, on x and y before they
-    broadcast.
+    """Return a function that evaluates a state at invariants of a chart; a state with factors in it has them evaluated
+    on x and y before they broadcast.
     """
     first, second = checked_invariants(x, y, chart)
     front = invariants_of(chart).front

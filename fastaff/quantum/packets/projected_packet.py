@@ -20,7 +20,7 @@ from ..states.symmetry import SymmetryClass, checked_class
 from .packet import Packet
 
 NOTHING = 1e-3
-"""Part of what may be missing that states may have together to be left out of a packet."""
+"""Part of `missing` that the states left out of a packet may have together."""
 
 
 @says_progress
@@ -41,10 +41,10 @@ def projected_packet(
     :Parameters: function(x, y): Psi e^(-i m phi - i l psi), real or complex, at arrays of the invariants of `chart`
         (ALPHA_BETA, R_VARTHETA, TWO_POLAR), everywhere: its part beyond a wall of V is missing; it need not be
         normalised, and must have ended at twice the reach of the states; body, m, l, count, hbar, single_valued as in
-        `spectrum`; missing: how much of the function the states may fail to hold.
+        `spectrum`; missing: the largest part of the function that the states may lack.
     :Returns: Packet, of norm^2 = 1 - missing.
     :Raises: ValueError or TypeError for wrong input, for a function that is not finite or that the quadrature does not
-        resolve, and where more than `missing` is lost: it then says how many levels to ask for.
+        resolve, and where more than `missing` is lost, with a sufficient number of levels.
     :Formula: c_k = ``<Psi_k|Psi>``/||Psi||, Gauss-Legendre quadrature to about 1e-9.
     :Cost: that of `spectrum`, and milliseconds.
     :Source: Martens & Slawianowski, EQ4.3 (the states; the expansion is the spectral theorem).
@@ -110,7 +110,7 @@ def kept_packet(states: list[State], coefficients: np.ndarray, hbar: float, miss
 
 
 def holding(build: Callable[[int], Packet], count: int, missing: float) -> Packet:
-    """Return build(count) if it lacks no more than `missing`; else find how many levels would do, and say so."""
+    """Return build(count) if it lacks no more than `missing`; else raise an error with a sufficient count."""
     packet = build(count)
     if packet.missing <= missing:
         return packet

@@ -18,22 +18,22 @@ from .singular_ends import decayed, exponent, sampled
 LARGEST = 6000
 """Largest matrix: 0.3 GB each of a handful."""
 TAILS = 4.0
-"""Error in units of what is cut off changes in second order of perturbation theory; 0.7 to 1.2 times the truth is that
-as a rule."""
+"""Error in units of the second-order perturbation by the states that are cut off; that is usually 0.7 to 1.2 times the
+true error."""
 LEVELS = 16
 """Levels whose waves are held in the whole basis at once."""
 STEEP = 1e9
-"""Where exponential walls are cut off, in units of the energy: no wave reaches there, and its rounding would be that of
-all levels.
+"""Height at which exponential walls are cut off, in units of the energy: no wave reaches there, and the rounding of
+larger values would be in all levels.
 """
 
 
 class TooLarge(Exception):
-    """The matrix would be larger than it may be: says how large, and what makes it so."""
+    """The matrix would be larger than it may be: the message has its size and the reason."""
 
 
 def too_large(size: float, largest: int, parts: tuple[Panels, Panels], narrow: bool) -> TooLarge:
-    """Return the sentence; narrow: whether features of V make the matrix large, not waves."""
+    """Return the error; narrow: whether features of V make the matrix large, not waves."""
     if not narrow:
         ends = parts[0].edges
         return TooLarge(
@@ -50,7 +50,7 @@ def too_large(size: float, largest: int, parts: tuple[Panels, Panels], narrow: b
 
 class _Bases(NamedTuple):
     """Grid in rho and basis in x: polynomials of nodes, nodes, -d^2/drho^2 + (3/4 - rest)/rho^2 between nodes, rest;
-    matrix of L_x; the basis in rho and what its weight leaves of the potential.
+    matrix of L_x; the basis in rho, and the potential less the part that its weight takes.
     """
 
     rho: Interval
@@ -86,7 +86,7 @@ def beyond(problem: Problem, bottom: float, top: float) -> float:
 
 
 def sizes(problem: Problem, near: float, far: float, bottom: float, top: float, density: float) -> tuple[int, int]:
-    """Return how many global functions of rho and of x resolve waves."""
+    """Return the numbers of global functions of rho and of x that resolve waves."""
     return int(density * (0.5 * np.sqrt(top - bottom) * (far - near) + 12)), int(
         density * (1.2 * problem.channels(top) + 16)
     )
@@ -125,8 +125,8 @@ def _bases(problem: Problem, parts: tuple[Panels, Panels], bottom: float, top: f
 
 
 def inner_exponent(near: float, tiny: float, matrix: np.ndarray) -> float:
-    """Return the exponent at the least rho: at 0 of the lowest channel, whose matrix at a tiny rho has rho^2 U where it
-    has a limit.
+    """Return the exponent at the least rho: at rho = 0 that of the lowest channel, from `matrix` at a tiny rho, where
+    rho^2 U has its limit.
     """
     return exponent("V", 0.75 + float(np.linalg.eigvalsh(matrix)[0]) * tiny**2, "at phi = 0") if near == 0.0 else 1.0
 
@@ -141,7 +141,7 @@ def by_channels(
     density: float,
     depth: float,
 ) -> tuple[np.ndarray, Waves, int, np.ndarray]:
-    """Return the lowest eigenvalues, their waves, the size, and what the cut leaves, for one cut and density."""
+    """Return the lowest eigenvalues, their waves, the size, and the errors of the cut, for one cut and density."""
     bases, highest = _bases(problem, parts, bottom, top, density), bottom + STEEP * (top - bottom)
     energies, vectors = np.linalg.eigh(_angular_matrices(problem, bases.angular, bases.free, bases.nodes, highest))
     energies = energies + bases.rest / bases.nodes[:, None] ** 2
@@ -167,8 +167,8 @@ def by_channels(
 
 
 def _kept(energies: np.ndarray, rho: np.ndarray, limit: float, top: float, depth: float) -> np.ndarray:
-    """Return which channels (rho, n) to keep: those below `limit`, and their tails until an action of `depth` at the
-    energy `top`.
+    """Return the mask (rho, n) of the channels to keep: those below `limit`, and their tails up to an action of `depth`
+    at the energy `top`.
 
     Behind centrifugal barriers waves decay by a power of rho: a cut in energy alone would converge slowly.
     """

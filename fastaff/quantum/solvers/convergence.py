@@ -1,4 +1,4 @@
-"""Bases enlarged until two in succession agree, and what the last one leaves."""
+"""Bases enlarged until two in succession agree, and the error of the last one."""
 
 from __future__ import annotations
 
@@ -20,13 +20,13 @@ ROUGH = 3.0
 NOISE = 1e-6
 """Part of a change below which the sign of the next one means nothing."""
 SAFE = 2.0
-"""Error in units of what such a power leaves."""
+"""Error in units of the remainder of such a power."""
 
 
 def until_equal(solve, n, hi, grow, count, tolerance, powers):
-    """Enlarge basis and interval until the values of two in succession agree: twofold while they are far from it.
+    """Enlarge basis and interval until the values of two in succession agree, twofold while they are far apart.
 
-    Return basis, values and vectors, errors, size. A smaller basis goes before, for how fast changes fall.
+    Return basis, values and vectors, errors, size. A smaller basis goes before and shows how fast changes fall.
     """
     sizes, change, far = [max(int((n - 12) / 1.25), count + 2)], None, False
     _, (coarse, _) = solve(sizes[0], hi / grow)
@@ -45,11 +45,11 @@ def until_equal(solve, n, hi, grow, count, tolerance, powers):
 
 
 def _left(sizes: list[int], change: np.ndarray, gap: np.ndarray, floor: np.ndarray, powers: np.ndarray) -> np.ndarray:
-    """Return what is left behind two changes between bases of three sizes.
+    """Return the remaining error after two changes between bases of three sizes.
 
-    Twice the last one, and twice what follows if errors fall as a power of the size, as they do at singular ends whose
-    functions no exponent makes smooth. Changes of different signs, of the basis and of its quadrature, tell no power:
-    the error is the larger one.
+    It is twice the last change, and twice the following ones if errors fall as a power of the size, as at singular ends
+    whose functions no exponent makes smooth. Changes of different signs, of the basis and of its quadrature, show no
+    power: the error is the larger one.
     """
     size, last = np.abs(change), np.abs(gap)
     if powers[-1] < POWERS[-1]:  # errors of the basis and of its quadrature may cancel

@@ -1,7 +1,7 @@
-"""Where a potential may be lower than its samples: boxes that shrink until what encloses V on them says no more.
+"""Places where a potential may be lower than its samples: boxes that shrink until the enclosure of V excludes wells.
 
-Samples see no well that is narrower than their distances. An enclosure, by intervals that run through the formula of V,
-sees all of them: a box whose enclosure reaches far below the samples in it is halved.
+Samples miss wells that are narrower than their distances. An enclosure, by intervals that run through the formula of V,
+misses none: a box whose enclosure reaches far below the samples in it is halved.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from .singular_ends import potential, sampled
 SLACK = 0.1
 """How far, in parts of the energy of the levels above the bottom, V may be below the samples of a box."""
 MOST, MANY = 1 << 17, 1 << 10
-"""Boxes that are looked at, and after how many of them curvatures are asked too."""
+"""Largest number of boxes, and the number after which curvatures are used too."""
 THIN = 2.0**-44
 """Narrowest box, in parts of its coordinates."""
 EDGE = 2.0**-13
@@ -27,15 +27,15 @@ AXIS = 2e-5
 NODES = 1500
 """Nodes that a cover adds to a grid at most."""
 ONLY_SAMPLES = "; V is known at points only: no well between them is excluded"
-"""What is said of levels where no intervals run through V."""
+"""Words in the method of levels if V takes no intervals."""
 
 
 class Cover(NamedTuple):
-    """Boxes that together hold all places where V may be below the top energy, but for what its samples show.
+    """Boxes that together hold all places where V may be below the top energy, and their samples of V.
 
     V(points (d, ...)); kinetic: of the highest level at the bottom; lo, hi (d, boxes); at (d, boxes), low (boxes,): the
-    least sample of each; floor (boxes,): what V is not below in it; doubt (boxes,): whether that is far below `low`;
-    blind: whether no intervals run through V, and there are no boxes.
+    least sample of each; floor (boxes,): a lower bound of V in it; doubt (boxes,): whether that is far below `low`;
+    blind: V takes no intervals, and there are no boxes.
     """
 
     V: Callable
@@ -50,7 +50,7 @@ class Cover(NamedTuple):
 
     @property
     def said(self) -> str:
-        """What is said of levels with this cover."""
+        """Words for the method of levels with this cover."""
         return ONLY_SAMPLES if self.blind else ""
 
     def where(self, chosen: np.ndarray) -> Cover:
@@ -60,12 +60,12 @@ class Cover(NamedTuple):
         return Cover(self.V, self.kinetic, lo, hi=hi, at=at, low=low, floor=floor, doubt=doubt, blind=self.blind)
 
     def unseen(self, grids: Sequence[np.ndarray]) -> Cover:
-        """Return the boxes whose least samples are much lower than V is at the points of grids around them."""
+        """Return the boxes whose least samples are much lower than V at the points of grids around them."""
         after = [np.clip(np.searchsorted(grid, at), 1, grid.size - 1) for grid, at in zip(grids, self.at, strict=True)]
         return self._below(*(np.array([grid[k - i] for grid, k in zip(grids, after, strict=True)]) for i in (1, 0)))
 
     def thin(self, lo: float, hi: float, samples: int) -> np.ndarray:
-        """Return the intervals (2, k), inside of (lo, hi), that so many samples there do not see."""
+        """Return the intervals (2, k), inside of (lo, hi), whose wells so many samples there miss."""
         step, edge = (hi - lo) / samples, EDGE * (hi - lo)
         some = self.where((self.lo[0] > lo + edge) & (self.hi[0] < hi - edge))
         before = lo + step * (np.floor((some.at - lo) / step - 0.5) + 0.5)
@@ -83,9 +83,9 @@ class Cover(NamedTuple):
         return nodes[:: max(-(-nodes.size // NODES), 1)]
 
     def lost(self, E: np.ndarray) -> np.ndarray:
-        """Return how much levels E of -Delta + V may be too high by wells that cannot be excluded.
+        """Return bounds of the error of levels E of -Delta + V by wells that cannot be excluded: E may be too high.
 
-        No more than to the floor; to first order what V may fall by, times the largest density of waves.
+        The least of the distance to the floor and, to first order, the possible fall of V times the largest density.
         """
         some = self.where(self.doubt & (self.floor < E.max()))
         if not some.low.size:
@@ -136,7 +136,7 @@ def plane_cover(
             return np.asarray(potential(body, A, B) / unit + rest(A, B))
 
     def sag(lo: np.ndarray, hi: np.ndarray) -> np.ndarray:
-        """How far V may be below the corners: boxes are quadrangles of A + B and A - B; curvatures there bound that."""
+        """Bound by curvatures how far V may be below the corners: boxes are quadrangles of A + B and A - B."""
         A, B = Sector(lo, hi).squares()
         V_AA, V_AB, V_BB = map(interval, body.potential.curvatures(A, B))
         steep = rest(A.lo**3, np.inf), rest(np.inf, B.lo**3)
@@ -161,13 +161,13 @@ def _cover(
 ) -> Cover:
     """Return a cover of the boxes lo, hi (d, boxes).
 
-    enclosure(lo, hi) gives what V is not below on boxes, sag(lo, hi) how much lower than at its corners it may be.
+    enclosure(lo, hi) encloses V on boxes, sag(lo, hi) bounds how far V may be below its corners.
     """
     done, looked = [], 0
     while True:
         try:
             floor = _floor(enclosure, lo, hi)
-        except Exception:  # whatever a function raises that takes numbers alone
+        except Exception:  # any error of a function that takes numbers alone
             none = np.empty(0)
             return Cover(V, kinetic, *(lo[:, :0],) * 3, none, none, none > 0, True)
         keep, looked = floor < top, looked + lo.shape[1]

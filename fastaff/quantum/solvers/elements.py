@@ -1,6 +1,6 @@
 """Spectral elements for Sturm-Liouville problems whose potential has narrow features.
 
-Where a global basis would need too many functions, panels that resolve the potential become elements with a nodal basis
+If a global basis needs too many functions, panels that resolve the potential become elements with a nodal basis
 (Gauss-Lobatto, Gauss-Radau with the exponents at the ends of the interval): V is diagonal in it, the matrix banded.
 """
 
@@ -59,7 +59,7 @@ class Elements(NamedTuple):
 
     @property
     def size(self) -> int:
-        """Return how many functions there are."""
+        """Return the number of functions."""
         return self.mass.size
 
     def diagonal(self, q: np.ndarray) -> np.ndarray:
@@ -67,7 +67,7 @@ class Elements(NamedTuple):
         return summed(self.weight * q) / self.mass
 
     def kinetic(self, p: np.ndarray) -> np.ndarray:
-        """Return the matrices (E, n, n) of int p f'^2, p (E, n), less what -(p w')'/w adds to the potential."""
+        """Return the matrices (E, n, n) of int p f'^2, p (E, n), less the part -(p w')'/w of the potential."""
         blocks = (self.slopes * (self.weight * p)[..., None]).mT @ self.slopes
         low, high = self.bounds(p)
         blocks[0, -1, -1] += low
@@ -91,8 +91,8 @@ class Elements(NamedTuple):
         return (coo_matrix((blocks.ravel(), (rows, columns))) + diags(self.diagonal(q))).tocsc()
 
     def bounds(self, p: np.ndarray) -> tuple[float, float]:
-        """Return p w w' where the first element ends, and -p w w' where the last one begins: what integration by parts
-        leaves there.
+        """Return p w w' where the first element ends, and -p w w' where the last one begins: the boundary terms of
+        integration by parts.
         """
         h, ends = np.diff(self.edges), self.interval
         return float(p[0, -1] * ends.e_lo[0] / h[0]), float(p[-1, 0] * ends.e_hi[-1] / h[-1])
@@ -103,8 +103,8 @@ class Elements(NamedTuple):
         return values[np.arange(self.x.shape[0])[:, None] * n + np.arange(n + 1)]
 
     def table(self, below: np.ndarray, above: np.ndarray, shift: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
-        """Return which functions are not 0 at points (points, n), and their values there times below^shift (points,
-        n).
+        """Return the numbers of the functions that are not 0 at points (points, n), and their values there times
+        below^shift (points, n).
         """
         span = self.hi - self.lo
         place = np.where(below < above, below, span - above)
@@ -275,9 +275,9 @@ class ElementFunction(NamedTuple):
 def lowest(matrix: Any, count: int, top: float, step: float) -> np.ndarray:
     """Return eigenvectors (size, count) of the lowest eigenvalues of a sparse symmetric matrix.
 
-    By Lanczos with the inverse of matrix - s; s below all eigenvalues, so that no pivot is negative, is looked for
-    below `top` in steps that double. Eigenvalues that Lanczos has once and the matrix twice are looked for in what is
-    left.
+    The method is Lanczos with the inverse of matrix - s; s lies below all eigenvalues, so that no pivot is negative,
+    and is sought below `top` in steps that double. Double eigenvalues that Lanczos has once are sought in the remaining
+    space.
     Source: Lehoucq, Sorensen & Yang 1998, ARPACK Users' Guide (shift and invert).
     """
     from scipy.sparse import identity
@@ -306,7 +306,7 @@ def _by_lanczos(factor: Any, size: int, count: int) -> np.ndarray:
     from scipy.sparse.linalg import LinearOperator, eigsh
 
     most = RESTARTS if size <= DENSE else None
-    start = np.cos(np.arange(size) * 1.234567)  # the same every time, and orthogonal to nothing
+    start = np.cos(np.arange(size) * 1.234567)  # the same every time, and orthogonal to no eigenvector
     inverse = LinearOperator((size, size), matvec=factor.solve, dtype=float)
     values, vectors = eigsh(inverse, k=count, v0=start, ncv=min(size, 2 * count + 24), maxiter=most)
     while True:
@@ -353,15 +353,15 @@ def solve(
 
 
 def left_over(line: Elements, missed: np.ndarray, c: np.ndarray) -> np.ndarray:
-    """Return int |what V misses| f^2 (count,) for vectors c (size, count), missed (E,): the first order of perturbation
-    theory.
+    """Return int missed f^2 (count,) for vectors c (size, count): the first order of perturbation theory; missed (E,):
+    the misfit of V.
     """
     share = (line.local(c / np.sqrt(line.mass)[:, None]) ** 2 * line.weight[..., None]).sum(axis=1)
     return np.minimum(missed, 1e300) @ share
 
 
 def first_signs(c: np.ndarray) -> np.ndarray:
-    """Return the signs (count,) of vectors c (size, count) where they begin, from the lower end."""
+    """Return the signs (count,) that vectors c (size, count) have next to the lower end."""
     density = c**2
     first = np.argmax(density > 1e-8 * density.max(axis=0), axis=0)
     return np.sign(c[first, np.arange(c.shape[1])])

@@ -152,8 +152,8 @@ class BarrierTable(NamedTuple):
 
 class Factors(NamedTuple):
     """Solutions of one-dimensional problems: values and their errors (problems, levels), their functions by problem and
-    level, the size of the basis, what is to be said of the potential, and how much values may be too high by wells of
-    it that are not excluded, where this is not in the error.
+    level, the size of the basis, `said` about the potential, and the amount by which values may be too high because of
+    wells that are not excluded, if this is not in the error.
     """
 
     values: np.ndarray

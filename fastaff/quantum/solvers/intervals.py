@@ -1,4 +1,4 @@
-"""Intervals of numbers that run through the formulas of a potential: what they return encloses all its values there.
+"""Intervals of numbers that run through the formulas of a potential: their results enclose all its values there.
 
 Operators and NumPy's functions of intervals are intervals. Rounding is not directed: enclosures hold to some 1e-13.
 """

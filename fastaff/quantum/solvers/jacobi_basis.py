@@ -1,8 +1,8 @@
 """Spectral Galerkin method for Sturm-Liouville problems -(p f')' + q f = lambda f with singular ends.
 
 The basis on (lo, hi) is f = (x - lo)^e_lo (hi - x)^e_hi times orthonormal Jacobi polynomials, e the exponents of the
-wanted solution, so what is left to the polynomials is smooth. Many problems that differ in exponents and in q are
-solved at once (first axis).
+wanted solution, so that the remaining factor is smooth. Many problems that differ in exponents and in q are solved at
+once (first axis).
 """
 
 from __future__ import annotations
@@ -87,7 +87,7 @@ class IntervalFunction(NamedTuple):
         middle = (self.hi - self.lo) / 2
         low, high = np.where(inside, below, middle), np.where(inside, above, middle)
         weight = interval_weight(self.lo, self.hi, self.e_lo, self.e_hi, low, high, shift)
-        # Beyond what floats hold polynomials overflow where their weight vanishes.
+        # Where the weight is below the range of floats, polynomials overflow.
         inside &= weight > 1e-300
         t = np.clip((low - high) / (self.hi - self.lo), -1, 1)
         diagonal, off = recurrence(self.coefficients.size, np.array([2 * self.e_hi]), np.array([2 * self.e_lo]))

@@ -1,5 +1,5 @@
 """The lowest eigenvalues of a matrix by LAPACK, called by its address: SciPy's own call keeps Python's lock until it
-ends, so that no Ctrl-C and no word of progress came through for a minute.
+ends, so that Ctrl-C and progress would wait for a minute.
 """
 
 from __future__ import annotations

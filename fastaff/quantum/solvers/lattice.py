@@ -1,4 +1,4 @@
-"""Levels on a lattice of points: the grid, its Hamiltonian, what its points miss."""
+"""Levels on a lattice of points: the grid, its Hamiltonian, and the error of the points."""
 
 from __future__ import annotations
 
@@ -36,9 +36,8 @@ class Problem(NamedTuple):
 
 
 class Grid(NamedTuple):
-    """Points of a lattice from `low` to `high` (d,) steps off the lowest well; which axes go around; V (n1, ...), which
-    points are kept; where wells are, in steps (d, wells); the wall; points from where V falls
-    out of the wells.
+    """Points of a lattice from `low` to `high` (d,) steps off the lowest well; around: mask of periodic axes; V and
+    kept, a mask of points, (n1, ...); the wells in steps (d, wells); the wall; points from which V falls out of them.
     """
 
     low: np.ndarray
@@ -85,7 +84,7 @@ class Found(NamedTuple):
 def lowest(grid: Grid, problem: Problem, cut: float, count: int) -> Found:
     """Return the lowest levels of a grid.
 
-    Where the points resolve V and a state, the mean of V over the state is the same for points between them: where V is
+    If the points resolve V and a state, the mean of V over the state is the same for points between them; if V is
     narrower than the step, or singular, it is not.
     """
     T = [kinetic(n, step, bool(turns)) for n, step, turns in zip(grid.V.shape, grid.step, grid.around, strict=True)]
@@ -109,13 +108,13 @@ def lowest(grid: Grid, problem: Problem, cut: float, count: int) -> Found:
 
 
 def _between(n: int, shift: float, around: bool) -> np.ndarray:
-    """Return the waves of n points, around for an odd number of them, at points moved by a part of a step."""
+    """Return the waves of n points, periodic if `around` (then n is odd), at points moved by a part of a step."""
     apart = np.subtract.outer(np.arange(n) + shift, np.arange(n))
     return np.sinc(apart) / np.sinc(apart / n) if around and shift else np.sinc(apart)
 
 
 def kinetic(n: int, step: float, around: bool) -> np.ndarray:
-    """Return -(1/2) d^2/du^2 between the points of a lattice, around for an odd number of them."""
+    """Return -(1/2) d^2/du^2 between the n points of a lattice, periodic if `around` (then n is odd)."""
     difference = np.subtract.outer(np.arange(n), np.arange(n))
     sign = 1.0 - 2.0 * (difference % 2)
     same, apart = difference == 0, np.where(difference == 0, 1, difference)

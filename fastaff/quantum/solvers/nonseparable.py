@@ -32,10 +32,9 @@ from .singular_ends import (
 ELEMENTS = ((5,), (6,), (8,), (11,), (14,), (18,))
 """Nodes of every element where V has narrow features: bases from small to large."""
 LINES, CLOSE = 48, 3
-"""Lines of either coordinate along which V is looked at, and how many of them densely."""
+"""Lines of either coordinate along which V is sampled, and the number of dense ones."""
 ROUNDS, WORST = 3, 8
-"""How often partitions are refined along lines through the points where V is not resolved, and through how many of
-them.
+"""Number of refinements of partitions along lines through points where V is not resolved, and number of these points.
 """
 PANELS = (120, 30)
 """Panels of rho and of x at most."""
@@ -46,7 +45,7 @@ ANGLES = 200
 SPECTRAL = 4.0
 """Error of elements in units of the change from a lower degree: 0.1 where V is smooth, 1 at cones."""
 SMOOTH = 0.5
-"""Error of global bases in units of the change from a smaller one: 0.1 as a rule, and what is cut off counts too."""
+"""Error of global bases in units of the change from a smaller one: usually 0.1; the error of the cut-off is added."""
 ALGEBRAIC = 30.0
 """Error in units of the change from a smaller basis where convergence is algebraic; 26 was the worst seen."""
 STEPS = (
@@ -143,7 +142,7 @@ def plane_levels(
 
 
 def _unlike(chosen: SymmetryClass) -> str:
-    """Say what levels need that are near none of the functions of their class."""
+    """Return the end of the error for levels that are near none of the functions of their class."""
     return (
         f"other functions than those of |m - l| = {2 * chosen.a:g} and |m + l| = {2 * chosen.b:g}, whose barriers are "
         "so unlike V that none of them are near its levels; take smaller m and l, or a larger hbar"
@@ -152,8 +151,8 @@ def _unlike(chosen: SymmetryClass) -> str:
 
 @dataclass
 class _Bases:
-    """Bases of a problem from small to large: levels, waves, size and what is left over of those that were solved
-    (`done`), and why one was refused.
+    """Bases of a problem from small to large: levels, waves, size and remaining errors of those that were solved
+    (`done`), and the reason why one was refused.
     """
 
     problem: Problem
@@ -167,7 +166,7 @@ class _Bases:
 
     @property
     def sizes(self) -> tuple:
-        """Return what `solve` takes of each basis."""
+        """Return the arguments of the solver for each basis."""
         return STEPS if self.smooth else ELEMENTS
 
     def larger(self, report: Callable[[float], None] | None) -> Iterator[np.ndarray]:
@@ -184,7 +183,7 @@ class _Bases:
                 report((number + 1) / len(self.sizes))
 
     def smaller(self) -> Iterator[None]:
-        """Put smaller bases before the only one, or where there is none, until there are two to compare."""
+        """Put smaller bases before the only one, or in place of a missing one, until there are two to compare."""
         for number in range(SMALLER[self.smooth] - 1, -1, -1):
             if len(self.done) < 2 and (found := self.solve(number)) is not None:
                 self.done.insert(0, found)
@@ -211,7 +210,7 @@ class _Bases:
 
 
 def _range(problem: Problem, count: int, unit: float) -> tuple[float, float]:
-    """Return the bottom of V, and an energy below which there are `count` levels and more, fewer of them where they
+    """Return the bottom of V, and an energy with `count` levels and some spare ones below it, fewer spare ones if they
     reach far, as next to a limit of V.
     """
     bottom = float(problem.lowest.min())
@@ -231,14 +230,14 @@ def _range(problem: Problem, count: int, unit: float) -> tuple[float, float]:
 
 
 def _seen(problem: Problem, body: Any, unit: float, bottom: float, top: float) -> Cover:
-    """Return where V may be below the top energy."""
+    """Return the cover of the places where V may be below the top energy."""
     quanta = float(problem.a[0]), float(problem.b[0])
     ends = float(problem.rho[0]), float(problem.rho[-1])
     return plane_cover(body, quanta, ends, problem.well.hi < 3, top, top - bottom, unit)
 
 
 def _wanted(problem: Problem, count: int, unit: float, spare: int) -> float:
-    """Return how many states there should be below the top energy; raises where V does not bind the levels."""
+    """Return the number of states that should lie below the top energy; raises if V does not bind the levels."""
     wanted = 1.1 * count + spare
     if np.isinf(problem.threshold):
         return wanted
@@ -255,11 +254,11 @@ def _wanted(problem: Problem, count: int, unit: float, spare: int) -> float:
 def _partition(
     problem: Problem, ends: tuple[float, float], bottom: float, top: float, hidden: Cover
 ) -> tuple[Panels, Panels]:
-    """Return partitions of rho and of x that resolve V: seen on LINES of the other coordinate, on a few of them
-    densely, between, and where wells are hidden.
+    """Return partitions of rho and of x that resolve V on LINES of the other coordinate, on a few of them densely,
+    between the lines, and at hidden wells.
 
-    Where points between the lines find something, lines through them are looked at too; what is not resolved then is
-    counted. What V misses where states hardly reach counts as little.
+    If V is not resolved at points between the lines, lines through them are added; the remaining misfit is an error. It
+    counts little where states hardly reach.
     """
     share = partial(problem.share, top=top)
     x, quasi = _line_x(problem), (np.arange(LINES) * 0.6180339887498949 + 0.31) % 1

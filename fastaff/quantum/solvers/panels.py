@@ -1,6 +1,6 @@
-"""Where a potential is resolved: partitions of an interval on which it is its own interpolant.
+"""Resolution of a potential: partitions of an interval on whose panels it equals its interpolant.
 
-An interval is halved until on every panel the potential is the polynomial through a few of its points, seen at many
+An interval is halved until on every panel the potential agrees with the polynomial through a few of its points, at many
 others.
 """
 
@@ -15,32 +15,32 @@ import numpy as np
 from .singular_ends import sampled
 
 ORDER = 12
-"""Points whose polynomial is held against a potential on a panel."""
+"""Points of the polynomial that is compared with a potential on a panel."""
 DENSE = 1 << 15
-"""Points of an interval at which a potential of one variable is looked at: half a step sees a Gaussian of 4e-6 of the
-interval.
+"""Points of an interval at which a potential of one variable is evaluated: half a step resolves a Gaussian of 4e-6 of
+the interval.
 """
 FEWEST = 48
-"""Points at which a panel is looked at, however short it is."""
+"""Points at which V is evaluated on a panel, however short it is."""
 MISS = 1e-8
 """Distance of a potential from its polynomial, relative to |V| and to the energies of the levels, below which a panel
 resolves it.
 """
 SHORTEST = 2.0**-30
-"""Shortest panel, relative to the interval; what is not resolved there counts as error."""
+"""Shortest panel, relative to the interval; its remaining misfit counts as error."""
 SPAN = 2.0**-13
 """Panels at the ends of an interval are not cut below this part of it: singular ends are in the exponents of the basis.
 """
 SCATTERED = 1 << 18
-"""Points of a rectangle at which a potential is held against its panels: a Gaussian of 1e-3 of the sides is seen."""
+"""Points of a rectangle at which a potential is compared with its panels: they find a Gaussian of 1e-3 of the sides."""
 BETWEEN = 1e-6
-"""The same as MISS at these."""
+"""The same as MISS at these points."""
 WAVES = 7.0
 """Phase of the shortest wave over one element."""
 
 
 class Panels(NamedTuple):
-    """Edges (panels + 1,) of a partition of an interval, and what a potential differs from its polynomial by on each
+    """Edges (panels + 1,) of a partition of an interval, and the difference of a potential from its polynomial on each
     panel (panels,).
     """
 
@@ -49,7 +49,7 @@ class Panels(NamedTuple):
 
     @property
     def needed(self) -> int:
-        """Nodes that a global Gauss rule takes to be as dense as the panels' own points, away from the ends.
+        """Nodes of a global Gauss rule that is as dense as the panels' own points, away from the ends.
 
         n of its nodes are pi sqrt(d d')/n apart at distances d, d' from the ends; panels graded to a singular end do
         not count.
@@ -66,11 +66,11 @@ class Panels(NamedTuple):
         return self.edges[:-1, None] + np.diff(self.edges)[:, None] * chebyshev(FEWEST)[0]
 
     def place(self, at: np.ndarray) -> np.ndarray:
-        """Return the numbers of the panels that points are in."""
+        """Return the numbers of the panels that hold given points."""
         return np.clip(np.searchsorted(self.edges, at, "right") - 1, 0, self.missed.size - 1)
 
     def missing(self, at: np.ndarray, miss: np.ndarray) -> Panels:
-        """Return the same with what a potential misses by at some points too."""
+        """Return the same partition with the misfits of a potential at further points."""
         missed = self.missed.copy()
         np.maximum.at(missed, self.place(at), miss)
         return Panels(self.edges, missed)
@@ -131,8 +131,8 @@ def panels(
     """Return a partition of (lo, hi) on which V is resolved, or of `most` panels.
 
     V(points) -> (..., points), rows of potentials at once; low, scale: the bottom, and the energy of the levels above
-    it; dense: a power of 2, at how many points in equal steps V is looked at to begin with; thin: intervals (2, k) in
-    which there is something to see, however narrow.
+    it; dense: a power of 2, the number of equidistant points at which V is first evaluated; thin: intervals (2, k) with
+    narrow features.
     """
     thin = np.empty((2, 0)) if thin is None else thin
     left, width, depth = np.array([lo]), hi - lo, 0
@@ -168,7 +168,7 @@ def panels(
 
 
 def _holding(left: np.ndarray, width: float, thin: np.ndarray, step: float) -> np.ndarray:
-    """Return which panels hold the middle of a thin interval that samples a step apart may not see."""
+    """Return a mask of panels that hold the middle of a thin interval that samples a step apart may miss."""
     narrow = thin.mean(axis=0)[np.diff(thin, axis=0)[0] < 2 * step]
     place = np.searchsorted(left, narrow, "right") - 1
     inside = (place >= 0) & (narrow < left[place] + width)
@@ -178,11 +178,11 @@ def _holding(left: np.ndarray, width: float, thin: np.ndarray, step: float) -> n
 def between(
     V: Callable[..., np.ndarray], parts: tuple[Panels, Panels], low: float, scale: float, share: Callable
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return points (2, k) of a rectangle where V is not its polynomial on the products of the panels, and what it
-    misses (k,) there.
+    """Return points (2, k) of a rectangle where V differs from its polynomial on the products of the panels, and the
+    misfits (k,).
 
-    V(x, y) of arrays of one shape; share(x): how much a miss counts there. The points are scattered evenly, those of
-    the largest miss come first; panels at the ends, as short as they may be, are left out.
+    V(x, y) of arrays of one shape; share(x): the weight of a misfit there. The points are scattered evenly, those of
+    the largest misfit come first; panels of the least length at the ends are left out.
     """
     unit = (np.arange(SCATTERED)[None] * np.array([[0.7548776662466927], [0.5698402909980532]]) + 0.5) % 1
     at = np.array(
@@ -214,10 +214,10 @@ def between(
 
 
 def _misses(inner: np.ndarray, seen: np.ndarray, low: float, scale: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return what V misses on panels by, at most, and relative to it: values inner (..., panels, ORDER), seen (...,
+    """Return the largest misfits of V on panels, absolute and relative: values inner (..., panels, ORDER), seen (...,
     panels, points).
 
-    By a few of the points first, and by all where these find nothing.
+    A few of the points come first, and all of them if these find none.
     """
     points, few = seen.shape[-1], seen[..., :: max(seen.shape[-1] // 1024, 1)]
     if few.shape[-1] < points:

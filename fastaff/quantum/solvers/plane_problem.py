@@ -25,8 +25,8 @@ class Problem(NamedTuple):
     """One class of a body in units hbar^2/2 mu = 1: U(rho, vartheta) = 2 mu V/hbar^2, and samples of it with
     centrifugal terms.
 
-    rho, v: where V is seen; lowest: the least of every rho, with Langer's 1/rho^2; threshold: what it grows to, inf
-    without bound; far: a wall, or inf; smooth: whether the weights take all that is not smooth at the ends of vartheta.
+    rho, v: sample points; lowest: least value at every rho, with Langer's 1/rho^2; threshold: its limit at large rho,
+    or inf; far: a wall, or inf; smooth: whether the weights take all singular parts at the ends of vartheta.
     """
 
     U: Callable
@@ -43,7 +43,7 @@ class Problem(NamedTuple):
     far: float
 
     def share(self, rho: np.ndarray, top: float) -> np.ndarray:
-        """Return what there is at rho at most of states up to `top`, relative to where they live: e^-action."""
+        """Return an upper bound of states up to `top` at rho, relative to the allowed region: e^-action."""
         allowed = np.flatnonzero(self.lowest < top)
         decay = np.minimum(np.sqrt(np.maximum(self.lowest - top, 0)) * np.gradient(self.rho), REACH)
         decay[allowed[0] : allowed[-1] + 1] = 0
@@ -89,7 +89,7 @@ def plane_problem(body: Any, chosen: SymmetryClass, unit: float, limit: float, h
         return float((np.maximum(top - w, 0) * cell).sum() / (4 * np.pi))
 
     def channels(top):
-        """Semiclassical number of channels below `top`, the most of all rho."""
+        """Semiclassical number of channels below `top`, the largest over rho."""
         return float((np.sqrt(np.maximum(top - w, 0)) * around).sum(axis=1).max() / np.pi)
 
     fine = np.pi * (np.arange(200_000) + 0.5) / 200_000  # valleys far out are narrow in vartheta
@@ -101,8 +101,8 @@ def plane_problem(body: Any, chosen: SymmetryClass, unit: float, limit: float, h
 
 
 def _ends(U: Callable, rho: np.ndarray, place: int) -> tuple[Well, bool]:
-    """Return the well in vartheta at the rho of the bottom, and whether its strengths are those of other rho too:
-    where they are not, no one exponent, it has that of the free problem, 1 at a wall.
+    """Return the well in vartheta at the rho of the bottom, and whether its strengths are those of other rho too. If
+    not, no one exponent fits, and it has that of the free problem, 1 at a wall.
     """
     wells = [
         well("V", lambda angle, q=q: U(q, angle) * q * q / 4, 0.0, np.pi)

@@ -29,13 +29,13 @@ from .panels import DENSE, Panels, panels
 from .singular_ends import NoGroundState, Reach, Well, decayed, exponent, radii, reach, sampled, well
 
 LONGEST = 50_000
-"""The same on elements, whose matrices are banded."""
+"""Size of the largest basis of elements, whose matrices are banded."""
 GLOBAL = 400
 """Nodes of one interval beyond which a potential is resolved by elements instead."""
 PANELS = 800
 """Panels of an interval at most."""
 SHORT = 0.01
-"""Part of an interval at whose end V is looked at for that."""
+"""Part of an interval, at its end, in which the smoothness of V is examined."""
 ORDERS = (14, 18)
 """Nodes of every element: of the smaller basis and of the larger."""
 
@@ -60,9 +60,9 @@ def radial(
     """Solve -(hbar^2/2 mu)(f'' + (dimension - 1) f'/q - K f/q^2) + V f = E f for every K: the lowest `count` E of each.
 
     V is a function of q = alpha or beta in 2 dimensions, of r = q^2 in 4 (rho). Oscillators k q^2/2 + c/q^2 in closed
-    form, V with features too narrow for one polynomial by elements. spare: levels more than `count` whose reach is
-    taken. limit: E are levels of V below this energy, above it of V with a wall where waves up to it have decayed;
-    raises NoGroundState where V does not grow to it.
+    form, V with features too narrow for one polynomial by elements. spare: extra levels above `count` that set the
+    reach. limit: below this energy E are levels of V, above it levels of V with a wall where waves up to it have
+    decayed; raises NoGroundState if V does not grow to it.
     """
     unit = hbar**2 / (2 * mu)
     if isinstance(V, (Oscillator, Spring)):
@@ -121,8 +121,8 @@ def _walled(name: str, U: Callable, found: Well, centrifugal: float, top: float)
 def _reaches(
     name: str, U: Callable, found: Well, sides: tuple[float, float], y: np.ndarray, count: int
 ) -> tuple[Reach, Reach, Cover]:
-    """Return how far states reach with the highest and the deepest centrifugal term, and where wells may be hidden:
-    radii y that see none of those are joined by the radii of the wells.
+    """Return the reach of states with the highest and the deepest centrifugal term, and the places of hidden wells: the
+    radii of these wells are added to the radii y.
     """
 
     def reaches(y):
@@ -140,7 +140,7 @@ def _reaches(
 
 class _Equations(NamedTuple):
     """The equations -u'' + (U + strength/q^2) u = E u of every K from `near` on, u ~ (q - near)^e_lo and, at the outer
-    end, a power e_far of the distance; c_lo: what U has of 1/q^2; regular: whether `near` is the origin.
+    end, a power e_far of the distance; c_lo: the 1/q^2 part of U; regular: whether `near` is the origin.
     """
 
     U: Callable
@@ -182,7 +182,7 @@ def _by_elements(
 ) -> tuple[np.ndarray, np.ndarray, ElementFunctions, int]:
     """Solve `size` problems(i, edges, n) -> line, p, q on elements: values and errors (size, count), functions, size.
 
-    Errors: twice the change from polynomials of a lower degree, and what V differs from its polynomials by.
+    Errors: twice the change from polynomials of a lower degree, and the difference of V from its polynomials.
     """
     rows = []
     for i in range(size):
@@ -206,7 +206,7 @@ def _by_elements(
 
 
 def check_size(name: str, size: int, count: int, largest: int = LARGEST) -> None:
-    """Raise ValueError for a basis so large that it leaves no room for a larger one to compare with."""
+    """Raise ValueError for a basis so large that no larger one is possible for comparison."""
     if 1.25 * size + 12 > largest:
         raise ValueError(
             f"{count} levels of {name} take {size} basis functions and more, above {largest}: ask for fewer, or a "
@@ -322,8 +322,8 @@ def _cosine(vartheta: float) -> float:
 
 
 def angular_potential(base: Basis | Elements, a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """Return what the weight leaves of the centrifugal terms, without the potential: q - (p w')'/w - c-terms of natural
-    ends.
+    """Return the centrifugal terms less those that the weight takes, without the potential: q - (p w')'/w - c-terms of
+    natural ends.
 
     a, b: of every row of nodes.
     """

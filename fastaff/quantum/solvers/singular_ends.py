@@ -1,4 +1,4 @@
-"""Where one-dimensional potentials live, how singular their ends are, and how far states reach."""
+"""One-dimensional potentials: their domains, their singular ends, and the reach of states."""
 
 from __future__ import annotations
 
@@ -20,8 +20,8 @@ class NoGroundState(ValueError):
 
 
 class Well(NamedTuple):
-    """Where a potential is finite, (lo, hi), whether these are the natural ends of the coordinate, and lim distance^2 V
-    at both.
+    """The interval (lo, hi) where a potential is finite, whether its ends are the natural ones of the coordinate, and
+    lim distance^2 V at both.
     """
 
     lo: float
@@ -48,7 +48,7 @@ def sampled(V: Callable, y: np.ndarray) -> np.ndarray:
 
 
 def well(name: str, V: Callable, lo: float, hi: float) -> Well:
-    """Return the well of V on (lo, hi), hi = inf for radii; raises NoGroundState or ValueError for what has none."""
+    """Return the well of V on (lo, hi), hi = inf for radii; raises NoGroundState or ValueError if there is none."""
     y = np.geomspace(*RANGE, 2001) if np.isinf(hi) else lo + (hi - lo) * (np.arange(2001) + 0.5) / 2001
     values = sampled(V, y)
     inside = np.flatnonzero(np.isfinite(values))
@@ -93,7 +93,7 @@ def check_poles(name: str, V: Callable, y: np.ndarray, values: np.ndarray) -> No
 
 
 def _edge(V: Callable, inside: float, outside: float) -> float:
-    """Return where V becomes infinite, by bisection to the last digit."""
+    """Return the place where V becomes infinite, by bisection to the last digit."""
     while True:
         middle = (inside + outside) / 2
         if middle in (inside, outside):
@@ -144,7 +144,7 @@ def exponent(name: str, strength: float, place: str) -> float:
 
 
 class Reach(NamedTuple):
-    """Beyond which interval (lo, hi) states have decayed, Gauss nodes that resolve them, their top energy, and the
+    """The interval (lo, hi) beyond which states have decayed, Gauss nodes that resolve them, their top energy, and the
     largest top - W.
     """
 
@@ -162,7 +162,7 @@ def radii(lo: float, hi: float, count: int = 6001) -> np.ndarray:
 
 
 def reach(name: str, W: Callable, y: np.ndarray, lo: float, hi: float, count: float) -> Reach:
-    """Return where the lowest `count` states of -u'' + W u live, W seen at radii y in (lo, hi).
+    """Return the extent of the lowest `count` states of -u'' + W u, with samples of W at radii y in (lo, hi).
 
     W with the Langer centrifugal term; semiclassical count int sqrt(lambda - W) dx/pi. n Gauss nodes are pi sqrt(d
     d')/n apart at distances d, d' from the ends.
@@ -179,13 +179,13 @@ def reach(name: str, W: Callable, y: np.ndarray, lo: float, hi: float, count: fl
 
 
 def check_bottom(name: str, bottom: int, size: int, hi: float) -> None:
-    """Raise NoGroundState for a potential that is least at the end of all radii."""
+    """Raise NoGroundState for a potential whose least value is at the largest radius."""
     if bottom == size - 1 and not np.isfinite(hi):
         raise NoGroundState(f"{name} does not grow at large distance: there is no ground state")
 
 
 def count_top(states: Callable, low: float, unit: float, count: float) -> float:
-    """Return where the growing function `states` reaches `count`, above `low`; `unit`: a first step."""
+    """Return the place above `low` where the growing function `states` reaches `count`; `unit`: a first step."""
     up, down = unit, 0.0
     while states(low + up) < count:
         up *= 2
@@ -196,8 +196,8 @@ def count_top(states: Callable, low: float, unit: float, count: float) -> float:
 
 
 def decayed(name: str, y: np.ndarray, w: np.ndarray, top: float, lo: float, hi: float) -> tuple[float, float]:
-    """Return where states of -u'' + w u with eigenvalues up to `top` have decayed, left and right, on the grid y in
-    (lo, hi).
+    """Return the points, left and right, beyond which states of -u'' + w u with eigenvalues up to `top` have decayed,
+    on the grid y in (lo, hi).
     """
     allowed = np.flatnonzero(w < top)
     allowed = allowed if allowed.size else np.array([np.argmin(w)])

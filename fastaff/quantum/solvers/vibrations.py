@@ -24,20 +24,20 @@ COORDINATES = 3
 CUTS = (1.3, 1.6, 2.0, 2.5, 3.1, 3.9, 5.0, 6.5, 8.5, 11.0)
 """Kinetic and potential energies that bases hold, in units of the energy of the highest level above the bottom."""
 NEARER = 0.6
-"""What is left, from one basis to the next, between a wall and the energy from which wells have no end."""
+"""Factor, from one basis to the next, of the distance from the wall to the energy from which wells have no end."""
 SPARE, GROW, HALVINGS = 8, 1.4, 30
 """States more than are asked for below that energy; how energies are searched: by factors, then by halves."""
 FIRST, WIDER, POINTS = 8, 0.5, (1 << 15, 1 << 19, 1 << 21)
 """Points of the first grid on either side, the share by which it grows where it is too narrow, and the most of them by
 coordinates."""
 USUAL, SLOW, ALGEBRAIC, CHANCE = 4.0, 0.5, 30.0, 0.02
-"""The error in units of the last change of a level, and where that is more than half of the one before; it is no less
-than a part of that one, as bases may agree by chance.
+"""The error in units of the last change of a level, and if that is more than half of the one before; the error is at
+least a part of that one, as bases may agree by chance.
 """
 
 
 class Open(Exception):
-    """What an energy allows has no end."""
+    """The region that an energy allows has no end."""
 
 
 def vibration_levels(
@@ -53,9 +53,9 @@ def vibration_levels(
     On a uniform grid the kinetic energy is that of all waves up to the shortest (sinc functions, on angles Fourier's);
     points where V is higher than a wall are left out. At each point of the first coordinate the Hamiltonian of the
     others is diagonalised and its states below the wall are kept; the shortest wave and the wall are one energy, which
-    grows until two bases agree. Where what an energy allows has no end, behind a saddle or where V goes to a limit, the
-    wall stays below that, ever nearer. Source: Colbert & Miller 1992, J. Chem. Phys. 96, 1982 (the grid); Bacic & Light
-    1986, J. Chem. Phys. 85, 4594 (sequential truncation).
+    grows until two bases agree. If the allowed region has no end from some energy on, behind a saddle or where V goes
+    to a limit, the wall approaches that energy from below. Source: Colbert & Miller 1992, J. Chem. Phys. 96, 1982 (the
+    grid); Bacic & Light 1986, J. Chem. Phys. 85, 4594 (sequential truncation).
     """
     problem = _problem(model, hbar)
     top, limit = interruptible(_range, problem, count)
@@ -136,7 +136,7 @@ def _grid(problem: Problem, wall: float, shortest: float) -> Grid:
 
 
 def _kept(problem: Problem, grid: Grid, at: np.ndarray, wall: float) -> Grid:
-    """Return the grid with V, and the points below a wall that hang together with wells at lattice points `at` kept."""
+    """Return the grid with V, and keep the points below a wall that are connected to wells at lattice points `at`."""
     from scipy.ndimage import label
 
     V = problem.V(grid.points(problem.wells))
@@ -148,8 +148,8 @@ def _kept(problem: Problem, grid: Grid, at: np.ndarray, wall: float) -> Grid:
 
 
 def _widened(problem: Problem, grid: Grid, shortest: float) -> Grid:
-    """Return a wider grid that keeps all points below `shortest` from where V falls into the wells that a grid keeps,
-    those from where it falls elsewhere as its `leak`.
+    """Return a wider grid. It keeps all points below `shortest` from which V falls into the wells of a grid; points
+    from which V falls elsewhere are its `leak`.
 
     A wall close below the energy from where on wells have no end would cut waves at their other sides too.
     """
@@ -184,7 +184,7 @@ def _fallen(V: np.ndarray, around: np.ndarray) -> np.ndarray:
 
 
 def _joined(parts: np.ndarray, around: np.ndarray) -> np.ndarray:
-    """Return numbers of connected parts, with those that are one across the ends of an axis that goes around."""
+    """Return numbers of connected parts; parts that join across the ends of a periodic axis have one number."""
     for k in np.flatnonzero(around):
         for one, other in {*zip(parts.take(0, axis=k).ravel().tolist(), parts.take(-1, axis=k).ravel().tolist())}:
             if one and other:
@@ -193,8 +193,8 @@ def _joined(parts: np.ndarray, around: np.ndarray) -> np.ndarray:
 
 
 def _range(problem: Problem, count: int) -> tuple[float, float]:
-    """Return an energy with some more states below than are asked for, and that from which wells have no end, infinite
-    where none was met.
+    """Return an energy with some more states below it than are asked for, and the energy from which wells have no end,
+    infinite if none was met.
     """
     bottom, limit = problem.bottom, math.inf
 
@@ -225,7 +225,7 @@ def _range(problem: Problem, count: int) -> tuple[float, float]:
 
 
 def _ground(problem: Problem) -> float:
-    """Return an energy above the bottom that waves have which are as short as V is narrow."""
+    """Return the energy above the bottom of waves as short as V is narrow."""
     sizes = np.geomspace(1e-8, 1e8, 321) * max(1.0, float(np.abs(problem.wells[:, 0]).max()))
     axes = np.concatenate([np.eye(len(problem.wells)), -np.eye(len(problem.wells))])
     rise = np.array([problem.V(problem.wells[:, :1] + axis[:, None] * sizes) for axis in axes]) - problem.bottom
@@ -235,7 +235,7 @@ def _ground(problem: Problem) -> float:
 
 
 def _limit(problem: Problem, low: float, high: float) -> float:
-    """Return the energy, above `low` and below `high`, from which what is allowed has no end."""
+    """Return the energy, above `low` and below `high`, from which the allowed region has no end."""
     for _ in range(HALVINGS):
         middle = (low + high) / 2
         try:
@@ -261,7 +261,7 @@ def _basis(problem: Problem, shortest: float, top: float, limit: float, k: int) 
 
 
 def _shrunk(grid: Grid) -> Grid:
-    """Return a grid without the points next to those that V falls elsewhere from."""
+    """Return a grid without the points next to its leak."""
     from scipy.ndimage import binary_dilation
 
     return grid._replace(kept=grid.kept & ~binary_dilation(grid.leak, np.ones([3] * grid.V.ndim), iterations=2))

@@ -44,8 +44,8 @@ def all_levels(
 ) -> LevelTable:
     """Compute all levels of a body below an energy, or its lowest multiplets, of all symmetry classes together.
 
-    :Parameters: body: a Body; below: all levels below this energy, or multiplets >= 1: how many different energies with
-        all their levels; hbar, chart, tolerance as in `spectrum`; single_valued: functions on GL(2,R), m + l even;
+    :Parameters: body: a Body; below: all levels below this energy, or multiplets >= 1: number of different energies,
+        with all their levels; hbar, chart, tolerance as in `spectrum`; single_valued: functions on GL(2,R), m + l even;
         False: on its double covering, all m and l; report: called with the fraction that is done.
     :Returns: LevelTable, perhaps of no level.
     :Raises: as `spectrum`; Interrupted on Ctrl-C, with a complete list up to a lower energy in `.partial`.
@@ -89,7 +89,7 @@ def all_levels(
 def _solved(
     body: Any, todo: dict[Key, int], solved: dict[Key, LevelTable], limit: float, options: dict[str, Any]
 ) -> dict[Key, LevelTable]:
-    """Return the levels of all classes to do where the body separates, else of that which may have the lowest ones."""
+    """Return the levels of all waiting classes if the body separates, else of the one that may have the lowest."""
     together = solved and next(iter(solved.values())).separated
     keys = list(todo) if together else [min(todo, key=lambda key: _bound(solved, key))]
     spins, vorticities = zip(*(_class(key) for key in keys), strict=True)
@@ -110,14 +110,14 @@ def _smaller(key: Key) -> list[Key]:
 
 
 def _bound(solved: dict[Key, LevelTable], key: Key) -> float:
-    """Return an energy that the levels of a class still to be found are not below."""
+    """Return a lower bound of the levels of a class that are still to be found."""
     if key in solved:
         return float(solved[key].E[-1])
     return max((float(solved[other].E[0]) for other in _smaller(key)), default=-math.inf)
 
 
 def _next(solved: dict[Key, LevelTable], seeds: tuple[Key, ...]) -> list[Key]:
-    """Return the classes not solved whose smaller neighbours all are."""
+    """Return the unsolved classes whose smaller neighbours are all solved."""
     candidates = dict.fromkeys(seeds) | dict.fromkeys(
         new for eta, gamma in solved for new in ((eta + 2, gamma), (eta, gamma + 2))
     )
@@ -125,8 +125,8 @@ def _next(solved: dict[Key, LevelTable], seeds: tuple[Key, ...]) -> list[Key]:
 
 
 def _todo(solved: dict[Key, LevelTable], top: float, seeds: tuple[Key, ...]) -> dict[Key, int]:
-    """Return the classes that may have more levels up to `top`, and how many to compute: none more than their
-    neighbours, and one.
+    """Return the classes that may have more levels up to `top`, and the numbers to compute: twice as many as before, or
+    in a new class one more than its smaller neighbours have.
     """
     longer = {key: 2 * found.E.size for key, found in solved.items() if found.E[-1] - found.error[-1] <= top}
     if math.isinf(top):
@@ -137,7 +137,7 @@ def _todo(solved: dict[Key, LevelTable], top: float, seeds: tuple[Key, ...]) -> 
 
 
 def _end(solved: dict[Key, LevelTable], multiplets: int) -> float:
-    """Return where the multiplet of this number ends, infinity where there are not so many yet."""
+    """Return the upper end of the multiplet of this number, infinity if there are not so many yet."""
     gathered = level_list(list(solved.values())).multiplets()
     if len(gathered) < multiplets:
         return math.inf

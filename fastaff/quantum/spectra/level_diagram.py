@@ -95,7 +95,7 @@ def level_diagram(
     """Compute levels against a parameter, in one symmetry class or several.
 
     :Parameters: make: called as make(value), gives the Body; values (points,): finite numbers; m, l: whole numbers, or
-        sequences of them, one for each class; count: how many levels of each class; name: of the parameter; hbar,
+        sequences of them, one for each class; count: number of levels of each class; name: of the parameter; hbar,
         single_valued, chart, tolerance as in `spectrum`; report: called with the fraction that is done.
     :Returns: LevelDiagram.
     :Raises: as `spectrum`, and ValueError where `make` gives both bodies that separate and bodies that do not;
@@ -195,8 +195,8 @@ def _row(body: Any, chosen: list[Any], count: int, options: dict[str, Any]) -> l
 
 
 def diagram_of(name: str, values: np.ndarray, rows: Sequence[Sequence[LevelTable]]) -> LevelDiagram:
-    """Return the diagram of levels that are computed already: one row for each value, NaN for values without one at the
-    end.
+    """Return the diagram of levels that are computed already: one row for each value, NaN for last values without a
+    row.
     """
     first = rows[0][0]
     if len({found.names for row in rows for found in row}) > 1:

@@ -32,7 +32,7 @@ from .vibration import vibrates, vibration
 
 SIDES = ("V_alpha", "V_beta")
 NEAR = (1e-2, 1e-4, 1e-6)
-"""How close to what it grows to a potential is searched for its ground state, in units of its depth."""
+"""Distances below the limit of a potential up to which its ground state is searched, in units of its depth."""
 
 P = ParamSpec("P")
 
@@ -50,7 +50,7 @@ def _checked_body(body: Any) -> None:
 
 
 def _of_bodies(function: Callable[P, LevelTable]) -> Callable[P, LevelTable]:
-    """Make a function refuse what is no body before it asks for numbers that others have not, as m and l."""
+    """Make a function refuse systems without levels before it asks for m and l, which only bodies have."""
 
     @functools.wraps(function)
     def wrapped(*given: P.args, **named: P.kwargs) -> LevelTable:
@@ -125,8 +125,8 @@ def spectrum(
     f = 0 (Friedrichs). Separable bodies take milliseconds, to about 1e-13; for others see bench/test_quantum.py.
     Vibrations, -(hbar^2/2) d.W d + V with W the inverse masses, are solved on a uniform grid, see `vibration_levels`:
     some 100 levels of two coordinates to 1e-12 in seconds where V is smooth and grows. Levels of a well behind a
-    saddle, as of Henon and Heiles, are those of the well with a wall beyond, their error what tunnelling changes; wells
-    narrower than the waves of these levels may be missed.
+    saddle, as of Henon and Heiles, are those of the well with a wall beyond; tunnelling changes them by about their
+    error. Wells narrower than the waves of these levels may be missed.
 
     References
     ----------
@@ -168,7 +168,7 @@ def spectrum_table(
 ) -> list[LevelTable]:
     """Compute the lowest levels of many symmetry classes of a separable body at once.
 
-    :Parameters: m, l: (classes,) each; count: how many levels of each class; hbar, single_valued, chart, tolerance: as
+    :Parameters: m, l: (classes,) each; count: number of levels of each class; hbar, single_valued, chart, tolerance: as
         in `spectrum`.
     :Returns: a list of LevelTable, one for each pair.
     :Raises: as `spectrum`, and ValueError for a body that does not separate. Classes with the same ``|m - l|`` and ``|m
@@ -195,8 +195,8 @@ def tables_below(
     chart: Any,
     tolerance: float,
 ) -> list[LevelTable]:
-    """Return the lowest levels of classes of any body, of which those below `limit` are true: the others are of the
-    body with a wall where waves up to `limit` have decayed. Raises NoGroundState where V does not grow to it.
+    """Return the lowest levels of classes of any body. Those below `limit` are true; the others belong to the body with
+    a wall where waves up to `limit` have decayed. Raises NoGroundState where V does not grow to it.
     """
     if chart is not None or solved_families(body):
         return separated_tables(body, m, l, count, hbar, single_valued, chart, tolerance, limit)
@@ -308,9 +308,9 @@ def _alpha_beta(
 
 
 def _limits(separated: Any, hbar: float, limit: float) -> list[float]:
-    """Return what energies of alpha and of beta are below where their sum is below `limit`.
+    """Return upper bounds of the energies of alpha and of beta if their sum is below `limit`.
 
-    limit less the ground state of the other side, or less an energy that this is not below.
+    Each is the limit less the ground state of the other side, or less a lower bound of it.
     """
     if np.isinf(limit):
         return [limit, limit]

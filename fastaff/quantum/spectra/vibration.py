@@ -1,4 +1,4 @@
-"""Levels of what is no body: its checks, and what it takes."""
+"""Levels of systems that are not bodies: their checks and arguments."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ from ..states.symmetry import action_quantum
 
 
 def vibrates(body: Any) -> bool:
-    """Return whether a system is no body, but one of few coordinates with a kinetic energy quadratic in the momenta."""
+    """Return whether a system is no body and has few coordinates and a kinetic energy quadratic in the momenta."""
     return is_vibration(body) and system_of(body).n <= COORDINATES
 
 
 def vibration(
     body: Any, m: Any, l: Any, count: Any, hbar: Any, tolerance: Any, single_valued: Any, chart: Any, report: Any
 ) -> LevelTable:
-    """Return the levels of a system that `vibrates`; refuse what only bodies have."""
+    """Return the levels of a system that `vibrates`; refuse arguments that only bodies have."""
     bodies_alone(body, {"m": (m, None), "l": (l, None), "single_valued": (single_valued, True), "chart": (chart, None)})
     fits("count", count := whole("count", count, 1), 16)
     known: list[LevelTable] = []

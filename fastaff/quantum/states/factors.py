@@ -28,14 +28,14 @@ from .symmetry import whole_quantum
 
 
 class Factor(Protocol):
-    """What a product state asks of its factors: values, and nodes and weights of a rule for the factor's measure.
+    """The methods of the factors of a product state: values, and nodes and weights of a rule for the factor's measure.
 
     A factor of vartheta also has `of_squares`, its values at sin^2(vartheta/2) and cos^2(vartheta/2).
     """
 
     @property
     def degree(self) -> int:
-        """Return how many nodes are too few by one for the norm."""
+        """Return n, the degree: n + 1 nodes are enough for the norm."""
 
     def __call__(self, x: ArrayLike, /) -> np.ndarray:
         """Return f(x)."""

@@ -1,4 +1,4 @@
-"""Energy levels with their errors and quantum numbers: one table, be they exact, quasiclassical or computed."""
+"""Energy levels with their errors and quantum numbers: one table for exact, quasiclassical and computed ones."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ ROUNDING = 64 * np.finfo(float).eps
 
 
 VIBRATION, TORI = "uniform grid", "quasiclassical, actions of fitted tori"
-"""How levels of what is no body are computed, by which their method is known."""
+"""Methods of levels of systems that are not bodies, by which their tables are recognised."""
 
 
 class Waves(Protocol):
@@ -40,14 +40,13 @@ class LevelTable(Result, axis="level"):
     E (levels,); error (levels,): bound of the error of the method, rounding in closed forms; status (levels,): OK,
     NOT_CONVERGED where error is above the tolerance asked for, UNBOUND or NOT_CONVERGED with E NaN where no torus was
     found. n (numbers, levels): quantum numbers of the coordinates `names`, such as ("alpha", "beta"), or one row,
-    "level": the number in its class, from 0, where the body does not separate; m, l (levels,): spin and vorticity, 0 of
-    what is no body.
-    constants (constants, levels): eigenvalues of `constant_names`: E_alpha, E_beta or E, e_vartheta (with V_vartheta =
-    2 C/cos^2(vartheta/2) for Anharmonic; for the paper's 2 C tan^2(vartheta/2) it is 2 C less). hbar; method: one
-    sentence, with boundary conditions; functions: size of the largest basis, 0 without one; complete_below: no level of
-    the body below this energy is missing (-inf: not known). spacing (2, levels): of quasiclassical levels, h nu of the
-    two coordinates, the energy of one more quantum to first order. waves: the wave functions, where the method has
-    them.
+    "level": the number in its class, from 0, where the body does not separate; m, l (levels,): spin and vorticity, 0
+    for systems that are not bodies. constants (constants, levels): eigenvalues of `constant_names`: E_alpha, E_beta or
+    E, e_vartheta (with V_vartheta = 2 C/cos^2(vartheta/2) for Anharmonic; for the paper's 2 C tan^2(vartheta/2) it is 2
+    C less). hbar; method: one sentence, with boundary conditions; functions: size of the largest basis, 0 without one;
+    complete_below: no level of the body below this energy is missing (-inf: not known). spacing (2, levels): of
+    quasiclassical levels, h nu of the two coordinates, the energy of one more quantum to first order. waves: the wave
+    functions, where the method has them.
     """
 
     E: Annotated[np.ndarray, along("level", unit="energy")]
@@ -67,7 +66,7 @@ class LevelTable(Result, axis="level"):
     waves: Waves | LatticeWaves | None = field(default=None, repr=False)
 
     def summary(self) -> str:
-        """Say in one line how many levels there are, between which energies, and whether they are to be trusted."""
+        """Return one line with the number of levels, their range of energies, and whether they have converged."""
         known = np.isfinite(self.E)
         E, failed = self.E[known], int(np.count_nonzero(self.status))
         span = f" from {E.min():.10g} to {E.max():.10g}" if E.size else ""
@@ -113,10 +112,10 @@ class LevelTable(Result, axis="level"):
         return replace(levels.take(slice(size)), complete_below=top)
 
     def multiplets(self, tolerance: float | None = None) -> Multiplets:
-        """Gather the levels that have an energy, in ascending order, to multiplets.
+        """Group the levels that have an energy, in ascending order, into multiplets.
 
-        tolerance: relative; neighbours that differ by no more are one. By default they are where they differ by no more
-        than the sum of their errors and 64 roundings.
+        tolerance: relative; neighbours that differ by no more are one multiplet. By default they may differ by the sum
+        of their errors and 64 roundings.
 
         :Raises: ValueError or TypeError for a tolerance that is not in [0, 1).
         """
@@ -177,7 +176,7 @@ class Multiplets(Drawable):
 
     @property
     def degeneracy(self) -> np.ndarray:
-        """How many levels each multiplet has (multiplets,)."""
+        """Number of levels of each multiplet (multiplets,)."""
         return np.diff(self.first)
 
     def members(self, k: int) -> LevelTable:
@@ -225,14 +224,14 @@ def level_list(classes: Sequence[LevelTable], *, complete_below: float = -math.i
 
 
 def level_scale(E: np.ndarray) -> np.ndarray:
-    """Return what errors of levels are relative to: |E|, or the mean spacing where E is next to 0."""
+    """Return the scale of relative errors of levels: |E|, or the mean spacing where E is next to 0."""
     return np.maximum(np.abs(E), (E[-1] - E[0]) / max(E.size - 1, 1))
 
 
 def class_levels(
     symmetry: SymmetryClass, E: np.ndarray, error: np.ndarray, n: np.ndarray, tolerance: float, **facts: Any
 ) -> LevelTable:
-    """Return the table of levels computed of one class; those whose error is above a relative tolerance have not
+    """Return the table of computed levels of one class; those with an error above a relative tolerance have not
     converged.
     """
     status = np.where(error <= tolerance * level_scale(E), Status.OK, Status.NOT_CONVERGED)

@@ -10,7 +10,7 @@ from ...analysis.sections.accessible_box import minima, potential_of, walled
 from ...models.mechanics import system_of
 
 WAYS = ("normal", "local")
-"""Modes that levels are counted by."""
+"""Kinds of modes for the quantum numbers."""
 
 
 class Modes(NamedTuple):
@@ -29,7 +29,7 @@ class Modes(NamedTuple):
 
     @property
     def rows(self) -> np.ndarray:
-        """What makes amplitudes (modes,) of phase points less the equilibrium, (modes, 2n)."""
+        """Matrix (modes, 2n) from phase points less the equilibrium to amplitudes (modes,)."""
         return swapped(self.v).conj().T * 1j
 
     def lines(self, k: np.ndarray, z: np.ndarray) -> np.ndarray:

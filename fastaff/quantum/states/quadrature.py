@@ -1,4 +1,4 @@
-"""Quadrature of many states of one class at once: a tensor grid over where they live, and tables of their values.
+"""Quadrature of many states of one class at once: a tensor grid over their extent, and tables of their values.
 
 Gauss-Legendre nodes in lengths, alpha and beta or rho = sqrt(r) and vartheta: there states are smooth between the
 walls, and every product of two of them, whatever the exponents of their factors, is integrated on one grid.
@@ -17,7 +17,7 @@ from .factors import Factor
 from .state import INVARIANTS, Product, State
 
 SAMPLED = 1e-24, 1e24, 9601
-"""Lengths between which states are looked for, and at how many of them."""
+"""Lengths between which states are searched, and the number of samples."""
 TAIL = 1e-30
 """Density, relative to its maximum, below which a state has ended."""
 LARGEST = 2400
@@ -68,7 +68,7 @@ class Tables(NamedTuple):
 
 
 class Box(NamedTuple):
-    """Where states live in the two lengths, or length and angle: ends, ascending, of one or more panels of each."""
+    """The extent of states in two lengths, or length and angle: ends, ascending, of one or more panels of each."""
 
     chart: Chart
     ends: tuple[list[float], list[float]]
@@ -103,7 +103,7 @@ def factors(states: Sequence[State], chart: Chart) -> list[tuple[Factor, Factor]
 
 
 def converged_box(states: Sequence[State]) -> tuple[Box, tuple[int, int]]:
-    """Return where states of one body live, and orders of Gauss-Legendre rules that integrate their squares to
+    """Return the extent of states of one body, and orders of Gauss-Legendre rules that integrate their squares to
     1e-11.
     """
     longest = _extremes(states)
@@ -149,8 +149,8 @@ def grid_tables(states: Sequence[State], grid: Grid) -> Tables:
 
 
 def _extremes(states: Sequence[State]) -> list[State]:
-    """Return the states that reach farthest and oscillate most: of the largest energy and degrees, of the least
-    spins.
+    """Return the states that reach farthest and oscillate most: those of the largest energy and degrees, and of the
+    least spins.
     """
     sizes = np.array([[state.energy, *state.shape.degrees, -state.symmetry.a, -state.symmetry.b] for state in states])
     return [states[k] for k in sorted({0, *np.argmax(sizes, axis=0)})]
@@ -175,8 +175,8 @@ def _profile(
 
 
 def _ends(profile: Callable, measure: Callable, samples: np.ndarray) -> tuple[float, float]:
-    """Return where all states have ended: next to the last samples where they have not, or at the wall beyond which
-    they are 0.
+    """Return the ends of all states: next to the last samples where they are not 0, or at the wall beyond which they
+    are.
     """
     square = profile(samples) ** 2 * measure(samples)
     alive = np.flatnonzero((square > TAIL * square.max(axis=1, keepdims=True)).any(axis=0))

@@ -3,8 +3,8 @@
     Psi = e^(i m phi + i l psi) A(x, y),    |Psi|^2 integrated with dx dy dz du = alpha beta dalpha dbeta deta dgamma is
     1.
 
-A `State` is a symmetry class and a `Shape`, the real amplitude A over two invariants; where the shape comes from does
-not matter. The shape of separable bodies is a `Product` of two factors,
+A `State` is a symmetry class and a `Shape`, the real amplitude A over two invariants; the source of the shape does not
+matter. The shape of separable bodies is a `Product` of two factors,
 
     A = (1/2 pi) f_alpha f_beta,    A = (sqrt2/pi) f_r f_vartheta.
 """
@@ -32,15 +32,15 @@ from .factors import Factor
 from .symmetry import SymmetryClass
 
 CHUNK = 1 << 15
-"""Points done at once: few enough for what stands between factors and Psi to stay in the cache, where larger ones
-halved the speed.
+"""Points done at once: few enough for the arrays between factors and Psi to stay in the cache; larger ones halve the
+speed.
 """
 
 
 class Invariants(NamedTuple):
     """Two deformation invariants as coordinates of the quadrant alpha, beta >= 0.
 
-    front: what normalises product states of this chart; from_radii, to_radii: conversions; area: |d(alpha,
+    front: normalisation of product states of this chart; from_radii, to_radii: conversions; area: |d(alpha,
     beta)/d(invariants)|; ranges: least and largest value of both.
     """
 
@@ -88,8 +88,8 @@ def invariants_of(chart: Any, among: tuple[Chart, ...] = (ALPHA_BETA, R_VARTHETA
 
 
 def checked_invariants(x: ArrayLike, y: ArrayLike, chart: Chart) -> tuple[np.ndarray, np.ndarray]:
-    """Return invariants of a chart as floats; raises ValueError or TypeError for what is not finite, or outside of
-    their ranges.
+    """Return invariants of a chart as floats; raises ValueError or TypeError for values that are not finite, or outside
+    of their ranges.
     """
     ranges, rows = invariants_of(chart).ranges, []
     for letter, own, value, (least, most) in zip("xy", chart.names, (x, y), ranges, strict=False):
@@ -108,14 +108,14 @@ def checked_invariants(x: ArrayLike, y: ArrayLike, chart: Chart) -> tuple[np.nda
 def _together(x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return x and y broadcast; raises ValueError where they do not."""
     try:
-        first, second = (np.array(entry) for entry in np.broadcast_arrays(x, y))  # of their own, which kernels may take
+        first, second = (np.array(entry) for entry in np.broadcast_arrays(x, y))  # copies, which kernels may take
     except (ValueError, RuntimeError):
         raise ValueError(f"x and y must broadcast, got shapes {x.shape} and {y.shape}") from None
     return first, second
 
 
 class Shape(Protocol):
-    """What a state asks of its amplitude: values, and quadrature, over two invariants of its chart (ALPHA_BETA or
+    """The methods of a state's amplitude: values, and quadrature, over two invariants of its chart (ALPHA_BETA or
     R_VARTHETA).
     """
 
@@ -125,7 +125,7 @@ class Shape(Protocol):
 
     @property
     def degrees(self) -> tuple[int, int]:
-        """Return how many nodes are too few by one for the norm, in each invariant."""
+        """Return the degrees in both invariants: n + 1 nodes are enough for the norm."""
 
     def __call__(self, x: np.ndarray, y: np.ndarray, /) -> np.ndarray:
         """Return A (...) at invariants x, y (...)."""
@@ -273,7 +273,7 @@ class State(Drawable):
         """Return the probability density of two invariants, per unit dx dy: its integral is 1.
 
         x, y, which broadcast: alpha, beta (ALPHA_BETA), r, vartheta (R_VARTHETA) or D1, D2 (TWO_POLAR; 0 outside of D1
-        >= ``|D2|``, where every body is once). It is ``|Psi|^2`` times 4 pi^2 alpha beta, times (pi^2/2) r
+        >= ``|D2|``, the region that has every body once). It is ``|Psi|^2`` times 4 pi^2 alpha beta, times (pi^2/2) r
         sin(vartheta), times 2 pi^2 (D1^2 - D2^2).
 
         :Source: the measure of section 5 of Martens & Slawianowski, integrated over both angles.
@@ -331,7 +331,7 @@ class State(Drawable):
         return float(np.sum(weights * self.shape(first, second) * theirs))
 
     def _rule(self, order: int | None, degrees: tuple[int, ...]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return meshes of both invariants and weights, `order` nodes each or 32 beyond what the degrees need."""
+        """Return meshes of both invariants and weights, `order` nodes each or 32 more than the degrees need."""
         first, second = (n + 32 if order is None else max(whole("order", order, 1), n + 1) for n in degrees)
         for size in (first, second):
             fits("order", 2 * size, size)
@@ -345,7 +345,7 @@ class State(Drawable):
 
 
 def _angles(chart: Chart, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return eta, gamma as they stand in coordinates q (4, ...) of a chart that has angles of space and body."""
+    """Return eta, gamma, not reduced, from coordinates q (4, ...) of a chart with angles of space and body."""
     named = dict(zip(chart.names, q, strict=True))
     if "eta" in named:
         return named["eta"], named["gamma"]

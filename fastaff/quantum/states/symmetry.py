@@ -48,7 +48,7 @@ class SymmetryClass(NamedTuple):
 def checked_class(m: Any, l: Any, single_valued: Any = True) -> SymmetryClass:
     """Return the class of the quantum numbers; whole floats are converted.
 
-    Raises TypeError or ValueError for what is no whole number, ValueError for m + l odd where `single_valued`.
+    Raises TypeError or ValueError for values that are no whole numbers, ValueError for m + l odd where `single_valued`.
     """
     chosen = SymmetryClass(whole_quantum("m", m), whole_quantum("l", l))
     for name, value in chosen._asdict().items():
@@ -74,7 +74,7 @@ def check_parity(m: ArrayLike, l: ArrayLike, single_valued: Any) -> None:
 def checked_numbers(n: Any, m: Any, l: Any, single_valued: Any) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return quantum numbers n (2, levels) of two coordinates, m and l (levels,), for given ones that broadcast.
 
-    Raises TypeError or ValueError for what are no whole numbers, n < 0, different lengths, and as `check_parity`.
+    Raises TypeError or ValueError for other than whole numbers, n < 0, different lengths, and as `check_parity`.
     """
     quanta, spins = whole_numbers("n", n), (whole_numbers("m", m), whole_numbers("l", l))
     if quanta.ndim not in (1, 2) or quanta.shape[0] != 2 or np.any(quanta < 0):
@@ -90,7 +90,7 @@ def checked_numbers(n: Any, m: Any, l: Any, single_valued: Any) -> tuple[np.ndar
 
 
 def action_quantum(hbar: Any, mu: float = 1.0) -> float:
-    """Return hbar > 0, whose hbar^2/mu is within the range of floats, with room for what is made of it."""
+    """Return hbar > 0 if hbar^2/mu is well within the range of floats, with room for products of it."""
     quantum = positive("hbar", hbar)
     if not (1e-100 < quantum < 1e100 and 1e-200 < quantum * (quantum / mu) < 1e200):
         raise ValueError(

@@ -22,8 +22,8 @@ CHUNK = 1 << 21
 
 @dataclass(frozen=True)
 class Lattice:
-    """Points q = R (step (low + i) + origin) of i (d, 1), with the names of the coordinates; u = R^-1 q, of which some
-    axes go around: shape (d,) of them, whole numbers low (d,), step (d,), origin (d,), around (d,), R (d, d).
+    """Points q = R (step (low + i) + origin) of i (d, 1), with the names of the coordinates; u = R^-1 q, with some
+    periodic axes: shape (d,), whole numbers low (d,), step (d,), origin (d,), around (d,), R (d, d).
     """
 
     names: tuple[str, ...]
@@ -44,7 +44,7 @@ class Lattice:
         return self.R @ np.array([self.axis(k)[place] for k, place in enumerate(places)])
 
     def waves(self, k: int, u: np.ndarray) -> np.ndarray:
-        """Return the waves (points, shape[k]) of the points of an axis at u (points,): 1 at one's own, 0 at others."""
+        """Return the waves (points, shape[k]) of an axis at u (points,): 1 at their own point, 0 at others."""
         apart = (u[:, None] - self.axis(k)) / self.step[k]
         if not self.around[k]:
             return np.sinc(apart)
@@ -83,8 +83,8 @@ class LatticeWaves:
 class VibrationState(Drawable):
     """A stationary state of a vibration, real and normalised; call it on coordinates q (n, ...).
 
-    number: of the level, from 0; energy; hbar; body; lattice: the points that it is known on; kept (points,): flat
-    indices of those where it is not 0; values (points,), of sum of squares 1.
+    number: of the level, from 0; energy; hbar; body; lattice: its sample points; kept (points,): flat indices of those
+    where it is not 0; values (points,), of sum of squares 1.
     """
 
     number: int
@@ -99,7 +99,7 @@ class VibrationState(Drawable):
         return screen(self)
 
     def summary(self) -> str:
-        """Say in one line which state it is."""
+        """Return one line that names the state."""
         return f"level {self.number}, E = {self.energy:.10g}, over {', '.join(self.lattice.names)}"
 
     @property
@@ -137,8 +137,8 @@ class VibrationState(Drawable):
         return self(q) ** 2
 
     def moments(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return the means of q (n,), the covariance of q and that of p, each (n, n); the mean of p is 0. Of angles
-        those of q mean nothing.
+        """Return the means of q (n,), the covariance of q and that of p, each (n, n); the mean of p is 0. For angles
+        those of q have no meaning.
         """
         lattice, weights = self.lattice, self.values**2
         q = lattice.points(self.kept)
