@@ -14,8 +14,8 @@ import pytest
 from fastaff import Body, HenonHeiles, Hyperelastic, NeoHookean, integrate
 from fastaff.compile import source
 from fastaff.compile.blocks import model_block, parameters
-from fastaff.compile.fused import FUSED, fma
-from fastaff.compile.jit import JIT_DISABLED, LANES
+from fastaff.compile.fused import FUSED, fma, has_instructions
+from fastaff.compile.jit import JIT_DISABLED, LANES, SIGNATURES, BlockFunction
 from fastaff.schemes import BLANES_MOAN6, KAHAN_LI8
 
 fused = pytest.mark.skipif(not FUSED or JIT_DISABLED, reason="no such instruction")
@@ -42,6 +42,16 @@ def test_rounds_once_in_loops_of_any_length(size):
     _in_a_loop(a, b, c, result)
     assert (result == [exact(*numbers) for numbers in zip(a, b, c, strict=True)]).all()
     assert size < 8 or (result != a * b + c).any()
+
+
+@pytest.mark.skipif(JIT_DISABLED or not has_instructions("avx512f", other=False), reason="no such vectors")
+def test_loops_over_lanes_take_the_longest_vectors():
+    def scaled(params, lanes, z, result):
+        for i in range(lanes):
+            result[i] = params[0] * z[i]
+
+    block = BlockFunction(scaled, SIGNATURES["value"], cache=False)
+    assert "fmul <8 x double>" in block._compiled._library.get_llvm_str()
 
 
 @fused
