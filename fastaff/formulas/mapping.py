@@ -98,6 +98,8 @@ def mapping(
     """
     given = read_by("lattice", text)
     if given is not None:
+        if coordinates is not None or momenta is not None:
+            raise ValueError("coordinates and momenta of a map of another tool are x y and px py: leave them out")
         text, coordinates, momenta = given, "x y", "px py"
     model = untried(text, parameters, coordinates, momenta, periods, domain)
     _tried(model)
