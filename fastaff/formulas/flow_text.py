@@ -8,6 +8,7 @@ from typing import Any
 
 from ..base.foreign import call_for
 from ..base.numbers import real, shown
+from ..base.progress import says_progress
 from ..models.contracts import WrittenFlow
 from .arguments import text_of
 from .equations import split
@@ -21,6 +22,7 @@ LENGTH = 2000
 """Characters of a text, at most, and of each equation that is an expression."""
 
 
+@says_progress
 def flow(
     text: Text, /, *, domain: str | None = None, forces: Mapping[str, str] | None = None, **parameters: float
 ) -> WrittenFlow:

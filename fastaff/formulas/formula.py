@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 
 from ..base.foreign import ForeignSystem, read_by
 from ..base.numbers import positive, shown
+from ..base.progress import says_progress
 from ..compile.kinds import OPTIONS, TERMS
 from ..models import Body
 from ..models.contracts import WrittenModel, WrittenNonseparable
@@ -34,6 +35,7 @@ Text = str | object
 """A formula as text; else an expression of SymPy, or a potential or expression of another tool."""
 
 
+@says_progress
 @hinted
 def formula(
     text: Text, /, *, mu: float | Sequence[float] = 1.0, domain: str | None = None, **parameters: float
@@ -104,6 +106,7 @@ def formula(
     return cls(*values.values(), *inertia)
 
 
+@says_progress
 @hinted
 def hamiltonian(
     text: Text,

@@ -63,7 +63,9 @@ def statements(text: Any, parameters: Sequence[str], length: int = MOST) -> Stat
     """Return the statements of a text; ValueError for what is none."""
     example = "'p1 = p + K*sin(x); x1 = x + p1'"
     if not isinstance(text, str):
-        raise TypeError(f"text must be a map such as {example}, got {shown(text)} ({type(text).__name__}){call_for(text)}")
+        raise TypeError(
+            f"text must be a map such as {example}, got {shown(text)} ({type(text).__name__}){call_for(text)}"
+        )
     if len(text) > length:
         raise ValueError(f"text must have at most {length} characters, got {len(text)}")
     suffix = _IMAGE if "'" in text else "1"

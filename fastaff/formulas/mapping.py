@@ -14,6 +14,7 @@ import numpy as np
 
 from ..base.foreign import read_by
 from ..base.interruption import imported
+from ..base.progress import says_progress
 from ..compile import jit
 from ..models.contracts import WrittenMap
 from .arguments import checked_names, values_of
@@ -30,6 +31,7 @@ SAME = 1e-10
 """Part of the images by which they may differ a period later, by rounding."""
 
 
+@says_progress
 def mapping(
     text: Text,
     /,
