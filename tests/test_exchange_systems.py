@@ -72,7 +72,7 @@ def test_sums_and_turning_frames_of_gala():
     theirs = turning.integrate_orbit(start, dt=0.25 * units.Myr, n_steps=2000, Integrator="dop853")
     mine = fa.integrate(fa.hamiltonian(turning), start, time=500.0, samples=2000, accuracy=1e-9)
     np.testing.assert_allclose(mine.samples[:, :3, 0], theirs.pos.xyz.value.T[1:], atol=1e-5)
-    with pytest.raises(ValueError, match="coordinates of this potential are x y z: leave them out .*got 'a b c'"):
+    with pytest.raises(ValueError, match=r"coordinates of this potential are x y z: leave them out .*got 'a b c'"):
         fa.hamiltonian(milky_way, coordinates="a b c")
     with pytest.raises(
         ValueError, match=r"x y z: leave them out \(orbits .* plane of symmetry stay there\), got 'x y'"
