@@ -97,10 +97,12 @@ def _named(name: str) -> Any:
 
 
 def _module(name: str) -> Any:
-    """Load a module of the package."""
+    """Load a module of the package, which takes a second the first time, and says so where it takes more."""
     from .base.interruption import imported
+    from .base.progress import watched
 
-    return imported(f".{_INSIDE.get(name, name)}", __name__)
+    with watched("loading"):
+        return imported(f".{_INSIDE.get(name, name)}", __name__)
 
 
 def _listed(folder: str) -> list[str]:

@@ -104,6 +104,21 @@ def test_what_is_no_part_of_a_map_is_named():
         fa.mapping(thick)
     with pytest.raises(TypeError, match=r"write fa.mapping\(lattice\)"):
         fa.frequency_map(thick, STARTS, time=100)
+    with pytest.raises(TypeError, match=r"got Lattice of PyAT: ring.track.*fa.integrate\(fa.mapping\(ring\)"):
+        fa.tunes(thick)
+    with pytest.raises(ValueError, match="are x y and px py: leave them out"):
+        fa.mapping(_ring(at, dipoles=False, nonlinear=True), coordinates="a b")
+    rays, off = np.asfortranarray(np.zeros((6, STARTS.shape[1]))), []
+    rays[[0, 2, 1, 3]] = STARTS
+    end = thick.track(rays.copy(order="F"), nturns=1)[0][[0, 2, 1, 3], :, 0, -1]
+    for n in (4, 16):  # as the refusal says: errors fall with n^2
+        e = thick[1]
+        L, drift = e.Length, at.Drift("d", e.Length / 2 / n)
+        cut = [drift, at.ThinMultipole("k", e.PolynomA * L / n, e.PolynomB * L / n), drift] * n
+        off.append(
+            np.abs(fa.integrate(fa.mapping(at.Lattice([thick[0], *cut], energy=1e9)), STARTS, time=1).z - end).max()
+        )
+    assert 12 < off[0] / off[1] < 20
 
 
 def _line(xtrack):

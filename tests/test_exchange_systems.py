@@ -72,8 +72,17 @@ def test_sums_and_turning_frames_of_gala():
     theirs = turning.integrate_orbit(start, dt=0.25 * units.Myr, n_steps=2000, Integrator="dop853")
     mine = fa.integrate(fa.hamiltonian(turning), start, time=500.0, samples=2000, accuracy=1e-9)
     np.testing.assert_allclose(mine.samples[:, :3, 0], theirs.pos.xyz.value.T[1:], atol=1e-5)
-    with pytest.raises(ValueError, match="coordinates of this potential are x y z: leave them out, got 'a b c'"):
+    with pytest.raises(ValueError, match=r"coordinates of this potential are x y z: leave them out .*got 'a b c'"):
         fa.hamiltonian(milky_way, coordinates="a b c")
+    with pytest.raises(
+        ValueError, match=r"x y z: leave them out \(orbits .* plane of symmetry stay there\), got 'x y'"
+    ):
+        fa.hamiltonian(milky_way, coordinates="x y")
+    with pytest.raises(ValueError, match="is V alone: leave them out"):
+        fa.hamiltonian(milky_way, momenta="px py pz")
+    with pytest.raises(TypeError, match=r"write fa.hamiltonian\(potential\)"):
+        fa.formula(milky_way)
+    assert fa.hamiltonian(milky_way, coordinates=["x", "y", "z"]) == model
     heavier = fa.hamiltonian(milky_way, m_halo=1e12)
     assert heavier.m_halo == 1e12
     assert heavier._replace(m_halo=model.m_halo) == model

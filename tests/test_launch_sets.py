@@ -510,3 +510,31 @@ def test_few_of_the_points_tried_are_enough():
     axes = {"x": (-30.0, 30.0), "y": (-30.0, 30.0)}  # 2e-3 of them
     for seed in range(20):
         fa.energy_sample(model, energy=1.0, axes=axes, fixed={"p_x": 0.0}, solve="p_y", orbits=1, seed=seed)
+
+
+def test_a_spherical_pendulum_is_drawn_over_one_turn_of_its_angle_and_within_ranges_of_momenta():
+    """The area of the section within ranges, by quadrature of 2 sqrt(2 (E + cos theta)), is the share of the points."""
+    model, energy, count = fa.models.SphericalPendulum(), float(np.random.default_rng(46).uniform(-0.5, 0.8)), 4000
+    end = np.arccos(-energy)
+    whole = fa.energy_sample(model, energy=energy, section="phi=0", orbits=count)
+    theta, p = whole["theta"], whole["p_theta"]
+    assert np.abs(theta).max() < end
+    half = np.linspace(0.0, end, 20_001)
+    most = np.sqrt(2 * np.maximum(energy + np.cos(half), 0.0))
+    low, high, top = 0.2 * end, 0.7 * end, 0.5 * most.max()
+    inside = np.trapezoid(np.where((half > low) & (half < high), np.minimum(most, top), 0.0), half)
+    share = inside / np.trapezoid(most, half) / 2
+    found = ((theta > low) & (theta < high) & (np.abs(p) < top)).mean()
+    assert abs(found - share) < 5 * np.sqrt(share * (1 - share) / count)
+    axes = {"theta": (low, high), "p_theta": (-top, top)}
+    named = fa.energy_sample(model, energy=energy, section="phi=0", orbits=count, axes=axes)
+    assert named.names == ("theta", "p_theta")
+    assert low <= named["theta"].min()
+    assert named["theta"].max() <= high
+    assert np.abs(named["p_theta"]).max() <= top
+    np.testing.assert_allclose(model.energy(*named.z0), energy, atol=1e-12)
+    inner = (np.abs(named["p_theta"]) < top / 2).mean()
+    truth = np.trapezoid(np.where((half > low) & (half < high), np.minimum(most, top / 2), 0.0), half) / inside
+    assert abs(inner - truth) < 5 * np.sqrt(truth * (1 - truth) / count)
+    with pytest.raises(ValueError, match="axes must be one of theta, p_theta, got 'phi'"):
+        fa.energy_sample(model, energy=energy, section="phi=0", orbits=5, axes={"phi": (0, 1)})

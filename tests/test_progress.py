@@ -79,6 +79,8 @@ def test_jobs_say_how_much_is_done(shown):
     told = print
     assert run("job", report=told) is told
     assert run("job", watch=told) is None
+    for function in (fa.hamiltonian, fa.formula, fa.mapping, fa.flow):
+        assert function.__wrapped__  # it is watched: derivatives of new texts take seconds
     assert fa.run.__name__ == "run"
     assert fa.run.__wrapped__.__doc__ == fa.run.__doc__
 
@@ -293,8 +295,10 @@ def test_a_line_of_compilation(machine):
     assert line.text(0.6) == ""
     machine.kernel("observe", 7.0)
     assert line.text(7.0) == "chaos_map: compiling once, 7 s of about 7 s"
+    machine.kernel("observe", 2.0)
+    assert line.text(9.0) == "chaos_map: compiling once, 9 s longer than expected"
     line.report(0.0)
-    assert line.text(7.0) == "chaos_map: 7 s"  # it computes
+    assert line.text(9.0) == "chaos_map: 9 s"  # it computes
 
 
 def test_functions_whose_seconds_are_known_are_there():

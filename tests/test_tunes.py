@@ -740,3 +740,10 @@ def test_particles_of_a_ring_with_an_aperture_are_lost():
     assert np.isnan(samples).any()
     read = fa.tunes(np.nan_to_num(samples))
     np.testing.assert_array_equal(read.status == fa.Status.LOST, gone)
+
+
+def test_a_system_in_the_place_of_its_orbits_is_told_what_to_run():
+    with pytest.raises(
+        TypeError, match=r"samples must be of orbits, StandardMap is a system: give fa.integrate\(model"
+    ):
+        fa.tunes(fa.models.StandardMap(0.5))

@@ -72,6 +72,15 @@ def read_by(part: str, value: Any, *given: Any) -> Any:
     return None if reads is None else reads(value, *given)
 
 
+def call_for(value: Any) -> str:
+    """Return the call that makes a model of a system of another tool, as a hint; empty for anything else."""
+    tool = adapter(value)
+    for part, call in (("lattice", "mapping(lattice)"), ("system", "hamiltonian(potential)")):
+        if hasattr(tool, part):
+            return f": a system of another tool; write fa.{call}"
+    return ""
+
+
 def without_unit(value: Any) -> Any:
     """Return a Quantity as numbers in the units of `exchange.quantities`, anything else as it is."""
     found = read_by("plain", value) if hasattr(value, "unit") else None

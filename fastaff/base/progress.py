@@ -115,7 +115,7 @@ class Compilation:
         """
         seconds, worked = self.spent()
         crowded = max(seconds / worked, 1.0) if worked > 0.2 else 1.0
-        return max((sum(PARTS[part] for part in self.missing) or OTHER) * self.speed() * crowded, seconds)
+        return (sum(PARTS[part] for part in self.missing) or OTHER) * self.speed() * crowded
 
     def speed(self) -> float:
         """Return the ratio of this machine's processor time to that of the machine of PARTS."""
@@ -321,7 +321,8 @@ class _Line(threading.Thread):
         marks, compilation = self.marks, self.compilation
         if compilation.begins and (Compiling.depth or not marks) and seconds > 0.5:
             spent, expected = compilation.spent()[0], compilation.expected()
-            return f"{self.what}: compiling once, {spent:.0f} s of about {expected:.0f} s"
+            usual = f"of about {expected:.0f} s" if round(spent) <= round(expected) else "longer than expected"
+            return f"{self.what}: compiling once, {spent:.0f} s {usual}"
         if seconds < SILENCE:
             return ""
         left = time_left(marks, computed())

@@ -15,6 +15,21 @@ ROWS = [0, 2, 1, 3]
 """Rows of x, y, px, py among x, px, y, py, delta, ct."""
 
 
+CUT = (
+    "n times [at.Drift('d', L/2/n), at.ThinMultipole('k', e.PolynomA*L/n, e.PolynomB*L/n), at.Drift('d', L/2/n)] with "
+    "L = e.Length in place of the element e"
+)
+"""What makes thin kicks of a thick element: PyAT has no call for it."""
+
+
+def orbits(ring: Any, name: str, _: Any) -> Any:
+    """Refuse a Lattice, which has no orbits: the arrays of its tracking are taken as they are."""
+    raise TypeError(
+        f"{name} must be what tracking gives, (6, particles, 1, turns), got {type(ring).__name__} of PyAT: "
+        "ring.track(rays, nturns=4096)[0], or fa.integrate(fa.mapping(ring), z0, time=4096, samples=4096)"
+    )
+
+
 def lattice(ring: Any) -> str:
     """Return the map of one turn of a Lattice, on momentum, as a text."""
     if not hasattr(ring, "energy"):
@@ -35,7 +50,7 @@ def _part(ring: Any, element: Any) -> Any:
         element.track(rays, in_place=True, energy=ring.energy, particle=ring.particle)
         return rays[ROWS]
 
-    return probed(track, element.FamName, kind, kind == "Dipole")
+    return probed(track, element.FamName, kind, kind == "Dipole", CUT)
 
 
 def _strengths(coefficients: Sequence[float]) -> tuple[float, ...]:

@@ -20,7 +20,8 @@ def units(given: Any) -> dict[str, str] | None:
 def orbits(orbit: Any, name: str, _: Any) -> Foreign:
     """Return the samples of an Orbit in Cartesian coordinates, velocities as momenta."""
     if getattr(orbit, "t", None) is None:
-        raise TypeError(f"{name} must be a gala Orbit with its times, got {type(orbit).__name__}")
+        run = ": fa.integrate(fa.hamiltonian(potential), z0, ...)" if hasattr(orbit, "energy") else ""
+        raise TypeError(f"{name} must be a gala Orbit with its times, got {type(orbit).__name__}{run}")
     rows, n = _phase_points(orbit), orbit.ndim
     samples = rows[:, None] if rows.ndim == 2 else rows.transpose(0, 2, 1)
     return Foreign(samples, plain(orbit.t), (*"xyz"[:n], *(f"v_{entry}" for entry in "xyz"[:n])))

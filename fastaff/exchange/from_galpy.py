@@ -13,7 +13,7 @@ from .galpy_potentials import system as system
 def orbits(orbit: Any, name: str, _: Any) -> Foreign:
     """Return the samples of an integrated Orbit: x, y, z and velocities where its azimuth is known, else R, z."""
     if not hasattr(orbit, "orbit"):
-        raise ValueError(f"{name} must be an integrated Orbit of galpy: call its integrate first")
+        raise ValueError(f"{name} must be an integrated Orbit of galpy: orbit.integrate(times, potential)")
     if np.ndim(orbit.t) != 1:
         raise ValueError(f"{name} must be orbits at the same times")
     path = np.asarray(orbit.orbit, dtype=float)

@@ -17,6 +17,8 @@ def orbits(monitor: Any, name: str, coordinates: tuple[str, ...] | None) -> Fore
     missing = [entry for entry in names if not hasattr(monitor, entry)]
     if missing or not hasattr(monitor, "at_turn"):
         said = f"has no {missing[0]}" if missing else "records no turns"
+        if hasattr(monitor, "element_dict"):
+            said += ": give line.record_last_track, after line.track(..., turn_by_turn_monitor=True)"
         raise TypeError(f"{name} must be a monitor of xtrack; this {type(monitor).__name__} {said}")
     arrays = [np.asarray(getattr(monitor, entry), dtype=float) for entry in names]
     if arrays[0].ndim != 2:
@@ -34,6 +36,9 @@ def starts(particles: Any, name: str) -> np.ndarray:
     alive = np.asarray(particles.state) > 0
     return np.array([np.asarray(getattr(particles, entry))[alive] for entry in ROWS], dtype=float)
 
+
+CUT = "line.slice_thick_elements(...)"
+"""The call that makes thin kicks of thick elements."""
 
 TAKEN_LINEAR = ("Bend", "RBend", "DipoleEdge", "Solenoid", "UniformSolenoid")
 """Elements whose linear part is taken."""
@@ -63,4 +68,4 @@ def _part(line: Any, k: int, name: str) -> Any:
         lost = np.asarray(particles.state) < 1
         return np.where(lost, np.nan, np.array([getattr(particles, row) for row in ("x", "y", "px", "py")]))
 
-    return probed(track, name, kind, kind in TAKEN_LINEAR)
+    return probed(track, name, kind, kind in TAKEN_LINEAR, CUT)

@@ -19,9 +19,11 @@ def kept_momentum(keeps: bool, name: str, kind: str, call: str) -> None:
         raise ValueError(f"the element {name!r} ({kind}) changes the momentum, the map is on momentum: {call}")
 
 
-def probed(track: Callable[[np.ndarray], np.ndarray], name: str, kind: str, linear: bool) -> tuple[np.ndarray, ...]:
-    """Return the matrix (4, 4) and shift (4,) of an element from its images of points (4, count) in ROWS' order;
-    linear: whether to take the linear part of an element that is not linear.
+def probed(
+    track: Callable[[np.ndarray], np.ndarray], name: str, kind: str, linear: bool, cut: str
+) -> tuple[np.ndarray, ...]:
+    """Return the matrix (4, 4) and shift (4,) of an element, of its images of points (4, count) in ROWS' order; linear:
+    whether that is taken where it is no more than the element's linear part; cut: the call that makes thin kicks of it.
 
     Raises ValueError naming the element otherwise.
     """
@@ -33,8 +35,7 @@ def probed(track: Callable[[np.ndarray], np.ndarray], name: str, kind: str, line
     shift, matrix = images[:, 8], (images[:, :4] - images[:, 4:8]) / (2 * size)
     if not linear and np.abs(matrix @ points[:, 9] + shift - images[:, 9]).max() > LINEAR * size:
         raise ValueError(
-            f"the element {name!r} ({kind}) is neither linear nor a thin multipole: cut it into thin kicks first "
-            "(xtrack: line.slice_thick_elements)"
+            f"the element {name!r} ({kind}) is neither linear nor a thin multipole: cut it into thin kicks first, {cut}"
         )
     if np.abs(matrix.T @ J @ matrix - J).max() > SYMPLECTIC:
         raise ValueError(f"the element {name!r} ({kind}) is not symplectic on momentum: switch off what damps or ramps")

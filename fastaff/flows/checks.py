@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from ..base.foreign import adapter
+from ..base.foreign import call_for
 from ..base.identity import by_identity
 from ..base.numbers import numbers, shown
 from ..charts import Chart
@@ -125,9 +125,8 @@ def _check_drive(name: str, system: System) -> None:
 
 def _instead(given: Any) -> str:
     """Return a hint for a user who gave a class, a name, or a system of another tool."""
-    if (tool := adapter(given)) is not None:
-        call = "mapping(lattice)" if hasattr(tool, "lattice") else "hamiltonian(potential)"
-        return f": a system of another tool; write fa.{call}"
+    if call := call_for(given):
+        return call
     if isinstance(given, type) and lacking(given, Potential) == []:
         return f": a class; write Body({given.__name__}()), with its parameters"
     if isinstance(given, type) and given.__name__.isidentifier():

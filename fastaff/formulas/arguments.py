@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from ..base.foreign import read_by
-from ..base.numbers import positive, real
+from ..base.foreign import call_for, read_by
+from ..base.numbers import positive, real, shown
 from .grammar import checked_name
 from .reserved import MAX_DEGREES_OF_FREEDOM, RESERVED
 
@@ -28,8 +28,8 @@ def text_of(text: Any) -> str:
 
         return to_text(expression)
     raise TypeError(
-        f"text must be a formula such as 'C/2*(D1**2 + D2**2)' or a SymPy expression, got {text!r} "
-        f"({type(text).__name__})"
+        f"text must be a formula such as 'C/2*(D1**2 + D2**2)' or a SymPy expression, got {shown(text)} "
+        f"({type(text).__name__}){call_for(text)}"
     )
 
 

@@ -6,7 +6,9 @@ import re
 from collections.abc import Mapping
 from typing import Any
 
+from ..base.foreign import call_for
 from ..base.numbers import real, shown
+from ..base.progress import says_progress
 from ..models.contracts import WrittenFlow
 from .arguments import text_of
 from .equations import split
@@ -20,6 +22,7 @@ LENGTH = 2000
 """Most characters of a text, and of each equation that is an expression."""
 
 
+@says_progress
 def flow(
     text: Text, /, *, domain: str | None = None, forces: Mapping[str, str] | None = None, **parameters: float
 ) -> WrittenFlow:
@@ -109,7 +112,7 @@ def _written(given: Any) -> tuple[Any, int]:
     if not isinstance(listed, (list, tuple)) or not all(isinstance(e, tuple) and len(e) == 2 for e in listed):
         raise TypeError(
             "text must be a text of equations such as \"x' = y; y' = -x\", or pairs of a variable and an expression of "
-            f"SymPy or heyoka, got {shown(given)} ({type(given).__name__})"
+            f"SymPy or heyoka, got {shown(given)} ({type(given).__name__}){call_for(given)}"
         )
     sides = [[text_of(entry) for entry in pair] for pair in listed]
     return "; ".join(f"{name}' = {side}" for name, side in sides), LENGTH * max(1, len(sides))

@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 
 from ..base.foreign import ForeignSystem, read_by
 from ..base.numbers import positive, shown
+from ..base.progress import says_progress
 from ..compile.kinds import OPTIONS, TERMS
 from ..models import Body
 from ..models.contracts import WrittenModel, WrittenNonseparable
@@ -34,6 +35,7 @@ Text = str | object
 """A formula as text; else an expression of SymPy, or a potential or expression of another tool."""
 
 
+@says_progress
 @hinted
 def formula(
     text: Text, /, *, mu: float | Sequence[float] = 1.0, domain: str | None = None, **parameters: float
@@ -104,12 +106,13 @@ def formula(
     return cls(*values.values(), *inertia)
 
 
+@says_progress
 @hinted
 def hamiltonian(
     text: Text,
     /,
     *,
-    coordinates: str | Sequence[str] = "x y",
+    coordinates: str | Sequence[str] | None = None,
     momenta: str | Sequence[str] | None = None,
     periods: Mapping[str, float | str] | None = None,
     masses: ArrayLike | None = None,
@@ -130,8 +133,8 @@ def hamiltonian(
         V of the coordinates, or H of coordinates and momenta, in the grammar of `formula`. Derivatives are exact. Also:
         an expression of heyoka; a potential of gala, or its Hamiltonian in a rotating frame, in kpc, Myr and solar
         masses; a potential of galpy in its natural units. These bring their coordinates and parameters.
-    coordinates : str or sequence of str, default "x y"
-        1 to 16 names.
+    coordinates : str or sequence of str, optional
+        1 to 16 names (default: "x y", or those of the other tool's potential).
     momenta : str or sequence of str, optional
         Their momenta: the text is then the whole of H.
     periods : dict of float or str, optional
@@ -214,17 +217,13 @@ def hamiltonian(
     options: dict[str, Any] = {"rotation": rotation, "magnetic": magnetic, "friction": friction}
     given = read_by("system", text)
     if given is not None:
-        beside: dict[str, Any] = {
-            "masses": masses,
-            "period": period,
-            "domain": domain,
-            "momenta": momenta,
-            "periods": periods,
-        }
+        if momenta is not None:
+            raise ValueError(f"momenta are for a whole H, this {type(text).__name__} is V alone: leave them out")
+        beside: dict[str, Any] = {"masses": masses, "period": period, "domain": domain, "periods": periods}
         beside |= {"vector_potential": vector_potential, **options}
         return _taken(given, coordinates, beside, parameters)
     written, length = _written(text)
-    names = checked_names("coordinates", coordinates)
+    names = checked_names("coordinates", "x y" if coordinates is None else coordinates)
     inside: dict[str, float] = {}
     if vector_potential is not None:
         others = {"momenta": momenta, **options}
@@ -252,9 +251,11 @@ def hamiltonian(
 
 def _taken(given: ForeignSystem, coordinates: Any, beside: dict[str, Any], parameters: dict[str, float]) -> Any:
     """Return the system of another tool, with the user's options and parameters."""
-    if given.coordinates and coordinates not in ("x y", " ".join(given.coordinates), given.coordinates):
+    if given.coordinates and coordinates is not None and checked_names("coordinates", coordinates) != given.coordinates:
+        plane = " (orbits that start in a plane of symmetry stay there)" if len(given.coordinates) > 2 else ""
         raise ValueError(
-            f"coordinates of this potential are {' '.join(given.coordinates)}: leave them out, got {coordinates!r}"
+            f"coordinates of this potential are {' '.join(given.coordinates)}: leave them out{plane}, got "
+            f"{coordinates!r}"
         )
     own = {name: entry for name, entry in (("domain", given.domain), ("rotation", given.rotation)) if entry is not None}
     options = own | {name: entry for name, entry in beside.items() if entry is not None}

@@ -8,6 +8,8 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from ..base.foreign import call_for
+from ..base.numbers import shown
 from ..models.contracts import Kind
 from .gammainc import GAMMAINC
 from .grammar import Program, checked_name, parse
@@ -61,7 +63,9 @@ def statements(text: Any, parameters: Sequence[str], length: int = MOST) -> Stat
     """Return the statements of a text; raise ValueError where it is no map."""
     example = "'p1 = p + K*sin(x); x1 = x + p1'"
     if not isinstance(text, str):
-        raise TypeError(f"text must be a map such as {example}, got {text!r} ({type(text).__name__})")
+        raise TypeError(
+            f"text must be a map such as {example}, got {shown(text)} ({type(text).__name__}){call_for(text)}"
+        )
     if len(text) > length:
         raise ValueError(f"text must have at most {length} characters, got {len(text)}")
     suffix = _IMAGE if "'" in text else "1"

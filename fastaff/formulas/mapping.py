@@ -14,6 +14,7 @@ import numpy as np
 
 from ..base.foreign import read_by
 from ..base.interruption import imported
+from ..base.progress import says_progress
 from ..compile import jit
 from ..models.contracts import WrittenMap
 from .arguments import checked_names, values_of
@@ -30,6 +31,7 @@ SAME = 1e-10
 """Relative rounding error of images a period apart."""
 
 
+@says_progress
 def mapping(
     text: Text,
     /,
@@ -98,6 +100,8 @@ def mapping(
     """
     given = read_by("lattice", text)
     if given is not None:
+        if coordinates is not None or momenta is not None:
+            raise ValueError("coordinates and momenta of a map of another tool are x y and px py: leave them out")
         text, coordinates, momenta = given, "x y", "px py"
     model = untried(text, parameters, coordinates, momenta, periods, domain)
     _tried(model)

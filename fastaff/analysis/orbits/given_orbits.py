@@ -98,6 +98,9 @@ def given_orbits(
     names = None if coordinates is None else row_names(coordinates)
     if isinstance(value, str):
         raise TypeError(f"samples must be arrays, a result or, of MAD's tracking, pathlib.Path({value!r}); got a text")
+    if hasattr(value, "degrees_of_freedom"):
+        run = "fa.integrate(model, z0, time=..., samples=4096)"
+        raise TypeError(f"samples must be of orbits, {type(value).__name__} is a system: give {run}")
     foreign = read_by("orbits", value, "samples", names)
     if foreign is not None:
         value, names = foreign.rows, foreign.names if names is None else names

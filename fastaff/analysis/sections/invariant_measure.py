@@ -108,7 +108,7 @@ class Measure(NamedTuple):
     """The invariant measure over a box of the free coordinates (d,) of those at (n,).
 
     sign: of the velocity through a section; 0 for the whole energy surface; heaviest: the largest density, 0 where it
-    is that of the least energy in the box.
+    is that of the least energy in the box; momenta_within: rows of momenta with the ends of their ranges.
     """
 
     momenta: Momenta
@@ -118,6 +118,7 @@ class Measure(NamedTuple):
     box: Box
     sign: int
     heaviest: float = 0.0
+    momenta_within: tuple[tuple[int, float, float], ...] = ()
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -159,12 +160,14 @@ class Measure(NamedTuple):
             if box.leaky and chosen.size:
                 chosen = chosen[within(walled(self.floor, self.turns), box, x[:, chosen])]
             z = self.momenta.lifted(self._full(x[:, chosen]), self._on_ball(normal[:, chosen], room[chosen]))
+            for row, low, high in self.momenta_within:
+                z = z[:, (z[row] >= low) & (z[row] <= high)]
             found.append(z)
-            kept, tried = kept + chosen.size, tried + BATCH
+            kept, tried = kept + z.shape[1], tried + BATCH
             if kept + CHANCE < FEWEST * tried:
                 raise NotReached(
                     f"energy {self.energy:g} reaches less than a millionth of the ranges of "
-                    f"{', '.join(system_of(self.momenta.model).names[k] for k in self.free)}: narrow them, "
+                    f"{', '.join(self.names[: len(self.free)])}: narrow them, "
                     'axes={"name": (low, high), ...}'
                 )
         z = np.ascontiguousarray(np.concatenate(found, axis=1)[:, :count])
@@ -269,8 +272,9 @@ def measure_of(model: Any, energy: float, section: Any, axes: Any) -> Measure | 
             f"body must have two degrees of freedom or more, {type(model).__name__} has {n}: its energy surface is one "
             "orbit, of which integrate gives points at equal times"
         )
+    given = {} if axes is None else _ranges(axes)
     if not system.ellipsoidal:
-        return surface_of(model, energy, section, None if axes is None else _ranges(axes))
+        return surface_of(model, energy, section, given)
     at, free, sign, first = [0.0] * n, list(range(n)), 0, 0
     if section is not None:
         name, value, sign = section_row(model, section)
@@ -279,12 +283,11 @@ def measure_of(model: Any, energy: float, section: Any, axes: Any) -> Measure | 
         first, sign = names.index(name), sign or 1
         at[first] = value
         free.remove(first)
-    given = {} if axes is None else _ranges(axes)
-    for name in given:
-        named("axes", name, [names[k] for k in free])
     nothing = Box(np.zeros(1), np.zeros(1), 0.0, False)
     made = Measure(Momenta.of(model, first), energy, tuple(at), tuple(free), nothing, sign)
-    made = made._replace(box=_box(made, {names.index(name): ends for name, ends in given.items()}))
+    ends = {system.row_names.index(named("axes", name, made.names)): both for name, both in given.items()}
+    momenta = tuple((row, *both) for row, both in ends.items() if row >= n)
+    made = made._replace(box=_box(made, {k: both for k, both in ends.items() if k < n}), momenta_within=momenta)
     if made.momenta.lower is None:
         made = made._heavier(-least_within(lambda x: -made.density(x), made.box.low, made.box.high))
     return made

@@ -175,7 +175,7 @@ def _bounded_parts(where: Where) -> list[Part]:
         raise ValueError(f"{why}; nothing bounds the section {name}: give the ranges of the axes")
     if endless:
         low, high, bottom, top = parts[0]
-        q = system_of(body).names[1]
+        q = next(name for name in system_of(body).names if name != section_row(body, section)[0])
         angle = f"; or, of what is an angle, its period: periods={{'{q}': '2*pi'}}, --angles {q}=2*pi"
         angle *= not system_of(body).separable
         raise ValueError(

@@ -9,12 +9,18 @@ import numpy as np
 from ...base.numbers import positive, real
 from .system import NamedSystem, chosen, makes, of_angles
 
+
+def _of_azimuths(model: Any, z: np.ndarray) -> dict[str, Any]:
+    """Return the energy and the momenta of all angles but theta."""
+    return {name: row for name, row in of_angles(model, z).items() if name != "p_theta"}
+
+
 PENDULUM = NamedSystem(
     "(p_theta**2 + p_phi**2/sin(theta)**2)/(2*m*l**2) - m*g*l*cos(theta)",
     "theta phi",
     "p_theta p_phi",
-    "phi",
-    of_angles,
+    "theta phi",
+    _of_azimuths,
 )
 
 
@@ -62,8 +68,8 @@ SYMMETRIC = NamedSystem(
     "p_theta**2/(2*I_1) + (p_phi - p_psi*cos(theta))**2/(2*I_1*sin(theta)**2) + p_psi**2/(2*I_3) + h*cos(theta)",
     "theta phi psi",
     "p_theta p_phi p_psi",
-    "phi psi",
-    of_angles,
+    "theta phi psi",
+    _of_azimuths,
 )
 
 
@@ -150,7 +156,7 @@ TOP = NamedSystem(
     " + (h_1*sin(psi) + h_2*cos(psi))*sin(theta) + h_3*cos(theta)",
     "theta phi psi",
     "p_theta p_phi p_psi",
-    "phi psi",
+    "theta phi psi",
     _of_euler,
 )
 QUATERNION = NamedSystem(

@@ -13,6 +13,7 @@ from ...analysis.tori.fit_torus import fit_torus
 from ...analysis.tori.torus import TorusFit, Verdict, tangents
 from ...base.interruption import keeping
 from ...base.numbers import numbers, real, shown
+from ...base.progress import tell
 from ...base.status import Status
 from ...flows.checks import checked_model, phase_points
 from ...models.mechanics import system_of
@@ -116,6 +117,7 @@ def mode_levels(model: Any, n: Any, below: Any, near: Any, hbar: Any, way: str) 
         if {len(rows), len(points)} - {1, count}:
             raise ValueError(f"near must be one phase point or {len(rows)}, as n has levels, got {len(points)}")
         for one, point in zip(rows * (count // len(rows)), points * (count // len(points)), strict=True):
+            tell("quasiclassical_levels", len(found) / count, f"level {len(found) + 1} of {count}")
             found.append(level(model, known, one, h, point))
         return table()
 
@@ -127,6 +129,7 @@ def _below(
     size = modes.omega.size
     waiting, seen = [(0,) * size], set()
     while waiting:
+        tell("quasiclassical_levels", 0.0, f"level {len(found) + 1}, {len(waiting)} more to try")
         found.append(level(model, modes, np.array(waiting.pop(0)), h, None))
         if top > found[-1].E:
             more = [tuple((found[-1].n + unit).tolist()) for unit in np.eye(size, dtype=int)]

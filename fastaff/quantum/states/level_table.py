@@ -21,6 +21,8 @@ from .vibration_state import LatticeWaves, VibrationState
 ROUNDING = 64 * np.finfo(float).eps
 """Relative difference of energies that is never told apart."""
 
+LOOSEST = 0.1
+"""Relative error above which levels are none at any tolerance."""
 
 VIBRATION, TORI = "uniform grid", "quasiclassical, actions of fitted tori"
 """Methods of levels of systems that are not bodies, by which their tables are recognised."""
@@ -71,8 +73,16 @@ class LevelTable(Result, axis="level"):
         E, failed = self.E[known], int(np.count_nonzero(self.status))
         span = f" from {E.min():.10g} to {E.max():.10g}" if E.size else ""
         less = f", {self.E.size - E.size} of them without an energy" if E.size < self.E.size else ""
-        doubt = f", {failed} of them not OK" if failed else ""
+        doubt = f", {failed} of them not OK{self._enough()}" if failed else ""
         return f"{self.E.size} levels{span}{less}{doubt}; {self.method}"
+
+    def _enough(self) -> str:
+        """Return the tolerance that all levels of `spectrum` would keep, as a call; empty where that is not known."""
+        call: Any = getattr(self, "call", None)
+        off = float((self.error / level_scale(self.E)).max()) if self.E.size else math.nan
+        if call is None or call.function != "spectrum" or not 0.0 < off < LOOSEST:
+            return ""
+        return f" at tolerance={call.arguments['tolerance']:g}, all are at spectrum(..., tolerance={1.1 * off:.1e})"
 
     @property
     def converged(self) -> np.ndarray:
