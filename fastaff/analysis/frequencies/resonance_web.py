@@ -185,7 +185,7 @@ def _over(grid: Any, found: Any, errors: Any) -> tuple[np.ndarray, Any, Any, flo
     known = calm(found)
     if in_turns(found):
         (_, nu, error), torn = with_turn(found), WRAPPED
-        error[:-1] = np.maximum(error[:-1], BIN / duration(found))
+        error[:-1] = np.maximum(error[:-1], BIN / np.maximum(duration(found), 1))
     else:
         families, counts = np.unique(found.basis[:, :, known], axis=2, return_counts=True)
         lost = np.linalg.matrix_rank(families.transpose(2, 0, 1)) < len(found.nu)
