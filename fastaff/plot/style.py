@@ -149,9 +149,32 @@ def figure(function: Function) -> Function:
             with watched(function.__name__), _inked(ax):
                 drawn = function(*given, ax=ax, **options)
                 _light_to_print(ax)
+                _bar_within(ax, getattr(drawn, "colorbar", None))
                 return drawn
 
     return cast(Function, draw)
+
+
+BETWEEN = 0.25
+"""Inches between a colour bar's label and the next axes' own, where no layout engine sees to it."""
+
+
+def _bar_within(ax: Any, bar: Any) -> None:
+    """Let axes give a colour bar and its label so much of their width that these meet no other axes, nor the edge."""
+    place, sheet = ax.get_subplotspec(), ax.figure
+    if bar is None or place is None or sheet.get_layout_engine() is not None or bar.orientation != "vertical":
+        return
+    grid, whole = place.get_gridspec(), place.get_topmost_subplotspec()
+    if grid.ncols != 2 or grid is whole.get_gridspec():  # no grid of axes and bar alone
+        return
+    main, slot = (grid[k].get_position(sheet) for k in range(2))
+    right = bar.ax.get_tightbbox().transformed(sheet.transFigure.inverted()).x1
+    last = whole.is_last_col()
+    over = right - (0.99 if last else slot.x1 - BETWEEN / sheet.get_figwidth())
+    if 0 < over < main.width / 2:
+        grid.set_width_ratios([main.width - over, slot.width + over])
+        for axes in (ax, bar.ax):
+            axes.set_subplotspec(axes.get_subplotspec())
 
 
 MANY = 100_000
