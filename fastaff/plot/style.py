@@ -149,32 +149,25 @@ def figure(function: Function) -> Function:
             with watched(function.__name__), _inked(ax):
                 drawn = function(*given, ax=ax, **options)
                 _light_to_print(ax)
-                _bar_within(ax, getattr(drawn, "colorbar", None))
+                _with_room(ax, getattr(drawn, "colorbar", None))
                 return drawn
 
     return cast(Function, draw)
 
 
-BETWEEN = 0.25
-"""Inches between a colour bar's label and the next axes' own, where no layout engine sees to it."""
+def _with_room(ax: Any, bar: Any) -> None:
+    """Lay out a figure that has a colour bar, so that none covers another, where its owner has not:
+    neither by a layout engine, nor by hand.
+    """
+    import matplotlib
 
-
-def _bar_within(ax: Any, bar: Any) -> None:
-    """Let axes give a colour bar and its label so much of their width that these meet no other axes, nor the edge."""
-    place, sheet = ax.get_subplotspec(), ax.figure
-    if bar is None or place is None or sheet.get_layout_engine() is not None or bar.orientation != "vertical":
+    settings: Any = matplotlib.rcParams
+    sheet, sides = ax.figure, ("left", "right", "bottom", "top", "wspace", "hspace")
+    own = any(getattr(sheet.subplotpars, side) != settings[f"figure.subplot.{side}"] for side in sides)
+    if bar is None or own or sheet is not ax.get_figure(root=True) or sheet.get_layout_engine() is not None:
         return
-    grid, whole = place.get_gridspec(), place.get_topmost_subplotspec()
-    if grid.ncols != 2 or grid is whole.get_gridspec():  # no grid of axes and bar alone
-        return
-    main, slot = (grid[k].get_position(sheet) for k in range(2))
-    right = bar.ax.get_tightbbox().transformed(sheet.transFigure.inverted()).x1
-    last = whole.is_last_col()
-    over = right - (0.99 if last else slot.x1 - BETWEEN / sheet.get_figwidth())
-    if 0 < over < main.width / 2:
-        grid.set_width_ratios([main.width - over, slot.width + over])
-        for axes in (ax, bar.ax):
-            axes.set_subplotspec(axes.get_subplotspec())
+    if all(axes.get_subplotspec() is not None for axes in sheet.axes):
+        sheet.set_layout_engine("tight", w_pad=3.0)
 
 
 MANY = 100_000

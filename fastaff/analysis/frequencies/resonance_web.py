@@ -128,7 +128,7 @@ def resonance_web(
     """
     import contourpy
 
-    names = ()
+    names: tuple[str, ...] = ()
     if hasattr(axes, "spread"):
         names = with_turn(nu)[0] if hasattr(nu, "names") else ()
         nu, errors, axes, torn = _over(axes, nu, errors)
@@ -184,7 +184,8 @@ def _over(grid: Any, found: Any, errors: Any) -> tuple[np.ndarray, Any, Any, flo
         )
     known = calm(found)
     if in_turns(found):
-        (_, nu, error), torn = with_turn(found), WRAPPED
+        _, nu, error = with_turn(found)
+        torn: float | None = WRAPPED
         error[:-1] = np.maximum(error[:-1], BIN / np.maximum(duration(found), 1))
     else:
         families, counts = np.unique(found.basis[:, :, known], axis=2, return_counts=True)
