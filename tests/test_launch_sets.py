@@ -325,6 +325,31 @@ def test_jobs_have_the_same_points_in_any_units(starts):
     assert place.size == launch.size or not starts.get("orbits")
 
 
+@pytest.mark.parametrize(
+    ("model", "energy", "starts", "how"),
+    [
+        (HH, 0.1, {}, {"section": "x=0"}),
+        (fa.Body(fa.NeoHookean()), 3.0, {}, {"section": fa.AlphaTurning(+1)}),
+        (LOG, -0.4, {"microcanonical": True}, {}),
+        (LOG, -0.4, {"at_rest": True}, {"at_rest": True}),
+    ],
+    ids=["section", "body", "surface", "rest"],
+)
+def test_a_job_starts_where_energy_sample_does(model, energy, starts, how):
+    """With one seed, in all blocks; parts of a sample are those of the whole."""
+    seed = int(np.random.default_rng(31).integers(1000))
+    starts = {"orbits": BLOCK + 200, "seed": seed, **starts}
+    plan = fa.Job(model=model, surface={"energy": energy}, starts=starts, integrate={"time": 1.0}).plan()
+    z0, _ = between(plan.launch, 0, plan.launch.size)
+    sample = fa.energy_sample(plan.body, energy=energy, orbits=BLOCK + 200, seed=seed, **how)
+    assert z0.tobytes() == sample.z0.tobytes()
+    few = fa.energy_sample(plan.body, energy=energy, orbits=100, seed=seed, **how)
+    assert few.z0.tobytes() == np.ascontiguousarray(z0[:, :100]).tobytes()
+    for other in (np.random.SeedSequence(seed), np.random.default_rng(seed)):
+        again = fa.energy_sample(plan.body, energy=energy, orbits=100, seed=other, **how)
+        assert again.z0.tobytes() == few.z0.tobytes()
+
+
 def test_a_job_of_three_degrees_of_freedom_is_that_of_the_library(tmp_path):
     starts = {"axes": {"x": "-0.4:0.4:4", "z": "0:0.2:3"}, "solve": "p_y"}
     job = fa.Job(model=LOG, surface={"energy": -0.4}, starts=starts, integrate={"time": 5.0})

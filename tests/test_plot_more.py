@@ -19,6 +19,8 @@ from fastaff.plot import labels as plot_labels
 from fastaff.plot import periodic, scars
 
 matplotlib = pytest.importorskip("matplotlib")
+from matplotlib.backends.backend_agg import FigureCanvasAgg  # noqa: E402
+from matplotlib.figure import Figure  # noqa: E402
 
 HH, X = fa.HenonHeiles(), fa.Linear((1.0, 0.0, 0.0, 0.0))
 NEO = fa.Body(fa.NeoHookean())
@@ -423,3 +425,22 @@ def test_many_points_are_an_image_in_a_pdf(ax, tmp_path):
         sizes[samples] = len(text)
         assert not drawn.points[0].axes.xaxis.get_rasterized()
     assert sizes[60_000] < 1e6
+
+
+def test_colour_bars_of_two_panels_cover_none():
+    """Panels of a figure with no layout of their own: neither bar nor label is drawn over the other panel."""
+    values = np.random.default_rng(31).uniform(-9, -1, 4)
+    grid = fa.energy_grid(fa.HenonHeiles(), energy=0.1, section="x=0", axes=([-0.2, 0.0, 0.6], [0.0, 0.1]))
+    fig = Figure()
+    FigureCanvasAgg(fig)
+    left, right = fig.subplots(1, 2)
+    bars = [plot.plot_diffusion_grid(grid, values, ax=ax, label="a long label").colorbar for ax in (left, right)]
+    fig.canvas.draw()
+    first, second = (ax.get_tightbbox() for ax in (bars[0].ax, right))
+    assert first.x1 < second.x0
+    assert bars[1].ax.get_tightbbox().x1 <= fig.bbox.x1
+    own = Figure()
+    ax = own.subplots()
+    own.subplots_adjust(right=0.7)
+    plot.plot_diffusion_grid(grid, values, ax=ax)
+    assert own.get_layout_engine() is None  # laid out by hand

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
+from collections import Counter
 from fractions import Fraction
 
 import naive
@@ -151,6 +152,9 @@ def test_naive_twin_with_errors(seed, n, tolerance):
         truth = relations(nu[:, i], width, 5)
         rank = int(found.rank[i])
         basis = found.basis[:rank, :, i].tolist()
+        if found.status[i]:  # contradictory
+            assert rank_of(truth) > 1
+            continue
         assert rank == (rank_of(truth) if truth else 0)
         if truth:
             assert rank_of(basis) == rank
@@ -435,6 +439,70 @@ def test_figures(ax):
     ax.figure.canvas.draw()
 
 
+@pytest.fixture(scope="module")
+def rotations():
+    """A map of two rotations whose tunes change by the squares of the radii, its grid of radii, and its tunes."""
+    rng = np.random.default_rng(31)
+    a, b = rng.uniform([0.29, 0.27], [0.3, 0.28]), rng.uniform(0.1, 0.2, 2)
+    text = "; ".join(
+        f"{q}1 = {q}*cos(w{q}) + p{q}*sin(w{q}); p{q}1 = p{q}*cos(w{q}) - {q}*sin(w{q})" for q in ("x", "y")
+    )
+    turn = "; ".join(f"w{q} = 2*pi*(a{q} + b{q}*({q}**2 + p{q}**2))" for q in ("x", "y"))
+    body = fastaff.mapping(f"{turn}; {text}", domain="1.3 - x**2 - y**2 + 1.6*x*y", ax=a[0], ay=a[1], bx=b[0], by=b[1])
+    grid = fastaff.energy_grid(body, axes={"x": np.linspace(0.05, 1.0, 24), "y": np.linspace(0.05, 1.0, 23)})
+    return a, b, grid, body
+
+
+@pytest.mark.parametrize("kind", ["map", "tunes"])
+def test_a_web_of_a_map_has_the_turn(rotations, kind):
+    """k1 nu_x + k2 nu_y = k3 where the radii of the rotations say so; what is lost has no tune and no line."""
+    a, b, grid, body = rotations
+    if kind == "map":
+        found = fastaff.frequency_map(body, grid.z0, time=512)
+    else:
+        found = fastaff.tunes(fastaff.integrate(body, grid.z0, time=512, samples=512))
+    lost, none = found.status != Status.OK, np.isnan(found.nu)
+    assert 10 < none[0].sum() <= lost.sum() < lost.size / 2
+    assert lost[none.any(axis=0)].all()  # others lived long enough
+    np.testing.assert_array_equal(none, np.isinf(found.error))
+    web = fastaff.resonance_web(found, axes=grid, max_order=6)
+    assert {(3, 0, -1), (0, 3, -1), (1, 2, -1)} <= {line.vector for line in web if line.lines}
+    for line in web:
+        assert line.names == ("x", "y", "turn")
+        for x, y in np.concatenate([np.zeros((0, 2)), *line.lines]):
+            nu = a + b * [x**2, y**2]
+            slope = np.abs(line.vector[:2] * b).sum() * 2.0
+            assert abs(np.dot(line.vector, [*nu, 1.0])) < 0.003 * slope  # of straight pieces across cells of 0.04
+    assert "3 nu_x - nu_turn = 0" in next(line for line in web if line.vector == (3, 0, -1)).summary()
+    drawn = found.plot(grid, web=web)
+    texts = [text.get_text() for text in (*drawn.labels, *drawn.points.axes.get_legend().get_texts())]
+    assert any(r"3\nu_{x}=1" in text for text in texts)
+
+
+@given(st.integers(0, 2**32 - 1), st.integers(2, 4), st.floats(1e-3, 0.3))
+def test_relations_that_no_frequencies_have_are_none(seed, n, size):
+    """With errors so wide that relations contradict one another nothing is claimed; what is claimed is within its
+    width, and the turn of a map is never 0.
+    """
+    rng = np.random.default_rng(seed)
+    nu, errors = rng.random((n, 40)), size * rng.random((n, 40))
+    nu[-1], errors[-1] = 1.0, 0.0
+    found = resonances(nu, max_order=5, errors=errors)
+    fine = found.status == Status.OK
+    assert (found.status[~fine] == Status.NOT_CONVERGED).all()
+    assert (found.rank < n).all()
+    assert not found.basis[:, :, ~fine].any()
+    assert not found.order[~fine].any()
+    assert np.isnan(found.distance[:, ~fine]).all()
+    kept = np.isfinite(found.distance)
+    assert (kept.sum(axis=0) == found.rank).all()
+    assert (found.distance[kept] <= found.width[kept] + 1e-14).all()
+    for i in np.flatnonzero(~fine):  # whose relations have no frequencies within the errors
+        truth = np.array(relations(nu[:, i], 1e-9 + errors[:, i], 5))
+        k = truth[:, :-1] if len(truth) else truth
+        assert np.linalg.matrix_rank(truth) > 1 or k.any()
+
+
 def test_resonances_are_printed_by_name_with_their_shares():
     nu = np.array([[0.2, 0.2, 0.3, 0.1], [0.4, 0.4, 0.6137, np.nan], [0.3137, 0.3137, 0.9, 0.3]])
     found = fastaff.resonances(nu, max_order=4, names=("x", "y", "z"))
@@ -449,7 +517,7 @@ def test_resonances_are_printed_by_name_with_their_shares():
 @pytest.mark.parametrize(
     ("body", "energy", "rows", "jump"),
     [
-        (fastaff.HenonHeiles(), 0.09, ("nu", "error"), None),  # whose own lines are alike
+        (fastaff.HenonHeiles(), 0.09, ("nu", "error"), None),  # whose own lines are alike: of its largest family
         (fastaff.hamiltonian("(x**2 + 2.3*y**2)/2 + y**4 + x**2*y**2/4"), 0.15, ("leading", "leading_error"), 0.03),
     ],
 )
@@ -459,6 +527,11 @@ def test_a_web_of_a_map_over_its_grid_is_that_of_the_arrays(body, energy, rows, 
     found = fastaff.frequency_map(body, grid.z0, time=200.0)
     known = found.regular | ((found.kind == 3) & (100 * 10**found.diffusion < 0.3))
     assert known.sum() >= found.regular.sum() > 20
+    if jump is None:
+        basis = [matrix.tobytes() for matrix in found.basis.transpose(2, 0, 1)]
+        counts = Counter(matrix for matrix, one in zip(basis, known, strict=True) if one)
+        known = known & [matrix == counts.most_common(1)[0][0] for matrix in basis]
+        assert len(counts) > 1
     assert grid.forbidden.any()
     nu = np.full((2, *grid.forbidden.shape), np.nan)
     nu.reshape(2, -1)[:, grid.cell] = np.where(known, getattr(found, rows[0]), np.nan)

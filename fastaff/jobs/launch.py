@@ -5,13 +5,23 @@ from __future__ import annotations
 import functools
 import re
 from dataclasses import dataclass, replace
-from typing import Any, NamedTuple, Protocol
+from typing import Any, Protocol
 
 import numpy as np
 
 from ..analysis.sections.energy_grid import ARRAYS, EnergyGrid, NotReached, checked_surface, grid_of, lift
 from ..analysis.sections.energy_limits import Where
-from ..analysis.sections.energy_sample import EnergySample, drawn, on_section, sample_of, source_of
+from ..analysis.sections.energy_sample import (
+    BLOCK,
+    EnergySample,
+    OfSource,
+    OnSection,
+    Source,
+    block_of,
+    on_section,
+    ranges_to_draw,
+    source_of,
+)
 from ..analysis.sections.named_axes import Launching, Others, checked_energy, launching
 from ..analysis.sections.section_edge import edge as section_edge
 from ..base.names import pairs
@@ -21,9 +31,6 @@ from ..models.mechanics import system_of
 from .flags import axis_of, cells_of, flags_of_axes, range_of
 from .system import Surface
 from .wording import Wrong, option, respelled
-
-BLOCK = 1024
-"""Points of a launch set that are computed together: the same points for any units of a job."""
 
 TRIED = 16
 """Blocks that orbits for a trial are taken from."""
@@ -80,8 +87,6 @@ class Starts:
 
     def launch(self, body: Any, section: Any, surface: Surface, default: str) -> Launch:
         """Return the launch set of this table, on a grid of `default` cells unless it names another."""
-        from ..analysis.sections import energy_sample
-
         if self.grid is not None and self.orbits is not None:
             raise Wrong.of("give {grid} or {orbits}, not both")
         if self.orbits is not None and self.orbits < 1:
@@ -106,9 +111,8 @@ class Starts:
                 both = f"{option('range1')} and {option('range2')}"
                 raise Wrong(str(problem).replace("the ranges of the axes", both)) from None
         if self.orbits is not None:
-            boxes = energy_sample.ranges_to_draw(where, ranges if any(given) else None)
-            sheets = energy_sample.drawn(where, boxes, BLOCK, self.seed)[1]
-            return RandomPoints(OnSection(where, boxes, sheets), self.orbits, self.seed, edge)
+            boxes = ranges_to_draw(where, ranges if any(given) else None)
+            return RandomPoints(OnSection(where, boxes), self.orbits, self.seed, edge)
         # Cell centres: the ends of the range are the edge itself.
         axes = [low + (high - low) * (np.arange(n) + 0.5) / n for (low, high), n in zip(ranges, cells)]
         return Cells(where, axes[0], axes[1], edge)
@@ -260,34 +264,11 @@ class NamedCells:
         return grid_of(z0, place, self.axes, self.launching.names, self.launching.energy)
 
 
-class OnSection(NamedTuple):
-    """Random points of a section, uniform in its invariant area."""
-
-    where: Where
-    boxes: list[Any]
-    sheets: int
-
-    def sample(self, count: int, seed: Any) -> EnergySample:
-        """Return so many points."""
-        return drawn(self.where, self.boxes, count, seed, self.sheets)[0]
-
-
-class OfSource(NamedTuple):
-    """Random points of any number of degrees of freedom; figures show the first two drawn rows."""
-
-    source: Any
-
-    def sample(self, count: int, seed: Any) -> EnergySample:
-        """Return so many points."""
-        part = sample_of(self.source, count, seed)
-        return replace(part, points=part.points[:2], names=part.names[:2])
-
-
 @dataclass(frozen=True, eq=False)
 class RandomPoints:
-    """Random points: each block has a seed of its own."""
+    """Random points: those of `energy_sample`, each block of a seed of its own."""
 
-    source: OnSection | OfSource
+    source: Source
     size: int
     seed: int
     edge: Any = None
@@ -297,18 +278,14 @@ class RandomPoints:
 
     def points(self, block: int) -> tuple[np.ndarray, np.ndarray]:
         """Return the phase points of a block."""
-        part = self.sample(block)
+        part = block_of(self.source, block, self.size, self.seed)
         return np.ascontiguousarray(part.z0), np.arange(len(part))
 
-    def sample(self, block: int) -> EnergySample:
-        """Return a block with its points on the section."""
-        seed = np.random.SeedSequence(self.seed, spawn_key=(block,))
-        return self.source.sample(BLOCK, seed).take(slice(0, self.size - block * BLOCK))
-
     def placed(self, z0: np.ndarray, place: np.ndarray) -> EnergySample:
-        """Return some of the points."""
-        blocks = -(-self.size // BLOCK)
-        return EnergySample.concat(self.sample(block) for block in range(blocks)).take(place)
+        """Return some of the points: figures have the first two of what is drawn."""
+        blocks = (block_of(self.source, block, self.size, self.seed) for block in range(-(-self.size // BLOCK)))
+        found = EnergySample.concat(blocks).take(place)
+        return replace(found, points=found.points[:2], names=found.names[:2])
 
 
 @dataclass(frozen=True, eq=False)

@@ -90,7 +90,7 @@ def _over(draw: Callable) -> Callable:
         drawn = plot_starts(starts, values=colouring(found, "diffusion"), **options)
         if web is None:
             return drawn
-        lines = plot_web(web, ax=drawn.points.axes, names=found.names, axes=starts.axes)
+        lines = plot_web(web, ax=drawn.points.axes, axes=starts.axes)
         return drawn._replace(lines=lines.lines, labels=(*drawn.labels, *lines.labels))
 
     return figure
@@ -98,11 +98,6 @@ def _over(draw: Callable) -> Callable:
 
 def _cases(cases: FoundCases, **options: Any) -> Any:
     return plot_chaotic_fraction(cases.assembled(tuple(np.unique(row) for row in cases.values)), **options)
-
-
-def _line(line: ResonanceLine, *others: ResonanceLine, names: Any = None, **options: Any) -> Any:
-    letters = tuple(f"{k + 1}" for k in range(len(line.vector)))
-    return plot_web([line, *others], names=letters if names is None else names, **options)
 
 
 def _angle_lines(lines: AngleLines, *, orbit: int = 0, **options: Any) -> Any:
@@ -132,7 +127,7 @@ FIGURES: dict[type, Callable] = {
     Multiplets: plot_degeneracies,
     Orbits: plot_orbits,
     PeriodicOrbits: plot_periodic,
-    ResonanceLine: _line,
+    ResonanceLine: lambda line, *others, **options: plot_web([line, *others], **options),
     Resonances: plot_resonances,
     Rotation: plot_rotation,
     SectionMap: plot_section,

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from ..analysis.frequencies.frequencies import FrequencyKind
-from ..analysis.frequencies.own_lines import by_own_lines, in_time
+from ..analysis.frequencies.own_lines import TURN, by_own_lines, in_time
 from ..base.numbers import entries, reals
 from ..base.status import Status
 from ..schemes.catalogue import ITERATION
@@ -16,6 +16,7 @@ from .colour_bars import colour_bar
 from .labels import Box, drawn_points, settled, write_along
 from .picking import carry
 from .ratios import frequencies_of, frequency, lines_of
+from .resonances import formula
 from .scales import colouring, colours_of, orbit_colours
 from .sections import why
 from .style import DARK, GREY, Artists, beyond, figure, nothing, symbol
@@ -214,7 +215,8 @@ def _draw_lines(
                 continue
             style.update(ls=(0, (4, 2.5)))
             drawn += ax.plot(*inside[[0, -1]].T, **style)
-            slanted.append((inside, _equation((k1, k2, k0), x, y)))
+            names = *(name.partition("/")[0] for name in (x, y)), x.partition("/")[2] or TURN
+            slanted.append((inside, formula((k1, k2, k0), names)))
     ax.set(xlim=(x0, x1), ylim=(y0, y1))
     if slanted:
         settled(ax)
@@ -225,18 +227,3 @@ def _draw_lines(
         written = [write_along(ax, curve, text, room, lift=0.6, points=dots, **how) for curve, text in slanted]
         labels += [text for text in written if text is not None]
     return tuple(drawn), tuple(labels)
-
-
-def _equation(line: tuple[int, int, int], x: str, y: str) -> str:
-    """Return k1 a + k2 b + k0 c = 0 with the terms on the side where they are positive."""
-    a, _, c = x.partition("/")
-    terms = [(line[0], a), (line[1], y.partition("/")[0]), (line[2], c)]
-    sides = []
-    for sign in (1, -1):
-        side = "+".join(
-            (str(abs(k)) if abs(k) != 1 or not name else "") + (symbol(f"nu_{name}") if name else "")
-            for k, name in terms
-            if k * sign > 0
-        )
-        sides.append(side or "0")
-    return f"${sides[0]}={sides[1]}$"

@@ -10,20 +10,29 @@ from typing import Any
 
 import numpy as np
 
+from ..analysis.frequencies.own_lines import TURN
 from ..analysis.frequencies.resonance_web import ResonanceLine
 from ..analysis.frequencies.resonances import DiffusionHistogram, Resonances
 from .labels import Box, drawn_points, pixel_length, settled, write_along
 from .picking import carry
 from .scales import DIFFUSION, clipped
+from .sections import above_frame
 from .style import ACCENT, DARK, PLATE, Artists, colour_map, figure, nothing, symbol
+
+FEW = 3
+"""Resonances without room for their names that a legend names."""
 
 
 def formula(vector: Sequence[int], names: Sequence[str]) -> str:
-    """Return k . nu = 0 for a label, every term on the side where it is positive: 3 nu_alpha = 2 nu_beta."""
+    """Return k . nu = 0 for a label, every term on the side where it is positive: 3 nu_x = 2 nu_y, or 3 nu_x = 1."""
     sides = []
     for sign in (1, -1):
-        terms = [(abs(c), symbol(f"nu_{name}")) for c, name in zip(vector, names, strict=True) if c * sign > 0]
-        sides.append("+".join((str(c) if c > 1 else "") + name for c, name in terms) or "0")
+        terms = [
+            (abs(c), symbol(f"nu_{name}") if name != TURN else "")
+            for c, name in zip(vector, names, strict=True)
+            if c * sign > 0
+        ]
+        sides.append("+".join((str(c) if c > 1 or not name else "") + name for c, name in terms) or "0")
     return f"${sides[0]}={sides[1]}$"
 
 
@@ -32,17 +41,18 @@ def plot_web(
     lines: Sequence[ResonanceLine],
     *,
     ax: Any = None,
-    names: Sequence[str],
+    names: Sequence[str] | None = None,
     axes: Sequence[Any] | None = None,
     labels: int = 8,
     dots: bool = True,
 ) -> Artists:
     """Draw the lines of a web over a grid, those of low order thicker, and name the longest, none over another.
 
-    :Parameters: lines: of `fastaff.resonance_web`, drawn white in a dark casing; names: of the frequencies; axes: of
-        the grid, as given to `resonance_web`; labels: the number of named resonances; dots: mark the grid points of
-        `locked`, for resonances that do not hold everywhere.
-    :Returns: Artists: points are the dots, or None; missing is 0.
+    :Parameters: lines: of `fastaff.resonance_web`, drawn white in a dark casing; names: of the frequencies (default:
+        those that the lines know, else their numbers); axes: of the grid, as given to `resonance_web`; labels: the
+        number of named resonances; dots: mark the grid points of `locked`, for resonances that do not hold everywhere.
+    :Returns: Artists: points are the dots, or None; missing is 0. A legend above the frame says what the dots are, and
+        which lines have no room for their names.
 
     Examples
     --------
@@ -61,7 +71,14 @@ def plot_web(
     points = _mark(ax, marked, axes) if marked is not None else None
     if not ax.get_xlabel():
         ax.set(xlabel="first coordinate of the grid", ylabel="second coordinate of the grid")
-    return Artists(points, None, tuple(drawn), _named(ax, lines, names, labels), 0)
+    written, left = _named(ax, lines, names, labels)
+    key = [points] if points is not None else []
+    if left:
+        few = ", ".join(left) if len(left) <= FEW else f"{len(left)} resonances without room for a name"
+        key += ax.plot([], [], label=few, **_style(4))
+    if key:
+        above_frame(ax, key)
+    return Artists(points, None, tuple(drawn), written, 0)
 
 
 @figure
@@ -113,7 +130,7 @@ def plot_ratio_web(
         bar = None if values is None else ax.figure.colorbar(points, ax=ax, label=label, extend="both")
     top, left, below = (symbol(f"nu_{name}") for name in (names[0], names[1], names[2]))
     ax.set(xlabel=f"${top}/{below}$", ylabel=f"${left}/{below}$")
-    return Artists(points, bar, tuple(drawn), _named(ax, lines, names, labels), missing)
+    return Artists(points, bar, tuple(drawn), _named(ax, lines, names, labels)[0], missing)
 
 
 @figure
@@ -162,25 +179,31 @@ def _mark(ax: Any, marked: np.ndarray, axes: Sequence[Any] | None) -> Any:
     first, second = axes if axes is not None else [np.arange(m) for m in marked.shape]
     i, j = np.nonzero(marked)
     x, y = np.asarray(first)[i], np.asarray(second)[j]
-    return ax.scatter(x, y, s=6, color="white", edgecolor="black", linewidths=0.5, zorder=2, rasterized=True)
+    said = f"{i.size} starts locked in a resonance that is drawn"
+    style = {"color": "white", "edgecolor": "black", "linewidths": 0.5, "zorder": 2, "rasterized": True}
+    return ax.scatter(x, y, s=6, label=said, **style)
 
 
-def _named(ax: Any, lines: Sequence[ResonanceLine], names: Sequence[str], most: int) -> tuple[Any, ...]:
-    """Name the longest lines, each on its longest part, as many as have room."""
+def _named(
+    ax: Any, lines: Sequence[ResonanceLine], names: Sequence[str] | None, most: int
+) -> tuple[tuple[Any, ...], list[str]]:
+    """Name the longest lines, each on its longest part, as many as have room; return the texts, and the other names."""
     settled(ax)
     dots = drawn_points(ax)
     taken: list[Box] = []
     written: list[Any] = []
+    left: list[str] = []
     parts = [(max(pixel_length(ax, part) for part in line.lines), line) for line in lines if line.lines]
     for _, line in sorted(parts, key=lambda entry: (-entry[0], entry[1].order)):
-        if len(written) == most:
-            break
-        for part in sorted(line.lines, key=lambda part: -pixel_length(ax, part)):
-            text = write_along(ax, part, formula(line.vector, names), taken, points=dots, zorder=4, bbox=PLATE)
+        name = formula(line.vector, names or line.names or [f"{k + 1}" for k in range(len(line.vector))])
+        left.append(name)
+        for part in sorted(line.lines, key=lambda part: -pixel_length(ax, part)) if len(written) < most else ():
+            text = write_along(ax, part, name, taken, points=dots, zorder=4, bbox=PLATE)
             if text is not None:
                 written.append(text)
+                left.pop()
                 break
-    return tuple(written)
+    return tuple(written), left
 
 
 @figure

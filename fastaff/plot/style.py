@@ -149,9 +149,25 @@ def figure(function: Function) -> Function:
             with watched(function.__name__), _inked(ax):
                 drawn = function(*given, ax=ax, **options)
                 _light_to_print(ax)
+                _with_room(ax, getattr(drawn, "colorbar", None))
                 return drawn
 
     return cast(Function, draw)
+
+
+def _with_room(ax: Any, bar: Any) -> None:
+    """Lay out a figure that has a colour bar, so that none covers another, where its owner has not:
+    neither by a layout engine, nor by hand.
+    """
+    import matplotlib
+
+    settings: Any = matplotlib.rcParams
+    sheet, sides = ax.figure, ("left", "right", "bottom", "top", "wspace", "hspace")
+    own = any(getattr(sheet.subplotpars, side) != settings[f"figure.subplot.{side}"] for side in sides)
+    if bar is None or own or sheet is not ax.get_figure(root=True) or sheet.get_layout_engine() is not None:
+        return
+    if all(axes.get_subplotspec() is not None for axes in sheet.axes):
+        sheet.set_layout_engine("tight", w_pad=3.0)
 
 
 MANY = 100_000

@@ -72,11 +72,12 @@ class Found:
         """Return the map of frequencies nu with their errors, with phi = (eta + gamma)/2 and psi = (gamma - eta)/2 for
         a body; t: the time that each orbit reached, read: that over which it was read.
         """
-        names, method, leading, leading_error = self.layout.angles.names, self.method, self.leading, self.leading_error
-        halves, halves_error = self.halves, self.halves_error
+        names, method, leading_error = self.layout.angles.names, self.method, self.leading_error
+        nu, leading, halves = (np.where(self.reached, rows, np.nan) for rows in (nu, self.leading, self.halves))
+        halves_error = self.halves_error
         # A libration of a coupled body may have no angle of its own; those of the planes always exist.
         sound = np.array(self.layout.angles.planes) if self.layout.body else np.ones(len(nu), bool)
-        diffusion = np.where(self.reached, np.log10(self.change[sound].max(axis=0) + 1e-18), 0.0)
+        diffusion = np.where(self.reached, np.log10(self.change[sound].max(axis=0) + 1e-18), np.nan)
         eta = gamma = None
         if names[-2:] == ("eta", "gamma"):
             eta, gamma = nu[-2], nu[-1]

@@ -32,7 +32,8 @@ class FrequencyMap(Result):
     """Fundamental frequencies of orbits.
 
     names: one for each row of nu (n, orbits), in cycles per unit time (`omega` = 2 pi nu); error (n, orbits), which
-    covers the averaging, the scheme and rounding; inf where there is no frequency; method (n, orbits): the origin of
+    covers the averaging, the scheme and rounding; inf where there is no frequency (of a map, and of an orbit that was
+    lost, nu is NaN there); method (n, orbits): the origin of
     the value, 0 an average, 1 a fitted line; kind (orbits,) of `FrequencyKind`: INDEPENDENT, all n frequencies of a
     torus; DEPENDENT, only `rank` (orbits,) of them are independent (a resonance, a mode at rest), the other rows show
     the leading line of their coordinate; IRREGULAR, they change from one half to the other: chaotic; UNDECIDED, the
@@ -42,7 +43,7 @@ class FrequencyMap(Result):
     basis_ij nu_j within the errors (row i is 0 where none are known). Frequencies that all have basis 1 are those of
     the coordinates' own lines (`other_basis` marks orbits without them); with a singular basis the leading lines are
     locked. diffusion (orbits,) = log10 of the largest ``|nu(first half) - nu(second half)|``, for a body over nu_eta
-    and nu_gamma, whose angles are well defined on every orbit, for a map NaN where there is no frequency; energy_error,
+    and nu_gamma, whose angles are well defined on every orbit, NaN where there is none; energy_error,
     status (orbits,); t (orbits,) the time reached. step: the step used, one for each orbit, or that of an adaptive
     scheme. For a body the rows are two librations, phi and psi; nu_eta and nu_gamma are kept beside them. lines: the
     strongest lines of each angle's signal, where they were asked for. halves, halves_error (2, n, orbits): the

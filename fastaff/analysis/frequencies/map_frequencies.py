@@ -258,9 +258,10 @@ class MapFrequencies:
         basis = np.zeros((n, n, orbits), np.int64)
         basis[range(n), range(n)] = known
         diffusion = np.where(some, np.log10(largest + 1e-18), np.nan)
+        nu = np.where(known, self.nu, np.nan)
         return FrequencyMap(
             names=self.names,
-            nu=self.nu,
+            nu=nu,
             error=self.error,
             diffusion=diffusion,
             method=self.method,
@@ -273,7 +274,7 @@ class MapFrequencies:
             step=self.flow.step,
             kind=kind,
             rank=known.sum(axis=0),
-            leading=self.nu.copy(),
+            leading=nu.copy(),
             leading_error=self.error.copy(),
             basis=basis,
             t=self.t,

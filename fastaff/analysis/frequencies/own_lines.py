@@ -8,6 +8,7 @@ import numpy as np
 
 from ...schemes.catalogue import ITERATION
 from .frequencies import FrequencyKind
+from .tunes import Tunes
 from .turning import CHANGED
 
 CAUGHT = 0.25
@@ -16,9 +17,27 @@ potentials it is 0.04 to 0.2, for harmonics in discs 0.27 to 0.52.
 """
 
 
+TURN = "turn"
+"""Name of the frequency 1 of the turn."""
+
+
+def in_turns(found: Any) -> bool:
+    """Tell whether frequencies are tunes, of a map or of samples: cycles per turn, known modulo 1."""
+    return isinstance(found, Tunes) or getattr(found, "scheme", None) == ITERATION
+
+
+def with_turn(found: Any) -> tuple[tuple[str, ...], np.ndarray, np.ndarray]:
+    """Return names, frequencies and errors of a result; of tunes with those of the turn as the last."""
+    if not in_turns(found):
+        return found.names, found.nu, found.error
+    turn = np.ones((1, *found.nu.shape[1:]))
+    nu = np.where(np.isfinite(found.error), found.nu, 0.0)
+    return (*found.names, TURN), np.concatenate([nu, turn]), np.concatenate([found.error, 0 * turn])
+
+
 def in_time(frequency_map: Any) -> bool:
     """Tell whether frequencies are those of a flow, in cycles per unit time: tunes of a map are modulo a turn."""
-    return hasattr(frequency_map, "leading") and frequency_map.scheme is not ITERATION
+    return hasattr(frequency_map, "leading") and not in_turns(frequency_map)
 
 
 def by_own_lines(frequency_map: Any) -> bool:
@@ -57,10 +76,15 @@ def own_lines(found: Any) -> tuple[np.ndarray, np.ndarray]:
     return np.where(behind, nu, leading), np.where(behind, error, found.leading_error)
 
 
+def duration(found: Any) -> Any:
+    """Return the time, or the turns (orbits,), that frequencies are of."""
+    return found.window if isinstance(found, Tunes) else found.time
+
+
 def calm(found: Any) -> np.ndarray:
     """Return a mask (orbits,) of orbits of a frequency map that do not show chaos: regular ones, and UNDECIDED ones
     whose frequencies change by less than CHANGED cycles from half to half.
     """
     with np.errstate(all="ignore"):
-        steady = found.time / 2 * 10.0**found.diffusion < CHANGED
+        steady = duration(found) / 2 * 10.0**found.diffusion < CHANGED
     return np.asarray(found.regular | ((found.kind == FrequencyKind.UNDECIDED) & steady))

@@ -13,12 +13,12 @@ from ...base.axes import along
 from ...base.numbers import an_array, entries, numbers, real, shown, span, whole
 from ...base.progress import says_progress
 from ...base.results import Result
-from .own_lines import calm, own_lines
+from .own_lines import calm, duration, in_turns, own_lines, with_turn
 from .resonances import MAX_ORDER, checked_frequencies, equation, vectors, widths
 
-TORN, BIN = 0.03, 0.1
-"""Difference of own lines of neighbours, as a share of the largest frequency, that separates families; cycles over the
-time of a map within which frequencies are alike.
+TORN, WRAPPED, BIN = 0.03, 0.5, 0.1
+"""Share of the largest frequency by which own lines of neighbours differ where they are not those of one family; turns
+by which tunes do, where one passes a whole turn; cycles over the time of a map within which frequencies are alike.
 """
 
 
@@ -28,13 +28,14 @@ class ResonanceLine(Result, axis=None):
 
     vector: k; order: ``|k|_1``; lines: polylines (points, 2) in the coordinates of the axes; locked (n1, n2): the grid
     points whose frequencies satisfy it within the width, an island of the resonance or all of a degenerate region (None
-    in a plane of ratios).
+    in a plane of ratios); names: of the frequencies, "turn" that of a map's turn, 1.
     """
 
     vector: tuple[int, ...]
     order: int
     lines: tuple[np.ndarray, ...]
     locked: Annotated[np.ndarray | None, along("first", "second")]
+    names: tuple[str, ...] = ()
 
     @property
     def length(self) -> float:
@@ -43,7 +44,7 @@ class ResonanceLine(Result, axis=None):
 
     def summary(self) -> str:
         """Return one line with the resonance, its length, and the share of the grid that is locked in it."""
-        names = [f"{k + 1}" for k in range(len(self.vector))]
+        names = self.names or [f"{k + 1}" for k in range(len(self.vector))]
         said = f"{equation(self.vector, names)}, order {self.order}, length {self.length:.3g}"
         if self.locked is None:
             return said
@@ -69,8 +70,9 @@ def resonance_web(
     nu : array (n, n1, n2) or result
         Frequencies, n = 2 to 4, NaN where there is no orbit or it is not regular. A FrequencyMap of the orbits of a
         grid, given as `axes`, stands for the coordinates' own lines of the orbits that are not seen to be chaotic, with
-        their errors; for its `nu` where the own lines of most of them are dependent, such as those of loops around a
-        centre, which ``angles="R z phi"`` tells apart.
+        their errors; where the own lines of most of them are dependent, such as those of loops around a centre, which
+        ``angles="R z phi"`` tells apart, for its `nu` of the largest family of one `basis` alone. Tunes, and a
+        FrequencyMap of a map, stand for theirs and that of the turn, 1, as the last: the lines of 3 nu_x = 1, too.
     axes : arrays (n1,) and (n2,), or EnergyGrid, optional
         Coordinates of the grid (default: its indices).
     max_order : int, default 8
@@ -81,7 +83,7 @@ def resonance_web(
         Width of a resonance; default 1e-6, and 0.
     jump : float, optional
         Cells in which a frequency differs by more than ``jump max|nu|`` between neighbours are left out (default:
-        none, of own lines 0.03).
+        none, of own lines 0.03, of tunes 0.5: they are known modulo 1).
     shortest : int, default 4
         Lines of fewer points, made by noise at the edge of an island, and those around a single cell are dropped.
 
@@ -124,7 +126,9 @@ def resonance_web(
     """
     import contourpy
 
+    names: tuple[str, ...] = ()
     if hasattr(axes, "spread"):
+        names = with_turn(nu)[0] if hasattr(nu, "names") else ()
         nu, errors, axes, torn = _over(axes, nu, errors)
         jump = torn if jump is None else jump
     elif hasattr(nu, "regular"):
@@ -160,7 +164,8 @@ def resonance_web(
         lines = contour.lines(0.0) if contour else ()
         lines = tuple(line for line in lines if len(line) >= shortest and not _around_one(line))
         if lines or locked.any():
-            found.append(ResonanceLine(tuple(int(c) for c in vector), int(np.abs(vector).sum()), lines, locked=locked))
+            order = int(np.abs(vector).sum())
+            found.append(ResonanceLine(tuple(int(c) for c in vector), order, lines, locked=locked, names=names))
     return _distinct(found, everywhere)
 
 
@@ -175,13 +180,21 @@ def _over(grid: Any, found: Any, errors: Any) -> tuple[np.ndarray, Any, Any, flo
         raise TypeError(
             f"nu must be a frequency map of the {grid.cell.size} orbits of the grid in axes, got {shown(found)}"
         )
-    known, n = calm(found), len(found.nu)
-    lost = np.linalg.matrix_rank(found.basis[:, :, known].transpose(2, 0, 1)) < n
-    alike = 2 * np.count_nonzero(lost) >= lost.size
-    nu, error = (found.nu, found.error) if alike else own_lines(found)
-    rows = (np.where(known, row, np.nan) for row in (*nu, *np.maximum(error, BIN / found.time)))
-    over = np.array([grid.spread(row).filled(np.nan) for row in rows])
-    return over[:n], np.nan_to_num(over[n:]) if errors is None else errors, grid.axes, None if alike else TORN
+    known = calm(found)
+    if in_turns(found):
+        _, nu, error = with_turn(found)
+        torn: float | None = WRAPPED
+        error[:-1] = np.maximum(error[:-1], BIN / np.maximum(duration(found), 1))
+    else:
+        families, counts = np.unique(found.basis[:, :, known], axis=2, return_counts=True)
+        lost = np.linalg.matrix_rank(families.transpose(2, 0, 1)) < len(found.nu)
+        alike = 2 * counts[lost].sum() >= counts.sum()
+        nu, error = (found.nu, found.error) if alike else own_lines(found)
+        if alike and counts.size:  # in another family `nu` are other lines: there is no resonance on the way to it
+            known = known & (found.basis == families[:, :, counts.argmax(), None]).all(axis=(0, 1))
+        error, torn = np.maximum(error, BIN / found.time), None if alike else TORN
+    over = np.array([grid.spread(np.where(known, row, np.nan)).filled(np.nan) for row in (*nu, *error)])
+    return over[: len(nu)], np.nan_to_num(over[len(nu) :], posinf=np.inf) if errors is None else errors, grid.axes, torn
 
 
 @says_progress

@@ -21,8 +21,7 @@ from ...compile.jit import LANES
 from ...compile.threads import checked_threads
 from ...flows.launch import Report, launch
 from ...kernels.resonance import relations
-from ...schemes.catalogue import ITERATION
-from .tunes import Tunes
+from .own_lines import with_turn
 
 SHOWN = 12
 """Resonances that are printed by name."""
@@ -40,8 +39,9 @@ class Resonances(Result):
     combination of them, and so is every integer vector of their span (the lattice is primitive); order, ``|k|_1`` of
     the shortest, 0 where there is none; distance, width (n, ...): ``|k . nu|`` of each basis vector and its largest
     allowed value, NaN past the rank; accidental, the number of relations that a random frequency vector would show (see
-    `resonances`); status of `Status`: NONFINITE (a frequency is NaN or infinite), NOT_CONVERGED (its error is), and
-    that of the result for orbits that are not OK; these have rank 0. names: one for each frequency.
+    `resonances`); status of `Status`: NONFINITE (a frequency is NaN or infinite), NOT_CONVERGED (its error is,
+    or errors are so wide that relations within them contradict one another), and that of the result for orbits that
+    are not OK; these have rank 0. names: one for each frequency.
 
     :Source: Morbidelli 2002, Modern Celestial Mechanics, section 2.1.
     """
@@ -182,8 +182,9 @@ def resonances(
 
     Relations are visited by ``|k|_1``. One that is independent of those before joins the basis if the basis stays
     primitive, else the shortest vector that completes it joins: Minkowski's reduction in the norm ``|k|_1``. Such a
-    completing vector, and any combination, is a relation as exactly as the basis is, though `distance` may exceed
-    `width` by the number of terms. Rank n means that every frequency is zero within the widths. Accidental relations: a
+    vector is a relation too, within its own width, or one of those found is none: then the errors are too wide to tell
+    which, and the status is NOT_CONVERGED. Rank n means that every frequency is zero within the widths: of a map, with
+    its turn, there is none. The turn's entry of k counts in ``|k|_1``: 3 nu_x = 1 is of order 4. Accidental: a
     vector nu of random direction meets ``|k . nu| <= width`` with the probability ``2 c_n width/(|k|_2 |nu|_2)``, c_n =
     Gamma(n/2)/(sqrt(pi) Gamma((n - 1)/2)); the sum over all k searched is `accidental`. Where it is not far below 1,
     lower max_order, the tolerance or the errors: for n = 4 and tolerance 1e-9 it is about 2e-6 at order 8 and 1e-5 at
@@ -205,16 +206,11 @@ def resonances(
     """
     reporter(report)
     given: Any = nu
-    if isinstance(given, Tunes) or getattr(given, "scheme", None) == ITERATION:
-        row = np.ones((1, *given.nu.shape[1:]))  # known modulo 1: the turn's own frequency is one of them
-        errors = np.concatenate([given.error, 0 * row]) if errors is None else errors
-        names = (*given.names, "turn") if names is None else names
-        given = np.concatenate([given.nu, row])
     if hasattr(given, "nu") and hasattr(given, "names"):  # a result that carries its names
-        names = given.names if names is None else names
-        if errors is None and np.shape(given.error) == np.shape(given.nu):
-            errors = given.error
-        given = given.nu
+        own, given, error = with_turn(given)
+        names = own if names is None else names
+        if errors is None and np.shape(error) == np.shape(given):
+            errors = error
     ends, (nu, errors) = np.ravel(getattr(nu, "status", Status.OK)), checked_frequencies(given, errors)
     max_order, tolerance = whole("max_order", max_order, 1), real("tolerance", tolerance)
     if max_order > MAX_ORDER:
@@ -244,13 +240,17 @@ def resonances(
         frequencies, allowed = (np.where(outcome == Status.OK, rows[:n], 0.0) for rows in (flat, spread))
         distance = np.where(present, np.abs(np.einsum("ijo,jo->io", bases, frequencies)), np.nan)
         width = np.where(present, np.einsum("ijo,jo->io", size, allowed), np.nan)
+        rounding = 4 * np.finfo(float).eps * np.einsum("ijo,jo->io", size, np.abs(frequencies))
+        torn = (distance > width + rounding).any(axis=0)  # no frequencies within the errors have all that was found
+        outcome = np.where(torn, Status.NOT_CONVERGED, outcome)
+        distance, width = (np.where(torn, np.nan, rows) for rows in (distance, width))
         return Resonances(
             names=names,
             max_order=max_order,
             tolerance=tolerance,
-            rank=rank.reshape(shape),
-            basis=bases.reshape(n, n, *shape),
-            order=size[0].sum(axis=0).reshape(shape),
+            rank=np.where(torn, 0, rank).reshape(shape),
+            basis=np.where(torn, 0, bases).reshape(n, n, *shape),
+            order=np.where(torn, 0, size[0].sum(axis=0)).reshape(shape),
             distance=distance.reshape(n, *shape),
             width=width.reshape(n, *shape),
             accidental=_accidental(flat[:n], spread[:n], n, max_order).reshape(shape),

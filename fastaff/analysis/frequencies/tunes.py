@@ -82,7 +82,8 @@ class Tunes(Result):
 
     names: of the coordinates, one for each row of nu (n, orbits) in [0, 1): of q - i p, so 0.2 is a turn in five that
     takes (1, 0) towards p < 0, as all motion in time does, and 0.8 one the other way; `signed` has them in (-1/2, 1/2].
-    error (n, orbits); inf where there is none; method (n, orbits): 0 an average, 1 a fitted line; diffusion (orbits,) =
+    NaN where there is none;
+    error (n, orbits), inf there; method (n, orbits): 0 an average, 1 a fitted line; diffusion (orbits,) =
     log10 of the largest ``|change|`` from the first half of the window to the second, NaN where there is no tune; turns
     (orbits,): samples before its end, all of them for an orbit that survived; window (orbits,): the number of steps
     that nu is the mean of; kind (orbits,) of `FrequencyKind`: IRREGULAR, the tunes change from half to half by 0.3
@@ -221,7 +222,7 @@ def tunes_of(
     status: np.ndarray,
     lines: AngleLines | None = None,
 ) -> Tunes:
-    """Return the Tunes from means (n, orbits) over windows (orbits,), 0 for orbits without one."""
+    """Return the Tunes from means (n, orbits) over windows (orbits,), NaN for orbits without one."""
     known = np.isfinite(means.error) & (window > 0)
     nu, error = np.where(known, means.nu, 0.0), np.where(known, means.error, np.inf)
     nu = nu - np.floor(nu)
@@ -238,7 +239,7 @@ def tunes_of(
     diffusion = np.where(some, np.log10(change + 1e-18), np.nan)
     return Tunes(
         names,
-        nu,
+        np.where(known, nu, np.nan),
         error,
         method=method,
         diffusion=diffusion,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Annotated, Any
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
@@ -28,6 +28,9 @@ from .surface_points import Surface
 
 STEEPEST = 65
 """Places of a section at which its slope is computed."""
+
+FIRST, MORE, BLOCK = 64, 512, 1024
+"""Points of a section that are tried first, and at most at once then; points of one seed: blocks can be drawn apart."""
 
 
 @dataclass(frozen=True)
@@ -74,7 +77,7 @@ def energy_sample(
     body : model
         Any number n of degrees of freedom.
     orbits : int
-        Number of points. The first points are the same for any number.
+        Number of points. The first points are the same for any number, and those of a `Job` with this seed.
     energy, section : as in `energy_grid`
     seed : int or seed of `numpy.random.default_rng`, default 0
         Seed of the random numbers.
@@ -137,11 +140,13 @@ def energy_sample(
     seed = _seed(seed, rng)
     others = Others(fixed, solve, checked_sign(sign), at_rest)
     if section is None or not on_section(body, section, axes, others):
-        source = source_of(body, energy, section, axes, others, (p_eta, p_gamma))
+        source: Source = OfSource(source_of(body, energy, section, axes, others, (p_eta, p_gamma)))
         fits("orbits", ARRAYS * body.degrees_of_freedom, count)
-        return replace(sample_of(source, count, seed), section=section_of(section, body))
-    where = checked_surface(body, section, energy, p_eta, p_gamma)
-    return drawn(where, ranges_to_draw(where, axes), count, seed)[0]
+    else:
+        where = checked_surface(body, section, energy, p_eta, p_gamma)
+        source = OnSection(where, ranges_to_draw(where, axes))
+    found = EnergySample.concat([block_of(source, k, count, seed) for k in range(-(-count // BLOCK))])
+    return replace(found, section=section_of(section, body))
 
 
 def on_section(body: Any, section: Any, axes: Any = None, others: Others = NO_OTHERS) -> bool:
@@ -190,13 +195,47 @@ def _seed(seed: Any, rng: Any) -> Any:
     return value
 
 
-def sample_of(source: Measure | Surface | Ranges, count: int, seed: Any) -> EnergySample:
-    """Return so many points of a source."""
-    z0, points = source.draw(count, seed)
-    return EnergySample(z0, points, source.names, energy=source.energy)
-
-
 Box = tuple[tuple[float, float], tuple[float, float]]
+
+
+class OfSource(NamedTuple):
+    """Random points of any number of degrees of freedom."""
+
+    source: Measure | Surface | Ranges
+
+    def draw(self, count: int, seed: Any) -> EnergySample:
+        """Return so many points."""
+        z0, points = self.source.draw(count, seed)
+        return EnergySample(z0, points, self.source.names, energy=self.source.energy)
+
+
+class OnSection(NamedTuple):
+    """Random points of a section, uniform in its invariant area."""
+
+    where: Where
+    boxes: list[Box]
+
+    def draw(self, count: int, seed: Any) -> EnergySample:
+        """Return so many points."""
+        sheets = 1
+        while True:
+            found, most = _draw(self.where, self.boxes, sheets, count, np.random.default_rng(seed))
+            if most <= sheets:
+                return found
+            sheets = most
+
+
+Source = OfSource | OnSection
+
+
+def block_of(source: Source, block: int, count: int, seed: Any) -> EnergySample:
+    """Return block number `block` of `count` points: each has a seed of its own, the first the seed that is given. A
+    generator goes on.
+    """
+    if block and not isinstance(seed, (np.random.Generator, np.random.BitGenerator)):
+        root = seed if isinstance(seed, np.random.SeedSequence) else np.random.SeedSequence(seed)
+        seed = np.random.SeedSequence(root.entropy, spawn_key=(*root.spawn_key, BLOCK, block))
+    return source.draw(min(BLOCK, count - block * BLOCK), seed)
 
 
 def ranges_to_draw(where: Where, axes: Any = None) -> list[Box]:
@@ -218,15 +257,6 @@ def ranges_to_draw(where: Where, axes: Any = None) -> list[Box]:
     return boxes
 
 
-def drawn(where: Where, boxes: list[Box], count: int, seed: Any, sheets: int = 1) -> tuple[EnergySample, int]:
-    """Return so many points of the ranges, and the number of sheets that they lie on: of `sheets` or more."""
-    while True:
-        found, most = _draw(where, boxes, sheets, count, np.random.default_rng(seed))
-        if most <= sheets:
-            return found, sheets
-        sheets = most
-
-
 def _steepest(section: Any, u0: float, u1: float) -> float:
     """Return the largest ratio of the lengths along the section and along its radius between two values of that."""
     with np.errstate(all="ignore"):
@@ -243,7 +273,7 @@ def _draw(where: Where, boxes: list[Box], sheets: int, count: int, random: Any) 
     raise_section = _leaning_lift if hasattr(section, "slopes") else lift_sheets
     areas = np.array([(u1 - u0) * (v1 - v0) for (u0, u1), (v0, v1) in boxes])
     found_parts: list[tuple[np.ndarray, np.ndarray]] = []
-    names, kept, tried, batch, most = ("", ""), 0, 0, max(64, count), 1
+    names, kept, tried, batch, most = ("", ""), 0, 0, FIRST, 1
     while kept < count and most <= sheets:
         u, v = random.uniform(size=batch), random.uniform(size=batch)
         box = np.zeros(batch, np.int64) if len(boxes) == 1 else random.choice(len(boxes), batch, p=areas / areas.sum())
@@ -261,7 +291,7 @@ def _draw(where: Where, boxes: list[Box], sheets: int, count: int, random: Any) 
             (np.take_along_axis(z, at[None, None], axis=0)[0][:, exists], np.array([u[exists], v[exists]]))
         )
         kept, tried = kept + int(exists.sum()), tried + batch
-        batch = min(2 * batch, max(8192, count))
+        batch = min(3 * tried, MORE)
         if tried > 1000 * (kept + 16):
             raise NotReached(
                 f"energy {energy} reaches less than a thousandth of the ranges {boxes!r} on {section!r}: narrow them"
