@@ -104,8 +104,8 @@ class Starts:
         except ValueError as problem:
             if None in ranges:
                 both = f"{option('range1')} and {option('range2')}"
-                axes = r"the ranges of the axes|ranges of the \w+, axes=\{.*\}"
-                raise Wrong(re.sub(axes, both, str(problem))) from None
+                dicts = r"the ranges of the axes|ranges of the \w+, axes=\{.*\}"
+                raise Wrong(re.sub(dicts, both, str(problem))) from None
         if self.orbits is not None:
             boxes = energy_sample.ranges_to_draw(where, ranges if any(given) else None)
             sheets = energy_sample.drawn(where, boxes, BLOCK, self.seed)[1]
