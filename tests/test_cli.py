@@ -98,6 +98,13 @@ def test_load_refuses_other_files(tmp_path):
 # Wrong input: one line, exit code 2
 
 
+KEPLER = (
+    "(u**2 + v**2)/2 - 1/sqrt(x**2 + y**2) - 0.006*(u**2 + v**2)**2/8"
+    " - 0.01*(3.1*(u**2 + v**2) + (x*u + y*v)**2/10/(x**2 + y**2))/2/sqrt(x**2 + y**2) + 0.005/(x**2 + y**2)"
+)
+"""To the next order in 1/c^2: its -p^4 lets fast orbits go anywhere."""
+
+
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
@@ -111,6 +118,20 @@ def test_load_refuses_other_files(tmp_path):
         (
             ["poincare", "--hamiltonian=-cos(x) - cos(y)", "--energy", "-1"],
             "into pieces without end: give --range1",
+        ),
+        (
+            [
+                "poincare",
+                f"--hamiltonian={KEPLER}",
+                "--momenta",
+                "u v",
+                "--energy=-0.62",
+                "--orbits",
+                "6",
+                "--section",
+                "y=0",
+            ],
+            "does not bound the motion: give --range1 and --range2",
         ),
         (["poincare", *SURFACE, "--C", "2"], "--C is not a parameter of neo-hookean"),
         (["poincare", *SURFACE, "--scheme", "KAHANLI"], "Did you mean KAHAN_LI8?"),

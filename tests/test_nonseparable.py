@@ -610,6 +610,40 @@ def test_two_runs_that_agree_by_chance_are_not_believed():
     assert np.isfinite(found.step).any()
 
 
+def amplified(name, random, count):
+    """Return a driven system, starts of it, most of them chaotic, and a time."""
+    if name == "gyre":
+        text, names = "A*sin(pi*(e*sin(w*t)*x**2 + (1 - 2*e*sin(w*t))*x))*sin(pi*y)", ("y", "x")
+        numbers = {
+            "A": random.uniform(0.05, 0.3),
+            "e": random.uniform(0.05, 0.45),
+            "w": 2 * np.pi / random.uniform(4, 15),
+        }
+        z0, time = np.array([random.uniform(0.02, y, count) for y in (0.98, 1.98)]), random.uniform(20, 100)
+    else:
+        text, names = "p**2/2 - (1 + a*cos(w*t))*cos(q)", ("q", "p")
+        numbers = {"a": random.uniform(0.3, 1), "w": random.uniform(1, 2.5)}
+        z0, time = np.array([random.uniform(-y, y, count) for y in (3, 1.5)]), random.uniform(30, 80)
+    model = fa.hamiltonian(text, coordinates=names[0], momenta=names[1], period="2*pi/w", **numbers)
+    return model, z0, float(time)
+
+
+@pytest.mark.parametrize(("name", "scheme"), [("gyre", "GAUSS8"), ("pendulum", None)])
+def test_errors_that_orbits_amplify_are_not_too_small_by_chance(name, scheme):
+    """Of a scheme by name, and of splittings by default: errors were 12 and 38 times too small."""
+    late = []
+    for seed in (0, 1):
+        random = np.random.default_rng([seed, 5] if name == "pendulum" else seed)
+        H, z0, time = amplified(name, random, 100)
+        ends = [fa.integrate(H, z0, time=time, scheme=VERNER9, rtol=r, atol=r).z for r in (1e-13, 1e-14)]
+        for accuracy in (1e-5, 1e-7, 1e-9):
+            found = fa.integrate(H, z0, time=time, accuracy=accuracy, scheme=scheme)
+            allowed = found.error + 10 * np.abs(ends[1] - ends[0])
+            late.append((np.abs(found.z - ends[1]) / allowed)[[0, 2]].max(axis=0))
+    assert np.mean(np.array(late) <= 1) >= 0.99
+    assert np.max(late) <= 5
+
+
 @pytest.mark.parametrize("turning", [False, True])
 def test_a_factor_before_h_expands_no_potential(turning):
     """Of T + V by its text, at rest or turning: far from the origin an expanded V is a difference of large numbers."""

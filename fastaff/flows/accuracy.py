@@ -75,6 +75,16 @@ SLIGHTLY = 1.4
 MARGIN = 2.0
 """Safety factor on the error that is expected, by the order, of steps only SLIGHTLY shorter."""
 
+LEAST = 4.0
+"""How many times the error of its trial an orbit has at least, up to the distance of two runs: below a usual one, which
+is 5 times that, as steps so long that the order is not reached yet make both runs alike by chance.
+"""
+
+GROWN = 0.2
+"""Part of the trial's error, amplified as the slowing was, that an orbit has at least: in one direction that grows the
+coarse run's error is that of the fine one, or none, by chance. Slowing goes one way and is amplified more than errors.
+"""
+
 WEAR_RADIANS = 6.0
 """Radians of the motion in which the momenta of the run with twice the step are slowed once, or at each step."""
 
@@ -202,8 +212,10 @@ def _estimated(flow, plan: Steps, apart, phase, worn) -> tuple[np.ndarray, np.nd
         error += local * np.minimum(plan.step * plan.motion.rate / SPAN, 1.0)
         if not flow.alike:
             # The trial's error is a lower bound: by chance the difference of two runs is too small for some orbits.
-            error = np.maximum(error, local * spans)
+            error = np.maximum(error, np.clip(apart, local * spans, LEAST * local * spans))
         if worn is not None:
+            grown = GROWN * local * spans * counted(worn, part) / np.maximum(noise, 1e-300)
+            error = np.maximum(error, np.minimum(grown, apart / part))
             witness = np.minimum(apart, WITNESS * rounding)
             error, rounding = error + witness, rounding + witness
     error, rounding = (np.where(np.isfinite(entry), entry, np.inf) for entry in (error, rounding))
@@ -257,7 +269,7 @@ def halved(
         if not again.any():
             return
         orbits, plan, coarse, fine = orbits[again], plan.of(again), coarse.of(again), fine.of(again)
-        worn, weight = None, weight[:, again]
+        worn, weight, before = None, weight[:, again], np.zeros((1, 1))
         for round_ in range(HALVINGS + 1):
             work = _work(plan.step)
             if round_ == 0 and wear is not None:
@@ -269,6 +281,8 @@ def halved(
             apart, phase, weight = compare(fine, coarse, orbits, weight)
             worn = None if worn is None else np.where(np.isfinite(worn), worn, apart)
             error, rounding = (weight * entry for entry in estimated(flow, plan, apart, phase, worn))
+            # The run that this one is compared with may have been lucky: what it had falls by the order at most.
+            error = np.fmax(error, before / plan.ratio ** np.minimum(plan.order, REACHED))
             factor = shortening(flow, plan, error, rounding, accuracy)
             # A doubled step may have been too long for the iteration of a collocation.
             failed = (coarse.status == Status.NOT_CONVERGED) | (fine.status == Status.NOT_CONVERGED)
@@ -278,7 +292,7 @@ def halved(
             if not again.any():
                 return
             orbits, plan, fine = orbits[again], plan.of(again).shortened(factor[again]), fine.of(again)
-            weight = weight[:, again]
+            weight, before = weight[:, again], error[:, again]
             worn = None if worn is None else worn[..., again]
 
 

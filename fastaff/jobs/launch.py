@@ -109,7 +109,8 @@ class Starts:
         except ValueError as problem:
             if None in ranges:
                 both = f"{option('range1')} and {option('range2')}"
-                raise Wrong(str(problem).replace("the ranges of the axes", both)) from None
+                dicts = r"the ranges of the axes|ranges of the \w+, axes=\{.*\}"
+                raise Wrong(re.sub(dicts, both, str(problem))) from None
         if self.orbits is not None:
             boxes = ranges_to_draw(where, ranges if any(given) else None)
             return RandomPoints(OnSection(where, boxes), self.orbits, self.seed, edge)
