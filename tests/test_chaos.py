@@ -375,7 +375,7 @@ COMPANY = [entry for entry in EVERY if not isinstance(entry, LyapunovSpectrum)]
 """Indicators that need no more vectors in company, of which the spectrum would make use."""
 
 
-@pytest.mark.parametrize("options", [{"step": 0.06}, {}], ids=["given step", "default"])
+@pytest.mark.parametrize("options", [{"step": 90.0 / 1536}, {}], ids=["given step", "default"])
 @pytest.mark.parametrize("model", [HenonHeiles(), Body(fastaff.NeoHookean(), 0.7)], ids=["Henon-Heiles", "neo-Hookean"])
 def test_an_indicator_says_the_same_alone_and_in_any_company(model, options):
     """To the bit, in random subsets and orders of all."""

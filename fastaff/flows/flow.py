@@ -300,8 +300,8 @@ class Flow:
             h[:] = time / total
         else:
             total[:], h[:] = self.steps(time), self.step
-        # Observed orbits that end together share blocks.
-        order = np.lexsort((-total, every))
+        # Orbits that end and are observed together share blocks.
+        order = np.lexsort((every, -total))
         unit = self._unit(orbits) if refill else self.unit(orbits)
         single = isinstance(self.scheme, Nystrom) or (isinstance(self.scheme, Splitting) and not self.precise)
         solo = unit == 1 and single and not self.system.poles

@@ -24,14 +24,11 @@ from ..compile.jit import LANES, jit
 from ..compile.pointers import call_reading, call_value
 from .stepping import row
 
-LONGEST = 1e8
-"""Square of the first vector's growth at which it is renormalised before its time."""
-
 
 class Rows(NamedTuple):
     """Rows of observer memory. The caller sets the stride, and `left` to the same number.
 
-    left: steps until the next renormalisation of the orbit's vectors, every `stride` steps; due: whether it is now;
+    left: looks until the next renormalisation of the orbit's vectors, every `stride` looks; due: whether it is now;
     last: time of the last one; half: time of the half-time values; weighted: sum of t dL for MEGNO; area: integral of
     MEGNO over time; megno; largest: largest L_0; largest_across: largest log of the part of w_0 across the flow;
     recorded: history slots written; peak, peak_across: largest square of the first vector since its renormalisation,
@@ -142,17 +139,17 @@ def peak_across(n, k, lanes, fresh, flow, z, memory):
 
 
 @jit
-def wait(time, slots, lanes, fresh, t, memory):
-    """Mark the lanes whose vectors are due at this step; return their number.
+def wait(time, slots, longest, lanes, fresh, t, memory):
+    """Mark the lanes whose vectors are due at this look; return their number.
 
-    They are due at every stride-th step of an orbit, at the first one past half time or past the next record of the
+    They are due at every stride-th look at an orbit, at the first one past half time or past the next record of the
     history, at the end, and where the first vector has grown long. No branch, so that the loop vectorises.
     """
     found = 0
     for i in range(lanes):
         left = memory[ROWS.left * LANES + i] - fresh[i]
         recorded, now = memory[ROWS.recorded * LANES + i], t[i] * (1.0 + 1e-12)
-        on = (left == 0.0) | (now >= time) | (memory[ROWS.peak * LANES + i] > LONGEST)
+        on = (left == 0.0) | (now >= time) | (memory[ROWS.peak * LANES + i] > longest)
         on |= (memory[ROWS.half * LANES + i] == 0.0) & (now >= 0.5 * time)
         on |= (recorded < slots) & (now * slots >= (recorded + 1.0) * time)
         on &= fresh[i] > 0.0
@@ -309,14 +306,14 @@ def judge(value, n, k, lanes, orbit, t, memory, out, done):
 
 @jit(inline=True)
 def deviations(value, calls, n, k, lanes, orbit, fresh, t, z, memory, out, done):
-    """Observer: keep growth and alignment of the k tangent vectors of n degrees of freedom at every step, and classify
+    """Observer: keep growth and alignment of the k tangent vectors of n degrees of freedom at every look, and judge
     orbits by readings of them.
 
     The first calls are the value.readings readings. `out` holds value.slots records of the time, the readings and the
     first value.sums sums.
     """
     peak(n, k, lanes, fresh, z, memory)
-    if wait(value.time, value.slots, lanes, fresh, t, memory) == 0:
+    if wait(value.time, value.slots, value.longest, lanes, fresh, t, memory) == 0:
         return 0
     orthonormalise(n, k, lanes, z, memory)
     grow(n, k, lanes, t, memory)

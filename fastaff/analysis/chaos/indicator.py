@@ -115,13 +115,15 @@ class VectorIndicator(Indicator):
     """An indicator that is a `reading` of the growth of `count` tangent vectors, see `kernels.readings`.
 
     parameters: further arguments of the reading; across_flow: whether it takes the part of the first vector across the
-    flow, and so needs "flow"; spectrum: whether it asks for all exponents.
+    flow, and so needs "flow"; each_step: whether it reads a maximum over all steps, else vectors are looked at about
+    once a radian; spectrum: whether it asks for all exponents.
     """
 
     reading: Any
     count = 1
     parameters: tuple[float, ...] = ()
     across_flow = False
+    each_step = False
     spectrum = False
 
     def vectors(self, n: int) -> int:

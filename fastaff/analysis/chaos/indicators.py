@@ -162,6 +162,7 @@ class FLI(_Growth):
     name = "fli"
     label = r"FLI, largest $\log_{10}|w|$"
     reading = staticmethod(readings.largest_length)
+    each_step = True
 
 
 @dataclass(frozen=True)
@@ -189,6 +190,7 @@ class OFLI(_Growth):
     label = r"OFLI, largest $\log_{10}|w_\perp|$"
     reading = staticmethod(readings.largest_across)
     across_flow = True
+    each_step = True
 
 
 @dataclass(frozen=True)

@@ -32,6 +32,9 @@ DEPENDENT = 1e-10
 ITERATES = 8.0
 """Iterates of a map after which vectors are made orthonormal again, sooner where the first has grown long."""
 
+LONGEST = 1e8
+"""Square of the first vector's growth at which it is renormalised before its time, on orbits without equal steps."""
+
 RECORDS = 32
 """Records of the growth of volumes, from which the errors of exponents follow."""
 
@@ -138,7 +141,7 @@ class ChaosRun:
         self.streams = bool(self.tangent or self.watches)
         self.k, self.m = self.flow.vectors, len(self.tangent)
         self.ensemble: Ensemble = self.flow.ensemble(z0.copy(), start)
-        self.lived = np.zeros(self.orbits)
+        self.lived, self.every = np.zeros(self.orbits), np.ones(self.orbits, np.int64)
         self.values, self.before = np.full((2, len(chosen), self.orbits), np.nan)
         self.records_kept, self.sums_kept = slots, 0
         if self.tangent and self.spectrum:  # the user's vectors are among them
@@ -162,6 +165,7 @@ class ChaosRun:
                 early_stop=self.early_stop,
                 slots=self.records_kept,
                 sums=self.sums_kept,
+                longest=math.inf if self.flow.fixed else LONGEST,
             )
             parts.append((vectors, self.width * self.records_kept))
         parts += [(watch.observer, watch.columns) for _, watch in self.watches]
@@ -187,7 +191,20 @@ class ChaosRun:
         steps = np.ones(self.orbits) if self.flow.adaptive else 1 / (self.rates * self.flow.step)
         if self.flow.system.iterated:
             steps = np.full(self.orbits, ITERATES)
-        self.memory[ROWS.stride] = self.memory[ROWS.left] = 2.0 ** np.floor(np.log2(np.clip(steps, 1.0, 2.0**40)))
+        stride = 2.0 ** np.floor(np.log2(np.clip(steps, 1.0, 2.0**40)))
+        self.every = self._between_looks(stride)
+        self.memory[ROWS.stride] = self.memory[ROWS.left] = stride / self.every
+
+    def _between_looks(self, stride: np.ndarray) -> np.ndarray:
+        """Return how many steps (orbits,) are taken between two looks at the vectors: all up to where they are made
+        orthonormal, if half the time and the records of the history are at such steps, else one.
+        """
+        each_step = self.watches or self.early_stop or any(entry.each_step for _, entry in self.tangent)
+        if each_step or not self.flow.fixed:
+            return np.ones(self.orbits, np.int64)
+        steps, parts = self.flow.steps(self.time), math.lcm(2, max(1, self.records_kept))
+        between = np.where(steps % parts == 0, steps // parts, 1)
+        return np.minimum(stride.astype(np.int64), between & -between)
 
     def _start(self, deviations: Any) -> np.ndarray:
         """Return the tangent vectors at the start, and make the flow carry them."""
@@ -231,6 +248,7 @@ class ChaosRun:
                 self.memory,
                 self.out,
                 time=self.time,
+                observations=self.flow.steps(self.time) // self.every if np.any(self.every > 1) else 0,
                 refill=self.early_stop,
                 report=early(report, self.flow, self.ensemble, self.time) if self.early_stop else report,
             )
