@@ -29,7 +29,7 @@ from ..exchange.files import opened, unpacked
 from .guard import Hierarchy, checked_arrays, checked_root, has_items, sound
 from .wording import Wrong
 
-FORMAT = 2
+FORMAT = 3
 """Format of the stores that this version writes and reads."""
 
 ATTRIBUTES = "fastaff"
