@@ -41,6 +41,7 @@ from fastaff.analysis.frequencies.integer_lattice import (
     reduced,
     relations,
 )
+from fastaff.analysis.tori import series
 from fastaff.charts import from_matrix
 
 # x y z u, p_x p_y p_z p_u
@@ -385,3 +386,28 @@ def test_relations_and_their_quotient():
     R, C = quotient(found, 4)
     np.testing.assert_array_equal(C @ R, np.eye(2, dtype=int))
     np.testing.assert_allclose(R @ (C @ nu), nu, rtol=0, atol=1e-14)
+
+
+@pytest.mark.parametrize("count", [37, 500, 1001])
+def test_transforms_of_signals_are_their_sums(count):
+    """At random frequencies, above that of the samples too, in 80-bit arithmetic."""
+    random = np.random.default_rng(count)
+    t = (np.arange(count) - (count - 1) / 2) * random.uniform(0.1, 10.0)
+    signals = random.standard_normal((3, count)) + 1j * random.standard_normal((3, count))
+    nu = random.uniform(-2.0, 2.0, 50) / (t[1] - t[0])
+    phases = -2 * np.longdouble(np.pi) * np.outer(t.astype(np.longdouble), nu.astype(np.longdouble))
+    phases += -2 * np.longdouble(1.2246467991473532e-16) * np.outer(t, nu)
+    truth = signals @ (np.cos(phases) + 1j * np.sin(phases)).astype(np.clongdouble)
+    wrong = np.abs(series.transform(t, signals, nu) - truth).max(axis=1) / np.abs(signals).sum(axis=1)
+    assert wrong.max() < 5e-15 + 4e-16 * count  # the latter by the rounding of the frequencies
+
+
+@pytest.mark.parametrize("degrees", [0, 1, 2, 3])
+def test_series_have_the_values_of_their_sums(degrees):
+    random = np.random.default_rng(degrees)
+    k = np.unique(random.integers(-6, 9, (1 if degrees == 0 else 40, degrees)), axis=0)
+    z = random.standard_normal((4, len(k))) + 1j * random.standard_normal((4, len(k)))
+    theta = random.uniform(-3.0, 3.0, (degrees, 100))
+    np.testing.assert_allclose(
+        series.evaluate(k, z, theta), (z @ np.exp(2j * np.pi * (k @ theta))).real, rtol=0, atol=1e-12
+    )

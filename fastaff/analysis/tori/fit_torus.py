@@ -122,8 +122,8 @@ def fit_torus(
     periods. Against quadrature on separable bodies, time 300: nu to 2e-13, J to 2e-13 relative
     (bench/test_torus_fit.py). nu_error is the change between unequal parts of the window, and with half the step. "Not
     a torus" is an orbit whose prediction fails and that MEGNO and SALI call chaotic (`chaos_map`, over the same time;
-    of a body that has `tangent_force`, or a map): weak chaos below `tolerance` passes. Cost: 16 flops per sample, term
-    and signal for each of some 20 passes: 0.2 to 10 s an orbit.
+    of a body that has `tangent_force`, or a map): weak chaos below `tolerance` passes. Cost: a fast
+    Fourier transform of each signal in each of some 20 passes: 0.1 to 3 s an orbit.
 
     References
     ----------

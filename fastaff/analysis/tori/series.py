@@ -8,7 +8,7 @@ in the librations nu that all share. c and the frequencies are a stationary poin
 
 The normal equations have the block-Toeplitz matrix G_{k l} = g((l - k) . nu), g the transform of the window, below
 2e-12 for lines more than 9.6 cycles apart: nearly 1, and solved by conjugate gradients with Fourier convolutions. Right
-sides, for all k of a box at once, are matrix products of tables e^{-2 pi i k_i nu_i t}.
+sides, for all k of a box at once, are read off fast Fourier transforms of the signals.
 """
 
 from __future__ import annotations
@@ -23,8 +23,10 @@ from ...flows.launch import Report
 from ...kernels.birkhoff import SHARPNESS
 from ..frequencies.integer_lattice import box, first_basis
 
-CHUNK = 512
-"""Samples whose tables of phases are in memory at once."""
+KERNEL, BETA = 16, 12 * np.pi
+"""Values of a transform around a frequency of which its value there is a sum, and the shape of their weights: of twice
+as many values as samples BETA = 3/4 pi KERNEL, with which 16 give 1e-15.
+"""
 
 NEAR, APART = 14.0, 1.5
 """Cycles over the window: lines further apart than NEAR don't feel each other; closer than APART the higher order is
@@ -42,6 +44,9 @@ which for a scheme of order 2 is 3/4 of the error."""
 
 TERMS = 1e-16
 """Relative size of the coefficients that are kept."""
+
+POINTS = 2**17
+"""Numbers of a series' partial sums that are in memory at once."""
 
 
 class Samples(NamedTuple):
@@ -93,32 +98,24 @@ def window(t: np.ndarray, signals: np.ndarray, carrier: np.ndarray) -> Samples:
     return Samples(t - (t[0] + t[-1]) / 2, weights(len(t)), signals, carrier)
 
 
-def averages(t: np.ndarray, signals: np.ndarray, nu: np.ndarray, orders: tuple[int, ...]) -> np.ndarray:
-    """Return sum_j signals_j e^{-2 pi i k . nu t_j} for all k of a box, (signals, *box)."""
-    shape = tuple(2 * order + 1 for order in orders)
-    total = np.zeros((len(signals), *shape), complex)
-    for start in range(0, len(t), CHUNK):
-        part = slice(start, start + CHUNK)
-        left = signals[:, part]
-        if not orders:
-            total += left.sum(axis=1)
-            continue
-        tables = [_powers(np.exp(-2j * np.pi * f * t[part]), order) for f, order in zip(nu, orders, strict=True)]
-        for table in tables[:-1]:
-            left = (left[:, None] * table).reshape(-1, left.shape[-1])
-        total += (left @ tables[-1].T).reshape(total.shape)
-    return total
+def transform(t: np.ndarray, signals: np.ndarray, nu: np.ndarray) -> np.ndarray:
+    """Return sum_j signals_j e^{-2 pi i nu t_j}, (signals, frequencies), at equidistant times t, to rounding.
 
-
-def _powers(unit: np.ndarray, order: int) -> np.ndarray:
-    """Return unit^k for k = -order..order, (2 order + 1, samples); products of halves, so that rounding grows like
-    log(order).
+    Each is a weighted sum of KERNEL values around its frequency of the fast Fourier transform of twice as many samples,
+    the signals divided by the transform of these weights, Kaiser's window, and zeros.
     """
-    table = np.ones((2 * order + 1, len(unit)), complex)
-    for k in range(1, order + 1):
-        table[order + k] = table[order + k // 2] * table[order + k - k // 2] if k > 1 else unit
-    table[:order] = table[:order:-1].conj()
-    return table
+    count, size = len(t), _smooth(2 * len(t))
+    cycles, m = nu * ((t[-1] - t[0]) / (count - 1)), np.arange(count) - count // 2
+    root = np.sqrt(BETA**2 - (np.pi * KERNEL * m / size) ** 2)
+    spread = np.zeros((len(signals), size), complex)
+    spread[:, m] = signals * (root * np.i0(BETA) / (KERNEL * np.sinh(root)))
+    lines, at = np.fft.fft(spread), cycles * size
+    first, total = np.ceil(at - KERNEL / 2).astype(np.int64), np.zeros((len(signals), len(nu)), complex)
+    for place in range(KERNEL):
+        x = 2 * (at - first - place) / KERNEL
+        weight = np.i0(BETA * np.sqrt(np.maximum(1 - x * x, 0.0))) / np.i0(BETA)
+        total += weight * lines[:, (first + place) % size]
+    return total * np.exp(2j * np.pi * cycles * ((count - 1) / 2 - count // 2))  # t is 0 half a sample from m
 
 
 class _Gram:
@@ -135,13 +132,12 @@ class _Gram:
         cycles -= turns  # lines apart by a multiple of the sampling rate are one, up to a sign
         sign = 1.0 - 2.0 * (turns * (len(samples.t) - 1) % 2)
         near = np.flatnonzero(np.abs(cycles) * len(samples.t) < NEAR)
-        phases = 2 * np.pi * cycles[near, None] / dt * samples.t
+        even, odd = transform(samples.t, np.array([samples.w, samples.w * samples.t]), cycles[near] / dt)
         self.size = tuple(_smooth(4 * order + 1) for order in orders)
         kernels = np.zeros((2, *self.size))
         place = tuple(differences[near].T)  # negative differences count from the end
         if orders:
-            kernels[0][place] = sign[near] * (np.cos(phases) @ samples.w)
-            kernels[1][place] = -sign[near] * (np.sin(phases) @ (samples.w * samples.t))
+            kernels[0][place], kernels[1][place] = sign[near] * even.real, sign[near] * odd.imag
         else:
             kernels[0] = 1.0
         self.even, self.odd = [np.fft.fftn(kernel) if orders else kernel for kernel in kernels]
@@ -210,7 +206,7 @@ def fit(
 
     Gauss-Newton on the frequencies: delta nu = H^-1 Re sum_k conj(2 pi i kappa c_k) u_k, where u are the averages of t
     times the residual and H = (2 pi)^2 <t^2> sum kappa kappa^T |c_k|^2, kappa = (k, unit vector of the carrier).
-    Converges for starts much closer than 1/time. Cost of an iteration: 16 signals samples terms flops.
+    Converges for starts much closer than 1/time. Cost of an iteration: a fast Fourier transform a signal.
     """
     t, w = samples.t, samples.w
     nu = np.array(nu, dtype=float)
@@ -228,7 +224,7 @@ def fit(
         gram = _Gram(samples, nu[:rank], orders)
         carriers = np.append(nu[rank:], 0.0)[samples.carrier]
         weighted = w * samples.signals * np.exp(-2j * np.pi * carriers[:, None] * t)
-        both = averages(t, np.vstack([weighted, t * weighted]), nu[:rank], orders)
+        both = transform(t, np.vstack([weighted, t * weighted]), k @ nu[:rank]).reshape(-1, *gram.shape)
         b = both[: len(weighted)]
         c = gram.solve(b)
         power = float((w * np.abs(samples.signals) ** 2).sum())
@@ -344,13 +340,25 @@ def actions(k: np.ndarray, z: np.ndarray) -> np.ndarray:
 
 
 def evaluate(k: np.ndarray, z: np.ndarray, theta: np.ndarray) -> np.ndarray:
-    """Return Re sum_k z_k exp(2 pi i k . theta) at theta (d, points), from tables of exp(2 pi i j theta_i)."""
-    out = np.empty((len(z), theta.shape[1]))
-    reach = np.abs(k).max(axis=0, initial=0)
-    for start in range(0, theta.shape[1], 64):
-        part = slice(start, start + 64)
-        waves = np.ones((len(k), theta[:, part].shape[1]), complex)
-        for component, largest, angle in zip(k.T, reach, theta[:, part] % 1.0, strict=True):
-            waves *= np.exp(2j * np.pi * np.arange(-largest, largest + 1)[:, None] * angle)[component + largest]
-        out[:, part] = (z @ waves).real
+    """Return Re sum_k z_k exp(2 pi i k . theta) at theta (d, points): the sum over one component of k for all values of
+    the others is a matrix product.
+    """
+    if not k.shape[1]:
+        return np.repeat(z.sum(axis=1).real[:, None], theta.shape[1], axis=1)
+    reach = np.abs(k).max(axis=0)
+    inner = int(np.argmax(reach))
+    others, place = np.unique(np.delete(k, inner, axis=1), axis=0, return_inverse=True)
+    dense = np.zeros((len(others), 2 * reach[inner] + 1, len(z)), complex)
+    np.add.at(dense, (place.ravel(), k[:, inner] + reach[inner]), z.T)
+    matrix = np.ascontiguousarray(dense.transpose(2, 0, 1)).reshape(-1, dense.shape[1])
+    out, size = np.empty((len(z), theta.shape[1])), max(1, POINTS // len(matrix))
+    for start in range(0, theta.shape[1], size):
+        angles = theta[:, start : start + size] % 1.0
+        tables = [np.exp(2j * np.pi * np.arange(-n, n + 1)[:, None] * angle) for n, angle in zip(reach, angles)]
+        waves = np.ones((len(others), angles.shape[1]), complex)
+        outer = (table for i, table in enumerate(tables) if i != inner)
+        for component, largest, table in zip(others.T, np.delete(reach, inner), outer, strict=True):
+            waves *= table[component + largest]
+        sums = (matrix @ tables[inner]).reshape(len(z), *waves.shape)
+        out[:, start : start + size] = (sums * waves).sum(axis=1).real
     return out
