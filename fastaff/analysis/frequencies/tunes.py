@@ -400,8 +400,7 @@ def _own_lines(
     harmonics, with combinations of the tunes of the other planes, others (signals, n), NaN where there is none; else
     the strongest that is no such combination, else the strongest.
 
-    f turns by `rough` (signals,) less than the plane does. Where that is 0 the loop lies beside its centre, and the
-    strongest line has no sense: 0.
+    f turns by `rough` (signals,) less than the plane does. Where that is 0 the loop is beside its centre: 0, no sense.
     """
     if not len(f):
         return np.zeros(0)
