@@ -89,6 +89,22 @@ def test_scans_of_a_store_have_a_caption(tmp_path, monkeypatch):
     assert (tmp_path / "s.pdf").read_bytes().startswith(b"%PDF")
 
 
+def test_figures_of_a_stopped_job_say_what_is_not_computed(tmp_path, monkeypatch):
+    """White cells of its chaos map are not all beyond the energy."""
+    zarr = pytest.importorskip("zarr")
+    monkeypatch.chdir(tmp_path)
+    grid = ["chaos-map", *SURFACE, "--grid", "4x4", "--time", "20"]
+    assert cli.main([*grid, "--write-job", "j.toml"]) == cli.main(["run", "j.toml", "--quiet"]) == 0
+    whole = _of_store(tmp_path / "j.zarr", Look())[0]["chaos_map"].get_supxlabel()
+    assert "not computed" not in whole
+    state = zarr.open(tmp_path / "j.zarr", mode="r+")["launch/finished"]
+    done = np.flatnonzero(state[:] == 1)
+    state[:] = np.where(np.isin(np.arange(state.size), done[done.size // 2 :]), -1, state[:])
+    part = " ".join(_of_store(tmp_path / "j.zarr", Look())[0]["chaos_map"].get_supxlabel().split())
+    assert f"{done.size // 2} orbits, {done.size - done.size // 2} not computed yet" in part
+    assert "white: beyond the energy or not computed yet" in part
+
+
 def test_captions_say_what_is_open_of_a_chaotic_fraction(here):
     """Of a map, and of a scan over two parameters, which shows neither intervals nor undecided orbits."""
     assert cli.main([*MAP, "--out", "m", "--no-figure"]) == 0

@@ -190,6 +190,17 @@ def test_names_of_neighbouring_lines_stand_apart(ax):
         assert not any(apart.overlaps(other) for other in boxes[:k])
 
 
+def test_the_title_on_the_left_stands_above_the_legend_of_a_web(ax):
+    ax.set_title("grey: 2827 orbits without a value", fontsize=9, loc="left")
+    part = np.array([[0.5, 0.5], [0.51, 0.5]])
+    lines = [fa.analysis.ResonanceLine((k, -1, 0), k + 1, (part,), np.eye(3, dtype=bool)) for k in (1, 2)]
+    plot.plot_web(lines, ax=ax, names=("alpha", "beta", "gamma"), axes=[np.linspace(0, 1, 3)] * 2)
+    ax.figure.canvas.draw()
+    legend, title = ax.get_legend().get_window_extent(), ax._left_title.get_window_extent()
+    assert legend.width > ax.bbox.width - title.width  # side by side they would not fit
+    assert title.y0 >= legend.y1 - 2
+
+
 def test_names_of_a_web_do_not_overlap_and_the_longest_lines_have_them(ax):
     ax.set(xlim=(0, 1), ylim=(0, 1))
     rng = np.random.default_rng(2)

@@ -264,6 +264,17 @@ def test_a_plane_driven_harder_than_it_moves_by_itself():
             assert (clear[0] | (found.kind == FrequencyKind.DEPENDENT)).all()
 
 
+def test_a_line_plus_a_combination_of_the_others_tune_is_no_own_line():
+    """Of x beside the drive 2 nu_y of a sextupole: weak lines nu_x + 2 nu_y have all others as their harmonics too."""
+    rng = np.random.default_rng(7)
+    nu = rng.uniform(0.05, 0.45, (2, 30))
+    a, b = circles(rng, nu, 2000)
+    driven = rng.uniform(0.7, 1.3, (30, 1)) * (0.81 * np.conj(b * b) + 0.17 * b * b)
+    weak = 3.5e-3 * a * b * b + 1.1e-3 * np.conj(a * b * b) + 1.1e-3 * np.conj(a * a) + 1e-3 * np.conj(a * b) ** 2
+    h = np.array([a + driven + 0.089 * np.conj(a) + weak, 20 * b])
+    assert (distance(fa.tunes(np.concatenate([h.real, -h.imag])).nu, nu) < 1e-9).all()
+
+
 def test_a_plane_at_rest_and_changing_tunes():
     rng = np.random.default_rng(5)
     z = np.concatenate([circles(rng, np.array([[0.2317]]), 1000).real, np.zeros((1, 1, 1000))])

@@ -95,7 +95,7 @@ class Stops:
         """End the process at once: there is nothing to keep."""
         if not cls.leaving:
             cls.leaving = True
-            say(f"{cls.said()} {when}; nothing is kept")
+            say(f"{cls.said()} {when}; nothing new is kept")
             os._exit(EXIT_INTERRUPTED)
 
     @classmethod

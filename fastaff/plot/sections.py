@@ -183,10 +183,12 @@ def _draw(
 
 
 def above_frame(ax: Any, handles: list[Any]) -> None:
-    """Put a legend above the frame, where it hides nothing."""
+    """Put a legend above the frame, under a title on the left, where it hides nothing."""
     place = {"loc": "lower right", "bbox_to_anchor": (1.01, 0.995), "labelspacing": 0.2}
     place["labelcolor"] = ax.xaxis.label.get_color()  # outside of the frame
     ax.legend(handles=handles, frameon=False, handletextpad=0.2, borderpad=0.2, **place)
+    if said := ax.get_title(loc="left"):
+        ax.set_title(said, fontsize=9, loc="left", pad=6 + 12 * len(handles))
 
 
 def _look_at(

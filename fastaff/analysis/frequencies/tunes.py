@@ -400,8 +400,7 @@ def _own_lines(
     harmonics, with combinations of the tunes of the other planes, others (signals, n), NaN where there is none; else
     the strongest that is no such combination, else the strongest.
 
-    f turns by `rough` (signals,) less than the plane does. Where that is 0 the loop lies beside its centre, and the
-    strongest line has no sense: 0.
+    f turns by `rough` (signals,) less than the plane does. Where that is 0 the loop is beside its centre: 0, no sense.
     """
     if not len(f):
         return np.zeros(0)
@@ -430,7 +429,7 @@ def _generators(
     lines: FrequencyLines, rough: np.ndarray, others: np.ndarray, foreign: np.ndarray, samples: int
 ) -> np.ndarray:
     """Return the numbers (signals,) of lines of which all `lines` are harmonics, with combinations of the others'
-    tunes, of the sense of the enclosed area and smallest harmonics; -1 where there is none, or the area is too small.
+    tunes, of the sense of the enclosed area; the shortest on the mean; -1: there is none, or the area is too small.
     """
     nu, power = lines.nu + rough[:, None], np.abs(lines.amplitude) ** 2
     order = np.arange(-HARMONIC, HARMONIC + 1)
@@ -441,12 +440,12 @@ def _generators(
         with np.errstate(invalid="ignore"):
             fits = from_whole(apart) * samples < SHARP
         cost = np.where(fits, terms, 99).reshape(*nu.shape, -1)
-        harmonic = order[cost.argmin(axis=2) // terms.shape[1]]
-        explained = power * (cost.min(axis=2) < 99)
+        harmonic, length = order[cost.argmin(axis=2) // terms.shape[1]], cost.min(axis=2)
+        explained, worth = power * (length < 99), (power * length).sum(axis=1)
         size, area = (np.abs(harmonic) * explained).sum(axis=1), (harmonic * explained).sum(axis=1)
-        good = (explained.sum(axis=1) > EXPLAINED * power.sum(axis=1)) & (area > OPEN * size) & (size < least)
+        good = (explained.sum(axis=1) > EXPLAINED * power.sum(axis=1)) & (area > OPEN * size) & (worth < least)
         good &= ~foreign[:, c] & np.isfinite(lines.error[:, c])
-        result[good], least[good] = c, size[good]
+        result[good], least[good] = c, worth[good]
     return result
 
 

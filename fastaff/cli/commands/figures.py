@@ -25,7 +25,7 @@ KNOWN = tuple(name for name in INDICATORS if name != "spectrum")
 class Scene(NamedTuple):
     """Input of a figure: a job, its plan, and where the orbits started (EnergyGrid, EnergySample; None: on no section).
 
-    max_order: of resonance lines; look: how orbits are coloured.
+    max_order: of resonance lines; look: how orbits are coloured; waiting: starts that are not computed yet.
     """
 
     job: Job
@@ -33,6 +33,11 @@ class Scene(NamedTuple):
     where: Any
     max_order: int = 7
     look: Look = Look()
+    waiting: int = 0
+
+    def outcomes(self, result: Any) -> str:
+        """Count the outcomes of a result's orbits, and those that wait, in a caption."""
+        return outcomes(result.status) + (f", {self.waiting} not computed yet" if self.waiting else "")
 
 
 def reliable(found: Any) -> np.ndarray:
@@ -105,7 +110,7 @@ def section_figure(scene: Scene, result: Any, found: Mapping[str, Any]) -> Any:
         ax.set(xlabel=f"${plot.symbol(names[0])}$", ylabel=f"${plot.symbol(names[1])}$")
     crossings = f"{int(result.counts.sum())} crossings"
     missing = f"; {drawn.missing} not drawn" if drawn.missing else ""
-    finish(figure, scene.plan, scene.job.surface, f"{outcomes(result.status)}; {crossings}{missing}")
+    finish(figure, scene.plan, scene.job.surface, f"{scene.outcomes(result)}; {crossings}{missing}")
     return figure
 
 
@@ -125,7 +130,7 @@ def frequency_figure(scene: Scene, result: Any, found: Mapping[str, Any]) -> Any
         drawn = plot.plot_frequency_map(result, ax=axes[-1])
     else:
         drawn = _ratios(scene, result, values, axes[-1])
-    said = f"{outcomes(result.status)}; time {result.time:.4g}"
+    said = f"{scene.outcomes(result)}; time {result.time:.4g}"
     said += f"; {drawn.missing} without regular frequencies, not drawn among these" if drawn.missing else ""
     finish(figure, scene.plan, scene.job.surface, said + ("; grey: without a value" if _grey(values) else ""))
     return figure
@@ -188,9 +193,9 @@ def chaos_figure(scene: Scene, result: Any, found: Mapping[str, Any]) -> Any:
     said = (
         f"time {result.time:.4g}"
         + (f" ({periods:g} median returns)" if periods else "")
-        + f"; {result.shares.said()}; {outcomes(result.status)}"
+        + f"; {result.shares.said()}; {scene.outcomes(result)}"
         + ("; grey: no value" if missing else "")
-        + "; white: beyond the energy"
+        + ("; white: beyond the energy" + (" or not computed yet" if scene.waiting else ""))
     )
     finish(figure, scene.plan, scene.job.surface, said)
     return figure

@@ -8,10 +8,12 @@ from importlib import import_module
 from pathlib import Path
 from typing import Annotated, Any
 
+import numpy as np
+
 from ... import files
 from ...jobs.job import Job
 from ...jobs.results import JobResults
-from ...jobs.store import Store, is_store
+from ...jobs.store import WAITING, Store, is_store
 from ...jobs.wording import Wrong
 from ...plot.scales import coloured, diffusion_limit
 from ..options import FORMATS, WRITTEN, Look, Output, Parameter
@@ -72,7 +74,8 @@ def _of_store(path: Path, look: Look) -> tuple[dict[str, Any], dict[str, Any]]:
         return {"scan": scan_figure(results["chaotic_fraction"], results.job.scan.axes, results.job)}, facts
     plan = results.job.plan()
     where = plan.launch.placed(store.root["launch/z0"][:][:, place], place)
-    return figures_of(Scene(results.job, plan, where, look=look), results), facts
+    waiting = int(np.count_nonzero(store.finished() == WAITING))
+    return figures_of(Scene(results.job, plan, where, look=look, waiting=waiting), results), facts
 
 
 def _of_file(path: Path, look: Look) -> tuple[dict[str, Any], dict[str, Any]]:
