@@ -95,6 +95,28 @@ def test_edge_of_henon_heiles_is_the_well_not_the_valleys():
         plot.edge(fastaff.HenonHeiles(), fastaff.Linear((1, 0, 0, 0)), energy=1.0)
 
 
+@pytest.mark.parametrize(("pieces", "energy"), [(1, 0.05), (2, -0.1)])
+def test_each_piece_of_an_edge_is_a_curve_of_its_own(ax, pieces, energy):
+    """No line joins two wells below the saddle between them, nor their kinetic energy of any kind."""
+    wells = "x**4/4 - x**2/2 + y**2/2"
+    fast = fastaff.hamiltonian(f"sqrt(1 + p_x**2 + p_y**2) - 1 + {wells}", coordinates="x y", momenta="p_x p_y")
+    for model in (fastaff.hamiltonian(wells, coordinates="x y"), fast):
+        curves = plot.style.outline(ax, plot.edge(model, "y=0", energy=energy))
+        assert len(curves) == pieces
+        for curve in curves:
+            x = curve.get_xdata()
+            assert (x[0], np.ptp(np.sign(x))) == (x[-1], 4 - 2 * pieces)
+
+
+def test_a_section_at_a_pole_names_the_others():
+    trap = fastaff.hamiltonian(
+        "p_r**2/2 + p_z**2/2*(1 + r**2/9) + (L/r - r)**2/2 + z**2/2", coordinates="r z", momenta="p_r p_z", L=0.2
+    )
+    with pytest.raises(ValueError, match=r"section r=0 has no points of finite energy: take z=c"):
+        plot.edge(trap, "r=0", energy=0.5)
+    assert plot.edge(trap, "z=0", energy=0.5).momentum.max() == pytest.approx(1.0, abs=1e-4)
+
+
 def test_plot_section(ax):
     found = section_map()
     drawn = plot.plot_section(
@@ -292,6 +314,13 @@ def test_lines_of_a_flow_do_not_know_the_unit_of_time(ax):
 def test_orbits_without_samples_are_their_ends(ax):
     drawn = plot.plot_orbits(fastaff.integrate(fastaff.HenonHeiles(), 0.1 * np.ones((4, 3)), time=1.0), ax=ax)
     assert [len(curve.get_xdata()) for curve in drawn.points] == [1, 1, 1]
+
+
+def test_one_of_few_orbits_far_away_does_not_make_the_view(ax):
+    found = frequency_map(np.append(np.linspace(2.2, 7.1, 29), 150.0), np.append(np.linspace(2.3, 7.4, 29), 150.0))
+    plot.plot_frequency_map(found, ax=ax)
+    assert max(ax.get_xlim()[1], ax.get_ylim()[1]) < 9.0
+    assert [text.get_text() for text in ax.texts if "beyond" in text.get_text()] == ["1 of 30 orbits beyond the axes"]
 
 
 def test_a_few_orbits_far_away_do_not_make_the_view(ax):

@@ -182,6 +182,22 @@ def test_a_driven_vector_potential_gives_the_electric_field_of_its_change():
         assert abs(found[0, k] - end[0]) < 1e-9
 
 
+def test_friction_of_charges_is_a_force_of_a_flow():
+    """Its power is -g v^2, that of the velocities, beside scipy's rates of v."""
+    B, c, g = 1.7, 0.3, 0.1
+    charge = fa.hamiltonian("x**2/2 + y**2", vector_potential={"y": "B*x + c*x**2"}, B=B, c=c)
+    forces = {"x": "-g*p_x", "y": "-g*(p_y - B*x - c*x**2)"}
+    end = fa.integrate(fa.flow(charge, forces=forces, g=g), [0.4, 0.2, 0.1, 0.3], time=10.0, rtol=1e-11, atol=1e-11).z
+
+    def rates(t, z):
+        x, y, u, v = z
+        return u, v, (B + 2 * c * x) * v - x - g * u, -(B + 2 * c * x) * u - 2 * y - g * v
+
+    start = [0.4, 0.2, 0.1, 0.3 - B * 0.4 - c * 0.16]
+    truth = solve_ivp(rates, (0, 10), start, method="DOP853", rtol=1e-12, atol=1e-13).y[:, -1]
+    assert np.abs(end[:2, 0] - truth[:2]).max() < 1e-9
+
+
 def test_what_is_no_vector_potential_is_refused():
     A = {"y": "B*x**2"}
     for more, error, match in (
@@ -193,7 +209,7 @@ def test_what_is_no_vector_potential_is_refused():
         ({"vector_potential": {"x": "y*t"}}, ValueError, r"vector_potential\['x'\]: .*t"),
         ({"vector_potential": {"x": "__import__('os')"}}, ValueError, r"vector_potential\['x'\]"),
         ({"vector_potential": A, "B": 1.0, "magnetic": 1.0}, ValueError, "magnetic does not go with vector_potential"),
-        ({"vector_potential": A, "B": 1.0, "friction": 1.0}, ValueError, "friction does not go with vector_potential"),
+        ({"vector_potential": A, "B": 1.0, "friction": 1.0}, ValueError, "flow.model, forces={'x': '-g"),
         ({"vector_potential": A, "B": 1.0, "momenta": "p q"}, ValueError, "momenta does not go with vector_potential"),
         ({"vector_potential": A, "B": 1.0, "masses": [1.0]}, ValueError, "masses must be 2 positive numbers"),
         ({"vector_potential": A}, ValueError, "'B'"),

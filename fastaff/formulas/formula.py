@@ -276,7 +276,12 @@ def _charged(
     """
     given = [name for name, entry in others.items() if entry is not None]
     if given:
-        raise ValueError(f"{given[0]} does not go with vector_potential: write the whole of H with its momenta")
+        instead = "write the whole of H with its momenta"
+        if given[0] == "friction":
+            instead = (
+                "make the model without it, then flow(model, forces={'x': '-g*(p_x - A_x)'}, ...), A_x written out"
+            )
+        raise ValueError(f"{given[0]} does not go with vector_potential: {instead}")
     example = "{'y': 'B*x'}"
     if not isinstance(potential, Mapping):
         raise TypeError(f"vector_potential must be formulas by coordinate such as {example}, got {shown(potential)}")

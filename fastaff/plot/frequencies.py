@@ -21,7 +21,7 @@ from .scales import colouring, colours_of, orbit_colours
 from .sections import why
 from .style import DARK, GREY, Artists, beyond, figure, nothing, symbol
 
-FEW = 50
+FEW = 20
 """Fewest orbits of which some may be left out of the frame as far away."""
 
 
@@ -156,12 +156,16 @@ def _frame(ax: Any, X: np.ndarray, Y: np.ndarray, limits: tuple | None) -> list[
 
 
 def _bulk(values: np.ndarray, whole: tuple[float, float]) -> tuple[float, float]:
-    """Return the ends of an axis: the whole, or if a fiftieth of the values takes most of it, those of the others."""
-    if values.size < FEW or np.ptp(values) == 0:
+    """Return the ends of an axis: the whole, or if a fiftieth of the values takes most of it, those of the others.
+
+    Of fewer than 100 values it is the first and the last.
+    """
+    if values.size < FEW:
         return whole
-    low, high = np.quantile(values, [0.01, 0.99])
+    share = max(0.01, 1 / (values.size - 1))
+    low, high = np.quantile(values, [share, 1 - share])
     edge = 0.08 * (high - low)
-    return whole if whole[1] - whole[0] < 3 * (high - low + 2 * edge) else (low - edge, high + edge)
+    return whole if edge == 0 or whole[1] - whole[0] < 3 * (high - low + 2 * edge) else (low - edge, high + edge)
 
 
 def _one_frequency(found: Any, ax: Any) -> Artists:

@@ -18,6 +18,8 @@ DARK, ACCENT, PALE = "#00224e", "#b35900", "#5a8fc8"
 """The dark end of cividis, an orange and a blue that differ from it by lightness too."""
 GREY, OUTLINE = "0.72", "0.35"
 """Orbits that have left or have no value, and the edge of the accessible region."""
+END = 1e-6
+"""Largest share of an edge's momentum at the ends of its pieces; inner points have 0.002 of their piece's or more."""
 LINES = (
     (DARK, "-"),
     (ACCENT, (0, (5, 1.5))),
@@ -248,11 +250,13 @@ def symbol(name: str) -> str:
 
 
 def outline(ax: Any, boundary: Any) -> list[Any]:
-    """Draw an `Edge` on both sides of its centre, mostly momentum 0."""
+    """Draw an `Edge` on both sides of its centre, mostly momentum 0, each of its pieces by itself."""
     import numpy as np
 
     if not all(hasattr(boundary, name) for name in ("coordinate", "momentum", "centre")):
         raise TypeError(f"boundary must be an Edge, such as fastaff.plot.edge returns, got {shown(boundary)}")
     u, high, low = boundary.coordinate, boundary.centre + boundary.momentum, boundary.centre - boundary.momentum
-    loop = np.concatenate([u, u[::-1], u[:1]]), np.concatenate([high, low[::-1], high[:1]])
-    return list(ax.plot(*loop, color=OUTLINE, lw=0.8))
+    end = boundary.momentum <= END * boundary.momentum.max()
+    pieces = np.split(np.arange(u.size), np.flatnonzero(end[1:] & end[:-1]) + 1)
+    loops = [(np.append(u[k], [*u[k][::-1], u[k][0]]), np.append(high[k], [*low[k][::-1], high[k][0]])) for k in pieces]
+    return [line for loop in loops for line in ax.plot(*loop, color=OUTLINE, lw=0.8)]

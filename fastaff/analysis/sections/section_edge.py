@@ -11,7 +11,7 @@ from ...base.axes import along
 from ...base.progress import says_progress
 from ...base.results import Result
 from ...flows.checks import checked_model
-from ...formulas.section_text import section_in_words, section_of
+from ...formulas.section_text import section_forms, section_in_words, section_of
 from ...models.mechanics import system_of
 from ...models.sections import AlphaTurning, AngleEquals, BetaTurning, Linear
 from .allowed_region import LARGEST, Function, evaluated, extrema, highest, intervals, line, radii
@@ -159,11 +159,12 @@ def _bounded_parts(where: Where) -> list[Part]:
     if abs(nodes[-1]) < LARGEST:  # of an angle
         found = [(max(low, float(nodes[0])), min(high, float(nodes[-1]))) for low, high in found]
     if not found:
-        raise NotReached(
-            where.too_low()
-            or f"energy {energy:g} does not reach the section {name}: the least energy there is "
-            f"{_least(where, rest, nodes):.6g}"
-        )
+        least = _least(where, rest, nodes)
+        why = f"energy {energy:g} does not reach the section {name}: the least energy there is {least:.6g}"
+        if not np.isfinite(least):
+            others = [form for form in section_forms(body) if form[:-2] != name.partition("=")[0]]
+            why = f"the section {name} has no points of finite energy: take {' or '.join(others)}, with c a number"
+        raise NotReached(where.too_low() or why)
     bounded, parts = [ends for ends in found if np.isfinite(ends).all()], []
     endless = len(bounded) > ENDLESS
     for low, high in [min(bounded, key=lambda ends: abs(ends[0] + ends[1]))] if endless else bounded:
