@@ -412,7 +412,7 @@ def test_wrong_grids(change, error, message):
         (galaxy(), {"section": "x=2"}, NotReached, "minimum 0.694.* of this system's energy on the section"),
         (fa.hamiltonian("x**2/2", coordinates="x"), {}, ValueError, "two degrees of freedom or more"),
         (fa.hamiltonian("x**2 - z**2", coordinates="x y z"), {}, ValueError, "energy 0.1 does not bound the motion"),
-        (HH, {"axes": {"p_x": (0, 1)}}, ValueError, "axes must be one of x, y, got 'p_x'"),
+        (HH, {"axes": {"q": (0, 1)}}, ValueError, "axes must be one of x, y, p_x, p_y, got 'q'"),
         (HH, {"axes": {"x": (1, 0)}}, ValueError, r"axes\['x'\] must be a range"),
         (HH, {"axes": {"x": (5.0, 6.0), "y": (1.0, 2.0)}}, ValueError, "lies below 3.* the least energy met in the"),
         (HH, {"fixed": {"x": 1.0}}, ValueError, "fixed goes with solve or at_rest"),

@@ -215,7 +215,7 @@ def test_resonant_tori_are_parabolic(C, p_beta):
     body = fa.Body(fa.Harmonic(C=C), mu=1.2)
     model = fa.reduced(body, p_eta=0.4, p_gamma=0.3)
     z = np.array([[1.1, 1.0], [0.7, 0.8], [0.0, 0.0], [p_beta, 0.1]])
-    found = fa.periodic_orbits(model, z, section=RADIAL._replace(direction=0), period=2, max_time=400.0, step=0.02)
+    found = fa.periodic_orbits(model, z, section=RADIAL._replace(direction=0), period=2, max_time=400.0, step=0.01)
     found.raise_if_failed()
     np.testing.assert_allclose(found.z, z, atol=1e-9)
     np.testing.assert_allclose(found.time, np.pi * np.sqrt(1.2 / C), rtol=1e-9)

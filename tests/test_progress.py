@@ -375,7 +375,7 @@ def test_a_kernel_shows_progress_and_a_saved_notebook_has_none_of_it(monkeypatch
 
 
 QUIET = {
-    "fastaff": {"flow", "formula", "hamiltonian", "mapping", "one_variable", "progress", "reduced"},
+    "fastaff": {"one_variable", "progress", "reduced"},
     "fastaff.analysis": {"diffusion_histogram", "periodic_guesses"},
     "fastaff.quantum": {
         *("count_deviation", "fit_spacings", "level_list", "mean_spacing_ratio", "number_variance", "polynomial_count"),

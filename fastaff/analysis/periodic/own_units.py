@@ -17,6 +17,9 @@ LOOKS, TURNS, LONGER = 64, 4 * np.pi, 10
 LOOSE = 1e-8
 """Tolerance of such a run."""
 
+RESTING = 1e-28
+"""Share of the largest row below which another is 0, and moves by the rounding of a Newton step alone."""
+
 
 class Scale(NamedTuple):
     """The own units of orbits: rows (2n, orbits), amplitudes of coordinates and momenta; rate (orbits,), an angular
@@ -96,6 +99,7 @@ def _scale_of_flow(model: Any, z: np.ndarray, threads: int) -> Scale:
         if not todo.size:
             break
         time[todo] *= 2.0
-    here = np.where(np.abs(z) > 0, np.abs(z), 1.0)
-    size = np.where(np.isfinite(size) & (size > 0), size, here)
+    least = RESTING * np.fmax(np.fmax.reduce(size, axis=0), np.abs(z).max(axis=0))
+    here = np.where(np.abs(z) > least, np.abs(z), 1.0)
+    size = np.where(np.isfinite(size) & (size > least), size, here)
     return Scale(size, np.where(rate > 0, rate, 1 / time), np.zeros(orbits))
