@@ -351,7 +351,7 @@ def test_a_kernel_shows_progress_and_a_saved_notebook_has_none_of_it(monkeypatch
     pytest.importorskip("ipykernel")
     monkeypatch.delenv("FASTAFF_PROGRESS", raising=False)
     begin = (
-        "import time\nimport fastaff as fa\nfrom fastaff.base import progress\nprogress.SILENCE = 0.1\n"
+        "import time\nimport fastaff as fa\nfa.progress\nfrom fastaff.base import progress\nprogress.SILENCE = 0.1\n"
         "def work():\n    with progress.watched('work') as report:\n        for i in range(10):\n"
         "            time.sleep(0.1)\n            report and report(i / 10)\n    print('done')"
     )
