@@ -162,11 +162,12 @@ def _with_room(ax: Any, bar: Any) -> None:
     neither by a layout engine, nor by hand.
     """
     import matplotlib
+    from matplotlib.figure import Figure
 
     settings: Any = matplotlib.rcParams
     sheet, sides = ax.figure, ("left", "right", "bottom", "top", "wspace", "hspace")
     own = any(getattr(sheet.subplotpars, side) != settings[f"figure.subplot.{side}"] for side in sides)
-    if bar is None or own or sheet is not ax.get_figure(root=True) or sheet.get_layout_engine() is not None:
+    if bar is None or own or not isinstance(sheet, Figure) or sheet.get_layout_engine() is not None:
         return
     if all(axes.get_subplotspec() is not None for axes in sheet.axes):
         sheet.set_layout_engine("tight", w_pad=3.0)
