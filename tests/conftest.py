@@ -1,6 +1,5 @@
 """Settings that all tests share."""
 
-import gc
 import os
 import shutil
 import zlib
@@ -49,11 +48,6 @@ def ordered(items):
     count = sum(not any(item.iter_markers("slow")) for item in items)
     place = int(np.searchsorted(sizes, count // 2, side="right"))
     return [item for tests in [*behind[:place], *apart, *behind[place:]] for item in tests]
-
-
-def pytest_collection_finish():
-    """Leave the half million objects of the tests themselves out of every collection of garbage."""
-    gc.freeze()
 
 
 def pytest_runtest_setup(item):
