@@ -2,6 +2,7 @@
 
 import os
 import shutil
+import sys
 import zlib
 from collections import Counter
 
@@ -48,6 +49,12 @@ def ordered(items):
     count = sum(not any(item.iter_markers("slow")) for item in items)
     place = int(np.searchsorted(sizes, count // 2, side="right"))
     return [item for tests in [*behind[:place], *apart, *behind[place:]] for item in tests]
+
+
+def pytest_runtest_teardown():
+    """Close the figures of a test: Matplotlib warns where more than twenty are open."""
+    if (pyplot := sys.modules.get("matplotlib.pyplot")) is not None:
+        pyplot.close("all")
 
 
 def pytest_runtest_setup(item):
