@@ -132,11 +132,11 @@ class _Gram:
         cycles -= turns  # lines apart by a multiple of the sampling rate are one, up to a sign
         sign = 1.0 - 2.0 * (turns * (len(samples.t) - 1) % 2)
         near = np.flatnonzero(np.abs(cycles) * len(samples.t) < NEAR)
-        even, odd = transform(samples.t, np.array([samples.w, samples.w * samples.t]), cycles[near] / dt)
         self.size = tuple(_smooth(4 * order + 1) for order in orders)
         kernels = np.zeros((2, *self.size))
-        place = tuple(differences[near].T)  # negative differences count from the end
         if orders:
+            even, odd = transform(samples.t, np.array([samples.w, samples.w * samples.t]), cycles[near] / dt)
+            place = tuple(differences[near].T)  # negative differences count from the end
             kernels[0][place], kernels[1][place] = sign[near] * even.real, sign[near] * odd.imag
         else:
             kernels[0] = 1.0
