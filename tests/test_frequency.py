@@ -36,6 +36,7 @@ from fastaff.analysis.frequencies.methods import METHODS
 from fastaff.analysis.frequencies.readings import ROUNDING
 from fastaff.charts import from_matrix
 from fastaff.models.angles import AlphaBeta
+from fastaff.models.double_pendulum import DoublePendulum
 
 SEPARABLE_AB = [Body(Harmonic(1.3), 0.7), Body(Anharmonic(0.9), 1.4)]
 SEPARABLE_RV = [Body(Hyperelastic(1.0), 1.0), Body(HeavyTop(1.0, 0.5), 1.0)]
@@ -192,6 +193,16 @@ def test_what_may_be_a_resonance_is_not_independent():
     f = frequency_map(body, z0, time=400.0)
     assert abs(4 * f.nu[0, 0] - 5 * f.nu[1, 0]) < 4 * f.error[0, 0] + 5 * f.error[1, 0]
     assert f.kind[0] == FrequencyKind.UNDECIDED
+
+
+def test_a_slow_libration_is_not_known_before_its_period():
+    """An orbit of the double pendulum in the island 3 : 7, which librates once in 1750."""
+    z0 = np.array([[-0.44111148208465956], [-0.35992830199603076], [0.32039244961889324], [0.005067819275357155]])
+    brief, truth = (frequency_map(DoublePendulum(), z0, time=time) for time in (504.8, 10096.0))
+    assert truth.kind[0] == FrequencyKind.INDEPENDENT
+    assert abs(truth.nu[0, 0] - 7 * truth.nu[1, 0]) == pytest.approx(1 / 1750, rel=0.05)
+    assert abs(3 * brief.nu[0, 0] - 7 * brief.nu[1, 0]) < 3 * brief.error[0, 0] + 7 * brief.error[1, 0]
+    assert brief.kind[0] == FrequencyKind.UNDECIDED
 
 
 @pytest.mark.parametrize("body", SEPARABLE_AB + SEPARABLE_RV, ids=label)

@@ -45,6 +45,11 @@ leading lines are one, and by which frequencies change as these beat.
 SAME = 0.5
 """Largest distance of a mean rate from its line, in cycles over the window."""
 
+UNSURE = 0.15
+"""Error of a frequency, in cycles over the whole, from which it may be that of another line: a relation that holds
+within the errors may then be exact.
+"""
+
 ROUGH, BROAD, STRANGE = 0.1, 0.03, 0.05
 """Share of a loop's size that its strongest lines leave, from which these are not few and small, and from which one fit
 in ten is better than sums; relative amplitude of a line from which its multiple is no frequency.
@@ -146,6 +151,8 @@ def read(layout: Layout, samples: Samples, fallback: float | None, threads: int)
     vague |= related(np.where(found.owned, lattice.nu, np.nan), lattice.error, threads)
     aliased = found.tail[:, None] ** ALIASED
     lattice = lattice._replace(error=lattice.error + (blur + aliased) / time + _beaten(lattice, close.beating))
+    unsure = (found.owned & (lattice.error * time > UNSURE)).any(axis=1, keepdims=True)
+    vague |= related(np.where(found.owned & unsure, lattice.nu, np.nan), lattice.error, threads)
     chosen, combination = lattice, found.combination
     leading, leading_error = np.zeros((2, len(centre), n))
     leading[:, :m], leading_error[:, :m] = found.leading, found.leading_error
