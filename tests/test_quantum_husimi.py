@@ -142,10 +142,6 @@ def test_what_has_no_husimi_function(monkeypatch):
     with pytest.raises(ValueError, match="even"):
         husimi(wavefunction(body, m=1, l=0, n=(0, 0), single_valued=False))
     state = wavefunction(body, m=0, l=0, n=(0, 0))
-    with pytest.raises(ValueError, match="width"):
-        husimi(state, width=(0.0, 1.0))
-    with pytest.raises(ValueError, match="one or two positive numbers"):
-        husimi(state, width=(1.0, 1.0, 1.0))
     with pytest.raises(ValueError, match="shape"):
         husimi(state)(np.zeros((4, 3)))
     monkeypatch.setattr(module, "LARGEST", 40)
