@@ -5,7 +5,6 @@ from functools import cache
 
 import numpy as np
 import pytest
-import systems
 from comparison import same
 
 import fastaff as fa
@@ -120,17 +119,6 @@ def test_results_of_quantities_say_their_units():
     assert found[:2].to_dict()["data_vars"]["nu"]["attrs"] == {"units": "cycles/Myr"}
     plain = fa.orbit_frequencies(samples_of_own(), times=own_orbits().times, coordinates="x y vx vy")
     assert plain.to_dict()["data_vars"]["nu"]["attrs"] == {"units": "cycles/time"}
-
-
-def test_results_of_phase_points_of_gala_say_their_units():
-    units, dynamics = pytest.importorskip("astropy.units"), pytest.importorskip("gala.dynamics")
-    points = dynamics.PhaseSpacePosition(
-        pos=samples_of_own()[:2, :3, 0] * units.kpc, vel=samples_of_own()[2:, :3, 0] * units.km / units.s
-    )
-    found = fa.integrate(systems.oscillators(), points, time=1.0, samples=4)
-    said = {name: entry["attrs"].get("units") for name, entry in found.to_dict()["data_vars"].items()}
-    assert said["times"] == "Myr"
-    assert said["energy_error"] == "largest kinetic energy"
 
 
 def test_orbits_of_gala():
