@@ -39,6 +39,7 @@ DEEP = {
         "test_schemes_that_keep_something_from_step_to_step_know_no_company": 2,
         "test_vectors_in_directions_at_rest_are_stable": 0,
         "test_orbits_that_meet_steep_forces_late_get_shorter_steps": 0,
+        "test_units_change_nothing": 1,
     },
     "test_cli": {
         "test_ctrl_c_keeps_finished_orbits": 0,
@@ -74,7 +75,7 @@ DEEP = {
     },
     "test_contracts": {
         "test_a_new_term_is_one_value": 1,
-        "test_a_kind_of_ones_own_runs_by_its_terms": 1,
+        "test_a_kind_of_ones_own_runs_by_its_terms": 0,
         "test_a_driven_frame_has_periodic_orbits_and_friction_none": 0,
     },
     "test_cycles": {
@@ -114,10 +115,12 @@ DEEP = {
         "test_divided_differences_are_exact_up_to_the_axis": 1,
         "test_orbits_through_beta_zero": 0,
         "test_a_damaged_text_is_written_anew": 0,
+        "test_derivations_have_a_ceiling_and_ctrl_c_stays": 0,
     },
     "test_frequency": {
         "test_errors_cover_beside_resonances": 1,
         "test_the_naive_truth_is_the_turning_of_the_planes": 1,
+        "test_random_orbits": 1,
     },
     "test_friction": {
         "test_the_sum_of_the_spectrum_is_the_friction": 0,
@@ -141,6 +144,7 @@ DEEP = {
     },
     "test_integrate": {
         "test_orbits_that_are_gone_in_finite_time_leave_others_alone": 1,
+        "test_lanes_that_fill_up_a_vector_touch_nothing": 2,
     },
     "test_interruption": {
         "test_ctrl_c_while_modules_are_loaded": 1,
@@ -197,6 +201,8 @@ DEEP = {
         "test_a_linear_map_has_its_eigenvalues_for_exponents": 0,
         "test_texts_are_the_named_maps": 2,
         "test_tangent_maps_are_derivatives_and_symplectic": 2,
+        "test_windows_at_both_ends_give_tunes_and_diffusion_of_those_who_survive": 0,
+        "test_a_plane_that_shows_a_harmonic_of_the_other_has_its_own_tune": 0,
     },
     "test_maps_engine": {
         "test_typed_maps_are_the_packages": 0,
@@ -210,7 +216,7 @@ DEEP = {
         "test_sections_at_an_angle_are_meant_up_to_whole_turns": 1,
         "test_a_rotor_coupled_to_nothing_turns_as_it_does": 0,
         "test_a_separable_hamiltonian_written_with_momenta_has_the_bits_of_today": 0,
-        "test_errors_of_short_runs_cover_the_truth_by_foci": 1,
+        "test_errors_of_short_runs_cover_the_truth_by_foci": 0,
         "test_errors_of_short_runs_cover_the_truth": 3,
     },
     "test_nystrom": {
@@ -231,6 +237,7 @@ DEEP = {
         "test_longer_orbits_come_in_pairs": 0,
         "test_schemes_agree": 2,
         "test_same_orbits_are_one_wherever_they_start": 0,
+        "test_branches_are_the_same_in_any_units": 1,
     },
     "test_plot": {
         "test_edge_is_where_the_energy_grid_ends": 1,
@@ -239,7 +246,7 @@ DEEP = {
         "test_options_of_figures_are_taken_or_refused": 20,
     },
     "test_poincare": {
-        "test_ctrl_c_stops_a_map_and_hands_over_what_there_is": 1,
+        "test_ctrl_c_stops_a_map_and_hands_over_what_there_is": 0,
         "test_two_crossings_inside_a_step_are_found": 1,
         "test_crossings_are_those_of_scipy": 5,
     },
@@ -299,7 +306,7 @@ DEEP = {
         "test_a_turning_frame_shows_the_motion_of_a_frame_at_rest": 1,
         "test_a_magnetic_field_turns_charges_by_the_force_of_lorentz": 1,
         "test_free_motion_is_exact_whatever_the_step": 1,
-        "test_a_block_has_the_bits_of_its_text": 4,
+        "test_a_block_has_the_bits_of_its_text": 2,
         "test_tangent_maps_are_symplectic": 1,
         "test_frequencies_of_turning_springs_are_eigenvalues": 0,
         "test_hills_satellites_lose_their_stability_where_henon_found_it": 0,
@@ -319,11 +326,12 @@ DEEP = {
     },
     "test_systems": {
         "test_no_body_passes_a_pole_of_its_potential": 1,
-        "test_no_orbit_passes_through_the_pole_of_its_chart": 1,
+        "test_no_orbit_passes_through_the_pole_of_its_chart": 0,
         "test_no_orbit_passes_a_wall_that_its_steps_do_not_see": 1,
         "test_a_pole_whose_residue_is_zero_is_passed": 0,
         "test_both_charts_of_a_top_are_the_same_top": 0,
         "test_kovalevskayas_top_has_no_chaotic_orbit_and_its_neighbour_has": 0,
+        "test_eulers_top_is_that_of_jacobi": 0,
     },
     "test_tangent": {
         "test_every_model_is_symplectic_and_follows_the_variational_equations": 1,
@@ -341,10 +349,12 @@ DEEP = {
     },
     "test_torus_fit": {
         "test_later_start_is_the_same_torus": 0,
-        "test_frequency_errors_cover_those_of_the_scheme": 1,
+        "test_frequency_errors_cover_those_of_the_scheme": 0,
         "test_separable_bodies_have_their_own_frequencies_and_actions": 1,
         "test_series_converges_with_its_order": 0,
         "test_neo_hookean_torus": 0,
+        "test_frequencies_are_the_slopes_of_the_energy": 0,
+        "test_regular_orbits_are_never_called_no_tori": 1,
     },
     "test_torus_turns": {
         "test_four_dimensions_have_two_frequencies_and_actions": 0,
