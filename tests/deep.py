@@ -279,7 +279,6 @@ DEEP = {
     },
     "test_quantum_packets": {
         "test_bodies_that_do_not_separate_take_the_same_way": 0,
-        "test_a_packet_revives_when_the_actions_say": 1,
         "test_number_packets_are_where_their_angles_say": 1,
     },
     "test_quantum_statistics": {

@@ -268,15 +268,3 @@ def test_angles_about_an_axis_in_the_isochrone():
         ValueError, match="angles must be 'R phi' of 2 coordinates or 'R z phi' of 3 coordinates, or a value"
     ):
         fa.orbit_frequencies(orbits, angles="r theta")
-
-
-def test_angles_about_an_axis_of_a_galaxy():
-    """In a Staeckel potential galpy's quadratures of the separated motion give the frequencies."""
-    potentials, actions = pytest.importorskip("galpy.potential"), pytest.importorskip("galpy.actionAngle")
-    galaxy = potentials.KuzminKutuzovStaeckelPotential(ac=3.0, Delta=0.8, normalize=1.0)
-    staeckel = actions.actionAngleStaeckel(pot=galaxy, delta=0.8, c=False, order=200)
-    R, vR, vT, z, vz = 1.0, 0.15, 0.95, 0.05, 0.2
-    radial, turning, vertical = (float(entry[0]) for entry in staeckel.actionsFreqs(R, vR, vT, z, vz, 0.0)[3:])
-    run = fa.integrate(fa.hamiltonian(galaxy), [R, 0, z, vR, vT, vz], time=2000.0, samples=20000)
-    found = fa.orbit_frequencies(run, angles="R z phi")
-    np.testing.assert_allclose(found.omega[:, 0], [radial, vertical, turning], rtol=1e-5)

@@ -383,13 +383,7 @@ def test_domains():
         assert body.margin(*q) > 0
         assert not body.margin(*outside) > 0
     for text in (
-        "C*r",
-        "C/(r + 1)",
-        "C/(D1*D2 - 1)",
-        "C*x",
-        "C/(D1*D2 - 1)**2",
-        "C*log(1 + x**2)",
-        "C/cosh(x)",
+        *("C*r", "C/(r + 1)", "C/(D1*D2 - 1)", "C*x", "C/(D1*D2 - 1)**2", "C*log(1 + x**2)", "C/cosh(x)"),
         "C*cos(D1) + C*cos(D2)",
     ):
         body = formula(text, C=1.0)

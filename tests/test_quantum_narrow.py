@@ -19,7 +19,6 @@ from fastaff.models import Oscillator
 from fastaff.paper.matrices import class_matrices, oscillator_matrices
 from fastaff.paper.rigid_tops import spherical_top
 from fastaff.quantum import coherent_packet, exact_levels, husimi, level_diagram, number_packet, spectrum, wavefunction
-from fastaff.quantum.solvers.panels import panels
 from fastaff.quantum.solvers.separable import angular, radial
 
 
@@ -242,22 +241,6 @@ def test_what_cannot_be_resolved_counts_as_error():
     found = radial("V", Plain(V), 2, np.zeros(1), 4, 1.0, 1.0, 1e-10)
     assert np.all(found.error > 0.01)
     assert np.all(np.abs(found.values[0] - (2 * np.arange(4) + 1)) < found.error[0])  # waves so short average out
-
-
-def test_panels():
-    def thin(x):
-        return np.exp(-(((x - 0.6180) / 1e-4) ** 2))
-
-    found = panels(thin, 0.0, 1.0, 0.0, 1.0, 1 << 15, 400)
-    assert found.missed.max() == 0
-    assert found.needed > 10_000
-    here = np.searchsorted(found.edges, 0.6180)
-    assert np.diff(found.edges)[here - 1] < 1e-3
-    few = panels(thin, 0.0, 1.0, 0.0, 1.0, 1 << 15, 8)
-    assert few.missed.max() > 0.1
-    assert panels(lambda x: x**4 + np.cos(x), 0.0, 1.0, 0.0, 1.0, 1 << 15, 400).edges.size == 2
-    rows = panels(lambda x: np.stack([x, thin(x)]), 0.0, 1.0, 0.0, 1.0, 1 << 15, 400)
-    np.testing.assert_array_equal(rows.edges, found.edges)
 
 
 def test_smooth_bodies_keep_their_global_bases():

@@ -60,16 +60,6 @@ def test_intervals_enclose_random_formulas(plane):
     assert checked > 1000
 
 
-def test_enclosures_shrink_to_the_values():
-    """Differences of A and B are known exactly: at the wall det phi = 0 they have no sign but one."""
-    boxes = Sector(np.array([[0.5], [0.0]]), np.array([[0.9], [0.2]]))
-    A, B = boxes.squares()
-    assert (A - B).lo == 0
-    assert (np.sqrt(A) - np.sqrt(B)).lo == 0
-    assert np.isfinite((1 / (A - B)).lo).all()
-    assert (A + B).hi == pytest.approx(0.81, rel=1e-14)
-
-
 def sinc(V, unit, strength, place, width, reach):
     """Lowest level of -unit u'' + (unit strength/q^2 + V) u around a place, on equal steps: those of a sinc DVR."""
     h = min(width / 8, reach / 200)

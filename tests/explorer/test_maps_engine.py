@@ -478,35 +478,17 @@ def test_typed_maps_are_the_packages():
 def test_texts_that_are_no_maps_are_refused_by_both():
     """What the page refuses the package refuses, and the other way round."""
     texts = [
-        "x1 = x",
-        "x1 = y; y1 = x; z1 = x",
-        "x + 1",
-        "x1 = ; p1 = 2",
-        "x1 = p1; p1 = x",
-        "x1 = p; x1 = x; p1 = x",
-        "x = p; p1 = x; x1 = p",
-        "x1 = sin(p; p1 = x",
+        *("x1 = x", "x1 = y; y1 = x; z1 = x", "x + 1", "x1 = ; p1 = 2", "x1 = p1; p1 = x", "x1 = p; x1 = x; p1 = x"),
+        *("x = p; p1 = x; x1 = p", "x1 = sin(p; p1 = x"),
     ]
     texts += [
-        "x1 = sqrt(-1 - x**2); p1 = p",
-        "x1 = x[0]; p1 = p",
-        "x1 = p; p1 = fetch(x)",
-        "count1 = p; p1 = 2*count",
-        "x1 = kind*p; p1 = x",
-        "x1 = iterate*p; p1 = x",
-        "x1 = symplectic*p; p1 = x",
-        "x1 = p\np1 = -x",
+        *("x1 = sqrt(-1 - x**2); p1 = p", "x1 = x[0]; p1 = p", "x1 = p; p1 = fetch(x)", "count1 = p; p1 = 2*count"),
+        *("x1 = kind*p; p1 = x", "x1 = iterate*p; p1 = x", "x1 = symplectic*p; p1 = x", "x1 = p\np1 = -x"),
         "a = 2; x1 = a*p; p1 = -x/a",
     ]
     texts += [
-        "",
-        ";",
-        "x1 = x + p1; p1 = p",
-        "x' = p; p' = -x",
-        "x' = p'; p' = -x",
-        "sin1 = p; p1 = x",
-        "x1 = constructor(p); p1 = x",
-        "x1 == p; p1 = x",
+        *("", ";", "x1 = x + p1; p1 = p", "x' = p; p' = -x", "x' = p'; p' = -x", "sin1 = p; p1 = x"),
+        *("x1 = constructor(p); p1 = x", "x1 == p; p1 = x"),
     ]
     found = compute(
         f"""{json.dumps(texts)}.map((formula) => {{
