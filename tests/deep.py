@@ -115,7 +115,6 @@ DEEP = {
         "test_divided_differences_are_exact_up_to_the_axis": 1,
         "test_orbits_through_beta_zero": 0,
         "test_a_damaged_text_is_written_anew": 0,
-        "test_derivations_have_a_ceiling_and_ctrl_c_stays": 0,
     },
     "test_frequency": {
         "test_errors_cover_beside_resonances": 1,

@@ -10,10 +10,8 @@ import copy
 import os
 import pickle
 import re
-import signal
 import subprocess
 import sys
-import threading
 import time
 from pathlib import Path
 
@@ -297,7 +295,7 @@ def test_other_denominators_that_vanish_are_refused_on_bodies():
         hamiltonian(text)
 
 
-# --- the ceiling --------------------------------------------------------------------------------------------------
+# --- large formulas -------------------------------------------------------------------------------------------------
 
 
 def test_quotients_of_what_is_not_rational_are_not_multiplied_out(monkeypatch):
@@ -310,27 +308,6 @@ def test_quotients_of_what_is_not_rational_are_not_multiplied_out(monkeypatch):
     monkeypatch.setattr(sympy, "cancel", never)
     body = formula("2.1*exp(-(alpha - 2)**2/0.7) - exp(-(alpha - 4)**2/0.4) + r/30 + 0.2*beta**2*alpha/(2 + r)")
     assert body.potential.slopes(1.0, 0.5)[1] == pytest.approx(1 / 30 + 0.2 / 3.5 - 0.2 * 0.5 / 3.5**2, rel=1e-13)
-
-
-def test_derivations_have_a_ceiling_and_ctrl_c_stays(monkeypatch):
-    from fastaff.formulas import ceiling, library
-
-    def forever(*_):
-        while True:
-            sum(range(100))
-
-    monkeypatch.setattr(library, "ceiling", lambda: ceiling.ceiling(0.2))
-    monkeypatch.setattr(library, "_derive_hamiltonian", forever)
-    new = f"x**2 + 0.{os.getpid()}{time.time_ns()}*y**4"  # no text of it is kept anywhere
-    with pytest.raises(ValueError, match="more than 0 s: write it with fewer nested powers"):
-        hamiltonian(new)
-    monkeypatch.setattr(library, "ceiling", lambda: ceiling.ceiling(30.0))
-    timer = threading.Timer(0.3, lambda: os.kill(os.getpid(), signal.SIGINT))
-    timer.start()
-    with pytest.raises(KeyboardInterrupt):
-        hamiltonian(new)
-    monkeypatch.undo()
-    hamiltonian(new)  # and nothing strikes later
 
 
 # --- symmetry -----------------------------------------------------------------------------------------------------
