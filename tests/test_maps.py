@@ -680,16 +680,6 @@ def test_resonances_of_maps_count_the_turn():
     np.testing.assert_array_equal(found.basis[0, :, 0], [4, 0, -1])
 
 
-def test_iterates_of_maps_are_fitted_by_tori():
-    path = fa.integrate(OneTurnMap(0.28, 0.31, -0.3), [0.1, 0.1, 0.0, 0.0], time=2048, samples=2048).samples[..., 0].T
-    found = fa.analysis.fit_samples(path, 1.0)
-    assert found.verdict.name == "TORUS"
-    t = np.arange(2000, 2040)
-    np.testing.assert_allclose(found.evaluate(found.theta0[:, None] + found.nu[:, None] * t), path[:, t], atol=1e-7)
-    own = fa.fit_torus(OneTurnMap(0.28, 0.31, -0.3), [0.1, 0.1, 0.0, 0.0], time=2048)
-    np.testing.assert_allclose(sorted(found.nu), sorted(own.nu), atol=1e-9)
-
-
 def test_an_orbit_ends_with_the_same_iterate_in_all_analyses():
     """With the first one that is not finite or outside the domain, whatever is asked; no distance is an escape, so a
     start beside a fixed point is no end of it. Momenta that no coordinate depends on count too.

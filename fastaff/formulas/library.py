@@ -19,7 +19,6 @@ import numpy as np
 from ..base.interruption import imported
 from ..compile import cache, jit
 from ..compile.kinds import OPTIONS, TERMS
-from .ceiling import ceiling
 from .equations import split
 from .grammar import Program, parse
 from .singular import AXES, body_places, invariant_places, plain_places, refuse_removable, ring_text, vanishing
@@ -152,10 +151,9 @@ def rebuild(request: tuple, values: tuple) -> Any:
 
 def _derive(request: Request, programs: Any, values: Mapping[str, float]) -> str:
     imported("sympy", what="a formula that is new here")
-    with ceiling():
-        if request.inertia == "flow":
-            return _derive_flow(request, programs, values)
-        return (_derive_hamiltonian if request.coordinates else _derive_body)(request, programs, values)
+    if request.inertia == "flow":
+        return _derive_flow(request, programs, values)
+    return (_derive_hamiltonian if request.coordinates else _derive_body)(request, programs, values)
 
 
 def _parameters(request: Request) -> dict[str, Any]:
