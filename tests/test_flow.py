@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 from scipy.linalg import expm
+from scipy.special import ellipk
 
 import fastaff as fa
 from fastaff import files
@@ -254,6 +255,8 @@ def test_jobs_of_a_flow(tmp_path):
         ("x' = log(-1 - x**2)", {}, ValueError, "no finite real value"),
         ("; ".join(f"u{k}' = u{k}" for k in range(17)), {}, ValueError, "1 to 16 equations .* got 17"),
         ("x' = x", {"domain": 1}, TypeError, "domain"),
+        ("x' = y; y' = -sin(x)", {"periods": {"x": 3.0}}, ValueError, "one of the system's"),
+        ("x' = y; y' = -sin(x)", {"periods": {"z": 3.0}}, ValueError, "periods must be of x, y, got one of 'z'"),
     ],
 )
 def test_wrong_texts(text, given, error, message):
@@ -271,7 +274,7 @@ def test_wrong_texts(text, given, error, message):
         (lambda z: fa.integrate(LORENZ, z, time=1.0, scheme=fa.RK4), ValueError, "step must be given with RK4"),
         (lambda z: fa.integrate(LORENZ, z, time=1.0, accuracy=1e-8), ValueError, "accuracy .* give rtol and atol"),
         (lambda z: fa.integrate(LORENZ, np.ones((6, 2)), time=1.0), ValueError, r"shape \(3,\) or \(3, orbits\)"),
-        (lambda z: fa.frequency_map(LORENZ, z, time=1.0), TypeError, r"FormulaFlow is dz/dt = f\(z\); what runs here"),
+        (lambda z: fa.frequency_map(LORENZ, z, time=1.0), TypeError, r"is dz/dt = f\(z\); what .* fa.naff\(run"),
         (lambda z: fa.energy_grid(LORENZ, energy=1.0, axes={"x": [1]}, solve="y"), ValueError, r"dz/dt = f\(z\)"),
         (lambda z: fa.energy_sample(LORENZ, energy=1.0, orbits=3), ValueError, r"dz/dt = f\(z\)"),
         (lambda z: fa.plot.edge(LORENZ, "x=0", energy=1.0), TypeError, r"dz/dt = f\(z\)"),
@@ -282,7 +285,7 @@ def test_wrong_texts(text, given, error, message):
         (
             lambda z: fa.poincare_map(LORENZ, z, section="w=0", crossings=1, max_time=1.0),
             ValueError,
-            "section must be one of x=c, y=c, z=c",
+            r"section must be one of x=c, y=c, z=c, .* NamedTuple of your own .* value\(\*z\)",
         ),
         (
             lambda z: fa.poincare_map(LORENZ, z, section=fa.Linear((1.0, 0, 0, 0)), crossings=1, max_time=1.0),
@@ -333,3 +336,16 @@ def test_a_variable_of_rounding_noise_alone_does_not_stop_a_flow():
     axis = fa.integrate(lorenz, [0.0, 0.0, 20.0], time=30.0)
     assert np.all(axis.z[:2] == 0)
     assert np.allclose(axis.z[2], 20 * np.exp(-80.0), rtol=1e-9)
+
+
+def test_a_section_of_a_variable_with_a_period_counts_each_turn():
+    """Of a rotating pendulum, behind a clock: the time of a turn is 4 K(4/p^2)/p, with p at the bottom."""
+    p = np.random.default_rng(31).uniform(2.1, 4.0)
+    model = fa.flow("s' = 1; x' = y; y' = -sin(x)", periods={"x": "2*pi"})
+    assert pickle.loads(pickle.dumps(model)).periods() == (0.0, 2 * np.pi, 0.0)
+    found = fa.poincare_map(model, [0.0, -0.1, p], section="x=0", crossings=4, max_time=50.0, rtol=1e-12, atol=1e-12)
+    assert found.section == fa.models.sections.AngleEquals((0.0, 1.0, 0.0), 0.0, 2 * np.pi, 1)
+    turn = 4 * ellipk(4 / found.points[2, 0, 0] ** 2) / found.points[2, 0, 0]
+    np.testing.assert_allclose(np.diff(found.times[:, 0]), turn, rtol=1e-10)
+    np.testing.assert_allclose(found.points[1], 0.0, atol=1e-10)
+    np.testing.assert_allclose(found.points[0], found.times, atol=1e-10)

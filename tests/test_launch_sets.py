@@ -390,7 +390,9 @@ def test_wrong_grids(change, error, message):
         (HH, {"axes": {"q": (0, 1)}}, ValueError, "axes must be one of x, y, p_x, p_y, got 'q'"),
         (HH, {"axes": {"x": (1, 0)}}, ValueError, r"axes\['x'\] must be a range"),
         (HH, {"axes": {"x": (5.0, 6.0), "y": (1.0, 2.0)}}, ValueError, "lies below 3.* the least energy met in the"),
-        (HH, {"fixed": {"x": 1.0}}, ValueError, "fixed goes with solve or at_rest"),
+        (HH, {"fixed": {"x": 1.0}}, ValueError, r"fixed goes with solve or at_rest.* solve='p_x' .* axes=\{'x': \("),
+        (HH, {"fixed": {"y": 0.1}, "section": "x=0"}, ValueError, r"such as axes=\{'p_y': \(-1, 1\)\}"),
+        (HH, {"fixed": {"y": 0.1}, "section": "x=0", "sign": -1, "axes": {"p_y": (0, 1)}}, ValueError, "direction=-1"),
         (HH, {"solve": "p_y"}, ValueError, "axes must give the ranges"),
         (HH, {"at_rest": True, "axes": {"phi": (0, 1)}}, ValueError, "axes and at_rest exclude one another"),
         (HH, {"at_rest": True, "energy": -1.0}, NotReached, "reaches less than a thousandth of the directions"),
@@ -538,3 +540,7 @@ def test_a_spherical_pendulum_is_drawn_over_one_turn_of_its_angle_and_within_ran
     assert abs(inner - truth) < 5 * np.sqrt(truth * (1 - truth) / count)
     with pytest.raises(ValueError, match="axes must be one of theta, p_theta, got 'phi'"):
         fa.energy_sample(model, energy=energy, section="phi=0", orbits=5, axes={"phi": (0, 1)})
+    held = fa.energy_sample(
+        model, energy=0.3, section="theta=pi/2", fixed={"p_phi": 0.2}, axes={"phi": (-np.pi, np.pi)}, orbits=9
+    )
+    np.testing.assert_allclose(held.z0[[0, 2, 3]].T, np.tile([np.pi / 2, np.sqrt(0.6 - 0.04), 0.2], (9, 1)))

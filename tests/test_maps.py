@@ -650,7 +650,7 @@ def test_jobs_of_maps_keep_what_the_functions_give(tmp_path):
         (["--model", "standard-map", "--axes", "y=0:1:3"], "--axes must be one of x, p"),
         (["--map", "x1 = x", "--axes", "x=0:1:3"], "must give the images"),
         (["--map", "p1 = p + x; x1 = x + p1", "--model", "henon-map"], "give one of"),
-        (["--angles", "x=1"], "--angles belongs to --map"),
+        (["--angles", "x=1"], "--angles belongs to --map, --hamiltonian or --flow"),
     ],
 )
 def test_commands_refuse_what_maps_do_not_have(options, said, capsys):

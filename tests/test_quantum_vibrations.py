@@ -152,6 +152,27 @@ def test_what_has_no_levels_says_so(text):
         spectrum(fa.hamiltonian(text, coordinates="x y"), count=4)
 
 
+@pytest.mark.parametrize(
+    ("text", "place"),
+    [("-x**2", "x = 1e[+]08 it is -1e[+]16"), ("-sqrt(1 + x**2)", "it is -1e[+]08"), ("1/(1 + x**2)", "it is 1e-16")],
+)
+def test_a_potential_that_only_falls_says_where_it_is_low(text, place):
+    with pytest.raises(NoGroundState, match=f"V has no minimum, so it binds no level: .* {place}"):
+        spectrum(fa.hamiltonian(text, coordinates="x"), count=2)
+
+
+def test_masses_that_depend_on_the_place_are_told_of_tori():
+    """The levels by the torus that the refusal names are those of its Hamiltonian's action, by quadrature."""
+    model = fa.hamiltonian("p**2/(2*(1 + q**2)) + q**2/2", coordinates="q", momenta="p")
+    with pytest.raises(TypeError, match=r"is H\(q, p\); .* fa.fit_torus\(body, z0, time=...\)"):
+        spectrum(model, count=2)
+    fit = fa.fit_torus(model, [0.4, 0.0], time=300.0)
+    q = 0.4 * np.sin(np.linspace(-np.pi / 2, np.pi / 2, 4001))
+    J = 2 * np.trapezoid(np.sqrt((1 + q**2) * (0.4**2 - q**2)), q)
+    assert fit.maslov == [2]
+    np.testing.assert_allclose(fit.J, J, rtol=1e-6)
+
+
 def test_wrong_calls_say_the_right_one():
     model = fa.hamiltonian("x**2/2", coordinates="x")
     with pytest.raises(ValueError, match="m is for a Body alone"):

@@ -239,7 +239,8 @@ def _derive_flow(
     description = Description(
         request.text, request.domain, request.parameters, "An autonomous system.", request.coordinates
     )
-    return flow_model(description, rates, (walls, poles(sympy.Tuple(*rates), region)), own)
+    periods = [sympy.Integer(0) if p is None else to_sympy(p, names) for p in request.period_programs()]
+    return flow_model(description, rates, (walls, poles(sympy.Tuple(*rates), region)), own, periods)
 
 
 def _derive_body(request: Request, programs: tuple[Program, Program | None], values: Mapping[str, float]) -> str:
