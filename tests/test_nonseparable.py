@@ -633,6 +633,26 @@ def test_a_factor_before_h_expands_no_potential(turning):
         assert (np.abs(found.z - away - near.z) <= found.error + near.error).all()
 
 
+def test_long_runs_next_to_a_centre_are_left_to_tolerances():
+    """Equal steps took minutes for one orbit of a set, or their iteration failed; positions are those of a plane."""
+    polar = "a**2/2 + b**2/(2*x**2) + x**2/2 + x**4/4"
+    H = fa.hamiltonian(polar, coordinates="x y", momenta="a b", periods={"y": "2*pi"})
+    spins = 10 ** RNG.uniform(-3.5, -1.5, 6)
+    z0 = np.array([RNG.uniform(0.7, 1.2, 6), np.zeros(6), RNG.uniform(-0.4, 0.4, 6), spins])
+    flat = np.array([z0[0], 0 * spins, z0[2], spins / z0[0]])
+    plane = fa.integrate(fa.hamiltonian("(x**2 + y**2)/2 + (x**2 + y**2)**2/4"), flat, time=400.0, accuracy=1e-12)
+    x, y, p, q = plane.z
+    r = np.hypot(x, y)
+    truth, margin = np.array([r, np.arctan2(y, x), (x * p + y * q) / r]), plane.error.max(axis=0) / r**2
+    found = fa.integrate(H, z0, time=400.0, accuracy=1e-5)
+    assert (found.status == Status.OK).all()
+    assert np.isinf(found.step).any()
+    off = np.abs(found.z[:3] - truth)
+    off[1] = np.abs(np.mod(found.z[1] - truth[1] + np.pi, 2 * np.pi) - np.pi)
+    assert (off <= found.error[:3] + 10 * margin).all()
+    assert np.median(found.error.max(axis=0)) <= 1e-5
+
+
 def test_each_orbit_of_a_default_run_has_its_scheme_whatever_its_company():
     """Falls from the top are chaotic, others short runs; one orbit goes round and round."""
     H, z0 = pendulum(), RNG.uniform(-1, 1, (4, 40)) * 10 ** RNG.uniform(-2, 0.5, 40)
