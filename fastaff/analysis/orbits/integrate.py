@@ -15,6 +15,7 @@ from ...base.recipe import recorded
 from ...base.results import Result
 from ...base.short_forms import Starts, starts_of, takes
 from ...base.status import Status
+from ...compile.threads import by_portions
 from ...flows import observers
 from ...flows.accuracy import halved, planned, until
 from ...flows.checks import energy_drift
@@ -343,8 +344,13 @@ class _Accurate:
         return Compared(states, ensemble, used)
 
     def _compare(self, fine: Compared, coarse: Compared, orbits: np.ndarray, _weight: Any = None) -> tuple:
-        with np.errstate(all="ignore"):
-            apart = self.motion.of(orbits).distance(fine.states - coarse.states)
+        apart, scales = np.empty((len(fine.states), orbits.size)), self.motion.of(orbits)
+
+        def some(at: slice) -> None:
+            with np.errstate(all="ignore"):
+                apart[:, at] = scales.of(at).distance(fine.states[..., at] - coarse.states[..., at])
+
+        by_portions(some, orbits.size, fine.states[..., 0].size, self.flow.threads)
         return apart, self.times[:, None] * self.motion.rate[orbits], np.ones((1, orbits.size))
 
     def _drifts(self, run: Compared) -> np.ndarray:
@@ -354,14 +360,15 @@ class _Accurate:
         # No orbit loses the results of short runs to an iteration that does not converge.
         lost = (fine.status == Status.NOT_CONVERGED) & np.isfinite(self.error[0, self.chunk[orbits]])
         chosen = chosen[~lost[chosen]]
-        where, run, error = self.chunk[orbits[chosen]], fine.of(chosen), error[:, chosen]
-        self.ensemble.take(where, run.ensemble)
-        self.step[where] = run.step
+        where, error = self.chunk[orbits[chosen]], error[:, chosen]
+        self.ensemble.take(where, fine.ensemble.of(chosen))
+        self.step[where] = fine.step[chosen]
         size = np.concatenate([self.motion.position, self.motion.momentum])[:, orbits[chosen]]
         self.error[:, where] = error[-1] * size
-        every = self.parts // self.count if self.count else 1
-        self.samples[..., where] = run.states[every - 1 :: every][: self.count]
-        self.sample_error[..., where] = (error[:, None] * size)[every - 1 :: every][: self.count]
+        if self.count:
+            kept = slice(self.parts // self.count - 1, None, self.parts // self.count)
+            self.samples[..., where] = fine.states[kept][..., chosen]
+            self.sample_error[..., where] = error[kept, None] * size
         times = np.broadcast_to(self.time / len(error) * np.arange(1, len(error) + 1)[:, None], error.shape)
         self.until[where] = until(error <= self.accuracy, times, self.times[-1])
 
