@@ -12,6 +12,7 @@ import operator
 from collections.abc import Callable
 from typing import Any
 
+from llvmlite import binding
 from numba import types
 from numba.core import compiler, ir
 from numba.core.codegen import JITCodeLibrary
@@ -124,7 +125,23 @@ class _Aligned(_Library):
         for function in ir_module.functions:
             if not function.is_declaration:
                 function.attributes.alignstack = LINE
+            if function.name.startswith("cfunc."):
+                for call in filter(_is_call, function.entry_basic_block.instructions):
+                    call.attributes.discard("noinline")
         super().add_ir_module(ir_module)
+
+    def _optimize_final_module(self):
+        """Optimise; the function becomes a part of its entry, to which alone it is known: to hand all arguments on
+        takes as long as some vectors of a step.
+        """
+        for function in self._final_module.functions:
+            if function.linkage == binding.Linkage.external and function.name.startswith("_ZN"):
+                function.linkage = "internal"
+        super()._optimize_final_module()
+
+
+def _is_call(instruction: Any) -> bool:
+    return instruction.opname == "call"
 
 
 class EntryPipeline(compiler.Compiler):

@@ -374,3 +374,21 @@ def compact(rows, out, counts, limit, unlocated):
         for c in range(kept * width, counts[o] * width):
             out[o, c] = np.nan
         counts[o] = kept
+
+
+@jit
+def gather(first, last, out, counts, points, times, residual):
+    """Set points (rows, orbits, crossings) and times (orbits, crossings) of the orbits first, ..., last - 1 from their
+    first counts[o] records, NaN after them, and residual (orbits,) to the largest section function.
+    """
+    rows, _, wanted = points.shape
+    width = RECORD.state + rows
+    for o in range(first, last):
+        residual[o] = 0.0
+        for slot in range(wanted):
+            c, kept = slot * width, slot < counts[o]
+            times[o, slot] = out[o, c + RECORD.time] if kept else np.nan
+            for r in range(rows):
+                points[r, o, slot] = out[o, c + RECORD.state + r] if kept else np.nan
+            if kept:
+                residual[o] = np.maximum(residual[o], abs(out[o, c + RECORD.residual]))

@@ -12,6 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..compile.jit import LANES, jit
+from ..compile.lane_flags import FLAGS, flags, lowest
 from ..compile.pointers import call_value
 from .stepping import row
 
@@ -44,8 +45,6 @@ crossing; sign change over the first step of an orbit that starts on the section
 
 FEW = 4
 """A block is copied whole if at least 1/FEW of it is filled."""
-APART = 16
-"""Distance of the lanes of one group with news: the groups are then neighbours, which make vectors."""
 
 
 BARELY = 5e-324
@@ -60,8 +59,7 @@ PARTED = np.inf
 
 class Rows(NamedTuple):
     """Rows of observer memory: section function now, one and two steps ago; times one and two steps ago; records
-    written, certain crossings among them, or PARTED; whether there is news, and its number in groups of lanes; the
-    first row of the state a step ago.
+    written, certain crossings among them, or PARTED; whether there is news; the first row of the state a step ago.
     """
 
     now: int = 0
@@ -72,8 +70,7 @@ class Rows(NamedTuple):
     written: int = 5
     certain: int = 6
     news: int = 7
-    groups: int = 8
-    state: int = 9
+    state: int = 8
 
 
 ROWS = Rows()
@@ -116,7 +113,7 @@ def detect(value, calls, lanes, orbit, fresh, t, z, memory, out, done):
     """
     rows = int(value.rows)
     call_value(calls, 0, lanes, z, row(memory, ROWS.now))
-    news, groups, moved, ended = row(memory, ROWS.news), row(memory, ROWS.groups), 0, 0
+    news, moved, ended = row(memory, ROWS.news), 0, 0
     for i in range(lanes):  # loops without branches become vector instructions
         earlier, before = memory[ROWS.earlier * LANES + i], memory[ROWS.before * LANES + i]
         now, seen = memory[ROWS.now * LANES + i], fresh[i] != 0.0
@@ -128,20 +125,14 @@ def detect(value, calls, lanes, orbit, fresh, t, z, memory, out, done):
         memory[ROWS.before * LANES + i] = now if seen else before
     for i in range(lanes, LANES):
         news[i] = 0.0
-    for first in range(APART):
-        some = 0.0
-        for k in range(LANES // APART):
-            some += news[first + k * APART]
-        groups[first] = some
-    for first in range(APART):
-        if groups[first] == 0.0:
-            continue
-        for i in range(first, LANES, APART):
-            if news[i] == 0.0:
-                continue
+    for first in range(0, LANES, FLAGS):
+        left = flags(news, first)
+        while left != 0:
+            i = first + lowest(left)
+            left &= left - 1
             seen = memory[ROWS.now * LANES + i], memory[ROWS.earlier * LANES + i], memory[ROWS.before * LANES + i]
             times = memory[ROWS.time_earlier * LANES + i], memory[ROWS.time_before * LANES + i], t[i]
-            if write_records(value, rows, i, orbit[i], seen, times, memory[ROWS.state * LANES + i :], memory, out):
+            if write_records(value, rows, i, orbit[i], seen, times, ROWS.state * LANES + i, memory, memory, out):
                 done[i] = 1.0
                 ended += 1
     if moved == lanes:
@@ -162,10 +153,11 @@ def detect(value, calls, lanes, orbit, fresh, t, z, memory, out, done):
     return ended
 
 
-@jit(inline=True)
-def write_records(value, rows, i, o, seen, times, state, memory, out):
+@jit
+def write_records(value, rows, i, o, seen, times, first, states, memory, out):
     """Record the crossing or suspected pair of orbit o, in lane i, by three steps with these section functions and
-    times, and the state at the middle one, which begins that array; return whether that has ended the orbit.
+    times, and the state at the middle one, from the place `first` of the states on; return whether that has ended the
+    orbit.
     """
     width = RECORD.state + rows
     earlier, before, now = seen
@@ -182,16 +174,16 @@ def write_records(value, rows, i, o, seen, times, state, memory, out):
         if t1 > out[o, c + RECORD.latest] or (sure and t < out[o, c + RECORD.earliest]):
             memory[ROWS.certain * LANES + i] = PARTED
             return True
-    first, last = (CERTAIN, CERTAIN) if crossed else (LOWER, UPPER)
+    least, last = (CERTAIN, CERTAIN) if crossed else (LOWER, UPPER)
     if crossed and abs(before) == BARELY:
-        first, last = RETURN, RETURN
-    for kind in range(int(first), int(last) + 1):
+        least, last = RETURN, RETURN
+    for kind in range(int(least), int(last) + 1):
         c = slot * width
         out[o, c + RECORD.time], out[o, c + RECORD.kind] = t1, kind
         out[o, c + RECORD.lower] = now if kind == CERTAIN else 0.0 if crossed else t2 - t1
         out[o, c + RECORD.upper] = t - t1
         for r in range(rows):
-            out[o, c + RECORD.state + r] = state[r * LANES]
+            out[o, c + RECORD.state + r] = states[first + r * LANES]
         slot += 1
     memory[ROWS.written * LANES + i] = slot
     if crossed:
@@ -203,7 +195,7 @@ def write_records(value, rows, i, o, seen, times, state, memory, out):
 def detect_along(value, calls, lanes, orbit, fresh, t, z, memory, out, done):
     """Observer of `lanes` successive states of one orbit: the same records, memory and end as `detect` at each."""
     rows = int(value.rows)
-    own, size, hits = z[rows * LANES :], rows * LANES, 0  # section functions from two steps before the first state on
+    own, hits = z[rows * LANES :], 0  # section functions from two steps before the first state on
     own[0], own[1] = memory[ROWS.earlier * LANES], memory[ROWS.before * LANES]
     call_value(calls, 0, lanes, z, own[2 : 2 + LANES])
     news = row(memory, ROWS.news)
@@ -216,10 +208,9 @@ def detect_along(value, calls, lanes, orbit, fresh, t, z, memory, out, done):
         s = int(news[k])
         t1 = t[s - 1] if s > 0 else memory[ROWS.time_before * LANES]
         t2 = t[s - 2] if s > 1 else memory[(ROWS.time_before if s == 1 else ROWS.time_earlier) * LANES]
-        state = z[s - 1 : size] if s > 0 else memory[ROWS.state * LANES :]
-        if write_records(
-            value, rows, 0, orbit[0], (own[s], own[s + 1], own[s + 2]), (t2, t1, t[s]), state, memory, out
-        ):
+        first, states = (s - 1, z) if s > 0 else (ROWS.state * LANES, memory)
+        seen, times = (own[s], own[s + 1], own[s + 2]), (t2, t1, t[s])
+        if write_records(value, rows, 0, orbit[0], seen, times, first, states, memory, out):
             taken, done[0] = s + 1, s + 1.0
             break
     memory[ROWS.earlier * LANES], memory[ROWS.before * LANES] = own[taken], own[taken + 1]

@@ -12,6 +12,7 @@ from ..compile.jit import LANES, jit
 from .naff_bins import EPS, accept, couple, trial_step, update_spectrum
 from .naff_lines import lines_beside, take_line, write_lines
 from .naff_spectrum import load_spectrum, start_phase, strongest_bin
+from .stepping import blank
 
 
 class Sums(NamedTuple):
@@ -25,8 +26,9 @@ class Sums(NamedTuple):
 
 def sums_of(samples: int, lines: int) -> Sums:
     """Allocate scratch memory for signals of `samples` and up to `lines` lines."""
-    rows, full = -(-samples // LANES), np.zeros
-    return Sums(full((lines, 2, LANES)), full((lines, 2, rows)), full((lines, 4, LANES)), full((lines, 4)))
+    rows, fast, lanes = -(-samples // LANES), blank(2 * lines), blank(4 * lines)
+    slow, moments = np.zeros((lines, 2, rows)), np.zeros((lines, 4))
+    return Sums(fast.reshape(lines, 2, LANES), slow, lanes.reshape(lines, 4, LANES), moments)
 
 
 @jit(apart=True)

@@ -14,6 +14,7 @@ import numpy as np
 from ..compile.jit import LANES, jit
 from .naff_bins import EPS, apart, bins_of, fit_group, group_of, settle_lines, update_spectrum
 from .naff_spectrum import first_guess, leakage, load_spectrum, noise_floor, spectrum_power, start_phase, strongest_bin
+from .stepping import blank
 
 CUT = 16
 """Amplitude, in floors, up to which a peak may be the rest of cut tails and is no line."""
@@ -68,7 +69,7 @@ def workspace(samples: int, lines: int, order: int) -> Work:
     return Work(
         spectrum=full((2, samples)),
         top=full(1),
-        lanes=full((4, LANES)),
+        lanes=blank(4).reshape(4, LANES),
         matrix=full((3 * lines, 3 * lines)),
         factor=full((3 * lines, 3 * lines)),
         gradient=full(3 * lines),

@@ -49,8 +49,7 @@ class Coefficients(NamedTuple):
     sweeps: int = 0
 
 
-@jit
-def room(rows):
+def blank(rows):
     """Return zeros for the rows of a block (rows*LANES), from the beginning of a cache line.
 
     Arrays begin at multiples of 16 or 32 bytes, which differ between processes: vectors across two lines take up to two
@@ -59,6 +58,9 @@ def room(rows):
     whole = np.zeros(rows * LANES + LINE // 8)
     first = (-whole.ctypes.data % LINE) // 8
     return whole[first : first + rows * LANES]
+
+
+room = jit(blank)
 
 
 @jit

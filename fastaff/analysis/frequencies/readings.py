@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import functools
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
+from ...compile.jit import LANES
+from ...compile.threads import by_workers
 from ...kernels.relations import first_vectors
 from .angle_loops import Layout
 from .axis_angles import DRIVEN, about_axis, symmetric, through_the_plane
@@ -47,6 +49,10 @@ class Samples(NamedTuple):
     start: Signals | None
     order: int
 
+    def of(self, orbits: slice | np.ndarray) -> Samples:
+        """Return the samples of some of the orbits."""
+        return Samples(self.run.of(orbits), None if self.start is None else self.start.of(orbits), self.order)
+
 
 class Reading(NamedTuple):
     """Frequencies as in a FrequencyMap, orbits first: nu and the like (orbits, n), halves and halves_error (orbits, n,
@@ -73,17 +79,32 @@ class Reading(NamedTuple):
 
 def read(layout: Layout, samples: Samples, fallback: float | None, threads: int) -> Reading:
     """Read the frequencies of sampled orbits; lines are fitted to the whole where the relative error exceeds `fallback`
-    (0: all are lines; None: where a frequency is off by UNSETTLED).
+    (0: all are lines; None: where a frequency is off by UNSETTLED). Threads have equal shares of the samples.
     """
+    done = np.cumsum(samples.run.samples)
+    shares = np.arange(max(1, min(threads, done.size // LANES)) + 1)
+    ends = np.unique(np.searchsorted(done, samples.run.samples.sum() * (shares / shares[-1]), side="right"))
+    if ends.size <= 2:
+        return _by_axis(layout, samples, fallback, threads)
+    parts: list[Any] = [None] * (ends.size - 1)
+
+    def some(worker: int) -> None:
+        parts[worker] = _by_axis(layout, samples.of(slice(ends[worker], ends[worker + 1])), fallback, 1)
+
+    by_workers(some, len(parts))
+    return Reading(*map(np.concatenate, zip(*parts, strict=True)))
+
+
+def _by_axis(layout: Layout, samples: Samples, fallback: float | None, threads: int) -> Reading:
+    """Read the frequencies of orbits, those apart that an axis drives, by the caller's thread but for its kernels."""
     if not layout.axis:
         return _read(layout, samples, layout.m, fallback, threads)
     alone = symmetric(samples.run, layout.m)
     parts = np.flatnonzero(alone), np.flatnonzero(~alone)
     found = []
     for own, m in zip(parts, (layout.m, layout.m + 1), strict=True):
-        start = None if samples.start is None else samples.start.of(own)
         if own.size:
-            found.append(_read(layout, Samples(samples.run.of(own), start, samples.order), m, fallback, threads))
+            found.append(_read(layout, samples.of(own), m, fallback, threads))
     order = np.argsort(np.concatenate(parts))
     return Reading(*(np.concatenate(entries)[order] for entries in zip(*found, strict=True)))
 

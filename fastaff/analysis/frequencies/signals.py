@@ -32,7 +32,7 @@ class Signals(NamedTuple):
         """The arguments of kernels, for `kernels.fundamental.rows_of`."""
         return self.numbers, self.rows, self.start, self.samples
 
-    def of(self, orbits: np.ndarray) -> Signals:
+    def of(self, orbits: np.ndarray | slice) -> Signals:
         """Return the signals of some orbits."""
         return self._replace(start=self.start[orbits], samples=self.samples[orbits], interval=self.interval[orbits])
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Annotated
@@ -15,8 +16,9 @@ from ...base.progress import says_progress
 from ...base.results import Result
 from ...base.short_forms import takes
 from ...base.status import Status
+from ...compile.jit import LANES
 from ...compile.plane_loops import COLUMNS
-from ...compile.threads import checked_threads
+from ...compile.threads import by_workers, checked_threads
 from ...flows.launch import Report
 from ..orbits.given_orbits import Given, GivenOrbits, ends, given_orbits, lengths
 from .angle_lines import AngleLines, LineTable
@@ -273,14 +275,27 @@ class TuneWork:
         for begin in range(0, orbits, portion):
             end = min(begin + portion, orbits)
             z = self.given.read(begin, end)
-            counts, status = ends(z, begin)
+            counts, status = ends(z, begin, self.threads)
             self.turns[begin:end] = counts
             for length, own in lengths(counts, samples, LEAST):
                 part = z[:, own, : length + 1] if own.size < z.shape[1] else z[:, :, : length + 1]
-                self._adopt(begin + own, part, length)
+                self._shared(begin + own, part, length)
             self.status[begin:end] = status
             if self.report is not None:
                 self.report(end / orbits)
+
+    def _shared(self, orbits: np.ndarray, z: np.ndarray, length: int) -> None:
+        """Fill in the results from z (2n, orbits, length + 1); threads have equal shares of the orbits."""
+        workers = max(1, min(self.threads, orbits.size // LANES))
+        alone = copy.copy(self)
+        alone.threads = self.threads if workers == 1 else 1
+        size = max(1, -(-orbits.size // workers))
+
+        def some(worker: int) -> None:
+            at = slice(worker * size, (worker + 1) * size)
+            alone._adopt(orbits[at], z[:, at], length)
+
+        by_workers(some, workers)
 
     def _adopt(self, orbits: np.ndarray, z: np.ndarray, length: int) -> None:
         """Fill in the results from z (2n, orbits, length + 1)."""

@@ -13,6 +13,7 @@ from ...base.foreign import read_by, without_unit
 from ...base.numbers import an_array, entries, fits, numbers, positive, refuse_unit, shown
 from ...base.results import Result
 from ...base.status import Status
+from ...compile.threads import by_portions
 
 COORDINATES = ("coordinate", "coordinates", "component", "components", "row", "rows", "variable", "variables")
 ORBITS = (
@@ -151,7 +152,7 @@ def given_orbits(
     return GivenOrbits(parts=parts, order=order, shape=shape, interval=interval, start=start, names=names)
 
 
-def ends(z: np.ndarray, first: int = 0) -> tuple[np.ndarray, np.ndarray]:
+def ends(z: np.ndarray, first: int = 0, threads: int = 1) -> tuple[np.ndarray, np.ndarray]:
     """Return the numbers of samples (orbits,) of orbits z (2n, orbits, samples) before they end, and their statuses:
     NONFINITE with NaN or an infinity in some row from there to the last sample, LOST where they `stay` at one point.
 
@@ -164,10 +165,15 @@ def ends(z: np.ndarray, first: int = 0) -> tuple[np.ndarray, np.ndarray]:
         runs = np.diff(moves, prepend=0, append=samples) - 1
         if stays(runs[-1], runs[:-1].max(initial=0), samples):
             counts[orbit], status[orbit] = samples - 1 - runs[-1], Status.LOST
-    with np.errstate(invalid="ignore", over="ignore"):
-        sums = np.array([row.sum(axis=1) for row in z])  # at once NumPy would add few rows that lie side by side
-        suspects = np.flatnonzero(~np.isfinite(sums).all(axis=0))  # or their sum is too large
-    for orbit in suspects:
+    sound = np.empty(z.shape[1], bool)
+
+    def look(at: slice) -> None:
+        with np.errstate(invalid="ignore", over="ignore"):
+            sums = [row[at].sum(axis=1) for row in z]  # at once NumPy would add few rows that lie side by side
+            sound[at] = np.isfinite(sums).all(axis=0)
+
+    by_portions(look, z.shape[1], z.shape[0] * samples, threads)
+    for orbit in np.flatnonzero(~sound):  # or their sum is too large
         finite = np.isfinite(z[:, orbit]).all(axis=0)
         if finite.all():
             continue

@@ -345,8 +345,7 @@ class _Accurate:
         return Compared(states, ensemble, used)
 
     def _compare(self, fine: Compared, coarse: Compared, orbits: np.ndarray, _weight: Any = None) -> tuple:
-        with np.errstate(all="ignore"):
-            apart = self.motion.of(orbits).distance(fine.states - coarse.states)
+        apart = self.motion.of(orbits).between(fine.states, coarse.states, self.flow.threads)
         return apart, self.times[:, None] * self.motion.rate[orbits], np.ones((1, orbits.size))
 
     def _drifts(self, run: Compared) -> np.ndarray:
@@ -356,13 +355,14 @@ class _Accurate:
         # No orbit loses the results of short runs to an iteration that does not converge.
         lost = (fine.status == Status.NOT_CONVERGED) & np.isfinite(self.error[0, self.chunk[orbits]])
         chosen = chosen[~lost[chosen]]
-        where, run, error = self.chunk[orbits[chosen]], fine.of(chosen), error[:, chosen]
-        self.ensemble.take(where, run.ensemble)
-        self.step[where] = run.step
+        where, error = self.chunk[orbits[chosen]], error[:, chosen]
+        self.ensemble.take(where, fine.ensemble.of(chosen))
+        self.step[where] = fine.step[chosen]
         size = np.concatenate([self.motion.position, self.motion.momentum])[:, orbits[chosen]]
         self.error[:, where] = error[-1] * size
         every = slice((n := self.parts // self.count) - 1, None, n) if self.count else slice(0)
-        self.samples[..., where], self.sample_error[..., where] = run.states[every], (error[:, None] * size)[every]
+        self.samples[..., where] = fine.states[every][..., chosen]
+        self.sample_error[..., where] = (error[:, None] * size)[every]
         times = np.broadcast_to(self.time / len(error) * np.arange(1, len(error) + 1)[:, None], error.shape)
         self.until[where] = until(error <= self.accuracy, times, self.times[-1])
 

@@ -19,7 +19,7 @@ from ...flows.launch import early
 from ...flows.motion import typical_rate
 from ...flows.time_transformed import TransformedFlow
 from ...kernels import crossings as kernels
-from ...kernels.crossing_roots import compact
+from ...kernels.crossing_roots import compact, gather
 from ...kernels.crossings import RECORD
 from ...kernels.samples import WEAR_ROWS
 from ...models.mechanics import system_of
@@ -95,12 +95,13 @@ def crossed(
     records = out.reshape(orbits, slots, width)
 
     def begin(at: slice) -> None:
+        assert beside is not None
         out[at] = np.nan
-        if beside is not None and compared:
-            times, apart = beside.times.T[at], beside.apart[at, None]
-            records[at, :wanted, RECORD.earliest], records[at, :wanted, RECORD.latest] = times - apart, times + apart
+        times, apart = beside.times.T[at], beside.apart[at, None]
+        records[at, :wanted, RECORD.earliest], records[at, :wanted, RECORD.latest] = times - apart, times + apart
 
-    by_portions(begin, orbits, out.shape[1], flow.threads)
+    if compared:
+        by_portions(begin, orbits, out.shape[1], flow.threads)
     if wear is not None:
         memory[first + WEAR_ROWS.share], memory[first + WEAR_ROWS.early] = wear.share, np.sqrt(wear.early)
 
@@ -254,39 +255,35 @@ def _result(flow, body, ensemble, section, wanted, memory, out, tolerance) -> Se
     drifted.
     """
     rows, orbits = ensemble.z.shape
-    records = out.reshape(orbits, -1, RECORD.state + rows)[:, :wanted]
     counts = np.minimum(memory[kernels.ROWS.written].astype(np.int64), wanted)
-    points, times = np.empty((orbits, wanted, rows)), np.empty((orbits, wanted))
+    points, times = np.empty((rows, orbits, wanted)), np.empty((orbits, wanted))
     error, status, residual = np.zeros(orbits), ensemble.status.copy(), np.empty(orbits)
 
     def look(at: slice) -> None:
-        there, ended = records[at], status[at]
-        points[at] = there[:, :, RECORD.state :]  # together, where NumPy is ten times as fast
-        kept = np.arange(wanted) < counts[at, None]
+        ended = status[at]
+        gather(at.start, at.stop, out, counts, points, times, residual)
         if tolerance is not None:
             found = ensemble.of(at)
-            drift = _drifts(flow, found, points[at], kept)
+            drift = energy_drift(flow.model, points[:, at], found.energy[:, None], found.scale[:, None])
+            drift[np.isnan(times[at])] = -1.0
             beyond, worst = drift > tolerance, drift.max(axis=1)
-            counts[at] = np.where(beyond.any(axis=1), np.minimum(counts[at], beyond.argmax(axis=1)), counts[at])
+            if beyond.any():
+                counts[at] = np.where(beyond.any(axis=1), np.minimum(counts[at], beyond.argmax(axis=1)), counts[at])
+                gather(at.start, at.stop, out, counts, points, times, residual)
             worst = np.where(ended == Status.OK, np.maximum(worst, energy_error(flow.model, found)), worst)
             ended[(ended == Status.OK) & (worst > tolerance)] = Status.ENERGY_DRIFT
-            dropped = kept & (np.arange(wanted) >= counts[at, None])
-            points[at][dropped] = np.nan
-            kept &= ~dropped
             error[at] = np.maximum(worst, 0.0)
         ended[(ended == Status.OK) & (counts[at] < wanted)] = Status.TOO_FEW_CROSSINGS
-        times[at] = np.where(kept, there[:, :, RECORD.time], np.nan)
-        residual[at] = np.where(kept, np.abs(there[:, :, RECORD.residual]), 0.0).max(axis=1)
 
     most = max(1, LOOKED // (8 * COMPARED * wanted * rows))
 
     def some(at: slice) -> None:
         for first in range(at.start, min(at.stop, orbits), most):
-            look(slice(first, min(first + most, at.stop)))
+            look(slice(first, min(first + most, at.stop, orbits)))
 
     by_portions(some, orbits, wanted * rows, flow.threads)
     return SectionMap(
-        points=points.transpose(2, 1, 0),
+        points=points.transpose(0, 2, 1),
         times=times.T,
         counts=counts,
         section_error=residual,
@@ -297,10 +294,3 @@ def _result(flow, body, ensemble, section, wanted, memory, out, tolerance) -> Se
         step=flow.step,
         names=system_of(body).row_names,
     )
-
-
-def _drifts(flow, ensemble: Ensemble, points: np.ndarray, kept: np.ndarray) -> np.ndarray:
-    """Return the energy errors (orbits, crossings) of points (orbits, crossings, rows), -1 where they are not kept."""
-    z = np.ascontiguousarray(points.transpose(2, 0, 1))
-    drift = energy_drift(flow.model, z, ensemble.energy[:, None], ensemble.scale[:, None])
-    return np.where(kept, drift, -1.0)
