@@ -439,3 +439,42 @@ def test_colour_bars_of_two_panels_cover_none():
     own.subplots_adjust(right=0.7)
     plot.plot_diffusion_grid(grid, values, ax=ax)
     assert own.get_layout_engine() is None  # laid out by hand
+
+
+def test_irregular_orbits_do_not_set_the_frame_of_tunes(ax):
+    """40 of 100 with tunes anywhere: the frame is that of the 60 others, and a note counts those beyond."""
+    rng = np.random.default_rng(8)
+    nu = np.concatenate([rng.uniform(0.2, 0.23, (2, 60)), rng.uniform(0, 1, (2, 40))], axis=1)
+    found = fa.frequency_map(fa.models.HenonMap(), [0.1, 0.0], time=256)
+    found = dataclasses.replace(
+        found,
+        names=("x", "y"),
+        nu=nu,
+        error=np.full(nu.shape, 1e-9),
+        leading=nu,
+        leading_error=np.full(nu.shape, 1e-9),
+        basis=np.repeat(np.eye(2, dtype=int)[:, :, None], 100, axis=2),
+        **{name: np.zeros(100) for name in ("diffusion", "status", "rank", "energy_error", "t")},
+        kind=np.repeat([fa.analysis.FrequencyKind.INDEPENDENT, fa.analysis.FrequencyKind.IRREGULAR], [60, 40]),
+    )
+    plot.plot_frequency_map(found, ax=ax)
+    for low, high in (ax.get_xlim(), ax.get_ylim()):
+        assert 0.15 < low < 0.2
+        assert 0.23 < high < 0.3
+    out = (nu < 0.197).any(axis=0) | (nu > 0.233).any(axis=0)
+    (said,) = (text.get_text() for text in ax.texts if "beyond" in text.get_text())
+    assert int(said.split()[0]) >= out.sum() - 3
+    assert said.endswith("of 100 orbits beyond the axes")
+
+
+def test_starts_far_beyond_the_aperture_do_not_set_its_frame(ax):
+    """Survivors within 1 of starts up to 20."""
+    x, y = (grid.ravel() for grid in np.meshgrid(np.linspace(-20, 20, 81), np.linspace(0, 20, 41)))
+    lost = np.hypot(x, y) > 1.1
+    plot.plot_aperture(
+        SimpleNamespace(t=np.where(lost, 3.0, 9.0), status=1 * lost, scheme=None), np.array([x, y]), ax=ax
+    )
+    assert -5 < ax.get_xlim()[0] < -1 < 1 < ax.get_xlim()[1] < 5
+    assert -1.01 < ax.get_ylim()[0] < 0 < 1 < ax.get_ylim()[1] < 5
+    (said,) = (text.get_text() for text in ax.texts)
+    assert said == f"{np.count_nonzero(np.maximum(np.abs(x), y) > 4)} of {x.size} starts beyond the axes"

@@ -379,6 +379,27 @@ def test_web_of_a_degenerate_map_has_each_line_once():
     assert 1.0 in places
 
 
+def test_islands_without_a_line_are_marked_and_named(ax):
+    """Two resonances that a few starts are locked in, and one that holds for too few to show, or for all."""
+    from fastaff.plot import resonances as plot_resonance
+
+    nu = np.array([np.linspace(1.41, 1.413, 144).reshape(12, 12), np.full((12, 12), 1.3)])
+    nu[0, 2:5, 3:6], nu[0, 8, 2:6], nu[0, 10, 9] = 1.3, 1.95, 0.65
+    lines = resonance_web(nu, max_order=5)
+    kept = [line.vector for line in lines if not line.lines]
+    assert kept == [(1, -1), (2, -3)]
+    plot_resonance.plot_web(lines, ax=ax, names=("R", "phi"))
+    said = [text.get_text() for text in ax.get_legend().get_texts()]
+    assert said == [
+        r"$\nu_{R}=\nu_{\varphi}$: 9 starts",
+        r"$2\nu_{R}=3\nu_{\varphi}$: 4 starts",
+    ]
+    assert [len(mark.get_offsets()) for mark in ax.collections] == [9, 4]
+    ax.clear()
+    plot_resonance.plot_web(resonance_web(np.ones((2, 12, 12)), max_order=2), ax=ax)
+    assert not ax.collections, "a resonance of all is no island"
+
+
 def test_diffusion_histogram():
     values = np.array([-9.9, -6.1, -6.0, -5.75, -2.0, np.nan, -1.0])
     found = diffusion_histogram(values, threshold=-6.0, status=[0, 0, 0, 0, 0, 0, 1])

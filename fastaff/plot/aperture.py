@@ -9,7 +9,10 @@ import numpy as np
 from ..base.numbers import numbers, whole
 from ..base.status import Status
 from .picking import carry
-from .style import ACCENT, Artists, colour_map, figure, symbol
+from .style import ACCENT, Artists, beyond, colour_map, figure, symbol
+
+FAR = 4.0
+"""Starts beyond so many times the largest amplitude of the aperture, all lost, lie outside of the frame."""
 
 BINS = 15
 """Bins of the angle if the starts have too many angles of their own."""
@@ -27,6 +30,7 @@ def plot_aperture(
         a); bins: of the angles, by default the starts' own where there are few.
     :Returns: Artists: points are the starts, lines the aperture and, where nothing is lost at an angle, marks of
         "at least"; labels the text with its least, mean and largest value; missing is 0. A click picks the orbit.
+        Starts far beyond the aperture lie outside of the frame; a note has their number.
 
     Examples
     --------
@@ -70,9 +74,21 @@ def plot_aperture(
         ax.set(xlabel=f"{xlabel} of the start", ylabel=f"{ylabel} of the start")
     else:
         ax.set(xlabel="angle of the start  (degrees)", ylabel="amplitude of the start", ylim=(0.0, None))
+    _near(ax, at if plane else at[1:], FAR * np.max(known, initial=0.0))
     unit = "turns" if getattr(result, "scheme", None) is None or repr(result.scheme) == "ITERATION" else "time"
     bar = ax.figure.colorbar(points, ax=ax, label=f"{unit} survived") if colorbar else None
     return Artists(points, bar, (curve, open_), (text,), 0)
+
+
+def _near(ax: Any, rows: tuple[np.ndarray, ...], reach: float) -> None:
+    """Set the frame to starts, by their rows of x and y or y alone, no farther than `reach`, if that is not 0."""
+    far = np.max(np.abs(rows), axis=0) > reach
+    if not reach or not far.any():
+        return
+    for axis in "yx"[: len(rows)]:
+        low, high = getattr(ax, f"get_{axis}lim")()
+        ax.set(**{f"{axis}lim": (max(low, -1.05 * reach), min(high, 1.05 * reach))})
+    beyond(ax, f"{np.count_nonzero(far)} of {far.size} starts beyond the axes")
 
 
 def _aperture(

@@ -54,7 +54,7 @@ def plot_frequency_map(
         integers (k1, k2, k0), each for k1 X + k2 Y + k0 = 0, where X and Y are ratios to one frequency: a resonance
         k . nu = 0; or "order<=5", all of these up to an order, ``|k1| + |k2| + |k0|`` of ratios and ``|k1| + |k2|`` of
         tunes, or of frequencies in time, whose k0 is 0; shown: a mask of orbits; limits: (x0, x1), (y0, y1), by default
-        of all orbits or, where a few lie far away, of the others; a note has the number beyond.
+        of all orbits or, where a few or irregular ones lie far away, of the others; a note has the number beyond.
 
     A note has the number of regular orbits that are drawn by another basis, not by the leading line of each coordinate.
 
@@ -82,7 +82,9 @@ def plot_frequency_map(
     how = {"cmap": colours_of(values), "norm": values.norm}
     points = ax.scatter(X[order], Y[order], c=c[order], s=area, linewidths=0, rasterized=True, zorder=2, **how)
     carry(points, X[order], Y[order], order)
-    notes = _frame(ax, X[order], Y[order], limits) + _other_basis(frequency_map, frequencies, good)
+    calm = frequency_map.regular[order]
+    calm = calm if np.count_nonzero(calm) >= FEW else np.ones(order.shape, bool)
+    notes = _frame(ax, X[order], Y[order], calm, limits) + _other_basis(frequency_map, frequencies, good)
     noted = [beyond(ax, "\n".join(notes))] if notes else []
     per = "iterate" if getattr(frequency_map, "scheme", None) is ITERATION else "unit time"
     unit = "" if "/" in x else f"  (cycles per {per})"
@@ -141,13 +143,15 @@ def _other_basis(found: Any, frequencies: Any, good: np.ndarray) -> list[str]:
     return [f"{many} of {np.count_nonzero(good)} orbits by another basis"] if many else []
 
 
-def _frame(ax: Any, X: np.ndarray, Y: np.ndarray, limits: tuple | None) -> list[str]:
-    """Set the frame, by default around all orbits but a few that lie far off; return the note with their number."""
+def _frame(ax: Any, X: np.ndarray, Y: np.ndarray, calm: np.ndarray, limits: tuple | None) -> list[str]:
+    """Set the frame, by default around all orbits but a few that lie far off, and those that are not `calm`; return the
+    note with their number.
+    """
     if limits is not None:
         wide, high = (reals("limits", pair) for pair in entries("limits", limits, "((x0, x1), (y0, y1))", 2))
         ax.set(xlim=wide, ylim=high)
         return []
-    wide, high = _bulk(X, ax.get_xlim()), _bulk(Y, ax.get_ylim())
+    wide, high = _bulk(X[calm], ax.get_xlim()), _bulk(Y[calm], ax.get_ylim())
     ax.set(xlim=wide, ylim=high)
     inside = (wide[0] <= X) & (wide[1] >= X) & (high[0] <= Y) & (high[1] >= Y)
     if inside.all():
@@ -156,7 +160,7 @@ def _frame(ax: Any, X: np.ndarray, Y: np.ndarray, limits: tuple | None) -> list[
 
 
 def _bulk(values: np.ndarray, whole: tuple[float, float]) -> tuple[float, float]:
-    """Return the ends of an axis: the whole, or if a fiftieth of the values takes most of it, those of the others.
+    """Return the ends of an axis: the whole, or where all but a fiftieth of the values take little, those of these.
 
     Of fewer than 100 values it is the first and the last.
     """

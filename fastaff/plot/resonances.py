@@ -22,6 +22,11 @@ from .style import ACCENT, DARK, PLATE, Artists, colour_map, figure, nothing, sy
 FEW = 3
 """Resonances without room for their names that a legend names."""
 
+MARKS, WHOLE = "s^Dv", 0.5
+"""Symbols of resonances that have locked starts but no line, one each, those with most starts first, the last for all
+others; and the share of the grid from which one is no island but holds everywhere.
+"""
+
 
 def formula(vector: Sequence[int], names: Sequence[str]) -> str:
     """Return k . nu = 0 for a label, every term on the side where it is positive: 3 nu_x = 2 nu_y, or 3 nu_x = 1."""
@@ -50,9 +55,10 @@ def plot_web(
 
     :Parameters: lines: of `fastaff.resonance_web`, drawn white in a dark casing; names: of the frequencies (default:
         those that the lines know, else their numbers); axes: of the grid, as given to `resonance_web`; labels: the
-        number of named resonances; dots: mark the grid points of `locked`, for resonances that do not hold everywhere.
-    :Returns: Artists: points are the dots, or None; missing is 0. A legend above the frame says what the dots are, and
-        which lines have no room for their names.
+        number of named resonances; dots: mark the grid points of `locked`, for resonances that do not hold everywhere,
+        those without a line by symbols of their own.
+    :Returns: Artists: points are the dots, or None; missing is 0. A legend above the frame says what dots and symbols
+        are, and which lines have no room for their names.
 
     Examples
     --------
@@ -68,11 +74,13 @@ def plot_web(
             drawn += ax.plot(*part.T, **_style(line.order))
         if dots and line.locked is not None and line.locked.any() and line.lines:
             marked = line.locked if marked is None else marked | line.locked
-    points = _mark(ax, marked, axes) if marked is not None else None
+    said = f"{0 if marked is None else marked.sum()} starts locked in a resonance that is drawn"
+    points = _mark(ax, marked, axes, said) if marked is not None else None
     if not ax.get_xlabel():
         ax.set(xlabel="first coordinate of the grid", ylabel="second coordinate of the grid")
     written, left = _named(ax, lines, names, labels)
     key = [points] if points is not None else []
+    key += _islands(ax, lines, names, axes) if dots else []
     if left:
         few = ", ".join(left) if len(left) <= FEW else f"{len(left)} resonances without room for a name"
         key += ax.plot([], [], label=few, **_style(4))
@@ -174,14 +182,29 @@ def _style(order: int) -> dict[str, Any]:
     return {"color": "white", "lw": width, "zorder": 2, "solid_capstyle": "butt", "path_effects": casing}
 
 
-def _mark(ax: Any, marked: np.ndarray, axes: Sequence[Any] | None) -> Any:
-    """Dot the grid points of a mask (n1, n2)."""
+def _mark(ax: Any, marked: np.ndarray, axes: Sequence[Any] | None, said: str, marker: str = "o") -> Any:
+    """Mark the grid points of a mask (n1, n2)."""
     first, second = axes if axes is not None else [np.arange(m) for m in marked.shape]
     i, j = np.nonzero(marked)
     x, y = np.asarray(first)[i], np.asarray(second)[j]
-    said = f"{i.size} starts locked in a resonance that is drawn"
     style = {"color": "white", "edgecolor": "black", "linewidths": 0.5, "zorder": 2, "rasterized": True}
-    return ax.scatter(x, y, s=6, label=said, **style)
+    return ax.scatter(x, y, s=6 if marker == "o" else 14, label=said, marker=marker, **style)
+
+
+def _islands(ax: Any, lines: Sequence[ResonanceLine], names: Sequence[str] | None, axes: Any) -> list[Any]:
+    """Mark the starts that are locked in resonances without a line: islands too small for one."""
+    alone = [(_name(line, names), line.locked) for line in lines if not line.lines and line.locked is not None]
+    alone = sorted((e for e in alone if 0 < e[1].mean() < WHOLE), key=lambda entry: -int(entry[1].sum()))
+    own = len(alone) if len(alone) <= len(MARKS) else len(MARKS) - 1
+    marked = alone[:own]
+    if more := [locked for _, locked in alone[own:]]:
+        marked.append((f"{len(more)} resonances more", np.any(more, axis=0)))
+    places = zip(marked, MARKS, strict=False)
+    return [_mark(ax, where, axes, f"{said}: {where.sum()} starts", mark) for (said, where), mark in places]
+
+
+def _name(line: ResonanceLine, names: Sequence[str] | None) -> str:
+    return formula(line.vector, names or line.names or [f"{k + 1}" for k in range(len(line.vector))])
 
 
 def _named(
@@ -195,7 +218,7 @@ def _named(
     left: list[str] = []
     parts = [(max(pixel_length(ax, part) for part in line.lines), line) for line in lines if line.lines]
     for _, line in sorted(parts, key=lambda entry: (-entry[0], entry[1].order)):
-        name = formula(line.vector, names or line.names or [f"{k + 1}" for k in range(len(line.vector))])
+        name = _name(line, names)
         left.append(name)
         for part in sorted(line.lines, key=lambda part: -pixel_length(ax, part)) if len(written) < most else ():
             text = write_along(ax, part, name, taken, points=dots, zorder=4, bbox=PLATE)

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from ...schemes.catalogue import ITERATION
+from .angle_loops import NAMED
 from .frequencies import FrequencyKind
 from .tunes import Tunes
 from .turning import CHANGED
@@ -40,6 +41,11 @@ def in_time(frequency_map: Any) -> bool:
     return hasattr(frequency_map, "leading") and not in_turns(frequency_map)
 
 
+def about_an_axis(found: Any) -> bool:
+    """Tell whether frequencies are those of R (, z) and phi, which may drive the others."""
+    return tuple(found.names) in NAMED
+
+
 def by_own_lines(frequency_map: Any) -> bool:
     """Tell whether figures show the coordinates' own lines: those of flows in time, but for a body's planes."""
     return in_time(frequency_map) and frequency_map.nu_eta is None
@@ -51,7 +57,7 @@ def harmonics(found: Any) -> np.ndarray:
 
     The radius of an orbit in a galaxy has the line 2 nu_z, often its strongest. Orbits that a resonance has caught,
     such as bananas, have these lines too, but swing about them slowly: their nu_i is within `CAUGHT` of the leading
-    one, which stays.
+    one, which stays. About an axis lines of phi are always driven: one that a resonance has caught has another basis.
     """
     rows, orbits = np.arange(len(found.basis))[:, None], np.arange(found.basis.shape[2])
     size = np.abs(found.basis)
@@ -60,6 +66,7 @@ def harmonics(found: Any) -> np.ndarray:
     leads = alone & (source == rows) & (size.sum(axis=1) == 1)
     with np.errstate(all="ignore"):
         far = np.abs(found.nu / found.leading - 1) > CAUGHT
+    far |= (source == rows[-1]) & about_an_axis(found)
     multiple = alone & (size.sum(axis=1) > 1) & (source != rows)
     return multiple & leads[source, orbits] & far & (found.kind == FrequencyKind.INDEPENDENT)
 

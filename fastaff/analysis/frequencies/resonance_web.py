@@ -13,7 +13,7 @@ from ...base.axes import along
 from ...base.numbers import an_array, entries, numbers, real, shown, span, whole
 from ...base.progress import says_progress
 from ...base.results import Result
-from .own_lines import calm, duration, in_turns, own_lines, with_turn
+from .own_lines import about_an_axis, calm, duration, harmonics, in_turns, own_lines, with_turn
 from .resonances import MAX_ORDER, checked_frequencies, equation, vectors, widths
 
 TORN, WRAPPED, BIN = 0.03, 0.5, 0.1
@@ -85,7 +85,8 @@ def resonance_web(
         Cells in which a frequency differs by more than ``jump max|nu|`` between neighbours are left out (default:
         none, of own lines 0.03, of tunes 0.5: they are known modulo 1).
     shortest : int, default 4
-        Lines of fewer points, made by noise at the edge of an island, and those around a single cell are dropped.
+        Lines of fewer points, made by noise at the edge of an island, and those around a single cell are dropped, as
+        are resonances without a line that fewer grid points are locked in.
 
     Returns
     -------
@@ -163,7 +164,7 @@ def resonance_web(
         )
         lines = contour.lines(0.0) if contour else ()
         lines = tuple(line for line in lines if len(line) >= shortest and not _around_one(line))
-        if lines or locked.any():
+        if lines or np.count_nonzero(locked) >= shortest:
             order = int(np.abs(vector).sum())
             found.append(ResonanceLine(tuple(int(c) for c in vector), order, lines, locked=locked, names=names))
     return _distinct(found, everywhere)
@@ -180,18 +181,20 @@ def _over(grid: Any, found: Any, errors: Any) -> tuple[np.ndarray, Any, Any, flo
         raise TypeError(
             f"nu must be a frequency map of the {grid.cell.size} orbits of the grid in axes, got {shown(found)}"
         )
-    known = calm(found)
+    known = found.regular if about_an_axis(found) else calm(found)  # there leading lines may be driven ones of phi
     if in_turns(found):
         _, nu, error = with_turn(found)
         torn: float | None = WRAPPED
         error[:-1] = np.maximum(error[:-1], BIN / np.maximum(duration(found), 1))
     else:
-        families, counts = np.unique(found.basis[:, :, known], axis=2, return_counts=True)
+        own = np.eye(len(found.nu), dtype=np.int64)[:, :, None]
+        basis = np.where(harmonics(found)[:, None], own, found.basis)  # of the lines that `own_lines` takes
+        families, counts = np.unique(basis[:, :, known], axis=2, return_counts=True)
         lost = np.linalg.matrix_rank(families.transpose(2, 0, 1)) < len(found.nu)
         alike = 2 * counts[lost].sum() >= counts.sum()
         nu, error = (found.nu, found.error) if alike else own_lines(found)
         if alike and counts.size:  # in another family `nu` are other lines: there is no resonance on the way to it
-            known = known & (found.basis == families[:, :, counts.argmax(), None]).all(axis=(0, 1))
+            known = known & (basis == families[:, :, counts.argmax(), None]).all(axis=(0, 1))
         error, torn = np.maximum(error, BIN / found.time), None if alike else TORN
     over = np.array([grid.spread(np.where(known, row, np.nan)).filled(np.nan) for row in (*nu, *error)])
     return over[: len(nu)], np.nan_to_num(over[len(nu) :], posinf=np.inf) if errors is None else errors, grid.axes, torn
