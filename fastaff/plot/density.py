@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from ..base.numbers import numbers
-from ..kernels.counting import count_cells, finite_range
 
 DENSE = 300_000
 """Points above which a section is drawn as an image."""
@@ -34,7 +34,7 @@ def count_points(x: Any, y: Any, *, edges: tuple[Any, Any], values: Any = None) 
         counted.
     :Returns: Density, the counts those of `numpy.histogram2d`.
     :Raises: ValueError or TypeError for wrong input.
-    :Cost: about 10 ns a point.
+    :Cost: about 0.1 us a point.
 
     Examples
     --------
@@ -43,31 +43,36 @@ def count_points(x: Any, y: Any, *, edges: tuple[Any, Any], values: Any = None) 
     array([[2],
            [1]])
     """
-    u, v = (np.ascontiguousarray(numbers(name, given)).ravel() for name, given in (("x", x), ("y", y)))
+    u, v = (numbers(name, given).ravel() for name, given in (("x", x), ("y", y)))
     if u.size != v.size:
         raise ValueError(f"y must have {u.size} entries, as x has, got {v.size}")
-    along = [np.ascontiguousarray(numbers("edges", edge)) for edge in edges]
-    for edge in along:
+    first, second = (numbers("edges", edge) for edge in edges)
+    for edge in (first, second):
         if edge.ndim != 1 or edge.size < 2 or not (np.isfinite(edge).all() and (edge[1:] >= edge[:-1]).all()):
             raise ValueError("edges must be two lists of ascending finite numbers, two at least")
-    c = np.zeros(0) if values is None else np.ascontiguousarray(numbers("values", values)).ravel()
+    c = np.zeros(0) if values is None else numbers("values", values).ravel()
     if values is not None and (u.size % c.size if c.size else u.size):
         raise ValueError(f"values must have {u.size} entries, one for each point, or a part of that, got {c.size}")
-    shape = along[0].size - 1, along[1].size - 1
-    counts, sums = np.zeros(shape, np.int64), np.zeros(shape if c.size else (0, 0))
-    count_cells(u, v, c, *along, counts, sums)
+    shape = first.size - 1, second.size - 1
+    inside = np.flatnonzero((u >= first[0]) & (u <= first[-1]) & (v >= second[0]) & (v <= second[-1]))
+    cell = _cells(u[inside], first) * shape[1] + _cells(v[inside], second)
+    counts = np.bincount(cell, minlength=math.prod(shape)).reshape(shape)
     if values is None:
-        return Density(counts, None, (along[0], along[1]))
+        return Density(counts, None, (first, second))
+    sums = np.bincount(cell, c[inside % max(c.size, 1)], math.prod(shape)).reshape(shape)
     with np.errstate(all="ignore"):
-        mean = sums / counts if c.size else np.full(shape, np.nan)
-    return Density(counts, mean, (along[0], along[1]))
+        return Density(counts, sums / counts, (first, second))
+
+
+def _cells(at: np.ndarray, edges: np.ndarray) -> np.ndarray:
+    """Return k with edges[k] <= at < edges[k + 1], the last one closed."""
+    return np.minimum(np.searchsorted(edges, at, "right") - 1, edges.size - 2)
 
 
 def even_edges(values: np.ndarray, cells: int) -> np.ndarray:
     """Return the edges (cells + 1,) of equal cells that hold all finite values, whatever their scale."""
-    low, high = finite_range(np.ascontiguousarray(values, dtype=np.float64).ravel())
-    if low > high:
-        low, high = 0.0, 1.0
+    finite = values[np.isfinite(values)]
+    low, high = (float(finite.min()), float(finite.max())) if finite.size else (0.0, 1.0)
     if low == high:
         room = 0.5 * abs(low) or 0.5
         low, high = max(low - room, -np.finfo(float).max), min(high + room, np.finfo(float).max)

@@ -126,14 +126,8 @@ def _laguerre_rule(order: int, s: float) -> tuple[np.ndarray, np.ndarray]:
 
 
 @dataclass(frozen=True)
-class PlaneFactor:
-    """Oscillator of one plane, f_alpha or f_beta: n quanta, index s (angular momentum and wall), kappa = sqrt(C
-    mu)/hbar.
-
-    f(x) = kappa^((1+s)/2) sqrt(2 Gamma(n+s+1)/n!)/Gamma(s+1) x^s e^(-kappa x^2/2) 1F1(-n; 1+s; kappa x^2), positive
-    near x = 0, integral f^2 x dx = 1. Error below 1e-12 of the maximum for n, s <= 500.
-    Source: Martens & Slawianowski, section 5, f_alpha and f_beta (the norm is derived).
-    """
+class _Oscillation:
+    """Quanta n, index s and kappa = sqrt(C mu)/hbar of a factor of an oscillator."""
 
     n: int
     s: float
@@ -141,6 +135,21 @@ class PlaneFactor:
 
     def __post_init__(self) -> None:
         quantum_number("n", self.n), nonnegative("s", self.s), positive("kappa", self.kappa)
+
+    @property
+    def degree(self) -> int:
+        """Return n."""
+        return self.n
+
+
+class PlaneFactor(_Oscillation):
+    """Oscillator of one plane, f_alpha or f_beta: n quanta, index s (angular momentum and wall), kappa = sqrt(C
+    mu)/hbar.
+
+    f(x) = kappa^((1+s)/2) sqrt(2 Gamma(n+s+1)/n!)/Gamma(s+1) x^s e^(-kappa x^2/2) 1F1(-n; 1+s; kappa x^2), positive
+    near x = 0, integral f^2 x dx = 1. Error below 1e-12 of the maximum for n, s <= 500.
+    Source: Martens & Slawianowski, section 5, f_alpha and f_beta (the norm is derived).
+    """
 
     @cached_property
     def _tables(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -152,32 +161,19 @@ class PlaneFactor:
         """Return f (...) at radii x (...) >= 0."""
         return _laguerre_values(self._tables, self.kappa, True, _coordinate("radius", x))
 
-    @property
-    def degree(self) -> int:
-        """Return n."""
-        return self.n
-
     def rule(self, order: int) -> tuple[np.ndarray, np.ndarray]:
         """Return Gauss nodes and weights, exact for f^2 times polynomials of x^2 of degree < 2 (order - n)."""
         y, weights = _laguerre_rule(order, self.s)
         return np.sqrt(y / self.kappa), weights / (2 * self.kappa)
 
 
-@dataclass(frozen=True)
-class RadialFactor:
+class RadialFactor(_Oscillation):
     """Dilatation factor f_r of n quanta, index s = 2 epsilon >= 0, kappa = sqrt(C mu)/hbar; `of_rho` is f_rho.
 
     f(r) = kappa^((1+s)/2) sqrt(Gamma(n+s+1)/n!)/Gamma(s+1) r^((s-1)/2) e^(-kappa r/2) 1F1(-n; 1+s; kappa r), positive
     near r = 0, integral f^2 r dr = 1; infinite at r = 0 for s < 1, where shear attracts. Error as `PlaneFactor`.
     Source: Martens & Slawianowski, section 5, f_r (the norm is derived).
     """
-
-    n: int
-    s: float
-    kappa: float
-
-    def __post_init__(self) -> None:
-        quantum_number("n", self.n), nonnegative("s", self.s), positive("kappa", self.kappa)
 
     @cached_property
     def _tables(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -199,11 +195,6 @@ class RadialFactor:
     def of_rho(self, rho: ArrayLike) -> np.ndarray:
         """Return f_rho = sqrt2 f_r(rho^2), with integral f_rho^2 rho^3 drho = 1."""
         return math.sqrt(2) * self(np.square(_coordinate("rho", rho)))
-
-    @property
-    def degree(self) -> int:
-        """Return n."""
-        return self.n
 
     def rule(self, order: int) -> tuple[np.ndarray, np.ndarray]:
         """Return Gauss nodes and weights, exact for f^2 times polynomials of r of degree < 2 (order - n)."""
