@@ -1,7 +1,8 @@
 """Wall time of calls on sets of orbits, with their defaults, by one thread to all: `python bench/threads.py [ORBITS]`.
 
-For each call and number of threads: seconds, how many times as fast as one thread, and the serial share s by which
-Amdahl's law, 1/(s + (1 - s)/threads), says so. Results have the same bits, which is checked.
+For each call and number of threads: seconds, how many times as fast as one thread, the serial share s by which
+Amdahl's law, 1/(s + (1 - s)/threads), says so, and the share of all processor time that the main thread takes, which
+other work on the machine hardly changes. Results have the same bits, which is checked.
 """
 
 from __future__ import annotations
@@ -48,14 +49,16 @@ def main() -> None:
     for name, run in calls(orbits).items():
         first, alone = run(counts[-1]), 0.0
         for n in counts:
-            best = np.inf
+            best = main = np.inf
             for _ in range(TIMES):
-                begin = time.perf_counter()
+                begin, own, every = time.perf_counter(), time.thread_time(), time.process_time()
                 same = np.array_equal(run(n), first, equal_nan=True)
                 best = min(best, time.perf_counter() - begin)
+                main = min(main, (time.thread_time() - own) / (time.process_time() - every))
             alone = best if n == 1 else alone
             ratio = alone / best
             share = f", serial share {100 * (n / ratio - 1) / (n - 1):5.1f} %" if n > 1 else ""
+            share += f", main thread {100 * main:5.1f} %" if n > 1 else ""
             print(
                 f"{name:28s} {orbits} orbits, {n:2d} threads: {best:7.3f} s, {ratio:5.2f} times{share}"
                 + ("" if same else ", OTHER BITS"),

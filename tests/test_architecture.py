@@ -165,7 +165,7 @@ def test_kernels_see_no_models_and_no_python():
     for source, target in arrows():
         if source.startswith("kernels."):
             assert target in (
-                *("compile.jit", "compile.lane_sums", "compile.pointers", "compile.plane_loops"),
+                *("compile.jit", "compile.lane_flags", "compile.lane_sums", "compile.pointers", "compile.plane_loops"),
                 *("compile.elementary", "compile.fused", "base.status"),
             ) or target.startswith("kernels"), f"{source} imports {target}"
 

@@ -9,6 +9,7 @@ import tracemalloc
 
 import numpy as np
 import pytest
+from comparison import same
 from naive import frequencies, label, sign, states, turns
 
 import fastaff as fa
@@ -398,3 +399,14 @@ def test_memory_does_not_grow_with_time(monkeypatch):
 
     peak(1000.0)  # what a first long run leaves in caches
     assert peak(1000.0) < 1.2 * peak(250.0) + 20_000
+
+
+def test_threads_read_shares_of_the_orbits():
+    """Two threads read halves of large sets, tunes too; their numbers are those of one thread, to the bit."""
+    start = np.array([[0.0], [0.1], [0.3], [0.1]]) + 0.05 * np.random.default_rng(4).standard_normal((4, 300))
+    start[:, 7] = 3.0  # escapes
+    same(*(fa.frequency_map(HenonHeiles(), start, time=80.0, threads=k) for k in (1, 2)))
+    turn = 2 * np.pi * np.random.default_rng(5).uniform(0.05, 0.45, 300)[:, None] * np.arange(512)
+    samples = np.array([np.cos(turn), -np.sin(turn) + 0.1 * np.cos(2 * turn)])
+    samples[:, 11, 300:] = np.nan
+    same(*(fa.tunes(samples, lines=2, threads=k) for k in (1, 2)))

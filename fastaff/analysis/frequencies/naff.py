@@ -16,7 +16,7 @@ from ...base.interruption import keeping
 from ...base.numbers import an_array, positive, reporter, whole
 from ...base.progress import says_progress
 from ...base.results import Result
-from ...compile.threads import by_workers, checked_threads, together
+from ...compile.threads import by_workers, checked_threads, together, works
 from ...flows.launch import Report
 from ...kernels.naff_bins import ROUGH, SWEEPS, bins_of
 from ...kernels.naff_fit import fit_lines, sums_of
@@ -148,7 +148,7 @@ def found_lines(
     amplitude, finished = np.empty((batch, lines), complex), np.zeros(batch, bool)
     rows = max(1, CHUNK_SAMPLES // samples)
     chunks = [slice(start, min(start + rows, batch)) for start in range(0, batch, rows)]
-    workers = max(1, min(len(chunks), checked_threads(threads)))
+    workers = 1 if works() else max(1, min(len(chunks), checked_threads(threads)))
     stop = threading.Event()
 
     def analyse(worker: int, report: Report | None = None) -> None:

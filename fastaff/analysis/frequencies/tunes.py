@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import copy
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Annotated
@@ -16,9 +15,8 @@ from ...base.progress import says_progress
 from ...base.results import Result
 from ...base.short_forms import takes
 from ...base.status import Status
-from ...compile.jit import LANES
 from ...compile.plane_loops import COLUMNS
-from ...compile.threads import by_workers, checked_threads
+from ...compile.threads import by_portions, checked_threads
 from ...flows.launch import Report
 from ..orbits.given_orbits import Given, GivenOrbits, ends, given_orbits, lengths
 from .angle_lines import AngleLines, LineTable
@@ -260,8 +258,7 @@ class TuneWork:
         self, given: GivenOrbits, fallback: float, threads: int, report: Report | None, lines: int | None = None
     ):
         self.given, self.fallback, self.threads, self.report = given, fallback, threads, report
-        rows, self.orbits, self.samples = given.shape
-        n = rows // 2
+        (_, self.orbits, self.samples), n = given.shape, given.shape[0] // 2
         self.lines = None if lines is None else LineTable(given.angles, lines, self.orbits)
         self.nu, self.error = np.zeros((n, self.orbits)), np.full((n, self.orbits), np.inf)
         self.halves, self.method = np.zeros((2, n, self.orbits)), np.zeros((n, self.orbits), np.int8)
@@ -279,26 +276,14 @@ class TuneWork:
             self.turns[begin:end] = counts
             for length, own in lengths(counts, samples, LEAST):
                 part = z[:, own, : length + 1] if own.size < z.shape[1] else z[:, :, : length + 1]
-                self._shared(begin + own, part, length)
+                some = lambda at, o=begin + own, z=part, n=length: self._adopt(o[at], z[:, at], n)  # noqa: E731
+                by_portions(some, own.size, part[:, 0].size, self.threads)
             self.status[begin:end] = status
             if self.report is not None:
                 self.report(end / orbits)
 
-    def _shared(self, orbits: np.ndarray, z: np.ndarray, length: int) -> None:
-        """Fill in the results from z (2n, orbits, length + 1); threads have equal shares of the orbits."""
-        workers = max(1, min(self.threads, orbits.size // LANES))
-        alone = copy.copy(self)
-        alone.threads = self.threads if workers == 1 else 1
-        size = max(1, -(-orbits.size // workers))
-
-        def some(worker: int) -> None:
-            at = slice(worker * size, (worker + 1) * size)
-            alone._adopt(orbits[at], z[:, at], length)
-
-        by_workers(some, workers)
-
     def _adopt(self, orbits: np.ndarray, z: np.ndarray, length: int) -> None:
-        """Fill in the results from z (2n, orbits, length + 1)."""
+        """Fill in the results from z (2n, orbits, length + 1), by one thread."""
         turning, means, method, rough = self._read(z, length)
         self._with_modes(z, turning, means, method, rough)
         self.nu[:, orbits], self.error[:, orbits], self.halves[:, :, orbits] = without_standing(means, length)
@@ -317,9 +302,9 @@ class TuneWork:
             for at in range(0, length, PIECE):
                 piece = z[:, :, 1 + at : 1 + min(at + PIECE, length)]
                 until[:] = piece.shape[2]
-                turning.add(piece, until, at, window, self.threads, angles=angles, frame=not angles)
+                turning.add(piece, until, at, window, 1, angles=angles, frame=not angles)
             if not angles:
-                turning.learn(np.ones(z.shape[1], bool), self.threads)
+                turning.learn(np.ones(z.shape[1], bool), 1)
                 turning.clear()
                 turning.last = first
         means = turning.means(length)
@@ -338,7 +323,7 @@ class TuneWork:
         for _, orbits in _parts(needed[None] & (len(means.nu) > 1), max(1, AT_ONCE // (len(z) * (length + 1)))):
             f = plane_values(z[:, orbits], turning.planes[orbits])
             halves = means.halves[:, :, orbits].swapaxes(1, 2).reshape(2, -1)
-            wild = restless(f.reshape(-1, length + 1), halves, length, self.threads).reshape(f.shape[:2])
+            wild = restless(f.reshape(-1, length + 1), halves, length, 1).reshape(f.shape[:2])
             calm = ~wild.all(axis=1)
             if not calm.any():
                 continue
@@ -378,11 +363,11 @@ class TuneWork:
             a, b, c = (known[:, k, None] for k in (COLUMNS.a, COLUMNS.b, COLUMNS.c))
             f = a * x + 1j * (b * x + c * y)
             halves = means.halves[:, planes, orbits]
-            if not always and not (kept := ~restless(f, halves, length, self.threads)).all():
+            if not always and not (kept := ~restless(f, halves, length, 1)).all():
                 planes, orbits, rough, f = planes[kept], orbits[kept], rough[kept], f[kept]
             turns = rough[:, None] * t
             f *= np.exp(-2j * np.pi * (turns - np.rint(turns)))
-            near, lines = steady[planes, orbits], lines_of(f, 1.0, self.threads)
+            near, lines = steady[planes, orbits], lines_of(f, 1.0, 1)
             others = np.where(steady, means.nu, np.nan)[:, orbits].T
             there = (np.abs(lines.nu) * length < NEAR) & (np.abs(lines.amplitude) > 0)
             turned = ~(near & there.any(axis=1)) | (from_whole(rough) * length < SAME)
@@ -392,7 +377,7 @@ class TuneWork:
             )
             # A mean turn that is no line gives no error to compare with.
             worst = np.where(~near | (centre != 0) | always, np.inf, means.error[planes, orbits] / SAFETY)
-            found, uncertainty = line_rates(f, 1.0, centre, worst, self.threads, lines)
+            found, uncertainty = line_rates(f, 1.0, centre, worst, 1, lines)
             good = np.isfinite(uncertainty)
             i, o = planes[good], orbits[good]
             means.nu[i, o] = rough[good] + found[0, good]
