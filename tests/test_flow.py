@@ -134,6 +134,18 @@ def test_exponents_of_lorenz():
     assert found.chaotic.all()
 
 
+ROESSLER = fa.flow("dx/dt = -y - z\n dy/dt = x + a*y\n dz/dt = b + z*(x - c)", a=0.2, b=0.2, c=5.7)
+
+
+@pytest.mark.slow
+def test_exponents_of_roessler():
+    """0.0714, 0, -5.394 (Sprott 2003)."""
+    z0 = fa.integrate(ROESSLER, np.random.default_rng(1).uniform(0.5, 2, (3, 48)), time=100.0).z
+    found = fa.chaos_map(ROESSLER, z0, time=800.0, indicators=fa.LyapunovSpectrum())
+    mean, error = found.spectrum.mean(axis=1), found.spectrum.std(axis=1) / np.sqrt(48)
+    np.testing.assert_array_less(np.abs(mean - [0.0714, 0.0, -5.394]), 4 * error + [0.002, 0.002, 0.01])
+
+
 @pytest.mark.parametrize("d", [1, 2, 3, 4, 5])
 def test_exponents_of_linear_systems_are_real_parts(d):
     """A triangular matrix with its eigenvalues on the diagonal: any order of the exponents, their sum is the trace."""

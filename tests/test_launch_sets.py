@@ -77,6 +77,22 @@ def test_points_of_a_section_are_uniform_in_the_ball_of_an_oscillator(n, directi
     np.testing.assert_array_equal(sample.points, np.delete(sample.z0, [1, 1 + n], axis=0))
 
 
+@pytest.mark.slow
+def test_the_flow_keeps_the_measure_of_an_energy_surface_and_the_return_map_that_of_a_section():
+    """Two-sample tests before and after, in a triaxial logarithmic potential with its mixed orbits."""
+    model = galaxy()
+    whole = fa.energy_sample(model, energy=-0.4, orbits=1500, seed=1)
+    after = fa.integrate(model, whole.z0, time=7.0, accuracy=1e-8).z
+    cut = fa.energy_sample(model, energy=-0.4, section="y=0.1", orbits=1500, seed=2)
+    image = fa.poincare_map(model, cut.z0, section="y=0.1", crossings=1, max_time=100.0, scheme=fa.DOP853)
+    assert (image.counts == 1).all()
+    np.testing.assert_allclose([energies(model, whole.z0), energies(model, cut.z0)], -0.4, rtol=1e-13)
+    for one, other in ((whole.z0, after), (cut.z0, image.points[:, 0])):
+        for row in (0, 2, 3, 4, 5):
+            assert stats.ks_2samp(one[row], other[row]).pvalue > 1e-3, row
+        assert stats.ks_2samp(np.abs(one[0] * one[5]), np.abs(other[0] * other[5])).pvalue > 1e-3
+
+
 @pytest.mark.parametrize("energy", [0.02, 1 / 8, 0.16, 1 / 6])
 def test_points_of_henon_heiles_fill_the_triangle_and_nothing_beyond(energy):
     """n = 2: uniform over the area that the energy allows inside the triangle, also at the energy of its saddles."""

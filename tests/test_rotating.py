@@ -10,6 +10,7 @@ import systems
 from own_models import OneSpring
 from scipy.integrate import solve_ivp
 from scipy.linalg import expm
+from scipy.optimize import brentq
 from scipy.spatial.transform import Rotation
 from test_fused import _call, _call_alone, exact
 
@@ -402,6 +403,28 @@ def hill():
     return fa.hamiltonian("-1/sqrt(x**2 + y**2) - x**2 + y**2/2", rotation=1.0)
 
 
+@pytest.mark.slow
+def test_hills_variational_orbit_has_the_motion_of_the_perigee():
+    """The periodic orbit of the Moon's synodic month, m = n'/(n - n'), and its stability: Hill 1877, On the part of the
+    motion of the lunar perigee (Acta Math. 8, 1886, 1), found c = 1.07158 32774 16012 by his infinite determinant.
+    """
+    m, c = 0.0808489338083120, 1.0715832774160
+    model, a = hill(), (1 + 1 / m) ** (-2 / 3)
+    start = np.array([a, 0.0, 0.0, a + a / m])  # a circle
+    found = []
+
+    def late(energy):
+        found.append(fa.periodic_orbits(model, found[-1].z if found else start, section=UP, energy=energy))
+        return found[-1].time[0] - 2 * np.pi * m
+
+    brentq(late, -3.27, -3.24, xtol=1e-14, rtol=1e-14)
+    orbit = found[-1]
+    assert orbit.status[0] == fa.Status.OK
+    assert orbit.time[0] == pytest.approx(2 * np.pi * m, abs=1e-12)
+    assert -2 * orbit.energy[0] == pytest.approx(6.50888, abs=5e-6)
+    assert 1 + np.arccos(1 - 2 * orbit.residue[0]) / (2 * np.pi) == pytest.approx(c, abs=1e-12)
+
+
 UP = fa.Linear((0.0, 1.0, 0.0, 0.0), direction=1)
 
 
@@ -459,6 +482,44 @@ def test_lyapunov_orbits_are_those_of_the_catalogue(name):
     assert found.time[0] == pytest.approx(period, abs=5e-10)
     np.testing.assert_allclose(found.z[:, 0], start, atol=1e-11)
     assert found.indices[0, 0] == pytest.approx(2 * index, rel=2e-7)
+
+
+@pytest.mark.slow
+def test_lyapunov_orbits_at_the_energy_of_oterma_are_where_they_were_proved():
+    """Sun and Jupiter: intervals of CAPD's proof (its IPoincareMapExample) for the point and half the period at L1; the
+    point at L2 by Wilczak & Zgliczynski 2003, Commun. Math. Phys. 234, 37 (arXiv:math/0201278). Their C has m(1 - m).
+    """
+    m = 0.0009537
+    energy = -(3.03 - m * (1 - m)) / 2
+    for x, sign, half in ((0.9208034913207435, 1, 1.541059563195996), (1.081929486841799903, -1, None)):
+        speed = np.sqrt(2 * energy + x**2 + 2 * ((1 - m) / (x + m) + m / abs(x - 1 + m)))
+        beside = np.array([x + 1e-6, 0.0, -1e-6, x + sign * speed])
+        section = fa.Linear((0.0, 1.0, 0.0, 0.0), direction=sign)
+        found = fa.periodic_orbits(three_bodies(m), beside, section=section, energy=energy)
+        assert found.status[0] == fa.Status.OK
+        np.testing.assert_allclose(found.z[[0, 2], 0], [x, 0.0], atol=1e-12)
+        if half:
+            assert abs(found.time[0] / 2 - half) <= found.error[0] + 3e-12
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(3))
+def test_a_penning_trap_has_its_three_frequencies(seed):
+    """omega_c/2 +- (omega_c^2/4 - omega_z^2/2)^(1/2) and omega_z (Brown & Gabrielse 1986, Rev. Mod. Phys. 58, 233)."""
+    rng = np.random.default_rng(seed)
+    mass, field, axial = rng.uniform(0.5, 2), rng.uniform(-4, 4), rng.uniform(0.1, 0.25)
+    axial *= abs(field) / mass
+    V = "k/2*(z**2 - (x**2 + y**2)/2)"
+    model = fa.hamiltonian(V, coordinates="x y z", masses=[mass] * 3, magnetic=field, k=mass * axial**2)
+    cyclotron = abs(field) / mass
+    root = np.sqrt(cyclotron**2 / 4 - axial**2 / 2)
+    truth = np.sort([cyclotron / 2 + root, cyclotron / 2 - root, axial])
+    found = fa.frequency_map(model, rng.standard_normal((6, 6)), time=40 * 2 * np.pi / truth[0])
+    assert (found.kind == fa.analysis.FrequencyKind.INDEPENDENT).all()
+    order = np.argsort(found.omega, axis=0)
+    omega, error = (np.take_along_axis(rows, order, axis=0) for rows in (found.omega, 2 * np.pi * found.error))
+    assert (np.abs(omega - truth[:, None]) <= error + 1e-15).all()
+    assert (np.abs(omega - truth[:, None]) <= 1e-12 * cyclotron).all()
 
 
 # --- frequencies ----------------------------------------------------------------------------------------------------
