@@ -63,7 +63,8 @@ def _too_many(takes: str, body: Any) -> Refused:
     names = system.names[: system.moving]
     where = "section='t=0', crossings=100" if system.driven else f"section='{names[0]}=0', crossings=100, max_time=1e4"
     return Refused(
-        f"body must {takes} to be explored; {type(body).__name__} has the coordinates {', '.join(names)}: "
+        f"body must {takes} to be explored; {type(body).__name__} has the {len(names)} coordinates "
+        f"{', '.join(names)}: "
         f"fa.poincare_map(body, z0, {where}) computes its section"
     )
 
