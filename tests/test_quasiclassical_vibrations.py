@@ -1,10 +1,15 @@
 """Quasiclassical levels of vibrations: closed forms, quadrature, exact levels in the limit of small hbar."""
 
+import types
+
 import numpy as np
 import pytest
 
 import fastaff as fa
+from fastaff import Status
+from fastaff.analysis.tori.torus import Verdict
 from fastaff.quantum import quasiclassical_levels, spectrum
+from fastaff.quantum.exact import mode_tori
 
 RNG = np.random.default_rng(311)
 MORSE = "D*(1 - exp(-a*x))**2"
@@ -127,3 +132,15 @@ def test_normal_modes_turn_into_local_ones_where_averaging_says(sign):
         away.append(found.value / E - 1)
     assert abs(away[0]) < 0.04
     np.testing.assert_allclose(away[0] / away[1], 2.0, rtol=0.2)
+
+
+def test_levels_without_a_torus_name_the_calls_that_go_on(monkeypatch):
+    """A torus in a resonance is one of islands, whose verdict is no torus of all dimensions."""
+    fit = types.SimpleNamespace(verdict=Verdict.RESONANT, evidence={})
+    monkeypatch.setattr(mode_tori, "fit_torus", lambda *given, **named: fit)
+    found = quasiclassical_levels(fa.HenonHeiles(), n=[0, 1], hbar=0.01)
+    assert found.status.tolist() == [Status.NOT_CONVERGED]
+    assert np.isnan(found.E).all()
+    assert "no torus of these modes" in found.summary()
+    assert "quasiclassical_levels(..., near=z0)" in found.summary()
+    assert "spectrum(body, count=..., hbar=...)" in found.summary()

@@ -65,7 +65,7 @@ class Portrait:
     @property
     def shown(self) -> np.ndarray:
         """Orbits (orbits,) drawn in the plane of frequencies: regular ones, but for islands, which have the frequency
-        of their chain.
+        of their chain, so that nu_r is a fifth or more from its median or the ratio within 1/1000 of 1 or 2, or beyond.
         """
         found, ratio = self.map, plot.frequency(self.map, _plane(self)[0])
         r = found.nu[found.names.index("r")]

@@ -46,6 +46,9 @@ from .setup import (
 ACCURACY = 1e-10
 """Error of the first crossings where none is asked for."""
 
+TRIED = 3000
+"""Steps of a trial orbit."""
+
 
 @says_progress
 def explore(
@@ -275,12 +278,43 @@ def _section(section: Any, body: Any, start: dict[str, Any]) -> Any:
 def _flowing(model: Any, section: Any, fixed: Any, **given: Any) -> dict[str, Any]:
     """Return the first view of the page of dz/dt = f(z): its section, and the starts of variables outside the plane."""
     check_given(model, "a page of orbits", **given)
-    names = system_of(model).names
-    cut = f"{names[-1]}=0" if section is None else section
+    system, names, met = system_of(model), system_of(model).names, _met(model)
+    middle, extent = (float(of(met[-1])) if met.size else 0.0 for of in (np.median, np.ptp))
+    cut = f"{names[-1]}={middle if abs(middle) > extent / 10 else 0:.2g}" if section is None else section
     cut = section_named(cut, model) if isinstance(cut, str) else cut
     starts = checked_names("fixed", () if fixed is None else fixed, "numbers")
     others = {named("fixed", name, names): real(f"fixed[{name!r}]", value) for name, value in starts.items()}
-    return {"energy": None, **section_record(cut, model), "others": dict.fromkeys(names, 0.0) | others}
+    record = {"energy": None, **section_record(cut, model)}  # which refuses sections that the page does not draw
+    beyond = np.array([cut.value(*z) for z in met.T]) * (cut.direction or 1) > 0
+    crossed = np.flatnonzero(beyond[1:] & ~beyond[:-1])
+    usual = system.turned_back(met[:, crossed[-1:]]) if crossed.size else np.zeros((len(names), 1))
+    outside = [name for name in names if record["section"] != f"{name}=c"][2:]
+    beside = {name: float(f"{usual[names.index(name), 0]:.2g}") for name in outside}
+    return {**record, "others": dict.fromkeys(names, 0.0) | beside | others}
+
+
+def _met(model: Any) -> np.ndarray:
+    """Return states (rows, moments) of a trial orbit of dz/dt = f(z) once it is where it stays, none if it ends: by
+    Runge and Kutta's steps, a tenth of the time in which the velocity turns.
+    """
+    rows = system_of(model).rows
+
+    def slopes(z: np.ndarray) -> np.ndarray:
+        return np.array(model.rates(*z), dtype=float)
+
+    z, states = np.linspace(0.3, 0.7, rows), np.empty((rows, TRIED))
+    with np.errstate(all="ignore"):
+        for k in range(TRIED):
+            f = slopes(z)
+            turning = np.linalg.norm(np.array(model.tangent_rates(*z, *f), dtype=float))
+            h = 0.1 * np.linalg.norm(f) / turning
+            g = slopes(z + h / 2 * f)
+            e = slopes(z + h / 2 * g)
+            z = z + h / 6 * (f + 2 * g + 2 * e + slopes(z + h * e))
+            if not np.isfinite(z).all():
+                return np.empty((rows, 0))
+            states[:, k] = z
+    return states[:, TRIED // 2 :]
 
 
 def _scheme(scheme: Any, accuracy: float, body: Any) -> Splitting | Collocation:
@@ -327,7 +361,9 @@ def _formula(body: Any) -> str:
     inner = getattr(body, "potential", body)
     text = getattr(inner, "formula", None)
     if system.driven and isinstance(text, str):
-        return f"V = {text}, period {body.period:.6g}"
+        return f"{'H' if system.nonseparable else 'V'} = {text}, period {body.period:.6g}"
+    if not system.canonical and isinstance(text, str):
+        return text
     if system.iterated:
         said = (
             "; ".join(part.strip() for part in text.replace("\n", ";").split(";") if part.strip())

@@ -27,14 +27,9 @@ def model_code(body: Any) -> dict[str, Any]:
     n = body.degrees_of_freedom
     kind = "body" if system.isotropic else "driven" if system.driven else "plane"
     if kind == "driven" and n != 2:
-        raise Refused(
-            f"body must have one coordinate beside its time to be explored; {type(body).__name__} has {n - 1}"
-        )
+        raise _too_many("have one coordinate beside its time", body)
     if n != (4 if kind == "body" else 2):
-        raise Refused(
-            "body must be one with a doubly isotropic potential, or a system of two coordinates, to be explored; "
-            f"{type(body).__name__} has the {n} coordinates {', '.join(system.names)}"
-        )
+        raise _too_many("be one with a doubly isotropic potential, or a system of two coordinates,", body)
     q, p, d = ([f"{stem}{i}" for i in range(n)] for stem in "qpd")
     own = Part(body, ())
     wanted: list[tuple[str, Part, str, list[str]]] = [
@@ -62,6 +57,18 @@ def model_code(body: Any) -> dict[str, Any]:
     return {"kind": kind, "n": n, "parameters": names, "angles": list(angles.names), "methods": methods}
 
 
+def _too_many(takes: str, body: Any) -> Refused:
+    """Return the refusal of a system with another number of coordinates than a page draws."""
+    system = system_of(body)
+    names = system.names[: system.moving]
+    where = "section='t=0', crossings=100" if system.driven else f"section='{names[0]}=0', crossings=100, max_time=1e4"
+    return Refused(
+        f"body must {takes} to be explored; {type(body).__name__} has the {len(names)} coordinates "
+        f"{', '.join(names)}: "
+        f"fa.poincare_map(body, z0, {where}) computes its section"
+    )
+
+
 def _map_code(model: Any) -> dict[str, Any]:
     """Return a map as data: winds (2n,) is true for rows with a period."""
     n, own = model.degrees_of_freedom, Part(model, ())
@@ -82,10 +89,7 @@ def _equations_code(model: Any) -> dict[str, Any]:
     """Return dz/dt = f(z) as data: rows, whether they are coordinates and momenta with an energy, winds (rows,)."""
     system, own, names = system_of(model), Part(model, ()), [name for name, _ in numbers_in(model, ())]
     if system.canonical and system.n != 2:
-        raise Refused(
-            f"body must have two degrees of freedom, or one beside its time, to be explored; {type(model).__name__} "
-            f"has {system.moving}"
-        )
+        raise _too_many("have two degrees of freedom, or one beside its time,", model)
     if not system.canonical and system.rows < 3:
         raise Refused(f"body must have 3 variables or more to have a section, {type(model).__name__} has {system.rows}")
     rows = [f"q{r}" for r in range(system.rows)]
@@ -94,11 +98,11 @@ def _equations_code(model: Any) -> dict[str, Any]:
     wanted += [("energy", "energy", rows)] if system.canonical else []
     methods = {key: printed(own, name, arguments, names) for key, name, arguments in wanted}
     still = {"lines": [], "results": ["0"] * system.rows}
-    methods["periods"] = printed(own, "periods", [], names) if system.canonical else still
+    methods["periods"] = printed(own, "periods", [], names) if hasattr(model, "periods") else still
     if system.driven:
         kept = {"lines": [], "results": ["$period"]}
         methods["period"] = kept if "period" in fields_of(model) else printed(own, "period", [], names)
-    winds = [period > 0 for period in system.periods] if system.canonical else []
+    winds = [period > 0 for period in system.periods]
     winds += [False] * (system.rows - len(winds))
     angles = list(system.names[: system.moving]) if system.canonical else []
     facts = {"canonical": system.canonical and not system.driven, "driven": system.driven, "winds": winds}

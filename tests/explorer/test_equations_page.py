@@ -105,8 +105,22 @@ def test_pages_of_models_made_in_python(browser, tmp_path):
     start, own = setup["start"], setup["systems"][0]
     assert (own["kind"], own["code"]["kind"], own["momenta"]) == ("plane", "equations", ["p1", "p2"])
     assert (start["section"], start["constant"], start["scheme"]) == ("q2=c", 0.2, "GAUSS16")
+    attracted, _ = setup_of(LORENZ)  # by the section that orbits meet
+    assert (attracted["start"]["section"], attracted["systems"][0]["formula"]) == ("z=c", LORENZ.formula)
+    assert 15 < attracted["start"]["constant"] < 35
+    swing = fa.hamiltonian("-cos(q)", coordinates="q", periods={"q": "2*pi"})
+    driven = fa.flow(swing, forces={"q": "f*cos(w*t) - g*p_q"}, f=1.2, w=0.7, g=0.1)
+    started, _ = setup_of(driven)
+    assert (started["start"]["section"], started["start"]["constant"]) == ("sine=c", 0.0)
+    assert started["start"]["others"] == {"q": 0.0, "p_q": 0.0, "cosine": 1.0, "sine": 0.0}
+    assert started["systems"][0]["code"]["winds"] == [True, False, False, False]
     pendulum = fa.models.DoublePendulum(m_2=0.7)
-    for body, given in ((model, {"energy": -1.0}), (LORENZ, {"section": "z=27"}), (pendulum, {"section": "q1=0"})):
+    for body, given in (
+        (model, {"energy": -1.0}),
+        (LORENZ, {"section": "z=27"}),
+        (pendulum, {"section": "q1=0"}),
+        (driven, {}),
+    ):
         path = fa.explore(body, out=tmp_path / "page.html", **given)
         context = browser.new_context(viewport={"width": 1280, "height": 800}, reduced_motion="reduce")
         sheet = Sheet(context, path.as_uri())

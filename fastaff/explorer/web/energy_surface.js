@@ -227,7 +227,7 @@ export class FlowSection extends RowSection {
     return u.length && found.every(Number.isFinite) && found[1] > found[0] && found[3] > found[2] ? found : [-size, size, -size, size];
   }
 
-  tried(k, size) { return this.start.map((x, r) => (r === this.index ? x : size*(2*((0.5 + (k + 1)*SPREAD_ROWS[r % 3]) % 1) - 1))); }
+  tried(k, size) { return this.start.map((x, r) => (!this.seenRows.includes(r) ? x : size*(2*((0.5 + (k + 1)*SPREAD_ROWS[r % 3]) % 1) - 1))); }
 
   /** A size at which the rates have other derivatives than at the middle of the section. */
   bend() {

@@ -114,11 +114,11 @@ def _check_bottom(names: tuple[str, ...], potential: Callable, at: np.ndarray, l
     V = potential(far)
     if math.isfinite(least) and not ((least >= V).all(axis=1) & (V[:, -1] < least)).any():
         return
-    way, distance = divmod(int(np.argmin(V)), V.shape[1])
-    place = ", ".join(f"{name} = {x:.3g}" for name, x in zip(names, far[:, way, distance], strict=True))
+    k = int(np.argmin(V))
+    place = ", ".join(f"{name} = {x:.3g}" for name, x in zip(names, far.reshape(len(at), -1)[:, k], strict=True))
     raise NoGroundState(
         f"V has no minimum, so it binds no level: it is unbounded below, or falls for ever; at {place} it is "
-        f"{V[way, distance]:.3g}"
+        f"{V.flat[k]:.3g}"
     )
 
 

@@ -77,7 +77,15 @@ class LevelTable(Result, axis="level"):
         return f"{self.E.size} levels{span}{less}{doubt}; {self.method}"
 
     def _enough(self) -> str:
-        """Return the tolerance that all levels of `spectrum` would keep, as a call; empty where that is not known."""
+        """Return the tolerance that all levels of `spectrum` would keep, as a call; calls for levels that no torus
+        has; empty where neither is known.
+        """
+        if self.method.startswith(f"{TORI}, of") and not np.isfinite(self.E).all():
+            return (
+                ": no torus of these modes was found with their quanta, as in a resonance or beyond a separatrix; "
+                "quasiclassical_levels(..., near=z0) takes the torus near a point, modes='local' other modes, and "
+                "spectrum(body, count=..., hbar=...) gives exact levels"
+            )
         call: Any = getattr(self, "call", None)
         off = float((self.error / level_scale(self.E)).max()) if self.E.size else math.nan
         if call is None or call.function != "spectrum" or not 0.0 < off < LOOSEST:
