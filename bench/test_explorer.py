@@ -7,17 +7,44 @@ size of the page. Run: pytest bench/test_explorer.py -s
 from __future__ import annotations
 
 import json
+import os
+import shutil
 import time
 
 import pytest
 from page_engine import compute, launch_message, system_message
-from test_browser import FLAGS, FOUND, LISTEN, WAIT
 
 import fastaff as fa
 from fastaff.explorer.records import model_code
 from fastaff.explorer.setup import scheme_record
 from fastaff.schemes import BLANES_CASAS_ESCORIHUELA8
 
+FLAGS = ["--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--no-sandbox"]
+FOUND = os.environ.get("FASTAFF_CHROMIUM") or shutil.which("chromium-headless-shell") or shutil.which("chromium")
+LISTEN = """
+const Plain = window.Worker;
+window.heard = [];
+window.workers = [];
+window.Worker = class extends Plain {
+  constructor(url) {
+    super(url);
+    window.workers.push(this);
+    this.addEventListener("message", (event) => window.heard.push({ ...event.data, at: performance.now() }));
+  }
+};
+"""
+WAIT = """([kind, orbit, most]) => new Promise((done) => {
+  const begun = performance.now();
+  const look = () => {
+    const found = window.heard.filter((m) => m.type === kind && (orbit === null || m.orbit === orbit));
+    const last = found[found.length - 1];
+    const ready = last && (kind !== "reading" || last.status !== "running");
+    if (ready || performance.now() - begun > most) {
+      done(found.map((m) => ({ ...m, ...Object.fromEntries(["points", "times", "z0"].filter((k) => m[k]).map((k) => [k, [...m[k]]])) })));
+    } else setTimeout(look, 5);
+  };
+  look();
+})"""
 STEPS = 2_000_000
 SYSTEMS = {"Henon-Heiles": (fa.HenonHeiles(), [0.0, 0.1, 0.42, 0.05]), "neo-Hookean": (fa.Body(fa.NeoHookean()), None)}
 Z8 = [1.5, 0.0, 0.3, 0.0, 0.0, 0.2, 0.1, 0.3]

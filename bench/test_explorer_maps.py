@@ -11,7 +11,7 @@ import time
 
 import pytest
 from page_engine import compute, launch_message
-from test_browser import FLAGS, FOUND, LISTEN, WAIT
+from test_explorer import FLAGS, FOUND, LISTEN, WAIT
 
 import fastaff as fa
 from fastaff.explorer.parameters import parameter_values

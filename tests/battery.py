@@ -48,10 +48,6 @@ MOTION = fa.jobs.Motion(time=1.0)
 REAL_TIME = {"time": 2.0, **FIXED}
 
 
-def own_body(K):
-    return fa.Body(fa.NeoHookean(K=K))
-
-
 def accumulated(samples):
     """Turns that an accumulator takes."""
     running = fa.TuneAccumulator()
@@ -386,77 +382,20 @@ and what keeps calls silent.
 """
 
 CONTAINERS = {
-    "Bifurcation",
-    "Branch",
-    "ChaosMap",
-    "ChaoticFraction",
-    "EnergyOfActions",
-    "FrequencyMap",
-    "EnergyGrid",
-    "Husimi",
-    "Islands",
-    "LevelDiagram",
-    "LevelTable",
-    "FrequencyLines",
-    "MeanRatio",
-    "NaffLines",
-    "Multiplets",
-    "Orbits",
-    "Packet",
-    "PeriodicOrbits",
-    "Quantizations",
-    "Resonances",
-    "Revivals",
-    "Rotation",
-    "EnergySample",
-    "SectionMap",
-    "SpacingFit",
-    "State",
-    "TangentMap",
-    "TimeScales",
-    "VibrationHusimi",
-    "VibrationState",
-    "ActionAngles",
-    "TorusFit",
-    "AngleLines",
-    "TuneSums",
-    "Tunes",
-    "ResonanceLine",
-    "Character",
-    "Shares",
-    "Event",
-    "FrequencyKind",
-    "Interrupted",
-    "NoGroundState",
-    "NotReached",
-    "OrbitError",
-    "Stability",
-    "Status",
+    *("Bifurcation", "Branch", "ChaosMap", "ChaoticFraction", "EnergyOfActions", "FrequencyMap", "EnergyGrid"),
+    *("Husimi", "Islands", "LevelDiagram", "LevelTable", "FrequencyLines", "MeanRatio", "NaffLines", "Multiplets"),
+    *("Orbits", "Packet", "PeriodicOrbits", "Quantizations", "Resonances", "Revivals", "Rotation", "EnergySample"),
+    *("SectionMap", "SpacingFit", "State", "TangentMap", "TimeScales", "VibrationHusimi", "VibrationState"),
+    *("ActionAngles", "TorusFit", "AngleLines", "TuneSums", "Tunes", "ResonanceLine", "Character", "Shares"),
+    *("Event", "FrequencyKind", "Interrupted", "NoGroundState", "NotReached", "OrbitError", "Stability", "Status"),
     "Verdict",
 }
 """Results, which hold what a function put there, enumerations and exceptions."""
 
 FORMULAS = {
-    "value",
-    "slopes",
-    "radii",
-    "leaning",
-    "curvatures",
-    "margin",
-    "poles",
-    "slope",
-    "curvature",
-    "at",
-    "velocity",
-    "force",
-    "tangent_force",
-    "kinetic_energy",
-    "potential_energy",
-    "squares",
-    "from_planes",
-    "to_planes",
-    "interval",
-    "of",
+    *("value", "slopes", "radii", "leaning", "curvatures", "margin", "poles", "slope", "curvature", "at"),
+    *("velocity", "force", "tangent_force", "kinetic_energy", "potential_energy", "squares", "from_planes"),
+    *("to_planes", "interval", "of"),
 }
 """Methods of models and sections: arithmetic that kernels compile, without checks; and of shares, which the battery
 calls through their results.
@@ -763,26 +702,8 @@ def base(name):
 # --- judgement ----------------------------------------------------------------------------------------------------
 
 LONG = {
-    "time",
-    "max_time",
-    "step",
-    "steps",
-    "samples",
-    "history",
-    "crossings",
-    "orbits",
-    "levels",
-    "count",
-    "multiplets",
-    "below",
-    "energy",
-    "n",
-    "period",
-    "max_period",
-    "axes",
-    "accuracy",
-    "tolerance",
-    "order",
+    *("time", "max_time", "step", "steps", "samples", "history", "crossings", "orbits", "levels", "count"),
+    *("multiplets", "below", "energy", "n", "period", "max_period", "axes", "accuracy", "tolerance", "order"),
     "deviations",
 }
 """Arguments that a user may make as long as he likes: such a run must only stop when it is told to."""
@@ -810,12 +731,7 @@ def _ring(_, frame):
 
 
 OF_TEXTS = (
-    "flow",
-    "formula",
-    "hamiltonian",
-    "charged hamiltonian",
-    "damped hamiltonian",
-    "driven hamiltonian",
+    *("flow", "formula", "hamiltonian", "charged hamiltonian", "damped hamiltonian", "driven hamiltonian"),
     "mapping",
 )
 """Callables that take a text first, by its place."""

@@ -14,7 +14,6 @@ DEEP = {
         "test_an_answer_with_an_error_costs_few_plain_runs": 1,
     },
     "test_affine_bodies": {
-        "test_the_two_polar_chart_has_the_frequencies_and_verdicts_of_the_planes": 0,
         "test_h_is_the_legendre_transform_of_the_kinetic_energy": 1,
         "test_geodesics_are_one_parameter_groups": 1,
         "test_the_affine_spin_is_conserved": 1,
@@ -26,17 +25,12 @@ DEEP = {
     "test_auto": {
         "test_the_default_follows_the_accuracy": 1,
         "test_a_steep_wall_gets_no_fixed_step": 0,
-        "test_a_body_at_moderate_energy_gets_a_fixed_step": 0,
         "test_smooth_motion_gets_a_fixed_step": 0,
         "test_orbits_that_escape_have_no_say": 0,
-    },
-    "test_browser": {
-        "test_first_crossings_in_chromium": 1,
     },
     "test_chaos": {
         "test_spectra_sum_to_zero_and_pair": 0,
         "test_an_indicator_says_the_same_alone_and_in_any_company": 0,
-        "test_threads_neighbours_and_order_change_no_bit": 0,
         "test_every_indicator_knows_the_orbits_of_the_literature": 0,
         "test_zero_one_calls_no_chaotic_orbit_regular": 0,
         "test_integrable_models_have_no_chaotic_orbit": 1,
@@ -45,6 +39,7 @@ DEEP = {
         "test_schemes_that_keep_something_from_step_to_step_know_no_company": 2,
         "test_vectors_in_directions_at_rest_are_stable": 0,
         "test_orbits_that_meet_steep_forces_late_get_shorter_steps": 0,
+        "test_units_change_nothing": 1,
     },
     "test_cli": {
         "test_ctrl_c_keeps_finished_orbits": 0,
@@ -80,7 +75,7 @@ DEEP = {
     },
     "test_contracts": {
         "test_a_new_term_is_one_value": 1,
-        "test_a_kind_of_ones_own_runs_by_its_terms": 1,
+        "test_a_kind_of_ones_own_runs_by_its_terms": 0,
         "test_a_driven_frame_has_periodic_orbits_and_friction_none": 0,
     },
     "test_cycles": {
@@ -100,7 +95,6 @@ DEEP = {
     },
     "test_elementary": {
         "test_functions_of_one_number_are_right_to_a_unit_in_the_last_place": 2,
-        "test_orbits_have_the_error_that_is_asked_for_beside_scipy": 1,
     },
     "test_energy_surfaces": {
         "test_both_ways_to_draw_a_surface_agree": 0,
@@ -110,7 +104,6 @@ DEEP = {
         "test_the_measure_does_not_know_coordinates": 0,
     },
     "test_engine": {
-        "test_typed_formulas_move_as_the_package_moves_them": 0,
         "test_first_crossings_are_those_of_poincare_map": 0,
     },
     "test_flow": {
@@ -118,20 +111,15 @@ DEEP = {
         "test_exponents_of_linear_systems_are_real_parts": 1,
     },
     "test_formula": {
-        "test_the_page_on_own_models_runs": 0,
         "test_energy_and_force_are_those_of_the_formula": 2,
         "test_divided_differences_are_exact_up_to_the_axis": 1,
-        "test_chains_of_oscillators": 1,
-        "test_orbits_of_a_divided_difference_keep_their_energy_through_the_axis": 0,
         "test_orbits_through_beta_zero": 0,
-        "test_sections_and_grids": 0,
         "test_a_damaged_text_is_written_anew": 0,
     },
     "test_frequency": {
-        "test_ctrl_c_stops_a_frequency_map": 0,
-        "test_frequencies_of_the_reference_points": 1,
         "test_errors_cover_beside_resonances": 1,
         "test_the_naive_truth_is_the_turning_of_the_planes": 1,
+        "test_random_orbits": 1,
     },
     "test_friction": {
         "test_the_sum_of_the_spectrum_is_the_friction": 0,
@@ -155,12 +143,12 @@ DEEP = {
     },
     "test_integrate": {
         "test_orbits_that_are_gone_in_finite_time_leave_others_alone": 1,
+        "test_lanes_that_fill_up_a_vector_touch_nothing": 2,
     },
     "test_interruption": {
         "test_ctrl_c_while_modules_are_loaded": 1,
     },
     "test_jit_cache": {
-        "test_only_what_makes_arrays_counts_references": 0,
         "test_indicators_and_observers_of_ones_own_are_compiled_once_for_each_content": 0,
         "test_an_edited_model_gives_new_numbers": 0,
     },
@@ -175,7 +163,6 @@ DEEP = {
         "test_a_pool_of_processes": 0,
         "test_workers_that_die": 0,
         "test_a_store_has_the_bits_of_a_run_in_memory": 1,
-        "test_any_unit_and_threads": 1,
         "test_a_full_disk": 2,
         "test_a_worker_that_fails": 1,
         "test_a_pool_of_threads": 1,
@@ -195,7 +182,6 @@ DEEP = {
         "test_the_first_points_do_not_depend_on_how_many_are_drawn": 0,
         "test_points_of_an_energy_surface_are_uniform_on_the_sphere_of_an_oscillator": 1,
         "test_points_of_henon_heiles_fill_the_triangle_and_nothing_beyond": 1,
-        "test_the_flow_keeps_the_measure_of_an_energy_surface_and_the_return_map_that_of_a_section": 0,
         "test_sections_of_periodic_potentials_ask_for_ranges": 0,
         "test_few_of_the_points_tried_are_enough": 0,
     },
@@ -205,7 +191,6 @@ DEEP = {
     },
     "test_maps": {
         "test_coupled_planes_of_a_map_have_both_tunes_in_both_windows": 0,
-        "test_iterates_of_maps_are_fitted_by_tori": 0,
         "test_an_orbit_ends_with_the_same_iterate_in_all_analyses": 0,
         "test_errors_of_doublings_hold": 0,
         "test_lines_of_maps_have_the_amplitudes_and_phases_of_conjugated_rotations": 0,
@@ -215,6 +200,8 @@ DEEP = {
         "test_a_linear_map_has_its_eigenvalues_for_exponents": 0,
         "test_texts_are_the_named_maps": 2,
         "test_tangent_maps_are_derivatives_and_symplectic": 2,
+        "test_windows_at_both_ends_give_tunes_and_diffusion_of_those_who_survive": 0,
+        "test_a_plane_that_shows_a_harmonic_of_the_other_has_its_own_tune": 0,
     },
     "test_maps_engine": {
         "test_typed_maps_are_the_packages": 0,
@@ -224,13 +211,11 @@ DEEP = {
     "test_nonseparable": {
         "test_a_uniform_field_written_out_is_the_exact_turn": 0,
         "test_a_rotating_frame_written_out_is_the_exact_turn": 0,
-        "test_an_orbit_in_more_digits": 0,
         "test_orbits_are_those_of_the_equations_of_lagrange_within_their_errors": 1,
         "test_sections_at_an_angle_are_meant_up_to_whole_turns": 1,
         "test_a_rotor_coupled_to_nothing_turns_as_it_does": 0,
         "test_a_separable_hamiltonian_written_with_momenta_has_the_bits_of_today": 0,
-        "test_a_torus_has_the_frequencies_of_its_orbit": 0,
-        "test_errors_of_short_runs_cover_the_truth_by_foci": 1,
+        "test_errors_of_short_runs_cover_the_truth_by_foci": 0,
         "test_errors_of_short_runs_cover_the_truth": 3,
     },
     "test_nystrom": {
@@ -247,12 +232,11 @@ DEEP = {
         "test_where_all_orbits_escape_the_page_says_from_which_energy": 0,
     },
     "test_periodic": {
-        "test_harmonic_body_has_unit_multipliers_in_four_degrees_of_freedom": 0,
         "test_units_origin_and_zero_of_the_potential_change_nothing": 0,
         "test_longer_orbits_come_in_pairs": 0,
         "test_schemes_agree": 2,
-        "test_resonant_torus_of_the_hyperelastic_body": 0,
         "test_same_orbits_are_one_wherever_they_start": 0,
+        "test_branches_are_the_same_in_any_units": 1,
     },
     "test_plot": {
         "test_edge_is_where_the_energy_grid_ends": 1,
@@ -261,8 +245,7 @@ DEEP = {
         "test_options_of_figures_are_taken_or_refused": 20,
     },
     "test_poincare": {
-        "test_ctrl_c_stops_a_map_and_hands_over_what_there_is": 1,
-        "test_ctrl_c_stops_integrate": 1,
+        "test_ctrl_c_stops_a_map_and_hands_over_what_there_is": 0,
         "test_two_crossings_inside_a_step_are_found": 1,
         "test_crossings_are_those_of_scipy": 5,
     },
@@ -295,7 +278,6 @@ DEEP = {
     },
     "test_quantum_packets": {
         "test_bodies_that_do_not_separate_take_the_same_way": 0,
-        "test_a_packet_revives_when_the_actions_say": 1,
         "test_number_packets_are_where_their_angles_say": 1,
     },
     "test_quantum_statistics": {
@@ -319,16 +301,13 @@ DEEP = {
     "test_rotating": {
         "test_the_tangent_map_of_a_linear_system_is_an_exponential": 0,
         "test_a_halo_orbit_of_the_catalogue_closes": 0,
-        "test_hills_variational_orbit_has_the_motion_of_the_perigee": 0,
         "test_a_turning_frame_shows_the_motion_of_a_frame_at_rest": 1,
         "test_a_magnetic_field_turns_charges_by_the_force_of_lorentz": 1,
         "test_free_motion_is_exact_whatever_the_step": 1,
-        "test_a_block_has_the_bits_of_its_text": 4,
+        "test_a_block_has_the_bits_of_its_text": 2,
         "test_tangent_maps_are_symplectic": 1,
-        "test_a_penning_trap_has_its_three_frequencies": 0,
         "test_frequencies_of_turning_springs_are_eigenvalues": 0,
         "test_hills_satellites_lose_their_stability_where_henon_found_it": 0,
-        "test_frequencies_of_a_round_potential_are_shifted_by_the_turning": 0,
         "test_splittings_keep_their_order": 6,
         "test_the_rounding_of_many_turns_is_part_of_the_error": 0,
     },
@@ -336,7 +315,6 @@ DEEP = {
         "test_integrable_bodies_have_none": 0,
     },
     "test_separable": {
-        "test_constants_are_conserved": 1,
         "test_constants_are_conserved_to_rounding": 5,
     },
     "test_starts": {
@@ -345,19 +323,18 @@ DEEP = {
         "test_all_analyses_take_the_centre_of_a_quartic_potential": 0,
     },
     "test_systems": {
-        "test_a_transformed_time_sees_poles": 0,
         "test_no_body_passes_a_pole_of_its_potential": 1,
-        "test_no_orbit_passes_through_the_pole_of_its_chart": 1,
+        "test_no_orbit_passes_through_the_pole_of_its_chart": 0,
         "test_no_orbit_passes_a_wall_that_its_steps_do_not_see": 1,
         "test_a_pole_whose_residue_is_zero_is_passed": 0,
         "test_both_charts_of_a_top_are_the_same_top": 0,
         "test_kovalevskayas_top_has_no_chaotic_orbit_and_its_neighbour_has": 0,
+        "test_eulers_top_is_that_of_jacobi": 0,
     },
     "test_tangent": {
         "test_every_model_is_symplectic_and_follows_the_variational_equations": 1,
         "test_tangent_maps_of_splittings_are_symplectic": 2,
         "test_the_orbit_is_that_of_integrate_to_the_bit": 1,
-        "test_threads_neighbours_and_company_change_no_bit": 1,
         "test_vectors_are_the_derivative_of_the_map": 14,
     },
     "test_threads": {
@@ -366,20 +343,19 @@ DEEP = {
     },
     "test_tori": {
         "test_actions_are_constant_and_angles_advance_with_nu": 2,
-        "test_frequency_map_agrees": 2,
         "test_narrow_barriers_and_wells_are_seen": 4,
     },
     "test_torus_fit": {
         "test_later_start_is_the_same_torus": 0,
-        "test_frequency_errors_cover_those_of_the_scheme": 1,
+        "test_frequency_errors_cover_those_of_the_scheme": 0,
         "test_separable_bodies_have_their_own_frequencies_and_actions": 1,
         "test_series_converges_with_its_order": 0,
         "test_neo_hookean_torus": 0,
-        "test_a_potential_of_ones_own": 0,
+        "test_frequencies_are_the_slopes_of_the_energy": 0,
+        "test_regular_orbits_are_never_called_no_tori": 1,
     },
     "test_torus_turns": {
         "test_four_dimensions_have_two_frequencies_and_actions": 0,
-        "test_driven_duffing_oscillator": 0,
     },
     "test_transformed": {
         "test_bounces_off_an_algebraic_wall_keep_the_closed_form": 0,

@@ -42,22 +42,6 @@ def test_the_two_polar_chart_has_the_orbits_of_the_planes():
         np.testing.assert_allclose(after[name], there[name], atol=1e-11)
 
 
-def test_the_two_polar_chart_has_the_frequencies_and_verdicts_of_the_planes():
-    """nu of D1 and D2 are combinations of those of r and vartheta; spin and vorticity turn at the exact rates."""
-    body, chart = fa.Body(fa.Hyperelastic(1.0)), fa.models.TwoPolarBody()
-    z, w = pairs(3)
-    exact = fa.action_angles(body, z)
-    rows = [exact.names.index(name) for name in ("phi", "psi")]
-    found = fa.frequency_map(chart, w, time=400.0)
-    assert found.names == ("D1", "D2", "phi", "psi")
-    turning = np.abs(found.nu[2:] - exact.nu[rows])
-    assert (turning <= found.error[2:] + 1e-12).all()
-    assert (turning < 1e-7).mean() > 0.7
-    verdicts = [fa.chaos_map(m, at, time=400.0, indicators="megno") for m, at in ((body, z), (chart, w))]
-    assert not verdicts[0].chaotic.any()
-    assert not verdicts[1].chaotic.any()
-
-
 def test_near_the_singular_set_of_the_chart_orbits_are_right_or_have_a_status():
     """Without spin and vorticity, or with p_phi = -p_psi, D1 passes D2; with a little of their sum it turns back."""
     w = np.repeat([[1.2], [1.0], [0.0], [0.0], [-0.3], [0.3], [0.0], [0.0]], 4, axis=1)

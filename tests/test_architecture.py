@@ -165,14 +165,8 @@ def test_kernels_see_no_models_and_no_python():
     for source, target in arrows():
         if source.startswith("kernels."):
             assert target in (
-                "compile.jit",
-                "compile.lane_flags",
-                "compile.lane_sums",
-                "compile.pointers",
-                "compile.plane_loops",
-                "compile.elementary",
-                "compile.fused",
-                "base.status",
+                *("compile.jit", "compile.lane_flags", "compile.lane_sums", "compile.pointers", "compile.plane_loops"),
+                *("compile.elementary", "compile.fused", "base.status"),
             ) or target.startswith("kernels"), f"{source} imports {target}"
 
 
@@ -390,16 +384,8 @@ def test_every_public_name_is_documented(name, value):
     assert doc
     assert not doc.startswith(f"{name}("), "the docstring that NamedTuple or dataclass writes"
     models = (
-        "Anharmonic",
-        "Body",
-        "Harmonic",
-        "HeavyTop",
-        "HenonHeiles",
-        "Hyperelastic",
-        "NeoHookean",
-        "AlphaTurning",
-        "BetaTurning",
-        "AreaEquals",
+        *("Anharmonic", "Body", "Harmonic", "HeavyTop", "HenonHeiles", "Hyperelastic", "NeoHookean", "AlphaTurning"),
+        *("BetaTurning", "AreaEquals"),
     )
     if (inspect.isfunction(value) and name != "scheme_named") or name in models:
         assert "Source:" in doc or "References\n----------\n" in inspect.getdoc(value)

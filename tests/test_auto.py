@@ -23,7 +23,6 @@ from fastaff import (
     integrate,
     poincare_map,
 )
-from fastaff.analysis.sections.energy_grid import EnergyGrid
 from fastaff.flows.motion import typical_rate
 from fastaff.schemes import BLANES_CASAS_ESCORIHUELA8, Automatic, Logistic, RungeKutta, Splitting
 from fastaff.schemes.automatic import PREFERENCE, Trial
@@ -104,21 +103,6 @@ def launched(body, energy, *axes):
     return energy_grid(body, energy=energy, p_eta=0.3, p_gamma=0.2, section=AlphaTurning(+1), axes=axes)
 
 
-def moderate():
-    return launched(Body(Hyperelastic(), 1.0), 3.0, (0.2, 1.0, 4), (-0.5, 0.5, 3))
-
-
-def test_a_body_at_moderate_energy_gets_a_fixed_step():
-    grid = moderate()
-    assert isinstance(grid, EnergyGrid)
-    found = poincare_map(
-        Body(Hyperelastic(), 1.0), grid.z0, section=AlphaTurning(+1), crossings=5, max_time=50.0, scheme=AUTO
-    )
-    found.raise_if_failed()
-    assert isinstance(found.scheme, Splitting)
-    assert found.energy_error.max() < AUTO.energy_error
-
-
 def steep():
     return launched(Body(NeoHookean(), 1.0), 8.0, (0.1, 2.7, 7), (-3.5, 3.5, 7)).z0
 
@@ -172,14 +156,6 @@ def test_orbits_that_escape_have_no_say():
     assert isinstance(lost.scheme, RungeKutta)
     assert lost.status[0] != Status.OK
     assert integrate(HenonHeiles(), escaping[:, 0], time=30.0, scheme=TimeTransformed()).status[0] != Status.OK
-
-
-def test_orbits_that_escape_change_no_step_of_others():
-    z0 = np.random.default_rng(1).uniform(-0.15, 0.15, (4, 40))
-    escaping = z0.copy()
-    escaping[1, :8], escaping[3, :8] = 1.05, 0.5
-    step = integrate(HenonHeiles(), escaping, time=30.0).step
-    assert np.array_equal(step[8:], integrate(HenonHeiles(), z0[:, 8:], time=30.0).step)
 
 
 @pytest.mark.parametrize(

@@ -31,7 +31,6 @@ from fastaff import (
     Status,
     ZeroOne,
     chaos_map,
-    files,
     integrate,
     tangent_map,
 )
@@ -323,15 +322,6 @@ def test_schemes_agree_on_a_regular_orbit(scheme):
     assert found.megno[0] == pytest.approx(truth.megno[0], abs=0.05)  # its sum has the observations' resolution
 
 
-RUNS = {
-    "default": {},
-    "given step": {"step": 0.05},
-    "early stop": {"early_stop": True, "indicators": STREAMED},
-    "adaptive": {"scheme": DOP853},
-    "averages": {"indicators": (LyapunovSpectrum(), BirkhoffDigits(), ReversibilityError(), FrequencyDiffusion())},
-}
-
-
 @pytest.mark.parametrize("scheme", ["GAUSS16", "SOFRONIOU_SPALETTA10", "RKN12"])
 def test_schemes_that_keep_something_from_step_to_step_know_no_company(scheme):
     """Vectors are renormalised in some lanes: those of others keep what is carried."""
@@ -344,31 +334,6 @@ def test_schemes_that_keep_something_from_step_to_step_know_no_company(scheme):
     for first, last in ((0, 1), (1, 4), (4, 11), (11, 24)):
         part = chaos_map(model, np.ascontiguousarray(z0[:, first:last]), threads=1, **how).megno
         np.testing.assert_array_equal(part, whole[first:last])
-
-
-@pytest.mark.parametrize("run", RUNS.values(), ids=RUNS)
-def test_threads_neighbours_and_order_change_no_bit(run):
-    """Alone and among others, some of them a thousand times faster, in another order, with other threads: rates, steps,
-    limits and all.
-    """
-    model = quartic(0.9, 1.7, 0.6, 1.2)
-    z0 = 0.7 * np.random.default_rng(4).standard_normal((4, 120))
-    z0[:, ::17] *= np.geomspace(3.0, 1000.0, z0[:, ::17].shape[1])  # the frequency grows like the amplitude
-    indicators = (Lyapunov(), FLI(), OFLI(), MEGNO(), SALI(), GALI(4), ZeroOne())
-    fixed = {"time": 8.0, "indicators": indicators, **run}
-    if "step" in run:
-        z0[:, ::17] /= 10.0
-    whole = chaos_map(model, z0, threads=1, **fixed)
-    assert (whole.status == Status.OK).sum() > 100
-
-    def same(one, orbits):
-        for name in ("values", "limits", "verdicts", "verdict", "longer", "detected", "t", "energy_error", "status"):
-            np.testing.assert_array_equal(getattr(one, name), getattr(whole, name)[..., orbits], err_msg=name)
-
-    order = np.random.default_rng(5).permutation(120)
-    same(chaos_map(model, np.ascontiguousarray(z0[:, order]), **fixed), order)
-    for alone in (17, 40):
-        same(chaos_map(model, z0[:, alone], **fixed), [alone])
 
 
 COMPANY = [entry for entry in EVERY if not isinstance(entry, LyapunovSpectrum)]
@@ -530,27 +495,10 @@ def test_given_vectors_count_from_their_start():
     np.testing.assert_allclose(again.values, found.values, atol=1e-9)
 
 
-@pytest.mark.parametrize("indicator", [ZeroOne(), ReversibilityError(), FrequencyDiffusion()], ids=lambda i: i.name)
-def test_what_an_interrupted_pass_left_out_is_marked(indicator):
-    def stop(fraction):
-        raise KeyboardInterrupt
-
-    with pytest.raises(fastaff.Interrupted) as stopped:
-        chaos_map(HenonHeiles(), np.repeat(BOTH, 40, axis=1), time=2e4, step=0.02, indicators=(indicator,), report=stop)
-    assert (stopped.value.partial.status == Status.INTERRUPTED).all()
-
-
 def test_an_equilibrium_is_regular_for_every_indicator():
     found = chaos_map(HenonHeiles(), np.zeros(4), time=100.0, step=0.1, indicators=EVERY)
     assert np.isfinite(found.values).all()
     assert not (found.verdicts == Character.CHAOTIC).any()
-
-
-def test_files_keep_it(tmp_path, known):
-    path = files.save(tmp_path / "chaos", known)
-    saved = files.contents(path)
-    np.testing.assert_array_equal(saved.arrays["values"], known.values)
-    assert saved.metadata["names"] == list(known.names)
 
 
 @pytest.mark.parametrize(

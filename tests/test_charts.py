@@ -66,10 +66,6 @@ def named(chart, q):
     return dict(zip(chart.names + chart.momenta, q))
 
 
-def rotation(angle):
-    return np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
-
-
 @pytest.mark.parametrize(("matrix", "momentum", "values"), REFERENCE)
 def test_reference_points(matrix, momentum, values):
     z = from_matrix(np.reshape(matrix, (2, 2)), np.reshape(momentum, (2, 2)))
@@ -151,14 +147,6 @@ def test_identities_of_the_invariants():
     singular = np.linalg.svd(phi, compute_uv=False).T
     np.testing.assert_allclose((D1, np.abs(D2)), singular, rtol=0, atol=1e-13 * 3)
     np.testing.assert_array_equal(np.sign(D2), np.sign(det))
-
-
-def test_two_polar_decomposition():
-    """phi = O(phi) diag(D1, D2) O(psi)^T, EQ2.0."""
-    z = grid(50)
-    for point, (D1, D2, left, right) in zip(z.T, TWO_POLAR.from_planes(z)[:4].T):
-        product = rotation(left) @ np.diag([D1, D2]) @ rotation(right).T
-        np.testing.assert_allclose(product, to_matrix(point)[0], rtol=0, atol=1e-14 * 3)
 
 
 def test_angular_momenta():

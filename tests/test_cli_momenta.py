@@ -134,13 +134,7 @@ def test_parameters_may_be_words():
         ([*TEXT, "--friction", "0.1", "--energy", "1"], "friction does not go with momenta"),
         (
             [
-                "--hamiltonian=p**2*x**2 - s**2 + y**2",
-                "--momenta",
-                "p s",
-                "--energy",
-                "1",
-                "--orbits",
-                "3",
+                *("--hamiltonian=p**2*x**2 - s**2 + y**2", "--momenta", "p s", "--energy", "1", "--orbits", "3"),
                 "--microcanonical",
             ],
             "give ranges of the rows, --axes x=LOW:HIGH --axes y=LOW:HIGH --axes p=LOW:HIGH --axes s=LOW:HIGH",

@@ -75,20 +75,9 @@ def test_wrong_input_is_one_clear_line(arguments, said, refused):
 def test_help(capsys):
     assert cli.main(["spectrum", "--help"]) == 0
     text = capsys.readouterr().out
-    for option in (
-        "--model",
-        "--formula",
-        "--m",
-        "--l",
-        "--levels",
-        "--below",
-        "--hbar",
-        "--chart",
-        "--covering",
-        "--scan",
-        "--out",
-    ):
-        assert f"{option} " in text
+    options = "model formula m l levels below hbar chart covering scan out"
+    for option in options.split():
+        assert f"--{option} " in text
 
 
 @pytest.mark.parametrize(("m", "l"), GROUND)

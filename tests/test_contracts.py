@@ -201,15 +201,7 @@ TRAITS = {  # of each kind: what is true of it, and n, moving, rows, positions
     "driven with friction": (Damped(), "driven lossy canonical energetic quadratic", (3, 2, 6, 3)),
 }
 FACTS = (
-    "driven",
-    "frame",
-    "lossy",
-    "nonseparable",
-    "iterated",
-    "canonical",
-    "energetic",
-    "conserves",
-    "symplectic",
+    *("driven", "frame", "lossy", "nonseparable", "iterated", "canonical", "energetic", "conserves", "symplectic"),
     "quadratic",
 )
 

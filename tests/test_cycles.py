@@ -81,26 +81,6 @@ def test_unstable_cycles_of_lorenz():
     assert (turned.status == fa.Status.OK).sum() >= 2
 
 
-def test_roesslers_cycle_against_another_integration():
-    z0 = fa.integrate(ROESSLER, [1.0, 1.0, 0.1], time=300.0).z[:, 0]
-    found = fa.periodic_orbits(ROESSLER, z0, section="x=0")
-    found.raise_if_failed()
-    a, b, c = ROESSLER
-
-    def slopes(t, y):
-        z, W = y[:3], y[3:].reshape(3, 3)
-        J = np.array([[0.0, -1.0, -1.0], [1.0, a, 0.0], [z[2], 0.0, z[0] - c]])
-        return np.concatenate([[-z[1] - z[2], z[0] + a * z[1], b + z[2] * (z[0] - c)], (J @ W).ravel()])
-
-    start = np.concatenate([found.z[:, 0], np.eye(3).ravel()])
-    end = solve_ivp(slopes, (0, found.time[0]), start, "DOP853", rtol=1e-13, atol=1e-14).y[:, -1]
-    np.testing.assert_allclose(end[:3], found.z[:, 0], atol=1e-10)
-    exact = np.linalg.eigvals(end[3:].reshape(3, 3))
-    exact = np.delete(exact, np.argmin(np.abs(exact - 1)))
-    np.testing.assert_allclose(np.sort(np.abs(found.multipliers[:, 0])), np.sort(np.abs(exact)), rtol=1e-6, atol=1e-9)
-    assert found.stability[0] == Stability.ATTRACTING
-
-
 def test_duffing_with_friction_doubles_its_period():
     """A multiplier passes -1 as the drive grows; the determinant of the map over a period is exp(-g T)."""
     smallest, z0 = [], None

@@ -274,25 +274,6 @@ def test_verdicts():
     assert found.spectrum.shape == (2, 19)
 
 
-def test_the_largest_exponent_against_an_independent_one():
-    a, w = 0.3, 1.2
-    period, z0 = 2 * np.pi / w, np.array([0.3, 0.1])
-    turns = 150
-
-    def slopes(t, y):
-        return [y[1], y[0] - y[0] ** 3 + a * np.cos(w * t), y[3], (1 - 3 * y[0] ** 2) * y[2]]
-
-    y, growth = np.array([*z0, 1.0, 0.0]), 0.0
-    for k in range(turns):
-        y = solve_ivp(slopes, (k * period, (k + 1) * period), y, "DOP853", rtol=1e-10, atol=1e-12).y[:, -1]
-        size = np.hypot(y[2], y[3])
-        growth, y[2:] = growth + np.log(size), y[2:] / size
-    found = fa.chaos_map(duffing(a, w), z0, time=turns * period, indicators="spectrum")
-    assert found.verdict[0] == 1
-    # Of a chaotic orbit, which no two integrations follow for long, it is a sample mean.
-    assert abs(found.spectrum[0, 0] - growth / (turns * period)) < 0.3 * found.spectrum[0, 0]
-
-
 def test_long_chaos_has_no_vector_that_overflows():
     found = fa.chaos_map(duffing(0.1, 1.2), [1.15, 0.05], time=12000.0)
     assert found.status[0] == fa.Status.OK

@@ -171,32 +171,6 @@ def test_at_the_edges_they_give_what_numpy_gives_or_nan(name):
     assert np.isnan(found[np.isnan(true)]).all()
 
 
-def test_what_is_said_of_zeros_and_infinite_numbers():
-    for name, x, value in (
-        ("exp", -np.inf, 0.0),
-        ("exp", np.inf, np.inf),
-        ("log", 0.0, -np.inf),
-        ("log", np.inf, np.inf),
-        ("log", -1.0, np.nan),
-        ("tanh", -np.inf, -1.0),
-        ("arctan", np.inf, math.pi / 2),
-        ("arcsin", 1.5, np.nan),
-        ("sin", np.inf, np.nan),
-    ):
-        np.testing.assert_equal(values(name, np.array([x])), [value])
-    for name, x, y, value in (
-        ("power", 0.0, 0.0, 1.0),
-        ("power", 0.0, -1.5, np.inf),
-        ("power", -2.0, 3.0, -8.0),
-        ("power", -2.0, 0.5, np.nan),
-        ("power", np.inf, -0.5, 0.0),
-        ("arctan2", 0.0, -1.0, math.pi),
-        ("arctan2", -np.inf, np.inf, -math.pi / 4),
-        ("hypot", np.inf, -1.0, np.inf),
-    ):
-        np.testing.assert_equal(values(name, np.array([x]), np.array([y])), [value])
-
-
 @pytest.mark.parametrize("name", [*ONE, *TWO])
 def test_the_same_bits_in_vectors_and_alone_and_vectors_there_are(name):
     rng = np.random.default_rng(5)
@@ -206,21 +180,6 @@ def test_the_same_bits_in_vectors_and_alone_and_vectors_there_are(name):
     np.testing.assert_array_equal(together, alone)
     (text,) = COMPILED[name].inspect_llvm().values()
     assert "x double> @llvm.fma.v" in text
-
-
-def test_the_polynomials_are_those_through_chebyshev_points():
-    """(e^r - 1 - r)/r^2 over |r| <= ln(2)/2, at points between: 6e-18 with the factor r^2."""
-    growth = numba.njit(lambda r: elementary._growth_part(r))
-    with mpmath.workprec(200):
-        for r in np.random.default_rng(6).uniform(-0.3466, 0.3466, 200):
-            true = (mpmath.expm1(mpmath.mpf(r)) - r) / mpmath.mpf(r) ** 2
-            assert abs(growth(float(r)) - true) < 1.5 * np.spacing(0.5)
-        pieces = sum(map(mpmath.mpf, elementary.HALF_PI))
-        assert abs(pieces - mpmath.pi / 2) < mpmath.mpf(2) ** -190
-        assert abs(sum(map(mpmath.mpf, elementary.THIRDS)) - mpmath.mpf(2) / 3) < mpmath.mpf(2) ** -105
-        assert abs(sum(map(mpmath.mpf, elementary.QUARTER_PI)) - mpmath.pi / 4) < mpmath.mpf(2) ** -105
-        two = mpmath.mpf(elementary.LN2_HIGH) + mpmath.mpf(elementary.LN2_LOW)
-        assert abs(two - mpmath.log(2)) < mpmath.mpf(2) ** -85
 
 
 def test_all_functions_of_formulas_are_replaced_but_the_root_which_is_an_instruction():
@@ -311,20 +270,3 @@ def _block(block, params, lanes, drift, kick, step, steps, z):
 @numba.njit
 def _march(block, params, drift, kick, step, steps, z):
     return block(params, drift, kick, step, steps, z, z[:0])
-
-
-@pytest.mark.parametrize("text", ["-cos(x) - cos(y) + a*cos(x)*cos(y)", "exp(x - y) + exp(y) + exp(-x) + a*x"])
-def test_orbits_have_the_error_that_is_asked_for_beside_scipy(text):
-    """Against another scheme of another program, whose functions are libm's."""
-    from scipy.integrate import solve_ivp
-
-    model, rng = fa.hamiltonian(text, a=0.3), np.random.default_rng(7)
-    z0 = rng.uniform(-0.8, 0.8, (4, 3))
-    run = fa.integrate(model, z0, time=20.0, accuracy=1e-10)
-
-    def rates(t, z):
-        return [*model.velocity(*z[2:]), *model.force(*z[:2])]
-
-    for orbit in range(3):
-        true = solve_ivp(rates, (0, 20.0), z0[:, orbit], method="DOP853", rtol=1e-13, atol=1e-13).y[:, -1]
-        assert (abs(run.z[:, orbit] - true) <= run.error[:, orbit] + 1e-10).all()

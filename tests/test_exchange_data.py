@@ -5,7 +5,6 @@ from functools import cache
 
 import numpy as np
 import pytest
-import systems
 from comparison import same
 
 import fastaff as fa
@@ -120,17 +119,6 @@ def test_results_of_quantities_say_their_units():
     assert found[:2].to_dict()["data_vars"]["nu"]["attrs"] == {"units": "cycles/Myr"}
     plain = fa.orbit_frequencies(samples_of_own(), times=own_orbits().times, coordinates="x y vx vy")
     assert plain.to_dict()["data_vars"]["nu"]["attrs"] == {"units": "cycles/time"}
-
-
-def test_results_of_phase_points_of_gala_say_their_units():
-    units, dynamics = pytest.importorskip("astropy.units"), pytest.importorskip("gala.dynamics")
-    points = dynamics.PhaseSpacePosition(
-        pos=samples_of_own()[:2, :3, 0] * units.kpc, vel=samples_of_own()[2:, :3, 0] * units.km / units.s
-    )
-    found = fa.integrate(systems.oscillators(), points, time=1.0, samples=4)
-    said = {name: entry["attrs"].get("units") for name, entry in found.to_dict()["data_vars"].items()}
-    assert said["times"] == "Myr"
-    assert said["energy_error"] == "largest kinetic energy"
 
 
 def test_orbits_of_gala():
@@ -280,15 +268,3 @@ def test_angles_about_an_axis_in_the_isochrone():
         ValueError, match="angles must be 'R phi' of 2 coordinates or 'R z phi' of 3 coordinates, or a value"
     ):
         fa.orbit_frequencies(orbits, angles="r theta")
-
-
-def test_angles_about_an_axis_of_a_galaxy():
-    """In a Staeckel potential galpy's quadratures of the separated motion give the frequencies."""
-    potentials, actions = pytest.importorskip("galpy.potential"), pytest.importorskip("galpy.actionAngle")
-    galaxy = potentials.KuzminKutuzovStaeckelPotential(ac=3.0, Delta=0.8, normalize=1.0)
-    staeckel = actions.actionAngleStaeckel(pot=galaxy, delta=0.8, c=False, order=200)
-    R, vR, vT, z, vz = 1.0, 0.15, 0.95, 0.05, 0.2
-    radial, turning, vertical = (float(entry[0]) for entry in staeckel.actionsFreqs(R, vR, vT, z, vz, 0.0)[3:])
-    run = fa.integrate(fa.hamiltonian(galaxy), [R, 0, z, vR, vT, vz], time=2000.0, samples=20000)
-    found = fa.orbit_frequencies(run, angles="R z phi")
-    np.testing.assert_allclose(found.omega[:, 0], [radial, vertical, turning], rtol=1e-5)

@@ -158,15 +158,6 @@ def test_lines_of_xtrack():
     np.testing.assert_allclose(phases, np.sort(np.abs(whole - np.rint(whole))), atol=1e-7)
 
 
-@pytest.mark.slow
-def test_a_thick_sextupole_of_xtrack_is_named():
-    xtrack = pytest.importorskip("xtrack")
-    line = xtrack.Line(elements=[xtrack.Sextupole(length=0.3, k2=10.0)], element_names=["mine"])
-    line.particle_ref = xtrack.Particles(p0c=1e9, mass0=xtrack.PROTON_MASS_EV)
-    with pytest.raises(ValueError, match=r"the element 'mine' \(Sextupole\) is neither linear"):
-        fa.mapping(line)
-
-
 def test_elements_that_change_the_momentum_are_refused_and_solenoids_taken():
     xt = pytest.importorskip("xtrack")
     ends = [xt.Quadrupole(length=0.3, k1=0.4), xt.Multipole(knl=[0, 0, 1.1]), xt.Drift(length=1.3)]

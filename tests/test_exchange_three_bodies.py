@@ -65,17 +65,6 @@ def test_published_orbits_close(tmp_path):
     assert _miss(old).max() < 5e-3
 
 
-@pytest.mark.slow
-def test_a_search_starts_from_a_row():
-    """The figure eight, whose second body passes y = 0 twice in a period; its first passage leads to no orbit."""
-    eight = three_bodies(*SUVAKOV[-1])
-    found = fa.periodic_orbits(eight.model, eight.z0, section="y1=0", period=2)
-    assert found.status[0] == fa.Status.OK
-    assert found.time[0] * abs(found.energy[0]) ** 1.5 == pytest.approx(EQUAL[0][3], abs=5e-4)
-    other = fa.periodic_orbits(eight.model, eight.z0, section="y1=0", period=1)
-    assert other.status[0] == fa.Status.NOT_CONVERGED  # a point where y1 touches 0 is back at once
-
-
 def test_rows_of_text(tmp_path):
     path = tmp_path / "table.txt"
     path.write_text("# v1 v2 T\nbutterfly, 0.3068934205, 0.1255065670, 6.2346748391\nI.B.1 0.46444 0.39606 14.8939\n")

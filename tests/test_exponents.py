@@ -76,18 +76,6 @@ def test_exponents_of_regular_orbits_are_zero_within_their_errors():
         assert ratio.max() < 3
 
 
-def test_errors_of_exponents_of_a_mixed_system_cover_mostly():
-    """Chaotic orbits that stick to islands for most of a run do not show it: nine of ten at least are covered."""
-    z0 = fa.energy_sample(fa.HenonHeiles(), energy=1 / 8, section="x=0", orbits=150, seed=2).z0
-    late = fa.chaos_map(fa.HenonHeiles(), z0, time=10_000.0, indicators="spectrum", step=0.1)
-    sea = late.chaotic & (late.spectrum[0] > 0.02)
-    mean = late.spectrum[0, sea].mean()
-    for time in (300.0, 3000.0):
-        found = fa.chaos_map(fa.HenonHeiles(), z0[:, sea], time=time, indicators="spectrum", step=0.1)
-        assert np.mean(np.abs(found.spectrum[0] - mean) <= found.spectrum_error[0]) > 0.85
-        assert np.mean(np.abs(found.spectrum[1]) <= found.spectrum_error[1]) >= 0.99
-
-
 @pytest.mark.parametrize("blocks", [BLOCKS, LONG_MEMORY], ids=["dissipative", "symplectic"])
 def test_the_error_is_that_of_averages_with_memory(blocks):
     """Increments of an autoregressive process of known mean, of long and short memory, beside a start that differs."""

@@ -102,3 +102,11 @@ GENT = fa.formula("gent", **LAWS["gent"])
 def test_refusals_say_what_forces_may_be(make, error, said):
     with pytest.raises(error, match=said):
         make()
+
+
+def test_periods_of_a_model_stay_those_of_its_flow():
+    pendulum = fa.hamiltonian("-k*cos(n*q)", coordinates="q", periods={"q": "2*pi/n"}, k=1.3, n=2.0)
+    driven = fa.flow(pendulum, forces={"q": "f*cos(w*t) - g*p_q"}, f=0.1, w=0.7, g=0.1)
+    assert driven.periods() == (np.pi, 0.0, 0.0, 0.0)
+    assert fa.flow(pendulum, periods={"q": "2*pi"}).periods() == (2 * np.pi, 0.0)
+    assert not hasattr(fa.flow(pendulum, periods={}), "periods")

@@ -23,7 +23,6 @@ from fastaff import (
     FrequencyDiffusion,
     Harmonic,
     HenonHeiles,
-    Hyperelastic,
     chaos_map,
     fit_torus,
     frequency_map,
@@ -149,13 +148,6 @@ def test_wrong_accuracies_are_named(problem, options, says):
         frequency_map(HenonHeiles(), np.full((4, 2), 0.1), time=100.0, **options)
 
 
-def test_no_orbit_of_a_linear_system_is_chaotic():
-    model, truth = chain(2, 5)
-    z0 = np.random.default_rng(3).normal(size=(4, 50))
-    found = chaos_map(model, z0, time=200 / truth.mean(), indicators=(FrequencyDiffusion(),))
-    assert not found.chaotic.any()
-
-
 def test_a_mode_at_rest_and_a_free_one_are_said():
     K = np.array([[2.4, -1.4], [-1.4, 3.7]])
     model = systems.springs(2 * K, (2.0, 2.0))
@@ -201,16 +193,6 @@ def test_lines_are_never_aliases(time):
     body = Body(Harmonic(1.0), 1.0)
     f = frequency_map(body, states(body, 2, 3), time=time, method=NaffLines(), step=0.2)
     np.testing.assert_allclose(f.nu[:2], 1 / np.pi, atol=1e-9)
-
-
-def test_lines_of_a_separable_body_are_its_fundamental_ones():
-    body = Body(Hyperelastic(0.8), 1.3)
-    z0 = states(body, 40, 21)
-    truth = frequencies(body, z0)
-    f = frequency_map(body, z0, time=900.0, method=NaffLines(), step=0.1)
-    ratio = np.abs(f.nu[:2] - truth[:2]) / f.error[:2]
-    assert (ratio <= 1).mean() >= 0.97
-    assert ratio.max() < 10
 
 
 # --- errors ---------------------------------------------------------------------------------------------------------

@@ -149,18 +149,6 @@ def test_what_frequency_map_says_of_the_same_orbits():
     )
 
 
-def test_company_threads_and_portions(two_threads, monkeypatch):
-    whole = fa.orbit_frequencies(ARRAY, DT, lines=2, threads=1)
-    same(fa.orbit_frequencies(ARRAY, DT, lines=2, threads=2), whole)
-    for chosen in ([1], [3, 0, 2]):
-        same(fa.orbit_frequencies(ARRAY[:, chosen], DT, lines=2), whole.take(chosen))
-    turned = fa.tunes(ARRAY)
-    for module in ("orbit_frequencies", "tunes"):
-        monkeypatch.setattr(f"fastaff.analysis.frequencies.{module}.BUDGET", 8 * 4 * 2000 * 3 // 2)
-    same(fa.orbit_frequencies(ARRAY, DT, lines=2), whole)
-    same(fa.tunes(ARRAY), turned)
-
-
 def test_orbits_that_end_and_orbits_too_coarse():
     cut = ARRAY.copy()
     cut[:, 1, 1500:] = np.nan

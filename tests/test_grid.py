@@ -113,20 +113,6 @@ def test_the_allowed_cells_are_those_that_the_energy_reaches(body, energy):
     np.testing.assert_array_equal(grid.forbidden, ~(rest >= 0))
 
 
-@pytest.mark.parametrize("direction", [1, -1])
-def test_turning_points_are_the_inner_and_the_outer_one(direction):
-    """Harmonic: (a + b alpha^2)^2 by hand. alpha^2 solves C alpha^4/2 - e alpha^2 + p_eta^2/2 mu = 0."""
-    body, e0, p_eta = Body(Harmonic(1.3), 0.7), 3.0, 0.4
-    grid = energy_grid(body, energy=e0, section=AlphaTurning(direction), axes=BETAS, p_eta=p_eta)
-    beta, p_beta = (x.ravel()[grid.cell] for x in np.meshgrid(*BETAS, indexing="ij"))
-    e = e0 - 1.3 * beta**2 / 2 - p_beta**2 / 1.4
-    root = np.sqrt(e**2 - 1.3 * p_eta**2 / 0.7)
-    outer = (e + root) / 1.3
-    A = outer if direction < 0 else p_eta**2 / (1.3 * 0.7) / outer
-    np.testing.assert_allclose(np.hypot(*grid.z0[:2]), np.sqrt(A), rtol=1e-12)
-    assert not grid.forbidden.any()
-
-
 def test_forbidden_cells_are_masked_when_values_are_spread():
     body, energy = BODIES[2]
     wide = np.linspace(0.05, 1.5, 12), np.linspace(-3, 3, 11)
@@ -161,20 +147,6 @@ def test_henon_heiles(normal, offset, direction):
     np.testing.assert_array_equal(grid.z0[[1 - i, 3 - i]], [u.ravel()[grid.cell], v.ravel()[grid.cell]])
     assert (np.sign(grid.z0[2 + i]) * np.sign(normal[i]) == direction).all()
     assert grid.names == (("y", "p_y"), ("x", "p_x"))[i]
-
-
-@pytest.mark.parametrize(("section", "axes"), [SECTIONS[1], SECTIONS[5], SECTIONS[9]], ids=["turning", "alpha", "area"])
-def test_a_map_from_a_grid_stays_on_its_section(section, axes):
-    """The grid is where the map lives: same energy, same section, first return not at once."""
-    body, energy = BODIES[2]
-    grid = energy_grid(body, energy=energy, section=section, axes=axes, p_eta=0.3, p_gamma=-0.1)
-    cut = poincare_map(body, grid.z0, section=section, crossings=3, max_time=60.0, step=0.05)
-    kept = cut.counts > 0
-    assert kept.mean() > 0.9
-    E, p_eta, p_gamma = constants(body, cut.points[:, 0, kept])
-    np.testing.assert_allclose(E, energy, rtol=1e-6)
-    np.testing.assert_allclose([p_eta, p_gamma], [[0.3], [-0.1]] * np.ones(kept.sum()), rtol=1e-11)
-    assert np.nanmin(cut.times) > 1e-6
 
 
 @pytest.mark.parametrize(

@@ -14,7 +14,6 @@ from fastaff import (
     RK4,
     SOFRONIOU_SPALETTA10,
     VERNER9,
-    Anharmonic,
     Body,
     Harmonic,
     HenonHeiles,
@@ -102,19 +101,6 @@ def test_adaptive_schemes_sample_by_their_interpolants(scheme):
     np.testing.assert_array_equal(plain.z, run.z)  # sampling does not touch the steps
 
 
-def test_dop853_error_follows_the_tolerance():
-    """Error per unit step: a hundredth of the tolerance, 30 to 300 times less error, more from the longest steps."""
-    z0 = states(BODY, 8, seed=5)
-    truth = integrate(BODY, z0, time=10.0, step=0.02, scheme=SOFRONIOU_SPALETTA10).z
-    error = [
-        np.abs(integrate(BODY, z0, time=10.0, scheme=DOP853, rtol=t, atol=t).z - truth).max()
-        for t in (1e-6, 1e-8, 1e-10)
-    ]
-    assert 1e-7 < error[0] < 1e-4
-    assert 20 < error[0] / error[1] < 5000
-    assert 20 < error[1] / error[2] < 500
-
-
 @every_adaptive
 def test_error_is_proportional_to_the_tolerance(scheme):
     """Global error ~ h^order and estimate ~ h^order (9 for VERNER9, 8 for DOP853's blend): error/rtol = const, 1e-6 to
@@ -144,44 +130,6 @@ def test_few_steps_are_taken_twice(scheme, tolerance):
     assert 0 <= 1 - taken.sum() / ensemble.count.sum() < 0.14
 
 
-STEPS = {  # the coarsest of three steps in the ratio sqrt2 for Henon-Heiles and the body: errors between 1e-3 and 1e-12
-    "LEAPFROG": (0.02, 0.02),
-    "YOSHIDA4": (0.05, 0.05),
-    "BLANES_MOAN6": (0.5, 0.2),
-    "BLANES_CASAS_ESCORIHUELA8": (0.5, 0.22),
-    "KAHAN_LI8": (0.4, 0.28),
-    "SOFRONIOU_SPALETTA8": (0.5, 0.28),
-    "SOFRONIOU_SPALETTA10": (0.5, 0.28),
-    "RKN12": (1.8, 0.7),
-    "RK4": (0.05, 0.05),
-    "DOP853": (0.28, 0.2),
-    "VERNER9": (0.4, 0.28),
-    "GAUSS8": (0.5, 0.28),
-    "GAUSS16": (2.6, 0.9),
-}
-
-
-@every_fixed
-@pytest.mark.parametrize("model", [BALL, BODY], ids=label)
-def test_order(model, scheme):
-    """The slope of log error against log step is the declared order, for tableaux with a term more: order + O(h).
-
-    That term is large for VERNER9, whose leading terms are small, and for GAUSS16; the rooted trees know its order.
-    """
-    z0, time = states(model, 6, seed=7, spread=0.1), 16.0
-    truth = integrate(model, z0, time=time, step=0.02, scheme=SOFRONIOU_SPALETTA10).z
-    coarse = STEPS[scheme.name.split()[0]][model is BODY]
-    counts = [round(time / coarse * f) for f in (1, np.sqrt(2), 2)]
-    errors = [
-        np.abs(integrate(model, z0, time=time, step=time / n, scheme=scheme, energy_tolerance=1.0).z - truth).max()
-        for n in counts
-    ]
-    assert 1e-14 < errors[-1] < errors[0] < 2e-3
-    slope = -np.polyfit(np.log(counts), np.log(errors), 1)[0]
-    allowance = 0.15 if isinstance(scheme, Splitting) else 0.8 if scheme.order >= VERNER9.order else 0.3
-    assert slope == pytest.approx(scheme.order, abs=allowance)
-
-
 def test_the_step_is_the_longest_allowed():
     """The step used divides the time between samples: 3 steps of 1/3 for a step of 0.4, not 2 of 0.5."""
     z0 = states(BALL, 3)
@@ -202,47 +150,6 @@ def test_a_missing_step_is_chosen_for_the_energy(model):
 
 
 # --- structure ---------------------------------------------------------------------------------------------------
-
-
-def jacobian(model, z, scheme, h):
-    """dz(h)/dz by sixth-order differences of integrate, all displaced orbits in one call; error about 1e-16/delta."""
-    n, delta = len(z), 5e-3
-    shifts = np.array([1, 2, 3, -1, -2, -3]) * delta
-    weights = np.array([45, -9, 1, -45, 9, -1]) / (60 * delta)
-    start = z[:, None, None] + np.eye(n)[:, :, None] * shifts
-    end = integrate(model, start.reshape(n, -1), time=h, step=h, scheme=scheme, energy_tolerance=1e9).z.reshape(n, n, 6)
-    return end @ weights
-
-
-def symplectic_defect(model, scheme, h):
-    z = states(model, 1, seed=9, spread=0.15)[:, 0]
-    n = len(z) // 2
-    J = jacobian(model, z, scheme, h)
-    omega = np.block([[np.zeros((n, n)), np.eye(n)], [-np.eye(n), np.zeros((n, n))]])
-    return np.abs(J.T @ omega @ J - omega).max()
-
-
-@pytest.mark.parametrize("scheme", SPLITTINGS, ids=label)
-@pytest.mark.parametrize("model", [BALL, BODY], ids=label)
-def test_a_step_of_a_splitting_is_symplectic(model, scheme):
-    assert symplectic_defect(model, scheme, 0.2) < 1e-10
-
-
-def test_a_step_of_rk4_is_not_symplectic():
-    """So the test above can fail."""
-    assert symplectic_defect(BODY, RK4, 0.2) > 1e-6
-
-
-@pytest.mark.parametrize("scheme", SPLITTINGS, ids=label)
-@every_model
-def test_splittings_are_reversible(model, scheme):
-    """Forward, momenta flipped, forward again: back at the start to the rounding of 80 steps and its growth."""
-    z0, n = states(model, 4, seed=10, spread=0.2), model.degrees_of_freedom
-    flip = np.repeat([1.0, -1.0], n)[:, None]
-    there = integrate(model, z0, time=4.0, step=0.05, scheme=scheme, energy_tolerance=1.0).z
-    back = flip * integrate(model, flip * there, time=4.0, step=0.05, scheme=scheme, energy_tolerance=1.0).z
-    np.testing.assert_allclose(back, z0, rtol=0, atol=3e-12)
-    assert np.abs(there - z0).max() > 0.1
 
 
 def test_energy_error_of_a_splitting_does_not_grow():
@@ -288,43 +195,6 @@ def test_energy_error_is_what_it_says():
 
 # --- bitwise promises --------------------------------------------------------------------------------------------
 
-RUNS = {
-    "fixed": {"time": 3.0, "step": 0.05, "samples": 3},
-    "runge-kutta": {"time": 3.0, "step": 0.05, "samples": 3, "scheme": RK4, "energy_tolerance": 1.0},
-    "adaptive": {"time": 3.0, "samples": 3, "scheme": DOP853},
-}
-every_run = pytest.mark.parametrize("options", RUNS.values(), ids=RUNS)
-
-
-@every_run
-def test_a_lost_orbit_does_not_change_its_neighbours(options):
-    z0 = states(BODY, 200)
-    bad = np.arange(3, 200, 7)
-    mixed = z0.copy()
-    mixed[2, bad] = 1e-3
-    mixed[6, bad] = np.where(np.arange(bad.size) % 2, 1e100, 40.0)  # out of bounds; through the wall
-    run = integrate(BODY, mixed, **options)
-    good = np.setdiff1d(np.arange(200), bad)
-    clean = integrate(BODY, z0[:, good], **options)
-    for name in ("z", "t", "samples", "energy_error", "status"):
-        np.testing.assert_array_equal(getattr(run, name)[..., good], getattr(clean, name), err_msg=name)
-    assert (run.status[bad[1::2]] != Status.OK).all()
-    if options is not RUNS["adaptive"]:
-        assert (run.status[bad] != Status.OK).all()
-
-
-@every_run
-def test_a_lost_orbit_is_lost_the_same_alone_and_with_any_threads(options, two_threads):
-    """Status, time and state of orbits that escape or collapse belong to the bitwise promise too."""
-    model, z0 = Body(Harmonic(C=-1.0)), np.array([[1.0, 0, 0, 0, 1, 0, 0, 0], [0.5, 0, 0, 0, 0.1, 0, 0, 0]] * 40).T
-    options = options | {"time": 60.0, "energy_tolerance": 1e12}
-    crowd = integrate(model, z0, threads=2, **options)
-    assert (crowd.status == Status.ESCAPED).all()
-    assert_same(integrate(model, z0, threads=1, **options), crowd)
-    for threads in (1, 2):
-        assert_same(integrate(model, z0[:, 0], threads=threads, **options), crowd, slice(0, 1))
-        assert_same(integrate(model, z0[:, :2], threads=threads, **options), crowd, slice(0, 2))
-
 
 def test_results_do_not_depend_on_the_state_before():
     """The same call twice; z0 is left alone."""
@@ -360,18 +230,6 @@ def test_harmonic_motion_crosses_zero_area_by_its_closed_form():
     det = (run.samples[:, 0] ** 2 + run.samples[:, 1] ** 2 - run.samples[:, 2] ** 2 - run.samples[:, 3] ** 2) / 2
     assert (det.min(axis=0) < 0).mean() > 0.5
     assert (run.status == Status.OK).all()
-
-
-def test_anharmonic_motion_crosses_zero_area():
-    body = Body(Anharmonic())
-    z0 = states(body, 50, spread=0.6)
-    run = integrate(body, z0, time=7.0, step=0.02, scheme=SOFRONIOU_SPALETTA10, samples=140)
-    det = (run.samples[:, 0] ** 2 + run.samples[:, 1] ** 2 - run.samples[:, 2] ** 2 - run.samples[:, 3] ** 2) / 2
-    crosses = det.min(axis=0) < -0.05
-    assert crosses.sum() >= 5
-    assert (run.status == Status.OK).all()
-    i = np.flatnonzero(crosses)[0]
-    np.testing.assert_allclose(run.z[:, i], solve(body, z0[:, i], 7.0)[0], rtol=0, atol=1e-10)
 
 
 def test_a_step_too_long_for_the_wall_is_a_collapse():
@@ -412,17 +270,6 @@ def test_orbits_that_are_gone_in_finite_time_leave_others_alone(text):
         assert (found.status != Status.OK).sum() >= 8
         assert np.array_equal(found.status[-4:], alone.status)
         assert np.array_equal(found.energy_error[-4:], alone.energy_error, equal_nan=True)
-
-
-def test_an_exponential_escape():
-    """V = -|q|^2/2 grows by e per unit time: beyond 1e6 at t = 14."""
-    model = Body(Harmonic(C=-1.0))
-    z0 = np.array([1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0])
-    for options in ({"step": 0.05}, {"scheme": DOP853}):
-        run = integrate(model, z0, time=100.0, energy_tolerance=1e12, **options)
-        assert run.status[0] == Status.ESCAPED
-        assert 13.8 < run.t[0] < 13.9 + 0.05 * 128
-        assert np.isfinite(run.z).all()
 
 
 @pytest.mark.parametrize(
@@ -604,14 +451,6 @@ def test_memory_does_not_grow_with_the_steps():
 
     peak(1.0), peak(5000.0)  # which are run in ways of their own
     assert peak(5000.0) < 1.2 * peak(1.0) + 100_000  # two threads' memory; one number a step would be 800 kB
-
-
-def test_progress_is_reported():
-    seen = []
-    integrate(BALL, states(BALL, 640), time=4000.0, step=0.02, report=seen.append)
-    assert len(seen) >= 1
-    assert all(0 <= x <= 1 for x in seen)
-    assert seen == sorted(seen)
 
 
 def test_one_step_is_the_twins_step_exactly():

@@ -85,19 +85,6 @@ def test_rotation_reaches_rounding():
     assert found.digits[0] > 10
 
 
-def test_rotation_converges_faster_than_any_power():
-    """Four times the crossings, an error 2^12 times smaller at least: order 6 and more, where a plain mean has
-    order 1.
-    """
-    errors = []
-    for crossings in (100, 200, 400):
-        found = rotation_number(ellipse(GOLDEN - 1, crossings), centre=(0.3, 0.1))
-        errors.append(abs(found.rotation[0] - GOLDEN + 1))
-    assert errors[0] < 1e-4
-    assert errors[2] < 1e-11
-    assert errors[2] < errors[0] / 2**12
-
-
 @pytest.mark.parametrize("alpha", [0.7, 1.3, 2.2])
 def test_rotation_at_an_elliptic_point(alpha):
     """arccos(trace/2)/2 pi of the linear map, approached like the square of the amplitude."""
@@ -287,40 +274,3 @@ def test_padding_and_few_points():
 def test_wrong_input(call, error, match):
     with pytest.raises(error, match=match):
         call()
-
-
-def test_henon_heiles_section():
-    """E = 1/12, x = 0: near the stable periodic orbit the rotation number is that of the linearised return map."""
-    model, section, E = fastaff.HenonHeiles(), fastaff.Linear((1, 0, 0, 0)), 1 / 12
-
-    def lift(y, p_y):
-        p_x = np.sqrt(2 * E - p_y**2 - y * y + 2 * y**3 / 3)
-        return np.array([0 * y, y, p_x, p_y])
-
-    def returned(y, p_y, crossings=1):
-        found = fastaff.poincare_map(
-            model, lift(y, p_y), section=section, crossings=crossings, max_time=20.0 * crossings + 20, step=0.02
-        )
-        return found.points[[1, 3]]
-
-    # The fixed point on p_y = 0 by secants for p_y' = 0, on the side y > 0.
-    a, b = 0.15, 0.3
-    f, g = (returned(np.array([u]), np.zeros(1))[1, 0, 0] for u in (a, b))
-    for _ in range(8):
-        if g == f:
-            break
-        a, b, f = b, b - g * (b - a) / (g - f), g
-        g = returned(np.array([b]), np.zeros(1))[1, 0, 0]
-    h = 1e-5
-    y, p_y = b + h * np.array([1, -1, 0, 0]), h * np.array([0, 0, 1, -1])
-    ends = returned(y, p_y)[:, 0].T
-    monodromy = np.stack([(ends[0] - ends[1]) / (2 * h), (ends[2] - ends[3]) / (2 * h)], axis=1)
-    # Area-preserving in (y, p_y); central differences are good to h^2 and to rounding / h.
-    assert np.linalg.det(monodromy) == pytest.approx(1.0, abs=1e-6)
-    linear = math.acos(np.trace(monodromy) / 2) / (2 * math.pi)
-    points = returned(b + np.array([1e-3, 2e-3]), np.zeros(2), 600)
-    found = islands(points, centre=(b, 0.0))
-    assert (found.kind == Kind.CURVE).all()
-    shift = np.abs(np.abs(found.turning.rotation) - linear)
-    assert shift.max() < 1e-4
-    assert np.abs(np.diff(np.abs(found.turning.rotation)))[0] < 1e-4

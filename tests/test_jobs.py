@@ -12,7 +12,6 @@ import resource
 import signal
 import subprocess
 import sys
-import time
 from concurrent.futures import Future, ProcessPoolExecutor, ThreadPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from dataclasses import replace
@@ -21,7 +20,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 from job_cases import CELLS, JOBS, LARGE, MOTION, ONES, TEXT, bits, chunks
-from thorough import TIMES
 
 import fastaff as fa
 from fastaff.jobs import Chaos, Frequencies, Job, Motion, Poincare, Run, Starts, Surface, running, units, watching
@@ -56,14 +54,6 @@ def test_a_store_has_the_bits_of_a_run_in_memory(name, whole, tmp_path):
     assert bits(stored) == whole(name)
     assert stored.complete
     assert bits(fa.run(JOBS[name], threads=2)) == whole(name)
-
-
-@pytest.mark.parametrize("threads", [1, 2])
-@pytest.mark.parametrize("unit", [1, 7, 64, 1000])
-def test_any_unit_and_threads(unit, threads, whole, tmp_path):
-    job = replace(CELLS, integrate=None, unit=unit)
-    expected = {key: value for key, value in whole("cells").items() if key[0] == "poincare"}
-    assert bits(fa.run(job, tmp_path / "s", threads=threads)) == expected
 
 
 @pytest.mark.slow
@@ -329,32 +319,6 @@ def ended(process):
     with process:
         out, err = process.communicate(timeout=600)  # a hang, not a speed
     return process.returncode, out, err
-
-
-@pytest.mark.slow
-def test_killed_again_and_again(tmp_path, whole):
-    fa.run(replace(CELLS, unit=2), tmp_path / "one")
-    random = np.random.default_rng(7)
-    for _ in range(4 * TIMES):
-        process = started(tmp_path / "s")
-        assert process.stdout.readline() == "ready\n"
-        time.sleep(random.uniform(0.0, 1.2))
-        process.kill()
-        ended(process)
-    assert bits(fa.run(replace(CELLS, unit=2), tmp_path / "s")) == whole("cells")
-    assert chunks(tmp_path / "s") == chunks(tmp_path / "one")
-
-
-def test_killed_once(tmp_path, whole):
-    fa.run(replace(CELLS, unit=2), tmp_path / "one")
-    kill = "import os\ndef kill(progress, unit):\n    if unit.number == 5: os.kill(os.getpid(), 9)"
-    code, _, err = ended(started(tmp_path / "s", kill, ", watch=kill"))
-    assert code == -signal.SIGKILL, err
-    half = fa.jobs.JobResults.stored(tmp_path / "s")
-    assert not half.complete
-    assert len(half["integrate"].status) == len(half.place)
-    assert bits(fa.resume(tmp_path / "s")) == whole("cells")
-    assert chunks(tmp_path / "s") == chunks(tmp_path / "one")
 
 
 def test_what_killed_writers_left_goes(tmp_path, whole):
@@ -661,17 +625,6 @@ def test_what_is_told_while_it_runs(tmp_path):
     assert len(done.units) == len(told) == Store(tmp_path / "s").units
     lines = (tmp_path / "s" / "units.jsonl").read_text().splitlines()
     assert [json.loads(line)["number"] for line in lines] == list(range(len(told)))
-
-
-def test_bodies_and_frequencies_by_accuracy(tmp_path):
-    """Steps are those of each orbit, whatever the unit."""
-    job = Job(
-        surface=Surface(energy=1.5, p_eta=0.3),
-        starts=Starts(grid="3x4"),
-        run=Run(accuracy=1e-8),
-        frequency_map=Frequencies(time=10.0),
-    )
-    assert bits(fa.run(replace(job, unit=5), tmp_path / "s")) == bits(fa.run(job))
 
 
 @pytest.mark.parametrize("store", [1, b"x", [], 1.5, {}, len, "a\0b", "\ud800", True], ids=repr)

@@ -116,29 +116,10 @@ def test_small_strains_have_the_constants_of_lame(name):
         np.testing.assert_allclose(body.tangent_force(*rest, *_planes(e)), -_planes(expected), atol=1e-12)
 
 
-@pytest.mark.parametrize("name", LAWS)
-def test_no_frame_is_preferred(name):
-    rng = np.random.default_rng(5)
-    body, _, matrices, _ = _drawn(name, rng)
-    for F in matrices:
-        (c, s), (d, t) = ((np.cos(angle), np.sin(angle)) for angle in rng.uniform(0, 2 * np.pi, 2))
-        turned = np.array([[c, -s], [s, c]]) @ F @ np.array([[d, -t], [t, d]])
-        here, there = (body.potential_energy(*_planes(phi)) for phi in (F, turned))
-        assert abs(here - there) < 1e-12 * (1 + abs(here))
-
-
 def test_gent_ends_where_the_chains_are_stretched():
     potential = fa.formula("gent", G=1.0, Jm=1.0, K=2.0).potential
     for D1, D2, inside in ((1.2, 1.0, True), (1.5, 1.0, False), (1.0, -0.1, False)):
         assert (potential.margin((D1 + D2) ** 2 / 2, (D1 - D2) ** 2 / 2) > 0) == inside
-
-
-@pytest.mark.slow
-def test_laws_run():
-    body = fa.formula("ogden", a1=1.0, m1=1.3, a2=-0.2, m2=-2.0, K=2.0)
-    found = fa.integrate(body, [1.5, 0, 0.2, 0, 0, 0.3, 0, 0.1], time=20.0, accuracy=1e-10)
-    assert found.success
-    assert found.energy_error.max() < 1e-9
 
 
 @pytest.mark.parametrize("letters", [{}, {"G": 1.0}, {"G": 1.0, "Jm": 2.0, "K": 1.0, "c10": 1.0}])

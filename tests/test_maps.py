@@ -650,7 +650,7 @@ def test_jobs_of_maps_keep_what_the_functions_give(tmp_path):
         (["--model", "standard-map", "--axes", "y=0:1:3"], "--axes must be one of x, p"),
         (["--map", "x1 = x", "--axes", "x=0:1:3"], "must give the images"),
         (["--map", "p1 = p + x; x1 = x + p1", "--model", "henon-map"], "give one of"),
-        (["--angles", "x=1"], "--angles belongs to --map"),
+        (["--angles", "x=1"], "--angles belongs to --map, --hamiltonian or --flow"),
     ],
 )
 def test_commands_refuse_what_maps_do_not_have(options, said, capsys):
@@ -678,16 +678,6 @@ def test_resonances_of_maps_count_the_turn():
     found = fa.resonances(fa.frequency_map(model, [0.3, 0.2, 0.0, 0.1], time=4000), max_order=6)
     assert found.names == ("x", "y", "turn")
     np.testing.assert_array_equal(found.basis[0, :, 0], [4, 0, -1])
-
-
-def test_iterates_of_maps_are_fitted_by_tori():
-    path = fa.integrate(OneTurnMap(0.28, 0.31, -0.3), [0.1, 0.1, 0.0, 0.0], time=2048, samples=2048).samples[..., 0].T
-    found = fa.analysis.fit_samples(path, 1.0)
-    assert found.verdict.name == "TORUS"
-    t = np.arange(2000, 2040)
-    np.testing.assert_allclose(found.evaluate(found.theta0[:, None] + found.nu[:, None] * t), path[:, t], atol=1e-7)
-    own = fa.fit_torus(OneTurnMap(0.28, 0.31, -0.3), [0.1, 0.1, 0.0, 0.0], time=2048)
-    np.testing.assert_allclose(sorted(found.nu), sorted(own.nu), atol=1e-9)
 
 
 def test_an_orbit_ends_with_the_same_iterate_in_all_analyses():

@@ -134,13 +134,6 @@ def test_potential_in_r_vartheta(potential, formula):
     np.testing.assert_allclose(body.potential_energy(*z[:4]), formula(potential, *polar(z)), rtol=1e-13, atol=1e-13)
 
 
-def test_anharmonic_is_eqa_in_alpha_beta():
-    V, alpha, beta = Anharmonic(1.7), 1.3, 0.4
-    assert V.value(alpha**2, beta**2) == pytest.approx(
-        1.7 / 2 * (alpha**2 + 4 / alpha**2) + 1.7 / 2 * beta**2, rel=1e-15
-    )
-
-
 @every_body
 def test_potential_does_not_feel_rotations_and_transposition(body):
     """phi -> R phi S and phi -> phi^T keep D1, D2; so does the exchange of D1 and D2 (two names of one matrix)."""
@@ -203,15 +196,6 @@ def test_rest_states_and_normal_frequencies(body, radius, squares, angle):
     q = radius * np.cos(angle), radius * np.sin(angle), 0.0, 0.0
     np.testing.assert_allclose(body.force(*q), 0.0, atol=1e-14)
     np.testing.assert_allclose(normal_modes(body, q), squares, rtol=0, atol=1e-12)
-
-
-def test_hessian_of_hyperelastic_in_stretches():
-    """[[3C, C], [C, 3C]] at D1 = D2 = 1 (docs/physics.md section 3): a1 is (D1+D2)/sqrt2, b1 is (D1-D2)/sqrt2."""
-    body = Body(Hyperelastic(1.3))
-    q = np.sqrt(2), 0.0, 0.0, 0.0
-    along = [[1, 0, 1, 0], [1, 0, -1, 0]] / np.sqrt(2)
-    hessian = [[-np.dot(body.tangent_force(*q, *e), f) for e in along] for f in along]
-    np.testing.assert_allclose(hessian, 1.3 * np.array([[3, 1], [1, 3]]), rtol=1e-13)
 
 
 @pytest.mark.parametrize(

@@ -221,24 +221,6 @@ def test_naive_twin(order):
 FIELDS = ("nu", "amplitude", "error", "residual")
 
 
-def test_batch_equals_single_calls_bitwise():
-    rng = np.random.default_rng(6)
-    samples = 300
-    shape = (2, 2) if JIT_DISABLED else (7, 50)
-    signals = rng.normal(size=(*shape, samples)) + signal_of([0.1, 0.11], [3, 2], samples)
-    batch = naff(signals, 0.5, lines=3)
-    assert batch.nu.shape == (*shape, 3)
-    assert batch.residual.shape == shape
-    for at in [(0, 0), (1, 1), (shape[0] - 1, shape[1] - 1)]:
-        single = naff(signals[at], 0.5, lines=3)
-        for name in FIELDS:
-            assert np.array_equal(getattr(batch, name)[at], getattr(single, name))
-    strided = naff(signals[:, ::-1, :], 0.5, lines=3)
-    assert np.array_equal(strided.nu[:, ::-1], batch.nu)
-    flipped = naff(np.asfortranarray(signals), 0.5, lines=3)
-    assert np.array_equal(flipped.error, batch.error)
-
-
 def test_scale_does_not_matter():
     signal = signal_of([0.2, -0.1], [1.0, 0.5])
     plain = naff(signal, 1.0, lines=2)

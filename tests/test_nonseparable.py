@@ -3,7 +3,6 @@
 import inspect
 import math
 
-import mpmath as mp
 import numpy as np
 import pytest
 import systems
@@ -13,7 +12,7 @@ import fastaff as fa
 from fastaff.base.status import Status
 from fastaff.models.mechanics import system_of
 from fastaff.models.sections import AngleEquals
-from fastaff.schemes import DOP853, GAUSS8, GAUSS16, VERNER9
+from fastaff.schemes import GAUSS8, GAUSS16, VERNER9
 
 DOUBLE = (
     "(p1**2*m2*b**2 + p2**2*(m1 + m2)*a**2 - 2*m2*a*b*p1*p2*cos(q1 - q2))/(2*m2*a**2*b**2*(m1 + m2*sin(q1 - q2)**2))"
@@ -71,29 +70,6 @@ def test_orbits_are_those_of_the_equations_of_lagrange_within_their_errors(accur
             late.append(np.abs(found.z[:, k] - truth) / allowed)
     assert np.mean(np.array(late) <= 1) >= 0.99
     assert np.max(late) <= 10
-
-
-def test_an_orbit_in_more_digits():
-    z0, H = [1.1, -0.4, 0.3, 0.2], pendulum()
-
-    def rates(t, z):
-        d = z[0] - z[1]
-        s, c = mp.sin(d), mp.cos(d)
-        D, K = 1 + s * s, z[2] ** 2 + 2 * z[3] ** 2 - 2 * z[2] * z[3] * c
-        slope = z[2] * z[3] * s / D - K * s * c / D**2
-        return [(z[2] - z[3] * c) / D, (2 * z[3] - z[2] * c) / D, -slope - 2 * mp.sin(z[0]), slope - mp.sin(z[1])]
-
-    with mp.workdps(22):
-        truth = mp.odefun(rates, 0, [mp.mpf(repr(x)) for x in z0], tol=mp.mpf("1e-18"))(2)
-    tight = {"rtol": 1e-14, "atol": 1e-15}
-    for scheme, bound, how in (
-        (GAUSS16, 4e-15, {"step": 0.1}),
-        (GAUSS8, 5e-12, {"step": 0.05}),
-        (DOP853, 5e-14, tight),
-        (VERNER9, 5e-14, tight),
-    ):
-        found = fa.integrate(H, z0, time=2.0, scheme=scheme, **how).z[:, 0]
-        assert np.abs(found - np.array(truth, dtype=float)).max() < bound, scheme
 
 
 def test_the_named_model_is_the_text():
@@ -307,14 +283,6 @@ def test_a_periodic_orbit_closes():
     assert abs(time - 2 * math.pi / math.sqrt(2 - math.sqrt(2))) < 0.1
     end = fa.integrate(H, z, time=time, accuracy=1e-11).z[:, 0]
     np.testing.assert_allclose(end, z, rtol=0, atol=1e-9)
-
-
-def test_a_torus_has_the_frequencies_of_its_orbit():
-    z0 = [0.1, -0.05, 0.05, 0.1]
-    torus, orbit = fa.fit_torus(pendulum(), z0, time=800.0), fa.frequency_map(pendulum(), z0, time=800.0)
-    assert torus.verdict.value == "torus"
-    apart = np.abs(np.sort(torus.nu) - np.sort(orbit.nu[:, 0]))
-    assert (apart <= orbit.error.max()).all()
 
 
 def test_what_does_not_go_with_it_is_refused():
@@ -663,6 +631,26 @@ def test_a_factor_before_h_expands_no_potential(turning):
             for b, z in ((0.0, z0 + away - away), (far, z0 + away))
         )
         assert (np.abs(found.z - away - near.z) <= found.error + near.error).all()
+
+
+def test_long_runs_next_to_a_centre_are_left_to_tolerances():
+    """Equal steps took minutes for one orbit of a set, or their iteration failed; positions are those of a plane."""
+    polar = "a**2/2 + b**2/(2*x**2) + x**2/2 + x**4/4"
+    H = fa.hamiltonian(polar, coordinates="x y", momenta="a b", periods={"y": "2*pi"})
+    spins = 10 ** RNG.uniform(-3.5, -1.5, 6)
+    z0 = np.array([RNG.uniform(0.7, 1.2, 6), np.zeros(6), RNG.uniform(-0.4, 0.4, 6), spins])
+    flat = np.array([z0[0], 0 * spins, z0[2], spins / z0[0]])
+    plane = fa.integrate(fa.hamiltonian("(x**2 + y**2)/2 + (x**2 + y**2)**2/4"), flat, time=400.0, accuracy=1e-12)
+    x, y, p, q = plane.z
+    r = np.hypot(x, y)
+    truth, margin = np.array([r, np.arctan2(y, x), (x * p + y * q) / r]), plane.error.max(axis=0) / r**2
+    found = fa.integrate(H, z0, time=400.0, accuracy=1e-5)
+    assert (found.status == Status.OK).all()
+    assert np.isinf(found.step).any()
+    off = np.abs(found.z[:3] - truth)
+    off[1] = np.abs(np.mod(found.z[1] - truth[1] + np.pi, 2 * np.pi) - np.pi)
+    assert (off <= found.error[:3] + 10 * margin).all()
+    assert np.median(found.error.max(axis=0)) <= 1e-5
 
 
 def test_each_orbit_of_a_default_run_has_its_scheme_whatever_its_company():

@@ -35,14 +35,7 @@ ERRATA = {
     "EQ3.1a, E = omega (J_x + J_y)": ["EQ3.1a", "sec. 4, E = omega (J_x + J_y)"],
     "m, l independent": ["EQ3.2, m and l", "EQ3.6, m and l", "sec. 5, m and l", "EQ4.3, m and l", "EQ5.1, m and l"],
     "EQ3.21a-23a, EQ3.21, EQ3.22, EQ5.1: +-": [
-        "EQ3.21a",
-        "EQ3.22a",
-        "EQ3.23a",
-        "EQ3.21",
-        "EQ3.22",
-        "EQ5.1, (i)",
-        "EQ5.1, (ii)",
-        "EQ5.1, (iii)",
+        *("EQ3.21a", "EQ3.22a", "EQ3.23a", "EQ3.21", "EQ3.22", "EQ5.1, (i)", "EQ5.1, (ii)", "EQ5.1, (iii)"),
     ],
     "EQ3.23": ["EQ3.23"],
     "collapse to D1 D2 = 0": ["sec. 4, collapse"],
@@ -80,15 +73,8 @@ ERRATA = {
     ],
 }
 NEW = (
-    "EQ2.0",
-    "sec. 3, pi/4-rotation",
-    "EQ2.2h, no collapse",
-    "EQb, level labels",
-    "sec. 4, bounded r",
-    "sec. 5, nabla_i skew",
-    "sec. 7, generators of GL(2,R)",
-    "sec. 7, two-side invariant",
-    "sec. 7, complex a",
+    *("EQ2.0", "sec. 3, pi/4-rotation", "EQ2.2h, no collapse", "EQb, level labels", "sec. 4, bounded r"),
+    *("sec. 5, nabla_i skew", "sec. 7, generators of GL(2,R)", "sec. 7, two-side invariant", "sec. 7, complex a"),
 )
 """What this audit added to the known errata."""
 

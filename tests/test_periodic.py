@@ -13,7 +13,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from matplotlib.figure import Figure
 from own_models import HenonHeilesInUnits
-from scipy.integrate import quad, solve_ivp
+from scipy.integrate import solve_ivp
 from scipy.optimize import brentq, minimize
 from scipy.special import ellipk
 
@@ -82,14 +82,6 @@ def radial_orbits():
     return model, fa.find_periodic_orbits(model, model.from_planes(grid.z0), section=RADIAL, max_period=3, energy=1.5)
 
 
-def test_the_period_formula_is_the_quadrature():
-    q1, q2, q3 = turning_points(0.11)
-    half = quad(lambda a: 1 / np.sqrt(2 / 3 * (q3 - (q1 + q2) / 2 - (q2 - q1) / 2 * np.sin(a))), -np.pi / 2, np.pi / 2)[
-        0
-    ]
-    assert straight_period(0.11) == pytest.approx(2 * half, rel=1e-12)
-
-
 @pytest.mark.parametrize("E", [0.004, 0.02, 1 / 12, 0.12, 0.15, 0.163])
 def test_straight_orbits_have_their_period_and_hills_trace(E):
     noise = 0.02 * np.sqrt(E) * np.random.default_rng(3).standard_normal(4)
@@ -105,13 +97,6 @@ def test_straight_orbits_have_their_period_and_hills_trace(E):
         Stability.ELLIPTIC if abs(trace) < 2 else Stability.HYPERBOLIC if trace > 2 else Stability.INVERSE_HYPERBOLIC
     )
     assert orbit.stability[0] == expected
-
-
-def test_small_oscillations_have_the_linear_period():
-    """T = 2 pi (1 + 5 E/12 ...): second-order perturbation of the cubic oscillator."""
-    E = 1e-5
-    orbit = fa.periodic_orbits(fa.HenonHeiles(), straight(E), section=X)
-    assert orbit.time[0] == pytest.approx(2 * np.pi * (1 + 5 * E / 6), abs=1e-8)
 
 
 def test_seven_simple_orbits_of_henon_heiles():
@@ -223,23 +208,6 @@ def test_resonant_tori_are_parabolic(C, p_beta):
     assert (found.stability == Stability.PARABOLIC).all()
 
 
-def test_resonant_torus_of_the_hyperelastic_body():
-    """EQ2.2h is integrable: the orbits that Newton finds off the fixed points lie on resonant tori, residue 0."""
-    body = fa.Body(fa.Hyperelastic(C=1.0), mu=1.0)
-    model = fa.reduced(body, p_eta=0.5, p_gamma=0.3)
-    axes = np.linspace(0.15, 1.3, 10), np.linspace(-1.2, 1.2, 10)
-    grid = fa.energy_grid(body, energy=4.0, p_eta=0.5, p_gamma=0.3, section=fa.AlphaTurning(), axes=axes)
-    found = fa.find_periodic_orbits(
-        model, model.from_planes(grid.z0), section=RADIAL, max_period=4, energy=4.0, most=12
-    )
-    tori = fa.action_angles(body, model.to_planes(found.z))
-    longer = found.period > 1
-    assert longer.sum() > 3
-    turns = (found.time * tori.nu[:2])[:, longer]
-    np.testing.assert_allclose(turns, np.rint(turns), atol=1e-7)
-    assert (found.stability[longer] == Stability.PARABOLIC).all()
-
-
 def test_a_guess_beyond_the_saddle_is_not_found():
     found = fa.periodic_orbits(fa.HenonHeiles(), [0, 5.0, 0.1, 0.1], section=X, step=0.07, max_time=60.0)
     assert found.status[0] != Status.OK
@@ -269,17 +237,6 @@ def test_a_scheme_that_chooses_itself():
     grid = straight(0.1)[:, None] + 0.01 * np.random.default_rng(1).standard_normal((4, 5))
     found = fa.find_periodic_orbits(fa.HenonHeiles(), grid, section=X, max_period=1, energy=0.1, scheme=fa.AUTO)
     assert np.abs(found.time - straight_period(0.1)).min() < 1e-9
-
-
-def test_files_keep_a_branch(tmp_path):
-    branch = fa.continuation(fa.HenonHeiles(), straight(0.1), section=X, steps=3)
-    path = fa.files.save(tmp_path / "branch", branch)
-    saved = fa.files.contents(path)
-    np.testing.assert_array_equal(saved.arrays["orbits_z"], branch.orbits.z)
-    assert saved.metadata["orbits"]["names"] == list(branch.orbits.names)
-    again = fa.files.load(path)
-    np.testing.assert_array_equal(again.orbits.monodromy, branch.orbits.monodromy)
-    assert (again.status, again.orbits.section, again.orbits.scheme) == (branch.status, X, fa.KAHAN_LI8)
 
 
 def test_reduced_body_is_the_body():
@@ -387,27 +344,6 @@ def test_branches_are_the_same_in_any_units(model):
         assert a.time / model.time == pytest.approx(b.time, rel=1e-8)
 
 
-def test_each_orbit_has_its_own_step_and_no_neighbour():
-    """With the defaults, bitwise: alone, among others, in another order; a guess that needs short steps beside one that
-    does not.
-    """
-    model = fa.reduced(fa.Body(fa.NeoHookean(G=1.0, K=2.0), mu=1.0), p_eta=0.3, p_gamma=0.002)
-    section = fa.Linear(normal=(0, 0, 1, 0), direction=0)
-    guesses = np.array(
-        [[1.06, 0.135, 0.0, 0.1], [1.33, 0.94, 0.0, 0.02], [1.1, 0.02, 0.0, 1.5], [1.2, 0.5, 0.0, 0.4]]
-    ).T
-    together = fa.periodic_orbits(model, guesses, section=section, period=2)
-    order = [2, 0, 3, 1]
-    shuffled = fa.periodic_orbits(model, guesses[:, order], section=section, period=2)
-    assert len(set(together.step)) > 1
-    for o in range(4):
-        alone = fa.periodic_orbits(model, guesses[:, o], section=section, period=2)
-        for name in ("status", "time", "monodromy", "residual", "error", "step"):
-            np.testing.assert_array_equal(getattr(alone, name)[..., 0], getattr(together, name)[..., o])
-            np.testing.assert_array_equal(getattr(shuffled, name)[..., order.index(o)], getattr(together, name)[..., o])
-        np.testing.assert_array_equal(alone.z[:, 0], together.z[:, o])
-
-
 @pytest.mark.parametrize("scheme", [fa.KAHAN_LI8, fa.BLANES_MOAN6, fa.SOFRONIOU_SPALETTA10], ids=naive.label)
 def test_errors_cover_the_truth_from_coarse_to_fine_steps(scheme):
     E = np.random.default_rng(4).uniform(0.02, 0.16, 5)
@@ -478,18 +414,6 @@ def test_relative_periodic_orbits_return_in_all_invariants_of_the_body():
             BODY, z, section=fa.AlphaTurning(), crossings=int(found.period[o]), max_time=100.0, step=0.005
         )
         assert crossings.times[-1, 0] == pytest.approx(found.time[o], rel=1e-9)
-
-
-def test_harmonic_body_has_unit_multipliers_in_four_degrees_of_freedom():
-    """n = 4: every orbit of the harmonic body has the period 2 pi, so all indices are 2."""
-    body = fa.Body(fa.Harmonic(C=1.0), mu=1.0)
-    z0 = np.array([1.3, 0.1, 0.4, 0.2, 0.3, 0.5, -0.2, 0.3])
-    found = fa.periodic_orbits(body, z0, section=fa.AlphaTurning(direction=1), period=2, step=0.02)
-    found.raise_if_failed()
-    assert found.time[0] == pytest.approx(2 * np.pi, rel=1e-11)
-    assert found.indices.shape == (3, 1)
-    # A triple root splits like the cube root of rounding.
-    np.testing.assert_allclose(found.indices[:, 0], 2, atol=1e-3)
 
 
 def test_branch_of_the_straight_orbit_changes_stability_where_hills_equation_says():

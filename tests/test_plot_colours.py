@@ -9,7 +9,6 @@ import pytest
 
 import fastaff as fa
 from fastaff import plot
-from fastaff.kernels.counting import count_cells
 from fastaff.plot import mathematics, scales, style
 from fastaff.plot.density import count_points, even_edges
 
@@ -63,18 +62,6 @@ def test_values_of_orbits_are_taken_again_and_again():
     found = count_points(x, y, edges=([0.0, 6.0, 12.0], [-1.0, 1.0]), values=each)
     assert found.mean[:, 0].tolist() == [7 / 3, 7 / 3]
     assert count_points([], [], edges=([0, 1], [0, 1])).counts.tolist() == [[0]]
-
-
-def test_the_kernel_alone_beside_python():
-    rng = np.random.default_rng(3)
-    x, y, edges = rng.uniform(-2, 2, 200), rng.uniform(-2, 2, 200), np.linspace(-1, 1, 6)
-    counts, sums = np.zeros((5, 5), np.int64), np.zeros((5, 5))
-    count_cells(x, y, x, edges, edges, counts, sums)
-    for i in range(5):
-        for j in range(5):
-            own = (x >= edges[i]) & (x < edges[i + 1]) & (y >= edges[j]) & (y < edges[j + 1])
-            assert counts[i, j] == own.sum()
-            assert sums[i, j] == pytest.approx(x[own].sum(), abs=1e-12)
 
 
 @pytest.mark.parametrize(

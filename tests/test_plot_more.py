@@ -174,22 +174,6 @@ def test_boxes_overlap_where_they_do():
             assert not smaller.overlaps(plot_labels.Box(two.centre, two.half * 0.9, two.angle))
 
 
-def test_names_of_neighbouring_lines_stand_apart(ax):
-    """Of lines that are little longer than their names, 7 to 16 pixels above one another."""
-    ax.set(xlim=(0, 1), ylim=(0, 1))
-    lines = []
-    for k, height in enumerate(np.cumsum(np.random.default_rng(4).uniform(0.02, 0.045, 22)), 1):
-        part = np.column_stack([np.linspace(0.4, 0.62, 30), np.full(30, height)])
-        lines.append(fa.analysis.ResonanceLine((k, -k - 1, 0), 2 * k + 1, (part,), None))
-    drawn = plot.plot_web(lines, ax=ax, names=("alpha", "beta", "gamma"), labels=22)
-    ax.figure.canvas.draw()
-    boxes = [drawn_box(text) for text in drawn.labels]
-    assert len(boxes) > 4
-    for k, box in enumerate(boxes):
-        apart = plot_labels.Box(box.centre, box.half + box.half[1], box.angle)
-        assert not any(apart.overlaps(other) for other in boxes[:k])
-
-
 def test_the_title_on_the_left_stands_above_the_legend_of_a_web(ax):
     ax.set_title("grey: 2827 orbits without a value", fontsize=9, loc="left")
     part = np.array([[0.5, 0.5], [0.51, 0.5]])

@@ -345,35 +345,6 @@ def test_in_a_notebook_a_line_replaces_the_one_before(monkeypatch, clock):
     assert len(shown) == 3  # a short call puts nothing there
 
 
-@pytest.mark.slow
-def test_a_kernel_shows_progress_and_a_saved_notebook_has_none_of_it(monkeypatch):
-    nbformat, nbclient = pytest.importorskip("nbformat"), pytest.importorskip("nbclient")
-    pytest.importorskip("ipykernel")
-    monkeypatch.delenv("FASTAFF_PROGRESS", raising=False)
-    begin = (
-        "import time\nimport fastaff as fa\nfa.progress\nfrom fastaff.base import progress\nprogress.SILENCE = 0.1\n"
-        "def work():\n    with progress.watched('work') as report:\n        for i in range(10):\n"
-        "            time.sleep(0.1)\n            report and report(i / 10)\n    print('done')"
-    )
-    cells = [nbformat.v4.new_code_cell(text) for text in (begin, "work()", "fa.progress(False)\nwork()")]
-    told = []
-
-    class Client(nbclient.NotebookClient):
-        def process_message(self, message, cell, index):
-            if message["msg_type"].endswith("display_data"):
-                told.append((index, message["content"]["data"]["text/plain"]))
-            return super().process_message(message, cell, index)
-
-    book = nbformat.v4.new_notebook(cells=cells)
-    Client(book, timeout=60, kernel_name="python3").execute()
-    assert {index for index, _ in told} == {1}
-    assert any("%, about " in text for _, text in told)
-    assert told[-1] == (1, "")
-    data, stream = cells[1].outputs
-    assert data.data == {"text/plain": ""}
-    assert stream.text == cells[2].outputs[0].text == "done\n"
-
-
 QUIET = {
     "fastaff": {"one_variable", "progress", "reduced"},
     "fastaff.analysis": {"diffusion_histogram", "periodic_guesses"},

@@ -9,7 +9,6 @@ from scipy.linalg import eigh, eigh_tridiagonal
 from fastaff import formula
 from fastaff.quantum.solvers.nonseparable import plane_levels
 from fastaff.quantum.solvers.separable import angular, radial
-from fastaff.quantum.spectra.spectrum import spectrum
 from fastaff.quantum.states.symmetry import SymmetryClass
 
 
@@ -137,12 +136,3 @@ def test_singular_ends_without_an_exponent(seed):
             else angular("V", Plain(wall), np.zeros(1), np.array([a]), count, 1.0, 1.0, tolerance)
         )
         assert np.all(np.abs(found.values[0] - truth) <= found.error[0] + 1e-9 * truth)
-
-
-@pytest.mark.slow
-def test_more_levels_spoil_none():
-    """Morse bodies, whose valleys are narrow far out, where no state reaches."""
-    body = formula("D*(1-exp(1-D1))**2 + D*(1-exp(1-D2))**2 + c*(D1*D2-1)**2", D=2, c=0.5)
-    few, more = (spectrum(body, m=0, l=0, count=count, hbar=0.3, tolerance=1e-8) for count in (3, 9))
-    assert more.error.max() < 1e-4
-    assert np.all(np.abs(few.E - more.E[:3]) <= few.error + more.error[:3])

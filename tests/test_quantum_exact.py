@@ -20,7 +20,6 @@ from fastaff import (
     Hyperelastic,
     SeparableAlphaBeta,
     SeparableRVartheta,
-    constants_of_motion,
     one_variable,
 )
 from fastaff.charts import ALPHA_BETA, ELLIPTIC, R_VARTHETA
@@ -349,14 +348,6 @@ def test_shear_levels_are_in_the_oscillator_basis():
 
 
 @pytest.mark.parametrize("body", [Body(Harmonic(1.3), 0.7), Body(Anharmonic(1.1), 0.8)])
-def test_classical_K_is_the_same_combination(body):
-    z = np.random.default_rng(1).normal(size=(8, 20))
-    K = constants_of_motion(body, z, chart=ELLIPTIC)["K"]
-    planes, shear = (constants_of_motion(body, z, chart=chart) for chart in CHARTS)
-    np.testing.assert_allclose(K, planes["H_alpha"] + shear["h_vartheta"] / 2 - body.potential.C / 4, rtol=1e-12)
-
-
-@pytest.mark.parametrize("body", [Body(Harmonic(1.3), 0.7), Body(Anharmonic(1.1), 0.8)])
 def test_contributions_to_H_are_no_constants(body):
     """The paper's warning: H = H_r + h_vartheta/r commutes with neither."""
     found = radial_matrices(body, m=2, l=0, n_vartheta=1, size=6, hbar=0.8)
@@ -414,13 +405,6 @@ def test_wigner_functions_against_the_explicit_sum(j, m, l):
                 powers = mpmath.cos(half) ** int(2 * j + l - m - 2 * s) * mpmath.sin(half) ** int(m - l + 2 * s)
                 total += (-1) ** int(m - l + s) * powers / below
             assert abs(wigner_d(j, m, l, theta) - float(front * total)) < 1e-12
-
-
-def test_wigner_functions_are_orthogonal():
-    x, weights = np.polynomial.legendre.leggauss(60)
-    rows = np.array([wigner_d(j, 1.5, -0.5, np.arccos(x)) for j in np.arange(1.5, 30)])
-    expected = np.diag(2 / (2 * np.arange(1.5, 30) + 1))
-    np.testing.assert_allclose(rows * weights @ rows.T, expected, atol=1e-13)
 
 
 @pytest.mark.parametrize(("m", "l", "j"), [(0, 0, 3), (2, -4, 5), (3, 1, 4.5), (-5, 3, 2.5)])

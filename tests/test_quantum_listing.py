@@ -31,7 +31,6 @@ from fastaff.quantum import (
     level_diagram,
     level_list,
     spectrum,
-    spectrum_table,
 )
 
 
@@ -98,22 +97,6 @@ def test_elementary_states_of_the_hyperelastic_body():
         inside = found.members(k)
         assert (np.abs(inside.m - inside.l) - np.abs(inside.m + inside.l)).tolist() == [2] * found.degeneracy[k]
         assert (inside.n[1] == 0).all()
-
-
-def test_no_class_is_missed():
-    """Against all classes with |m|, |l| <= 12; those at the edge of that square start above 11."""
-    body = Body(Hyperelastic(1.0))
-    pairs = [(m, l) for m in range(-12, 13) for l in range(-12, 13) if (m + l) % 2 == 0]
-    table = spectrum_table(body, m=[p[0] for p in pairs], l=[p[1] for p in pairs], count=30)
-    assert min(row.E[0] for row in table if max(abs(row.m[0]), abs(row.l[0])) == 12) > 11
-    all_of_them = sorted((E, row.m[0], row.l[0]) for row in table for E in row.E if E < 10.9)
-    found = all_levels(body, below=10.9)
-    assert found.E.size == len(all_of_them)
-    np.testing.assert_allclose(found.E, [E for E, _, _ in all_of_them], rtol=1e-12)
-    assert sorted(zip(found.m, found.l)) == sorted((m, l) for _, m, l in all_of_them)
-    few = all_levels(body, multiplets=9)
-    np.testing.assert_allclose(few.E, found.E[: few.E.size], rtol=1e-12)
-    assert len(few.multiplets()) == 9
 
 
 def test_bodies_that_do_not_separate():

@@ -19,8 +19,6 @@ from fastaff.models import Oscillator
 from fastaff.paper.matrices import class_matrices, oscillator_matrices
 from fastaff.paper.rigid_tops import spherical_top
 from fastaff.quantum import coherent_packet, exact_levels, husimi, level_diagram, number_packet, spectrum, wavefunction
-from fastaff.quantum.chaos.weyl_count import _integrals, _well
-from fastaff.quantum.solvers.panels import panels
 from fastaff.quantum.solvers.separable import angular, radial
 
 
@@ -150,19 +148,6 @@ def test_angles_with_narrow_features(width, c):
     assert found.error.max() < 1e-9
 
 
-@pytest.mark.parametrize("width", [0.03, 0.011, 0.0017])
-def test_barriers_of_one_variable_in_separable_bodies(width):
-    """The barrier of a plane and of r, in the levels of the body: none is missed, all are told."""
-
-    def bump(q):
-        return 0.5 * q * q + 25 * np.exp(-(((q - 1.2) / width) ** 2))
-
-    E = on_a_line(lambda q: q, lambda q: 2 * q * bump(q), lambda q: q, mesh(0, 8, [(1.2, width)], 60), 5, 0.5) / 2
-    found = radial("V", Plain(bump), 2, np.zeros(1), 5, 1.0, 1.0, 1e-11)
-    np.testing.assert_allclose(found.values[0], E, rtol=1e-8)
-    assert found.values[0, 0] > 1 + 5 * width  # the oscillator alone has 1
-
-
 def test_states_on_elements_are_normalised_and_solve_their_equation():
     def bump(q):
         return 0.5 * q * q + 6 / (1 + ((q - 1.2) / 0.02) ** 2)
@@ -186,7 +171,6 @@ def test_states_on_elements_are_normalised_and_solve_their_equation():
 
 
 RIDGE = "(D1**2 + D2**2)/2 + h*exp(-((D1**2 + D2**2 - c)/w)**2) + g*D1*D2"
-VALLEY = "rho**2/2 + h/(1 + ((cos(vartheta) - c)/w)**2) + g*D1*D2"
 
 
 @pytest.mark.parametrize(
@@ -212,21 +196,6 @@ def test_ridges_of_bodies_that_do_not_separate(h, c, w, g):
     assert np.all(np.abs(found.E - truth) <= found.error + 2e-9 * np.abs(truth))
     assert found.state(2).norm() == pytest.approx(1, abs=1e-8)
     assert abs(found.state(0).overlap(found.state(1))) < 1e-6
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(("h", "c", "w"), [(20.0, 0.3, 0.02), (-15.0, -0.4, 0.05), (60.0, 0.05, 0.004)])
-def test_ridges_along_rays(h, c, w):
-    found = spectrum(formula(VALLEY, h=h, c=c, w=w, g=0.2), m=0, l=0, count=6, tolerance=1e-7)
-    half = np.arccos(c) / 2
-
-    def V(a, b):
-        r = a * a + b * b
-        return r / 2 + h / (1 + (((a * a - b * b) / r - c) / w) ** 2) + 0.1 * (a * a - b * b)
-
-    edges = np.linspace(0, 9, 19), mesh(0, np.pi / 2, [(half, w / 2)], 8)
-    truth = in_polar_coordinates(V, edges, 6, found.E[0] - 0.3)
-    assert np.all(np.abs(found.E - truth) <= found.error + 4e-9 * np.abs(truth))
 
 
 BUMP = "(D1**2 + D2**2)/2 + g*D1*D2 + h*exp(-((D1**2 + D2**2 - c)/w)**2 - ((D1*D2 - d)/w)**2)"
@@ -272,22 +241,6 @@ def test_what_cannot_be_resolved_counts_as_error():
     found = radial("V", Plain(V), 2, np.zeros(1), 4, 1.0, 1.0, 1e-10)
     assert np.all(found.error > 0.01)
     assert np.all(np.abs(found.values[0] - (2 * np.arange(4) + 1)) < found.error[0])  # waves so short average out
-
-
-def test_panels():
-    def thin(x):
-        return np.exp(-(((x - 0.6180) / 1e-4) ** 2))
-
-    found = panels(thin, 0.0, 1.0, 0.0, 1.0, 1 << 15, 400)
-    assert found.missed.max() == 0
-    assert found.needed > 10_000
-    here = np.searchsorted(found.edges, 0.6180)
-    assert np.diff(found.edges)[here - 1] < 1e-3
-    few = panels(thin, 0.0, 1.0, 0.0, 1.0, 1 << 15, 8)
-    assert few.missed.max() > 0.1
-    assert panels(lambda x: x**4 + np.cos(x), 0.0, 1.0, 0.0, 1.0, 1 << 15, 400).edges.size == 2
-    rows = panels(lambda x: np.stack([x, thin(x)]), 0.0, 1.0, 0.0, 1.0, 1 << 15, 400)
-    np.testing.assert_array_equal(rows.edges, found.edges)
 
 
 def test_smooth_bodies_keep_their_global_bases():
@@ -373,15 +326,3 @@ def test_long_searches_stop_at_once():
     finally:
         timer.cancel()
         signal.signal(signal.SIGINT, before)
-
-
-@pytest.mark.parametrize(("H", "c", "w"), [(60.0, 3.0, 0.05), (35.0, 7.0, 0.004)])
-def test_phase_space_of_narrow_ridges(H, c, w):
-    """The volume of the Weyl count against sums over 2 million radii."""
-    body = formula("(D1**2 + D2**2)/2 + H*exp(-((D1**2 + D2**2 - c)/w)**2)", H=H, c=c, w=w)
-    for E in (2.4, 9.0):
-        edges = np.linspace(0, np.sqrt(2 * E), 2_000_001)
-        rho = (edges[1:] + edges[:-1]) / 2
-        room = np.maximum(E - rho**2 / 2 - H * np.exp(-(((rho**2 - c) / w) ** 2)), 0)
-        truth = (room * rho).sum() * (edges[1] - edges[0]) * np.pi / 2
-        assert _integrals(_well(body, 0.0, 0.0, 9.5), np.array([E]))[0, 0] == pytest.approx(truth, rel=1e-7)

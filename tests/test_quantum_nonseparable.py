@@ -2,16 +2,11 @@
 basis.
 """
 
-import os
-import signal
-import threading
-
 import numpy as np
 import pytest
 
 from fastaff import Anharmonic, Body, Harmonic, Hyperelastic, NeoHookean, formula, one_variable
 from fastaff.charts import ALPHA_BETA
-from fastaff.flows.interruptible import interruptible
 from fastaff.quantum.solvers.nonseparable import plane_levels
 from fastaff.quantum.solvers.separable import radial
 from fastaff.quantum.solvers.singular_ends import NoGroundState
@@ -84,15 +79,6 @@ def test_neo_hookean_in_a_plain_basis(m, l):
     assert found.converged.all()
 
 
-def test_only_hbar_squared_over_mu_counts():
-    body = Body(NeoHookean(1.0, 2.0))
-    one = spectrum(body, m=1, l=1, count=10, hbar=0.4, tolerance=1e-9)
-    two = spectrum(body._replace(mu=2.0), m=1, l=1, count=10, hbar=0.4 * np.sqrt(2), tolerance=1e-9)
-    np.testing.assert_allclose(two.E, one.E, rtol=1e-11)
-    assert one.names == ("level",)
-    assert "adiabatic" in one.method
-
-
 def test_states_are_orthonormal_and_vanish_at_the_wall():
     found = spectrum(Body(NeoHookean(1.0, 2.0)), m=2, l=0, count=8, hbar=0.5, tolerance=1e-9)
     t, w = np.polynomial.legendre.leggauss(90)
@@ -114,17 +100,6 @@ def test_states_are_orthonormal_and_vanish_at_the_wall():
         assert abs(state.overlap(found.state((k + 3) % 8))) < 1e-9
     ground = f[0][np.abs(f[0]) > 1e-4 * np.abs(f[0]).max()]
     assert np.ptp(np.sign(ground)) == 0  # no nodes
-
-
-def test_formulas_and_the_whole_of_the_group():
-    """V = C (D1^2 + D2^2)/2 + g (D1 D2)^2 lives on all of R^4; at g -> 0 first-order perturbation of the lowest state
-    of (0, 0).
-
-    <(alpha^2 - beta^2)^2/4> = (2 + 2 - 2)/4 = 1/2 there, for hbar = mu = C = 1: <alpha^2> = 1, <alpha^4> = 2.
-    """
-    g = 1e-5
-    found = spectrum(formula("(D1**2 + D2**2)/2 + g*(D1*D2)**2", g=g), m=0, l=0, count=1)
-    assert found.E[0] == pytest.approx(2 + g / 2, abs=20 * g * g)
 
 
 @pytest.mark.parametrize(
@@ -169,19 +144,3 @@ def test_a_potential_that_ends():
     assert 0 < found.E[0] < found.E[1] < 40
     with pytest.raises(NoGroundState, match=r"grows to 40\.\d* only .* count = 200"):
         spectrum(morse, m=0, l=0, count=200)
-
-
-def test_long_calls_are_interruptible():
-    """Ctrl-C reaches the main thread while another one is busy; errors of that one come back."""
-    with pytest.raises(ZeroDivisionError):
-        interruptible(lambda x: 1 / x, 0)
-    assert interruptible(max, 2, 5) == 5
-    busy = threading.Event()
-    threading.Timer(0.2, lambda: os.kill(os.getpid(), signal.SIGINT)).start()
-    before = signal.signal(signal.SIGINT, signal.default_int_handler)
-    try:
-        with pytest.raises(KeyboardInterrupt):
-            interruptible(busy.wait, 30.0)
-    finally:
-        busy.set()
-        signal.signal(signal.SIGINT, before)

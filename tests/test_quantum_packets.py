@@ -9,22 +9,19 @@ from hypothesis import strategies as st
 from scipy.linalg import expm
 
 from fastaff import (
-    KAHAN_LI8,
     Anharmonic,
     Body,
     Harmonic,
-    HeavyTop,
     Hyperelastic,
     SeparableAlphaBeta,
     SeparableRVartheta,
     energy_of_actions,
     formula,
     from_action_angles,
-    integrate,
     one_variable,
 )
 from fastaff.charts import ALPHA_BETA, ELLIPTIC, R_VARTHETA, TWO_POLAR
-from fastaff.models import Barriers, Cosine, Oscillator, Secant, Spring
+from fastaff.models import Barriers, Cosine, Spring
 from fastaff.quantum import (
     Packet,
     TimeScales,
@@ -131,26 +128,6 @@ def test_the_plane_gaussian_by_bessel_functions():
     assert sum(share.values()) == pytest.approx(1, abs=1e-12)
     angular = (gaussian.centre[0] * 0.9 + 0.3 * 0.4) / 0.5
     assert sum(j * p for j, p in share.items()) == pytest.approx(angular, abs=1e-10)
-
-
-@pytest.mark.slow
-def test_the_centre_of_a_class_follows_the_orbit_to_order_hbar():
-    """Ehrenfest: at fixed p_eta = hbar k, <alpha^2> and <beta^2> stay within O(hbar) of the orbit of a quartic body."""
-    z0 = np.array([0.9, 0.0, 0.8, 0.0, 0.2, 0.4 / 0.9, -0.3, 0.2 / 0.8])  # p_eta = 0.4, p_gamma = 0.2
-    orbits = integrate(QUARTIC, z0, time=1.5, step=0.01, scheme=KAHAN_LI8, samples=6)
-    time, orbit = orbits.times, orbits.samples[:, :, 0]
-    away = []
-    for k, levels in ((2, 200), (4, 500), (8, 1500)):
-        hbar = 0.4 / k
-        packet = coherent_packet(
-            QUARTIC, z0, width=np.sqrt(hbar / 3), count=levels, hbar=hbar, m=k // 2 + k, l=k // 2 - k, missing=1e-4
-        )
-        A, B = (packet.expectation(f, time=time) for f in (lambda a, b: a * a, lambda a, b: b * b))
-        away.append(
-            max(np.abs(A - (orbit[:, :2] ** 2).sum(axis=1)).max(), np.abs(B - (orbit[:, 2:4] ** 2).sum(axis=1)).max())
-        )
-    orders = np.log2(np.array(away[:-1]) / away[1:])
-    assert orders[-1] == pytest.approx(1, abs=0.25), (away, orders)
 
 
 def test_autocorrelation_against_a_matrix_exponential():
@@ -310,49 +287,6 @@ def test_time_scales_in_closed_form():
     assert np.isinf(found.classical.revival[0]).all()
 
 
-def test_a_rigid_rotor_revives_fully():
-    """The stiffer the core, the nearer E to a constant and (2 hbar^2/mu r0) j (j + 1), r0 = sqrt(2 c/k): whole with all
-    j.
-
-    E = hbar omega (2 n_r + 1 + sqrt((2 j + 1)^2 + 2 mu c/hbar^2)) in closed form; terms beyond j (j + 1) fall as
-    1/c^(3/2).
-    """
-    lost = []
-    for c in (1e8, 1e10):
-        body = Body(SeparableRVartheta(Spring(2.0, c), Barriers()))
-        packet = number_packet(body, n=(0, 8), m=0, l=0, width=(0.0, 1.5))
-        # hbar = mu = 1: E_j = const + 2 j (j + 1)/r0, r0 = sqrt(2 c/k): the period of all j (j + 1), which are even, is
-        # 2 pi r0/4
-        lost.append(1 - abs(packet.autocorrelation(2 * np.pi * np.sqrt(c) / 4)))
-        assert revivals(body, n=(1, 8), m=0, l=0).quantum.revival[1, 1] == pytest.approx(
-            2 * np.pi * np.sqrt(c) / 2, rel=1e-3
-        )
-    assert lost[0] < 0.01
-    assert lost[1] < 0.05 * lost[0] + 1e-9
-
-
-@pytest.mark.parametrize(
-    ("body", "n"), [(WALLED, (1, 40)), (CORED, (1, 36)), (QUARTIC, (36, 1))], ids=["EQ2.2h", "top", "quartic"]
-)
-def test_a_packet_revives_when_the_actions_say(body, n):
-    """|A| has peaks within a period of the classical revival time and of its half, and has collapsed between.
-
-    What is lost at the revival is the phase (2 pi/3) (E_nnn/E_nn) d^3 of d ~ 1.2 quanta, a few percent at n = 40.
-    """
-    along = int(np.argmax(n))
-    packet = number_packet(body, n=n, m=4, l=0, width=np.where(np.arange(2) == along, 1.2, 0.0), hbar=0.1)
-    classical = revivals(body, n=n, m=4, l=0, hbar=0.1).classical
-    T, whole = classical.period[along], classical.revival[along, along]
-
-    def best(t):
-        return np.abs(packet.autocorrelation(t + np.linspace(-T, T, 4001))).max()
-
-    assert abs(packet.autocorrelation(T)) > 0.97
-    assert best(whole / 2) > 0.9  # whole, half a period late
-    assert best(whole) > 0.85
-    assert best(0.225 * whole) < 0.75  # away from p/q, q <= 5: spread over its torus
-
-
 @pytest.mark.parametrize(
     ("body", "n", "theta"),
     [(HARMONIC, (20, 14), (0.0, 0.3)), (WALLED, (14, 18), (0.6, 0.8)), (QUARTIC, (18, 12), (0.3, 0.55))],
@@ -499,20 +433,6 @@ def test_a_packet_of_several_classes_has_no_one_amplitude():
     scales = TimeScales(("r",), np.array([2.0]), np.array([[0.0]]), 1.0)
     assert scales.period == pytest.approx([np.pi])
     assert np.isinf(scales.revival).all()
-
-
-def test_walls_in_alpha_and_heavy_tops_have_packets():
-    """Bodies of all kinds hold coherent states: what they hold has the mean energy of the phase point, up to
-    O(hbar).
-    """
-    z0 = np.array([1.3, 0.0, 0.5, 0.0, 0.0, 0.4 / 1.3, 0.2, 0.4 / 0.5])  # p_eta = p_gamma = 0.4
-    walled = Body(SeparableAlphaBeta(Oscillator(1.0, 0.2), Oscillator(1.0)))
-    secant = Body(SeparableRVartheta(Spring(1.0, 1.0), Secant(0.1)))
-    for body in (walled, CORED, secant, Body(HeavyTop(1.0, 0.05))):
-        packet = coherent_packet(body, z0, width=0.3, count=200, hbar=0.2, m=4, l=0, missing=0.05)
-        classical = float(body.kinetic_energy(*z0[4:]) + body.potential_energy(*z0[:4]))
-        # T + hbar^2/(4 mu width^2) of two radii, and V averaged over the width: some hbar
-        assert packet.energy == pytest.approx(classical, abs=4 * 0.2)
 
 
 def test_expectations_of_functions_that_are_not_finite_are_refused():

@@ -29,28 +29,19 @@ def ladders(*ladders_of_modes):
     return np.sort(sums)
 
 
-def test_masses_that_are_parameters_beside_cross_terms():
-    m, n, g, k = RNG.uniform(0.5, 2, 4) * [1, 1, 0.3, 3]
+def test_coupled_oscillators_whose_masses_are_parameters():
+    m, n, g, k, hbar = *(RNG.uniform(0.5, 2, 4) * [1, 1, 0.3, 3]), 10.0 ** RNG.uniform(-3, 3)
     text = "p1**2/(2*m) + p2**2/(2*(m + n)) + g*p1*p2 + k*(x**2 + y**2)/2"
     model = fa.hamiltonian(text, coordinates="x y", momenta="p1 p2", m=m, n=n, g=g, k=k)
     modes = np.sqrt(k * np.linalg.eigvalsh([[1 / m, g], [g, 1 / (m + n)]]))
-    close(spectrum(model, count=6), ladders(*(w * (np.arange(8) + 0.5) for w in modes))[:6])
+    found = spectrum(model, count=12, hbar=hbar)
+    close(found, hbar * ladders(*(w * (np.arange(30) + 0.5) for w in modes))[:12])
+    assert found.converged.all()
 
 
 def test_waves_as_long_as_the_wells_are_told_to_be():
     with pytest.raises(NoGroundState, match=r"no well of V holds a level.* give a smaller hbar"):
         spectrum(fa.HenonHeiles(), count=5, hbar=1.0)
-
-
-def test_coupled_oscillators_of_two_coordinates():
-    mixed, k, hbar = RNG.uniform(-0.6, 0.6), RNG.uniform(0.5, 3), 10.0 ** RNG.uniform(-3, 3)
-    text = "(px**2 + py**2)/2 + c*px*py + (x**2 + k*y**2)/2"
-    model = fa.hamiltonian(text, coordinates="x y", momenta="px py", c=mixed, k=k)
-    omega = np.sqrt(np.linalg.eigvals(np.array([[1, mixed], [mixed, 1]]) @ np.diag([1, k])))
-    quanta = np.arange(30) + 0.5
-    found = spectrum(model, count=12, hbar=hbar)
-    close(found, hbar * ladders(omega[0] * quanta, omega[1] * quanta)[:12])
-    assert found.converged.all()
 
 
 def test_three_coordinates():
@@ -159,6 +150,27 @@ def test_a_barrier_narrower_than_the_waves(width):
 def test_what_has_no_levels_says_so(text):
     with pytest.raises(NoGroundState):
         spectrum(fa.hamiltonian(text, coordinates="x y"), count=4)
+
+
+@pytest.mark.parametrize(
+    ("text", "place"),
+    [("-x**2", "x = 1e[+]08 it is -1e[+]16"), ("-sqrt(1 + x**2)", "it is -1e[+]08"), ("1/(1 + x**2)", "it is 1e-16")],
+)
+def test_a_potential_that_only_falls_says_where_it_is_low(text, place):
+    with pytest.raises(NoGroundState, match=f"V has no minimum, so it binds no level: .* {place}"):
+        spectrum(fa.hamiltonian(text, coordinates="x"), count=2)
+
+
+def test_masses_that_depend_on_the_place_are_told_of_tori():
+    """The levels by the torus that the refusal names are those of its Hamiltonian's action, by quadrature."""
+    model = fa.hamiltonian("p**2/(2*(1 + q**2)) + q**2/2", coordinates="q", momenta="p")
+    with pytest.raises(TypeError, match=r"is H\(q, p\); .* fa.fit_torus\(body, z0, time=...\)"):
+        spectrum(model, count=2)
+    fit = fa.fit_torus(model, [0.4, 0.0], time=300.0)
+    q = 0.4 * np.sin(np.linspace(-np.pi / 2, np.pi / 2, 4001))
+    J = 2 * np.trapezoid(np.sqrt((1 + q**2) * (0.4**2 - q**2)), q)
+    assert fit.maslov == [2]
+    np.testing.assert_allclose(fit.J, J, rtol=1e-6)
 
 
 def test_wrong_calls_say_the_right_one():

@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from numpy.polynomial.chebyshev import Chebyshev
 from scipy.special import eval_genlaguerre, gammaln
 
 from fastaff import Anharmonic, Body, Harmonic, Hyperelastic, NeoHookean, SeparableAlphaBeta
@@ -121,70 +120,6 @@ def test_factors_are_orthonormal_by_their_rule(name, least, order):
     assert (np.diff(x) > 0).all() if name[0] != "v" else (np.diff(np.sort(x)) > 0).all()
     rows = np.array([make(least + k)(x) for k in range(20)])
     np.testing.assert_allclose(rows * weights @ rows.T, np.eye(20), atol=1e-12)
-
-
-@pytest.mark.parametrize("name", [name for name in FACTORS if name != "r weak"])
-def test_factors_are_orthonormal_by_gauss_legendre(name):
-    """A rule that knows nothing of the weights: s = 2.3 is smooth enough for 600 nodes on 24 panels."""
-    make = FACTORS[name][0]
-    end = pi if name[0] == "v" else make(0).rule(60)[0].max()
-    nodes, weights = np.polynomial.legendre.leggauss(50)
-    edges = end * np.linspace(0, 1, 25) ** 2
-    middle, half = (edges[1:] + edges[:-1]) / 2, (edges[1:] - edges[:-1]) / 2
-    x = (middle[:, None] + half[:, None] * nodes).ravel()
-    w = (half[:, None] * weights).ravel() * (np.sin(x) if name[0] == "v" else x)
-    rows = np.array([make(k)(x) for k in (0, 1, 2, 5, 17)])
-    np.testing.assert_allclose(rows * w @ rows.T, np.eye(5), atol=1e-12)
-
-
-@pytest.mark.parametrize("n", [0, 1, 4, 9])
-def test_factors_solve_their_equations(n):
-    """EQ4.1 (and EQ4.2), EQ4.6, EQ4.9 of the paper, by Chebyshev series on an interval inside."""
-    mu, hbar, C, m, l = 0.8, 0.6, 1.1, 3, -1
-    state, shear = (
-        wavefunction(Body(Anharmonic(C), mu), m=m, l=l, n=(n, 2), hbar=hbar, chart=chart) for chart in CHARTS
-    )
-    unit = hbar**2 / (2 * mu)
-
-    def check(f, domain, equation, energy):
-        series = Chebyshev.interpolate(f, 60, domain=domain)
-        x = np.linspace(*domain, 41)[5:-5]
-        terms = equation(x, series(x), series.deriv()(x), series.deriv(2)(x))
-        assert np.abs(sum(terms)).max() < 1e-10 * max(np.abs(term).max() for term in terms)
-
-    for i, (factor, E, wall) in enumerate(
-        zip(state.shape.factors, state.constants.values(), (2 * C, 0.0), strict=True)
-    ):
-        square = (m - l) ** 2 if i == 0 else (m + l) ** 2
-        check(
-            factor,
-            [0.5, 2.0],
-            lambda x, f, d, dd, E=E, wall=wall, square=square: (
-                dd,
-                d / x,
-                -square / (4 * x**2) * f,
-                (E - C * x**2 / 2 - wall / x**2) / unit * f,
-            ),
-            E,
-        )
-    E, e = shear.energy, shear.constants["e_vartheta"]
-    check(
-        shear.shape.factors[1],
-        [0.6, 2.4],
-        lambda v, f, d, dd: (
-            dd,
-            d / np.tan(v),
-            -(m * m + 2 * m * l * np.cos(v) + l * l) / (4 * np.sin(v) ** 2) * f,
-            -mu / (2 * hbar**2) * (2 * C / np.cos(v / 2) ** 2 - e) * f,
-        ),
-        e,
-    )
-    check(
-        shear.shape.factors[0].of_rho,
-        [0.5, 2.0],
-        lambda x, f, d, dd: (dd, 3 * d / x, (E - C * x**2 / 2 - e / x**2) / unit * f),
-        E,
-    )
 
 
 STATES = [
@@ -335,26 +270,6 @@ def test_harmonic_states_are_products_of_two_planar_oscillators(chart):
 
 @every_state
 @every_chart
-def test_psi_is_continuous_on_matrices(body, m, l, n, chart):
-    """Along lines through D1 = D2 (beta = 0), det = 0, and a turn of the body: the change falls with the step."""
-    state = wavefunction(body, m=m, l=l, n=n, chart=chart)
-    rng = np.random.default_rng(4)
-    turned = np.array([[0.8, -0.6], [0.6, 0.8]])
-    for centre in (turned, np.outer([1.0, 0.5], [0.3, 1.0]), turned @ np.diag([1, -1])):
-        direction = rng.normal(size=(2, 2))
-        for h in (1e-3, 1e-6):
-            near = centre[..., None] + direction[..., None] * np.array([-h, 0, h])
-            values = state(near)
-            assert np.abs(np.diff(values)).max() < 100 * h * np.linalg.norm(direction)
-    x = np.linspace(0, 2 * pi, 400)
-    rotation = np.array([[np.cos(x), -np.sin(x)], [np.sin(x), np.cos(x)]])
-    body_turned = np.einsum("ijk,jl->ilk", rotation, np.array([[1.2, 0.1], [-0.3, 0.4]]))
-    values = state(body_turned)
-    np.testing.assert_allclose(values, values[0] * np.exp(1j * m * x), atol=1e-13)
-
-
-@every_state
-@every_chart
 @given(D1=st.floats(0.2, 2), ratio=st.floats(-0.99, 0.99), phi=st.floats(0, 6), psi=st.floats(0, 6))
 def test_one_value_for_every_name_of_a_matrix(body, m, l, n, chart, D1, ratio, phi, psi):
     """Psi = e^(i m phi + i l psi) amplitude on the canonical sheet, and one value on all sheets: m + l even."""
@@ -489,19 +404,6 @@ def test_factors_from_elsewhere_make_states():
     assert other.labels == {"n_alpha": 2, "n_beta": 1, "m": 2, "l": -4}
 
 
-def test_walls_of_both_planes():
-    """k and walls differ: the Schroedinger equation, where the paper has no formula."""
-    state = wavefunction(WALLS, m=1, l=3, n=(2, 1))
-    planes = np.random.default_rng(6).uniform(0.5, 1.2, (4, 6))
-    left = hamiltonian_operator(WALLS, CARTESIAN)(
-        lambda x: state.at(x, CARTESIAN), CARTESIAN.points_from_planes(planes)
-    )
-    assert (
-        np.abs(left - state.energy * state.planes(planes)).max()
-        < 1e-9 * state.energy * np.abs(state.planes(planes)).max()
-    )
-
-
 @every_chart
 def test_values_depend_neither_on_neighbours_nor_on_threads(chart, two_threads):
     import numba
@@ -558,10 +460,6 @@ def wave(**change):
 def test_bad_input(change, error, words):
     with pytest.raises(error, match=words):
         wave(**change)
-
-
-def test_whole_floats_are_quantum_numbers():
-    assert wave(n=(1.0, np.int64(2)), m=2.0, l=np.float64(0)).labels == {"n_alpha": 1, "n_beta": 2, "m": 2, "l": 0}
 
 
 @pytest.mark.parametrize(
@@ -635,20 +533,3 @@ def test_outside_of_the_two_polar_chart_there_is_no_probability_and_no_amplitude
 def test_amplitudes_of_numbers_are_numbers(states_of_every_solver):
     for state in states_of_every_solver:
         assert all(isinstance(state.amplitude(1, 1, chart), float) for chart in (ALPHA_BETA, R_VARTHETA))
-
-
-@pytest.mark.parametrize(
-    ("m", "error"),
-    [
-        (np.nan, ValueError),
-        (np.inf, ValueError),
-        (1.5, ValueError),
-        (np.array([0, 2]), TypeError),
-        (np.array([0.0, 2.0]), TypeError),
-        (np.True_, TypeError),
-        (np.complex128(2j), TypeError),
-    ],
-)
-def test_quantum_numbers_that_are_none_are_named(m, error):
-    with pytest.raises(error, match=r"m must be (a whole number|finite)"):
-        wave(m=m)

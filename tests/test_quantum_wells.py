@@ -5,7 +5,7 @@ import pytest
 from numpy.random import default_rng
 from scipy.linalg import eigh
 from scipy.sparse import diags
-from test_quantum_narrow import Plain, feature, in_polar_coordinates, lagrange, mesh
+from test_quantum_narrow import Plain, feature, lagrange, mesh
 
 from fastaff import formula
 from fastaff.base.status import Status
@@ -58,16 +58,6 @@ def test_intervals_enclose_random_formulas(plane):
         assert np.all(inside)
         checked += int(np.isfinite(found.lo).sum())
     assert checked > 1000
-
-
-def test_enclosures_shrink_to_the_values():
-    """Differences of A and B are known exactly: at the wall det phi = 0 they have no sign but one."""
-    boxes = Sector(np.array([[0.5], [0.0]]), np.array([[0.9], [0.2]]))
-    A, B = boxes.squares()
-    assert (A - B).lo == 0
-    assert (np.sqrt(A) - np.sqrt(B)).lo == 0
-    assert np.isfinite((1 / (A - B)).lo).all()
-    assert (A + B).hi == pytest.approx(0.81, rel=1e-14)
 
 
 def sinc(V, unit, strength, place, width, reach):
@@ -171,21 +161,6 @@ def test_rings_and_spots_in_the_plane(seed):
     E = -0.2 * depth + rho**2 / 10
     assert E < 0
     assert _integrals(_well(spot, 0.0, 0.0, E), np.array([E]))[0, 0] == pytest.approx(truth, rel=1e-4)
-
-
-@pytest.mark.slow
-def test_a_ring_far_away():
-    body = formula("r/2+0.05*(alpha**2-beta**2)**2/(1+r)-h*exp(-((rho-x0)/w)**2)", h=450, x0=15.06, w=0.05)
-    found = spectrum(body, m=0, l=0, count=2, tolerance=1e-6)
-
-    def V(a, b):
-        r = a * a + b * b
-        return r / 2 + 0.05 * (a * a - b * b) ** 2 / (1 + r) - 450 * np.exp(-(((np.sqrt(r) - 15.06) / 0.05) ** 2))
-
-    edges = np.append(mesh(12, 18, [(15.06, 0.05)], 6), 19), np.linspace(0, np.pi / 2, 41)
-    truth = in_polar_coordinates(V, edges, 2, -112.0)
-    assert np.all(np.abs(found.E - truth) <= found.error + 1e-7)
-    assert found.E[0] == pytest.approx(-110.4019, abs=1e-3)
 
 
 def test_what_cannot_be_excluded_is_said():

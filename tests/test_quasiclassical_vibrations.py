@@ -34,24 +34,6 @@ def test_a_morse_oscillator_is_exact():
     np.testing.assert_allclose(listed.E, morse(D, a, hbar, np.arange(3)), atol=1e-10)
 
 
-def test_a_quartic_oscillator_against_quadrature():
-    from scipy.integrate import quad
-    from scipy.optimize import brentq
-
-    k, hbar = RNG.uniform(0.5, 2), RNG.uniform(0.05, 0.3)
-
-    def action(E):
-        """4 times the integral of p dx up to the turning point X, with x = X sin u and V(X) = E."""
-        square = (np.sqrt(1 + 4 * k * E) - 1) / k
-        part = quad(lambda u: np.cos(u) ** 2 * np.sqrt(1 + k / 2 * square * (1 + np.sin(u) ** 2)), 0, np.pi / 2)
-        return 4 * square * part[0]
-
-    model = fa.hamiltonian("x**2/2 + k*x**4/4", coordinates="x", k=k)
-    truth = brentq(lambda E: action(E) - 2 * np.pi * hbar * 3.5, 1e-6, 20, xtol=1e-14)
-    found = quasiclassical_levels(model, n=[3], hbar=hbar)
-    assert abs(found.E[0] - truth) <= found.error[0] + 1e-12
-
-
 @pytest.mark.parametrize("modes", ["local", pytest.param("normal", marks=pytest.mark.slow)])
 def test_a_pair_that_separates_is_a_sum_of_its_bonds(modes):
     D, F, hbar = RNG.uniform(8, 12), RNG.uniform(8, 12), RNG.uniform(0.1, 0.3)

@@ -216,15 +216,6 @@ def test_generic_integrable_bodies_have_no_relation(body):
     assert (found.dimension == 4).all()
 
 
-def test_resonances_of_a_frequency_map():
-    """Integrated orbits of the anharmonic body with the map's own errors."""
-    body = Body(Anharmonic(), mu=1.0)
-    found = fastaff.frequency_map(body, naive.states(body, 6), time=200.0)
-    module = resonances(found.nu, errors=found.error, tolerance=1e-10, names=found.names)
-    assert (module.dimension == 2).all()
-    assert (module.distance[:2] <= module.width[:2]).all()
-
-
 def test_accidental_is_the_mean_number_of_relations():
     """20 000 random directions, order 3: orbits with a relation, to 4 standard deviations and the few with two."""
     for n in (2, 3, 4):
@@ -347,19 +338,6 @@ def test_web_of_linear_frequencies_is_exact():
         exact = straight[line.vector]
         assert line.length == pytest.approx(np.linalg.norm(exact[1] - exact[0]), abs=1e-9)
     assert {line.vector for line in found if line.lines} <= set(straight)
-
-
-def test_web_curves_converge_like_the_square_of_the_cell():
-    """nu = (x^2 + y^2, 1): the circle of radius 1, off by O(cell^2)."""
-    pytest.importorskip("contourpy")
-    errors = []
-    for cells in (20, 40, 80):
-        axes = (np.linspace(-1.5, 1.5, cells + 1), np.linspace(-1.4, 1.6, cells + 1))
-        x, y = np.meshgrid(*axes, indexing="ij")
-        (circle,) = resonance_web(np.array([x * x + y * y, np.ones_like(x)]), axes=axes, resonances=[[1, -1]])
-        errors.append(np.abs(np.hypot(*np.concatenate(circle.lines).T) - 1).max())
-        assert circle.length == pytest.approx(2 * np.pi, rel=3 / cells**2)
-    assert np.log2(np.array(errors[:-1]) / errors[1:]) == pytest.approx(2, abs=0.5)
 
 
 def test_web_marks_islands_as_areas_and_keeps_clear_of_gaps():

@@ -573,51 +573,6 @@ def interrupted(function, *given, **named):
     return caught.value.partial
 
 
-def test_tori_keep_what_is_done():
-    z0 = np.repeat(battery.Z8, 50_000, axis=1)
-    body = fa.Body(fa.Hyperelastic())
-    partial = interrupted(fa.action_angles, body, z0, threads=1, report=stop)
-    assert isinstance(partial, fa.analysis.ActionAngles)
-    left = partial.status == Status.INTERRUPTED
-    assert left.any()
-    assert np.isnan(partial.J[:, left]).all()
-    assert partial.call.function == "action_angles"
-    done = np.flatnonzero(~left)
-    np.testing.assert_array_equal(
-        partial[done].J, fa.action_angles(body, z0[:, done], threads=1).J
-    ) if done.size else None
-
-
-def test_resonances_keep_what_is_done():
-    nu = np.random.default_rng(1).random((4, 100_000))
-    partial = interrupted(fa.resonances, nu, max_order=12, threads=1, report=stop)
-    assert isinstance(partial, fa.analysis.Resonances)
-    left = partial.status == Status.INTERRUPTED
-    assert left.any()
-    assert not partial.rank[left].any()
-    assert np.isnan(partial.distance[:, left]).all()
-
-
-def test_lines_keep_what_is_done():
-    signals = np.repeat(battery.RING[None], 2000, axis=0)
-    whole = fa.naff(signals, 0.1, lines=2, threads=1)
-    asked = []
-
-    def once(fraction):
-        asked.append(fraction)
-        raise KeyboardInterrupt
-
-    partial = interrupted(fa.naff, signals, 0.1, lines=2, threads=1, report=once)
-    assert isinstance(partial, fa.analysis.FrequencyLines)
-    done = np.isfinite(partial.residual)
-    assert 0 < done.mean() == asked[0] < 1
-    np.testing.assert_array_equal(partial.nu[done], whole.nu[done])
-    assert np.isinf(partial.error[~done]).all()
-    fractions = []
-    same(fa.naff(signals, 0.1, lines=2, threads=1, report=fractions.append), whole)
-    assert fractions[-1] == 1.0
-
-
 def raising(monkeypatch, module, name, calls):
     """Make the function `name` of a module raise KeyboardInterrupt after so many calls; return their number so far."""
     own, count = getattr(sys.modules[module], name), [0]

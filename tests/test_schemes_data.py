@@ -45,7 +45,6 @@ from fastaff.schemes.catalogue import (
 
 SPLITTINGS = [s for s in SCHEMES.values() if isinstance(s, Splitting)]
 TABLEAUX = [s for s in SCHEMES.values() if isinstance(s, RungeKutta)]
-ESTIMATES = [(s, r) for s in TABLEAUX for r in range(len(s.errors))]
 Z0 = ("0.1", "-0.2", "0.35", "0.2")
 TIME = 6
 
@@ -237,30 +236,11 @@ def test_splittings_are_reversible(scheme):
 
 
 @pytest.mark.parametrize("scheme", TABLEAUX, ids=lambda s: s.name)
-@pytest.mark.parametrize("x", ["0.2", "0.37", "0.8"])
-def test_order_of_the_interpolant(scheme, x):
-    def error(m):
-        h = mp.mpf("0.4") / m
-        return distance(dense(scheme, start(), h, mp.mpf(x), slopes(scheme, start(), h)), exact(rate, mp.mpf(x) * h))
-
-    assert agrees(scheme, halving_slope(error), scheme.dense_order + 1, 0.25)
-
-
-@pytest.mark.parametrize("scheme", TABLEAUX, ids=lambda s: s.name)
 def test_the_interpolant_meets_both_ends(scheme):
     z, h = start(), mp.mpf("0.4")
     k = slopes(scheme, z, h)
     assert distance(dense(scheme, z, h, 0, k), z) == 0
     assert distance(dense(scheme, z, h, 1, k), step(scheme, z, h)) == 0
-
-
-@pytest.mark.parametrize(("scheme", "row"), ESTIMATES, ids=lambda v: getattr(v, "name", v))
-def test_order_of_the_error_estimates(scheme, row):
-    def estimate(m):
-        h = mp.mpf("0.4") / m
-        return mp.norm(mp.matrix(combine([0] * 4, h, scheme.errors[row], slopes(scheme, start(), h))))
-
-    assert agrees(scheme, halving_slope(estimate), scheme.error_orders[row] + 1, 0.25)
 
 
 # A rooted tree is the sorted tuple of its branches.

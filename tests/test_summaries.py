@@ -150,13 +150,6 @@ def test_shares_are_those_of_wilson():
         np.testing.assert_allclose(one.bounds, [chaotic / total, (chaotic + undecided) / total], atol=1e-15)
 
 
-def test_the_interval_covers_the_share_that_was_drawn():
-    p, n = RNG.uniform(size=20000), RNG.integers(20, 2000, 20000)
-    chaotic = RNG.binomial(n, p)
-    low, high = Shares(chaotic, n - chaotic, np.zeros_like(n)).interval()
-    assert 0.94 < ((low <= p) & (p <= high)).mean() < 0.96
-
-
 @pytest.mark.parametrize("sets", [1, 7])
 def test_a_fraction_is_said_with_what_is_open(sets):
     """The numbers of the sentence: fraction, interval, percent undecided and bounds, least and largest of each."""

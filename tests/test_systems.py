@@ -83,28 +83,6 @@ def test_a_spherical_pendulums_azimuth_goes_round_at_a_frequency():
     assert decided >= 5
 
 
-def test_the_rotation_of_a_spherical_pendulum_has_monodromy_around_its_focus():
-    """Around the equilibrium on top, E = m g l and L = 0, the advance of the azimuth winds once; elsewhere not."""
-    model = fa.models.SphericalPendulum()
-    turns = []
-    for centre in (1.0, 1.9):
-        w = np.linspace(0, 2 * np.pi, 41)[:-1] + 0.05
-        E, L = centre + 0.35 * np.cos(w), 0.35 * np.sin(w) + (0.0 if centre == 1.0 else 0.9)
-        lowest = [float(roots([-2, -2 * e, 2, 2 * e - k * k])[2]) for e, k in zip(E, L, strict=True)]
-        z0 = np.array([np.arccos(lowest), 0 * L, 0 * L, L])
-        cut = fa.poincare_map(
-            model, z0, section=fa.Linear((0.0, 0.0, 1.0, 0.0), 0.0, 0), crossings=3, max_time=60.0, accuracy=1e-8
-        )
-        assert (cut.counts >= 3).all()
-        low = np.abs(cut.points[0] - z0[0]) < 1e-5
-        first = np.array([np.flatnonzero(low[:, k] & (cut.times[:, k] > 0.5))[0] for k in range(40)])
-        advance = cut.points[1, first, np.arange(40)]
-        steps = np.diff(np.append(advance, advance[0]))
-        turns.append(np.rint((steps - 2 * np.pi * np.rint(steps / (2 * np.pi))).sum() / (2 * np.pi)))
-    assert abs(turns[0]) == 1
-    assert turns[1] == 0
-
-
 def on_the_sphere(theta, phi, p_theta, p_phi, times):
     """Angles and momenta of a spherical pendulum of unit mass and length under g = 1, by Cartesian equations."""
     out, round_ = np.array([np.cos(phi), np.sin(phi), 0.0]), np.array([-np.sin(phi), np.cos(phi), 0.0])
@@ -229,16 +207,6 @@ def test_no_body_passes_a_pole_of_its_potential(kind):
         assert (found.status == Status.COLLAPSED).any()
     well = (truth.status == Status.OK) & (fixed[1].status == Status.OK)
     assert (np.abs(fixed[1].z - truth.z) <= 10 * fixed[1].error + 1e-8)[:, well].all()
-
-
-def test_a_transformed_time_sees_poles():
-    """Of T + V, where steps in s passed c/(x - a) as steps in time did."""
-    model = fa.hamiltonian("x**2/2 + c/(x - a)", coordinates="x", c=1e-9, a=float(RNG.uniform(-0.2, 0.2)))
-    z0 = np.array([RNG.uniform(0.5, 1.5, 16), RNG.uniform(-1, 1, 16)])
-    for rate in (fa.schemes.Logistic(1.0), fa.schemes.Algebraic(0.5)):
-        scheme = fa.TimeTransformed(rate=rate)
-        assert (fa.integrate(model, z0, time=20.0, scheme=scheme, step=0.1).status == Status.COLLAPSED).all()
-    assert (fa.integrate(model._replace(c=0.0), z0, time=20.0, scheme=scheme, step=0.1).status == Status.OK).all()
 
 
 # --- tops -------------------------------------------------------------------------------------------------------------

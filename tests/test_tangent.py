@@ -109,27 +109,6 @@ def test_the_orbit_is_that_of_integrate_to_the_bit(scheme):
             assert np.abs(found.energy_error - plain.energy_error).max() <= off
 
 
-@pytest.mark.parametrize(
-    "scheme", [fastaff.KAHAN_LI8, fastaff.SOFRONIOU_SPALETTA10, fastaff.DOP853], ids=lambda s: s.name
-)
-def test_threads_neighbours_and_company_change_no_bit(scheme):
-    """Also a single orbit alone, whose steps run in scalars, and vectors without the others."""
-    model, start = CASES["neo-hookean"]
-    z = cloud(start, 150)
-    z[:, 7] = [0.8, 0.0, 0.75, 0.0, -3.0, 0.0, 3.0, 0.0]  # hits the wall
-    run = {"time": 5.0, "step": 0.05, "scheme": scheme}
-    whole = fastaff.tangent_map(model, z, threads=1, **run)
-    assert np.array_equal(fastaff.tangent_map(model, z, **run).vectors, whole.vectors, equal_nan=True)
-    back = fastaff.tangent_map(model, np.ascontiguousarray(z[:, ::-1]), **run)
-    assert np.array_equal(back.vectors[..., ::-1], whole.vectors, equal_nan=True)
-    alone = fastaff.tangent_map(model, z[:, 3], **run)
-    assert np.array_equal(alone.vectors[..., 0], whole.vectors[..., 3])
-    assert np.isfinite(np.delete(whole.vectors, 7, axis=2)).all()
-    if isinstance(scheme, Splitting):
-        some = fastaff.tangent_map(model, z, deviations=np.eye(8)[3:6], **run)
-        assert np.array_equal(some.vectors, whole.vectors[3:6], equal_nan=True)
-
-
 def test_it_is_linear_and_takes_deviations_of_each_orbit():
     model, start = CASES["henon-heiles"]
     z = cloud(start, 4)

@@ -25,13 +25,12 @@ from fastaff import (
     action_angles,
     constants_of_motion,
     energy_of_actions,
-    frequency_map,
     from_action_angles,
     integrate,
     one_variable,
 )
 from fastaff.charts import ALPHA_BETA, ELLIPTIC, R_VARTHETA, from_matrix
-from fastaff.models import Barriers, Cosine, Oscillator, Spring, StackelBody, Zero
+from fastaff.models import Cosine, Oscillator, StackelBody, Zero
 
 ROOT2 = np.sqrt(2.0)
 CHARTS = {
@@ -292,56 +291,6 @@ def test_gradient_of_the_energy_is_the_frequency(body, chart):
         np.testing.assert_allclose(
             slope[spins], energy_of_actions(body, J, chart=chart).nu[row][spins], rtol=0, atol=1e-10
         )
-
-
-@pytest.mark.parametrize("body", naive.MODELS[:4], ids=name)
-def test_frequency_map_agrees(body):
-    z = naive.states(body, 24, seed=5)
-    found = action_angles(body, z)
-    averaged = frequency_map(body, z, time=200 * np.pi, scheme=SOFRONIOU_SPALETTA10, step=0.01)
-    measured = np.array([averaged.nu[0], averaged.nu[1], averaged.nu_eta, averaged.nu_gamma])
-    gap = np.abs(measured - primitive(found)[0]).max(axis=0)
-    # Where lines are close to each other they say so.
-    assert np.median(gap) < 1e-10
-    assert np.all(gap <= np.maximum(10 * averaged.error.max(axis=0), 1e-10))
-
-
-def test_closed_forms_are_the_quadratures():
-    """The same potentials written as user functions take the other road."""
-    k, c = 1.3, 0.7
-
-    def first(x):
-        return 1.3 * x * x / 2 + 0.7 / (x * x)
-
-    def second(x):
-        return 1.3 * x * x / 2
-
-    def radial(r):
-        return 1.3 * r / 2 + 0.7 / r
-
-    def barrier(v):
-        return 0.7 / np.cos(v / 2) ** 2 + 0.2 / np.sin(v / 2) ** 2
-
-    pairs = (
-        (
-            SeparableAlphaBeta(Oscillator(k, c), Oscillator(k)),
-            SeparableAlphaBeta(one_variable(first), one_variable(second)),
-        ),
-        (
-            SeparableRVartheta(Spring(k, c), Barriers(c, 0.2)),
-            SeparableRVartheta(one_variable(radial), one_variable(barrier)),
-        ),
-    )
-    z = naive.states(naive.MODELS[0], 200)
-    for closed, plain in pairs:
-        one, other = action_angles(Body(closed, 0.8), z), action_angles(Body(plain, 0.8), z)
-        for left, right in zip(
-            (one.J, one.constants, one.turning_points), (other.J, other.constants, other.turning_points), strict=True
-        ):
-            np.testing.assert_allclose(left, right, rtol=1e-11, atol=1e-11)
-        np.testing.assert_allclose(one.nu, other.nu, rtol=0, atol=1e-11)
-        for left, right in zip(primitive(one)[1], primitive(other)[1], strict=True):
-            assert np.abs(turned(left - right)).max() < 1e-10
 
 
 def test_turning_points_name_the_well():

@@ -4,14 +4,13 @@ algebra below them.
 
 from functools import cache
 from itertools import pairwise
-from typing import NamedTuple
 
 import numpy as np
 import pytest
 import systems
 from hypothesis import given
 from hypothesis import strategies as st
-from naive import constants, energy, frequencies, label, r_vartheta_actions
+from naive import constants, frequencies, label, r_vartheta_actions
 
 from fastaff import (
     KAHAN_LI8,
@@ -109,14 +108,6 @@ def test_the_anharmonic_body_moves_on_two_tori(i):
         f.nu, omega / (2 * np.pi) * np.array([J_eta / root, np.sign(p_gamma)]), rtol=0, atol=1e-12
     )
     np.testing.assert_allclose(f.J, [J_eta, np.sign(p_gamma) * total], rtol=1e-10)
-
-
-def test_two_equal_oscillators():
-    """Henon-Heiles without its coupling: nu = 1/2 pi, I = E."""
-    z = np.array([0.3, 0.1, -0.2, 0.4])
-    f = fit_torus(HenonHeiles(0.0), z, time=200.0)
-    assert (f.verdict, f.dimension) == (Verdict.RESONANT, 1)
-    np.testing.assert_allclose([f.omega[0], f.I[0]], [1.0, (z @ z) / 2], rtol=1e-12)
 
 
 NEO = Body(NeoHookean(1.0, 2.0))
@@ -269,34 +260,6 @@ def test_motions_of_few_dimensions():
     breathing = fit_torus(Body(Hyperelastic()), rest, time=300.0)
     assert (breathing.verdict, breathing.names) == (Verdict.RESONANT, ("r", "eta"))
     np.testing.assert_allclose(breathing.I[1], 0.3 * np.sqrt(2.0), rtol=1e-11)
-
-
-class Stiffening(NamedTuple):
-    """A potential of one's own, without angles: hyperelastic and stiffer against shear."""
-
-    k: float = 0.2
-
-    def value(self, A, B):
-        return (A + B) / 2 + 2 / (A - B) + 4 * self.k * B * B
-
-    def slopes(self, A, B):
-        wall = 2 / ((A - B) * (A - B))
-        return 0.5 - wall, 0.5 + wall + 8 * self.k * B
-
-    def curvatures(self, A, B):
-        w = 4 / (A - B) ** 3
-        return w, -w, w + 8 * self.k
-
-    def margin(self, A, B):
-        return A - B
-
-
-def test_a_potential_of_ones_own():
-    body, z = Body(Stiffening()), point(1)
-    f = fit_torus(body, z, time=600.0)
-    assert f.verdict is Verdict.TORUS
-    np.testing.assert_allclose(f.I[2:], constants(body, z)[1:], rtol=1e-9)
-    np.testing.assert_allclose(energy(body, f.evaluate(np.random.default_rng(3).random((4, 20)))), f.energy, rtol=1e-8)
 
 
 def test_another_basis_is_the_same_torus():

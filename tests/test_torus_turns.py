@@ -240,27 +240,6 @@ def test_driven_oscillator_in_closed_form():
         assert found.residual < 1e-8
 
 
-def test_driven_duffing_oscillator():
-    model = systems.duffing(a=0.1)
-    z0 = [1.91, 0.01]
-    found = fa.fit_torus(model, z0, time=2000 * model.period)
-    assert found.verdict is Verdict.TORUS, found.summary()
-    # About the fixed point, in units of its extent: the mean angle of a turn, and the sum of the triangles.
-    centre = fa.periodic_orbits(model, [1.9, 0.0], section="t=0").z[[0, 2], 0]
-    cut = fa.poincare_map(model, z0, section="t=0", crossings=20000)
-    x, p = cut["x"][:, 0] - centre[0], cut["p_x"][:, 0] - centre[1]
-    angle = np.arctan2(p / np.ptp(p), x / np.ptp(x))
-    steps = np.mod(np.diff(angle), -TURN)
-    s = (np.arange(steps.size) + 0.5) / steps.size
-    weight = np.exp(-1 / (s * (1 - s)))
-    assert error_of(found, -(weight @ steps) / weight.sum() / TURN)[0] < 1e-12
-    order = np.argsort(angle)
-    x, p = x[order], p[order]
-    np.testing.assert_allclose(found.J[0], 0.5 * (x * np.roll(p, -1) - p * np.roll(x, -1)).sum(), rtol=1e-6)
-    sea = fa.fit_torus(model._replace(a=0.3), [0.1, 0.0], time=600 * model.period)
-    assert sea.verdict is Verdict.NOT_A_TORUS
-
-
 def test_fixed_points_short_times_and_words():
     assert fa.fit_torus(StandardMap(0.5), [np.pi, 0.0], time=1000).dimension == 0
     four = fa.fit_torus(PLANE._replace(x0=0.0, p0=0.0, a=0.0, b=1.0, c=-1.0, d=0.0), [0.3, 0.1], time=2000)

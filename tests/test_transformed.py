@@ -264,29 +264,6 @@ def test_an_orbit_that_escapes_ends_there():
     assert np.isnan(found.samples[-1, :, 0]).all()
 
 
-def test_an_interrupted_run_keeps_what_it_has():
-    def stop(fraction):
-        raise KeyboardInterrupt
-
-    z = np.repeat(START[HenonHeiles()][:, None], 300, axis=1)
-    with pytest.raises(KeyboardInterrupt) as caught:
-        integrate(
-            HenonHeiles(),
-            z,
-            time=1e5,
-            samples=100,
-            step=0.05,
-            scheme=TimeTransformed(KAHAN_LI8, Logistic(0.1, 0.05)),
-            report=stop,
-        )
-    partial = caught.value.partial
-    assert np.any(partial.status == Status.INTERRUPTED)
-    kept = np.isfinite(partial.samples).all(axis=1)
-    assert np.array_equal(kept.sum(axis=0)[partial.status == 0], np.full(np.sum(partial.status == 0), 100))
-    assert np.all(partial.t[partial.status == Status.INTERRUPTED] < 1e5)
-    assert partial.energy_error.max() < 1e-6
-
-
 def test_the_trial_takes_a_rate_and_says_it():
     found = integrate(
         Body(Hyperelastic(), 1.0),

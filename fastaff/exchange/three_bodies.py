@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -11,7 +12,18 @@ from numpy.typing import ArrayLike
 from ..base.numbers import StrPath, numbers, positive
 from ..formulas.formula import hamiltonian
 from ..models.mechanics import system_of
-from .three_body_rows import rows_of
+
+NUMBER = re.compile(r"-?\d+\.\d{2,}(?:[eE][-+]?\d+)?")
+"""Velocities, periods and scaled periods, but no numbers of orbits and no masses of one digit."""
+
+
+def rows_of(text: str, m3: float) -> list[list[float]]:
+    """Return the numbers of each row that has three or more, and no other mass in parentheses than m3."""
+    pieces = text.split("<tr>") if "<tr>" in text else text.splitlines()
+    masses = [re.search(r"\((\d+(?:\.\d+)?)\)", piece) for piece in pieces]
+    kept = [piece for piece, mass in zip(pieces, masses, strict=True) if mass is None or float(mass[1]) == m3]
+    return [found for found in ([float(word) for word in NUMBER.findall(piece)] for piece in kept) if len(found) > 2]
+
 
 TEXT = "-1/sqrt((x1 - x2)**2 + (y1 - y2)**2)" + "".join(f" - m/sqrt((x{k} - x3)**2 + (y{k} - y3)**2)" for k in (1, 2))
 SAME = 1e-3

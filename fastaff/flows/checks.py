@@ -15,7 +15,7 @@ from ..compile.blocks import is_value, parameters
 from ..formulas.section_text import section_forms
 from ..models.contracts import Autonomous, Map, Model, Nonseparable, Potential, Section
 from ..models.mechanics import System, system_of
-from ..models.sections import Linear, Stroboscopic
+from ..models.sections import Stroboscopic
 from ..schemes.catalogue import SCHEMES, Collocation, Nystrom, RungeKutta, Scheme, Splitting
 from ..schemes.time_transformed import TimeTransformed
 from .needs import check_kind, check_needs
@@ -274,7 +274,8 @@ def checked_section(section: Any, model: Any) -> Any:
         instead = f": a class; write {section.__name__}()" if isinstance(section, type) else ""
         raise TypeError(
             f"section must be a section such as AlphaTurning(direction=+1), or its text, here one of "
-            f"{', '.join(section_forms(model))}, got {section!r} ({type(section).__name__}){instead}"
+            f"{', '.join(section_forms(model))}; one of your own is a NamedTuple with a field direction and a method "
+            f"value({', '.join(system_of(model).row_names)}), got {section!r} ({type(section).__name__}){instead}"
         )
     if not (isinstance(section.direction, (int, float, np.number)) and section.direction in (-1, 0, 1)):
         raise ValueError(f"section.direction must be -1, 0 or +1, got {shown(section.direction)}")
@@ -300,8 +301,10 @@ def checked_section(section: Any, model: Any) -> Any:
             )
     elif system.driven:
         _check_timeless(section, system)
-    elif rows % 2 and type(section) is not Linear:
-        raise TypeError(f"section must be Linear for an odd number of variables, here {rows}, got {section!r}")
+    elif rows % 2 and normal is None:
+        raise TypeError(
+            f"section must be Linear or AngleEquals for an odd number of variables, here {rows}, got {section!r}"
+        )
     return section
 
 

@@ -96,6 +96,17 @@ class Motion(NamedTuple):
             np.maximum(largest, np.abs(away, out=away), out=largest)
         return largest
 
+    def between(self, fine: np.ndarray, coarse: np.ndarray, threads: int) -> np.ndarray:
+        """Return the distances of phase points (..., 2n, orbits) of two runs."""
+        result = np.empty((*fine.shape[:-2], fine.shape[-1]))
+
+        def some(at: slice) -> None:
+            with np.errstate(all="ignore"):
+                result[..., at] = self.of(at).distance(fine[..., at] - coarse[..., at])
+
+        by_portions(some, result.shape[-1], fine[..., 0].size, threads)
+        return result
+
 
 def _chunk(rows: int, orbits: int) -> int:
     """Return the number of orbits to look at at once: about LOOKED bytes of that many rows, in equal parts."""

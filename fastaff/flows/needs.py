@@ -123,6 +123,21 @@ def check_kind(model: Any, name: str, need: str) -> None:
     known = isinstance(kind, Kind)
     if not known or kind.words & NEEDS[need]:
         runs = "; ".join(entry.equations for entry in KINDS if not entry.words & NEEDS[need])
+        instead = _instead(kind, name) if known and need in ("regular motion", "H = T(p) + V(q)") else ""
         raise TypeError(
             f"{name} {type(model).__name__} is {kind.equations if known else shown(kind)}; what runs here is {runs}"
+            f"{instead}"
         )
+
+
+def _instead(kind: Kind, name: str) -> str:
+    """Return the call that tells most about the regular motion of such a system."""
+    if kind.words & NEEDS["regular motion"]:
+        return (
+            f". Lines of an orbit: run = fa.integrate({name}, z0, time=..., samples=4096), "
+            "fa.naff(run.samples[:, 0, 0], run.times[1] - run.times[0], lines=3)"
+        )
+    return (
+        f". A torus of one orbit: fit = fa.fit_torus({name}, z0, time=...), with actions fit.J, frequencies fit.nu and "
+        "levels by J = 2 pi hbar (n + fit.maslov/4)"
+    )

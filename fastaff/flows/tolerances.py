@@ -2,7 +2,7 @@
 
 Over few turns a symplectic scheme has no advantage. Its iteration and the trials of its steps cost several times as
 much as VERNER9, whose tolerances need no trial. Errors follow from a run with looser tolerances; orbits that miss the
-accuracy are left to the symplectic scheme.
+accuracy are left to the symplectic scheme. Long runs follow it where equal steps would be very short, or fail.
 """
 
 from __future__ import annotations
@@ -25,6 +25,11 @@ from .trials import SPAN
 
 RADIANS = 1000.0
 """Radians of the motion up to which runs are short: beyond, errors of a scheme that is not symplectic grow faster."""
+
+UNEVEN = 2.0**-6
+"""Equal steps, in radians, below which an orbit is run with tolerances however long its time: a small part of its way,
+as next to a centre or on the axis of a chart, asks for steps so short, and all of it would get them.
+"""
 
 RATIO, PART = 64.0, 1 / 4
 """Ratio of the looser run's tolerances to the tighter ones, and the part of the distance of both that counts as error:
@@ -68,23 +73,36 @@ PAIRS = 4
 """Most pairs of runs, the first included; each has tolerances RATIO times smaller than the one before."""
 
 
-def tolerances(found: Motion, time: float, accuracy: float) -> np.ndarray:
-    """Return the tolerances (orbits,), powers of 4, that should reach an accuracy: NaN where a run is not short."""
+def tolerances(found: Motion, time: float, accuracy: float, most: Any = RADIANS) -> np.ndarray:
+    """Return the tolerances (orbits,), powers of 4, that should reach an accuracy: NaN where a run is not short, which
+    it is up to `most` radians, for all or each.
+    """
     phase = time * found.pace
     with np.errstate(all="ignore"):
         wanted = accuracy / (found.far * np.maximum(GROWTH * phase**1.5, LEAST))
         level = 4.0 ** np.floor(np.log2(wanted) / 2)
-    return np.where((phase <= RADIANS) & (level >= FINEST), level, np.nan)
+    return np.where((phase <= most) & (level >= FINEST), level, np.nan)
 
 
-def beyond(steps: Steps, found: Motion, time: float, accuracy: float, had: np.ndarray) -> tuple[Steps, np.ndarray]:
-    """Return steps of the orbits that short runs have left, and their numbers; the order is UNSURE where a run is
-    short, as these orbits amplify errors. Orbits that have a result (`had`) are left out if their shortest steps do not
-    reach the accuracy: they meet the singular point of a chart, which only equal steps as short would resolve.
+def uneven(steps: Steps, time: float) -> np.ndarray:
+    """Return the radians (orbits,) up to which orbits whose time is not short are run with tolerances, by the equal
+    steps they would take.
+    """
+    long = time * steps.motion.pace > RADIANS
+    return np.where(long & (steps.step * steps.motion.pace < UNEVEN), np.inf, 0.0)
+
+
+def beyond(
+    steps: Steps, found: Motion, time: float, accuracy: float, had: np.ndarray, rest: np.ndarray
+) -> tuple[Steps, np.ndarray]:
+    """Return steps of the orbits that short runs have left, and their numbers, some of `rest`; the order is UNSURE
+    where a run is short, as these orbits amplify errors. Orbits that have a result (`had`) are left out if their
+    shortest steps do not reach the accuracy: they meet the singular point of a chart, which only equal steps as short
+    would resolve.
     """
     order = np.where(np.isfinite(tolerances(found, time, accuracy)), UNSURE, np.inf)
     reached = steps.local * np.maximum(time * found.rate / SPAN, 1.0) <= accuracy
-    orbits = np.flatnonzero(reached | ~had)
+    orbits = rest[(reached | ~had)[rest]]
     return steps._replace(order=np.minimum(steps.order, order)).of(orbits), orbits
 
 
@@ -128,9 +146,11 @@ def tightened(
     compare: Callable[[Any, Any, np.ndarray, np.ndarray], np.ndarray],
     keep: Callable[[np.ndarray, Any, np.ndarray, np.ndarray], None],
     walled: Callable[[Any], np.ndarray],
+    most: Any = RADIANS,
     report: Report | None = None,
 ) -> np.ndarray:
-    """Run the orbits whose time is short with pairs of tolerances; return the index array of those left over.
+    """Run the orbits whose time is short, as `tolerances` says, with pairs of tolerances; return the index array of
+    those left over.
 
     run(orbits, tolerance, report, stop) integrates orbits, stopping at one of STOPS, and returns a run with a `status`
     (orbits,); compare(fine, coarse, orbits, tolerance) returns the errors (moments, orbits), inf where the fine run is
@@ -138,7 +158,7 @@ def tightened(
     may be no better ones; walled(fine) tells which orbits get a third run in any case.
     Cost: 1.6 runs for most orbits, one to three more for others, 0.7 near walls and where errors are amplified.
     """
-    tolerance = tolerances(found, time, accuracy)
+    tolerance = tolerances(found, time, accuracy, most)
     orbits = np.flatnonzero(np.isfinite(tolerance))
     rest = [np.flatnonzero(np.isnan(tolerance))]
     tolerance = tolerance[orbits]

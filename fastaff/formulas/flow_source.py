@@ -6,16 +6,20 @@ from collections.abc import Sequence
 from typing import Any
 
 from .inertia import fresh
-from .model_source import loops, period_methods, poles_methods
+from .model_source import loops, period_methods, periods_methods, poles_methods
 from .potential_source import Description, class_text, constant, margin_method, method, module, spread
 from .printing import Lines
 
 
 def flow_model(
-    d: Description, rates: Sequence[Any], bounds: tuple[Sequence[Any], Sequence[Any]], symbols: dict[str, Any]
+    d: Description,
+    rates: Sequence[Any],
+    bounds: tuple[Sequence[Any], Sequence[Any]],
+    symbols: dict[str, Any],
+    periods: Sequence[Any],
 ) -> str:
-    """Return the text of a system with its rates, their changes along a vector, its margin and its poles; bounds: its
-    walls, and expressions that pass a whole number at its poles.
+    """Return the text of a system with its rates, their changes along a vector, its margin, its poles and the periods
+    of its rows, if it has some; bounds: its walls, and expressions that pass a whole number at its poles.
     """
     names, (walls, poles) = d.coordinates, bounds
     methods = [
@@ -24,6 +28,7 @@ def flow_model(
         constant("coordinates", f"Names of the {len(names)} rows of z.", repr(tuple(names))),
         *_methods_of_rates(names, d.parameters, rates, walls, symbols),
         *poles_methods(poles, names),
+        *periods_methods(periods),
     ]
     what = f"an autonomous system of {len(names)} variable{'' if len(names) == 1 else 's'}"
     body = class_text("FormulaFlow", what, d, d.parameters, methods)

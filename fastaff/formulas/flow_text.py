@@ -13,9 +13,11 @@ from ..models.contracts import WrittenFlow
 from .arguments import text_of
 from .equations import split
 from .forced import equations as equations_of
-from .formula import Text
+from .forced import periods_of
+from .formula import Text, with_periods
 from .grammar import checked_name
 from .library import Request, generated_class
+from .map_source import period_texts
 from .reserved import RESERVED
 
 LENGTH = 2000
@@ -24,7 +26,13 @@ LENGTH = 2000
 
 @says_progress
 def flow(
-    text: Text, /, *, domain: str | None = None, forces: Mapping[str, str] | None = None, **parameters: float
+    text: Text,
+    /,
+    *,
+    domain: str | None = None,
+    forces: Mapping[str, str] | None = None,
+    periods: Mapping[str, float | str] | None = None,
+    **parameters: float,
 ) -> WrittenFlow:
     """Make an autonomous system dz/dt = f(z) from equations written as text; the derivatives are exact.
 
@@ -41,6 +49,9 @@ def flow(
     forces : dict of str, optional
         For a model: forces beside its own, by coordinate, {"x": "f*cos(w*t) - g*p_x"}. The time may occur in them as
         cos(w*t) and sin(w*t), which become two further rows, `cosine` and `sine`, that run round a circle.
+    periods : dict of float or str, optional
+        Periods of the variables that are angles, {"x": "2*pi"}, numbers or formulas of the parameters (default of a
+        model: its own): a section x=c counts each turn.
     **parameters : float
         Value of each parameter, by name. Parameters stay run-time values.
 
@@ -53,7 +64,8 @@ def flow(
     Raises
     ------
     ValueError, TypeError
-        The text is no system of equations (nothing is ever executed), a name has no value, or a value is not used.
+        The text is no system of equations (nothing is ever executed), a name has no value, a value is not used, or the
+        equations do not have the periods.
     ImportError
         SymPy is missing and the text is new.
 
@@ -79,8 +91,9 @@ def flow(
     ('D1', 'D2', 'p_D1', 'p_D2', 'cosine', 'sine')
     """
     if forces is not None or hasattr(text, "degrees_of_freedom"):
+        turned = periods_of(text)
         text, own, parameters = equations_of(text, {} if forces is None else forces, parameters)
-        domain = own if domain is None else domain
+        domain, periods = own if domain is None else domain, turned if periods is None else periods
     written, length = _written(text)
     equations = split(written)
     names: list[str] = []
@@ -92,16 +105,18 @@ def flow(
     for name, side in equations:
         if re.search(r"\bt\b", side) and "t" not in (*names, *values):
             raise ValueError(f"text: {name}' depends on t, which a flow does not know: make it a variable, t' = 1")
-    request = Request(written, domain, tuple(values), tuple(names), "flow")
+    turns = period_texts(periods, names)
+    request = Request(written, domain, tuple(values), tuple(names), "flow", periods=turns if any(turns) else ())
     programs = request.programs(length)
     domain_program = request.domain_program()
-    used = frozenset().union(*(p.names for p in (*programs, domain_program) if p is not None))
+    every = (*programs, domain_program, *request.period_programs())
+    used = frozenset().union(*(p.names for p in every if p is not None))
     unused = [name for name in values if name not in used]
     if unused:
         raise ValueError(
             f"parameter {unused[0]!r} is not used by the equations {written!r}: leave it out, or is a name misspelt?"
         )
-    return generated_class(request, (programs, domain_program), values)(*values.values())
+    return with_periods(generated_class(request, (programs, domain_program), values)(*values.values()))
 
 
 def _written(given: Any) -> tuple[Any, int]:

@@ -11,6 +11,7 @@ from ..base.numbers import shown
 from ..models import Body
 from ..models.contracts import Kind
 from .grammar import TIME, UnknownName, parse
+from .library import Request
 from .variables import VARIABLES
 
 PHASE = "cosine", "sine"
@@ -48,6 +49,12 @@ def equations(
         draw = f"(1 - {c}**2 - {s}**2)"
         found += [(c, f"-{rate}*{s} + {c}*{draw}"), (s, f"{rate}*{c} + {s}*{draw}")]
     return found, domain, {**own, **parameters}
+
+
+def periods_of(model: Any) -> dict[str, str]:
+    """Return the texts of the periods of a model's coordinates, by name."""
+    request = Request(*model._request) if hasattr(model, "_request") else None
+    return {} if request is None else {q: text for q, text in zip(request.coordinates, request.periods) if text}
 
 
 @functools.lru_cache(maxsize=64)

@@ -246,7 +246,7 @@ def hamiltonian(
     known: dict[str, Any] = {name: rates.pop(name, None) for name in OPTIONS if name in Request._fields}
     request = Request(written, domain, tuple(values), names, inertia, **known, momenta=conjugate, periods=rows)
     request = request._replace(others=tuple(rates.items()))
-    return _of_periods(_class(request, values, length)(*values.values(), *weights))
+    return with_periods(_class(request, values, length)(*values.values(), *weights))
 
 
 def _taken(given: ForeignSystem, coordinates: Any, beside: dict[str, Any], parameters: dict[str, float]) -> Any:
@@ -325,7 +325,7 @@ def _driven(
     request = Request(written, domain, tuple(values), every, inertia, period=said, momenta=momenta, periods=own)
     number = period_of(request, period, values, length)
     cls: Any = _class(request, values, length)
-    return _of_periods(cls(*values.values(), *weights, *([] if said else [number])))
+    return with_periods(cls(*values.values(), *weights, *([] if said else [number])))
 
 
 def _momenta(momenta: Any, names: tuple[str, ...], others: Mapping[str, Any]) -> tuple[str, ...]:
@@ -343,13 +343,14 @@ def _momenta(momenta: Any, names: tuple[str, ...], others: Mapping[str, Any]) ->
     return found
 
 
-def _of_periods(model: Any) -> Any:
+def with_periods(model: Any) -> Any:
     """Return a model if its equations have the stated periods of its coordinates."""
+    system = system_of(model)
     periods = np.array(model.periods(), dtype=float)[:, None] if hasattr(model, "periods") else np.zeros((1, 1))
     if not (np.isfinite(periods) & (periods >= 0)).all():
         raise ValueError(f"periods must be positive, got {periods[:, 0].tolist()}")
-    random, slopes = np.random.default_rng(5), system_of(model).slopes
-    z = random.uniform(-1, 1, (2 * model.degrees_of_freedom, TRIED)) * np.where(periods > 0, periods / 2, 1.5)
+    random, slopes = np.random.default_rng(5), system.slopes
+    z = random.uniform(-1, 1, (system.rows, TRIED)) * np.where(periods > 0, periods / 2, 1.5)
     for row in np.flatnonzero(periods[:, 0] > 0):
         here, there = slopes(z), slopes(z + periods * (np.arange(len(periods)) == row)[:, None])
         with np.errstate(all="ignore"):  # where they are infinite

@@ -19,7 +19,6 @@ import numpy as np
 from ..base.interruption import imported
 from ..compile import cache, jit
 from ..compile.kinds import OPTIONS, TERMS
-from .ceiling import ceiling
 from .equations import split
 from .grammar import Program, parse
 from .singular import AXES, body_places, invariant_places, plain_places, refuse_removable, ring_text, vanishing
@@ -152,10 +151,9 @@ def rebuild(request: tuple, values: tuple) -> Any:
 
 def _derive(request: Request, programs: Any, values: Mapping[str, float]) -> str:
     imported("sympy", what="a formula that is new here")
-    with ceiling():
-        if request.inertia == "flow":
-            return _derive_flow(request, programs, values)
-        return (_derive_hamiltonian if request.coordinates else _derive_body)(request, programs, values)
+    if request.inertia == "flow":
+        return _derive_flow(request, programs, values)
+    return (_derive_hamiltonian if request.coordinates else _derive_body)(request, programs, values)
 
 
 def _parameters(request: Request) -> dict[str, Any]:
@@ -241,7 +239,8 @@ def _derive_flow(
     description = Description(
         request.text, request.domain, request.parameters, "An autonomous system.", request.coordinates
     )
-    return flow_model(description, rates, (walls, poles(sympy.Tuple(*rates), region)), own)
+    periods = [sympy.Integer(0) if p is None else to_sympy(p, names) for p in request.period_programs()]
+    return flow_model(description, rates, (walls, poles(sympy.Tuple(*rates), region)), own, periods)
 
 
 def _derive_body(request: Request, programs: tuple[Program, Program | None], values: Mapping[str, float]) -> str:

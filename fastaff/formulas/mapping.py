@@ -18,7 +18,6 @@ from ..base.progress import says_progress
 from ..compile import jit
 from ..models.contracts import WrittenMap
 from .arguments import checked_names, values_of
-from .ceiling import ceiling
 from .formula import Text
 from .grammar import CONSTANTS, NUMERIC, Program, parse
 from .library import loaded, rebuild
@@ -182,8 +181,7 @@ def _generated(request: MapRequest, found: Statements, wall: Program | None, per
 
     def derived() -> str:
         imported("sympy", what="a map that is new here")
-        with ceiling():
-            return class_of_map(request, found, wall, periods)
+        return class_of_map(request, found, wall, periods)
 
     if key not in _CLASSES:
         _CLASSES[key] = loaded(key, derived)

@@ -258,7 +258,7 @@ def hamiltonian_model(
         angles="Loops()",
         before=loops(d.coordinates),
         imports="\nfrom fastaff.compile.kinds import alone\n" if more else "",
-        more=[*more, *_periods(periods), *_names_of(momenta), *poles_methods(poles, d.coordinates)],
+        more=[*more, *periods_methods(periods), *_names_of(momenta), *poles_methods(poles, d.coordinates)],
     )
 
 
@@ -282,7 +282,7 @@ def driven_model(
     inertia = inertia or mass_inertia(d.coordinates, masses, len(own))
     fields, more = period_methods(time, period, inertia.fields)
     inertia = inertia._replace(fields=fields)
-    more += [constant("kind", "What the motion is made of.", "Kind.DRIVEN"), *_periods(periods)]
+    more += [constant("kind", "What the motion is made of.", "Kind.DRIVEN"), *periods_methods(periods)]
     more += _names_of((*momenta, "p_t") if momenta else ()) + poles_methods(poles, d.coordinates)
     return model(
         "FormulaHamiltonian",
@@ -313,7 +313,7 @@ def period_methods(time: str, period: Any, fields: Sequence[str]) -> tuple[tuple
     return tuple(fields), more
 
 
-def _periods(periods: Sequence[Any]) -> list[str]:
+def periods_methods(periods: Sequence[Any]) -> list[str]:
     """Return the method of the periods of the rows where some have one."""
     lines = Lines(())
     doc = "Return the period of each row, 0 where it has none."

@@ -15,6 +15,12 @@ VANISHING = {"p_alpha=0": "alpha-turning", "p_beta=0": "beta-turning"}
 EQUALS = {text: kind for text, kind in OF_BODIES.items() if "constant" in kind._fields}
 
 
+OTHERS = (
+    "In Python any other is an object, not a text: fastaff.Linear(normal, offset), or a NamedTuple of your own with a "
+    "field direction and a method value(*z)"
+)
+
+
 def section_forms(model: Any) -> tuple[str, ...]:
     """Return the texts for sections of a model, with c for a number."""
     system = system_of(model)
@@ -29,7 +35,11 @@ def section_named(text: str, model: Any, direction: int = 1, *, argument: str = 
     forms, system = section_forms(model), system_of(model)
     text = VANISHING.get(re.sub(r"\s", "", text).lower(), text) if system.planar else text
     name, equals, constant = text.partition("=")
-    form = named(argument, f"{name.strip()}=c" if equals else name.strip(), forms)
+    asked = f"{name.strip()}=c" if equals else name.strip()
+    try:
+        form = named(argument, asked, forms)
+    except ValueError as unknown:
+        raise ValueError(f"{unknown} {OTHERS}") from None
     if not equals:
         return TURNING[form](direction)
     name = form.removesuffix("=c")

@@ -339,7 +339,7 @@ def _taken(name: str, value: Any, hint: Any) -> Any:
     kinds = _kinds(hint)
     if float in kinds and isinstance(value, str):
         return number(name, value)
-    if str in kinds and not isinstance(value, str):
+    if str in kinds and not isinstance(value, str) and not hasattr(value, "_fields"):
         if isinstance(value, int) and not isinstance(value, bool):
             return f"{value:+d}" if name.endswith("direction") else str(value)
         if isinstance(value, (list, tuple)) and value and all(isinstance(entry, str) for entry in value):
@@ -361,7 +361,8 @@ def _taken(name: str, value: Any, hint: Any) -> Any:
             return [_writable(name, entry) for entry in value]
     words = {float: "a number", int: "a whole number", bool: "true or false", str: "a text", list[str]: "texts"}
     takes = " or ".join(words[kind] for kind in kinds if kind is not type(None))
-    raise TypeError(f"{name} must be {takes}, got {shown(value)}")
+    instead = ", such as x=0; poincare_map takes objects" if name.endswith("section") else ""
+    raise TypeError(f"{name} must be {takes}{instead}, got {shown(value)}")
 
 
 def _kinds(hint: Any) -> tuple[Any, ...]:

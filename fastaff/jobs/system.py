@@ -117,8 +117,8 @@ class Model:
         import fastaff
 
         given = {name: getattr(self, name) for name in ("C", "A", "G", "K", "lam") if getattr(self, name) is not None}
-        if self.angles is not None and self.map is None and self.hamiltonian is None:
-            raise Wrong.of("{angles} belongs to {map} or {hamiltonian}")
+        if self.angles is not None and self.map is None and self.hamiltonian is None and self.flow is None:
+            raise Wrong.of("{angles} belongs to {map}, {hamiltonian} or {flow}")
         if any(entry is not None for entry in self._texts):
             return self._own(given)
         key = named(option("model"), self.model or "neo-hookean", OWN)
@@ -204,7 +204,7 @@ class Model:
                 said = option(own) + said.removeprefix("text")
             elif own == "hamiltonian" and said.startswith(("coordinates must", "momenta must")):
                 said = respelled(said, ("coordinates", "momenta"))
-            elif own == "hamiltonian" and said.startswith("periods"):
+            elif own in ("hamiltonian", "flow") and said.startswith("periods"):
                 said = option("angles") + said.removeprefix("periods")
             if "unknown name" in said:
                 said += f"; {option('parameter')} gives a parameter, NAME=VALUE"
@@ -215,9 +215,9 @@ class Model:
         """Return the model of the formula with its parameters."""
         import fastaff
 
-        if self.flow is not None:
-            return fastaff.flow(self.flow, domain=self.domain, **values)
         periods = dict(pairs(option("angles"), self.angles or (), "PERIOD")) or None
+        if self.flow is not None:
+            return fastaff.flow(self.flow, domain=self.domain, periods=periods, **values)
         if self.map is not None:
             how: dict[str, Any] = {"coordinates": self.coordinates, "periods": periods, "domain": self.domain, **values}
             return fastaff.mapping(self.map, **how)
@@ -317,7 +317,9 @@ def described(value: Any) -> Model | None:
             more: dict[str, Any] = {"angles": angles or None, "parameter": parameter, "domain": domain}
             found = Model(map=text, coordinates=" ".join(value.coordinates), **more)
         elif not system.canonical:
-            found = Model(flow=text, parameter=parameter, domain=domain)
+            turns = () if made is None else zip(made.coordinates, made.periods)
+            angles = [f"{name}={text}" for name, text in turns if text]
+            found = Model(flow=text, parameter=parameter, domain=domain, angles=angles or None)
         elif inner is not value:
             found = Model(formula=text, parameter=parameter, domain=domain, mu=mu)
         elif made is not None:

@@ -136,7 +136,8 @@ class Polar(NamedTuple):
     """Loop in (R, its rate) and the plane (x, y) of a system of two degrees of freedom with unit masses: nu_R, nu_phi.
 
     For motion about the centre of a galactic disk, with velocities as momenta. nu_phi is the mean rate of the azimuth,
-    negative for clockwise motion. For an orbit that does not go around the centre use loops in x and y.
+    negative for clockwise motion. For an orbit that does not go around the centre use loops in x and y: its angles may
+    have another basis. In a bar nu_R is that of a line that phi does not drive.
     """
 
     @property

@@ -106,8 +106,9 @@ class Traits:
 
     @cached_property
     def periods(self) -> tuple[float, ...]:
-        """The periods of its coordinates that are angles, 0 for the others."""
-        return tuple(map(float, getattr(self.model, "periods", lambda: (0.0,) * self.n)()[: self.n]))
+        """The periods of its coordinates that are angles, 0 for the others; of all variables of dz/dt = f(z)."""
+        n = self.n if self.canonical else self.rows
+        return tuple(map(float, getattr(self.model, "periods", lambda: (0.0,) * n)()[:n]))
 
     def turned_back(self, z: np.ndarray) -> np.ndarray:
         """Return phase points (2n, ...) with angles reduced, in place, to half a period around 0."""

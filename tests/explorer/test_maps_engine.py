@@ -103,23 +103,6 @@ def test_iterates_are_those_of_poincare_map():
 
 
 @needs_node
-def test_chaotic_iterates_agree_as_long_as_rounding_lets_them():
-    """exp(lambda k) amplifies the last digit: the first fifty of a moderately chaotic orbit, some twenty of a wild one."""
-    cases = [
-        (StandardMap(1.3), [0.3, 0.2], 50, 1e-5),
-        (StandardMap(7.0), [2.0, 0.4], 14, 1e-5),
-        (CAT, [0.3, 0.6], 24, 1e-4),
-    ]
-    tasks = [(model_code(model), [told(model), plane_of(model), launch_message(1, z0, 200)]) for model, z0, *_ in cases]
-    for heard, (model, z0, count, tolerance) in zip(explored(tasks), cases, strict=True):
-        _, points = crossings(heard)
-        result = fa.poincare_map(model, z0, crossings=200)
-        exact = reduced(result.points[:, :, 0], model)
-        assert apart(points[:, :count], exact[:, :count], model, [0, 1]) < tolerance
-        assert apart(points[:, :5], exact[:, :5], model, [0, 1]) < 1e-12
-
-
-@needs_node
 def test_derivatives_and_images_are_pythons():
     models = [*drawn_maps(), CAT]
     asked, expected = [], []
@@ -495,35 +478,17 @@ def test_typed_maps_are_the_packages():
 def test_texts_that_are_no_maps_are_refused_by_both():
     """What the page refuses the package refuses, and the other way round."""
     texts = [
-        "x1 = x",
-        "x1 = y; y1 = x; z1 = x",
-        "x + 1",
-        "x1 = ; p1 = 2",
-        "x1 = p1; p1 = x",
-        "x1 = p; x1 = x; p1 = x",
-        "x = p; p1 = x; x1 = p",
-        "x1 = sin(p; p1 = x",
+        *("x1 = x", "x1 = y; y1 = x; z1 = x", "x + 1", "x1 = ; p1 = 2", "x1 = p1; p1 = x", "x1 = p; x1 = x; p1 = x"),
+        *("x = p; p1 = x; x1 = p", "x1 = sin(p; p1 = x"),
     ]
     texts += [
-        "x1 = sqrt(-1 - x**2); p1 = p",
-        "x1 = x[0]; p1 = p",
-        "x1 = p; p1 = fetch(x)",
-        "count1 = p; p1 = 2*count",
-        "x1 = kind*p; p1 = x",
-        "x1 = iterate*p; p1 = x",
-        "x1 = symplectic*p; p1 = x",
-        "x1 = p\np1 = -x",
+        *("x1 = sqrt(-1 - x**2); p1 = p", "x1 = x[0]; p1 = p", "x1 = p; p1 = fetch(x)", "count1 = p; p1 = 2*count"),
+        *("x1 = kind*p; p1 = x", "x1 = iterate*p; p1 = x", "x1 = symplectic*p; p1 = x", "x1 = p\np1 = -x"),
         "a = 2; x1 = a*p; p1 = -x/a",
     ]
     texts += [
-        "",
-        ";",
-        "x1 = x + p1; p1 = p",
-        "x' = p; p' = -x",
-        "x' = p'; p' = -x",
-        "sin1 = p; p1 = x",
-        "x1 = constructor(p); p1 = x",
-        "x1 == p; p1 = x",
+        *("", ";", "x1 = x + p1; p1 = p", "x' = p; p' = -x", "x' = p'; p' = -x", "sin1 = p; p1 = x"),
+        *("x1 = constructor(p); p1 = x", "x1 == p; p1 = x"),
     ]
     found = compute(
         f"""{json.dumps(texts)}.map((formula) => {{

@@ -71,6 +71,7 @@ class Layout:
         self.kept = [4 * i + part for i in self.librations for part in (0, 2)]
         self.kept += [4 * i + part for i in self.planes for part in range(4)]
         self.body = bool(self.planes)
+        self.axis = type(angles) in {type(value) for value in NAMED.values()}
         self.separate = isinstance(angles, (AlphaBeta, RVartheta))
         self.rows, self.n = len(self.kept), degrees_of_freedom
         self.periods = np.array(periods, dtype=np.float64)

@@ -76,7 +76,8 @@ class Found:
         nu, leading, halves = (np.where(self.reached, rows, np.nan) for rows in (nu, self.leading, self.halves))
         halves_error = self.halves_error
         # A libration of a coupled body may have no angle of its own; those of the planes always exist.
-        sound = np.array(self.layout.angles.planes) if self.layout.body else np.ones(len(nu), bool)
+        body = self.layout.body and not self.layout.axis
+        sound = np.array(self.layout.angles.planes) if body else np.ones(len(nu), bool)
         diffusion = np.where(self.reached, np.log10(self.change[sound].max(axis=0) + 1e-18), np.nan)
         eta = gamma = None
         if names[-2:] == ("eta", "gamma"):

@@ -9,6 +9,7 @@ import numpy as np
 
 from .demodulated import PARTS, demodulated, parts, turning
 from .fundamental import Loops, taken, values
+from .integer_lattice import combined
 from .line_rates import line_rates
 from .signals import Signals
 from .windows import damping
@@ -57,6 +58,19 @@ class Rates(NamedTuple):
     def better(self, other: Rates) -> Rates:
         """Return for each entry the rate with the smaller error."""
         return self.where(self.error <= other.error, other)
+
+    def combined(self, k: np.ndarray) -> Rates:
+        """Return the rates of combinations k (orbits, loops, loops) of the loops."""
+        size = np.abs(k)
+        return Rates(
+            nu=combined(k, self.nu),
+            error=combined(size, self.error),
+            method=np.where(k != 0, self.method[:, None, :], 0).max(axis=2),
+            step=combined(k, self.step),
+            step_error=combined(size, self.step_error),
+            halves=np.stack([combined(k, half) for half in np.moveaxis(self.halves, 2, 0)], axis=2),
+            halves_error=np.stack([combined(size, half) for half in np.moveaxis(self.halves_error, 2, 0)], axis=2),
+        )
 
     def of(self, loops: slice) -> Rates:
         """Return the rates of some loops."""

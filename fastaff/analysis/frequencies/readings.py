@@ -11,19 +11,14 @@ from ...compile.jit import LANES
 from ...compile.threads import by_workers
 from ...kernels.relations import first_vectors
 from .angle_loops import Layout
-from .closeness import Closeness, closeness, related
-from .fundamental import BRIEF, Loops, Modes, adopt, fit, modes, run, taken, values
+from .axis_angles import DRIVEN, about_axis, symmetric, through_the_plane
+from .closeness import related
+from .fundamental import BRIEF, Loops, Modes, adopt, run, taken
 from .integer_lattice import box, combined
-from .line_rates import line_changes
-from .loop_rates import SAFETY, Rates, averages, line_frequencies, of_parts, portions, with_lines
+from .lattices import ROUNDING, beaten, lattices_of
+from .loop_rates import SAFETY, Rates, averages, line_frequencies, of_parts, with_lines
 from .rotations import going_round, mean_turns
 from .signals import Signals
-from .turning import CHANGED
-
-SURELY, EACH = 3.0, 1.5
-"""Change of frequencies from half to half, in cycles over a half, that close lines cannot cause; for three loops and
-more for each beyond one, if lines were not told apart.
-"""
 
 BEATS = 10.0
 """Factor of the errors of mean rates of orbits whose lines are closer than 1/time: all windows see the same part of
@@ -33,45 +28,11 @@ their beats.
 ROUND = 2.0
 """Factor of the errors of mean rates of coordinates: two windows are not enough for few turns."""
 
-BEATEN = 5.0
-"""Factor of the change from half to half that bounds the errors of frequencies by beats about as slow as the whole
-window.
-"""
-
-FAINT, SHARP, BEAT = 0.12, 0.1, 0.5
-"""Share of a loop's size that lines leave, and error of the leading line of some loop, in cycles over the whole, up to
-which a change from half to half of one or two loops is no evidence of chaos; and cycles over the whole within which
-leading lines are one, and by which frequencies change as these beat.
-"""
-
 SAME = 0.5
 """Largest distance of a mean rate from its line, in cycles over the window."""
 
-ROUGH, BROAD, STRANGE = 0.1, 0.03, 0.05
-"""Share of a loop's size that its strongest lines leave, from which these are not few and small, and from which one fit
-in ten is better than sums; relative amplitude of a line from which its multiple is no frequency.
-"""
-
-MUCH, UNSHARP = 0.13, 0.15
-"""Share of a loop's size that lines leave, and error of a leading line, in cycles over the whole, from which fits
-explain no orbit of three loops and more.
-"""
-
-CLEAN = 1e-7
-"""Share of a loop's size that lines leave, up to which fewer lines than loops are complete."""
-
-SLOW = 5.0
-"""Cycles over the whole from which a line differs from frequency 0."""
-
-ROUNDING, GROWN, STEADY = 3e-13, 1e-14, 8192
-"""Relative errors of frequencies by rounding: of all, and times the growth of a coordinate in units of its swing; the
-samples from which the first grows with the root of their number.
-"""
-
-ALIASED = 2.5
-"""Power of the amplitude near the highest frequency of the samples that bounds the amplitudes of aliased lines, which
-may lie anywhere.
-"""
+STEADY = 8192
+"""Samples from which the relative error of frequencies by rounding grows with the root of their number."""
 
 REACH = 12
 """Largest |k_i| that relates a body's own angles to the lattice of its librations' lines."""
@@ -88,7 +49,7 @@ class Samples(NamedTuple):
     start: Signals | None
     order: int
 
-    def of(self, orbits: slice) -> Samples:
+    def of(self, orbits: slice | np.ndarray) -> Samples:
         """Return the samples of some of the orbits."""
         return Samples(self.run.of(orbits), None if self.start is None else self.start.of(orbits), self.order)
 
@@ -124,73 +85,70 @@ def read(layout: Layout, samples: Samples, fallback: float | None, threads: int)
     shares = np.arange(max(1, min(threads, done.size // LANES)) + 1)
     ends = np.unique(np.searchsorted(done, samples.run.samples.sum() * (shares / shares[-1]), side="right"))
     if ends.size <= 2:
-        return _read(layout, samples, fallback, threads)
+        return _by_axis(layout, samples, fallback, threads)
     parts: list[Any] = [None] * (ends.size - 1)
 
     def some(worker: int) -> None:
-        parts[worker] = _read(layout, samples.of(slice(ends[worker], ends[worker + 1])), fallback, 1)
+        parts[worker] = _by_axis(layout, samples.of(slice(ends[worker], ends[worker + 1])), fallback, 1)
 
     by_workers(some, len(parts))
     return Reading(*map(np.concatenate, zip(*parts, strict=True)))
 
 
-def _read(layout: Layout, samples: Samples, fallback: float | None, threads: int) -> Reading:
-    """Return the result of `read`, by the caller's thread but for its kernels."""
-    s, start, m, n = samples.run, samples.start, layout.m, len(layout.angles.names)
-    time = s.time[:, None]
-    found, spectra = modes(s, m, threads)
-    loops = _lattice_loops(s, found)
-    lattice = _lattice_rates(s, start, loops, found, threads)
-    close = closeness(found, lattice.nu, s.time, s.interval, threads)
-    vague = _vague(found, close)
-    irregular = _irregular(lattice, s, loops, found, close.near, vague, threads)
-    again = np.flatnonzero(found.drifting & ~irregular & ~_hopeless(found, time))  # not chaos: lines are fitted
-    if again.size:
-        fit(found, s, spectra, again, threads)
-        some, part, fitted = s.of(again), None if start is None else start.of(again), taken(found, again)
-        theirs = _lattice_loops(some, fitted)
-        rates = _lattice_rates(some, part, theirs, fitted, threads)
-        now = closeness(fitted, rates.nu, some.time, some.interval, threads)
-        vague[again] = _vague(fitted, now)
-        # Beside a weak generator other lines may be larger: they are fitted.
-        irregular[again] = _irregular(rates, some, theirs, fitted, np.ones_like(now.near), vague[again], threads)
-        for table, new in ((loops, theirs), (lattice, rates), (close, now)):
-            adopt(table, again, new)
-    centre = found.nu
-    slow = np.abs(centre) * time < SLOW  # not separated from the rest at frequency 0
-    # Lines closer than the resolution beat, and all windows see the same part of the beat.
-    unknown = found.moving & ~found.owned & ~(found.combination != 0).any(axis=2)
-    blur = np.where(unknown | (vague[:, None] & found.moving), 1.0, close.blur)
-    broad = irregular | ((found.rest > BROAD) & (fallback is None))  # fits would hardly tell more
-    useless = broad[:, None] | slow | (lattice.error * time < blur)
-    steady = centre if fallback == 0 else np.where(useless, 0.0, centre)
-    lattice = with_lines(lattice, s, loops, steady, fallback, threads)
-    vague |= related(np.where(found.owned, lattice.nu, np.nan), lattice.error, threads)
-    aliased = found.tail[:, None] ** ALIASED
-    lattice = lattice._replace(error=lattice.error + (blur + aliased) / time + _beaten(lattice, close.beating))
+def _by_axis(layout: Layout, samples: Samples, fallback: float | None, threads: int) -> Reading:
+    """Read the frequencies of orbits, those apart that an axis drives, by the caller's thread but for its kernels."""
+    if not layout.axis:
+        return _read(layout, samples, layout.m, fallback, threads)
+    alone = symmetric(samples.run, layout.m)
+    parts = np.flatnonzero(alone), np.flatnonzero(~alone)
+    found = []
+    for own, m in zip(parts, (layout.m, layout.m + 1), strict=True):
+        if own.size:
+            found.append(_read(layout, samples.of(own), m, fallback, threads))
+    order = np.argsort(np.concatenate(parts))
+    return Reading(*(np.concatenate(entries)[order] for entries in zip(*found, strict=True)))
+
+
+def _read(layout: Layout, samples: Samples, m: int, fallback: float | None, threads: int) -> Reading:
+    """Read the frequencies of orbits by the lattice of the lines of their first m loops."""
+    s, start, n = samples.run, samples.start, len(layout.angles.names)
+    time, some, driven = s.time[:, None], lattices_of(s, start, m, fallback, threads), m > layout.m
+    if driven:
+        through_the_plane(some, layout.m, s, start, fallback, threads)
+    found, lattice, vague, irregular, _, broad, aliased = some
     chosen, combination = lattice, found.combination
-    leading, leading_error = np.zeros((2, len(centre), n))
+    leading, leading_error = np.zeros((2, len(time), n))
     leading[:, :m], leading_error[:, :m] = found.leading, found.leading_error
-    basis = np.zeros((len(centre), n, n), np.int64)
-    if layout.body:
+    basis = np.zeros((len(time), n, n), np.int64)
+    if layout.planes:
         c, offset = layout.own(s, threads)
-        loops = Loops(c, offset, np.zeros_like(offset))
-        own = averages(s, start, loops, m, threads)
+        loops, planar = Loops(c, offset, np.zeros_like(offset)), slice(layout.m, None)
+        own = averages(s, start, loops, layout.m, threads)
         own = own._replace(error=np.where(vague[:, None], BEATS, 1.0) * own.error)
-        chosen, combination = _own_angles(lattice, own.of(slice(0, m)), found, layout.separate, time, threads)
-        planes, at = own.of(slice(m, None)), loops.of(slice(m, None))
+        planes, at = own.of(planar), loops.of(planar)
         near = np.where(planes.error * time < 3 * SAFETY, planes.nu, 0.0)
         line = line_frequencies(s, start, at, near, threads, rest=0.0)
         same = np.abs(line.nu - planes.nu) <= planes.error
         planes = line.where(same & np.isfinite(line.error), planes)
         planes = with_lines(planes, s, at, np.where(broad[:, None] & (fallback != 0), 0.0, near), fallback, threads)
-        planes = planes._replace(error=planes.error + aliased / time + _beaten(planes, close.beating))
-        chosen = Rates(*(np.concatenate(pair, axis=1) for pair in zip(chosen, planes, strict=True)))
-        leading[:, m:], leading_error[:, m:] = planes.nu, planes.error
-        basis[:, range(m, n), range(m, n)] = 1
+        planes = planes._replace(error=planes.error + aliased / time + beaten(planes, some.beating))
+        if driven:
+            chosen, combination, turning = about_axis(some, planes, s.time, threads)
+        else:
+            librations = own.of(slice(0, m))
+            chosen, combination = _own_angles(lattice, librations, found, layout.separate, time, threads)
+            chosen = Rates(*(np.concatenate(pair, axis=1) for pair in zip(chosen, planes, strict=True)))
+            basis[:, range(m, n), range(m, n)], turning = 1, np.ones((len(time), 1), bool)
+        leading[:, planar] = np.where(turning, planes.nu, leading[:, planar])
+        leading_error[:, planar] = np.where(turning, planes.error, leading_error[:, planar])
     basis[:, :m, :m] = combination
     _better_leading(leading[:, :m], leading_error[:, :m], combination, chosen.of(slice(0, m)))
     rank = found.rank + n - m
+    if driven:
+        vague |= (chosen.error * time >= 1).any(axis=1)
+    elif layout.axis:  # a resonance, as in Kepler's potential
+        known = np.column_stack([np.where(found.owned, 1.0, np.nan), np.ones(len(time))])
+        rank -= related(known * chosen.nu, np.minimum(chosen.error, DRIVEN / time), threads) & (rank == n)
     if layout.periods.any():
         _count_turns(samples, layout.periods, found, chosen, (leading, leading_error, basis, rank, vague), threads)
     return _with_scheme(chosen, samples, rank, leading, leading_error, basis, vague, irregular)
@@ -227,14 +185,6 @@ def _count_turns(
     vague[wound] &= found.moving[wound].any(axis=1)
     vague[wound] |= (going[wound] & ~free).any(axis=1) & (rank[wound] < n)
     vague[wound] |= related(np.where(found.owned[wound] | free, rates.nu[wound], np.nan), rates.error[wound], threads)
-
-
-def _lattice_rates(s: Signals, start: Signals | None, loops: Loops, found: Modes, threads: int) -> Rates:
-    """Return the frequencies of the loops of modes; the error is inf where nothing moves."""
-    rates = line_frequencies(s, start, loops, found.nu, threads)
-    # The rounding of a coordinate that has grown is relative to its size, not to its swing.
-    rounded = GROWN * np.abs(loops.drift) * s.samples[:, None] * np.abs(found.nu)
-    return rates._replace(error=np.where(found.moving, rates.error + rounded, np.inf))
 
 
 def _with_scheme(
@@ -279,73 +229,6 @@ def _with_scheme(
     )
 
 
-def _hopeless(found: Modes, time: np.ndarray) -> np.ndarray:
-    """Return a mask of orbits of three loops and more whose fitted lines would neither explain the motion nor show
-    chaos: much is left, and not all leading lines are resolved.
-    """
-    blurred = found.moving & (found.leading_error * time > UNSHARP)
-    return (found.nu.shape[1] > 2) & (found.rest > MUCH) & blurred.any(axis=1)
-
-
-def _vague(found: Modes, closeness: Closeness) -> np.ndarray:
-    """Return a mask of orbits with two visible lines closer than the window resolves, or with unexplained lines."""
-    missing = found.rank < found.moving.sum(axis=1)
-    return closeness.close | (closeness.strange > STRANGE) | (missing & (found.rest > CLEAN)) | (found.rank == 0)
-
-
-def _irregular(
-    rates: Rates,
-    s: Signals,
-    loops: Loops,
-    found: Modes,
-    near: np.ndarray,
-    vague: np.ndarray,
-    threads: int,
-) -> np.ndarray:
-    """Return a mask of orbits whose frequencies change from half to half by more than close lines can cause.
-
-    A line of relative amplitude a changes the difference of the halves by at most 2 a cycles over a half. If that may
-    be the whole change, the line is fitted in both halves.
-    """
-    change = np.where(found.moving, _change(rates) * s.time[:, None] / 2, 0.0)
-    change = np.where(np.isfinite(change), change, 0.0)
-    most, loop = change.max(axis=1, initial=0.0), change.argmax(axis=1)
-    rough = found.rest > np.where(found.drifting & (most < SURELY), 2 * ROUGH, ROUGH)
-    # Three loops and more have so many lines that several are close, if they were not told apart.
-    m = found.nu.shape[1]
-    least = np.where(found.drifting & (m > 2), EACH * (m - 1), CHANGED)
-    if m == 2:  # leading lines of one frequency may be two, which beat
-        least[np.ptp(found.leading, axis=1) * s.time < BEAT] = BEAT
-    result = (most > np.where(vague & (found.rank > 0), SURELY, least)) & rough & ~near
-    # With three loops and more, beats may make all the change where no line is resolved.
-    unsure = (most > least) & ~result & ~(vague & ((found.rank > 0) | (m > 2)))
-    for o, j in portions(s, unsure[:, None] & (np.arange(m) == loop[:, None])):
-        f = values(s, loops, o, j, threads)
-        result[o] = line_changes(f, float(s.interval[o[0]]), found.nu[o, j], threads) > CHANGED
-    sharp = (found.leading_error * s.time[:, None] <= SHARP) | ~found.moving
-    return result & ((m > 2) | ((found.rest > FAINT) & ~sharp.all(axis=1)))
-
-
-def _lattice_loops(s: Signals, found: Modes) -> Loops:
-    """Return the loops of the modes."""
-    c = np.zeros((*found.nu.shape, s.rows), complex)
-    c[:, :, : found.dual.shape[2]] = found.dual
-    return Loops(c, found.offset, found.drift)
-
-
-def _change(rates: Rates) -> np.ndarray:
-    """Return the change of the rates (orbits, loops) from one half of the time to the other."""
-    return np.abs(rates.halves[:, :, 0] - rates.halves[:, :, 1])
-
-
-def _beaten(rates: Rates, beating: np.ndarray) -> np.ndarray:
-    """Return the errors of the frequencies of loops of orbits with a combination so slow that all windows see the same
-    part of its beat (orbits,): actions change with it, and all frequencies with them.
-    """
-    change = np.maximum(_change(rates) - ROUNDING * np.abs(rates.nu).max(axis=1, keepdims=True), 0.0)
-    return np.where(beating[:, None] & np.isfinite(change), BEATEN * change, 0.0)
-
-
 @functools.cache
 def _short_first(m: int) -> np.ndarray:
     """Return the vectors of |k_i| <= REACH, by lengths, as `kernels.fundamental.relate` takes them."""
@@ -372,17 +255,8 @@ def _own_angles(
     basis = matched & (np.abs(np.rint(np.linalg.det(vectors.astype(float)))) == 1)
     steady = (own.error * time < SAME).all(axis=1) & (found.rank < m)
     kept = basis | steady | separate
-    through = Rates(
-        nu=combined(vectors, lattice.nu),
-        error=np.where(basis[:, None], combined(np.abs(vectors), np.where(basis[:, None], bar, 0.0)), np.inf),
-        method=np.where(vectors != 0, lattice.method[:, None, :], 0).max(axis=2),
-        step=combined(vectors, lattice.step),
-        step_error=combined(np.abs(vectors), lattice.step_error),
-        halves=np.stack([combined(vectors, half) for half in np.moveaxis(lattice.halves, 2, 0)], axis=2),
-        halves_error=np.stack(
-            [combined(np.abs(vectors), half) for half in np.moveaxis(lattice.halves_error, 2, 0)], axis=2
-        ),
-    )
+    bars = lattice._replace(error=np.where(basis[:, None], bar, np.inf))
+    through = bars.combined(vectors)
     best = through.where(np.isfinite(through.error), own)
     chosen = best.where(kept[:, None], lattice)
     # leading = combination @ lattice and own = vectors @ lattice: leading = combination vectors^-1 @ own.

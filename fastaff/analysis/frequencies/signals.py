@@ -36,6 +36,12 @@ class Signals(NamedTuple):
         """Return the signals of some orbits."""
         return self._replace(start=self.start[orbits], samples=self.samples[orbits], interval=self.interval[orbits])
 
+    def with_rows(self, rows: list[int]) -> Signals:
+        """Return signals of these rows alone, in this order."""
+        parts = [self.array(np.array([o]))[0][rows].ravel() for o in range(self.samples.size)]
+        count = len(rows) * self.samples
+        return Signals(np.concatenate(parts), len(rows), np.cumsum(count) - count, self.samples, self.interval)
+
     def alike(self, orbits: np.ndarray | None = None) -> Iterator[np.ndarray]:
         """Yield the numbers of orbits, of the given ones or of all, that have equally many samples."""
         orbits = np.arange(self.samples.size) if orbits is None else orbits

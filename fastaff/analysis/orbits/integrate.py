@@ -15,7 +15,6 @@ from ...base.recipe import recorded
 from ...base.results import Result
 from ...base.short_forms import Starts, starts_of, takes
 from ...base.status import Status
-from ...compile.threads import by_portions
 from ...flows import observers
 from ...flows.accuracy import halved, planned, until
 from ...flows.checks import energy_drift
@@ -26,7 +25,7 @@ from ...flows.launch import Report
 from ...flows.motion import motion
 from ...flows.options import Options, Problem
 from ...flows.time_transformed import TransformedFlow
-from ...flows.tolerances import SLOW, beyond, left, tightened, walled, with_tolerance
+from ...flows.tolerances import RADIANS, SLOW, beyond, left, tightened, uneven, walled, with_tolerance
 from ...models.contracts import Dynamics
 from ...models.mechanics import system_of
 from ...schemes.automatic import Automatic
@@ -118,8 +117,8 @@ def integrate(
         which chooses by trial. Default: the splitting with the fewest forces for the accuracy: BLANES_MOAN6 from 1e-7,
         below it BLANES_CASAS_ESCORIHUELA8, and RKN12, which is no splitting, from 1e-12, for driven systems from 1e-11;
         KAHAN_LI8 where T is not quadratic in the momenta, and where a step is given (docs/schemes.md). For H(q, p) it
-        is VERNER9 up to 1000 radians of an orbit; beyond, and where that misses the accuracy, GAUSS8, or GAUSS16 below
-        1e-11.
+        is VERNER9 up to 1000 radians of an orbit, and where equal steps fail; beyond, and where that misses the
+        accuracy, GAUSS8, or GAUSS16 below 1e-11.
     samples : int, default 0
         Number of equidistant samples in (0, time].
     rtol, atol : float, default 1e-12
@@ -251,17 +250,14 @@ class _Accurate:
         report: Report | None,
         free: bool,
     ):
-        system = system_of(body)
         self.flow, self.body, self.z, self.time, self.count = flow, body, z, time, count
         self.accuracy, self.drift, self.report = accuracy, drift, report
         self.parts = count * math.ceil(MOMENTS / count) if count else MOMENTS
         self.times = time / self.parts * np.arange(1, self.parts + 1)
-        self.ensemble = Ensemble(z.copy(), system.energies(z), system.kinetic_energies(z))
-        self.step, self.until = np.full(z.shape[1], np.inf), np.zeros(z.shape[1])
-        self.samples = np.full((count, *z.shape), np.nan)
-        self.error, self.sample_error = np.full(z.shape, np.inf), np.full(self.samples.shape, np.inf)
+        self.ensemble = Ensemble(z.copy(), system_of(body).energies(z), system_of(body).kinetic_energies(z))
+        self.step, self.until, self.error = np.full(z.shape[1], np.inf), np.zeros(z.shape[1]), np.full(z.shape, np.inf)
+        self.samples, self.sample_error = (np.full((count, *z.shape), none) for none in (np.nan, np.inf))
         self.looks, self.free = self.times if count else self.times[1::2], free and isinstance(flow.scheme, Collocation)
-        self.used = VERNER9 if self.free else flow.scheme
 
     def run(self) -> None:
         """Run all orbits, a chunk at a time."""
@@ -273,21 +269,26 @@ class _Accurate:
                 self.motion = motion(self.body, z, self.flow.threads)
                 with Passes(passes.take(self.chunk.size, orbits - self.chunk[-1] - 1)) as parts:
                     if self.free:
-                        how = self._toleranced, self._left, self._keep, lambda run: walled(self.body, run.states)
-                        rest = tightened(self.motion, self.time, self.accuracy, *how, report=parts.take(1.0, SLOW))
+                        rest = self._short(RADIANS, parts.take(1.0, SLOW))
                         self.chunk, z, self.motion = self.chunk[rest], z[:, rest], self.motion.of(rest)
                     if self.chunk.size:
                         self._stepped(np.ascontiguousarray(z), parts.take(1.0))
+
+    def _short(self, most: Any, report: Report | None) -> np.ndarray:
+        how = self._toleranced, self._left, self._keep, lambda run: walled(self.body, run.states)
+        return tightened(self.motion, self.time, self.accuracy, *how, most, report)
 
     def _stepped(self, z: np.ndarray, report: Report | None) -> None:
         """Run the chunk with steps that are shortened until two runs agree."""
         given, orbits = (self.motion, self.time, self.accuracy), np.arange(len(self.chunk))
         steps = planned(self.flow, z, *given, run=self.time, parts=2 * self.parts)
         if self.free:
-            steps, orbits = beyond(steps, *given, np.isfinite(self.error[0, self.chunk]))
+            rest = self._short(uneven(steps, self.time), None)
+            steps, orbits = beyond(steps, *given, np.isfinite(self.error[0, self.chunk]), rest)
         if orbits.size:
-            self.used, how = self.flow.scheme, (self._run, self._compare, self._keep, self._drifts)
-            halved(self.flow, steps, self.accuracy, *how, orbits, report=report)
+            halved(self.flow, steps, self.accuracy, self._run, self._compare, self._keep, self._drifts, orbits, report)
+        if self.free:  # the iteration may have failed next to a centre or on the axis of a chart
+            self._short(np.where(np.isinf(self.error[0, self.chunk]), np.inf, 0.0), None)
 
     def _toleranced(self, orbits: np.ndarray, tolerance: np.ndarray, report: Report | None, stop: float) -> Compared:
         """Return orbits with tolerances of their own, and their states at some moments; stop: see `_moments`."""
@@ -344,13 +345,7 @@ class _Accurate:
         return Compared(states, ensemble, used)
 
     def _compare(self, fine: Compared, coarse: Compared, orbits: np.ndarray, _weight: Any = None) -> tuple:
-        apart, scales = np.empty((len(fine.states), orbits.size)), self.motion.of(orbits)
-
-        def some(at: slice) -> None:
-            with np.errstate(all="ignore"):
-                apart[:, at] = scales.of(at).distance(fine.states[..., at] - coarse.states[..., at])
-
-        by_portions(some, orbits.size, fine.states[..., 0].size, self.flow.threads)
+        apart = self.motion.of(orbits).between(fine.states, coarse.states, self.flow.threads)
         return apart, self.times[:, None] * self.motion.rate[orbits], np.ones((1, orbits.size))
 
     def _drifts(self, run: Compared) -> np.ndarray:
@@ -365,17 +360,17 @@ class _Accurate:
         self.step[where] = fine.step[chosen]
         size = np.concatenate([self.motion.position, self.motion.momentum])[:, orbits[chosen]]
         self.error[:, where] = error[-1] * size
-        if self.count:
-            kept = slice(self.parts // self.count - 1, None, self.parts // self.count)
-            self.samples[..., where] = fine.states[kept][..., chosen]
-            self.sample_error[..., where] = error[kept, None] * size
+        every = slice((n := self.parts // self.count) - 1, None, n) if self.count else slice(0)
+        self.samples[..., where] = fine.states[every][..., chosen]
+        self.sample_error[..., where] = (error[:, None] * size)[every]
         times = np.broadcast_to(self.time / len(error) * np.arange(1, len(error) + 1)[:, None], error.shape)
         self.until[where] = until(error <= self.accuracy, times, self.times[-1])
 
     def result(self, body: Any, tolerance: float, interrupted: bool) -> Orbits:
         """Return the orbits so far, with the estimated errors."""
         found = self.ensemble, self.samples, self.time, (self.error, self.sample_error, self.until)
-        return _assembled(body, self.used, *found, tolerance, interrupted, self.step)
+        scheme = VERNER9 if self.free and np.isinf(self.step).all() else self.flow.scheme
+        return _assembled(body, scheme, *found, tolerance, interrupted, self.step)
 
 
 def _assembled(body, scheme, ensemble, samples, time, errors: tuple, tolerance, interrupted, step) -> Orbits:
@@ -389,11 +384,10 @@ def _assembled(body, scheme, ensemble, samples, time, errors: tuple, tolerance, 
         drift = energy_drift(body, z, ensemble.energy, ensemble.scale)
         energy = np.maximum(energy, np.where(np.isfinite(z).all(axis=0), drift, 0.0).max(axis=0))
     mark_drift(ensemble, energy, tolerance)
-    times = time / max(len(samples), 1) * np.arange(1, len(samples) + 1)
     return Orbits(
         z=ensemble.z,
         t=ensemble.time,
-        times=times,
+        times=time / max(len(samples), 1) * np.arange(1, len(samples) + 1),
         samples=samples,
         error=errors[0],
         sample_error=errors[1],

@@ -170,10 +170,15 @@ def source_of(
     checked_model(body, needs="a start by rows")
     energy = checked_energy(body, energy)
     no_planes(*planes)
-    if flag("at_rest", others.at_rest) or others.solve is not None or not system.conserves:
+    by_rows = others.solve is not None or (others.fixed is not None and section is not None)
+    if flag("at_rest", others.at_rest) or by_rows or not system.conserves:
         return ranges_of(body, energy, section, axes, others)
     if others.fixed is not None or others.sign != 1:
-        raise ValueError(f"{'sign' if others.fixed is None else 'fixed'} goes with solve or at_rest, which are missing")
+        p, q = system.row_names[system.n], system.names[0]
+        raise ValueError(
+            f"{'sign' if others.fixed is None else 'fixed'} goes with solve or at_rest, which are missing: solve={p!r} "
+            f"for the row that the energy gives, with axes={{{q!r}: (low, high)}} for those to draw"
+        )
     if system.isotropic and section is None and axes is None:
         raise ValueError(
             "axes must give ranges of the coordinates of a body, or section one of its sections: wells of its four "

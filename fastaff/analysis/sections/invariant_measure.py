@@ -253,7 +253,14 @@ def ranges_of(model: Any, energy: float, section: Any, axes: Any, others: Others
         names = angle_names(model.degrees_of_freedom) if model.degrees_of_freedom > 1 else ()
         return Ranges(launching(model, energy, names, section, others), ())
     if axes is None:
-        raise ValueError("axes must give the ranges (low, high) to draw from, by name: nothing else bounds the starts")
+        rows = system_of(model).row_names
+        given = [*checked_names("fixed", () if others.fixed is None else others.fixed, "numbers"), others.solve]
+        given += [] if section is None else [section_row(model, section)[0]]
+        free = next((name for name in rows if name not in given), rows[0])
+        raise ValueError(
+            "axes must give the ranges (low, high) to draw from, by name, such as "
+            f"axes={{{free!r}: (-1, 1)}}: nothing else bounds the starts, and rows without a range are 0"
+        )
     ranges = _ranges(axes)
     if not ranges:
         raise ValueError("axes must name one row at least")

@@ -206,7 +206,9 @@ def launching(model: Any, energy: float, names: Any, section: Any, others: Other
             )
         base[name] = value
         if solve is None and name in rows[:n]:
-            solve, sign = rows[n + rows.index(name)], direction or 1
+            if sign < 0 < direction:
+                raise ValueError("sign must be that of the section's direction, +1: give the section direction=-1")
+            solve, sign = rows[n + rows.index(name)], direction or sign
     for name in names:
         if name in base:
             raise ValueError(f"axes and fixed both name {name}")

@@ -95,8 +95,7 @@ class _Strobed:
 
         def compare(fine: Compared, coarse: Compared, orbits: np.ndarray, _weight: np.ndarray | None) -> tuple:
             ended = ~np.isfinite(fine.states).all(axis=1)
-            with np.errstate(all="ignore"):
-                apart = found.of(orbits).distance(fine.states - coarse.states)
+            apart = found.of(orbits).between(fine.states, coarse.states, flow.threads)
             phase = np.where(ended, 0.0, self.times[:, orbits] * found.rate[orbits])
             return np.where(ended, 0.0, apart), phase, np.ones((1, orbits.size))
 

@@ -102,9 +102,24 @@ def _problem(model: Any, hbar: float) -> Problem:
 
     periods = periods / np.diagonal(R)
     wells, values = minima(walled(V, periods.tolist()), n)
-    if not values.size or not np.isfinite(values[0]):
-        raise NoGroundState("V has no minimum: it is unbounded below, or falls for ever, and binds nothing")
+    lowest_place = R @ wells[:, 0] if values.size else np.zeros(n)
+    _check_bottom(system.names, potential, lowest_place, float(values[0]) if values.size else math.inf)
     return Problem(V, wells, values, periods, R)
+
+
+def _check_bottom(names: tuple[str, ...], potential: Callable, at: np.ndarray, least: float) -> None:
+    """Raise NoGroundState where no minimum was found, and where V only falls from the one at a place (n,)."""
+    ways = np.array([way for way in itertools.product((0, 1, -1), repeat=len(at)) if any(way)]).T
+    far = at[:, None, None] + ways[:, :, None] * np.geomspace(1e-8, 1e8, 65) * max(1.0, float(np.abs(at).max()))
+    V = potential(far)
+    if math.isfinite(least) and not ((least >= V).all(axis=1) & (V[:, -1] < least)).any():
+        return
+    way, distance = divmod(int(np.argmin(V)), V.shape[1])
+    place = ", ".join(f"{name} = {x:.3g}" for name, x in zip(names, far[:, way, distance], strict=True))
+    raise NoGroundState(
+        f"V has no minimum, so it binds no level: it is unbounded below, or falls for ever; at {place} it is "
+        f"{V[way, distance]:.3g}"
+    )
 
 
 def _lattice(model: Any, problem: Problem, grid: Grid) -> Lattice:
