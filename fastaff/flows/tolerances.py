@@ -84,12 +84,9 @@ def tolerances(found: Motion, time: float, accuracy: float, most: Any = RADIANS)
     return np.where((phase <= most) & (level >= FINEST), level, np.nan)
 
 
-def uneven(steps: Steps, time: float) -> np.ndarray:
-    """Return the radians (orbits,) up to which orbits whose time is not short are run with tolerances, by the equal
-    steps they would take.
-    """
-    long = time * steps.motion.pace > RADIANS
-    return np.where(long & (steps.step * steps.motion.pace < UNEVEN), np.inf, 0.0)
+def longer(found: Motion, time: float, chosen: np.ndarray) -> np.ndarray:
+    """Return the radians (orbits,) up to which chosen orbits are run with tolerances: none where short runs were."""
+    return np.where(chosen & (time * found.pace > RADIANS), np.inf, 0.0)
 
 
 def beyond(

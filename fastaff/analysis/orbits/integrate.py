@@ -25,7 +25,7 @@ from ...flows.launch import Report
 from ...flows.motion import motion
 from ...flows.options import Options, Problem
 from ...flows.time_transformed import TransformedFlow
-from ...flows.tolerances import RADIANS, SLOW, beyond, left, tightened, uneven, walled, with_tolerance
+from ...flows.tolerances import RADIANS, SLOW, UNEVEN, beyond, left, longer, tightened, walled, with_tolerance
 from ...models.contracts import Dynamics
 from ...models.mechanics import system_of
 from ...schemes.automatic import Automatic
@@ -283,12 +283,12 @@ class _Accurate:
         given, orbits = (self.motion, self.time, self.accuracy), np.arange(len(self.chunk))
         steps = planned(self.flow, z, *given, run=self.time, parts=2 * self.parts)
         if self.free:
-            rest = self._short(uneven(steps, self.time), None)
+            rest = self._short(longer(*given[:2], steps.step * self.motion.pace < UNEVEN), None)
             steps, orbits = beyond(steps, *given, np.isfinite(self.error[0, self.chunk]), rest)
         if orbits.size:
             halved(self.flow, steps, self.accuracy, self._run, self._compare, self._keep, self._drifts, orbits, report)
         if self.free:  # the iteration may have failed next to a centre or on the axis of a chart
-            self._short(np.where(np.isinf(self.error[0, self.chunk]), np.inf, 0.0), None)
+            self._short(longer(*given[:2], np.isinf(self.error[0, self.chunk])), None)
 
     def _toleranced(self, orbits: np.ndarray, tolerance: np.ndarray, report: Report | None, stop: float) -> Compared:
         """Return orbits with tolerances of their own, and their states at some moments; stop: see `_moments`."""
