@@ -26,9 +26,10 @@ from fastaff import (
     Status,
     energy_grid,
     fit_torus,
+    frequency_map,
     integrate,
 )
-from fastaff.analysis import TorusFit, Verdict
+from fastaff.analysis import FrequencyKind, TorusFit, Verdict
 from fastaff.analysis.frequencies.integer_lattice import (
     box,
     determinant,
@@ -205,6 +206,22 @@ def test_regular_orbits_are_never_called_no_tori(start):
     """
     verdicts = [fit_torus(HenonHeiles(), start, time=time).verdict for time in (90.0, 320.0)]
     assert Verdict.NOT_A_TORUS not in verdicts
+
+
+def test_frequencies_have_the_names_of_a_frequency_map():
+    """Both coordinates of a tube of Hénon and Heiles have the same leading line: the shares of the lines decide, which
+    two programs find equal once in a while.
+    """
+    z0 = np.random.default_rng(5).normal(0, 0.13, (4, 12))
+    mapped = frequency_map(HenonHeiles(), z0, time=2000.0)
+    regular = np.flatnonzero(mapped.kind == FrequencyKind.INDEPENDENT)
+    tubes = np.ptp(mapped.leading[:, regular], axis=0) < 1e-6
+    fits = [fit_torus(HenonHeiles(), z0[:, i], time=2000.0) for i in regular]
+    same = np.array([np.allclose(fit.nu, mapped.nu[:, i], atol=1e-5) for fit, i in zip(fits, regular, strict=True)])
+    assert all(fit.names == mapped.names for fit in fits)
+    assert tubes.sum() >= 4
+    assert same[~tubes].all()
+    assert same.sum() >= same.size - 1
 
 
 @pytest.mark.parametrize("time", [1e-15, 1e-6, 0.3, 20.0])

@@ -367,7 +367,7 @@ def _place(
     """Fill in generators, each with the loop of whose motion it has most, and leading lines `top`."""
     rank, nu, spread, _ = lattice
     orbits, m = nu.shape
-    place, rows = _places(share, nu, rank, moving), np.arange(orbits)[:, None]
+    place, rows = places(share, nu, rank, moving), np.arange(orbits)[:, None]
     owned = place < rank[:, None]
     nu, spread = nu[rows, place], spread[rows, place]
     plain = np.zeros((m, 2 * m), complex)
@@ -407,7 +407,7 @@ def _dual(
     return dual, share
 
 
-def _places(share: np.ndarray, nu: np.ndarray, rank: np.ndarray, moving: np.ndarray) -> np.ndarray:
+def places(share: np.ndarray, nu: np.ndarray, rank: np.ndarray, moving: np.ndarray) -> np.ndarray:
     """Return the generator (orbits, m) of each loop; a generator goes to the loop of whose motion it has most; numbers
     past the rank for none.
     """

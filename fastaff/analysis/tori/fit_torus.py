@@ -107,9 +107,9 @@ def fit_torus(
     frequencies and the coefficients up to an order that grows until they are at rounding are fitted together by
     windowed least squares. Actions: I_i = 1/2 Re sum_k i k_i conj(p_k) . q_k, so I_eta = p_eta and I_gamma = p_gamma of
     a body come out as a check. Basis: for a body the librations and then eta, gamma; for the libration lattice the
-    leading lines of the natural signals if they are a basis, with positive frequencies. Exact relations k . nu = 0,
-    ``|k_i| <= 8``, lower the dimension. The origin of the angles is where the largest coefficients that are a basis are
-    real and positive.
+    leading lines of the natural signals if they are a basis, with positive frequencies, each named as in a frequency
+    map. Exact relations k . nu = 0, ``|k_i| <= 8``, lower the dimension. The origin of the angles is where the largest
+    coefficients that are a basis are real and positive.
 
     For a map, and for a driven system's map over its period from the phase of z0, the torus has n angles; its lines are
     combinations of its frequencies and of one turn, which is no frequency of it. If lines are fractions of a turn, the

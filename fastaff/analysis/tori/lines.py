@@ -12,6 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ...models.mechanics import system_of
+from ..frequencies.fundamental import places
 from ..frequencies.integer_lattice import box, first_basis, generators, inverse, reduced
 from ..frequencies.naff import naff
 from .series import EARLY, LATE, weights
@@ -197,8 +198,8 @@ def _loops(body: Any, z: np.ndarray, size: float) -> tuple[np.ndarray, list[str]
 def _lattice(body: Any, t: np.ndarray, z: np.ndarray, size: float) -> tuple[np.ndarray, tuple[str, ...], int]:
     """Return a basis of the librations' frequencies with names, and the number of lines it does not explain.
 
-    The leading lines of the natural signals come first where they can be part of a basis, then the stronger ones; all
-    positive.
+    They are the leading lines of the natural signals where these can be part of a basis, then the stronger ones; all
+    positive, and each has the name of the loop of whose motion it has most.
     """
     loops, names = _loops(body, z, size)
     if not len(loops):
@@ -214,11 +215,20 @@ def _lattice(body: Any, t: np.ndarray, z: np.ndarray, size: float) -> tuple[np.n
     chosen = first_basis(k)
     if len(chosen) < len(lattice.nu):  # no lines are a basis: take the generators themselves
         return np.abs(lattice.nu), tuple(names[: len(lattice.nu)]), unknown
-    own = [names[j] for j in found.loop[lattice.known][chosen]]  # the signal of each, or one that no line is from
-    spare = [name for name in names if name not in own]
-    own = [name if name not in own[:i] or not spare else spare.pop(0) for i, name in enumerate(own)]
-    basis, natural = np.abs(k[chosen] @ lattice.nu), sorted(range(len(own)), key=lambda i: names.index(own[i]))
-    return basis[natural], tuple(own[i] for i in natural), unknown
+    basis = np.abs(k[chosen] @ lattice.nu)
+    own = np.flatnonzero((place := _place(found, basis, len(names))) < len(basis))
+    return basis[place[own]], tuple(names[i] for i in own), unknown
+
+
+def _place(found: Lines, basis: np.ndarray, loops: int) -> np.ndarray:
+    """Return the number of the frequency (loops,) that each loop gives its name to, as in a frequency map."""
+    share = np.zeros((1, loops, loops))
+    for nu, error, loop, strength in zip(*found[:4], strict=True):
+        here = np.abs(np.abs(nu) - basis) <= error + 1e-9 * basis
+        share[0, : len(basis), loop] += here * math.copysign(strength**2, nu)  # q and p of amplitudes a, b have a b
+    rates = np.zeros((1, loops))
+    rates[0, : len(basis)] = basis
+    return places(np.abs(share), rates, np.array([len(basis)]), np.ones((1, loops), bool))[0]
 
 
 def _turning(a: np.ndarray, p: np.ndarray, dt: float, librations: np.ndarray) -> float:
