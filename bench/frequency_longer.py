@@ -46,6 +46,20 @@ def body(potential, rest, time):
     return drawn
 
 
+def turning_bar(rng):
+    """Draw a logarithmic bar that turns, and starts over short times."""
+    q, c, turning = (rng.uniform(*span) for span in ((0.6, 0.95), (0.05, 0.3), (0, 0.3)))
+    model = fa.hamiltonian("log(x**2+y**2/q**2+c)/2", coordinates="x y", rotation=turning, q=q, c=c)
+    return model, rng.normal(0, 0.5, (4, ORBITS)), rng.uniform(100, 600)
+
+
+def double_pendulum(rng):
+    """Draw a double pendulum, and starts over short times."""
+    model = fa.models.DoublePendulum(*rng.uniform(0.5, 2, 5))
+    size = np.array([1.0, 1.0, model.m_1 * model.l_1 * model.g**0.5, model.m_2 * model.l_2 * model.g**0.5])
+    return model, rng.uniform(-0.6, 0.6, (4, ORBITS)) * size[:, None], rng.uniform(100, 600)
+
+
 SYSTEMS = {
     "Hénon-Heiles": formula("(x**2+y**2)/2+x**2*y-y**3/3", "x y", 1000.0, 0.2),
     "logarithmic": formula("log(x**2+y**2/q**2+c)/2", "x y", 300.0, 0.5, q=(0.6, 0.95), c=(0.01, 0.3)),
@@ -59,6 +73,8 @@ SYSTEMS = {
     "body, neo-Hookean": body(
         lambda rng: fa.NeoHookean(G=rng.uniform(0.5, 2), K=rng.uniform(1, 4)), [1, 1, 0, 0, 0, 0, 0, 0], 400.0
     ),
+    "turning bar": turning_bar,
+    "double pendulum": double_pendulum,
 }
 
 
