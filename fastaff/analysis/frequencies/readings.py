@@ -255,9 +255,7 @@ def _own_angles(
     basis = matched & (np.abs(np.rint(np.linalg.det(vectors.astype(float)))) == 1)
     steady = (own.error * time < SAME).all(axis=1) & (found.rank < m)
     kept = basis | steady | separate
-    bars = lattice._replace(error=np.where(basis[:, None], bar, np.inf))
-    through = bars.combined(vectors)
-    best = through.where(np.isfinite(through.error), own)
+    best = lattice._replace(error=bar).combined(vectors).where(basis[:, None], own)
     chosen = best.where(kept[:, None], lattice)
     # leading = combination @ lattice and own = vectors @ lattice: leading = combination vectors^-1 @ own.
     inverse = np.zeros_like(vectors)

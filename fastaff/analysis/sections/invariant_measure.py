@@ -253,9 +253,12 @@ def ranges_of(model: Any, energy: float, section: Any, axes: Any, others: Others
         names = angle_names(model.degrees_of_freedom) if model.degrees_of_freedom > 1 else ()
         return Ranges(launching(model, energy, names, section, others), ())
     if axes is None:
-        rows = system_of(model).row_names
-        given = [*checked_names("fixed", () if others.fixed is None else others.fixed, "numbers"), others.solve]
-        given += [] if section is None else [section_row(model, section)[0]]
+        rows, n = system_of(model).row_names, system_of(model).n
+        given = [*checked_names("fixed", () if others.fixed is None else others.fixed, "numbers")]
+        given += [others.solve] if isinstance(others.solve, str) else []
+        if section is not None:
+            given.append(section_row(model, section)[0])
+            given += [p for q, p in zip(rows[:n], rows[n:], strict=False) if q == given[-1] and others.solve is None]
         free = next((name for name in rows if name not in given), rows[0])
         raise ValueError(
             "axes must give the ranges (low, high) to draw from, by name, such as "
