@@ -494,3 +494,18 @@ def test_steps_are_shortened_by_what_should_do():
 def test_wrong_input_is_named(problem, options, says):
     with pytest.raises(problem, match=says):
         fa.integrate(HH, np.full((4, 4), 0.1), time=1.0, **options)
+
+
+@pytest.mark.skipif(np.finfo(np.longdouble).eps > 2e-19, reason="needs 80-bit floats")
+@pytest.mark.parametrize("time", [1000.0, 3333.3])
+def test_the_rounding_of_the_step_is_an_error(time):
+    """All steps are too long or too short by the same part: the phase of an oscillator is off by that of the time."""
+    body = fa.Body(fa.Harmonic(C=1.0), mu=1.0)
+    z0 = np.random.default_rng(2).uniform(-0.9, 0.9, (8, 64))
+    q, p = np.split(z0.astype(np.longdouble), 2)
+    w = np.sqrt(np.longdouble(body.potential.C) / np.longdouble(body.mu))
+    c, s = np.cos(w * np.longdouble(time)), np.sin(w * np.longdouble(time))
+    run = fa.integrate(body, z0, time=time, accuracy=1e-13)
+    ratio = np.abs(run.z - np.concatenate([q * c + p * s / w, p * c - w * q * s])) / run.error
+    assert (ratio <= 1).mean() >= 0.99
+    assert ratio.max() < 2

@@ -708,3 +708,12 @@ def test_sines_of_sums_of_angles_come_from_those_of_the_angles():
     np.testing.assert_allclose(np.array(model.tangent_rates(*z, *dz)), (above - below) / (2 * h), rtol=1e-6, atol=1e-6)
     text = inspect.getsource(type(model).rates)
     assert text.count("np.sin(") == text.count("np.cos(") == 3
+
+
+def test_steps_whose_double_fails_have_an_error_still():
+    """With twice the first step the iteration of GAUSS16 does not converge: the shorter steps are compared."""
+    z0 = np.array([[-0.29], [0.173], [0.13], [0.029]])
+    run = fa.integrate(fa.models.DoublePendulum(), z0, time=300.0, scheme=GAUSS16, accuracy=1e-6)
+    truth = fa.integrate(fa.models.DoublePendulum(), z0, time=300.0, accuracy=1e-12)
+    assert run.accurate_until[0] == 300.0
+    assert (np.abs(run.z - truth.z) <= run.error + truth.error).all()

@@ -80,6 +80,14 @@ def test_maslov_indices_of_librations_rotations_and_other_bases():
 
 
 @pytest.mark.slow
+def test_maslov_indices_beside_a_constant_momentum():
+    """The azimuth's momentum is the same all over the torus: a libration and a rotation."""
+    pendulum = fa.models.SphericalPendulum()
+    assert fa.fit_torus(pendulum, [1.0, 0.3, 0.1, 0.5], time=300.0).maslov.tolist() == [2, 0]
+    with pytest.raises(ValueError, match="got undecided of dimension 2"):
+        _ = fa.fit_torus(pendulum, [1.0, 0.3, 0.1, 0.5], time=3.0).maslov
+
+
 def test_maslov_indices_of_bodies():
     torus = fa.fit_torus(fa.Body(fa.Hyperelastic()), [1.5, 0.1, 0.3, 0.0, 0.1, 0.3, 0.2, 0.1], time=300.0)
     assert sorted(np.abs(torus.maslov).tolist()) == [0, 0, 2, 2]

@@ -45,6 +45,9 @@ AGAIN = 0.25
 NOISE = float(np.finfo(float).eps)
 """Rounding error of a kick."""
 
+STEPPED = NOISE / 2
+"""Relative rounding error of a step: the same in all steps and in those twice as long, so that no two runs show it."""
+
 TURNED = 12 * NOISE
 """Rounding error of the angle by which a frame turns: that of sums of fractions of a step, the same in all steps."""
 
@@ -218,7 +221,7 @@ def _estimated(flow, plan: Steps, apart, phase, worn) -> tuple[np.ndarray, np.nd
             error = np.maximum(error, np.minimum(grown, apart / part))
             witness = np.minimum(apart, WITNESS * rounding)
             error, rounding = error + witness, rounding + witness
-    error, rounding = (np.where(np.isfinite(entry), entry, np.inf) for entry in (error, rounding))
+    error, rounding = (np.where(np.isfinite(entry), entry + STEPPED * phase, np.inf) for entry in (error, rounding))
     return np.maximum.accumulate(error, axis=0), np.maximum.accumulate(rounding, axis=0)
 
 
@@ -292,7 +295,8 @@ def halved(
             if not again.any():
                 return
             orbits, plan, fine = orbits[again], plan.of(again).shortened(factor[again]), fine.of(again)
-            weight, before = weight[:, again], error[:, again]
+            # Nothing is known of a run that failed.
+            weight, before = weight[:, again], np.where(np.isfinite(error[:, again]), error[:, again], 0.0)
             worn = None if worn is None else worn[..., again]
 
 

@@ -117,8 +117,11 @@ class TorusFit(Result, axis=None):
         :Raises: ValueError for a torus of fewer dimensions, or of a map.
         """
         n = len(self.coefficients) // 2
-        if self.dimension != n or (not isinstance(self.body, Unknown) and turned(self.body)):
-            raise ValueError(f"maslov is of tori of {n} dimensions of a flow, got dimension {self.dimension}")
+        of_flow = isinstance(self.body, Unknown) or not turned(self.body)
+        if self.dimension != n or not of_flow or not np.isfinite(self.coefficients).all():
+            raise ValueError(
+                f"maslov is of tori of {n} dimensions of a flow, got {self.verdict.value} of dimension {self.dimension}"
+            )
         return np.array([self._caustics(i) for i in range(n)])
 
     def _caustics(self, i: int) -> int:
@@ -126,7 +129,8 @@ class TorusFit(Result, axis=None):
         theta = np.zeros((self.dimension, max(GRID, 16 * int(np.abs(self.k[:, i]).max(initial=0)))))
         theta[i] = np.arange(theta.shape[1]) / theta.shape[1]
         q, p = np.split(tangents(self, theta), 2)
-        size = np.sqrt(np.abs(q).max(axis=(1, 2)) / np.abs(p).max(axis=(1, 2)))[:, None, None]
+        q_size, p_size = (np.abs(rows).max(axis=(1, 2)) for rows in (q, p))  # 0 where a momentum is constant
+        size = np.sqrt(np.where(q_size * p_size > 0, q_size / np.where(p_size > 0, p_size, 1.0), 1.0))[:, None, None]
         turns = np.linalg.det(np.moveaxis(q / size - 1j * size * p, 2, 0))
         return round(np.angle(np.roll(turns, -1) / turns).sum() / np.pi)
 
