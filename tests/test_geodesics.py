@@ -236,3 +236,15 @@ def test_geodesics_of_a_sphere_are_great_circles_and_those_through_umbilics_meet
     length = 2 * mp.quad(lambda s: mp.sqrt((a * mp.cos(s)) ** 2 + (c * mp.sin(s)) ** 2), [0, mp.pi / 2])
     end = fa.integrate(fa.models.EllipsoidGeodesic(a, b, c), z0, time=float(length), accuracy=1e-12).z
     np.testing.assert_allclose(end[:3], -z0[:3], atol=1e-8)
+
+
+@pytest.mark.slow
+def test_the_azimuth_of_a_nearly_circular_orbit_has_its_rate():
+    """Whatever the lines of r and theta tell: in coordinate time, over 150 radial periods, one seems to be two."""
+    a, p, e, x = 0.25, 14.29, 0.05, 0.34
+    truth = averages(a, p, e, x)
+    radial, azimuth = (truth[i] / truth[3] / (2 * np.pi) for i in (0, 2))
+    z0 = np.asarray(start(a, p, e, x, "coordinate"))[:, None]
+    for periods in (100, 150, 300):
+        found = fa.frequency_map(fa.models.KerrGeodesic(a), z0, time=periods / radial, accuracy=1e-11)
+        assert abs(found.nu[2, 0] - azimuth) <= found.error[2, 0] < 1e-3 * azimuth

@@ -171,9 +171,11 @@ def _count_turns(
     """Fill in the mean rates of winding coordinates where a frequency that no line has is missing."""
     leading, leading_error, basis, rank, vague = places
     s, start, n = samples.run, samples.start, rates.nu.shape[1]
+    owned = found.owned & found.moving  # one frequency too many is left to a coordinate that does not librate
+    rank -= (found.owned & ~found.moving).sum(axis=1)
     going = going_round(s, periods) & (rank < n)[:, None]
     wound = np.flatnonzero(going.any(axis=1))
-    free = going[wound] & ~found.owned[wound]
+    free = going[wound] & ~owned[wound]
     turns = of_parts(*mean_turns(s.of(wound), None if start is None else start.of(wound), periods))
     turns = turns._replace(error=np.where(vague[wound, None], BEATS, ROUND) * turns.error)
     adopt(rates, wound, turns.where(free, taken(rates, wound)))
@@ -184,7 +186,7 @@ def _count_turns(
     # A rate that has no place may be a frequency of its own.
     vague[wound] &= found.moving[wound].any(axis=1)
     vague[wound] |= (going[wound] & ~free).any(axis=1) & (rank[wound] < n)
-    vague[wound] |= related(np.where(found.owned[wound] | free, rates.nu[wound], np.nan), rates.error[wound], threads)
+    vague[wound] |= related(np.where(owned[wound] | free, rates.nu[wound], np.nan), rates.error[wound], threads)
 
 
 def _with_scheme(
