@@ -197,6 +197,11 @@ def test_cut_and_misaligned_elements_of_xtrack():
     truth = np.array([getattr(particles, name) for name in ("x", "y", "px", "py")])
     assert (particles.state > 0).all()
     np.testing.assert_allclose(fa.integrate(fa.mapping(line), start, time=3).z, truth, atol=1e-10 * np.abs(start).max())
+    cavity = xt.Line([xt.Cavity(length=1.0, voltage=1e5, frequency=4e8)], element_names=["rf"])
+    cavity.particle_ref = line.particle_ref
+    cavity.slice_thick_elements([xt.Strategy(slicing=xt.Teapot(2, mode="thick"))])
+    with pytest.raises(ValueError, match=r"changes the momentum.*line\['rf'\].voltage = 0"):
+        fa.mapping(cavity)
     line[line.element_names[-1]].rot_x_rad = 0.1
     with pytest.raises(ValueError, match=r"\(Multipole\) has another kick than its strengths say"):
         fa.mapping(line)

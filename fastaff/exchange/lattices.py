@@ -57,7 +57,8 @@ def _part(line: Any, k: int, name: str) -> Any:
     """Return an element as a kick or a linear part; a ValueError names one that is neither."""
     element = line.element_dict[name]
     kind = type(element).__name__
-    kept_momentum(not getattr(element, "voltage", 0.0), name, kind, f"line[{name!r}].voltage = 0")
+    whole = getattr(element, "parent_name", name)
+    kept_momentum(not getattr(line.element_dict[whole], "voltage", 0.0), name, kind, f"line[{whole!r}].voltage = 0")
 
     def track(points: np.ndarray) -> np.ndarray:
         particles = line.build_particles(**dict(zip(("x", "y", "px", "py"), points, strict=True)), mode="set")

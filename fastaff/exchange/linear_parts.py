@@ -28,7 +28,7 @@ def compared(kick: Kick, track: Callable[[np.ndarray], np.ndarray], name: str, k
     )
     if not np.allclose(track(points.copy()), kick.images(points), rtol=LINEAR, atol=LINEAR * LARGE):
         raise ValueError(
-            f"the element {name!r} ({kind}) has another kick than its strengths say: take off its shifts, rotations, scaling"
+            f"the element {name!r} ({kind}) has another kick than its strengths say: take off shifts, turns, scaling"
         )
     return kick
 
