@@ -47,6 +47,15 @@ def test_a_table_has_a_row_for_each_orbit(tmp_path):
         fa.save(tmp_path / "nu.csv", 3)
 
 
+@pytest.mark.parametrize("name", ["o.h5", "o.xlsx", "o.CSV", "o.NPZ"])
+def test_unknown_endings_are_refused(tmp_path, name):
+    found = fa.integrate(HH, [0.1, 0.0, 0.0, 0.1], time=1.0)
+    with pytest.raises(ValueError, match=r"must end in .npz, .csv, .mat, .nc, .parquet, or have no ending, got 'o\."):
+        found.save(tmp_path / name)
+    assert not list(tmp_path.iterdir())
+    assert found.save(tmp_path / "energy_0.12").name == "energy_0.12.npz"
+
+
 def test_parquet_has_the_same_bits(tmp_path):
     frames = pytest.importorskip("pandas")
     pytest.importorskip("pyarrow")
