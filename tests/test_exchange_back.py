@@ -47,6 +47,15 @@ def test_a_table_has_a_row_for_each_orbit(tmp_path):
         fa.save(tmp_path / "nu.csv", 3)
 
 
+@pytest.mark.parametrize("name", ["o.h5", "o.xlsx", "o.CSV", "o.NPZ"])
+def test_unknown_endings_are_refused(tmp_path, name):
+    found = fa.integrate(HH, [0.1, 0.0, 0.0, 0.1], time=1.0)
+    with pytest.raises(ValueError, match=r"must end in .npz, .csv, .mat, .nc, .parquet, or have no ending, got 'o\."):
+        found.save(tmp_path / name)
+    assert not list(tmp_path.iterdir())
+    assert found.save(tmp_path / "energy_0.12").name == "energy_0.12.npz"
+
+
 def test_parquet_has_the_same_bits(tmp_path):
     frames = pytest.importorskip("pandas")
     pytest.importorskip("pyarrow")
@@ -146,10 +155,14 @@ def test_heyoka_has_the_same_orbits():
 
 def test_source_of_what_is_no_formula_is_refused():
     with pytest.raises(
-        TypeError, match=r"model must be one of fa.hamiltonian\(...\) or fa.flow\(...\), got HenonHeiles"
+        TypeError, match=r"model must be one of fa.hamiltonian\(...\) or fa.flow\(...\), got HenonHeiles$"
     ):
         source(HH)
     with pytest.raises(TypeError, match="got FormulaMap"):
         source(fa.mapping("p1 = p + K*sin(x); x1 = x + p1", K=0.3))
+    body = fa.formula("gent", G=1.0, Jm=10.0, K=2.0)
+    with pytest.raises(TypeError, match=r"got Body: of its equations, source\(fa.flow\(model, forces={}\)\)$"):
+        source(body)
+    assert "z: D1, D2, p_D1, p_D2" in source(fa.flow(body, forces={}))
     with pytest.raises(ValueError, match="language must be one of c, heyoka, got 'fortran'"):
         source(MODELS[0], "fortran")

@@ -8,6 +8,7 @@ import pytest
 from comparison import same
 
 import fastaff as fa
+from fastaff.analysis.orbits.given_orbits import given_orbits
 
 RNG = np.random.default_rng(31)
 DT, SAMPLES = 0.2, 600
@@ -58,9 +59,10 @@ def test_tables_of_several_orbits(package, shuffled):
     frames = pytest.importorskip(package)
     table = frames.DataFrame(columns(shuffled))
     found = fa.orbit_frequencies(table, coordinates=NAMES)
-    expected = fa.orbit_frequencies(ended(), times=own_orbits().times, coordinates=NAMES)
+    seen = [orbit // 10 for orbit in dict.fromkeys(table["particle"])]
+    expected = fa.orbit_frequencies(ended()[:, seen], times=own_orbits().times, coordinates=NAMES)
     same(found, expected)
-    assert found.status[1] == fa.Status.NONFINITE
+    assert found.status[seen.index(1)] == fa.Status.NONFINITE
     if package == "pandas":
         same(fa.orbit_frequencies(table.set_index(["particle", "time"]), coordinates=NAMES), expected)
     with pytest.raises(ValueError, match=r"samples is a table: coordinates must say .* it has particle, time, x, y"):
@@ -75,6 +77,36 @@ def test_tables_of_several_orbits(package, shuffled):
     twice = frames.concat([table, table[:1]])
     with pytest.raises(ValueError, match="one row for each 'particle' and 'time'"):
         fa.tunes(twice, coordinates=NAMES)
+
+
+@pytest.mark.parametrize("package", ["pandas", "polars"])
+def test_orbits_of_tables_keep_their_order(package):
+    orbits = np.random.default_rng(5).normal(size=(2, 3, 300))
+    rows = {"x": orbits[0].ravel(), "p": orbits[1].ravel(), "turn": np.tile(np.arange(300), 3)}
+    for names in ([900, 12, 77], ["b", "c", "a"]):
+        table = pytest.importorskip(package).DataFrame({"orbit": np.repeat(names, 300).tolist(), **rows})
+        np.testing.assert_array_equal(given_orbits(table, coordinates="x p").read(0, 3), orbits)
+
+
+def test_results_of_scipy():
+    integrate, t = pytest.importorskip("scipy.integrate"), np.arange(200) * 0.3
+    found = integrate.solve_ivp(lambda t, z: [z[1], -z[0]], (0, 60), [1, 0], t_eval=t, rtol=1e-9, atol=1e-9)
+    same(fa.orbit_frequencies(found), fa.orbit_frequencies(found.y, times=t))
+    np.testing.assert_allclose(fa.orbit_frequencies(found, coordinates="x v").omega, [[1.0]], atol=1e-6)
+
+
+def test_pairs_of_times_and_rows_name_the_call():
+    orbits = np.empty((2, 2), dtype=object)
+    for k in range(2):
+        orbits[k] = own_orbits().times, samples_of_own()[:, k].T
+    for given in (orbits, orbits[0], tuple(orbits[1]), [tuple(pair) for pair in orbits]):
+        with pytest.raises(TypeError, match=r"rows.T, times=times; of several, .*times=orbits\[0\]\[0\]"):
+            fa.orbit_frequencies(given)
+    samples = np.stack([rows.T for _, rows in orbits], axis=1)
+    same(
+        fa.orbit_frequencies(samples, times=orbits[0][0]),
+        fa.orbit_frequencies(samples_of_own()[:, :2], times=orbits[0][0]),
+    )
 
 
 @pytest.mark.parametrize("package", ["pandas", "polars"])

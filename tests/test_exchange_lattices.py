@@ -173,3 +173,44 @@ def test_elements_that_change_the_momentum_are_refused_and_solenoids_taken():
     end = fa.integrate(fa.mapping(line), start, time=1).z
     truth = np.array([getattr(particles, name) for name in ("x", "y", "px", "py")])
     assert np.abs(end - truth).max() < 1e-6 * np.abs(truth).max()
+
+
+def test_cut_and_misaligned_elements_of_xtrack():
+    xt = pytest.importorskip("xtrack")
+    rng = np.random.default_rng(31)
+    k1, k2, k3, psi = rng.uniform([0.5, 2.0, 50.0, -1.0], [0.9, 4.0, 90.0, 1.0])
+    dx, dy = rng.uniform(-2e-3, 2e-3, 2)
+    line = xt.Line(
+        [
+            xt.Quadrupole(length=0.4, k1=k1, shift_y=dy),
+            xt.Sextupole(length=0.1, k2=k2, k2s=0.4 * k2),
+            xt.Drift(length=0.7),
+            xt.Octupole(length=0.1, k3=k3, rot_s_rad=psi, shift_x=dx),
+            xt.Multipole(knl=[1e-5, 0.02, 1.3], ksl=[0, 0, 0, 20.0], shift_x=dx, shift_y=dy, rot_s_rad=psi),
+        ]
+    )
+    line.particle_ref = xt.Particles(p0c=1e9)
+    line.slice_thick_elements([xt.Strategy(slicing=xt.Teapot(2))])
+    start = rng.uniform(-5e-3, 5e-3, (4, 20))
+    particles = line.build_particles(**dict(zip(("x", "y", "px", "py"), start, strict=True)))
+    line.track(particles, num_turns=3)
+    truth = np.array([getattr(particles, name) for name in ("x", "y", "px", "py")])
+    assert (particles.state > 0).all()
+    np.testing.assert_allclose(fa.integrate(fa.mapping(line), start, time=3).z, truth, atol=1e-10 * np.abs(start).max())
+    cavity = xt.Line([xt.Cavity(length=1.0, voltage=1e5, frequency=4e8)], element_names=["rf"])
+    cavity.particle_ref = line.particle_ref
+    cavity.slice_thick_elements([xt.Strategy(slicing=xt.Teapot(2, mode="thick"))])
+    with pytest.raises(ValueError, match=r"changes the momentum.*line\['rf'\].voltage = 0"):
+        fa.mapping(cavity)
+    line[line.element_names[-1]].rot_x_rad = 0.1
+    with pytest.raises(ValueError, match=r"\(Multipole\) has another kick than its strengths say"):
+        fa.mapping(line)
+
+
+def test_kicks_of_pyat_that_are_moved_are_refused():
+    at = pytest.importorskip("at")
+    ring = at.Lattice([at.Drift("d", 1.0), at.ThinMultipole("mine", [0.0] * 3, [0.0, 0.0, 9.0])], energy=1e9)
+    assert fa.mapping(ring).symplectic
+    at.shift_elem(ring[1], 1e-3, 0.0)
+    with pytest.raises(ValueError, match=r"the element 'mine' \(ThinMultipole\) has another kick than its strengths"):
+        fa.mapping(ring)

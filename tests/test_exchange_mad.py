@@ -224,3 +224,6 @@ def test_other_files_are_refused(tmp_path):
     path.write_text("p1 = p + x; x1 = x + p1")
     with pytest.raises(ValueError, match=r"must be a TFS table .* mapping\(path\.read_text\(\)\)"):
         fa.mapping(path)
+    path.write_text("orbit,time,x,y\n1,0.0,1.0,2.0\n")
+    with pytest.raises(ValueError, match=r"of a CSV table give pandas.read_csv\(path\), coordinates="):
+        fa.tunes(path, coordinates="x y")

@@ -22,6 +22,7 @@ ADAPTERS: Mapping[str, str] = {
     "pathlib": "mad",
     "polars": "frames",
     "rebound": "from_rebound",
+    "scipy": "from_scipy",
     "xtrack": "lattices",
 }
 """Package: module of `fastaff.exchange`; a path is a file of MAD."""

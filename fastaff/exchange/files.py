@@ -31,7 +31,7 @@ from ..base.status import summary
 from ..formulas.mapping import remade
 from ..models import angles, sections
 from ..schemes import time_transformed
-from .tables import WRITERS, exported
+from .tables import exported
 
 METADATA = "metadata"
 
@@ -77,7 +77,7 @@ def save(path: StrPath, result: object, *, force: bool = False, **parameters: An
     TypeError
         The value is no result, or has arrays of objects, or for a table none along its items.
     ValueError
-        Parameters are given for a file of another program.
+        Parameters are given for a file of another program; the path has another ending.
     ImportError, OSError
         The package that writes such a file is missing; as in `open`.
 
@@ -97,7 +97,7 @@ def save(path: StrPath, result: object, *, force: bool = False, **parameters: An
     'orbits.npz'
     """
     path = Path(path)
-    if path.suffix in WRITERS:
+    if path.suffix != ".npz" and path.suffix[1:2].isalpha():  # not the digits of "energy_0.12"
         return exported(path, result, force, parameters)
     stem = path.with_suffix("") if path.suffix == ".npz" else path
     return save_among(stem, ".npz", result, force=force, parameters=parameters)

@@ -15,8 +15,8 @@ from .taylor import of_columns, turn
 def orbits(table: Any, name: str, coordinates: tuple[str, ...] | None) -> Foreign | None:
     """Return the orbits of a table; None for a single column, which is an array.
 
-    A column named as in `ORBITS`, or with "id" at its end, tells orbits apart; one as in `SAMPLES` orders them in time.
-    Missing rows of an orbit are NaN. The columns are those of `coordinates`.
+    A column named as in `ORBITS`, or with "id" at its end, tells orbits apart, in the order in which they first appear;
+    one as in `SAMPLES` orders them in time. Missing rows of an orbit are NaN. The columns are those of `coordinates`.
     """
     columns = _columns(table)
     if columns is None:
@@ -40,7 +40,8 @@ def orbits(table: Any, name: str, coordinates: tuple[str, ...] | None) -> Foreig
         return Foreign(np.array(values)[:, order], None if times is None else times[order], coordinates)
     if times is None:
         raise ValueError(f"{name} has several orbits, by {owner!r}: a column 'time' or 'turn' must order their rows")
-    known, orbit = np.unique(np.asarray(columns[owner]), return_inverse=True)
+    known, first, orbit = np.unique(np.asarray(columns[owner]), return_index=True, return_inverse=True)
+    orbit = np.argsort(np.argsort(first))[orbit]
     moments, sample = np.unique(times, return_inverse=True)
     if np.unique(orbit * moments.size + sample).size != sample.size:
         raise ValueError(f"{name} must have one row for each {owner!r} and {time!r}, it has several")

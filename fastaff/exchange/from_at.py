@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from .kicks import Kick, turn
-from .linear_parts import kept_momentum, probed
+from .linear_parts import compared, kept_momentum, probed
 
 ROWS = [0, 2, 1, 3]
 """Rows of x, y, px, py among x, px, y, py, delta, ct."""
@@ -41,8 +41,6 @@ def _part(ring: Any, element: Any) -> Any:
     """Return an element as a kick or a linear part; a ValueError names one that is neither."""
     kind = type(element).__name__
     kept_momentum(not getattr(element, "longt_motion", False), element.FamName, kind, "ring.disable_6d()")
-    if element.PassMethod == "ThinMPolePass" and not np.any(getattr(element, "BendingAngle", 0.0)):
-        return Kick(_strengths(element.PolynomB), _strengths(element.PolynomA))
 
     def track(points: np.ndarray) -> np.ndarray:
         rays = np.asfortranarray(np.zeros((6, points.shape[1])))
@@ -50,6 +48,8 @@ def _part(ring: Any, element: Any) -> Any:
         element.track(rays, in_place=True, energy=ring.energy, particle=ring.particle)
         return rays[ROWS]
 
+    if element.PassMethod == "ThinMPolePass" and not np.any(getattr(element, "BendingAngle", 0.0)):
+        return compared(Kick(_strengths(element.PolynomB), _strengths(element.PolynomA)), track, element.FamName, kind)
     return probed(track, element.FamName, kind, kind == "Dipole", CUT)
 
 

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from itertools import zip_longest
+from math import factorial
 from typing import NamedTuple
 
 import numpy as np
@@ -15,6 +17,22 @@ class Kick(NamedTuple):
 
     knl: tuple[float, ...]
     ksl: tuple[float, ...]
+
+    def moved(self, x: float, y: float, angle: float) -> Kick:
+        """Return the kick of the multipole with its axis at (x, y), turned by an angle from x to y."""
+        own = [complex(*pair) for pair in zip_longest(*self, fillvalue=0.0)]
+        turn, place = np.exp(-1j * angle), -np.exp(-1j * angle) * complex(x, y)
+        made = [
+            turn ** (n + 1) * sum(c * place**k / factorial(k) for k, c in enumerate(own[n:])) for n in range(len(own))
+        ]
+        return Kick(tuple(entry.real for entry in made), tuple(entry.imag for entry in made))
+
+    def images(self, points: np.ndarray) -> np.ndarray:
+        """Return the images of points (4, count)."""
+        place, momentum = points[0] + 1j * points[1], points[2] - 1j * points[3]
+        strengths = enumerate(zip_longest(*self, fillvalue=0.0))
+        momentum = momentum - sum(complex(*pair) * place**n / factorial(n) for n, pair in strengths)
+        return np.array([*points[:2], momentum.real, -momentum.imag])
 
 
 def turn(parts: Iterable[Kick | tuple[np.ndarray, ...]]) -> str:

@@ -8,7 +8,7 @@ import numpy as np
 
 from ..base.foreign import Foreign
 from .kicks import ROWS, Kick, turn
-from .linear_parts import kept_momentum, probed
+from .linear_parts import compared, kept_momentum, probed
 
 
 def orbits(monitor: Any, name: str, coordinates: tuple[str, ...] | None) -> Foreign:
@@ -57,9 +57,8 @@ def _part(line: Any, k: int, name: str) -> Any:
     """Return an element as a kick or a linear part; a ValueError names one that is neither."""
     element = line.element_dict[name]
     kind = type(element).__name__
-    kept_momentum(not getattr(element, "voltage", 0.0), name, kind, f"line[{name!r}].voltage = 0")
-    if kind == "Multipole" and not np.any(element.hxl) and not getattr(element, "isthick", False):
-        return Kick(tuple(element.knl), tuple(element.ksl))
+    whole = getattr(element, "parent_name", name)
+    kept_momentum(not getattr(line.element_dict[whole], "voltage", 0.0), name, kind, f"line[{whole!r}].voltage = 0")
 
     def track(points: np.ndarray) -> np.ndarray:
         particles = line.build_particles(**dict(zip(("x", "y", "px", "py"), points, strict=True)), mode="set")
@@ -68,4 +67,9 @@ def _part(line: Any, k: int, name: str) -> Any:
         lost = np.asarray(particles.state) < 1
         return np.where(lost, np.nan, np.array([getattr(particles, row) for row in ("x", "y", "px", "py")]))
 
+    thin = element.get_equivalent_element() if kind.startswith("ThinSlice") else element
+    if type(thin).__name__ == "Multipole" and not np.any(thin.hxl) and not getattr(thin, "isthick", False):
+        kick = Kick(tuple(thin.knl), tuple(thin.ksl))
+        axis = [float(getattr(thin, entry, 0.0)) for entry in ("shift_x", "shift_y", "rot_s_rad")]
+        return compared(kick.moved(*axis) if any(axis) else kick, track, name, kind)
     return probed(track, name, kind, kind in TAKEN_LINEAR, CUT)

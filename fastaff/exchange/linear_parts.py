@@ -1,10 +1,12 @@
-"""Matrices of elements of a lattice, from the images of some points."""
+"""Elements of a lattice by the images of points: matrices of linear ones, kicks that are compared with them."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 
 import numpy as np
+
+from .kicks import Kick
 
 J = np.kron(np.array([[0.0, 1.0], [-1.0, 0.0]]), np.eye(2))
 SMALL, LARGE, LINEAR = 1e-5, 1e-3, 1e-9
@@ -17,6 +19,18 @@ def kept_momentum(keeps: bool, name: str, kind: str, call: str) -> None:
     """Raise ValueError, naming the element and the call that switches it off, where it changes the momentum."""
     if not keeps:
         raise ValueError(f"the element {name!r} ({kind}) changes the momentum, the map is on momentum: {call}")
+
+
+def compared(kick: Kick, track: Callable[[np.ndarray], np.ndarray], name: str, kind: str) -> Kick:
+    """Return the kick of an element; ValueError where the element's images of points are others."""
+    points = LARGE * np.array(
+        [[0.7, -0.6, 0.0, 0.4], [-0.4, 0.5, 0.0, 0.9], [0.3, 0.1, 0.0, -0.8], [0.8, 0.2, 0.0, 0.5]]
+    )
+    if not np.allclose(track(points.copy()), kick.images(points), rtol=LINEAR, atol=LINEAR * LARGE):
+        raise ValueError(
+            f"the element {name!r} ({kind}) has another kick than its strengths say: take off shifts, turns, scaling"
+        )
+    return kick
 
 
 def probed(

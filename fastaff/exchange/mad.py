@@ -17,8 +17,15 @@ SERIES = re.compile(r"^\s*I\s+COEFFICIENT\s+ORDER\s+EXPONENTS", re.MULTILINE)
 HEAD = re.compile(r"^\s*\S+\s*:\s*([RC]), NV =\s*(\d+)", re.MULTILINE)
 
 
-def read_tfs(path: Path) -> dict[str, np.ndarray]:
-    """Return the columns of a TFS file by their names in small letters; other entries among numbers are NaN."""
+EQUATIONS = "equations of a map are the text itself: mapping(path.read_text())"
+"""What to do with other files that may be maps."""
+
+
+def read_tfs(path: Path, advice: str = EQUATIONS) -> dict[str, np.ndarray]:
+    """Return the columns of a TFS file by their names in small letters; other entries among numbers are NaN.
+
+    advice: what to do with other files.
+    """
     names: list[str] = []
     formats: list[str] = []
     rows = []
@@ -32,8 +39,7 @@ def read_tfs(path: Path) -> dict[str, np.ndarray]:
             rows.append([first, *rest])
     if not names or len(formats) != len(names):
         raise ValueError(
-            f"{path} must be a TFS table with lines that begin with * and $, or a damap of MAD-NG; "
-            "equations of a map are the text itself: mapping(path.read_text())"
+            f"{path} must be a TFS table with lines that begin with * and $, or a damap of MAD-NG; {advice}"
         )
     uneven = next((row for row in rows if len(row) != len(names)), None)
     if uneven is not None:
@@ -53,7 +59,7 @@ def _read(word: str, kind: str) -> Any:
 
 def orbits(path: Path, name: str, coordinates: tuple[str, ...] | None) -> Foreign | None:
     """Return the particles of a table of tracking: the last row of each turn, at the end of the sequence."""
-    table = read_tfs(path)
+    table = read_tfs(path, "of a CSV table give pandas.read_csv(path), coordinates=...")
     owner = next((entry for entry in ("number", "id") if entry in table), None)
     if owner is None or "turn" not in table:
         raise ValueError(f"{name} must be a table of tracking with turn, and number or id; it has {', '.join(table)}")

@@ -7,6 +7,7 @@ from typing import Any
 from ..base.interruption import imported
 from ..compile.kinds import OPTIONS, TERMS
 from ..formulas.drive import TIME
+from ..formulas.flow_text import flow
 from ..formulas.gammainc import gammainc
 from ..formulas.library import Request
 from ..formulas.sympy_bridge import to_sympy
@@ -64,7 +65,9 @@ def source(model: Any, language: str = "c") -> str:
     sympy = imported("sympy", what="the source text of a model")
     known: tuple = getattr(type(model), "_request", ())
     if len(known) < len(Request._fields) - 1 or known[4] not in ("unit", "masses", "flow"):
-        raise TypeError(f"model must be one of fa.hamiltonian(...) or fa.flow(...), got {type(model).__name__}")
+        raise TypeError(
+            f"model must be one of fa.hamiltonian(...) or fa.flow(...), got {type(model).__name__}{_flow(model)}"
+        )
     request = Request(*known)
     named = ", ".join(f"{name} = {float(value)!r}" for name, value in zip(model._fields, model, strict=True))
     rows, sides = _equations(request, model._fields)
@@ -73,6 +76,15 @@ def source(model: Any, language: str = "c") -> str:
     sides = [side.replace(sympy.gamma, lambda a: sympy.gamma(a).evalf(17)) for side in sides]
     said = [f"dz/dt of {request.text}", f"z: {', '.join(rows)}", f"c: {named}" if named else "c: none"]
     return LANGUAGES[language](said, rows, sides, [float(value) for value in model])
+
+
+def _flow(model: Any) -> str:
+    """Return the call that makes equations of a model, as a hint; empty where there is none."""
+    try:
+        flow(model, forces={})
+    except (TypeError, ValueError):
+        return ""
+    return ": of its equations, source(fa.flow(model, forces={}))"
 
 
 def _equations(request: Request, fields: tuple[str, ...]) -> tuple[list[str], list[Any]]:

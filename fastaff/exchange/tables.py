@@ -71,7 +71,9 @@ WRITERS: dict[str, Callable[[Path, Result], None]] = {
 
 
 def exported(path: Path, result: Any, force: bool, parameters: Mapping[str, Any]) -> Path:
-    """Write a result as a file of other programs, of the ending of a path."""
+    """Write a result as a file of other programs, of the ending of a path; ValueError for one that is none of them."""
+    if path.suffix not in WRITERS:
+        raise ValueError(f"path must end in .npz, {', '.join(WRITERS)}, or have no ending, got {path.name!r}")
     if not isinstance(result, Result):
         raise TypeError(f"result must be a result of fastaff, such as a SectionMap, got {type(result).__name__}")
     if parameters:

@@ -224,6 +224,13 @@ def row_names(coordinates: Any) -> tuple[str, ...]:
 
 def _known_order(value: Any) -> Any:
     """Return an array whose order of axes is known, though it is another, as (2n, orbits, samples); else the value."""
+    pair = value.tolist() if isinstance(value, np.ndarray) and value.dtype == object else value
+    pair = pair[0] if isinstance(pair, list) and pair and isinstance(pair[0], (list, tuple)) else pair
+    if isinstance(pair, (list, tuple)) and [getattr(entry, "ndim", 0) for entry in pair[:3]] == [1, 2]:
+        call = "samples=np.stack([rows.T for _, rows in orbits], axis=1), times=orbits[0][0]"
+        raise TypeError(
+            f"samples must be rows, got times and rows (samples, 2n): rows.T, times=times; of several, {call}"
+        )
     if not isinstance(value, np.ndarray):
         return [without_unit(entry) for entry in value] if isinstance(value, (list, tuple)) else value
     if value.ndim == 3 and SAMPLED.get(id(value)) is value:
