@@ -62,6 +62,7 @@ nb_execution_mode = "force"  # a cache of outputs would not see that the package
 nb_execution_raise_on_error = True
 nb_execution_in_temp = True
 nb_execution_timeout = 300
+nb_ipywidgets_js = {}  # by default two scripts of other sites, on pages whose code makes a widget
 
 autodoc_member_order = "bysource"
 autodoc_typehints = "none"  # shapes and units are in the docstrings

@@ -2,6 +2,7 @@
 with examples that run.
 """
 
+import ast
 import doctest
 import inspect
 import re
@@ -318,3 +319,11 @@ def test_a_command_that_fails_ends_the_build(capsys):
     with pytest.raises(subprocess.CalledProcessError):
         cells.sh("", "echo one\nfalse\necho two\n")
     assert capsys.readouterr().out == "one\n"
+
+
+def test_pages_load_no_script_from_other_sites():
+    """MyST-NB loads two where code of a page makes a widget, unless it is told otherwise."""
+    conf = (DOCS / "conf.py").read_text()
+    told = [node.value for node in ast.parse(conf).body if ast.unparse(node).startswith("nb_ipywidgets_js = ")]
+    assert [ast.literal_eval(value) for value in told] == [{}]
+    assert "://" not in conf

@@ -374,7 +374,7 @@ TWO = {"x": [0.0, 0.1], "z": [0.0, 0.1]}
         ({"axes": {"x": [np.nan]}}, ValueError, r"axes\['x'\] must be a non-empty, finite"),
         ({"axes": {"x": []}}, (ValueError, TypeError), r"axes\['x'\]"),
         ({"axes": {}}, ValueError, "axes must name one row at least"),
-        ({"axes": ([0.1], [0.2])}, TypeError, "axes must be arrays of numbers by name"),
+        ({"axes": ([0.1], [0.2])}, TypeError, r"axes must be arrays of numbers by name, such as axes=dict\(x="),
         ({"at_rest": 1}, TypeError, "at_rest must be True or False"),
         ({"at_rest": True}, ValueError, "at_rest and solve exclude one another"),
         ({"at_rest": True, "solve": None}, ValueError, "axes must be one of theta, phi, got 'x'"),
@@ -392,6 +392,15 @@ def test_wrong_grids(change, error, message):
     options = {"energy": -0.4, "axes": TWO, "solve": "p_y"} | change
     with pytest.raises(error, match=message):
         fa.energy_grid(galaxy(), **options)
+
+
+def test_axes_without_names_are_refused_with_a_call_that_takes_them():
+    """Of grids and of samples of a map, whose rows it names."""
+    kick, row = fa.models.StandardMap(0.5), [0.1, 0.2]
+    for draw in (fa.energy_grid, lambda *given, **named: fa.energy_sample(*given, orbits=2, **named)):
+        with pytest.raises(TypeError, match=r"such as axes=dict\(x=..., p=...\), got \(\[0.1"):
+            draw(kick, axes=(row, row))
+        assert draw(kick, axes={"x": row, "p": row}).z0.shape[0] == 2
 
 
 @pytest.mark.parametrize(

@@ -269,7 +269,9 @@ def test_lines_may_be_one_line_or_a_text(ax):
     for wrong in ("order<5", "order<=0", "all", [(1, 2)], (1, 2)):
         with pytest.raises(ValueError, match="lines must be triples"):
             plot.plot_frequency_map(found, ax=ax, lines=wrong)
-    with pytest.raises(TypeError, match=r"lines must be triples .* got 4"):
+    with pytest.raises(
+        TypeError, match=r"lines must be triples .* k1 \* beta/alpha \+ k2 \* gamma/alpha \+ k0 = 0, .* got 4"
+    ):
         plot.plot_frequency_map(found, ax=ax, lines=4)
     with pytest.raises(ValueError, match="more than 400"):
         plot.plot_frequency_map(found, ax=ax, lines="order<=99")

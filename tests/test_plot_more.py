@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import base64
 import dataclasses
+import inspect
 import itertools
 import shutil
 from types import SimpleNamespace
@@ -478,3 +479,32 @@ def test_starts_far_beyond_the_aperture_do_not_set_its_frame(ax):
     assert -1.01 < ax.get_ylim()[0] < 0 < 1 < ax.get_ylim()[1] < 5
     (said,) = (text.get_text() for text in ax.texts)
     assert said == f"{np.count_nonzero(np.maximum(np.abs(x), y) > 4)} of {x.size} starts beyond the axes"
+
+
+# --- wrong objects ---------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", [name for name in plot.__all__ if name.startswith("plot_")])
+def test_figures_name_the_argument_that_is_no_object_of_theirs(name):
+    run, draw = fa.integrate(HH, [0.0, 0.1, 0.3, 0.1], time=1.0, samples=5), getattr(plot, name)
+    first, *rest = inspect.signature(draw).parameters.values()
+    needed = {each.name: each.annotation for each in rest if each.default is each.empty and each.name != "options"}
+    needed = {each: "sali" if kind == "str" else np.ones(3) for each, kind in needed.items()}
+    takes_runs = name in ("plot_orbits", "plot_aperture", "plot_spacings")  # the last: "is no array"
+    for wrong in (3.0, None, "text", *([] if takes_runs else [run, [run]])):
+        if name == "plot_spacings" and wrong == 3.0:
+            continue  # one spacing
+        with pytest.raises(TypeError, match=rf"(?s)^{first.name} (must be|takes) .*(got|;)"):
+            draw(wrong, ax=Figure().subplots(), **needed)
+
+
+def test_figures_draw_objects_like_those_of_their_kind():
+    run = fa.integrate(HH, [0.0, 0.1, 0.3, 0.1], time=1.0, samples=5)
+
+    class Alike:
+        def __getattr__(self, name):
+            return getattr(run, name)
+
+    drawn, own = (plot.plot_orbits(each, ax=Figure().subplots()) for each in (Alike(), run))
+    assert drawn.missing == own.missing
+    assert len(drawn.points) == len(own.points) == 1

@@ -2,6 +2,7 @@
 
 import itertools
 import pickle
+from importlib import import_module
 
 import numpy as np
 import pytest
@@ -167,6 +168,20 @@ def henon(start, turns, tune=0.2114):
         kick = p + x * x
         x, p = c * x + s * kick, -s * x + c * kick
     return out
+
+
+def test_a_batch_reports_shares_of_itself(monkeypatch):
+    """Shares of one portion of memory, in order: a line of progress has a pace."""
+    monkeypatch.setattr(import_module("fastaff.analysis.frequencies.tunes"), "TOLD", 2**12)
+    turn, told = 2 * np.pi * np.linspace(0.1, 0.4, 24)[:, None] * np.arange(2**10), []
+    samples = np.array([np.cos(turn), -np.sin(turn)])
+    samples[:, 3, 2**9 :] = np.nan
+    found = fa.tunes(samples, threads=2, report=told.append)
+    assert len(told) > 6
+    assert told == sorted(told)
+    assert told[-1] == 1.0
+    monkeypatch.undo()
+    same(found, fa.tunes(samples, threads=1))
 
 
 def test_henon_map_against_longer_runs_and_high_precision():

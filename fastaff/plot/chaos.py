@@ -219,9 +219,10 @@ def plot_history(
     >>> len(fa.plot.plot_history(chaos, chaos.names[0]).points)
     2
     """
+    histories, times = chaos_map.history, chaos_map.history_times
     if indicator not in chaos_map.names:
         raise ValueError(f"indicator must be one of {', '.join(chaos_map.names)}, got {indicator!r}")
-    history, times = chaos_map.history[chaos_map.names.index(indicator)], chaos_map.history_times
+    history = histories[chaos_map.names.index(indicator)]
     if not np.isfinite(history).any():
         raise ValueError(
             f"chaos_map has no history of {indicator}: call chaos_map(..., history=200) with an indicator of tangent "

@@ -7,8 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from ..analysis.frequencies.frequencies import FrequencyKind
+from ..analysis.frequencies.frequencies import FrequencyKind, FrequencyMap
 from ..analysis.frequencies.own_lines import TURN, by_own_lines, in_time
+from ..analysis.frequencies.tunes import Tunes
 from ..base.numbers import entries, reals
 from ..base.status import Status
 from ..schemes.catalogue import ITERATION
@@ -27,7 +28,7 @@ FEW = 20
 
 @figure
 def plot_frequency_map(
-    frequency_map: Any,
+    frequency_map: FrequencyMap | Tunes,
     *,
     ax: Any = None,
     x: str | None = None,
@@ -98,7 +99,7 @@ def plot_frequency_map(
 
 
 @figure
-def plot_tunes(tunes: Any, *, ax: Any = None, values: Any = None, **options: Any) -> Artists:
+def plot_tunes(tunes: Tunes, *, ax: Any = None, values: Any = None, **options: Any) -> Artists:
     """Draw orbits in the plane of their tunes, modulo 1; with one plane, its tune from orbit to orbit.
 
     :Parameters: as `plot_frequency_map`, whose resonance lines k1 X + k2 Y + k0 = 0 are those of tunes too; values: by

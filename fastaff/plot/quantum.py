@@ -18,6 +18,7 @@ from ..base.numbers import shown
 from ..charts import ALPHA_BETA, R_VARTHETA, TWO_POLAR, Chart
 from ..quantum.spectra.level_diagram import Curve, LevelDiagram
 from ..quantum.states.level_table import VIBRATION, LevelTable
+from ..quantum.states.state import State
 from ..quantum.states.vibration_state import VibrationState
 from .parameters import parameter_label
 from .style import DARK, LINES, PALE, Artists, colour_map, figure, symbol
@@ -217,7 +218,7 @@ def plot_degeneracies(levels: LevelTable, *, ax: Any = None, unit: float = 1.0, 
 
 @figure
 def plot_density(
-    state: Any,
+    state: State | VibrationState,
     *,
     ax: Any = None,
     body: Any = None,

@@ -85,16 +85,20 @@ def lines_of(
     The order is |k1| + |k2| for tunes, whose k0 is any integer, and |k1| + |k2| + |k0| for ratios, with k . nu = 0;
     without `turns` the k0 of frequencies is 0.
     """
+    refused = (
+        f"lines must be triples (k1, k2, k0), each for k1 * {x} + k2 * {y} + k0 = 0, or a text such as "
+        f'"order<=5", got {lines!r}'
+    )
     if not isinstance(lines, str):
         if not isinstance(lines, (Sequence, np.ndarray)):
-            raise TypeError(f'lines must be triples (k1, k2, k0), or a text such as "order<=5", got {lines!r}')
+            raise TypeError(refused)
         each = [lines] if len(lines) == 3 and all(np.ndim(k) == 0 for k in lines) else list(lines)
         if any(np.shape(line) != (3,) for line in each):
-            raise ValueError(f'lines must be triples (k1, k2, k0), or a text such as "order<=5", got {lines!r}')
+            raise ValueError(refused)
         return [tuple(whole("lines", k, -(10**6)) for k in line) for line in each]  # type: ignore[misc]
     found = re.fullmatch(r"\s*order\s*<=\s*(\d{1,2})\s*", lines)
     if found is None or not int(found[1]):
-        raise ValueError(f'lines must be triples (k1, k2, k0), or a text such as "order<=5", got {lines!r}')
+        raise ValueError(refused)
     order, ratios = int(found[1]), "/" in x and "/" in y
     corners = [(u, v) for u in view[0] for v in view[1]]
     kept = []

@@ -9,6 +9,7 @@ import numpy as np
 from ..analysis.sections.energy_grid import EnergyGrid
 from ..analysis.sections.energy_sample import EnergySample
 from ..analysis.sections.section_edge import Edge, edge
+from ..analysis.sections.section_map import SectionMap
 from ..base.status import Status
 from ..charts import ALPHA_BETA, Chart
 from ..flows.checks import checked_chart
@@ -30,7 +31,7 @@ SAME = 1e-8
 
 @figure
 def plot_section(
-    section_map: Any,
+    section_map: SectionMap,
     *,
     ax: Any = None,
     values: Any = None,

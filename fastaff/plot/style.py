@@ -7,7 +7,9 @@ so that no point vanishes on white, and a few dark ones that differ by lightness
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable
+import inspect
+import re
+from collections.abc import Callable, Iterable
 from typing import Any, NamedTuple, TypeVar, cast
 
 from ..base.interruption import imported
@@ -140,7 +142,10 @@ def beyond(ax: Any, said: str) -> Any:
 
 
 def figure(function: Function) -> Function:
-    """Return a figure's function that draws in our style, on new axes where `ax` is not given."""
+    """Return a figure's function that draws in our style, on new axes where `ax` is not given, and refuses a first
+    argument that lacks what it reads.
+    """
+    first = next(iter(inspect.signature(function).parameters))
 
     @functools.wraps(function)
     def draw(*given: Any, ax: Any = None, **options: Any) -> Any:
@@ -149,12 +154,30 @@ def figure(function: Function) -> Function:
                 ax = imported("matplotlib.pyplot").subplots(layout="constrained")[1]
             _check(ax, options.get("size"))
             with watched(function.__name__), _inked(ax):
-                drawn = function(*given, ax=ax, **options)
+                try:
+                    drawn = function(*given, ax=ax, **options)
+                except (AttributeError, TypeError) as error:
+                    value = given[0] if given else options.get(first)
+                    _refuse(first, value, str(function.__annotations__.get(first, "")), error)
+                    raise
                 _light_to_print(ax)
                 _with_room(ax, getattr(drawn, "colorbar", None))
                 return drawn
 
     return cast(Function, draw)
+
+
+def _refuse(name: str, value: Any, kinds: str, error: Exception) -> None:
+    """Name the argument where an error says that it, or an entry of a sequence, is none of the kinds that are read."""
+    entries = value if "Sequence" in kinds and isinstance(value, Iterable) else ()
+    if isinstance(error, AttributeError):
+        wrong = error.obj is value or any(type(each) is type(error.obj) for each in entries)
+    else:
+        wrong = str(error) == f"'{type(value).__name__}' object is not iterable"
+    if wrong:
+        taken = re.sub(r"Sequence\[(\w+)\]", r"a sequence of \1", kinds).replace(" | ", " or ")
+        taken = f"an object with {getattr(error, 'name', 'entries')}" if kinds in ("", "Any") else taken
+        raise TypeError(f"{name} must be {taken}, got {shown(value)}") from error
 
 
 def _with_room(ax: Any, bar: Any) -> None:

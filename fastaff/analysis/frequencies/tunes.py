@@ -47,8 +47,8 @@ from .windows import LINE_ORDER
 FALLBACK, LEAST = 1e-9, 64
 """Error in turns above which lines are fitted; least number of samples of an orbit."""
 
-BUDGET, AT_ONCE = 1 << 27, 1 << 22
-"""Bytes of samples in work at once; samples of signals whose lines are fitted at once."""
+BUDGET, AT_ONCE, TOLD = 1 << 27, 1 << 22, 1 << 19
+"""Bytes of samples in work; samples of signals whose lines are fitted at once; a thread's numbers per report."""
 
 ROUGH = 0.05
 """Cycles over the window by which windows of a mean turn differ where the loop may pass through its centre."""
@@ -59,16 +59,13 @@ combinations of other tunes, and the bins within which a line is one; the relati
 own line.
 """
 
-LONG = 500
-"""Turns from which a line in such a bin is not accidental."""
+LONG, NEAR = 500, 3
+"""Turns from which a line in such a bin is not accidental; bins within which the line of a mean turn is."""
 
 HARMONIC, SHARED = 6, 2
 """Harmonics of a plane's own line, and largest |k|_1 of combinations of other tunes beside them, among which its lines
 are sought.
 """
-
-NEAR = 3
-"""Bins within which the line of a mean turn is."""
 
 EXPLAINED, OPEN = 0.999, 0.02
 """Share of the squared amplitudes that these must explain, and the least share of the area that they could enclose for
@@ -269,15 +266,18 @@ class TuneWork:
         """Find the tunes of all orbits, as many at a time as memory allows."""
         rows, orbits, samples = self.given.shape
         portion = max(1, BUDGET // (8 * rows * samples))
+        size = self.threads * max(1, TOLD // (rows * samples))
         for begin in range(0, orbits, portion):
             end = min(begin + portion, orbits)
             z = self.given.read(begin, end)
             counts, status = ends(z, begin, self.threads)
             self.turns[begin:end] = counts
-            for length, own in lengths(counts, samples, LEAST):
+            for length, own in lengths(counts, samples, LEAST, size):
                 part = z[:, own, : length + 1] if own.size < z.shape[1] else z[:, :, : length + 1]
                 some = lambda at, o=begin + own, z=part, n=length: self._adopt(o[at], z[:, at], n)  # noqa: E731
                 by_portions(some, own.size, part[:, 0].size, self.threads)
+                if self.report is not None:
+                    self.report((begin + int(np.count_nonzero(self.window[begin:end]))) / orbits)
             self.status[begin:end] = status
             if self.report is not None:
                 self.report(end / orbits)

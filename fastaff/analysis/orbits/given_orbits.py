@@ -191,16 +191,18 @@ def stays(still: Any, longest: Any, samples: int) -> Any:
     return (still > longest) & (still < samples - 1)
 
 
-def lengths(counts: np.ndarray, samples: int, least: int) -> Iterator[tuple[int, np.ndarray]]:
-    """Yield numbers of steps to which orbits of `counts` samples are cut, and these orbits; orbits with less than
-    `least` samples are left out.
+def lengths(counts: np.ndarray, samples: int, least: int, most: int | None = None) -> Iterator[tuple[int, np.ndarray]]:
+    """Yield numbers of steps to which orbits of `counts` samples are cut, and these orbits, at most `most` at once;
+    orbits with less than `least` samples are left out.
     """
     steps = np.where(counts == samples, samples - 1, 0)
     short = np.flatnonzero((counts < samples) & (counts >= least))
     rung = np.floor(np.log2(counts[short] - 1) * LADDER) / LADDER
     steps[short] = np.clip(np.floor(2.0**rung), least - 1, counts[short] - 1)
     for length in np.unique(steps[steps > 0]):
-        yield int(length), np.flatnonzero(steps == length)
+        own = np.flatnonzero(steps == length)
+        for at in range(0, own.size, most or own.size):
+            yield int(length), own[at : at + (most or own.size)]
 
 
 def gap(orbit: int, lost: int, again: int) -> ValueError:

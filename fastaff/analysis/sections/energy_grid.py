@@ -212,7 +212,7 @@ def _grid_by_name(
     no_planes(*planes)
     if isinstance(axes, str):
         raise TypeError(f"axes must be given by name, {{{system.row_names[0]!r}: array, ...}}, or a section")
-    names, arrays = checked_values(axes)
+    names, arrays = checked_values(axes, system.row_names)
     launch = launching(body, energy, names, section, others)
     fits("axes", *(array.size for array in arrays), ARRAYS * body.degrees_of_freedom)
     z, found = launch.lift(np.array([array.ravel() for array in np.meshgrid(*arrays, indexing="ij")]))

@@ -264,7 +264,7 @@ def ranges_of(model: Any, energy: float, section: Any, axes: Any, others: Others
             "axes must give the ranges (low, high) to draw from, by name, such as "
             f"axes={{{free!r}: (-1, 1)}}: nothing else bounds the starts, and rows without a range are 0"
         )
-    ranges = _ranges(axes)
+    ranges = _ranges(axes, model)
     if not ranges:
         raise ValueError("axes must name one row at least")
     made = launching(model, energy, tuple(ranges), section, others)
@@ -282,7 +282,7 @@ def measure_of(model: Any, energy: float, section: Any, axes: Any) -> Measure | 
             f"body must have two degrees of freedom or more, {type(model).__name__} has {n}: its energy surface is one "
             "orbit, of which integrate gives points at equal times"
         )
-    given = {} if axes is None else _ranges(axes)
+    given = {} if axes is None else _ranges(axes, model)
     if not system.ellipsoidal:
         return surface_of(model, energy, section, given)
     at, free, sign, first = [0.0] * n, list(range(n)), 0, 0
@@ -303,8 +303,8 @@ def measure_of(model: Any, energy: float, section: Any, axes: Any) -> Measure | 
     return made
 
 
-def _ranges(axes: Any) -> dict[str, tuple[float, float]]:
-    found = checked_names("axes", axes, "ranges (low, high)")
+def _ranges(axes: Any, model: Any) -> dict[str, tuple[float, float]]:
+    found = checked_names("axes", axes, "ranges (low, high)", system_of(model).row_names)
     return {name: span(f"axes[{name!r}]", ends) for name, ends in found.items()}
 
 

@@ -165,13 +165,14 @@ def are_named(axes: Any) -> bool:
     )
 
 
-def checked_names(argument: str, value: Any, takes: str) -> dict[str, Any]:
-    """Return pairs of names and values as a dict; TypeError or ValueError for other values."""
+def checked_names(argument: str, value: Any, takes: str, rows: Sequence[str] = ()) -> dict[str, Any]:
+    """Return pairs of names and values as a dict; TypeError or ValueError for other values, with a call by `rows`."""
     pairs = by_name(value)
     if not isinstance(pairs, (tuple, list)) or not all(
         isinstance(pair, (tuple, list)) and len(pair) == 2 and isinstance(pair[0], str) for pair in pairs
     ):
-        raise TypeError(f"{argument} must be {takes} by name, got {shown(value)} ({type(value).__name__})")
+        call = f", such as {argument}=dict({', '.join(f'{row}=...' for row in rows[:2])})" if rows else ""
+        raise TypeError(f"{argument} must be {takes} by name{call}, got {shown(value)} ({type(value).__name__})")
     names = [name for name, _ in pairs]
     for name in names:
         if names.count(name) > 1:
@@ -278,9 +279,9 @@ def section_row(model: Any, section: Any) -> tuple[str, float, int]:
     return names[k], section.offset / normal[k], int(section.direction * np.sign(normal[k]))
 
 
-def checked_values(axes: Any) -> tuple[tuple[str, ...], tuple[np.ndarray, ...]]:
+def checked_values(axes: Any, rows: Sequence[str]) -> tuple[tuple[str, ...], tuple[np.ndarray, ...]]:
     """Return names and arrays of axes by name."""
-    found = checked_names("axes", axes, "arrays of numbers")
+    found = checked_names("axes", axes, "arrays of numbers", rows)
     if not found:
         raise ValueError("axes must name one row at least")
     arrays = []
