@@ -195,7 +195,7 @@ def test_orbits_of_galpy():
     vxvv = np.array([[1.0, 0.1, 1.1, 0.1, 0.05, 0.3], [1.1, -0.2, 0.8, 0.05, 0.1, 2.0]])
     orbits, alone, plane = Orbit(vxvv), Orbit(vxvv[0]), Orbit([1.0, 0.1, 1.1, 0.1, 0.05])
     times = np.linspace(0, 300, 6001)
-    with pytest.raises(ValueError, match="integrate first"):
+    with pytest.raises(ValueError, match="an integrated Orbit of galpy"):
         fa.orbit_frequencies(orbits)
     with warnings.catch_warnings():  # it says that it uses C
         warnings.simplefilter("ignore")
