@@ -469,6 +469,28 @@ def test_recipes_make_the_same_again():
     )
 
 
+def test_sections_through_a_pole_ask_for_ranges():
+    """-k/r: 0.1 of the length k/|E| has momenta above sqrt(18 |E|), in any units; the ranges named are taken."""
+    rng = np.random.default_rng(43)
+    for text in ("-k/sqrt(x**2 + y**2)", "(u**2 + v**2)/2 - k/sqrt(x**2 + y**2)"):
+        k, energy = 10.0 ** rng.uniform(-3, 3, 2) * (1, -1)
+        model = fa.hamiltonian(text, coordinates="x y", momenta="u v" if "u" in text else None, k=k)
+        at = {"energy": energy, "section": "x=0"}
+        with pytest.raises(
+            ValueError, match=r"momenta without bound, at a pole .*: give the ranges of the axes"
+        ) as said:
+            fa.energy_sample(model, orbits=5, **at)
+        with pytest.raises(ValueError, match=r"a grid takes arrays over them: np\.linspace"):
+            fa.energy_grid(model, **at)
+        named = str(said.value).split("such as ", 1)[1].split(", which")[0].translate(str.maketrans("", "", "()"))
+        low, high, bottom, top = (float(part) for part in named.split(","))
+        np.testing.assert_allclose([low, high], [k / energy, -k / energy], rtol=1e-5)
+        np.testing.assert_allclose([bottom, top], np.sqrt(-18 * energy) * np.array([-1, 1]), rtol=1e-2)
+        z = fa.energy_sample(model, orbits=50, axes=((low, high), (bottom, top)), **at).z0
+        assert np.abs(z[3]).max() <= top
+        assert np.unique(z[3]).size == 50
+
+
 def test_sections_of_periodic_potentials_ask_for_ranges():
     """What is allowed has no end of pieces: the one nearest to 0, in any units, is named, and its ranges are taken."""
     rng = np.random.default_rng(41)

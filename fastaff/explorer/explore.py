@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..analysis.sections.energy_grid import EnergyGrid, NotReached
+from ..analysis.sections.energy_limits import fitting_energy
 from ..analysis.sections.named_axes import checked_names
 from ..analysis.sections.section_edge import edge
 from ..base.names import named
@@ -178,7 +179,7 @@ def setup_of(
     else:
         if fixed is not None:
             raise ValueError(f"fixed is of maps and flows: here section and energy say where orbits are; got {fixed!r}")
-        start["energy"] = _energy(energy, usual)
+        start["energy"] = _energy(energy, usual, chosen, p_eta, p_gamma)
     if usual is None:
         systems.insert(0, system_record(chosen, "own", _title(chosen), _formula(chosen), start))
     elif energy is None and start["energy"] is not None:
@@ -249,11 +250,13 @@ def _usual(body: Any, systems: list[dict[str, Any]]) -> dict[str, Any] | None:
     return None
 
 
-def _energy(energy: Any, usual: dict[str, Any] | None) -> float:
+def _energy(energy: Any, usual: dict[str, Any] | None, body: Any, p_eta: float, p_gamma: float) -> float:
     if energy is not None:
         return real("energy", energy)
     if usual is None:
-        raise ValueError("energy must be given for a model of your own: the energy of every orbit")
+        fit = fitting_energy(body, p_eta, p_gamma)
+        such = f", such as energy={fit:.2g}" if np.isfinite(fit) else ""
+        raise ValueError(f"energy must be given for a model of your own: the energy of every orbit{such}")
     return float(usual["energy"])
 
 

@@ -6,7 +6,17 @@ import json
 
 import numpy as np
 import pytest
-from page_engine import compute, crossings, explored, launch_message, needs_node, of, surface_message, system_message
+from page_engine import (
+    BCE8,
+    compute,
+    crossings,
+    explored,
+    launch_message,
+    needs_node,
+    of,
+    surface_message,
+    system_message,
+)
 
 import fastaff as fa
 from fastaff.explorer.records import model_code
@@ -118,6 +128,38 @@ def test_bounds_of_the_surface_and_what_reaches_nothing():
     # H = 1.3 at x = 0: y**2/2 = 0.3 at rest, and 1.2 py**2 = 1.3**2 - 1
     assert of(other, "surface")[0]["extent"][1::2] == pytest.approx([np.sqrt(0.6), np.sqrt(0.69 / 1.2)], rel=0.07)
     assert of(last, "surface")[0]["extent"][1::2] == pytest.approx([np.sqrt(0.2), np.sqrt(0.2)], rel=0.07)
+
+
+@needs_node
+def test_a_view_through_a_pole_keeps_its_walls():
+    """The restricted three-body problem in a turning frame, and -k/r: walls where momenta are 0, views of usual momenta."""
+    mass, k = RNG.uniform(0.005, 0.02), RNG.uniform(0.5, 2.0)
+    moon = "(px^2 + py^2)/2 - (x*py - y*px) - (1 - m)/sqrt((x + m)^2 + y^2) - m/sqrt((x - 1 + m)^2 + y^2)"
+    given = {"kind": "plane", "coordinates": "x y", "momenta": "px py", "angles": ""}
+    turning = given | {"formula": moon, "parameters": {"m": mass}}
+    still = given | {"formula": "-k/sqrt(x^2 + y^2)", "momenta": "", "parameters": {"k": k}}
+    model = fa.hamiltonian("(px**2 + py**2*(1 + x**2))/2 + k*m*x", coordinates="x y", momenta="px py", k=k, m=mass)
+    codes, first = typed(turning, still), told({"momenta": ["px", "py"]}, model)
+    first["system"]["parameters"] = {"m": mass, "k": k}
+    where = {"type": "surface", "constant": 0.0, "direction": 1, "width": 40, "height": 30}
+    energies = (-1.62, -0.5 * k, 0.1 * k)
+    told_of = [
+        (codes[0], [first, where | {"section": "y=c", "energy": energies[0]}]),
+        *(
+            (codes[1], [first | {"scheme": scheme_record(BCE8)}, where | {"section": "x=c", "energy": E}])
+            for E in energies[1:]
+        ),
+    ]
+    turned, bound, free = (of(heard, "surface")[0]["extent"] for heard in explored(told_of))
+    x = np.linspace(-0.9, 0.9, 200001)
+    rest = energies[0] + (1 - mass) / np.abs(x + mass) + mass / np.abs(x - 1 + mass) + x**2 / 2
+    walls = x[(rest > 0) & (x < 0.84)][[0, -1]]
+    assert 1.15 * walls[0] < turned[0] < walls[0]
+    assert turned[1] > walls[1]
+    np.testing.assert_allclose(bound, [-2.12, 2.12, *np.sqrt(9 * k) * np.array([-1.03, 1.03])], rtol=0.02)
+    assert 1 < turned[3] < 10
+    assert 2 < free[1] < 50
+    assert free[3] < 10
 
 
 def driven():

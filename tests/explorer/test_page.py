@@ -706,6 +706,25 @@ def test_where_all_orbits_escape_the_page_says_from_which_energy(browser, tmp_pa
     context.close()
 
 
+def test_where_nothing_comes_back_the_page_suggests_an_energy(browser, tmp_path):
+    """Potentials that are 0 far away, of a minimum -1 and of none: under 0 orbits stay."""
+    context = browser.new_context(viewport={"width": 1280, "height": 800}, reduced_motion="reduce")
+    for text, lower in (("-exp(-x**2 - y**2)", -0.25), ("-1/sqrt(x**2 + y**2)", -0.13)):
+        with pytest.raises(ValueError, match=r"energy must be given .*, such as energy=-0") as said:
+            fa.explore(fa.hamiltonian(text))
+        path = fa.explore(
+            fa.hamiltonian(text), energy=0.125, section="x=0", points=[[1.0], [0.3]], out=tmp_path / "free.html"
+        )
+        sheet = Sheet(context, path.as_uri())
+        sheet.wait("app.part('notice').textContent.includes('escape')")
+        assert sheet.text("notice") == f"All escape over E = 0: try E = {lower:.2g}.".replace("-", "\u2212")
+        assert sheet.text("count").startswith("1 orbit (1 undecided)")
+        for energy in (float(str(said.value).rpartition("=")[2]), lower):
+            fa.energy_grid(fa.hamiltonian(text), energy=energy, section="x=0", axes=([0.4], [0.0]))
+        assert sheet.said == []
+    context.close()
+
+
 def test_the_page_opens_alive(browser, tmp_path):
     """Twelve orbits of the region with the hint beside them; none where points are given, be it none."""
     context = browser.new_context(viewport={"width": 1280, "height": 800}, reduced_motion="reduce")

@@ -90,7 +90,8 @@ def energy_grid(
         None for a map.
     axes : two arrays, dict of arrays, or "whole", default "whole"
         Section coordinates, or rows of z by name, ``{"x": xs, "z": zs}``; "whole": 101 values of each section
-        coordinate over all bounded parts that the energy allows, none of them cut.
+        coordinate over all bounded parts that the energy allows, none of them cut. Refused where momenta have no bound,
+        as at a pole of the potential, with ranges that have the momenta of 90 % of the length.
     section : section or str, optional
         As in `poincare_map`.
     fixed : dict of float, optional
@@ -271,7 +272,12 @@ def lift_sheets(where: Where, u: np.ndarray, v: np.ndarray) -> tuple[np.ndarray,
 def _whole(where: Where) -> tuple[np.ndarray, np.ndarray]:
     """Return axes over all bounded parts of a section, CELLS each."""
     samples = imported(".energy_sample", __package__)  # it imports this module, and knows the bounds of a section
-    boxes = np.array(samples.ranges_to_draw(where))
+    try:
+        boxes = np.array(samples.ranges_to_draw(where))
+    except NotReached:
+        raise
+    except ValueError as problem:
+        raise ValueError(f"{problem}; a grid takes arrays over them: np.linspace(low, high, {CELLS})") from None
     first, second = (np.linspace(boxes[:, k, 0].min(), boxes[:, k, 1].max(), CELLS) for k in range(2))
     return first, second
 

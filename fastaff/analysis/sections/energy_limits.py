@@ -87,6 +87,18 @@ def _derivatives(plane: Any, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return force, spread
 
 
+def fitting_energy(body: Any, p_eta: float, p_gamma: float) -> float:
+    """Return an energy under the lowest saddle, else that of rest at a distance of about 1; NaN where none is known."""
+    least, saddle = energy_limits(body, p_eta, p_gamma)
+    if saddle > least:
+        return least + 0.75 * (saddle - least)
+    plane = reduced(body, p_eta=p_eta, p_gamma=p_gamma) if system_of(body).isotropic else body
+    if plane.degrees_of_freedom != 2:
+        return np.nan
+    with np.errstate(all="ignore"):
+        return float(system_of(plane).energies(np.array([[1.0], [0.5], [0.0], [0.0]]))[0])
+
+
 def too_low(body: Any, energy: float, p_eta: float, p_gamma: float) -> str | None:
     """Return the sentence for an energy below the minimum of the system; None where it is not known to be."""
     least, system = energy_limits(body, p_eta, p_gamma).minimum, system_of(body)

@@ -98,7 +98,7 @@ def energy_sample(
     NotReached
         A ValueError: the energy reaches no point.
     ValueError
-        The region is unbounded and axes is missing.
+        The region is unbounded, as momenta are at a pole of the potential, and axes is missing.
 
     Notes
     -----

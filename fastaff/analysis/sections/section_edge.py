@@ -27,6 +27,11 @@ ENDLESS = 32
 TURN = 256
 """Parts of a turn of an angle between which extrema are sought."""
 
+USUAL, STEEP, LOOKS = 0.9, 1e3, 1000
+"""Share of the length of a section whose momenta are usual; momenta so many times larger are those near a pole of the
+potential, and leave the usual ones less of a range than can be seen or drawn from; places at which they are computed.
+"""
+
 
 @dataclass(frozen=True)
 class Edge(Result, axis=None):
@@ -64,8 +69,8 @@ def edge(
 
     :Returns: Edge; if the bounded part has several pieces, that of all in turn; valleys that go to infinity beside them
         are left out; on AreaEquals the direction forbids a little more on one side.
-    :Raises: ValueError where the energy reaches no point or no piece is bounded, TypeError for a section without a
-        grid. Coordinates of all sizes are searched.
+    :Raises: ValueError where the energy reaches no point, no piece is bounded, or momenta are not, as at a pole of the
+        potential; TypeError for a section without a grid. Coordinates of all sizes are searched.
     :Source: the kinetic energy of the coordinate, p^2/(2 mu) = E - min V_effective, has to be positive.
 
     Examples
@@ -140,6 +145,18 @@ def _momenta_of(where: Where, rest: Function, low: float, high: float) -> tuple[
     return centre - top, centre + top
 
 
+def _usual(where: Where, rest: Function, part: Part) -> Part:
+    """Return a piece of a section with the range of momenta that USUAL of its length needs."""
+    u = part.low + (part.high - part.low) * (np.arange(LOOKS) + 0.5) / LOOKS
+    if _of_ellipses(where.body):
+        _, bottom, top = Ellipses(where).sides(u)
+    else:
+        centre = _centre(where.body, where.section)
+        half = np.sqrt(np.maximum(evaluated(rest, u, np.zeros(u.size, np.int64))[0], 0.0))
+        bottom, top = centre - half, centre + half
+    return Part(part.low, part.high, float(np.quantile(bottom, 1 - USUAL)), float(np.quantile(top, USUAL)))
+
+
 def _centre(body: Any, section: Any) -> float:
     """Return the momentum about which the accessible part of a section is symmetric: that of rest."""
     system = system_of(body)
@@ -174,14 +191,23 @@ def _bounded_parts(where: Where) -> list[Part]:
             raise NotReached(below)
         why = where.may_escape() or f"energy {energy:g} does not bound the motion"
         raise ValueError(f"{why}; nothing bounds the section {name}: give the ranges of the axes")
-    if endless:
-        low, high, bottom, top = parts[0]
+    usual = [_usual(where, rest, part) for part in parts]
+    steep = any(part.top - part.bottom > STEEP * (near.top - near.bottom) for part, near in zip(parts, usual))
+    if endless or steep:
+        ends = np.array(usual if steep else parts)
+        (low, bottom), (high, top) = ends[:, [0, 2]].min(axis=0), ends[:, [1, 3]].max(axis=0)
+        ranges = f"(({low:.6g}, {high:.6g}), ({bottom:.6g}, {top:.6g}))"
+        if not endless:
+            raise ValueError(
+                f"what energy {energy:g} allows of the section {name} has momenta without bound, at a pole of the "
+                f"potential: give the ranges of the axes, such as {ranges}, which have the momenta of {USUAL:.0%} of it"
+            )
         q = next(name for name in system_of(body).names if name != section_row(body, section)[0])
         angle = f"; or, of what is an angle, its period: periods={{'{q}': '2*pi'}}, --angles {q}=2*pi"
         angle *= not system_of(body).separable
         raise ValueError(
             f"what energy {energy:g} allows of the section {name} falls apart into pieces without end: give the ranges "
-            f"of the axes, such as (({low:.6g}, {high:.6g}), ({bottom:.6g}, {top:.6g}))" + angle
+            f"of the axes, such as {ranges}" + angle
         )
     return parts
 

@@ -4,7 +4,7 @@ import { askFrame, sceneOf } from "./drawing.js";
 import { backgroundDiffers } from "./background.js";
 import { innerOf } from "./frame.js";
 import { followOrbit } from "./motion.js";
-import { newOrbit, remember, removeOrbit, showOrbit } from "./orbits.js";
+import { hasLeft, newOrbit, remember, removeOrbit, showOrbit } from "./orbits.js";
 import { schemeTitle } from "./controls.js";
 import { showConstant, showOthers, showParameters, showState, showWrong } from "./panel.js";
 import { makeSaving } from "./offers.js";
@@ -278,10 +278,10 @@ export function makeActions(app) {
   // Say what to do where no orbit stays.
   function adviseEnergy() {
     const { surface } = section, shown = [...orbits.shown.values()];
-    if (!surface || surface.periods || !shown.length || !shown.every((orbit) => orbit.reading.status.toLowerCase() === "escaped")) return;
-    const { minimum, escape } = surface;
-    const opens = Number.isFinite(minimum) && escape !== null && surface.energy > escape;
-    if (opens) notice("All escape over E = " + shownNumber(escape, 5) + ": try E = " + shownNumber(minimum + 0.75 * (escape - minimum), 2) + ".");
+    if (!surface || surface.periods || !shown.length || !shown.every(hasLeft)) return;
+    const { minimum, escape, energy } = surface, opens = escape !== null && energy > escape;
+    const lower = minimum === null ? escape - (energy - escape) : minimum + 0.75 * (escape - minimum);
+    if (opens) notice("All escape over E = " + shownNumber(escape, 5) + ": try E = " + shownNumber(lower, 2) + ".");
     else notice(minimum === null ? "All escape: the potential has no minimum." : "All orbits escape.");
   }
 

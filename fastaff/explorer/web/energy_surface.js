@@ -4,9 +4,9 @@ import { reduced } from "./angles.js";
 import { Flow } from "./engine.js";
 import { motionOfEquations } from "./equations.js";
 import { ends } from "./map_plane.js";
-import { bisected, bothSigns, geometric, label, monotone, wrong } from "./sections.js";
+import { bisected, bothSigns, endOf, geometric, label, monotone, wrong } from "./sections.js";
 
-const LEAST_ROW = 1e-6, MOST_ROW = 1e6, ROW_LOOKS = 8, BOX_CELLS = 64, SAME_WEIGHT = 1e-9, ON_ENERGY = 1e-9, REST_SWEEPS = 30, BEYOND = 1.3;
+const LEAST_ROW = 1e-6, MOST_ROW = 1e6, ROW_LOOKS = 8, BOX_CELLS = 64, SAME_WEIGHT = 1e-9, ON_ENERGY = 1e-9, REST_SWEEPS = 30, BEYOND = 1.3, ZOOMS = 12, ZOOMED = 8;
 const FLOW_BENT = 0.5, FLOW_STARTS = 16, FLOW_TURNS = 60, FLOW_PACE = 0.3, SPREAD_ROWS = [0.8191725133961645, 0.6710436067037893, 0.5497004779019703];
 
 /** What sections of rows have in common: q_i = c, modulo the period where q_i is an angle, over two other rows. */
@@ -130,8 +130,23 @@ export class EnergySurface extends RowSection {
       const inner = edgesOf(is, [u, v], k), far = BEYOND*(inner.length ? Math.max(...inner.map(Math.abs)) : 1); // it goes on and on
       return [-far, far];
     });
+    box = this.withoutPole(box, v);
     for (let pass = 0; pass < 3; pass++) box = this.tightened(box, half);
     return box;
+  }
+
+  /** A rectangle whose momenta end where a view does: there is no end of them at a pole of the potential. */
+  withoutPole([u0, u1, v0, v1], momenta) {
+    const size = (u) => momenta.findLast((v) => v >= 0 && (this.allows(u, v) || this.allows(u, -v))) ?? 0;
+    let width = (u1 - u0)/BOX_CELLS, places = Array.from({ length: BOX_CELLS }, (_, k) => u0 + width*(k + 0.5)), sizes = places.map(size);
+    const all = sizes;
+    for (let zoom = 0; zoom < ZOOMS; zoom++, width *= 2/ZOOMED) {
+      const at = places[sizes.indexOf(Math.max(...sizes))];
+      places = Array.from({ length: 2*ZOOMED + 1 }, (_, k) => at + width*(k/ZOOMED - 1));
+      sizes = places.map(size);
+    }
+    const most = Math.max(...sizes), end = endOf(all, most);
+    return end < most ? [u0, u1, -BEYOND*end, BEYOND*end] : [u0, u1, v0, v1];
   }
 
   /** A rectangle with what is allowed in it and a cell around. */

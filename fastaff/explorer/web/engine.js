@@ -336,7 +336,7 @@ export class Orbit {
   /** What is known of the orbit by now. */
   reading() {
     const own = this.tangent?.reading() ?? { megno: null, lyapunov: null, verdict: "undecided" };
-    if (this.status === "escaped" || this.status === "collapsed") own.verdict = "undecided"; // tangent vectors grow on the way out
+    if (!this.count || this.status === "escaped" || this.status === "collapsed") own.verdict = "undecided"; // tangent vectors grow on the way out
     const kept = Math.min(this.count, KEPT_FOR_ROTATION);
     if (!(kept < 1.2*(this.read ?? 0)) || this.status !== "running") {
       if (kept !== this.read) this.rotation = rotationNumber(this.points.view(0, 2*kept));

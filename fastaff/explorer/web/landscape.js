@@ -4,7 +4,7 @@ import { restingAt } from "./energy_surface.js";
 import { reduced } from "./angles.js";
 
 const RADII = 49, SMALLEST = 1e-8, LARGEST = 1e8, ANGLES = 12, TRIES = 60, LEAPS = 0.7, ARRIVED = 1e-9, APART = 1e-5;
-const REMOTE = 1e3, DOWNWARD = 4000;
+const REMOTE = 1e3, DOWNWARD = 4000, FAR_AWAY = [1e4, 1e5, 1e6, 1e7, 1e8], SETTLED = 0.3;
 
 /** Return {minimum, escape} of a surface's system at its angular momenta; null for what is not found. */
 export function landscape(surface) {
@@ -12,8 +12,25 @@ export function landscape(surface) {
   const minima = found.filter((point) => point.kind === "minimum").map((point) => point.value);
   const minimum = minima.length ? Math.min(...minima) : null;
   const saddles = found.filter((point) => point.kind === "saddle" && (minimum === null || point.value > minimum));
-  const escape = saddles.filter((point) => leadsAway(plane, point)).map((point) => point.value);
+  const escape = [...saddles.filter((point) => leadsAway(plane, point)).map((point) => point.value), ...plateau(plane, minimum)];
   return { minimum, escape: escape.length ? Math.min(...escape) : null };
+}
+
+/** The least value far away, in an array, if it settles or rises in all directions; [] where it does not, or at the minimum. */
+function plateau(plane, minimum) {
+  const found = [];
+  for (let j = 0; j < ANGLES && !plane.home; j += plane.stride) {
+    const angle = plane.turn*(j + 0.5)/ANGLES, values = FAR_AWAY.map((r) => plane.value(r*Math.cos(angle), r*Math.sin(angle)));
+    const steps = values.slice(1).map((value, k) => value - values[k]), size = Math.max(...values.map(Math.abs));
+    const settles = steps.every((step, k) => !k || Math.abs(step) <= SETTLED*Math.abs(steps[k - 1]) + 1e-14*size);
+    if (settles) { // at once, or as a power of the distance
+      const [before, last] = steps.slice(-2);
+      const value = values[values.length - 1] + (before === last ? 0 : last*last/(before - last));
+      found.push(Math.abs(value) > 1e-9*size ? value : 0);
+    } else if (!steps.every((step) => step > 0)) return [];
+  }
+  const least = Math.min(...found);
+  return found.length && (minimum === null || least > minimum) ? [least] : [];
 }
 
 /** The effective potential of two coordinates, those of a plane or alpha, beta of a body, and its gradient. */

@@ -2,7 +2,7 @@
 
 import { askFrame } from "./drawing.js";
 import { takeMotion } from "./motion.js";
-import { addPoints, knownOrbit, newOrbit, showOrbit } from "./orbits.js";
+import { addPoints, hasLeft, knownOrbit, newOrbit, showOrbit } from "./orbits.js";
 import { rangeEnergy, showWrong } from "./panel.js";
 import { queueDensity } from "./view_density.js";
 import { takeRegion } from "./view_configuration.js";
@@ -138,7 +138,7 @@ function takeReadingMessage(app, message) {
     app.actions.showFoot();
   }
   app.paintStale = true;
-  if (values.status.toLowerCase() === "escaped") app.actions.adviseEnergy();
+  if (hasLeft(orbit)) app.actions.adviseEnergy();
   askFrame(app, "table", "frequency");
 }
 

@@ -80,6 +80,12 @@ export function hasRotation(orbit) {
   return Boolean(rotation) && Number.isFinite(rotation.value) && !(rotation.error > 0.05);
 }
 
+// Whether an orbit has left, or has not come back to the section and will not.
+export function hasLeft({ reading, count }) {
+  const status = reading.status.toLowerCase();
+  return status === "escaped" || (status === "no more crossings" && !count);
+}
+
 // How many orbits have each verdict, as a sentence.
 export function summaryOf(orbits) {
   const counts = { regular: 0, chaotic: 0, undecided: 0 };

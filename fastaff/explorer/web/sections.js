@@ -5,7 +5,8 @@ const SECTION_AXES = {
   "beta-turning": ["alpha", "p_alpha"], "beta=c": ["alpha", "p_alpha"],
 };
 const LETTERS = { alpha: "α", beta: "β" };
-const TINY = 1e-9, NODES_PER_DECADE = 40;
+const TINY = 1e-9, NODES_PER_DECADE = 40, LEAST = 1e-9, CHANGED = 0.5;
+const USUAL = 0.9, STEEP = 1e3; // as in section_edge.py
 
 export function label(name) {
   const plain = name.replace(/^p_/, ""), letter = LETTERS[plain] ?? plain;
@@ -189,22 +190,26 @@ export class Surface {
   /** The rectangle [u0, u1, v0, v1] around what is allowed; null where nothing is. */
   extent() {
     if (this.turning) this.radii = this.happens();
-    const nodes = this.body ? [0, ...geometric(1e-9, 1e9, NODES_PER_DECADE)] : bothSigns(geometric(1e-9, 1e9, NODES_PER_DECADE));
+    const nodes = this.body ? [0, ...geometric(LEAST, 1e9, NODES_PER_DECADE)] : bothSigns(geometric(LEAST, 1e9, NODES_PER_DECADE));
     const found = monotone((u) => this.top(u), nodes), ranges = intervals((u) => this.top(u), found);
     if (!ranges.length) return null;
     const bounded = ranges.filter(([a, b]) => Number.isFinite(a) && Number.isFinite(b));
-    const reach = Math.max(...found.x.slice(1, -1).map(Math.abs), ...ranges.flat().filter(Number.isFinite).map(Math.abs), 1e-9);
+    let reach = Math.max(...found.x.slice(1, -1).map(Math.abs), ...ranges.flat().filter(Number.isFinite).map(Math.abs), LEAST);
+    if (!bounded.length && reach < 10*LEAST) { // where it differs from far away
+      const far = this.top(nodes[nodes.length - 1]);
+      reach = nodes.findLast((u) => u > 0 && !(Math.abs(this.top(u) - far) <= CHANGED*Math.abs(far))) ?? reach;
+    }
     let [low, high] = [Infinity, -Infinity];
     for (const [a, b] of bounded.length ? bounded : ranges) {
       low = Math.min(low, Math.max(a, this.body ? 0 : -1.3*reach));
       high = Math.max(high, Math.min(b, 1.3*reach));
     }
-    let top = 0;
-    for (let k = 0; k <= 400; k++) top = Math.max(top, finite(this.top(low + (high - low)*k/400)));
+    const tops = Array.from({ length: 401 }, (_, k) => Math.max(0, finite(this.top(low + (high - low)*k/400))));
+    let top = Math.max(...tops);
     for (let k = 0; k < found.x.length; k++) {
       if (found.x[k] >= low && found.x[k] <= high) top = Math.max(top, finite(found.f[k]));
     }
-    const du = 0.03*(high - low) || 1e-9, dv = 1.03*Math.sqrt(top) || 1e-9;
+    const du = 0.03*(high - low) || LEAST, dv = 1.03*endOf(tops.map(Math.sqrt), Math.sqrt(top)) || LEAST;
     return [this.body ? Math.max(0, low - du) : low - du, high + du, -dv, dv];
   }
 
@@ -226,6 +231,12 @@ export class Surface {
 }
 
 export function wrong(what, message) { return Object.assign(new Error(message), { what }); }
+
+/** Where a view of momenta ends: at the largest, or at those of USUAL of the places if that is STEEP times larger, as near a pole. */
+export function endOf(sizes, most) {
+  const sorted = sizes.filter((size) => size > 0).sort((a, b) => a - b), usual = sorted[Math.floor(USUAL*sorted.length)];
+  return most > STEEP*usual ? usual : most;
+}
 
 function finite(x) { return Number.isFinite(x) ? x : 0; }
 
