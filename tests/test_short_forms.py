@@ -241,9 +241,9 @@ SURFACE = {"p_eta": 0.3, "p_gamma": 0.2}
         (lambda: fa.integrate(fa.NeoHookean, battery.Z8, time=1.0), "write Body(NeoHookean())"),
         (lambda: fa.integrate(fa.NeoHookean(), battery.Z8, time=1.0), "is a potential, no model: wrap it"),
         (lambda: fa.integrate(fa.HenonHeiles, battery.Z4, time=1.0), "write HenonHeiles()"),
-        (lambda: fa.integrate(fa.Body(HH), battery.Z8, time=1.0), "HenonHeiles is a model itself, without Body"),
+        (lambda: fa.Body(HH), "HenonHeiles is a model itself, without Body"),
         (
-            lambda: fa.integrate(fa.Body(fa.formula("D1**2 + D2**2"), mu=2.0), battery.Z8, time=1.0),
+            lambda: fa.Body(potential=fa.formula("gent", G=1.0, Jm=30.0, K=2.0), mu=2.0),
             "Body is a model itself, without Body: pass it as it is, its mass by fa.formula(..., mu=)",
         ),
         (lambda: fa.integrate("neo-hookean", battery.Z8, time=1.0), "write a model as a value"),

@@ -53,11 +53,8 @@ def checked_model(model: Any, name: str = "body", needs: str = "equations") -> A
             f"{_instead(model.potential)}"
         )
     if body and lacking(model.potential, Potential):
-        mass = ", its mass by fa.formula(..., mu=)" if hasattr(model.potential, "mu") else ""
-        alone = f": {type(model.potential).__name__} is a model itself, without Body: pass it as it is{mass}"
         raise TypeError(
             f"{name}.potential must be a potential of A and B (value, slopes, margin), got {model.potential!r}"
-            f"{'' if lacking(model.potential, Model) else alone}"
         )
     flat = _parameters(name, model)
     if not np.all(np.isfinite(flat)):

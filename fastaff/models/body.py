@@ -111,13 +111,23 @@ class Body(NamedTuple):
 
 
 def _refusing(made: Callable[..., Body]) -> Callable[..., Body]:
-    """Let the maker of bodies name the systems that have friction or a drive, which bodies do not have."""
+    """Let the maker of bodies name the systems that have friction or a drive, which bodies do not have, and refuse a
+    model in place of a potential.
+    """
 
     @functools.wraps(made)
     def wrapped(*given: Any, **named: Any) -> Body:
         for name in named:
             if name in TERMS:
                 raise TypeError(f"Body takes potential and mu, got {name} = {named[name]!r}: {FREE}")
+        potential = given[1] if len(given) > 1 else named.get("potential")
+        model = hasattr(potential, "degrees_of_freedom") and not hasattr(potential, "slopes")
+        if model and not isinstance(potential, type):
+            mass = ", its mass by fa.formula(..., mu=)" if hasattr(potential, "mu") else ""
+            raise TypeError(
+                f"potential must be a potential of A and B (value, slopes, margin), got {potential!r}: "
+                f"{type(potential).__name__} is a model itself, without Body: pass it as it is{mass}"
+            )
         return made(*given, **named)
 
     return wrapped
