@@ -200,9 +200,8 @@ def lengths(counts: np.ndarray, samples: int, least: int, most: int | None = Non
     rung = np.floor(np.log2(counts[short] - 1) * LADDER) / LADDER
     steps[short] = np.clip(np.floor(2.0**rung), least - 1, counts[short] - 1)
     for length in np.unique(steps[steps > 0]):
-        own = np.flatnonzero(steps == length)
-        for at in range(0, own.size, most or own.size):
-            yield int(length), own[at : at + (most or own.size)]
+        own, size = np.flatnonzero(steps == length), most or counts.size
+        yield from ((int(length), own[at : at + size]) for at in range(0, own.size, size))
 
 
 def gap(orbit: int, lost: int, again: int) -> ValueError:
