@@ -116,8 +116,7 @@ class Answers:
                     names.append(problem.name)
         except (ValueError, TypeError, ImportError) as problem:
             said = str(problem).replace("text:", "formula:", 1)
-        kept = {"formula": message.get("formula"), "kind": message.get("kind")}
-        self.post({"type": "parsed", **kept, "names": names, "message": said})
+        self.post({**message, "type": "parsed", "names": names, "message": said})
 
     def on_parameters(self, message: dict[str, Any]) -> None:
         """Take other values of the parameters."""

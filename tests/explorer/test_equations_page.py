@@ -58,6 +58,23 @@ def test_a_double_pendulum_is_typed(sheet, here):
     assert "minimum there is -3" in sheet.text("wrong-energy")
 
 
+def test_an_answer_leaves_newer_text(sheet):
+    """An answer that comes while somebody types, or to an older text, changes no box."""
+    sheet.state("system=your-plane&crossings=20")
+    answered = """(() => {
+      const box = app.part("coordinates"), { formula, momenta, angles, period } = app.state;
+      box.value = "u v";
+      box.dispatchEvent(new Event("input"));
+      const message = { type: "parsed", formula, kind: "plane", momenta, angles, period, names: ["k"], message: null };
+      const old = ["q1 q2", "x y"].map((coordinates) => ({ ...message, coordinates }));
+      app.state.section = "none"; // what an answer sets right, and shows the state with it
+      old.forEach((data) => app.backend.onmessage({ data }));
+      return [box.value, app.state.section];
+    })()"""
+    assert sheet.get(answered) == ["u v", "none"]
+    sheet.wait("app.state.coordinates === 'u v' && app.state.section === 'u=c' && 'x' in app.state.parameters")
+
+
 def test_driven_systems_and_flows_are_typed(sheet):
     """A period makes V(x, t) driven, three equations have a section, and two of them a period."""
     sheet.state("system=your-plane&crossings=30")

@@ -49,7 +49,7 @@ export function workerBackend(setup) {
     } catch (problem) {
       sentence = problem.message;
     }
-    later(() => answer({ type: "parsed", formula: message.formula, kind: message.kind, names, message: sentence }));
+    later(() => answer({ ...message, type: "parsed", names, message: sentence }));
   }
 
   return backend;

@@ -3,7 +3,7 @@
 import { askFrame } from "./drawing.js";
 import { takeMotion } from "./motion.js";
 import { addPoints, hasLeft, knownOrbit, newOrbit, showOrbit } from "./orbits.js";
-import { rangeEnergy, showWrong } from "./panel.js";
+import { WRITTEN, rangeEnergy, showWrong } from "./panel.js";
 import { queueDensity } from "./view_density.js";
 import { takeRegion } from "./view_configuration.js";
 import { frequencyAxes } from "./view_frequency.js";
@@ -41,7 +41,7 @@ function takeReadyMessage(app) {
 }
 
 function takeParsedMessage(app, message) {
-  if (message.formula !== app.state.formula) return;
+  if (app.panel.typing || WRITTEN.some((name) => message[name] !== app.state[name])) return; // the answer to an older text
   if (message.message) {
     app.actions.closeSurface();
     showWrong(app.panel, "formula", sentence(message.message));

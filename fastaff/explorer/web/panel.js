@@ -7,7 +7,7 @@ const WAIT = 140; // milliseconds after the last sign of a formula before it is 
 
 // act: {system(name), formula({formula, coordinates, ...}), parameter(name, value), surface(), section(name), integration()}
 export function makePanel(part, setup, act) {
-  const panel = { part, setup, act, sliders: {}, parameters: {}, constant: null, energyRange: "" };
+  const panel = { part, setup, act, sliders: {}, parameters: {}, constant: null, energyRange: "", typing: false };
   const choices = setup.systems.map((system) => [system.name, system.title]);
   fillList(part("system"), [...choices, ["your-body", "Your formula: a body"], ["your-plane", "Your formula: H(q, p)"], ["your-map", "Your formula: a map"], ["your-flow", "Your formula: equations"]], "");
   part("system").addEventListener("change", () => act.system(part("system").value));
@@ -15,7 +15,11 @@ export function makePanel(part, setup, act) {
   for (const name of WRITTEN) {
     part(name).addEventListener("input", () => {
       clearTimeout(timer);
-      timer = setTimeout(() => act.formula(Object.fromEntries(WRITTEN.map((each) => [each, part(each).value.trim()]))), WAIT);
+      panel.typing = true; // what is in the boxes is newer than any answer
+      timer = setTimeout(() => {
+        panel.typing = false;
+        act.formula(Object.fromEntries(WRITTEN.map((each) => [each, part(each).value.trim()])));
+      }, WAIT);
     });
   }
   part("section").addEventListener("change", () => act.section(part("section").value));
@@ -38,7 +42,7 @@ const HINTS = {
 };
 
 const FORMULA_NAMES = { body: "Potential energy V", plane: "Energy H(q, p), or V(q)", map: "Map", flow: "Equations" };
-const WRITTEN = ["formula", "coordinates", "momenta", "angles", "period"];
+export const WRITTEN = ["formula", "coordinates", "momenta", "angles", "period"];
 const ROWS = { body: [], plane: ["coordinates", "momenta", "angles", "period"], map: ["angles"], flow: ["angles", "period"] };
 
 // Show a state; the controls of its system are made anew.
