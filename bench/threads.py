@@ -2,11 +2,13 @@
 
 For each call and number of threads: seconds, how many times as fast as one thread, the serial share s by which
 Amdahl's law, 1/(s + (1 - s)/threads), says so, and the share of all processor time that the main thread takes, which
-other work on the machine hardly changes. Results have the same bits, which is checked.
+other work on the machine hardly changes. Results have the same bits, which is checked. Beside it stands the most that
+the machine gives: so many processes, which share nothing, make the call at the same time, each with one thread.
 """
 
 from __future__ import annotations
 
+import multiprocessing
 import sys
 import time
 
@@ -43,6 +45,31 @@ def calls(orbits: int) -> dict:
     }
 
 
+def machine(run, processes: int, alone: float) -> float:
+    """Return how many times one thread's work so many processes do, each of which makes the call with one thread."""
+    fork = multiprocessing.get_context("fork")
+    best = np.inf
+    for _ in range(TIMES):
+        gate = fork.Barrier(processes + 1)
+
+        def work(gate=gate):
+            run(1)
+            gate.wait()
+            run(1)
+            gate.wait()
+
+        workers = [fork.Process(target=work) for _ in range(processes)]
+        for worker in workers:
+            worker.start()
+        gate.wait()
+        begin = time.perf_counter()
+        gate.wait()
+        best = min(best, time.perf_counter() - begin)
+        for worker in workers:
+            worker.join()
+    return processes * alone / best
+
+
 def main() -> None:
     orbits = int(sys.argv[1]) if len(sys.argv) > 1 else 4096
     counts = [n for n in (1, 2, 4, 8, 16, 32, 64) if n <= available_threads()]
@@ -58,7 +85,8 @@ def main() -> None:
             alone = best if n == 1 else alone
             ratio = alone / best
             share = f", serial share {100 * (n / ratio - 1) / (n - 1):5.1f} %" if n > 1 else ""
-            share += f", main thread {100 * main:5.1f} %" if n > 1 else ""
+            if n > 1:
+                share += f", main thread {100 * main:5.1f} %, the machine {machine(run, n, alone):5.2f} times"
             print(
                 f"{name:28s} {orbits} orbits, {n:2d} threads: {best:7.3f} s, {ratio:5.2f} times{share}"
                 + ("" if same else ", OTHER BITS"),
