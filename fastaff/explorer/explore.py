@@ -376,7 +376,7 @@ def _formula(body: Any) -> str:
         )
         return said if system.symplectic else f"{said} (not symplectic)"
     whole = system.nonseparable or getattr(inner, "momenta", ())
-    where = " in a turning frame" if system.frame and not whole else ""
+    where = ", turning frame" if system.frame and not whole else ""
     return f"{'H' if whole else 'V'} = {text}{where}" if isinstance(text, str) else type(inner).__name__
 
 
