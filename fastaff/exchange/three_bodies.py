@@ -71,8 +71,8 @@ def read_three_bodies(path: StrPath, m3: float = 1.0) -> ThreeBodies:
     rows = [[*map(float, words[:4]), np.nan][:4] for words in found if len(words) > 2]
     if not rows:
         raise ValueError(f"path must be a table with v1, v2 and a period in a row, of m3 = {m3:g}; {path} has none")
-    *given, scaled = np.array(rows).T
-    table = three_bodies(*given, m3)
+    v1, v2, period, scaled = np.array(rows).T
+    table = three_bodies(v1, v2, period, m3)
     off = np.abs(table.period * np.abs(system_of(table.model).energies(table.z0)) ** 1.5 / scaled - 1)
     if np.nanmax(off, initial=0.0) > 1e-3:  # beyond the digits of a table
         raise ValueError(f"path must have scaled periods T |E|^(3/2) of its states, row {np.nanargmax(off)} has not")
