@@ -9,7 +9,7 @@ DOCS_JOBS ?= 2
 # Tests start a hundred processes and rewrite their own asserts: without bytecode that is kept, each does it all anew.
 export PYTHONDONTWRITEBYTECODE :=
 
-.PHONY: demo wheel release test test-deep coverage bounds faults lowest newest docs bench tables bench-peers bench-compare bench-cold gate peers lint clean
+.PHONY: demo wheel release test test-deep coverage bounds faults lowest newest tools docs bench tables bench-peers bench-compare bench-cold gate peers lint clean
 .DELETE_ON_ERROR:
 
 # An environment is made anew when pyproject.toml changes.
@@ -39,9 +39,9 @@ release: $(VENV)/.dev  ## all of a release but the upload: dist/ with sdist, whe
 test: $(VENV)/.dev  ## the tests of every change, on WORKERS cores
 	$(PYTEST) -m "not slow"
 
-test-deep: $(VENV)/.dev  ## the deep tier: slow tests, array bounds, ratios, a wheel, other versions; then writes .ci/deep.txt
+test-deep: $(VENV)/.dev  ## the deep tier: slow tests, array bounds, ratios, a wheel, other versions, other tools; then writes .ci/deep.txt
 	$(PYTEST) -m slow
-	$(MAKE) bounds gate wheel lowest newest
+	$(MAKE) bounds gate wheel lowest newest tools
 	$(BIN)/python .ci/deep.py --passed
 
 bounds: $(VENV)/.dev  ## every public call once, indices of all kernels checked
@@ -60,14 +60,14 @@ FAULTS := tests/test_inputs.py tests/test_kills.py tests/test_cli_faults.py test
 faults: $(VENV)/.dev  ## 10^5 wrong inputs, 10^4 command lines, 1000 kills, damaged caches: an hour
 	FASTAFF_FAULTS=10 $(PYTEST) $(FAULTS)
 
-# What these versions depend on may warn of their use of it.
 OTHERS := tests/test_cli_jobs.py tests/test_job_store.py tests/test_plot.py tests/test_formula.py
 
-ELSEWHERE = -m pytest -n $(WORKERS) --dist worksteal -p no:benchmark -m "not slow" \
-	-W ignore::DeprecationWarning -W ignore::PendingDeprecationWarning $(OTHERS)
+# What is installed there may warn of its use of other packages.
+ELSEWHERE = -m pytest -n $(WORKERS) --dist worksteal -p no:benchmark \
+	-W ignore::DeprecationWarning -W ignore::PendingDeprecationWarning
 
 lowest: $(VENV)/.lowest  ## some tests with the lowest versions that pyproject.toml allows
-	$(VENV)/lowest/bin/python $(ELSEWHERE)
+	$(VENV)/lowest/bin/python $(ELSEWHERE) -m "not slow" $(OTHERS)
 
 newest: NEWEST = $(shell $(PYTHON) .ci/newest.py)
 
@@ -75,12 +75,20 @@ newest: $(VENV)/.dev  ## the same with the newest Python of this machine
 	@test -n "$(NEWEST)" || echo "there is no newer Python here"
 	test -z "$(NEWEST)" || test -d $(VENV)/newest || $(NEWEST) -m venv $(VENV)/newest
 	test -z "$(NEWEST)" || $(VENV)/newest/bin/python -m pip install --quiet --disable-pip-version-check -e ".[test]"
-	test -z "$(NEWEST)" || $(VENV)/newest/bin/python $(ELSEWHERE)
+	test -z "$(NEWEST)" || $(VENV)/newest/bin/python $(ELSEWHERE) -m "not slow" $(OTHERS)
 
 $(VENV)/.lowest: pyproject.toml $(VENV)/.dev
 	$(PYTHON) -m venv $(VENV)/lowest
 	$(PYTHON) .ci/lowest.py > $(VENV)/lowest/versions.txt
 	$(VENV)/lowest/bin/python -m pip install --quiet --disable-pip-version-check -c $(VENV)/lowest/versions.txt -e ".[test]"
+	touch $@
+
+tools: $(VENV)/.tools  ## all tests of adapters with the packages that they read, none of which may be missing
+	FASTAFF_TOOLS=1 $(VENV)/tools/bin/python $(ELSEWHERE) tests/test_exchange_*.py
+
+$(VENV)/.tools: pyproject.toml
+	$(PYTHON) -m venv $(VENV)/tools
+	$(VENV)/tools/bin/python -m pip install --quiet --disable-pip-version-check -e ".[test,tools]"
 	touch $@
 
 docs: $(VENV)/.dev  ## the site, all its code run: docs/_build/html/index.html; any warning is an error

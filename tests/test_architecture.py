@@ -448,6 +448,12 @@ def test_modules_have_one_subject():
     assert not [name for name, text in texts.items() if not ast.get_docstring(ast.parse(text))]
 
 
+def test_adapters_are_short():
+    """Modules of `exchange` that read or write what other tools have; `files` keeps the results of this one."""
+    lengths = {path.stem: len(path.read_text().splitlines()) for path in (ROOT / "exchange").glob("*.py")}
+    assert {name for name, lines in lengths.items() if lines >= 80} == {"files"}
+
+
 def test_a_module_gives_a_name_once():
     """A constant in the place of another of its name would change what was computed with that."""
     for path in FILES:

@@ -152,7 +152,7 @@ def test_a_reader_that_leaves_is_no_error(command, tmp_path):
 
 _FLAGS = """
 energy p-eta p-gamma section direction model formula hamiltonian coordinates parameter domain mu G K C lam grid orbits
-rotation magnetic
+rotation magnetic vector-potential
 seed range1 range2 file scheme step accuracy threads crossings max-time time periods indicators early-stop scan method
 max-order levels m l states hbar tolerance out force no-figure write-job colour vmin vmax unit quiet log memory workers
 dask status json plot help version point samples diffusion no-diffusion

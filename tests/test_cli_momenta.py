@@ -109,6 +109,28 @@ def test_named_systems_run_from_the_command_line(here, key):
     assert len(fa.load("fastaff-chaos-map.npz")) == 1
 
 
+def test_charges_in_a_vector_potential(here):
+    """From the shell, and the same as a job's table, whose text keeps it."""
+    B, k = np.random.default_rng(5).uniform(0.3, 0.9, 2).tolist()
+    model = fa.hamiltonian("x**2 + y**2", vector_potential={"y": "B*x + k*x**2/2", "x": "-k*y"}, B=B, k=k)
+    words = ["--hamiltonian", "x**2 + y**2", "--vector-potential", "y=B*x + k*x**2/2", "--vector-potential", "x=-k*y"]
+    words += [f"--parameter=B={B!r}", f"--parameter=k={k!r}", "--energy", "0.4", "--orbits", "3", "--seed", "2"]
+    assert main(["poincare", *words, "--section", "x=0", "--crossings", "4", "--max-time", "60", "--no-figure"]) == 0
+    found = fa.load("fastaff-poincare.npz")
+    starts = fa.energy_sample(model, energy=0.4, orbits=3, section="x=0", seed=2)
+    truth = fa.poincare_map(model, starts, crossings=4, max_time=60.0)
+    np.testing.assert_array_equal(found.points, truth.points)
+    job = Job(
+        model=Model(hamiltonian="x**2", coordinates="x y", vector_potential=["y=B*x"], parameter=["B=0.5"]),
+        surface=Surface(energy=0.4),
+        starts=Starts(orbits=3),
+        chaos_map=Chaos(time=5.0),
+    )
+    again = Job.parsed(job.text())
+    assert again.model == job.model
+    assert again.model.build() == fa.hamiltonian("x**2", vector_potential={"y": "B*x"}, B=0.5)
+
+
 def test_parameters_may_be_words():
     words = {"affine-body": "invariance=right", "kerr-geodesic": "time=mino", "asymmetric-top": "chart=quaternion"}
     made = (
@@ -125,6 +147,15 @@ def test_parameters_may_be_words():
     [
         ([*TEXT[:3], "--momenta", "p1", "--energy", "1"], "--momenta must be 2 names"),
         (["--formula", "D1*D2", "--momenta", "p1 p2", "--energy", "1"], "--momenta belongs to --hamiltonian"),
+        (["--formula", "D1*D2", "--vector-potential", "x=y", "--energy", "1"], "--vector-potential belongs to --ham"),
+        (["--model", "double-pendulum", "--vector-potential", "x=y"], "--vector-potential belongs to --formula"),
+        (
+            ["--hamiltonian", "x**2", "--vector-potential", "y", "--energy", "1"],
+            "--vector-potential must be NAME=FORMULA",
+        ),
+        (["--hamiltonian", "x**2", "--vector-potential", "z=x", "--energy", "1"], "--vector-potential must be of x, y"),
+        (["--hamiltonian", "x**2", "--vector-potential", "y=B*x"], "--vector-potential['y']: unknown name 'B'"),
+        (["--hamiltonian", "x**2", "--vector-potential", "y=x", "--magnetic", "1"], "magnetic does not go with"),
         (["--model", "double-pendulum", "--momenta", "p1 p2"], "--momenta belongs to --formula, --hamiltonian"),
         (["--model", "double-pendulum", "--parameter", "h=1"], "--parameter h is none of double-pendulum"),
         (["--model", "double-pendulum", "--mu", "2"], "--mu belongs to bodies"),

@@ -510,6 +510,7 @@ OTHER = {
     "model.period": "6.3",
     "model.rotation": "0.3",
     "model.magnetic": "0.2*a",
+    "model.vector_potential": ["y=a*x"],
     "model.formula": "D1**2",
     "surface.energy": 0.31,
     "surface.section": "x=0.01",

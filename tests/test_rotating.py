@@ -639,11 +639,6 @@ def test_jobs_and_commands_turn(tmp_path):
     assert (system_of(model).velocities(found.points[:, 0])[0] > 0).all()
 
 
-def test_the_explorer_refuses_what_turns():
-    with pytest.raises(TypeError, match="rotating frame"):
-        fa.explore(fa.hamiltonian("(x**2 + y**2)/2", rotation=0.1))
-
-
 def test_the_rounding_of_many_turns_is_part_of_the_error():
     # An isotropic well in a frame that turns fast: at rest its orbits are ellipses, in closed form.
     rng = np.random.default_rng(12)

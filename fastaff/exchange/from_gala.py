@@ -6,10 +6,11 @@ from typing import Any
 
 import numpy as np
 
-from ..base.foreign import Foreign
-from .gala_potentials import system as system
+from ..base.foreign import Foreign, ForeignSystem
+from .gala_potentials import CUSPED, children, formula_of, has_units, left_out, origin
 from .quantities import plain
 from .quantities import units as units_of
+from .sums import apart_from, check, parts_of, summed, trial_points
 
 
 def units(given: Any) -> dict[str, str] | None:
@@ -43,3 +44,29 @@ def _phase_points(point: Any) -> np.ndarray:
 
 def _cartesian(point: Any) -> Any:
     return point if hasattr(point.pos, "xyz") else point.represent_as("cartesian")
+
+
+def system(given: Any) -> ForeignSystem:
+    """Return the formula of a potential that gala has in symbols, a sum of these, or a Hamiltonian with one."""
+    frame, potential = getattr(given, "frame", None), getattr(given, "potential", given)
+    if not hasattr(potential, "to_sympy"):
+        raise TypeError(f"text must be a gala potential or Hamiltonian, got {type(given).__name__}")
+    dims, parts = "xyz"[: potential.ndim], parts_of(potential, children)
+    text, parameters = summed({key: formula_of(part, dims) for key, part in parts.items()})
+    cusps = [origin(part) for part in parts.values() if type(part).__name__ in CUSPED]
+    rotation = None
+    if frame is not None and "Omega" in frame.parameters:
+        rates = np.atleast_1d(plain(frame.parameters["Omega"]))
+        if rates[:-1].any():
+            raise ValueError(f"text: a frame must turn about z, this one has Omega = {rates}")
+        rotation = float(rates[-1])
+    points = trial_points(len(dims))
+    at = points * potential.units["length"] if has_units(potential) else points
+    check(text, dims, parameters, plain(at), plain(potential.energy(at)), left_out(parts))
+    return ForeignSystem(
+        text=text,
+        coordinates=tuple(dims),
+        parameters=parameters,
+        domain=apart_from(cusps, dims),
+        rotation=rotation,
+    )

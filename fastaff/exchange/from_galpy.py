@@ -6,8 +6,9 @@ from typing import Any
 
 import numpy as np
 
-from ..base.foreign import Foreign
-from .galpy_potentials import system as system
+from ..base.foreign import Foreign, ForeignSystem
+from .galpy_potentials import CUSPED, formula_of
+from .sums import apart_from, check, parts_of, summed, trial_points
 
 
 def orbits(orbit: Any, name: str, _: Any) -> Foreign:
@@ -43,3 +44,31 @@ def _cartesian(z: np.ndarray) -> tuple[np.ndarray, tuple[str, ...]]:
         q, v = [*q, z[3]], [*v, z[4]]
     names = "xyz"[: len(q)]
     return np.array([*q, *v]), (*names, *(f"v_{entry}" for entry in names))
+
+
+def system(potential: Any) -> ForeignSystem:
+    """Return the formula of a potential of `galpy_potentials.FORMULAS`, or of a sum or list of them."""
+    every = potential if isinstance(potential, list) else [potential]
+    for entry in every:
+        if not hasattr(entry, "dim") or callable(entry.dim) or entry.dim != every[0].dim:
+            raise TypeError(f"text must be a potential of galpy, or some of one dimension, got {type(entry).__name__}")
+    dims = "xyz"[: every[0].dim]
+    parts = parts_of(potential, _children)
+    text, parameters = summed({key: formula_of(part, dims) for key, part in parts.items()})
+    cusp = [(0.0,) * len(dims)] * any(type(part).__name__ in CUSPED for part in parts.values())
+    points = trial_points(len(dims))
+    R, phi = np.hypot(*points[:2]), np.arctan2(points[1], points[0])
+    place = (R, points[2]) if len(dims) == 3 else (R,)
+    energies = [sum(entry(*at, phi=angle, use_physical=False) for entry in every) for *at, angle in zip(*place, phi)]
+    check(text, dims, parameters, points, np.array(energies, dtype=float))
+    return ForeignSystem(
+        text=text,
+        coordinates=tuple(dims),
+        parameters=parameters,
+        domain=apart_from(cusp, dims),
+    )
+
+
+def _children(potential: Any) -> Any:
+    listed = potential if isinstance(potential, list) else getattr(potential, "_potlist", None)
+    return None if listed is None else enumerate(listed, 1)

@@ -26,21 +26,12 @@ def read_tfs(path: Path, advice: str = EQUATIONS) -> dict[str, np.ndarray]:
 
     advice: what to do with other files.
     """
-    names: list[str] = []
-    formats: list[str] = []
-    rows = []
-    for line in path.read_text(encoding="utf-8").splitlines():
-        first, *rest = WORDS.findall(line) or ["#"]
-        if first == "*":
-            names = [word.lower() for word in rest]
-        elif first == "$":
-            formats = rest
-        elif first[0] not in "@#":
-            rows.append([first, *rest])
+    lines = [words for line in path.read_text(encoding="utf-8").splitlines() if (words := WORDS.findall(line))]
+    heads = {first: rest for first, *rest in lines if first in ("*", "$")}
+    names, formats = [word.lower() for word in heads.get("*", ())], heads.get("$", ())
+    rows = [words for words in lines if words[0] not in heads and words[0][0] not in "@#"]
     if not names or len(formats) != len(names):
-        raise ValueError(
-            f"{path} must be a TFS table with lines that begin with * and $, or a damap of MAD-NG; {advice}"
-        )
+        raise ValueError(f"{path} must be a TFS table with lines of * and $, or a damap of MAD-NG; {advice}")
     uneven = next((row for row in rows if len(row) != len(names)), None)
     if uneven is not None:
         raise ValueError(f"{path} must have {len(names)} entries in each row, got {' '.join(uneven)[:80]!r}")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import csv
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -61,12 +61,7 @@ def _matlab(path: Path, result: Result) -> None:
     imported("scipy.io").savemat(path, {**entries, "facts": texts}, long_field_names=True, oned_as="column")
 
 
-WRITERS: dict[str, Callable[[Path, Result], None]] = {
-    ".csv": _csv,
-    ".mat": _matlab,
-    ".nc": _netcdf,
-    ".parquet": _parquet,
-}
+WRITERS = {".csv": _csv, ".mat": _matlab, ".nc": _netcdf, ".parquet": _parquet}
 """Functions that write files of each ending."""
 
 

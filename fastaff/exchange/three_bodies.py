@@ -13,21 +13,9 @@ from ..base.numbers import StrPath, numbers, positive
 from ..formulas.formula import hamiltonian
 from ..models.mechanics import system_of
 
-NUMBER = re.compile(r"-?\d+\.\d{2,}(?:[eE][-+]?\d+)?")
-"""Velocities, periods and scaled periods, but no numbers of orbits and no masses of one digit."""
-
-
-def rows_of(text: str, m3: float) -> list[list[float]]:
-    """Return the numbers of each row that has three or more, and no other mass in parentheses than m3."""
-    pieces = text.split("<tr>") if "<tr>" in text else text.splitlines()
-    masses = [re.search(r"\((\d+(?:\.\d+)?)\)", piece) for piece in pieces]
-    kept = [piece for piece, mass in zip(pieces, masses, strict=True) if mass is None or float(mass[1]) == m3]
-    return [found for found in ([float(word) for word in NUMBER.findall(piece)] for piece in kept) if len(found) > 2]
-
-
+NUMBER, MASS = re.compile(r"-?\d+\.\d{2,}(?:[eE][-+]?\d+)?"), re.compile(r"\((\d+(?:\.\d+)?)\)")
+"""Velocities, periods and scaled periods, but no numbers of orbits and no masses of one digit; masses."""
 TEXT = "-1/sqrt((x1 - x2)**2 + (y1 - y2)**2)" + "".join(f" - m/sqrt((x{k} - x3)**2 + (y{k} - y3)**2)" for k in (1, 2))
-SAME = 1e-3
-"""Part of a scaled period by which its digits may miss the one of the states."""
 
 
 class ThreeBodies(NamedTuple):
@@ -53,8 +41,8 @@ def three_bodies(v1: ArrayLike, v2: ArrayLike, period: ArrayLike, m3: float = 1.
     >>> three_bodies(0.3471168881, 0.5327249454, 6.3259139829).z0[6:8, 0]
     array([0.34711689, 0.53272495])
     """
-    given = (numbers(name, np.asarray(value)) for name, value in (("v1", v1), ("v2", v2), ("period", period)))
-    vx, vy, time = np.broadcast_arrays(*map(np.atleast_1d, given))
+    given = {"v1": v1, "v2": v2, "period": period}.items()
+    vx, vy, time = np.broadcast_arrays(*(np.atleast_1d(numbers(name, np.asarray(value))) for name, value in given))
     mass, zero = positive("m3", m3), 0.0 * vx
     model = hamiltonian(TEXT, coordinates="x1 y1 x2 y2 x3 y3", masses=(1.0,) * 4 + (mass, mass), m=mass)
     z0 = np.array([zero - 1, zero, zero + 1, zero, zero, zero, vx, vy, vx, vy, -2 * vx, -2 * vy])
@@ -62,12 +50,11 @@ def three_bodies(v1: ArrayLike, v2: ArrayLike, period: ArrayLike, m3: float = 1.
 
 
 def read_three_bodies(path: StrPath, m3: float = 1.0) -> ThreeBodies:
-    """Read a table of such orbits: text, or a page of Li & Liao, github.com/sjtu-liao/three-body.
+    """Read a table of such orbits as `ThreeBodies`: text, or a page of Li & Liao, github.com/sjtu-liao/three-body.
 
     The first numbers with two decimals or more of a line, or of a row of HTML, are v1, v2, the period and perhaps the
     scaled period ``T |E|^(3/2)``. Among rows with a mass in parentheses those of m3 are taken.
 
-    :Returns: as `three_bodies`.
     :Raises: ValueError where no row has three numbers, or where the states have other scaled periods than the table.
 
     Examples
@@ -78,13 +65,15 @@ def read_three_bodies(path: StrPath, m3: float = 1.0) -> ThreeBodies:
     >>> read_three_bodies("table.txt").period
     array([6.32591398])
     """
-    rows = rows_of(Path(path).read_text(encoding="utf-8"), m3)
+    text = Path(path).read_text(encoding="utf-8")
+    pieces = text.split("<tr>") if "<tr>" in text else text.splitlines()
+    found = [NUMBER.findall(piece) for piece in pieces if all(float(m) == m3 for m in MASS.findall(piece)[:1])]
+    rows = [[*map(float, words[:4]), np.nan][:4] for words in found if len(words) > 2]
     if not rows:
         raise ValueError(f"path must be a table with v1, v2 and a period in a row, of m3 = {m3:g}; {path} has none")
-    v1, v2, period = np.array([row[:3] for row in rows]).T
-    found = three_bodies(v1, v2, period, m3)
-    scaled = np.array([row[3] if len(row) > 3 else np.nan for row in rows])
-    off = np.abs(found.period * np.abs(system_of(found.model).energies(found.z0)) ** 1.5 / scaled - 1)
-    if np.nanmax(off, initial=0.0) > SAME:
+    v1, v2, period, scaled = np.array(rows).T
+    table = three_bodies(v1, v2, period, m3)
+    off = np.abs(table.period * np.abs(system_of(table.model).energies(table.z0)) ** 1.5 / scaled - 1)
+    if np.nanmax(off, initial=0.0) > 1e-3:  # beyond the digits of a table
         raise ValueError(f"path must have scaled periods T |E|^(3/2) of its states, row {np.nanargmax(off)} has not")
-    return found
+    return table

@@ -71,9 +71,9 @@ def explore(
     Parameters
     ----------
     body : model, optional
-        A Body with a doubly isotropic potential, a system of two degrees of freedom, H(q, p) too, a driven one of one
-        coordinate, a map, or a flow of three variables or more (default: neo-Hookean; the page has all named models
-        anyway).
+        A Body with a doubly isotropic potential, a system of two degrees of freedom, H(q, p) and turning frames too, a
+        driven one of one coordinate, a map, or a flow of three variables or more (default: neo-Hookean; the page has
+        all named models anyway).
     energy : float, energy, optional
         None for a map, a flow or a driven system.
     section : value of `fastaff.models.sections` or str, optional
@@ -84,7 +84,8 @@ def explore(
     accuracy : float, default 1e-10
         Relative error of the first crossings.
     scheme : splitting, collocation or str, optional
-        Default: the splitting with the fewest forces; GAUSS16 for H(q, p) and flows, which take GAUSS8 too.
+        Default: the splitting with the fewest forces; GAUSS16 for H(q, p), turning frames and flows, which take GAUSS8
+        too.
     background : path or pair (result, EnergyGrid), optional
         A chaos or frequency map over a grid of the section.
     points : array (2, orbits), optional
@@ -323,7 +324,7 @@ def _met(model: Any) -> np.ndarray:
 def _scheme(scheme: Any, accuracy: float, body: Any) -> Splitting | Collocation:
     """Return the scheme: a splitting that suits the body, or a collocation if none does."""
     system = system_of(body)
-    if not system.separable:
+    if system.frame or not system.separable:
         taken = GAUSS16 if scheme is None else scheme_named(scheme) if isinstance(scheme, str) else scheme
         if not isinstance(taken, Collocation):
             raise TypeError(f"scheme must be 'GAUSS8' or 'GAUSS16' to run such a system in a page, got {taken!r}")
@@ -374,7 +375,9 @@ def _formula(body: Any) -> str:
             else type(inner).__name__
         )
         return said if system.symplectic else f"{said} (not symplectic)"
-    return f"{'H' if system.nonseparable else 'V'} = {text}" if isinstance(text, str) else type(inner).__name__
+    whole = system.nonseparable or getattr(inner, "momenta", ())
+    where = ", turning frame" if system.frame and not whole else ""
+    return f"{'H' if whole else 'V'} = {text}{where}" if isinstance(text, str) else type(inner).__name__
 
 
 def _path(out: Any) -> Path:

@@ -22,7 +22,9 @@ def model_code(body: Any) -> dict[str, Any]:
     system = system_of(body)
     if system.iterated:
         return _map_code(body)
-    if not system.separable:
+    if system.own is not None and not system.frame:
+        raise Refused(f"body {type(body).__name__} {system.own.has}: it has no page; poincare_map computes its section")
+    if system.frame or not system.separable:
         return _equations_code(body)
     n = body.degrees_of_freedom
     kind = "body" if system.isotropic else "driven" if system.driven else "plane"
@@ -85,16 +87,36 @@ def _map_code(model: Any) -> dict[str, Any]:
     return {"kind": "map", "n": n, "parameters": names, "angles": angles, "winds": winds, "methods": methods}
 
 
+class Turning:
+    """Methods of H(q, p) = T + V - w (x p_y - y p_x) for a model whose frame turns."""
+
+    def rates(self: Any, x, y, p_x, p_y):
+        """Return dH/dp and -dH/dq."""
+        w, (v_x, v_y), (f_x, f_y) = self.angular_velocity(), self.velocity(p_x, p_y), self.force(x, y)
+        return v_x + w * y, v_y - w * x, f_x + w * p_y, f_y - w * p_x
+
+    def tangent_rates(self: Any, x, y, p_x, p_y, dx, dy, dp_x, dp_y):
+        """Return their change along a vector: T is quadratic."""
+        w, (v_x, v_y), (f_x, f_y) = self.angular_velocity(), self.velocity(dp_x, dp_y), self.tangent_force(x, y, dx, dy)
+        return v_x + w * dy, v_y - w * dx, f_x + w * dp_y, f_y - w * dp_x
+
+    def energy(self: Any, x, y, p_x, p_y):
+        """Return H."""
+        w = self.angular_velocity()
+        return self.kinetic_energy(p_x, p_y) + self.potential_energy(x, y) - w * (x * p_y - y * p_x)
+
+
 def _equations_code(model: Any) -> dict[str, Any]:
     """Return dz/dt = f(z) as data: rows, whether they are coordinates and momenta with an energy, winds (rows,)."""
-    system, own, names = system_of(model), Part(model, ()), [name for name, _ in numbers_in(model, ())]
+    system, names = system_of(model), [name for name, _ in numbers_in(model, ())]
+    own = Part(type(type(model).__name__, (Turning, type(model)), {})(*model) if system.frame else model, ())
     if system.canonical and system.n != 2:
         raise _too_many("have two degrees of freedom, or one beside its time,", model)
     if not system.canonical and system.rows < 3:
         raise Refused(f"body must have 3 variables or more to have a section, {type(model).__name__} has {system.rows}")
     rows = [f"q{r}" for r in range(system.rows)]
     wanted = [("rates", "rates", rows), ("tangent", "tangent_rates", [*rows, *(f"d{r}" for r in range(system.rows))])]
-    wanted += [("margin", "margin", rows)]
+    wanted += [("margin", "margin", rows[: system.positions])]
     wanted += [("energy", "energy", rows)] if system.canonical else []
     methods = {key: printed(own, name, arguments, names) for key, name, arguments in wanted}
     still = {"lines": [], "results": ["0"] * system.rows}

@@ -14,7 +14,7 @@ from ..base.names import named
 from ..base.numbers import real
 from ..formulas.map_source import MAX_ROWS
 from ..formulas.section_text import EQUALS, TURNING
-from ..jobs.system import described
+from ..jobs.system import RATES, described
 from ..models.mechanics import system_of
 from ..models.sections import AngleEquals, Linear
 from ..schemes.catalogue import SCHEMES, Splitting
@@ -162,7 +162,7 @@ def plane_record(model: Any, fixed: Any, grid: Any = None) -> dict[str, Any]:
 def job_record(body: Any) -> dict[str, Any] | None:
     """Return the keys of a job's table [model] that name a system, without its parameters; None if there are none."""
     found = described(body)
-    keys = ("model", "formula", "hamiltonian", "map", "flow", "angles", "coordinates", "momenta", "domain", "period")
+    keys = ("model", "formula", "hamiltonian", "map", "flow", "angles", "coordinates", "momenta", "domain", *RATES)
     return None if found is None else {key: getattr(found, key) for key in keys if getattr(found, key) is not None}
 
 

@@ -15,7 +15,7 @@ NEEDS: dict[str, frozenset[str]] = {
     "Hamilton's equations": frozenset({"loss", "noncanonical", "rates", "iterates"}),
     "an energy surface": frozenset({"drive", "loss", "energy", "rates", "iterates"}),
     "H = T(p) + V(q)": frozenset({"term"}),
-    "a page": frozenset({"substep"}),
+    "a page": frozenset({"kicks"}),
 }
 """The need of an analysis as a whole: the terms that it does not take, by name or by their words
 (`compile.kinds.words_of`).

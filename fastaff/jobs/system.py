@@ -55,7 +55,7 @@ LOSING = ("flow", *(name for name, term in OPTIONS.items() if "loss" in TERMS[te
 
 _LOSING = " and ".join(f"{{{name}}}" for name in LOSING)
 
-RESERVED = ("mu", "domain", "coordinates", "momenta", "periods", "masses", *RATES)
+RESERVED = ("mu", "domain", "coordinates", "momenta", "periods", "masses", "vector_potential", *RATES)
 """Names that no parameter of a formula has."""
 
 
@@ -98,6 +98,10 @@ class Model:
     """Rate at which the frame of the first two coordinates of --hamiltonian turns, a number or a formula."""
     magnetic: str | None = None
     """Charge times a uniform magnetic field across the first two coordinates of --hamiltonian."""
+    vector_potential: list[str] | None = None
+    """NAME=FORMULA of the charge times the vector potential along a coordinate of --hamiltonian, such as
+    `y=B*x + k*x**2/2`; once for each.
+    """
     friction: str | None = None
     """Rate at which --hamiltonian loses its momenta, a number or a formula of the parameters."""
     flow: str | None = None
@@ -123,7 +127,7 @@ class Model:
             return self._own(given)
         key = named(option("model"), self.model or "neo-hookean", OWN)
         letters = ("parameter",) if key in MODELS else ()
-        for name in ("coordinates", "momenta", "domain", *RATES, *letters):
+        for name in ("coordinates", "momenta", "vector_potential", "domain", *RATES, *letters):
             if getattr(self, name) is not None:
                 raise Wrong.of("{it} belongs to {formula}, {hamiltonian}, {map} or {flow}", it=option(name))
         if key not in MODELS:
@@ -186,9 +190,9 @@ class Model:
             )
         if self.flow is not None and self.coordinates is not None:
             raise Wrong.of("{coordinates} belongs to {hamiltonian}; the variables of {flow} are those of its equations")
-        for name in (*RATES, "momenta"):
+        for name in (*RATES, "momenta", "vector_potential"):
             if self.hamiltonian is None and getattr(self, name) is not None:
-                why = ": the coordinates of a body do not turn, nor is it driven"
+                why = ": the coordinates of a body do not turn, nor is it driven" if name in RATES else ""
                 why = why if name != "momenta" else ", as the names of momenta in its text"
                 raise Wrong.of("{it} belongs to {hamiltonian}{why}", it=option(name), why=why)
         if self.formula is None and self.mu != 1.0:
@@ -204,6 +208,8 @@ class Model:
                 said = option(own) + said.removeprefix("text")
             elif own == "hamiltonian" and said.startswith(("coordinates must", "momenta must")):
                 said = respelled(said, ("coordinates", "momenta"))
+            elif said.startswith("vector_potential"):
+                said = option("vector_potential") + said.removeprefix("vector_potential")
             elif own in ("hamiltonian", "flow") and said.startswith("periods"):
                 said = option("angles") + said.removeprefix("periods")
             if "unknown name" in said:
@@ -223,7 +229,9 @@ class Model:
             return fastaff.mapping(self.map, **how)
         if self.formula is None:
             own: dict[str, Any] = {name: _rate(getattr(self, name)) for name in RATES}
+            fields = dict(pairs(option("vector_potential"), self.vector_potential or (), "FORMULA")) or None
             own |= {"coordinates": self.coordinates or "x y", "momenta": self.momenta, "periods": periods}
+            own["vector_potential"] = fields
             return fastaff.hamiltonian(self.hamiltonian, domain=self.domain, **own, **values)
         return fastaff.formula(self.formula, mu=self.mu, domain=self.domain, **values)
 

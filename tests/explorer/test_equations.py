@@ -19,6 +19,7 @@ from page_engine import (
 )
 
 import fastaff as fa
+from fastaff.explorer.explore import setup_of
 from fastaff.explorer.records import model_code
 from fastaff.explorer.setup import scheme_record
 from fastaff.models.mechanics import system_of
@@ -29,6 +30,7 @@ RNG = np.random.default_rng(3204)
 DOUBLE = "(p1**2 + 2*p2**2 - 2*p1*p2*cos(q1 - q2))/(2*m*(1 + sin(q1 - q2)**2)) - 2*g*cos(q1) - g*cos(q2)"
 TURNS = {"q1": "2*pi", "q2": "2*pi"}
 FAST = "sqrt(1 + px**2 + b*py**2) + (x**2 + y**2)/2 + x**2*y/4"  # of no degree in the momenta
+TURNING = "(px**2 + py**2)/2 - w*(x*py - y*px) + (x**2 + y**2)/2 + x**2*y/3"
 CURVED = "(px**2*(1 + x**2) + py**2)/2 + a*x*py + (x**2 + y**2)/2 + x**2*y/5"
 
 
@@ -54,6 +56,7 @@ def systems():
         (DOUBLE, "q1 q2", "p1 p2", TURNS, {"m": m, "g": g}, "q2=0.3", -1.8 * g, (0.2, 0.3)),
         (FAST, "x y", "px py", {}, {"b": b}, "x=0", 1.4, (0.2, 0.1)),
         (CURVED, "x y", "px py", {}, {"a": 0.3 * a}, "y=0.05", 0.2, (0.1, 0.2)),
+        (TURNING, "x y", "px py", {}, {"w": 0.4 * a}, "x=0", 0.2, (0.1, 0.2)),
     ):
         model = fa.hamiltonian(text, coordinates=names, momenta=momenta, periods=periods or None, **own)
         angles = ", ".join(f"{name}={period}" for name, period in periods.items())
@@ -86,6 +89,19 @@ def test_h_of_q_and_p_moves_as_the_package_moves_it():
         np.testing.assert_allclose(times[:12][sure], found.times[sure, 0], rtol=0, atol=1e-9)
         np.testing.assert_allclose(points[:, :12][:, sure], seen[:, sure], rtol=0, atol=1e-9)
         assert of(heard, "reading")[-1]["energy_error"] < 1e-10
+
+
+@needs_node
+def test_the_page_of_a_frame_that_turns_saves_its_job():
+    """A field and a rotation beside V, one of them moved by its slider."""
+    w, b = RNG.uniform(0.1, 0.3, 2)
+    model = fa.hamiltonian("x**2/2 + y**2 + x**2*y/3", rotation=w, magnetic="2*b", b=b)
+    setup, _ = setup_of(model, energy=0.2, section="x=0")
+    record, start = setup["systems"][0], {**setup["start"], "crossings": 5, "parameters": {"rotation": 2 * w, "b": b}}
+    assert setup["start"]["scheme"] == "GAUSS16"
+    text = compute(f"jobText({json.dumps(start)}, {json.dumps(record)}, [])", "saving.js")
+    job = fa.Job.parsed(text.replace("[starts]", "[starts]\norbits = 3"))
+    assert job.model.build() == fa.hamiltonian("x**2/2 + y**2 + x**2*y/3", rotation=2 * w, magnetic="2*b", b=b)
 
 
 @needs_node

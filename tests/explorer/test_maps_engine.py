@@ -315,7 +315,7 @@ def test_what_a_map_does_not_have_is_refused(tmp_path):
     with pytest.raises(ValueError, match="fixed is of maps"):
         fa.explore(fa.HenonHeiles(), energy=0.1, fixed={"x": 0.0}, out=out)
     with pytest.raises(TypeError, match="what runs here is"):
-        fa.explore(fa.hamiltonian("x**2/2 + y**2/2", rotation=0.1), energy=1.0, out=out)
+        fa.explore(fa.hamiltonian("x**2/2 + y**2/2", friction=0.1), energy=1.0, out=out)
     assert not out.exists()
 
 

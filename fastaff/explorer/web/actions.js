@@ -278,8 +278,10 @@ export function makeActions(app) {
   // Say what to do where no orbit stays.
   function adviseEnergy() {
     const { surface } = section, shown = [...orbits.shown.values()];
-    if (!surface || surface.periods || !shown.length || !shown.every(hasLeft)) return;
+    if (!surface || surface.periods || !shown.length || surface.advised === orbits.next) return;
     const { minimum, escape, energy } = surface, opens = escape !== null && energy > escape;
+    if (!shown.every((orbit) => hasLeft(orbit, opens))) return;
+    surface.advised = orbits.next;
     const lower = minimum === null ? escape - (energy - escape) : minimum + 0.75 * (escape - minimum);
     if (opens) notice("All escape over E = " + shownNumber(escape, 5) + ": try E = " + shownNumber(lower, 2) + ".");
     else notice(minimum === null ? "All escape: the potential has no minimum." : "All orbits escape.");

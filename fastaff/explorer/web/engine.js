@@ -346,7 +346,7 @@ export class Orbit {
     return {
       crossings: this.count, time: this.time, rotation: this.rotation ?? null, ...own,
       energy_error: this.surface.energy === null ? null : this.energyError/this.largest, frequencies: this.frequencies ?? null, status: this.status,
-      step: this.flow.h, error: this.error,
+      step: this.flow.h, error: this.error, quiet: (this.time - this.lastCrossing)*this.motion.rate/(2*Math.PI),
     };
   }
 

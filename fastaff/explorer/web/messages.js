@@ -138,7 +138,7 @@ function takeReadingMessage(app, message) {
     app.actions.showFoot();
   }
   app.paintStale = true;
-  if (hasLeft(orbit)) app.actions.adviseEnergy();
+  if (hasLeft(orbit, true)) app.actions.adviseEnergy();
   askFrame(app, "table", "frequency");
 }
 

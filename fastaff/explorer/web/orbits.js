@@ -3,6 +3,7 @@
 import { orbitColour, rgbOf, shadeColour } from "./colours.js";
 
 const UNDONE = 30; // actions that can be undone
+const QUIET = 50; // natural periods since the last crossing after which an orbit that can leave has left
 
 export function makeOrbits() {
   return { shown: new Map(), actions: [], next: 1, nextMark: 1, chosen: null, total: 0, paintedBy: "verdict", span: null };
@@ -80,10 +81,10 @@ export function hasRotation(orbit) {
   return Boolean(rotation) && Number.isFinite(rotation.value) && !(rotation.error > 0.05);
 }
 
-// Whether an orbit has left, or has not come back to the section and will not.
-export function hasLeft({ reading, count }) {
+// Whether an orbit has left, or has not come back to the section and will not; opens: whether its energy lets it go.
+export function hasLeft({ reading, count }, opens) {
   const status = reading.status.toLowerCase();
-  return status === "escaped" || (status === "no more crossings" && !count);
+  return status === "escaped" || (status === "no more crossings" && !count) || (opens && reading.quiet > QUIET);
 }
 
 // How many orbits have each verdict, as a sentence.

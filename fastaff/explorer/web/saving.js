@@ -55,13 +55,13 @@ const tomlNumber = (value) => (Number.isInteger(value) && Math.abs(value) < 1e15
 const tomlKey = (name) => (/^[A-Za-z0-9_-]+$/.test(name) ? name : tomlText(name));
 
 function tomlModel(state, given) {
-  const { period } = state.parameters, job = "period" in given && period !== undefined ? { ...given, period } : given;
+  const numbers = Object.entries(state.parameters).filter(([name]) => name in given), job = { ...given, ...Object.fromEntries(numbers) };
   const lines = ["[model]"];
   for (const [key, value] of Object.entries(job)) lines.push(key + " = " + (Array.isArray(value) ? "[" + value.map(tomlText).join(", ") + "]" : tomlText(String(value))));
   const own = "formula" in job || "hamiltonian" in job || state.energy === null;
   const letters = [];
   for (const [name, value] of Object.entries(state.parameters)) {
-    if (name === "period" && "period" in job) continue;
+    if (name in given) continue;
     if (own && name !== "mu") letters.push(tomlKey(name) + " = " + tomlNumber(value));
     else lines.push(tomlKey(name) + " = " + tomlNumber(value));
   }
