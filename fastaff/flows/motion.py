@@ -146,10 +146,9 @@ def motion(model: Any, z: np.ndarray, threads: int = 1) -> Motion:
     found = Motion(one + 1, one.copy(), each, each.copy(), one.copy(), one + 1, one + 1, each + 1)
 
     def look(at: slice) -> None:
-        end = min(at.stop, orbits)
-        size = _chunk(2 * n, end - at.start)
-        for start in range(at.start, end, size):
-            part = slice(start, min(start + size, end))
+        size = _chunk(2 * n, at.stop - at.start)
+        for start in range(at.start, at.stop, size):
+            part = slice(start, min(start + size, at.stop))
             for whole, entry in zip(found, _observed(system, np.ascontiguousarray(z[:, part])), strict=True):
                 whole[..., part] = entry
 
