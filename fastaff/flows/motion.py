@@ -40,6 +40,9 @@ ITERATIONS = 8
 STILL = 1e-9
 """Spread of a map's iterates, relative to their distance from 0, below which they count as one point."""
 
+APART = 4
+"""Numbers that the difference of two counts as."""
+
 VANISHING = 1e3
 """Ratio of the frequency of small oscillations to that of the motion above which the latter counts as none."""
 
@@ -104,7 +107,7 @@ class Motion(NamedTuple):
             with np.errstate(all="ignore"):
                 result[..., at] = self.of(at).distance(fine[..., at] - coarse[..., at])
 
-        by_portions(some, result.shape[-1], fine[..., 0].size, threads)
+        by_portions(some, result.shape[-1], APART * fine[..., 0].size, threads)
         return result
 
 
