@@ -263,6 +263,9 @@ def test_portions_are_all_made_once(threads):
     assert (made == 1).all()
     by_portions(add, 1000, 1, threads)
     assert (made == 2).all()
+    by_portions(add, 1000, np.zeros(1000), threads)
+    by_portions(lambda at: pytest.fail(str(at)), 0, np.zeros(0), threads)
+    assert (made == 3).all()
     assert threading.main_thread().name in names
 
     def fail(at):
@@ -271,6 +274,15 @@ def test_portions_are_all_made_once(threads):
 
     with pytest.raises(ZeroDivisionError):
         by_portions(fail, 1000, FEW, threads)
+
+
+def test_portions_have_equal_numbers():
+    """Of items of different numbers, as of orbits with more samples than others."""
+    each, made = np.random.default_rng(3).integers(0, 4 * FEW, 1000), []
+    by_portions(lambda at: made.append((at.start, at.stop)), each.size, each, 4)
+    numbers = [each[begin:end].sum() for begin, end in made]
+    assert sum(numbers) == each.sum()
+    assert max(numbers) - min(numbers) <= 2 * each.max()
 
 
 def test_what_a_portion_launches_runs_in_its_own_thread():

@@ -28,17 +28,16 @@ LONG_VECTORS = f'"prefer-vector-width"="{8 * LINE}"'
 LLVM would take half of them, with which a step of a splitting takes a third more time.
 """
 
-SHORTER = "naff_fit"
-"""Module of kernels that take a twentieth less time with the vectors that LLVM chooses."""
-
 
 class _Library(JITCodeLibrary):
-    """Code whose loops take long vectors."""
+    """Code whose loops take long vectors, unless `long` is False: a module of kernels has LONG_VECTORS = False."""
+
+    long = True
 
     def add_ir_module(self, ir_module):
         """Add a module with that attribute of its functions, which llvmlite knows no name of."""
         for function in ir_module.functions:
-            if not function.is_declaration and SHORTER not in function.name:
+            if self.long and not function.is_declaration:
                 set.add(function.attributes, LONG_VECTORS)
         super().add_ir_module(ir_module)
 
@@ -100,6 +99,11 @@ class _PartPipeline(compiler.Compiler):
     """Numba's compiler of a part: it makes no entry for Python, which would need machine code."""
 
     part = _Part
+
+    def compile_extra(self, func):
+        """Compile a function with the vectors of its module."""
+        self.state.library.long = func.__globals__.get("LONG_VECTORS", True)
+        return super().compile_extra(func)
 
     def define_pipelines(self):
         """Return Numba's own passes and the one that may switch off the counting of references."""

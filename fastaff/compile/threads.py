@@ -18,6 +18,7 @@ from queue import Empty, SimpleQueue
 from typing import Any
 
 import numba
+import numpy as np
 from numba.np.ufunc import parallel
 
 from ..base.memory import keep_freed
@@ -178,13 +179,17 @@ FEW = 2**16
 """Least numbers in a portion that justify waking a thread."""
 
 
-def by_portions(call: Callable[[slice], object], count: int, each: int, threads: int) -> None:
-    """Make call(slice) for portions of `count` items of `each` numbers, in threads: for NumPy, which releases the GIL.
-    A call must change only its own portion, and set itself which errors NumPy ignores.
+def by_portions(call: Callable[[slice], object], count: int, each: int | np.ndarray, threads: int) -> None:
+    """Make call(slice) for portions of `count` items of `each` numbers (count,), in threads: for NumPy, which releases
+    the GIL. A call must change only its own portion, and set itself which errors NumPy ignores.
     """
-    portions = max(1, min(threads, count * each // FEW))
-    size = max(-(-count // portions), 1)
-    by_workers(lambda worker: call(slice(worker * size, (worker + 1) * size)), -(-count // size))
+    alike = np.ndim(each) == 0
+    numbers = int(count * each if alike else np.sum(each))
+    portions = max(1, min(threads, numbers // FEW))
+    shares = np.arange(1, portions) / portions
+    inner = np.floor(count * shares) if alike else np.searchsorted(np.cumsum(each), numbers * shares, side="right")
+    ends = np.unique([0, *inner, count]).astype(int).tolist()
+    by_workers(lambda worker: call(slice(ends[worker], ends[worker + 1])), len(ends) - 1)
 
 
 def by_workers(call: Callable[[int], object], workers: int) -> None:

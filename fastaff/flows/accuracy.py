@@ -56,7 +56,7 @@ EARLY = 100.0
 times, a short stretch makes all its error, and has a larger share of the rounding errors than of the time.
 """
 
-WEIGHT = 8
+WEIGHT = 40
 """Cost of the estimate of one error, with its powers and logarithms, in numbers."""
 
 WITNESS = 10.0
@@ -250,9 +250,9 @@ def halved(
     returns a run with a `status` (orbits,); a run for comparison with the run `fine` may end where the two become
     unrelated. compare(fine, coarse, orbits, weight) returns distances of states and phases (moments, orbits), and
     the weight (moments or 1, orbits) of the error of a state, which it takes over where it is given;
-    keep(orbits, fine, chosen, error) takes over the results numbered `chosen` of a run; drifts(fine) tells which
-    orbits (orbits,) lose their energy. Other orbits keep an error that no step cures, as of chaotic ones, or that is
-    mostly rounding's.
+    keep(orbits, fine, chosen, error) takes over the results numbered `chosen` of a run, in any thread; drifts(fine)
+    tells which orbits (orbits,) lose their energy. Other orbits keep an error that no step cures, as of chaotic ones,
+    or that is mostly rounding's.
     Cost: one and a half runs for most orbits; half a run more for driven ones and those whose error is too large: it
     separates the scheme's error from rounding's.
     """
@@ -268,7 +268,7 @@ def halved(
         # One distance of chaotic and driven orbits is too small by chance too often: a run that is not slowed gives
         # another.
         again = ((error.max(axis=0) > accuracy) | flow.system.driven | drifts(fine)) & (not flow.adaptive)
-        keep(orbits, fine, np.flatnonzero(~again), error)
+        _kept(flow, keep, orbits, fine, np.flatnonzero(~again), error)
         if not again.any():
             return
         orbits, plan, coarse, fine = orbits[again], plan.of(again), coarse.of(again), fine.of(again)
@@ -291,13 +291,19 @@ def halved(
             failed = (coarse.status == Status.NOT_CONVERGED) | (fine.status == Status.NOT_CONVERGED)
             factor = np.where(drifts(fine) | failed, 2.0, factor)
             again = (factor > 1) & (round_ < HALVINGS)
-            keep(orbits, fine, np.flatnonzero(~again), error)
+            _kept(flow, keep, orbits, fine, np.flatnonzero(~again), error)
             if not again.any():
                 return
             orbits, plan, fine = orbits[again], plan.of(again).shortened(factor[again]), fine.of(again)
             # Nothing is known of a run that failed.
             weight, before = weight[:, again], np.where(np.isfinite(error[:, again]), error[:, again], 0.0)
             worn = None if worn is None else worn[..., again]
+
+
+def _kept(flow, keep, orbits: np.ndarray, fine: Any, chosen: np.ndarray, error: np.ndarray) -> None:
+    """Call keep as `halved` says, for some of the chosen orbits in each thread."""
+    some = lambda at: keep(orbits, fine, chosen[at], error)  # noqa: E731
+    by_portions(some, chosen.size, WEIGHT * len(error), flow.threads)
 
 
 def _work(step: np.ndarray) -> float:

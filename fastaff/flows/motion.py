@@ -40,6 +40,9 @@ ITERATIONS = 8
 STILL = 1e-9
 """Spread of a map's iterates, relative to their distance from 0, below which they count as one point."""
 
+APART = 4
+"""Numbers that the difference of two counts as."""
+
 VANISHING = 1e3
 """Ratio of the frequency of small oscillations to that of the motion above which the latter counts as none."""
 
@@ -104,7 +107,7 @@ class Motion(NamedTuple):
             with np.errstate(all="ignore"):
                 result[..., at] = self.of(at).distance(fine[..., at] - coarse[..., at])
 
-        by_portions(some, result.shape[-1], fine[..., 0].size, threads)
+        by_portions(some, result.shape[-1], APART * fine[..., 0].size, threads)
         return result
 
 
@@ -146,10 +149,9 @@ def motion(model: Any, z: np.ndarray, threads: int = 1) -> Motion:
     found = Motion(one + 1, one.copy(), each, each.copy(), one.copy(), one + 1, one + 1, each + 1)
 
     def look(at: slice) -> None:
-        end = min(at.stop, orbits)
-        size = _chunk(2 * n, end - at.start)
-        for start in range(at.start, end, size):
-            part = slice(start, min(start + size, end))
+        size = _chunk(2 * n, at.stop - at.start)
+        for start in range(at.start, at.stop, size):
+            part = slice(start, min(start + size, at.stop))
             for whole, entry in zip(found, _observed(system, np.ascontiguousarray(z[:, part])), strict=True):
                 whole[..., part] = entry
 

@@ -153,8 +153,7 @@ def halving(flow: Flow, z: np.ndarray, step: np.ndarray, time: np.ndarray, found
     """
     orbits = z.shape[1]
     states = sampled(flow, np.tile(z, 2), np.concatenate([step, step / 2]), np.tile(time, 2), np.tile(found.radius, 2))
-    with np.errstate(all="ignore"):
-        apart = found.distance(states[..., :orbits] - states[..., orbits:])
+    apart = found.between(states[..., :orbits], states[..., orbits:], 1)
     known = np.isfinite(apart)
     return np.where(known[0], np.where(known, apart, 0.0).max(axis=0), np.inf)
 

@@ -14,6 +14,9 @@ from .naff_lines import lines_beside, take_line, write_lines
 from .naff_spectrum import load_spectrum, start_phase, strongest_bin
 from .stepping import blank
 
+LONG_VECTORS = False
+"""Loops of this module take a twentieth less time with the vectors that LLVM chooses."""
+
 
 class Sums(NamedTuple):
     """Scratch memory for sums over the samples of one signal at a time."""

@@ -290,7 +290,7 @@ class ReversibilityError(Indicator):
         there = run(z0.copy(), Status.OK)
         back = run(there.z * momenta_turned, there.status)
         with np.errstate(all="ignore"):
-            away = motion(flow.model, z0, flow.threads).distance(back.z * momenta_turned - z0)
+            away = motion(flow.model, z0, flow.threads).between(back.z * momenta_turned, z0, flow.threads)
             value = np.log10(np.maximum(away, 1e-17))
         return np.where(back.status == Status.OK, value, np.nan), np.nan, back.status
 

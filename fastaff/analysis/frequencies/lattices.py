@@ -107,8 +107,9 @@ def lattices_of(s: Signals, start: Signals | None, m: int, fallback: float | Non
     vague |= related(np.where(found.owned, lattice.nu, np.nan), lattice.error, threads)
     aliased = found.tail[:, None] ** ALIASED
     lattice = lattice._replace(error=lattice.error + (blur + aliased) / time + beaten(lattice, close.beating))
-    unsure = (found.owned & (lattice.error * time > UNSURE)).any(axis=1, keepdims=True)
-    vague |= related(np.where(found.owned & unsure, lattice.nu, np.nan), lattice.error, threads)
+    unsure = np.flatnonzero((found.owned & (lattice.error * time > UNSURE)).any(axis=1))
+    own = np.where(found.owned[unsure], lattice.nu[unsure], np.nan)
+    vague[unsure] |= related(own, lattice.error[unsure], threads)
     return Lattices(found, lattice, vague, irregular, close.beating, broad, aliased)
 
 

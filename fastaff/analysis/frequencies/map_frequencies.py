@@ -12,6 +12,7 @@ import numpy as np
 from ...base.interruption import keeping
 from ...base.numbers import fits, whole
 from ...base.status import Status
+from ...compile.threads import by_portions
 from ...flows import observers
 from ...flows.ensemble import Ensemble
 from ...flows.flow import Flow, no_memory
@@ -28,7 +29,7 @@ from .rooms import Room
 from .running_turns import ROWS, running_means
 from .signals import signals_of
 from .tunes import FALLBACK, LEAST, TuneWork
-from .turning import CHANGED, LOCKED, calm_change, from_whole, relations
+from .turning import CHANGED, COST, LOCKED, calm_change, from_whole, relations
 
 BUDGET = 1 << 25
 """Bytes of samples in memory at once."""
@@ -238,26 +239,15 @@ class MapFrequencies:
     def result(self) -> FrequencyMap:
         """Assemble the map."""
         n, orbits = self.nu.shape
-        change = np.abs(self.halves[0] - self.halves[1])
-        for i, period in enumerate(self.flow.model.periods()[:n]):
-            if period == 0:  # known modulo 1
-                change[i] = from_whole(change[i])
-        change = np.where(self.later, change, 0.0)
+        kind, diffusion = np.empty(orbits, np.int64), np.empty(orbits)
+
+        def some(at: slice) -> None:
+            kind[at], diffusion[at] = self._kinds(at)
+
+        by_portions(some, orbits, COST * n, self.flow.threads)
         known = np.isfinite(self.error)
-        some, largest = self.later.any(axis=0), change.max(axis=0)
-        span = self.span if self.kept else self.span / 2
-        kind = np.where(known.all(axis=0), FrequencyKind.INDEPENDENT, FrequencyKind.DEPENDENT)
-        kind[self._dependent()] = FrequencyKind.DEPENDENT
-        kind[span * largest > CHANGED] = FrequencyKind.UNDECIDED
-        beyond = np.where(self._wound_rows()[:, None], SWINGS, calm_change(self.nu, self.halves, span))
-        kind[(span * change > beyond).any(axis=0)] = FrequencyKind.IRREGULAR
-        kind[~some] = FrequencyKind.UNDECIDED
-        turned = self.span * np.where(known, from_whole(self.nu), 0.0).max(axis=0)
-        ended = self.span < self.length
-        kind[(turned < MANY_TURNS) & (ended | (kind == FrequencyKind.INDEPENDENT))] = FrequencyKind.UNDECIDED
         basis = np.zeros((n, n, orbits), np.int64)
         basis[range(n), range(n)] = known
-        diffusion = np.where(some, np.log10(largest + 1e-18), np.nan)
         nu = np.where(known, self.nu, np.nan)
         return FrequencyMap(
             names=self.names,
@@ -281,15 +271,36 @@ class MapFrequencies:
             lines=None if self.lines is None else self.lines.result(),
         )
 
+    def _kinds(self, at: slice) -> tuple[np.ndarray, np.ndarray]:
+        """Return kinds and diffusion of some orbits."""
+        tables = self.nu, self.error, self.halves, self.later, self.span
+        nu, error, halves, later, whole_span = (table[..., at] for table in tables)
+        change, wound = np.abs(halves[0] - halves[1]), self._wound_rows()
+        change[~wound] = from_whole(change[~wound])  # known modulo 1
+        change = np.where(later, change, 0.0)
+        known, some, largest = np.isfinite(error), later.any(axis=0), change.max(axis=0)
+        span = whole_span if self.kept else whole_span / 2
+        kind = np.where(known.all(axis=0), FrequencyKind.INDEPENDENT, FrequencyKind.DEPENDENT)
+        kind[_dependent(nu, error, whole_span, self.length, wound)] = FrequencyKind.DEPENDENT
+        kind[span * largest > CHANGED] = FrequencyKind.UNDECIDED
+        beyond = np.where(wound[:, None], SWINGS, calm_change(nu, halves, span))
+        kind[(span * change > beyond).any(axis=0)] = FrequencyKind.IRREGULAR
+        kind[~some] = FrequencyKind.UNDECIDED
+        turned = whole_span * np.where(known, from_whole(nu), 0.0).max(axis=0)
+        ended = whole_span < self.length
+        kind[(turned < MANY_TURNS) & (ended | (kind == FrequencyKind.INDEPENDENT))] = FrequencyKind.UNDECIDED
+        return kind, np.where(some, np.log10(largest + 1e-18), np.nan)
+
     def _wound_rows(self) -> np.ndarray:
         """Return a mask (n,) of the coordinates that are angles."""
         return np.array([period > 0 for period in self.flow.model.periods()[: len(self.nu)]])
 
-    def _dependent(self) -> np.ndarray:
-        """Return a mask (orbits,) of orbits with a rational rotation number, of an angle that winds with a chain of
-        islands, or with related tunes, as of a plane that another drives.
-        """
-        q, wound = np.arange(1, LOCKED + 1)[:, None, None], self._wound_rows()
-        beat = from_whole(q * self.nu)
-        locked = wound[:, None] & (beat <= q * np.minimum(self.error, 1 / self.length)).any(axis=0)
-        return locked.any(axis=0) | relations(self.nu, self.error, self.span, wound)[0]
+
+def _dependent(nu: np.ndarray, error: np.ndarray, span: np.ndarray, length: int, wound: np.ndarray) -> np.ndarray:
+    """Return a mask (orbits,) of orbits with a rational rotation number, of an angle that winds with a chain of
+    islands, or with related tunes, as of a plane that another drives.
+    """
+    q = np.arange(1, LOCKED + 1)[:, None, None]
+    beat = from_whole(q * nu)
+    locked = wound[:, None] & (beat <= q * np.minimum(error, 1 / length)).any(axis=0)
+    return locked.any(axis=0) | relations(nu, error, span, wound)[0]

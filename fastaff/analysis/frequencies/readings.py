@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import functools
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from ...compile.jit import LANES
-from ...compile.threads import by_workers
+from ...compile.threads import by_portions, works
 from ...kernels.relations import first_vectors
 from .angle_loops import Layout
 from .axis_angles import DRIVEN, about_axis, symmetric, through_the_plane
@@ -30,6 +30,9 @@ ROUND = 2.0
 
 SAME = 0.5
 """Largest distance of a mean rate from its line, in cycles over the window."""
+
+COST = 16
+"""Numbers that the reading of one counts as."""
 
 STEADY = 8192
 """Samples from which the relative error of frequencies by rounding grows with the root of their number."""
@@ -81,18 +84,14 @@ def read(layout: Layout, samples: Samples, fallback: float | None, threads: int)
     """Read the frequencies of sampled orbits; lines are fitted to the whole where the relative error exceeds `fallback`
     (0: all are lines; None: where a frequency is off by UNSETTLED). Threads have equal shares of the samples.
     """
-    done = np.cumsum(samples.run.samples)
-    shares = np.arange(max(1, min(threads, done.size // LANES)) + 1)
-    ends = np.unique(np.searchsorted(done, samples.run.samples.sum() * (shares / shares[-1]), side="right"))
-    if ends.size <= 2:
-        return _by_axis(layout, samples, fallback, threads)
-    parts: list[Any] = [None] * (ends.size - 1)
+    parts: dict[int, Reading] = {}
+    work = COST * samples.run.rows * samples.run.samples
 
-    def some(worker: int) -> None:
-        parts[worker] = _by_axis(layout, samples.of(slice(ends[worker], ends[worker + 1])), fallback, 1)
+    def some(at: slice) -> None:
+        parts[at.start] = _by_axis(layout, samples.of(at), fallback, 1 if works() else threads)
 
-    by_workers(some, len(parts))
-    return Reading(*map(np.concatenate, zip(*parts, strict=True)))
+    by_portions(some, work.size, work, min(threads, work.size // LANES))
+    return Reading(*map(np.concatenate, zip(*(parts[begin] for begin in sorted(parts)), strict=True)))
 
 
 def _by_axis(layout: Layout, samples: Samples, fallback: float | None, threads: int) -> Reading:

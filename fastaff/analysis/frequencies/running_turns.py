@@ -8,10 +8,11 @@ import numpy as np
 
 from ...compile.map_sums import Angles, angles_of, moments_of
 from ...compile.plane_loops import COLUMNS, MOMENTS, SPANS
+from ...compile.threads import by_portions
 from ...flows.ensemble import Ensemble
 from ...flows.flow import Flow
 from ...flows.map_sums import extended, summed
-from .turning import PIECE, ROUNDING, SAFETY, Means, Turning, Window, unresolved, without_standing
+from .turning import COST, PIECE, ROUNDING, SAFETY, Means, Turning, Window, unresolved, without_standing
 
 ROWS = 64
 """Numbers that are kept of an orbit, about, in sums."""
@@ -48,13 +49,17 @@ def running_means(flow: Flow, ensemble: Ensemble, steps: int) -> RunningMeans:
     nu, error, halves = np.zeros((n, orbits)), np.full((n, orbits), np.inf), np.zeros((2, n, orbits))
     moving = np.ones((n, orbits), bool)
     if own.wound:
-        wound, first = [*own.wound], sums[: len(own.wound)] / turning.weights[:-1, None]
-        nu[wound], halves[:, wound] = first[:, 0], first[:, 1:3].swapaxes(0, 1)
-        spread = SAFETY * np.abs(first[:, 1:] - first[:, :1]).max(axis=1)
-        error[wound] = spread + unresolved(nu[wound], steps) + ROUNDING * np.maximum(np.abs(nu[wound]), 1.0)
+
+        def some(at: slice) -> None:
+            wound, first = [*own.wound], sums[: len(own.wound), :, at] / turning.weights[:-1, None]
+            now, spread = first[:, 0], SAFETY * np.abs(first[:, 1:] - first[:, :1]).max(axis=1)
+            nu[wound, at], halves[:, wound, at] = now, first[:, 1:3].swapaxes(0, 1)
+            error[wound, at] = spread + unresolved(now, steps) + ROUNDING * np.maximum(np.abs(now), 1.0)
+
+        by_portions(some, orbits, COST * len(own.wound), flow.threads)
     if planes:
         turning.sums = sums[len(own.wound) :].transpose(2, 0, 1)
-        found, plain = without_standing(turning.means(steps), steps), [*own.planes]
+        found, plain = without_standing(turning.means(steps, flow.threads), steps), [*own.planes]
         nu[plain], error[plain], halves[:, plain] = found
         moving[plain] = (turning.planes[:, :, COLUMNS.a] != 0).T
     return RunningMeans(Means(nu, error, halves), moving)

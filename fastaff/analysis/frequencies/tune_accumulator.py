@@ -240,8 +240,7 @@ class _Known:
         """Keep the means of a complete window for the orbits that came to its end, and begin the next."""
         alive = lived > window.begin + window.length
         if angles:
-            with np.errstate(invalid="ignore"):
-                nu, error, halves = self.turning.means(window.length)
+            nu, error, halves = self.turning.means(window.length, threads)
             self.nu[:, alive], self.error[:, alive] = nu[:, alive], error[:, alive]
             self.halves[:, :, alive], self.window[alive] = halves[:, :, alive], window.length
         self.turning.learn(alive, threads)

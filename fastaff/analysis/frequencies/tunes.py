@@ -268,22 +268,22 @@ class TuneWork:
         portion = max(1, BUDGET // (8 * rows * samples))
         size = self.threads * max(1, TOLD // (rows * samples))
         for begin in range(0, orbits, portion):
-            end = min(begin + portion, orbits)
-            z = self.given.read(begin, end)
+            z = self.given.read(begin, end := min(begin + portion, orbits))
             counts, status = ends(z, begin, self.threads)
             self.turns[begin:end] = counts
             for length, own in lengths(counts, samples, LEAST, size):
-                part = z[:, own, : length + 1] if own.size < z.shape[1] else z[:, :, : length + 1]
-                some = lambda at, o=begin + own, z=part, n=length: self._adopt(o[at], z[:, at], n)  # noqa: E731
-                by_portions(some, own.size, part[:, 0].size, self.threads)
+                some = lambda at, z=z, b=begin, o=own, n=length: self._adopt(z, b, o[at], n)  # noqa: E731
+                by_portions(some, own.size, 8 * rows * length, self.threads)
                 if self.report is not None:
                     self.report((begin + int(np.count_nonzero(self.window[begin:end]))) / orbits)
             self.status[begin:end] = status
             if self.report is not None:
                 self.report(end / orbits)
 
-    def _adopt(self, orbits: np.ndarray, z: np.ndarray, length: int) -> None:
-        """Fill in the results from z (2n, orbits, length + 1), by one thread."""
+    def _adopt(self, whole: np.ndarray, first: int, own: np.ndarray, length: int) -> None:
+        """Fill in the results of orbits `own` of whole (2n, orbits, samples), whose first is number `first`."""
+        together = own[-1] - own[0] < own.size  # seen without a copy
+        orbits, z = first + own, whole[:, slice(own[0], own[-1] + 1) if together else own, : length + 1]
         turning, means, method, rough = self._read(z, length)
         self._with_modes(z, turning, means, method, rough)
         self.nu[:, orbits], self.error[:, orbits], self.halves[:, :, orbits] = without_standing(means, length)
@@ -307,7 +307,7 @@ class TuneWork:
                 turning.learn(np.ones(z.shape[1], bool), 1)
                 turning.clear()
                 turning.last = first
-        means = turning.means(length)
+        means = turning.means(length, 1)
         method = np.zeros(means.nu.shape, np.int8)
         rough = np.any(means.error / SAFETY * length > ROUGH, axis=0)
         self._with_lines(z, turning, means, method, length)

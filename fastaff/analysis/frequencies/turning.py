@@ -10,6 +10,7 @@ import numpy as np
 
 from ...base.sums import total
 from ...compile.plane_loops import COLUMNS, MOMENTS
+from ...compile.threads import by_portions
 from ...flows.launch import launch
 from ...kernels import tunes as kernels
 from .integer_lattice import ball, one_of_each
@@ -29,6 +30,9 @@ STANDING = 0.1
 
 HARMONICS = 40
 """Harmonics of a curve whose slow beats count in the error of its rotation number."""
+
+COST = 8 * HARMONICS
+"""Numbers that the error, or the kind, of a mean turn counts as."""
 
 CHANGED, ISLAND, BESIDE = 0.3, 3.0, 1.5
 """Change of a tune, in turns over a half, that counts; allowed change times the order of a resonance for an orbit that
@@ -134,17 +138,25 @@ class Turning:
         arguments = self.moments, float(self.weights[-1]), known.astype(np.int64), self.planes
         run_orbits(kernels.learn, len(self.planes), arguments, threads)
 
-    def means(self, length: int) -> Means:
+    def means(self, length: int, threads: int) -> Means:
         """Return the means over a window of that many steps; error inf for a plane at rest."""
-        turns = self.planes[:, :, COLUMNS.turn, None] + self.sums / (2 * math.pi * self.weights[:-1])
-        nu = turns[:, :, 0]
-        error = SAFETY * np.abs(turns[:, :, 1:] - turns[:, :, :1]).max(axis=2)
-        error = error + unresolved(nu, length) + ROUNDING
-        # Near 0 and 1/2 the samples do not show where the centre is, nor the shape.
-        halves = from_whole(2 * nu) * length
-        error = error + np.where(np.rint(2 * nu) % 2 == 0, 1.0, 0.25) * damping(halves) / length
-        error = np.where(self.planes[:, :, COLUMNS.a] != 0, error, np.inf)
-        return Means(nu.T.copy(), error.T.copy(), turns[:, :, 1:3].transpose(2, 1, 0).copy())
+        orbits, n, _ = self.planes.shape
+        found = Means(*np.empty((2, n, orbits)), np.empty((2, n, orbits)))
+
+        def some(at: slice) -> None:
+            turns = self.planes[at, :, COLUMNS.turn, None] + self.sums[at] / (2 * math.pi * self.weights[:-1])
+            nu = turns[:, :, 0]
+            with np.errstate(invalid="ignore"):
+                error = SAFETY * np.abs(turns[:, :, 1:] - turns[:, :, :1]).max(axis=2)
+                error = error + unresolved(nu, length) + ROUNDING
+                # Near 0 and 1/2 the samples do not show where the centre is, nor the shape.
+                halves = from_whole(2 * nu) * length
+                error = error + np.where(np.rint(2 * nu) % 2 == 0, 1.0, 0.25) * damping(halves) / length
+            error = np.where(self.planes[at, :, COLUMNS.a] != 0, error, np.inf)
+            found.nu[:, at], found.error[:, at], found.halves[:, :, at] = nu.T, error.T, turns[:, :, 1:3].T
+
+        by_portions(some, orbits, COST * n, threads)
+        return found
 
 
 def _within(weights: np.ndarray) -> tuple[int, int]:

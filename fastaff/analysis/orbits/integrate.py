@@ -353,16 +353,16 @@ class _Accurate:
 
     def _keep(self, orbits: np.ndarray, fine: Compared, chosen: np.ndarray, error: np.ndarray) -> None:
         # No orbit loses the results of short runs to an iteration that does not converge.
-        lost = (fine.status == Status.NOT_CONVERGED) & np.isfinite(self.error[0, self.chunk[orbits]])
-        chosen = chosen[~lost[chosen]]
+        lost = np.isfinite(self.error[0, self.chunk[orbits[chosen]]]) & (fine.status[chosen] == Status.NOT_CONVERGED)
+        chosen = chosen[~lost]
         where, error = self.chunk[orbits[chosen]], error[:, chosen]
         self.ensemble.take(where, fine.ensemble.of(chosen))
         self.step[where] = fine.step[chosen]
-        size = np.concatenate([self.motion.position, self.motion.momentum])[:, orbits[chosen]]
+        size = np.concatenate([scale[:, orbits[chosen]] for scale in (self.motion.position, self.motion.momentum)])
         self.error[:, where] = error[-1] * size
         every = slice((n := self.parts // self.count) - 1, None, n) if self.count else slice(0)
         self.samples[..., where] = fine.states[every][..., chosen]
-        self.sample_error[..., where] = (error[:, None] * size)[every]
+        self.sample_error[..., where] = error[every, None] * size
         times = np.broadcast_to(self.time / len(error) * np.arange(1, len(error) + 1)[:, None], error.shape)
         self.until[where] = until(error <= self.accuracy, times, self.times[-1])
 

@@ -278,8 +278,8 @@ def _result(flow, body, ensemble, section, wanted, memory, out, tolerance) -> Se
     most = max(1, LOOKED // (8 * COMPARED * wanted * rows))
 
     def some(at: slice) -> None:
-        for first in range(at.start, min(at.stop, orbits), most):
-            look(slice(first, min(first + most, at.stop, orbits)))
+        for first in range(at.start, at.stop, most):
+            look(slice(first, min(first + most, at.stop)))
 
     by_portions(some, orbits, wanted * rows, flow.threads)
     return SectionMap(

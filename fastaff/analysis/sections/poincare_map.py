@@ -262,13 +262,9 @@ def _accurate(flow, body, z, crossings: Crossings, accuracy, report) -> SectionM
         return _compared(body, section, steps.motion.of(orbits), fine.found, coarse.found, weight, flow.threads)
 
     def keep(orbits: np.ndarray, fine: _Crossings, chosen: np.ndarray, error: np.ndarray) -> None:
-        everything = len(chosen) == len(orbits)  # in order: taken without a copy
-
-        def some(at: slice) -> None:
-            which: Any = at if everything else chosen[at]
-            _put(result, steps, accuracy, fine, which, orbits[which], error[:, which])
-
-        by_portions(some, len(chosen), wanted * rows, flow.threads)
+        together = chosen.size and chosen[-1] - chosen[0] < chosen.size  # taken without a copy
+        which: Any = slice(chosen[0], chosen[-1] + 1) if together else chosen
+        _put(result, steps, accuracy, fine, which, orbits[which], error[:, which])
 
     def drifts(run: _Crossings) -> np.ndarray:
         return run.found.status == Status.ENERGY_DRIFT
@@ -302,7 +298,7 @@ def _compared(body, section, motion: Motion, fine: SectionMap, coarse: SectionMa
         scales, times, points = motion.of(at), fine.times[:, at], fine.points[..., at]
         with np.errstate(all="ignore"):
             late = np.abs(times - coarse.times[:, at]) * scales.rate
-            apart = scales.distance((points - coarse.points[..., at]).transpose(1, 0, 2))
+            apart = scales.between(points.transpose(1, 0, 2), coarse.points[..., at].transpose(1, 0, 2), 1)
             apart = np.maximum(apart, late)
             times_worse = slants(body, section, points, scales) if slant is None else slant[:, at]
             straight = apart / times_worse
