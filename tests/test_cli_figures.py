@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
+import fastaff as fa
 from fastaff import files
 from fastaff.cli import main as cli
 from fastaff.cli.commands import captions, figures
@@ -196,3 +199,12 @@ def test_out_may_be_a_folder_and_is_no_other_kind_of_picture(here, capsys):
     capsys.readouterr()
     assert cli.main([*SECTION, "--out", "a.jpg"]) == 2
     assert "--out a.jpg: figures are .png, .pdf, .svg" in capsys.readouterr().err
+
+
+def test_a_plane_of_ratios_is_never_empty_for_want_of_regular_orbits():
+    starts = np.array([[0.0, 0.01], [-0.15, -0.2], [0.45, 0.44], [0.01, 0.0]])
+    found = fa.frequency_map(fa.HenonHeiles(), starts, time=300.0)
+    assert not found.regular.any()
+    drawn = figures._ratios(SimpleNamespace(max_order=5), found, None, None)
+    assert len(drawn.points.get_offsets()) == 2
+    assert drawn.missing == 0

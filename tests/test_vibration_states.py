@@ -86,6 +86,31 @@ def test_two_coordinates_by_quadrature():
     np.testing.assert_allclose(husimi(state, width=width)(z), truth, atol=1e-8)
 
 
+@pytest.mark.parametrize("shift", [0.0, np.pi, 2.5])
+def test_mean_quanta_of_an_angle_are_those_about_its_well(shift):
+    """A stretch and a bend that separate: the bend by plane waves and a quadrature."""
+    barrier, hbar = RNG.uniform(1.5, 3), 0.1
+    bend = fa.hamiltonian(
+        "p**2/2 + r**2/2 + 2*(x - 1)**2 + V*(1 - cos(t - s))",
+        coordinates="x t",
+        momenta="p r",
+        periods={"t": "2*pi"},
+        V=barrier,
+        s=shift,
+    )
+    levels = spectrum(bend, count=1, hbar=hbar, tolerance=1e-8)
+    k, t = np.arange(-80, 81), np.linspace(-np.pi, np.pi, 2001)[:-1]
+    matrix = np.diag(hbar**2 * k**2 / 2 + barrier) - barrier / 2 * (np.abs(np.subtract.outer(k, k)) == 1)
+    ground = np.linalg.eigh(matrix)[1][:, 0]
+    density = np.abs(np.exp(1j * np.outer(t, k)) @ ground) ** 2
+    squares = density @ t**2 / density.sum(), hbar**2 * ground**2 @ k**2
+    omega = np.sqrt(barrier)
+    truth = (omega * squares[0] + squares[1] / omega) / (2 * hbar) - 0.5
+    fast, slow = levels.state(0).quanta()
+    assert abs(fast) < 1e-7
+    assert abs(slow - truth) < 1e-6
+
+
 def test_mean_quanta_of_oscillators_and_polyads_of_a_fermi_resonance():
     """Coupled oscillators in closed form; of a Fermi pair 2 n1 + n2 is whole to second order in the coupling."""
     k, g, hbar = RNG.uniform(1.2, 2), RNG.uniform(0.1, 0.3), RNG.uniform(0.1, 1)

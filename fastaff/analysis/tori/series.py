@@ -162,8 +162,11 @@ class _Gram:
         """Return sum over l of kernel(k - l) c_l on the box."""
         if not self.orders:
             return transform * c
-        full = np.fft.ifftn(np.fft.fftn(c, self.size, self.axes) * transform, axes=self.axes)
-        return full[(slice(None), *(slice(0, s) for s in self.shape))]
+        full = np.fft.fftn(c, self.size, self.axes)
+        full *= transform
+        for axis in self.axes[::-1]:  # the order of ifftn: the same bits, of what is kept alone
+            full = np.fft.ifft(full, axis=axis)[(slice(None),) * axis + (slice(0, self.shape[axis - 1]),)]
+        return full
 
     def solve(self, b: np.ndarray) -> np.ndarray:
         """Return c with G c = b on the terms that the window resolves, by conjugate gradients, all signals together."""

@@ -131,7 +131,10 @@ def frequency_figure(scene: Scene, result: Any, found: Mapping[str, Any]) -> Any
     else:
         drawn = _ratios(scene, result, values, axes[-1])
     said = f"{scene.outcomes(result)}; time {result.time:.4g}"
-    said += f"; {drawn.missing} without regular frequencies, not drawn among these" if drawn.missing else ""
+    if not result.regular.any():
+        said += "; none has regular frequencies"
+    elif drawn.missing:
+        said += f"; {drawn.missing} without regular frequencies, not drawn among these"
     finish(figure, scene.plan, scene.job.surface, said + ("; grey: without a value" if _grey(values) else ""))
     return figure
 
@@ -154,7 +157,8 @@ def _ratios(scene: Scene, result: Any, values: Any, ax: Any) -> Any:
         line = (n, 0, m) if plane else (m, n, 0)
         if plot.on_line(result, line, x=x, y=y, tolerance=1e-6, shown=result.regular) >= least:
             lines.append(line)
-    return plot.plot_frequency_map(result, ax=ax, x=x, y=y, lines=lines, shown=result.regular, values=values)
+    shown = result.regular if result.regular.any() else None  # an empty plane would show nothing of them
+    return plot.plot_frequency_map(result, ax=ax, x=x, y=y, lines=lines, shown=shown, values=values)
 
 
 def _grey(values: Any) -> bool:

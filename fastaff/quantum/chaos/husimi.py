@@ -119,7 +119,10 @@ def _of_vibration(state: VibrationState, width: ArrayLike | None) -> VibrationHu
     lattice = state.lattice
     if lattice.around.any():
         angles = ", ".join(np.array(lattice.names)[lattice.around].tolist())
-        raise ValueError(f"state must be of coordinates without periods to have a Husimi function, got {angles} around")
+        raise ValueError(
+            f"state must be of coordinates without periods to have a Husimi function, got {angles} around: "
+            "state.density(q) is drawn instead"
+        )
     if width is None:
         _, q, p = state.moments()
         width = np.sqrt(state.hbar / 2 * np.sqrt(np.diag(q) / np.diag(p)))

@@ -40,10 +40,8 @@ class Modes(NamedTuple):
         terms = np.hstack([self.rows @ z[:, moved], self.rows @ z[:, moved].conj()])
         return np.vstack([k[moved], -k[moved]])[np.abs(terms).argmax(axis=1)]
 
-    def actions(self, mean: np.ndarray, covariance: np.ndarray) -> np.ndarray:
-        """Return the mean of ``|a|^2/2`` (modes,) over points of mean (2n,) and covariance (2n, 2n)."""
-        away = mean - self.equilibrium
-        squares = covariance + np.outer(away, away)
+    def actions(self, squares: np.ndarray) -> np.ndarray:
+        """Return the mean of ``|a|^2/2`` (modes,) over points with mean squares (2n, 2n) about the equilibrium."""
         return np.einsum("ia,ab,ib->i", self.rows, squares, self.rows.conj()).real / 2
 
 

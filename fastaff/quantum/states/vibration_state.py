@@ -43,6 +43,12 @@ class Lattice:
         places = np.unravel_index(index, self.shape)
         return self.R @ np.array([self.axis(k)[place] for k, place in enumerate(places)])
 
+    def away(self, index: np.ndarray, centre: np.ndarray) -> np.ndarray:
+        """Return q - centre (d, points) at flat indices, of angles the shorter way around."""
+        u = np.linalg.solve(self.R, self.points(index) - centre[:, None])
+        turn = (self.shape * self.step)[:, None]
+        return self.R @ (u - np.where(self.around[:, None], turn * np.rint(u / turn), 0.0))
+
     def waves(self, k: int, u: np.ndarray) -> np.ndarray:
         """Return the waves (points, shape[k]) of an axis at u (points,): 1 at their own point, 0 at others."""
         apart = (u[:, None] - self.axis(k)) / self.step[k]
@@ -151,7 +157,8 @@ class VibrationState(Drawable):
 
     def quanta(self, modes: str = "normal") -> np.ndarray:
         """Return the mean numbers of quanta (n,) in the "normal" modes, the fastest first, or the "local" ones, those
-        of each coordinate: ``<(Q^2 + P^2)/(2 hbar)> - 1/2`` of each, about the lowest minimum.
+        of each coordinate: ``<(Q^2 + P^2)/(2 hbar)> - 1/2`` of each, about the lowest minimum, of angles the
+        shorter way around.
 
         Near whole numbers they label the level. Sums of them that a resonance leaves alone, polyads such as 2 n1 + n2
         of a Fermi resonance, are near whole numbers where each is not.
@@ -160,6 +167,7 @@ class VibrationState(Drawable):
         :Source: Kellman & Lynch 1986, J. Chem. Phys. 85, 7216 (polyads).
         """
         found = modes_of(self.body, named("modes", text("modes", modes), WAYS))
-        (mean, q, p), none = self.moments(), np.zeros((len(self.lattice.shape),) * 2)
-        squares = np.block([[q, none], [none, p]])
-        return found.actions(np.concatenate([mean, np.zeros(mean.size)]), squares) / self.hbar - 0.5
+        p = self.moments()[2]
+        away = self.lattice.away(self.kept, found.equilibrium[: len(p)])
+        q, none = (away * self.values**2) @ away.T, np.zeros_like(p)
+        return found.actions(np.block([[q, none], [none, p]])) / self.hbar - 0.5
