@@ -9,6 +9,7 @@ import systems
 from scipy.integrate import solve_ivp
 
 import fastaff as fa
+import fastaff.analysis.orbits.integrate as integrate_module
 from fastaff.base.status import Status
 from fastaff.models.mechanics import system_of
 from fastaff.models.sections import AngleEquals
@@ -509,6 +510,26 @@ def test_errors_of_short_runs_cover_the_truth(name):
     assert quick > 100
     assert np.mean(np.array(late) <= 1) >= 0.98
     assert np.max(late) <= 10
+
+
+def test_short_runs_are_few(monkeypatch):
+    """A further pair of runs is for few orbits; errors near rounding need no symplectic scheme over a short time."""
+    own, made = integrate_module._Accurate._toleranced, []
+
+    def counted(self, orbits, *how):
+        made.append(orbits.size)
+        return own(self, orbits, *how)
+
+    monkeypatch.setattr(integrate_module._Accurate, "_toleranced", counted)
+    z0 = 0.3 * np.random.default_rng(5).uniform(-1, 1, (4, 64)) * [[1], [1], [0.5], [0.5]]
+    for time, accuracy in ((300.0, 1e-6), (300.0, 1e-9), (30.0, 1e-12)):
+        made.clear()
+        found = fa.integrate(pendulum(), z0, time=time, accuracy=accuracy)
+        truth = fa.integrate(pendulum(), z0, time=time, scheme=VERNER9, rtol=3e-15, atol=1e-15).z
+        assert sum(made) <= 3.5 * 64
+        assert np.isinf(found.step).mean() > 0.9
+        assert (np.abs(found.z - truth) <= found.error).all()
+        assert (found.error <= accuracy).all()
 
 
 ELLIPTIC = "(pu**2 + pv**2)/(2*c**2*(cosh(u)**2 - cos(v)**2))"

@@ -52,8 +52,13 @@ UNSURE = 4.6
 two runs is error, as here. Along one growing direction an error is a hundredth of its usual size by chance.
 """
 
-FINEST = 1e-14
-"""Tolerance below which rounding errors dominate."""
+FINEST, CLOSE = 4.0**-23, 4.0
+"""Tolerance below which rounding errors dominate, and the multiple of a wanted one at which it is tried instead: most
+orbits have smaller errors than GROWTH says, and equal steps for such an accuracy cost three times as much.
+"""
+
+AMPLIFIED = 16.0
+"""Multiple of the usual error of FINEST up to which orbits that short runs have left are as others."""
 
 SLOW = 0.5
 """Work after short runs, relative to theirs: for the reported progress."""
@@ -81,7 +86,7 @@ def tolerances(found: Motion, time: float, accuracy: float, most: Any = RADIANS)
     with np.errstate(all="ignore"):
         wanted = accuracy / (found.far * np.maximum(GROWTH * phase**1.5, LEAST))
         level = 4.0 ** np.floor(np.log2(wanted) / 2)
-    return np.where((phase <= most) & (level >= FINEST), level, np.nan)
+    return np.where((phase <= most) & (level >= FINEST / CLOSE), np.fmax(level, FINEST), np.nan)
 
 
 def longer(found: Motion, time: float, chosen: np.ndarray) -> np.ndarray:
@@ -90,16 +95,17 @@ def longer(found: Motion, time: float, chosen: np.ndarray) -> np.ndarray:
 
 
 def beyond(
-    steps: Steps, found: Motion, time: float, accuracy: float, had: np.ndarray, rest: np.ndarray
+    steps: Steps, found: Motion, time: float, accuracy: float, error: np.ndarray, rest: np.ndarray
 ) -> tuple[Steps, np.ndarray]:
     """Return steps of the orbits that short runs have left, and their numbers, some of `rest`; the order is UNSURE
-    where a run is short, as these orbits amplify errors. Orbits that have a result (`had`) are left out if their
-    shortest steps do not reach the accuracy: they meet the singular point of a chart, which only equal steps as short
-    would resolve.
+    where a run is short, if its error (orbits,) is AMPLIFIED. Orbits that have a result, hence a finite error, are left
+    out if their shortest steps do not reach the accuracy: they meet the singular point of a chart, which only equal
+    steps as short would resolve.
     """
-    order = np.where(np.isfinite(tolerances(found, time, accuracy)), UNSURE, np.inf)
+    steady = error <= AMPLIFIED * FINEST * _usual(found, time * found.pace)
+    order = np.where(np.isfinite(tolerances(found, time, accuracy)) & ~steady, UNSURE, np.inf)
     reached = steps.local * np.maximum(time * found.rate / SPAN, 1.0) <= accuracy
-    orbits = rest[(reached | ~had)[rest]]
+    orbits = rest[(reached | np.isinf(error))[rest]]
     return steps._replace(order=np.minimum(steps.order, order)).of(orbits), orbits
 
 
@@ -117,17 +123,17 @@ def with_tolerance(flow: Any, tolerance: float) -> Flow:
     return replace(flow, scheme=VERNER9, step=np.inf, rtol=tolerance, atol=tolerance)
 
 
-def left(found: Motion, apart: np.ndarray, times: np.ndarray, tolerance: np.ndarray) -> np.ndarray:
+def left(found: Motion, apart: np.ndarray, times: np.ndarray, tolerance: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return the errors (moments, orbits) at `times` of runs with these tolerances (orbits,) at a distance `apart` from
     those with tolerances RATIO times as large: a PART of it, rounding errors, amplified as the tolerance's are, and the
-    usual error of the tolerance, as both may have taken the same steps.
+    usual error of the tolerance, as both may have taken the same steps; and the latter.
     """
     phase = times[:, None] * found.pace
     with np.errstate(all="ignore"):
         rounding = 4 * NOISE * found.far * (np.maximum(phase / SPAN, 1.0) ** 1.5 + 8 * apart / (RATIO * tolerance))
         usual = tolerance * _usual(found, phase)
         error = counted(apart, np.full_like(apart, PART)) + rounding + usual
-    return np.maximum.accumulate(np.where(np.isfinite(error), error, np.inf), axis=0)
+    return np.maximum.accumulate(np.where(np.isfinite(error), error, np.inf), axis=0), usual
 
 
 def _usual(found: Motion, phase: np.ndarray) -> np.ndarray:
@@ -140,7 +146,7 @@ def tightened(
     time: float,
     accuracy: float,
     run: Callable[[np.ndarray, np.ndarray, Report | None, float], Any],
-    compare: Callable[[Any, Any, np.ndarray, np.ndarray], np.ndarray],
+    compare: Callable[[Any, Any, np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]],
     keep: Callable[[np.ndarray, Any, np.ndarray, np.ndarray], None],
     walled: Callable[[Any], np.ndarray],
     most: Any = RADIANS,
@@ -151,8 +157,9 @@ def tightened(
 
     run(orbits, tolerance, report, stop) integrates orbits, stopping at one of STOPS, and returns a run with a `status`
     (orbits,); compare(fine, coarse, orbits, tolerance) returns the errors (moments, orbits), inf where the fine run is
-    no good; keep(orbits, fine, chosen, error) takes over the results numbered `chosen`, also of orbits left over: there
-    may be no better ones; walled(fine) tells which orbits get a third run in any case.
+    no good, and the usual ones of the tolerance; keep(orbits, fine, chosen, error) takes over the results numbered
+    `chosen`, also of orbits left over: there may be no better ones; walled(fine) tells which orbits get a third run in
+    any case.
     Cost: 1.6 runs for most orbits, one to three more for others, 0.7 near walls and where errors are amplified.
     """
     tolerance = tolerances(found, time, accuracy, most)
@@ -166,16 +173,16 @@ def tightened(
         if not orbits.size:
             break
         fine = run(orbits, tolerance, passes.take(1.0, AGAIN), STOPS[(PAIRS - 1 - more) % 2])
-        error = np.fmax(compare(fine, coarse, orbits, tolerance), before / RATIO)  # the coarse run may have been lucky
-        size = tolerance * _usual(found.of(orbits), time * found.pace[orbits])
+        error, usual = compare(fine, coarse, orbits, tolerance)
+        error = np.fmax(error, before / RATIO)  # the coarse run may have been lucky
         stuck = np.zeros(orbits.size, bool)
-        unsteady = np.flatnonzero(np.isfinite(error[-1]) & ((error[-1] > UNSTEADY * size) | walled(fine)))
+        unsteady = np.flatnonzero(np.isfinite(error[-1]) & ((error[-1] > UNSTEADY * usual[-1]) | walled(fine)))
         if unsteady.size:
             own, tight = orbits[unsteady], tolerance[unsteady]
             third = run(own, BETWEEN * tight, None, STOPS[2])
-            first, second = error[:, unsteady], compare(fine.of(unsteady), third, own, tight)
-            with np.errstate(invalid="ignore"):
-                part = np.clip(FALLS * second / first, 1.0, WHOLE)
+            first, (second, least) = error[:, unsteady], compare(fine.of(unsteady), third, own, tight)
+            with np.errstate(invalid="ignore"):  # usual errors, in both, are no sign that errors do not fall
+                part = np.clip(FALLS * (second - least) / np.fmax(first - least, least), 1.0, WHOLE)
             part = np.where(np.isfinite(part), part, 1.0)
             error[:, unsteady], stuck[unsteady] = np.fmax(first, second) * part, part.max(axis=0) >= STUCK
         worst, sound = error.max(axis=0), (fine.status == Status.OK) & (coarse.status == Status.OK)

@@ -284,7 +284,7 @@ class _Accurate:
         steps = planned(self.flow, z, *given, run=self.time, parts=2 * self.parts)
         if self.free:
             rest = self._short(longer(*given[:2], steps.step * self.motion.pace < UNEVEN), None)
-            steps, orbits = beyond(steps, *given, np.isfinite(self.error[0, self.chunk]), rest)
+            steps, orbits = beyond(steps, *given, self.error[:, self.chunk].max(axis=0), rest)
         if orbits.size:
             halved(self.flow, steps, self.accuracy, self._run, self._compare, self._keep, self._drifts, orbits, report)
         if self.free:  # the iteration may have failed next to a centre or on the axis of a chart
@@ -323,9 +323,9 @@ class _Accurate:
             flow.states(z)
         return states
 
-    def _left(self, fine: Compared, coarse: Compared, orbits: np.ndarray, tolerance: np.ndarray) -> np.ndarray:
-        apart = self._compare(fine, coarse, orbits)[0]
-        return np.where(self._drifts(fine), np.inf, left(self.motion.of(orbits), apart, self.looks, tolerance))
+    def _left(self, fine: Compared, coarse: Compared, orbits: np.ndarray, tolerance: np.ndarray) -> tuple:
+        error, usual = left(self.motion.of(orbits), self._compare(fine, coarse, orbits)[0], self.looks, tolerance)
+        return np.where(self._drifts(fine), np.inf, error), usual
 
     def _run(self, orbits: np.ndarray, step: np.ndarray, wear: Wear | None, report: Report | None, _fine) -> Compared:
         flow: Any = self.flow.sized(step)
