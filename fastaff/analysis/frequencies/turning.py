@@ -141,7 +141,7 @@ class Turning:
     def means(self, length: int, threads: int) -> Means:
         """Return the means over a window of that many steps; error inf for a plane at rest."""
         orbits, n, _ = self.planes.shape
-        found = Means(*np.empty((2, n, orbits)), np.empty((2, n, orbits)))
+        found = Means(np.empty((n, orbits)), np.empty((n, orbits)), np.empty((2, n, orbits)))
 
         def some(at: slice) -> None:
             turns = self.planes[at, :, COLUMNS.turn, None] + self.sums[at] / (2 * math.pi * self.weights[:-1])
