@@ -59,7 +59,7 @@ def equations(
 def periods_of(model: Any) -> dict[str, str]:
     """Return the texts of the periods of a model's coordinates, by name."""
     if isinstance(model, DoublePendulum):
-        return dict.fromkeys(DoublePendulum.coordinates, "2*pi")
+        return dict.fromkeys(("q1", "q2"), "2*pi")
     request = Request(*model._request) if hasattr(model, "_request") else None
     return {} if request is None else {q: text for q, text in zip(request.coordinates, request.periods) if text}
 
