@@ -55,7 +55,10 @@ def test_any_hamiltonian_may_be_pulled_and_without_forces_it_is_its_own():
     rng = np.random.default_rng(9)
     sphere = fa.models.SphericalPendulum()
     torus = fa.hamiltonian("p**2/2 + L**2/(2*(R + cos(q))**2)", coordinates="q phi", momenta="p L", R=2.2)
-    for model in (sphere, torus):
+    charge = fa.hamiltonian("x**2 + y**2", masses=(2.0, 3.0), vector_potential={"x": "-y*x", "y": "x*y"})
+    double = fa.models.DoublePendulum(*map(float, rng.uniform(0.5, 2.0, 5)))
+    assert fa.flow(double).periods() == (2 * np.pi, 2 * np.pi, 0.0, 0.0)
+    for model in (sphere, torus, charge, double):
         z = rng.uniform(0.5, 1.5, (4, 12))
         name, momentum = model.coordinates[0], model.momenta[0]
         free, damped = fa.flow(model), fa.flow(model, forces={name: f"-damp*{momentum}"}, damp=0.3)
@@ -86,11 +89,6 @@ GENT = fa.formula("gent", **LAWS["gent"])
         (lambda: fa.flow(GENT, forces={"D1": "f*cos(t)"}), ValueError, "unknown name 'f'"),
         (lambda: fa.flow(fa.formula("alpha**2 + beta**2")), ValueError, "is a formula of D1 and D2, got 'alpha"),
         (lambda: fa.flow(fa.Body(fa.NeoHookean())), TypeError, "text must be equations, or a model that"),
-        (
-            lambda: fa.flow(fa.models.DoublePendulum()),
-            TypeError,
-            r"hamiltonian\(...\), formula\(...\) or a named system",
-        ),
         (lambda: fa.flow("x' = -x", forces={"x": "1"}), TypeError, "text must be equations, or a model that"),
         (
             lambda: fa.flow(fa.hamiltonian("x**2", coordinates="x", friction=0.1)),

@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from ..base.numbers import shown
-from ..models import Body
+from ..models import Body, DoublePendulum
 from ..models.contracts import Kind
 from .grammar import TIME, UnknownName, parse
 from .library import Request
@@ -20,7 +20,12 @@ PHASE = "cosine", "sine"
 INERTIA = "inertia"
 """Parameter of a body's flow for its mu; inertia_1, inertia_2, ... for coordinates with masses."""
 
+_SWINGS = (
+    "(m_2*l_2**2*p1**2 + (m_1 + m_2)*l_1**2*p2**2 - 2*m_2*l_1*l_2*cos(q1 - q2)*p1*p2)"
+    "/(2*m_2*l_1**2*l_2**2*(m_1 + m_2*sin(q1 - q2)**2)) - (m_1 + m_2)*g*l_1*cos(q1) - m_2*g*l_2*cos(q2)"
+)
 _STRETCHES = "D1", "D2"
+_MASS = re.compile(r"\bm_(?=\d+\b)")
 _WAVE = re.compile(r"\b(cos|sin)\(\s*(?:(?P<rate>[\w.]+)\s*\*\s*t|t(?:\s*\*\s*(?P<after>[\w.]+))?)\s*\)")
 
 
@@ -53,6 +58,8 @@ def equations(
 
 def periods_of(model: Any) -> dict[str, str]:
     """Return the texts of the periods of a model's coordinates, by name."""
+    if isinstance(model, DoublePendulum):
+        return dict.fromkeys(("q1", "q2"), "2*pi")
     request = Request(*model._request) if hasattr(model, "_request") else None
     return {} if request is None else {q: text for q, text in zip(request.coordinates, request.periods) if text}
 
@@ -77,7 +84,8 @@ def _written(model: Any) -> tuple[str, str | None, tuple[tuple[str, ...], tuple[
     """Return H as text, its domain, its coordinates and momenta, and its parameters."""
     body = isinstance(model, Body)
     value = model.potential if body else model
-    text, kind = getattr(value, "formula", None), getattr(model, "kind", None)
+    text = _SWINGS if isinstance(model, DoublePendulum) else getattr(value, "formula", None)
+    kind = getattr(model, "kind", None)
     if not isinstance(text, str) or kind not in (None, Kind.NONSEPARABLE) or (body and not isinstance(model.mu, float)):
         raise TypeError(
             "text must be equations, or a model that hamiltonian(...), formula(...) or a named system made of a text, "
@@ -85,7 +93,7 @@ def _written(model: Any) -> tuple[str, str | None, tuple[tuple[str, ...], tuple[
         )
     names = _STRETCHES if body else tuple(value.coordinates)
     momenta = tuple(getattr(value, "momenta", ())) or tuple(f"p_{name}" for name in names)
-    parameters = {re.sub(r"^m_(?=\d+$)", f"{INERTIA}_", key): entry for key, entry in value._asdict().items()}
+    parameters = {_MASS.sub(f"{INERTIA}_", key): entry for key, entry in value._asdict().items()}
     masses = [f"*{INERTIA}_{i + 1}" if f"{INERTIA}_{i + 1}" in parameters else "" for i in range(len(names))]
     if body:
         try:
@@ -99,7 +107,7 @@ def _written(model: Any) -> tuple[str, str | None, tuple[tuple[str, ...], tuple[
         masses, parameters[INERTIA] = [f"*{INERTIA}"] * 2, model.mu
     whole = hasattr(value, "momenta")
     kinetic = "" if whole else " + ".join(f"{p}**2/(2{m})" for p, m in zip(momenta, masses, strict=True)) + " + "
-    return f"{kinetic}({text})", value.domain, (names, momenta), parameters
+    return f"{kinetic}({_MASS.sub(f'{INERTIA}_', text)})", getattr(value, "domain", None), (names, momenta), parameters
 
 
 def _pushes(forces: Mapping[str, str], names: tuple[str, ...]) -> tuple[dict[str, str], str]:
