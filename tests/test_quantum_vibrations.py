@@ -4,7 +4,7 @@ import threading
 
 import numpy as np
 import pytest
-from scipy.linalg import eigh
+from scipy.linalg import eigh, eigh_tridiagonal
 
 import fastaff as fa
 from fastaff.quantum import NoGroundState, spectrum
@@ -129,8 +129,6 @@ def test_a_singular_barrier_has_errors_that_cover():
 @pytest.mark.parametrize("width", [0.3, 0.05, 0.01, 0.003])
 def test_a_barrier_narrower_than_the_waves(width):
     """Against differences on points that stand close where the barrier is: a uniform grid hardly sees it."""
-    from scipy.linalg import eigh_tridiagonal
-
     height, place = RNG.uniform(1, 5), RNG.uniform(-0.5, 0.5)
 
     def differences(points, k=6.0):
@@ -217,3 +215,20 @@ def test_other_threads_go_on_while_levels_are_looked_for():
     assert ours > 10 * max(theirs, 1)
     with pytest.raises(np.linalg.LinAlgError, match="dsyevr found"):
         lowest_states(np.full((3, 3), np.nan), 3)
+
+
+def test_a_well_that_rises_as_a_logarithm_is_cut_where_no_wave_comes():
+    """Where V is twice as high it is exponentially wider: grids up to there would take minutes."""
+    s, hbar = RNG.uniform(1.5, 2.5), RNG.uniform(0.6, 0.8)
+    levels = spectrum(fa.hamiltonian("log(s**2 + x**2)", coordinates="x", s=s), count=3, hbar=hbar, tolerance=1e-7)
+    assert levels.converged.all()
+    assert levels.state(0).table.size < 1000
+    rows = []
+    for points in (8000, 16000):
+        step = 120 / points
+        V = np.log(s**2 + (np.arange(1, points) * step - 60) ** 2)
+        kinetic = hbar**2 / step**2
+        off = np.full(points - 2, -kinetic / 2)
+        rows.append(eigh_tridiagonal(kinetic + V, off, select="i", select_range=(0, 2))[0])
+    truth = (4 * rows[1] - rows[0]) / 3
+    np.testing.assert_array_less(np.abs(levels.E - truth), levels.error + 1e-8)

@@ -30,6 +30,8 @@ SPARE, GROW, HALVINGS = 8, 1.4, 30
 FIRST, WIDER, POINTS = 8, 0.5, (1 << 15, 1 << 19, 1 << 21)
 """Points of the first grid on either side, the share by which it grows where it is too narrow, and the most of them by
 coordinates."""
+DECAY = 40.0
+"""Powers of e by which waves fall to rounding."""
 USUAL, SLOW, ALGEBRAIC, CHANCE = 4.0, 0.5, 30.0, 0.02
 """The error in units of the last change of a level, and if that is more than half of the one before; the error is at
 least a part of that one, as bases may agree by chance.
@@ -128,9 +130,9 @@ def _lattice(model: Any, problem: Problem, grid: Grid) -> Lattice:
     return Lattice(names, grid.V.shape, grid.low, grid.step, origin, grid.around, problem.R)
 
 
-def _grid(problem: Problem, wall: float, shortest: float) -> Grid:
-    """Return the grid of the wells below a wall, for waves up to the kinetic energy `shortest`. Raises Open where these
-    have no end, or more points than may be.
+def _grid(problem: Problem, wall: float, shortest: float, top: float = math.inf) -> Grid:
+    """Return the grid of the wells below a wall, for waves up to the kinetic energy `shortest`; of one coordinate as
+    far as waves of the energy `top` come. Raises Open where these have no end, or more points than may be.
     """
     d, around = len(problem.wells), problem.periods > 0
     step = np.full(d, math.pi / math.sqrt(2 * shortest))
@@ -142,12 +144,27 @@ def _grid(problem: Problem, wall: float, shortest: float) -> Grid:
     high = np.where(around, turn - 1, at.max(axis=1) + FIRST)
     while np.prod((high - low + 1).astype(float)) <= POINTS[d - 1]:
         grid = _kept(problem, Grid(low, high, step, around), at, wall)
+        if d == 1 and top < math.inf and not around[0]:
+            grid = grid._replace(kept=grid.kept & _reached(grid.V, step[0], top))
         faces = [[grid.kept.take(end, axis=k).any() and not around[k] for k in range(d)] for end in (0, -1)]
         if not np.any(faces):
             return grid
         wide = np.ceil(WIDER * (high - low)).astype(np.int64)
         low, high = low - wide * faces[0], high + wide * faces[1]
     raise Open
+
+
+def _reached(V: np.ndarray, step: float, energy: float) -> np.ndarray:
+    """Return whether waves of an energy have more than rounding at the points of one coordinate. A wall that rises as
+    log(q) is e^energy wide, and no wave comes far into it.
+    """
+
+    def since(V: np.ndarray) -> np.ndarray:
+        """The powers of e from the last allowed point on."""
+        whole = np.cumsum(np.minimum(step * np.sqrt(2 * np.maximum(V - energy, 0.0)), DECAY))
+        return whole - np.maximum.accumulate(np.where(energy > V, whole, -np.inf))
+
+    return np.minimum(since(V), since(V[::-1])[::-1]) < DECAY
 
 
 def _kept(problem: Problem, grid: Grid, at: np.ndarray, wall: float) -> Grid:
@@ -265,7 +282,7 @@ def _basis(problem: Problem, shortest: float, top: float, limit: float, k: int) 
     """Return the grid of basis k, and the energy from which wells have no end."""
     if limit == math.inf:
         try:
-            return _grid(problem, shortest, shortest - problem.bottom), limit
+            return _grid(problem, shortest, shortest - problem.bottom, top), limit
         except Open:
             limit = _limit(problem, top, shortest)
     try:

@@ -46,7 +46,7 @@ class Lattice:
     def away(self, index: np.ndarray, centre: np.ndarray) -> np.ndarray:
         """Return q - centre (d, points) at flat indices, of angles the shorter way around."""
         u = np.linalg.solve(self.R, self.points(index) - centre[:, None])
-        turn = (self.shape * self.step)[:, None]
+        turn = np.multiply(self.shape, self.step)[:, None]
         return self.R @ (u - np.where(self.around[:, None], turn * np.rint(u / turn), 0.0))
 
     def waves(self, k: int, u: np.ndarray) -> np.ndarray:
