@@ -335,3 +335,11 @@ def until(holds: np.ndarray, times: np.ndarray, end: np.ndarray | float) -> np.n
     first = np.where(always, 0, (~holds).argmax(axis=0))
     before = np.take_along_axis(np.pad(times, ((1, 0), (0, 0))), first[None], axis=0)[0]
     return np.where(always, end, before)
+
+
+def outdone(error: np.ndarray, late: np.ndarray, least: np.ndarray, latest: np.ndarray) -> np.ndarray:
+    """Return a mask (orbits,) of results that are no better than others: whose errors are larger than the `least`, or
+    from LOST on, where no error means more than another, stay below the accuracy for less time than the `latest`.
+    """
+    error, least = np.minimum(error, LOST), np.minimum(least, LOST)
+    return (error > least) | (error == least) & (late < latest)

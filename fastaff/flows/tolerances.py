@@ -94,6 +94,20 @@ def longer(found: Motion, time: float, chosen: np.ndarray) -> np.ndarray:
     return np.where(chosen & (time * found.pace > RADIANS), np.inf, 0.0)
 
 
+def last(found: Motion, time: float, accuracy: float, error: np.ndarray, lossy: np.ndarray) -> np.ndarray:
+    """Return the tolerances (orbits,) of runs after equal steps, for orbits that have these errors: NaN where none.
+
+    Equal steps that lose energy (`lossy`) have missed a close pass of the axis of a chart; a short run has missed the
+    accuracy, but FINEST may reach it; the iteration of a long run has failed.
+    """
+    level, short = tolerances(found, time, accuracy, np.inf), time * found.pace <= RADIANS
+    tried = short & np.isfinite(level)
+    with np.errstate(invalid="ignore"):
+        hope = np.where(tried, error <= accuracy * level / FINEST, lossy)
+    missed = error > np.maximum(accuracy, FINEST * _usual(found, time * found.pace))
+    return np.where(np.isinf(error) & ~short, level, np.where(missed & hope, FINEST, np.nan))
+
+
 def beyond(
     steps: Steps, found: Motion, time: float, accuracy: float, error: np.ndarray, rest: np.ndarray
 ) -> tuple[Steps, np.ndarray]:
@@ -142,18 +156,16 @@ def _usual(found: Motion, phase: np.ndarray) -> np.ndarray:
 
 
 def tightened(
-    found: Motion,
-    time: float,
+    tolerance: np.ndarray,
     accuracy: float,
     run: Callable[[np.ndarray, np.ndarray, Report | None, float], Any],
     compare: Callable[[Any, Any, np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]],
     keep: Callable[[np.ndarray, Any, np.ndarray, np.ndarray], None],
     walled: Callable[[Any], np.ndarray],
-    most: Any = RADIANS,
     report: Report | None = None,
 ) -> np.ndarray:
-    """Run the orbits whose time is short, as `tolerances` says, with pairs of tolerances; return the index array of
-    those left over.
+    """Run the orbits that have a tolerance (orbits,), which is not NaN, with pairs of tolerances; return the index
+    array of those left over.
 
     run(orbits, tolerance, report, stop) integrates orbits, stopping at one of STOPS, and returns a run with a `status`
     (orbits,); compare(fine, coarse, orbits, tolerance) returns the errors (moments, orbits), inf where the fine run is
@@ -162,7 +174,6 @@ def tightened(
     any case.
     Cost: 1.6 runs for most orbits, one to three more for others, 0.7 near walls and where errors are amplified.
     """
-    tolerance = tolerances(found, time, accuracy, most)
     orbits = np.flatnonzero(np.isfinite(tolerance))
     rest = [np.flatnonzero(np.isnan(tolerance))]
     tolerance = tolerance[orbits]

@@ -16,7 +16,7 @@ from ...base.results import Result
 from ...base.short_forms import Starts, starts_of, takes
 from ...base.status import Status
 from ...flows import observers
-from ...flows.accuracy import halved, planned, until
+from ...flows.accuracy import halved, outdone, planned, until
 from ...flows.checks import energy_drift
 from ...flows.coordinates import chart_row
 from ...flows.ensemble import Ensemble, energy_error, mark_drift
@@ -25,7 +25,7 @@ from ...flows.launch import Report
 from ...flows.motion import motion
 from ...flows.options import Options, Problem
 from ...flows.time_transformed import TransformedFlow
-from ...flows.tolerances import RADIANS, SLOW, UNEVEN, beyond, left, longer, tightened, walled, with_tolerance
+from ...flows.tolerances import SLOW, UNEVEN, beyond, last, left, longer, tightened, tolerances, walled, with_tolerance
 from ...models.contracts import Dynamics
 from ...models.mechanics import system_of
 from ...schemes.automatic import Automatic
@@ -269,26 +269,27 @@ class _Accurate:
                 self.motion = motion(self.body, z, self.flow.threads)
                 with Passes(passes.take(self.chunk.size, orbits - self.chunk[-1] - 1)) as parts:
                     if self.free:
-                        rest = self._short(RADIANS, parts.take(1.0, SLOW))
+                        rest = self._short(tolerances(self.motion, self.time, self.accuracy), parts.take(1.0, SLOW))
                         self.chunk, z, self.motion = self.chunk[rest], z[:, rest], self.motion.of(rest)
                     if self.chunk.size:
                         self._stepped(np.ascontiguousarray(z), parts.take(1.0))
 
-    def _short(self, most: Any, report: Report | None) -> np.ndarray:
+    def _short(self, tolerance: np.ndarray, report: Report | None) -> np.ndarray:
         how = self._toleranced, self._left, self._keep, lambda run: walled(self.body, run.states)
-        return tightened(self.motion, self.time, self.accuracy, *how, most, report)
+        return tightened(tolerance, self.accuracy, *how, report)
 
     def _stepped(self, z: np.ndarray, report: Report | None) -> None:
         """Run the chunk with steps that are shortened until two runs agree."""
         given, orbits = (self.motion, self.time, self.accuracy), np.arange(len(self.chunk))
         steps = planned(self.flow, z, *given, run=self.time, parts=2 * self.parts)
         if self.free:
-            rest = self._short(longer(*given[:2], steps.step * self.motion.pace < UNEVEN), None)
+            rest = self._short(tolerances(*given, longer(*given[:2], steps.step * self.motion.pace < UNEVEN)), None)
             steps, orbits = beyond(steps, *given, self.error[:, self.chunk].max(axis=0), rest)
         if orbits.size:
             halved(self.flow, steps, self.accuracy, self._run, self._compare, self._keep, self._drifts, orbits, report)
         if self.free:  # the iteration may have failed next to a centre or on the axis of a chart
-            self._short(longer(*given[:2], np.isinf(self.error[0, self.chunk])), None)
+            lossy = energy_error(self.body, self.ensemble.of(self.chunk)) > self.accuracy
+            self._short(last(*given, self.error[0, self.chunk] / self.motion.position[0], lossy), None)
 
     def _toleranced(self, orbits: np.ndarray, tolerance: np.ndarray, report: Report | None, stop: float) -> Compared:
         """Return orbits with tolerances of their own, and their states at some moments; stop: see `_moments`."""
@@ -352,19 +353,18 @@ class _Accurate:
         return (run.ensemble.status == Status.OK) & (energy_error(self.body, run.ensemble) > self.drift)
 
     def _keep(self, orbits: np.ndarray, fine: Compared, chosen: np.ndarray, error: np.ndarray) -> None:
-        # No orbit loses the results of short runs to an iteration that does not converge.
-        lost = np.isfinite(self.error[0, self.chunk[orbits[chosen]]]) & (fine.status[chosen] == Status.NOT_CONVERGED)
-        chosen = chosen[~lost]
-        where, error = self.chunk[orbits[chosen]], error[:, chosen]
+        where, error, own = self.chunk[orbits[chosen]], error[:, chosen], self.motion.of(orbits[chosen])
+        times = np.broadcast_to(self.time / len(error) * np.arange(1, len(error) + 1)[:, None], error.shape)
+        size, late = np.concatenate([own.position, own.momentum]), until(error <= self.accuracy, times, self.times[-1])
+        worse = outdone(error[-1], late, self.error[0, where] / size[0], self.until[where])
+        worse &= np.isfinite(fine.step[chosen]) | np.isfinite(self.step[where])  # tighter tolerances know better
+        chosen, where, error, size, late = (entry[..., ~worse] for entry in (chosen, where, error, size, late))
         self.ensemble.take(where, fine.ensemble.of(chosen))
-        self.step[where] = fine.step[chosen]
-        size = np.concatenate([scale[:, orbits[chosen]] for scale in (self.motion.position, self.motion.momentum)])
+        self.step[where], self.until[where] = fine.step[chosen], late
         self.error[:, where] = error[-1] * size
         every = slice((n := self.parts // self.count) - 1, None, n) if self.count else slice(0)
         self.samples[..., where] = fine.states[every][..., chosen]
         self.sample_error[..., where] = error[every, None] * size
-        times = np.broadcast_to(self.time / len(error) * np.arange(1, len(error) + 1)[:, None], error.shape)
-        self.until[where] = until(error <= self.accuracy, times, self.times[-1])
 
     def result(self, body: Any, tolerance: float, interrupted: bool) -> Orbits:
         """Return the orbits so far, with the estimated errors."""
