@@ -738,3 +738,16 @@ def test_steps_whose_double_fails_have_an_error_still():
     truth = fa.integrate(fa.models.DoublePendulum(), z0, time=300.0, accuracy=1e-12)
     assert run.accurate_until[0] == 300.0
     assert (np.abs(run.z - truth.z) <= run.error + truth.error).all()
+
+
+def test_a_tighter_accuracy_gives_no_worse_orbit():
+    """A top that passes close to the axis of its chart, which equal steps miss: tighter ones gave worse."""
+    top, z = fa.models.AsymmetricTop(1.0, 2.0, 3.5, 0.5, 0.3, 0.8), [1.1, 0.3, 0.4, 0.2, 0.7, 0.5]
+    truth = fa.integrate(top, z, time=100.0, scheme=fa.VERNER9, rtol=1e-14, atol=1e-14).z
+    runs = [fa.integrate(top, z, time=100.0, accuracy=accuracy) for accuracy in (1e-4, 1e-6, 1e-8, 1e-10, 1e-12)]
+    stated, true = (np.array(e).max(axis=(1, 2)) for e in ([r.error for r in runs], [abs(r.z - truth) for r in runs]))
+    assert np.all(true <= stated)
+    assert np.all(stated[1:] <= 10 * np.minimum.accumulate(stated)[:-1])
+    assert true[-2:].max() <= 1e-6
+    assert runs[1].accurate_until == 100.0  # which the finest tolerance reaches
+    assert fa.integrate(top, z, time=200.0, accuracy=1e-8).error.max() < 0.1  # 1022 radians; by equal steps it is lost

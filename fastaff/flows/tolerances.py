@@ -17,7 +17,7 @@ from ..base.numbers import Passes
 from ..base.status import Status
 from ..models.mechanics import system_of
 from ..schemes.catalogue import VERNER9
-from .accuracy import AGAIN, NOISE, Steps, counted
+from .accuracy import AGAIN, LOST, NOISE, Steps, counted
 from .flow import Flow
 from .launch import Report
 from .motion import Motion
@@ -97,15 +97,14 @@ def longer(found: Motion, time: float, chosen: np.ndarray) -> np.ndarray:
 def last(found: Motion, time: float, accuracy: float, error: np.ndarray, lossy: np.ndarray) -> np.ndarray:
     """Return the tolerances (orbits,) of runs after equal steps, for orbits that have these errors: NaN where none.
 
-    Equal steps that lose energy (`lossy`) have missed a close pass of the axis of a chart; a short run has missed the
-    accuracy, but FINEST may reach it; the iteration of a long run has failed.
+    Equal steps miss the accuracy, and tell nothing of an orbit, where it passes close to the axis of a chart: FINEST
+    may do better, unless errors are rounding's or short runs were of no use. Long runs are left to it only if they are
+    `lossy`, as energy is lost on such a pass, but not by chaos.
     """
-    level, short = tolerances(found, time, accuracy, np.inf), time * found.pace <= RADIANS
-    tried = short & np.isfinite(level)
-    with np.errstate(invalid="ignore"):
-        hope = np.where(tried, error <= accuracy * level / FINEST, lossy)
-    missed = error > np.maximum(accuracy, FINEST * _usual(found, time * found.pace))
-    return np.where(np.isinf(error) & ~short, level, np.where(missed & hope, FINEST, np.nan))
+    phase, level = time * found.pace, tolerances(found, time, accuracy, np.inf)
+    short, missed = phase <= RADIANS, error > np.maximum(accuracy, FINEST * _usual(found, phase))
+    hope = np.where(short, np.isnan(level) | (error <= LOST) & (level > FINEST), lossy)
+    return np.where(np.isinf(error) & ~short & np.isfinite(level), level, np.where(missed & hope, FINEST, np.nan))
 
 
 def beyond(
