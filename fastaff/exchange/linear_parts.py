@@ -22,7 +22,7 @@ def higher(element: object) -> list[str]:
     """Return the names of an element's multipoles of order 2 and more that are not 0: k2, knl[3]."""
     held = ((name, getattr(element, name, 0.0)) for name in STRENGTHS)
     named = [(f"{name}[{n}]" if np.ndim(row) else name, n, row) for name, row in held for n in range(np.size(row))]
-    return [name for name, n, row in named if (row[n] and n > 1 if np.ndim(row) else row)]
+    return [name for name, n, row in named if np.ravel(row)[n] and (n > 1 or not np.ndim(row))]
 
 
 def told(apertures: list[str]) -> list[str]:
