@@ -6,6 +6,7 @@ from typing import Any
 
 from ..base.interruption import imported
 from ..formulas.flow_text import flow
+from ..formulas.forced import BUILT_IN
 from ..formulas.gammainc import gammainc
 from ..formulas.library import Request
 from .symbols import equations
@@ -41,9 +42,9 @@ LANGUAGES = {"c": _c, "heyoka": _heyoka}
 def source(model: Any, language: str = "c") -> str:
     """Return the equations of motion dz/dt of a model that is a formula as source text.
 
-    :Parameters: model of `hamiltonian` or `flow`; language: "c", for `void rates(double t, const double *z, const
-        double *c, double *dz)`, or "heyoka", for Python that makes `system` and `parameters` of
-        taylor_adaptive(system, z0, pars=parameters). z: the rows of fastaff without t, p_t; c: the model's fields.
+    :Parameters: model of `hamiltonian` or `flow`, HenonHeiles or DoublePendulum; language: "c", for `void rates(double
+        t, const double *z, const double *c, double *dz)`, or "heyoka", for Python that makes `system` and `parameters`
+        of taylor_adaptive(system, z0, pars=parameters). z: the rows of fastaff without t, p_t; c: the model's fields.
     :Raises: TypeError for a model that is no such formula, ValueError for another language; ImportError without SymPy.
     :Source: Meurer et al. 2017, PeerJ Comput. Sci. 3, e103 (SymPy: derivatives, common subexpressions, printing).
 
@@ -55,6 +56,8 @@ def source(model: Any, language: str = "c") -> str:
     """
     if language not in LANGUAGES:
         raise ValueError(f"language must be one of {', '.join(LANGUAGES)}, got {language!r}")
+    if type(model) in BUILT_IN and hasattr(model, "coordinates"):
+        model = flow(model, forces={})
     known: tuple = getattr(type(model), "_request", ())
     if len(known) < len(Request._fields) - 1 or known[4] not in ("unit", "masses", "flow"):
         raise TypeError(
