@@ -56,13 +56,10 @@ def source(model: Any, language: str = "c") -> str:
     """
     if language not in LANGUAGES:
         raise ValueError(f"language must be one of {', '.join(LANGUAGES)}, got {language!r}")
-    if type(model) in BUILT_IN and hasattr(model, "coordinates"):
-        model = flow(model, forces={})
+    model = flow(model, forces={}) if type(model) in BUILT_IN and hasattr(model, "coordinates") else model
     known: tuple = getattr(type(model), "_request", ())
     if len(known) < len(Request._fields) - 1 or known[4] not in ("unit", "masses", "flow"):
-        raise TypeError(
-            f"model must be one of fa.hamiltonian(...) or fa.flow(...), got {type(model).__name__}{_flow(model)}"
-        )
+        raise TypeError(f"model must be one of fa.hamiltonian(...) or fa.flow(...), got {_refused(model)}")
     request = Request(*known)
     named = ", ".join(f"{name} = {float(value)!r}" for name, value in zip(model._fields, model, strict=True))
     rows, sides = equations(request, model._fields)
@@ -73,10 +70,10 @@ def source(model: Any, language: str = "c") -> str:
     return LANGUAGES[language](said, rows, sides, [float(value) for value in model])
 
 
-def _flow(model: Any) -> str:
-    """Return the call that makes equations of a model, as a hint; empty where there is none."""
+def _refused(model: Any) -> str:
+    """Return the class of a model, with the call that makes equations of it, if there is one."""
     try:
         flow(model, forces={})
     except (TypeError, ValueError):
-        return ""
-    return ": of its equations, source(fa.flow(model, forces={}))"
+        return type(model).__name__
+    return f"{type(model).__name__}: of its equations, source(fa.flow(model, forces={{}}))"

@@ -154,6 +154,7 @@ def resonance_web(
     width = widths(nu, real("tolerance", tolerance), errors)
     valid = np.isfinite(nu[0])
     smooth = valid if jump is None else valid & ~_torn(nu, real("jump", jump))
+    about: Any = {"names": names, "axes": (first, second), "coordinates": coordinates}
     found: list[ResonanceLine] = []
     everywhere: list[np.ndarray] = []
     for vector in k:
@@ -173,8 +174,7 @@ def resonance_web(
         lines = tuple(line for line in lines if len(line) >= shortest and not _around_one(line))
         if lines or np.count_nonzero(locked) >= shortest:
             order = int(np.abs(vector).sum())
-            k_of_line = tuple(int(c) for c in vector)
-            found.append(ResonanceLine(k_of_line, order, lines, locked, names, (first, second), coordinates))
+            found.append(ResonanceLine(tuple(int(c) for c in vector), order, lines, locked=locked, **about))
     return _distinct(found, everywhere)
 
 
