@@ -6,7 +6,7 @@ As in `fastaff.plot`, every function takes `ax=` and returns the artists it made
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 
@@ -69,7 +69,8 @@ def plot_web(
     1
     """
     drawn: list[Any] = []
-    marked, over = None, cast(Any, axes)
+    over: Any = axes
+    marked = None
     coordinates: tuple[str, ...] = ()
     for line in lines:
         for part in line.lines:
@@ -78,8 +79,8 @@ def plot_web(
             marked = line.locked if marked is None else marked | line.locked
         if over is None:
             over, coordinates = line.axes, line.coordinates
-    if isinstance(over, EnergyGrid):
-        over, coordinates = over.axes, over.names
+    if isinstance(axes, EnergyGrid):
+        over, coordinates = axes.axes, axes.names
     said = f"{0 if marked is None else marked.sum()} starts locked in a resonance that is drawn"
     points = _mark(ax, marked, over, said) if marked is not None else None
     if not ax.get_xlabel():
