@@ -69,6 +69,7 @@ def plot_web(
     1
     """
     drawn: list[Any] = []
+    over: Any = axes
     marked = None
     coordinates: tuple[str, ...] = ()
     for line in lines:
@@ -76,12 +77,12 @@ def plot_web(
             drawn += ax.plot(*part.T, **_style(line.order))
         if dots and line.locked is not None and line.locked.any() and line.lines:
             marked = line.locked if marked is None else marked | line.locked
-        if axes is None:
-            axes, coordinates = line.axes, line.coordinates
+        if over is None:
+            over, coordinates = line.axes, line.coordinates
     if isinstance(axes, EnergyGrid):
-        axes, coordinates = axes.axes, axes.names
+        over, coordinates = axes.axes, axes.names
     said = f"{0 if marked is None else marked.sum()} starts locked in a resonance that is drawn"
-    points = _mark(ax, marked, axes, said) if marked is not None else None
+    points = _mark(ax, marked, over, said) if marked is not None else None
     if not ax.get_xlabel():
         words = [f"${symbol(name)}$" for name in coordinates] or [
             "first coordinate of the grid",
@@ -90,7 +91,7 @@ def plot_web(
         ax.set(xlabel=words[0], ylabel=words[1])
     written, left = _named(ax, lines, names, labels)
     key = [points] if points is not None else []
-    key += _islands(ax, lines, names, axes) if dots else []
+    key += _islands(ax, lines, names, over) if dots else []
     if left:
         few = ", ".join(left) if len(left) <= FEW else f"{len(left)} resonances without room for a name"
         key += ax.plot([], [], label=few, **_style(4))
