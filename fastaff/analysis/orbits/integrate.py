@@ -352,13 +352,13 @@ class _Accurate:
         return (run.ensemble.status == Status.OK) & (energy_error(self.body, run.ensemble) > self.drift)
 
     def _keep(self, orbits: np.ndarray, fine: Compared, chosen: np.ndarray, error: np.ndarray) -> None:
-        # No orbit loses the results of short runs to an iteration that does not converge.
+        # No orbit loses results of short runs to an iteration that fails, whose error is infinite, of amplitudes 0 too.
         lost = np.isfinite(self.error[0, self.chunk[orbits[chosen]]]) & (fine.status[chosen] == Status.NOT_CONVERGED)
         chosen = chosen[~lost]
         where, error = self.chunk[orbits[chosen]], error[:, chosen]
         self.ensemble.take(where, fine.ensemble.of(chosen))
         self.step[where] = fine.step[chosen]
-        size = np.concatenate([scale[:, orbits[chosen]] for scale in (self.motion.position, self.motion.momentum)])
+        size = np.maximum(np.vstack([self.motion.position, self.motion.momentum])[:, orbits[chosen]], 1e-300)
         self.error[:, where] = error[-1] * size
         every = slice((n := self.parts // self.count) - 1, None, n) if self.count else slice(0)
         self.samples[..., where] = fine.states[every][..., chosen]
