@@ -36,13 +36,13 @@ for module, orbits in librations.table()[:6]:
 nu = np.where(regular, found.nu[:2], np.nan)
 spread = np.full((2, grid.forbidden.size), np.nan)
 spread[:, grid.cell] = nu
-lines = resonance_web(spread.reshape(2, *grid.forbidden.shape), axes=axes, max_order=24, tolerance=1e-6, jump=0.02)
+lines = resonance_web(spread.reshape(2, *grid.forbidden.shape), axes=grid, max_order=24, tolerance=1e-6, jump=0.02)
 
 figure = Figure(figsize=(10, 5), dpi=200, layout="constrained")
 left, right = figure.subplots(1, 2, width_ratios=(1.5, 1))
 plot.plot_diffusion_grid(grid, plot.colouring(found), ax=left)
 left.plot(edge.coordinate, edge.momentum, edge.coordinate, -edge.momentum, color="0.35", lw=0.8)
-plot_web(lines, ax=left, names=found.names[:2], axes=axes, labels=6)
+plot_web(lines, ax=left, names=found.names[:2], labels=6)
 left.set_title(
     "a   librations of area and size r at $p_{\\alpha}=0$, order $\\leq 24$; circles: locked", loc="left", fontsize=10
 )

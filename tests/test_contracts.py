@@ -406,6 +406,72 @@ def test_schemes_for_quadratic_kinetic_energies_are_refused_for_others():
     assert (np.abs(found.z - plain.z) <= found.error + 1e-13).all()
 
 
+@pytest.mark.parametrize(
+    "text", ["sqrt(m**2 + p**2 + u**2) - m", "p**4/4 + u**2/2", "p**2/2 + m*p + u**2/2", "cos(p) + u**2"]
+)
+def test_a_text_whose_kinetic_energy_is_not_quadratic_is_told_what_splittings_need(text):
+    model = fa.hamiltonian(
+        f"{text} + (x**2 + y**2)/2", coordinates="x y", momenta="p u", **{"m": 1.0} if "m" in text else {}
+    )
+    assert system_of(model).nonseparable
+    for scheme in (fa.KAHAN_LI8, fa.schemes.RKN12, fa.TimeTransformed(fa.KAHAN_LI8)):
+        said = r"needs velocity.* a class or a text with T quadratic in p, and Form.* has rates.*: take GAUSS16"
+        with pytest.raises(ValueError, match=said):
+            fa.integrate(model, Z, time=1.0, scheme=scheme, step=0.05)
+
+
+def test_a_text_and_a_class_of_one_kinetic_energy_have_the_same_orbits():
+    """By Gauss's collocation and by a splitting, at a random mass and starts."""
+    random = np.random.default_rng(32)
+    m, z = random.uniform(0.5, 2), random.uniform(-2, 2, (4, 8))
+    text = fa.hamiltonian("sqrt(m**2 + p**2 + u**2) - m + (x**2 + y**2)/2", coordinates="x y", momenta="p u", m=m)
+    whole, split = (
+        fa.integrate(text, z, time=50.0, scheme=fa.schemes.GAUSS16),
+        fa.integrate(Relativistic(m), z, time=50.0),
+    )
+    assert split.scheme == fa.KAHAN_LI8
+    assert (np.abs(whole.z - split.z) <= whole.error + split.error + 1e-13).all()
+    assert max(whole.energy_error.max(), split.energy_error.max()) < 1e-9
+
+
+def test_a_class_that_does_not_name_its_kind_is_told_it():
+    class Whole(NamedTuple):
+        degrees_of_freedom, coordinates = 1, ("q",)
+
+        def energy(self, q, p):
+            return p * p * (1 + q * q) / 2
+
+        def rates(self, q, p):
+            return p * (1 + q * q), -p * p * q
+
+        def tangent_rates(self, q, p, dq, dp):
+            return dp * (1 + q * q) + 2 * p * q * dq, -2 * p * q * dp - p * p * dq
+
+        def margin(self, q, p):
+            return 1.0 + 0.0 * q
+
+    with pytest.raises(TypeError, match=r"has no velocity, force, .* must have kind = \S*contracts.Kind.NONSEPARABLE$"):
+        fa.integrate(Whole(), [0.3, 0.4], time=1.0)
+    del Whole.energy, Whole.tangent_rates
+    with pytest.raises(TypeError, match=r"has no velocity, force, .* must have kind = \S*contracts.Kind.FLOW$"):
+        fa.integrate(Whole(), [0.3, 0.4], time=1.0)
+
+
+def test_the_axis_of_a_top_is_refused_with_the_chart_that_takes_it():
+    upright = np.array([0.0, 0.0, 0.0, 0.0, 1.0, 1.0])
+    for top in (fa.models.SymmetricTop(), fa.models.SymmetricTop(h=0.0)):
+        with pytest.raises(ValueError, match=r"theta = 0 of a top, which AsymmetricTop\(..., chart=\"quaternion\"\)"):
+            fa.integrate(top, upright, time=1.0)
+    lost = fa.integrate(fa.models.AsymmetricTop(h_3=1.0), upright, time=1.0)
+    assert lost.status == fa.Status.NOT_CONVERGED
+    assert np.isinf(lost.error).all()
+    taken = fa.models.AsymmetricTop(h_3=1.0, chart="quaternion")
+    run = fa.integrate(taken, [1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 2.0], time=1.0)
+    assert np.allclose(run.z[[1, 2, 5, 6]], 0, atol=1e-12)
+    with pytest.raises(ValueError, match=r"where the potential lives \(r - 1 - sqrt\(1 - a\*\*2\) > 0\)"):
+        fa.integrate(fa.models.KerrGeodesic(0.9), [1.0, 1.5, 0.0, 0.0, 0.1, 2.0], time=1.0)
+
+
 def test_a_body_of_another_class_is_a_body():
     """p_eta, p_gamma, grids, frequencies of the planes: by what it says of itself, not by its class."""
     own, ours = OwnBody(fa.Hyperelastic()), fa.Body(fa.Hyperelastic())

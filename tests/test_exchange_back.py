@@ -111,6 +111,7 @@ MODELS = [
     fa.hamiltonian("x**4/4 - f*x*cos(w*t)", coordinates="x", period="2*pi/w", f=0.3, w=1.2),
     fa.hamiltonian("a*p1**2/2 + p2**2*(1 + x**2) + x**2*y**2 + y**4", coordinates="x y", momenta="p1 p2", a=0.8),
     fa.flow("x' = s*(y - x); y' = x*(r - z) - y; z' = x*y - b*z", s=10.0, r=28.0, b=8 / 3),
+    fa.HenonHeiles(lam=0.7),
 ]
 
 
@@ -155,14 +156,14 @@ def test_heyoka_has_the_same_orbits():
 
 def test_source_of_what_is_no_formula_is_refused():
     with pytest.raises(
-        TypeError, match=r"model must be one of fa.hamiltonian\(...\) or fa.flow\(...\), got HenonHeiles$"
+        TypeError, match=r"model must be one of fa.hamiltonian\(...\) or fa.flow\(...\), got StandardMap$"
     ):
-        source(HH)
+        source(fa.models.StandardMap(K=0.3))
     with pytest.raises(TypeError, match="got FormulaMap"):
         source(fa.mapping("p1 = p + K*sin(x); x1 = x + p1", K=0.3))
-    body = fa.formula("gent", G=1.0, Jm=10.0, K=2.0)
-    with pytest.raises(TypeError, match=r"got Body: of its equations, source\(fa.flow\(model, forces={}\)\)$"):
-        source(body)
-    assert "z: D1, D2, p_D1, p_D2" in source(fa.flow(body, forces={}))
+    for body in (fa.formula("gent", G=1.0, Jm=10.0, K=2.0), fa.Body(fa.NeoHookean(G=1.0, K=2.0))):
+        with pytest.raises(TypeError, match=r"got Body: of its equations, source\(fa.flow\(model, forces={}\)\)$"):
+            source(body)
+        assert "z: D1, D2, p_D1, p_D2" in source(fa.flow(body, forces={}))
     with pytest.raises(ValueError, match="language must be one of c, heyoka, got 'fortran'"):
         source(MODELS[0], "fortran")

@@ -300,3 +300,16 @@ def test_angles_about_an_axis_in_the_isochrone():
         ValueError, match="angles must be 'R phi' of 2 coordinates or 'R z phi' of 3 coordinates, or a value"
     ):
         fa.orbit_frequencies(orbits, angles="r theta")
+
+
+def test_tables_without_rows_or_of_arrow_are_refused_with_the_call():
+    polars = pytest.importorskip("polars")
+    table = polars.DataFrame({"x": np.cos(np.arange(99.0)), "v": -np.sin(np.arange(99.0))})
+    for call in (lambda value: fa.tunes(value, coordinates="x v"), fa.mapping):
+        with pytest.raises(TypeError, match=r"a LazyFrame of polars has no rows yet: give its .collect\(\)"):
+            call(table.lazy())
+    pytest.importorskip("pyarrow")
+    with pytest.raises(TypeError, match=r"table of Arrow: give samples.to_pandas\(\) or polars.from_arrow\(samples\)"):
+        fa.tunes(table.to_arrow(), coordinates="x v")
+    again = polars.from_arrow(table.to_arrow())
+    assert (fa.tunes(again, coordinates="x v").nu == fa.tunes(table, coordinates="x v").nu).all()

@@ -214,3 +214,101 @@ def test_kicks_of_pyat_that_are_moved_are_refused():
     at.shift_elem(ring[1], 1e-3, 0.0)
     with pytest.raises(ValueError, match=r"the element 'mine' \(ThinMultipole\) has another kick than its strengths"):
         fa.mapping(ring)
+
+
+def _one(xt, **elements):
+    line = xt.Line([xt.Drift(length=0.3), *elements.values()], element_names=["d", *elements])
+    line.particle_ref = xt.Particles(p0c=7e9, mass0=xt.PROTON_MASS_EV)
+    return line
+
+
+@pytest.mark.parametrize(
+    ("kind", "held", "said"),
+    [
+        ("Bend", {"length": 0.5, "angle": 0.1, "k2": 2.0}, "k2 is not 0"),
+        ("RBend", {"length_straight": 0.5, "angle": 0.1, "k2": 2.0}, "k2 is not 0"),
+        (
+            "Bend",
+            {"length": 0.5, "angle": 0.1, "knl": [0.0, 0, 1, 3], "ksl": [0, 0, 0.5]},
+            r"knl\[2\], knl\[3\], ksl\[2\] are not 0",
+        ),
+        ("UniformSolenoid", {"length": 0.5, "ks": 0.1, "knl": [0.0, 0, 1]}, r"knl\[2\] is not 0"),
+        ("Quadrupole", {"length": 0.5, "k1": 0.1, "knl": [0.0, 0, 1]}, "neither linear nor a thin multipole"),
+    ],
+)
+def test_multipoles_beyond_the_linear_part_are_refused_by_name(kind, held, said):
+    xt = pytest.importorskip("xtrack")
+    line = _one(xt, mine=getattr(xt, kind)(**held))
+    with pytest.raises(ValueError, match=rf"the element 'mine' \({kind}\).*{said}.*line.slice_thick_elements\("):
+        fa.mapping(line)
+
+
+def test_cut_bends_with_multipoles_are_kicks():
+    """Against tracking; beside a gradient the curvature has kicks of second order, of size k1 l h x^2, left out."""
+    xt = pytest.importorskip("xtrack")
+    rng = np.random.default_rng(53)
+    k1, k2, knl3, ksl2, angle = rng.uniform([0.2, 2, 20, 0.5, 0.05], [0.4, 4, 40, 1.0, 0.1])
+    start = rng.uniform(-1e-3, 1e-3, (4, 20))
+    off = []
+    for gradient in (0.0, k1):
+        bend = xt.Bend(
+            length=0.5, angle=angle, k0_from_h=True, k1=gradient, k2=k2, knl=[0, 0, 0, knl3], ksl=[0, 0, ksl2]
+        )
+        line = _one(xt, b=bend)
+        line.slice_thick_elements([xt.Strategy(slicing=xt.Teapot(3))])
+        particles = line.build_particles(**dict(zip(("x", "y", "px", "py"), start, strict=True)))
+        line.track(particles)
+        truth = np.array([getattr(particles, name) for name in ("x", "y", "px", "py")])
+        off.append(np.abs(fa.integrate(fa.mapping(line), start, time=1).z - truth).max())
+    assert off[0] < 1e-12 * np.abs(start).max()
+    assert off[1] < k1 * angle * (2 * np.abs(start).max()) ** 2  # amplitudes within the bend are up to twice these
+
+
+def test_elements_that_depend_on_the_arrival_are_refused_by_name():
+    xt = pytest.importorskip("xtrack")
+    line = _one(xt, crab=xt.CrabCavity(crab_voltage=1e6, frequency=4e8))
+    with pytest.raises(
+        ValueError, match=r"'crab' \(CrabCavity\) changes the momentum.*line\['crab'\].crab_voltage = 0"
+    ):
+        fa.mapping(line)
+    line["crab"].crab_voltage = 0
+    assert fa.mapping(line).symplectic
+    with pytest.raises(ValueError, match=r"'fast' \(RFMultipole\) changes the momentum.*line.remove\('fast'\)"):
+        fa.mapping(_one(xt, fast=xt.RFMultipole(knl=[0, 0.1], frequency=4e8)))
+
+
+def test_apertures_are_told():
+    xt, at = pytest.importorskip("xtrack"), pytest.importorskip("at")
+    small = [-1e-4, 1e-4, -1e-4, 1e-4]
+    line = _one(xt, wide=xt.LimitEllipse(a=0.1, b=0.1), rect=xt.LimitRect(min_x=-1e-4, max_x=1e-4, min_y=-1, max_y=1))
+    ring = at.Lattice([at.Drift("d", 0.3), at.Aperture("wide", small), at.Collimator("rect", 0.1, small)], energy=1e9)
+    for lattice, length in ((line, 0.3), (ring, 0.4)):
+        with pytest.warns(UserWarning, match=r"leaves out apertures \('wide', 'rect'\): no orbit is lost") as told:
+            model = fa.mapping(lattice)
+        assert told[0].filename == __file__
+        np.testing.assert_allclose(jacobian(model, np.zeros((4, 1)))[:2, 2:, 0], length * np.eye(2), rtol=1e-9)
+    assert all(hasattr(element, name) for element, name in zip(ring[1:], ("Limits", "RApertures"), strict=True))
+
+
+def test_dipoles_of_pyat_with_multipoles_are_refused_and_cut():
+    at = pytest.importorskip("at")
+    rng = np.random.default_rng(71)
+    gradient, k2, edge = rng.uniform([0.1, 20.0, 0.0], [0.4, 40.0, 0.1])
+    start = rng.uniform(-1e-3, 1e-3, (4, 20))
+    rays = np.zeros((6, 20), order="F")
+    rays[[0, 2, 1, 3]] = start
+    thick = at.Dipole("mine", 0.5, 0.1, PolynomB=[0, gradient, k2], EntranceAngle=edge, ExitAngle=edge)
+    ring = at.Lattice([thick], energy=1e9)
+    end, off = ring.track(rays, nturns=1)[0][[0, 2, 1, 3], :, 0, -1], []
+    with pytest.raises(ValueError, match=r"'mine' \(Dipole\).*PolynomB\[2\] is not 0: A, B = .*e.divide\("):
+        fa.mapping(ring)
+    for n in (2, 8):  # as the refusal says: errors fall with n^2
+        e = thick.deepcopy()
+        A, B, L = e.PolynomA.copy(), e.PolynomB.copy(), e.Length
+        A[:2] = B[:2] = 0
+        e.PolynomA[2:] = e.PolynomB[2:] = 0
+        parts, kick = e.divide([0.5 / n] * 2 * n), at.ThinMultipole("k", A * L / n, B * L / n)
+        cut = [p for first, last in zip(parts[::2], parts[1::2], strict=True) for p in (first, kick, last)]
+        found = fa.integrate(fa.mapping(at.Lattice(cut, energy=1e9)), start, time=1).z
+        off.append(np.abs(found - end).max())
+    assert 12 < off[0] / off[1] < 20

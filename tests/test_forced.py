@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import fastaff as fa
+from fastaff.formulas.forced import BUILT_IN
 
 LAWS = {
     "gent": {"G": 0.8, "Jm": 9.0, "K": 2.0},
@@ -50,6 +51,33 @@ def test_a_linear_oscillator_swings_as_its_closed_form(scaled):
     assert abs(p - (1j * w * m * swing * (c + 1j * s)).real) < 1e-8
 
 
+@pytest.mark.parametrize("potential", [cls for cls in BUILT_IN if hasattr(cls, "slopes")])
+def test_bodies_of_named_potentials_are_pulled_by_their_own_energy(potential):
+    """Text, domain and slopes against the class, where D1 D2 > 0 and beyond."""
+    rng = np.random.default_rng(10)
+    potential = potential(*rng.uniform(0.5, 2.0, len(potential._fields)))
+    mu, g = rng.uniform(0.5, 2.0, 2)
+    body = fa.Body(potential, mu=mu)
+    free, damped = fa.flow(body), fa.flow(body, forces={"D2": "-damp*p_D2"}, damp=g)
+    assert free.coordinates == ("D1", "D2", "p_D1", "p_D2")
+    (x, y), p = rng.uniform(0.7, 1.4, (2, 20)), rng.normal(size=(2, 20))
+
+    def invariants(x, y):
+        return (x + y) ** 2 / 2, (x - y) ** 2 / 2
+
+    A, B = invariants(x, y)
+    V_A, V_B = potential.slopes(A, B)
+    forces = -V_A * (x + y) - V_B * (x - y), -V_A * (x + y) + V_B * (x - y)
+    np.testing.assert_allclose(np.broadcast_arrays(*free.rates(x, y, *p)), [*p / mu, *forces], rtol=1e-11, atol=1e-11)
+    changed = np.subtract(damped.rates(x, y, *p), free.rates(x, y, *p))
+    np.testing.assert_allclose(changed, [0 * x, 0 * x, 0 * x, -g * p[1]], atol=1e-11)
+    text = fa.formula(BUILT_IN[type(potential)].formula, **potential._asdict())
+    np.testing.assert_allclose(text.potential.value(A, B), potential.value(A, B), rtol=1e-12, atol=1e-12)
+    x, y = rng.normal(size=(2, 50))
+    inside = [free.margin(*z, 0.1, 0.2) > 0 for z in zip(x, y)]
+    assert inside == list(potential.margin(*invariants(x, y)) > 0)
+
+
 def test_any_hamiltonian_may_be_pulled_and_without_forces_it_is_its_own():
     """H(q, p) with momenta in its text, and a named system: rates of the model, and what is added."""
     rng = np.random.default_rng(9)
@@ -58,11 +86,12 @@ def test_any_hamiltonian_may_be_pulled_and_without_forces_it_is_its_own():
     charge = fa.hamiltonian("x**2 + y**2", masses=(2.0, 3.0), vector_potential={"x": "-y*x", "y": "x*y"})
     double = fa.models.DoublePendulum(*map(float, rng.uniform(0.5, 2.0, 5)))
     assert fa.flow(double).periods() == (2 * np.pi, 2 * np.pi, 0.0, 0.0)
-    for model in (sphere, torus, charge, double):
+    henon = fa.HenonHeiles(lam=rng.uniform(0.5, 2.0))
+    for model in (sphere, torus, charge, double, henon):
         z = rng.uniform(0.5, 1.5, (4, 12))
-        name, momentum = model.coordinates[0], model.momenta[0]
+        name, momentum = model.coordinates[0], getattr(model, "momenta", ["p_x"])[0]
         free, damped = fa.flow(model), fa.flow(model, forces={name: f"-damp*{momentum}"}, damp=0.3)
-        own = np.broadcast_arrays(*model.rates(*z))
+        own = np.broadcast_arrays(*(model.rates(*z) if hasattr(model, "rates") else (*z[2:], *model.force(*z[:2]))))
         np.testing.assert_allclose(np.broadcast_arrays(*free.rates(*z)), own, rtol=1e-10, atol=1e-12)
         own = np.array(own)
         own[2] -= 0.3 * z[2]
@@ -88,7 +117,12 @@ GENT = fa.formula("gent", **LAWS["gent"])
         (lambda: fa.flow(GENT, forces={"D1": "sine*cos(t)"}, sine=1.0), ValueError, "sine is the phase of the drive"),
         (lambda: fa.flow(GENT, forces={"D1": "f*cos(t)"}), ValueError, "unknown name 'f'"),
         (lambda: fa.flow(fa.formula("alpha**2 + beta**2")), ValueError, "is a formula of D1 and D2, got 'alpha"),
-        (lambda: fa.flow(fa.Body(fa.NeoHookean())), TypeError, "text must be equations, or a model that"),
+        (
+            lambda: fa.flow(fa.Body(fa.Harmonic().alpha_beta)),
+            TypeError,
+            "or of Harmonic, .*, got Body",
+        ),
+        (lambda: fa.flow(fa.Harmonic(), forces={"D1": "1"}), TypeError, "text must be equations, or a model that"),
         (lambda: fa.flow("x' = -x", forces={"x": "1"}), TypeError, "text must be equations, or a model that"),
         (
             lambda: fa.flow(fa.hamiltonian("x**2", coordinates="x", friction=0.1)),

@@ -308,6 +308,10 @@ def test_axes_in_another_order_are_shown_how_to_be_turned():
         fa.tunes(ARRAY[:1])
 
 
+OBJECTS = np.empty(4, dtype=object)
+OBJECTS[:] = list(ARRAY[:, 0])
+
+
 @pytest.mark.parametrize(
     ("value", "error", "said"),
     [
@@ -320,6 +324,7 @@ def test_axes_in_another_order_are_shown_how_to_be_turned():
         ("orbits", TypeError, "samples must be"),
         (None, TypeError, "samples must be"),
         (ARRAY > 0, TypeError, "samples must be an array of real numbers"),
+        (OBJECTS, TypeError, r"real numbers, got objects of shape \(4,\): np.array\(samples.tolist\(\), dtype=float\)"),
         (ARRAY[0, 0], ValueError, r"samples must have shape \(2n, orbits, samples\) or \(2n, samples\), got \(2000,\)"),
         (
             SimpleNamespace(samples=np.zeros((0, 4, 3)), times=np.zeros(0), names=OWN.names),
@@ -334,6 +339,10 @@ def test_what_is_no_array_of_orbits_is_refused(value, error, said):
     for call in (fa.tunes, lambda value, **given: fa.orbit_frequencies(value, DT, **given)):
         with pytest.raises(error, match=said):
             call(value, coordinates=coordinates)
+
+
+def test_an_array_of_objects_is_taken_as_its_refusal_says():
+    np.testing.assert_array_equal(fa.tunes(np.array(OBJECTS.tolist(), dtype=float)).nu, fa.tunes(ARRAY[:, 0]).nu)
 
 
 def test_angles_and_bodies_that_do_not_suit():

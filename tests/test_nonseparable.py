@@ -303,13 +303,13 @@ def test_what_does_not_go_with_it_is_refused():
         (
             lambda: fa.integrate(H, [0.1] * 4, time=1.0, scheme="KAHAN_LI8"),
             ValueError,
-            "KAHAN_LI8 .* is H.q, p.: take GAUSS16",
+            "KAHAN_LI8 .* of H.q, p.: take GAUSS16",
         ),
-        (lambda: fa.integrate(H, [0.1] * 4, time=1.0, scheme=fa.AUTO), ValueError, "is H.q, p.: take GAUSS16"),
+        (lambda: fa.integrate(H, [0.1] * 4, time=1.0, scheme=fa.AUTO), ValueError, "of H.q, p.: take GAUSS16"),
         (
             lambda: fa.integrate(H, [0.1] * 4, time=1.0, scheme=fa.TimeTransformed()),
             ValueError,
-            "is H.q, p.: take GAUSS16",
+            "of H.q, p.: take GAUSS16",
         ),
         (lambda: fa.energy_grid(H, energy=1.0, axes={"q2": [0.1], "p2": [0.1]}), ValueError, "solve must name"),
         (lambda: fa.energy_sample(H, orbits=5, energy=-4.0), ValueError, "below the minimum -3 "),

@@ -119,7 +119,7 @@ def test_what_its_order_does_not_hold_for_is_refused():
     for model, said in (
         (turning, "turns: take BLANES_CASAS_ESCORIHUELA8"),
         (damped, "has friction"),
-        (whole, "needs H = T"),
+        (whole, "rates"),
     ):
         z0 = np.full(2 * model.degrees_of_freedom, 0.1)
         with pytest.raises(ValueError, match=said):

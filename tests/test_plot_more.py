@@ -186,6 +186,29 @@ def test_the_title_on_the_left_stands_above_the_legend_of_a_web(ax):
     assert title.y0 >= legend.y1 - 2
 
 
+def test_a_web_is_drawn_over_the_grid_that_it_is_of():
+    model = fa.HenonHeiles()
+    grid = fa.energy_grid(model, energy=0.1, section="x=0", axes={"y": np.linspace(-0.3, 0.4, 4), "p_y": [-0.1, 0.2]})
+    nu = np.stack([np.ones(grid.forbidden.shape), np.where(np.arange(4)[:, None] < 3, 1.0, 0.7 + np.arange(2))])
+    web = fa.resonance_web(nu, axes=grid, max_order=2)
+    line = np.array([[-0.1, -0.1], [0.0, 0.2]])
+    drawn = [dataclasses.replace(each, lines=(line,)) for each in web]  # one that holds on six of eight points
+    points = np.array([[y, p] for y in grid.axes[0][:3] for p in grid.axes[1]])
+    for lines, axes in (
+        (drawn, None),
+        (drawn, grid),
+        (drawn, grid.axes),
+        ([dataclasses.replace(drawn[0], axes=())], grid),
+    ):
+        figure = Figure()
+        found = fa.plot.plot_web(lines, ax=figure.subplots(), axes=axes)
+        np.testing.assert_array_equal(found.points.get_offsets(), points)
+    ax = Figure().subplots()
+    fa.plot.plot_web(drawn, ax=ax)
+    assert (ax.get_xlabel(), ax.get_ylabel()) == ("$y$", "$p_{y}$")
+    assert found.points.axes.get_xlabel() == "$y$"
+
+
 def test_names_of_a_web_do_not_overlap_and_the_longest_lines_have_them(ax):
     ax.set(xlim=(0, 1), ylim=(0, 1))
     rng = np.random.default_rng(2)

@@ -547,7 +547,7 @@ def test_a_web_of_a_map_over_its_grid_is_that_of_the_arrays(body, energy, rows, 
             np.testing.assert_array_equal(x, y)
         assert f"order {a.order}, length {a.length:.3g}, {a.locked.sum()} points locked" in a.summary()
     with pytest.raises(TypeError, match="nu must be a frequency map of the"):
-        fastaff.resonance_web(nu, axes=grid)
+        fastaff.resonance_web(grid, axes=grid)
     drawn = found.plot(grid, web=one)
     assert len(drawn.lines) == sum(len(line.lines) for line in one)
     with pytest.raises(TypeError, match="web= is drawn over the EnergyGrid"):

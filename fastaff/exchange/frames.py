@@ -61,6 +61,8 @@ def _columns(table: Any) -> dict[str, Any] | None:
     """Return the columns of a table by name, with the levels of an index that have names; None for no table."""
     if isinstance(table, dict):
         return table
+    if hasattr(table, "collect"):
+        raise TypeError(f"a {type(table).__name__} of polars has no rows yet: give its .collect()")
     listed = getattr(table, "columns", None)
     if listed is None:
         return None

@@ -8,7 +8,7 @@ import numpy as np
 
 from ..base.foreign import Foreign
 from .kicks import ROWS, Kick, turn
-from .linear_parts import compared, kept_momentum, probed
+from .linear_parts import compared, higher, kept_momentum, probed, told
 
 
 def orbits(monitor: Any, name: str, coordinates: tuple[str, ...] | None) -> Foreign:
@@ -20,13 +20,11 @@ def orbits(monitor: Any, name: str, coordinates: tuple[str, ...] | None) -> Fore
         if hasattr(monitor, "element_dict"):
             said += ": give line.record_last_track, after line.track(..., turn_by_turn_monitor=True)"
         raise TypeError(f"{name} must be a monitor of xtrack; this {type(monitor).__name__} {said}")
-    arrays = [np.asarray(getattr(monitor, entry), dtype=float) for entry in names]
-    if arrays[0].ndim != 2:
-        raise TypeError(
-            f"{name} must be a monitor of xtrack with (particles, turns), as of line.track(..., "
-            f"turn_by_turn_monitor=True), got {type(monitor).__name__} of shape {arrays[0].shape}"
-        )
-    return Foreign(np.array(arrays), None, tuple(names))
+    array = np.array([getattr(monitor, entry) for entry in names], dtype=float)
+    if array.ndim != 3:
+        said = f"turn_by_turn_monitor=True), got {type(monitor).__name__} of shape {array.shape[1:]}"
+        raise TypeError(f"{name} must be a monitor of xtrack with (particles, turns), as of line.track(..., {said}")
+    return Foreign(array, None, tuple(names))
 
 
 def starts(particles: Any, name: str) -> np.ndarray:
@@ -37,39 +35,45 @@ def starts(particles: Any, name: str) -> np.ndarray:
     return np.array([np.asarray(getattr(particles, entry))[alive] for entry in ROWS], dtype=float)
 
 
-CUT = "line.slice_thick_elements(...)"
-"""The call that makes thin kicks of thick elements."""
-
+CUT = "cut it into thin kicks first, line.slice_thick_elements(...)"
 TAKEN_LINEAR = ("Bend", "RBend", "DipoleEdge", "Solenoid", "UniformSolenoid")
-"""Elements whose linear part is taken."""
+"""Elements whose linear part is taken, and those cut of them."""
 
 
 def lattice(line: Any) -> str:
     """Return the map of one turn of a Line, on momentum, as a text."""
-    if not hasattr(line, "element_dict") or getattr(line, "particle_ref", None) is None:
+    if getattr(line, "particle_ref", None) is None or not hasattr(line, "element_dict"):
         raise TypeError(f"text must be a Line of xtrack with its particle_ref, got {type(line).__name__}")
     if not line._has_valid_tracker():
         line.build_tracker()
-    return turn(_part(line, k, name) for k, name in enumerate(line.element_names))
+    limits = told([name for name in line.element_names if "Limit" in type(line.element_dict[name]).__name__])
+    return turn(p for k, name in enumerate(line.element_names) if name not in limits for p in _parts(line, k, name))
 
 
-def _part(line: Any, k: int, name: str) -> Any:
-    """Return an element as a kick or a linear part; a ValueError names one that is neither."""
+def _parts(line: Any, k: int, name: str) -> list[Any]:
+    """Return kicks and linear parts of an element; a ValueError names one that has others."""
     element = line.element_dict[name]
-    kind = type(element).__name__
-    whole = getattr(element, "parent_name", name)
-    kept_momentum(not getattr(line.element_dict[whole], "voltage", 0.0), name, kind, f"line[{whole!r}].voltage = 0")
+    kind, whole = type(element).__name__, getattr(element, "parent_name", name)
+    parent, off = line.element_dict[whole], f"take it off, line.remove({name!r})"
+    volts = [f"line[{whole!r}].{entry} = 0" for entry in ("voltage", "crab_voltage") if getattr(parent, entry, 0.0)]
 
     def track(points: np.ndarray) -> np.ndarray:
-        particles = line.build_particles(**dict(zip(("x", "y", "px", "py"), points, strict=True)), mode="set")
+        particles = line.build_particles(**dict(zip(ROWS, points, strict=True)), zeta=0.01, mode="set")
         line.track(particles, ele_start=k, num_elements=1)
         particles.sort(interleave_lost_particles=True)
-        lost = np.asarray(particles.state) < 1
-        return np.where(lost, np.nan, np.array([getattr(particles, row) for row in ("x", "y", "px", "py")]))
+        kept_momentum(not np.any(particles.delta), name, kind, *volts or [off])
+        return np.where(np.asarray(particles.state) < 1, np.nan, [getattr(particles, row) for row in ROWS])
 
-    thin = element.get_equivalent_element() if kind.startswith("ThinSlice") else element
-    if type(thin).__name__ == "Multipole" and not np.any(thin.hxl) and not getattr(thin, "isthick", False):
-        kick = Kick(tuple(thin.knl), tuple(thin.ksl))
-        axis = [float(getattr(thin, entry, 0.0)) for entry in ("shift_x", "shift_y", "rot_s_rad")]
-        return compared(kick.moved(*axis) if any(axis) else kick, track, name, kind)
-    return probed(track, name, kind, kind in TAKEN_LINEAR, CUT)
+    thin = element.get_equivalent_element() if hasattr(element, "get_equivalent_element") else element
+    linear, thick = type(parent).__name__ in TAKEN_LINEAR, getattr(element, "isthick", False) and "Drift" not in kind
+    if thick or type(thin).__name__ != "Multipole":
+        return [probed(track, name, kind, linear, CUT if thick else off, higher(parent) if linear and thick else ())]
+    axis = [float(getattr(thin, entry, 0.0)) for entry in ("shift_x", "shift_y", "rot_s_rad")]
+    strengths = np.array([thin.knl, thin.ksl])
+    if not np.any(thin.hxl):
+        return [compared(Kick(*strengths).moved(*axis), track, name, kind)]
+    linear = linear and bool(np.any(strengths[:, 1:2])) and not any(axis)
+    strengths[:, :2] = 0
+    kick, back = (Kick(*part).moved(*axis) for part in (strengths, -strengths))
+    off = "take off shifts and turns, and the gradient of one that is no bend cut into kicks, or set hxl = 0"
+    return [probed(lambda points: back.images(track(points)), name, kind, linear, off), kick]

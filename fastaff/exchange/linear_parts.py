@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import warnings
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
@@ -13,6 +14,23 @@ SMALL, LARGE, LINEAR = 1e-5, 1e-3, 1e-9
 """Amplitudes for the matrix of an element's linear part and of a linear element; largest error of the latter."""
 SYMPLECTIC = 1e-6
 """Largest error of symplecticity of such a matrix."""
+STRENGTHS = ("k2", "k2s", "k3", "k3s", "knl", "ksl", "knl_rel", "ksl_rel", "PolynomB", "PolynomA")
+"""Attributes for multipoles: of order 2 and more, or by order from 0."""
+
+
+def higher(element: object) -> list[str]:
+    """Return the names of an element's multipoles of order 2 and more that are not 0: k2, knl[3]."""
+    held = ((name, getattr(element, name, 0.0)) for name in STRENGTHS)
+    named = [(f"{name}[{n}]" if np.ndim(row) else name, n, row) for name, row in held for n in range(np.size(row))]
+    return [name for name, n, row in named if np.ravel(row)[n] and (n > 1 or not np.ndim(row))]
+
+
+def told(apertures: list[str]) -> list[str]:
+    """Return the names of apertures; warn that they are no part of a map."""
+    if apertures:
+        said = ", ".join(map(repr, apertures[:3])) + (", ..." if apertures[3:] else "")
+        warnings.warn(f"the map leaves out apertures ({said}): no orbit is lost there", UserWarning, stacklevel=6)
+    return apertures
 
 
 def kept_momentum(keeps: bool, name: str, kind: str, call: str) -> None:
@@ -34,13 +52,17 @@ def compared(kick: Kick, track: Callable[[np.ndarray], np.ndarray], name: str, k
 
 
 def probed(
-    track: Callable[[np.ndarray], np.ndarray], name: str, kind: str, linear: bool, cut: str
+    track: Callable[[np.ndarray], np.ndarray], name: str, kind: str, linear: bool, call: str, thick: Sequence[str] = ()
 ) -> tuple[np.ndarray, ...]:
     """Return the matrix (4, 4) and shift (4,) of an element, of its images of points (4, count) in ROWS' order; linear:
-    whether that is taken where it is no more than the element's linear part; cut: the call that makes thin kicks of it.
+    whether that is taken where it is no more than the element's linear part; call: what to do where it is not; thick:
+    multipoles beyond the linear part, which are never left out.
 
     Raises ValueError naming the element otherwise.
     """
+    refused = f"the element {name!r} ({kind}) is neither linear nor a thin multipole"
+    if thick:
+        raise ValueError(f"{refused}, {', '.join(thick)} {'is' if len(thick) == 1 else 'are'} not 0: {call}")
     size = SMALL if linear else LARGE
     points = size * np.concatenate([np.eye(4), -np.eye(4), np.zeros((4, 1)), [[0.7], [-0.4], [0.3], [0.8]]], axis=1)
     images = np.asarray(track(points.copy()), dtype=float)
@@ -48,9 +70,7 @@ def probed(
         raise ValueError(f"the element {name!r} ({kind}) loses particles at {size:g}: it is no part of a map")
     shift, matrix = images[:, 8], (images[:, :4] - images[:, 4:8]) / (2 * size)
     if not linear and np.abs(matrix @ points[:, 9] + shift - images[:, 9]).max() > LINEAR * size:
-        raise ValueError(
-            f"the element {name!r} ({kind}) is neither linear nor a thin multipole: cut it into thin kicks first, {cut}"
-        )
+        raise ValueError(f"{refused}: {call}")
     if np.abs(matrix.T @ J @ matrix - J).max() > SYMPLECTIC:
         raise ValueError(f"the element {name!r} ({kind}) is not symplectic on momentum: switch off what damps or ramps")
     for _ in range(2):  # to rounding symplectic, as differences of images are not

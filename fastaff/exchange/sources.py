@@ -6,6 +6,7 @@ from typing import Any
 
 from ..base.interruption import imported
 from ..formulas.flow_text import flow
+from ..formulas.forced import BUILT_IN
 from ..formulas.gammainc import gammainc
 from ..formulas.library import Request
 from .symbols import equations
@@ -41,9 +42,9 @@ LANGUAGES = {"c": _c, "heyoka": _heyoka}
 def source(model: Any, language: str = "c") -> str:
     """Return the equations of motion dz/dt of a model that is a formula as source text.
 
-    :Parameters: model of `hamiltonian` or `flow`; language: "c", for `void rates(double t, const double *z, const
-        double *c, double *dz)`, or "heyoka", for Python that makes `system` and `parameters` of
-        taylor_adaptive(system, z0, pars=parameters). z: the rows of fastaff without t, p_t; c: the model's fields.
+    :Parameters: model of `hamiltonian` or `flow`, HenonHeiles or DoublePendulum; language: "c", for `void rates(double
+        t, const double *z, const double *c, double *dz)`, or "heyoka", for Python that makes `system` and `parameters`
+        of taylor_adaptive(system, z0, pars=parameters). z: the rows of fastaff without t, p_t; c: the model's fields.
     :Raises: TypeError for a model that is no such formula, ValueError for another language; ImportError without SymPy.
     :Source: Meurer et al. 2017, PeerJ Comput. Sci. 3, e103 (SymPy: derivatives, common subexpressions, printing).
 
@@ -55,11 +56,10 @@ def source(model: Any, language: str = "c") -> str:
     """
     if language not in LANGUAGES:
         raise ValueError(f"language must be one of {', '.join(LANGUAGES)}, got {language!r}")
+    model = flow(model, forces={}) if type(model) in BUILT_IN and hasattr(model, "coordinates") else model
     known: tuple = getattr(type(model), "_request", ())
     if len(known) < len(Request._fields) - 1 or known[4] not in ("unit", "masses", "flow"):
-        raise TypeError(
-            f"model must be one of fa.hamiltonian(...) or fa.flow(...), got {type(model).__name__}{_flow(model)}"
-        )
+        raise TypeError(f"model must be one of fa.hamiltonian(...) or fa.flow(...), got {_refused(model)}")
     request = Request(*known)
     named = ", ".join(f"{name} = {float(value)!r}" for name, value in zip(model._fields, model, strict=True))
     rows, sides = equations(request, model._fields)
@@ -70,10 +70,10 @@ def source(model: Any, language: str = "c") -> str:
     return LANGUAGES[language](said, rows, sides, [float(value) for value in model])
 
 
-def _flow(model: Any) -> str:
-    """Return the call that makes equations of a model, as a hint; empty where there is none."""
+def _refused(model: Any) -> str:
+    """Return the class of a model, with the call that makes equations of it, if there is one."""
     try:
         flow(model, forces={})
     except (TypeError, ValueError):
-        return ""
-    return ": of its equations, source(fa.flow(model, forces={}))"
+        return type(model).__name__
+    return f"{type(model).__name__}: of its equations, source(fa.flow(model, forces={{}}))"

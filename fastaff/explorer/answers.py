@@ -23,7 +23,7 @@ from ..flows.checks import checked_model
 from ..flows.coordinates import chart_row
 from ..flows.motion import natural_rates
 from ..formulas.formula import formula, hamiltonian
-from ..formulas.grammar import UnknownName
+from ..formulas.grammar import TIME, UnknownName
 from ..formulas.mapping import mapping, untried
 from ..formulas.section_text import section_named
 from ..models.mechanics import system_of
@@ -111,7 +111,8 @@ class Answers:
                     _typed(message, dict.fromkeys(names, 1.0), known=False)
                     break
                 except UnknownName as problem:
-                    if problem.name in names:  # it means something else to the package
+                    driven = problem.name == TIME and message["kind"] != "map"
+                    if driven or problem.name in names:  # it means something else to the package
                         raise
                     names.append(problem.name)
         except (ValueError, TypeError, ImportError) as problem:

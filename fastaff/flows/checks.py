@@ -44,7 +44,7 @@ def checked_model(model: Any, name: str = "body", needs: str = "equations") -> A
     if isinstance(model, Potential) and missing:
         raise TypeError(f"{name} {shown(model)} is a potential, no model: wrap it, Body({type(model).__name__}(...))")
     if missing:
-        raise TypeError(f"{name} {type(model).__name__} has no {', '.join(missing)}")
+        raise TypeError(f"{name} {type(model).__name__} has no {', '.join(missing)}{_unnamed_kind(model)}")
     check_kind(model, name, needs)
     body = system.planar
     if body and not is_value(model.potential):
@@ -129,6 +129,13 @@ def _instead(given: Any) -> str:
     if isinstance(given, type) and given.__name__.isidentifier():
         return f": a class; write {given.__name__}(), with its parameters"
     return ": write a model as a value; names are for jobs and the command line" if isinstance(given, str) else ""
+
+
+def _unnamed_kind(model: Any) -> str:
+    """Return a hint for a class that has all methods of a kind, and does not name it."""
+    contracts = {"MAP": Map, "NONSEPARABLE": Nonseparable, "FLOW": Autonomous}
+    kinds = () if hasattr(model, "kind") else (kind for kind, entry in contracts.items() if not lacking(model, entry))
+    return next((f": with its methods it must have kind = fastaff.models.contracts.Kind.{kind}" for kind in kinds), "")
 
 
 def lacking(value: Any, contract: Any) -> list[str]:
@@ -343,10 +350,17 @@ def phase_points(name: str, z0: Any, model: Any) -> np.ndarray:
     outside = np.flatnonzero(~(margin > 0))
     if outside.size:
         raise ValueError(
-            f"{name} must lie where the potential lives (for most bodies det phi > 0); orbit {outside[0]} has margin "
+            f"{name} must lie where the potential lives ({_where(system)}); orbit {outside[0]} has margin "
             f"{margin[outside[0]]:.6g} <= 0 ({outside.size} such orbits)"
         )
     return carried(z, model)
+
+
+def _where(system: System) -> str:
+    """Return words for the domain of a model."""
+    domain = getattr(system.model, "domain", None)
+    axis = 'off the axis of a chart, as theta = 0 of a top, which AsymmetricTop(..., chart="quaternion") takes'
+    return f"{domain} > 0" if domain else axis if system.nonseparable else "for most bodies det phi > 0"
 
 
 def carried(z: np.ndarray, model: Any, axis: int = 0) -> np.ndarray:

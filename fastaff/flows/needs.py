@@ -21,6 +21,11 @@ NEEDS: dict[str, frozenset[str]] = {
 (`compile.kinds.words_of`).
 """
 
+_WHOLE = (
+    "scheme {got} needs velocity(*p) and force(*q) of H = T(p) + V(q), from a class or a text with T quadratic in p, "
+    "and {model} has rates(*q, *p) of H(q, p): take GAUSS16, GAUSS8, DOP853 or VERNER9"
+)
+
 REFUSALS = {
     "a time": {"iterates": "{argument} is for systems in time: {instead}; got {got}"},
     "a start by energy": {
@@ -63,8 +68,7 @@ REFUSALS = {
     },
     "a scheme by energy": {
         "loss": "scheme {got} goes by the energy, which {model} loses: take KAHAN_LI8, or DOP853",
-        "nonseparable": "scheme {got} takes H = T(p) + V(q), and {model} is H(q, p): take GAUSS16, GAUSS8, DOP853 or "
-        "VERNER9",
+        "nonseparable": _WHOLE,
     },
     "a fictitious time": {
         "drive": "scheme {got} steps in a fictitious time, which a driven system has not: take a splitting or a "
@@ -74,8 +78,7 @@ REFUSALS = {
     "a splitting": {
         "rates": "scheme {got} needs coordinates and momenta: {model} is dz/dt = f(z), which Runge-Kutta schemes run, "
         "such as DOP853, VERNER9 and RK4",
-        "nonseparable": "scheme {got} needs H = T(p) + V(q), and {model} is H(q, p): take GAUSS16, GAUSS8, DOP853 or "
-        "VERNER9",
+        "nonseparable": _WHOLE,
     },
     "an accuracy": {
         "rates": "accuracy is relative to the amplitudes of a motion with an energy; {model} is dz/dt = f(z): give "

@@ -94,16 +94,18 @@ def longer(found: Motion, time: float, chosen: np.ndarray) -> np.ndarray:
     return np.where(chosen & (time * found.pace > RADIANS), np.inf, 0.0)
 
 
-def last(found: Motion, time: float, accuracy: float, error: np.ndarray, lossy: np.ndarray) -> np.ndarray:
-    """Return the tolerances (orbits,) of runs after equal steps, for orbits that have these errors: NaN where none.
+def last(found: Motion, time: float, accuracy: float, error: np.ndarray, energy: np.ndarray) -> np.ndarray:
+    """Return the tolerances (orbits,) of runs after equal steps, NaN where none, for orbits whose first coordinates
+    have these errors, and these energy errors.
 
     Equal steps miss the accuracy, and tell nothing of an orbit, where it passes close to the axis of a chart: FINEST
-    may do better, unless errors are rounding's or short runs were of no use. Long runs are left to it only if they are
-    `lossy`, as energy is lost on such a pass, but not by chaos.
+    may do better, unless errors are rounding's or short runs were of no use. Long runs are left to it only if they
+    lose energy, as on such a pass, but not by chaos.
     """
     phase, level = time * found.pace, tolerances(found, time, accuracy, np.inf)
+    error = error / np.maximum(found.position[0], 1e-300)
     short, missed = phase <= RADIANS, error > np.maximum(accuracy, FINEST * _usual(found, phase))
-    hope = np.where(short, np.isnan(level) | (error <= LOST) & (level > FINEST), lossy)
+    hope = np.where(short, np.isnan(level) | (error <= LOST) & (level > FINEST), energy > accuracy)
     return np.where(np.isinf(error) & ~short & np.isfinite(level), level, np.where(missed & hope, FINEST, np.nan))
 
 

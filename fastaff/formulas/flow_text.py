@@ -42,8 +42,8 @@ def flow(
         One equation for each variable, x' = ... or dx/dt = ..., separated by semicolons or line breaks: 1 to 16
         variables, right-hand sides in the grammar of `formula`. Or the variables with their right-hand sides as
         expressions of SymPy or of heyoka, {x: ...} or [(x, ...), ...]; par[0] of heyoka is the parameter par_0. Or a
-        model that `hamiltonian` made, a named system H(q, p), or a `formula` of D1 and D2, whose flow has the rows q, p
-        (those of a body its stretches, D1 D2 p_D1 p_D2).
+        model that `hamiltonian` made, a named system H(q, p), HenonHeiles, a Body of a named potential, or a `formula`
+        of D1 and D2, whose flow has the rows q, p (those of a body its stretches, D1 D2 p_D1 p_D2).
     domain : str, optional
         Formula that is positive inside the domain of the system (default of a model: its own).
     forces : dict of str, optional

@@ -5,11 +5,12 @@ from __future__ import annotations
 import functools
 import re
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, NamedTuple
 
 from ..base.numbers import shown
-from ..models import Body, DoublePendulum
+from ..models import Body, DoublePendulum, HenonHeiles
 from ..models.contracts import Kind
+from ..models.potentials import Anharmonic, Harmonic, HeavyTop, Hyperelastic, NeoHookean
 from .grammar import TIME, UnknownName, parse
 from .library import Request
 from .variables import VARIABLES
@@ -20,10 +21,30 @@ PHASE = "cosine", "sine"
 INERTIA = "inertia"
 """Parameter of a body's flow for its mu; inertia_1, inertia_2, ... for coordinates with masses."""
 
-_SWINGS = (
-    "(m_2*l_2**2*p1**2 + (m_1 + m_2)*l_1**2*p2**2 - 2*m_2*l_1*l_2*cos(q1 - q2)*p1*p2)"
-    "/(2*m_2*l_1**2*l_2**2*(m_1 + m_2*sin(q1 - q2)**2)) - (m_1 + m_2)*g*l_1*cos(q1) - m_2*g*l_2*cos(q2)"
-)
+
+class Text(NamedTuple):
+    """V or H(q, p) of a model, its domain, and the periods of its coordinates, as text."""
+
+    formula: str
+    domain: str | None = None
+    periods: Mapping[str, str] = {}
+
+
+BUILT_IN: dict[type, Text] = {
+    Harmonic: Text("C*(D1**2 + D2**2)/2"),
+    Anharmonic: Text("C*(D1**2 + D2**2)/2 + 4*C/(D1 + D2)**2", "(D1 + D2)**2"),
+    Hyperelastic: Text("C*(1/(D1*D2) + (D1**2 + D2**2)/2)", "D1*D2"),
+    HeavyTop: Text("C*(D1**2 + D2**2)/2 + 2*A*D1*D2/(D1**2 + D2**2)**2", "D1**2 + D2**2"),
+    NeoHookean: Text("G/2*(D1**2 + D2**2 - 2) - G*log(D1*D2) + K/2*(D1*D2 - 1)**2", "D1*D2"),
+    HenonHeiles: Text("(x**2 + y**2)/2 + lam*(x**2*y - y**3/3)"),
+    DoublePendulum: Text(
+        "(m_2*l_2**2*p1**2 + (m_1 + m_2)*l_1**2*p2**2 - 2*m_2*l_1*l_2*cos(q1 - q2)*p1*p2)"
+        "/(2*m_2*l_1**2*l_2**2*(m_1 + m_2*sin(q1 - q2)**2)) - (m_1 + m_2)*g*l_1*cos(q1) - m_2*g*l_2*cos(q2)",
+        periods={"q1": "2*pi", "q2": "2*pi"},
+    ),
+}
+"""Texts of the potentials, in the stretches of a body, and of the models that are classes of fastaff."""
+
 _STRETCHES = "D1", "D2"
 _MASS = re.compile(r"\bm_(?=\d+\b)")
 _WAVE = re.compile(r"\b(cos|sin)\(\s*(?:(?P<rate>[\w.]+)\s*\*\s*t|t(?:\s*\*\s*(?P<after>[\w.]+))?)\s*\)")
@@ -58,8 +79,8 @@ def equations(
 
 def periods_of(model: Any) -> dict[str, str]:
     """Return the texts of the periods of a model's coordinates, by name."""
-    if isinstance(model, DoublePendulum):
-        return dict.fromkeys(("q1", "q2"), "2*pi")
+    if type(model) in BUILT_IN:
+        return dict(BUILT_IN[type(model)].periods)
     request = Request(*model._request) if hasattr(model, "_request") else None
     return {} if request is None else {q: text for q, text in zip(request.coordinates, request.periods) if text}
 
@@ -84,12 +105,14 @@ def _written(model: Any) -> tuple[str, str | None, tuple[tuple[str, ...], tuple[
     """Return H as text, its domain, its coordinates and momenta, and its parameters."""
     body = isinstance(model, Body)
     value = model.potential if body else model
-    text = _SWINGS if isinstance(model, DoublePendulum) else getattr(value, "formula", None)
-    kind = getattr(model, "kind", None)
-    if not isinstance(text, str) or kind not in (None, Kind.NONSEPARABLE) or (body and not isinstance(model.mu, float)):
+    known: Any = BUILT_IN.get(type(value), value)
+    text, kind = getattr(known, "formula", None), getattr(model, "kind", None)
+    whole = body or hasattr(model, "coordinates")  # a potential alone has no mass
+    if not isinstance(text, str) or kind not in (None, Kind.NONSEPARABLE) or not whole:
         raise TypeError(
             "text must be equations, or a model that hamiltonian(...), formula(...) or a named system made of a text, "
-            f"without a drive, a frame that turns or friction, got {shown(model)} ({type(model).__name__})"
+            f"without a drive, a frame that turns or friction, or of {', '.join(cls.__name__ for cls in BUILT_IN)}, "
+            f"got {shown(model)} ({type(model).__name__})"
         )
     names = _STRETCHES if body else tuple(value.coordinates)
     momenta = tuple(getattr(value, "momenta", ())) or tuple(f"p_{name}" for name in names)
@@ -105,9 +128,12 @@ def _written(model: Any) -> tuple[str, str | None, tuple[tuple[str, ...], tuple[
                 f"text: pulled along its stretches a body is a formula of D1 and D2, got {text!r}"
             ) from None
         masses, parameters[INERTIA] = [f"*{INERTIA}"] * 2, model.mu
-    whole = hasattr(value, "momenta")
-    kinetic = "" if whole else " + ".join(f"{p}**2/(2{m})" for p, m in zip(momenta, masses, strict=True)) + " + "
-    return f"{kinetic}({_MASS.sub(f'{INERTIA}_', text)})", getattr(value, "domain", None), (names, momenta), parameters
+    kinetic = (
+        ""
+        if hasattr(value, "momenta")
+        else " + ".join(f"{p}**2/(2{m})" for p, m in zip(momenta, masses, strict=True)) + " + "
+    )
+    return f"{kinetic}({_MASS.sub(f'{INERTIA}_', text)})", getattr(known, "domain", None), (names, momenta), parameters
 
 
 def _pushes(forces: Mapping[str, str], names: tuple[str, ...]) -> tuple[dict[str, str], str]:

@@ -12,7 +12,7 @@ from ..base.foreign import call_for
 from ..base.numbers import shown
 from ..models.contracts import Kind
 from .gammainc import GAMMAINC
-from .grammar import Program, checked_name, parse
+from .grammar import Program, UnknownName, checked_name, parse
 from .potential_source import constant, method, spread
 from .printing import Lines
 
@@ -96,7 +96,16 @@ def statements(text: Any, parameters: Sequence[str], length: int = MOST) -> Stat
             raise ValueError(f"text: {_shown(left)} = ... gives a value to what is {what}: the image of x is x1 or x'")
         if left not in images:
             checked_name(left, "name", {*known, *parameters, "self", "np"})
-        lines.append(Statement(left, parse(right, known, parameters, argument=f"text, {_shown(left)}", length=length)))
+        try:
+            program = parse(right, known, parameters, argument=f"text, {_shown(left)}", length=length)
+        except UnknownName as problem:
+            if problem.name == left or problem.name not in dict(sides):
+                raise
+            late = f"{_shown(problem.name)} = ..."
+            raise ValueError(
+                f"text, {_shown(left)}: {late} comes later: write {late} before {_shown(left)} = ..."
+            ) from None
+        lines.append(Statement(left, program))
         known.append(left)
     return Statements(tuple(lines), suffix, variables)
 

@@ -90,7 +90,7 @@ def _over(draw: Callable) -> Callable:
         drawn = plot_starts(starts, values=colouring(found, "diffusion"), **options)
         if web is None:
             return drawn
-        lines = plot_web(web, ax=drawn.points.axes, axes=starts.axes)
+        lines = plot_web(web, ax=drawn.points.axes, axes=starts)
         return drawn._replace(lines=lines.lines, labels=(*drawn.labels, *lines.labels))
 
     return figure

@@ -13,6 +13,7 @@ import numpy as np
 from ..analysis.frequencies.own_lines import TURN
 from ..analysis.frequencies.resonance_web import ResonanceLine
 from ..analysis.frequencies.resonances import DiffusionHistogram, Resonances
+from ..analysis.sections.energy_grid import EnergyGrid
 from .labels import Box, drawn_points, pixel_length, settled, write_along
 from .picking import carry
 from .scales import DIFFUSION, clipped
@@ -47,14 +48,14 @@ def plot_web(
     *,
     ax: Any = None,
     names: Sequence[str] | None = None,
-    axes: Sequence[Any] | None = None,
+    axes: Sequence[Any] | EnergyGrid | None = None,
     labels: int = 8,
     dots: bool = True,
 ) -> Artists:
     """Draw the lines of a web over a grid, those of low order thicker, and name the longest, none over another.
 
     :Parameters: lines: of `fastaff.resonance_web`, drawn white in a dark casing; names: of the frequencies (default:
-        those that the lines know, else their numbers); axes: of the grid, as given to `resonance_web`; labels: the
+        those that the lines know, else their numbers); axes: of the grid (default: those of the lines); labels: the
         number of named resonances; dots: mark the grid points of `locked`, for resonances that do not hold everywhere,
         those without a line by symbols of their own.
     :Returns: Artists: points are the dots, or None; missing is 0. A legend above the frame says what dots and symbols
@@ -63,24 +64,34 @@ def plot_web(
     Examples
     --------
     >>> axes = np.linspace(0.2, 0.4, 9), np.linspace(0.21, 0.43, 9)
-    >>> lines = fa.resonance_web(np.array(np.meshgrid(*axes)), max_order=2)
-    >>> len(fa.plot.plot_web(lines, names=("x", "y"), axes=axes).labels)
+    >>> lines = fa.resonance_web(np.array(np.meshgrid(*axes)), axes=axes, max_order=2)
+    >>> len(fa.plot.plot_web(lines, names=("x", "y")).labels)
     1
     """
     drawn: list[Any] = []
+    over: Any = axes
     marked = None
+    coordinates: tuple[str, ...] = ()
     for line in lines:
         for part in line.lines:
             drawn += ax.plot(*part.T, **_style(line.order))
         if dots and line.locked is not None and line.locked.any() and line.lines:
             marked = line.locked if marked is None else marked | line.locked
+        if over is None:
+            over, coordinates = line.axes, line.coordinates
+    if isinstance(axes, EnergyGrid):
+        over, coordinates = axes.axes, axes.names
     said = f"{0 if marked is None else marked.sum()} starts locked in a resonance that is drawn"
-    points = _mark(ax, marked, axes, said) if marked is not None else None
+    points = _mark(ax, marked, over, said) if marked is not None else None
     if not ax.get_xlabel():
-        ax.set(xlabel="first coordinate of the grid", ylabel="second coordinate of the grid")
+        words = [f"${symbol(name)}$" for name in coordinates] or [
+            "first coordinate of the grid",
+            "second coordinate of the grid",
+        ]
+        ax.set(xlabel=words[0], ylabel=words[1])
     written, left = _named(ax, lines, names, labels)
     key = [points] if points is not None else []
-    key += _islands(ax, lines, names, axes) if dots else []
+    key += _islands(ax, lines, names, over) if dots else []
     if left:
         few = ", ".join(left) if len(left) <= FEW else f"{len(left)} resonances without room for a name"
         key += ax.plot([], [], label=few, **_style(4))
@@ -182,9 +193,9 @@ def _style(order: int) -> dict[str, Any]:
     return {"color": "white", "lw": width, "zorder": 2, "solid_capstyle": "butt", "path_effects": casing}
 
 
-def _mark(ax: Any, marked: np.ndarray, axes: Sequence[Any] | None, said: str, marker: str = "o") -> Any:
+def _mark(ax: Any, marked: np.ndarray, axes: Sequence[Any], said: str, marker: str = "o") -> Any:
     """Mark the grid points of a mask (n1, n2)."""
-    first, second = axes if axes is not None else [np.arange(m) for m in marked.shape]
+    first, second = axes if axes is not None and len(axes) else [np.arange(m) for m in marked.shape]
     i, j = np.nonzero(marked)
     x, y = np.asarray(first)[i], np.asarray(second)[j]
     style = {"color": "white", "edgecolor": "black", "linewidths": 0.5, "zorder": 2, "rasterized": True}

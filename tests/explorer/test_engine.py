@@ -689,8 +689,8 @@ def test_names_of_a_formula_are_found_once(name):
     Answers({}, heard.append).receive({"type": "parse", "formula": text, "kind": "plane", "coordinates": "x y"})
     (parsed,) = heard
     assert len(parsed["names"]) == len(set(parsed["names"]))
-    assert (parsed["message"] is None) == (name == "t")
-    assert name == "t" or f"unknown name '{name}'" in parsed["message"]
+    assert f"unknown name '{name}'" in parsed["message"]
+    assert (name == "t") == ("which needs a period" in parsed["message"])
 
 
 def test_the_widget_speaks_to_the_package():

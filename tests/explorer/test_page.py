@@ -502,6 +502,9 @@ def test_an_energy_that_is_not_reached_keeps_the_orbits(sheet):
     sheet.click(0.8, 0.05)
     sheet.done(3)
     assert sheet.get("app.section.surface.energy") == 1.5
+    sheet.do("undo")  # of the energy that was refused: the orbits are still here
+    assert sheet.page.locator("[data-number=E]").input_value() == "1.5"
+    assert sheet.get("[app.state.energy, app.part('wrong-energy').hidden, app.orbits.shown.size]") == [1.5, True, 3]
     sheet.number("E", "1.4")
     sheet.wait("app.section.surface?.energy === 1.4 && app.pending === null")
     sheet.done(3)

@@ -28,7 +28,8 @@ class ResonanceLine(Result, axis=None):
 
     vector: k; order: ``|k|_1``; lines: polylines (points, 2) in the coordinates of the axes; locked (n1, n2): the grid
     points whose frequencies satisfy it within the width, an island of the resonance or all of a degenerate region (None
-    in a plane of ratios); names: of the frequencies, "turn" that of a map's turn, 1.
+    in a plane of ratios); names: of the frequencies, "turn" that of a map's turn, 1; axes: of the grid; coordinates:
+    their names, where an EnergyGrid gave them.
     """
 
     vector: tuple[int, ...]
@@ -36,6 +37,8 @@ class ResonanceLine(Result, axis=None):
     lines: tuple[np.ndarray, ...]
     locked: Annotated[np.ndarray | None, along("first", "second")]
     names: tuple[str, ...] = ()
+    axes: tuple[np.ndarray, ...] = ()
+    coordinates: tuple[str, ...] = ()
 
     @property
     def length(self) -> float:
@@ -128,10 +131,14 @@ def resonance_web(
     import contourpy
 
     names: tuple[str, ...] = ()
+    coordinates: tuple[str, ...] = ()
     if hasattr(axes, "spread"):
-        names = with_turn(nu)[0] if hasattr(nu, "names") else ()
-        nu, errors, axes, torn = _over(axes, nu, errors)
-        jump = torn if jump is None else jump
+        grid: Any = axes
+        axes, coordinates = grid.axes, grid.names
+        if isinstance(nu, Result):
+            over, errors, torn = _over(grid, nu, errors)
+            names, nu = with_turn(nu)[0] if hasattr(nu, "names") else (), over
+            jump = torn if jump is None else jump
     elif hasattr(nu, "regular"):
         raise TypeError(
             f"axes must be the EnergyGrid of whose orbits nu, a {type(nu).__name__}, is, got {type(axes).__name__}: "
@@ -147,6 +154,7 @@ def resonance_web(
     width = widths(nu, real("tolerance", tolerance), errors)
     valid = np.isfinite(nu[0])
     smooth = valid if jump is None else valid & ~_torn(nu, real("jump", jump))
+    about: Any = {"names": names, "axes": (first, second), "coordinates": coordinates}
     found: list[ResonanceLine] = []
     everywhere: list[np.ndarray] = []
     for vector in k:
@@ -166,7 +174,7 @@ def resonance_web(
         lines = tuple(line for line in lines if len(line) >= shortest and not _around_one(line))
         if lines or np.count_nonzero(locked) >= shortest:
             order = int(np.abs(vector).sum())
-            found.append(ResonanceLine(tuple(int(c) for c in vector), order, lines, locked=locked, names=names))
+            found.append(ResonanceLine(tuple(int(c) for c in vector), order, lines, locked=locked, **about))
     return _distinct(found, everywhere)
 
 
@@ -175,8 +183,8 @@ def _around_one(line: np.ndarray) -> bool:
     return len(line) == 5 and bool((line[0] == line[-1]).all())
 
 
-def _over(grid: Any, found: Any, errors: Any) -> tuple[np.ndarray, Any, Any, float | None]:
-    """Return the frequencies of a map's calm orbits over their grid, their errors, the grid's axes, and the jump."""
+def _over(grid: Any, found: Any, errors: Any) -> tuple[np.ndarray, Any, float | None]:
+    """Return the frequencies of a map's calm orbits over their grid, their errors, and the jump."""
     if not (hasattr(found, "regular") and np.shape(found.regular) == grid.cell.shape):
         raise TypeError(
             f"nu must be a frequency map of the {grid.cell.size} orbits of the grid in axes, got {shown(found)}"
@@ -197,7 +205,7 @@ def _over(grid: Any, found: Any, errors: Any) -> tuple[np.ndarray, Any, Any, flo
             known = known & (basis == families[:, :, counts.argmax(), None]).all(axis=(0, 1))
         error, torn = np.maximum(error, BIN / found.time), None if alike else TORN
     over = np.array([grid.spread(np.where(known, row, np.nan)).filled(np.nan) for row in (*nu, *error)])
-    return over[: len(nu)], np.nan_to_num(over[len(nu) :], posinf=np.inf) if errors is None else errors, grid.axes, torn
+    return over[: len(nu)], np.nan_to_num(over[len(nu) :], posinf=np.inf) if errors is None else errors, torn
 
 
 @says_progress

@@ -17,17 +17,8 @@ from ...compile.threads import by_portions
 
 COORDINATES = ("coordinate", "coordinates", "component", "components", "row", "rows", "variable", "variables")
 ORBITS = (
-    "orbit",
-    "orbits",
-    "particle",
-    "particles",
-    "particle_id",
-    "number",
-    "star",
-    "stars",
-    "body",
-    "bodies",
-    "trajectory",
+    *("orbit", "orbits", "particle", "particles", "particle_id", "number", "star", "stars"),
+    *("body", "bodies", "trajectory"),
 )
 SAMPLES = ("sample", "samples", "time", "times", "t", "turn", "turns", "at_turn", "step", "steps")
 """Names of the dimension of samples of a labelled array."""
@@ -102,6 +93,8 @@ def given_orbits(
     if hasattr(value, "degrees_of_freedom"):
         run = "fa.integrate(model, z0, time=..., samples=4096)"
         raise TypeError(f"samples must be of orbits, {type(value).__name__} is a system: give {run}")
+    if hasattr(value, "column_names"):
+        raise TypeError("samples is a table of Arrow: give samples.to_pandas() or polars.from_arrow(samples)")
     foreign = read_by("orbits", value, "samples", names)
     if foreign is not None:
         value, names = foreign.rows, foreign.names if names is None else names
@@ -267,6 +260,9 @@ def _plain(value: Any) -> np.ndarray:
             "samples must be real rows q1, ..., qn, p1, ..., pn, got complex numbers: of signals q - i p give "
             "np.concatenate([s.real, -s.imag]), or the signals to naff"
         )
+    if array.dtype.kind == "O":
+        call = "np.array(samples.tolist(), dtype=float), with rows of one length, np.nan where an orbit has ended"
+        raise TypeError(f"samples must be an array of real numbers, got objects of shape {array.shape}: {call}")
     return array
 
 

@@ -265,8 +265,7 @@ class _Accurate:
         with Passes(self.report) as passes:
             for start in range(0, orbits, CHUNK):
                 self.chunk = np.arange(start, min(start + CHUNK, orbits))
-                z = np.ascontiguousarray(self.z[:, self.chunk])
-                self.motion = motion(self.body, z, self.flow.threads)
+                self.motion = motion(self.body, z := np.ascontiguousarray(self.z[:, self.chunk]), self.flow.threads)
                 with Passes(passes.take(self.chunk.size, orbits - self.chunk[-1] - 1)) as parts:
                     if self.free:
                         rest = self._short(tolerances(self.motion, self.time, self.accuracy), parts.take(1.0, SLOW))
@@ -288,8 +287,8 @@ class _Accurate:
         if orbits.size:
             halved(self.flow, steps, self.accuracy, self._run, self._compare, self._keep, self._drifts, orbits, report)
         if self.free:  # the iteration may have failed next to a centre or on the axis of a chart
-            lossy = energy_error(self.body, self.ensemble.of(self.chunk)) > self.accuracy
-            self._short(last(*given, self.error[0, self.chunk] / self.motion.position[0], lossy), None)
+            energy = energy_error(self.body, self.ensemble.of(self.chunk))
+            self._short(last(*given, self.error[0, self.chunk], energy), None)
 
     def _toleranced(self, orbits: np.ndarray, tolerance: np.ndarray, report: Report | None, stop: float) -> Compared:
         """Return orbits with tolerances of their own, and their states at some moments; stop: see `_moments`."""
@@ -353,11 +352,12 @@ class _Accurate:
         return (run.ensemble.status == Status.OK) & (energy_error(self.body, run.ensemble) > self.drift)
 
     def _keep(self, orbits: np.ndarray, fine: Compared, chosen: np.ndarray, error: np.ndarray) -> None:
-        where, error, own = self.chunk[orbits[chosen]], error[:, chosen], self.motion.of(orbits[chosen])
+        own, where, error = self.motion.of(orbits[chosen]), self.chunk[orbits[chosen]], error[:, chosen]
         times = np.broadcast_to(self.time / len(error) * np.arange(1, len(error) + 1)[:, None], error.shape)
-        size, late = np.concatenate([own.position, own.momentum]), until(error <= self.accuracy, times, self.times[-1])
-        worse = outdone(error[-1], late, self.error[0, where] / size[0], self.until[where])
-        worse &= np.isfinite(fine.step[chosen]) | np.isfinite(self.step[where])  # tighter tolerances know better
+        size = np.maximum(np.vstack([own.position, own.momentum]), 1e-300)  # amplitudes may be 0
+        late = until(error <= self.accuracy, times, self.times[-1])
+        equal = np.isfinite(fine.step[chosen]) | np.isfinite(self.step[where])  # tighter tolerances know better
+        worse = equal & outdone(error[-1], late, self.error[0, where] / size[0], self.until[where])
         chosen, where, error, size, late = (entry[..., ~worse] for entry in (chosen, where, error, size, late))
         self.ensemble.take(where, fine.ensemble.of(chosen))
         self.step[where], self.until[where] = fine.step[chosen], late

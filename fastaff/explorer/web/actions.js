@@ -6,7 +6,7 @@ import { innerOf } from "./frame.js";
 import { followOrbit } from "./motion.js";
 import { hasLeft, newOrbit, remember, removeOrbit, showOrbit } from "./orbits.js";
 import { schemeTitle } from "./controls.js";
-import { showConstant, showOthers, showParameters, showState, showWrong } from "./panel.js";
+import { rangeEnergy, showConstant, showOthers, showParameters, showState, showWrong } from "./panel.js";
 import { makeSaving } from "./offers.js";
 import { OWN, firstState, hashOf, settle, systemOf } from "./state.js";
 import { showRow } from "./table.js";
@@ -125,7 +125,18 @@ export function makeActions(app) {
     notice(removed.length ? "Cleared; U brings the orbits back." : "");
   }
 
+  // After a surface that was refused the controls are those of the orbits again.
+  function takeBack() {
+    Object.assign(app, { refused: false, state: { ...structuredClone(app.accepted), crossings: app.state.crossings } });
+    showState(app.panel, app.state, systemOf(setup, app.state));
+    rangeEnergy(app.panel, app.state, section.surface);
+    for (const what of ["energy", "section"]) showWrong(app.panel, what, null);
+    remembered();
+    notice("As it was before.");
+  }
+
   function undo() {
+    if (app.refused && section.surface && !app.surfaceLost) return takeBack();
     const action = orbits.actions.pop();
     if (!action) return notice("Nothing to undo.");
     if (action.fill) action.fill.gone = true;

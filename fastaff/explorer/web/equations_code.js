@@ -12,6 +12,11 @@ const split = (text) => (text ?? "").split(/[\s,]+/).filter(Boolean);
 /** Whether a typed system is one of rates: with momenta in its text, driven, or equations of motion. */
 export function isEquations({ kind, momenta = "", period = "" }) { return kind === "flow" || (kind === "plane" && Boolean(split(momenta).length || period.trim())); }
 
+/** Throw the sentence for letters of a text without a period that are the time. */
+export function refuseTime(names) {
+  if (names.includes(TIME)) throw noMap("formula: it depends on t: give the period of the drive, or make it a variable");
+}
+
 /** What is typed: {rows: its variables, names: its parameters, texts, periods, drive}; throws the sentence that says why it is none. */
 export function readEquations({ formula, kind, coordinates = "x y", momenta = "", angles = "", period = "" }) {
   const driven = Boolean(period.trim()), flow = kind === "flow", sides = flow ? sidesOf(formula) : null;
@@ -26,7 +31,7 @@ export function readEquations({ formula, kind, coordinates = "x y", momenta = ""
   const texts = flow ? sides.map(([, side]) => side) : [formula], variables = [...rows, ...(driven ? [TIME] : [])], names = [];
   const join = (found) => { for (const name of found) if (!names.includes(name)) names.push(name); };
   for (const text of texts) join(parametersOf(text, variables, new Set([...RESERVED_NAMES, ...variables])));
-  if (!driven && names.includes(TIME)) throw noMap("formula: it depends on t: give the period of the drive, or make it a variable");
+  if (!driven) refuseTime(names);
   const periods = periodsOf(angles, q, names);
   if (driven) join(parametersOf(period, []));
   const programs = texts.map((text) => parseFormula(text, variables, names));

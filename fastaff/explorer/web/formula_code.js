@@ -2,7 +2,7 @@
 
 import { Expressions } from "./derivatives.js";
 import { GRAMMAR_CONSTANTS, RESERVED_NAMES, checkedName, parametersOf, parseFormula, valueOf } from "./grammar.js";
-import { equationsCode, isEquations, readEquations } from "./equations_code.js";
+import { equationsCode, isEquations, readEquations, refuseTime } from "./equations_code.js";
 import { mapCode, readMap } from "./map_formula.js";
 import { least, wallsOf } from "./walls.js";
 
@@ -18,7 +18,9 @@ export function readFormula(given) {
   if (kind === "map") return readMap({ formula, angles });
   if (isEquations(given)) return readEquations(given);
   const variables = kind === "body" ? BODY_VARIABLES : planeCoordinates(coordinates);
-  return { variables, names: parametersOf(formula, variables, new Set([...RESERVED_NAMES, ...variables])) };
+  const names = parametersOf(formula, variables, new Set([...RESERVED_NAMES, ...variables]));
+  refuseTime(names);
+  return { variables, names };
 }
 
 function planeCoordinates(coordinates) {
