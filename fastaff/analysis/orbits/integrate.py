@@ -287,8 +287,8 @@ class _Accurate:
         if orbits.size:
             halved(self.flow, steps, self.accuracy, self._run, self._compare, self._keep, self._drifts, orbits, report)
         if self.free:  # the iteration may have failed next to a centre or on the axis of a chart
-            energy = energy_error(self.body, self.ensemble.of(self.chunk))
-            self._short(last(*given, self.error[0, self.chunk], energy), None)
+            lost = energy_error(self.body, self.ensemble.of(self.chunk))
+            self._short(last(*given, self.error[0, self.chunk], lost), None)
 
     def _toleranced(self, orbits: np.ndarray, tolerance: np.ndarray, report: Report | None, stop: float) -> Compared:
         """Return orbits with tolerances of their own, and their states at some moments; stop: see `_moments`."""
@@ -356,15 +356,15 @@ class _Accurate:
         times = np.broadcast_to(self.time / len(error) * np.arange(1, len(error) + 1)[:, None], error.shape)
         size = np.maximum(np.vstack([own.position, own.momentum]), 1e-300)  # amplitudes may be 0
         late = until(error <= self.accuracy, times, self.times[-1])
-        equal = np.isfinite(fine.step[chosen]) | np.isfinite(self.step[where])  # tighter tolerances know better
-        worse = equal & outdone(error[-1], late, self.error[0, where] / size[0], self.until[where])
+        failed = fine.status[chosen] == Status.NOT_CONVERGED  # else shorter steps and tighter tolerances know better
+        worse = failed | (np.isfinite(fine.step[chosen]) ^ np.isfinite(self.step[where]))
+        worse &= outdone(error[-1], late, self.error[0, where] / size[0], self.until[where])
         chosen, where, error, size, late = (entry[..., ~worse] for entry in (chosen, where, error, size, late))
         self.ensemble.take(where, fine.ensemble.of(chosen))
         self.step[where], self.until[where] = fine.step[chosen], late
-        self.error[:, where] = error[-1] * size
         every = slice((n := self.parts // self.count) - 1, None, n) if self.count else slice(0)
         self.samples[..., where] = fine.states[every][..., chosen]
-        self.sample_error[..., where] = error[every, None] * size
+        self.error[:, where], self.sample_error[..., where] = error[-1] * size, error[every, None] * size
 
     def result(self, body: Any, tolerance: float, interrupted: bool) -> Orbits:
         """Return the orbits so far, with the estimated errors."""
