@@ -128,3 +128,14 @@ def naive_henon_heiles(z, lam, drift, kick, h, steps):
             d = drift[kick.size] * h
             x, y = x + d * px, y + d * py
         z[0, o], z[1, o], z[2, o], z[3, o] = x, y, px, py
+
+
+def batched(integrator, z0, time):
+    """Return the ends of orbits by a batch integrator of heyoka, on one thread, set anew for each batch."""
+    z, width = np.empty_like(z0), integrator.batch_size
+    for first in range(0, z0.shape[1], width):
+        integrator.set_time(0.0)
+        integrator.state[:] = z0[:, first : first + width]
+        integrator.propagate_until(time)
+        z[:, first : first + width] = integrator.state
+    return z

@@ -11,6 +11,7 @@ import sys
 import time
 
 import numpy as np
+from common import batched
 
 import fastaff as fa
 from fastaff.models.mechanics import system_of
@@ -75,13 +76,7 @@ def batch(tolerance, width, more):
 
 def heyoka(z0, span, how):
     """Return the ends of orbits by heyoka's batches on one thread, set anew for each."""
-    made, z, width = batch(*how), np.empty_like(z0), how[1]
-    for first in range(0, z0.shape[1], width):
-        made.set_time(0.0)
-        made.state[:] = z0[:, first : first + width]
-        made.propagate_until(span)
-        z[:, first : first + width] = made.state
-    return z
+    return batched(batch(*how), z0, span)
 
 
 def others(z0, truth, span):

@@ -6,6 +6,7 @@ from dataclasses import replace
 from functools import partial
 
 import numpy as np
+from common import batched
 from pages import version
 
 from fastaff import BLANES_MOAN6, DOP853, KAHAN_LI8, SOFRONIOU_SPALETTA10, YOSHIDA4, integrate
@@ -57,15 +58,6 @@ def heyoka_batches(system: System, z0: np.ndarray, time: float, error) -> list[C
     def make(tolerance, **options):
         return hy.taylor_adaptive_batch(equations(hy, system)[0], z0[:, :width].copy(), tol=tolerance, **options)
 
-    def again(integrator):
-        end = np.empty_like(z0)
-        for i in range(0, z0.shape[1], width):
-            integrator.set_time(0.0)
-            integrator.state[:] = z0[:, i : i + width]
-            integrator.propagate_until(time)
-            end[:, i : i + width] = integrator.state
-        return end
-
     def start(integrator, i):
         integrator.set_time(0.0)
         integrator.state[:] = z0[:, i * width : (i + 1) * width]
@@ -77,9 +69,9 @@ def heyoka_batches(system: System, z0: np.ndarray, time: float, error) -> list[C
 
     runs = {}
     for tolerance in TOLERANCES:
-        runs[f"tol {tolerance:.0e}"] = partial(again, make(tolerance))
-        runs[f"tol {tolerance:.0e}, fast_math"] = partial(again, make(tolerance, fast_math=True))
-    runs["tol 1e-15, high_accuracy"] = partial(again, make(1e-15, high_accuracy=True))
+        runs[f"tol {tolerance:.0e}"] = partial(batched, make(tolerance), z0, time)
+        runs[f"tol {tolerance:.0e}, fast_math"] = partial(batched, make(tolerance, fast_math=True), z0, time)
+    runs["tol 1e-15, high_accuracy"] = partial(batched, make(1e-15, high_accuracy=True), z0, time)
     copies = {f"tol {t:.0e}": partial(ensemble, make(t)) for t in (1e-6, 1e-9, 1e-12, 1e-15)}
     return [Contestant("heyoka", runs, error), Contestant("heyoka, ensemble", copies, error)]
 
