@@ -175,8 +175,10 @@ def works() -> bool:
     return isinstance(threading.current_thread(), _Worker)
 
 
-FEW = 2**16
-"""Least numbers in a portion that justify waking a thread."""
+FEW = 2**18
+"""Least numbers in a portion that justify another thread: of smaller arrays most of the time is Python's, whose lock
+only one thread holds.
+"""
 
 
 def by_portions(call: Callable[[slice], object], count: int, each: int | np.ndarray, threads: int) -> None:
@@ -185,7 +187,10 @@ def by_portions(call: Callable[[slice], object], count: int, each: int | np.ndar
     """
     alike = np.ndim(each) == 0
     numbers = int(count * each if alike else np.sum(each))
-    portions = max(1, min(threads, numbers // FEW))
+    portions = min(threads, numbers // FEW)
+    if portions <= 1:
+        call(slice(0, count))
+        return
     shares = np.arange(1, portions) / portions
     inner = np.floor(count * shares) if alike else np.searchsorted(np.cumsum(each), numbers * shares, side="right")
     ends = np.unique([0, *inner, count]).astype(int).tolist()

@@ -11,10 +11,10 @@ from ..base.status import Status
 from ..base.sums import length, total
 from ..compile.jit import LANES
 from ..compile.threads import by_portions
-from ..kernels.averages import scales
+from ..kernels.averages import extents, scales
 from ..models.maps import jacobian
-from ..models.mechanics import System, system_of
-from ..schemes.catalogue import GAUSS8, ITERATION, KAHAN_LI8
+from ..models.mechanics import System, stacked, system_of
+from ..schemes.catalogue import GAUSS8, ITERATION, KAHAN_LI8, YOSHIDA4
 from .flow import Flow
 from .observers import columns
 from .reaches import ESCAPE, FARTHEST, escape_radii
@@ -27,6 +27,9 @@ LOOKED = 1 << 21
 
 PHASE, PHASES = 0.2, (0.08, 0.5)
 """The intended step of a first look in radians of the motion that it finds, and the range that is accepted."""
+
+ROUGH = 1e-2
+"""Change of energy, in units of the kinetic energy, above which the steps of a look are not accurate enough."""
 
 ROUNDS, LEAP = 14, 32.0
 """Most looks, and largest factor by which the step changes between two."""
@@ -149,13 +152,10 @@ def motion(model: Any, z: np.ndarray, threads: int = 1) -> Motion:
     found = Motion(one + 1, one.copy(), each, each.copy(), one.copy(), one + 1, one + 1, each + 1)
 
     def look(at: slice) -> None:
-        size = _chunk(2 * n, at.stop - at.start)
-        for start in range(at.start, at.stop, size):
-            part = slice(start, min(start + size, at.stop))
-            for whole, entry in zip(found, _observed(system, np.ascontiguousarray(z[:, part])), strict=True):
-                whole[..., part] = entry
+        for whole, entry in zip(found, _observed(system, np.ascontiguousarray(z[:, at]), threads), strict=True):
+            whole[..., at] = entry
 
-    by_portions(look, orbits, 2 * n * LOOKS, threads)
+    by_portions(look, orbits, n, threads)
     return found
 
 
@@ -191,7 +191,7 @@ def _motion_of_map(system: System, z: np.ndarray, threads: int) -> Motion:
     return Motion(one, np.zeros(orbits), position, momentum, radius, one.copy(), one.copy(), never)
 
 
-def _observed(system: System, z: np.ndarray) -> Motion:
+def _observed(system: System, z: np.ndarray, threads: int) -> Motion:
     """Look at the orbits with steps that are adapted until they suit."""
     n, orbits = z.shape[0] // 2, z.shape[1]
     W = system.inverse_masses(z)
@@ -199,19 +199,20 @@ def _observed(system: System, z: np.ndarray) -> Motion:
     rate, stiff = _first_rates(system, z, W, np.where(radius < FARTHEST, radius / ESCAPE, np.inf))
     turning, drive = system.frame_rate, system.drive_rate
     kinetic, step = np.zeros(orbits), PHASE / np.maximum(rate, turning)
-    first, gone, todo = rate.copy(), np.zeros(orbits, bool), np.arange(orbits)
+    first, now, gone, todo = rate.copy(), rate.copy(), np.zeros(orbits, bool), np.arange(orbits)
     periods, speed = system.periods, np.zeros((n, orbits))
     reach, longest = np.abs(z[:n]), PHASES[1] / drive if drive else math.inf
     for round_ in range(ROUNDS):
         step[todo] = np.minimum(step[todo], longest)
-        states, failed = _look(system, np.ascontiguousarray(z[:, todo]), step[todo], radius[todo])
-        now, kinetic[todo] = _measured(system, states, W[:, :, todo])
-        if any(periods):
-            turned = np.fmax.reduce(np.abs(np.diff(states[:n], axis=1)), axis=1) / step[todo]
-            speed[:, todo] = np.where(np.isfinite(turned), turned, speed[:, todo])  # none where no step was reached
-        reach[:, todo] = np.fmax.reduce(np.abs(states[:n]), axis=1)
-        moves = np.isfinite(now) & (now > 0)
-        rate[todo], gone[todo] = np.where(moves, now, rate[todo]), failed
+        each = _chunk(2 * n, todo.size)
+        for part in (todo[begin : begin + each] for begin in range(0, todo.size, each)):
+            states, gone[part] = _look(system, np.ascontiguousarray(z[:, part]), step[part], radius[part], threads)
+            now[part], kinetic[part] = _measured(system, states, W[:, :, part])
+            far, fast = np.empty((2, n, part.size))
+            extents(states[:n], step[part], far, fast)
+            reach[:, part], speed[:, part] = far, np.where(fast > 0, fast, speed[:, part])  # 0 where no step was made
+        failed, moves = gone[todo], np.isfinite(now[todo]) & (now[todo] > 0)
+        rate[todo] = np.where(moves, now[todo], rate[todo])
         phase = np.maximum(rate[todo], turning) * step[todo]
         fits = ((PHASES[0] <= phase) | (step[todo] == longest)) & (phase <= PHASES[1])
         fits &= ~(failed & (round_ < ROUNDS // 2))
@@ -263,31 +264,45 @@ def fastest_rates(model: Any, z: np.ndarray, step: Any) -> np.ndarray:
     return np.sqrt(np.where(np.isfinite(growth), growth, 0.0)) + system.frame_rate
 
 
-def _look(system: System, z: np.ndarray, step: np.ndarray, radius: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _look(
+    system: System, z: np.ndarray, step: np.ndarray, radius: np.ndarray, threads: int
+) -> tuple[np.ndarray, np.ndarray]:
     """Return the starts and the states after each of some steps (2n, 1 + LOOKS, orbits), NaN where not reached, and a
-    mask of the orbits that failed.
+    mask of the orbits that failed. Orbits whose energy changes get steps of a higher order.
     """
-    flow = Flow(system.model, KAHAN_LI8 if system.separable else GAUSS8, step, 1e-12, 1e-12, 1)
+    states, failed, change = _states(system, YOSHIDA4 if system.separable else GAUSS8, z, step, radius, threads)
+    poor = np.flatnonzero(failed | ~(change < ROUGH)) if system.separable else np.zeros(0, int)
+    if poor.size:
+        states[..., poor], failed[poor], _ = _states(system, KAHAN_LI8, z[:, poor], step[poor], radius[poor], threads)
+    return states, failed
+
+
+def _states(
+    system: System, scheme: Any, z: np.ndarray, step: np.ndarray, radius: np.ndarray, threads: int
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return the states and failures of `_look` by a scheme, and the change of energy in units of the kinetic one."""
+    flow = Flow(system.model, scheme, step, 1e-12, 1e-12, threads)
     ensemble, samples = flow.ensemble(z.copy(), radius=radius), 1 + LOOKS
     states = np.full((len(z), samples, z.shape[1]), np.nan)
     states[:, 0] = z
     observer = columns(len(z), samples)
     memory = np.ones((observer.rows, z.shape[1]))  # the starts are there
     flow.advance(ensemble, observer, memory, states.reshape(-1, z.shape[1]), time=LOOKS * step, observations=LOOKS)
-    return states, ensemble.status != Status.OK
+    with np.errstate(all="ignore"):
+        change = np.abs(system.energies(ensemble.z) - ensemble.energy) / ensemble.scale
+    return states, ensemble.status != Status.OK, change
 
 
 def _measured(system: System, z: np.ndarray, W: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return the angular frequency and the largest kinetic energy of states z (2n, samples, orbits), over those
     that are finite.
     """
-    n, (samples, orbits) = len(z) // 2, z.shape[1:]
-    T, rate, largest = np.empty((samples, orbits)), np.empty(orbits), np.empty(orbits)
+    if not system.separable:
+        return _measured_together(system, z)
+    rate, largest = np.empty((2, z.shape[2]))
     with np.errstate(all="ignore"):
-        if not system.separable:
-            return _measured_together(system, z)
         v, p, F = _seen(system, z)
-        T[:] = system.kinetic_energies(np.concatenate([z[:n], p]) if system.frame else z)
+        T = system.kinetic_energies(np.concatenate([z[: len(p)], p]) if system.frame else z)
         scales(np.ascontiguousarray(W), F, v, p, T, rate, largest)
     return rate, largest
 
@@ -378,11 +393,11 @@ def _seen(system: System, z: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.nda
 
 
 def _force(system: System, q: np.ndarray) -> np.ndarray:
-    return np.array([row + np.zeros(q.shape[1:]) for row in system.model.force(*q)])
+    return stacked(system.model.force(*q), q)
 
 
 def _velocity(system: System, p: np.ndarray) -> np.ndarray:
-    return system.without_time(np.array([row + np.zeros(p.shape[1:]) for row in system.model.velocity(*p)]))
+    return system.without_time(stacked(system.model.velocity(*p), p))
 
 
 def typical_rate(model: Any, z: np.ndarray) -> float:

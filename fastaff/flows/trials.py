@@ -9,7 +9,6 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..base.status import Status
-from ..compile.threads import by_portions
 from ..schemes.automatic import TRIAL_ORBITS, Automatic, Trial, spread, trial_rounds
 from ..schemes.catalogue import DOP853, Nystrom, RungeKutta, Splitting
 from . import observers
@@ -38,9 +37,6 @@ LADDER = 4
 """Numbers of steps are q 2^k with q from LADDER to 2 LADDER. Orbits of similar steps share blocks, and large numbers
 have a large power of two as a divisor, after which slowed runs pause.
 """
-
-COST = 500
-"""Numbers that the choice of a step for an orbit counts as."""
 
 STEPS = 14
 """Most steps that are tried for a set of orbits."""
@@ -83,18 +79,6 @@ def chosen_steps(flow: Flow, z: np.ndarray, found: Motion, error: np.ndarray) ->
     the former, or forces not smooth. Every orbit is treated by itself.
     Cost: some 500 steps an orbit.
     """
-    chosen = Chosen(*np.empty((3, z.shape[1])))
-
-    def some(at: slice) -> None:
-        for whole, part in zip(chosen, _chosen_steps(flow, z[:, at], found.of(at), error[at]), strict=True):
-            whole[at] = part
-
-    by_portions(some, z.shape[1], COST, flow.threads)
-    return chosen
-
-
-def _chosen_steps(flow: Flow, z: np.ndarray, found: Motion, error: np.ndarray) -> Chosen:
-    """Return the result of `chosen_steps`, by one thread."""
     orbits = z.shape[1]
     rate, pace = found.rate, found.pace
     first = 2 * FIRST if isinstance(flow.scheme, Nystrom) else FIRST  # of order 12, whose steps are longer
@@ -153,7 +137,7 @@ def halving(flow: Flow, z: np.ndarray, step: np.ndarray, time: np.ndarray, found
     """
     orbits = z.shape[1]
     states = sampled(flow, np.tile(z, 2), np.concatenate([step, step / 2]), np.tile(time, 2), np.tile(found.radius, 2))
-    apart = found.between(states[..., :orbits], states[..., orbits:], 1)
+    apart = found.between(states[..., :orbits], states[..., orbits:], flow.threads)
     known = np.isfinite(apart)
     return np.where(known[0], np.where(known, apart, 0.0).max(axis=0), np.inf)
 

@@ -23,14 +23,14 @@ class System(Traits):
         n = self.n
         if not self.separable:
             return self._rates(z)[:n]
-        v = _rows(self.model.velocity(*z[n:]), z)
+        v = stacked(self.model.velocity(*z[n:]), z[n:])
         return self._added("v", z, v)
 
     def tangent_velocities(self, dp: np.ndarray) -> np.ndarray:
         """Return the change of dq/dt (n, ...) along a change dp (n, ...) of the momenta, where T is
         quadratic: 0 for the time of a driven model.
         """
-        return self.without_time(np.array([row + np.zeros(dp.shape[1:]) for row in self.model.velocity(*dp)]))
+        return self.without_time(stacked(self.model.velocity(*dp), dp))
 
     def without_time(self, rows: np.ndarray) -> np.ndarray:
         """Return rows (n, ...) of coordinates or momenta, those of the time of a driven model set to 0."""
@@ -45,7 +45,7 @@ class System(Traits):
         n = self.n
         if not self.separable:
             return self._rates(z)[n:]
-        f = _rows(self.model.force(*z[:n]), z)
+        f = stacked(self.model.force(*z[:n]), z[:n])
         return self._added("f", z, f)
 
     def _added(self, letter: str, z: np.ndarray, rows: np.ndarray) -> np.ndarray:
@@ -185,9 +185,9 @@ def _full(number: Any, z: np.ndarray) -> np.ndarray:
     return result
 
 
-def _rows(numbers: Any, z: np.ndarray) -> np.ndarray:
-    """Return a method's rows at phase points z as an array (n, ...)."""
-    rows = np.empty((z.shape[0] // 2, *z.shape[1:]))
+def stacked(numbers: Any, like: np.ndarray) -> np.ndarray:
+    """Return the rows that a method gives, arrays or numbers, as one array of that shape."""
+    rows = np.empty_like(like)
     for row, number in zip(rows, numbers, strict=True):
         row[...] = number
     return rows
