@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import ctypes
 import functools
-import itertools
 from collections.abc import Callable
 from typing import Any
 
@@ -123,19 +122,31 @@ def _arguments_in(typingcontext, words):
     return types.Tuple(words.arguments)(words), generate
 
 
-_UNITS = ctypes.CFUNCTYPE(None, ctypes.c_int64, ctypes.c_int64, ctypes.c_int64)
-"""Python's call of a kernel for a range of units, which releases the GIL meanwhile."""
+_UNITS = ctypes.CFUNCTYPE(None, ctypes.c_int64, ctypes.c_int64, ctypes.c_int64, ctypes.c_int64)
+"""Python's call of a kernel for units, which releases the GIL meanwhile."""
 
-SHARES, MOST_UNITS = 64, 64
-"""Number of parts of the units for each thread, and most units at once: Python takes a microsecond for each part, and
-ten where many threads wait for its lock.
-"""
+PARTS, MOST_UNITS = 64, 64
+"""Number of parts of the units for each thread, and most units in one, for short units."""
+
+
+@intrinsic
+def _taken(typingcontext, following, size):
+    """Add size to the number at an address, at this very moment; return the number before."""
+
+    def generate(context, builder, signature, values):
+        place = builder.inttoptr(values[0], cgutils.ir.IntType(64).as_pointer())
+        return builder.atomic_rmw("add", place, values[1], "monotonic")
+
+    return types.int64(following, size), generate
 
 
 def _of_words(work: Any) -> Callable:
-    def enter(begin, end, words):
-        for unit in range(begin, end):
-            work(unit, *_arguments_in(words))
+    def enter(following, size, units, words):
+        begin = _taken(following, size)
+        while begin < units:
+            for unit in range(begin, min(begin + size, units)):
+                work(unit, *_arguments_in(words))
+            begin = _taken(following, size)
 
     enter.__qualname__ = f"{work.py_func.__qualname__}_of_words"
     return enter
@@ -143,23 +154,32 @@ def _of_words(work: Any) -> Callable:
 
 @functools.cache
 def _entry(work: Callable, arguments: tuple) -> BlockFunction:
-    return BlockFunction(_of_words(Callee(work)), types.void(types.int64, types.int64, Words(arguments)), cache=True)
+    numbers = types.int64, types.int64, types.int64
+    return BlockFunction(_of_words(Callee(work)), types.void(*numbers, Words(arguments)), cache=True)
 
 
 _ENTRIES: dict[tuple, BlockFunction] = {}
 
 
-def run_units(work: Callable, arguments: tuple, units: int, *, threads: int) -> None:
-    """Run work(unit, *arguments), not compiled yet, for every unit below `units`, by this number of threads: the
-    caller's and others, each of which takes the next units as soon as it is free.
+def shares(
+    work: Callable, arguments: tuple, units: int, threads: int
+) -> tuple[list[Callable[[], None]], Callable[[], None]]:
+    """Return calls, at most one for each thread, that together run work(unit, *arguments), not compiled yet, for every
+    unit below `units`; and a function after which no unit is begun.
 
-    `work` is compiled for the types of its arguments. After an interruption of the caller no unit is begun; units that
-    other threads have begun may go on for a moment.
+    `work` is compiled for the types of its arguments. Each call takes the next units as soon as it is free; it holds
+    the memory to which it writes.
     """
+    following = np.zeros(1, np.int64)
+    end = functools.partial(following.fill, units)
     if JIT_DISABLED:
-        for unit in range(units):
-            work(unit, *_values(arguments))
-        return
+
+        def plain() -> None:
+            while following[0] < units:
+                following[0] += 1
+                work(int(following[0]) - 1, *_values(arguments))
+
+        return [plain], end
     words: list[int] = []
     kinds: list[Any] = [work]
     _pack(arguments, words, kinds)
@@ -167,24 +187,28 @@ def run_units(work: Callable, arguments: tuple, units: int, *, threads: int) -> 
     if key not in _ENTRIES:
         _ENTRIES[key] = _entry(work, tuple(map(numba.typeof, _values(arguments))))
     enter, memory = _UNITS(address(_ENTRIES[key])), np.array(words, np.int64)
-    size = min(max(units // (SHARES * threads), 1), MOST_UNITS)
-    first, following, end = _data(memory, memory.flags.num), itertools.count(0, size), [units]
+    size = min(max(units // (PARTS * threads), 1), MOST_UNITS)
 
-    def share() -> None:
-        while (unit := next(following)) < end[0]:
-            enter(unit, min(unit + size, units), first)
+    def share(_held: tuple = arguments) -> None:
+        enter(_data(following, QUICK), size, units, _data(memory, QUICK))
 
-    # An interrupted caller releases memory to which the others may still write: they hold it too.
-    others = [
-        Task(functools.partial(_holding, share, memory, arguments)) for _ in range(min(threads, -(-units // size)) - 1)
-    ]
-    with ending(functools.partial(end.__setitem__, 0, 0)):
+    return [share] * max(1, min(threads, -(-units // size))), end
+
+
+def run_units(work: Callable, arguments: tuple, units: int, *, threads: int) -> None:
+    """Run work(unit, *arguments) for every unit below `units`, by this number of threads: the caller's and others.
+
+    After an interruption of the caller no unit is begun; units that other threads have begun may go on for a moment.
+    """
+    calls, end = shares(work, arguments, units, threads)
+    others = [Task(call) for call in calls[1:]]
+    with ending(end):
         try:
             for other in others:
                 other.begin()
-            share()
+            calls[0]()
         finally:
-            end[0] = 0
+            end()
             for other in others:
                 # A task that has not begun would wait for a free thread.
                 while not (other.withdrawn() or other.ended(1.0)):
@@ -193,10 +217,6 @@ def run_units(work: Callable, arguments: tuple, units: int, *, threads: int) -> 
 
 def _values(arguments: tuple) -> list:
     return [argument.value if isinstance(argument, Packed) else argument for argument in arguments]
-
-
-def _holding(call: Callable[[], object], *_held: Any) -> None:
-    call()
 
 
 def run_points(work: Callable, arguments: tuple, points: int) -> None:

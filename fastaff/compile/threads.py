@@ -189,7 +189,8 @@ def by_portions(call: Callable[[slice], object], count: int, each: int | np.ndar
     numbers = int(count * each if alike else np.sum(each))
     portions = min(threads, numbers // FEW)
     if portions <= 1:
-        call(slice(0, count))
+        if count:
+            call(slice(0, count))
         return
     shares = np.arange(1, portions) / portions
     inner = np.floor(count * shares) if alike else np.searchsorted(np.cumsum(each), numbers * shares, side="right")

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from functools import partial
 from typing import Any
 
 import numpy as np
 
 from ..compile.jit import JIT_DISABLED, LANES
-from ..compile.packing import run_units
+from ..compile.packing import run_units, shares
 from ..compile.threads import together, works
 
 BRIEF = 10_000
@@ -48,8 +47,13 @@ def launch(
         run_units(kernel, (stop, progress, *arguments), progress.size, threads=1)
         tell()
         return
-    run = partial(run_units, kernel, (stop, progress, *arguments), progress.size, threads=threads)
-    together([run], partial(stop.fill, 1), tell)
+    calls, end = shares(kernel, (stop, progress, *arguments), progress.size, threads)
+
+    def halt() -> None:
+        stop.fill(1)
+        end()
+
+    together(calls, halt, tell)
 
 
 def early(report: Report | None, flow: Any, ensemble: Any, time: float, share: float = 1.0) -> Report | None:
