@@ -53,13 +53,13 @@ class Packed:
 def _pack(arguments: tuple, words: list, kinds: list) -> None:
     """Append the words of the arguments, and data that determine their types, in a tenth of the time of Numba."""
     for argument in arguments:
-        if isinstance(argument, Packed):
-            words += argument.words
-            kinds += argument.kinds
-        elif isinstance(argument, np.ndarray):
+        if isinstance(argument, np.ndarray):  # most are
             flags, shape = argument.flags.num, argument.shape
             words += (_data(argument, flags), *shape, *argument.strides)
             kinds += (argument.dtype, len(shape), flags)
+        elif isinstance(argument, Packed):
+            words += argument.words
+            kinds += argument.kinds
         elif isinstance(argument, BlockFunction):
             words.append(address(argument))
             kinds.append(argument.shown)

@@ -141,9 +141,8 @@ def start_crossings(
     with np.errstate(all="ignore"):
         value = _section_values(section, z)
         change = (_section_values(section, z + NUDGE * ensemble.ahead * flow.system.slopes(z)) - value) / NUDGE
-        size = np.abs(change)
-        for row in np.eye(2 * n):
-            size += np.abs(_section_values(section, z * (1 + NUDGE * row[:, None])) - value) / NUDGE
+        nudged = z[:, None] * (1 + NUDGE * np.eye(2 * n)[:, :, None])
+        size = np.abs(change) + np.abs(_section_values(section, nudged) - value).sum(axis=0) / NUDGE
         leaving = np.where(np.abs(change) > 1e-9 * size, kernels.BARELY * np.sign(change), 0.0)
         memory[kernels.ROWS.before] = np.where((np.abs(value) <= START * size) | on, leaving, value)
     before = replace(ensemble, z=flow.shifted(ensemble.z, -ensemble.ahead))
@@ -153,9 +152,9 @@ def start_crossings(
 
 
 def _section_values(section: Any, z: np.ndarray) -> np.ndarray:
-    """Return the section function at z (2n, orbits), one number for each orbit."""
+    """Return the section function at z (2n, ...), one number for each point."""
     with np.errstate(all="ignore"):
-        return np.asarray(section.value(*z), dtype=np.float64) + np.zeros(z.shape[1])
+        return np.asarray(section.value(*z), dtype=np.float64) + np.zeros(z.shape[1:])
 
 
 def follow_crossings(
