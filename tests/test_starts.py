@@ -71,7 +71,7 @@ def test_states_from_special_starts_are_within_their_errors(name):
         scales = motion(model, z0)
         apart = np.abs(found.z - truth.z) / (found.error + unsure)
         assert apart.max() < 5, z0[:, apart.max(axis=0).argmax()]
-        assert np.median(scales.between(found.error, np.zeros_like(found.error))) < 1e-9
+        assert np.median(scales.distance(found.error)) < 1e-9
 
 
 def test_all_analyses_take_the_centre_of_a_quartic_potential():
@@ -157,8 +157,8 @@ def test_no_orbit_within_its_accuracy_drifts_and_errors_cover_at_any_accuracy(na
     for accuracy in (1e-3, 1e-4, 1e-6, 1e-8, 1e-10):
         found = fa.integrate(model, z0, time=60.0, accuracy=accuracy)
         assert (found.status == fa.Status.OK).all(), (accuracy, found.summary())
-        true, error = (scales.between(each, np.zeros_like(each)) for each in (found.z - truth.z, found.error))
-        known = error > 5 * scales.between(truth.z, other.z)
+        true, error = (scales.distance(each) for each in (found.z - truth.z, found.error))
+        known = error > 5 * scales.distance(truth.z - other.z)
         ratios.append((true / error)[known])
     ratios = np.concatenate(ratios)
     assert ratios.size > 150

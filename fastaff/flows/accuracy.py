@@ -16,11 +16,9 @@ import numpy as np
 from ..base.numbers import Passes
 from ..base.status import Status
 from ..compile.threads import by_portions
-from ..kernels import differences
-from ..kernels.differences import Expected, Factors
 from ..schemes.catalogue import Collocation
 from .flow import Flow, Wear
-from .launch import Report, over_orbits
+from .launch import Report
 from .motion import Motion
 from .time_transformed import TransformedFlow
 from .trials import SPAN, chosen_steps, on_ladder, sampled
@@ -188,21 +186,50 @@ def estimated(
     phase^(3/2), the scheme's like phase. No error is below that of a single step: within the first step both runs may
     be equal.
     """
-    (error, rounding), rate, none = np.empty((2, *apart.shape)), plan.motion.rate, np.empty((0, len(plan.step)))
-    turned = TURNED * abs(flow.model.angular_velocity()) if flow.system.frame else 0.0
-    expected = Expected(
-        rate=rate,
-        share=share_of(flow, plan),
-        order=plan.order,
-        noise=noise_of(flow, plan),
-        turned=turned * plan.motion.far / np.maximum(rate, 1e-300),
-        local=plan.local,
-        single=np.minimum(plan.step * rate / SPAN, 1.0),
-    )
-    factors = Factors(SPAN, ROUGH, LOST, LEAST, GROWN, WITNESS, STEPPED, float(flow.alike))
-    given = apart, phase, none if worn is None else worn, expected, factors, error, rounding
-    over_orbits(differences.errors, given, apart.size, flow.threads)
+    error, rounding = np.empty_like(apart), np.empty_like(apart)
+
+    def some(at: slice) -> None:
+        known = None if worn is None else worn[:, at]
+        error[:, at], rounding[:, at] = _estimated(flow, plan.of(at), apart[:, at], phase[:, at], known)
+
+    by_portions(some, apart.shape[1], WEIGHT * apart.shape[0], flow.threads)
     return error, rounding
+
+
+def _estimated(flow, plan: Steps, apart, phase, worn) -> tuple[np.ndarray, np.ndarray]:
+    """Return the result of `estimated`, by one thread."""
+    order, spans = plan.order, np.maximum(phase / SPAN, 1.0)
+    # After few steps errors need not fall by the order yet, as where they lead through a core.
+    part = share_of(flow, plan) ** np.minimum(phase / SPAN, 1.0)
+    noise = noise_of(flow, plan) * np.sqrt(spans)
+    if flow.system.frame:
+        angle = abs(flow.model.angular_velocity()) * phase / np.maximum(plan.motion.rate, 1e-300)
+        noise = noise + TURNED * plan.motion.far * angle
+    local = np.where(np.isnan(plan.local), apart / (spans * 2.0**order), plan.local)
+    with np.errstate(all="ignore"):
+        if flow.alike:
+            rounding = apart * np.minimum(noise / np.maximum(local * 2.0**order, 1e-300), 2.0) + noise
+        else:
+            rounding = noise if worn is None else noise + counted(worn, part)
+        error = counted(apart, part) + rounding
+        error += local * np.minimum(plan.step * plan.motion.rate / SPAN, 1.0)
+        if not flow.alike:
+            # The trial's error is a lower bound: by chance the difference of two runs is too small for some orbits.
+            error = np.maximum(error, np.clip(apart, local * spans, LEAST * local * spans))
+        if worn is not None:
+            grown = GROWN * local * spans * counted(worn, part) / np.maximum(noise, 1e-300)
+            error = np.maximum(error, np.minimum(grown, apart / part))
+            witness = np.minimum(apart, WITNESS * rounding)
+            error, rounding = error + witness, rounding + witness
+    error, rounding = (np.where(np.isfinite(entry), entry + STEPPED * phase, np.inf) for entry in (error, rounding))
+    return np.maximum.accumulate(error, axis=0), np.maximum.accumulate(rounding, axis=0)
+
+
+def counted(apart: np.ndarray, part: np.ndarray) -> np.ndarray:
+    """Return distances times `part` up to ROUGH, whole distances from LOST on, and a power law between."""
+    with np.errstate(all="ignore"):
+        rough = np.clip(np.log(apart / ROUGH) / np.log(LOST / ROUGH), 0.0, 1.0)
+    return part ** (1.0 - np.where(np.isfinite(rough), rough, 0.0)) * apart
 
 
 def halved(

@@ -11,7 +11,6 @@ import numpy as np
 from ..compile.jit import JIT_DISABLED, LANES
 from ..compile.packing import run_units, shares
 from ..compile.threads import together, works
-from ..kernels.differences import PORTION
 
 BRIEF = 10_000
 """Most steps of an orbit for which the caller's own thread does the work: Ctrl-C waits at most a fraction of a second,
@@ -77,10 +76,3 @@ def early(report: Report | None, flow: Any, ensemble: Any, time: float, share: f
 def units(orbits: int, size: int = LANES) -> np.ndarray:
     """Return a progress of 0 for each unit of `size` orbits."""
     return np.zeros(math.ceil(orbits / size), np.int64)
-
-
-def over_orbits(kernel: Callable, arguments: tuple, numbers: int, threads: int) -> None:
-    """Run a kernel of `kernels.differences`, whose last argument has the orbits as its last axis, over that many
-    numbers in all.
-    """
-    launch(kernel, arguments, units(arguments[-1].shape[-1], PORTION), 0.0, threads, None, float(numbers))

@@ -12,12 +12,10 @@ from ..base.sums import length, total
 from ..compile.jit import LANES
 from ..compile.threads import by_portions
 from ..kernels.averages import extents, scales
-from ..kernels.differences import distances
 from ..models.maps import jacobian
 from ..models.mechanics import System, stacked, system_of
 from ..schemes.catalogue import GAUSS8, ITERATION, KAHAN_LI8, YOSHIDA4
 from .flow import Flow
-from .launch import over_orbits
 from .observers import columns
 from .reaches import ESCAPE, FARTHEST, escape_radii
 
@@ -44,6 +42,9 @@ ITERATIONS = 8
 
 STILL = 1e-9
 """Spread of a map's iterates, relative to their distance from 0, below which they count as one point."""
+
+APART = 4
+"""Numbers that the difference of two counts as."""
 
 VANISHING = 1e3
 """Ratio of the frequency of small oscillations to that of the motion above which the latter counts as none."""
@@ -86,14 +87,30 @@ class Motion(NamedTuple):
         """Return the scales of some of the orbits."""
         return Motion(*(entry[..., orbits] for entry in self))
 
-    def between(self, fine: np.ndarray, coarse: np.ndarray, threads: int = 1) -> np.ndarray:
-        """Return the distances (..., orbits) of phase points (..., 2n, orbits) of two runs: the largest difference of a
-        coordinate in units of its amplitude.
+    def distance(self, apart: np.ndarray) -> np.ndarray:
+        """Return the size of differences of phase points (..., 2n, orbits): the largest over the coordinates in units
+        of their amplitudes.
         """
-        size, shape = np.concatenate([self.position, self.momentum]), (-1, *fine.shape[-2:])
+        size = np.concatenate([self.position, self.momentum])
+        size, winds = np.where(size > 0, size, 1.0), np.isfinite(self.winding).any(axis=-1)
+        largest = np.zeros((*apart.shape[:-2], apart.shape[-1]))
+        for row in range(len(size)):  # rows one after the other: they need not lie side by side
+            away = apart[..., row, :] / size[row]
+            if row < len(winds) and winds[row]:
+                turn = self.winding[row] / size[row]
+                away -= np.where(np.isfinite(turn), turn * np.rint(away / turn), 0.0)
+            np.maximum(largest, np.abs(away, out=away), out=largest)
+        return largest
+
+    def between(self, fine: np.ndarray, coarse: np.ndarray, threads: int) -> np.ndarray:
+        """Return the distances of phase points (..., 2n, orbits) of two runs."""
         result = np.empty((*fine.shape[:-2], fine.shape[-1]))
-        given = fine.reshape(shape), coarse.reshape(shape), np.where(size > 0, size, 1.0), self.winding
-        over_orbits(distances, (*given, result.reshape(-1, fine.shape[-1])), fine.size, threads)
+
+        def some(at: slice) -> None:
+            with np.errstate(all="ignore"):
+                result[..., at] = self.of(at).distance(fine[..., at] - coarse[..., at])
+
+        by_portions(some, result.shape[-1], APART * fine[..., 0].size, threads)
         return result
 
 

@@ -15,10 +15,9 @@ import numpy as np
 
 from ..base.numbers import Passes
 from ..base.status import Status
-from ..kernels.differences import all_counted
 from ..models.mechanics import system_of
 from ..schemes.catalogue import VERNER9
-from .accuracy import AGAIN, LOST, NOISE, ROUGH, Steps
+from .accuracy import AGAIN, LOST, NOISE, Steps, counted
 from .flow import Flow
 from .launch import Report
 from .motion import Motion
@@ -148,7 +147,7 @@ def left(found: Motion, apart: np.ndarray, times: np.ndarray, tolerance: np.ndar
     with np.errstate(all="ignore"):
         rounding = 4 * NOISE * found.far * (np.maximum(phase / SPAN, 1.0) ** 1.5 + 8 * apart / (RATIO * tolerance))
         usual = tolerance * _usual(found, phase)
-        error = all_counted(apart, PART, ROUGH, LOST) + rounding + usual
+        error = counted(apart, np.full_like(apart, PART)) + rounding + usual
     return np.maximum.accumulate(np.where(np.isfinite(error), error, np.inf), axis=0), usual
 
 

@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ...compile.jit import LANES
 from ...compile.threads import by_portions, works
 from ...kernels.relations import first_vectors
 from .angle_loops import Layout
@@ -30,10 +31,8 @@ ROUND = 2.0
 SAME = 0.5
 """Largest distance of a mean rate from its line, in cycles over the window."""
 
-COST, APART = 16, 1024
-"""Numbers that the reading of one counts as; least orbits that justify a reading of their own: Python's part of each,
-which only one thread makes at a time, takes as long as that of kernels for some hundreds.
-"""
+COST = 16
+"""Numbers that the reading of one counts as."""
 
 STEADY = 8192
 """Samples from which the relative error of frequencies by rounding grows with the root of their number."""
@@ -91,7 +90,7 @@ def read(layout: Layout, samples: Samples, fallback: float | None, threads: int)
     def some(at: slice) -> None:
         parts[at.start] = _by_axis(layout, samples.of(at), fallback, 1 if works() else threads)
 
-    by_portions(some, work.size, work, min(threads, work.size // APART))
+    by_portions(some, work.size, work, min(threads, work.size // LANES))
     return Reading(*map(np.concatenate, zip(*(parts[begin] for begin in sorted(parts)), strict=True)))
 
 

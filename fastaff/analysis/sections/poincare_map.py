@@ -13,17 +13,17 @@ from ...base.recipe import recorded
 from ...base.results import put
 from ...base.short_forms import Starts, starts_of, takes
 from ...base.status import Status
+from ...compile.threads import by_portions
 from ...flows.accuracy import Steps, halved, planned, until
 from ...flows.checks import checked_model, checked_section, phase_points
 from ...flows.flow import Flow, Wear
-from ...flows.launch import Report, launch, over_orbits, units
+from ...flows.launch import Report, launch, units
 from ...flows.motion import Motion, motion, typical_rate
 from ...flows.needs import check_given
 from ...flows.observers import bound
 from ...flows.options import Options, Problem
 from ...formulas.section_text import section_of
 from ...kernels.crossing_roots import lean
-from ...kernels.differences import straightened
 from ...models.contracts import Dynamics, Section
 from ...models.mechanics import system_of
 from ...models.sections import Stroboscopic
@@ -198,7 +198,7 @@ class _Crossings(NamedTuple):
         return _Crossings(self.found.take(orbits), self.reached[orbits])
 
 
-def slants(model: Any, section: Any, points: np.ndarray, scales: Motion, threads: int = 1) -> np.ndarray:
+def slants(model: Any, section: Any, points: np.ndarray, scales: Motion) -> np.ndarray:
     """Return the ratio of the error of a crossing to that of its state (crossings, orbits), at least 1, NaN where there
     is none.
 
@@ -211,7 +211,7 @@ def slants(model: Any, section: Any, points: np.ndarray, scales: Motion, threads
         speed = system_of(model).slopes(z) / scales.rate[:, None]
     function = bound("value", section, model.degrees_of_freedom, 0)
     flat = z.reshape(len(z), -1), size, speed.reshape(len(z), -1), result.reshape(-1)
-    launch(lean, (function, NUDGE, *flat), units(result.size), 0.0, threads, None, float(result.size))
+    launch(lean, (function, NUDGE, *flat), units(result.size), 0.0, 1, None, float(result.size))
     return result.T
 
 
@@ -292,9 +292,22 @@ def _compared(body, section, motion: Motion, fine: SectionMap, coarse: SectionMa
     """Return distances (crossings, orbits) of states at crossings of two runs, radians up to these, and `slants`, where
     these are not given.
     """
-    phase, worse = np.empty((2, *fine.times.T.shape)).transpose(0, 2, 1)  # as crossings lie in memory
-    apart = motion.between(fine.points.transpose(1, 0, 2), coarse.points.transpose(1, 0, 2), threads)
-    worse[:] = slants(body, section, fine.points, motion, threads) if slant is None else slant
-    given = fine.times, coarse.times, motion.rate, SAME, worse, phase, apart
-    over_orbits(straightened, given, apart.size, threads)
-    return apart, phase, worse
+    whole = np.empty((3, *fine.times.T.shape)).transpose(0, 2, 1)  # as crossings lie in memory
+
+    def some(at: slice) -> None:
+        scales, times, points = motion.of(at), fine.times[:, at], fine.points[..., at]
+        with np.errstate(all="ignore"):
+            late = np.abs(times - coarse.times[:, at]) * scales.rate
+            apart = scales.between(points.transpose(1, 0, 2), coarse.points[..., at].transpose(1, 0, 2), 1)
+            apart = np.maximum(apart, late)
+            times_worse = slants(body, section, points, scales) if slant is None else slant[:, at]
+            straight = apart / times_worse
+        same = np.isfinite(apart) & (apart < SAME)
+        # After the last crossing there is nothing to compare; after one that a run lacks nothing is known.
+        ended = ~np.isfinite(times)
+        known = np.logical_and.accumulate(same | ended, axis=0)
+        straight = np.where(known, np.where(ended, 0.0, straight), np.inf)
+        whole[..., at] = straight, np.where(ended, 0.0, times * scales.rate), np.where(ended, 1.0, times_worse)
+
+    by_portions(some, len(fine), fine.points[..., :1].size, threads)
+    return whole[0], whole[1], whole[2]
