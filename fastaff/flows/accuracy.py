@@ -200,7 +200,8 @@ def _estimated(flow, plan: Steps, apart, phase, worn) -> tuple[np.ndarray, np.nd
     """Return the result of `estimated`, by one thread."""
     order, spans = plan.order, np.maximum(phase / SPAN, 1.0)
     # After few steps errors need not fall by the order yet, as where they lead through a core.
-    part = share_of(flow, plan) ** np.minimum(phase / SPAN, 1.0)
+    part, early = np.broadcast_to(share_of(flow, plan), phase.shape).copy(), phase < SPAN
+    part[early] **= phase[early] / SPAN
     noise = noise_of(flow, plan) * np.sqrt(spans)
     if flow.system.frame:
         angle = abs(flow.model.angular_velocity()) * phase / np.maximum(plan.motion.rate, 1e-300)
@@ -227,9 +228,12 @@ def _estimated(flow, plan: Steps, apart, phase, worn) -> tuple[np.ndarray, np.nd
 
 def counted(apart: np.ndarray, part: np.ndarray) -> np.ndarray:
     """Return distances times `part` up to ROUGH, whole distances from LOST on, and a power law between."""
-    with np.errstate(all="ignore"):
-        rough = np.clip(np.log(apart / ROUGH) / np.log(LOST / ROUGH), 0.0, 1.0)
-    return part ** (1.0 - np.where(np.isfinite(rough), rough, 0.0)) * apart
+    result, rough = part * apart, apart > ROUGH
+    if rough.any():
+        far = apart[rough]
+        power = np.minimum(np.log(far / ROUGH) / np.log(LOST / ROUGH), 1.0)
+        result[rough] = part[rough] ** (1.0 - power) * far
+    return result
 
 
 def halved(

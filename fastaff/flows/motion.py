@@ -11,7 +11,7 @@ from ..base.status import Status
 from ..base.sums import length, total
 from ..compile.jit import LANES
 from ..compile.threads import by_portions
-from ..kernels.averages import extents, scales
+from ..kernels.averages import scales
 from ..models.maps import jacobian
 from ..models.mechanics import System, stacked, system_of
 from ..schemes.catalogue import GAUSS8, ITERATION, KAHAN_LI8, YOSHIDA4
@@ -208,9 +208,10 @@ def _observed(system: System, z: np.ndarray, threads: int) -> Motion:
         for part in (todo[begin : begin + each] for begin in range(0, todo.size, each)):
             states, gone[part] = _look(system, np.ascontiguousarray(z[:, part]), step[part], radius[part], threads)
             now[part], kinetic[part] = _measured(system, states, W[:, :, part])
-            far, fast = np.empty((2, n, part.size))
-            extents(states[:n], step[part], far, fast)
-            reach[:, part], speed[:, part] = far, np.where(fast > 0, fast, speed[:, part])  # 0 where no step was made
+            if any(periods):
+                turned = np.fmax.reduce(np.abs(np.diff(states[:n], axis=1)), axis=1) / step[part]
+                speed[:, part] = np.where(np.isfinite(turned), turned, speed[:, part])  # none where no step was reached
+            reach[:, part] = np.fmax.reduce(np.abs(states[:n]), axis=1)
         failed, moves = gone[todo], np.isfinite(now[todo]) & (now[todo] > 0)
         rate[todo] = np.where(moves, now[todo], rate[todo])
         phase = np.maximum(rate[todo], turning) * step[todo]

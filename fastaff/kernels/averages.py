@@ -35,21 +35,3 @@ def scales(W, force, velocity, momentum, kinetic, rate, largest):
             largest[o] = max(largest[o], T if sound else 0.0)
     for o in range(orbits):
         rate[o] = np.sqrt(np.divide(pull[o], move[o]))
-
-
-@jit
-def extents(q, step, reach, speed):
-    """Set reach (n, orbits) to the largest |q| of samples (n, samples, orbits) at equal steps (orbits,), speed to the
-    largest |q'|; samples that are not finite do not count, and there is 0 without any.
-    """
-    n, samples, orbits = q.shape
-    for i in range(n):
-        reach[i, :], speed[i, :] = 0.0, 0.0
-        for s in range(samples):
-            for o in range(orbits):
-                away = abs(q[i, s, o])
-                moved = abs(q[i, s, o] - q[i, s - 1, o]) if s > 0 else 0.0
-                reach[i, o] = away if away > reach[i, o] else reach[i, o]
-                speed[i, o] = moved if moved > speed[i, o] else speed[i, o]
-        for o in range(orbits):
-            speed[i, o] /= step[o]
