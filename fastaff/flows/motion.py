@@ -155,7 +155,7 @@ def motion(model: Any, z: np.ndarray, threads: int = 1) -> Motion:
         for whole, entry in zip(found, _observed(system, np.ascontiguousarray(z[:, at]), threads), strict=True):
             whole[..., at] = entry
 
-    by_portions(look, orbits, n, threads)
+    by_portions(look, orbits, n * LOOKS, threads)
     return found
 
 
