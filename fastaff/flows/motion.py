@@ -22,8 +22,9 @@ from .reaches import ESCAPE, FARTHEST, escape_radii
 LOOKS = 64
 """Steps, and samples, of a first look at an orbit."""
 
-LOOKED = 1 << 21
-"""Bytes of samples in memory at once: larger arrays would be new pages each time."""
+LOOKED, TOGETHER = 1 << 21, 1 << 14
+"""Bytes of samples in memory at once: larger arrays would be new pages each time; most orbits whose other arrays are.
+"""
 
 PHASE, PHASES = 0.2, (0.08, 0.5)
 """The intended step of a first look in radians of the motion that it finds, and the range that is accepted."""
@@ -152,8 +153,10 @@ def motion(model: Any, z: np.ndarray, threads: int = 1) -> Motion:
     found = Motion(one + 1, one.copy(), each, each.copy(), one.copy(), one + 1, one + 1, each + 1)
 
     def look(at: slice) -> None:
-        for whole, entry in zip(found, _observed(system, np.ascontiguousarray(z[:, at]), threads), strict=True):
-            whole[..., at] = entry
+        for start in range(at.start, at.stop, TOGETHER):
+            part = slice(start, min(start + TOGETHER, at.stop))
+            for whole, entry in zip(found, _observed(system, np.ascontiguousarray(z[:, part]), threads), strict=True):
+                whole[..., part] = entry
 
     by_portions(look, orbits, n * LOOKS, threads)
     return found
