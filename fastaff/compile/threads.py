@@ -175,7 +175,7 @@ def works() -> bool:
     return isinstance(threading.current_thread(), _Worker)
 
 
-FEW = 2**18
+FEW = 2**17
 """Least numbers in a portion that justify another thread: of smaller arrays most of the time is Python's, whose lock
 only one thread holds.
 """

@@ -26,6 +26,9 @@ LOOKED, TOGETHER = 1 << 21, 1 << 14
 """Bytes of samples in memory at once: larger arrays would be new pages each time; most orbits whose other arrays are.
 """
 
+COST = 32
+"""Numbers that a look at a coordinate of an orbit counts as."""
+
 PHASE, PHASES = 0.2, (0.08, 0.5)
 """The intended step of a first look in radians of the motion that it finds, and the range that is accepted."""
 
@@ -158,7 +161,7 @@ def motion(model: Any, z: np.ndarray, threads: int = 1) -> Motion:
             for whole, entry in zip(found, _observed(system, np.ascontiguousarray(z[:, part]), threads), strict=True):
                 whole[..., part] = entry
 
-    by_portions(look, orbits, n * LOOKS, threads)
+    by_portions(look, orbits, COST * n, threads)
     return found
 
 
