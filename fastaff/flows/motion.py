@@ -202,6 +202,7 @@ def _observed(system: System, z: np.ndarray) -> Motion:
     first, gone, todo = rate.copy(), np.zeros(orbits, bool), np.arange(orbits)
     periods, speed = system.periods, np.zeros((n, orbits))
     reach, longest = np.abs(z[:n]), PHASES[1] / drive if drive else math.inf
+    own = np.abs(np.array([W[i, i] for i in range(n)]))
     for round_ in range(ROUNDS):
         step[todo] = np.minimum(step[todo], longest)
         states, failed = _look(system, np.ascontiguousarray(z[:, todo]), step[todo], radius[todo])
@@ -210,6 +211,8 @@ def _observed(system: System, z: np.ndarray) -> Motion:
             turned = np.fmax.reduce(np.abs(np.diff(states[:n], axis=1)), axis=1) / step[todo]
             speed[:, todo] = np.where(np.isfinite(turned), turned, speed[:, todo])  # none where no step was reached
         reach[:, todo] = np.fmax.reduce(np.abs(states[:n]), axis=1)
+        if system.curved:
+            own[:, todo] = system.mean_inverse_masses(states)
         moves = np.isfinite(now) & (now > 0)
         rate[todo], gone[todo] = np.where(moves, now, rate[todo]), failed
         phase = np.maximum(rate[todo], turning) * step[todo]
@@ -222,7 +225,6 @@ def _observed(system: System, z: np.ndarray) -> Motion:
             break
     rate = np.where(gone, np.minimum(rate, RUNAWAY * first), rate)
     rate = np.where(stiff > VANISHING * rate, stiff, rate)
-    own = np.abs(np.array([W[i, i] for i in range(n)]))
     own = np.where(own > 0, own, 1.0)
     with np.errstate(all="ignore"):
         winding, around = np.full((n, orbits), math.inf), np.zeros(orbits)
@@ -247,7 +249,7 @@ def fastest_rates(model: Any, z: np.ndarray, step: Any) -> np.ndarray:
     rotating frame. 0 where there is none.
     """
     system = system_of(model)
-    if not system.separable:
+    if system.curved or not system.separable:
         return _linear_rates(system, z)
     n = z.shape[0] // 2
     q, W = z[:n], system.inverse_masses(z)
@@ -284,7 +286,7 @@ def _measured(system: System, z: np.ndarray, W: np.ndarray) -> tuple[np.ndarray,
     n, (samples, orbits) = len(z) // 2, z.shape[1:]
     T, rate, largest = np.empty((samples, orbits)), np.empty(orbits), np.empty(orbits)
     with np.errstate(all="ignore"):
-        if not system.separable:
+        if system.curved or not system.separable:
             return _measured_together(system, z)
         v, p, F = _seen(system, z)
         T[:] = system.kinetic_energies(np.concatenate([z[:n], p]) if system.frame else z)
@@ -329,7 +331,7 @@ def _first_rates(system: System, z: np.ndarray, W: np.ndarray, reach: np.ndarray
     along a direction of no symmetry, 0 where there are none.
     """
     n = z.shape[0] // 2
-    if not system.separable:
+    if system.curved or not system.separable:
         linear = _linear_rates(system, z)
         return np.where(linear > 0, linear, 1.0), linear
     with np.errstate(all="ignore"):
