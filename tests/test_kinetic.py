@@ -8,6 +8,7 @@ from scipy.integrate import quad
 
 import fastaff as fa
 from fastaff.base.status import Status
+from fastaff.explorer.records import model_code
 from fastaff.models.mechanics import system_of
 from fastaff.schemes import GAUSS16
 
@@ -202,6 +203,14 @@ def test_a_quadratic_special_case_takes_the_schemes_of_quadratic_ones():
     assert fa.integrate(model._replace(e=0.1), z0, time=5.0).scheme == fa.KAHAN_LI8
     with pytest.raises(ValueError, match="only where T is quadratic"):
         fa.integrate(model._replace(e=0.1), z0, time=5.0, scheme=fa.schemes.RKN12)
+
+
+def test_a_page_runs_it_as_h_of_q_and_p():
+    pages = [model_code(model) for model in pair(KINETIC["relativistic"], **NAMES, m=1.0)]
+    for page in pages:
+        assert page["kind"] == "equations"
+        assert len(page["methods"]["tangent"]["results"]) == 4
+    assert pages[0]["methods"].keys() == pages[1]["methods"].keys()
 
 
 @pytest.mark.parametrize(
