@@ -205,6 +205,23 @@ def test_rounding_of_regular_orbits(scheme, most):
     assert np.median(run.error) < 2e-10
 
 
+@pytest.mark.parametrize("scheme", [fa.LEAPFROG, fa.KAHAN_LI8, fa.SOFRONIOU_SPALETTA10], ids=lambda s: s.name)
+def test_errors_of_coarse_steps_of_named_schemes_cover_the_truth(scheme):
+    """Regular and chaotic orbits of random potentials: 99 % are within, and none is ten times beyond."""
+    rng, ratios = np.random.default_rng(33), []
+    for _ in range(4):
+        a, b, e, g = rng.uniform(0.5, 2, 2).tolist() + rng.uniform(0, 1, 2).tolist()
+        V = "(a*x**2 + b*y**2)/2 + 0.3*x**2*y + e*(x**4 + y**4)/4 + g*x**2*y**2"
+        model = fa.hamiltonian(V, coordinates="x y", a=a, b=b, e=e, g=g)
+        z0, time = rng.uniform(-1, 1, (4, 200)), float(rng.choice([10.0, 50.0, 150.0]))
+        truth = fa.integrate(model, z0, time=time, accuracy=1e-12)
+        run = fa.integrate(model, z0, time=time, accuracy=1e-5, scheme=scheme)
+        known = (truth.error < 0.02 * run.error).all(axis=0) & (run.status == 0)
+        assert known.mean() > 0.9
+        ratios.append((np.abs(run.z - truth.z) / run.error).max(axis=0)[known])
+    covered(np.concatenate(ratios), 1.0)
+
+
 def chaotic(which):
     """A model with chaotic orbits, its force (t, *q) in the arithmetic of q, and the start of 400 of them."""
     rng = np.random.default_rng(7)

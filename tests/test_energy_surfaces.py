@@ -264,6 +264,11 @@ def test_masses_without_bound_and_of_both_signs():
     np.testing.assert_allclose(saddle.energy(*grid.z0), 0.5, atol=1e-15)
     assert (saddle.rates(*grid.z0)[1] > 0).all()
     assert (grid.z0[3] < 0).all()  # its mass is negative
+    rows = {"y": (-1, 1), "py": (-1, 1)}
+    with pytest.raises(ValueError, match="or solve='px' with ranges of the others"):
+        fa.energy_sample(saddle, energy=0.5, orbits=10, section="x=0", axes=rows)
+    z = fa.energy_sample(saddle, energy=0.5, orbits=10, section="x=0", axes=rows, solve="px").z0
+    np.testing.assert_allclose(saddle.energy(*z), 0.5, rtol=1e-12)
 
 
 @pytest.mark.parametrize("kind", ["ellipses", "ellipses of a section", "any"])
@@ -279,6 +284,7 @@ def test_what_energies_cannot_reach_is_said():
     harper = fa.hamiltonian(
         "-cos(p) - cos(x) + s**2/2 + y**2/2", coordinates="x y", momenta="p s", periods={"x": "2*pi"}
     )
+    quartic = fa.hamiltonian("(p**4 + s**2)*(1 + x**2) + y**2", coordinates="x y", momenta="p s")
     axes = (np.linspace(-1, 1, 3), np.linspace(-1, 1, 4))
     for call, match in (
         (lambda: fa.energy_grid(double, energy=-4.0, section="q1=0", axes=axes), "reaches no cell"),
@@ -288,7 +294,10 @@ def test_what_energies_cannot_reach_is_said():
         (lambda: fa.energy_sample(double, energy=1.0, orbits=5, axes={"q9": (0, 1)}), "q9"),
         (lambda: fa.energy_sample(harper, energy=-1.0, section="x=0", orbits=5), "without end"),
         (lambda: fa.energy_grid(harper, energy=-1.0, section="x=0", axes=axes), "met without end along p"),
-        (lambda: fa.energy_grid(harper, energy=1.0, axes={"phi": [1.0]}, at_rest=True), "second degree in the momenta"),
+        (
+            lambda: fa.energy_grid(quartic, energy=1.0, axes={"phi": [1.0]}, at_rest=True),
+            "second degree in the momenta",
+        ),
     ):
         with pytest.raises(ValueError, match=match):
             call()

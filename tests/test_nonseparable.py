@@ -73,6 +73,64 @@ def test_orbits_are_those_of_the_equations_of_lagrange_within_their_errors(accur
     assert np.max(late) <= 10
 
 
+def velocities(z, m1, m2, a, b, g):
+    q1, q2, p1, p2 = z
+    A, B, C = (m1 + m2) * a * a, m2 * a * b * np.cos(q1 - q2), m2 * b * b
+    return np.array([q1, q2, (C * p1 - B * p2) / (A * C - B * B), (A * p2 - B * p1) / (A * C - B * B)])
+
+
+def fastest_rate(m1, m2, a, b, g):
+    """Rate of the faster of the small oscillations, about."""
+    return math.sqrt(g * (1 / a + 1 / b) * (1 + m2 / m1))
+
+
+def in_80_bits(y, time, steps, m1, m2, a, b, g):
+    """Angles and angular velocities by the equations of Lagrange: extrapolated symmetric steps of order 16."""
+
+    def rates(y):
+        q1, q2, v1, v2 = y
+        s, c = np.sin(q1 - q2), np.cos(q1 - q2)
+        one = -m2 * b * s * v2 * v2 - (m1 + m2) * g * np.sin(q1)  # (m1 + m2) a v1' + m2 b c v2'
+        two = a * s * v1 * v1 - g * np.sin(q2)  # a c v1' + b v2'
+        w = (one - m2 * c * two) / (a * (m1 + m2 * s * s))
+        return np.array([v1, v2, w, (two - a * c * w) / b])
+
+    y, counts, h = y.astype(np.longdouble), range(2, 18, 2), np.longdouble(time) / steps
+    for _ in range(steps):
+        table = []
+        for n in counts:
+            x, z = y, y + h / n * rates(y)
+            for _ in range(1, n):
+                x, z = z, x + 2 * h / n * rates(z)
+            table.append(z)
+        for k in range(1, len(counts)):
+            ends = [(np.longdouble(counts[i]) / counts[i - k]) ** 2 - 1 for i in range(k, len(counts))]
+            table = [fine + (fine - coarse) / r for fine, coarse, r in zip(table[1:], table, ends)]
+        (y,) = table
+    return y
+
+
+@pytest.mark.skipif(np.finfo(np.longdouble).eps > 2e-19, reason="needs 80-bit floats")
+@pytest.mark.parametrize(("size", "turns", "each"), [(0.2, 20, 3), (0.9, 5, 12), (1.8, 2, 24)])
+def test_orbits_are_those_of_80_bit_arithmetic_to_1e_12(size, turns, each):
+    """Of random masses, lengths and gravity, both pendulums in motion; the widest as long as they amplify little."""
+    for _ in range(2):
+        parameters, rate = drawn()
+        time = turns / rate
+        starts = size * RNG.uniform(-1, 1, (4, 8)) * np.array([1, 1, rate, rate])[:, None]
+        z0 = momenta(starts, **parameters)
+        exact = {name: np.longdouble(value) for name, value in parameters.items()}
+        y0, fastest = velocities(z0.astype(np.longdouble), **exact), fastest_rate(**parameters)
+        coarse, fine = (
+            momenta(in_80_bits(y0, time, n * math.ceil(fastest * time), **exact), **exact) for n in (each, each + 1)
+        )
+        assert (np.abs(fine - coarse) < 1e-13 * np.abs(fine).max(axis=1)[:, None]).all()
+        truth, model = fine, fa.models.DoublePendulum(*parameters.values())
+        found = fa.integrate(model, z0, time=time, accuracy=1e-13)
+        off = np.abs(found.z - truth)
+        assert (off <= 1e-12 * np.repeat([1.0, np.abs(truth[2:]).max()], 2)[:, None]).all()
+
+
 def test_the_named_model_is_the_text():
     """Energy, rates and their changes at random points, and an orbit."""
     for _ in range(5):

@@ -15,6 +15,7 @@ import sys
 import types as python_types
 from collections import namedtuple
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -144,7 +145,8 @@ def nystrom_block(kind: str, value: Any, degrees_of_freedom: int, vectors: int, 
     """Return the compiled block `nystrom_splitting` or, of one orbit, `nystrom_march`: steps of a Runge-Kutta-Nyström
     scheme; terms: the forces in each of its sums.
     """
-    return _nystrom_block(kind, *_built(value), rows_of(value, degrees_of_freedom, vectors), terms)
+    rows = replace(rows_of(value, degrees_of_freedom, vectors), curved=False)  # T is quadratic for these schemes
+    return _nystrom_block(kind, *_built(value), rows, terms)
 
 
 @functools.cache

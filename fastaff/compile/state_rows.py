@@ -29,6 +29,7 @@ class Rows:
     takes one addition a step, not one a stage, and is reduced by its period: over many periods the same rounding error
     in all steps would add up to a phase. variables: number of those of a system dz/dt = f(z), 2n for H(q, p), 0 for
     others; for an odd number the last row is idle; winding: which rows (2n,) of a map have a period, () for others.
+    curved: whether velocities have a derivative of their own, tangent_velocity(p..., dp...); else T is quadratic.
     """
 
     n: int
@@ -36,6 +37,7 @@ class Rows:
     terms: Set[str] = frozenset()
     variables: int = 0
     winding: tuple[bool, ...] = ()
+    curved: bool = False
 
     driven, nonseparable = term("drive"), term("nonseparable")
 
@@ -83,9 +85,9 @@ class Rows:
     @property
     def groups(self) -> list[range]:
         """Numbers of the rows of a half that one loop moves: the orbit with its first vectors, then the other
-        vectors.
+        vectors. Vectors whose drifts depend on the orbit's momenta come before its kick, so in its own loop.
         """
-        width = VECTORS_PER_LOOP.get(self.n, 2)
+        width = max(self.vectors, 1) if self.curved else VECTORS_PER_LOOP.get(self.n, 2)
         ends = [1 + min(self.vectors, width), *range(1 + 2 * width, 1 + self.vectors + width, width)]
         ends = [min(end, 1 + self.vectors) * self.n for end in ends]
         return [range(first, last) for first, last in zip([0, *ends], ends) if last > first]
@@ -104,12 +106,15 @@ class Rows:
         return self.state(range(self.n)) if self.variables else [*range(self.n)]
 
     def velocities(self, rows: range) -> str:
-        """Text that sets the v of these rows to the velocities at p: T is quadratic, so a vector's follow from its own
-        momenta.
+        """Text that sets the v of these rows to the velocities at p, or their change along a vector: where T is
+        quadratic it follows from the vector's own momenta.
         """
-        text = ""
+        text, orbit = "", range(self.n)
         for part in self.parts(rows):
-            text += f"{listed('v', part)}, = value.velocity({listed('p', part)})\n"
+            call = f"velocity({listed('p', part)})"
+            if self.curved and part != orbit:
+                call = f"tangent_velocity({listed('p', orbit)}, {listed('p', part)})"
+            text += f"{listed('v', part)}, = value.{call}\n"
             text += f"v{part[-1]} = 0.0\n" if self.driven and part.start > 0 else ""
         return text
 
@@ -141,7 +146,7 @@ def rows_of(value: Any, n: int, vectors: int) -> Rows:
     """Return the rows of a state of a model, or of a section's argument, by the terms of its equations."""
     terms = terms_of(value)
     variables = len(value.coordinates) if "rates" in terms else 2 * n if "nonseparable" in terms else 0
-    return Rows(n, vectors, terms, variables, winding_of(value))
+    return Rows(n, vectors, terms, variables, winding_of(value), hasattr(value, "tangent_velocity"))
 
 
 def listed(letter: str, rows: Iterable[int]) -> str:

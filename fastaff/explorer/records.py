@@ -24,7 +24,7 @@ def model_code(body: Any) -> dict[str, Any]:
         return _map_code(body)
     if system.own is not None and not system.frame:
         raise Refused(f"body {type(body).__name__} {system.own.has}: it has no page; poincare_map computes its section")
-    if system.frame or not system.separable:
+    if system.frame or system.curved or not system.separable:
         return _equations_code(body)
     n = body.degrees_of_freedom
     kind = "body" if system.isotropic else "driven" if system.driven else "plane"
@@ -106,10 +106,30 @@ class Turning:
         return self.kinetic_energy(p_x, p_y) + self.potential_energy(x, y) - w * (x * p_y - y * p_x)
 
 
+class Curved:
+    """Methods of H(q, p) for a model of two coordinates whose T is not quadratic."""
+
+    def rates(self: Any, x, y, p_x, p_y):
+        """Return dH/dp and -dH/dq."""
+        (v_x, v_y), (f_x, f_y) = self.velocity(p_x, p_y), self.force(x, y)
+        return v_x, v_y, f_x, f_y
+
+    def tangent_rates(self: Any, x, y, p_x, p_y, dx, dy, dp_x, dp_y):
+        """Return their change along a vector."""
+        (v_x, v_y), (f_x, f_y) = self.tangent_velocity(p_x, p_y, dp_x, dp_y), self.tangent_force(x, y, dx, dy)
+        return v_x, v_y, f_x, f_y
+
+    def energy(self: Any, x, y, p_x, p_y):
+        """Return H, without p_t of a driven model, whose page shows no energy."""
+        return self.kinetic_energy(p_x, p_y) + self.potential_energy(x, y)
+
+
 def _equations_code(model: Any) -> dict[str, Any]:
     """Return dz/dt = f(z) as data: rows, whether they are coordinates and momenta with an energy, winds (rows,)."""
     system, names = system_of(model), [name for name, _ in numbers_in(model, ())]
-    own = Part(type(type(model).__name__, (Turning, type(model)), {})(*model) if system.frame else model, ())
+    methods_of = Turning if system.frame else Curved if system.curved else None
+    whole = model if methods_of is None else type(type(model).__name__, (methods_of, type(model)), {})(*model)
+    own = Part(whole, ())
     if system.canonical and system.n != 2:
         raise _too_many("have two degrees of freedom, or one beside its time,", model)
     if not system.canonical and system.rows < 3:

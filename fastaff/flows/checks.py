@@ -189,7 +189,7 @@ def _parameters(name: str, value: Any) -> np.ndarray:
 
 
 def checked_tangent_model(model: Any, name: str = "body") -> Any:
-    """Return `model` if tangent vectors can follow it: it has `tangent_force`, and a velocity linear in the momenta."""
+    """Return `model` if tangent vectors can follow it: it has changes of its forces and, if not linear, velocities."""
     system = system_of(checked_model(model, name))
     if not system.separable:
         if not (system.iterated or hasattr(model, "tangent_rates")):
@@ -201,13 +201,13 @@ def checked_tangent_model(model: Any, name: str = "body") -> Any:
     except AttributeError as problem:
         raise TypeError(
             f"{name} {type(model).__name__} has no second derivatives ({problem}): tangent vectors need "
-            "tangent_force(q..., dq...) of a "
-            "model, curvatures of a potential, one_variable(value, slope, curvature) of a function"
+            "tangent_force(q..., dq...) of a model, curvatures of a potential, one_variable(value, slope, curvature) "
+            "of a function"
         ) from None
-    if not system.quadratic:
+    if not (system.quadratic or hasattr(model, "tangent_velocity")):
         raise ValueError(
-            f"{name} {type(model).__name__} must have a velocity linear in the momenta (T quadratic) for tangent "
-            "vectors"
+            f"{name} {type(model).__name__} must have tangent_velocity(p..., dp...) for tangent vectors, as its "
+            "velocity is not linear in the momenta"
         )
     return model
 

@@ -115,11 +115,14 @@ def _tangent(system: System) -> tuple[Rows, Callable, str] | None:
     if system.separable:
         if not hasattr(model, "tangent_force"):
             return None
-        change = model.tangent_force
+        change, method = model.tangent_force, "tangent_force"
+        velocity = curved = lambda *p: ()
+        if hasattr(model, "tangent_velocity"):
+            velocity, curved, method = model.velocity, model.tangent_velocity, "tangent_velocity and a tangent_force"
         return (
-            (lambda z: _array(model.force(*z[:n]), z)),
-            (lambda z, w: _array(change(*z[:n], *w[:n]), z)),
-            "tangent_force",
+            (lambda z: _array((*velocity(*z[n:]), *model.force(*z[:n])), z)),
+            (lambda z, w: _array((*curved(*z[n:], *w[n:]), *change(*z[:n], *w[:n])), z)),
+            method,
         )
     method = "tangent_iterate" if system.iterated else "tangent_rates"
     if not hasattr(model, method):

@@ -208,6 +208,7 @@ def _observed(system: System, z: np.ndarray, threads: int) -> Motion:
     first, now, gone, todo = rate.copy(), rate.copy(), np.zeros(orbits, bool), np.arange(orbits)
     periods, speed = system.periods, np.zeros((n, orbits))
     reach, longest = np.abs(z[:n]), PHASES[1] / drive if drive else math.inf
+    own = np.abs(np.array([W[i, i] for i in range(n)]))
     for round_ in range(ROUNDS):
         step[todo] = np.minimum(step[todo], longest)
         each = _chunk(2 * n, todo.size)
@@ -218,6 +219,8 @@ def _observed(system: System, z: np.ndarray, threads: int) -> Motion:
                 turned = np.fmax.reduce(np.abs(np.diff(states[:n], axis=1)), axis=1) / step[part]
                 speed[:, part] = np.where(np.isfinite(turned), turned, speed[:, part])  # none where no step was reached
             reach[:, part] = np.fmax.reduce(np.abs(states[:n]), axis=1)
+            if system.curved:
+                own[:, part] = system.mean_inverse_masses(states)
         failed, moves = gone[todo], np.isfinite(now[todo]) & (now[todo] > 0)
         rate[todo] = np.where(moves, now[todo], rate[todo])
         phase = np.maximum(rate[todo], turning) * step[todo]
@@ -230,7 +233,6 @@ def _observed(system: System, z: np.ndarray, threads: int) -> Motion:
             break
     rate = np.where(gone, np.minimum(rate, RUNAWAY * first), rate)
     rate = np.where(stiff > VANISHING * rate, stiff, rate)
-    own = np.abs(np.array([W[i, i] for i in range(n)]))
     own = np.where(own > 0, own, 1.0)
     with np.errstate(all="ignore"):
         winding, around = np.full((n, orbits), math.inf), np.zeros(orbits)
@@ -255,7 +257,7 @@ def fastest_rates(model: Any, z: np.ndarray, step: Any) -> np.ndarray:
     rotating frame. 0 where there is none.
     """
     system = system_of(model)
-    if not system.separable:
+    if system.curved or not system.separable:
         return _linear_rates(system, z)
     n = z.shape[0] // 2
     q, W = z[:n], system.inverse_masses(z)
@@ -304,7 +306,7 @@ def _measured(system: System, z: np.ndarray, W: np.ndarray) -> tuple[np.ndarray,
     """Return the angular frequency and the largest kinetic energy of states z (2n, samples, orbits), over those
     that are finite.
     """
-    if not system.separable:
+    if system.curved or not system.separable:
         return _measured_together(system, z)
     rate, largest = np.empty((2, z.shape[2]))
     with np.errstate(all="ignore"):
@@ -351,7 +353,7 @@ def _first_rates(system: System, z: np.ndarray, W: np.ndarray, reach: np.ndarray
     along a direction of no symmetry, 0 where there are none.
     """
     n = z.shape[0] // 2
-    if not system.separable:
+    if system.curved or not system.separable:
         linear = _linear_rates(system, z)
         return np.where(linear > 0, linear, 1.0), linear
     with np.errstate(all="ignore"):

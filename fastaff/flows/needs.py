@@ -22,8 +22,8 @@ NEEDS: dict[str, frozenset[str]] = {
 """
 
 _WHOLE = (
-    "scheme {got} needs velocity(*p) and force(*q) of H = T(p) + V(q), from a class or a text with T quadratic in p, "
-    "and {model} has rates(*q, *p) of H(q, p): take GAUSS16, GAUSS8, DOP853 or VERNER9"
+    "scheme {got} needs velocity(*p) and force(*q) of H = T(p) + V(q), from a class or a text whose T has no poles and "
+    "is least at p = 0, and {model} has rates(*q, *p) of H(q, p): take GAUSS16, GAUSS8, DOP853 or VERNER9"
 )
 
 REFUSALS = {

@@ -179,7 +179,8 @@ def hamiltonian(
 
     Notes
     -----
-    An H with momenta of the form T(p) + V(q), T quadratic, becomes the same model as V alone, with the same bits. A
+    An H with momenta of the form T(p) + V(q) is split; with T quadratic it becomes the same model as V alone, with the
+    same bits. T must have no poles, and at p = 0 its least value, which counts as energy of V; else H is not split. A
     further term -Omega (x p_y - y p_x) of the first two coordinates, with T isotropic in their momenta, becomes that of
     `rotation`, which is exact. Any other is of the kind "H(q, p)": its schemes are GAUSS8 (default from 1e-11) and
     GAUSS16, symplectic, and DOP853 and VERNER9, which `integrate` takes for short runs.

@@ -1,4 +1,4 @@
-"""Texts of kinetic energies, and tests for a quadratic one in H(q, p): T(p) + V(q), perhaps in a rotating frame."""
+"""Texts of kinetic energies, and tests for one in H(q, p): T(p) + V(q), perhaps in a rotating frame."""
 
 from __future__ import annotations
 
@@ -7,17 +7,23 @@ from collections.abc import Sequence
 from random import Random
 from typing import Any, NamedTuple
 
+import numpy as np
+
+from .domains import SAMPLES, everywhere, poles
 from .gammainc import numeric
 from .printing import Lines
 
 
 class Inertia(NamedTuple):
-    """The kinetic side of a model: fields, and texts of the velocities and of T."""
+    """The kinetic side of a model: fields, and texts of the velocities and of T; tangent: of the changes of velocities
+    along a vector, where T is not quadratic.
+    """
 
     fields: tuple[str, ...]
     lines: tuple[str, ...]
     velocity: tuple[str, ...]
     kinetic: str
+    tangent: tuple[str, ...] = ()
 
 
 def fresh(prefix: str, coordinates: Sequence[str], taken: Sequence[str]) -> tuple[str, ...]:
@@ -56,7 +62,8 @@ def mass_inertia(coordinates: Sequence[str], masses: bool, moving: int) -> Inert
 def driven_inertia(inertia: Inertia, coordinates: Sequence[str]) -> Inertia:
     """Return the inertia of a driven system from that of its coordinates; the velocity of the time is 1."""
     p = fresh("p", coordinates, ())[-1]
-    return inertia._replace(velocity=(*inertia.velocity, f"1.0 + 0.0*{p}"))
+    tangent = (*inertia.tangent, f"0.0*{p}") if inertia.tangent else ()
+    return inertia._replace(velocity=(*inertia.velocity, f"1.0 + 0.0*{p}"), tangent=tangent)
 
 
 def in_turning_frame(
@@ -83,7 +90,7 @@ def in_turning_frame(
     if rate == 0 or rate.free_symbols & varied or not round_:
         return None
     found = separated(_still(H, momenta) + rest - _still(rest, momenta), walls, momenta, coordinates)
-    return None if found is None else (found[0], rate, found[1])
+    return None if found is None or found[1].tangent else (found[0], rate, found[1])
 
 
 def _still(H: Any, momenta: Sequence[Any]) -> Any:
@@ -98,13 +105,14 @@ def _still(H: Any, momenta: Sequence[Any]) -> Any:
 def separated(
     H: Any, walls: Sequence[Any], momenta: Sequence[Any], coordinates: Sequence[str]
 ) -> tuple[Any, Inertia] | None:
-    """Return V(q) and the inertia of H = T(p) + V(q) with T quadratic in the symbols of the momenta; the time may be
-    one more coordinate; None where it is not of that form.
+    """Return V(q) and the inertia of H = T(p) + V(q); the time may be one more coordinate; None where it is not of that
+    form, or not known to be: T must have no poles and walls, and nowhere less than its value at rest.
     """
     import sympy
 
     if _varied([H.diff(p) for p in momenta], momenta):
         return None
+    walls = [wall for wall in walls if not _positive(wall, momenta)]
     of_momenta = [
         [part for part in sympy.Add.make_args(form) if part.free_symbols & {*momenta}] for form in (H, sympy.expand(H))
     ]
@@ -113,10 +121,59 @@ def separated(
         T = sympy.Add(*own)
         W = [[T.diff(one, other) for other in momenta] for one in momenta]
         rest = sympy.expand(T - sympy.Add(*(w * a * b / 2 for a, r in zip(momenta, W) for b, w in zip(momenta, r))))
-        mixed = T.free_symbols & places or any(w.free_symbols & {*momenta} for row in W for w in row)
-        if not (mixed or rest != 0 or any(row[i] == 0 for i, row in enumerate(W)) or _bounded(walls, momenta)):
+        if T.free_symbols & places or _bounded(walls, momenta) or any(w.is_zero for w in map(T.diff, momenta)):
+            continue
+        curved = rest != 0 or any(w.free_symbols & {*momenta} for row in W for w in row)
+        if not curved and all(row[i] != 0 for i, row in enumerate(W)):
             return _still(H, momenta), _quadratic_inertia(W, coordinates)
+        if curved and _least_at_rest(T, momenta):
+            return _still(H, momenta), _curved_inertia(T, momenta, coordinates)
     return None
+
+
+def _positive(wall: Any, momenta: Sequence[Any]) -> bool:
+    """Tell whether a wall of momenta alone is positive for all of them and positive parameters."""
+    import sympy
+
+    parameters = wall.free_symbols - {*momenta}
+    own = all(str(name).startswith("self.") for name in parameters)
+    return own and bool(wall.xreplace({name: sympy.Dummy(positive=True) for name in parameters}).is_positive)
+
+
+def _least_at_rest(T: Any, momenta: Sequence[Any]) -> bool:
+    """Tell whether T has no poles, and at many momenta no less than at rest: it is the scale of errors of energies."""
+    import sympy
+
+    region, still = everywhere(momenta), _still(T, momenta)
+    if still.is_finite is False or still.has(sympy.nan) or poles(T, region):
+        return False
+    rng, names = np.random.default_rng(4), sorted((T + still).free_symbols, key=str)
+    drawn = region(rng, SAMPLES)
+    values = [drawn[name] if name in drawn else rng.uniform(0.1, 2.0, 2 * SAMPLES) for name in names]
+    with np.errstate(all="ignore"):
+        moving, resting = sympy.lambdify(names, [T, still], numeric("numpy"), dummify=True)(*values)
+        return not (moving - resting < -1e-9 * (np.abs(moving) + np.abs(resting))).any()
+
+
+def _curved_inertia(T: Any, momenta: Sequence[Any], coordinates: Sequence[str]) -> Inertia:
+    """Return the inertia of T, not quadratic, with the energy at rest left out."""
+    import sympy
+
+    p = fresh("p", coordinates, ())
+    d = fresh("d", p, ())
+    own = [sympy.Symbol(name, real=True) for name in p[: len(momenta)]]
+    along = [sympy.Symbol(name, real=True) for name in d[: len(momenta)]]
+    T = (T - _still(T, momenta)).xreplace(dict(zip(momenta, own, strict=True)))
+    v, lines = [T.diff(x) for x in own], Lines((*p, *d))
+    changes = [sympy.sympify(sum(entry.diff(x) * dx for x, dx in zip(own, along, strict=True))) for entry in v]
+    velocity, tangent, kinetic = (lines.add(part) for part in (v, changes, [T]))
+    kept = [
+        tuple(
+            text if entry.free_symbols & {*own} else f"{text} + 0.0*{p[0]}" for text, entry in zip(*part, strict=True)
+        )
+        for part in ((velocity, v), (tangent, changes))
+    ]
+    return Inertia((), tuple(lines.lines), kept[0], kinetic[0], kept[1])
 
 
 def _varied(expressions: Sequence[Any], fixed: Sequence[Any]) -> bool:

@@ -204,6 +204,7 @@ def _derive_hamiltonian(request: Request, programs: tuple[Program, Program | Non
             bounds = walls, poles(V, everywhere(own.values()))
             return nonseparable_model(description, V, bounds, own, momenta, periods, period)
         V, inertia = found
+        walls = [wall for wall in walls if not wall.free_symbols & {*p}]
     more = {"inertia": inertia, "periods": periods, "momenta": request.momenta, "poles": poles(V, places)}
     if period is not None:
         return driven_model(description, V, walls, period, masses=masses, **more)

@@ -135,15 +135,18 @@ def model(
         vary = {*inner.real.values(), *inner.symbols.values(), *inner.d.values(), *inner.outer_d.values()}
         return [t if e.free_symbols & vary else f"{t} + 0.0*{c}" for t, e, c in zip(texts, expressions, q, strict=True)]
 
-    kinetic = Lines(taken)
+    kinetic, dp = Lines(taken), fresh("d", momenta, ())
     kinetic.lines += inertia.lines
     methods = [
         constant("degrees_of_freedom", f"Return {len(q)}.", str(len(q))),
         constant("coordinates", f"Names of the first {len(q)} rows of z.", repr(tuple(q))),
         constant("angles", "Angle variables natural to this system.", angles),
         method("velocity", momenta, "Return dq/dt.", kinetic, inertia.velocity),
-        method("kinetic_energy", momenta, "Return T.", Lines(taken), [inertia.kinetic], single=True),
+        method("kinetic_energy", momenta, "Return T.", kinetic, [inertia.kinetic], single=True),
     ]
+    if inertia.tangent:
+        doc = f"Return the change of the velocity along ({', '.join(dp)})."
+        methods.append(method("tangent_velocity", (*momenta, *dp), doc, kinetic, inertia.tangent))
     work, force = lines(), inner.pull(slopes, None)
     methods.append(method("force", q, "Return dp/dt = -grad V.", work, filled(work.add(force), force)))
     work, tangent = lines(True), inner.pull(slopes, changes)
@@ -246,7 +249,7 @@ def hamiltonian_model(
         (text,) = work.add([rate])
         named = method(entry.rate, (), f"Return the rate: {entry.does}.", work, [f"1.0*({text})"], single=True)
         more = constant("kind", f"{entry.equations}.", f"alone({term!r})"), named
-    what = f"{len(d.coordinates)} degrees of freedom, T = {'sum p_i^2/2 m_i' if masses else '|p|^2/2'}"
+    what = f"{len(d.coordinates)} degrees of freedom, {_kinetic(masses, inertia)}"
     return model(
         "FormulaHamiltonian",
         what,
@@ -286,7 +289,7 @@ def driven_model(
     more += _names_of((*momenta, "p_t") if momenta else ()) + poles_methods(poles, d.coordinates)
     return model(
         "FormulaHamiltonian",
-        f"{len(own)} driven degrees of freedom, T = {'sum p_i^2/2 m_i' if masses else '|p|^2/2'}",
+        f"{len(own)} driven degrees of freedom, {_kinetic(masses, inertia)}",
         d,
         V,
         walls,
@@ -297,6 +300,11 @@ def driven_model(
         before=loops(d.coordinates, time=True),
         more=more,
     )
+
+
+def _kinetic(masses: bool, inertia: Inertia | None) -> str:
+    """Return the words for the kinetic energy of a system of particles on lines."""
+    return "T(p)" if inertia and inertia.tangent else f"T = {'sum p_i^2/2 m_i' if masses else '|p|^2/2'}"
 
 
 def period_methods(time: str, period: Any, fields: Sequence[str]) -> tuple[tuple[str, ...], list[str]]:

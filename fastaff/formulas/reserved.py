@@ -6,7 +6,7 @@ MAX_DEGREES_OF_FREEDOM = 16
 """Most coordinates of a text. More would work: 32 compile in seconds; the limit on parts of a formula comes first."""
 
 _OF_MODELS = """
-degrees_of_freedom coordinates kind angles velocity force tangent_force kinetic_energy
+degrees_of_freedom coordinates kind angles velocity tangent_velocity force tangent_force kinetic_energy
 potential_energy margin value slopes curvatures second higher formula domain proof rates tangent_rates
 iterate tangent_iterate symplectic momenta periods poles potential ring period phase mu mu_1 mu_2 masses
 """

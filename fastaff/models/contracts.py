@@ -24,10 +24,11 @@ class Model(Protocol):
     poles of V (from -1 to 0 if a number changes its sign), as a step may miss a pole: an orbit that has passed one
     where V is infinite is COLLAPSED, or an adaptive step is repeated; poles_of: name of the field that gives the poles,
     where the model has them only if that field does; coordinates (n names); angles (see `Angles`); for tangent vectors
-    tangent_force(q..., dq...), the change of the force along dq, and T quadratic; isotropic: whether p_eta and p_gamma
-    of a body in the two planes a and b are conserved; kind, a `Kind`. A ROTATING model has
-    angular_velocity(), the rate Omega of rotation of the frame of its first two coordinates x, y: H = T(p) + V(q) -
-    Omega (x p_y - y p_x), with T = (p_x^2 + p_y^2)/2m + ..., so that p are the momenta in a frame at rest.
+    tangent_force(q..., dq...), the change of the force along dq, and, unless T is quadratic, tangent_velocity(p...,
+    dp...), that of the velocity along dp; isotropic: whether p_eta and p_gamma of a body in the two planes a and b are
+    conserved; kind, a `Kind`. A ROTATING model has angular_velocity(), the rate Omega of rotation of the frame of its
+    first two coordinates x, y: H = T(p) + V(q) - Omega (x p_y - y p_x), with T = (p_x^2 + p_y^2)/2m + ..., so that p
+    are the momenta in a frame at rest.
 
     A DRIVEN model of n coordinates has n + 1 degrees of freedom: its last coordinate is the time t, with velocity 1,
     and p_t balances the energy from the drive, H + p_t = T(p) + V(q, t) + p_t. It has its `period` in t, and phase(t),

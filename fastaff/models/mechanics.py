@@ -26,11 +26,13 @@ class System(Traits):
         v = stacked(self.model.velocity(*z[n:]), z[n:])
         return self._added("v", z, v)
 
-    def tangent_velocities(self, dp: np.ndarray) -> np.ndarray:
-        """Return the change of dq/dt (n, ...) along a change dp (n, ...) of the momenta, where T is
-        quadratic: 0 for the time of a driven model.
+    def tangent_velocities(self, p: np.ndarray, dp: np.ndarray) -> np.ndarray:
+        """Return the change of dq/dt (n, ...) along a change dp (n, ...) of the momenta p: 0 for the time of a driven
+        model.
         """
-        return self.without_time(stacked(self.model.velocity(*dp), dp))
+        change = getattr(self.model, "tangent_velocity", None)
+        rows = self.model.velocity(*dp) if change is None else change(*p, *dp)
+        return self.without_time(stacked(rows, dp))
 
     def without_time(self, rows: np.ndarray) -> np.ndarray:
         """Return rows (n, ...) of coordinates or momenta, those of the time of a driven model set to 0."""
@@ -95,18 +97,28 @@ class System(Traits):
             return self.kinetic_energies(z) + self.potential_energies(z)
 
     def inverse_masses(self, z: np.ndarray) -> np.ndarray:
-        """Return W = dv/dp (n, n, orbits) at z (2n, orbits), for T(p) at small momenta: the inverse mass
-        matrix of a kinetic energy quadratic in p.
+        """Return W = dv/dp (n, n, orbits) at z (2n, orbits), for T(p) without `tangent_velocity` at small momenta: the
+        inverse mass matrix of a kinetic energy quadratic in p.
         """
         n = z.shape[0] // 2
-        if self.nonseparable:
+        if self.nonseparable or self.curved:
             return self.tangent_slopes(z[:, None], np.eye(2 * n)[:, n:, None])[:n]
         size = 1e-3 * np.abs(z[n:]).max(axis=0)
         size = np.where(size > 0, size, 1.0)
         with np.errstate(all="ignore"):
-            return np.array([self.tangent_velocities(size * unit[:, None]) / size for unit in np.eye(n)]).transpose(
-                1, 0, 2
-            )
+            units = [size * unit[:, None] for unit in np.eye(n)]
+            small = [self.without_time(stacked(self.model.velocity(*p), p)) / size for p in units]
+            return np.array(small).transpose(1, 0, 2)
+
+    def mean_inverse_masses(self, z: np.ndarray) -> np.ndarray:
+        """Return <v^2>/|<p v>| (n, orbits) of each coordinate over states z (2n, samples, orbits), of a T(p) that may
+        be flat at small momenta; 0 where it rests.
+        """
+        p, v = z[self.n :], self.without_time(self.velocities(z))
+        with np.errstate(all="ignore"):
+            sound = np.isfinite(p * v)
+            found = np.where(sound, v * v, 0.0).sum(axis=1) / np.abs(np.where(sound, p * v, 0.0).sum(axis=1))
+        return np.where(np.isfinite(found), found, 0.0)
 
     def momentum_form(self, q: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return W (n, n, ...), v (n, ...) and H (...) over places q (n, ...) of H(q, p) = H + v.p + p.W p/2."""
@@ -116,9 +128,15 @@ class System(Traits):
             return W, self.velocities(z), self.energies(z)
 
     def tangent_slopes(self, z: np.ndarray, w: np.ndarray) -> np.ndarray:
-        """Return the change of dz/dt (2n, ...) of H(q, p) along vectors w (2n, ...) at phase points z (2n, ...)."""
+        """Return the change of dz/dt (2n, ...) of H(q, p), or of a curved T(p) + V(q), along vectors w (2n, ...) at
+        phase points z (2n, ...).
+        """
+        n, model = self.n, self.model
         with np.errstate(all="ignore"):
-            changes = self.model.tangent_rates(*z, *w)
+            if self.curved:
+                changes = *model.tangent_velocity(*z[n:], *w[n:]), *model.tangent_force(*z[:n], *w[:n])
+            else:
+                changes = model.tangent_rates(*z, *w)
             return np.array(np.broadcast_arrays(*changes, np.empty(np.broadcast_shapes(z.shape[1:], w.shape[1:])))[:-1])
 
     def inside(self, z: np.ndarray) -> np.ndarray:

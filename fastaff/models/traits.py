@@ -150,6 +150,12 @@ class Traits:
         return bool(np.abs(rest).max() <= 1e-12 * np.abs(v).max())
 
     @cached_property
+    def curved(self) -> bool:
+        """Whether it is T(p) + V(q), T not quadratic, and has the changes of velocities and forces along vectors."""
+        methods = hasattr(self.model, "tangent_velocity") and hasattr(self.model, "tangent_force")
+        return self.separable and methods and not self.quadratic
+
+    @cached_property
     def of_degree_two(self) -> bool:
         """Whether H is of second degree in the momenta over each place, found at random points of all sizes."""
         return self.quadratic if self.separable else self.nonseparable and self._tried[0]

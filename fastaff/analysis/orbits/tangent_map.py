@@ -167,7 +167,7 @@ def fastest_rates(body: Any, z: np.ndarray) -> np.ndarray:
         for _ in range(20):
             direction = system.without_time(direction / length(direction))
             change = np.array([row + np.zeros(q.shape[1]) for row in body.tangent_force(*q, *direction)])
-            direction = system.tangent_velocities(change)
+            direction = system.tangent_velocities(z[n:], change)
             square = length(direction)
     return np.sqrt(np.where(np.isfinite(square) & (square > 0), square, 1e-300)) + system.frame_rate
 

@@ -186,5 +186,8 @@ def no_well(model: Any, energy: float, problem: NoWell, names: tuple[str, ...], 
         escape = None if system_of(model).isotropic else may_escape(model, energy)
         why = escape or f"energy {energy:g} does not bound the motion"
     ranges = ", ".join(f'"{name}": (low, high)' for name in names)
-    what = "coordinates" if len(names) <= model.degrees_of_freedom else "rows"
-    return ValueError(f"{why}: give ranges of the {what}, axes={{{ranges}}}")
+    rows, n = system_of(model).row_names, model.degrees_of_freedom
+    what = "coordinates" if len(names) <= n else "rows"
+    across = [p for q, p in zip(rows[:n], rows[n:], strict=True) if on_section and p in names and q not in names]
+    instead = f", or solve={across[0]!r} with ranges of the others" if across else ""
+    return ValueError(f"{why}: give ranges of the {what}, axes={{{ranges}}}{instead}")

@@ -42,8 +42,9 @@ def _checked_body(body: Any) -> None:
     checked_model(body, needs="H = T(p) + V(q)")
     if not system.isotropic:
         why = (
-            f": of H = T(p) + V(q) in one to {COORDINATES} coordinates spectrum(body, count=..., hbar=...) computes "
-            "levels, without m and l, and quasiclassical_levels(body, n=..., hbar=...) those on tori, of any number"
+            f": of H = T(p) + V(q), T quadratic, in one to {COORDINATES} coordinates spectrum(body, count=..., "
+            "hbar=...) computes levels, without m and l, and quasiclassical_levels(body, n=..., hbar=...) those on "
+            "tori, of any number"
         )
         why = "; with angular potentials spin and vorticity are no quantum numbers" if system.planar else why
         raise TypeError(f"body must be a Body with a doubly isotropic potential, got {type(body).__name__}{why}")
