@@ -14,13 +14,13 @@ from ...base.recipe import recorded
 from ...base.short_forms import Starts, starts_of, takes
 from ...base.status import Status
 from ...compile.jit import LANES
-from ...flows import observers
+from ...flows import curvatures, observers
 from ...flows.accuracy import HALVINGS
 from ...flows.checks import checked_model
 from ...flows.ensemble import Ensemble, energy_error, mark_drift
 from ...flows.flow import Flow
 from ...flows.launch import Report
-from ...flows.motion import fastest_rates, natural_rates
+from ...flows.motion import natural_rates
 from ...flows.needs import check_needs
 from ...flows.options import Options, Problem
 from ...kernels.samples import CHUNK_ROWS
@@ -224,7 +224,7 @@ class FrequencyWork:
         lines: int | None = None,
     ):
         if not flow.adaptive:
-            self.rate = fastest_rates(flow.model, z0, flow.step)
+            self.rate = curvatures.fastest_rates(flow.model, z0, flow.step)
             flow = resolving(flow, self.rate, time)
         self.flow, self.angles, self.z0, self.time, self.report = flow, angles, z0, time, report
         self.accuracy, self.fallback = accuracy, fallback

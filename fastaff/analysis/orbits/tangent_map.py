@@ -16,7 +16,7 @@ from ...base.results import Result
 from ...base.short_forms import Starts, starts_of, takes
 from ...base.status import Status
 from ...base.sums import length
-from ...flows import motion, observers
+from ...flows import curvatures, observers
 from ...flows.checks import carried, checked_tangent_model
 from ...flows.coordinates import chart_row
 from ...flows.ensemble import Ensemble, energy_error, mark_drift
@@ -158,7 +158,7 @@ def fastest_rates(body: Any, z: np.ndarray) -> np.ndarray:
     """
     system = system_of(body)
     if not system.separable:
-        return motion.fastest_rates(body, z, np.inf)
+        return curvatures.fastest_rates(body, z, np.inf)
     n = body.degrees_of_freedom
     q = z[:n]
     direction = np.random.default_rng(2).standard_normal((n, 1)) + np.zeros_like(q)
