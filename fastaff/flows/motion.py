@@ -277,10 +277,10 @@ def _measured(system: System, z: np.ndarray, W: np.ndarray) -> tuple[np.ndarray,
     """Return the angular frequency and the largest kinetic energy of states z (2n, samples, orbits), over those
     that are finite.
     """
-    if system.curved or not system.separable:
-        return _measured_together(system, z)
     rate, largest = np.empty((2, z.shape[2]))
     with np.errstate(all="ignore"):
+        if system.curved or not system.separable:
+            return _measured_together(system, z)
         v, p, F = seen(system, z)
         T = system.kinetic_energies(np.concatenate([z[: len(p)], p]) if system.frame else z)
         scales(np.ascontiguousarray(W), F, v, p, T, rate, largest)
