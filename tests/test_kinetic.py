@@ -4,7 +4,8 @@ from typing import NamedTuple
 
 import numpy as np
 import pytest
-from scipy.integrate import quad
+import sympy
+from scipy.integrate import quad, solve_ivp
 
 import fastaff as fa
 from fastaff.base.status import Status
@@ -54,6 +55,31 @@ def test_orbits_and_tangent_maps_are_those_of_collocation(name):
     assert symplectic(one) < 1e-13
     alone = fa.integrate(split, z0[:, 3], time=40.0, accuracy=1e-10)  # one orbit runs by a loop of its own
     np.testing.assert_array_equal(alone.z[:, 0], fa.integrate(split, z0, time=40.0, accuracy=1e-10).z[:, 3])
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "sqrt(1 + px**2 + py**2) - 1 + x**2/2 + 0.85*y**2 + x**2*y**2",
+        "cosh(px) + 2*cosh(py) - cos(x) - cos(y) + 0.3*cos(x - y)",
+        "log(1 + px**2) + py**4/4 + py**2/2 + exp(x) - x + x**2*y**2 + y**4",
+        "1 - cos(px) + exp(py) - py + x**2/2 + 1.3*y**2",
+    ],
+)
+def test_orbits_are_those_of_another_program(text):
+    """SciPy's, by derivatives of SymPy; the errors cover, also of an orbit at rest and of chaotic ones."""
+    names = sympy.symbols("x y px py")
+    slopes = [sympy.sympify(text, locals={str(name): name for name in names}).diff(name) for name in names]
+    rates = sympy.lambdify(names, [*slopes[2:], -slopes[0], -slopes[1]])
+    z0 = 0.4 * np.random.default_rng(len(text)).standard_normal((4, 5))
+    z0[:, 4] = 0.0
+    found = fa.integrate(fa.hamiltonian(text, **NAMES), z0, time=30.0, accuracy=1e-9)
+    truth = [solve_ivp(lambda t, z: rates(*z), (0, 30), z, method="DOP853", rtol=1e-13, atol=1e-13).y for z in z0.T]
+    off = np.abs(found.z - np.array([y[:, -1] for y in truth]).T).max(axis=0)
+    assert found.success
+    assert found.scheme.name == "KAHAN_LI8"
+    assert (off <= found.error.max(axis=0) + 1e-11).all()
+    assert (off[:4] < 1e-6).all()
 
 
 @pytest.mark.parametrize(

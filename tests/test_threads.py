@@ -250,6 +250,19 @@ def test_ctrl_c_in_any_call(name):
     assert interrupted(lambda: battery.call(name, battery.base(name)), again) == 0
 
 
+def once(unit, made):
+    made[unit] += 1
+
+
+@pytest.mark.parametrize("threads", [1, 2, 5])
+def test_units_are_all_run_once(threads):
+    """Whatever their number, and that of the threads, which take parts of several units where there are many."""
+    for number in (1, 2, 63, 64, 65, 1000, 20_000):
+        made = np.zeros(number, np.int64)
+        packing.run_units(once, (made,), number, threads=threads)
+        assert (made == 1).all(), number
+
+
 @pytest.mark.parametrize("threads", [1, 2, 5])
 def test_portions_are_all_made_once(threads):
     """Whatever the threads, in ones of their own where there are enough numbers; what one raises is raised."""
