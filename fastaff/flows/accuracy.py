@@ -56,6 +56,11 @@ EARLY = 100.0
 times, a short stretch makes all its error, and has a larger share of the rounding errors than of the time.
 """
 
+FEW = 64
+"""Most orbits whose runs with both steps are one: Python's part of a run takes longer than some orbits, and one orbit
+leaves all threads but one idle. Of more, those that part end early.
+"""
+
 WEIGHT = 40
 """Cost of the estimate of one error, with its powers and logarithms, in numbers."""
 
@@ -250,13 +255,13 @@ def halved(
     """Run orbits, of these numbers or all, with their steps and with twice these; then run those whose errors are too
     large with shorter steps.
 
-    run(orbits, step, wear, report, fine) integrates the orbits of that index array, slowed where there is a wear, and
-    returns a run with a `status` (orbits,); a run for comparison with the run `fine` may end where the two become
-    unrelated. compare(fine, coarse, orbits, weight) returns distances of states and phases (moments, orbits), and
-    the weight (moments or 1, orbits) of the error of a state, which it takes over where it is given;
-    keep(orbits, fine, chosen, error) takes over the results numbered `chosen` of a run, in any thread; drifts(fine)
-    tells which orbits (orbits,) lose their energy. Other orbits keep an error that no step cures, as of chaotic ones,
-    or that is mostly rounding's.
+    run(orbits, step, wear, report, fine) integrates the orbits of that index array, slowed where there is a wear, some
+    perhaps twice, and returns a run with a `status` (orbits,); the last of two counts if it stops; a run for comparison
+    with the run `fine` may end where the two become unrelated. compare(fine, coarse, orbits, weight) returns distances
+    of states and phases (moments, orbits), and the weight (moments or 1, orbits) of the error of a state, which it
+    takes over where it is given; keep(orbits, fine, chosen, error) takes over the results numbered `chosen` of a run,
+    in any thread; drifts(fine) tells which orbits (orbits,) lose their energy. Other orbits keep an error that no step
+    cures, as of chaotic ones, or that is mostly rounding's.
     Cost: one and a half runs for most orbits; half a run more for driven ones and those whose error is too large: it
     separates the scheme's error from rounding's.
     """
@@ -265,8 +270,11 @@ def halved(
         wear = wear_of(flow, plan)
         work = _work(plan.step)
         more = 0.0 if flow.adaptive else work * (0.5 if flow.system.driven else AGAIN)
-        fine = run(orbits, plan.step, None, passes.take(work, work / 2 + more), None)
-        coarse = run(orbits, 2 * plan.step, wear, passes.take(work / 2, more), fine)
+        if wear is not None and 1 < orbits.size <= FEW:
+            fine, coarse = _both(run, orbits, plan.step, wear, passes.take(1.5 * work, more))
+        else:
+            fine = run(orbits, plan.step, None, passes.take(work, work / 2 + more), None)
+            coarse = run(orbits, 2 * plan.step, wear, passes.take(work / 2, more), fine)
         apart, phase, weight = compare(fine, coarse, orbits, None)
         error, rounding = (weight * entry for entry in estimated(flow, plan, apart, phase))
         # One distance of chaotic and driven orbits is too small by chance too often: a run that is not slowed gives
@@ -302,6 +310,13 @@ def halved(
             # Nothing is known of a run that failed.
             weight, before = weight[:, again], np.where(np.isfinite(error[:, again]), error[:, again], 0.0)
             worn = None if worn is None else worn[..., again]
+
+
+def _both(run, orbits: np.ndarray, step: np.ndarray, wear: Wear, report: Report | None) -> tuple[Any, Any]:
+    """Return runs of the orbits with these steps, and slowed ones with twice these, made as one run."""
+    count, slowed = orbits.size, Wear(np.append(wear.share, np.zeros(orbits.size)), *(np.tile(x, 2) for x in wear[1:]))
+    both = run(np.tile(orbits, 2), np.append(2 * step, step), slowed, report, None)
+    return both.of(slice(count, None)), both.of(slice(count))
 
 
 def _kept(flow, keep, orbits: np.ndarray, fine: Any, chosen: np.ndarray, error: np.ndarray) -> None:

@@ -79,7 +79,7 @@ def crossed(
 ) -> tuple[SectionMap, np.ndarray]:
     """Follow the orbits once; return their crossings and the times that they reached.
 
-    The energy of a run `beside` another is not checked.
+    The energy is not checked of a run `beside` another, and of orbits that are slowed.
     """
     asked, wanted, max_time, tolerance = crossings
     section = flow.section(asked)
@@ -106,7 +106,10 @@ def crossed(
         memory[first + WEAR_ROWS.share], memory[first + WEAR_ROWS.early] = wear.share, np.sqrt(wear.early)
 
     def found(interrupted: bool) -> SectionMap:
-        result = _result(flow, body, ensemble, section, wanted, memory, out, tolerance if beside is None else None)
+        checked = (
+            None if beside is not None else tolerance if wear is None else np.where(wear.share > 0, np.inf, tolerance)
+        )
+        result = _result(flow, body, ensemble, section, wanted, memory, out, checked)
         points = system_of(body).turned_back(flow.states(result.points))
         result = replace(result, points=points, section=asked)
         if interrupted:
@@ -265,12 +268,13 @@ def _result(flow, body, ensemble, section, wanted, memory, out, tolerance) -> Se
             found = ensemble.of(at)
             drift = energy_drift(flow.model, points[:, at], found.energy[:, None], found.scale[:, None])
             drift[np.isnan(times[at])] = -1.0
-            beyond, worst = drift > tolerance, drift.max(axis=1)
+            bound = np.broadcast_to(tolerance, orbits)[at]
+            beyond, worst = drift > bound[:, None], drift.max(axis=1)
             if beyond.any():
                 counts[at] = np.where(beyond.any(axis=1), np.minimum(counts[at], beyond.argmax(axis=1)), counts[at])
                 gather(at.start, at.stop, out, counts, points, times, residual)
             worst = np.where(ended == Status.OK, np.maximum(worst, energy_error(flow.model, found)), worst)
-            ended[(ended == Status.OK) & (worst > tolerance)] = Status.ENERGY_DRIFT
+            ended[(ended == Status.OK) & (worst > bound)] = Status.ENERGY_DRIFT
             error[at] = np.maximum(worst, 0.0)
         ended[(ended == Status.OK) & (counts[at] < wanted)] = Status.TOO_FEW_CROSSINGS
 
