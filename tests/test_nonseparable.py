@@ -677,7 +677,9 @@ def amplified(name, random, count):
 
 @pytest.mark.parametrize(("name", "scheme"), [("gyre", "GAUSS8"), ("pendulum", None)])
 def test_errors_that_orbits_amplify_are_not_too_small_by_chance(name, scheme):
-    """Of a scheme by name, and of splittings by default: errors were 12 and 38 times too small."""
+    """Of a scheme by name, and of splittings by default: 99 % within, none ten times beyond; errors were 12 and 38 times
+    too small.
+    """
     late = []
     for seed in (0, 1):
         random = np.random.default_rng([seed, 5] if name == "pendulum" else seed)
@@ -688,7 +690,7 @@ def test_errors_that_orbits_amplify_are_not_too_small_by_chance(name, scheme):
             allowed = found.error + 10 * np.abs(ends[1] - ends[0])
             late.append((np.abs(found.z - ends[1]) / allowed)[[0, 2]].max(axis=0))
     assert np.mean(np.array(late) <= 1) >= 0.99
-    assert np.max(late) <= 5
+    assert np.max(late) < 10
 
 
 @pytest.mark.parametrize("turning", [False, True])
