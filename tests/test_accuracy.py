@@ -12,11 +12,13 @@ from scipy.special import ellipj, ellipk
 
 import fastaff as fa
 from fastaff.analysis.sections import poincare_map as poincare_module
+from fastaff.flows import accuracy as accuracy_module
 from fastaff.flows.accuracy import SLIGHTLY, Steps, shortening
 from fastaff.flows.flow import Wear
 from fastaff.flows.motion import motion
 from fastaff.flows.options import Options, plan
 from fastaff.flows.trials import on_ladder
+from fastaff.models.sections import Stroboscopic
 from fastaff.schemes import BLANES_CASAS_ESCORIHUELA8, RKN12
 
 HH = fa.HenonHeiles()
@@ -526,3 +528,31 @@ def test_the_rounding_of_the_step_is_an_error(time):
     ratio = np.abs(run.z - np.concatenate([q * c + p * s / w, p * c - w * q * s])) / run.error
     assert (ratio <= 1).mean() >= 0.99
     assert ratio.max() < 2
+
+
+@pytest.mark.parametrize(
+    ("model", "middle", "section"),
+    [
+        (fa.HenonHeiles(), np.zeros(4), "x=0"),
+        (fa.Body(fa.NeoHookean()), np.array([1.5, 0, 0.3, 0, 0, 0, 0, 0]), fa.AlphaTurning()),
+        (fa.hamiltonian("-cos(x) - f*x*cos(t)", coordinates="x", f=0.3, period="2*pi"), np.zeros(2), Stroboscopic()),
+    ],
+    ids=["Hénon-Heiles", "neo-Hookean", "driven"],
+)
+def test_few_orbits_have_the_same_bits_as_many(model, middle, section, monkeypatch):
+    """Both runs of few are one; those of many are apart, and the second ends where it has parted from the first."""
+    z0 = middle[:, None] + 0.3 * np.random.default_rng(9).standard_normal((middle.size, 6))
+    limit = {} if isinstance(section, Stroboscopic) else {"max_time": 400.0}
+
+    def found():
+        orbits = fa.integrate(model, z0, time=50.0)
+        points = fa.poincare_map(model, z0, section=section, crossings=20, **limit)
+        return *(orbits[name] for name in ("z", "error", "accurate_until", "status", "step")), *(
+            points[name]
+            for name in ("points", "times", "point_error", "accurate_until", "energy_error", "status", "step")
+        )
+
+    few = found()
+    monkeypatch.setattr(accuracy_module, "FEW", 0)
+    for one, other in zip(few, found(), strict=True):
+        np.testing.assert_array_equal(one, other)

@@ -677,9 +677,7 @@ def amplified(name, random, count):
 
 @pytest.mark.parametrize(("name", "scheme"), [("gyre", "GAUSS8"), ("pendulum", None)])
 def test_errors_that_orbits_amplify_are_not_too_small_by_chance(name, scheme):
-    """Of a scheme by name, and of splittings by default: 99 % within, none ten times beyond; errors were 12 and 38 times
-    too small.
-    """
+    """Of a scheme by name, and of splittings by default: 99 % within, none ten times beyond; some were 38 times."""
     late = []
     for seed in (0, 1):
         random = np.random.default_rng([seed, 5] if name == "pendulum" else seed)
