@@ -1,11 +1,10 @@
 """H = T(p) + V(q) from a text whose T is not quadratic: splittings, tangent maps and all analyses against truths."""
 
-from typing import NamedTuple
-
 import numpy as np
 import pytest
 import sympy
 from scipy.integrate import quad, solve_ivp
+from test_contracts import Relativistic
 
 import fastaff as fa
 from fastaff.base.status import Status
@@ -174,36 +173,20 @@ def test_a_driven_one_is_split_too():
     np.testing.assert_allclose(one, other, rtol=0, atol=1e-9 * np.abs(other).max())
 
 
-class Fast(NamedTuple):
-    """H = sqrt(m^2 + p^2) - m + |q|^2/2 by hand."""
+def tangent_velocity(self, px, py, dx, dy):
+    w = 1 / np.sqrt(self.m**2 + px * px + py * py)
+    along = (px * dx + py * dy) * w * w
+    return (dx - px * along) * w, (dy - py * along) * w
 
-    m: float = 1.0
-    wrong: float = 0.0
-    degrees_of_freedom, coordinates = 2, ("x", "y")
 
-    def velocity(self, px, py):
-        w = 1 / np.sqrt(self.m**2 + px * px + py * py)
-        return px * w, py * w
+def tangent_force(self, x, y, dx, dy):
+    return -dx, -dy
 
-    def tangent_velocity(self, px, py, dx, dy):
-        w = 1 / np.sqrt(self.m**2 + px * px + py * py)
-        along = (px * dx + py * dy) * w * w * (1 + self.wrong)
-        return (dx - px * along) * w, (dy - py * along) * w
 
-    def force(self, x, y):
-        return -x, -y
-
-    def tangent_force(self, x, y, dx, dy):
-        return -dx, -dy
-
-    def kinetic_energy(self, px, py):
-        return np.sqrt(self.m**2 + px * px + py * py) - self.m
-
-    def potential_energy(self, x, y):
-        return (x * x + y * y) / 2
-
-    def margin(self, x, y):
-        return 1.0 + 0.0 * x
+OWN = {name: entry for name, entry in vars(Relativistic).items() if not name.startswith("_") and name != "m"}
+TANGENT = {"tangent_velocity": tangent_velocity, "tangent_force": tangent_force}
+Fast = type("Fast", (Relativistic,), {**OWN, **TANGENT})
+Wrong = type("Wrong", (Relativistic,), {**OWN, **TANGENT, "tangent_velocity": lambda self, px, py, dx, dy: (dx, dy)})
 
 
 def test_a_class_has_tangent_vectors_by_its_tangent_velocity():
@@ -212,7 +195,7 @@ def test_a_class_has_tangent_vectors_by_its_tangent_velocity():
     one, other = (fa.tangent_map(model, z0, time=10.0).matrix for model in (Fast(0.8), text))
     np.testing.assert_allclose(one, other, rtol=0, atol=1e-11 * np.abs(other).max())
     with pytest.raises(ValueError, match="tangent_velocity and a tangent_force that is the change of its rates"):
-        fa.tangent_map(Fast(wrong=0.1), z0, time=1.0)
+        fa.tangent_map(Wrong(), z0, time=1.0)
     lacking = type("Lacking", (Fast,), {"tangent_velocity": property(lambda self: self.none)})
     with pytest.raises(ValueError, match=r"must have tangent_velocity\(p..., dp...\) for tangent vectors"):
         fa.chaos_map(lacking(), z0, time=10.0)
