@@ -103,6 +103,11 @@ def own_of(terms: Set[str]) -> Term | None:
     return next((TERMS[name] for name in terms if TERMS[name].substep is not None), None)
 
 
+def velocity_bends(value: Any) -> bool:
+    """Return whether a model has the change of its velocities along a vector: its T need not be quadratic."""
+    return hasattr(value, "tangent_velocity")
+
+
 def winding_of(value: Any) -> tuple[bool, ...]:
     """Return which rows (2n,) of a map have a period; () where the value is no map."""
     return tuple(period > 0 for period in value.periods()) if "iterates" in terms_of(value) else ()

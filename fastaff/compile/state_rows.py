@@ -6,7 +6,7 @@ from collections.abc import Iterable, Set
 from dataclasses import dataclass
 from typing import Any
 
-from .kinds import own_of, term, terms_of, winding_of
+from .kinds import own_of, term, terms_of, velocity_bends, winding_of
 from .terms import Substep, Term
 
 VECTORS_PER_LOOP = {1: 8, 2: 4, 3: 4, 4: 4}
@@ -146,7 +146,7 @@ def rows_of(value: Any, n: int, vectors: int) -> Rows:
     """Return the rows of a state of a model, or of a section's argument, by the terms of its equations."""
     terms = terms_of(value)
     variables = len(value.coordinates) if "rates" in terms else 2 * n if "nonseparable" in terms else 0
-    return Rows(n, vectors, terms, variables, winding_of(value), hasattr(value, "tangent_velocity"))
+    return Rows(n, vectors, terms, variables, winding_of(value), velocity_bends(value))
 
 
 def listed(letter: str, rows: Iterable[int]) -> str:

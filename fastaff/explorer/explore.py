@@ -324,7 +324,7 @@ def _met(model: Any) -> np.ndarray:
 def _scheme(scheme: Any, accuracy: float, body: Any) -> Splitting | Collocation:
     """Return the scheme: a splitting that suits the body, or a collocation if none does."""
     system = system_of(body)
-    if system.frame or system.curved or not system.separable:
+    if system.frame or not system.newtonian:
         taken = GAUSS16 if scheme is None else scheme_named(scheme) if isinstance(scheme, str) else scheme
         if not isinstance(taken, Collocation):
             raise TypeError(f"scheme must be 'GAUSS8' or 'GAUSS16' to run such a system in a page, got {taken!r}")

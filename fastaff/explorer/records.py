@@ -24,7 +24,7 @@ def model_code(body: Any) -> dict[str, Any]:
         return _map_code(body)
     if system.own is not None and not system.frame:
         raise Refused(f"body {type(body).__name__} {system.own.has}: it has no page; poincare_map computes its section")
-    if system.frame or system.curved or not system.separable:
+    if system.frame or not system.newtonian:
         return _equations_code(body)
     n = body.degrees_of_freedom
     kind = "body" if system.isotropic else "driven" if system.driven else "plane"

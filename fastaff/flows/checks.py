@@ -204,7 +204,7 @@ def checked_tangent_model(model: Any, name: str = "body") -> Any:
             "tangent_force(q..., dq...) of a model, curvatures of a potential, one_variable(value, slope, curvature) "
             "of a function"
         ) from None
-    if not (system.quadratic or hasattr(model, "tangent_velocity")):
+    if not (system.quadratic or system.bends):
         raise ValueError(
             f"{name} {type(model).__name__} must have tangent_velocity(p..., dp...) for tangent vectors, as its "
             "velocity is not linear in the momenta"

@@ -24,7 +24,7 @@ def fastest_rates(model: Any, z: np.ndarray, step: Any) -> np.ndarray:
     rotating frame. 0 where there is none.
     """
     system = system_of(model)
-    if system.curved or not system.separable:
+    if not system.newtonian:
         return linear_rates(system, z)
     n = z.shape[0] // 2
     q, W = z[:n], system.inverse_masses(z)
@@ -61,7 +61,7 @@ def first_rates(system: System, z: np.ndarray, W: np.ndarray, reach: np.ndarray)
     along a direction of no symmetry, 0 where there are none.
     """
     n = z.shape[0] // 2
-    if system.curved or not system.separable:
+    if not system.newtonian:
         linear = linear_rates(system, z)
         return np.where(linear > 0, linear, 1.0), linear
     with np.errstate(all="ignore"):

@@ -117,7 +117,7 @@ def _tangent(system: System) -> tuple[Rows, Callable, str] | None:
             return None
         change, method = model.tangent_force, "tangent_force"
         velocity = curved = lambda *p: ()
-        if hasattr(model, "tangent_velocity"):
+        if system.bends:
             velocity, curved, method = model.velocity, model.tangent_velocity, "tangent_velocity and a tangent_force"
         return (
             (lambda z: _array((*velocity(*z[n:]), *model.force(*z[:n])), z)),

@@ -16,6 +16,7 @@ from ..models.maps import jacobian
 from ..models.mechanics import System, system_of
 from ..schemes.catalogue import GAUSS8, ITERATION, KAHAN_LI8, YOSHIDA4
 from .curvatures import NUDGE, first_rates, seen
+from .ensemble import Ensemble
 from .flow import Flow
 from .observers import columns
 from .reaches import ESCAPE, FARTHEST, escape_radii
@@ -250,17 +251,23 @@ def _look(
     """Return the starts and the states after each of some steps (2n, 1 + LOOKS, orbits), NaN where not reached, and a
     mask of the orbits that failed. Orbits whose energy changes get steps of a higher order.
     """
-    states, failed, change = _states(system, YOSHIDA4 if system.separable else GAUSS8, z, step, radius, threads)
-    poor = np.flatnonzero(failed | ~(change < ROUGH)) if system.separable else np.zeros(0, int)
+    states, ended = _states(system, YOSHIDA4 if system.separable else GAUSS8, z, step, radius, threads)
+    failed = ended.status != Status.OK
+    if not system.separable:
+        return states, failed
+    with np.errstate(all="ignore"):
+        change = np.abs(system.energies(ended.z) - ended.energy) / ended.scale
+    poor = np.flatnonzero(failed | ~(change < ROUGH))
     if poor.size:
-        states[..., poor], failed[poor], _ = _states(system, KAHAN_LI8, z[:, poor], step[poor], radius[poor], threads)
+        states[..., poor], ended = _states(system, KAHAN_LI8, z[:, poor], step[poor], radius[poor], threads)
+        failed[poor] = ended.status != Status.OK
     return states, failed
 
 
 def _states(
     system: System, scheme: Any, z: np.ndarray, step: np.ndarray, radius: np.ndarray, threads: int
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return the states and failures of `_look` by a scheme, and the change of energy in units of the kinetic one."""
+) -> tuple[np.ndarray, Ensemble]:
+    """Return the states of `_look` by a scheme, and the orbits at its end."""
     flow = Flow(system.model, scheme, step, 1e-12, 1e-12, threads)
     ensemble, samples = flow.ensemble(z.copy(), radius=radius), 1 + LOOKS
     states = np.full((len(z), samples, z.shape[1]), np.nan)
@@ -268,9 +275,7 @@ def _states(
     observer = columns(len(z), samples)
     memory = np.ones((observer.rows, z.shape[1]))  # the starts are there
     flow.advance(ensemble, observer, memory, states.reshape(-1, z.shape[1]), time=LOOKS * step, observations=LOOKS)
-    with np.errstate(all="ignore"):
-        change = np.abs(system.energies(ensemble.z) - ensemble.energy) / ensemble.scale
-    return states, ensemble.status != Status.OK, change
+    return states, ensemble
 
 
 def _measured(system: System, z: np.ndarray, W: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -279,7 +284,7 @@ def _measured(system: System, z: np.ndarray, W: np.ndarray) -> tuple[np.ndarray,
     """
     rate, largest = np.empty((2, z.shape[2]))
     with np.errstate(all="ignore"):
-        if system.curved or not system.separable:
+        if not system.newtonian:
             return _measured_together(system, z)
         v, p, F = seen(system, z)
         T = system.kinetic_energies(np.concatenate([z[: len(p)], p]) if system.frame else z)

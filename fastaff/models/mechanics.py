@@ -30,8 +30,8 @@ class System(Traits):
         """Return the change of dq/dt (n, ...) along a change dp (n, ...) of the momenta p: 0 for the time of a driven
         model.
         """
-        change = getattr(self.model, "tangent_velocity", None)
-        rows = self.model.velocity(*dp) if change is None else change(*p, *dp)
+        model = self.model
+        rows = model.tangent_velocity(*p, *dp) if self.bends else model.velocity(*dp)
         return self.without_time(stacked(rows, dp))
 
     def without_time(self, rows: np.ndarray) -> np.ndarray:

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from ..compile.kinds import own_of, term, terms_of, winding_of, words_of
+from ..compile.kinds import own_of, term, terms_of, velocity_bends, winding_of, words_of
 from ..compile.terms import Substep, Term
 from . import maps
 
@@ -149,11 +149,22 @@ class Traits:
         rest = rest - v - change
         return bool(np.abs(rest).max() <= 1e-12 * np.abs(v).max())
 
+    @property
+    def bends(self) -> bool:
+        """Whether it has the change of its velocities along a vector."""
+        return velocity_bends(self.model)
+
     @cached_property
     def curved(self) -> bool:
         """Whether it is T(p) + V(q), T not quadratic, and has the changes of velocities and forces along vectors."""
-        methods = hasattr(self.model, "tangent_velocity") and hasattr(self.model, "tangent_force")
-        return self.separable and methods and not self.quadratic
+        return self.separable and self.bends and hasattr(self.model, "tangent_force") and not self.quadratic
+
+    @property
+    def newtonian(self) -> bool:
+        """Whether accelerations are forces times inverse masses: it is T(p) + V(q), T quadratic or without a derivative
+        of its velocities.
+        """
+        return self.separable and not self.curved
 
     @cached_property
     def of_degree_two(self) -> bool:

@@ -24,7 +24,7 @@ from ...flows.flow import Flow, no_memory
 from ...flows.launch import Report
 from ...flows.options import Options, Plan, Problem
 from ...models.contracts import Dynamics
-from ...models.mechanics import system_of
+from ...models.mechanics import stacked, system_of
 from ...schemes.catalogue import Scheme, scheme_of
 
 
@@ -166,7 +166,7 @@ def fastest_rates(body: Any, z: np.ndarray) -> np.ndarray:
     with np.errstate(all="ignore"):
         for _ in range(20):
             direction = system.without_time(direction / length(direction))
-            change = np.array([row + np.zeros(q.shape[1]) for row in body.tangent_force(*q, *direction)])
+            change = stacked(body.tangent_force(*q, *direction), q)
             direction = system.tangent_velocities(z[n:], change)
             square = length(direction)
     return np.sqrt(np.where(np.isfinite(square) & (square > 0), square, 1e-300)) + system.frame_rate
