@@ -23,7 +23,17 @@ from thorough import TIMES
 import fastaff as fa
 from fastaff.base.memory import SETTINGS, keep_freed
 from fastaff.compile import packing
-from fastaff.compile.threads import FEW, Task, _tasks, available_threads, by_portions, settle, works
+from fastaff.compile.threads import (
+    FEW,
+    Task,
+    _tasks,
+    available_threads,
+    by_portions,
+    by_workers,
+    own_threads,
+    settle,
+    works,
+)
 from fastaff.flows.options import Options, plan
 
 TRIES = 150 * TIMES
@@ -298,20 +308,53 @@ def test_portions_have_equal_numbers():
     assert max(numbers) - min(numbers) <= 2 * each.max()
 
 
-def test_what_a_portion_launches_runs_in_its_own_thread():
-    """Where it waited for another one, all threads might wait."""
+@pytest.mark.parametrize("threads", [3, 8])
+def test_what_a_portion_launches_runs_in_its_own_thread_too(threads):
+    """Where it waited for another one, all threads might wait; those that are free may help."""
     plane = fa.HenonHeiles()
-    z0 = np.array([0.0, 0.1, 0.4, 0.1])[:, None] + 1e-3 * np.arange(400)
-    found, launched = [None] * 4, []
+    z0 = np.array([0.0, 0.1, 0.4, 0.1])[:, None] + 1e-3 * np.arange(600)
+    found, launched = [None] * 3, []
 
     def run(at):
         flow = plan(plane, z0[:, at], Options(step=0.05, threads=2)).flow
         ensemble = flow.ensemble(z0[:, at].copy())
         states = flow.sampled(ensemble, 4, time=20.0)
         launched.append(works())
-        found[at.start // 100] = states
+        found[at.start // 200] = states
 
-    by_portions(run, 400, FEW, 4)
-    assert launched == [True] * 4
+    by_portions(run, 600, FEW, threads)
+    assert launched == [True] * 3
     whole = fa.integrate(plane, z0, time=20.0, step=0.05, samples=4)
     np.testing.assert_array_equal(np.concatenate(found), whole.samples.transpose(2, 0, 1))
+
+
+def test_portions_share_the_threads():
+    """Each has its part of them for kernels and for portions of its own, which are made once; what one raises is
+    raised, and a later portion begins with one thread again.
+    """
+    seen, made, lock = [], np.zeros((3, 50), np.int64), threading.Lock()
+
+    def inner(row, number):
+        with lock:
+            made[row, number] += 1
+            seen.append(own_threads(8))
+        if number == 49:
+            raise ZeroDivisionError
+
+    def outer(at):
+        row = at.start // 200
+        seen.append(own_threads(8))
+        by_workers(lambda number: inner(row, number), 40)
+        with pytest.raises(ZeroDivisionError):
+            by_workers(lambda number: inner(row, 40 + number), 10)
+        seen.append(own_threads(8))
+
+    assert own_threads(8) == 8
+    by_portions(outer, 600, FEW, 8)
+    assert (made[:, :40] == 1).all()
+    assert (made <= 1).all()
+    assert sorted(seen)[-6:] == [2] * 6
+    assert set(seen) == {1, 2}
+    alone = []
+    by_portions(lambda at: alone.append(own_threads(8)), 600, FEW, 2)
+    assert alone == [1, 1]

@@ -10,6 +10,7 @@ import _thread
 import atexit
 import contextlib
 import functools
+import math
 import os
 import threading
 import time as clock
@@ -101,7 +102,9 @@ class Task:
 
 
 class _Worker(threading.Thread):
-    """A thread that makes calls for other threads."""
+    """A thread that makes calls for other threads, with a number of threads for kernels of its own."""
+
+    threads = 1
 
 
 def _started(target: Callable[[], object]) -> _Worker:
@@ -175,19 +178,34 @@ def works() -> bool:
     return isinstance(threading.current_thread(), _Worker)
 
 
+def own_threads(threads: int) -> int:
+    """Return how many of so many threads this one may use: all of them, or as many as it has got as a worker."""
+    here = threading.current_thread()
+    return min(threads, here.threads) if isinstance(here, _Worker) else threads
+
+
 FEW = 2**17
 """Least numbers in a portion that justify another thread: of smaller arrays most of the time is Python's, whose lock
 only one thread holds.
 """
 
+PORTIONS = 3
+"""Most portions. N numbers in p portions take a time in proportion to N/p + p FEW/2, as each waits for Python's lock
+between any two operations of NumPy, hence p = (2 N/FEW)^(1/2); with more than these, 16 cores took longer for any N.
+Threads that are left run kernels of the portions.
+"""
 
-def by_portions(call: Callable[[slice], object], count: int, each: int | np.ndarray, threads: int) -> None:
-    """Make call(slice) for portions of `count` items of `each` numbers (count,), in threads: for NumPy, which releases
-    the GIL. A call must change only its own portion, and set itself which errors NumPy ignores.
+
+def by_portions(
+    call: Callable[[slice], object], count: int, each: int | np.ndarray, threads: int, least: int = 1
+) -> None:
+    """Make call(slice) for portions of `count` items of `each` numbers (count,), at least so many, in threads: for
+    NumPy, which releases the GIL. A call must change only its own portion, and set itself which errors NumPy ignores.
     """
     alike = np.ndim(each) == 0
     numbers = int(count * each if alike else np.sum(each))
-    portions = min(threads, numbers // FEW)
+    threads = own_threads(threads)
+    portions = min(threads, PORTIONS, math.isqrt(2 * numbers // FEW), count // least)
     if portions <= 1:
         if count:
             call(slice(0, count))
@@ -195,15 +213,42 @@ def by_portions(call: Callable[[slice], object], count: int, each: int | np.ndar
     shares = np.arange(1, portions) / portions
     inner = np.floor(count * shares) if alike else np.searchsorted(np.cumsum(each), numbers * shares, side="right")
     ends = np.unique([0, *inner, count]).astype(int).tolist()
-    by_workers(lambda worker: call(slice(ends[worker], ends[worker + 1])), len(ends) - 1)
+    by_workers(lambda worker: call(slice(ends[worker], ends[worker + 1])), len(ends) - 1, threads // portions)
 
 
-def by_workers(call: Callable[[int], object], workers: int) -> None:
-    """Make call(worker) for worker = 0, ..., workers - 1, each in a thread; a single one in the caller's."""
+def by_workers(call: Callable[[int], object], workers: int, threads: int = 1) -> None:
+    """Make call(worker) for worker = 0, ..., workers - 1, each in a thread, with so many threads for its kernels; a
+    single one in the caller's. A worker makes those calls itself that no other thread has begun.
+    """
+
+    def share(worker: int) -> None:
+        here = threading.current_thread()
+        assert isinstance(here, _Worker)
+        before, here.threads = here.threads, threads
+        try:
+            call(worker)
+        finally:
+            here.threads = before
+
     if workers == 1:
         call(0)
-    else:
-        together([functools.partial(call, worker) for worker in range(workers)], int, int)
+        return
+    calls = [functools.partial(share, worker) for worker in range(workers)]
+    if not works():
+        together(calls, int, int)
+        return
+    tasks = [Task(call) for call in calls]
+    try:
+        for task in tasks[1:]:
+            task.begin()
+        for task in tasks:
+            task.make()
+        for task in tasks:
+            while not task.ended(0.1):
+                pass
+    except BaseException:
+        settle(tasks)
+        raise
 
 
 def settle(tasks: Iterable[Task]) -> None:

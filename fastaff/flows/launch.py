@@ -10,7 +10,7 @@ import numpy as np
 
 from ..compile.jit import JIT_DISABLED, LANES
 from ..compile.packing import run_units, shares
-from ..compile.threads import together, works
+from ..compile.threads import own_threads, together, works
 
 BRIEF = 10_000
 """Most steps of an orbit for which the caller's own thread does the work: Ctrl-C waits at most a fraction of a second,
@@ -33,8 +33,8 @@ def launch(
     worker thread.
 
     The main thread draws progress. Ctrl-C there sets stop[0], which kernels poll; KeyboardInterrupt is raised when the
-    kernel has put its state back. Work of at most BRIEF `steps` of an orbit runs in this thread, and so does work that
-    a thread of `by_portions` begins.
+    kernel has put its state back. Work of at most BRIEF `steps` of an orbit runs in this thread; a worker takes part in
+    the work that it begins.
     """
 
     stop = np.zeros(1, np.int64)
@@ -44,7 +44,8 @@ def launch(
             report(min(1.0, float(progress.sum()) / work))
 
     if (steps <= BRIEF or works()) and not JIT_DISABLED:
-        run_units(kernel, (stop, progress, *arguments), progress.size, threads=1)
+        few = 1 if steps <= BRIEF else own_threads(threads)
+        run_units(kernel, (stop, progress, *arguments), progress.size, threads=few)
         tell()
         return
     calls, end = shares(kernel, (stop, progress, *arguments), progress.size, threads)

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ...compile.jit import LANES
-from ...compile.threads import by_portions, works
+from ...compile.threads import by_portions, own_threads
 from ...kernels.relations import first_vectors
 from .angle_loops import Layout
 from .axis_angles import DRIVEN, about_axis, symmetric, through_the_plane
@@ -88,9 +88,9 @@ def read(layout: Layout, samples: Samples, fallback: float | None, threads: int)
     work = COST * samples.run.rows * samples.run.samples
 
     def some(at: slice) -> None:
-        parts[at.start] = _by_axis(layout, samples.of(at), fallback, 1 if works() else threads)
+        parts[at.start] = _by_axis(layout, samples.of(at), fallback, own_threads(threads))
 
-    by_portions(some, work.size, work, min(threads, work.size // LANES))
+    by_portions(some, work.size, work, threads, least=LANES)
     return Reading(*map(np.concatenate, zip(*(parts[begin] for begin in sorted(parts)), strict=True)))
 
 
