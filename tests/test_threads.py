@@ -308,12 +308,12 @@ def test_portions_have_equal_numbers():
     assert max(numbers) - min(numbers) <= 2 * each.max()
 
 
-@pytest.mark.parametrize("threads", [3, 8])
+@pytest.mark.parametrize("threads", [4, 9])
 def test_what_a_portion_launches_runs_in_its_own_thread_too(threads):
     """Where it waited for another one, all threads might wait; those that are free may help."""
     plane = fa.HenonHeiles()
-    z0 = np.array([0.0, 0.1, 0.4, 0.1])[:, None] + 1e-3 * np.arange(600)
-    found, launched = [None] * 3, []
+    z0 = np.array([0.0, 0.1, 0.4, 0.1])[:, None] + 1e-3 * np.arange(800)
+    found, launched = [None] * 4, []
 
     def run(at):
         flow = plan(plane, z0[:, at], Options(step=0.05, threads=2)).flow
@@ -322,8 +322,8 @@ def test_what_a_portion_launches_runs_in_its_own_thread_too(threads):
         launched.append(works())
         found[at.start // 200] = states
 
-    by_portions(run, 600, FEW, threads)
-    assert launched == [True] * 3
+    by_portions(run, 800, FEW, threads)
+    assert launched == [True] * 4
     whole = fa.integrate(plane, z0, time=20.0, step=0.05, samples=4)
     np.testing.assert_array_equal(np.concatenate(found), whole.samples.transpose(2, 0, 1))
 
@@ -332,7 +332,7 @@ def test_portions_share_the_threads():
     """Each has its part of them for kernels and for portions of its own, which are made once; what one raises is
     raised, and a later portion begins with one thread again.
     """
-    seen, made, lock = [], np.zeros((3, 50), np.int64), threading.Lock()
+    seen, made, lock = [], np.zeros((4, 50), np.int64), threading.Lock()
 
     def inner(row, number):
         with lock:
@@ -350,11 +350,11 @@ def test_portions_share_the_threads():
         seen.append(own_threads(8))
 
     assert own_threads(8) == 8
-    by_portions(outer, 600, FEW, 8)
+    by_portions(outer, 800, FEW, 8)
     assert (made[:, :40] == 1).all()
     assert (made <= 1).all()
-    assert sorted(seen)[-6:] == [2] * 6
+    assert sorted(seen)[-8:] == [2] * 8
     assert set(seen) == {1, 2}
     alone = []
-    by_portions(lambda at: alone.append(own_threads(8)), 600, FEW, 2)
+    by_portions(lambda at: alone.append(own_threads(8)), 800, FEW, 2)
     assert alone == [1, 1]

@@ -189,7 +189,7 @@ FEW = 2**17
 only one thread holds.
 """
 
-PORTIONS = 3
+PORTIONS = 4
 """Most portions. N numbers in p portions take a time in proportion to N/p + p FEW/2, as each waits for Python's lock
 between any two operations of NumPy, hence p = (2 N/FEW)^(1/2); with more than these, 16 cores took longer for any N.
 Threads that are left run kernels of the portions.
