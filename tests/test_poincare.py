@@ -459,6 +459,20 @@ def test_one_orbit_alone_is_the_same(scheme, crossings, time):
             np.testing.assert_array_equal(getattr(alone, name)[..., 0], getattr(every, name)[..., k], err_msg=name)
 
 
+@pytest.mark.parametrize(("scheme", "accuracy"), [("KAHAN_LI8", 1e-10), ("RKN12", 1e-12), (None, 1e-4)])
+def test_one_orbit_alone_has_the_same_errors(scheme, accuracy):
+    """Its run with twice the step is slowed a stretch at a time, beside the other run or after it."""
+    rng = np.random.default_rng(8)
+    z = np.array([0.0, 0.1, 0.4, 0.14])[:, None] + rng.normal(0, [[0.05], [0.05], [0.05], [0.3]], (4, 80))
+    z[:, 0] = 0.0, 2.0, 0.4, 1.0
+    options = {"section": ON_X, "crossings": 40, "max_time": 200.0, "scheme": scheme, "accuracy": accuracy}
+    every = poincare_map(BALL, z, **options)
+    for k in range(0, 80, 4):
+        alone = poincare_map(BALL, z[:, k], **options, threads=1 + k // 4 % 2)
+        for name in ("points", "times", "counts", "status", "step", "time_error", "point_error", "accurate_until"):
+            np.testing.assert_array_equal(getattr(alone, name)[..., 0], getattr(every, name)[..., k], err_msg=name)
+
+
 @pytest.mark.parametrize("chart", [ALPHA_BETA, TWO_POLAR, R_VARTHETA], ids=lambda c: c.name)
 def test_coordinates_in_charts(chart):
     cut = poincare_map(BODY, states(BODY, 30), section=BetaEquals(0.3, 1), crossings=10, max_time=15.0, step=0.1)

@@ -270,7 +270,7 @@ def halved(
         wear = wear_of(flow, plan)
         work = _work(plan.step)
         more = 0.0 if flow.adaptive else work * (0.5 if flow.system.driven else AGAIN)
-        if wear is not None and 1 < orbits.size <= FEW:
+        if wear is not None and orbits.size <= FEW and max(orbits.size, flow.threads) > 1:
             fine, coarse = _both(run, orbits, plan.step, wear, passes.take(1.5 * work, more))
         else:
             fine = run(orbits, plan.step, None, passes.take(work, work / 2 + more), None)

@@ -40,6 +40,15 @@ class Wear(NamedTuple):
     early: np.ndarray
     every: np.ndarray
 
+    def pace(self, step: np.ndarray | float, parts: np.ndarray | int = 0) -> np.ndarray:
+        """Return the number (orbits,) of steps after which momenta are lost: 1 or one of WEAR_STEPS, a divisor of
+        `parts`.
+        """
+        found, most = np.ones(len(self.every), np.int64), self.every / step
+        for steps in WEAR_STEPS:
+            found = np.where((steps <= most) & (parts % steps == 0), steps, found)
+        return found
+
 
 @dataclass(frozen=True)
 class Flow:
@@ -239,11 +248,8 @@ class Flow:
         rows, orbits = ensemble.z.shape
         fits("samples", orbits, count, rows)
         states, interrupted = np.full((orbits, count, rows), np.nan), False
-        each, most = self.steps(time / count), wear.every / self.step
-        every = np.ones_like(each)
-        for steps in WEAR_STEPS:
-            every = np.where((steps <= most) & (each % steps == 0), steps, every)
-        stride = each // every
+        each = self.steps(time / count)
+        stride = each // wear.pace(self.step, each)
         observer, at = observers.worn_samples(rows), WEAR_ROWS
         memory = np.zeros((observer.rows, orbits))
         memory[at.share], memory[at.early] = wear.share, np.sqrt(wear.early)
@@ -308,7 +314,8 @@ class Flow:
         steps = FixedSteps(h, total, every, order, strict=self.vectors > 0, refill=refill)
         kernel = run_one if solo else run_fixed
         if solo and refill and observer.along is not None:
-            kernel, observer = run_along, observer.along
+            kernel, observer = run_along, observer.along()
+            every[:] = observer.stretch
         how = stepping(self, "inside", "check", solo=solo)
         arguments = *how, observer.bound, steps, unit, ensemble.orbits(memory, out)
         try:

@@ -9,13 +9,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache, cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from ..compile.blocks import model_block, observer_block, parameters, reading_block
+from ..compile.jit import LANES
 from ..compile.pointers import Bound, call_table
 from ..kernels import birkhoff, pairs
 from ..kernels import crossings as crossing_kernels
@@ -47,7 +48,8 @@ class Observer:
     coordinates, then the momenta. Memory is zero at the start unless the caller sets it.
 
     sizes: constants that the function gets before `lanes`, compiled into it; calls: functions that it gets, before
-    these, as `Calls`. along: the same observer of states of one orbit, see `kernels.drive.run_along`, if there is one.
+    these, as `Calls`. along: makes the same observer of states of one orbit, see `kernels.drive.run_along`, if there is
+    one; stretch: the most of them, a power of two, that it sees at once.
     """
 
     function: Callable
@@ -55,7 +57,8 @@ class Observer:
     value: Any = NO_NUMBERS
     sizes: tuple[int, ...] = ()
     calls: tuple[Bound, ...] = ()
-    along: Observer | None = None
+    along: Callable[[], Observer] | None = None
+    stretch: int = LANES
 
     @cached_property
     def bound(self) -> Bound:
@@ -103,10 +106,13 @@ def called_rows(call: Bound, rows: int) -> Observer:
     return Observer(sample_kernels.called_rows, memory, _Rows(float(rows)), calls=(call,))
 
 
-@cache
-def worn(rows: int) -> Observer:
-    """Slow orbits of `rows` rows, see `kernels.samples.WEAR_ROWS`, and keep nothing."""
-    return Observer(sample_kernels.worn, sample_kernels.WEAR_ROWS.end, _Rows(float(rows)))
+def worn(rows: int, stretch: int) -> Observer:
+    """Slow orbits of `rows` rows, each every n-th step, a multiple of `stretch`, see `kernels.samples.WEAR_ROWS`, and
+    keep nothing.
+    """
+    kept, value = sample_kernels.WEAR_ROWS.end, _Rows(float(rows))
+    along = Observer(sample_kernels.worn_along, kept, value, stretch=stretch)
+    return Observer(sample_kernels.worn, kept, value, along=lambda: along)
 
 
 @cache
@@ -134,7 +140,7 @@ def crossings(
     value = _Crossings(float(wanted), float(section.direction), float(rows), most, float(beside))
     kept, calls = crossing_kernels.ROWS.state + rows, (bound("value", section, degrees_of_freedom, vectors),)
     along = Observer(crossing_kernels.detect_along, kept, value, calls=calls)
-    return Observer(crossing_kernels.detect, kept, value, calls=calls, along=along)
+    return Observer(crossing_kernels.detect, kept, value, calls=calls, along=lambda: along)
 
 
 class _Levels(NamedTuple):
@@ -255,5 +261,12 @@ def either(first: Observer, second: Observer) -> Observer:
     """Make one observer of two; the second writes nothing. An orbit is done when one of them is done with
     it.
     """
-    value = _Either(float(first.rows))
-    return Observer(pairs.either, first.rows + second.rows, value, calls=(first.bound, second.bound))
+    value, rows = _Either(float(first.rows)), first.rows + second.rows
+    makers = [part.along for part in (first, second) if part.along is not None]
+
+    def along() -> Observer:
+        one, other = (make() for make in makers)
+        return replace(either(one, other), stretch=min(one.stretch, other.stretch))
+
+    calls = first.bound, second.bound
+    return Observer(pairs.either, rows, value, calls=calls, along=along if len(makers) == 2 else None)

@@ -58,7 +58,8 @@ class Orbits(NamedTuple):
 
 
 class FixedSteps(NamedTuple):
-    """Steps of an orbit's own size, up to `total` of them, observed every every[orbit] steps; arrays (orbits,).
+    """Steps of an orbit's own size, up to `total` of them, observed every every[orbit] steps, or at least as often by
+    `run_along`; arrays (orbits,).
 
     Orbits are taken in that `order`. With `refill` a lane takes the next orbit as soon as it is free; else the lanes of
     a block keep the same step number. strict: states are checked before they are observed.
@@ -215,11 +216,12 @@ def run_one(u, stop, progress, blocks, scheme, observer, steps, unit, orbits):
 
 
 def run_along(u, stop, progress, blocks, scheme, observer, steps, unit, orbits):
-    """Advance one orbit by `march`, with the bits of `run_fixed` that observes each step; STRETCH of its states are the
-    lanes of a block, for `check` and for the observer.
+    """Advance one orbit by `march`, with the bits of `run_fixed` that observes each step; up to STRETCH of its states
+    are the lanes of a block, for `check` and for the observer.
 
-    The observer sees up to STRETCH states of one orbit, whose memory is in lane 0; after them are two rows of its own;
-    done[0] is the number of the state, from 1, that ends the orbit.
+    The observer sees these states, the last of which it may change, of one orbit, whose memory is in lane 0; after them
+    are two rows of its own; done[0] is the number of the state, from 1, that ends the orbit. The steps that are
+    multiples of `every` are last states.
     """
     params, o, (observe, numbers, calls), out = blocks.params, steps.order[u], observer, orbits.out
     total, h, n = steps.total[o], steps.size[o], orbits.taken[o]
@@ -230,13 +232,13 @@ def run_along(u, stop, progress, blocks, scheme, observer, steps, unit, orbits):
     trace, t, code, done, seen, kinetic, bound = room(rows + 2), room(1), room(1), room(1), room(1), room(1), room(1)
     load_lane(orbits.z, o, block[: rows * LANES], 0)
     load_lane(orbits.memory, o, memory, 0)
-    largest, ended, begun = orbits.kinetic[o], 0.0, n
+    largest, ended, begun, stretch = orbits.kinetic[o], 0.0, n, min(STRETCH, steps.every[o])
     for i in range(STRETCH):
         bound[i], seen[i] = orbits.radius[o], 1.0
     while n < total and ended == 0.0 and done[0] == 0.0 and read_now(stop, 0) == 0:
         until = min(total, n + LONG - n % LONG)
         while n < until and ended == 0.0 and done[0] == 0.0:
-            lanes = min(STRETCH, until - n)
+            lanes = min(stretch - n % stretch, until - n)
             call(blocks.march, params, scheme.drift, scheme.kick, h, lanes, block, trace)
             for i in range(lanes):
                 t[i], kinetic[i] = (n + (i + 1)) * h, largest
@@ -254,9 +256,8 @@ def run_along(u, stop, progress, blocks, scheme, observer, steps, unit, orbits):
             for i in range(taken):
                 largest = max(largest, kinetic[i])
             n += taken
-            if taken < lanes:
-                for r in range(rows):
-                    block[r * LANES] = trace[r * LANES + taken - 1]
+            for r in range(rows):
+                block[r * LANES] = trace[r * LANES + taken - 1]
         write_now(progress, u, progress[u] + n - begun)
         begun = n
     store_lane(block, 0, orbits.z, o)

@@ -31,8 +31,9 @@ ROWS = Rows()
 
 class WearRows(NamedTuple):
     """Rows of observer memory of slowed orbits: the share that momenta lose in a unit of sqrt(time), the root of the
-    time up to which they lose three times as much, the share lost so far and the share kept now; for samples also, as
-    in `Rows`, the number taken, the stride, observations left and whether one is due.
+    time up to which they lose three times as much, the share lost so far and the share kept now; as in `Rows`, a
+    stride, observations left and whether one is due: one that slows, or of orbits that each observation slows one that
+    is a sample, which have another row for the number taken.
 
     The caller sets the share, the root, the stride, and `left` to the stride.
     """
@@ -41,11 +42,11 @@ class WearRows(NamedTuple):
     early: int = 1
     lost: int = 2
     kept: int = 3
-    end: int = 4
-    taken: int = 4
-    stride: int = 5
-    left: int = 6
-    due: int = 7
+    stride: int = 4
+    left: int = 5
+    due: int = 6
+    end: int = 7
+    taken: int = 7
     sampled: int = 8
 
 
@@ -96,17 +97,23 @@ def count_down(lanes, fresh, left, stride, due):
 
 
 @jit
-def wear_down(rows, lanes, fresh, t, z, memory):
-    """Slow each fresh orbit: up to the time t its momenta have lost the fraction share*(u + 2 u e/(u + e)), with
-    u = sqrt(t), e = early.
+def wear_one(i, fresh, t, memory):
+    """Return the share that the momenta of the orbit in lane i of memory keep at the time t, if it is fresh: up to t
+    they have lost the fraction share*(u + 2 u e/(u + e)), with u = sqrt(t), e = early.
     """
-    share, early = row(memory, WEAR_ROWS.share), row(memory, WEAR_ROWS.early)
-    lost, kept = row(memory, WEAR_ROWS.lost), row(memory, WEAR_ROWS.kept)
+    share, early = memory[WEAR_ROWS.share * LANES + i], memory[WEAR_ROWS.early * LANES + i]
+    root, lost = np.sqrt(t), memory[WEAR_ROWS.lost * LANES + i]
+    more = fresh * (share * root * (1.0 + 2.0 * early / (root + early)) - lost)
+    memory[WEAR_ROWS.lost * LANES + i] = lost + more
+    return 1.0 - more
+
+
+@jit
+def wear_down(rows, lanes, fresh, t, z, memory):
+    """Slow each fresh orbit by `wear_one`."""
+    kept = row(memory, WEAR_ROWS.kept)
     for i in range(lanes):
-        root = np.sqrt(t[i])
-        more = fresh[i] * (share[i] * root * (1.0 + 2.0 * early[i] / (root + early[i])) - lost[i])
-        kept[i] = 1.0 - more
-        lost[i] += more
+        kept[i] = wear_one(i, fresh[i], t[i], memory)
     for r in range(rows // 2, rows):
         for i in range(lanes):
             z[r * LANES + i] *= kept[i]
@@ -114,8 +121,25 @@ def wear_down(rows, lanes, fresh, t, z, memory):
 
 @jit(inline=True)
 def worn(value, lanes, orbit, fresh, t, z, memory, out, done):
-    """Observer: slow the orbits, as rounding errors might."""
-    wear_down(int(value.rows), lanes, fresh, t, z, memory)
+    """Observer: slow each orbit at every n-th observation, n in its row `stride`, as rounding errors might."""
+    due = row(memory, WEAR_ROWS.due)
+    if count_down(lanes, fresh, row(memory, WEAR_ROWS.left), row(memory, WEAR_ROWS.stride), due) > 0:
+        wear_down(int(value.rows), lanes, due, t, z, memory)
+    return 0
+
+
+@jit(inline=True)
+def worn_along(value, lanes, orbit, fresh, t, z, memory, out, done):
+    """Observer of `lanes` successive states of one orbit, or as many as `done` says, of which none but the last is one
+    that slows it: the same as `worn` at each.
+    """
+    taken, rows = int(done[0]) if done[0] > 0.0 else lanes, int(value.rows)
+    memory[WEAR_ROWS.left * LANES] -= taken
+    if memory[WEAR_ROWS.left * LANES] == 0.0:
+        memory[WEAR_ROWS.left * LANES] = memory[WEAR_ROWS.stride * LANES]
+        kept = wear_one(0, 1.0, t[taken - 1], memory)
+        for r in range(rows // 2, rows):
+            z[r * LANES + taken - 1] *= kept
     return 0
 
 

@@ -90,7 +90,8 @@ def crossed(
     compared = beside is not None and isinstance(flow, Flow)  # the steps of another flow are not of time
     observer = observers.crossings(section, wanted, flow.model.degrees_of_freedom, beside=compared)
     if wear is not None:
-        first, observer = observer.rows, observers.either(observer, observers.worn(rows))
+        pace = wear.pace(ensemble.ahead)
+        first, observer = observer.rows, observers.either(observer, observers.worn(rows, int(pace.min())))
     memory, out = np.zeros((observer.rows, orbits)), np.empty((orbits, slots * width))
     records = out.reshape(orbits, slots, width)
 
@@ -104,6 +105,7 @@ def crossed(
         by_portions(begin, orbits, out.shape[1], flow.threads)
     if wear is not None:
         memory[first + WEAR_ROWS.share], memory[first + WEAR_ROWS.early] = wear.share, np.sqrt(wear.early)
+        memory[first + WEAR_ROWS.stride], memory[first + WEAR_ROWS.left] = pace, pace
 
     def found(interrupted: bool) -> SectionMap:
         checked = (
