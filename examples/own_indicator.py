@@ -58,7 +58,7 @@ if __name__ == "__main__":
     for megno, area, verdict in zip(found.megno[:5], found.area[:5], found.verdict[:5]):
         said = fastaff.analysis.Character(verdict).name.lower()
         print(f"  MEGNO {megno:7.2f}, area grown by {area:6.2f} decades: {said}")
-    flow, z, _ = plan(model, z0, Options(step=0.05))
+    flow, z, *_ = plan(model, z0, Options(step=0.05))
     orbits, memory, when = flow.observed(z, Observer(farthest, rows=1, value=Farthest(0.6)), time=100.0)
     ended = orbits.time < 100
     print(f"{ended.sum()} of {z.shape[1]} orbits come farther than 0.6, the first after {orbits.time.min():.2f}")

@@ -29,7 +29,7 @@ def test_runs_write_the_signals_of_their_states(body):
     z0 = rng.normal(0, 0.1, (2 * body.degrees_of_freedom, 41))
     if isinstance(body, Body):
         z0[0] += 1.5
-    flow, z0, _ = plan(body, z0, Options(None, 0.11, None, 1e-12, 1e-12, None, 2, None), time=9.0)
+    flow, z0, *_ = plan(body, z0, Options(None, 0.11, None, 1e-12, 1e-12, None, 2, None), time=9.0)
     counts = rng.choice([7, 24, 41, 64], 41)
     work = FrequencyWork(flow, checked_angles(None, body), z0, 9.0, None, None, None)
     found, run = work._sampled(work.flow, np.arange(41), 9.0, counts, Room())

@@ -306,7 +306,7 @@ from fastaff.flows import Options, plan
 model, z0 = HenonHeiles(), np.array([[0.1, 0.2], [0.2, 0.1], [0.3, 0.1], [0.1, 0.3]])
 mine = fastaff.analysis.TangentIndicator("mine", watchers.own, limit=5.0, parameters=(SCALE,))
 found = chaos_map(model, z0, time=20.0, step=0.1, indicators=(LyapunovSpectrum(), mine))
-flow, z, _ = plan(model, z0, Options(step=0.1))
+flow, z, *_ = plan(model, z0, Options(step=0.1))
 _, memory, _ = flow.observed(z, Observer(watchers.highest, 1, watchers.Scale(SCALE)), time=20.0)
 reached = np.abs(integrate(model, z0, time=20.0, step=0.1, samples=200).samples[:, 0]).max(axis=0)
 print(*(found.mine/(found.largest*20.0)), *(memory[0]/reached))

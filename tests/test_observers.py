@@ -42,7 +42,7 @@ def run(observer, memory, columns, z0):
 def section_memory(section, z0):
     observer = observers.crossings(section, WANTED, 4)
     memory = np.zeros((observer.rows, ORBITS))
-    flow, z, _ = plan(BODY, z0, Options(step=0.1))
+    flow, z, *_ = plan(BODY, z0, Options(step=0.1))
     start_crossings(flow, memory, section, flow.ensemble(z))
     return observer, memory
 
@@ -110,7 +110,7 @@ def states_at_every_step():
 @pytest.mark.parametrize("function", [passages, numba.njit(passages)], ids=["plain", "compiled"])
 @pytest.mark.parametrize("place", [0.0, 0.1])
 def test_an_observer_of_ones_own_sees_every_step(function, place):
-    flow, z, _ = plan(HenonHeiles(), HENON, Options(step=0.1))
+    flow, z, *_ = plan(HenonHeiles(), HENON, Options(step=0.1))
     wanted = 13
     ensemble, memory, out = flow.observed(z, Observer(function, 2, Line(place, wanted)), time=40.0, columns=wanted)
     x, times = states_at_every_step()
@@ -126,7 +126,7 @@ def test_an_observer_of_ones_own_sees_every_step(function, place):
 
 
 def test_one_of_ones_own_beside_one_of_the_package():
-    flow, z, _ = plan(HenonHeiles(), HENON, Options(step=0.1))
+    flow, z, *_ = plan(HenonHeiles(), HENON, Options(step=0.1))
     own, averages = Observer(passages, 2, Line(0.0, 4.0)), observers.averages(HenonHeiles(), 0, 40.0)
     _, first, out = flow.observed(z, own, time=40.0, columns=4)
     _, second, _ = flow.observed(z, averages, time=40.0)
@@ -257,7 +257,7 @@ def test_the_example_of_both():
     chaotic = found.verdicts[0] == fa.analysis.Character.CHAOTIC
     assert chaotic.any()
     np.testing.assert_allclose(found.area[chaotic], grown[chaotic], rtol=1e-9, atol=0.5)
-    flow, z, _ = plan(HenonHeiles(), z0, Options(step=0.05))
+    flow, z, *_ = plan(HenonHeiles(), z0, Options(step=0.05))
     far = Observer(example.farthest, 1, example.Farthest(0.6))
     orbits, memory, when = flow.observed(z, far, time=50.0)
     states = fa.integrate(HenonHeiles(), z0, time=50.0, step=0.05, samples=1000)

@@ -18,7 +18,7 @@ from .checks import checked_model, checked_scheme, phase_points, suited_scheme
 from .derivatives import check_derivatives
 from .flow import Flow
 from .launch import Report
-from .motion import motion
+from .motion import Motion, motion
 from .needs import check_given, check_needs
 from .time_transformed import prepared
 from .trials import chosen_steps, on_ladder, trials_in_time
@@ -174,13 +174,14 @@ class Problem(NamedTuple):
 
 
 class Plan(NamedTuple):
-    """Flow and states of a run: the flow, z a fresh array (2n, orbits) of the starts, and the reason for its scheme and
-    steps.
+    """Flow and states of a run: the flow, z a fresh array (2n, orbits) of the starts, the reason for its scheme and
+    steps, and the scales of the orbits if their steps follow from these.
     """
 
     flow: Any
     z: np.ndarray
     why: str
+    motion: Motion | None = None
 
 
 def plan(
@@ -234,12 +235,12 @@ def plan(
         why.append(f"{scheme.name} by trial: energy error {chosen.error:.1e}, {chosen.cost:.3g} forces per unit time")
     if transformed and isinstance(scheme, TimeTransformed):
         size = None if step is None else positive("step", step)
-        found, worst, _ = prepared(math.inf if time is None else time, model, z, scheme, size, threads)
+        timed, worst, _ = prepared(math.inf if time is None else time, model, z, scheme, size, threads)
         why.append(
-            f"step {found.step:.3g} in s" + ("" if math.isnan(worst) else f": energy error {worst:.1e} in a trial")
+            f"step {timed.step:.3g} in s" + ("" if math.isnan(worst) else f": energy error {worst:.1e} in a trial")
         )
-        return Plan(found, z, "; ".join(why))
-    fixed = math.inf if step is None else checked_step(step, z.shape[1])
+        return Plan(timed, z, "; ".join(why))
+    found, fixed = None, math.inf if step is None else checked_step(step, z.shape[1])
     flow = Flow(model, suited_scheme(checked_scheme(scheme), model), fixed, options.rtol, options.atol, threads)
     if flow.adaptive:
         why.append(f"steps controlled by rtol {flow.rtol:g}, atol {flow.atol:g}")
@@ -248,10 +249,11 @@ def plan(
     elif error is None:
         why.append("each orbit's own step, for the accuracy")
     else:
-        steps = chosen_steps(flow, z, motion(model, z, flow.threads), np.full(z.shape[1], error)).step
+        found = motion(model, z, flow.threads)
+        steps = chosen_steps(flow, z, found, np.full(z.shape[1], error)).step
         flow = replace(flow, step=steps if time is None else on_ladder(steps, time))
         why.append(f"each orbit's own step, for an error of {error:.1e} of its amplitudes over 16 radians")
-    return Plan(flow, z, "; ".join(why))
+    return Plan(flow, z, "; ".join(why), found)
 
 
 def _iterated(model: Any, z: np.ndarray, options: Options) -> Plan:

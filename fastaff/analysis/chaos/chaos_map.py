@@ -28,7 +28,7 @@ from ..orbits.tangent_map import stable_plan
 from .indicator import MANY, Character, Indicators, Look, checked_indicators, judged, refuse
 from .indicators import MEGNO, SALI, indicators_of
 from .shares import Shares
-from .streamed import ChaosRun
+from .streamed import ChaosRun, own_rates
 
 
 @dataclass(frozen=True)
@@ -210,19 +210,21 @@ def chaos_map(
     tangent = [entry for entry in chosen if entry.vectors(problem.system.moving)]
     if flag("early_stop", early_stop) and len(tangent) < len(chosen):
         raise ValueError("early_stop takes indicators of tangent vectors only: the others need the whole time")
-    flow, z, _ = stable_plan(problem) if tangent else problem.plan()
+    plan = stable_plan(problem) if tangent else problem.plan()
+    flow, z, rates = plan.flow, plan.z, own_rates(plan, time)
     for k, entry in enumerate(chosen):  # a scheme may be chosen by trial
         refuse(f"indicators[{k}]", entry, body, flow)
 
-    def mapped(flow: Flow, z: np.ndarray, deviations: Any, report: Report | None) -> ChaosMap:
-        work = ChaosRun(flow, z, time, chosen, slots=slots, early_stop=early_stop, deviations=deviations)
+    def mapped(flow: Flow, orbits: Any, deviations: Any, report: Report | None) -> ChaosMap:
+        of_these = z[:, orbits], rates[orbits]
+        work = ChaosRun(flow, *of_these, time, chosen, slots=slots, early_stop=early_stop, deviations=deviations)
         with keeping("chaos_map", lambda: _result(work, options.drift, True)):
             for number, run in enumerate(work.passes):
                 run(portion(report, number, len(work.passes)))
         return _result(work, options.drift, False)
 
     with Passes(report) as passes:
-        found = mapped(flow, z, deviations, passes.take(1.0, DRIFTING))
+        found = mapped(flow, slice(None), deviations, passes.take(1.0, DRIFTING))
         for halving in range(1, 1 + (HALVINGS if step is None and flow.fixed else 0)):
             drifted = np.flatnonzero(found.status == Status.ENERGY_DRIFT)
             if drifted.size:
@@ -230,7 +232,7 @@ def chaos_map(
                 shorter = replace(shorter, step=shorter.step / 2**halving)
                 told = passes.take(1.0, 0.5)
                 with keeping("chaos_map", functools.partial(_unfinished, found, drifted)):
-                    put(found, drifted, mapped(shorter, z[:, drifted], _of_orbits(deviations, drifted), told))
+                    put(found, drifted, mapped(shorter, drifted, _of_orbits(deviations, drifted), told))
         return found
 
 

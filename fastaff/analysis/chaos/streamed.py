@@ -19,6 +19,7 @@ from ...flows.ensemble import Ensemble
 from ...flows.flow import Flow, no_memory
 from ...flows.launch import Report, early
 from ...flows.motion import motion, natural_rates
+from ...flows.options import Plan
 from ...kernels.deviations import ROWS, layout
 from ...models.mechanics import system_of
 from ..orbits.tangent_map import checked_deviations
@@ -45,9 +46,10 @@ islands for arbitrarily long times: few long blocks see more of it.
 """
 
 
-def own_rates(model: Any, z0: np.ndarray, time: float, threads: int = 1) -> np.ndarray:
+def own_rates(plan: Plan, time: float) -> np.ndarray:
     """Return the natural frequency (orbits,) of each orbit; where it has none, one radian in the time."""
-    rates = natural_rates(model, z0, threads)
+    flow, found = plan.flow, plan.motion if plan.flow.system.canonical else None
+    rates = natural_rates(flow.model, plan.z, flow.threads) if found is None else found.rate
     return np.where(np.isfinite(rates) & (rates > 0), rates, 1 / time)
 
 
@@ -118,6 +120,7 @@ class ChaosRun:
         self,
         flow: Flow,
         z0: np.ndarray,
+        rates: np.ndarray,
         time: float,
         chosen: tuple[Indicator, ...],
         *,
@@ -125,12 +128,11 @@ class ChaosRun:
         early_stop: bool,
         deviations: Any,
     ):
-        self.flow, self.z0, self.time, self.chosen = flow, z0, time, chosen
+        self.flow, self.z0, self.rates, self.time, self.chosen = flow, z0, rates, time, chosen
         self.slots, self.early_stop, self.finer = slots, early_stop, 1
         self.n, self.orbits = flow.system.moving, z0.shape[1]
         self.degrees = flow.model.degrees_of_freedom
-        self.rates = own_rates(flow.model, z0, time, flow.threads)
-        self.scale = scales(flow.model, z0, self.rates)
+        self.scale = scales(flow.model, z0, rates)
         self.limits = np.array([limit_of(entry, self.n, self.rates * time, time) for entry in chosen])
         self.tangent: list[tuple[int, Any]] = [(j, entry) for j, entry in enumerate(chosen) if entry.vectors(self.n)]
         if not flow.adaptive:  # the steps asked for, or the nearest shorter ones that divide the time

@@ -187,7 +187,7 @@ def frequency_map(
     goal = options.goal(ACCURACY)
     fallback = checked_method(method).fallback
     angles = checked_angles(angles, problem.model)
-    flow, z, _ = problem.plan(time=time, error=goal or ACCURACY)
+    flow, z, *_ = problem.plan(time=time, error=goal or ACCURACY)
     work = FrequencyWork(flow, angles, z, time, goal, fallback, report, lines)
     with keeping("frequency_map", lambda: work.result(options.drift)):
         work.run(options.drift)

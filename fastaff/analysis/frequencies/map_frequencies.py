@@ -63,7 +63,7 @@ def map_frequencies(
     lines: int | None,
 ) -> FrequencyMap:
     """Return the frequency map of a map, see `frequency_map`."""
-    flow, z, _ = problem.plan(time=time)
+    flow, z, *_ = problem.plan(time=time)
     turns = int(time)
     check_given(flow.model, "a time", "the loops of a map are those of (q, p)", angles=angles)
     if window is not None and 2 * whole("window", window, LEAST) > turns:

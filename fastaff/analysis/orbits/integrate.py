@@ -178,7 +178,7 @@ def integrate(
     time, count = problem.iterates("time", time), whole("samples", samples, 0)
     problem = problem.suited()
     options = problem.options
-    flow, z, _ = problem.plan(time=time, error=None, transformed=True)
+    flow, z, *_ = problem.plan(time=time, error=None, transformed=True)
     fits("samples", count, *z.shape)
     mapping = problem.system.iterated
     if mapping and count and time % count:

@@ -113,7 +113,7 @@ def tangent_map(
     )
     problem = Problem(body, z0, options)
     time = problem.iterates("time", time)
-    flow, z, _ = stable_plan(problem)
+    flow, z, *_ = stable_plan(problem)
     start = carried(checked_deviations(deviations, flow.states(z)), flow.model, 1)
     flow = replace(flow, vectors=len(start))
     ensemble = flow.ensemble(z, start)

@@ -194,7 +194,7 @@ def continuation(
             raise ValueError(f"bounds must contain the first value {value!r}, got {bounds!r}")
         how["step"] = None if section is None or np.isinf(first.step[0]) else float(first.step[0])
         # z: of an odd number of variables with the idle row.
-        flow, z, _ = plan(first_model, first.z, Options(**{**how, "scheme": first.scheme}))
+        flow, z, *_ = plan(first_model, first.z, Options(**{**how, "scheme": first.scheme}))
         surface = None if section is None else flow.section(section)
         own = step is None and flow.fixed
         scale = orbit_scale(first_model, z, first.energy, flow.threads)

@@ -65,7 +65,7 @@ def checked_guesses(model: Any, z0: Any, energy: Any, options: Options) -> tuple
     if system.energetic and system.n < 2:
         raise ValueError(f"model {name} must have two degrees of freedom or more, it has {system.n}")
     aim = None if energy is None else numbers("energy", energy)  # before anything is compiled
-    flow, z, _ = plan(model, z0, suited(options, model), error=STEP_ERROR)
+    flow, z, *_ = plan(model, z0, suited(options, model), error=STEP_ERROR)
     if system.driven:
         z[-1] -= system.energies(z)  # so that p_t is one at each place and phase
         if options.step is None and not flow.adaptive:

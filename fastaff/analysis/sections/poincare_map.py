@@ -137,7 +137,7 @@ def poincare_map(
                 f"{_enough(problem, wanted.number)}"
             )
         wanted = wanted._replace(max_time=positive("max_time", max_time))
-    flow, z, _ = problem.plan(time=wanted.max_time, error=None, transformed=True)
+    flow, z, *_ = problem.plan(time=wanted.max_time, error=None, transformed=True)
     if mapping:
         return _iterated(flow, model, z, wanted.number, report)
     fits("crossings", wanted.number, *z.shape)

@@ -31,7 +31,7 @@ PORTION, COMPARED = 2**27, 8
 
 def strobed(problem: Problem, crossings: Crossings) -> SectionMap:
     """Follow orbits of a driven system to so many crossings of a stroboscopic section; see `poincare_map`."""
-    flow, z, _ = problem.plan(time=float(problem.model.period), error=None)
+    flow, z, *_ = problem.plan(time=float(problem.model.period), error=None)
     fits("crossings", crossings.number, *z.shape)
     return _Strobed(flow, z, crossings.section, crossings.number, problem.options).run()
 

@@ -63,7 +63,7 @@ def samples_of_flow(problem: Problem, time: float, energy: float, report: Report
     They are made so dense that the spectrum falls to rounding before its end, judged from its exponential fall.
     """
     body = problem.model
-    flow, z, _ = problem.plan()
+    flow, z, *_ = problem.plan()
     own = motion(body, z)
     least = LEAST_PERIODS * 2 * np.pi / float(own.rate[0])
     short = time < least and own.kinetic[0] > 0

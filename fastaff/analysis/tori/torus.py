@@ -289,7 +289,7 @@ def rows_of(body: Any) -> np.ndarray:
 def flow_of_turns(problem: Problem) -> tuple[Flow, np.ndarray, float]:
     """Return a flow of the orbits, their starts, and the time of a turn, which its steps divide."""
     interval = 1.0 if problem.system.iterated else float(problem.model.period)
-    flow, z, _ = problem.plan(error=STEP_ERROR)
+    flow, z, *_ = problem.plan(error=STEP_ERROR)
     return flow.fitted(interval), z, interval
 
 
