@@ -314,7 +314,7 @@ class Flow:
         steps = FixedSteps(h, total, every, order, strict=self.vectors > 0, refill=refill)
         kernel = run_one if solo else run_fixed
         if solo and refill and observer.along is not None:
-            kernel, observer = run_along, observer.along()
+            kernel, observer = run_along, observer.along
             every[:] = observer.stretch
         how = stepping(self, "inside", "check", solo=solo)
         arguments = *how, observer.bound, steps, unit, ensemble.orbits(memory, out)

@@ -48,23 +48,24 @@ class Observer:
     coordinates, then the momenta. Memory is zero at the start unless the caller sets it.
 
     sizes: constants that the function gets before `lanes`, compiled into it; calls: functions that it gets, before
-    these, as `Calls`. along: makes the same observer of states of one orbit, see `kernels.drive.run_along`, if there is
-    one; stretch: the most of them, a power of two, that it sees at once.
+    these, as `Calls`. along: the same observer of states of one orbit, see `kernels.drive.run_along`, if there is one;
+    stretch: the most of them, a power of two, that it sees at once.
     """
 
     function: Callable
     rows: int
     value: Any = NO_NUMBERS
     sizes: tuple[int, ...] = ()
-    calls: tuple[Bound, ...] = ()
-    along: Callable[[], Observer] | None = None
+    calls: tuple[Bound | Observer, ...] = ()
+    along: Observer | None = None
     stretch: int = LANES
 
     @cached_property
     def bound(self) -> Bound:
         """The compiled function with its parameters and calls."""
         block = observer_block(self.value, self.function, self.sizes, bool(self.calls))
-        return Bound(block, *call_table(parameters(self.value), self.calls))
+        calls = tuple(call.bound if isinstance(call, Observer) else call for call in self.calls)
+        return Bound(block, *call_table(parameters(self.value), calls))
 
 
 def bound(kind: str, value: Any, degrees_of_freedom: int, vectors: int) -> Bound:
@@ -112,7 +113,7 @@ def worn(rows: int, stretch: int) -> Observer:
     """
     kept, value = sample_kernels.WEAR_ROWS.end, _Rows(float(rows))
     along = Observer(sample_kernels.worn_along, kept, value, stretch=stretch)
-    return Observer(sample_kernels.worn, kept, value, along=lambda: along)
+    return Observer(sample_kernels.worn, kept, value, along=along)
 
 
 @cache
@@ -140,7 +141,7 @@ def crossings(
     value = _Crossings(float(wanted), float(section.direction), float(rows), most, float(beside))
     kept, calls = crossing_kernels.ROWS.state + rows, (bound("value", section, degrees_of_freedom, vectors),)
     along = Observer(crossing_kernels.detect_along, kept, value, calls=calls)
-    return Observer(crossing_kernels.detect, kept, value, calls=calls, along=lambda: along)
+    return Observer(crossing_kernels.detect, kept, value, calls=calls, along=along)
 
 
 class _Levels(NamedTuple):
@@ -237,7 +238,7 @@ def both(first: Observer, second: Observer, columns: int) -> Observer:
     """
     rows = first.rows + second.rows
     value = _Pair(float(first.rows), float(rows), float(columns))
-    return Observer(pairs.both, rows + pairs.ROWS.end, value, calls=(first.bound, second.bound))
+    return Observer(pairs.both, rows + pairs.ROWS.end, value, calls=(first, second))
 
 
 def chain(parts: list[tuple[Observer, int]]) -> tuple[Observer, list[tuple[int, int]], int]:
@@ -262,11 +263,7 @@ def either(first: Observer, second: Observer) -> Observer:
     it.
     """
     value, rows = _Either(float(first.rows)), first.rows + second.rows
-    makers = [part.along for part in (first, second) if part.along is not None]
-
-    def along() -> Observer:
-        one, other = (make() for make in makers)
-        return replace(either(one, other), stretch=min(one.stretch, other.stretch))
-
-    calls = first.bound, second.bound
-    return Observer(pairs.either, rows, value, calls=calls, along=along if len(makers) == 2 else None)
+    along = None
+    if first.along is not None and second.along is not None:
+        along = replace(either(first.along, second.along), stretch=min(first.along.stretch, second.along.stretch))
+    return Observer(pairs.either, rows, value, calls=(first, second), along=along)
