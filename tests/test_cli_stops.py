@@ -144,6 +144,7 @@ from fastaff.cli import main, stops
 def late():
     while stops.Stops.code is None:
         time.sleep(0.01)
+    time.sleep(0.5)  # the interpreter waits by then; Python takes no signal that comes just before it does
     print("ended", flush=True)
     threading.Event().wait()  # for which the interpreter waits, too
 
