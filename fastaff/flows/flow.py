@@ -49,6 +49,15 @@ class Wear(NamedTuple):
             found = np.where((steps <= most) & (parts % steps == 0), steps, found)
         return found
 
+    def begin(self, ensemble: Ensemble, memory: np.ndarray, pace: np.ndarray) -> None:
+        """Set WEAR_ROWS of orbits that lose momenta every `pace` steps; the loss up to the first of these is made at
+        once, as chaotic orbits have amplified by then what else would not be there.
+        """
+        root, early, momenta = np.sqrt(pace * ensemble.ahead), np.sqrt(self.early), len(ensemble.z) // 2
+        lost = self.share * root * (1 + 2 * early / (root + early))
+        memory[WEAR_ROWS.share], memory[WEAR_ROWS.early], memory[WEAR_ROWS.lost] = self.share, early, lost
+        ensemble.z[momenta:] *= 1 - lost
+
 
 @dataclass(frozen=True)
 class Flow:
@@ -249,10 +258,11 @@ class Flow:
         fits("samples", orbits, count, rows)
         states, interrupted = np.full((orbits, count, rows), np.nan), False
         each = self.steps(time / count)
-        stride = each // wear.pace(self.step, each)
+        pace = wear.pace(self.step, each)
+        stride = each // pace
         observer, at = observers.worn_samples(rows), WEAR_ROWS
         memory = np.zeros((observer.rows, orbits))
-        memory[at.share], memory[at.early] = wear.share, np.sqrt(wear.early)
+        wear.begin(ensemble, memory, pace)
         memory[at.stride], memory[at.left] = stride, stride
         out = states.reshape(orbits, count * rows)
         try:

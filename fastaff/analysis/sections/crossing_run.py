@@ -104,7 +104,7 @@ def crossed(
     if compared:
         by_portions(begin, orbits, out.shape[1], flow.threads)
     if wear is not None:
-        memory[first + WEAR_ROWS.share], memory[first + WEAR_ROWS.early] = wear.share, np.sqrt(wear.early)
+        wear.begin(ensemble, memory[first:], pace)
         memory[first + WEAR_ROWS.stride], memory[first + WEAR_ROWS.left] = pace, pace
 
     def found(interrupted: bool) -> SectionMap:
