@@ -94,6 +94,7 @@ class _Columns(NamedTuple):
     samples: float
 
 
+@cache
 def columns(rows: int, samples: int) -> Observer:
     """Keep the phase point (rows numbers) at each observation, orbits side by side, see `kernels.samples.columns`. The
     caller sets the number of earlier samples.
@@ -107,6 +108,7 @@ def called_rows(call: Bound, rows: int) -> Observer:
     return Observer(sample_kernels.called_rows, memory, _Rows(float(rows)), calls=(call,))
 
 
+@cache
 def worn(rows: int, stretch: int) -> Observer:
     """Slow orbits of `rows` rows, each every n-th step, a multiple of `stretch`, see `kernels.samples.WEAR_ROWS`, and
     keep nothing.
