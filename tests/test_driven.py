@@ -224,9 +224,10 @@ def test_nothing_depends_on_units():
     units = np.array([length, duration, action / length, energy])[:, None]
     one = fa.integrate(own, z, time=20.0)
     other = fa.integrate(scaled, z * units[[0, 2]], time=20.0 * duration)
-    ratio = other.step / duration / one.step  # rounding of a trial may decide between neighbours on the ladder
+    # Rounding may decide between neighbours on the ladder, or whether an error is a little too large.
+    ratio = other.step / duration / one.step
     assert np.isclose(ratio, 1.0, rtol=1e-6).sum() >= 15
-    assert (np.abs(np.log2(ratio)) < 0.3).all()
+    assert (np.abs(np.log2(ratio)) < 0.6).all()
     assert (np.abs(other.z / units - one.z) <= 2 * (one.error + other.error / units)).all()
     z = np.array([np.linspace(0.8, 4.5, 12), np.zeros(12)])
     first = fa.chaos_map(own, z, time=300.0, indicators="megno,spectrum")
