@@ -92,22 +92,22 @@ def rows():
     )
     yield (
         "poincare_map / integrate, body",
-        1.9,
-        4.2,
+        1.75,
+        2.5,
         lambda: poincare_map(BODY, grid, section=AlphaTurning(+1), crossings=60, max_time=TIME, step=STEP),
         kahan(grid, BODY),
     )
     yield (
         "poincare_map / integrate, Henon-Heiles",
-        2.0,
-        4.5,
+        1.75,
+        2.5,
         lambda: poincare_map(PLANE, many, section=AXIS, crossings=30, max_time=TIME, step=STEP),
         kahan(many, PLANE),
     )
     yield (
         "poincare_map / integrate, one orbit of Henon-Heiles",
-        1.3,
-        2.9,
+        1.2,
+        1.7,
         lambda: poincare_map(PLANE, flat, section=AXIS, crossings=400, max_time=20 * TIME, step=STEP, threads=1),
         lambda: integrate(PLANE, flat, time=20 * TIME, step=STEP, threads=1),
     )
@@ -128,8 +128,8 @@ def rows():
     )
     yield (
         "chaos_map, SALI / integrate, Henon-Heiles",
-        4.4,
-        9.0,
+        4.0,
+        6.0,
         lambda: chaos_map(PLANE, many, indicators=(SALI(),), **run),
         kahan(many, PLANE),
     )
@@ -179,9 +179,9 @@ def defaults():
     scalar = lambda: loop[0](loop[1].copy(), 1.0, KAHAN_LI8.drift_array, KAHAN_LI8.kick_array, STEP, 10_000)  # noqa: E731
     every = hyperelastic_orbits(4096)
     short = (
-        ("4096 orbits of one step", 2.1, lambda: integrate(BODY, every, time=STEP, step=STEP)),
+        ("4096 orbits of one step", 1.6, lambda: integrate(BODY, every, time=STEP, step=STEP)),
         ("one orbit, step given", 0.39, lambda: integrate(BODY, every[:, 0], time=1.0, step=STEP)),
-        ("one orbit, 3 crossings, default", 3.0, lambda: poincare_map(PLANE, one, crossings=3, **cut)),
+        ("one orbit, 3 crossings, default", 2.4, lambda: poincare_map(PLANE, one, crossings=3, **cut)),
     )
     for what, measured, run in short:
         yield f"{what} / loop of 10^4 steps", measured, round(1.4 * measured, 2), run, scalar
