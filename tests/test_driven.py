@@ -229,6 +229,11 @@ def test_nothing_depends_on_units():
     assert np.isclose(ratio, 1.0, rtol=1e-6).sum() >= 15
     assert (np.abs(np.log2(ratio)) < 0.6).all()
     assert (np.abs(other.z / units - one.z) <= 2 * (one.error + other.error / units)).all()
+    rough, coarse = (
+        fa.integrate(model, states, time=20.0 * past, accuracy=1e-8).step / past
+        for model, states, past in ((own, z, 1.0), (scaled, z * units[[0, 2]], duration))
+    )
+    assert (np.abs(np.log2(coarse / rough)) < 0.3).all()
     z = np.array([np.linspace(0.8, 4.5, 12), np.zeros(12)])
     first = fa.chaos_map(own, z, time=300.0, indicators="megno,spectrum")
     second = fa.chaos_map(scaled, z * units[[0, 2]], time=300.0 * duration, indicators="megno,spectrum")

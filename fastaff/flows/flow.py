@@ -16,7 +16,7 @@ from ..kernels import crossing_roots as roots
 from ..kernels.adaptive_drive import AdaptiveSteps, run_adaptive
 from ..kernels.crossings import CERTAIN, RECORD
 from ..kernels.drive import FixedSteps, run_along, run_fixed, run_one
-from ..kernels.samples import WEAR_ROWS
+from ..kernels.samples import WEAR_ROWS, lost_until
 from ..models.mechanics import System, system_of
 from ..schemes.catalogue import Collocation, Nystrom, Scheme, Splitting
 from . import observers
@@ -53,8 +53,8 @@ class Wear(NamedTuple):
         """Set WEAR_ROWS of orbits that lose momenta every `pace` steps; the loss up to the first of these is made at
         once, as chaotic orbits have amplified by then what else would not be there.
         """
-        root, early, momenta = np.sqrt(pace * ensemble.ahead), np.sqrt(self.early), len(ensemble.z) // 2
-        lost = self.share * root * (1 + 2 * early / (root + early))
+        early, momenta = np.sqrt(self.early), len(ensemble.z) // 2
+        lost = lost_until(pace * ensemble.ahead, self.share, early)
         memory[WEAR_ROWS.share], memory[WEAR_ROWS.early], memory[WEAR_ROWS.lost] = self.share, early, lost
         ensemble.z[momenta:] *= 1 - lost
 
@@ -325,7 +325,7 @@ class Flow:
         kernel = run_one if solo else run_fixed
         if solo and refill and observer.along is not None:
             kernel, observer = run_along, observer.along
-            every[:] = observer.stretch
+            steps = steps._replace(every=np.full_like(every, observer.stretch))
         how = stepping(self, "inside", "check", solo=solo)
         arguments = *how, observer.bound, steps, unit, ensemble.orbits(memory, out)
         try:

@@ -120,12 +120,12 @@ def _chunk(rows: int, orbits: int) -> int:
     return max(LANES, math.ceil(orbits / max(1, round(orbits / most))))
 
 
-def natural_rates(model: Any, z: np.ndarray, threads: int = 1) -> np.ndarray:
-    """Return the natural angular frequency (orbits,) of each orbit from z (2n, orbits), see `Motion`; for a flow the
-    rate at which its velocity turns at the start.
+def natural_rates(model: Any, z: np.ndarray, threads: int = 1, found: Motion | None = None) -> np.ndarray:
+    """Return the natural angular frequency (orbits,) of each orbit from z (2n, orbits), see `Motion`, which may be
+    `found` already; for a flow the rate at which its velocity turns at the start.
     """
     system = system_of(model)
-    return motion(model, z, threads).rate if system.canonical else _turning(system, z)
+    return (found or motion(model, z, threads)).rate if system.canonical else _turning(system, z)
 
 
 def _turning(system: System, z: np.ndarray) -> np.ndarray:

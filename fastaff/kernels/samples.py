@@ -96,14 +96,23 @@ def count_down(lanes, fresh, left, stride, due):
     return found
 
 
+def lost_until(t, share, early):
+    """Return the fraction share*(u + 2 u e/(u + e)) that momenta lose up to the time t, with u = sqrt(t), e = early;
+    numbers or arrays.
+    """
+    root = np.sqrt(t)
+    return share * root * (1.0 + 2.0 * early / (root + early))
+
+
+_lost_until = jit(lost_until)
+
+
 @jit
 def wear_one(i, fresh, t, memory):
-    """Return the share that the momenta of the orbit in lane i of memory keep at the time t, if it is fresh: up to t
-    they have lost the fraction share*(u + 2 u e/(u + e)), with u = sqrt(t), e = early.
-    """
+    """Return the share that the momenta of the orbit in lane i of memory keep at the time t, if it is fresh."""
     share, early = memory[WEAR_ROWS.share * LANES + i], memory[WEAR_ROWS.early * LANES + i]
-    root, lost = np.sqrt(t), memory[WEAR_ROWS.lost * LANES + i]
-    more = fresh * (share * root * (1.0 + 2.0 * early / (root + early)) - lost)
+    lost = memory[WEAR_ROWS.lost * LANES + i]
+    more = fresh * (_lost_until(t, share, early) - lost)
     memory[WEAR_ROWS.lost * LANES + i] = lost + more
     return 1.0 - more
 

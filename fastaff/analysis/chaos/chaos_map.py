@@ -216,8 +216,8 @@ def chaos_map(
         refuse(f"indicators[{k}]", entry, body, flow)
 
     def mapped(flow: Flow, orbits: Any, deviations: Any, report: Report | None) -> ChaosMap:
-        of_these = z[:, orbits], rates[orbits]
-        work = ChaosRun(flow, *of_these, time, chosen, slots=slots, early_stop=early_stop, deviations=deviations)
+        start, own = z[:, orbits], rates[orbits]
+        work = ChaosRun(flow, start, own, time, chosen, slots=slots, early_stop=early_stop, deviations=deviations)
         with keeping("chaos_map", lambda: _result(work, options.drift, True)):
             for number, run in enumerate(work.passes):
                 run(portion(report, number, len(work.passes)))

@@ -48,8 +48,7 @@ islands for arbitrarily long times: few long blocks see more of it.
 
 def own_rates(plan: Plan, time: float) -> np.ndarray:
     """Return the natural frequency (orbits,) of each orbit; where it has none, one radian in the time."""
-    flow, found = plan.flow, plan.motion if plan.flow.system.canonical else None
-    rates = natural_rates(flow.model, plan.z, flow.threads) if found is None else found.rate
+    rates = natural_rates(plan.flow.model, plan.z, plan.flow.threads, plan.motion)
     return np.where(np.isfinite(rates) & (rates > 0), rates, 1 / time)
 
 
