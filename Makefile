@@ -9,7 +9,7 @@ DOCS_JOBS ?= 2
 # Tests start a hundred processes and rewrite their own asserts: without bytecode that is kept, each does it all anew.
 export PYTHONDONTWRITEBYTECODE :=
 
-.PHONY: demo wheel release test test-deep coverage bounds faults lowest newest tools docs bench tables bench-peers bench-compare bench-cold gate peers lint clean
+.PHONY: demo wheel release test test-deep slow races coverage bounds faults lowest newest tools docs bench tables bench-peers bench-compare bench-cold gate peers lint clean
 .DELETE_ON_ERROR:
 
 # An environment is made anew when pyproject.toml changes.
@@ -37,12 +37,16 @@ release: $(VENV)/.dev  ## all of a release but the upload: dist/ with sdist, whe
 	$(BIN)/python .ci/release.py dist
 
 test: $(VENV)/.dev  ## the tests of every change, on WORKERS cores
-	$(PYTEST) -m "not slow"
+	$(PYTEST) -m "not slow and not race"
 
-test-deep: $(VENV)/.dev  ## the deep tier: slow tests, array bounds, ratios, a wheel, other versions, other tools; then writes .ci/deep.txt
-	$(PYTEST) -m slow
-	$(MAKE) bounds gate wheel lowest newest tools
-	$(BIN)/python .ci/deep.py --passed
+test-deep: $(VENV)/.dev  ## the deep tier: the stages whose files have changed since they passed; writes .ci/deep.json
+	$(BIN)/python .ci/deep.py --run
+
+slow: $(VENV)/.dev  ## tests that take long, a stage of the deep tier
+	$(PYTEST) -m "slow and not race"
+
+races: $(VENV)/.dev  ## tests of signals, kills, threads, processes and clocks, one at a time: a stage of the deep tier
+	$(BIN)/python -m pytest -p no:benchmark --durations=10 -m race
 
 bounds: $(VENV)/.dev  ## every public call once, indices of all kernels checked
 	NUMBA_BOUNDSCHECK=1 $(PYTEST) tests/test_inputs.py -k calls_that_work
@@ -50,7 +54,7 @@ bounds: $(VENV)/.dev  ## every public call once, indices of all kernels checked
 coverage: $(VENV)/.dev  ## which lines of Python the tests of every change do not reach; compiled kernels have naive twins
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e ".[coverage]"
 	$(BIN)/python -m coverage erase
-	$(BIN)/python -m coverage run -m pytest -n $(WORKERS) --dist worksteal -p no:benchmark -m "not slow"
+	$(BIN)/python -m coverage run -m pytest -n $(WORKERS) --dist worksteal -p no:benchmark -m "not slow and not race"
 	$(BIN)/python -m coverage combine --quiet
 	$(BIN)/python -m coverage report
 
@@ -67,7 +71,7 @@ ELSEWHERE = -m pytest -n $(WORKERS) --dist worksteal -p no:benchmark \
 	-W ignore::DeprecationWarning -W ignore::PendingDeprecationWarning
 
 lowest: $(VENV)/.lowest  ## some tests with the lowest versions that pyproject.toml allows
-	$(VENV)/lowest/bin/python $(ELSEWHERE) -m "not slow" $(OTHERS)
+	$(VENV)/lowest/bin/python $(ELSEWHERE) -m "not slow and not race" $(OTHERS)
 
 newest: NEWEST = $(shell $(PYTHON) .ci/newest.py)
 
@@ -75,7 +79,7 @@ newest: $(VENV)/.dev  ## the same with the newest Python of this machine
 	@test -n "$(NEWEST)" || echo "there is no newer Python here"
 	test -z "$(NEWEST)" || test -d $(VENV)/newest || $(NEWEST) -m venv $(VENV)/newest
 	test -z "$(NEWEST)" || $(VENV)/newest/bin/python -m pip install --quiet --disable-pip-version-check -e ".[test]"
-	test -z "$(NEWEST)" || $(VENV)/newest/bin/python $(ELSEWHERE) -m "not slow" $(OTHERS)
+	test -z "$(NEWEST)" || $(VENV)/newest/bin/python $(ELSEWHERE) -m "not slow and not race" $(OTHERS)
 
 $(VENV)/.lowest: pyproject.toml $(VENV)/.dev
 	$(PYTHON) -m venv $(VENV)/lowest
@@ -109,8 +113,8 @@ bench-compare: $(VENV)/.dev  ## this tree beside the commit BASE, in turns
 bench-cold: $(VENV)/.dev  ## the first call of each kind in fresh processes
 	$(BIN)/python bench/cold.py
 
-gate: $(VENV)/.dev  ## ratios of processor times within one run, under bounds
-	$(BIN)/python bench/gate.py
+gate: $(VENV)/.dev  ## ratios of processor times within one run; warns above bounds, writes bench/results/gate.json
+	$(BIN)/python bench/gate.py --write bench/results/gate.json
 
 peers: $(VENV)/.dev  ## the programs that benchmarks compare with
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e ".[peers]"

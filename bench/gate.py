@@ -1,10 +1,11 @@
-"""A gate for CI: ratios of processor time within one run, alternating, under bounds that noise does not reach.
+"""Ratios of processor time within one run, alternating, beside bounds that noise seldom reaches.
 
-No time is compared with a number of another machine or day. Each bound is two to two and a half times the ratio it was
-set for (the number before it), 1.4 times for frequency maps, defaults, short calls and two threads, 1.3 times for first
-calls, so it stays silent under noise and speaks when something becomes three times, or half as much, slower. A row
-above its bound is measured twice more before it counts. Two threads are beside one in wall time, where there are two
-cores. Run: make gate.
+A row above its bound is a warning: it is printed and written down, and fails nothing, because machines differ. No time
+is compared with a number of another machine or day. Each bound is two to two and a half times the ratio it was set for
+(the number before it), 1.4 times for frequency maps, defaults, short calls and two threads, 1.3 times for first calls:
+a row is silent under noise and warns when something becomes three times, or half as much, slower. A row above its bound
+is measured twice more before it warns. Two threads are beside one in wall time, where there are two cores.
+Run: make gate.
 """
 
 from __future__ import annotations
@@ -237,37 +238,42 @@ def all_rows():
     yield from first_calls()
 
 
-def measured() -> tuple[dict[str, float], int]:
-    """Print the numbers; return them by name, and how many are above their bounds."""
-    start, found, failed = time.perf_counter(), {}, 0
+def measured() -> tuple[dict[str, float], dict[str, float]]:
+    """Print the numbers; return them by name, and the bounds of those that are above them."""
+    start = time.perf_counter()
+    found: dict[str, float] = {}
+    above: dict[str, float] = {}
     for what, usual, bound, measure in all_rows():
         found[what] = measure(0)
         for attempt in range(1, ATTEMPTS):
             if found[what] > bound:
                 found[what] = min(found[what], measure(attempt))
-        failed += found[what] > bound
-        said = f"ABOVE {bound}" if found[what] > bound else f"bound {bound}"
+        if found[what] > bound:
+            above[what] = bound
+        said = f"ABOVE {bound}" if what in above else f"bound {bound}"
         print(f"{what:52s} {found[what]:6.2f}   (was {usual}, {said})", flush=True)
     print(f"{time.perf_counter() - start:.0f} s")
-    return found, failed
+    for what, bound in above.items():
+        print(f"warning: {what}: {found[what]:.2f} is above its bound of {bound}")
+    return found, above
 
 
-def main() -> int:
-    """Print the numbers, and write them where that is asked for; return how many are above their bounds."""
+def main() -> None:
+    """Print the numbers, and write them where that is asked for."""
     parser = argparse.ArgumentParser(description=__doc__.split(":")[0])
     parser.add_argument("--write", type=Path, metavar="FILE", help="such as bench/history/0.2.0.json")
     path, made_on = parser.parse_args().write, stamp()
-    found, failed = measured()
+    found, above = measured()
     if path:
-        write(path, made_on, found)
-    return failed
+        write(path, made_on, found, above)
 
 
-def write(path: Path, made_on: dict, found: dict[str, float]) -> None:
-    """Write the numbers of a release: docs/history.md draws them beside those of others."""
+def write(path: Path, made_on: dict, found: dict[str, float], above: dict[str, float]) -> None:
+    """Write the numbers, and the bounds of those above them: docs/history.md draws those of releases."""
     rounded = {what: float(f"{ratio:.3g}") for what, ratio in found.items()}
-    path.write_text(json.dumps({"machine": made_on, "ratios": rounded}, indent=1, ensure_ascii=False) + "\n")
+    kept = {"machine": made_on, "ratios": rounded, "above": above}
+    path.write_text(json.dumps(kept, indent=1, ensure_ascii=False) + "\n")
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    main()

@@ -96,8 +96,8 @@ def measured() -> dict:
     import gate
 
     made_on = stamp()
-    ratios, _ = gate.measured()
-    gate.write(BENCH / "history" / f"{made_on['fastaff']}.json", made_on, ratios)
+    ratios, above = gate.measured()
+    gate.write(BENCH / "history" / f"{made_on['fastaff']}.json", made_on, ratios, above)
     sources = dict.fromkeys(row.source for table in tables() for row in table.rows if row.source != GATE)
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "numbers.json"

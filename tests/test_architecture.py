@@ -454,3 +454,46 @@ def test_the_deep_tier_names_tests_that_exist():
         (path,) = Path(__file__).parent.rglob(f"{module}.py")
         tree = tree_of(path)
         assert tests.keys() <= {node.name for node in tree.body if isinstance(node, ast.FunctionDef)}
+
+
+RACES = re.compile(
+    r"\btime\.(sleep|perf_counter|monotonic|process_time)\(|\bsetitimer\(|\bTimer\(|\bgetrusage\(|\bSIGKILL\b"
+    r"|\bos\.(kill|killpg)\(|\.send_signal\(|\.terminate\("
+)
+"""What makes a test depend on a moment."""
+
+
+def called_upon(function, tree, lines):
+    """The lines of a test and of all functions, classes and constants of its module that it uses."""
+    known = {}
+    for node in tree.body:
+        if isinstance(node, (ast.FunctionDef, ast.ClassDef)):
+            known[node.name] = node
+        elif isinstance(node, ast.Assign) and isinstance(node.targets[0], ast.Name):
+            known[node.targets[0].id] = node
+    texts, open_names, seen = [], [function.name], set()
+    while open_names:
+        name = open_names.pop()
+        if name in known and name not in seen:
+            seen.add(name)
+            texts += lines[known[name].lineno - 1 : known[name].end_lineno]
+            open_names += [node.id for node in ast.walk(known[name]) if isinstance(node, ast.Name)]
+    return "\n".join(texts)
+
+
+def marks_of(holder, tree):
+    """The marks of a test and of its module, as text."""
+    own = [node for node in tree.body if isinstance(node, ast.Assign) and ast.unparse(node.targets[0]) == "pytestmark"]
+    return " ".join(ast.unparse(node) for node in [*holder.decorator_list, *(entry.value for entry in own)])
+
+
+def test_what_depends_on_a_moment_is_a_race():
+    """Tests of signals, kills and clocks have failed without a change of code: they are run by `make races` alone."""
+    unmarked = []
+    for path in sorted(Path(__file__).parent.glob("test_*.py")):
+        tree, lines = tree_of(path), path.read_text().splitlines()
+        for node in tree.body:
+            test = isinstance(node, ast.FunctionDef) and node.name.startswith("test_")
+            if test and RACES.search(called_upon(node, tree, lines)) and "pytest.mark.race" not in marks_of(node, tree):
+                unmarked.append(f"{path.stem}.{node.name}")
+    assert not unmarked

@@ -425,6 +425,7 @@ main.main()
 """
 
 
+@pytest.mark.race
 @pytest.mark.skipif(sys.platform == "win32", reason="SIGINT cannot be sent to one process")
 @pytest.mark.parametrize(
     ("number", "part", "run"),

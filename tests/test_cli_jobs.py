@@ -163,6 +163,7 @@ sys.exit(main.main(sys.argv[2:]))
 """
 
 
+@pytest.mark.race
 @pytest.mark.skipif(sys.platform == "win32", reason="signals of POSIX")
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_a_stopped_job_is_resumed_by_the_command_that_is_printed(number, here, capsys):
@@ -194,6 +195,7 @@ def contents(store):
     return {str(path.relative_to(store)): path.read_bytes() for path in chunks}
 
 
+@pytest.mark.race
 @pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="signals of POSIX")
 def test_workers_leave_with_their_parent(here):

@@ -74,6 +74,7 @@ def stopped(words, cwd, number=-1, delay=0.0, sent=()):
         return done.returncode, done.stderr, int(count.read() or -1)
 
 
+@pytest.mark.race
 @pytest.mark.parametrize("sent", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP], ids=lambda sent: sent.name)
 def test_a_signal_while_python_loads_the_package_is_one_line(sent, tmp_path):
     code, said, count = stopped(ENDS, tmp_path)
@@ -123,6 +124,7 @@ main.main()
 """A command that is stopped in the middle, with more signals at each of the next things it does."""
 
 
+@pytest.mark.race
 def test_signals_in_a_row_are_one(tmp_path):
     run = ["poincare", "--model", "henon-heiles", "--energy", "0.1", "--grid", "60x60", "--crossings", "1500"]
     run += ["--no-diffusion", "--step", "0.05", "--out", "x"]
@@ -154,6 +156,7 @@ main.main()
 """A command whose interpreter would never end, and is stopped when all is done."""
 
 
+@pytest.mark.race
 @pytest.mark.parametrize(("words", "code"), [(["--version"], 0), (ENDS, 2)])
 @pytest.mark.parametrize("sent", [signal.SIGINT, signal.SIGTERM], ids=lambda sent: sent.name)
 def test_a_signal_when_all_is_done_changes_nothing(sent, words, code):
@@ -200,6 +203,7 @@ if __name__ == "__main__":
 """
 
 
+@pytest.mark.race
 @pytest.mark.slow
 @pytest.mark.parametrize("sent", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP], ids=lambda sent: sent.name)
 def test_workers_are_stopped_by_their_parent_alone(sent, tmp_path):

@@ -7,7 +7,6 @@ import json
 import math
 import random
 import re
-import time
 from fractions import Fraction
 
 import pytest
@@ -202,7 +201,6 @@ REFUSED = [  # text, what the message says
 
 @pytest.mark.parametrize(("text", "found", "column"), REFUSED, ids=[repr(t[:16]) for t, _, _ in REFUSED])
 def test_refused_with_what_where_and_what_is_allowed(text, found, column):
-    start = time.perf_counter()
     with pytest.raises(ValueError, match="text") as refused:
         read(text)
     message = str(refused.value)
@@ -211,7 +209,6 @@ def test_refused_with_what_where_and_what_is_allowed(text, found, column):
         assert f"at column {column}" in message
         assert "allowed are numbers" in message
     assert len(message) < 700
-    assert time.perf_counter() - start < 60  # a hang, not a speed
 
 
 @pytest.mark.parametrize(

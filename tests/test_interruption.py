@@ -1,4 +1,7 @@
-"""Signals that come where what they raise would break more than the call: they wait until that is done."""
+"""Signals that come where what they raise would break more than the call: they wait until that is done.
+
+Each is sent by the main thread to itself, so that it comes at a known place whatever other threads there are.
+"""
 
 import gc
 import os
@@ -48,7 +51,7 @@ def test_a_signal_waits_for_the_end_of_the_block(raising):
 
     @unbroken()
     def block():
-        os.kill(os.getpid(), signal.SIGTERM)
+        signal.raise_signal(signal.SIGTERM)
         seen.append("done")
 
     with pytest.raises(Late):
@@ -62,7 +65,7 @@ def test_what_the_block_raises_is_passed_on(raising):
 
     @unbroken()
     def block(number):
-        os.kill(os.getpid(), number)
+        signal.raise_signal(number)
         raise KeyError
 
     with pytest.raises(KeyError):
@@ -80,7 +83,7 @@ def test_each_signal_has_its_handler_whatever_others_raise(raising):
     @unbroken()
     def block():
         for number in (signal.SIGINT, signal.SIGTERM, signal.SIGALRM):
-            os.kill(os.getpid(), number)
+            signal.raise_signal(number)
 
     with pytest.raises(Late):
         block()
@@ -95,7 +98,7 @@ def test_a_block_takes_signals_when_it_suits(raising):
     def block():
         with unbroken() as take:
             take()
-            os.kill(os.getpid(), signal.SIGTERM)
+            signal.raise_signal(signal.SIGTERM)
             thread = threading.Thread(target=take)
             thread.start()
             thread.join()
@@ -113,12 +116,12 @@ def test_blocks_within_blocks_and_ignored_signals(raising):
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     before, seen = handlers(), []
     with unbroken():
-        os.kill(os.getpid(), signal.SIGINT)
+        signal.raise_signal(signal.SIGINT)
 
     @unbroken()
     def block():
         with unbroken():
-            os.kill(os.getpid(), signal.SIGALRM)
+            signal.raise_signal(signal.SIGALRM)
         seen.append("outer")
 
     with pytest.raises(Late):
@@ -146,7 +149,7 @@ def test_handlers_are_back_whatever_comes_while_they_are_put_back(raising, monke
     def put_back(number, handler):
         put(number, handler)
         if handler is raising:
-            os.kill(os.getpid(), number)
+            signal.raise_signal(number)
 
     monkeypatch.setattr("fastaff.base.interruption.signal.signal", put_back)
     with pytest.raises(Late), unbroken():
@@ -184,7 +187,7 @@ def test_ctrl_c_that_was_dealt_with_is_none():
 
 
 def test_a_module_is_loaded_whole(raising, tmp_path, monkeypatch):
-    (tmp_path / "halves.py").write_text("import os\nos.kill(os.getpid(), 15)\nboth = 'halves'\n")
+    (tmp_path / "halves.py").write_text("import signal\nsignal.raise_signal(15)\nboth = 'halves'\n")
     monkeypatch.syspath_prepend(tmp_path)
     with pytest.raises(Late):
         imported("halves")
@@ -236,7 +239,7 @@ def test_a_signal_in_the_compiler_waits_for_its_next_pass(name, raising):
 
         def on_end(self, event):
             if event.data["name"].startswith(name) and "sent" not in self.seen:
-                os.kill(os.getpid(), signal.SIGTERM)
+                signal.raise_signal(signal.SIGTERM)
                 self.seen = (*self.seen, "sent")
 
     before, listens = handlers(), Sends()
@@ -269,7 +272,7 @@ def watch(event, given):
     if event == "import":
         seen += 1
         if seen == number:
-            os.kill(os.getpid(), signal.SIGINT)
+            signal.raise_signal(signal.SIGINT)
 
 import fastaff as fa
 

@@ -174,6 +174,7 @@ def test_a_pool_of_processes(tmp_path, whole):
         assert bits(fa.run(large, tmp_path / "t", executor=pool)) == whole("1e8")
 
 
+@pytest.mark.race
 def test_workers_that_die(tmp_path, whole, monkeypatch):
     """What is finished stays."""
     monkeypatch.setattr(watching, "PENDING", 2)  # most units are not handed over yet when the first is finished
@@ -268,6 +269,7 @@ def test_a_cancelled_future(tmp_path, whole):
     assert bits(fa.resume(tmp_path / "s")) == whole("cells")
 
 
+@pytest.mark.race
 @pytest.mark.slow
 @pytest.mark.filterwarnings("ignore")
 def test_a_cluster_of_two_workers_one_of_which_is_killed(tmp_path, whole):

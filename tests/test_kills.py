@@ -25,7 +25,7 @@ import fastaff as fa
 from fastaff import files
 from fastaff.cli.main import main
 
-pytestmark = pytest.mark.skipif(not hasattr(os, "fork"), reason="no forks here")
+pytestmark = [pytest.mark.race, pytest.mark.skipif(not hasattr(os, "fork"), reason="no forks here")]
 
 MANY = 2 * TIMES if TIMES > 1 else 1
 """Moments of each command and signal."""

@@ -124,6 +124,7 @@ ENDLESS = {
 }
 
 
+@pytest.mark.race
 @pytest.mark.skipif(jit.JIT_DISABLED, reason="no threads")
 @pytest.mark.parametrize(("name", "threads"), [("integrate", 2), ("naff", 2), ("calls", 1)])
 def test_the_interpreter_ends_while_daemon_threads_compute(name, threads):

@@ -314,6 +314,7 @@ def test_husimi_takes_states(state):
         husimi(state)
 
 
+@pytest.mark.race
 def test_long_searches_stop_at_once():
     """Ctrl-C ends the elements of a body with an oblique ridge, and the thread that was at them."""
     body = formula("(D1**2 + D2**2)/2 + h*exp(-((alpha - c)/w)**2) + 0.1*D1*D2", h=30.0, c=1.3, w=0.07)

@@ -54,6 +54,7 @@ def settled(task):
         pass
 
 
+@pytest.mark.race
 def test_freed_memory_is_used_again():
     """The pages of a section's arrays are not new ones in each call, unless the environment says so."""
     if not keep_freed({}):
@@ -130,6 +131,7 @@ def test_a_task_needs_no_thread_that_is_busy():
     assert said == [1]
 
 
+@pytest.mark.race
 def test_a_thread_keeps_nothing_of_what_it_has_done():
     class Held:
         pass
@@ -166,13 +168,13 @@ def test_threads_hold_what_they_write_to(at, monkeypatch):
 
     monkeypatch.setattr(packing, "Task", Late)
 
-    def interrupted():
+    def given_up():
         out = np.zeros((3, 4))
         with pytest.raises(KeyboardInterrupt):
             packing.run_units(fill, (out, 2), 3, threads=2)
         return out.copy(), weakref.ref(out)
 
-    seen, out = interrupted()
+    seen, out = given_up()
     gc.collect()
     assert out() is not None
     begun[0].make()
@@ -240,6 +242,7 @@ def interrupted(call, again):
     pytest.fail("it hangs")
 
 
+@pytest.mark.race
 @forking
 @pytest.mark.parametrize("call", [units, first, orbits, lines])
 def test_ctrl_c_at_any_moment(call):
@@ -247,6 +250,7 @@ def test_ctrl_c_at_any_moment(call):
     assert interrupted(call, call) == 0
 
 
+@pytest.mark.race
 @forking
 @pytest.mark.skipif(TIMES == 1, reason="takes minutes: make faults")
 @pytest.mark.parametrize("name", sorted(set(battery.CALLS) - {"run", "one_variable", "TuneAccumulator"}))
