@@ -73,6 +73,58 @@ def test_rotation_of_an_ellipse(rho, sign, b, off, known):
     assert found.error[0] < 1e-3
 
 
+def drawn_curve(rng, bent):
+    """Return the rotation number, near a rational of low order in two of three cases, and points of a rotated ellipse
+    of any aspect, perhaps bent, with rows in any units and the origin anywhere.
+    """
+    crossings, q = int(10 ** rng.uniform(1.6, 3.4)), int(rng.integers(1, 14))
+    near = rng.integers(0, q) / q
+    rho = [rng.uniform(), near + 10 ** rng.uniform(-6, -1) / q, near + rng.uniform(-3, 3) / crossings / q][
+        rng.integers(3)
+    ]
+    t = 2 * np.pi * (rng.uniform() + rho * np.arange(crossings))
+    radius = 1 + bent * rng.uniform(0, 0.2) * np.cos(2 * t + rng.uniform(0, 6))
+    t = t + bent * rng.uniform(0, 0.3) * np.sin(t + rng.uniform(0, 6))
+    z = (radius * np.cos(t) + 1j * 10 ** rng.uniform(-4, 4) * radius * np.sin(t)) * np.exp(1j * rng.uniform(0, 6))
+    points = np.array([z.real, z.imag]) * 10 ** rng.uniform(-4, 4, (2, 1))
+    far = rng.choice([0, 1, 30]) * rng.standard_normal((2, 1)) * np.abs(points).max(axis=1, keepdims=True)
+    return rho, points + far
+
+
+@pytest.mark.parametrize("bent", [0, 1])
+def test_errors_of_rotation_cover_whatever_the_units_and_the_shape(bent):
+    """Ellipses of aspect 1e-4 ... 1e4 at any angle, and bent ones: 99 % within their errors, none ten times beyond."""
+    rng = np.random.default_rng(47 + bent)
+    ratio, errors = [], []
+    for _ in range(300):
+        rho, points = drawn_curve(rng, bent)
+        found = rotation_number(points)
+        ratio.append(abs((found.rotation[0] - rho + 0.5) % 1 - 0.5) / found.error[0])
+        errors.append(found.error[0])
+    assert np.mean(np.array(ratio) <= 1) >= 0.99
+    assert max(ratio) <= 10
+    assert np.median(errors) < 1e-4
+
+
+@pytest.mark.parametrize("unit", [1e-4, 1e-2, 1.0, 1e3])
+def test_rotation_does_not_depend_on_the_unit_of_a_row(unit):
+    """A circle beside 5/13 is known to rounding, whatever the unit of p."""
+    rho = 5 / 13 + 1e-4
+    found = rotation_number(ellipse(rho, 2000, b=unit))
+    assert found.rotation[0] == pytest.approx(rho, abs=1e-13)
+    assert found.error[0] < 1e-7
+
+
+@pytest.mark.parametrize("unit", [1e-4, 1e-2, 30.0])
+def test_turning_within_islands_does_not_depend_on_the_unit_of_a_row(unit):
+    """Chains of circles, turning beside 5/13, with p in other units."""
+    inner = 5 / 13 + 1e-4
+    for p, q in ((1, 3), (2, 5), (1, 4)):
+        found = islands(chain(p, q, inner, 1500 * q, a=0.05, b=0.05) * np.array([[1.0], [unit]]))
+        assert (found.p[0], found.q[0], found.kind[0]) == (p, q, Kind.ISLANDS)
+        assert abs(found.inner[0] - inner) <= found.inner_error[0] < 1e-6
+
+
 def test_rotation_reaches_rounding():
     """A golden ellipse: from 1000 crossings on all digits, whatever the branch of the rotation number; 2000 from
     another centre.
@@ -209,7 +261,8 @@ def test_few_crossings_of_smooth_curves_are_no_chaos(make, crossings):
     """
     points = make(np.random.default_rng(7), crossings)
     found = islands(points)
-    assert (found.turning.digits < 4).mean() > 0.02, "the test can fail"
+    if make is not SMOOTH["ellipses"] or crossings < 256:  # these are known to rounding once they have gone around
+        assert (found.turning.digits < 4).mean() > 0.02, "the test can fail"
     assert not (found.kind == Kind.CHAOTIC).any(), found.summary()
 
 

@@ -35,6 +35,11 @@ STILL = 1e-9
 LEAST = 32
 """Crossings that a rotation number needs."""
 
+FRAMES, THINNEST = 3, 1e-6
+"""Linear maps that make a curve round, one after the other as moments of a thin one are lost in rounding, and the least
+ratio of the axes that one of them changes.
+"""
+
 CHAOS = 1.5
 """Digits fewer than asked for that a chaotic orbit must have: its rotation number converges like N^(-1/2)."""
 
@@ -133,7 +138,8 @@ def rotation_number(points: ArrayLike | SectionMap, *, centre: ArrayLike | None 
     The displacement of the angle is lifted from the circle by continuity along the curve. Every centre inside a curve
     that is a graph r(theta) gives the same number; islands need less than half a turn between neighbours. The average
     with the weight exp(30 (sqrt(1 - x^2) - 1)) converges faster than any power of the number N of crossings on a smooth
-    curve with a Diophantine rotation number; a line at distance d from an integer is damped below 2e-12 once d N > 9.6.
+    curve with a Diophantine rotation number; the angle is that after a linear map that makes the second moments of the
+    points those of a circle, so that units, thin and turned curves do not matter; a line at distance d from an integer is damped below 2e-12 once d N > 9.6.
     On a chaotic orbit it converges like N^(-1/2). Cost: one sort of the angles of each orbit. Memory: about ten arrays
     of the size of points.
 
@@ -202,12 +208,13 @@ def islands(
     """
     points, counts = _checked(points)
     max_period, digits = whole("max_period", max_period, 1), positive("digits", digits)
-    turning = _rotation(points, counts, _centres(centre, points, counts))
-    orbits = counts.size
+    middle = _centres(centre, points, counts)
+    turning, orbits = _rotation(points, counts, middle), counts.size
+    rounded = _rounded(points, counts, middle)
     fits("max_period", orbits, max_period, 4)
     kind = np.where((turning.digits >= digits) & (turning.status == Status.OK), Kind.CURVE, Kind.UNDECIDED)
     for o in np.flatnonzero((turning.digits < digits - CHAOS) & (turning.status == Status.OK)):
-        kind[o] = Kind.CHAOTIC if scattered(points[o, : counts[o]]) else Kind.UNDECIDED
+        kind[o] = Kind.CHAOTIC if scattered(rounded[o, : counts[o]]) else Kind.UNDECIDED
     p, q = np.zeros((2, orbits), np.int64)
     centres, extents = np.full((2, orbits, max_period, 2), np.nan)
     inner, inner_error = np.full((2, orbits), np.nan)
@@ -225,7 +232,7 @@ def islands(
         if not tried.size:
             continue
         sub = _visits(points[tried], counts[tried], period)
-        apart, returns = _sectors(sub, turning.centre.T[tried])
+        apart, returns = _sectors(_visits(rounded[tried], counts[tried], period))
         returns |= still[tried]
         kind[tried[apart]] = np.where(returns[apart], Kind.ISLANDS, Kind.UNDECIDED)
         found = tried[apart]
@@ -320,12 +327,10 @@ def _means(values: np.ndarray, counts: np.ndarray) -> np.ndarray:
 
 def _rotation(points: np.ndarray, counts: np.ndarray, centre: np.ndarray) -> Rotation:
     """Return the Rotation of points (orbits, slots, 2) about centre (orbits, 2)."""
-    dx, dy = np.moveaxis(points - centre[:, None], -1, 0)
+    x, y = np.moveaxis(_rounded(points, counts, centre), -1, 0)
     enough = counts >= LEAST
     steps = np.where(enough, counts - 1, LEAST)
-    turns = _means(_displacements(np.arctan2(dy, dx)) / (2 * np.pi), steps)
-    exponent = np.frexp(np.fmax.reduce(np.fmax(np.abs(dx), np.abs(dy)), axis=1, keepdims=True))[1]
-    x, y = np.ldexp(dx, -exponent), np.ldexp(dy, -exponent)  # squares in any units
+    turns = _means(_displacements(np.arctan2(y, x)) / (2 * np.pi), steps)
     radius = _means(x * x + y * y, np.where(enough, counts, LEAST))
     difference = np.abs(turns[1] - turns[2])
     uneven = np.abs(turns[1:] - turns[0]).max(axis=0)
@@ -335,6 +340,29 @@ def _rotation(points: np.ndarray, counts: np.ndarray, centre: np.ndarray) -> Rot
     error = np.where(enough, SAFETY * uneven + unresolved(turns[0], steps) + ROUNDING, np.inf)
     status = np.where(enough, Status.OK, Status.TOO_FEW_CROSSINGS)
     return Rotation(rotation, error, digits, centre=centre.T, counts=counts, status=status)
+
+
+def _rounded(points: np.ndarray, counts: np.ndarray, centre: np.ndarray) -> np.ndarray:
+    """Return points (orbits, slots, 2) about their centres (orbits, 2), moved linearly so that their weighted second
+    moments are those of a circle of radius 1: an ellipse becomes that circle, whatever the units of its coordinates.
+
+    The rotation number is the same. On a circle all steps are equal; on an ellipse they vary by harmonics, which beat
+    slowly next to a rational number.
+    """
+    away = points - centre[:, None]
+    exponent = np.frexp(np.fmax.reduce(np.abs(away), axis=1))[1]
+    away = np.ldexp(away, -exponent[:, None])  # squares in any units
+    weight = _weights(points.shape[1], np.zeros_like(counts), counts)[..., None, None]
+    for _ in range(FRAMES):
+        known = np.nan_to_num(away)
+        moments = 2 * _total(weight * known[..., :, None] * known[..., None, :])
+        spread, axes = np.linalg.eigh(np.where(np.isfinite(moments), moments, 0.0))
+        size = np.sqrt(np.maximum(spread, THINNEST**2 * spread[:, 1:]))
+        axes = axes / np.where(size > 0, size, 1.0)[:, None]
+        axes[:, :, 0] *= np.sign(np.linalg.det(axes))[:, None]  # turns keep their sense
+        turn = np.where(spread[:, 1:, None] > 0, axes, np.eye(2))[:, None]
+        away = away[..., :1] * turn[..., 0, :] + away[..., 1:] * turn[..., 1, :]
+    return away
 
 
 def _displacements(theta: np.ndarray) -> np.ndarray:
@@ -368,11 +396,10 @@ def _visits(points: np.ndarray, counts: np.ndarray, q: int) -> np.ndarray:
     return padded[:, :slots].reshape(len(points), -1, q, 2)
 
 
-def _sectors(sub: np.ndarray, centre: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Tell, for visits sub (orbits, visits, q, 2), whether each island keeps to its own sector, and whether the points
+def _sectors(d: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Tell, for visits d (orbits, visits, q, 2) about a centre, whether each island keeps to its own sector, and whether the points
     return.
     """
-    d = sub - centre[:, None, None]
     theta = np.arctan2(d[..., 1], d[..., 0])
     away = _wrap(theta - theta[:, :1])
     low, high = np.fmin.reduce(away, axis=1), np.fmax.reduce(away, axis=1)
@@ -381,11 +408,11 @@ def _sectors(sub: np.ndarray, centre: np.ndarray) -> tuple[np.ndarray, np.ndarra
     begin, end = np.take_along_axis(begin, order, axis=1), np.take_along_axis(end, order, axis=1)
     free = np.concatenate([begin[:, 1:], begin[:, :1] + 2 * np.pi], axis=1) - (begin + end)
     # A single island may reach around most of the circle; its rotation number 0 shows that it does not close.
-    apart = (free.min(axis=1) > 0.0) | (sub.shape[2] == 1)
+    apart = (free.min(axis=1) > 0.0) | (d.shape[2] == 1)
     radius = np.fmax.reduce(np.abs(d).reshape(len(d), -1), axis=1)
-    size = (np.fmax.reduce(sub, axis=1) - np.fmin.reduce(sub, axis=1)).reshape(len(sub), -1).max(axis=1)
+    size = (np.fmax.reduce(d, axis=1) - np.fmin.reduce(d, axis=1)).reshape(len(d), -1).max(axis=1)
     still = size <= STILL * radius
-    steps = _wrap(np.diff(theta, axis=1)).reshape(len(sub), -1)
+    steps = _wrap(np.diff(theta, axis=1)).reshape(len(d), -1)
     returns = (np.fmin.reduce(steps, axis=1) < 0) & (np.fmax.reduce(steps, axis=1) > 0)
     return apart, returns | still
 

@@ -2,7 +2,7 @@
 
 const SHARPNESS = 30, GOLDEN = (Math.sqrt(5) - 1)/2, ROTATION_SAFETY = 5, LEAST_POINTS = 32, HARMONICS = 16;
 const SPANS = [[0, 1], [0, 0.5], [0.5, 1], [0, GOLDEN], [1 - GOLDEN, 1], [0.2, 0.2 + Math.sqrt(0.4)]];
-const LEAST_SAMPLES = 64, LINES = 6, EXACT_EVERY = 64;
+const LEAST_SAMPLES = 64, FRAMES = 2, LINES = 6, EXACT_EVERY = 64;
 
 function bump(x) { return Math.abs(x) < 1 ? Math.exp(SHARPNESS*(Math.sqrt(1 - x*x) - 1)) : 0; }
 
@@ -29,11 +29,26 @@ export function rotationNumber(points) {
   const u = Float64Array.from({ length: count }, (_, k) => points[2*k]);
   const v = Float64Array.from({ length: count }, (_, k) => points[2*k + 1]);
   const [cu] = averages(u, count), [cv] = averages(v, count);
-  const theta = u.map((x, k) => Math.atan2(v[k] - cv, x - cu));
+  const theta = angles(u.map((x) => x - cu), v.map((y) => y - cv), count);
   const turns = averages(displacements(theta).map((x) => x/(2*Math.PI)), count - 1);
   const uneven = Math.max(...turns.slice(1).map((x) => Math.abs(x - turns[0])));
   const value = turns[0] - Math.ceil(turns[0] - 0.5);
   return { value, error: ROTATION_SAFETY*uneven + unresolved(turns[0], count - 1) + 1e-14 };
+}
+
+/**
+ * Angles of points after a linear map that makes their weighted second moments those of a circle: on an ellipse, in
+ * whatever units, all steps are equal then.
+ */
+function angles(x, y, count) {
+  for (let frame = 0; frame < FRAMES; frame++) {
+    const [xx] = averages(x.map((a) => a*a), count);
+    if (xx > 0) x = x.map((a) => a/Math.sqrt(xx));
+    const [xy] = averages(y.map((b, k) => x[k]*b), count);
+    const across = y.map((b, k) => b - xy*x[k]), [yy] = averages(across.map((b) => b*b), count);
+    if (yy > 0) y = across.map((b) => b/Math.sqrt(yy));
+  }
+  return y.map((b, k) => Math.atan2(b, x[k]));
 }
 
 /** The weighted mean of what an angle winds in each iterate, in turns, with an error; null of fewer than 32. */
