@@ -139,9 +139,9 @@ def rotation_number(points: ArrayLike | SectionMap, *, centre: ArrayLike | None 
     that is a graph r(theta) gives the same number; islands need less than half a turn between neighbours. The average
     with the weight exp(30 (sqrt(1 - x^2) - 1)) converges faster than any power of the number N of crossings on a smooth
     curve with a Diophantine rotation number; the angle is that after a linear map that makes the second moments of the
-    points those of a circle, so that units, thin and turned curves do not matter; a line at distance d from an integer is damped below 2e-12 once d N > 9.6.
-    On a chaotic orbit it converges like N^(-1/2). Cost: one sort of the angles of each orbit. Memory: about ten arrays
-    of the size of points.
+    points those of a circle, so that units, thin and turned curves do not matter; a line at distance d from an integer
+    is damped below 2e-12 once d N > 9.6. On a chaotic orbit it converges like N^(-1/2). Cost: one sort of the angles of
+    each orbit. Memory: about ten arrays of the size of points.
 
     References
     ----------
@@ -397,8 +397,8 @@ def _visits(points: np.ndarray, counts: np.ndarray, q: int) -> np.ndarray:
 
 
 def _sectors(d: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Tell, for visits d (orbits, visits, q, 2) about a centre, whether each island keeps to its own sector, and whether the points
-    return.
+    """Tell, for visits d (orbits, visits, q, 2) about a centre, whether each island keeps to its own sector, and
+    whether the points return.
     """
     theta = np.arctan2(d[..., 1], d[..., 0])
     away = _wrap(theta - theta[:, :1])
