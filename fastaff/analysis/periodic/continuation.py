@@ -25,7 +25,7 @@ from ...schemes.catalogue import Scheme, scheme_of
 from .bifurcations import Bifurcation, bifurcations
 from .family import VANISHED, Family, Point
 from .found_orbits import PeriodicOrbits, no_orbits
-from .own_units import Scale, orbit_scale
+from .own_units import Scale, closed_scale, orbit_scale
 from .periodic_orbits import LONGER, periodic_orbits
 from .return_map import checked_return
 
@@ -198,6 +198,9 @@ def continuation(
         surface = None if section is None else flow.section(section)
         own = step is None and flow.fixed
         scale = orbit_scale(first_model, z, first.energy, flow.threads)
+        first_flow = flow if flow.adaptive or section is None else replace(flow, step=first.step)
+        points = np.moveaxis(first.points, (0, 1, 2), (2, 1, 0))
+        scale = closed_scale(first_flow, z, points, first.time, scale)
         units = np.append(scale.rows[:, 0], scale.energy[0])
         kept, wait = None if parameter is None else float(first.energy[0]), LONGER * first.time[0]
         more: Any = {"own_step": own, "units": units, "wait": wait}

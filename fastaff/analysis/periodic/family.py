@@ -14,7 +14,7 @@ from ...models.mechanics import system_of
 from .bifurcations import residue_products
 from .closing_errors import Errors, closing_errors
 from .found_orbits import PeriodicOrbits, packed
-from .own_units import Scale, orbit_scale
+from .own_units import Scale, closed_scale, orbit_scale
 from .periodic_orbits import WAIT
 from .return_map import (
     Returns,
@@ -197,10 +197,18 @@ class Family:
             return None
         point = best[1]
         model = self.at(point.u[-1], point.step).model
-        own = orbit_scale(model, point.u[:-1, None], self.aim(point.u[-1]), self.flow.threads)
+        own = self.own_scale(point.u, point.back, point.step)
         slow = own.energy[0] < VANISHED**2 * scale.energy[0]
         at_rest = system_of(model).driven and slow  # a fixed point like any other
-        return replace(point, scale=scale if at_rest else own)
+        if at_rest:
+            return replace(point, scale=scale)
+        return replace(point, scale=own, errors=_in_units(point.errors, scale, own))
+
+    def own_scale(self, u: np.ndarray, back: Returns, step: float) -> Scale:
+        """Return the own units of the closed orbit u = (z, value) with its return."""
+        flow, z = self.at(u[-1], step), u[:-1, None]
+        guessed = orbit_scale(flow.model, z, self.aim(u[-1]), flow.threads)
+        return closed_scale(flow, z, back.points, back.time, guessed)
 
     def _closed(self, u: np.ndarray, tangent: np.ndarray | None, scale: Scale, step: float) -> Point | None:
         """Return the point that `corrected` seeks, with one step of the scheme."""
@@ -289,6 +297,14 @@ class Family:
     def products(self, point: Point) -> np.ndarray:
         """Return the products of the residues and of 1 - residue: they change sign at bifurcations."""
         return residue_products(self.orbits(point))[0]
+
+
+def _in_units(errors: Errors, scale: Scale, own: Scale) -> Errors:
+    """Return errors that are known in the units of `scale` in those of `own`, at most too large."""
+    with np.errstate(all="ignore"):
+        ratio = scale.rows / own.rows
+        largest, uneven = ratio.max(axis=0), ratio.max(axis=0) / ratio.min(axis=0)
+    return errors._replace(orbit=errors.orbit * np.maximum(largest, 1.0), reduced=errors.reduced * uneven)
 
 
 def _highest(curve: np.ndarray) -> np.ndarray:

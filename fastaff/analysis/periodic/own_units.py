@@ -1,7 +1,12 @@
-"""The own units of orbits, for distances of phase points and for phases."""
+"""The own units of orbits, for distances of phase points and for phases.
+
+A guess has those of the motion that is seen from it. Next to an unstable orbit this motion may run away, and its
+amplitudes are no size of the orbit: an orbit that has closed has its own, `closed_scale`.
+"""
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -21,6 +26,19 @@ RESTING = 1e-28
 """Share of the largest row below which another is 0, and moves by the rounding of a Newton step alone."""
 
 
+INFLATED = 100.0
+"""Ratio of the motion's amplitudes to the size of the orbit that has closed above which the latter is the unit."""
+
+PLACES = 64
+"""Places at which an orbit that has closed is sampled for its size."""
+
+DECADES, HALVINGS = 320, 12
+"""Decades by which a unit may be too large, and halvings of them until the right one is known to a sixth."""
+
+DIGITS = 1e-6
+"""Part of the distance from the origin below which differences show rounding."""
+
+
 class Scale(NamedTuple):
     """The own units of orbits: rows (2n, orbits), amplitudes of coordinates and momenta; rate (orbits,), an angular
     frequency; energy.
@@ -33,6 +51,11 @@ class Scale(NamedTuple):
     def of(self, which: Any) -> Scale:
         """Return the units of some of the orbits."""
         return Scale(*(entry[..., which] for entry in self))
+
+    def put(self, which: Any, others: Scale) -> None:
+        """Set the units of some of the orbits."""
+        for entry, other in zip(self, others, strict=True):
+            entry[..., which] = other
 
     def matrix(self, monodromy: np.ndarray) -> np.ndarray:
         """Return monodromy matrices (orbits, 2n, 2n) in these units."""
@@ -104,3 +127,120 @@ def _scale_of_flow(model: Any, z: np.ndarray, threads: int) -> Scale:
     here = np.where(np.abs(z) > least, np.abs(z), 1.0)
     size = np.where(np.isfinite(size) & (size > least), size, here)
     return Scale(size, np.where(rate > 0, rate, 1 / time), np.zeros(orbits))
+
+
+def closed_scale(flow: Flow, z: np.ndarray, points: np.ndarray, time: np.ndarray, scale: Scale) -> Scale:
+    """Return the own units of orbits from z (2n, orbits) that have closed after `time` (orbits,) at these crossings or
+    images, points (orbits, period, 2n): `scale`, or where that is INFLATED by neighbours that run away the size of the
+    orbit itself.
+
+    It is the extent of the orbit, or the distance at which the system is no longer linear, if that is larger: a fixed
+    point has no extent. A linear system has no such distance: there it is the distance from the origin.
+    """
+    system = flow.system
+    if system.iterated:
+        path = np.concatenate([z.T[:, None], points], axis=1)
+        return _shrunk(flow, z, path, scale)
+    if not system.canonical:
+        size = _half_ranges(_path(Flow(flow.model, DOP853, np.inf, LOOSE, LOOSE, flow.threads), z, time))
+        least = RESTING * np.fmax(np.fmax.reduce(size, axis=0), np.abs(z).max(axis=0))
+        here = np.where(np.abs(z) > least, np.fmin(np.abs(z), scale.rows), scale.rows)
+        size = np.where(np.isfinite(size) & (size > least), size, here)
+        return scale._replace(rows=np.where(scale.rows > INFLATED * size, size, scale.rows))
+    with np.errstate(all="ignore"):
+        there = np.fmax.reduce([system.kinetic_energies(at) for at in (z, *np.moveaxis(points, 1, 0).swapaxes(1, 2))])
+        doubtful = np.flatnonzero(~(scale.energy <= INFLATED**2 * there))
+    if doubtful.size:
+        some = scale.of(doubtful)
+        path = _path(flow.of(doubtful), z[:, doubtful], time[doubtful])
+        scale = Scale(*(entry.copy() for entry in scale))
+        scale.put(doubtful, _shrunk(flow, z[:, doubtful], path, some))
+    return scale
+
+
+def _path(flow: Flow, z: np.ndarray, time: np.ndarray) -> np.ndarray:
+    """Return the states (orbits, 1 + PLACES, 2n) of orbits over the time (orbits,) of each."""
+    path = np.concatenate([z.T[:, None], np.full((z.shape[1], PLACES, len(z)), np.nan)], axis=1)
+    for length in np.unique(time[np.isfinite(time) & (time > 0)]):
+        some = np.flatnonzero(time == length)
+        own = replace(flow.of(some), vectors=0).fitted(float(length), PLACES)
+        path[some, 1:] = own.sampled(own.ensemble(np.ascontiguousarray(z[:, some])), PLACES, time=float(length))
+    return path
+
+
+def _half_ranges(path: np.ndarray) -> np.ndarray:
+    """Return half of the range (2n, orbits) of each row over paths (orbits, places, 2n)."""
+    with np.errstate(all="ignore"):
+        return ((np.fmax.reduce(path, axis=1) - np.fmin.reduce(path, axis=1)) / 2).T
+
+
+def _shrunk(flow: Flow, z: np.ndarray, path: np.ndarray, scale: Scale) -> Scale:
+    """Return units that are smaller by one factor for all rows where the path (orbits, places, 2n), the distance where
+    the system is no longer linear, and of a linear one the distance from the origin, are all much smaller.
+    """
+    n = len(z) // 2
+    free = _rows_of_size(flow, n)
+    if not free.size:
+        return scale
+    rows = scale.rows[free]
+    with np.errstate(all="ignore"):
+        own = np.fmax.reduce(_half_ranges(path)[free] / rows, axis=0, initial=0.0)
+        beside = np.fmax.reduce(np.abs(z)[free] / rows, axis=0, initial=0.0)
+    doubtful = np.flatnonzero(INFLATED * np.fmax(own, beside) < 1.0)
+    factor = np.ones(own.size)
+    if doubtful.size:
+        linear = _linear_reach(flow, z[:, doubtful], scale.of(doubtful), free)
+        factor[doubtful] = np.fmax(own[doubtful], np.where(linear < 1.0, linear, beside[doubtful]))
+    factor = np.where((INFLATED * factor < 1.0) & (factor > 0.0), factor, 1.0)
+    size = scale.rows.copy()
+    size[free] *= factor
+    if flow.system.driven:
+        size[-1] *= factor**2  # of an energy
+    return Scale(size, scale.rate, scale.energy * factor**2)
+
+
+def _rows_of_size(flow: Flow, n: int) -> np.ndarray:
+    """Return the numbers of the rows whose units are amplitudes of the motion: not those of a map's angles, whose unit
+    is the radian, nor the time and its momentum.
+    """
+    system = flow.system
+    if system.iterated:
+        moving = [i for i, period in enumerate(flow.model.periods()[:n]) if not period > 0]
+    else:
+        moving = list(range(system.moving))
+    return np.array([*moving, *(n + i for i in moving)], np.int64)
+
+
+def _linear_reach(flow: Flow, z: np.ndarray, scale: Scale, free: np.ndarray) -> np.ndarray:
+    """Return the part (orbits,) of the units within which the map, or dz/dt, is linear about z (2n, orbits): second
+    differences stay below first ones; 1 where it is linear in all of the unit.
+    """
+    change = _iterate(flow.model) if flow.system.iterated else flow.system.slopes
+    rows = scale.rows
+
+    def linear(part: np.ndarray) -> np.ndarray:
+        here, first, second = change(z), np.zeros(part.size), np.zeros(part.size)
+        for row in free:
+            for side in (part, -part):
+                near, far = z.copy(), z.copy()
+                near[row] += side * rows[row]
+                far[row] += 2 * side * rows[row]
+                one, two = ((change(at) - here)[free] / (rows[free] * part) for at in (near, far))
+                first += np.abs(one).sum(axis=0)
+                second += np.abs(two - 2 * one).sum(axis=0)
+        return second <= first
+
+    with np.errstate(all="ignore"):
+        seen = DIGITS * np.fmax.reduce(np.abs(z)[free] / rows[free], axis=0)
+        low = np.clip(np.log10(np.fmax(seen, 10.0**-DECADES)), -DECADES, 0.0)
+        high, whole = np.zeros(low.size), linear(np.ones(low.size))
+        for _ in range(HALVINGS):
+            middle = (low + high) / 2
+            within = linear(10.0**middle)
+            low, high = np.where(within, middle, low), np.where(within, high, middle)
+    return np.where(whole, 1.0, 10.0**low)
+
+
+def _iterate(model: Any) -> Any:
+    """Return the map as a function of phase points (2n, orbits)."""
+    return lambda z: np.array(np.broadcast_arrays(*model.iterate(*z)))

@@ -22,7 +22,7 @@ from ...models.contracts import Dynamics, Section
 from ...schemes.catalogue import Scheme, scheme_of
 from .closing_errors import closing_errors
 from .found_orbits import PeriodicOrbits, packed
-from .own_units import Scale, orbit_scale
+from .own_units import Scale, closed_scale, orbit_scale
 from .return_map import (
     FINER,
     Returns,
@@ -41,6 +41,11 @@ from .return_map import (
 
 FINEST, ROUNDS = 200.0, 4
 """Largest factor by which a step becomes shorter in all, and number of rounds with shorter ones."""
+
+SHRINKS = 3
+"""Number of times that the units of an orbit that has closed may become smaller: those of its guess were too large, so
+that it had not closed. A linear map has no size, its fixed point at the origin would never be reached.
+"""
 
 LEAPS, LEAP = 3, 1.0
 """Number of whole steps that a stuck search takes, and their largest length, in the orbit's own units."""
@@ -113,7 +118,9 @@ def periodic_orbits(
     Notes
     -----
     An orbit's own units are the amplitudes that its motion has by its kinetic energy and frequency (`Motion`): results
-    are the same in any units, for any origin and zero of V, and in any company. All guesses take their steps together:
+    are the same in any units, for any origin and zero of V, and in any company. Where these are over a hundred times
+    the orbit that has closed, as neighbours run away, they are its own extent or the distance where the system is no
+    longer linear. All guesses take their steps together:
     one integration with 2n tangent vectors to the crossing, located on the scheme's own flow, then a small
     least-squares system for each orbit: (M - 1) dz + f dT = z - flow(z) within the tangent plane of section and energy,
     by singular values, those below 1e-8 of the largest left out, so that orbits of a resonant torus are found too. A
@@ -181,6 +188,7 @@ class _State:
     settled: np.ndarray
     found: Returns
     leaps: np.ndarray
+    shrinks: np.ndarray
 
 
 @dataclass(frozen=True)
@@ -237,6 +245,7 @@ class _Search:
             settled=np.zeros(orbits, bool),
             found=Returns(*empty, status.copy()),
             leaps=np.zeros(orbits, np.int64),
+            shrinks=np.zeros(orbits, np.int64),
         )
 
     def _flow(self, step: np.ndarray) -> Flow:
@@ -266,12 +275,16 @@ class _Search:
             closed = (state.residual[live] <= self._goal(state, live)) & ~self._rests(state, live)
             # One more step as long as steps gain a digit: with quadratic convergence the last is the best.
             finished = closed & ~(size < 0.1 * before)
-            state.status[live[closed]] = Status.OK
+            shrunk = np.zeros(live.size, bool)
+            shrunk[closed] = self._shrink(state, live[closed])
+            closed, finished = closed & ~shrunk, finished & ~shrunk
+            state.status[live] = np.where(closed, Status.OK, state.status[live])
             stuck = (state.share[live] < 1e-4) & ~finished & ~hopeless
             leaps = live[stuck & (state.leaps[live] < LEAPS) & np.isfinite(before)]
             state.live[live[finished | hopeless | stuck]] = False
             state.live[leaps] = True
-            self._step(state, kept[state.live[kept]])
+            moving = np.union1d(kept, live[shrunk])
+            self._step(state, moving[state.live[moving]])
             self._leap(state, leaps)
             next_ones = np.flatnonzero(state.live)
             moved = state.z[:, next_ones] + state.share[next_ones] * state.change[:, next_ones]
@@ -342,6 +355,29 @@ class _Search:
             return state.found.time[which] * state.scale.rate[which] < RESTS
         scale, field = state.scale.of(which), vector_field(self.flow.model, state.z[:, which])
         return scale.norm(field) < RESTS * scale.rate
+
+    def _shrink(self, state: _State, which: np.ndarray) -> np.ndarray:
+        """Give orbits that have closed their own units, where those of their guesses were too large. Returns a mask of
+        those (orbits,) that go on, as they have not closed in smaller units.
+        """
+        which, again = np.asarray(which), np.zeros(which.size, bool)
+        tried = np.flatnonzero(state.shrinks[which] < SHRINKS)
+        if not tried.size:
+            return again
+        some, found = which[tried], state.found
+        before = state.scale.of(some)
+        after = closed_scale(
+            self._flow(state.step).of(some), state.z[:, some], found.points[some], found.time[some], before
+        )
+        smaller = (after.rows < before.rows).any(axis=0)
+        again[tried[smaller]] = True
+        shrunk = which[again]
+        if shrunk.size:
+            state.scale.put(shrunk, after.of(smaller))
+            state.shrinks[shrunk] += 1
+            state.residual[shrunk] = state.scale.of(shrunk).norm(found.points[shrunk, -1] - state.z[:, shrunk].T)
+            state.share[shrunk], state.status[shrunk] = 1.0, int(Status.NOT_CONVERGED)
+        return again
 
     def _leap(self, state: _State, which: np.ndarray) -> None:
         """Let orbits take the whole Newton step, at most a unit, if no part of it makes the residual smaller: other
