@@ -122,10 +122,12 @@ def split_pairs(flow, lanes, start, kind, x1, x2, z, k, work):
     if pairs == 0:
         return
     low, high, inner, found = room(1), room(1), room(1), room(1)
-    tau, value, f = room(1), room(1), room(1)
+    tau, value, f, side = room(1), room(1), room(1), room(1)
     for i in range(lanes):
         low[i], high[i] = x1[i], x2[i]
     fractional(flow, lanes, start, inner, z, k, work, value)
+    for i in range(lanes):
+        side[i] = -1.0 if value[i] < 0.0 else 1.0
     for _ in range(60):
         for i in range(lanes):
             right = high[i] - inner[i] > inner[i] - low[i]
@@ -137,7 +139,7 @@ def split_pairs(flow, lanes, start, kind, x1, x2, z, k, work):
                 continue
             searching += 1
             later = tau[i] > inner[i]
-            if value[i] * f[i] < 0.0:
+            if side[i] * f[i] < 0.0:
                 inner[i], found[i] = tau[i], 1.0
             elif abs(f[i]) < abs(value[i]):
                 if later:
@@ -262,7 +264,8 @@ def begin(flow, first, lanes, direction, records, number, kind, start, search, z
         f1, f2 = f[i], search[SEARCH.f2 * LANES + i]
         x1, x2 = search[SEARCH.x1 * LANES + i], search[SEARCH.x2 * LANES + i]
         search[SEARCH.f1 * LANES + i], search[SEARCH.f3 * LANES + i] = f1, f1
-        if kind[i] > CERTAIN and (f1 * f2 > 0.0 or (f2 - f1) * direction < 0.0):
+        differ = (f1 < 0.0 and f2 > 0.0) or (f1 > 0.0 and f2 < 0.0)  # a zero alone is touched, not crossed
+        if kind[i] > CERTAIN and (not differ or (f2 - f1) * direction < 0.0):
             kind[i] = NOTHING
         if f1 * f2 < 0.0:
             search[SEARCH.live * LANES + i], search[SEARCH.tau * LANES + i] = (

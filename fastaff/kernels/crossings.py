@@ -38,9 +38,22 @@ class Record(NamedTuple):
 
 RECORD = Record()
 
-NOTHING, CERTAIN, LOWER, UPPER, LOCATED, RETURN = 0.0, 1.0, 2.0, 3.0, 4.0, 5.0
+NOTHING, CERTAIN, LOWER, UPPER, LOCATED, RETURN, BETWEEN = 0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0
 """Kinds of record: empty; sign change over a step; first and second of a suspected pair within two steps; located
-crossing; sign change over the first step of an orbit that starts on the section."""
+crossing; sign change over the first step of an orbit that starts on the section; suspected sign change between two
+fractional steps, beside or around a step where the function is zero."""
+
+ASIDE = 2.0**-10
+"""Fractional step beside a step where the section function is zero, at which its sign is looked at: a root of order
+four leaves 1e-12 of the function there, which is no rounding yet. Other roots nearer than this are not told apart."""
+
+ROUNDED, FADING = 1e-11, 0.5
+"""Section function, beside its size at the steps before, that counts as zero: rounding may decide its sign, and signs
+beside the step tell the same; the factor by which this size falls from step to step where the function is small.
+"""
+
+RESTING = 16
+"""Successive steps at which the function is zero, after which the orbit runs in the section and has no crossings."""
 
 
 FEW = 4
@@ -59,7 +72,8 @@ PARTED = np.inf
 
 class Rows(NamedTuple):
     """Rows of observer memory: section function now, one and two steps ago; times one and two steps ago; records
-    written, certain crossings among them, or PARTED; whether there is news; the first row of the state a step ago.
+    written, certain crossings among them, or PARTED; whether there is news; successive steps at which the function was
+    zero; its size at the steps before; the first row of the state a step ago.
     """
 
     now: int = 0
@@ -70,7 +84,9 @@ class Rows(NamedTuple):
     written: int = 5
     certain: int = 6
     news: int = 7
-    state: int = 8
+    zeros: int = 8
+    size: int = 9
+    state: int = 10
 
 
 ROWS = Rows()
@@ -93,13 +109,14 @@ _dips = jit(dips)
 
 @jit
 def has_news(most, direction, earlier, before, now):
-    """Tell whether an orbit has passed the section over the last step, in the direction that counts, or was nearest to
-    it at the beginning of that step, on one side: `dips` then tells whether there may be a pair of crossings.
+    """Tell whether an orbit has passed the section over the last step, in the direction that counts, was on it at an
+    end of that step, or was nearest to it at the beginning of that step, on one side: `dips` then tells whether there
+    may be a pair of crossings.
 
     A function of an angle jumps between two sections by more than `most`: a jump is no crossing.
     """
-    rises, falls = (before < 0.0) & (now >= 0.0), (before > 0.0) & (now <= 0.0)
-    changed = (rises & (direction >= 0.0)) | (falls & (direction <= 0.0))
+    rises, falls = (before < 0.0) & (now > 0.0), (before > 0.0) & (now < 0.0)
+    changed = (rises & (direction >= 0.0)) | (falls & (direction <= 0.0)) | (now == 0.0) | (before == 0.0)
     nearest = (abs(before) < abs(now)) & (abs(before) <= abs(earlier)) & (before * now > 0.0) & (before * earlier > 0.0)
     return (changed & (abs(now - before) <= most)) | nearest
 
@@ -117,6 +134,9 @@ def detect(value, calls, lanes, orbit, fresh, t, z, memory, out, done):
     for i in range(lanes):  # loops without branches become vector instructions
         earlier, before = memory[ROWS.earlier * LANES + i], memory[ROWS.before * LANES + i]
         now, seen = memory[ROWS.now * LANES + i], fresh[i] != 0.0
+        size = memory[ROWS.size * LANES + i]
+        now = 0.0 if abs(now) <= ROUNDED * size else now
+        memory[ROWS.size * LANES + i] = max(abs(now), FADING * size) if seen else size
         found = has_news(value.most, value.direction, earlier, before, now) & seen
         news[i] = 1.0 if found else 0.0
         moved += 1 if seen else 0
@@ -155,14 +175,16 @@ def detect(value, calls, lanes, orbit, fresh, t, z, memory, out, done):
 
 @jit
 def write_records(value, rows, i, o, seen, times, first, states, memory, out):
-    """Record the crossing or suspected pair of orbit o, in lane i, by three steps with these section functions and
+    """Record the crossing, or suspected ones, of orbit o, in lane i, by three steps with these section functions and
     times, and the state at the middle one, from the place `first` of the states on; return whether that has ended the
     orbit.
     """
     width = RECORD.state + rows
     earlier, before, now = seen
     smooth = abs(now - before) <= value.most
-    rises, falls = before < 0.0 and now >= 0.0 and smooth, before > 0.0 and now <= 0.0 and smooth
+    if now == 0.0 or before == 0.0:
+        return smooth and write_around_zeros(rows, i, o, before, now, times, first, states, memory, out)
+    rises, falls = before < 0.0 and now > 0.0 and smooth, before > 0.0 and now < 0.0 and smooth
     crossed = (rises and value.direction >= 0.0) or (falls and value.direction <= 0.0)
     t2, t1, t = times
     if not (crossed or _dips(earlier, before, now, t1 - t2, t - t1)):
@@ -191,6 +213,34 @@ def write_records(value, rows, i, o, seen, times, first, states, memory, out):
     return memory[ROWS.certain * LANES + i] >= value.wanted or slot + 2 > out.shape[1] // width
 
 
+@jit
+def write_around_zeros(rows, i, o, before, now, times, first, states, memory, out):
+    """Record suspected crossings of orbit o, in lane i, over a step at an end of which the section function is zero:
+    one within the step and one at its end; return whether that has filled the record.
+
+    A zero has no sign: it is a crossing where the signs a little before and after it differ, and a sign change within
+    the step is between signs a little within it.
+    """
+    width, slot = RECORD.state + rows, int(memory[ROWS.written * LANES + i])
+    _, t1, t = times
+    zeros = memory[ROWS.zeros * LANES + i] + 1.0 if now == 0.0 else 0.0
+    memory[ROWS.zeros * LANES + i] = zeros
+    if zeros > RESTING:
+        return False
+    begin = ASIDE if before == 0.0 or abs(before) == BARELY else 0.0
+    end = 1.0 - ASIDE if now == 0.0 else 1.0
+    for k in range(2 if now == 0.0 else 1):
+        c = slot * width
+        out[o, c + RECORD.time], out[o, c + RECORD.kind] = t1, BETWEEN
+        out[o, c + RECORD.lower] = (begin if k == 0 else end) * (t - t1)
+        out[o, c + RECORD.upper] = (end if k == 0 else 1.0 + ASIDE) * (t - t1)
+        for r in range(rows):
+            out[o, c + RECORD.state + r] = states[first + r * LANES]
+        slot += 1
+    memory[ROWS.written * LANES + i] = slot
+    return slot + 2 > out.shape[1] // width
+
+
 @jit(inline=True)
 def detect_along(value, calls, lanes, orbit, fresh, t, z, memory, out, done):
     """Observer of `lanes` successive states of one orbit: the same records, memory and end as `detect` at each."""
@@ -198,8 +248,10 @@ def detect_along(value, calls, lanes, orbit, fresh, t, z, memory, out, done):
     own, hits = z[rows * LANES :], 0  # section functions from two steps before the first state on
     own[0], own[1] = memory[ROWS.earlier * LANES], memory[ROWS.before * LANES]
     call_value(calls, 0, lanes, z, own[2 : 2 + LANES])
-    news = row(memory, ROWS.news)
+    news, size = row(memory, ROWS.news), memory[ROWS.size * LANES]
     for s in range(lanes):
+        own[s + 2] = 0.0 if abs(own[s + 2]) <= ROUNDED * size else own[s + 2]
+        size = max(abs(own[s + 2]), FADING * size)
         found = has_news(value.most, value.direction, own[s], own[s + 1], own[s + 2])
         news[hits] = s
         hits += 1 if found else 0
@@ -214,6 +266,7 @@ def detect_along(value, calls, lanes, orbit, fresh, t, z, memory, out, done):
             taken, done[0] = s + 1, s + 1.0
             break
     memory[ROWS.earlier * LANES], memory[ROWS.before * LANES] = own[taken], own[taken + 1]
+    memory[ROWS.size * LANES] = size
     memory[ROWS.time_earlier * LANES] = t[taken - 2] if taken > 1 else memory[ROWS.time_before * LANES]
     memory[ROWS.time_before * LANES] = t[taken - 1]
     for r in range(rows):

@@ -39,6 +39,8 @@ START = 8 * float(np.finfo(float).eps)
 """Section function at the start, relative to its changes with z and over a step, and time after max_time, that are
 rounding.
 """
+LATE = 1e-13
+"""Part of a step by which a crossing at max_time may be located too late."""
 LAST_RECORDS = 500_000
 """Crossings still located after Ctrl-C, in about half a second; the later orbits of a larger run lose theirs."""
 
@@ -152,6 +154,7 @@ def start_crossings(
         memory[kernels.ROWS.before] = np.where((np.abs(value) <= START * size) | on, leaving, value)
     before = replace(ensemble, z=flow.shifted(ensemble.z, -ensemble.ahead))
     memory[kernels.ROWS.earlier] = _section_values(section, before.points)
+    memory[kernels.ROWS.size] = np.fmax(np.abs(memory[kernels.ROWS.earlier]), np.abs(value))
     memory[kernels.ROWS.time_earlier] = -ensemble.ahead
     memory[kernels.ROWS.state : kernels.ROWS.state + len(ensemble.z)] = ensemble.z
 
@@ -176,7 +179,9 @@ def follow_crossings(
     located, looked, interrupted = np.zeros(orbits, np.int64), np.zeros(orbits, dtype=bool), False
     parted = np.zeros(orbits, dtype=bool)
     passes, share = Passes(report), 1.0 if report is None else _share(flow, ensemble, wanted, max_time)
-    limit, reached = np.full(orbits, max_time * (1 + START)), np.full(orbits, np.nan)
+    # A crossing at the last step may be located a rounding of a step beyond it.
+    late = LATE * np.where(np.isfinite(ensemble.ahead), np.abs(ensemble.ahead), 0.0)
+    limit, reached = max_time * (1 + START) + late, np.full(orbits, np.nan)
 
     def settle(most: int | None) -> np.ndarray:
         """Locate the new records, but at most so many, and keep the crossings that exist and are in time; return their
