@@ -10,8 +10,10 @@ import numpy as np
 
 from .lapack import lowest_states
 
-LARGEST = 2500
-"""Largest matrix: some 10 s."""
+LARGEST, LINE = 2500, 4096
+"""Largest matrix: some 10 s; most points of one coordinate, whose matrix of all has 130 MB."""
+LONGER = 1.5
+"""Ratio of the points of two coordinates from which on the longer one is the outer one."""
 SHIFTS = 32
 """Lattices between the points of a grid that are compared with it."""
 EVENLY = (1.6180339887498949, 1.3247179572447460, 1.2207440846057596)
@@ -87,8 +89,10 @@ def lowest(grid: Grid, problem: Problem, cut: float, count: int) -> Found:
     If the points resolve V and a state, the mean of V over the state is the same for points between them; if V is
     narrower than the step, or singular, it is not.
     """
+    if (points := max(grid.V.shape)) > LINE:
+        raise TooLarge(f"{points} points of one coordinate, more than {LINE}; take a larger hbar, or fewer levels")
     T = [kinetic(n, step, bool(turns)) for n, step, turns in zip(grid.V.shape, grid.step, grid.around, strict=True)]
-    H, basis = matrix(T, grid.V, grid.kept, cut)
+    H, basis = _hamiltonian(T, grid, cut)
     if len(H) < count:
         raise TooLarge(f"a basis that has more than the {len(H)} functions below {cut:.6g}")
     E, C = lowest_states(H, count)
@@ -105,6 +109,18 @@ def lowest(grid: Grid, problem: Problem, cut: float, count: int) -> Found:
     flat, kept = states.reshape(count, -1), np.flatnonzero(grid.kept)
     signs = np.sign(flat[np.arange(count), np.abs(flat).argmax(axis=1)])
     return Found(E, np.ptp(means, axis=0), len(H), signs[:, None] * flat[:, kept], kept)
+
+
+def _hamiltonian(T: list[np.ndarray], grid: Grid, cut: float) -> tuple[np.ndarray, np.ndarray]:
+    """Return the Hamiltonian and its basis, of `matrix`, with the longest coordinates as the outer ones.
+
+    Across a narrow valley there are few states for each point along it, but many along it for each point across.
+    """
+    shape = np.array(grid.V.shape)
+    order = np.argsort(-shape, kind="stable") if shape.max() > LONGER * shape.min() else np.arange(shape.size)
+    H, basis = matrix([T[k] for k in order], grid.V.transpose(order), grid.kept.transpose(order), cut)
+    back = (*np.argsort(order), shape.size)
+    return H, basis.reshape(*shape[order], -1).transpose(back).reshape(shape.prod(), -1)
 
 
 def _between(n: int, shift: float, around: bool) -> np.ndarray:

@@ -9,13 +9,15 @@ from typing import Any
 
 import numpy as np
 
-from ...analysis.sections.accessible_box import minima, potential_of, walled
+from ...analysis.sections.accessible_box import SEED, minima, potential_of, walled
 from ...flows.interruptible import interruptible
 from ...models.mechanics import system_of
 from ..states.level_table import VIBRATION, LevelTable, class_levels, level_scale
 from ..states.symmetry import SymmetryClass
 from ..states.vibration_state import Lattice, LatticeWaves
 from .convergence import by_chance
+from .cover import ONLY_SAMPLES
+from .hidden_wells import Cover, lost, more_wells, vibration_cover
 from .lattice import Grid, Problem, TooLarge, lowest
 from .singular_ends import NoGroundState
 
@@ -25,8 +27,10 @@ CUTS = (1.3, 1.6, 2.0, 2.5, 3.1, 3.9, 5.0, 6.5, 8.5, 11.0)
 """Kinetic and potential energies that bases hold, in units of the energy of the highest level above the bottom."""
 NEARER = 0.6
 """Factor, from one basis to the next, of the distance from the wall to the energy from which wells have no end."""
-SPARE, GROW, HALVINGS = 8, 1.4, 30
-"""States more than are asked for below that energy; how energies are searched: by factors, then by halves."""
+SPARE, FEW, GROW, HALVINGS = 8, 1, 1.4, 30
+"""States more than are asked for below that energy, and where that takes too large a basis; how energies are searched:
+by factors, then by halves.
+"""
 FIRST, WIDER, POINTS = 8, 0.5, (1 << 15, 1 << 19, 1 << 21)
 """Points of the first grid on either side, the share by which it grows where it is too narrow, and the most of them by
 coordinates."""
@@ -38,8 +42,30 @@ least a part of that one, as bases may agree by chance.
 """
 
 
+SEARCHES, DIRECTIONS = 6, 24
+"""Searches for wells that descents have not met; random directions in which a well is measured."""
+STIFF, ROUND = 0.5, 9.0
+"""Zero-point energy of the stiffest mode, in parts of the range of energies, from which it is added to that; ratio of
+those of two modes from which on the axes of the grid are those of the well.
+"""
+VALLEY = 1e-6
+"""Depth of wells below the energy from which on they have no end, in parts of it, that counts as none."""
+ALONG = 0.999
+"""Cosine of the angle between an axis of a well and one of the grid below which the grid is turned."""
+STEEPER, SQUARE = 2.0, 9e3
+"""Ratio of the falls of V over stretches that are a hundredth of one another from which on it has a pole; that of
+-1/r^2, with which there may be no lowest level.
+"""
+ABOVE = 0.25
+"""How far above a level that is higher than expected the range of energies then ends, in parts of it."""
+HELD = 0.3
+"""Largest difference of the means of V over a state between points of a grid that holds it, in units of the kinetic
+energy of its shortest waves.
+"""
+
+
 class Open(Exception):
-    """The region that an energy allows has no end."""
+    """The region that an energy allows has no end, or its wells are too far apart for one grid."""
 
 
 def vibration_levels(
@@ -59,9 +85,31 @@ def vibration_levels(
     to a limit, the wall approaches that energy from below. Source: Colbert & Miller 1992, J. Chem. Phys. 96, 1982 (the
     grid); Bacic & Light 1986, J. Chem. Phys. 85, 4594 (sequential truncation).
     """
-    problem = _problem(model, hbar)
-    top, limit = interruptible(_range, problem, count)
+    again: tuple[Problem, float, float] | None = (_problem(model, hbar), SPARE, -math.inf)
+    while again is not None:
+        again = _bases(model, *again, count, hbar, tolerance, known, report)
+    _check_held(known[-1])
+
+
+def _bases(
+    model: Any,
+    problem: Problem,
+    spare: float,
+    least: float,
+    count: int,
+    hbar: float,
+    tolerance: float,
+    known: list[LevelTable],
+    report: Callable[[float], None] | None,
+) -> tuple[Problem, float, float] | None:
+    """Compute levels in ever larger bases. Return None, or a problem with more wells, spare states and a least top
+    energy with which to begin again.
+    """
     E: list[np.ndarray] = []
+    try:
+        problem, top, limit, cover = interruptible(_searched, model, problem, count, spare, least)
+    except TooLarge as reason:
+        raise ValueError(f"count = {count} needs {reason}") from None
     for k, cut in enumerate(CUTS):
         shortest = problem.bottom + cut * (top - problem.bottom)
         try:
@@ -69,21 +117,59 @@ def vibration_levels(
             found, missed, size, *states = interruptible(lowest, grid, problem, shortest, count)
         except TooLarge as reason:
             if len(E) > 1:
-                return
+                return None
+            if spare > FEW:
+                return problem, FEW, least
             raise ValueError(f"count = {count} needs {reason}") from None
         E.append(found)
         if found[-1] > limit:
-            raise NoGroundState(_unbound(count, int((found < limit).sum()), limit))
-        error = _errors(E, shortest - problem.bottom) + missed
+            raise NoGroundState(_unbound(problem, count, int((found < limit).sum()), limit))
+        if found[-1] > top:  # other wells may hold levels below that
+            return problem, spare, min(float(found[-1]) + ABOVE * (top - problem.bottom), (float(found[-1]) + limit) / 2)
+        error = _errors(E, shortest - problem.bottom) + missed + lost(problem, cover, grid, top, found)
+        error[missed > HELD * (shortest - problem.bottom)] = np.inf
         last = np.all(error <= tolerance * level_scale(found)) or k == len(CUTS) - 1
         if grid.leak.any() and len(E) > 1 and last:
             error += np.abs(interruptible(lowest, _shrunk(grid), problem, shortest, count).E - found)
         waves = LatticeWaves(model, _lattice(model, problem, grid), states[1], states[0])
-        known.append(_table(found, error, tolerance, size, hbar, limit, waves))
+        said = ONLY_SAMPLES if cover.blind else ""
+        known.append(_table(found, error, tolerance, size, hbar, limit, said, waves))
         if report is not None:
             report((k + 1) / len(CUTS))
         if last:
-            return
+            break
+    return None
+
+
+def _check_held(levels: LevelTable) -> None:
+    """Raise ValueError for levels without any bound."""
+    if not np.isfinite(levels.error[0]):
+        raise ValueError(
+            f"body must have wells as wide as the steps of a grid: its {levels.functions} functions do not hold the "
+            "waves. Try closer scales of the coordinates."
+        )
+
+
+def _searched(
+    model: Any, problem: Problem, count: int, spare: float, least: float
+) -> tuple[Problem, float, float, Cover]:
+    """Return the problem with all wells, the energies of `_range`, the first of at least `least`, and the cover below
+    it.
+    """
+    for _ in range(SEARCHES):
+        problem = _turned(problem)
+        top, limit = _range(problem, count, spare)
+        top = max(top, least)
+        try:
+            grid = _grid(problem, top, 4 * (top - problem.bottom))
+        except Open:
+            raise TooLarge(f"a grid of more than {POINTS[len(problem.wells) - 1]} points") from None
+        cover = vibration_cover(model, problem, top, grid.step)
+        more = more_wells(problem, cover, grid, top)
+        if more.values.size == problem.values.size:
+            break
+        problem = more
+    return problem, top, limit, cover
 
 
 def _problem(model: Any, hbar: float) -> Problem:
@@ -104,24 +190,67 @@ def _problem(model: Any, hbar: float) -> Problem:
 
     periods = periods / np.diagonal(R)
     wells, values = minima(walled(V, periods.tolist()), n)
-    lowest_place = R @ wells[:, 0] if values.size else np.zeros(n)
-    _check_bottom(system.names, potential, lowest_place, float(values[0]) if values.size else math.inf)
-    return Problem(V, wells, values, periods, R)
+    problem = Problem(V, wells, values, periods, R)
+    names = system.names
+    if _falls(names, potential, problem):  # a narrow well on a plain is met by no descent
+        problem = _below(model, problem, float(potential(_far(np.zeros(n))).min()))
+    if falls := _falls(names, potential, problem):
+        raise NoGroundState(falls)
+    if pole := _pole(names, problem):
+        raise NoGroundState(pole)
+    return problem
 
 
-def _check_bottom(names: tuple[str, ...], potential: Callable, at: np.ndarray, least: float) -> None:
-    """Raise NoGroundState where no minimum was found, and where V only falls from the one at a place (n,)."""
+def _below(model: Any, problem: Problem, least: float) -> Problem:
+    """Return the problem with the minima below an energy, which V has at some point."""
+    start = problem._replace(wells=np.zeros((len(problem.R), 1)), values=np.array([least]))
+    step = np.full(len(problem.R), np.inf)
+    found = more_wells(start, vibration_cover(model, start, least, step), None, least)
+    at, values = found.wells[:, found.values < least], found.values[found.values < least]
+    wells = np.concatenate([at, problem.wells], axis=1)
+    return problem._replace(wells=wells, values=np.concatenate([values, problem.values]))
+
+
+def _far(at: np.ndarray) -> np.ndarray:
+    """Return points (d, ways, distances) at all distances from one (d,)."""
     ways = np.array([way for way in itertools.product((0, 1, -1), repeat=len(at)) if any(way)]).T
-    far = at[:, None, None] + ways[:, :, None] * np.geomspace(1e-8, 1e8, 65) * max(1.0, float(np.abs(at).max()))
+    distances = np.geomspace(1e-8, 1e8, 65) * max(1.0, float(np.abs(at).max()))
+    return np.asarray(at[:, None, None] + ways[:, :, None] * distances)
+
+
+def _place(names: tuple[str, ...], q: np.ndarray) -> str:
+    """Return coordinates in words."""
+    return ", ".join(f"{name} = {x:.3g}" for name, x in zip(names, q, strict=True))
+
+
+def _falls(names: tuple[str, ...], potential: Callable, problem: Problem) -> str:
+    """Return the reason if no minimum was found, or V only falls from the lowest one."""
+    known = problem.values.size > 0
+    at = problem.R @ problem.wells[:, 0] if known else np.zeros(len(problem.R))
+    least = problem.bottom if known else math.inf
+    far = _far(at)
     V = potential(far)
-    if math.isfinite(least) and not ((least >= V).all(axis=1) & (V[:, -1] < least)).any():
-        return
+    if known and not ((least >= V).all(axis=1) & (V[:, -1] < least)).any():
+        return ""
     k = int(np.argmin(V))
-    place = ", ".join(f"{name} = {x:.3g}" for name, x in zip(names, far.reshape(len(at), -1)[:, k], strict=True))
-    raise NoGroundState(
-        f"V has no minimum, so it binds no level: it is unbounded below, or falls for ever; at {place} it is "
-        f"{V.flat[k]:.3g}"
+    return (
+        "V has no minimum, so it binds no level: it is unbounded below, or falls for ever; "
+        f"at {_place(names, far.reshape(len(at), -1)[:, k])} it is {V.flat[k]:.3g}"
     )
+
+
+def _pole(names: tuple[str, ...], problem: Problem) -> str:
+    """Return the reason if V falls without end to its lowest place: by more on each nearer stretch."""
+    d, at = len(problem.wells), problem.wells[:, :1]
+    sizes = np.geomspace(1e-8, 1e-4, 3) * max(1.0, float(np.abs(at).max()))
+    near, middle, far = problem.V(at[..., None] + np.eye(d)[..., None] * sizes).T
+    with np.errstate(invalid="ignore"):
+        fall, before = middle - near, far - middle
+        if not ((fall > STEEPER * before) & (before > 0)).all():
+            return ""
+        binds = bool((fall < SQUARE * before).all())
+    what = "it falls slower than -1/r^2, so it binds levels" if binds else "there may be no lowest level"
+    return f"V has a pole at {_place(names, problem.R @ at[:, 0])}, which no uniform grid holds: {what}."
 
 
 def _lattice(model: Any, problem: Problem, grid: Grid) -> Lattice:
@@ -138,8 +267,10 @@ def _grid(problem: Problem, wall: float, shortest: float, top: float = math.inf)
     step = np.full(d, math.pi / math.sqrt(2 * shortest))
     turn = np.where(around, 2 * np.ceil(problem.periods / step / 2) + 1, 0).astype(np.int64)
     step = np.where(around, problem.periods / np.maximum(turn, 1), step)
-    at = np.rint((problem.wells[:, problem.values < wall] - problem.wells[:, :1]) / step[:, None])
-    at = at[:, np.abs(at).max(axis=0) <= POINTS[-1]].astype(np.int64)
+    at = np.rint((problem.wells[:, problem.values < min(wall, top)] - problem.wells[:, :1]) / step[:, None])
+    if np.abs(at).max() > POINTS[-1]:
+        raise Open
+    at = at.astype(np.int64)
     low = np.where(around, 0, at.min(axis=1) - FIRST)
     high = np.where(around, turn - 1, at.max(axis=1) + FIRST)
     while np.prod((high - low + 1).astype(float)) <= POINTS[d - 1]:
@@ -224,16 +355,16 @@ def _joined(parts: np.ndarray, around: np.ndarray) -> np.ndarray:
     return parts
 
 
-def _range(problem: Problem, count: int) -> tuple[float, float]:
-    """Return an energy with some more states below it than are asked for, and the energy from which wells have no end,
-    infinite if none was met.
+def _range(problem: Problem, count: int, spare: float) -> tuple[float, float]:
+    """Return an energy with `spare` more states below it than are asked for, and the energy from which wells have no
+    end, infinite if none was met.
     """
     bottom, limit = problem.bottom, math.inf
 
     def states(room: float) -> float:
         return _grid(problem, bottom + room, 4 * room).states(bottom + room)
 
-    room, wanted = _ground(problem), 1.1 * count + SPARE
+    room, wanted = _ground(problem), (1.1 if spare == SPARE else 1.0) * count + spare
     if not bottom < bottom + room < math.inf:
         raise NoGroundState(f"V falls to {bottom:.3g} within a point, or is flat: levels need a well")
     while True:
@@ -243,7 +374,7 @@ def _range(problem: Problem, count: int) -> tuple[float, float]:
             limit = _limit(problem, bottom, bottom + room)
             bound = states(limit - bottom) if limit > bottom else 0.0
             if bound < count - 0.5:
-                raise NoGroundState(_unbound(count, bound, limit)) from None
+                raise NoGroundState(_unbound(problem, count, bound, limit)) from None
             wanted = min(wanted, (count + bound) / 2)
             break
         if enough:
@@ -253,7 +384,69 @@ def _range(problem: Problem, count: int) -> tuple[float, float]:
     for _ in range(HALVINGS // 3):
         middle = (low + high) / 2
         low, high = (low, middle) if states(middle) >= wanted else (middle, high)
+    zero, _ = _zero_points(problem)
+    if zero.max() > STIFF * high:  # phase space counts no zero-point energy
+        raised = high + float(zero.sum())
+        try:
+            states(raised)
+        except Open:
+            if limit == math.inf and not _endless(problem, bottom + raised):
+                raise TooLarge(f"a grid of more than {POINTS[len(problem.wells) - 1]} points") from None
+            limit = min(limit, _limit(problem, bottom + high, bottom + raised))
+        high = min(raised, (high + limit - bottom) / 2)
     return bottom + high, limit
+
+
+def _endless(problem: Problem, energy: float) -> bool:
+    """Whether V is below an energy at the largest distances from the origin, along axes and diagonals."""
+    return bool((problem.V(_far(np.zeros(len(problem.wells)))[..., -1]) < energy).any())
+
+
+def _zero_points(problem: Problem) -> tuple[np.ndarray, np.ndarray]:
+    """Return zero-point energies (d,) of the lowest well in the directions of its axes (d, d), columns. The curvature
+    is that of V over the width of the well in its stiffest direction.
+    """
+    at, d = problem.wells[:, :1], len(problem.wells)
+    free = problem.periods == 0
+    axes = np.eye(d)
+    sizes = np.geomspace(1e-8, 1e8, 321) * max(1.0, float(np.abs(at).max()))
+
+    def widths(ways: np.ndarray) -> np.ndarray:
+        """Return how far (ways,) a wave of V's own size comes from the bottom along directions (d, ways)."""
+        rise = problem.V(at[..., None] + ways[..., None] * sizes) - problem.bottom
+        reached = rise >= 0.5 / sizes**2
+        return sizes[np.where(reached.any(axis=1), reached.argmax(axis=1), -1)]
+
+    random = np.random.default_rng(SEED).standard_normal((d, DIRECTIONS)) * free[:, None]
+    lengths = np.sqrt((random**2).sum(axis=0))
+    ways = np.concatenate([axes, -axes, random[:, lengths > 0] / lengths[lengths > 0]], axis=1)
+    step = float(widths(ways).min())
+    pairs = step * (axes[:, :, None] + axes[:, None, :]) / 2
+    crossed = step * (axes[:, :, None] - axes[:, None, :]) / 2
+    V = [problem.V(at[..., None] + place) for place in (pairs, -pairs, crossed, -crossed)]
+    bend = (V[0] + V[1] - V[2] - V[3]) / step**2
+    if np.isfinite(bend).all():
+        bend = np.where(free[:, None] & free, bend, np.diag(np.diagonal(bend)))
+        axes = np.linalg.eigh(bend)[1][:, ::-1]
+        if not free.all():  # each axis keeps its place
+            axes = np.eye(d)
+    both = widths(np.concatenate([axes, -axes], axis=1)).reshape(2, d)
+    return 0.5 / np.maximum(both.prod(axis=0), 1e-200), axes
+
+
+def _turned(problem: Problem) -> Problem:
+    """Return a problem whose coordinates u are along the axes of the lowest well, if these are much unlike: the grid of
+    a narrow valley aslant would be as wide as it is long.
+    """
+    zero, axes = _zero_points(problem)
+    along = np.abs(axes).max(axis=0).min() > ALONG
+    if along or zero.max() < ROUND * zero.min() or (problem.periods > 0).any():
+        return problem
+
+    def V(u: np.ndarray) -> np.ndarray:
+        return problem.V(np.tensordot(axes, u, 1))
+
+    return problem._replace(V=V, wells=axes.T @ problem.wells, R=problem.R @ axes)
 
 
 def _ground(problem: Problem) -> float:
@@ -286,7 +479,7 @@ def _basis(problem: Problem, shortest: float, top: float, limit: float, k: int) 
         except Open:
             limit = _limit(problem, top, shortest)
     try:
-        grid = _grid(problem, limit - (limit - top) * NEARER ** (k + 1), shortest - problem.bottom)
+        grid = _grid(problem, limit - (limit - top) * NEARER ** (k + 1), shortest - problem.bottom, top)
     except Open:
         raise TooLarge(f"a grid of more than {POINTS[len(problem.wells) - 1]} points") from None
     return _widened(problem, grid, shortest), limit
@@ -309,22 +502,33 @@ def _errors(E: list[np.ndarray], height: float) -> np.ndarray:
     return np.where((gap > SLOW * before) & (gap > floor), ALGEBRAIC, USUAL) * gap + CHANCE * before + floor
 
 
-def _unbound(count: int, bound: float, limit: float) -> str:
-    if bound < 0.5:
+def _unbound(problem: Problem, count: int, bound: float, limit: float) -> str:
+    """Return the reason why fewer levels than `count` are computed: their number below the limit is `bound`."""
+    why = "have no end, behind a saddle, where V ends or along its bottom"
+    if not _endless(problem, limit + 1e-9 * abs(limit)):
+        why = "lie too far apart for one grid"
+    if bound >= 0.5:
+        return f"from {limit:.6g} on the wells of V {why}: about {bound:.0f} levels are below that; count = {count}"
+    if limit - problem.bottom <= VALLEY * (abs(limit) + abs(problem.bottom)) or limit == problem.bottom:
         return (
-            "no well of V holds a level: at this hbar waves are as long as the wells, which have no end behind a "
-            f"saddle, where V ends or along its bottom; give a smaller hbar; count = {count}"
+            "V stays at its bottom along valleys without end, or in many wells, which no grid holds; levels may exist "
+            f"all the same: count = {count}"
+        )
+    if not _endless(problem, limit - VALLEY * (limit - problem.bottom)):
+        return (
+            f"the wells below V = {limit:.6g} hold {bound:.2f} states of phase space: waves of so weakly bound levels "
+            f"are too wide for a grid; count = {count}"
         )
     return (
-        f"from {limit:.6g} on the wells of V have no end, behind a saddle, where V ends or along its bottom: about "
-        f"{bound:.0f} levels are below that; count = {count}"
+        "no well of V holds a level: at this hbar waves are as long as the wells, which have no end behind a saddle, "
+        f"where V ends or along its bottom; give a smaller hbar; count = {count}"
     )
 
 
 def _table(
-    E: np.ndarray, error: np.ndarray, tolerance: float, size: int, hbar: float, limit: float, waves: Any
+    E: np.ndarray, error: np.ndarray, tolerance: float, size: int, hbar: float, limit: float, said: str, waves: Any
 ) -> LevelTable:
-    said = f"; walls below {limit:.6g}, from where on the wells of V have no end" if limit < math.inf else ""
+    wall = f"; walls below {limit:.6g}, from where on the wells of V have no end" if limit < math.inf else ""
     return class_levels(
         SymmetryClass(0, 0),
         E,
@@ -335,7 +539,7 @@ def _table(
         constants=np.zeros((0, E.size)),
         constant_names=(),
         hbar=hbar,
-        method=f"{VIBRATION}, truncated coordinate by coordinate{said}",
+        method=f"{VIBRATION}, truncated coordinate by coordinate{wall}{said}",
         functions=size,
         waves=waves,
     )
