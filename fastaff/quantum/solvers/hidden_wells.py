@@ -154,7 +154,10 @@ def _slopes(model: Any, box: list[Interval]) -> tuple[np.ndarray, np.ndarray] | 
     except Exception:  # any error of a function that takes numbers alone
         return None
     shape = box[0].lo.shape
-    return tuple(np.array([np.broadcast_to(end, shape) for end in ends]) for ends in zip(*((-f.hi, -f.lo) for f in force), strict=True))  # type: ignore[return-value]
+    return tuple(
+        np.array([np.broadcast_to(end, shape) for end in ends])
+        for ends in zip(*((-f.hi, -f.lo) for f in force), strict=True)
+    )  # type: ignore[return-value]
 
 
 def more_wells(problem: Problem, cover: Cover, grid: Grid | None, top: float) -> Problem:

@@ -85,7 +85,7 @@ def vibration_levels(
     to a limit, the wall approaches that energy from below. Source: Colbert & Miller 1992, J. Chem. Phys. 96, 1982 (the
     grid); Bacic & Light 1986, J. Chem. Phys. 85, 4594 (sequential truncation).
     """
-    again: tuple[Problem, float, float] | None = (_problem(model, hbar), SPARE, -math.inf)
+    again: tuple[Problem, float, float, float] | None = (_problem(model, hbar), SPARE, -math.inf, math.inf)
     while again is not None:
         again = _bases(model, *again, count, hbar, tolerance, known, report)
     _check_held(known[-1])
@@ -96,18 +96,20 @@ def _bases(
     problem: Problem,
     spare: float,
     least: float,
+    cap: float,
     count: int,
     hbar: float,
     tolerance: float,
     known: list[LevelTable],
     report: Callable[[float], None] | None,
-) -> tuple[Problem, float, float] | None:
-    """Compute levels in ever larger bases. Return None, or a problem with more wells, spare states and a least top
-    energy with which to begin again.
+) -> tuple[Problem, float, float, float] | None:
+    """Compute levels in ever larger bases. Return None, or the problem, spare states, a least top energy and a limit of
+    walls with which to begin again.
     """
     E: list[np.ndarray] = []
     try:
         problem, top, limit, cover = interruptible(_searched, model, problem, count, spare, least)
+        limit = min(limit, cap)
     except TooLarge as reason:
         raise ValueError(f"count = {count} needs {reason}") from None
     for k, cut in enumerate(CUTS):
@@ -116,16 +118,19 @@ def _bases(
             grid, limit = interruptible(_basis, problem, shortest, top, limit, k)
             found, missed, size, *states = interruptible(lowest, grid, problem, shortest, count)
         except TooLarge as reason:
+            if limit == math.inf and (joint := interruptible(_joint, problem, top, shortest)) < math.inf:
+                return problem, spare, least, joint
             if len(E) > 1:
                 return None
             if spare > FEW:
-                return problem, FEW, least
+                return problem, FEW, least, cap
             raise ValueError(f"count = {count} needs {reason}") from None
         E.append(found)
         if found[-1] > limit:
             raise NoGroundState(_unbound(problem, count, int((found < limit).sum()), limit))
         if found[-1] > top:  # other wells may hold levels below that
-            return problem, spare, min(float(found[-1]) + ABOVE * (top - problem.bottom), (float(found[-1]) + limit) / 2)
+            least = min(float(found[-1]) + ABOVE * (top - problem.bottom), (float(found[-1]) + limit) / 2)
+            return problem, spare, least, cap
         error = _errors(E, shortest - problem.bottom) + missed + lost(problem, cover, grid, top, found)
         error[missed > HELD * (shortest - problem.bottom)] = np.inf
         last = np.all(error <= tolerance * level_scale(found)) or k == len(CUTS) - 1
@@ -471,6 +476,30 @@ def _limit(problem: Problem, low: float, high: float) -> float:
     return low
 
 
+def _joint(problem: Problem, low: float, high: float) -> float:
+    """Return the energy between two from which on the wells that are below the first join others, infinite if none."""
+    others = problem.wells[:, (problem.values >= low) & (problem.values < high)]
+    if not others.size:
+        return math.inf
+
+    def joined(wall: float) -> bool:
+        try:
+            grid = _grid(problem, wall, 4 * (low - problem.bottom), low)
+        except Open:
+            return True
+        index = np.rint((others - problem.wells[:, :1]) / grid.step[:, None]).astype(np.int64)
+        index = np.where(grid.around[:, None], index % np.array(grid.V.shape)[:, None], index - grid.low[:, None])
+        index = index[:, ((index >= 0) & (index < np.array(grid.V.shape)[:, None])).all(axis=0)]
+        return bool(grid.kept[tuple(index)].any())
+
+    if joined(low) or not joined(high):
+        return math.inf
+    for _ in range(HALVINGS // 2):
+        middle = (low + high) / 2
+        low, high = (low, middle) if joined(middle) else (middle, high)
+    return low
+
+
 def _basis(problem: Problem, shortest: float, top: float, limit: float, k: int) -> tuple[Grid, float]:
     """Return the grid of basis k, and the energy from which wells have no end."""
     if limit == math.inf:
@@ -509,26 +538,30 @@ def _unbound(problem: Problem, count: int, bound: float, limit: float) -> str:
         why = "lie too far apart for one grid"
     if bound >= 0.5:
         return f"from {limit:.6g} on the wells of V {why}: about {bound:.0f} levels are below that; count = {count}"
-    if limit - problem.bottom <= VALLEY * (abs(limit) + abs(problem.bottom)) or limit == problem.bottom:
+    if _endless(problem, problem.bottom):
+        return (
+            "no well of V holds a level: at this hbar waves are as long as the wells, which have no end behind a "
+            f"saddle, where V ends or along its bottom; give a smaller hbar; count = {count}"
+        )
+    if limit - problem.bottom <= VALLEY * (abs(limit) + abs(problem.bottom)):
         return (
             "V stays at its bottom along valleys without end, or in many wells, which no grid holds; levels may exist "
             f"all the same: count = {count}"
         )
-    if not _endless(problem, limit - VALLEY * (limit - problem.bottom)):
-        return (
-            f"the wells below V = {limit:.6g} hold {bound:.2f} states of phase space: waves of so weakly bound levels "
-            f"are too wide for a grid; count = {count}"
-        )
     return (
-        "no well of V holds a level: at this hbar waves are as long as the wells, which have no end behind a saddle, "
-        f"where V ends or along its bottom; give a smaller hbar; count = {count}"
+        f"the wells below V = {limit:.6g} hold about {bound:.1g} states of phase space: waves of so weakly bound "
+        f"levels are too wide for a grid; count = {count}"
     )
 
 
 def _table(
     E: np.ndarray, error: np.ndarray, tolerance: float, size: int, hbar: float, limit: float, said: str, waves: Any
 ) -> LevelTable:
-    wall = f"; walls below {limit:.6g}, from where on the wells of V have no end" if limit < math.inf else ""
+    wall = (
+        f"; walls below {limit:.6g}, from where on the wells of V join others or have no end"
+        if limit < math.inf
+        else ""
+    )
     return class_levels(
         SymmetryClass(0, 0),
         E,
