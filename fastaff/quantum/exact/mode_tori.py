@@ -43,9 +43,15 @@ def bodies_alone(body: Any, given: dict[str, tuple[Any, Any]]) -> None:
             raise ValueError(f"{name} is for a Body alone, {type(body).__name__} takes none: got {name} = {value!r}")
 
 
+LOOSE, HALF = 1e-3, 0.5
+"""Residual and error of prediction, in sizes of the orbit, of an undecided fit that still gives a level, whose error
+they make; ratio of the residuals of a longer fit and a shorter one above which more time does not help.
+"""
+
+
 class Level(NamedTuple):
-    """A level on a torus: quantum numbers n (modes,), E, its error, h nu (modes,), NaN where there is none; status;
-    names of its angles.
+    """A level on a torus: quantum numbers n (modes,), E, its error, h nu (modes,), NaN where there is none; status, OK
+    only where the torus is sure; names of its angles.
     """
 
     n: np.ndarray
@@ -68,9 +74,13 @@ def level(model: Any, modes: Modes, n: np.ndarray | None, h: float, near: np.nda
     for _ in range(STEPS):
         fit = fit_torus(model, z, time=time)
         while fit.verdict is Verdict.UNDECIDED and "longer" in fit.evidence and longer:
-            time, longer = float(fit.evidence["longer"]), longer - 1
-            fit = fit_torus(model, z, time=time)
-        if fit.verdict is not Verdict.TORUS:
+            longest = fit_torus(model, z, time=float(fit.evidence["longer"]))
+            longer -= 1
+            if _usable(fit) and longest.verdict is Verdict.UNDECIDED and longest.residual > HALF * fit.residual:
+                longer = 0
+                break
+            time, fit = float(fit.evidence["longer"]), longest
+        if not _usable(fit):
             return failed
         if near is None:
             K = modes.lines(fit.k, fit.coefficients)
@@ -82,13 +92,24 @@ def level(model: Any, modes: Modes, n: np.ndarray | None, h: float, near: np.nda
         far = float(np.abs(away).max())
         if far <= CLOSE * h:
             E, error = fit.energy + float(fit.nu @ away), _error(fit, away, before)
-            return Level(n, E, error, h * fit.nu, Status.OK, fit.names)
+            status = Status.OK if fit.verdict is Verdict.TORUS else Status.NOT_CONVERGED
+            return Level(n, E, error, h * fit.nu, status, fit.names)
         if before is not None and not far < before[1]:
             return failed
         before = fit.nu, far
         gradient = (swapped(tangents(fit, fit.theta0[:, None])[..., 0]) * -size).T
         z = z + size[:, 0] * np.linalg.lstsq(gradient, away, rcond=None)[0]
     return failed
+
+
+def _usable(fit: TorusFit) -> bool:
+    """Whether a fit gives actions: of a torus, or an undecided one whose series is close to the orbit.
+
+    Series of three angles have more terms than a fit may take, and some of the lines left out are no rounding.
+    """
+    if fit.verdict is Verdict.UNDECIDED:
+        return bool(fit.residual + fit.prediction_error < LOOSE)
+    return fit.verdict is Verdict.TORUS
 
 
 def _error(fit: TorusFit, away: np.ndarray, before: tuple[np.ndarray, float] | None) -> float:

@@ -12,7 +12,6 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ...base.descent import descended
-from ...models.mechanics import system_of
 from .cover import SLACK, THIN
 from .intervals import Interval, interval
 from .lattice import Grid, Problem
@@ -20,7 +19,7 @@ from .lattice import Grid, Problem
 SMALL, LARGE = 1e-8, 1e8
 """Coordinates of boxes: those below the first are cut evenly, the others by ratios, up to the second."""
 MOST, RELATIVE = 1 << 16, 0.125
-"""Most boxes; the narrowest that tells regions below an energy apart, in parts of its coordinates, if one has no end."""
+"""Most boxes; if a region has no end, the narrowest box that tells regions apart, in parts of its coordinates."""
 DESCENTS, SETTLED = 256, 1e-6
 """Most descents at a time; size of the last step, in sizes of the coordinates, of one that has come to a minimum."""
 STEPS = 0.5
@@ -213,7 +212,7 @@ def _hidden(problem: Problem, grid: Grid | None, top: float, u: np.ndarray, V: n
     if grid is None:
         return np.ones(V.shape, bool)
     around, kept = _beside(problem, grid, u)
-    return ~kept | (V < np.minimum(around, top) - SLACK * (top - problem.bottom))
+    return ~kept | (np.minimum(around, top) - SLACK * (top - problem.bottom) > V)
 
 
 def _beside(problem: Problem, grid: Grid, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

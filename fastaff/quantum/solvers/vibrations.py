@@ -534,7 +534,7 @@ def _errors(E: list[np.ndarray], height: float) -> np.ndarray:
 def _unbound(problem: Problem, count: int, bound: float, limit: float) -> str:
     """Return the reason why fewer levels than `count` are computed: their number below the limit is `bound`."""
     why = "have no end, behind a saddle, where V ends or along its bottom"
-    if not _endless(problem, limit + 1e-9 * abs(limit)):
+    if not _endless(problem, limit + VALLEY * (limit - problem.bottom)):
         why = "lie too far apart for one grid"
     if bound >= 0.5:
         return f"from {limit:.6g} on the wells of V {why}: about {bound:.0f} levels are below that; count = {count}"

@@ -41,14 +41,14 @@ class LevelTable(Result, axis="level"):
 
     E (levels,); error (levels,): bound of the error of the method, rounding in closed forms; status (levels,): OK,
     NOT_CONVERGED where error is above the tolerance asked for, UNBOUND or NOT_CONVERGED with E NaN where no torus was
-    found. n (numbers, levels): quantum numbers of the coordinates `names`, such as ("alpha", "beta"), or one row,
-    "level": the number in its class, from 0, where the body does not separate; m, l (levels,): spin and vorticity, 0
-    for systems that are not bodies. constants (constants, levels): eigenvalues of `constant_names`: E_alpha, E_beta or
-    E, e_vartheta (with V_vartheta = 2 C/cos^2(vartheta/2) for Anharmonic; for the paper's 2 C tan^2(vartheta/2) it is 2
-    C less). hbar; method: one sentence, with boundary conditions; functions: size of the largest basis, 0 without one;
-    complete_below: no level of the body below this energy is missing (-inf: not known). spacing (2, levels): of
-    quasiclassical levels, h nu of the two coordinates, the energy of one more quantum to first order. waves: the wave
-    functions, where the method has them.
+    found, NOT_CONVERGED with E where a torus is not sure. n (numbers, levels): quantum numbers of the coordinates
+    `names`, such as ("alpha", "beta"), or one row, "level": the number in its class, from 0, where the body does not
+    separate; m, l (levels,): spin and vorticity, 0 for systems that are not bodies. constants (constants, levels):
+    eigenvalues of `constant_names`: E_alpha, E_beta or E, e_vartheta (with V_vartheta = 2 C/cos^2(vartheta/2) for
+    Anharmonic; for the paper's 2 C tan^2(vartheta/2) it is 2 C less). hbar; method: one sentence, with boundary
+    conditions; functions: size of the largest basis, 0 without one; complete_below: no level of the body below this
+    energy is missing (-inf: not known). spacing (2, levels): of quasiclassical levels, h nu of the two coordinates,
+    the energy of one more quantum to first order. waves: the wave functions, where the method has them.
     """
 
     E: Annotated[np.ndarray, along("level", unit="energy")]
