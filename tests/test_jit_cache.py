@@ -37,6 +37,9 @@ from fastaff.compile.texts import TEXTS
 from fastaff.flows import stepping as engine
 
 pytestmark = pytest.mark.skipif(_jit.JIT_DISABLED, reason="no compiler, no cache")
+OTHER = 54321
+"""Number of another user, who need not exist."""
+
 TESTS, PACKAGE = Path(__file__).parent, Path(fastaff.__file__).parent
 
 
@@ -515,7 +518,10 @@ def test_a_folder_that_others_can_write_is_refused(private, tmp_path, mode, part
 
 def test_a_folder_of_another_user_is_refused(private, tmp_path, monkeypatch):
     folder = private(tmp_path / "cache")
-    monkeypatch.setattr(os, "getuid", lambda: folder.stat().st_uid + 1)
+    if os.geteuid() == 0:
+        os.chown(folder, OTHER, -1)
+    else:
+        monkeypatch.setattr(os, "geteuid", lambda: folder.stat().st_uid + 1)
     with pytest.warns(RuntimeWarning, match=r"belongs to another user \(uid \d+\).*FASTAFF_CACHE_DIR"):
         assert private(tmp_path / "cache") is None
 

@@ -11,10 +11,20 @@ KNOWN = 64
 
 Result = TypeVar("Result")
 
+_ALL: list[dict[int, tuple[Any, Any]]] = []
+"""The results of each function, by the identity of values."""
+
+
+def forget(value: Any) -> None:
+    """Forget all results of a value: its class has changed."""
+    for known in _ALL:
+        known.pop(id(value), None)
+
 
 def by_identity(function: Callable[[Any], Result]) -> Callable[[Any], Result]:
     """Return the function with its results kept for the immutable values met last."""
     known: dict[int, tuple[Any, Result]] = {}
+    _ALL.append(known)
 
     @wraps(function)
     def kept(value: Any) -> Result:

@@ -85,6 +85,7 @@ def unbroken() -> Iterator[Callable[[], None]]:
 
 
 EXTRAS = {
+    "dask": "dask",
     "h5netcdf": "io",
     "matplotlib": "plot",
     "pyarrow": "tools",

@@ -18,7 +18,7 @@ from pathlib import Path
 from queue import Empty, SimpleQueue
 from typing import Any, ClassVar, ParamSpec, TypeVar, cast
 
-from .placing import placed
+from .placing import placed, text_of
 
 SILENCE = 1.5
 """Seconds after which a call says something; half a second where it compiles, which is known to take more."""
@@ -268,7 +268,7 @@ class _Known:
         """Return the record in the file, an empty one where there is none."""
         sources = Compiling.sources()
         try:
-            found = json.loads((_file() or Path()).read_text())
+            found = json.loads(text_of(_file() or Path()))
             speed = min(max(float(found["speed"]), 0.01), 100.0)
             parts = {str(part) for part in found["parts"]} if found["sources"] == sources else set()
         except (OSError, ValueError, TypeError, KeyError):

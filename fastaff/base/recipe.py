@@ -19,6 +19,9 @@ from .progress import watched
 
 OWN = "fastaff"
 
+RECORDED = "_fastaff_recorded"
+"""Attribute of functions whose calls are kept with their results."""
+
 
 ABBREVIATED = {"E": ("energy",), "t": ("time", "max_time"), "T": ("time", "max_time"), "dt": ("step",), "h": ("step",)}
 """Names of arguments that common letters stand for."""
@@ -85,7 +88,13 @@ def recorded(function: Callable[P, R]) -> Callable[P, R]:
             raise
         return keep(result, call)
 
+    vars(wrapped)[RECORDED] = True
     return cast(Callable[P, R], wrapped)
+
+
+def is_recorded(function: object) -> bool:
+    """Tell whether a function is one that `recorded` made: only these are the calls of results."""
+    return bool(getattr(function, RECORDED, False))
 
 
 def _misfit(function: Callable, signature: inspect.Signature, given: tuple, named: dict[str, Any]) -> Any:

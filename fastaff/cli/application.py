@@ -16,6 +16,7 @@ from typing import Any
 from ..jobs.job import OPTIONS
 from ..jobs.wording import as_flag, respelled, spelled
 from .commands.animate import animate
+from .commands.cache import cache
 from .commands.demo import demo
 from .commands.doctor import doctor
 from .commands.explore import explore
@@ -41,6 +42,7 @@ COMMANDS: dict[str, Any] = {
     "plot": plot,
     "animate": animate,
     "warmup": warmup,
+    "cache": cache,
     "doctor": doctor,
     "explore": explore,
 }

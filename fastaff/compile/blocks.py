@@ -23,10 +23,10 @@ from numba import types
 from numba.core.typing.templates import AbstractTemplate, AttributeTemplate, infer_getattr
 from numba.extending import lower_builtin
 
-from ..base.identity import by_identity
+from ..base.identity import by_identity, forget
 from . import cache, jit, map_sums, map_texts, nystrom
 from .callees import Callee
-from .fingerprint import fingerprint, is_number, is_ours, methods_of
+from .fingerprint import fingerprint, is_number, is_ours, methods_of, state_of
 from .fused import fma
 from .jit import JIT_DISABLED, SIGNATURES
 from .plane_loops import angle_of
@@ -34,6 +34,11 @@ from .pointers import Bound, Calls, call_table
 from .state_rows import Rows, rows_of
 from .substitution import replaced
 from .texts import ARGUMENTS, ONE_VARIABLE, TEXTS, observed, read, signals, taken
+
+KEPT = 1024
+"""Compiled blocks, and methods in them, that a process keeps for the next call: those of some hundred models. Of what is
+let go the code stays in LLVM's memory, which it never frees: whoever uses it may go on.
+"""
 
 PREAMBLES = ("Failed in ", "- Resolution failure")
 """Beginnings of Numba's lines before the one that names the error."""
@@ -54,8 +59,19 @@ def _known(value: Any) -> tuple[tuple[str, tuple], np.ndarray]:
     """Return the line and classes of `_built`, and the numbers; a call needs them some forty times."""
     flat: list[float] = []
     classes: dict[type, str] = {}
-    built = f"    value = {_walk(value, flat, classes)}\n", tuple(classes.items())
+    line = f"    value = {_walk(value, flat, classes)}\n"
+    built = line, tuple((cls, name, state_of(cls)) for cls, name in classes.items())
     return built, np.array(flat, dtype=np.float64) if flat else np.zeros(1)
+
+
+def is_as_met(value: Any) -> bool:
+    """Tell whether the classes of a value have the methods that they had when this value was first used. If not, what
+    is known of it is forgotten.
+    """
+    if all(state_of(cls) == state for cls, _, state in _built(value)[1]):
+        return True
+    forget(value)
+    return False
 
 
 def _float(name: str, number: Any) -> float:
@@ -92,9 +108,9 @@ def _walk(value: Any, flat: list[float], classes: dict[type, str]) -> str:
     return f"{name}({', '.join(arguments) or '0.0'})"
 
 
-@functools.cache
-def _compilable(cls: type) -> type:
-    """Return `cls`; if it has no fields, a twin with one unused field, as Numba cannot pass it."""
+@functools.lru_cache(maxsize=KEPT)
+def _compilable(cls: type, state: int) -> type:
+    """Return `cls`; if it has no fields, a twin with one unused field, as Numba cannot pass it. state: of its methods."""
     if cls._fields:  # type: ignore[attr-defined]
         return cls
     twin: type = namedtuple("twin", ["unused"])
@@ -104,7 +120,9 @@ def _compilable(cls: type) -> type:
 
 
 def _built(value: Any) -> tuple[str, tuple]:
-    """Return the line of text that makes `value` of params, and its classes with their names there."""
+    """Return the line of text that makes `value` of params, and its classes with their names there and the states of
+    their methods.
+    """
     return _known(value)[0]
 
 
@@ -118,7 +136,7 @@ def model_block(kind: str, value: Any, degrees_of_freedom: int, vectors: int = 0
     return _model_block(kind, *_built(value), rows_of(value, degrees_of_freedom, vectors))
 
 
-@functools.cache
+@functools.lru_cache(maxsize=KEPT)
 def _model_block(kind: str, line: str, classes: tuple, rows: Rows) -> Any:
     helpers = {"angle_of": _ANGLE_OF} if kind == "angles" else {}
     if rows.substep is not None:
@@ -149,7 +167,7 @@ def nystrom_block(kind: str, value: Any, degrees_of_freedom: int, vectors: int, 
     return _nystrom_block(kind, *_built(value), rows, terms)
 
 
-@functools.cache
+@functools.lru_cache(maxsize=KEPT)
 def _nystrom_block(kind: str, line: str, classes: tuple, rows: Rows, terms: nystrom.Terms) -> Any:
     text = nystrom.march_text if kind == "nystrom_march" else nystrom.steps_text
     with _explained(_must(classes)):
@@ -243,7 +261,7 @@ def reading_block(function: Callable, parameters: int, view: Callable) -> Any:
 
 def _text(kind: str, body: str, classes: tuple) -> str:
     return (
-        f"# {' of '.join([kind, ', '.join(cls.__qualname__ for cls, _ in classes)])}\n"
+        f"# {' of '.join([kind, ', '.join(cls.__qualname__ for cls, *_ in classes)])}\n"
         f"def {kind}({ARGUMENTS[kind]}):\n{body}"
     )
 
@@ -253,11 +271,11 @@ _NUMBERS = itertools.count()
 _ANGLE_OF = getattr(angle_of, "py_func", angle_of)
 
 
-@functools.cache
+@functools.lru_cache(maxsize=KEPT)
 def _compiled(kind: str, body: str, classes: tuple, namespace: tuple) -> Any:
     """Write, execute and compile the text of a block function; once per process for each value type."""
     text = _text(kind, body, classes)
-    identity = fingerprint(tuple(cls for cls, _ in classes), tuple(entry for _, entry in namespace))
+    identity = fingerprint(tuple(cls for cls, *_ in classes), tuple(entry for _, entry in namespace))
     folder = None if identity is None or JIT_DISABLED else jit.cache_directory()
     filename, module = "<fastaff block>", f"fastaff_block_{kind}_{next(_NUMBERS)}"
     if folder is not None:
@@ -269,10 +287,10 @@ def _compiled(kind: str, body: str, classes: tuple, namespace: tuple) -> Any:
         module = f"fastaff_block_{kind}_{key}"
     # Numba looks up the module of cached code by name, so the text gets a real module.
     names = sys.modules.setdefault(module, python_types.ModuleType(module)).__dict__
-    names.update({name: _compilable(cls) for cls, name in classes}, fma=fma, np=np, **dict(namespace))
+    names.update({name: _compilable(cls, state) for cls, name, state in classes}, fma=fma, np=np, **dict(namespace))
     exec(compile("\n" + text, filename, "exec"), names)  # below the line of the checksum
     if not JIT_DISABLED:
-        for cls, _ in classes:
+        for cls, *_ in classes:
             _register_methods(cls)
     return jit.block_function(names[kind], SIGNATURES[kind], cache=folder is not None)
 
@@ -323,7 +341,7 @@ def _compiled_function(function: Callable) -> Callable:
     return function if is_ours(function) else _compiled_method(getattr(function, "py_func", function))
 
 
-@functools.cache
+@functools.lru_cache(maxsize=KEPT)
 def _compiled_method(method: Any) -> Callable:
     """Return a method with branch-free functions, always inlined: a loop over lanes does not vectorise if one call
     remains in it because LLVM finds a method too long.

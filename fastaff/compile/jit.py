@@ -29,8 +29,9 @@ from numba.extending import intrinsic
 
 from ..base.interruption import unbroken
 from ..base.progress import Compiling
-from .cache import CodeCache
+from .cache import CodeCache, others_write
 from .callees import Callee, EntryPipeline
+from .fingerprint import COMPILED
 from .packs import FOLDER, Pack, best
 
 config: Any = _config  # its options are set at run time, unknown to type checkers
@@ -47,9 +48,6 @@ GENERATED = ("blocks", "formulas")
 
 JIT_DISABLED = bool(config.DISABLE_JIT)
 
-
-COMPILED = ("base", "charts", "compile", "formulas", "kernels", "models", "schemes")
-"""Folders of the package with the sources of machine code: higher layers only call it."""
 
 
 def package_hash(*folders: str) -> str:
@@ -95,18 +93,26 @@ def cache_root() -> Path:
     """Folder of all compile caches: $FASTAFF_CACHE_DIR, else fastaff/ in the user's cache folder."""
     named = os.environ.get("FASTAFF_CACHE_DIR")
     if named:
-        return Path(named)
+        return _absolute(named)
     if sys.platform == "win32":
         return Path(os.environ.get("LOCALAPPDATA", Path.home() / "AppData/Local")) / "fastaff"
-    return Path(os.environ.get("XDG_CACHE_HOME", Path.home() / ".cache")) / "fastaff"
+    home = os.environ.get("XDG_CACHE_HOME", "")
+    # By its specification one that is not absolute is none.
+    return (Path(home) if os.path.isabs(home) else Path.home() / ".cache") / "fastaff"
+
+
+@functools.cache
+def _absolute(named: str) -> Path:
+    """Return the path of a folder that was named before the process went elsewhere: the first time tells."""
+    return Path(named).absolute()
 
 
 @functools.cache
 def cache_directory() -> Path | None:
     """Private cache folder of exactly these sources; None, after one warning, where there is none and none can be made.
 
-    Its files are executed, so it must belong to the user, and neither it nor its parts may be writable by others. A
-    folder that this process can only read is enough.
+    Its files are executed, so it must belong to the user or to root, and neither it nor its parts may be writable by
+    others. A folder that this process can only read is enough.
     """
     folder = cache_root() / code_hash()
     parts = [cache_root(), folder, *(folder / name for name in GENERATED)]
@@ -114,7 +120,7 @@ def cache_directory() -> Path | None:
         cache_root().parent.mkdir(parents=True, exist_ok=True)
         for part in parts:
             part.mkdir(mode=0o700, exist_ok=True)
-        refused = next(filter(None, map(who_else_writes, parts)), None)
+        refused = next(filter(None, (who_else_writes(part, parent=part is parts[0]) for part in parts)), None)
     except OSError as problem:
         refused = f"fastaff cannot write its compile cache ({problem})", "Set FASTAFF_CACHE_DIR to a writable folder."
     if refused is not None:
@@ -129,25 +135,25 @@ Compiling.root = staticmethod(cache_root)
 Compiling.sources = staticmethod(lambda: code_hash() if prebuilt() is None else "")
 
 
-def who_else_writes(folder: Path) -> tuple[str, str] | None:
+def who_else_writes(folder: Path, *, parent: bool = False) -> tuple[str, str] | None:
     """Return the fault of a folder of code that somebody else could write to, and its remedy; None where only this user
-    can write.
+    and root can write.
 
-    A shared folder like /tmp, where only owners may rename (sticky), may be the parent of private ones. A link is
-    followed: the folder that it leads to counts. Windows keeps a user's folders private by itself.
+    parent: it holds no code itself, but the folders of code. Such a one may be shared like /tmp, where only owners may
+    rename (sticky). A link is followed: the folder that it leads to counts. Windows keeps a user's folders private by
+    itself.
     """
-    if not hasattr(os, "getuid"):
+    if not hasattr(os, "geteuid"):
         return None
-    status, user = folder.stat(), os.getuid()
-    if status.st_mode & stat.S_ISVTX and status.st_uid in (0, user):
+    status = folder.stat()
+    own = status.st_uid in (0, os.geteuid())
+    if not others_write(status) or (parent and own and status.st_mode & stat.S_ISVTX):
         return None
     said = f"fastaff does not use its compile cache, whose code it would run: the folder {folder}"
-    if status.st_uid != user:
+    if not own:
         return f"{said} belongs to another user (uid {status.st_uid})", "Set FASTAFF_CACHE_DIR to a folder of your own."
-    if status.st_mode & (stat.S_IWGRP | stat.S_IWOTH):
-        mode = stat.S_IMODE(status.st_mode)
-        return f"{said} can be written by others (mode {mode:o})", f"Empty it and run: chmod -R go-w '{folder}'"
-    return None
+    mode = stat.S_IMODE(status.st_mode)
+    return f"{said} can be written by others (mode {mode:o})", f"Empty it and run: chmod -R go-w '{folder}'"
 
 
 class _Between(events.Listener):
@@ -261,10 +267,10 @@ if JIT_DISABLED:
 class BlockFunction(types.WrapperAddressProtocol):
     """A compiled function that kernels receive as a typed pointer: they need no recompilation for it."""
 
-    def __init__(self, function: Callable, signature: Any, *, cache: bool):
+    def __init__(self, function: Callable, signature: Any, *, cache: bool, keyed: bool = False):
         compiled: Any = CFunc(function, normalize_signature(signature), {}, {"error_model": "numpy"}, EntryPipeline)
         if cache and (folder := cache_directory()) is not None:
-            compiled._cache = CodeCache(function, folder, prebuilt)
+            compiled._cache = CodeCache(function, folder, prebuilt, keyed=keyed)
         with compiling():
             compiled.compile()
         self._compiled = compiled
@@ -279,8 +285,10 @@ class BlockFunction(types.WrapperAddressProtocol):
 
 
 def block_function(function: Callable, signature: Any, *, cache: bool) -> Callable | BlockFunction:
-    """Compile `function` for use as a kernel argument (the function itself where the JIT is disabled)."""
-    return function if JIT_DISABLED else BlockFunction(function, signature, cache=cache)
+    """Compile `function` for use as a kernel argument (the function itself where the JIT is disabled). The name of its
+    module is a key of all that it reads.
+    """
+    return function if JIT_DISABLED else BlockFunction(function, signature, cache=cache, keyed=True)
 
 
 _f8, _i8 = types.float64, types.int64

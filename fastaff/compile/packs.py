@@ -1,7 +1,8 @@
 """Packs: machine code that comes with a wheel, compiled for a level of x86-64 instead of one processor.
 
 A pack is one file like those of the compile cache, with a checksum, that holds the compressed files of such a cache.
-Its name has its level and a hash of the sources and the compiler, so that a pack of others is not found.
+Its name has its level and a hash of the sources and the compiler, so that a pack of others is not found. Whoever can
+write a pack can write the package's own code beside it, so nobody asks whose file it is.
 """
 
 from __future__ import annotations
@@ -55,7 +56,7 @@ def best(folder: Path, key: str, features: Iterable[str]) -> Pack | None:
     """
     for level in LEVELS.values():
         path = _path(folder, level, key)
-        if set(level.instructions) <= set(features) and path.is_file() and (content := read(path)) is not None:
+        if set(level.instructions) <= set(features) and path.is_file() and (content := read(path, own=False)) is not None:
             return Pack(level, pickle.loads(content))
     return None
 
@@ -63,7 +64,7 @@ def best(folder: Path, key: str, features: Iterable[str]) -> Pack | None:
 def build(code: Path, level: Level, key: str, folder: Path) -> Path:
     """Make a pack of all machine code in a cache folder, compiled for that level; return its file."""
     folder.mkdir(parents=True, exist_ok=True)
-    files = {path.name: read(path) for path in sorted(code.glob(f"*{SUFFIX}"))}
+    files = {path.name: read(path, own=False) for path in sorted(code.glob(f"*{SUFFIX}"))}
     whole = {name: zlib.compress(content, 9) for name, content in files.items() if content is not None}
     if not whole or len(whole) < len(files):
         raise ValueError(f"{code} must be a folder of undamaged machine code")

@@ -22,10 +22,10 @@ from ..analysis.frequencies import methods
 from ..analysis.tori import families, separation
 from ..base.display import screen
 from ..base.numbers import StrPath, fits, shown
-from ..base.placing import placed
+from ..base.placing import checked_file, placed
 from ..base.progress import says_progress
 from ..base.provenance import provenance
-from ..base.recipe import OWN, Call, NoData, encoded, keep, plain
+from ..base.recipe import OWN, Call, NoData, encoded, is_recorded, keep, plain
 from ..base.results import Result, saved
 from ..base.status import summary
 from ..formulas.mapping import remade
@@ -209,6 +209,7 @@ def contents(path: Any) -> Saved:
     (4, 1)
     """
     try:
+        checked_file(path)
         with zipfile.ZipFile(path) as archive:
             fits(f"{path}", sum(entry.file_size for entry in archive.infolist()), itemsize=1)
         with np.load(path, allow_pickle=False) as file:
@@ -257,24 +258,35 @@ def recipe(path: Any, **given: Any) -> Recipe:
     call = metadata.get("call")
     if not isinstance(call, dict):
         raise ValueError(f"{path} has no call: its result was put together by hand, or saved by an older version")
-    absent = [name for name in call["missing"] if name not in given]
+    kinds = {"function": str, "arguments": dict, "missing": list}
+    if not all(isinstance(call.get(name), kind) for name, kind in kinds.items()):
+        raise ValueError(f"{path} must hold a call with {', '.join(kinds)}, got {shown(call)}")
+    _public(call["function"])
+    absent = [str(name) for name in call["missing"] if name not in given]
     if absent:
         raise ValueError(f"{path} can't hold functions: give {absent[0]}, as in recipe(path, {absent[0]}=...)")
     arguments = dict(given)
     for name, data in call["arguments"].items():
         if name not in given:
-            arguments[name] = decoded(name, data, arrays)
+            try:
+                arguments[name] = decoded(name, data, arrays)
+            except ValueError:
+                raise
+            except Exception as problem:  # any error of a damaged or forged file
+                raise ValueError(f"{path} must hold {name} as this version writes it: {_said(problem)}") from None
     return Recipe(call["function"], arguments)
 
 
 def _public(name: str) -> Any:
-    """Return the function of the package that has this name."""
+    """Return the analysis of this name: a function that makes a result and keeps its call with it, so that a forged
+    file calls none that writes.
+    """
     import fastaff
 
     for home in (fastaff, fastaff.analysis, fastaff.quantum):
-        if name in home.__all__:
-            return getattr(home, name)
-    raise ValueError(f"function {name!r} is none of fastaff {fastaff.__version__}: an older or newer version has it")
+        if name in home.__all__ and is_recorded(found := getattr(home, name)):
+            return found
+    raise ValueError(f"function {name!r} is no analysis of fastaff {fastaff.__version__}, which makes results")
 
 
 def _stored(name: str, data: Any, arrays: dict[str, np.ndarray]) -> Any:

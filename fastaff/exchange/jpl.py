@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..base.numbers import StrPath
+from ..base.placing import text_of
 from ..formulas.formula import hamiltonian
 from ..models.mechanics import system_of
 
@@ -57,7 +58,7 @@ def read_periodic(path: StrPath) -> PeriodicTable:
     array([ 0.4     ,  0.866025,  0.      , -0.866025,  0.4     ,  0.      ])
     """
     try:
-        found = json.loads(Path(path).read_text(encoding="utf-8"))
+        found = json.loads(text_of(path))
         system, fields = found["system"], list(found["fields"])
         table = np.array(found["data"], dtype=float).T
         mass = float(system["mass_ratio"])

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from ..base.foreign import Foreign
+from ..base.placing import text_of
 from .frames import orbits as orbits_of
 from .taylor import SIX, Terms, of_columns, turn
 
@@ -26,7 +27,7 @@ def read_tfs(path: Path, advice: str = EQUATIONS) -> dict[str, np.ndarray]:
 
     advice: what to do with other files.
     """
-    lines = [words for line in path.read_text(encoding="utf-8").splitlines() if (words := WORDS.findall(line))]
+    lines = [words for line in text_of(path).splitlines() if (words := WORDS.findall(line))]
     heads = {first: rest for first, *rest in lines if first in ("*", "$")}
     names, formats = [word.lower() for word in heads.get("*", ())], heads.get("$", ())
     rows = [words for words in lines if words[0] not in heads and words[0][0] not in "@#"]
@@ -63,7 +64,7 @@ def orbits(path: Path, name: str, coordinates: tuple[str, ...] | None) -> Foreig
 
 def lattice(path: Path) -> str:
     """Return the map of one turn of a file, on momentum and about the closed orbit, as a text."""
-    text = path.read_text(encoding="utf-8")
+    text = text_of(path)
     return turn(_series(text, path) if SERIES.search(text) else of_columns(read_tfs(path), f"{path}"))
 
 

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..base.numbers import StrPath, numbers, positive
+from ..base.placing import text_of
 from ..formulas.formula import hamiltonian
 from ..models.mechanics import system_of
 
@@ -65,7 +66,7 @@ def read_three_bodies(path: StrPath, m3: float = 1.0) -> ThreeBodies:
     >>> read_three_bodies("table.txt").period
     array([6.32591398])
     """
-    text = Path(path).read_text(encoding="utf-8")
+    text = text_of(path)
     pieces = text.split("<tr>") if "<tr>" in text else text.splitlines()
     found = [NUMBER.findall(piece) for piece in pieces if all(float(m) == m3 for m in MASS.findall(piece)[:1])]
     rows = [[*map(float, words[:4]), np.nan][:4] for words in found if len(words) > 2]

@@ -11,7 +11,7 @@ from ..base.foreign import call_for
 from ..base.identity import by_identity
 from ..base.numbers import numbers, shown
 from ..charts import Chart
-from ..compile.blocks import is_value, parameters
+from ..compile.blocks import is_as_met, is_value, parameters
 from ..formulas.section_text import section_forms
 from ..models.contracts import Autonomous, Map, Model, Nonseparable, Potential, Section
 from ..models.mechanics import System, system_of
@@ -34,6 +34,8 @@ def checked_model(model: Any, name: str = "body", needs: str = "equations") -> A
             f"({type(model).__name__}){_instead(model)}"
         )
     met = _needs_met(model)
+    if met and not is_as_met(model):  # somebody has replaced methods of its class
+        met = _needs_met(model)
     if needs in met:
         return model
     system = system_of(model)
@@ -285,6 +287,7 @@ def checked_section(section: Any, model: Any) -> Any:
         raise ValueError(f"section.direction must be -1, 0 or +1, got {shown(section.direction)}")
     if not np.all(np.isfinite(_parameters("section", section))):
         raise ValueError(f"section has a parameter that is not finite: {section!r}")
+    is_as_met(section)
     system = system_of(model)
     rows, normal = system.rows, getattr(section, "normal", None)
     try:

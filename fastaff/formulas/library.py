@@ -11,7 +11,10 @@ import hashlib
 import json
 import sys
 import types
+import weakref
+from collections import OrderedDict
 from collections.abc import Callable, Mapping
+from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -89,20 +92,62 @@ def generated_class(request: Request, programs: Programs, values: Mapping[str, f
     """
     terms = [(TERMS[OPTIONS[name]].rate, TERMS[OPTIONS[name]].equations) for name in request.options]
     key = hashlib.sha256(json.dumps([jit.code_hash(), sys.version, *request, *terms]).encode()).hexdigest()[:24]
-    if key not in _CLASSES:
+    def made() -> Any:
         cls: Any = loaded(key, lambda: _derive(request, programs, values))
         cls.__reduce__ = functools.partialmethod(_reduce, request)
         cls._request = tuple(request) if request.others else tuple(request)[:-1]  # as in files of older versions
-        _CLASSES[key] = cls
-    return _CLASSES[key]
+        return cls
+
+    return CLASSES.get(key, made)
 
 
-_CLASSES: dict[str, type] = {}
+class Classes:
+    """Classes of formulas by their keys: all that are in use, and those met last beside them."""
+
+    def __init__(self, most: int) -> None:
+        self._most = most
+        self._alive: weakref.WeakValueDictionary[str, type] = weakref.WeakValueDictionary()
+        self._last: OrderedDict[str, type] = OrderedDict()
+
+    def get(self, key: str, make: Callable[[], type]) -> type:
+        """Return the class of a key, made now if it is not there."""
+        found = self._alive.get(key)
+        if found is None:
+            found = self._alive[key] = make()
+        self._last[key] = found
+        self._last.move_to_end(key)
+        while len(self._last) > self._most:
+            self._last.popitem(last=False)
+        return found
+
+    def named(self, key: str, name: str) -> Any:
+        """Return the class of a key if it has that name and is in use."""
+        found = self._alive.get(key)
+        if found is None or found.__name__ != name:
+            raise AttributeError(f"no class {name} is in use")
+        return found
+
+
+CLASSES = Classes(most=128)
+"""The classes of this process. Those of 128 formulas take some 10 MB."""
+
+
+class _Home(types.ModuleType):
+    """The module by which Numba's cache finds the class of a formula; it does not keep that in memory."""
+
+    def __init__(self, key: str, path: Path | None) -> None:
+        super().__init__(f"fastaff_formula_{key}")
+        self._key = key
+        if path is not None:
+            self.__file__ = str(path)
+
+    def __getattr__(self, name: str) -> Any:
+        return CLASSES.named(self._key, name)
 
 
 def loaded(key: str, derive: Callable[[], str]) -> Any:
-    """Return the class whose text is kept under a key, or derived now. The text runs in its own module, which Numba's
-    cache finds by name.
+    """Return the class whose text is kept under a key, or derived now. Numba's cache finds it by the name of its
+    module, which is there as long as the class is.
     """
     folder = jit.cache_directory()
     path = None if folder is None else folder / "formulas" / f"{key}.py"
@@ -112,16 +157,20 @@ def loaded(key: str, derive: Callable[[], str]) -> Any:
         if path is not None and not cache.write(path, written):
             path = None
     text = "\n" + written.decode()  # below the line of the checksum
-    module = types.ModuleType(f"fastaff_formula_{key}")
-    if path is not None:
-        module.__file__ = str(path)
-    sys.modules[module.__name__] = module
-    exec(compile(text, str(path or f"<fastaff formula {key}>"), "exec"), module.__dict__)
-    cls: Any = next(
-        entry for name, entry in vars(module).items() if name.startswith("Formula") and isinstance(entry, type)
-    )
+    home = _Home(key, path)
+    space: dict[str, Any] = {"__name__": home.__name__, "__file__": getattr(home, "__file__", None)}
+    exec(compile(text, str(path or f"<fastaff formula {key}>"), "exec"), space)
+    cls: Any = next(entry for name, entry in space.items() if name.startswith("Formula") and isinstance(entry, type))
     cls.__repr__ = _repr
+    sys.modules[home.__name__] = home
+    weakref.finalize(cls, _left, home).atexit = False
     return cls
+
+
+def _left(home: _Home) -> None:
+    """Remove the module of a class that is no more, unless another of the same key has come."""
+    if sys.modules.get(home.__name__) is home:
+        del sys.modules[home.__name__]
 
 
 def _repr(self: Any) -> str:

@@ -20,7 +20,7 @@ from ..models.contracts import WrittenMap
 from .arguments import checked_names, values_of
 from .formula import Text
 from .grammar import CONSTANTS, NUMERIC, Program, parse
-from .library import loaded, rebuild
+from .library import CLASSES, loaded, rebuild
 from .map_source import TAG, MapRequest, Statements, class_of_map, pairs, period_texts, statements
 
 TRIED = 400
@@ -183,15 +183,13 @@ def _generated(request: MapRequest, found: Statements, wall: Program | None, per
         imported("sympy", what="a map that is new here")
         return class_of_map(request, found, wall, periods)
 
-    if key not in _CLASSES:
-        _CLASSES[key] = loaded(key, derived)
-        cls: Any = _CLASSES[key]
+    def made() -> Any:
+        cls: Any = loaded(key, derived)
         cls.__reduce__ = functools.partialmethod(_reduce, request)
         cls._request, cls.__repr__ = tuple(request), _repr
-    return _CLASSES[key]
+        return cls
 
-
-_CLASSES: dict[str, type] = {}
+    return CLASSES.get(key, made)
 
 
 def _repr(self: Any) -> str:

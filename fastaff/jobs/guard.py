@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import hashlib
+import os
 import re
+import stat
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -20,6 +23,9 @@ ITEMS = ("orbit", "case")
 LAUNCH = {"z0": "float64", "finished": "int8"}
 """Arrays that every store has."""
 
+SEALS = "seals"
+"""Array of the group launch with a row for each unit: a seal of its chunk of each array, 0 before it is written."""
+
 ENTRIES: dict[str, type] = {
     "job": str,
     "orbits": int,
@@ -32,6 +38,15 @@ ENTRIES: dict[str, type] = {
     "reruns": list,
 }
 """Entries in the root's record of a store."""
+
+UNSEALED = 3
+"""The format of stores before there were seals, which are read without."""
+
+AT_ONCE = 2**20
+"""Bytes of an array that are read at once, or a unit that takes more: what is asked for is not read twice as a whole."""
+
+SEALED = "sealed"
+"""Entry in the root's record of a store: the names of the arrays that have seals, in the order of these."""
 
 RERUN = {"status": list, "run": dict, "analyses": list}
 """Entries in the record of each rerun."""
@@ -62,29 +77,134 @@ def checked_root(path: Path, facts: dict[str, Any]) -> None:
             raise Wrong(f"{path} is damaged: it tells of a rerun {shown(again)}")
         if not set(map(str, again["analyses"])) <= facts["contents"].keys():
             raise Wrong(f"{path} is damaged: it tells of a rerun of {shown(again['analyses'])}")
+    sealed = facts.get(SEALED)
+    if sealed is None and facts["format"] == UNSEALED:
+        return
+    if not isinstance(sealed, list) or not all(isinstance(name, str) for name in sealed):
+        raise Wrong(f"{path} is damaged: its root does not tell {SEALED}")
 
 
 def checked_arrays(path: Path, root: Hierarchy, facts: dict[str, Any]) -> None:
     """Refuse a store whose arrays are not those that this package writes; reads no numbers. Arrays that Zarr itself
     refuses, such as those of unknown codecs, are refused here.
     """
-    for link in (entry for depth in ("*", "*/*", "*/*/*") for entry in path.glob(depth) if entry.is_symlink()):
-        raise Wrong(f"{path} has a link, {link.relative_to(path)}, which no store of fastaff has: not read")
+    for depth in ("*", "*/*", "*/*/*"):
+        for entry in path.glob(depth):
+            _plain(path, entry)
     for name, kind in LAUNCH.items():
         if root[f"launch/{name}"].dtype != kind:
             raise Wrong(f"{path} is damaged: launch/{name} is no array of {kind}")
     for group in ("launch", *facts["contents"]):
         for name in sorted(entry.name for entry in (path / group).iterdir() if entry.is_dir()):
             array, where = root[f"{group}/{name}"], f"{group}/{name}"
+            for folder in array.file(0).parents:
+                if folder == path / where:
+                    break
+                _plain(path, folder)
             shape, cut = array.shape, has_items(array)
             pieces = tuple(max(1, n) for n in shape)
             if cut:
                 pieces = *pieces[:-1], facts["unit"]
+            elif where == f"launch/{SEALS}":
+                pieces = *pieces[:-1], 1
             else:
                 fits(f"{path}: {where}", *shape, itemsize=array.dtype.itemsize or 1)
             fits(f"{path}: {where}", *array.chunks, itemsize=array.dtype.itemsize or 1)
             if array.chunks != pieces or (cut and shape[-1] != facts["orbits"]):
                 raise Wrong(f"{path} is damaged: {where} has the shape {shape} in pieces of {array.chunks}")
+
+
+    if SEALED in facts:
+        units = -(-facts["orbits"] // facts["unit"])
+        seals, arrays = root[f"launch/{SEALS}"], {name for name, _ in sealed_arrays(root, facts)}
+        if (seals.shape, seals.dtype) != ((len(facts[SEALED]), units), np.uint64) or arrays != set(facts[SEALED]):
+            raise Wrong(f"{path} is damaged: launch/{SEALS} has no seals of its arrays")
+
+
+def _plain(path: Path, entry: Path) -> None:
+    """Refuse what no store has: links, by which another folder would be written, and pipes, which have no end."""
+    mode = 0
+    try:
+        mode = os.lstat(entry).st_mode
+    except FileNotFoundError:
+        return
+    if stat.S_ISLNK(mode):
+        raise Wrong(f"{path} has a link, {entry.relative_to(path)}, which no store of fastaff has: not read")
+    if not (stat.S_ISDIR(mode) or stat.S_ISREG(mode)):
+        raise Wrong(f"{path} has a pipe or device, {entry.relative_to(path)}, which no store of fastaff has: not read")
+
+
+def sealed_arrays(root: Hierarchy, facts: dict[str, Any]) -> Iterator[tuple[str, Numbers]]:
+    """Yield names and arrays whose chunks have seals: all that have an entry for each orbit."""
+    for group in ("launch", *facts["contents"]):
+        for name, array in root[group].arrays():
+            if has_items(array):
+                yield f"{group}/{name}", array
+
+
+def seal(name: str, unit: int, value: np.ndarray) -> int:
+    """Return the seal of a unit's chunk of an array: a number of its content, its name and the unit, never 0."""
+    content = np.ascontiguousarray(one_nan(value))
+    digest = hashlib.blake2b(f"{name} {unit} {content.dtype.str} {content.shape}\0".encode(), digest_size=8)
+    digest.update(content.data if content.size else b"")
+    return int.from_bytes(digest.digest(), "little") or 1
+
+
+def one_nan(value: Any) -> np.ndarray:
+    """Return numbers whose NaN have one form, whichever operation they came from: the sign of a NaN depends on the
+    neighbours in a vector.
+    """
+    value = np.asarray(value)
+    if value.dtype.kind in "fc" and (empty := np.isnan(value)).any():
+        value = np.where(empty, np.asarray(np.nan if value.dtype.kind == "f" else complex(np.nan, np.nan)), value)
+    return value
+
+
+class Seals:
+    """The seals of a store: a chunk that is another unit's, or of another array or moment, does not fit its seal.
+
+    The seals of a unit are 0 while its chunks are being written, so that one that is there always fits.
+    """
+
+    def __init__(self, array: Numbers, names: list[str]) -> None:
+        self._array = array
+        self._place = {name: k for k, name in enumerate(names)}
+        self._known: dict[int, np.ndarray] = {}
+
+    def of(self, unit: int) -> dict[str, int]:
+        """Return the seals of a unit by the names of arrays, as they are on the disk: those that are there."""
+        found = self._read(unit)
+        return {name: int(found[at]) for name, at in self._place.items() if found[at]}
+
+    def _read(self, unit: int) -> np.ndarray:
+        return np.asarray(self._array[:, unit])
+
+    def file(self, unit: int) -> Path:
+        """Return the file of a unit's seals."""
+        path: Path = self._array.file(unit)
+        return path
+
+    def keep(self, unit: int, found: dict[str, int]) -> None:
+        """Write the seals of a unit: those of arrays that are not named are 0."""
+        column = np.zeros(len(self._place), np.uint64)
+        for name, number in found.items():
+            column[self._place[name]] = number
+        self._array[:, unit] = column
+        self._known.pop(unit, None)
+
+    def fits(self, name: str, unit: int, value: np.ndarray) -> bool:
+        """Tell whether the chunk of a unit is what was written there; so it is where the unit is being written."""
+        if name not in self._place:
+            return True
+        number, at = seal(name, unit, value), self._place[name]
+        finished = name == "launch/finished"
+        for fresh in (False, True):  # another process may have written the unit anew
+            if fresh or unit not in self._known:
+                self._known[unit] = self._read(unit)
+            kept = int(self._known[unit][at])
+            if kept == number or (kept == 0 and not finished):
+                return True
+        return finished and bool((value < 0).all())
 
 
 @contextmanager
@@ -102,8 +222,8 @@ def sound(where: str, *passed: type[Exception]) -> Iterator[None]:
 class Numbers:
     """An array of a store: any damage in it raises an error with its name."""
 
-    def __init__(self, path: Path, name: str, array: Any) -> None:
-        self._path, self._name = path, name
+    def __init__(self, path: Path, name: str, array: Any, seals: Seals | None = None) -> None:
+        self._path, self._name, self._seals = path, name, seals
         # Empty chunks are written too: a missing chunk is a lost one.
         self._array = array.with_config({"write_empty_chunks": True})
 
@@ -111,18 +231,70 @@ class Numbers:
         return getattr(self._array, name)
 
     def __setitem__(self, key: Any, value: Any) -> None:
-        value = np.asarray(value)
-        if value.dtype.kind in "fc" and (empty := np.isnan(value)).any():
-            # NaN has one form, whichever operation it came from: its sign depends on the neighbours in a vector.
-            value = np.where(empty, np.asarray(np.nan if value.dtype.kind == "f" else complex(np.nan, np.nan)), value)
+        value = one_nan(value)
         with recognized():
             self._array[key] = value
 
     def __getitem__(self, key: Any) -> Any:
         with sound(f"{self._path} is damaged in {self._name}", OSError, Wrong):
-            if not has_items(self._array) and self.lacks([0]):  # a missing chunk would be read as fill values
+            if has_items(self._array):
+                return self._of_units(key)
+            if self._name == f"launch/{SEALS}":
+                self._is_file(key[-1])
+            elif self.lacks([0]):  # a missing chunk would be read as fill values
                 raise Wrong(f"{self._path} is damaged: {self._name} is not there")
             return self._array[key]
+
+    def _of_units(self, key: Any) -> Any:
+        """Return the entries of a key, its last part a slice of items, from whole chunks that fit their seals."""
+        *before, items = key if isinstance(key, tuple) else (key,)
+        if items is ... or (not before and self._array.ndim > 1):
+            before, items = ([] if items is ... else [items]), slice(None)
+        first, last, _ = items.indices(self.shape[-1])
+        if last <= first:
+            return self._array[key]
+        found = np.empty((*self.shape[:-1], last - first), self._array.dtype)
+        size = self.chunks[-1]
+        units = range(first // size, -(-last // size))
+        for begin, step in self._runs(units):
+            low, high = begin * size, min(begin + step, units.stop) * size
+            whole = self._checked(begin, low, high)
+            part = slice(max(first, low), min(last, high))
+            found[..., part.start - first : part.stop - first] = whole[..., part.start - low : part.stop - low]
+        return found[(*before, slice(None)) if ... in before else (*before, ..., slice(None))]
+
+    def verify(self, units: range) -> None:
+        """Refuse chunks of some units that do not fit their seals; they are read some at a time."""
+        size = self.chunks[-1]
+        for begin, step in self._runs(units):
+            self._checked(begin, begin * size, min(begin + step, units.stop) * size)
+
+    def _runs(self, units: range) -> Iterator[tuple[int, int]]:
+        """Yield the first of some units and the number that is read with it."""
+        each = max(1, self._array.dtype.itemsize * int(np.prod(self.shape[:-1])) * self.chunks[-1])
+        step = max(1, AT_ONCE // each)
+        for begin in units[::step]:
+            yield begin, step
+
+    def _checked(self, begin: int, low: int, high: int) -> np.ndarray:
+        """Return the items of some units, the first of which is `begin`, if they fit their seals."""
+        size = self.chunks[-1]
+        numbers = range(begin, -(-high // size))
+        for number in numbers:
+            self._is_file(number)
+        whole = np.asarray(self._array[..., low:high])
+        for number in numbers if self._seals is not None else ():
+            part = whole[..., number * size - low : (number + 1) * size - low]
+            if not self._seals.fits(self._name, number, part):
+                raise Wrong(
+                    f"{self._path} is damaged: {self._name} of unit {number} is not what was written there; was its "
+                    "file exchanged?"
+                )
+        return whole
+
+    def _is_file(self, number: int) -> None:
+        """Refuse a chunk that is no file, such as a pipe, which would be waited for without an end."""
+        _plain(self._path, self.file(number))
 
     def lacks(self, numbers: Iterable[int]) -> list[int]:
         """Return the units among `numbers` that have no chunk."""
@@ -148,6 +320,12 @@ class Hierarchy:
     def __init__(self, path: Path, root: Any, prefix: str = "") -> None:
         self._path, self._root, self._prefix = path, root, prefix
         self._known: dict[str, Any] = {}
+        self._seals: Seals | None = None
+
+    def sealed(self, seals: Seals) -> None:
+        """Compare all arrays with their seals from now on."""
+        self._seals = seals
+        self._known.clear()
 
     def __getitem__(self, name: str) -> Any:
         if name not in self._known:
@@ -157,10 +335,11 @@ class Hierarchy:
                     found = self._root[name]
             except KeyError:
                 raise Wrong(f"{self._path} is damaged: it has no {inner}") from None
-            array = hasattr(found, "chunks")
-            self._known[name] = (
-                Numbers(self._path, inner, found) if array else Hierarchy(self._path, found, f"{inner}/")
-            )
+            if hasattr(found, "chunks"):
+                self._known[name] = Numbers(self._path, inner, found, self._seals)
+            else:
+                self._known[name] = Hierarchy(self._path, found, f"{inner}/")
+                self._known[name]._seals = self._seals
         return self._known[name]
 
     def __contains__(self, name: str) -> bool:

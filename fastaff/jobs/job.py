@@ -15,6 +15,7 @@ import numpy as np
 
 from ..base.names import did_you_mean
 from ..base.numbers import numbers, shown, whole
+from ..base.placing import text_of
 from ..base.short_forms import starts_of
 from ..flows.checks import checked_model, phase_points
 from ..flows.needs import check_given
@@ -225,7 +226,7 @@ class Job:
         :Raises: OSError, ValueError or TypeError naming file, table and key.
         """
         try:
-            text = Path(path).read_text(encoding="utf-8")
+            text = text_of(path, "job")
         except UnicodeDecodeError as problem:
             raise Wrong(f"{path} is no text: {problem}") from None
         except FileNotFoundError:

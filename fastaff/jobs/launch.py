@@ -26,6 +26,7 @@ from ..analysis.sections.named_axes import Launching, Others, checked_energy, la
 from ..analysis.sections.section_edge import edge as section_edge
 from ..base.names import pairs
 from ..base.numbers import fits
+from ..base.placing import checked_file
 from ..formulas.number import number
 from ..models.mechanics import system_of
 from .flags import axis_of, cells_of, flags_of_axes, range_of
@@ -74,6 +75,7 @@ class Starts:
         others = [name for name in ("grid", "orbits", "range1", "range2", *BY_NAME) if getattr(self, name)]
         if others:
             raise Wrong(f"give {option('file')} or {option(others[0])}, not both")
+        checked_file(str(self.file), option("file"))
         try:
             with open(str(self.file), "rb") as file:
                 if file.read(6) != b"\x93NUMPY":

@@ -16,7 +16,7 @@ from .guard import sound
 from .job import Job, in_one_line
 from .scans import FoundCases, assembled
 from .store import ATTEMPT, DONE, WAITING, Store
-from .units import LOG, Unit, outcomes
+from .units import LOG, Unit, again_to_run, outcomes, waiting
 
 
 class JobResults:
@@ -90,8 +90,8 @@ class JobResults:
 
     @property
     def complete(self) -> bool:
-        """Whether all orbits are finished."""
-        return self._found is not None or not (Store(self.path).finished() == WAITING).any()
+        """Whether all orbits are finished, those of reruns too."""
+        return self._found is not None or not waiting(Store(self.path)).size
 
     def counts(self) -> dict[str, dict[str, int]]:
         """Return the number of orbits of each status, by analysis."""
@@ -124,18 +124,21 @@ class JobResults:
         if note := self._escape():
             lines.append(note)
         if self.path is not None:
-            state = Store(self.path).finished()
-            absent, waiting = np.count_nonzero(state == 0), np.count_nonzero(state == WAITING)
-            for attempt, again in enumerate(Store(self.path).facts["reruns"], 1):
+            store = Store(self.path)
+            state = store.finished()
+            absent, missing = np.count_nonzero(state == 0), np.count_nonzero(state == WAITING)
+            for attempt, again in enumerate(store.facts["reruns"], 1):
                 count = sum(int(np.count_nonzero(self.attempts(name) == attempt)) for name in self.names)
                 changed = ", ".join(f"{name} {value}" for name, value in again["run"].items())
                 lines.append(f"run again with {changed}: {count} orbits")
-            if Store(self.path).facts["other_processors"]:
+            if left := int(np.count_nonzero(again_to_run(store))):
+                lines.append(f"{left} orbits still to be run again")
+            if store.facts["other_processors"]:
                 lines.append("computed by processors of several kinds: the last digits may differ between units")
             if absent:
                 lines.append(f"{absent} points beyond the energy")
-            if waiting:
-                lines.append(f"{waiting} points not computed yet")
+            if missing:
+                lines.append(f"{missing} points not computed yet")
         if self.units:
             slow = max(self.units, key=lambda unit: unit.seconds)
             lines.append(f"slowest unit {slow.number}: {slow.orbits} orbits in {slow.seconds:.1f} s")
@@ -155,15 +158,22 @@ class JobResults:
 
     def to_xarray(self, chunks: Any = None) -> Any:
         """Open the store as an xarray.DataTree, whose arrays are read when and as far as they are used; with `chunks`,
-        as in `xarray.open_datatree` ({}: the units of the job), dask reads them.
+        as in `xarray.open_datatree` ({}: the units of the job), dask reads them. What they read is not compared with the
+        seals of its chunks, as all else here is.
         """
         if self.path is None:
             raise ValueError("these results are in memory: results[name].to_xarray() gives each of them")
+        xarray = imported("xarray", what="to_xarray")
+        if chunks is not None:
+            imported("dask", what="to_xarray with chunks")
         with sound(f"{self.path} is damaged"):
-            return imported("xarray", what="to_xarray").open_datatree(str(self.path), engine="zarr", chunks=chunks)
+            return xarray.open_datatree(str(self.path), engine="zarr", chunks=chunks)
 
     def to_netcdf(self, path: Any) -> None:
         """Write the store as NetCDF, for other programs."""
+        imported("h5netcdf", what="to_netcdf")
+        if self.path is not None:
+            Store(self.path).verify()
         self.to_xarray().to_netcdf(str(path), engine="h5netcdf")
 
     def _column(self, name: str, field: str) -> Any:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import shlex
 import time as clock
 from collections.abc import Callable, Sequence
@@ -48,6 +49,9 @@ SMALLEST = 256
 
 WORKING = 6.0
 """Bytes that a unit takes while it runs for each byte of its results: measured by `bench/job_memory.py`."""
+
+PARTIAL = re.compile(r"\d+\.[0-9a-f]{32}\.partial")
+"""Names of chunks that are being written, by Zarr."""
 
 SHARE = 0.25
 """Share of the free memory that a job takes if nothing is said."""
@@ -342,7 +346,7 @@ def begin(
     def prepared(store: Store) -> None:
         for number in range(store.units if own_starts else 0):
             points = store.points(number)
-            store.root["launch/z0"][:, points] = between(plan.launch, points.start, points.stop)[0]
+            store.start(number, between(plan.launch, points.start, points.stop)[0])
 
     try:
         return create(path, facts, template, plan.rows, overwrite=overwrite, prepared=prepared)
@@ -462,7 +466,8 @@ def _finished(
         if not len(waiting(begun.store)):
             return JobResults.stored(path, job=begun.job)
         same_processor(begun.store, other)
-        sweep(path, "*/*/c/**/*.partial")  # chunks that killed processes were writing
+        sweep(path.glob("*/*/c/**/*.partial"), PARTIAL)
+        begun.store.verify()
         todo = waiting(begun.store)
         state = Watched(begun.store, len(todo), report, watch)
         try:

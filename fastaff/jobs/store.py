@@ -1,11 +1,12 @@
 """Results of a job on disk: a Zarr hierarchy with a chunk of every array for each unit, which xarray opens by itself.
 
     NAME.zarr           attributes: the job as TOML, settled options, versions; format
-      launch            z0 (coordinate, orbit), finished (orbit)
+      launch            z0 (coordinate, orbit), finished (orbit); seals (array, unit) of the chunks of all units
       poincare, ...     the arrays of each analysis's result, orbits last, and attempt (orbit): 0, or which rerun
 
 Points of a grid that the energy does not reach have no orbit: their numbers are NaN, -1 or False, `finished` is 0.
-`finished` is written last: a unit without it does not count.
+`finished` is written last: a unit without it does not count. Each chunk has a seal, a number of its content, its array
+and its unit, which is compared when it is read: a chunk that was exchanged for another is noticed.
 """
 
 from __future__ import annotations
@@ -22,15 +23,27 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..base.interruption import imported, recognized
-from ..base.placing import draft
+from ..base.placing import draft, like, text_of
 from ..base.results import Column, columns
 from ..base.status import Status
 from ..exchange.files import opened, unpacked
-from .guard import Hierarchy, checked_arrays, checked_root, has_items, sound
+from .guard import (
+    SEALED,
+    SEALS,
+    UNSEALED,
+    Hierarchy,
+    Seals,
+    checked_arrays,
+    checked_root,
+    has_items,
+    seal,
+    sealed_arrays,
+    sound,
+)
 from .wording import Wrong
 
-FORMAT = 3
-"""Format of the stores that this version writes and reads."""
+FORMAT = 4
+"""Format of the stores that this version writes; it reads those of UNSEALED too."""
 
 ATTRIBUTES = "fastaff"
 """Name of the root's attribute that tells all of the job."""
@@ -59,6 +72,11 @@ class Store:
         self.root = Hierarchy(self.path, _opened(self.path, "r+" if writing else "r"))
         checked_arrays(self.path, self.root, self.facts)
         self.orbits, self.unit = int(self.facts["orbits"]), int(self.facts["unit"])
+        self._seals: Seals | None = None
+        self._written: dict[int, dict[str, int]] = {}
+        if SEALED in self.facts:
+            self._seals = Seals(self.root[f"launch/{SEALS}"], self.facts[SEALED])
+            self.root.sealed(self._seals)
 
     @property
     def units(self) -> int:
@@ -85,6 +103,7 @@ class Store:
         """Write the orbits of a unit: z0 (2n, orbits), their numbers within it, and results by the name of the
         analysis. Written again they have the same bytes.
         """
+        self._unseal(unit)
         points = self.points(unit)
         count = points.stop - points.start
         written = [self._put("launch", "z0", unit, _spread(z0, place, count))]
@@ -97,6 +116,11 @@ class Store:
             first = _spread(np.zeros(place.size, np.int16), place, count)
             written.append(self._put(analysis, ATTEMPT, unit, first))
         _on_disk(written)
+
+    def start(self, unit: int, z0: np.ndarray) -> None:
+        """Write the starts (2n, orbits) of a unit, before anything of it is computed."""
+        written = [self._put("launch", "z0", unit, z0)]
+        _on_disk([*written, *self._sealed(unit)])
 
     def amend(self, unit: int, analysis: str, rows: np.ndarray, result: Any, attempt: int) -> None:
         """Write the result of some orbits of a unit, by their numbers within it, over that of earlier attempts; its
@@ -117,12 +141,49 @@ class Store:
         points = self.points(unit)
         done = np.full(points.stop - points.start, ABSENT, np.int8)
         done[place] = DONE
+        self._note("launch/finished", unit, done)
+        _on_disk(self._sealed(unit))
         _on_disk([self._put("launch", "finished", unit, done)])
 
     def forget(self, unit: int) -> None:
-        """Mark a unit as not finished, before it is changed."""
+        """Mark a unit as not finished, before it is changed; its chunks must be what was written there."""
+        self.verify(range(unit, unit + 1))
         points = self.points(unit)
+        kept = {} if self._seals is None else self._seals.of(unit)
         _on_disk([self._put("launch", "finished", unit, np.full(points.stop - points.start, WAITING, np.int8))])
+        self._unseal(unit)
+        self._written[unit] = kept
+
+    def verify(self, units: range | None = None) -> None:
+        """Refuse a store if a chunk of a finished unit, of all or some of them, is not what was written there."""
+        if self._seals is None:
+            return
+        chosen = range(self.units) if units is None else units
+        for _, array in sealed_arrays(self.root, self.facts):
+            array.verify(chosen)
+
+    def _note(self, name: str, unit: int, value: np.ndarray) -> None:
+        """Keep the seal of a chunk, to be written with the others of its unit."""
+        if self._seals is not None:
+            self._written.setdefault(unit, {})[name] = seal(name, unit, value)
+
+    def _sealed(self, unit: int) -> list[Path]:
+        """Write the seals of a unit's chunks, which are on the disk; return their file."""
+        if self._seals is None:
+            return []
+        self._seals.keep(unit, self._written.pop(unit))
+        return [self._seals.file(unit)]
+
+    def _unseal(self, unit: int) -> None:
+        """Take the seals from chunks of a unit that are going to be written, all but those of its starts, which stay
+        the same.
+        """
+        if self._seals is None:
+            return
+        kept = self._seals.of(unit)
+        if kept.keys() - {"launch/z0"}:
+            self._seals.keep(unit, {name: number for name, number in kept.items() if name == "launch/z0"})
+            _on_disk([self._seals.file(unit)])
 
     def read(self, analysis: str, points: slice | None = None, **given: Any) -> Any:
         """Return the result of the finished orbits, all or those between some points; given: values of your own
@@ -159,6 +220,8 @@ class Store:
         array = self.root[f"{group}/{name}"]
         file: Path = array.file(unit)
         self._stays()
+        if name != "finished":
+            self._note(f"{group}/{name}", unit, np.asarray(value, array.dtype))
         try:
             array[..., self.points(unit)] = value
         except OSError as problem:
@@ -202,7 +265,7 @@ def create(
     names: of the rows of z0; prepared: called with the store before it is at its place. Raises FileExistsError if the
     path exists; with `overwrite` a store of fastaff is replaced; it stays if that fails.
     """
-    path = Path(path)
+    path = _behind_links(Path(path))
     path.parent.mkdir(parents=True, exist_ok=True)
     replacing = path.exists()  # a store that another process makes from now on is not replaced
     if replacing and not (overwrite and is_store(path)):
@@ -211,7 +274,7 @@ def create(
         root = _zarr().open_group(str(fresh), mode="w", zarr_format=3)
         items = {entry.axes[-1] for result in template.values() for entry in columns(result)}
         layout = Layout(facts["orbits"], facts["unit"], items.pop())
-        launch = root.create_group("launch")
+        launch, sealed = root.create_group("launch"), ["launch/z0", "launch/finished"]
         _array(launch, "z0", np.float64, (len(names),), ("coordinate",), layout)
         _labels(launch, "coordinate", names)
         _array(launch, "finished", np.int8, (), (), layout)
@@ -221,7 +284,9 @@ def create(
             contents[analysis], found = laid_out(result)
             _fill(group, result, found, layout)
             _array(group, ATTEMPT, np.int16, (), (), layout)
-        told = {"format": FORMAT, **facts, "contents": contents}
+            sealed += [f"{analysis}/{name}" for name in (*(column.name for column in found), ATTEMPT)]
+        _seals(launch, len(sealed), -(-layout.number // layout.unit))
+        told = {"format": FORMAT, **facts, "contents": contents, SEALED: sealed}
         root.attrs.update({"title": "orbits of fastaff", "job": facts["job"], ATTRIBUTES: json.dumps(told)})
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # consolidated metadata are no part of the format yet; xarray reads them
@@ -235,8 +300,22 @@ def create(
     return Store(path, writing=True)
 
 
+def _behind_links(path: Path) -> Path:
+    """Return the place to which a link leads: a store is made there, and the link stays."""
+    if not path.is_symlink():
+        return path
+    try:
+        place = path.resolve()
+    except (OSError, RuntimeError):  # a link to itself
+        raise Wrong(f"{path} is a link that leads nowhere") from None
+    if not place.parent.is_dir():
+        raise Wrong(f"{path} is a link to {place}, whose folder does not exist")
+    return place
+
+
 def _exchanged(fresh: Path, path: Path) -> None:
     """Move a new store to the place of an old one, which is removed, or stays if that fails."""
+    like(fresh, path)
     old = Path(tempfile.mkdtemp(prefix=f".{path.name}-old-", dir=path.parent))
     os.rename(path, old / "store")
     try:
@@ -278,7 +357,7 @@ def is_store(path: Any) -> bool:
 
 def _told(path: Path) -> Any:
     """Return the root's record: text, which other formats hold too, of JSON."""
-    return json.loads(json.loads((path / "zarr.json").read_text(encoding="utf-8"))["attributes"][ATTRIBUTES])
+    return json.loads(json.loads(text_of(path / "zarr.json"))["attributes"][ATTRIBUTES])
 
 
 def facts_of(path: Path) -> dict[str, Any]:
@@ -288,9 +367,9 @@ def facts_of(path: Path) -> dict[str, Any]:
     if not is_store(path):
         raise Wrong(f"{path} must be a store of a fastaff job: it has none of its attributes")
     facts = _told(path)
-    if not isinstance(facts, dict) or facts.get("format") != FORMAT:
-        version = facts.get("format") if isinstance(facts, dict) else None
-        raise Wrong(f"{path} has the format {version!r}; this version of fastaff reads {FORMAT}")
+    version = facts.get("format") if isinstance(facts, dict) else None
+    if type(version) is not int or version not in (FORMAT, UNSEALED):
+        raise Wrong(f"{path} has the format {version!r}; this version of fastaff reads {FORMAT} and {UNSEALED}")
     checked_root(path, facts)
     return facts
 
@@ -372,6 +451,18 @@ def _array(
         compressors=_compressors(),
         dimension_names=(*axes, layout.item),
         attributes=attributes or {},
+    )
+
+
+def _seals(launch: Any, arrays: int, units: int) -> None:
+    launch.create_array(
+        SEALS,
+        shape=(arrays, units),
+        chunks=(arrays, 1),
+        dtype=np.uint64,
+        fill_value=0,
+        compressors=_compressors(),
+        dimension_names=("array", "unit"),
     )
 
 

@@ -164,12 +164,17 @@ def to_run_again(store: Store, name: str, again: dict[str, Any], attempt: int, n
 
 def waiting(store: Store) -> np.ndarray:
     """Return the numbers of the units that are not finished, or have orbits that are to be run again."""
-    state = store.finished()
-    found = state == WAITING
+    found = (store.finished() == WAITING) | again_to_run(store)
+    return np.unique(np.flatnonzero(found) // store.unit)
+
+
+def again_to_run(store: Store) -> np.ndarray:
+    """Tell of each finished orbit whether a rerun is for it that has not reached it."""
+    state, found = store.finished(), np.zeros(store.orbits, bool)
     for attempt, again in enumerate(store.facts["reruns"], 1):
         for name in again["analyses"]:
             found |= to_run_again(store, name, again, attempt) & (state == DONE)
-    return np.unique(np.flatnonzero(found) // store.unit)
+    return found
 
 
 def summed(number: int, orbits: int, seconds: float, results: dict[str, Any]) -> Unit:
