@@ -59,7 +59,7 @@ coverage: $(VENV)/.dev  ## which lines of Python the tests of every change do no
 	$(BIN)/python -m coverage report
 
 FAULTS := tests/test_inputs.py tests/test_kills.py tests/test_cli_faults.py tests/test_jobs.py tests/test_jit_cache.py \
-	tests/test_threads.py
+	tests/test_threads.py tests/test_placing.py tests/test_code_keys.py tests/test_job_seals.py tests/test_recipe.py
 
 faults: $(VENV)/.dev  ## 10^5 wrong inputs, 10^4 command lines, 1000 kills, damaged caches: an hour
 	FASTAFF_FAULTS=10 $(PYTEST) $(FAULTS)

@@ -92,7 +92,7 @@ def shared(store):
     """Arrays that have no entry for each orbit, with their files."""
     for described in sorted(store.glob("*/*/zarr.json")):
         names = json.loads(described.read_text()).get("dimension_names") or [""]
-        if names[-1] not in ITEMS:
+        if names[-1] not in (*ITEMS, "unit"):  # seals have a piece for each unit
             files = [file for file in described.parent.rglob("*") if file.is_file() and file.name != "zarr.json"]
             yield described.parent.relative_to(store).as_posix(), files
 

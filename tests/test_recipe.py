@@ -2,15 +2,18 @@
 executed.
 """
 
+import contextlib
 import json
+import random
 
 import numpy as np
 import pytest
 from own_models import OneSpring
+from thorough import TIMES
 
 import fastaff as fa
 from fastaff import files
-from fastaff.base.recipe import Call, encoded
+from fastaff.base.recipe import Call, encoded, is_recorded
 from fastaff.models.angles import AlphaBeta
 
 RNG = np.random.default_rng(20261)
@@ -157,3 +160,52 @@ def test_data_of_arguments():
         encoded(print)
     assert fa.integrate(OWN, Z4, time=1.0, step=0.1, report=lambda done: None).call.missing == ()
     assert isinstance(fa.integrate(OWN, Z4, time=1.0, step=0.1).call, Call)
+
+
+def public_functions():
+    """Every public name that a recipe looks up, with whether results have it as their call."""
+    homes = (fa, fa.analysis, fa.quantum)
+    return {name: is_recorded(getattr(home, name)) for home in homes[::-1] for name in home.__all__}
+
+
+def test_recipes_call_analyses_alone(tmp_path, monkeypatch):
+    """Whatever function a forged file names: none that is no analysis is called, and nothing is written."""
+    monkeypatch.chdir(tmp_path)
+    arrays, metadata = files.contents(files.save("run", fa.integrate(fa.HenonHeiles(), Z4[:, 0], time=1.0, step=0.1)))
+    (tmp_path / "elsewhere").mkdir()
+    (tmp_path / "elsewhere" / "x.npz").write_text("precious")
+    names = public_functions()
+    assert {"integrate", "poincare_map", "frequency_map", "chaos_map", "spectrum"} <= {n for n in names if names[n]}
+    others = [name for name in names if not names[name]]
+    assert {"save", "load", "run", "resume", "rerun", "explore", "hamiltonian", "doctor"} & set(names) <= set(others)
+    before = sorted(tmp_path.rglob("*"))
+    for name in (*others, "is_recorded", "__import__", "os.system", "files", "Recipe", "", "recipe"):
+        arguments = {"path": "elsewhere/x", "result": {"scheme": "KAHAN_LI8"}, "out": "elsewhere/x", "force": True}
+        metadata["call"] = {"function": name, "arguments": arguments, "missing": []}
+        np.savez(tmp_path / "run.npz", **arrays, metadata=np.array(json.dumps(metadata)))
+        with pytest.raises(ValueError, match="is no analysis of fastaff"):
+            files.recipe(tmp_path / "run.npz")
+        with pytest.raises(ValueError, match="is no analysis of fastaff"):
+            files.Recipe(name, arguments).run()
+    assert sorted(tmp_path.rglob("*")) == before
+    assert (tmp_path / "elsewhere" / "x.npz").read_text() == "precious"
+
+
+@pytest.mark.parametrize("seed", range(2 * TIMES))
+def test_damaged_calls_are_refused_by_name(seed, tmp_path):
+    """Parts of a call exchanged for others at random: a ValueError that names the file, or a recipe."""
+    rng = random.Random(f"calls {seed}")
+    arrays, metadata = files.contents(files.save(tmp_path / "run", fa.integrate(fa.HenonHeiles(), Z4, time=1.0)))
+    whole = json.dumps(metadata["call"])
+    odd = [None, 1, -2.5, "x", [], [1, "a"], {}, {"array": "z"}, {"array": "none"}, {"class": 3}, {"a": 1, "b": 2}]
+    odd += [{"float": "x"}, {"scheme": "none"}, {"chart": []}, {"class": "Body", "x": 1}, {"array": {"array": []}}]
+    for _ in range(60):
+        call = json.loads(whole)
+        at, key = call, rng.choice(list(call))
+        while isinstance(at[key], dict) and at[key] and rng.random() < 0.8:
+            at, key = at[key], rng.choice(list(at[key]))
+        at[key] = rng.choice(odd)
+        metadata["call"] = call
+        np.savez(tmp_path / "forged.npz", **arrays, metadata=np.array(json.dumps(metadata)))
+        with contextlib.suppress(ValueError):
+            files.recipe(tmp_path / "forged.npz")

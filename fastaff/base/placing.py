@@ -56,7 +56,7 @@ def draft(folder: Path, ending: str = "", *, of_files: bool = False) -> Iterator
     """
     sweep_drafts(folder)
     home = folder / f".fastaff-{secrets.token_hex(6)}.draft"
-    home.mkdir()
+    home.mkdir(mode=0o700)
     handle = _marked(home)
     try:
         path = home / f"new{ending}"

@@ -36,8 +36,8 @@ from .substitution import replaced
 from .texts import ARGUMENTS, ONE_VARIABLE, TEXTS, observed, read, signals, taken
 
 KEPT = 1024
-"""Compiled blocks, and methods in them, that a process keeps for the next call: those of some hundred models. Of what is
-let go the code stays in LLVM's memory, which it never frees: whoever uses it may go on.
+"""Compiled blocks, and methods in them, that a process keeps for the next call: those of some hundred models. The code
+of what is let go stays in LLVM's memory, which it never frees: whoever uses it may go on.
 """
 
 PREAMBLES = ("Failed in ", "- Resolution failure")
@@ -110,7 +110,9 @@ def _walk(value: Any, flat: list[float], classes: dict[type, str]) -> str:
 
 @functools.lru_cache(maxsize=KEPT)
 def _compilable(cls: type, state: int) -> type:
-    """Return `cls`; if it has no fields, a twin with one unused field, as Numba cannot pass it. state: of its methods."""
+    """Return `cls`; if it has no fields, a twin with one unused field, as Numba cannot pass it; state: of its
+    methods.
+    """
     if cls._fields:  # type: ignore[attr-defined]
         return cls
     twin: type = namedtuple("twin", ["unused"])

@@ -49,7 +49,6 @@ GENERATED = ("blocks", "formulas")
 JIT_DISABLED = bool(config.DISABLE_JIT)
 
 
-
 def package_hash(*folders: str) -> str:
     """Hash of every source file of the package, or of some of its folders, and of the compiler and its options."""
     return _hash(sys.version, folders)

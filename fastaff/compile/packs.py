@@ -56,7 +56,11 @@ def best(folder: Path, key: str, features: Iterable[str]) -> Pack | None:
     """
     for level in LEVELS.values():
         path = _path(folder, level, key)
-        if set(level.instructions) <= set(features) and path.is_file() and (content := read(path, own=False)) is not None:
+        if (
+            set(level.instructions) <= set(features)
+            and path.is_file()
+            and (content := read(path, own=False)) is not None
+        ):
             return Pack(level, pickle.loads(content))
     return None
 

@@ -92,6 +92,7 @@ def generated_class(request: Request, programs: Programs, values: Mapping[str, f
     """
     terms = [(TERMS[OPTIONS[name]].rate, TERMS[OPTIONS[name]].equations) for name in request.options]
     key = hashlib.sha256(json.dumps([jit.code_hash(), sys.version, *request, *terms]).encode()).hexdigest()[:24]
+
     def made() -> Any:
         cls: Any = loaded(key, lambda: _derive(request, programs, values))
         cls.__reduce__ = functools.partialmethod(_reduce, request)

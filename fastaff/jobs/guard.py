@@ -43,7 +43,7 @@ UNSEALED = 3
 """The format of stores before there were seals, which are read without."""
 
 AT_ONCE = 2**20
-"""Bytes of an array that are read at once, or a unit that takes more: what is asked for is not read twice as a whole."""
+"""Bytes of an array that are read at once, or a unit that takes more: memory has no second copy of all that is read."""
 
 SEALED = "sealed"
 """Entry in the root's record of a store: the names of the arrays that have seals, in the order of these."""
@@ -112,7 +112,6 @@ def checked_arrays(path: Path, root: Hierarchy, facts: dict[str, Any]) -> None:
             fits(f"{path}: {where}", *array.chunks, itemsize=array.dtype.itemsize or 1)
             if array.chunks != pieces or (cut and shape[-1] != facts["orbits"]):
                 raise Wrong(f"{path} is damaged: {where} has the shape {shape} in pieces of {array.chunks}")
-
 
     if SEALED in facts:
         units = -(-facts["orbits"] // facts["unit"])
@@ -283,9 +282,9 @@ class Numbers:
         for number in numbers:
             self._is_file(number)
         whole = np.asarray(self._array[..., low:high])
-        for number in numbers if self._seals is not None else ():
+        for number in numbers:
             part = whole[..., number * size - low : (number + 1) * size - low]
-            if not self._seals.fits(self._name, number, part):
+            if self._seals is not None and not self._seals.fits(self._name, number, part):
                 raise Wrong(
                     f"{self._path} is damaged: {self._name} of unit {number} is not what was written there; was its "
                     "file exchanged?"

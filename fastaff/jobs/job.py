@@ -8,7 +8,6 @@ import re
 import tomllib
 import typing
 from dataclasses import MISSING, dataclass, field, fields, replace
-from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np

@@ -158,8 +158,8 @@ class JobResults:
 
     def to_xarray(self, chunks: Any = None) -> Any:
         """Open the store as an xarray.DataTree, whose arrays are read when and as far as they are used; with `chunks`,
-        as in `xarray.open_datatree` ({}: the units of the job), dask reads them. What they read is not compared with the
-        seals of its chunks, as all else here is.
+        as in `xarray.open_datatree` ({}: the units of the job), dask reads them. What these read is not compared with
+        the seals of its chunks, as all else is.
         """
         if self.path is None:
             raise ValueError("these results are in memory: results[name].to_xarray() gives each of them")
