@@ -110,6 +110,8 @@ def an_array(name: str, value: Any) -> np.ndarray:
         array = np.asarray(value)
     except (ValueError, OverflowError) as problem:
         raise ValueError(f"{name} must be an array of numbers, got {shown(value)}: {problem}") from None
+    except (TypeError, RuntimeError) as problem:  # on another device, or with a record of gradients
+        raise TypeError(f"{name} must be an array of numbers, got a {type(value).__name__}: {problem}") from None
     if array.ndim > DEEPEST:
         raise ValueError(f"{name} must have at most {DEEPEST} dimensions, got {array.ndim}")
     return array

@@ -43,7 +43,7 @@ def takes(**forms: Full) -> Callable[[Callable[P, R]], Callable[P, R]]:
     def wrap(function: Callable[P, R]) -> Callable[P, R]:
         first, *rest = inspect.signature(function).parameters
         by_position = [forms.get(name) for name in rest]
-        on_section = by_position[:1] == [starts_of] and "section" in forms
+        on_section = rest[:1] == ["z0"] and {"z0", "section"} <= forms.keys()
 
         @functools.wraps(function)
         def wrapped(*given: Any, **named: Any) -> Any:
@@ -64,13 +64,6 @@ def takes(**forms: Full) -> Callable[[Callable[P, R]], Callable[P, R]]:
         return cast(Callable[P, R], wrapped)
 
     return wrap
-
-
-def starts_of(value: Any, _: Any = None) -> Any:
-    """Return the phase points of a grid or a sample of them, or of another tool; anything else as it is."""
-    if (found := read_by("starts", value, "z0")) is not None:
-        return found
-    return getattr(value, "z0", value) if dataclasses.is_dataclass(value) and not isinstance(value, type) else value
 
 
 def names_of(value: Any, _: Any = None) -> Any:

@@ -15,9 +15,9 @@ import numpy as np
 from ..base.names import did_you_mean
 from ..base.numbers import numbers, shown, whole
 from ..base.placing import text_of
-from ..base.short_forms import starts_of
 from ..flows.checks import checked_model, phase_points
 from ..flows.needs import check_given
+from ..flows.starts import ordered, orders_of, starts_of
 from ..formulas.number import number
 from ..models.mechanics import system_of
 from .analyses import ANALYSES, TRIAL, Actions, Analysis, Chaos, Frequencies, Motion, Orbits, Poincare, Run
@@ -110,7 +110,7 @@ class Job:
                 checked_model(value, "model")
                 object.__setattr__(self, name, described(value) or value)
             elif name == "starts":
-                value = starts_of(value)
+                value = ordered("starts", starts_of(value), lambda: orders_of(self._body()))
                 points = numbers("starts", value)
                 if points.ndim not in (1, 2):
                     raise ValueError(f"starts must be phase points (2n, orbits), got shape {np.shape(value)}")
@@ -128,9 +128,13 @@ class Job:
         """Return the analyses to be computed, by name."""
         return {name: getattr(self, name) for name in ANALYSES if getattr(self, name) is not None}
 
+    def _body(self) -> Any:
+        """Return the model itself."""
+        return self.model.build() if isinstance(self.model, Model) else self.model
+
     def plan(self) -> Plan:
         """Return system, section, launch set and analyses; raises ValueError or TypeError for parts that do not fit."""
-        body = self.model.build() if isinstance(self.model, Model) else self.model
+        body = self._body()
         system = system_of(body)
         if system.iterated:
             self._check_map(body)

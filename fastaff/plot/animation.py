@@ -19,6 +19,7 @@ from ..base.placing import placed
 from ..base.progress import says_progress
 from ..base.status import Status
 from ..charts import CARTESIAN
+from ..flows.starts import starts_of
 from ..models.contracts import Model
 from ..models.mechanics import system_of
 from .sections import words
@@ -88,6 +89,7 @@ def animate(
     <Animation of 3 frames, 0.12 s>
     """
     time, frames, rate = positive("time", time), whole("frames", frames, 2), whole("rate", rate, 1)
+    z0 = starts_of(z0, model)
     rows = np.shape(z0)[0] if np.ndim(z0) else 0
     fine = 1 if rows == 8 else FINE  # a trace is a curve
     run = integrate(model, z0, time=time, samples=fine * (frames - 1), accuracy=accuracy, threads=threads)

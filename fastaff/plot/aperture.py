@@ -8,6 +8,7 @@ import numpy as np
 
 from ..base.numbers import numbers, whole
 from ..base.status import Status
+from ..flows.starts import ordered
 from .picking import carry
 from .style import ACCENT, Artists, beyond, colour_map, figure, symbol
 
@@ -39,7 +40,7 @@ def plot_aperture(
     >>> [text.get_text() for text in fa.plot.plot_aperture(turns, starts).labels]
     ['aperture 0.2 to 0.2, mean 0.2']
     """
-    z0 = numbers("z0", getattr(z0, "z0", z0))
+    z0 = numbers("z0", ordered("z0", getattr(z0, "z0", z0), lambda: [tuple(result.names)]))
     if z0.ndim != 2 or z0.shape[1:] != np.shape(result.t):
         raise ValueError(f"z0 must be the starts (2n, {np.size(result.t)}) of the result, got {z0.shape}")
     rows = [whole(name, row, 0, len(z0) - 1) for name, row in (("x", x), ("y", y))]

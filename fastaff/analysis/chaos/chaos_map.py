@@ -14,13 +14,14 @@ from ...base.interruption import keeping
 from ...base.numbers import Passes, flag, portion, whole
 from ...base.recipe import recorded
 from ...base.results import Result, put
-from ...base.short_forms import Starts, starts_of, takes
+from ...base.short_forms import Starts, takes
 from ...base.status import Status, describe
 from ...flows.checks import checked_model
 from ...flows.ensemble import energy_error, mark_drift
 from ...flows.flow import Flow
 from ...flows.launch import Report
 from ...flows.options import Options, Problem
+from ...flows.starts import starts_of
 from ...kernels.readings import LN10
 from ...models.contracts import Dynamics
 from ...schemes.catalogue import Scheme, scheme_of

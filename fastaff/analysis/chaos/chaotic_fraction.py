@@ -20,6 +20,7 @@ from ...base.results import Result
 from ...base.short_forms import axes_of, names_of, takes
 from ...base.status import Status
 from ...flows.launch import Report
+from ...flows.starts import in_rows
 from ...models.contracts import Dynamics
 from ...models.mechanics import system_of
 from ...schemes.catalogue import VERNER9, RungeKutta, Scheme, scheme_of
@@ -303,7 +304,7 @@ def _fill(scan, cell, make, time, run, step, scheme, second, report) -> None:
     except NotReached:
         scan.done[cell] = True
         return
-    z0 = numbers("z0", z0)
+    z0 = numbers("z0", in_rows("z0", z0, body))
     if z0.size == 0:
         scan.done[cell] = True
         return

@@ -11,7 +11,7 @@ import numpy as np
 from ...base.interruption import keeping
 from ...base.numbers import Passes, fits, whole
 from ...base.recipe import recorded
-from ...base.short_forms import Starts, starts_of, takes
+from ...base.short_forms import Starts, takes
 from ...base.status import Status
 from ...compile.jit import LANES
 from ...flows import curvatures, observers
@@ -23,6 +23,7 @@ from ...flows.launch import Report
 from ...flows.motion import natural_rates
 from ...flows.needs import check_needs
 from ...flows.options import Options, Problem
+from ...flows.starts import starts_of
 from ...kernels.samples import CHUNK_ROWS
 from ...models.contracts import Angles, Dynamics
 from ...models.mechanics import system_of

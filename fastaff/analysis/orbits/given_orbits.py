@@ -14,12 +14,8 @@ from ...base.numbers import an_array, entries, fits, numbers, positive, refuse_u
 from ...base.results import Result
 from ...base.status import Status
 from ...compile.threads import by_portions
+from ...flows.starts import COORDINATES, ORBITS
 
-COORDINATES = ("coordinate", "coordinates", "component", "components", "row", "rows", "variable", "variables")
-ORBITS = (
-    *("orbit", "orbits", "particle", "particles", "particle_id", "number", "star", "stars"),
-    *("body", "bodies", "trajectory"),
-)
 SAMPLES = ("sample", "samples", "time", "times", "t", "turn", "turns", "at_turn", "step", "steps")
 """Names of the dimension of samples of a labelled array."""
 

@@ -13,7 +13,7 @@ from ...base.interruption import keeping
 from ...base.numbers import Passes, fits, portion, whole
 from ...base.recipe import recorded
 from ...base.results import Result
-from ...base.short_forms import Starts, starts_of, takes
+from ...base.short_forms import Starts, takes
 from ...base.status import Status
 from ...flows import observers
 from ...flows.accuracy import halved, outdone, planned, until
@@ -24,6 +24,7 @@ from ...flows.flow import Flow, Wear, no_memory
 from ...flows.launch import Report
 from ...flows.motion import motion
 from ...flows.options import Options, Problem
+from ...flows.starts import starts_of
 from ...flows.time_transformed import TransformedFlow
 from ...flows.tolerances import SLOW, UNEVEN, beyond, last, left, longer, tightened, tolerances, walled, with_tolerance
 from ...models.contracts import Dynamics

@@ -13,9 +13,10 @@ from ...base.interruption import Interrupted, keeping
 from ...base.numbers import positive, whole
 from ...base.progress import tell
 from ...base.recipe import recorded
-from ...base.short_forms import Starts, starts_of, takes
+from ...base.short_forms import Starts, takes
 from ...flows.motion import typical_rate
 from ...flows.options import Options
+from ...flows.starts import starts_of
 from ...formulas.section_text import section_of
 from ...models.contracts import Dynamics, Section
 from ...models.mechanics import system_of

@@ -12,11 +12,12 @@ from ...base.interruption import keeping
 from ...base.numbers import fits, positive, whole
 from ...base.progress import tell
 from ...base.recipe import recorded
-from ...base.short_forms import Starts, starts_of, takes
+from ...base.short_forms import Starts, takes
 from ...base.status import Status
 from ...flows.flow import Flow
 from ...flows.needs import check_given
 from ...flows.options import Options
+from ...flows.starts import starts_of
 from ...formulas.section_text import section_of
 from ...models.contracts import Dynamics, Section
 from ...schemes.catalogue import Scheme, scheme_of

@@ -11,7 +11,7 @@ from ...base.interruption import Interrupted, keeping
 from ...base.numbers import fits, portion, positive, whole
 from ...base.recipe import recorded
 from ...base.results import put
-from ...base.short_forms import Starts, starts_of, takes
+from ...base.short_forms import Starts, takes
 from ...base.status import Status
 from ...compile.threads import by_portions
 from ...flows.accuracy import Steps, halved, planned, until
@@ -22,6 +22,7 @@ from ...flows.motion import Motion, motion, typical_rate
 from ...flows.needs import check_given
 from ...flows.observers import bound
 from ...flows.options import Options, Problem
+from ...flows.starts import starts_of
 from ...formulas.section_text import section_of
 from ...kernels.crossing_roots import lean
 from ...models.contracts import Dynamics, Section

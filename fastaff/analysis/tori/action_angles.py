@@ -11,12 +11,13 @@ from ...base.axes import along
 from ...base.interruption import keeping
 from ...base.recipe import recorded
 from ...base.results import Result
-from ...base.short_forms import Starts, starts_of, takes
+from ...base.short_forms import Starts, takes
 from ...base.status import Status
 from ...charts.chart import Chart
 from ...compile.threads import checked_threads
 from ...flows.checks import phase_points
 from ...flows.launch import Report, launch, units
+from ...flows.starts import starts_of
 from ...kernels import tori_closed, tori_quadrature
 from ...kernels.tori_closed import TURN, Tori
 from ...models import Zero

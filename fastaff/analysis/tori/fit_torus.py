@@ -15,11 +15,12 @@ from ...base.interruption import keeping
 from ...base.numbers import Passes, positive
 from ...base.progress import says_progress
 from ...base.recipe import recorded
-from ...base.short_forms import Starts, starts_of, takes
+from ...base.short_forms import Starts, takes
 from ...base.status import Status
 from ...flows.checks import checked_model, phase_points
 from ...flows.launch import Report
 from ...flows.options import Options, Problem
+from ...flows.starts import starts_of
 from ...models.contracts import Dynamics
 from ...models.mechanics import system_of
 from ...schemes.catalogue import GAUSS16, SOFRONIOU_SPALETTA10, Scheme, scheme_of
