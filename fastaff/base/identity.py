@@ -1,7 +1,8 @@
-"""Results kept by the identity of a value: equal tuples may differ in the sign of a zero, or in their class."""
+"""Identity of values: results kept by it, and NamedTuples whose equality asks for their class."""
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Callable
 from functools import wraps
 from typing import Any, TypeVar
@@ -22,7 +23,9 @@ def forget(value: Any) -> None:
 
 
 def by_identity(function: Callable[[Any], Result]) -> Callable[[Any], Result]:
-    """Return the function with its results kept for the immutable values met last."""
+    """Return the function with its results kept for the immutable values met last, by their identity: equal values may
+    differ in the sign of a zero.
+    """
     known: dict[int, tuple[Any, Result]] = {}
     _ALL.append(known)
 
@@ -37,3 +40,35 @@ def by_identity(function: Callable[[Any], Result]) -> Callable[[Any], Result]:
         return found[1]
 
     return kept
+
+
+def told_apart(cls: type, kind: object = None) -> type:
+    """Return a class of NamedTuples whose values equal, and have the hash of, those of the same class alone, or of
+    another class of the same `kind`, the text that both are made of.
+    """
+    known = cls if kind is None else (cls.__name__, kind)
+
+    def equal(self: Any, other: Any) -> Any:
+        if isinstance(other, tuple) and getattr(type(other), "_kind_of_value", type(other)) != known:
+            return False
+        return tuple.__eq__(self, other)
+
+    def unequal(self: Any, other: Any) -> Any:
+        same = equal(self, other)
+        return same if same is NotImplemented else not same
+
+    def hashed(self: Any) -> int:
+        return hash((known, tuple.__hash__(self)))
+
+    made: Any = cls
+    made._kind_of_value, made.__eq__, made.__ne__, made.__hash__ = known, equal, unequal, hashed
+    return cls
+
+
+def tell_apart(package: str) -> None:
+    """Make the NamedTuples of all modules of a package, which are its models, potentials or sections, `told_apart`."""
+    for name, module in list(sys.modules.items()):
+        if name.startswith(f"{package}."):
+            for entry in list(vars(module).values()):
+                if isinstance(entry, type) and entry.__module__ == name and hasattr(entry, "_fields"):
+                    told_apart(entry)

@@ -62,6 +62,7 @@ not 0). At distance d from a focus of ELLIPTIC the error is larger by a factor s
 Source: Martens, Slawianowski, "Affinely-Rigid Body and Oscillatory Dynamical Models on GL(2,R)", labels as cited.
 """
 
+from ..base.identity import tell_apart
 from .catalogue import (
     ALPHA_BETA,
     ALPHA_BETA_PHI_PSI,
@@ -135,3 +136,5 @@ __all__ = [
     "to_matrix",
     "vartheta_of_b",
 ]
+
+tell_apart(__name__)

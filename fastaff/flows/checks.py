@@ -13,12 +13,14 @@ from ..base.numbers import numbers, shown
 from ..charts import Chart
 from ..compile.blocks import is_as_met, is_value, parameters
 from ..formulas.section_text import section_forms
+from ..models.at_points import at_points
 from ..models.contracts import Autonomous, Map, Model, Nonseparable, Potential, Section
 from ..models.mechanics import System, system_of
 from ..models.sections import Stroboscopic
 from ..schemes.catalogue import SCHEMES, Collocation, Nystrom, RungeKutta, Scheme, Splitting
 from ..schemes.time_transformed import TimeTransformed
 from .needs import check_kind, check_needs
+from .starts import in_rows
 
 LARGEST = 1e150
 """Size of a model's parameters whose squares are still numbers."""
@@ -48,6 +50,8 @@ def checked_model(model: Any, name: str = "body", needs: str = "equations") -> A
     if missing:
         raise TypeError(f"{name} {type(model).__name__} has no {', '.join(missing)}{_unnamed_kind(model)}")
     check_kind(model, name, needs)
+    if len(set(system.row_names)) < len(system.row_names):
+        raise ValueError(f"{name} {type(model).__name__} must have different names of its rows, got {system.row_names}")
     body = system.planar
     if body and not is_value(model.potential):
         raise TypeError(
@@ -170,6 +174,9 @@ def _evaluated(name: str, system: System) -> None:
             single.append(model.margin(*_some_point(system.positions)[0]))
         if any(len(row) != length for row in rows) or any(np.shape(x) != () for row in (single, *rows) for x in row):
             raise TypeError(f"one number for each {each} is needed, and one for energies and the margin")
+        kinds = {np.asarray(x).dtype.kind for row in (single, *rows) for x in row}
+        if kinds - set("biuf"):
+            raise TypeError(f"real numbers are needed, {'some are complex' if 'c' in kinds else 'others are given'}")
     except (TypeError, ValueError, AttributeError, ArithmeticError) as problem:
         raise TypeError(f"{name} {shown(model)} does not give numbers ({type(problem).__name__}: {problem})") from None
     if system.iterated and not all(np.isfinite(period) and period >= 0 for period in rows[0]):
@@ -199,13 +206,15 @@ def checked_tangent_model(model: Any, name: str = "body") -> Any:
         return model
     try:
         with np.errstate(all="ignore"):
-            model.tangent_force(*_some_point(system.n)[0], *np.ones(system.n))
+            change = model.tangent_force(*_some_point(system.n)[0], *np.ones(system.n))
     except AttributeError as problem:
         raise TypeError(
             f"{name} {type(model).__name__} has no second derivatives ({problem}): tangent vectors need "
             "tangent_force(q..., dq...) of a model, curvatures of a potential, one_variable(value, slope, curvature) "
             "of a function"
         ) from None
+    if any(map(np.iscomplexobj, change)):
+        raise TypeError(f"{name} {type(model).__name__}.tangent_force must give real numbers, some are complex")
     if not (system.quadratic or system.bends):
         raise ValueError(
             f"{name} {type(model).__name__} must have tangent_velocity(p..., dp...) for tangent vectors, as its "
@@ -328,11 +337,11 @@ def _check_timeless(section: Any, system: System) -> None:
 
 
 def phase_points(name: str, z0: Any, model: Any) -> np.ndarray:
-    """Return `z0` of shape (2n,) or (2n, orbits) as a fresh float64 array (2n, orbits) inside the model's domain; of a
-    flow with an odd number of variables with the idle row below.
+    """Return `z0` of shape (2n,) or (2n, orbits), with or without labels, as a fresh float64 array (2n, orbits) inside
+    the model's domain; of a flow with an odd number of variables with the idle row below.
     """
     system = system_of(model)
-    rows, z = system.rows, np.array(numbers(name, z0), order="C")
+    rows, z = system.rows, np.array(numbers(name, in_rows(name, z0, model)), order="C")
     if system.driven and z.ndim in (1, 2) and z.shape[0] == rows - 2:
         z = np.insert(z, [rows // 2 - 1, rows - 2], 0.0, axis=0)  # t = 0 and p_t = 0
     if z.ndim not in (1, 2) or z.shape[0] != rows or z.size == 0:
@@ -349,7 +358,7 @@ def phase_points(name: str, z0: Any, model: Any) -> np.ndarray:
     if system.driven:
         z[system.moving] = model.phase(z[system.moving])
     with np.errstate(all="ignore"):
-        margin = np.broadcast_to(model.margin(*z[: system.positions]), z.shape[1:])
+        margin = np.broadcast_to(at_points(model, "margin", *z[: system.positions]), z.shape[1:])
     outside = np.flatnonzero(~(margin > 0))
     if outside.size:
         raise ValueError(

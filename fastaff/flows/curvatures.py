@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from ..base.sums import length, total
+from ..models.at_points import at_points
 from ..models.mechanics import System, stacked, system_of
 
 NUDGE = 1e-6
@@ -110,8 +111,8 @@ def seen(system: System, z: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndar
 
 
 def _force(system: System, q: np.ndarray) -> np.ndarray:
-    return stacked(system.model.force(*q), q)
+    return stacked(at_points(system.model, "force", *q), q)
 
 
 def _velocity(system: System, p: np.ndarray) -> np.ndarray:
-    return system.without_time(stacked(system.model.velocity(*p), p))
+    return system.without_time(stacked(at_points(system.model, "velocity", *p), p))

@@ -10,6 +10,7 @@ import numpy as np
 from ..base.identity import by_identity
 from ..base.numbers import shown
 from ..compile.blocks import is_value
+from ..models.at_points import FAILS, at_points
 from ..models.mechanics import System, system_of
 
 AGREE, BEYOND = 1e-5, 1e3
@@ -41,7 +42,9 @@ def check_derivatives(name: str, model: Any, z: np.ndarray) -> None:
     energy, tangent = f"{who} must have rates dH/dp and -dH/dq of its energy H", _tangent(system)
     with np.errstate(all="ignore"):
         if system.energetic and (found := _tried_out(lambda: _of_energy(system, at, size))):
-            _compare(energy, system.row_names, at, *found)
+            n, by = system.n, ("velocity", "force") if system.separable else ("rates", "rates")
+            rows = [f"{row} ({by[k >= n]})" for k, row in enumerate(system.row_names)]
+            _compare(energy, rows, at, *found)
         if tangent is not None:
             rates, change, method = tangent
             if found := _tried_out(lambda: (change(at, w), *_slope(rates, at, w))):
@@ -57,16 +60,17 @@ def _tried(model: Any) -> list[bool]:
 
 
 def _tried_out(compute: Callable[[], tuple]) -> tuple:
-    """Return the values of methods at arrays, () where they take no arrays, which a run may not need."""
+    """Return the values of methods, () where they give none in Python: a run may not need them."""
     try:
         return compute()
-    except (TypeError, ValueError, AttributeError, ArithmeticError):
+    except FAILS:
         return ()
 
 
 def _own(part: Any) -> bool:
-    """Tell whether the class of a value is the user's: none of the package, nor one made of a text."""
-    return type(part).__module__.partition(".")[0].partition("_")[0] != __name__.partition(".")[0]
+    """Tell whether the class of a value is the user's: none of the package, nor itself one made of a text."""
+    cls = type(part)
+    return cls.__module__.partition(".")[0] != __name__.partition(".")[0] and "_request" not in vars(cls)
 
 
 def _places(system: System, z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -115,20 +119,33 @@ def _tangent(system: System) -> tuple[Rows, Callable, str] | None:
     if system.separable:
         if not hasattr(model, "tangent_force"):
             return None
-        change, method = model.tangent_force, "tangent_force"
-        velocity = curved = lambda *p: ()
-        if system.bends:
-            velocity, curved, method = model.velocity, model.tangent_velocity, "tangent_velocity and a tangent_force"
+        if not system.bends:
+            return (
+                (lambda z: _array(at_points(model, "force", *z[:n]), z)),
+                (lambda z, w: _array(at_points(model, "tangent_force", *z[:n], *w[:n]), z)),
+                "tangent_force",
+            )
         return (
-            (lambda z: _array((*velocity(*z[n:]), *model.force(*z[:n])), z)),
-            (lambda z, w: _array((*curved(*z[n:], *w[n:]), *change(*z[:n], *w[:n])), z)),
-            method,
+            (lambda z: _array((*at_points(model, "velocity", *z[n:]), *at_points(model, "force", *z[:n])), z)),
+            (lambda z, w: _array(_changes(model, z, w), z)),
+            "tangent_velocity and a tangent_force",
         )
     method = "tangent_iterate" if system.iterated else "tangent_rates"
     if not hasattr(model, method):
         return None
-    rates, change = (model.iterate if system.iterated else model.rates), getattr(model, method)
-    return (lambda z: _array(rates(*z), z)), (lambda z, w: _array(change(*z, *w), z)), method
+    rates = "iterate" if system.iterated else "rates"
+    return (
+        (lambda z: _array(at_points(model, rates, *z), z)),
+        (lambda z, w: _array(at_points(model, method, *z, *w), z)),
+        method,
+    )
+
+
+def _changes(model: Any, z: np.ndarray, w: np.ndarray) -> tuple:
+    """Return the changes of velocities and forces along vectors w, by the model's methods."""
+    n = len(z) // 2
+    velocities = at_points(model, "tangent_velocity", *z[n:], *w[n:])
+    return *velocities, *at_points(model, "tangent_force", *z[:n], *w[:n])
 
 
 def _array(numbers: Any, z: np.ndarray) -> np.ndarray:
@@ -146,7 +163,8 @@ def _compare(what: str, names: Any, z: np.ndarray, said: np.ndarray, truth: np.n
     if often.any():
         row = int(often.argmax())
         point = int(wrong[row].argmax())
+        place = [float(f"{x:.6g}") for x in z[:, point]]
         raise ValueError(
-            f"{what}: at {shown(z[:, point].tolist())} that of {names[row]} is {said[row, point]:.9g}, by differences "
+            f"{what}: at {shown(place)} that of {names[row]} is {said[row, point]:.9g}, by differences "
             f"{truth[row, point]:.9g}"
         )

@@ -34,6 +34,9 @@ STEP_ERROR = 1e-10
 steps.
 """
 
+BRIEFEST = 1e-290
+"""Shortest time of a run, in units of the system: below it the inverse of a step may overflow."""
+
 DRIFT, DRIFTING = 1e-6, 10.0
 """Energy error, over the largest kinetic energy met, above which an orbit drifts, and the least multiple of the
 accuracy for it: orbits within their accuracy have errors up to twice that, at steep walls.
@@ -162,6 +165,8 @@ class Problem(NamedTuple):
         number = positive(name, count)
         if self.system.iterated and number != math.floor(number):
             raise ValueError(f"{name} of a map must be a whole number of iterates, got {count!r}")
+        if number < BRIEFEST:
+            raise ValueError(f"{name} must be at least {BRIEFEST:g}, got {count!r}")
         return number
 
     def suited(self) -> Problem:

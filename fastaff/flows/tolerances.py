@@ -15,6 +15,7 @@ import numpy as np
 
 from ..base.numbers import Passes
 from ..base.status import Status
+from ..models.at_points import at_points
 from ..models.mechanics import system_of
 from ..schemes.catalogue import VERNER9
 from .accuracy import AGAIN, LOST, NOISE, Steps, counted
@@ -130,7 +131,7 @@ def walled(model: Any, states: np.ndarray) -> np.ndarray:
     """
     positions = states[:, : system_of(model).positions].transpose(1, 0, 2)
     with np.errstate(all="ignore"):
-        return np.ptp(np.broadcast_to(model.margin(*positions), states[:, 0].shape), axis=0) > 0
+        return np.ptp(np.broadcast_to(at_points(model, "margin", *positions), states[:, 0].shape), axis=0) > 0
 
 
 def with_tolerance(flow: Any, tolerance: float) -> Flow:

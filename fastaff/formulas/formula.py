@@ -231,6 +231,8 @@ def hamiltonian(
         written, momenta, inside = _charged(written, vector_potential, names, masses, others, (parameters, period))
         masses, length = None, _SYMPY_LENGTH
     term = term_of(options, period)
+    if momenta is None:
+        _check_rows(names, period)
     conjugate = () if momenta is None else _momenta(momenta, names, {"masses": masses, **options})
     values = values_of(parameters, (*names, *conjugate, *([] if period is None else [TIME]))) | inside
     weights = () if masses is None else masses_of(masses, len(names))
@@ -262,6 +264,14 @@ def _taken(given: ForeignSystem, coordinates: Any, beside: dict[str, Any], param
     options = own | {name: entry for name, entry in beside.items() if entry is not None}
     values: dict[str, Any] = {**given.parameters, **parameters, **options}
     return hamiltonian(given.text, coordinates=given.coordinates or coordinates, **values)
+
+
+def _check_rows(names: tuple[str, ...], period: Any) -> None:
+    """Refuse a coordinate with the name of a momentum."""
+    every = names if period is None else (*names, TIME)
+    for name in every:
+        if f"p_{name}" in names:
+            raise ValueError(f"coordinate 'p_{name}' is taken: it is the name of the momentum of {name}")
 
 
 def _charged(

@@ -19,6 +19,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ..base.identity import told_apart
 from ..base.interruption import imported
 from ..compile import cache, jit
 from ..compile.kinds import OPTIONS, TERMS
@@ -97,7 +98,7 @@ def generated_class(request: Request, programs: Programs, values: Mapping[str, f
         cls: Any = loaded(key, lambda: _derive(request, programs, values))
         cls.__reduce__ = functools.partialmethod(_reduce, request)
         cls._request = tuple(request) if request.others else tuple(request)[:-1]  # as in files of older versions
-        return cls
+        return told_apart(cls, cls._request)
 
     return CLASSES.get(key, made)
 

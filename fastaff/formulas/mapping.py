@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from ..base.foreign import read_by
+from ..base.identity import told_apart
 from ..base.interruption import imported
 from ..base.progress import says_progress
 from ..compile import jit
@@ -187,7 +188,7 @@ def _generated(request: MapRequest, found: Statements, wall: Program | None, per
         cls: Any = loaded(key, derived)
         cls.__reduce__ = functools.partialmethod(_reduce, request)
         cls._request, cls.__repr__ = tuple(request), _repr
-        return cls
+        return told_apart(cls, cls._request)
 
     return CLASSES.get(key, made)
 

@@ -2,6 +2,8 @@
 
 from typing import Any
 
+from ..base.identity import tell_apart
+from . import angles, regular_variables, sections  # noqa: F401 - their values are told apart too
 from .body import Body, HenonHeiles
 from .double_pendulum import DoublePendulum
 from .functions import Barriers, CoshOscillator, Cosine, CosOscillator, Oscillator, Secant, Spring, Zero, one_variable
@@ -40,6 +42,8 @@ __all__ = [
     "one_variable",
     "reduced",
 ]
+
+tell_apart(__name__)
 
 
 def __getattr__(name: str) -> Any:

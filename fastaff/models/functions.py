@@ -16,6 +16,7 @@ from typing import Any, NamedTuple, cast
 
 import numpy as np
 
+from ..base.identity import told_apart
 from .contracts import Arithmetic, OneVariable
 
 COMPLEX_STEP = 1e-100
@@ -303,7 +304,8 @@ def one_variable(
     >>> spring.value(2.0), spring.slope(2.0)
     (2.0, 2.0)
     """
-    for name, function in (("value", value), ("slope", slope), ("curvature", curvature)):
+    given = value, slope, curvature
+    for name, function in zip(("value", "slope", "curvature"), given, strict=True):
         if function is not None or name == "value":
             _check_function(name, function)
     if slope is None:
@@ -325,7 +327,7 @@ def one_variable(
         if function is not None:
             setattr(cls, name, _method(function))
     cls.__module__ = value.__module__
-    return cast(OneVariable, cls())
+    return cast(OneVariable, told_apart(cls, given)())
 
 
 def _check_function(name: str, function: Any) -> None:

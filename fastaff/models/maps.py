@@ -12,6 +12,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from .at_points import at_points
 from .contracts import Kind
 
 TURN = 2 * np.pi
@@ -258,7 +259,7 @@ def jacobian(model: Any, z: np.ndarray) -> np.ndarray:
     result = np.empty((rows, rows, *z.shape[1:]))
     with np.errstate(all="ignore"):
         for k, unit in enumerate(np.eye(rows)):
-            image = model.tangent_iterate(*z, *(unit[r] + 0.0 * z[r] for r in range(rows)))
+            image = at_points(model, "tangent_iterate", *z, *(unit[r] + 0.0 * z[r] for r in range(rows)))
             for r, number in enumerate(image):
                 result[r, k] = number
     return result

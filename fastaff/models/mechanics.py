@@ -10,6 +10,7 @@ import numpy as np
 
 from ..base.identity import by_identity
 from ..base.sums import total
+from .at_points import at_points
 from .traits import Traits
 
 
@@ -23,7 +24,7 @@ class System(Traits):
         n = self.n
         if not self.separable:
             return self._rates(z)[:n]
-        v = stacked(self.model.velocity(*z[n:]), z[n:])
+        v = stacked(at_points(self.model, "velocity", *z[n:]), z[n:])
         return self._added("v", z, v)
 
     def tangent_velocities(self, p: np.ndarray, dp: np.ndarray) -> np.ndarray:
@@ -31,7 +32,7 @@ class System(Traits):
         model.
         """
         model = self.model
-        rows = model.tangent_velocity(*p, *dp) if self.bends else model.velocity(*dp)
+        rows = at_points(model, "tangent_velocity", *p, *dp) if self.bends else at_points(model, "velocity", *dp)
         return self.without_time(stacked(rows, dp))
 
     def without_time(self, rows: np.ndarray) -> np.ndarray:
@@ -47,7 +48,7 @@ class System(Traits):
         n = self.n
         if not self.separable:
             return self._rates(z)[n:]
-        f = stacked(self.model.force(*z[:n]), z[:n])
+        f = stacked(at_points(self.model, "force", *z[:n]), z[:n])
         return self._added("f", z, f)
 
     def _added(self, letter: str, z: np.ndarray, rows: np.ndarray) -> np.ndarray:
@@ -75,7 +76,7 @@ class System(Traits):
         with np.errstate(all="ignore"):
             if self.nonseparable:
                 return 0.5 * np.abs(total(z[n : n + self.moving] * self.velocities(z)[: self.moving]))
-            return _full(self.model.kinetic_energy(*z[n:]), z)
+            return _full(at_points(self.model, "kinetic_energy", *z[n:]), z)
 
     def potential_energies(self, z: np.ndarray) -> np.ndarray:
         """Return the energy of phase points z (2n, ...) less the kinetic energy, with p_t if driven."""
@@ -85,7 +86,7 @@ class System(Traits):
         with np.errstate(all="ignore"):
             if self.nonseparable:
                 return self.energies(z) - self.kinetic_energies(z)
-            V = _full(self.model.potential_energy(*z[:n]), z)
+            V = _full(at_points(self.model, "potential_energy", *z[:n]), z)
             V = V + z[-1] if self.driven else V
             return V if self.own is None else V + self.own.energies(self.rate, z[:n], z[n:])
 
@@ -93,7 +94,7 @@ class System(Traits):
         """Return the energy of phase points z (2n, ...), Jacobi's in a rotating frame; NaN outside the domain."""
         with np.errstate(all="ignore"):
             if self.nonseparable:
-                return _full(self.model.energy(*z), z)
+                return _full(at_points(self.model, "energy", *z), z)
             return self.kinetic_energies(z) + self.potential_energies(z)
 
     def inverse_masses(self, z: np.ndarray) -> np.ndarray:
@@ -107,7 +108,7 @@ class System(Traits):
         size = np.where(size > 0, size, 1.0)
         with np.errstate(all="ignore"):
             units = [size * unit[:, None] for unit in np.eye(n)]
-            small = [self.without_time(stacked(self.model.velocity(*p), p)) / size for p in units]
+            small = [self.without_time(stacked(at_points(self.model, "velocity", *p), p)) / size for p in units]
             return np.array(small).transpose(1, 0, 2)
 
     def mean_inverse_masses(self, z: np.ndarray) -> np.ndarray:
@@ -134,20 +135,21 @@ class System(Traits):
         n, model = self.n, self.model
         with np.errstate(all="ignore"):
             if self.curved:
-                changes = *model.tangent_velocity(*z[n:], *w[n:]), *model.tangent_force(*z[:n], *w[:n])
+                velocity = at_points(model, "tangent_velocity", *z[n:], *w[n:])
+                changes = *velocity, *at_points(model, "tangent_force", *z[:n], *w[:n])
             else:
-                changes = model.tangent_rates(*z, *w)
+                changes = at_points(model, "tangent_rates", *z, *w)
             return np.array(np.broadcast_arrays(*changes, np.empty(np.broadcast_shapes(z.shape[1:], w.shape[1:])))[:-1])
 
     def inside(self, z: np.ndarray) -> np.ndarray:
         """Tell which phase points z (2n, ...) are in the domain."""
         with np.errstate(all="ignore"):
-            return _full(self.model.margin(*z[: self.positions]), z) > 0
+            return _full(at_points(self.model, "margin", *z[: self.positions]), z) > 0
 
     def _rates(self, z: np.ndarray) -> np.ndarray:
         """Return the rates of a flow, 0 in an idle row."""
         found, rows = np.zeros(z.shape), self.rows
-        for row, number in zip(found, self.model.rates(*z[:rows]), strict=False):
+        for row, number in zip(found, at_points(self.model, "rates", *z[:rows]), strict=False):
             row[...] = number
         return found
 
@@ -177,7 +179,7 @@ class System(Traits):
         """
         with np.errstate(all="ignore"):
             V = np.empty(q.shape[1:])
-            V[...] = self.model.potential_energy(*q)
+            V[...] = at_points(self.model, "potential_energy", *q)
             if self.frame:
                 V -= 0.5 * self.turning_mass * self.model.angular_velocity() ** 2 * (q[0] * q[0] + q[1] * q[1])
             return V

@@ -2,6 +2,7 @@
 them.
 """
 
+from ..base.identity import tell_apart
 from .automatic import AUTO, Automatic
 from .catalogue import (
     BLANES_CASAS_ESCORIHUELA8,
@@ -59,3 +60,5 @@ __all__ = [
     "scheme_named",
     "triple_jump",
 ]
+
+tell_apart(__name__)

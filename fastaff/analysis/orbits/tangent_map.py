@@ -13,7 +13,7 @@ from ...base.interruption import keeping
 from ...base.numbers import numbers
 from ...base.recipe import recorded
 from ...base.results import Result
-from ...base.short_forms import Starts, starts_of, takes
+from ...base.short_forms import Starts, takes
 from ...base.status import Status
 from ...base.sums import length
 from ...flows import curvatures, observers
@@ -23,6 +23,8 @@ from ...flows.ensemble import Ensemble, energy_error, mark_drift
 from ...flows.flow import Flow, no_memory
 from ...flows.launch import Report
 from ...flows.options import Options, Plan, Problem
+from ...flows.starts import starts_of
+from ...models.at_points import at_points
 from ...models.contracts import Dynamics
 from ...models.mechanics import stacked, system_of
 from ...schemes.catalogue import Scheme, scheme_of
@@ -166,7 +168,7 @@ def fastest_rates(body: Any, z: np.ndarray) -> np.ndarray:
     with np.errstate(all="ignore"):
         for _ in range(20):
             direction = system.without_time(direction / length(direction))
-            change = stacked(body.tangent_force(*q, *direction), q)
+            change = stacked(at_points(body, "tangent_force", *q, *direction), q)
             direction = system.tangent_velocities(z[n:], change)
             square = length(direction)
     return np.sqrt(np.where(np.isfinite(square) & (square > 0), square, 1e-300)) + system.frame_rate

@@ -23,6 +23,7 @@ from ...flows.motion import motion
 from ...flows.needs import check_given, check_needs
 from ...flows.options import Options, plan, suited
 from ...kernels import crossings as kernels
+from ...models.at_points import at_points
 from ...models.mechanics import system_of
 from ...models.sections import Stroboscopic
 from ...schemes.catalogue import GAUSS16, ITERATION, KAHAN_LI8, VERNER9
@@ -201,7 +202,7 @@ def _images(flow: Flow, z: np.ndarray, live: np.ndarray, ensemble: Ensemble, fou
     turns = np.array([1 / length if length > 0 else 0.0 for length in flow.model.periods()])
     found.time[live], arrived = float(period), np.isfinite(parts[:, -1, :, 1:]).all(axis=(1, 2, 3))
     with np.errstate(all="ignore"):  # an angle that winds so fast that it is all rounding
-        ahead = np.array(np.broadcast_arrays(*flow.model.iterate(*z)))
+        ahead = np.array(np.broadcast_arrays(*at_points(flow.model, "iterate", *z)))
         arrived &= (ensemble.status == Status.OK) & (np.abs(ahead * turns[:, None]) < FASTEST).all(axis=0)
         ended = np.where(ensemble.status == Status.OK, Status.NONFINITE, ensemble.status)
         _filled(found, live, parts, arrived, ended)

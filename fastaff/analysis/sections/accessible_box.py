@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ...base.descent import Floor, descended
+from ...models.at_points import at_points
 from .allowed_region import crossings, extrema, radii
 
 SEED = 20
@@ -78,7 +79,10 @@ def potential_of(model: Any) -> Floor:
 
     def V(q: np.ndarray) -> np.ndarray:
         with np.errstate(all="ignore"):
-            value = np.broadcast_to(np.where(model.margin(*q) > 0, model.potential_energy(*q), np.inf), q.shape[1:])
+            value = np.broadcast_to(
+                np.where(at_points(model, "margin", *q) > 0, at_points(model, "potential_energy", *q), np.inf),
+                q.shape[1:],
+            )
         return np.where(np.isnan(value), np.inf, value)
 
     return V

@@ -15,6 +15,7 @@ from ...flows.flow import Flow
 from ...flows.launch import Report
 from ...flows.motion import motion
 from ...flows.options import Problem
+from ...models.at_points import at_points
 from .lines import pieces_of
 from .series import weights
 from .torus import (
@@ -154,7 +155,7 @@ def _path(flow: Flow, z: np.ndarray, time: float, count: int) -> tuple[np.ndarra
 def _unwound(model: Any, path: np.ndarray) -> np.ndarray:
     """Return the iterates (2n, samples) of a map with angles unwrapped by whole periods."""
     with np.errstate(all="ignore"):
-        ahead = np.array(np.broadcast_arrays(*model.iterate(*path[:, :-1])))
+        ahead = np.array(np.broadcast_arrays(*at_points(model, "iterate", *path[:, :-1])))
         for row, period in enumerate(model.periods()):
             if period > 0:
                 path[row, 1:] += period * np.cumsum(np.rint((ahead[row] - path[row, 1:]) / period))

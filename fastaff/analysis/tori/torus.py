@@ -19,6 +19,7 @@ from ...base.results import Result
 from ...base.status import Status
 from ...flows.flow import Flow
 from ...flows.options import Options, Problem
+from ...models.at_points import at_points
 from ...models.mechanics import system_of
 from ..frequencies.integer_lattice import determinant, inverse
 from .series import actions, evaluate
@@ -304,7 +305,7 @@ def image(body: Any, z: np.ndarray, count: int) -> np.ndarray:
         points = z[:, live]
         with np.errstate(all="ignore"):
             for _ in range(count):
-                points = np.array(np.broadcast_arrays(*body.iterate(*points)))
+                points = np.array(np.broadcast_arrays(*at_points(body, "iterate", *points)))
         result[:, live] = points
         return result
     (flow, points, period), row = flow_of_turns(Problem(body, z[:, live], Options())), system.moving
