@@ -5,6 +5,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Callable
 from functools import wraps
+from importlib import import_module
 from typing import Any, TypeVar
 
 KNOWN = 64
@@ -65,8 +66,12 @@ def told_apart(cls: type, kind: object = None) -> type:
     return cls
 
 
-def tell_apart(package: str) -> None:
-    """Make the NamedTuples of all modules of a package, which are its models, potentials or sections, `told_apart`."""
+def tell_apart(package: str, *more: str) -> None:
+    """Make the NamedTuples of all modules of a package, which are its models, potentials or sections, `told_apart`;
+    more: modules that are not loaded yet.
+    """
+    for name in more:
+        import_module(f"{package}.{name}")
     for name, module in list(sys.modules.items()):
         if name.startswith(f"{package}."):
             for entry in list(vars(module).values()):

@@ -13,9 +13,9 @@ from ..base.numbers import numbers, shown
 from ..charts import Chart
 from ..compile.blocks import is_as_met, is_value, parameters
 from ..formulas.section_text import section_forms
-from ..models.at_points import at_points
 from ..models.contracts import Autonomous, Map, Model, Nonseparable, Potential, Section
 from ..models.mechanics import System, system_of
+from ..models.pointwise import at_points
 from ..models.sections import Stroboscopic
 from ..schemes.catalogue import SCHEMES, Collocation, Nystrom, RungeKutta, Scheme, Splitting
 from ..schemes.time_transformed import TimeTransformed

@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 
 from ..base.sums import length, total
-from ..models.at_points import at_points
 from ..models.mechanics import System, stacked, system_of
+from ..models.pointwise import at_points
 
 NUDGE = 1e-6
 """Relative displacement for the change of a force, or of rates."""

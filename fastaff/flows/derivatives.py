@@ -10,8 +10,8 @@ import numpy as np
 from ..base.identity import by_identity
 from ..base.numbers import shown
 from ..compile.blocks import is_value
-from ..models.at_points import FAILS, at_points
 from ..models.mechanics import System, system_of
+from ..models.pointwise import FAILS, at_points
 
 AGREE, BEYOND = 1e-5, 1e3
 """Relative error above which a derivative is wrong, if it also exceeds BEYOND times that of the differences."""
@@ -42,9 +42,8 @@ def check_derivatives(name: str, model: Any, z: np.ndarray) -> None:
     energy, tangent = f"{who} must have rates dH/dp and -dH/dq of its energy H", _tangent(system)
     with np.errstate(all="ignore"):
         if system.energetic and (found := _tried_out(lambda: _of_energy(system, at, size))):
-            n, by = system.n, ("velocity", "force") if system.separable else ("rates", "rates")
-            rows = [f"{row} ({by[k >= n]})" for k, row in enumerate(system.row_names)]
-            _compare(energy, rows, at, *found)
+            by = ("velocity", "force") if system.separable else ("rates", "rates")
+            _compare(energy, system.row_names, at, *found, methods=by)
         if tangent is not None:
             rates, change, method = tangent
             if found := _tried_out(lambda: (change(at, w), *_slope(rates, at, w))):
@@ -153,7 +152,15 @@ def _array(numbers: Any, z: np.ndarray) -> np.ndarray:
     return np.array([number + np.zeros(z.shape[1:]) for number in numbers])
 
 
-def _compare(what: str, names: Any, z: np.ndarray, said: np.ndarray, truth: np.ndarray, off: np.ndarray) -> None:
+def _compare(
+    what: str,
+    names: Any,
+    z: np.ndarray,
+    said: np.ndarray,
+    truth: np.ndarray,
+    off: np.ndarray,
+    methods: tuple[str, ...] = (),
+) -> None:
     """Raise where the model's rows (rows, points) disagree with the differences of all steps at more than one point."""
     names, best = names[len(names) - len(said) :], off.argmin(axis=-1)[..., None]
     beyond = ~(np.abs(said[..., None] - truth) <= AGREE * (np.abs(said[..., None]) + np.abs(truth)))  # NaN at an edge
@@ -163,8 +170,9 @@ def _compare(what: str, names: Any, z: np.ndarray, said: np.ndarray, truth: np.n
     if often.any():
         row = int(often.argmax())
         point = int(wrong[row].argmax())
+        by = f" ({methods[2 * row // len(said)]})" if methods else ""
         place = [float(f"{x:.6g}") for x in z[:, point]]
         raise ValueError(
             f"{what}: at {shown(place)} that of {names[row]} is {said[row, point]:.9g}, by differences "
-            f"{truth[row, point]:.9g}"
+            f"{truth[row, point]:.9g}{by}"
         )

@@ -84,3 +84,8 @@ def energy_error(model: Any, ensemble: Ensemble) -> np.ndarray:
 def mark_drift(ensemble: Ensemble, error: np.ndarray, tolerance: float) -> None:
     """Give orbits whose energy error exceeds the tolerance the status ENERGY_DRIFT, unless they have another."""
     ensemble.status[(ensemble.status == Status.OK) & (error > tolerance)] = Status.ENERGY_DRIFT
+
+
+def no_memory(ensemble: Ensemble) -> tuple[np.ndarray, np.ndarray]:
+    """Return the memory and output arrays of an observer that keeps nothing."""
+    return np.zeros((1, ensemble.z.shape[1])), np.zeros((1, 1))

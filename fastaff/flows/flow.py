@@ -20,10 +20,11 @@ from ..kernels.samples import WEAR_ROWS, lost_until
 from ..models.mechanics import System, system_of
 from ..schemes.catalogue import Collocation, Nystrom, Scheme, Splitting
 from . import observers
-from .ensemble import Ensemble
+from .ensemble import Ensemble, no_memory
 from .launch import Report, launch, units
+from .leaving import mark_escapes
 from .observers import Observer
-from .reaches import escape_radii
+from .reaches import FARTHEST, escape_radii
 from .stepping import stepping
 
 WEAR_STEPS = 2, 4, 8, 16, 32
@@ -194,6 +195,25 @@ class Flow:
         The observer sees `observations` equidistant states, for which steps are shortened as necessary, or every step
         if that is 0.
         """
+        known = not self.adaptive and bool((ensemble.radius < FARTHEST).any())
+        begun = ensemble.of(np.arange(ensemble.status.size)) if known else None
+        self.run(ensemble, observer, memory, out, time=time, observations=observations, refill=refill, report=report)
+        if begun is not None:
+            mark_escapes(self, ensemble, begun, lambda: self._equal_steps(begun.status.size, time, observations)[2])
+
+    def run(
+        self,
+        ensemble: Ensemble,
+        observer: Observer,
+        memory: np.ndarray,
+        out: np.ndarray,
+        *,
+        time: float | np.ndarray,
+        observations: int | np.ndarray = 0,
+        refill: bool = False,
+        report: Report | None = None,
+    ) -> None:
+        """Advance the ensemble as `advance` does; an orbit that overflows is NONFINITE."""
         run = self._advance_adaptive if self.adaptive else self._advance_fixed
         run(ensemble, observer, memory, out, time, observations, refill, report)
 
@@ -309,13 +329,7 @@ class Flow:
     def _advance_fixed(self, ensemble, observer, memory, out, time, observations, refill, report) -> None:
         """Advance each orbit with equal steps; `count` of the ensemble is the number of steps done."""
         orbits = ensemble.z.shape[1]
-        every, total, h = np.ones(orbits, np.int64), np.empty(orbits, np.int64), np.empty(orbits)
-        if np.any(observations):
-            every[:] = self.steps(time / observations)
-            total[:] = observations * every
-            h[:] = time / total
-        else:
-            total[:], h[:] = self.steps(time), self.step
+        every, total, h = self._equal_steps(orbits, time, observations)
         # Orbits that end and are observed together share blocks.
         order = np.lexsort((every, -total))
         unit = self._unit(orbits) if refill else self.unit(orbits)
@@ -333,6 +347,17 @@ class Flow:
             launch(kernel, arguments, units(orbits, unit), work, self.threads, report, work)
         finally:
             ensemble.time[:] = ensemble.count * h
+
+    def _equal_steps(self, orbits: int, time: Any, observations: Any) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return the steps (orbits,) between observations, those to `time`, and their sizes."""
+        every, total, h = np.ones(orbits, np.int64), np.empty(orbits, np.int64), np.empty(orbits)
+        if np.any(observations):
+            every[:] = self.steps(time / observations)
+            total[:] = observations * every
+            h[:] = time / total
+        else:
+            total[:], h[:] = self.steps(time), self.step
+        return every, total, h
 
     def locate(self, section: Any, records: np.ndarray, where: np.ndarray, report: Report | None = None) -> None:
         """Turn the records numbered `where` into crossings of the section, in place."""
@@ -364,8 +389,3 @@ class Flow:
         arguments = *stepping(self), steps, table
         launch(roots.shift, arguments, units(z.shape[1]), 0.0, self.threads, None, z.shape[1])
         return table
-
-
-def no_memory(ensemble: Ensemble) -> tuple[np.ndarray, np.ndarray]:
-    """Return the memory and output arrays of an observer that keeps nothing."""
-    return np.zeros((1, ensemble.z.shape[1])), np.zeros((1, 1))

@@ -15,8 +15,8 @@ import numpy as np
 
 from ..base.numbers import Passes
 from ..base.status import Status
-from ..models.at_points import at_points
 from ..models.mechanics import system_of
+from ..models.pointwise import at_points
 from ..schemes.catalogue import VERNER9
 from .accuracy import AGAIN, LOST, NOISE, Steps, counted
 from .flow import Flow

@@ -57,8 +57,14 @@ def reached(walls: Sequence[Any], symbols: Sequence[Any], values: Mapping[str, f
     return [float(c) for c in x[:, best]] if low[best] == 0 else None
 
 
-def conditions(expression: Any, region: Callable[[np.random.Generator, int], Mapping[Any, np.ndarray]]) -> list[Any]:
+def conditions(
+    expression: Any,
+    region: Callable[[np.random.Generator, int], Mapping[Any, np.ndarray]],
+    centres: Sequence[Any] = (),
+) -> list[Any]:
     """Return expressions that are positive in the domain of `expression`; region(rng, count) draws coordinates.
+
+    Bases of powers that are nowhere negative, and whose zeros are `centres`, are no walls.
 
     Parameters, whose values may change later, are drawn positive.
     """
@@ -84,7 +90,8 @@ def conditions(expression: Any, region: Callable[[np.random.Generator, int], Map
         elif type(e).__name__ == GAMMAINC:
             add(e.args[1])
         elif e.is_Pow and not e.exp.is_Integer:
-            add(e.base)
+            if e.base not in centres or _sign(e.base, region) <= 0:
+                add(e.base)
         elif e.is_Pow and e.exp.is_negative:
             sign = _sign(e.base, region)
             if sign:

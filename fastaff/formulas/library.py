@@ -216,6 +216,7 @@ def _parameters(request: Request) -> dict[str, Any]:
 def _derive_hamiltonian(request: Request, programs: tuple[Program, Program | None], values: Mapping[str, float]) -> str:
     import sympy
 
+    from .centres import centres
     from .domains import conditions, everywhere, poles, reached
     from .flow_source import nonseparable_model
     from .inertia import in_turning_frame, separated
@@ -227,7 +228,9 @@ def _derive_hamiltonian(request: Request, programs: tuple[Program, Program | Non
     own = {name: sympy.Symbol(name, real=True) for name in request.variables}
     names = {**own, **_parameters(request)}
     V = sharp(to_sympy(program, names))
-    walls = [to_sympy(domain, names)] if domain is not None else conditions(V, everywhere(own.values()))
+    middles = centres(V, [own[name] for name in request.coordinates])
+    bases = [centre.base for centre in middles]
+    walls = [to_sympy(domain, names)] if domain is not None else conditions(V, everywhere(own.values()), bases)
     search = functools.partial(reached, walls, [*own.values()], values)
     check_real(program, values, request.variables, "text", search)
     refuse_removable(V, walls if domain is not None else [], plain_places(request.variables), values, request.variables)
@@ -247,16 +250,19 @@ def _derive_hamiltonian(request: Request, programs: tuple[Program, Program | Non
         turned = None if found or period is not None else in_turning_frame(V, walls, p, request.coordinates)
         if turned is not None:
             rest, rate, inertia = turned
+            description = description._replace(centres=tuple(middles))
             more = {"inertia": inertia, "periods": periods, "momenta": request.momenta, "poles": poles(rest, places)}
             return hamiltonian_model(description, rest, walls, masses=False, term="frame", rate=rate, **more)
         if found is None:
             momenta = (*request.momenta, *(["p_t"] if period is not None else []))
             own |= {name: sympy.Symbol(name, real=True) for name in momenta}
+            walls = conditions(V, everywhere(own.values())) if domain is None else walls
             bounds = walls, poles(V, everywhere(own.values()))
             return nonseparable_model(description, V, bounds, own, momenta, periods, period)
         V, inertia = found
         walls = [wall for wall in walls if not wall.free_symbols & {*p}]
     more = {"inertia": inertia, "periods": periods, "momenta": request.momenta, "poles": poles(V, places)}
+    description = description._replace(centres=tuple(middles))
     if period is not None:
         return driven_model(description, V, walls, period, masses=masses, **more)
     options = {name: to_sympy(part, names) for name, part in request.option_programs().items()}

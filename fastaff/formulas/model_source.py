@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from ..compile.kinds import TERMS
+from .centres import kept, shifted
 from .inertia import Inertia, driven_inertia, fresh, mass_inertia, plane_inertia
 from .potential_source import Description, class_text, constant, margin_method, method, module, poles_methods
 from .printing import Lines
@@ -119,6 +120,7 @@ def model(
     product.
     """
     q = d.coordinates
+    V = shifted(V, d.centres)
     inner = _Inner([V], q, clamped)
     slopes = {n: V.diff(symbol) for n, symbol in inner.symbols.items()}
     changes = {n: sum(slopes[n].diff(inner.symbols[m]) * inner.d[m] for m in inner.symbols) for n in inner.symbols}
@@ -148,13 +150,23 @@ def model(
         doc = f"Return the change of the velocity along ({', '.join(dp)})."
         methods.append(method("tangent_velocity", (*momenta, *dp), doc, kinetic, inertia.tangent))
     work, force = lines(), inner.pull(slopes, None)
-    methods.append(method("force", q, "Return dp/dt = -grad V.", work, filled(work.add(force), force)))
+    methods.append(
+        method("force", q, "Return dp/dt = -grad V.", work, filled(work.add(kept(work, force, d.centres)), force))
+    )
     work, tangent = lines(True), inner.pull(slopes, changes)
     doc = "Return the change of the force along " + f"({', '.join(dq)}): minus the Hessian of V times that vector."
-    methods.append(method("tangent_force", (*q, *dq), doc, work, filled(work.add(tangent), tangent)))
+    methods.append(
+        method(
+            "tangent_force",
+            (*q, *dq),
+            doc,
+            work,
+            filled(work.add(kept(work, tangent, d.centres, least=False)), tangent),
+        )
+    )
     work = Lines(taken)
     work.lines += inner.lines(False, clamp=False)
-    texts = work.add([V])
+    texts = work.add(kept(work, [V], d.centres))
     value = texts[0] if V.free_symbols & set(inner.symbols.values()) else f"{texts[0]} + 0.0*({' + '.join(q)})"
     methods.append(method("potential_energy", q, "Return V.", work, [value], single=True))
     methods += [_margin(walls, q, taken), *more]

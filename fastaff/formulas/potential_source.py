@@ -8,6 +8,7 @@ import textwrap
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
+from .centres import Centre
 from .gammainc import GAMMAINC
 from .printing import Lines
 
@@ -15,8 +16,8 @@ _WORD = re.compile(r"[A-Za-z_]\w*")
 
 
 class Description(NamedTuple):
-    """Properties of a generated class, its parameters in field order, and expressions that pass a whole number at poles
-    of a body's V.
+    """Properties of a generated class, its parameters in field order, expressions that pass a whole number at poles of
+    a body's V, and centres of V.
     """
 
     formula: str
@@ -25,6 +26,7 @@ class Description(NamedTuple):
     proof: str
     coordinates: tuple[str, ...] = ()
     poles: tuple[Any, ...] = ()
+    centres: tuple[Centre, ...] = ()
 
 
 def module(description: Description, body: str, imports: str = "") -> str:

@@ -30,9 +30,24 @@ def section_forms(model: Any) -> tuple[str, ...]:
     return (*TURNING, *(f"{name}=c" for name in EQUALS), *(() if system.isotropic else coordinates))
 
 
+SIGNS = {"+": 1, "-": -1, "+-": 0, "-+": 0}
+"""Ends of a text that ask for crossings upwards, downwards, or both."""
+
+
+def parted(text: str) -> tuple[str, int | None]:
+    """Return the text of a section without the sign at its end, and the direction of that; None without one."""
+    body = text.rstrip()
+    end = next((end for end in sorted(SIGNS, key=len, reverse=True) if body.endswith(end)), "")
+    return (body[: -len(end)], SIGNS[end]) if end else (text, None)
+
+
 def section_named(text: str, model: Any, direction: int = 1, *, argument: str = "section") -> Any:
-    """Return the section of a model for a text. Raises ValueError with the known forms."""
+    """Return the section of a model for a text, crossed as its sign says, "x=0-", else in that direction. Raises
+    ValueError with the known forms.
+    """
     forms, system = section_forms(model), system_of(model)
+    text, own = parted(text)
+    direction = direction if own is None else own
     text = VANISHING.get(re.sub(r"\s", "", text).lower(), text) if system.planar else text
     name, equals, constant = text.partition("=")
     asked = f"{name.strip()}=c" if equals else name.strip()
@@ -50,6 +65,8 @@ def section_named(text: str, model: Any, direction: int = 1, *, argument: str = 
         return EQUALS[name](value, direction)
     row = system.names.index(name)
     if system.driven and row == system.moving:
+        if own not in (None, 1):
+            raise ValueError(f"{argument} {form} has one direction, as the time goes on: leave the sign out")
         return Stroboscopic(value)
     normal = tuple(float(k == row) for k in range(system.rows))
     if not system.iterated and system.periods[row : row + 1] > (0.0,):
@@ -61,16 +78,18 @@ def canonical(text: str) -> str:
     """Return the text of a section with its number in the form of floats, and turning points by their name; any other
     as it is.
     """
-    name, _, constant = spelled(text, TURNING).partition("=")
+    body, direction = parted(text)
+    sign = "" if direction is None else next(end for end, way in SIGNS.items() if way == direction)
+    name, _, constant = spelled(body, TURNING).partition("=")
     if not constant:
-        return name
+        return name + sign
     try:
         value = number("c", constant)
     except ValueError:
         return text
     short = f"{value:g}"
-    text = f"{name.strip()}={short if float(short) == value else repr(value)}"
-    return VANISHING.get(text, text)
+    found = f"{name.strip()}={short if float(short) == value else repr(value)}"
+    return VANISHING.get(found, found) + sign
 
 
 def section_in_words(section: Any, model: Any) -> str:

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from fractions import Fraction
 from typing import Any
 
+from .centres import centres
 from .gammainc import GAMMAINC, gammainc
 from .grammar import FUNCTIONS, Program
 
@@ -83,6 +84,10 @@ def checked(expression: Any) -> Any:
     if expression.is_real is False:
         raise ValueError(f"text: the formula has no finite real value anywhere ({expression})")
     moduli = [a for a in expression.atoms(sympy.Abs) if any(not s.name.startswith("self.") for s in a.free_symbols)]
+    if moduli:  # |x|^2.5 has continuous forces
+        coordinates = sorted((s for s in expression.free_symbols if not s.name.startswith("self.")), key=str)
+        smooth = [centre.base for centre in centres(expression, coordinates)]
+        moduli = [a for a in moduli if a not in smooth]
     if moduli:
         halves = {"p": "(D1 + D2)/2", "q": "(D1 - D2)/2"}
         shown = moduli[0].xreplace({s: sympy.Symbol(halves.get(s.name, s.name)) for s in moduli[0].free_symbols})

@@ -3,7 +3,6 @@
 from typing import Any
 
 from ..base.identity import tell_apart
-from . import angles, regular_variables, sections  # noqa: F401 - their values are told apart too
 from .body import Body, HenonHeiles
 from .double_pendulum import DoublePendulum
 from .functions import Barriers, CoshOscillator, Cosine, CosOscillator, Oscillator, Secant, Spring, Zero, one_variable
@@ -43,7 +42,7 @@ __all__ = [
     "reduced",
 ]
 
-tell_apart(__name__)
+tell_apart(__name__, "angles", "regular_variables", "sections")
 
 
 def __getattr__(name: str) -> Any:

@@ -10,7 +10,7 @@ import numpy as np
 
 from ..base.identity import by_identity
 from ..base.sums import total
-from .at_points import at_points
+from .pointwise import at_points
 from .traits import Traits
 
 

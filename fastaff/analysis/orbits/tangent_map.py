@@ -24,9 +24,9 @@ from ...flows.flow import Flow, no_memory
 from ...flows.launch import Report
 from ...flows.options import Options, Plan, Problem
 from ...flows.starts import starts_of
-from ...models.at_points import at_points
 from ...models.contracts import Dynamics
 from ...models.mechanics import stacked, system_of
+from ...models.pointwise import at_points
 from ...schemes.catalogue import Scheme, scheme_of
 
 

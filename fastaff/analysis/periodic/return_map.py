@@ -23,8 +23,8 @@ from ...flows.motion import motion
 from ...flows.needs import check_given, check_needs
 from ...flows.options import Options, plan, suited
 from ...kernels import crossings as kernels
-from ...models.at_points import at_points
 from ...models.mechanics import system_of
+from ...models.pointwise import at_points
 from ...models.sections import Stroboscopic
 from ...schemes.catalogue import GAUSS16, ITERATION, KAHAN_LI8, VERNER9
 from ..sections.crossing_run import SPARE, follow_crossings, start_crossings

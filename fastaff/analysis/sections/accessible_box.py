@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ...base.descent import Floor, descended
-from ...models.at_points import at_points
+from ...models.pointwise import at_points
 from .allowed_region import crossings, extrema, radii
 
 SEED = 20

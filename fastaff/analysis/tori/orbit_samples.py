@@ -15,7 +15,7 @@ from ...flows.flow import Flow
 from ...flows.launch import Report
 from ...flows.motion import motion
 from ...flows.options import Problem
-from ...models.at_points import at_points
+from ...models.pointwise import at_points
 from .lines import pieces_of
 from .series import weights
 from .torus import (

@@ -19,8 +19,8 @@ from ...base.results import Result
 from ...base.status import Status
 from ...flows.flow import Flow
 from ...flows.options import Options, Problem
-from ...models.at_points import at_points
 from ...models.mechanics import system_of
+from ...models.pointwise import at_points
 from ..frequencies.integer_lattice import determinant, inverse
 from .series import actions, evaluate
 
