@@ -193,6 +193,12 @@ def turn_on(unit, stop, progress, chunk, until, last, planes, tables, frame, sum
     progress[unit] = 1.0
 
 
+@jit
+def unit_of(square):
+    """Return the power of 2 that makes the root of a mean square about 1."""
+    return math.ldexp(1.0, -(math.frexp(square)[1] // 2)) if 0.0 < square < math.inf else 1.0
+
+
 def learn(unit, stop, progress, moments, weight, known, planes):
     """Set the planes (orbits, n, COLUMNS.end) of the orbits that are `known` (orbits,) by their moments (orbits, n,
     MOMENTS), with the sum of their weights.
@@ -204,22 +210,27 @@ def learn(unit, stop, progress, moments, weight, known, planes):
     for orbit in range(unit * ORBITS, min((unit + 1) * ORBITS, planes.shape[0])):
         for i in range(planes.shape[1] if known[orbit] else 0):
             plane, m = planes[orbit, i], moments[orbit, i]
+            x_unit, y_unit = unit_of(m[2] / weight), unit_of(m[4] / weight)
+            xx_unit, xy_unit, yy_unit = x_unit * x_unit, x_unit * y_unit, y_unit * y_unit
             q, p = m[0] / weight, m[1] / weight
-            A, B, D = m[2] / weight - q * q, m[3] / weight - q * p, m[4] / weight - p * p
             plane[COLUMNS.q] += q
             plane[COLUMNS.p] += p
-            moving = m[2] / weight * 1e-30 < A and m[4] / weight * 1e-30 < D
+            # In these units no product of two moments leaves the range of numbers; powers of 2 round nothing.
+            q, p = q * x_unit, p * y_unit
+            whole_x, whole_y = m[2] / weight * xx_unit, m[4] / weight * yy_unit
+            A, B, D = whole_x - q * q, m[3] / weight * xy_unit - q * p, whole_y - p * p
+            moving = whole_x * 1e-30 < A and whole_y * 1e-30 < D
             area = A * D - B * B
             if not area > 1e-14 * A * D:
                 area, B = A * D, 0.0
             a = 1.0 / math.sqrt(A) if moving else 0.0
             b = a * B / math.sqrt(area) if moving else 0.0
             c = -math.sqrt(A / area) if moving else 0.0
-            qq, qp = m[5] / weight - q * q, m[6] / weight - q * p
-            pq, pp = m[7] / weight - q * p, m[8] / weight - p * p
+            qq, qp = m[5] / weight * xx_unit - q * q, m[6] / weight * xy_unit - q * p
+            pq, pp = m[7] / weight * xy_unit - q * p, m[8] / weight * yy_unit - p * p
             x, y = (a * a + b * b) * qq + b * c * (qp + pq) + c * c * pp, a * c * (pq - qp)
             size = math.sqrt(x * x + y * y)
-            plane[COLUMNS.a], plane[COLUMNS.b], plane[COLUMNS.c] = a, b, c
+            plane[COLUMNS.a], plane[COLUMNS.b], plane[COLUMNS.c] = a * x_unit, b * x_unit, c * y_unit
             plane[COLUMNS.cosine], plane[COLUMNS.sine] = (x / size, y / size) if size > 0.0 else (1.0, 0.0)
             plane[COLUMNS.turn] = angle_of(x, y) / (2.0 * math.pi)
     progress[unit] = 1.0
