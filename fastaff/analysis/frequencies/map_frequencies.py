@@ -43,7 +43,7 @@ SWINGS = 2.0
 
 class _Window(NamedTuple):
     """Frequencies of orbits in a window of turns: nu, error, method (n, orbits), halves (2, n, orbits); span (orbits,),
-    the turns that they are from.
+    the turns that they are from; vague (orbits,): a mask of orbits with two tunes that are not told apart.
     """
 
     nu: np.ndarray
@@ -51,6 +51,7 @@ class _Window(NamedTuple):
     method: np.ndarray
     halves: np.ndarray
     span: np.ndarray
+    vague: np.ndarray
 
 
 def map_frequencies(
@@ -105,7 +106,7 @@ class MapFrequencies:
         self.halves, self.method = np.zeros((2, n, orbits)), np.zeros((n, orbits), np.int8)
         self.later = np.zeros((n, orbits), bool)
         self.status, self.t = np.full(orbits, int(Status.INTERRUPTED)), np.zeros(orbits)
-        self.span = np.full(orbits, float(self.length))
+        self.span, self.vague = np.full(orbits, float(self.length)), np.zeros(orbits, bool)
 
     def run(self, report: Report | None = None) -> None:
         """Find the frequencies of all orbits, as many at a time as memory allows."""
@@ -125,7 +126,7 @@ class MapFrequencies:
             for own in self._portions(np.flatnonzero(counts >= LEAST)):
                 self._lined(start.of(own), part[own], first.nu[:, own], self.lines)
         self.nu[:, part], self.error[:, part], self.method[:, part], self.halves[:, :, part] = first[:4]
-        self.span[part] = first.span
+        self.span[part], self.vague[part] = first.span, first.vague
         self.later[:, part] = np.isfinite(first.error) if not self.kept else False
         t, status = counts, ensemble.status.copy()
         if self.kept:
@@ -176,7 +177,8 @@ class MapFrequencies:
         error = np.where(whole_ones, error, np.inf)
         nu, halves = np.where(whole_ones, nu, 0.0), np.where(whole_ones, halves, 0.0)
         nu[~wound] %= 1.0
-        found = _Window(nu, error, np.zeros((n, orbits), np.int8), halves, np.full(orbits, float(self.length)))
+        span = np.full(orbits, float(self.length))
+        found = _Window(nu, error, np.zeros((n, orbits), np.int8), halves, span, np.zeros(orbits, bool))
         fallback = FALLBACK if self.chosen.fallback is None else self.chosen.fallback
         with_lines = whole_ones & (moving & (error > fallback))[~wound].any(axis=0)
         shared = entangled(nu[~wound], self.length) | driven(nu[~wound], error[~wound]).any(axis=0)
@@ -233,26 +235,28 @@ class MapFrequencies:
         where = np.ix_(plain, orbits)
         found.nu[where], found.error[where], found.method[where] = own.nu % 1.0, own.error, own.method
         found.halves[:, where[0], where[1]] = own.halves
+        found.vague[orbits] = own.vague
         ended = own.window < self.length - 1
         found.span[orbits[ended]] = own.window[ended]
 
     def result(self) -> FrequencyMap:
         """Assemble the map."""
         n, orbits = self.nu.shape
-        kind, diffusion = np.empty(orbits, np.int64), np.empty(orbits)
+        kind, diffusion, error = np.empty(orbits, np.int64), np.empty(orbits), self.error.copy()
+        own = np.zeros((n, orbits), bool)
 
         def some(at: slice) -> None:
-            kind[at], diffusion[at] = self._kinds(at)
+            kind[at], diffusion[at], own[:, at], error[:, at] = self._kinds(at)
 
         by_portions(some, orbits, COST * n, self.flow.threads)
         known = np.isfinite(self.error)
         basis = np.zeros((n, n, orbits), np.int64)
-        basis[range(n), range(n)] = known
+        basis[range(n), range(n)] = own
         nu = np.where(known, self.nu, np.nan)
         return FrequencyMap(
             names=self.names,
             nu=nu,
-            error=self.error,
+            error=error,
             diffusion=diffusion,
             method=self.method,
             energy_error=np.zeros(orbits),
@@ -263,44 +267,46 @@ class MapFrequencies:
             scheme=self.flow.scheme,
             step=self.flow.step,
             kind=kind,
-            rank=known.sum(axis=0),
+            rank=own.sum(axis=0),
             leading=nu.copy(),
-            leading_error=self.error.copy(),
+            leading_error=error.copy(),
             basis=basis,
             t=self.t,
             lines=None if self.lines is None else self.lines.result(),
         )
 
-    def _kinds(self, at: slice) -> tuple[np.ndarray, np.ndarray]:
-        """Return kinds and diffusion of some orbits."""
-        tables = self.nu, self.error, self.halves, self.later, self.span
-        nu, error, halves, later, whole_span = (table[..., at] for table in tables)
+    def _kinds(self, at: slice) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        """Return kinds and diffusion of some orbits, a mask (n, orbits) of the frequencies that are independent of those
+        before them, and the errors (n, orbits).
+        """
+        tables = self.nu, self.error, self.halves, self.later, self.span, self.vague
+        nu, error, halves, later, whole_span, vague = (table[..., at] for table in tables)
         change, wound = np.abs(halves[0] - halves[1]), self._wound_rows()
         change[~wound] = from_whole(change[~wound])  # known modulo 1
         change = np.where(later, change, 0.0)
         known, some, largest = np.isfinite(error), later.any(axis=0), change.max(axis=0)
         span = whole_span if self.kept else whole_span / 2
-        kind = np.where(known.all(axis=0), FrequencyKind.INDEPENDENT, FrequencyKind.DEPENDENT)
-        kind[_dependent(nu, error, whole_span, self.length, wound)] = FrequencyKind.DEPENDENT
+        related = relations(nu, error, whole_span, wound)
+        own = known & ~related.tied & ~(_locked(nu, error, self.length) & wound[:, None])
+        kind = np.where(own.all(axis=0), FrequencyKind.INDEPENDENT, FrequencyKind.DEPENDENT)
+        error = np.maximum(error, related.unseen)
+        error = np.where(vague & ~wound[:, None], np.maximum(error, 1 / whole_span), error)
         kind[span * largest > CHANGED] = FrequencyKind.UNDECIDED
         beyond = np.where(wound[:, None], SWINGS, calm_change(nu, halves, span))
         kind[(span * change > beyond).any(axis=0)] = FrequencyKind.IRREGULAR
-        kind[~some] = FrequencyKind.UNDECIDED
+        kind[(kind != FrequencyKind.IRREGULAR) & related.unsure] = FrequencyKind.UNDECIDED
+        kind[~some | vague] = FrequencyKind.UNDECIDED
         turned = whole_span * np.where(known, from_whole(nu), 0.0).max(axis=0)
         ended = whole_span < self.length
         kind[(turned < MANY_TURNS) & (ended | (kind == FrequencyKind.INDEPENDENT))] = FrequencyKind.UNDECIDED
-        return kind, np.where(some, np.log10(largest + 1e-18), np.nan)
+        return kind, np.where(some, np.log10(largest + 1e-18), np.nan), own, error
 
     def _wound_rows(self) -> np.ndarray:
         """Return a mask (n,) of the coordinates that are angles."""
         return np.array([period > 0 for period in self.flow.model.periods()[: len(self.nu)]])
 
 
-def _dependent(nu: np.ndarray, error: np.ndarray, span: np.ndarray, length: int, wound: np.ndarray) -> np.ndarray:
-    """Return a mask (orbits,) of orbits with a rational rotation number, of an angle that winds with a chain of
-    islands, or with related tunes, as of a plane that another drives.
-    """
+def _locked(nu: np.ndarray, error: np.ndarray, length: int) -> np.ndarray:
+    """Return a mask (n, orbits) of rational rotation numbers, as of an angle that winds with a chain of islands."""
     q = np.arange(1, LOCKED + 1)[:, None, None]
-    beat = from_whole(q * nu)
-    locked = wound[:, None] & (beat <= q * np.minimum(error, 1 / length)).any(axis=0)
-    return locked.any(axis=0) | relations(nu, error, span, wound)[0]
+    return np.asarray((from_whole(q * nu) <= q * np.minimum(error, 1 / length)).any(axis=0))

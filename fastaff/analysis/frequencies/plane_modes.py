@@ -8,12 +8,13 @@ loops with the line g_k alone among these: planes again, whose tunes are found a
 from __future__ import annotations
 
 import itertools
+from typing import NamedTuple
 
 import numpy as np
 
 from ...compile.plane_loops import COLUMNS
-from .fundamental import LINE_WIDTH, WEAK
-from .integer_lattice import ball
+from .fundamental import places
+from .integer_lattice import ball, one_of_each
 from .line_rates import drifts
 from .naff import FrequencyLines, found_lines
 from .readings import SAME
@@ -26,17 +27,26 @@ LINES = 6
 LONGEST = (12, 10, 6, 4, 3)
 """Largest |k|_1 of combinations of 1, 2, ... tunes; 2 of more."""
 
-SHARP = 0.1
-"""Error bar of a generator, in cycles over the samples."""
+SHARP, WIDTH = 0.3, 1e-7
+"""Width of a line, three error bars in cycles over the samples, up to which it is one line: where another one is closer
+than the samples resolve, it is wider; and the least width of a line.
+"""
 
 PARTS = 3
-"""Largest m of a line that is a generator over m."""
+"""Largest m of a line that is a combination of generators over m."""
 
-BLURRED = 0.1
-"""Over |k|_1^2, the bins within which a line is such a combination whatever its error bar: two lines in a bin pull."""
+VISIBLE = 1e-9
+"""Smallest amplitude of a line, relative to its plane's largest."""
 
-EQUAL = 0.03
-"""Part by which shares differ that are equal: those of coordinates turned by 45 degrees."""
+RESOLVED, BESIDE = 1.5, 6
+"""Cycles over the samples from which two lines are told apart, and the largest |k|_1 of the combinations of tunes whose
+beats are compared with them.
+"""
+
+HIDDEN, SHOWS = 3.0, 0.3
+"""Factor of the amplitudes that lines which are not told apart may have over those of the others of their order; and
+the ratio of theirs to a mode's own amplitude from which it has no tune of its own.
+"""
 
 HARMONIC, CAUGHT = 4, 0.1
 """Largest harmonic of another plane's tune that a plane may show; and the share of the smallest tune by which the lines
@@ -58,36 +68,54 @@ def plane_values(z: np.ndarray, planes: np.ndarray) -> np.ndarray:
     return np.ascontiguousarray(f.swapaxes(0, 1))
 
 
-def modes_of(f: np.ndarray, harmonic: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return a mask (orbits,) of orbits of loops f (orbits, n, samples) with n independent lines, for these the lines
-    (n, some), and their modes as planes (2n, some, samples): each in the place, and in the sense, of the loop of whose
-    motion it has most. Orbits that show a `harmonic` (n, orbits) are taken without their combined lines.
+class PlaneModes(NamedTuple):
+    """Modes of orbits with n planes.
+
+    known (orbits,): a mask of orbits with n lines of independent amplitudes; nu (n, known orbits): these lines; planes
+    (2n, known orbits, samples): each mode in the place, and in the sense, of the loop of whose motion it has most;
+    shift (n, known orbits): the turns by which lines that are not told apart from a mode's own may shift its tune;
+    vague (orbits,): a mask of orbits of which such lines, or none that is sharp, leave the modes unknown.
+    """
+
+    known: np.ndarray
+    nu: np.ndarray
+    planes: np.ndarray
+    shift: np.ndarray
+    vague: np.ndarray
+
+
+def modes_of(f: np.ndarray, harmonic: np.ndarray) -> PlaneModes:
+    """Return the modes of loops f (orbits, n, samples). Orbits that show a `harmonic` (n, orbits) are taken without
+    their combined lines.
     """
     n, samples = f.shape[1], fast_length(f.shape[2])
-    g, known, found = _generators(f[:, :, :samples])
-    if not known.any():
-        return known, np.zeros((n, 0)), np.zeros((2 * n, 0, f.shape[2]))
-    f, g = f[known], g[known]
+    lattice, found = _generators(f[:, :, :samples])
+    g, known, vague = lattice.nu, lattice.known.copy(), lattice.vague.copy()
+    f, g, some = f[known], g[known], np.flatnonzero(known)
     alone = harmonic[:, known].any(axis=0)
-    f[alone] -= _combined(found.take(np.flatnonzero(known)[alone]), g[alone], f.shape[2])
+    f[alone] -= _combined(found.take(some[alone]), g[alone], f.shape[2])
     plus, minus = _amplitudes(f[:, :, :samples], g)  # (orbits, n loops, n lines): of +g and of -g
-    share = np.abs(np.abs(plus) ** 2 - np.abs(minus) ** 2) + 1e-3 * (np.abs(plus) ** 2 + np.abs(minus) ** 2)
-    place = _places(share / share.sum(axis=2, keepdims=True), np.abs(g))
+    size = np.hypot(np.abs(plus), np.abs(minus))
+    shift, hidden = _hidden(lattice.decay[known], g, size, samples)
+    every = np.ones(size.shape[::2], bool)
+    place = places(size.swapaxes(1, 2) ** 2, np.abs(g), every.sum(axis=1), every)  # whatever the modes' amplitudes
     each, loop = np.arange(len(f))[:, None], np.arange(n)
     plus, minus = plus[each, :, place].swapaxes(1, 2), minus[each, :, place].swapaxes(1, 2)
     # f = plus e + minus conj(e), and its conjugate
     whole = np.concatenate(
         [np.concatenate([plus, minus], axis=2), np.concatenate([minus.conj(), plus.conj()], axis=2)], axis=1
     )
-    size = np.linalg.svd(whole, compute_uv=False)
+    size = np.linalg.norm(whole, axis=1, keepdims=True)
+    size = np.linalg.svd(whole / np.where(size > 0, size, 1.0), compute_uv=False)
     sound = size[:, -1] > APART * size[:, 0]
-    known[known] = sound
+    known[some] = sound
+    vague[some[sound]] |= hidden[sound]
     back = np.linalg.inv(whole[sound])[:, :n]
     e = back[:, :, :n] @ f[sound] + back[:, :, n:] @ f[sound].conj()
     other = (np.abs(plus) < np.abs(minus))[:, loop, loop][sound]
     e = np.where(other[:, :, None], e.conj(), e).swapaxes(0, 1)
-    g = np.take_along_axis(g, place, axis=1)[sound]
-    return known, np.where(other, -g, g).T, np.concatenate([e.real, -e.imag])
+    g, shift = (np.take_along_axis(rows, place, axis=1)[sound] for rows in (g, shift))
+    return PlaneModes(known, np.where(other, -g, g).T, np.concatenate([e.real, -e.imag]), shift.T, vague)
 
 
 def _combined(found: FrequencyLines, g: np.ndarray, samples: int) -> np.ndarray:
@@ -102,41 +130,101 @@ def _combined(found: FrequencyLines, g: np.ndarray, samples: int) -> np.ndarray:
     return result
 
 
-def _generators(f: np.ndarray) -> tuple[np.ndarray, np.ndarray, FrequencyLines]:
-    """Return the strongest independent lines (orbits, n) of loops f (orbits, n, samples), a loop's strongest first,
-    a mask (orbits,) of those that have n, and all lines found.
+class _Lattice(NamedTuple):
+    """The lattice of the lines of orbits.
+
+    nu (orbits, n): the strongest independent lines; where there are fewer than n, the strongest others behind them.
+    known (orbits,): a mask of orbits with n lines; vague (orbits,): of those with fewer independent ones, and a line
+    that is not sharp. decay (orbits,): the factor by which amplitudes fall with each step of |k|_1.
     """
+
+    nu: np.ndarray
+    known: np.ndarray
+    vague: np.ndarray
+    decay: np.ndarray
+
+
+def _generators(f: np.ndarray) -> tuple[_Lattice, FrequencyLines]:
+    """Return the lattices of loops f (orbits, n, samples), and all lines found."""
     orbits, n, samples = f.shape
     found = found_lines(f, 1.0, max(1, min(n + LINES, samples // 4 - LINE_ORDER)), LINE_ORDER)
-    size, bar = np.abs(found.amplitude), 3 * found.error + LINE_WIDTH / samples
-    seen = np.isfinite(bar) & (np.abs(found.nu) * samples > 2) & (size > WEAK * size.max(axis=2, keepdims=True))
-    seen &= (bar * samples < 3 * SHARP) & (np.abs(np.abs(found.nu) - 0.5) * samples > 1)
-    size = np.where(seen, size / np.maximum(size.max(axis=2, keepdims=True), 1e-300), 0.0)
+    size, width = np.abs(found.amplitude), 3 * found.error + WIDTH / samples
+    size = np.where(np.isfinite(width), size / np.maximum(size.max(axis=2, keepdims=True), 1e-300), 0.0)
+    # A line next to 0 is the centre's; one next to a half turn has no sense.
+    visible = (size > VISIBLE) & (np.abs(found.nu) * samples > 2) & (np.abs(np.abs(found.nu) - 0.5) * samples > 1)
     order = np.argsort(-(size + 2.0 * (size == 1.0)).reshape(orbits, -1), axis=1, kind="stable")
-    nu, bar, size = (np.take_along_axis(rows.reshape(orbits, -1), order, axis=1) for rows in (found.nu, bar, size))
+    nu, width, size, visible = (
+        np.take_along_axis(rows.reshape(orbits, -1), order, axis=1) for rows in (found.nu, width, size, visible)
+    )
+    sharp = visible & (width * samples < SHARP)
     k = ball(n, LONGEST[n - 1] if n <= len(LONGEST) else 2)
-    length = np.abs(k).sum(axis=1)
-    single, least = length == 1, BLURRED / np.maximum(length, 1) ** 2 / samples
+    length, every = np.abs(k).sum(axis=1), np.arange(orbits)
     g, spread, rank = np.zeros((orbits, n)), np.zeros((orbits, n)), np.zeros(orbits, int)
-    every = np.arange(orbits)
-    for line, width, strength in zip(nu.T, bar.T, size.T, strict=True):
-        combined, wide = g @ k.T, spread @ np.abs(k).T
-        new = (rank < n) & (strength > 0) & np.isfinite(width)
-        whole = np.zeros(orbits, bool)
+    for line, wide, there in zip(nu.T, width.T, sharp.T, strict=True):
+        combined, blur = g @ k.T, spread @ np.abs(k).T
+        related = np.zeros(orbits, bool)
         for m in range(1, PARTS + 1):
-            apart = m * line[:, None] - combined
-            near = from_whole(apart) < np.maximum(wide + m * width[:, None], least)
-            whole = near.any(axis=1) if m == 1 else whole
-            part = near & single if m > 1 else near[:, :0]
-            finer = (strength > 0) & ~whole & part.any(axis=1)  # a generator is a harmonic of this line
-            which = np.abs(k[part.argmax(axis=1)]).argmax(axis=1) if m > 1 else rank
-            finer &= which < rank
-            g[every[finer], which[finer]], spread[every[finer], which[finer]] = line[finer], width[finer]
-            new &= ~near.any(axis=1)
-            whole |= finer
-        g[every[new], rank[new]], spread[every[new], rank[new]] = line[new], width[new]
+            near = from_whole(m * line[:, None] - combined) < blur + m * wide[:, None]
+            if m > 1:  # a generator is a multiple of this line
+                part = near & (length == 1)
+                which = np.abs(k[part.argmax(axis=1)]).argmax(axis=1)
+                finer = there & ~related & part.any(axis=1) & (which < rank)
+                g[every[finer], which[finer]], spread[every[finer], which[finer]] = line[finer], wide[finer]
+            related |= near.any(axis=1)
+        new = there & ~related & (rank < n)
+        g[every[new], rank[new]], spread[every[new], rank[new]] = line[new], wide[new]
         rank[new] += 1
-    return g, rank == n, found
+    decay = _decay(nu, width, np.where(sharp, size, 0.0), g, spread, k)
+    vague = (rank < n) & (visible & ~sharp).any(axis=1)
+    known = _completed(g, rank, nu, sharp & ~vague[:, None], samples)
+    return _Lattice(g, known, vague, decay), found
+
+
+def _decay(
+    nu: np.ndarray, width: np.ndarray, size: np.ndarray, g: np.ndarray, spread: np.ndarray, k: np.ndarray
+) -> np.ndarray:
+    """Return the factor (orbits,) by which amplitudes fall with each step of |k|_1, by lines nu (orbits, lines) of
+    relative size that are combinations k of generators; others count as the shortest.
+    """
+    combined, blur, length = g @ k.T, spread @ np.abs(k).T, np.abs(k).sum(axis=1)
+    result = np.full(len(nu), VISIBLE)
+    for line, wide, part in zip(nu.T, width.T, size.T, strict=True):
+        near = from_whole(line[:, None] - combined) < blur + wide[:, None]
+        steps = np.where(near, length, 99).min(axis=1)
+        steps = np.where(steps < 99, steps, 2)
+        result = np.where(steps > 1, np.maximum(result, part ** (1 / np.maximum(steps - 1, 1))), result)
+    return result
+
+
+def _completed(g: np.ndarray, rank: np.ndarray, nu: np.ndarray, usable: np.ndarray, samples: int) -> np.ndarray:
+    """Fill generators g (orbits, n) up behind their rank (orbits,), with the first usable ones of the lines nu (orbits,
+    lines) that are not among them; return a mask (orbits,) of those with n.
+    """
+    rank, n, every = rank.copy(), g.shape[1], np.arange(len(g))
+    for line, there in zip(nu.T, usable.T, strict=True):
+        taken = np.arange(n) < rank[:, None]
+        apart = np.minimum(from_whole(line[:, None] - g), from_whole(line[:, None] + g)) * samples
+        new = there & (rank > 0) & (rank < n) & (np.where(taken, apart, np.inf).min(axis=1) > RESOLVED)
+        g[every[new], rank[new]] = line[new]
+        rank[new] += 1
+    return rank == n
+
+
+def _hidden(decay: np.ndarray, g: np.ndarray, size: np.ndarray, samples: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return the turns (orbits, n) by which lines that are not told apart from those of modes g (orbits, n) may shift
+    them, and a mask (orbits,) of orbits with a mode that may be such a line; size (orbits, loops, modes).
+    """
+    own = (size / np.maximum(size.max(axis=2, keepdims=True), 1e-300)).max(axis=1)
+    shift, hidden = np.zeros_like(g), np.zeros(len(g), bool)
+    for k in one_of_each(ball(g.shape[1], BESIDE)[1:]):
+        order = np.abs(k).sum()
+        beat = from_whole(g @ k)
+        close = (order > 1) & (beat * samples < RESOLVED)
+        for j in np.flatnonzero(k):
+            ratio = np.where(close, HIDDEN * decay ** (order - 2) / np.maximum(own[:, j], VISIBLE), 0.0)
+            shift[:, j] = np.maximum(shift[:, j], np.minimum(ratio, 1.0) * beat)
+            hidden |= ratio > SHOWS
+    return shift, hidden
 
 
 def _amplitudes(f: np.ndarray, g: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -151,21 +239,6 @@ def _amplitudes(f: np.ndarray, g: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return amplitude[:, :, :n], amplitude[:, :, n : 2 * n]
 
 
-def _places(share: np.ndarray, nu: np.ndarray) -> np.ndarray:
-    """Return the line (orbits, n) of each loop by shares (orbits, loops, lines), the largest first, equal ones in the
-    order of ascending nu (orbits, lines).
-    """
-    orbits, n, _ = share.shape
-    place, every = np.zeros((orbits, n), int), np.arange(orbits)
-    rank = nu.argsort(axis=1).argsort(axis=1)
-    left = share * (1.0 - EQUAL * np.abs(rank[:, None] - np.arange(n)[:, None]))
-    for _ in range(n):
-        loop, line = np.divmod(left.reshape(orbits, -1).argmax(axis=1), n)
-        place[every, loop] = line
-        left[every, loop], left[every, :, line] = -1.0, -1.0
-    return place
-
-
 def restless(f: np.ndarray, halves: np.ndarray, length: int, threads: int) -> np.ndarray:
     """Return a mask of loops f (signals, samples) of chaotic orbits: their mean turns change from half to half (2,
     signals), and so does their strongest line.
@@ -177,12 +250,12 @@ def restless(f: np.ndarray, halves: np.ndarray, length: int, threads: int) -> np
     return result
 
 
-def entangled(nu: np.ndarray, length: int) -> np.ndarray:
-    """Return a mask (orbits,) of orbits with two tunes nu (n, orbits) that are one line over so many steps."""
+def entangled(nu: np.ndarray, length: int | np.ndarray) -> np.ndarray:
+    """Return a mask (orbits,) of orbits with two tunes nu (n, orbits) that so many steps do not tell apart."""
     result = np.zeros(nu.shape[1], bool)
     for one, other in itertools.combinations(nu, 2):
         for apart in (one - other, one + other):
-            result |= from_whole(apart) * length < SAME
+            result |= from_whole(apart) * length < RESOLVED
     return result
 
 

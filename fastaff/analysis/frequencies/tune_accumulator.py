@@ -15,6 +15,7 @@ from ...base.status import Status
 from ...compile.threads import checked_threads
 from ...kernels import tunes as kernels
 from ..orbits.given_orbits import Given, gap, given_orbits, row_names, stays
+from .plane_modes import entangled
 from .tunes import Tunes, tunes_of
 from .turning import PIECE, Means, Turning, Window, run_orbits, without_standing
 
@@ -172,7 +173,9 @@ class TuneAccumulator:
         turns = known.turns - lost * (known.still[0] + 1)
         status = np.where(known.ended, Status.NONFINITE, np.where(lost, Status.LOST, Status.OK))
         names = known.names[: len(known.nu)]
-        return tunes_of(names, means, np.zeros(known.nu.shape, np.int8), turns, known.window.copy(), status)
+        # Whether two planes show one line or two that are close by, lines would tell, which need the samples.
+        vague = entangled(np.where(np.isfinite(means.error), means.nu, np.nan), known.window)
+        return tunes_of(names, means, np.zeros(known.nu.shape, np.int8), turns, known.window.copy(), status, vague)
 
     def _pushed(self) -> _Known:
         if self._known is None:

@@ -217,22 +217,27 @@ def tunes_of(
     turns: np.ndarray,
     window: np.ndarray,
     status: np.ndarray,
+    vague: np.ndarray,
     lines: AngleLines | None = None,
 ) -> Tunes:
-    """Return the Tunes from means (n, orbits) over windows (orbits,), NaN for orbits without one."""
+    """Return the Tunes from means (n, orbits) over windows (orbits,), NaN for orbits without one; vague (orbits,): a
+    mask of orbits with two tunes that are not told apart.
+    """
     known = np.isfinite(means.error) & (window > 0)
     nu, error = np.where(known, means.nu, 0.0), np.where(known, means.error, np.inf)
     nu = nu - np.floor(nu)
     nu = np.where(nu >= 1.0, 0.0, nu)
     change = np.where(known, np.abs(means.halves[0] - means.halves[1]), 0.0).max(axis=0)
     some = known.any(axis=0)
-    dependent, unseen = relations(nu, error, window)
-    kind = np.where(known.all(axis=0) & ~dependent, FrequencyKind.INDEPENDENT, FrequencyKind.DEPENDENT)
-    error = np.maximum(error, unseen)
+    related = relations(nu, error, window)
+    kind = np.where(known.all(axis=0) & ~related.tied.any(axis=0), FrequencyKind.INDEPENDENT, FrequencyKind.DEPENDENT)
+    error = np.maximum(error, related.unseen)
+    error = np.where(vague, np.maximum(error, 1 / np.maximum(window, 1)), error)
     cycles = window * np.minimum(nu, 1 - nu).max(axis=0, initial=0.0)
     kind[window / 2 * change > CHANGED] = FrequencyKind.UNDECIDED
     kind[window / 2 * change > calm_change(nu, means.halves, window / 2)] = FrequencyKind.IRREGULAR
-    kind[(cycles < MANY_TURNS) | ~some] = FrequencyKind.UNDECIDED
+    kind[(kind != FrequencyKind.IRREGULAR) & related.unsure] = FrequencyKind.UNDECIDED
+    kind[(cycles < MANY_TURNS) | ~some | vague] = FrequencyKind.UNDECIDED
     diffusion = np.where(some, np.log10(change + 1e-18), np.nan)
     return Tunes(
         names,
@@ -260,6 +265,7 @@ class TuneWork:
         self.nu, self.error = np.zeros((n, self.orbits)), np.full((n, self.orbits), np.inf)
         self.halves, self.method = np.zeros((2, n, self.orbits)), np.zeros((n, self.orbits), np.int8)
         self.turns, self.window = np.zeros((2, self.orbits), np.int64)
+        self.vague = np.zeros(self.orbits, bool)
         self.status = np.full(self.orbits, int(Status.INTERRUPTED))
 
     def run(self) -> None:
@@ -285,7 +291,7 @@ class TuneWork:
         together = own[-1] - own[0] < own.size  # seen without a copy
         orbits, z = first + own, whole[:, slice(own[0], own[-1] + 1) if together else own, : length + 1]
         turning, means, method, rough = self._read(z, length)
-        self._with_modes(z, turning, means, method, rough)
+        self.vague[orbits] = self._with_modes(z, turning, means, method, rough)
         self.nu[:, orbits], self.error[:, orbits], self.halves[:, :, orbits] = without_standing(means, length)
         self.method[:, orbits], self.window[orbits] = method, length
         if self.lines is not None:
@@ -313,11 +319,13 @@ class TuneWork:
         self._with_lines(z, turning, means, method, length)
         return turning, means, method, rough
 
-    def _with_modes(self, z: np.ndarray, turning: Turning, means: Means, method: np.ndarray, rough: np.ndarray) -> None:
+    def _with_modes(
+        self, z: np.ndarray, turning: Turning, means: Means, method: np.ndarray, rough: np.ndarray
+    ) -> np.ndarray:
         """Replace the tunes of planes that show the same line, or whose loops pass through their centres (`rough`), by
-        those of modes.
+        those of modes; return a mask (orbits,) of orbits with two tunes that are not told apart.
         """
-        length = z.shape[2] - 1
+        length, vague = z.shape[2] - 1, np.zeros(z.shape[1], bool)
         twice, harmonic = entangled(means.nu, length), driven(means.nu, means.error)
         needed = (twice | harmonic.any(axis=0) | rough) & (turning.planes[:, :, COLUMNS.a] != 0).all(axis=1)
         for _, orbits in _parts(needed[None] & (len(means.nu) > 1), max(1, AT_ONCE // (len(z) * (length + 1)))):
@@ -327,20 +335,24 @@ class TuneWork:
             calm = ~wild.all(axis=1)
             if not calm.any():
                 continue
-            known, lines, modes = modes_of(f[calm], harmonic[:, orbits[calm]])
-            if not known.any():
+            own = orbits[calm]
+            modes = modes_of(f[calm], harmonic[:, own])
+            vague[own] = modes.vague
+            own = own[modes.known]
+            if not own.size:
                 continue
-            _, found, how, _ = self._read(modes, length)
-            own = orbits[calm][known]
+            _, found, how, _ = self._read(modes.planes, length)
             finer = found.error.max(axis=0) < means.error[:, own].max(axis=0)
             better = twice[own] | (finer & ~harmonic[:, own].any(axis=0))
             better |= own_tunes(means.nu[:, own], harmonic[:, own], found.nu, length)
-            off = from_whole(found.nu - lines)
-            good = better & (np.maximum(off, found.error) * length < SAME).all(axis=0) & ~entangled(found.nu, length)
+            off = from_whole(found.nu - modes.nu)
+            good = better & (np.maximum(off, found.error) * length < SAME).all(axis=0)
             own = own[good]
+            found.error[:, good] += modes.shift[:, good]
             for old, new in zip(means, found, strict=True):
                 old[..., own] = new[..., good]
             method[:, own] = how[:, good]
+        return vague
 
     def _lined(self, z: np.ndarray, orbits: np.ndarray, table: LineTable) -> None:
         """Fill in the lines of z (2n, orbits, samples)."""
@@ -390,7 +402,7 @@ class TuneWork:
         """Assemble the tunes."""
         means = Means(self.nu, self.error, self.halves)
         lines = None if self.lines is None else self.lines.result()
-        return tunes_of(self.given.angles, means, self.method, self.turns, self.window, self.status, lines)
+        return tunes_of(self.given.angles, means, self.method, self.turns, self.window, self.status, self.vague, lines)
 
 
 def _own_lines(

@@ -39,8 +39,10 @@ CHANGED, ISLAND, BESIDE = 0.3, 3.0, 1.5
 swings slowly in one; and largest distance of its tunes from that resonance.
 """
 
-RELATED, CHANCE = 5, 1e-3
-"""Largest |k|_1 of a relation of two tunes, and its largest width that is not accidental, unless they are equal."""
+RELATED, CHANCE, TIGHT = 5, 1e-3, 1e-3
+"""Largest |k|_1 of a relation of two tunes, and its largest width that is not accidental, unless they are equal; the
+width, in cycles over the window, from which a relation within it is no proof of one.
+"""
 
 UNSEEN, FAINT = 0.3, 0.1
 """Cycles over the window up to which all windows see the same part of the beat of two lines; and the relative amplitude
@@ -182,15 +184,24 @@ def unresolved(rotation: np.ndarray, steps: np.ndarray | float) -> np.ndarray:
     return total(4.0 * 0.5**m * beat / m * damping(beat * steps))
 
 
-def relations(
-    nu: np.ndarray, error: np.ndarray, window: np.ndarray, wound: np.ndarray | None = None
-) -> tuple[np.ndarray, np.ndarray]:
-    """Return a mask (orbits,) of orbits with a relation of two tunes nu (n, orbits) that is 0 within their errors over
-    windows (orbits,), and the errors (n, orbits) of tunes by lines that the window does not separate.
+class Relations(NamedTuple):
+    """Relations of tunes: tied (n, orbits): a mask of those that follow from the tunes before them; unsure (orbits,):
+    of orbits with a relation within errors that are too wide to tell; unseen (n, orbits): the errors of tunes by lines
+    that the window does not separate.
+    """
+
+    tied: np.ndarray
+    unsure: np.ndarray
+    unseen: np.ndarray
+
+
+def relations(nu: np.ndarray, error: np.ndarray, window: np.ndarray, wound: np.ndarray | None = None) -> Relations:
+    """Return the relations of two tunes nu (n, orbits) that are 0 within their errors over windows (orbits,).
 
     wound (n,): coordinates that go round, which sums and differences alone relate.
     """
-    dependent, unseen = np.zeros(nu.shape[1], bool), np.zeros_like(nu)
+    tied, unseen = np.zeros(nu.shape, bool), np.zeros_like(nu)
+    unsure = np.zeros(nu.shape[1], bool)
     for a in range(1, RELATED):
         for b in range(a - RELATED, RELATED - a + 1):
             equal = a + abs(b) == 2
@@ -199,9 +210,12 @@ def relations(
                     continue
                 apart, width = a * nu[i] + b * nu[j], a * error[i] + abs(b) * error[j]
                 beat = from_whole(apart)
-                dependent |= beat <= np.where(width < (math.inf if equal else CHANCE), width, -1.0)
+                related = beat <= np.where(width < (math.inf if equal else CHANCE), width, -1.0)
+                tight = width * window < TIGHT
+                tied[max(i, j)] |= related & tight
+                unsure |= related & ~tight
                 unseen[i] = np.maximum(unseen[i], np.where(beat * window < UNSEEN, FAINT * beat, 0.0))
-    return dependent, unseen
+    return Relations(tied, unsure, unseen)
 
 
 def calm_change(nu: np.ndarray, halves: np.ndarray, half: np.ndarray) -> np.ndarray:
