@@ -74,7 +74,8 @@ class PlaneModes(NamedTuple):
     known (orbits,): a mask of orbits with n lines of independent amplitudes; nu (n, known orbits): these lines; planes
     (2n, known orbits, samples): each mode in the place, and in the sense, of the loop of whose motion it has most;
     shift (n, known orbits): the turns by which lines that are not told apart from a mode's own may shift its tune;
-    vague (orbits,): a mask of orbits of which such lines, or none that is sharp, leave the modes unknown.
+    vague (orbits,): a mask of orbits of which such lines, or none that is sharp, leave the modes unknown; periodic
+    (orbits,): of those whose lines are all combinations of fewer tunes.
     """
 
     known: np.ndarray
@@ -82,6 +83,7 @@ class PlaneModes(NamedTuple):
     planes: np.ndarray
     shift: np.ndarray
     vague: np.ndarray
+    periodic: np.ndarray
 
 
 def modes_of(f: np.ndarray, harmonic: np.ndarray) -> PlaneModes:
@@ -115,7 +117,7 @@ def modes_of(f: np.ndarray, harmonic: np.ndarray) -> PlaneModes:
     other = (np.abs(plus) < np.abs(minus))[:, loop, loop][sound]
     e = np.where(other[:, :, None], e.conj(), e).swapaxes(0, 1)
     g, shift = (np.take_along_axis(rows, place, axis=1)[sound] for rows in (g, shift))
-    return PlaneModes(known, np.where(other, -g, g).T, np.concatenate([e.real, -e.imag]), shift.T, vague)
+    return PlaneModes(known, np.where(other, -g, g).T, np.concatenate([e.real, -e.imag]), shift.T, vague, lattice.periodic)
 
 
 def _combined(found: FrequencyLines, g: np.ndarray, samples: int) -> np.ndarray:
@@ -135,12 +137,13 @@ class _Lattice(NamedTuple):
 
     nu (orbits, n): the strongest independent lines; where there are fewer than n, the strongest others behind them.
     known (orbits,): a mask of orbits with n lines; vague (orbits,): of those with fewer independent ones, and a line
-    that is not sharp. decay (orbits,): the factor by which amplitudes fall with each step of |k|_1.
+    that is not sharp; periodic (orbits,): of those with fewer, and no other line. decay (orbits,): the factor by which amplitudes fall with each step of |k|_1.
     """
 
     nu: np.ndarray
     known: np.ndarray
     vague: np.ndarray
+    periodic: np.ndarray
     decay: np.ndarray
 
 
@@ -177,7 +180,7 @@ def _generators(f: np.ndarray) -> tuple[_Lattice, FrequencyLines]:
     decay = _decay(nu, width, np.where(sharp, size, 0.0), g, spread, k)
     vague = (rank < n) & (visible & ~sharp).any(axis=1)
     known = _completed(g, rank, nu, sharp & ~vague[:, None], samples)
-    return _Lattice(g, known, vague, decay), found
+    return _Lattice(g, known, vague, (rank < n) & ~vague, decay), found
 
 
 def _decay(

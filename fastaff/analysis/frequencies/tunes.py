@@ -337,7 +337,7 @@ class TuneWork:
                 continue
             own = orbits[calm]
             modes = modes_of(f[calm], harmonic[:, own])
-            vague[own] = modes.vague
+            vague[own] = modes.vague | (twice[own] & ~modes.periodic)
             own = own[modes.known]
             if not own.size:
                 continue
@@ -347,6 +347,7 @@ class TuneWork:
             better |= own_tunes(means.nu[:, own], harmonic[:, own], found.nu, length)
             off = from_whole(found.nu - modes.nu)
             good = better & (np.maximum(off, found.error) * length < SAME).all(axis=0)
+            vague[own[good]] = modes.vague[modes.known][good]
             own = own[good]
             found.error[:, good] += modes.shift[:, good]
             for old, new in zip(means, found, strict=True):

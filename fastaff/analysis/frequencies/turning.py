@@ -39,7 +39,7 @@ CHANGED, ISLAND, BESIDE = 0.3, 3.0, 1.5
 swings slowly in one; and largest distance of its tunes from that resonance.
 """
 
-RELATED, CHANCE, TIGHT = 5, 1e-3, 1e-3
+RELATED, CHANCE, TIGHT = 5, 1e-3, 1e-5
 """Largest |k|_1 of a relation of two tunes, and its largest width that is not accidental, unless they are equal; the
 width, in cycles over the window, from which a relation within it is no proof of one.
 """
