@@ -181,7 +181,9 @@ class MapFrequencies:
         found = _Window(nu, error, np.zeros((n, orbits), np.int8), halves, span, np.zeros(orbits, bool))
         fallback = FALLBACK if self.chosen.fallback is None else self.chosen.fallback
         with_lines = whole_ones & (moving & (error > fallback))[~wound].any(axis=0)
-        shared = entangled(nu[~wound], self.length) | driven(nu[~wound], error[~wound]).any(axis=0)
+        plain, steps = (nu[~wound], error[~wound]), self.length - 1
+        shared = entangled(plain[0], steps) | driven(*plain).any(axis=0)
+        shared |= (relations(*plain, steps).unseen > plain[1]).any(axis=0)
         with_lines |= whole_ones & moving[~wound].all(axis=0) & shared
         again = np.flatnonzero(with_lines | (~whole_ones & (counts >= LEAST) & ~wound.all()))
         for part in self._portions(again):

@@ -43,7 +43,7 @@ RESOLVED, BESIDE = 1.5, 6
 beats are compared with them.
 """
 
-HIDDEN, SHOWS = 3.0, 0.3
+HIDDEN, SHOWS = 5.0, 0.3
 """Factor of the amplitudes that lines which are not told apart may have over those of the others of their order; and
 the ratio of theirs to a mode's own amplitude from which it has no tune of its own.
 """
@@ -136,8 +136,8 @@ class _Lattice(NamedTuple):
     """The lattice of the lines of orbits.
 
     nu (orbits, n): the strongest independent lines; where there are fewer than n, the strongest others behind them.
-    known (orbits,): a mask of orbits with n lines; vague (orbits,): of those with fewer independent ones, and a line
-    that is not sharp; periodic (orbits,): of those with fewer, and no other line. decay (orbits,): the factor by which amplitudes fall with each step of |k|_1.
+    known (orbits,): a mask of orbits with n lines; vague (orbits,): of those with a line that is not sharp, and not the
+    weakest; periodic (orbits,): of those with fewer, and no other line. decay (orbits,): the factor by which amplitudes fall with each step of |k|_1.
     """
 
     nu: np.ndarray
@@ -163,22 +163,27 @@ def _generators(f: np.ndarray) -> tuple[_Lattice, FrequencyLines]:
     k = ball(n, LONGEST[n - 1] if n <= len(LONGEST) else 2)
     length, every = np.abs(k).sum(axis=1), np.arange(orbits)
     g, spread, rank = np.zeros((orbits, n)), np.zeros((orbits, n)), np.zeros(orbits, int)
-    for line, wide, there in zip(nu.T, width.T, sharp.T, strict=True):
+    least = np.ones(orbits)
+    for line, wide, part, there in zip(nu.T, width.T, size.T, sharp.T, strict=True):
         combined, blur = g @ k.T, spread @ np.abs(k).T
         related = np.zeros(orbits, bool)
         for m in range(1, PARTS + 1):
             near = from_whole(m * line[:, None] - combined) < blur + m * wide[:, None]
             if m > 1:  # a generator is a multiple of this line
-                part = near & (length == 1)
-                which = np.abs(k[part.argmax(axis=1)]).argmax(axis=1)
-                finer = there & ~related & part.any(axis=1) & (which < rank)
+                single = near & (length == 1)
+                which = np.abs(k[single.argmax(axis=1)]).argmax(axis=1)
+                finer = there & ~related & single.any(axis=1) & (which < rank)
                 g[every[finer], which[finer]], spread[every[finer], which[finer]] = line[finer], wide[finer]
+                least[finer] = np.minimum(least, part)[finer]
             related |= near.any(axis=1)
         new = there & ~related & (rank < n)
         g[every[new], rank[new]], spread[every[new], rank[new]] = line[new], wide[new]
         rank[new] += 1
+        least[new] = np.minimum(least, part)[new]
     decay = _decay(nu, width, np.where(sharp, size, 0.0), g, spread, k)
-    vague = (rank < n) & (visible & ~sharp).any(axis=1)
+    # A line that is not sharp is none of the lattice: a stronger one than a generator may be a mode.
+    least = np.where(rank < n, VISIBLE, least)
+    vague = (visible & ~sharp & (size > least[:, None])).any(axis=1)
     known = _completed(g, rank, nu, sharp & ~vague[:, None], samples)
     return _Lattice(g, known, vague, (rank < n) & ~vague, decay), found
 

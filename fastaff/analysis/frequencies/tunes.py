@@ -327,7 +327,8 @@ class TuneWork:
         """
         length, vague = z.shape[2] - 1, np.zeros(z.shape[1], bool)
         twice, harmonic = entangled(means.nu, length), driven(means.nu, means.error)
-        needed = (twice | harmonic.any(axis=0) | rough) & (turning.planes[:, :, COLUMNS.a] != 0).all(axis=1)
+        unseen = relations(means.nu, means.error, length).unseen
+        needed = (twice | harmonic.any(axis=0) | rough | (unseen > means.error).any(axis=0)) & (turning.planes[:, :, COLUMNS.a] != 0).all(axis=1)
         for _, orbits in _parts(needed[None] & (len(means.nu) > 1), max(1, AT_ONCE // (len(z) * (length + 1)))):
             f = plane_values(z[:, orbits], turning.planes[orbits])
             halves = means.halves[:, :, orbits].swapaxes(1, 2).reshape(2, -1)
@@ -342,14 +343,14 @@ class TuneWork:
             if not own.size:
                 continue
             _, found, how, _ = self._read(modes.planes, length)
-            finer = found.error.max(axis=0) < means.error[:, own].max(axis=0)
+            found = found._replace(error=found.error + modes.shift)
+            finer = found.error.max(axis=0) < np.maximum(means.error, unseen)[:, own].max(axis=0)
             better = twice[own] | (finer & ~harmonic[:, own].any(axis=0))
             better |= own_tunes(means.nu[:, own], harmonic[:, own], found.nu, length)
             off = from_whole(found.nu - modes.nu)
             good = better & (np.maximum(off, found.error) * length < SAME).all(axis=0)
             vague[own[good]] = modes.vague[modes.known][good]
             own = own[good]
-            found.error[:, good] += modes.shift[:, good]
             for old, new in zip(means, found, strict=True):
                 old[..., own] = new[..., good]
             method[:, own] = how[:, good]

@@ -195,13 +195,15 @@ class Relations(NamedTuple):
     unseen: np.ndarray
 
 
-def relations(nu: np.ndarray, error: np.ndarray, window: np.ndarray, wound: np.ndarray | None = None) -> Relations:
+def relations(
+    nu: np.ndarray, error: np.ndarray, window: np.ndarray | int, wound: np.ndarray | None = None
+) -> Relations:
     """Return the relations of two tunes nu (n, orbits) that are 0 within their errors over windows (orbits,).
 
     wound (n,): coordinates that go round, which sums and differences alone relate.
     """
     tied, unseen = np.zeros(nu.shape, bool), np.zeros_like(nu)
-    unsure = np.zeros(nu.shape[1], bool)
+    unsure, narrow = np.zeros(nu.shape[1], bool), TIGHT / np.maximum(window, 1)
     for a in range(1, RELATED):
         for b in range(a - RELATED, RELATED - a + 1):
             equal = a + abs(b) == 2
@@ -211,7 +213,7 @@ def relations(nu: np.ndarray, error: np.ndarray, window: np.ndarray, wound: np.n
                 apart, width = a * nu[i] + b * nu[j], a * error[i] + abs(b) * error[j]
                 beat = from_whole(apart)
                 related = beat <= np.where(width < (math.inf if equal else CHANCE), width, -1.0)
-                tight = width * window < TIGHT
+                tight = width < narrow
                 tied[max(i, j)] |= related & tight
                 unsure |= related & ~tight
                 unseen[i] = np.maximum(unseen[i], np.where(beat * window < UNSEEN, FAINT * beat, 0.0))
