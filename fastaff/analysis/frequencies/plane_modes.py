@@ -27,10 +27,13 @@ LINES = 6
 LONGEST = (12, 10, 6, 4, 3)
 """Largest |k|_1 of combinations of 1, 2, ... tunes; 2 of more."""
 
-SHARP, WIDTH = 0.3, 1e-7
+SHARP, CLEAN, WIDTH = 0.1, 1e-6, 1e-7
 """Width of a line, three error bars in cycles over the samples, up to which it is one line: where another one is closer
-than the samples resolve, it is wider; and the least width of a line.
+than the samples resolve, it is wider; the width up to which no such line is there; and the least width of a line.
 """
+
+ONE = 1e-3
+"""Cycles over the samples up to which the lines of two planes are one, whatever their error bars."""
 
 PARTS = 3
 """Largest m of a line that is a combination of generators over m."""
@@ -38,9 +41,9 @@ PARTS = 3
 VISIBLE = 1e-9
 """Smallest amplitude of a line, relative to its plane's largest."""
 
-RESOLVED, BESIDE = 1.5, 6
-"""Cycles over the samples from which two lines are told apart, and the largest |k|_1 of the combinations of tunes whose
-beats are compared with them.
+RESOLVED, BESIDE = 1.5, (6, 6, 5, 4)
+"""Cycles over the samples from which two lines are told apart, and the largest |k|_1 of combinations of 1, 2, ... tunes
+whose beats are compared with them; 3 of more.
 """
 
 HIDDEN, SHOWS = 5.0, 0.3
@@ -99,6 +102,8 @@ def modes_of(f: np.ndarray, harmonic: np.ndarray) -> PlaneModes:
     plus, minus = _amplitudes(f[:, :, :samples], g)  # (orbits, n loops, n lines): of +g and of -g
     size = np.hypot(np.abs(plus), np.abs(minus))
     shift, hidden = _hidden(lattice.decay[known], g, size, samples)
+    alone = lattice.periodic[known]
+    shift[alone], hidden[alone] = 0.0, False
     every = np.ones(size.shape[::2], bool)
     place = places(size.swapaxes(1, 2) ** 2, np.abs(g), every.sum(axis=1), every)  # whatever the modes' amplitudes
     each, loop = np.arange(len(f))[:, None], np.arange(n)
@@ -136,8 +141,9 @@ class _Lattice(NamedTuple):
     """The lattice of the lines of orbits.
 
     nu (orbits, n): the strongest independent lines; where there are fewer than n, the strongest others behind them.
-    known (orbits,): a mask of orbits with n lines; vague (orbits,): of those with a line that is not sharp, and not the
-    weakest; periodic (orbits,): of those with fewer, and no other line. decay (orbits,): the factor by which amplitudes fall with each step of |k|_1.
+    known (orbits,): a mask of orbits with n lines; periodic (orbits,): of those whose lines are all combinations of
+    fewer; vague (orbits,): of others with fewer, or with a strong line that is not sharp. decay (orbits,): the factor
+    by which amplitudes fall with each step of |k|_1.
     """
 
     nu: np.ndarray
@@ -162,13 +168,14 @@ def _generators(f: np.ndarray) -> tuple[_Lattice, FrequencyLines]:
     sharp = visible & (width * samples < SHARP)
     k = ball(n, LONGEST[n - 1] if n <= len(LONGEST) else 2)
     length, every = np.abs(k).sum(axis=1), np.arange(orbits)
+    one = np.where(length == 1, ONE / samples, 0.0)
     g, spread, rank = np.zeros((orbits, n)), np.zeros((orbits, n)), np.zeros(orbits, int)
     least = np.ones(orbits)
     for line, wide, part, there in zip(nu.T, width.T, size.T, sharp.T, strict=True):
         combined, blur = g @ k.T, spread @ np.abs(k).T
         related = np.zeros(orbits, bool)
         for m in range(1, PARTS + 1):
-            near = from_whole(m * line[:, None] - combined) < blur + m * wide[:, None]
+            near = from_whole(m * line[:, None] - combined) < np.maximum(blur + m * wide[:, None], one)
             if m > 1:  # a generator is a multiple of this line
                 single = near & (length == 1)
                 which = np.abs(k[single.argmax(axis=1)]).argmax(axis=1)
@@ -182,10 +189,11 @@ def _generators(f: np.ndarray) -> tuple[_Lattice, FrequencyLines]:
         least[new] = np.minimum(least, part)[new]
     decay = _decay(nu, width, np.where(sharp, size, 0.0), g, spread, k)
     # A line that is not sharp is none of the lattice: a stronger one than a generator may be a mode.
-    least = np.where(rank < n, VISIBLE, least)
-    vague = (visible & ~sharp & (size > least[:, None])).any(axis=1)
+    vague = (visible & ~sharp & (size >= least[:, None])).any(axis=1)
+    periodic = (rank < n) & ~(visible & (width * samples > CLEAN)).any(axis=1)
+    vague |= (rank < n) & ~periodic
     known = _completed(g, rank, nu, sharp & ~vague[:, None], samples)
-    return _Lattice(g, known, vague, (rank < n) & ~vague, decay), found
+    return _Lattice(g, known, vague, periodic, decay), found
 
 
 def _decay(
@@ -224,7 +232,8 @@ def _hidden(decay: np.ndarray, g: np.ndarray, size: np.ndarray, samples: int) ->
     """
     own = (size / np.maximum(size.max(axis=2, keepdims=True), 1e-300)).max(axis=1)
     shift, hidden = np.zeros_like(g), np.zeros(len(g), bool)
-    for k in one_of_each(ball(g.shape[1], BESIDE)[1:]):
+    n = g.shape[1]
+    for k in one_of_each(ball(n, BESIDE[n - 1] if n <= len(BESIDE) else 3)[1:]):
         order = np.abs(k).sum()
         beat = from_whole(g @ k)
         close = (order > 1) & (beat * samples < RESOLVED)
@@ -288,3 +297,9 @@ def own_tunes(nu: np.ndarray, harmonic: np.ndarray, modes: np.ndarray, length: i
     change = from_whole(modes - nu)
     fits = np.where(harmonic, change > CAUGHT * from_whole(modes).min(axis=0), change * length < SAME).all(axis=0)
     return np.asarray(fits & harmonic.any(axis=0))
+
+
+def other_lines(nu: np.ndarray, lines: np.ndarray, length: int) -> np.ndarray:
+    """Return a mask (orbits,) of orbits with a tune of nu (n, orbits) that is none of their lines (n, orbits)."""
+    apart = np.minimum(from_whole(nu[:, None] - lines), from_whole(nu[:, None] + lines)) * length
+    return np.asarray((apart.min(axis=1) > SAME).any(axis=0))

@@ -14,7 +14,7 @@ from ...base.numbers import reporter, whole
 from ...base.progress import says_progress
 from ...base.results import Result
 from ...base.short_forms import takes
-from ...base.status import Status
+from ...base.status import Status, describe
 from ...compile.plane_loops import COLUMNS
 from ...compile.threads import by_portions, checked_threads
 from ...flows.launch import Report
@@ -26,7 +26,7 @@ from .integer_lattice import ball
 from .line_rates import line_rates, lines_of
 from .methods import BirkhoffAverages, NaffLines, checked_method, method_of
 from .naff import FrequencyLines, found_lines
-from .plane_modes import driven, entangled, modes_of, own_tunes, plane_values, restless
+from .plane_modes import driven, entangled, modes_of, other_lines, own_tunes, plane_values, restless
 from .readings import SAME
 from .signals import signals_of
 from .turning import (
@@ -49,6 +49,9 @@ FALLBACK, LEAST = 1e-9, 64
 
 BUDGET, AT_ONCE, TOLD = 1 << 27, 1 << 22, 1 << 19
 """Bytes of samples in work; samples of signals whose lines are fitted at once; a thread's numbers per report."""
+
+SMALL = 1e-140
+"""Amplitude whose square is a number with all its digits, as that of its inverse."""
 
 ROUGH = 0.05
 """Cycles over the window by which windows of a mean turn differ where the loop may pass through its centre."""
@@ -105,6 +108,13 @@ class Tunes(Result):
     def signed(self) -> np.ndarray:
         """Tunes (n, orbits) in (-1/2, 1/2]."""
         return self.nu - (self.nu > 0.5)
+
+    def summary(self) -> str:
+        """Return one line with the outcomes of the orbits, and the kinds of those that are OK."""
+        fine, some = self.status == Status.OK, np.isfinite(self.error).any(axis=0)
+        counts = {kind.name.lower(): fine & some & (self.kind == kind) for kind in FrequencyKind}
+        counts["without a tune"] = fine & ~some
+        return describe(self.status, ", ".join(f"{n} {said}" for said, which in counts.items() if (n := which.sum())))
 
     @property
     def digits(self) -> np.ndarray:
@@ -291,6 +301,10 @@ class TuneWork:
         together = own[-1] - own[0] < own.size  # seen without a copy
         orbits, z = first + own, whole[:, slice(own[0], own[-1] + 1) if together else own, : length + 1]
         turning, means, method, rough = self._read(z, length)
+        factors = _factors(z, turning)
+        if (factors != 1.0).any():
+            z = z * factors
+            turning, means, method, rough = self._read(z, length)
         self.vague[orbits] = self._with_modes(z, turning, means, method, rough)
         self.nu[:, orbits], self.error[:, orbits], self.halves[:, :, orbits] = without_standing(means, length)
         self.method[:, orbits], self.window[orbits] = method, length
@@ -347,6 +361,7 @@ class TuneWork:
             finer = found.error.max(axis=0) < np.maximum(means.error, unseen)[:, own].max(axis=0)
             better = twice[own] | (finer & ~harmonic[:, own].any(axis=0))
             better |= own_tunes(means.nu[:, own], harmonic[:, own], found.nu, length)
+            better |= rough[own] & other_lines(means.nu[:, own], modes.nu, length)
             off = from_whole(found.nu - modes.nu)
             good = better & (np.maximum(off, found.error) * length < SAME).all(axis=0)
             vague[own[good]] = modes.vague[modes.known][good]
@@ -405,6 +420,19 @@ class TuneWork:
         means = Means(self.nu, self.error, self.halves)
         lines = None if self.lines is None else self.lines.result()
         return tunes_of(self.given.angles, means, self.method, self.turns, self.window, self.status, self.vague, lines)
+
+
+def _factors(z: np.ndarray, turning: Turning) -> np.ndarray:
+    """Return the powers of 2 (2n, orbits, 1) that bring those planes to amplitudes about 1 that seem at rest as the
+    squares of their samples z (2n, orbits, samples) are no numbers.
+    """
+    factors = np.ones((*z.shape[:2], 1))
+    still = (turning.planes[:, :, COLUMNS.a] == 0).T
+    for r, o in np.argwhere(np.concatenate([still, still])):
+        size = np.abs(z[r, o]).max()
+        if size > 0 and not SMALL < size < 1 / SMALL:
+            factors[r, o] = 2.0 ** -np.clip(np.frexp(size)[1], -1022, 1022)
+    return factors
 
 
 def _own_lines(
