@@ -8,6 +8,8 @@ Each group of orbits is one model with parameters, units and offsets drawn at ra
 - DEPENDENT, which is wrong where no |k| <= 6 has |k . nu_true| <= 1e-9/T, and IRREGULAR, which is always wrong here;
 - UNDECIDED, which is never wrong, but needless where no |k|_1 <= 6 (p + q near the resonance q:p, if that is more) has
   |k . nu_true| T < 1.5.
+
+With --maps the same of coupled maps, by `frequency_map` and by `tunes` of their samples (`coupled_maps.py`).
 """
 
 from __future__ import annotations
@@ -19,6 +21,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 
 import numpy as np
+from coupled_maps import CALLS, map_results
 from pages import put
 from scipy.special import ellipk
 
@@ -459,6 +462,16 @@ def tables(results: list[Judged]) -> str:
     )
 
 
+def map_tables(results: list) -> str:
+    """Return the tables of coupled maps, one for each call: by distance to a resonance, modulo 1, and turns."""
+    said = []
+    for call in CALLS:
+        own = [j for j in results if j.call == call]
+        own.sort(key=lambda j: (CELLS.index(j.case.cell), j.case.turns))
+        said.append(table(own, (f"`{call}`, near", "turns"), lambda c: (c.cell, c.turns)))
+    return "\n".join(said)
+
+
 def shown(results: list[Judged], count: int) -> str:
     """Return the worst orbits of each kind, so that they can be run again."""
     said = []
@@ -509,10 +522,17 @@ def main() -> None:
     parser.add_argument("--quick", action="store_true", help="few orbits, steps by default")
     parser.add_argument("--deep", action="store_true", help="T = 10^4 too")
     parser.add_argument("--check", action="store_true", help="only compare the truths with long runs")
+    parser.add_argument("--maps", action="store_true", help="coupled maps instead")
     parser.add_argument("--write", action="store_true", help="into docs/guarantees.md")
     given = parser.parse_args()
     if given.check:
         print(checked(given.threads))
+        return
+    if given.maps:
+        text = map_tables(map_results(given.seed, 20 if given.quick else given.orbits, threads=given.threads))
+        print(text)
+        if given.write:
+            put("docs/guarantees.md", "coverage of coupled maps", text)
         return
     periods = [*given.periods, *([10000] if given.deep else [])]
     orbits, steps = (12, STEPS[:1]) if given.quick else (given.orbits, STEPS)

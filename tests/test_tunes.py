@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 
 import fastaff as fa
 from fastaff.analysis import FrequencyKind, NaffLines, TuneSums
+from fastaff.analysis.frequencies.integer_lattice import ball
 from fastaff.analysis.frequencies.tune_accumulator import window_of
 from fastaff.compile.jit import JIT_DISABLED
 
@@ -210,7 +211,7 @@ def test_henon_map_against_longer_runs_and_high_precision():
 
 def test_a_plane_that_shows_another_planes_line():
     """Where coupling is stronger than a plane's own line its loop turns with the other, which the lines of both undo;
-    what arrives in parts has no lines: dependent.
+    what arrives in parts has no lines: undecided.
     """
     rng = np.random.default_rng(4)
     z = circles(rng, np.array([[0.2317, 0.31], [0.1721, 0.4]]), 4000)
@@ -221,7 +222,8 @@ def test_a_plane_that_shows_another_planes_line():
     assert (found.kind == FrequencyKind.INDEPENDENT).all()
     found = pushed(samples, 4000)
     assert distance(found.nu, np.array([[0.2317, 0.31], [0.2317, 0.31]])).max() < 1e-10
-    assert (found.kind == FrequencyKind.DEPENDENT).all()
+    assert (found.kind == FrequencyKind.UNDECIDED).all()
+    assert (found.error >= 1 / found.window).all()
     equal = fa.tunes(optics(rng, z + 0.99 * z[::-1] * np.array([1.0, 0.0])[:, None, None]))
     assert (distance(equal.nu, np.array([[0.2317, 0.31], [0.1721, 0.4]])) <= equal.error).all()
 
@@ -247,6 +249,9 @@ def test_modes_of_coupled_planes(n, angle):
     clear = (truth.kind == FrequencyKind.INDEPENDENT) & (truth.error < 1e-8).all(axis=0)
     for i, j in itertools.combinations(range(n), 2):
         low = VECTORS[np.abs(VECTORS).sum(axis=1) <= 4] @ truth.nu[[i, j]]
+        clear &= (np.abs(low - np.rint(low)) > 3 / turns).all(axis=0)
+    if n == 3:
+        low = ball(3, 5)[1:] @ truth.nu
         clear &= (np.abs(low - np.rint(low)) > 3 / turns).all(axis=0)
     truth, own = truth.take(np.flatnonzero(clear)), own[:, :, clear]
     assert JIT_DISABLED or clear.sum() > 150
@@ -459,7 +464,7 @@ def test_many_planes_whose_lines_are_looked_at(two_threads):
     z[0] = 0.4 * z[0] + z[1] ** 2
     found = fa.tunes(optics(rng, z))
     assert (distance(found.nu, nu) <= found.error)[1:].all()
-    assert ((distance(found.nu, nu) < 1e-6)[0] | (found.kind == FrequencyKind.DEPENDENT)).all()
+    assert ((distance(found.nu, nu) < 1e-6)[0] | (found.kind != FrequencyKind.INDEPENDENT)).all()
 
 
 # --- the accumulator -------------------------------------------------------------------------------------------------

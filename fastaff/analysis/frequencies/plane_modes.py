@@ -122,7 +122,9 @@ def modes_of(f: np.ndarray, harmonic: np.ndarray) -> PlaneModes:
     other = (np.abs(plus) < np.abs(minus))[:, loop, loop][sound]
     e = np.where(other[:, :, None], e.conj(), e).swapaxes(0, 1)
     g, shift = (np.take_along_axis(rows, place, axis=1)[sound] for rows in (g, shift))
-    return PlaneModes(known, np.where(other, -g, g).T, np.concatenate([e.real, -e.imag]), shift.T, vague, lattice.periodic)
+    return PlaneModes(
+        known, np.where(other, -g, g).T, np.concatenate([e.real, -e.imag]), shift.T, vague, lattice.periodic
+    )
 
 
 def _combined(found: FrequencyLines, g: np.ndarray, samples: int) -> np.ndarray:

@@ -301,11 +301,11 @@ class TuneWork:
         together = own[-1] - own[0] < own.size  # seen without a copy
         orbits, z = first + own, whole[:, slice(own[0], own[-1] + 1) if together else own, : length + 1]
         turning, means, method, rough = self._read(z, length)
-        factors = _factors(z, turning)
+        scaled, factors = z, _factors(z, turning)
         if (factors != 1.0).any():
-            z = z * factors
-            turning, means, method, rough = self._read(z, length)
-        self.vague[orbits] = self._with_modes(z, turning, means, method, rough)
+            scaled = z * factors
+            turning, means, method, rough = self._read(scaled, length)
+        self.vague[orbits] = self._with_modes(scaled, turning, means, method, rough)
         self.nu[:, orbits], self.error[:, orbits], self.halves[:, :, orbits] = without_standing(means, length)
         self.method[:, orbits], self.window[orbits] = method, length
         if self.lines is not None:
@@ -342,7 +342,9 @@ class TuneWork:
         length, vague = z.shape[2] - 1, np.zeros(z.shape[1], bool)
         twice, harmonic = entangled(means.nu, length), driven(means.nu, means.error)
         unseen = relations(means.nu, means.error, length).unseen
-        needed = (twice | harmonic.any(axis=0) | rough | (unseen > means.error).any(axis=0)) & (turning.planes[:, :, COLUMNS.a] != 0).all(axis=1)
+        needed = (twice | harmonic.any(axis=0) | rough | (unseen > means.error).any(axis=0)) & (
+            turning.planes[:, :, COLUMNS.a] != 0
+        ).all(axis=1)
         for _, orbits in _parts(needed[None] & (len(means.nu) > 1), max(1, AT_ONCE // (len(z) * (length + 1)))):
             f = plane_values(z[:, orbits], turning.planes[orbits])
             halves = means.halves[:, :, orbits].swapaxes(1, 2).reshape(2, -1)
