@@ -12,6 +12,7 @@ from __future__ import annotations
 import functools
 import itertools
 import math
+from collections.abc import Iterator
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -24,7 +25,7 @@ from ...kernels.demodulation import Loops, loop_values
 from ...kernels.fundamental import Lattice, Rows, Vectors
 from ...kernels.peaks import Lines, Spectra
 from .integer_lattice import ball
-from .naff import lines_of_transforms
+from .naff import found_lines, lines_of_transforms
 from .rooms import ROOMS
 from .signals import Signals
 from .windows import APART_ORDER, apart_window, cosine_window, fast_lengths, growth_windows, tables_for, tabulated
@@ -61,6 +62,12 @@ LINE_WIDTH = 1e-5
 as one.
 """
 
+WEAKEST, FAINT, CLOSE = (2, 5, 12), 1e-10, 0.5
+"""Numbers of lines that are sought beside those of the known generators, one after the other; their least amplitude,
+relative to the signals' sizes, 1e5 times the rounding errors; and the distance to a short combination, in cycles over
+the window, up to which a line is that one's: lines closer than 1.5 are not resolved.
+"""
+
 NOT_FEW = 0.2
 """Share of a loop's size that the first lines leave, beyond which no lattice is sought among more of them."""
 
@@ -81,7 +88,8 @@ class Modes(NamedTuple):
     drifting (orbits,): whether the lattice is incomplete as no line is steady; rest (orbits,): share of a loop's size
     that its lines leave, the largest one's; lines (orbits, 3, m, SEEN): frequencies, error bars and amplitudes of the
     strongest lines; tail (orbits,): the largest amplitude near the highest frequency that samples show, relative to the
-    loop's largest.
+    loop's largest; unexplained (orbits,): the largest amplitude of a line that is no combination of the frequencies, in
+    units of the signals' sizes, where the lattice is incomplete.
     """
 
     rank: np.ndarray
@@ -99,6 +107,7 @@ class Modes(NamedTuple):
     rest: np.ndarray
     lines: np.ndarray
     tail: np.ndarray
+    unexplained: np.ndarray
 
 
 @functools.cache
@@ -198,6 +207,7 @@ def _no_modes(orbits: int, m: int) -> Modes:
         rest=np.zeros(orbits),
         lines=np.zeros((orbits, 3, m, SEEN)),
         tail=np.zeros(orbits),
+        unexplained=np.zeros(orbits),
     )
 
 
@@ -279,7 +289,7 @@ def _apart(spectra: Spectra, h: np.ndarray, threads: int) -> Modes:
 
 def _fitted(signals: Signals, spectra: Spectra, orbits: np.ndarray, threads: int) -> Modes:
     """Return the modes from lines that are fitted together to the loops of some orbits; more lines if a few leave the
-    lattice incomplete.
+    lattice incomplete, then weak ones.
     """
     m = spectra.rows.moving.shape[1]
     result = _lattice(signals, spectra, orbits, m + LINES, threads)
@@ -293,7 +303,116 @@ def _fitted(signals: Signals, spectra: Spectra, orbits: np.ndarray, threads: int
     short = short[sharp.all(axis=1) | (result.rest[short] > BROAD)]
     if short.size:
         adopt(result, short, _lattice(signals, spectra, orbits[short], m + MORE_LINES, threads))
+    _complete(result, signals, spectra, orbits, threads)
     return result
+
+
+def _complete(found: Modes, signals: Signals, spectra: Spectra, orbits: np.ndarray, threads: int) -> None:
+    """Add weak generators to the modes of some orbits, those whose lattice is incomplete and whose lines are few.
+
+    Combinations of the rows that have none of the generators' lines show what else moves, however weak it is beside
+    these. Its lines are generators where no combination of the known ones is as close as half the resolution.
+    """
+    left = np.flatnonzero((found.rank > 0) & ~found.drifting & (found.rest <= NOT_FEW))
+    for _ in range(found.moving.shape[1]):
+        before = found.rank.copy()
+        for lines in WEAKEST:  # more of them than there are would be rounding errors, which blur those beside them
+            some = left[(found.rank[left] == before[left]) & (found.rank[left] < found.moving[left].sum(axis=1))]
+            if some.size:
+                now = _with_weak(taken(found, some), signals, spectra, orbits[some], lines, threads)
+                adopt(found, some, now)
+        left = left[found.rank[left] > before[left]]
+
+
+def _with_weak(found: Modes, signals: Signals, spectra: Spectra, orbits: np.ndarray, lines: int, threads: int) -> Modes:
+    """Return the modes of some orbits with further generators among so many lines that are weak beside the known
+    ones'.
+    """
+    m, count = found.moving.shape[1], orbits.size
+    nu, spread = np.zeros((2, count, m))
+    for o in range(count):
+        own = found.owned[o]
+        nu[o, : own.sum()], spread[o, : own.sum()] = found.nu[o, own], found.spread[o, own]
+    value, bar, strength = _weak_lines(found, nu, signals, spectra, orbits, lines, threads)
+    time = (spectra.n * signals.interval)[orbits, None]
+    most = value.shape[1]
+    # A line that a short combination is as close to is that one's, disturbed.
+    near = np.zeros((count, most, m), np.int64)
+    for first in range(0, most, m):
+        part = np.zeros((2, count, m))
+        width = min(m, most - first)
+        part[0, :, :width], part[1] = value[:, first : first + width], CLOSE / time
+        k = np.zeros((count, m, m), np.int64)
+        run(kernels.combinations, count, (*part, nu, spread, tables_of(m), k), threads, BRIEF)
+        near[:, first : first + width] = k[:, :width]
+    strange = (strength > FAINT) & ~near.any(axis=2)
+    unexplained = np.where(strange, strength, 0.0).max(axis=1, initial=0.0)
+    used = strange & (bar * time < 3 * SHARP)
+    order = np.argsort(-np.where(used, strength, 0.0), axis=1, kind="stable")
+    value, bar = (np.take_along_axis(entry, order, axis=1) for entry in (value, bar))
+    values_of, bars_of = np.zeros((2, count, m + most))
+    for o in range(count):
+        r, new = found.rank[o], used[o].sum()
+        values_of[o, :r], bars_of[o, :r] = nu[o, :r], spread[o, :r]
+        values_of[o, r : r + new], bars_of[o, r : r + new] = value[o, :new], bar[o, :new]
+    lattice = _no_lattice(count, m)
+    rate = 1 / signals.interval[orbits]
+    arguments = values_of, bars_of, found.rank + used.sum(axis=1), tables_of(m), rate, lattice
+    run(kernels.generators, count, arguments, threads, BRIEF)
+    dual, share = _dual(signals, spectra, orbits, lattice.rank, lattice.nu, threads)
+    result = taken(found, np.arange(count))
+    top, top_bar = found.leading, found.leading_error
+    _place(result, lattice, dual, share, top, top_bar, found.moving, threads)
+    result.unexplained[:] = unexplained
+    return result
+
+
+def _weak_lines(
+    found: Modes,
+    nu: np.ndarray,
+    signals: Signals,
+    spectra: Spectra,
+    orbits: np.ndarray,
+    lines: int,
+    threads: int,
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return frequencies, error bars and amplitudes (orbits, m lines), in units of the rows' sizes, of so many lines of
+    each combination of the rows without the generators nu (orbits, m).
+    """
+    m, count = found.moving.shape[1], orbits.size
+    rows = spectra.rows
+    value, bar, strength = np.zeros((3, count, m * lines))
+    amplitudes = np.zeros((count, 2 * m, 2 * m))
+    for r, where, amplitude in _amplitudes(signals, spectra, orbits, found.rank, nu, threads):
+        parts = np.concatenate([amplitude[:, :r].real, amplitude[:, :r].imag], axis=1)
+        amplitudes[where, :, : 2 * r] = parts.transpose(0, 2, 1)
+    moving = np.repeat(found.moving, 2, axis=1)
+    c = np.zeros((count, m, signals.rows), complex)
+    for o in range(count):
+        r, own = int(found.rank[o]), np.flatnonzero(moving[o])
+        left = np.linalg.svd(amplitudes[o, own, : 2 * r])[0][:, 2 * r :]
+        for j in range(left.shape[1] // 2):
+            c[o, j, own] = left[:, 2 * j] - 1j * left[:, 2 * j + 1]
+    c[:, :, : 2 * m] /= rows.size[orbits][:, None]
+    offset, drift = ((c[:, :, : 2 * m] * entry[orbits][:, None]).sum(axis=2) for entry in (rows.centre, rows.drift))
+    some = signals.of(orbits)
+    loops = Loops(c, offset, drift)
+    for alike in some.alike():
+        o, j = np.nonzero(c[alike].any(axis=2))
+        o = alike[o]
+        for begin in range(0, o.size, AT_ONCE):
+            part = slice(begin, begin + AT_ONCE)
+            f = values(some, loops, o[part], j[part], threads)[:, : spectra.n[orbits[alike[0]]]]
+            most = max(1, min(lines, f.shape[1] // 4 - APART_ORDER))
+            got = found_lines(np.ascontiguousarray(f), float(some.interval[alike[0]]), most, APART_ORDER, threads)
+            unit = f.shape[1] * float(some.interval[alike[0]])
+            known = np.isfinite(got.error) & (np.abs(got.nu) * unit > 2)
+            for i, (orbit, loop) in enumerate(zip(o[part], j[part], strict=True)):
+                at = slice(loop * lines, loop * lines + most)
+                value[orbit, at] = np.where(known[i], np.abs(got.nu[i]), 0.0)
+                bar[orbit, at] = np.where(known[i], 3 * got.error[i], 0.0) + LINE_WIDTH / unit
+                strength[orbit, at] = np.where(known[i], np.abs(got.amplitude[i]), 0.0)
+    return value, bar, strength
 
 
 def _lines(spectra: Spectra, orbits: np.ndarray, lines: int, threads: int) -> tuple[np.ndarray, ...]:
@@ -389,22 +508,36 @@ def _dual(
     the share (orbits, m, m) that line k has of loop j's motion.
     """
     orbits, m = nu.shape
+    dual, share = np.zeros((orbits, m, 2 * m), complex), np.zeros((orbits, m, m))
+    for r, where, amplitude in _amplitudes(signals, spectra, which, rank, nu, threads):
+        dual[where, :r] = np.linalg.pinv(amplitude.transpose(0, 2, 1), rcond=1e-12)[:, :r]
+        size = np.abs(amplitude[:, :r])
+        share[where, :r] = size[:, :, ::2] * size[:, :, 1::2]
+    return dual, share
+
+
+def _amplitudes(
+    signals: Signals, spectra: Spectra, which: np.ndarray, rank: np.ndarray, nu: np.ndarray, threads: int
+) -> Iterator[tuple[int, np.ndarray, np.ndarray]]:
+    """Yield each rank r, the numbers of its orbits, and the complex amplitudes (orbits, 2r, 2m) of their lines nu, then
+    of -nu, in the rows in units of their sizes.
+    """
+    orbits, m = nu.shape
     rows, n, own = 2 * m, spectra.n[which], signals.of(which)
     moments, gram = np.zeros((orbits, rows, m), complex), np.zeros((orbits, rows, rows))
     found = spectra.rows
     scaling = found.drift[which], found.centre[which], 1 / found.size[which]
     arguments = own.ragged, n, tables_for(cosine_window, n), own.interval, scaling, rank, nu, moments, gram
     run(kernels.project, orbits, arguments, threads)
-    dual, share = np.zeros((orbits, m, rows), complex), np.zeros((orbits, m, m))
     for r in np.unique(rank[rank > 0]):
         where = np.flatnonzero(rank == r)
         projections = np.concatenate([moments[where, :, :r], moments[where, :, :r].conj()], axis=2)
         # The amplitudes A of the lines obey A gram^T = projections.
-        amplitude = np.linalg.pinv(gram[where, : 2 * r, : 2 * r], rcond=1e-12) @ projections.transpose(0, 2, 1)
-        dual[where, :r] = np.linalg.pinv(amplitude.transpose(0, 2, 1), rcond=1e-12)[:, :r]
-        size = np.abs(amplitude[:, :r])
-        share[where, :r] = size[:, :, ::2] * size[:, :, 1::2]
-    return dual, share
+        yield (
+            int(r),
+            where,
+            np.linalg.pinv(gram[where, : 2 * r, : 2 * r], rcond=1e-12) @ projections.transpose(0, 2, 1),
+        )
 
 
 def places(share: np.ndarray, nu: np.ndarray, rank: np.ndarray, moving: np.ndarray) -> np.ndarray:

@@ -132,7 +132,8 @@ def _hopeless(found: Modes, time: np.ndarray) -> np.ndarray:
 def _vague(found: Modes, closeness: Closeness) -> np.ndarray:
     """Return a mask of orbits with two visible lines closer than the window resolves, or with unexplained lines."""
     missing = found.rank < found.moving.sum(axis=1)
-    return closeness.close | (closeness.strange > STRANGE) | (missing & (found.rest > CLEAN)) | (found.rank == 0)
+    unexplained = missing & ((found.rest > CLEAN) | (found.unexplained > 0))
+    return closeness.close | (closeness.strange > STRANGE) | unexplained | (found.rank == 0)
 
 
 def _irregular(
