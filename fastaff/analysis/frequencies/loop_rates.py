@@ -72,6 +72,19 @@ class Rates(NamedTuple):
             halves_error=np.stack([combined(size, half) for half in np.moveaxis(self.halves_error, 2, 0)], axis=2),
         )
 
+    def times(self, factor: np.ndarray) -> Rates:
+        """Return the rates times factors (orbits, loops), with errors times their sizes."""
+        size, each = np.abs(factor), factor[:, :, None]
+        return Rates(
+            nu=self.nu * factor,
+            error=self.error * size,
+            method=self.method,
+            step=self.step * factor,
+            step_error=self.step_error * size,
+            halves=self.halves * each,
+            halves_error=self.halves_error * np.abs(each),
+        )
+
     def of(self, loops: slice) -> Rates:
         """Return the rates of some loops."""
         return Rates(*(entry[:, loops] for entry in self))

@@ -17,7 +17,7 @@ from .fundamental import BRIEF, Loops, Modes, adopt, run, taken
 from .integer_lattice import box, combined
 from .lattices import ROUNDING, beaten, lattices_of
 from .loop_rates import SAFETY, Rates, averages, line_frequencies, of_parts, with_lines
-from .rotations import going_round, mean_turns
+from .rotations import Winding, going_round, mean_turns
 from .signals import Signals
 
 BEATS = 10.0
@@ -167,25 +167,31 @@ def _better_leading(leading: np.ndarray, error: np.ndarray, combination: np.ndar
 def _count_turns(
     samples: Samples, periods: np.ndarray, found: Modes, rates: Rates, places: tuple, threads: int
 ) -> None:
-    """Fill in the mean rates of winding coordinates where a frequency that no line has is missing."""
+    """Make the mean rates of winding coordinates their frequencies: a lattice of lines has them, or only a multiple,
+    or is incomplete.
+    """
     leading, leading_error, basis, rank, vague = places
-    s, start, n = samples.run, samples.start, rates.nu.shape[1]
-    owned = found.owned & found.moving  # one frequency too many is left to a coordinate that does not librate
+    s, start = samples.run, samples.start
+    known = found.owned & found.moving  # one frequency too many is left to a coordinate that does not librate
     rank -= (found.owned & ~found.moving).sum(axis=1)
-    going = going_round(s, periods) & (rank < n)[:, None]
+    going = going_round(s, periods)
     wound = np.flatnonzero(going.any(axis=1))
-    free = going[wound] & ~owned[wound]
+    if not wound.size:
+        return
     turns = of_parts(*mean_turns(s.of(wound), None if start is None else start.of(wound), periods))
     turns = turns._replace(error=np.where(vague[wound, None], BEATS, ROUND) * turns.error)
-    adopt(rates, wound, turns.where(free, taken(rates, wound)))
+    mine = Winding(taken(rates, wound), basis[wound], known[wound])
+    strange = mine.wind(turns, going[wound], s.time[wound], threads)
+    placed = mine.placed
     for table, new in (leading, turns.nu), (leading_error, turns.error):
-        table[wound] = np.where(free, new, table[wound])
-    basis[wound] = np.where(free[:, :, None], np.eye(n, dtype=np.int64), basis[wound])
-    rank[wound] += free.sum(axis=1)
+        table[wound] = np.where(placed, new, table[wound])
+    adopt(rates, wound, mine.rates)
+    basis[wound] = mine.basis
+    rank[wound] += mine.added
     # A rate that has no place may be a frequency of its own.
     vague[wound] &= found.moving[wound].any(axis=1)
-    vague[wound] |= (going[wound] & ~free).any(axis=1) & (rank[wound] < n)
-    vague[wound] |= related(np.where(owned[wound] | free, rates.nu[wound], np.nan), rates.error[wound], threads)
+    vague[wound] |= strange
+    vague[wound] |= related(np.where(mine.known, mine.rates.nu, np.nan), mine.rates.error, threads)
 
 
 def _with_scheme(

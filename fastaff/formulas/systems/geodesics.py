@@ -85,7 +85,7 @@ KERR = NamedSystem(
     f"*(1 + ({_DELTA}*p_r**2 + p_theta**2)/{_SIGMA} + {_SIGMA}*p_phi**2/({_AREA}*sin(theta)**2)))",
     "r theta phi",
     "p_r p_theta p_phi",
-    "phi",
+    "theta phi",
     _of_kerr,
 )
 MINO = NamedSystem(
@@ -93,7 +93,7 @@ MINO = NamedSystem(
     " + (p_phi/sin(theta) + a*p_t*sin(theta))**2 + r**2 + a**2*cos(theta)**2)/2",
     "t r theta phi",
     "p_t p_r p_theta p_phi",
-    "phi",
+    "theta phi",
     _of_kerr,
 )
 
