@@ -15,10 +15,8 @@ from .spectrum_lines import FEWEST
 SHORT = 6
 """Largest |k|_1 of combinations whose lines may be hidden by others."""
 
-CHANCE = 1 / 5
-"""Largest |k|_1 of a beat that is not accidental, in cycles of the fastest line: for two frequencies about 3
-|k|_1/cycles combinations are as slow as the time by chance.
-"""
+COMB = 4
+"""Largest |k|_1 of combinations beside 0 whose multiples are a comb of visible lines about each other line."""
 
 
 class Combinations(NamedTuple):
@@ -34,8 +32,8 @@ class Closeness(NamedTuple):
     strange (orbits,): the amplitude, relative to its loop's largest, of the largest line of which a generator is a
     multiple; 1 where a generator is in no strong line and not told from a combination of others; blur (orbits, m): the
     cycles by which close lines of combinations may shift each frequency; near, close, beating (orbits,): whether such
-    combinations exist that are large, that show, or whose |k|_1 is at most CHANCE of the cycles of the fastest line, so
-    that they are not accidental.
+    combinations exist that are large, that show, or that may beat, be they accidental or not: too slowly for all
+    windows, or as a comb of lines.
     """
 
     strange: np.ndarray
@@ -76,11 +74,10 @@ def relations(unit, stop, progress, seen, nu, spread, vectors, combinations, tim
     m, lines = value.shape[1], value.shape[2]
     own, bars, where, rank = np.zeros(m), np.zeros(m), np.zeros(m, np.int64), 0
     found, decay, most = np.zeros(m, np.int64), 1e-3, FEWEST
-    shown, fastest = np.zeros(m, np.int64), 0.0
+    shown = np.zeros(m, np.int64)
     for j in range(m):
         if nu[unit, j] > 0.0:
             own[rank], bars[rank], where[rank] = nu[unit, j], spread[unit, j], j
-            fastest = max(fastest, nu[unit, j])
             rank += 1
     for j in range(m):
         if strength[unit, j, lines - 1] > 0.0:
@@ -117,8 +114,8 @@ def relations(unit, stop, progress, seen, nu, spread, vectors, combinations, tim
             reach = decay ** (lengths[v] - 2)
             reach = min((3.0 if aliases == 0.0 else 10.0) * (min(reach, most) if lengths[v] > SHORT else reach), 1.0)
             near[unit] = near[unit] or reach > large
+            beating[unit] = beating[unit] or cycles < resolved or lengths[v] <= COMB
             if cycles < resolved:
-                beating[unit] = beating[unit] or lengths[v] <= CHANCE * time * fastest
                 for g in range(rank):  # in no strong line, and a combination of others: it may be no generator
                     strange[unit] = 1.0 if shown[g] == 0 and abs(k[where[g], v]) == 1.0 else strange[unit]
                 close[unit] = close[unit] or reach > shows

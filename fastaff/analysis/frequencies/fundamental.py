@@ -38,6 +38,9 @@ incomplete.
 LONGEST = (40, 20, 10, 6, 5, 4, 3, 3)
 """Largest |k|_1 of a line in a lattice of rank 1, 2, ...; half of it where a line refines the lattice."""
 
+FARTHEST = (1000, 60, 20, 12, 8, 6, 5, 4)
+"""The same for lines beside which others would be weak generators."""
+
 SEEN = 6
 """Lines of each loop that are sought where they stand apart."""
 
@@ -62,10 +65,11 @@ LINE_WIDTH = 1e-5
 as one.
 """
 
-WEAKEST, FAINT, CLOSE = (2, 5, 12), 1e-10, 0.5
+WEAKEST, FAINT, CLOSE, EXACT = (2, 5, 12), 1e-10, 0.5, 0.01
 """Numbers of lines that are sought beside those of the known generators, one after the other; their least amplitude,
-relative to the signals' sizes, 1e5 times the rounding errors; and the distance to a short combination, in cycles over
-the window, up to which a line is that one's: lines closer than 1.5 are not resolved.
+relative to the signals' sizes, 1e5 times the rounding errors; and the distances, in cycles over the window, up to which
+a line is that of a combination: of one that is not as close by chance, as lines closer than 1.5 are not resolved, and
+of any.
 """
 
 NOT_FEW = 0.2
@@ -111,21 +115,21 @@ class Modes(NamedTuple):
 
 
 @functools.cache
-def _table(rank: int) -> tuple[np.ndarray, int, int]:
+def _table(rank: int, lengths: tuple[int, ...]) -> tuple[np.ndarray, int, int]:
     """Return the vectors of |k|_1 from 1 to the longest for that rank, by length; their number, and that of vectors up
     to half that length.
     """
-    longest = LONGEST[min(rank, len(LONGEST)) - 1] if rank <= len(LONGEST) else 2
+    longest = lengths[rank - 1] if rank <= len(lengths) else 2
     k = ball(rank, longest)[1:]
     return k, len(k), int((np.abs(k).sum(axis=1) <= longest // 2).sum())
 
 
 @functools.cache
-def tables_of(most: int) -> Vectors:
+def tables_of(most: int, lengths: tuple[int, ...] = LONGEST) -> Vectors:
     """Return the tables of ranks 1 to `most`, (ranks, most + 1, vectors) with zeros past their ends, see
     `kernels.fundamental.relate`, and their numbers of vectors (ranks, 2).
     """
-    tables = [_table(rank) for rank in range(1, most + 1)]
+    tables = [_table(rank, lengths) for rank in range(1, most + 1)]
     sizes = np.array([[whole, half] for _, whole, half in tables])
     vectors = np.zeros((most, most + 1, int(sizes.max())))
     for rank, (k, whole, _) in enumerate(tables, 1):
@@ -336,18 +340,20 @@ def _with_weak(found: Modes, signals: Signals, spectra: Spectra, orbits: np.ndar
     value, bar, strength = _weak_lines(found, nu, signals, spectra, orbits, lines, threads)
     time = (spectra.n * signals.interval)[orbits, None]
     most = value.shape[1]
-    # A line that a short combination is as close to is that one's, disturbed.
-    near = np.zeros((count, most, m), np.int64)
+    near = np.zeros((count, most), bool)
     for first in range(0, most, m):
-        part = np.zeros((2, count, m))
-        width = min(m, most - first)
-        part[0, :, :width], part[1] = value[:, first : first + width], CLOSE / time
-        k = np.zeros((count, m, m), np.int64)
-        run(kernels.combinations, count, (*part, nu, spread, tables_of(m), k), threads, BRIEF)
-        near[:, first : first + width] = k[:, :width]
-    strange = (strength > FAINT) & ~near.any(axis=2)
+        part = slice(first, min(first + m, most))
+        for width in (np.full((count, m), CLOSE), np.zeros((count, m))):
+            entries, widths = np.zeros((2, count, m))
+            entries[:, : part.stop - first] = value[:, part]
+            widths[:, : part.stop - first] = np.maximum(bar[:, part], EXACT / time)
+            k = np.zeros((count, m, m), np.int64)
+            arguments = entries, np.maximum(widths, width / time), nu, spread, tables_of(m, FARTHEST), k
+            run(kernels.combinations, count, arguments, threads, BRIEF)
+            near[:, part] |= k.any(axis=2)[:, : part.stop - first]
+    strange = (strength > FAINT) & ~near
     unexplained = np.where(strange, strength, 0.0).max(axis=1, initial=0.0)
-    used = strange & (bar * time < 3 * SHARP)
+    used = strange & (bar * time < 3 * SHARP) & (strength > MINOR * strength.max(axis=1, keepdims=True))
     order = np.argsort(-np.where(used, strength, 0.0), axis=1, kind="stable")
     value, bar = (np.take_along_axis(entry, order, axis=1) for entry in (value, bar))
     values_of, bars_of = np.zeros((2, count, m + most))
