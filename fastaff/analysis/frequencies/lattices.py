@@ -45,6 +45,11 @@ MUCH, UNSHARP = 0.13, 0.15
 explain no orbit of three loops and more.
 """
 
+DRIFT = 3.0
+"""Factor of what the frequency of a half differs from that of the whole beyond its own error: of orbits next to
+separatrices, which rounding errors move, 99 % are within (bench/frequency_coverage.py).
+"""
+
 CLEAN = 1e-7
 """Share of a loop's size that lines leave, up to which fewer lines than loops are complete."""
 
@@ -107,7 +112,8 @@ def lattices_of(s: Signals, start: Signals | None, m: int, fallback: float | Non
     lattice = with_lines(lattice, s, loops, steady, fallback, threads)
     vague |= related(np.where(found.owned, lattice.nu, np.nan), lattice.error, threads)
     aliased = found.tail[:, None] ** ALIASED
-    lattice = lattice._replace(error=lattice.error + (blur + aliased) / time + beaten(lattice, close.beating))
+    error = lattice.error + (blur + aliased) / time + beaten(lattice, close.beating) + drifted(lattice)
+    lattice = lattice._replace(error=error)
     unsure = np.flatnonzero((found.owned & (lattice.error * time > UNSURE)).any(axis=1))
     own = np.where(found.owned[unsure], lattice.nu[unsure], np.nan)
     vague[unsure] |= related(own, lattice.error[unsure], threads)
@@ -191,3 +197,10 @@ def beaten(rates: Rates, beating: np.ndarray) -> np.ndarray:
     known = np.isfinite(rates.error) & np.isfinite(change)
     most = np.where(known, np.maximum(change, 0.0), 0.0).max(axis=1, keepdims=True, initial=0.0)
     return np.where(beating[:, None], BEATEN * most, 0.0)
+
+
+def drifted(rates: Rates) -> np.ndarray:
+    """Return the errors (orbits, loops) of frequencies that change by more than their windows explain."""
+    off = np.abs(rates.halves - rates.nu[:, :, None])
+    off -= rates.halves_error + ROUNDING * np.abs(rates.nu).max(axis=1)[:, None, None]
+    return DRIFT * np.where(np.isfinite(off), np.maximum(off, 0.0), 0.0).max(axis=2, initial=0.0)

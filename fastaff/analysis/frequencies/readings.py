@@ -25,6 +25,9 @@ BEATS = 10.0
 their beats.
 """
 
+SWAYED = 0.3
+"""Cycles over the window by which a beat of unresolved lines may turn a plane: up to 0.2 in heavy tops."""
+
 ROUND = 2.0
 """Factor of the errors of mean rates of coordinates: two windows are not enough for few turns."""
 
@@ -130,7 +133,8 @@ def _read(layout: Layout, samples: Samples, m: int, fallback: float | None, thre
         same = np.abs(line.nu - planes.nu) <= planes.error
         planes = line.where(same & np.isfinite(line.error), planes)
         planes = with_lines(planes, s, at, np.where(broad[:, None] & (fallback != 0), 0.0, near), fallback, threads)
-        planes = planes._replace(error=planes.error + aliased / time + beaten(planes, some.beating))
+        unresolved = (aliased + np.where(vague[:, None], SWAYED, 0.0)) / time
+        planes = planes._replace(error=planes.error + unresolved + beaten(planes, some.beating))
         if driven:
             chosen, combination, turning = about_axis(some, planes, s.time, threads)
         else:
