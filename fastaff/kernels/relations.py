@@ -15,8 +15,23 @@ from .spectrum_lines import FEWEST
 SHORT = 6
 """Largest |k|_1 of combinations whose lines may be hidden by others."""
 
+CHANCE = 1 / 5
+"""Largest |k|_1 of a beat that is not accidental, in cycles of the fastest line: for two frequencies about 3
+|k|_1/cycles combinations are as slow as the time by chance.
+"""
+
 COMB = 4
-"""Largest |k|_1 of combinations beside 0 whose multiples are a comb of visible lines about each other line."""
+"""Largest |k|_1 of combinations beside 0 whose multiples are, in dense spectra, a comb of lines about each other."""
+
+
+class Spans(NamedTuple):
+    """Of orbits: length of the signals, sampling rates, modulo which combinations appear, and whether the lines that
+    are seen leave so much that there are many more (orbits,).
+    """
+
+    time: np.ndarray
+    rate: np.ndarray
+    dense: np.ndarray
 
 
 class Combinations(NamedTuple):
@@ -32,8 +47,8 @@ class Closeness(NamedTuple):
     strange (orbits,): the amplitude, relative to its loop's largest, of the largest line of which a generator is a
     multiple; 1 where a generator is in no strong line and not told from a combination of others; blur (orbits, m): the
     cycles by which close lines of combinations may shift each frequency; near, close, beating (orbits,): whether such
-    combinations exist that are large, that show, or that may beat, be they accidental or not: too slowly for all
-    windows, or as a comb of lines.
+    combinations exist that are large, that show, or that beat: those whose |k|_1 is at most CHANCE of the cycles of the
+    fastest line, so that they are not accidental, and in dense spectra all, and combs.
     """
 
     strange: np.ndarray
@@ -54,13 +69,12 @@ def _sums(k, nu):
     return sums
 
 
-def relations(unit, stop, progress, seen, nu, spread, vectors, combinations, times, rates, limits, closeness):
+def relations(unit, stop, progress, seen, nu, spread, vectors, combinations, spans, limits, closeness):
     """Compare the frequencies of an orbit with one another: fill in the lines seen that they do not explain, and their
     combinations so close to 0 that lines are not resolved.
 
-    nu, spread (orbits, m) of generators, 0 where there is none; times, rates (orbits,): length of the signals, and
-    sampling rates, modulo which combinations appear. limits: cycles over the time up to which combinations are close,
-    and near; amplitudes above which lines show, and are large.
+    nu, spread (orbits, m) of generators, 0 where there is none. limits: cycles over the time up to which combinations
+    are close, and near; amplitudes above which lines show, and are large.
 
     Amplitudes are assumed to fall with each step of |k|_1 by the factor of the known lines, and those of |k|_1 > SHORT
     to be at most the smallest known line's, FEWEST if all lines are known.
@@ -70,14 +84,15 @@ def relations(unit, stop, progress, seen, nu, spread, vectors, combinations, tim
     resolved, beside, shows, large = limits
     (value, bar, strength), (tables, sizes), (k, lengths) = seen, vectors, combinations
     strange, blur, near, close, beating = closeness
-    time, rate = times[unit], rates[unit]
+    time, rate, dense = spans.time[unit], spans.rate[unit], spans.dense[unit]
     m, lines = value.shape[1], value.shape[2]
     own, bars, where, rank = np.zeros(m), np.zeros(m), np.zeros(m, np.int64), 0
     found, decay, most = np.zeros(m, np.int64), 1e-3, FEWEST
-    shown = np.zeros(m, np.int64)
+    shown, fastest = np.zeros(m, np.int64), 0.0
     for j in range(m):
         if nu[unit, j] > 0.0:
             own[rank], bars[rank], where[rank] = nu[unit, j], spread[unit, j], j
+            fastest = max(fastest, nu[unit, j])
             rank += 1
     for j in range(m):
         if strength[unit, j, lines - 1] > 0.0:
@@ -114,8 +129,9 @@ def relations(unit, stop, progress, seen, nu, spread, vectors, combinations, tim
             reach = decay ** (lengths[v] - 2)
             reach = min((3.0 if aliases == 0.0 else 10.0) * (min(reach, most) if lengths[v] > SHORT else reach), 1.0)
             near[unit] = near[unit] or reach > large
-            beating[unit] = beating[unit] or cycles < resolved or lengths[v] <= COMB
+            beating[unit] = beating[unit] or (dense and lengths[v] <= COMB)
             if cycles < resolved:
+                beating[unit] = beating[unit] or dense or lengths[v] <= CHANCE * time * fastest
                 for g in range(rank):  # in no strong line, and a combination of others: it may be no generator
                     strange[unit] = 1.0 if shown[g] == 0 and abs(k[where[g], v]) == 1.0 else strange[unit]
                 close[unit] = close[unit] or reach > shows

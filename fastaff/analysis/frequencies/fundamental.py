@@ -38,8 +38,8 @@ incomplete.
 LONGEST = (40, 20, 10, 6, 5, 4, 3, 3)
 """Largest |k|_1 of a line in a lattice of rank 1, 2, ...; half of it where a line refines the lattice."""
 
-FARTHEST = (1000, 60, 20, 12, 8, 6, 5, 4)
-"""The same for lines beside which others would be weak generators."""
+FARTHEST, BESIDE = (1000, 60, 20, 12, 8, 6, 5, 4), (1000, 3, 2, 1, 1, 1, 1, 1)
+"""The same of lines that are no weak generators; and of those whose neighbours are none."""
 
 SEEN = 6
 """Lines of each loop that are sought where they stand apart."""
@@ -68,8 +68,7 @@ as one.
 WEAKEST, FAINT, CLOSE, EXACT = (2, 5, 12), 1e-10, 0.5, 0.01
 """Numbers of lines that are sought beside those of the known generators, one after the other; their least amplitude,
 relative to the signals' sizes, 1e5 times the rounding errors; and the distances, in cycles over the window, up to which
-a line is that of a combination: of one that is not as close by chance, as lines closer than 1.5 are not resolved, and
-of any.
+a line is that of a short combination, as lines closer than 1.5 are not resolved, and of any.
 """
 
 NOT_FEW = 0.2
@@ -339,18 +338,8 @@ def _with_weak(found: Modes, signals: Signals, spectra: Spectra, orbits: np.ndar
         nu[o, : own.sum()], spread[o, : own.sum()] = found.nu[o, own], found.spread[o, own]
     value, bar, strength = _weak_lines(found, nu, signals, spectra, orbits, lines, threads)
     time = (spectra.n * signals.interval)[orbits, None]
-    most = value.shape[1]
-    near = np.zeros((count, most), bool)
-    for first in range(0, most, m):
-        part = slice(first, min(first + m, most))
-        for width in (np.full((count, m), CLOSE), np.zeros((count, m))):
-            entries, widths = np.zeros((2, count, m))
-            entries[:, : part.stop - first] = value[:, part]
-            widths[:, : part.stop - first] = np.maximum(bar[:, part], EXACT / time)
-            k = np.zeros((count, m, m), np.int64)
-            arguments = entries, np.maximum(widths, width / time), nu, spread, tables_of(m, FARTHEST), k
-            run(kernels.combinations, count, arguments, threads, BRIEF)
-            near[:, part] |= k.any(axis=2)[:, : part.stop - first]
+    most, rate = value.shape[1], 1 / signals.interval[orbits]
+    near = _explained(value, bar, nu, spread, time, rate[:, None], threads)
     strange = (strength > FAINT) & ~near
     unexplained = np.where(strange, strength, 0.0).max(axis=1, initial=0.0)
     used = strange & (bar * time < 3 * SHARP) & (strength > MINOR * strength.max(axis=1, keepdims=True))
@@ -362,7 +351,6 @@ def _with_weak(found: Modes, signals: Signals, spectra: Spectra, orbits: np.ndar
         values_of[o, :r], bars_of[o, :r] = nu[o, :r], spread[o, :r]
         values_of[o, r : r + new], bars_of[o, r : r + new] = value[o, :new], bar[o, :new]
     lattice = _no_lattice(count, m)
-    rate = 1 / signals.interval[orbits]
     arguments = values_of, bars_of, found.rank + used.sum(axis=1), tables_of(m), rate, lattice
     run(kernels.generators, count, arguments, threads, BRIEF)
     dual, share = _dual(signals, spectra, orbits, lattice.rank, lattice.nu, threads)
@@ -370,6 +358,35 @@ def _with_weak(found: Modes, signals: Signals, spectra: Spectra, orbits: np.ndar
     top, top_bar = found.leading, found.leading_error
     _place(result, lattice, dual, share, top, top_bar, found.moving, threads)
     result.unexplained[:] = unexplained
+    return result
+
+
+def _explained(
+    value: np.ndarray,
+    bar: np.ndarray,
+    nu: np.ndarray,
+    spread: np.ndarray,
+    time: np.ndarray,
+    rate: np.ndarray,
+    threads: int,
+) -> np.ndarray:
+    """Return a mask of lines (orbits, lines) that are combinations of nu (orbits, m), also modulo the sampling rate, or
+    too close to a short one; time, rate (orbits, 1).
+    """
+    m, (count, most) = nu.shape[1], value.shape
+    result = np.zeros(value.shape, bool)
+    lines = np.zeros((3, count, -(-most // m) * m))
+    widths = np.zeros((2, *lines.shape[1:]))
+    for entry, place in zip(lines, (value, rate - value, rate + value), strict=True):
+        entry[:, :most] = np.where(value > 0, place, 0.0)
+    sharp = np.maximum(bar, EXACT / time)
+    widths[0, :, :most], widths[1, :, :most] = np.maximum(sharp, CLOSE / time), sharp
+    tables = [(width, tables_of(m, lengths)) for width, lengths in zip(widths, (BESIDE, FARTHEST), strict=True)]
+    for first, entry, (width, table) in itertools.product(range(0, most, m), lines, tables):
+        part, k = slice(first, first + m), np.zeros((count, m, m), np.int64)
+        chosen = (np.ascontiguousarray(some[:, part]) for some in (entry, width))
+        run(kernels.combinations, count, (*chosen, nu, spread, table, k), threads, BRIEF)
+        result[:, part] |= k.any(axis=2)[:, : most - first]
     return result
 
 
