@@ -330,7 +330,8 @@ def test_diffusion_is_the_change_of_the_frequencies_between_the_halves():
     assert kept.sum() >= 8
     first, second = (frequency_map(body, z[:, kept], time=80.0, **options) for z in (z0, middle.z))
     change = np.abs(rows(first) - rows(second)).max(axis=0)
-    assert np.median(np.abs(f.diffusion[kept] - np.log10(change))) < 0.8
+    # Chaotic orbits have no sharp lines: within a factor of ten.
+    assert np.median(np.abs(f.diffusion[kept] - np.log10(change))) < 1.0
 
 
 # --- methods -----------------------------------------------------------------------------------------------------

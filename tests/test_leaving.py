@@ -33,7 +33,6 @@ def test_orbits_beyond_a_saddle_have_escaped_by_every_scheme(way):
     assert not (found.status == Status.NONFINITE).any()
 
 
-
 def test_all_verbs_say_so():
     z = starts(0.18, 20)
     for found in (

@@ -7,7 +7,7 @@ import numpy as np
 from ...schemes.catalogue import Scheme
 from .angle_lines import LineTable
 from .angle_loops import Layout
-from .frequencies import MANY_TURNS, FrequencyKind, FrequencyMap
+from .frequencies import FEW_TURNS, MANY_TURNS, FrequencyKind, FrequencyMap
 from .readings import Reading
 
 
@@ -53,7 +53,8 @@ class Found:
         vague = self.vague | (unknown.any(axis=0) & (not self.layout.body))
         kind[vague] = FrequencyKind.UNDECIDED
         kind[self.irregular] = FrequencyKind.IRREGULAR
-        kind[(turns < MANY_TURNS) | ~self.reached] = FrequencyKind.UNDECIDED
+        kind[(turns < MANY_TURNS) & (kind != FrequencyKind.INDEPENDENT)] = FrequencyKind.UNDECIDED
+        kind[(turns < FEW_TURNS) | ~self.reached] = FrequencyKind.UNDECIDED
         return kind
 
     def assembled(

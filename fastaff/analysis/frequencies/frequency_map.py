@@ -87,12 +87,12 @@ def frequency_map(
     ----------
     body, z0 : as in `integrate`
     time : float > 0, time
-        Best 100 periods or more; for a map a number of iterates.
+        Best 50 periods or more, at least 18; for a map a number of iterates.
     accuracy : float, default 1e-11
         Error of the scheme, relative to an orbit's largest frequency: steps are chosen for it and halved where they
         miss it. The error due to a short `time` stays in `error`.
     method : `BirkhoffAverages`, `NaffLines`, "birkhoff" or "naff"
-        Weighted averages, with fitted lines where they have not converged (default), or fitted lines.
+        Inverted lines, with fitted ones where these have not converged (default), or fitted lines.
     angles : value of `fastaff.models.angles`, or "R z phi", "R phi", optional
         Default: the angles natural to the potential, or the coordinates and momenta themselves.
     window : int, turns, optional
@@ -133,19 +133,20 @@ def frequency_map(
     basis with the others, as a bar drives R at 2 nu_phi; x, y (, z) take the place of an R that is not smooth. Isolated
     lines are read from the bins of one Fourier transform, others are fitted together.
 
-    Birkhoff: a loop with the line of one generator and of no other, times exp(-2 pi i nu_0 t), is summed with the
-    weight w = exp(30 (sqrt(1 - x^2) - 1)) and with the change of the weight from sample to sample: their ratio is
-    exactly the turn of the line from sample to sample. A line at distance d and of relative amplitude a adds a d W(d),
-    below 2e-12 once d*time > 9.6. The frequencies of the halves come from the halves alone. The mean rates of a body's
-    own angles identify their lines, and replace missing ones. NAFF: the line of that loop, fitted with the strongest
-    others, also where the sums leave more than 0.02 cycles over the time, or `fallback`.
+    Lines: each loop with the line of one generator and of no other is inverted harmonically next to that line, with
+    eight functions over 12.8 cycles. Its frequency is exact to rounding where this band holds at most eight lines: there
+    is no window and no leakage. The halves are inverted alone; a half without a sharp line, as chaotic orbits have, is
+    summed with a weight instead. The mean rates of a body's own angles identify their lines, and replace missing ones.
+    NAFF: the line of that loop, fitted with the strongest others, also where the inversion leaves more than 0.02 cycles
+    over the time, or `fallback`.
 
-    Errors: 10 times the largest difference of the turn from that of two windows of 0.7 and 0.8 of the time, which
-    bounds the effect of a line 1.5/time away or more; the possible effect of closer lines, from the visible amplitudes,
-    and, where combinations of frequencies are so close to 0, 5 times the change from half to half; 5 times the
-    uncertainty of the change of the mean rate over a part of the time (a sixteenth, or at least 128 steps) when the
-    step is halved, for a Runge-Kutta scheme, whose error grows, times the ratio of the times (tolerances a hundredth
-    for an adaptive one), for a splitting with the change taken off the value; and rounding.
+    Errors: 5 times the largest of a line's growth, which a regular orbit has not, its residual in the matrices of the
+    next order, and its distance from the lines of four windows of 0.7 and 0.85 of the time, all complex; the possible
+    effect of closer lines, from the visible amplitudes, and, where combinations of frequencies are so close to 0, 5
+    times the change from half to half; 5 times the uncertainty of the change of the mean rate over a part of the time (a
+    sixteenth, or at least 128 steps) when the step is halved, for a Runge-Kutta scheme, whose error grows, times the
+    ratio of the times (tolerances a hundredth for an adaptive one), for a splitting with the change taken off the value;
+    and rounding.
 
     Kinds: two visible lines closer than 1.5/time are one unknown: UNDECIDED, with errors of 1/time, as are frequencies
     with a combination ``|k| <= 10`` that is 0 within its error. IRREGULAR: frequencies differ from half to half by 0.3
@@ -161,7 +162,8 @@ def frequency_map(
     ----------
     Laskar 1990, Icarus 88, 266 (frequency maps, diffusion); Papaphilippou & Laskar 1996, Astron. Astrophys. 307, 427,
     and Valluri & Merritt 1998, Astrophys. J. 506, 686 (independent lines); Das, Saiki, Sander & Yorke 2017,
-    Nonlinearity 30, 4111 (weighted averages); the paper's nu = dE/dJ.
+    Nonlinearity 30, 4111 (weighted averages); Wall & Neuhauser 1995, J. Chem. Phys. 102, 8011, and Mandelshtam & Taylor
+    1997, J. Chem. Phys. 107, 6756 (harmonic inversion); the paper's nu = dE/dJ.
 
     Examples
     --------

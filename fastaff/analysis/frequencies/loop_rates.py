@@ -10,6 +10,7 @@ import numpy as np
 from .demodulated import PARTS, demodulated, parts, turning
 from .fundamental import Loops, taken, values
 from .integer_lattice import combined
+from .inverted_lines import inverted
 from .line_rates import line_rates
 from .signals import Signals
 from .windows import damping
@@ -94,7 +95,7 @@ def line_frequencies(
     s: Signals, start: Signals | None, loops: Loops, nu: np.ndarray, threads: int, rest: float = REST
 ) -> Rates:
     """Return the frequencies of lines by nu (orbits, loops) of loops; the error is inf where there is none."""
-    found, time = demodulated(s, loops, nu, threads), s.time[:, None]
+    found, time = inverted(s, loops, nu, threads), s.time[:, None]
     change = np.zeros((*nu.shape, 3))
     if start is not None:
         coarse, fine = (demodulated(x, loops, nu, threads, start.samples) for x in (s, start))

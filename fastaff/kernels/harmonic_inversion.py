@@ -1,0 +1,306 @@
+"""Lines of loops by harmonic inversion: frequency, error and amplitude of the line next to a guess.
+
+A loop of a quasiperiodic orbit is a sum of lines, f_n = sum_k d_k u_k^n. With BASIS functions z_j^n at frequencies next
+to a guess, the matrices U_p[j, k] = sum_{m, n} f_{m + n + p} z_j^m z_k^n (m, n from 0 to M) obey U_1 B = u U_0 B exactly
+as soon as the band of the functions holds no more lines than functions: there is no window and no leakage. The
+eigenvalue next to the guess comes from Rayleigh quotients, B^T U_1 B / B^T U_0 B, of inverse iterations, which converge
+cubically. Directions that no line has, in which both matrices are rounding errors, do no harm: U_0 on the right-hand
+side makes them as small as the division makes them large.
+
+Source: Wall and Neuhauser 1995, J. Chem. Phys. 102, 8011; Mandelshtam and Taylor 1997, J. Chem. Phys. 107, 6756.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from ..compile.jit import jit, read_now
+from .demodulation import add_rows
+from .fundamental import BLOCK, fill_turns, rows_of
+
+BASIS = 8
+"""Basis functions of a band: lines that it may hold."""
+
+SPACING = 1.6
+"""Distance of neighbouring basis functions, in cycles over the window: information ends at 2, see the module."""
+
+ITERATIONS = 6
+"""Most inverse iterations: they converge cubically, two or three do."""
+
+CONVERGED = 1e-5
+"""Change of a line's frequency, in cycles over the window, after which no iteration is needed: the next change is about
+its cube.
+"""
+
+PARTS = BLOCK // 4
+"""Partial sums of a block."""
+
+LEAST = 16
+"""Least number of samples of a window."""
+
+
+class Windows(NamedTuple):
+    """Windows of the samples of each orbit: begin, length (orbits, windows)."""
+
+    begin: np.ndarray
+    length: np.ndarray
+
+
+class Line(NamedTuple):
+    """Lines next to guesses, arrays (orbits, loops, windows): shift, its frequency less the guess, and growth, both in
+    cycles per sample; residual, the distance of U_2 from u^2 U_0 along the line, in the same unit; amplitude, complex.
+    """
+
+    shift: np.ndarray
+    growth: np.ndarray
+    residual: np.ndarray
+    amplitude: np.ndarray
+
+
+@jit
+def add_dots(table, values, sums):
+    """Add the products of a table and of values (BLOCK,) to partial sums (PARTS,)."""
+    for i in range(PARTS):
+        k, m, n = i + PARTS, i + 2 * PARTS, i + 3 * PARTS
+        sums[i] += (table[i] * values[i] + table[k] * values[k]) + (table[m] * values[m] + table[n] * values[n])
+
+
+@jit
+def fill_moments(re, im, begin, count, angle, tables, padded, partial, moments):
+    """Fill moments (4,) with the sums of re e^(i angle n), im e^(i angle n), n re e^(i angle n) and n im e^(i angle n)
+    over `count` samples n = 0, 1, ... from sample `begin` on.
+
+    Real sums, with tables of one block's turns, which the phase of each block turns on: nothing is rotated sample by
+    sample. Rooms: tables (4, BLOCK), padded (2, BLOCK), partial (8, PARTS).
+    """
+    fill_turns(angle, tables[0], tables[1])
+    for i in range(BLOCK):
+        tables[2, i], tables[3, i] = i * tables[0, i], i * tables[1, i]
+    for part in range(4):
+        moments[part] = 0j
+    for first in range(0, count, BLOCK):
+        at = begin + first
+        if count - first >= BLOCK:
+            x, y = re[at : at + BLOCK], im[at : at + BLOCK]
+        else:
+            x, y = padded[0], padded[1]
+            for i in range(count - first):
+                x[i], y[i] = re[at + i], im[at + i]
+            for i in range(count - first, BLOCK):
+                x[i], y[i] = 0.0, 0.0
+        partial[:] = 0.0
+        for row in range(4):
+            add_dots(tables[row], x, partial[2 * row])
+            add_dots(tables[row], y, partial[2 * row + 1])
+        for row in range(8):
+            p = partial[row]
+            for i in range(PARTS // 2):
+                p[i] += p[i + PARTS // 2]
+            p[0] = ((p[0] + p[4]) + (p[1] + p[5])) + ((p[2] + p[6]) + (p[3] + p[7]))
+        turn = complex(math.cos(angle * first), math.sin(angle * first))
+        for part in range(2):
+            plain = turn * complex(partial[part, 0], partial[2 + part, 0])
+            moments[part] += plain
+            moments[2 + part] += turn * complex(partial[4 + part, 0], partial[6 + part, 0]) + first * plain
+
+
+@jit
+def basis_sums(re, im, begin, half, step, room, sums):
+    """Fill sums (BASIS, 5) of a loop from sample `begin`, for the powers of z_j = exp(i step (j - (BASIS - 1)/2)): over
+    the first half + 1 samples plain and times n + 1, over the next `half` samples plain and times half - n; and
+    z_j^(half + 1).
+
+    The sums of a real signal at opposite angles are conjugate: those of re and im serve both.
+    """
+    tables, padded, partial, moments = room
+    for j in range(BASIS // 2, BASIS):
+        angle, other = step * (j - (BASIS - 1) / 2), BASIS - 1 - j
+        for part in range(2):
+            first = begin if part == 0 else begin + half + 1
+            count = half + 1 if part == 0 else half
+            fill_moments(re, im, first, count, angle, tables, padded, partial, moments)
+            for sign in range(2):
+                x, y, p, q = moments[0], moments[1], moments[2], moments[3]
+                if sign == 1:
+                    x, y, p, q = x.conjugate(), y.conjugate(), p.conjugate(), q.conjugate()
+                plain, weighted, row = x + 1j * y, p + 1j * q, j if sign == 0 else other
+                sums[row, 2 * part] = plain
+                sums[row, 2 * part + 1] = weighted + plain if part == 0 else half * plain - weighted
+        whole = complex(math.cos(angle * (half + 1)), math.sin(angle * (half + 1)))
+        sums[j, 4], sums[other, 4] = whole, whole.conjugate()
+
+
+@jit
+def fill_overlaps(re, im, begin, half, z, sums, overlaps):
+    """Fill overlaps (3, BASIS, BASIS), U_0, U_1 and U_2, from basis_sums."""
+    first, weighted = sums[:, 0].copy(), np.empty(BASIS, np.complex128)
+    second, whole = sums[:, 2].copy(), sums[:, 4]
+    between = np.empty((BASIS, BASIS), np.complex128)
+    for j in range(BASIS):
+        weighted[j] = sums[j, 1] + whole[j] * sums[j, 3]
+        for k in range(j):
+            between[j, k] = 1.0 / (z[j] - z[k])
+    for p in range(3):
+        for j in range(BASIS):
+            overlaps[p, j, j] = weighted[j]
+            for k in range(j):
+                apart = z[j] * first[j] - z[k] * first[k] + whole[j] * z[k] * second[k] - whole[k] * z[j] * second[j]
+                overlaps[p, j, k] = apart * between[j, k]
+                overlaps[p, k, j] = overlaps[p, j, k]
+        old = complex(re[begin + p], im[begin + p])
+        middle = complex(re[begin + p + half + 1], im[begin + p + half + 1])
+        last = complex(re[begin + p + 2 * half + 1], im[begin + p + 2 * half + 1]) if p < 2 else 0j
+        for j in range(BASIS):
+            inverse = z[j].conjugate()
+            power = whole[j] * inverse
+            weighted[j] = (weighted[j] - first[j] + whole[j] * second[j] + last * whole[j] * power) * inverse
+            first[j] = (first[j] - old) * inverse + middle * power
+            second[j] = (second[j] - middle) * inverse + last * power * inverse
+
+
+@jit
+def solve(matrix, x):
+    """Solve matrix y = x in place, x by y, by elimination with pivots; matrix is overwritten."""
+    n = x.size
+    for column in range(n):
+        pivot, most = column, -1.0
+        for row in range(column, n):
+            size = abs(matrix[row, column].real) + abs(matrix[row, column].imag)
+            if size > most:
+                pivot, most = row, size
+        if pivot != column:
+            for k in range(column, n):
+                other = matrix[pivot, k]
+                matrix[pivot, k] = matrix[column, k]
+                matrix[column, k] = other
+            value = x[pivot]
+            x[pivot] = x[column]
+            x[column] = value
+        if most == 0.0:
+            matrix[column, column] = 1e-300
+        inverse = 1.0 / matrix[column, column]
+        for row in range(column + 1, n):
+            factor = matrix[row, column] * inverse
+            for k in range(column + 1, n):
+                matrix[row, k] -= factor * matrix[column, k]
+            x[row] -= factor * x[column]
+        matrix[column, column] = inverse
+    for column in range(n - 1, -1, -1):
+        for k in range(column + 1, n):
+            x[column] -= matrix[column, k] * x[k]
+        x[column] *= matrix[column, column]
+
+
+@jit
+def form(x, matrix):
+    """Return x^T matrix x."""
+    value = 0j
+    for j in range(x.size):
+        row = 0j
+        for k in range(x.size):
+            row += matrix[j, k] * x[k]
+        value += x[j] * row
+    return value
+
+
+@jit
+def next_line(re, im, begin, length, room):
+    """Return the eigenvalue u of the line next to frequency 0 of a loop (samples,) in a window, its residual |u_2 -
+    u^2|, where u_2 is the quotient of U_2, and its complex amplitude.
+
+    room: z, x, y (BASIS,), sums (BASIS, 5), matrix (BASIS, BASIS), overlaps (3, BASIS, BASIS), then that of basis_sums.
+    """
+    z, x, y, sums, matrix, overlaps = room[:6]
+    half, step = (length - 3) // 2, -2.0 * math.pi * SPACING / length
+    for j in range(BASIS):
+        turn = step * (j - (BASIS - 1) / 2)
+        z[j] = complex(math.cos(turn), math.sin(turn))
+    basis_sums(re, im, begin, half, step, room[6:], sums)
+    fill_overlaps(re, im, begin, half, z, sums, overlaps)
+    u, norm = 1.0 + 0j, 1.0 + 0j
+    for j in range(BASIS):
+        x[j] = 1.0 if j == BASIS // 2 or j == BASIS // 2 - 1 else 0.0
+    for _ in range(ITERATIONS):
+        for j in range(BASIS):
+            y[j] = 0j
+            for k in range(BASIS):
+                y[j] += overlaps[0, j, k] * x[k]
+                matrix[j, k] = overlaps[1, j, k] - u * overlaps[0, j, k]
+        for j in range(BASIS):
+            x[j] = y[j]
+        solve(matrix, x)
+        most = 0.0
+        for j in range(BASIS):
+            most = max(most, abs(x[j].real) + abs(x[j].imag))
+        if not most > 0.0 or not math.isfinite(most):
+            return complex(math.nan, 0.0), math.nan, 0j
+        for j in range(BASIS):
+            x[j] /= most
+        norm = form(x, overlaps[0])
+        now = form(x, overlaps[1]) / norm
+        change = abs(now - u)
+        u = now
+        if not change * length > 2.0 * math.pi * CONVERGED:
+            break
+    amplitude = 0j
+    for j in range(BASIS):
+        amplitude += x[j] * sums[j, 0]
+    residual = abs(form(x, overlaps[2]) / norm - u * u)
+    return u, residual, amplitude * amplitude / norm
+
+
+def invert_loops(unit, stop, progress, signals, loops, nu, interval, windows, lines):
+    """Fill lines (orbits, loops, windows) with those next to nu (orbits, loops), in cycles per unit time, of the loops
+    of an orbit; a loop with nu = 0 has none.
+
+    signals: the s of all orbits, see `rows_of`; interval (orbits,).
+    """
+    if read_now(stop, 0) > 0:
+        return
+    s = rows_of(signals, unit)
+    samples = s.shape[1]
+    re, im, tables = np.empty(samples), np.empty(samples), np.empty((4, BLOCK))
+    room = (
+        np.empty(BASIS, np.complex128),
+        np.empty(BASIS, np.complex128),
+        np.empty(BASIS, np.complex128),
+        np.empty((BASIS, 5), np.complex128),
+        np.empty((BASIS, BASIS), np.complex128),
+        np.empty((3, BASIS, BASIS), np.complex128),
+        tables,
+        np.empty((2, BLOCK)),
+        np.empty((8, PARTS)),
+        np.empty(4, np.complex128),
+    )
+    for k in range(loops.c.shape[1]):
+        if nu[unit, k] == 0.0:
+            continue
+        offset, drift = loops.offset[unit, k], loops.drift[unit, k]
+        for i in range(samples):
+            re[i] = -offset.real - drift.real * i
+            im[i] = -offset.imag - drift.imag * i
+        add_rows(loops.c[unit, k], s, 0, samples, re, im)
+        turn = -2.0 * math.pi * nu[unit, k] * interval[unit]
+        fill_turns(turn, tables[0], tables[1])
+        for first in range(0, samples, BLOCK):
+            x, y = math.cos(turn * first), math.sin(turn * first)
+            for i in range(BLOCK):
+                tables[2, i] = tables[0, i] * x - tables[1, i] * y
+                tables[3, i] = tables[0, i] * y + tables[1, i] * x
+            f, g = re[first : min(first + BLOCK, samples)], im[first : min(first + BLOCK, samples)]
+            for i in range(f.size):
+                value, other = f[i] * tables[2, i] - g[i] * tables[3, i], f[i] * tables[3, i] + g[i] * tables[2, i]
+                f[i], g[i] = value, other
+        for w in range(windows.begin.shape[1]):
+            begin, length = windows.begin[unit, w], windows.length[unit, w]
+            if length < LEAST:
+                continue
+            u, residual, amplitude = next_line(re, im, begin, length, room)
+            lines.shift[unit, k, w] = math.atan2(u.imag, u.real) / (2.0 * math.pi)
+            lines.growth[unit, k, w] = math.log(abs(u)) / (2.0 * math.pi)
+            lines.residual[unit, k, w] = residual / (4.0 * math.pi)
+            lines.amplitude[unit, k, w] = amplitude
+    progress[unit] = 1.0

@@ -1,0 +1,131 @@
+"""Lines by harmonic inversion: beside plain NumPy, on sums of lines that are known, and on orbits of few turns."""
+
+import numpy as np
+import pytest
+
+import fastaff as fa
+from fastaff.analysis import FrequencyKind
+from fastaff.analysis.frequencies.fundamental import Loops, run
+from fastaff.analysis.frequencies.inverted_lines import inverted
+from fastaff.analysis.frequencies.signals import signals_of
+from fastaff.kernels import harmonic_inversion as kernels
+
+RNG = np.random.default_rng(0)
+PLAIN = np.array([1.0, 1.0j])
+"""The loop Q + i P of two rows."""
+
+
+def loops_of(values):
+    """Signals and loops of complex values (orbits, samples)."""
+    rows = np.ascontiguousarray(np.stack([values.real, values.imag], axis=1))
+    count = len(values)
+    loops = Loops(np.tile(PLAIN, (count, 1, 1)), np.zeros((count, 1), complex), np.zeros((count, 1), complex))
+    return rows, loops
+
+
+def sums_of_lines(orbits, samples, others, apart):
+    """Values (orbits, samples) of a line of amplitude 1 with others at least so many cycles away, and its frequency, in
+    cycles per sample.
+    """
+    n, nu = np.arange(samples), RNG.uniform(0.1, 0.3, (orbits, 1))
+    values = np.exp(2j * np.pi * (nu * n + RNG.uniform(size=(orbits, 1))))
+    for _ in range(others):
+        away = RNG.uniform(apart, 15.0, (orbits, 1)) * RNG.choice([-1.0, 1.0], (orbits, 1)) / samples
+        size = 10 ** RNG.uniform(-6, -0.3, (orbits, 1))
+        values = values + size * np.exp(2j * np.pi * ((nu + away) * n + RNG.uniform(size=(orbits, 1))))
+    return values, nu
+
+
+def lines_of(values, guess, interval=1.0):
+    """Lines of the whole next to a guess, by the kernel."""
+    rows, loops = loops_of(values)
+    signals = signals_of(rows, interval)
+    whole = np.zeros((len(values), 1), np.int64), np.full((len(values), 1), values.shape[1])
+    shape = (len(values), 1, 1)
+    lines = kernels.Line(*np.full((3, *shape), np.nan), np.zeros(shape, complex))
+    arguments = signals.ragged, loops, guess, signals.interval, kernels.Windows(*whole), lines
+    run(kernels.invert_loops, len(values), arguments, 1)
+    return lines
+
+
+def by_eigenvalues(values):
+    """The eigenvalue next to 1 of the pencil of one signal, whose sums are written as they are defined."""
+    samples, size = values.size, kernels.BASIS
+    half = (samples - 3) // 2
+    angles = 2 * np.pi * kernels.SPACING * (np.arange(size) - (size - 1) / 2) / samples
+    basis = np.exp(-1j * angles[:, None] * np.arange(half + 1))
+    place = np.add.outer(np.arange(half + 1), np.arange(half + 1))
+    pencil = [basis @ values[place + shift] @ basis.T for shift in (0, 1)]
+    u = np.linalg.eigvals(np.linalg.solve(pencil[0], pencil[1]))
+    return u[np.abs(u - 1).argmin()]
+
+
+@pytest.mark.parametrize("samples", [64, 97, 200])
+def test_the_kernel_finds_the_eigenvalue(samples):
+    """With as many lines as functions, so that no direction of the pencil is empty."""
+    values, nu = sums_of_lines(20, samples, kernels.BASIS + 4, 1.5)
+    found = lines_of(values, nu.copy())
+    for orbit in range(20):
+        shifted = values[orbit] * np.exp(-2j * np.pi * nu[orbit] * np.arange(samples))
+        u = by_eigenvalues(shifted)
+        assert abs(found.shift[orbit, 0, 0] - np.angle(u) / (2 * np.pi)) * samples < 1e-7
+        assert abs(found.growth[orbit, 0, 0] - np.log(abs(u)) / (2 * np.pi)) * samples < 1e-7
+
+
+@pytest.mark.parametrize("others", [0, 1, 3, 5])
+@pytest.mark.parametrize("samples", [64, 500, 4000])
+def test_lines_of_a_band_come_out_exactly(samples, others):
+    """Up to rounding, wherever the guess is; so do their amplitudes."""
+    values, nu = sums_of_lines(200, samples, others, 1.5)
+    guess = nu + RNG.uniform(-0.4, 0.4, nu.shape) / samples
+    found = lines_of(values, guess)
+    off = guess[:, 0] + found.shift[:, 0, 0] - nu[:, 0]
+    assert np.abs(off).max() * samples < 1e-9
+    assert np.median(np.abs(off)) < 1e-15
+    np.testing.assert_allclose(np.abs(found.amplitude), 1.0, rtol=1e-8)
+
+
+@pytest.mark.parametrize("others", [0, 4, 8, 20])
+def test_errors_cover_whatever_is_in_the_band(others):
+    """More lines than functions too; 99 of 100 within, none ten times beyond."""
+    values, nu = sums_of_lines(600, 150, others, 1.0)
+    rows, loops = loops_of(values)
+    guess = nu + RNG.uniform(-0.3, 0.3, nu.shape) / 150
+    found = inverted(signals_of(rows, 1.0), loops, guess, 2)
+    known = found.error[:, 0] * 150 < 0.3
+    ratio = np.abs(found.nu - nu)[known, 0] / (found.error[known, 0] + 1e-15)
+    assert known.mean() > (0.95 if others < 8 else 0.5)
+    assert (ratio <= 1).mean() >= 0.99
+    assert ratio.max() < 10
+
+
+def test_lines_that_are_lost_have_no_error():
+    """Noise has no line, a guess far from all lines neither; the interval is that of the samples."""
+    noise = RNG.normal(size=(50, 120)) + 1j * RNG.normal(size=(50, 120))
+    rows, loops = loops_of(noise)
+    found = inverted(signals_of(rows, 0.5), loops, np.full((50, 1), 0.3), 2)
+    assert (found.error > 0.1 / (120 * 0.5)).all()
+    line = np.exp(2j * np.pi * 0.2 * np.arange(120))[None]
+    rows, loops = loops_of(line)
+    for far in (0.2 + 5 / 120, 0.2 - 5 / 120):
+        lost = inverted(signals_of(rows, 1.0), loops, np.array([[far]]), 1)
+        assert abs(lost.nu[0, 0] - 0.2) <= lost.error[0, 0]
+
+
+@pytest.mark.parametrize("time", [130.0, 200.0, 350.0])
+def test_frequencies_of_few_turns(time):
+    """Henon and Heiles at E = 0.1, whose spectra are dense, beside runs twenty times as long."""
+    z0 = fa.energy_sample(fa.HenonHeiles(), energy=0.1, section="x=0", orbits=60, seed=5).z0
+    truth = fa.frequency_map(fa.HenonHeiles(), z0, time=7000.0)
+    brief = fa.frequency_map(fa.HenonHeiles(), z0, time=time)
+    told = (truth.kind == FrequencyKind.INDEPENDENT) & (brief.kind == FrequencyKind.INDEPENDENT)
+    assert told.sum() > 15
+    # Another basis of the lattice is as true.
+    span = range(-2, 3)
+    k = np.array([(i, j) for i in span for j in span if abs(i) + abs(j) in (1, 2, 3)])
+    lattice = np.einsum("ki,io->ko", k, truth.nu)
+    off = np.abs(brief.nu[:, None] - lattice[None])[:, :, told].min(axis=1)
+    ratio = off / (brief.error + 3 * truth.error.max(axis=0))[:, told]
+    assert (ratio > 1).mean() <= 0.02
+    assert ratio.max() < 10
+    assert np.median(off) < 3e-6
