@@ -13,7 +13,8 @@ import inspect
 import itertools
 import sys
 import types as python_types
-from collections import namedtuple
+import weakref
+from collections import Counter, namedtuple
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from typing import Any
@@ -270,6 +271,9 @@ def _text(kind: str, body: str, classes: tuple) -> str:
 
 _NUMBERS = itertools.count()
 
+NO_FILE = "<fastaff block>"
+"""Name of the file of a text that is not kept."""
+
 _ANGLE_OF = getattr(angle_of, "py_func", angle_of)
 
 
@@ -279,7 +283,7 @@ def _compiled(kind: str, body: str, classes: tuple, namespace: tuple) -> Any:
     text = _text(kind, body, classes)
     identity = fingerprint(tuple(cls for cls, *_ in classes), tuple(entry for _, entry in namespace))
     folder = None if identity is None or JIT_DISABLED else jit.cache_directory()
-    filename, module = "<fastaff block>", f"fastaff_block_{kind}_{next(_NUMBERS)}"
+    filename, module = NO_FILE, f"fastaff_block_{kind}_{next(_NUMBERS)}"
     if folder is not None:
         key = hashlib.sha256(f"{identity}\n{text}".encode()).hexdigest()[:20]
         path = folder / "blocks" / f"{kind}_{key}.py"
@@ -287,14 +291,38 @@ def _compiled(kind: str, body: str, classes: tuple, namespace: tuple) -> Any:
             cache.write(path, text.encode())
         filename = str(path)
         module = f"fastaff_block_{kind}_{key}"
-    # Numba looks up the module of cached code by name, so the text gets a real module.
+    # Numba looks up the module of cached code by name, so the text gets a real module, as long as its block is in use.
+    _USES[module] += 1
     names = sys.modules.setdefault(module, python_types.ModuleType(module)).__dict__
+    try:
+        block = _executed(kind, text, names, classes, namespace, filename)
+    except BaseException:
+        _left(module)
+        raise
+    weakref.finalize(block, _left, module).atexit = False
+    return block
+
+
+_USES: Counter[str] = Counter()
+"""Blocks by the names of their modules: two threads may make the same."""
+
+
+def _left(module: str) -> None:
+    """Remove the module of a block that is no more."""
+    _USES[module] -= 1
+    if _USES[module] <= 0:
+        del _USES[module]
+        sys.modules.pop(module, None)
+
+
+def _executed(kind: str, text: str, names: dict[str, Any], classes: tuple, namespace: tuple, filename: str) -> Any:
+    """Execute a text in the names of its module and compile the function; the code of a file is kept in the cache."""
     names.update({name: _compilable(cls, state) for cls, name, state in classes}, fma=fma, np=np, **dict(namespace))
     exec(compile("\n" + text, filename, "exec"), names)  # below the line of the checksum
     if not JIT_DISABLED:
         for cls, *_ in classes:
             _register_methods(cls)
-    return jit.block_function(names[kind], SIGNATURES[kind], cache=folder is not None)
+    return jit.block_function(names[kind], SIGNATURES[kind], cache=filename != NO_FILE)
 
 
 _REGISTERED: set[str] = set()

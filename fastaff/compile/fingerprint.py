@@ -206,7 +206,7 @@ def _in_package(code: python_types.CodeType) -> bool:
 
 _NUMBERS = itertools.count()
 
-CLASSES = 512
+CLASSES = 256
 """Classes whose replaced methods are remembered at once."""
 
 

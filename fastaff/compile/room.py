@@ -18,7 +18,7 @@ from typing import NamedTuple
 from ..base.placing import is_of_this_user
 
 MOST = 2 * 2**30
-"""Bytes that the cache takes at most. The kernels of one version with a handful of models take 5 to 15 MB, each other model 0.3."""
+"""Bytes that the cache takes at most: the kernels of one version with a few models take 5 to 15 MB, a model 0.3 MB."""
 
 KEPT = 0.75
 """Share of MOST that is kept where it is passed, so that the next files have room."""
