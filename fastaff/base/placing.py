@@ -57,14 +57,16 @@ def draft(folder: Path, ending: str = "", *, of_files: bool = False) -> Iterator
     sweep_drafts(folder)
     home = folder / f".fastaff-{secrets.token_hex(6)}.draft"
     home.mkdir(mode=0o700)
-    handle = _marked(home)
+    handle = None
     try:
+        handle = _marked(home)
         path = home / f"new{ending}"
         path.mkdir() if of_files else path.touch(exist_ok=False)
         yield path
     finally:
         _removed(home)
-        os.close(handle)
+        if handle is not None:
+            os.close(handle)
 
 
 def _marked(home: Path) -> int:
