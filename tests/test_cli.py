@@ -471,3 +471,25 @@ def test_demo(tmp_path, capsys, monkeypatch):
         assert metadata["seed"] == demo.SEED
         assert metadata["p_eta"] == demo.P_ETA
         json.dumps(metadata, allow_nan=False)
+
+
+@pytest.mark.parametrize("columns", ["99999999", "9" * 5000, "0", "-3", "abc"])
+def test_help_has_a_bounded_width_in_any_number_of_columns(columns):
+    """99999999 wrote 100 MB and did not end."""
+    environment = {**os.environ, "COLUMNS": columns}
+    found = subprocess.run(
+        [sys.executable, "-m", "fastaff", "status", "--help"], capture_output=True, env=environment, check=True
+    )
+    assert 0 < max(map(len, found.stdout.decode().splitlines())) <= 1000
+    assert len(found.stdout) < 10**6
+
+
+def test_help_in_ascii():
+    """It ended with an error of encoding."""
+    environment = {**os.environ, "PYTHONUTF8": "0", "PYTHONIOENCODING": "ascii", "COLUMNS": "80"}
+    found = subprocess.run(
+        [sys.executable, "-m", "fastaff", "--help"], capture_output=True, env=environment, check=True
+    )
+    assert b"Usage: fastaff COMMAND" in found.stdout
+    assert not found.stderr
+    assert found.stdout.isascii()

@@ -161,20 +161,18 @@ def test_a_fraction_is_said_with_what_is_open(sets):
             continue
         with np.errstate(all="ignore"):
             share = 100 * found.undecided / found.sound
-        parts = (
-            [found.fraction, found.interval(), share, found.bounds]
-            if found.undecided.any()
-            else [found.fraction, found.interval()]
-        )
-        heads = ["chaotic fraction ", "95 %: ", "; ", "with them "]
-        for part, head, digits in zip(parts, heads, (3, 3, 1, 3)):
+        parts, heads, places = [found.fraction, found.interval()], ["chaotic fraction ", "95 %: "], [3, 3]
+        if found.undecided.any():
+            parts = [found.bounds, share, found.fraction, found.interval()]
+            heads, places = ["chaotic fraction ", "of all orbits, ", "undecided; ", "95 %: "], [3, 1, 3, 3]
+        for part, head, digits in zip(parts, heads, places, strict=True):
             low, high = re.search(head + r"([\d.]+)(?: \.\.\. ([\d.]+))?(?: |$|\))", said).groups()
             np.testing.assert_allclose(float(low), np.nanmin(part), atol=0.501 * 10.0**-digits)
             np.testing.assert_allclose(float(high or low), np.nanmax(part), atol=0.501 * 10.0**-digits)
-        assert ("% undecided, with them" in said) == bool(found.undecided.any())
+        assert ("of all orbits" in said) == bool(found.undecided.any())
     assert Shares(*np.array([114, 517, 620])).said() == (
-        "chaotic fraction 0.181 of the decided orbits (95 %: 0.153 ... 0.213); "
-        "49.6 % undecided, with them 0.091 ... 0.587"
+        "chaotic fraction 0.091 ... 0.587 of all orbits, 49.6 % of them undecided; "
+        "0.181 of the decided ones (95 %: 0.153 ... 0.213)"
     )
 
 

@@ -28,7 +28,9 @@ from .commands.warmup import warmup
 from .options import HELP, Parameter, converted, cyclopts
 from .stops import EXIT_WRONG_INPUT, Stops, say
 
-NARROWEST = 40
+NARROWEST, WIDEST = 40, 1000
+"""Columns of text on a terminal that help and progress bars take."""
+
 COMMANDS: dict[str, Any] = {
     "demo": demo,
     "poincare": poincare,
@@ -49,13 +51,21 @@ COMMANDS: dict[str, Any] = {
 NO_EXTRAS = 'fastaff: the command line needs cyclopts and rich, figures need matplotlib: pip install "fastaff[demo]"'
 
 
+def _columns(width: str) -> str:
+    """Return a number of columns in which help and progress bars come to an end: neither none nor millions."""
+    if not width.isdecimal():
+        return str(NARROWEST)
+    digits = width.lstrip("0")
+    return str(WIDEST if len(digits) > len(str(WIDEST)) else min(max(int(digits or "0"), NARROWEST), WIDEST))
+
+
 def answer(arguments: list[str]) -> int:
     """Run a command line and return its exit code; an error is one line."""
     if cyclopts is None:
         print(NO_EXTRAS, file=sys.stderr)
         return EXIT_WRONG_INPUT
-    if (width := os.environ.get("COLUMNS", "")) and not (width.isdecimal() and int(width) >= NARROWEST):
-        os.environ["COLUMNS"] = str(NARROWEST)  # help and progress bars in no columns at all never end
+    if width := os.environ.get("COLUMNS", ""):
+        os.environ["COLUMNS"] = _columns(width)
     try:
         with spelled(as_flag):
             return int(app()(arguments, exit_on_error=False, print_error=False, result_action="return_value") or 0)

@@ -75,6 +75,8 @@ def _opened() -> None:
     for name, number, mode in (("stdin", 0, "r"), ("stdout", 1, "w"), ("stderr", 2, "w")):
         if getattr(sys, name) is None:
             setattr(sys, name, open(number, mode, closefd=False))  # noqa: SIM115
+        elif mode == "w" and getattr(getattr(sys, name), "errors", "") == "strict":
+            getattr(sys, name).reconfigure(errors="replace")  # frames of help and Greek letters, in ASCII
 
 
 def _unread() -> None:

@@ -49,8 +49,8 @@ class Shares(NamedTuple):
         return Shares(*(count[sets] for count in self))
 
     def said(self) -> str:
-        """Say the fraction, of several sets from the least to the largest, with its interval and the undecided
-        share.
+        """Say the fraction, of several sets from the least to the largest, with its interval. Where orbits are
+        undecided, the bounds for all orbits come first.
         """
         if not np.isfinite(self.fraction).any():
             return f"chaotic fraction unknown: none of {int(np.sum(self.sound))} orbits is decided"
@@ -59,8 +59,8 @@ class Shares(NamedTuple):
             return f"chaotic fraction {_span(self.fraction)} ({ends})"
         share = _span(100 * _share(self.undecided, self.sound), 1)
         return (
-            f"chaotic fraction {_span(self.fraction)} of the decided orbits ({ends}); {share} % undecided, with them "
-            f"{_span(self.bounds)}"
+            f"chaotic fraction {_span(self.bounds)} of all orbits, {share} % of them undecided; "
+            f"{_span(self.fraction)} of the decided ones ({ends})"
         )
 
 

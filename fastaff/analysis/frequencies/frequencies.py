@@ -121,6 +121,6 @@ class FrequencyMap(Result):
             "by the coordinates' own lines": self.regular & ~self.other_basis,
             "by another basis (the own lines are `leading`)": self.other_basis,
             "irregular": fine & (self.kind == kinds.IRREGULAR),
-            "undecided": fine & (self.kind == kinds.UNDECIDED),
+            "undecided (error 1/time: a longer time tells)": fine & (self.kind == kinds.UNDECIDED),
         }
         return describe(self.status, ", ".join(f"{n} {said}" for said, which in counts.items() if (n := which.sum())))

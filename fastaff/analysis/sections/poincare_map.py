@@ -54,6 +54,7 @@ def poincare_map(
     section: Section | str | None = None,
     crossings: int,
     max_time: float | None = None,
+    direction: int | None = None,
     accuracy: float | None = None,
     step: float | np.ndarray | None = None,
     scheme: Scheme | str | TimeTransformed | Automatic | None = None,
@@ -69,12 +70,15 @@ def poincare_map(
     ----------
     body, z0 : as in `integrate`
     section : value of `fastaff.models.sections` (or your own) or str, optional
-        Text such as "alpha-turning", "beta=0.2", "x=0" (crossed upwards), for a driven system "t=0"; none for a map.
+        Text such as "alpha-turning", "beta=0.2", "x=0" (crossed upwards), "x=0-" (downwards) or "x=0+-" (both), for a
+        driven system "t=0"; none for a map.
         Default: the section of `z0`, where that is an `energy_grid` or `energy_sample` on one.
     crossings : int >= 1
         Crossings of each orbit; for a map iterates, whose numbers are the times.
     max_time : float > 0, time, optional
         Ends every orbit. Sections other than stroboscopic ones need it; a map takes none.
+    direction : {1, -1, 0}, optional
+        Crossings where the section function increases, decreases, or both (default: as `section` says).
     accuracy : float, optional
         Error of times (times the angular frequency) and of points (relative to the amplitudes of the motion); default
         1e-10 where neither it nor a step is given.
@@ -119,6 +123,8 @@ def poincare_map(
         scheme, step, accuracy, rtol=rtol, atol=atol, energy_tolerance=energy_tolerance, threads=threads, report=report
     )
     problem = Problem(body, z0, options)
+    if direction is not None:
+        section = _directed(section, direction)
     wanted = Crossings(section, whole("crossings", crossings, 1), max_time, options.drift)
     model, mapping = checked_model(problem.model), problem.system.iterated
     given = {"section": wanted.section, "max_time": max_time}
@@ -145,6 +151,14 @@ def poincare_map(
     if goal is not None:
         return _accurate(flow, model, z, wanted, goal, report)
     return crossed(flow, model, z, wanted, report)[0]
+
+
+def _directed(section: Any, direction: Any) -> Any:
+    """Return a section that is crossed in that direction."""
+    sign = whole("direction", direction, -1, 1)
+    if "direction" not in getattr(section, "_fields", ()):
+        raise ValueError(f"direction must be left out for a section without a direction, got {direction!r}")
+    return section._replace(direction=sign)
 
 
 def _enough(problem: Problem, wanted: int) -> str:

@@ -9,6 +9,7 @@ import numpy as np
 
 from ...base.axes import along
 from ...base.results import Result
+from ...base.status import Status
 from ...charts import Chart
 from ...flows.checks import checked_chart
 from ...flows.coordinates import chart_row, in_chart
@@ -53,6 +54,16 @@ class SectionMap(Result):
         counts.
         """
         return in_chart(self.points, checked_chart(chart))
+
+    def summary(self) -> str:
+        """Return one line with the outcomes of the orbits, and how to ask for crossings that were not counted."""
+        said = super().summary()
+        way = getattr(self.section, "direction", 0)
+        never = int(np.count_nonzero((self.counts == 0) & (self.status == Status.TOO_FEW_CROSSINGS)))
+        if not never or way == 0 or "direction" not in getattr(self.section, "_fields", ()):
+            return said
+        known, other = ("upwards", "downwards")[:: 1 if way > 0 else -1]
+        return f"{said}; {never} never cross {known}: direction={-int(way)} counts crossings {other}, direction=0 all"
 
     def _row(self, name: str) -> np.ndarray | None:
         return chart_row(self.points, name)
