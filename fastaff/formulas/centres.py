@@ -132,6 +132,9 @@ def _limits(mp: Any, V: Any, centre: Centre, coordinates: Sequence[Any]) -> tupl
     zeros = [_zero(mp, centre.square, [*coordinates], others, values, rng) for _ in range(DRAWS)]
     if any(zero is None for zero in zeros):
         return False, False
+    alone = [sympy.lambdify([*coordinates, *others], V, "mpmath", dummify=True)]
+    if not all(_alike(mp, alone, zero, values, rng, 0)[0] for zero in zeros if zero is not None):
+        return False, False  # a pole, whose derivatives need not be formed
     gradient = [V.diff(x) for x in coordinates]
     second = [one.diff(x) for one in gradient for x in coordinates]
     if any(e.has(sympy.sign, sympy.Derivative, sympy.DiracDelta) for e in gradient):  # of another modulus
