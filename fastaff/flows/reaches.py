@@ -15,7 +15,13 @@ from ..kernels import escape
 from ..models.mechanics import system_of
 
 FARTHEST, ESCAPE = 1e150, 1e6
-"""Distance whose square is still a number; escape radius in units of the orbit's own size."""
+"""Distance beyond which orbits of usual size have escaped, whose square is still a number; escape radius in units of the orbit's own size."""
+
+
+LARGEST, HUGE = 1e154, 1e3
+"""Largest escape radius, whose square is still a number; its least ratio to the size of an orbit of more than FARTHEST
+up to there.
+"""
 
 
 def escape_radii(model: Any, z: np.ndarray, energy: np.ndarray | None = None) -> np.ndarray:
@@ -33,7 +39,8 @@ def escape_radii(model: Any, z: np.ndarray, energy: np.ndarray | None = None) ->
     limit = system.energies(z) if energy is None else energy
     with np.errstate(all="ignore"):
         reach = _reaches(model, z, limit)
-    return np.where(reach > 0, np.minimum(ESCAPE * reach, FARTHEST), FARTHEST)
+    farthest = np.fmax(FARTHEST, np.fmin(HUGE * reach, LARGEST))
+    return np.where(reach > 0, np.fmin(ESCAPE * reach, farthest), FARTHEST)
 
 
 def _reaches(model: Any, z: np.ndarray, limit: np.ndarray) -> np.ndarray:

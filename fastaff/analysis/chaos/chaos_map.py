@@ -278,6 +278,13 @@ def _result(work: ChaosRun, tolerance: float, unfinished: bool) -> ChaosMap:
         [judged(*each, phase, work.n) for each in zip(work.chosen, work.values, work.before, work.limits, strict=True)]
     )
     verdicts[:, by_detection] = Character.CHAOTIC
+    chaotic = verdicts == Character.CHAOTIC
+    followed = np.array([bool(entry.vectors(work.n)) for entry in work.chosen])
+    unproved = followed[:, None] & ~(work.lasting() | by_detection) | work.rests()
+    verdicts[chaotic & unproved] = Character.UNDECIDED
+    if work.planar:
+        verdicts[chaotic & (phase >= 2 * np.pi * MANY)] = Character.REGULAR
+        verdicts[chaotic & (phase < 2 * np.pi * MANY)] = Character.UNDECIDED
     verdicts[:, ~sound] = Character.UNDECIDED
     verdict = _together(verdicts)
     needed = np.max([2 * np.pi * max(MANY, entry.least) for entry in work.chosen]) / work.rates
