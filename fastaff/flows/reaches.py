@@ -15,7 +15,7 @@ from ..kernels import escape
 from ..models.mechanics import system_of
 
 FARTHEST, ESCAPE = 1e150, 1e6
-"""Distance beyond which orbits of usual size have escaped, whose square is still a number; escape radius in units of the orbit's own size."""
+"""Distance beyond which orbits of usual size have escaped; escape radius in units of the orbit's own size."""
 
 
 LARGEST, HUGE = 1e154, 1e3

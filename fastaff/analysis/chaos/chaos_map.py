@@ -185,7 +185,10 @@ def chaos_map(
     orbit is the same to the bit alone and in company (but LyapunovSpectrum, which uses all vectors). A fixed step is
     used as given, or as the nearest shorter one that divides the time; a chosen step is halved, twice at most, where
     the energy still drifts. A verdict needs evidence, stated by each indicator. Where it is missing the orbit is
-    UNDECIDED, and `longer` is a time that may decide.
+    UNDECIDED, and `longer` is a time that may decide. One passage of a saddle stretches a vector on regular orbits too:
+    by tangent vectors an orbit is chaotic only if the first one, by its largest length so far, grows by a decade beside
+    the three eighths of the run in which it grows most. Orbits at rest, and those of one degree of freedom without a
+    drive, are never chaotic.
 
     Cost: an orbit with k vectors takes about 1.3 (1 + k) times a plain one, ZeroOne and averages up to one more each,
     FrequencyDiffusion some 15 (bench/test_chaos.py). Memory: about 2 k^2 + 2n (1 + k) numbers an orbit, and the
