@@ -11,7 +11,7 @@ from fastaff.analysis import FrequencyKind
 from fastaff.compile.jit import JIT_DISABLED
 
 sys.path.append(str(Path(__file__).parents[1] / "bench"))
-from coupled_maps import CALLS, CELLS, from_whole, map_results
+from coupled_maps import CALLS, CELLS, from_whole, map_results  # noqa: E402
 
 SEEN = 0.3
 """Largest part of the orbits next to a resonance that are UNDECIDED, but next to nu_1 = nu_2."""
@@ -58,7 +58,7 @@ def loops(rng, nu, size, turns, bend=0.0):
     return size[:, :, None] * (q - 1j * p)
 
 
-@pytest.mark.parametrize("q, p", [(1, 1), (3, 2), (2, 1), (3, 1)])
+@pytest.mark.parametrize(("q", "p"), [(1, 1), (3, 2), (2, 1), (3, 1)])
 @pytest.mark.parametrize("turns", [300, 2000])
 def test_tunes_of_bent_loops_next_to_resonances(q, p, turns):
     """Their harmonics are next to the other mode's line: what is not told apart is no tune."""
@@ -81,7 +81,7 @@ def test_tunes_of_bent_loops_next_to_resonances(q, p, turns):
     assert (np.minimum(apart, turns - apart) > 1.0).all()
 
 
-@pytest.mark.parametrize("q, p", [(3, 2), (2, 1), (3, 1)])
+@pytest.mark.parametrize(("q", "p"), [(3, 2), (2, 1), (3, 1)])
 def test_two_modes_at_a_resonance_have_both_tunes_and_the_relation(q, p):
     """One plane's line twice is no resonance: both planes show the stronger mode."""
     rng = np.random.default_rng([48, q, p])

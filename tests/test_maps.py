@@ -316,13 +316,16 @@ def test_a_plane_that_shows_a_harmonic_of_the_other_has_its_own_tune():
 
 
 def test_orbits_caught_in_a_resonance_stay_at_it():
-    """Beside nu_y = 2 nu_x: their slow swing is no tune of y."""
+    """Beside nu_y = 2 nu_x: their slow swing is no tune of y; whether they are at it, a relation within wide errors does
+    not tell.
+    """
     ring = OneTurnMap(0.3, 0.597, 0.0, 2.0)
     found = fa.frequency_map(ring, starts(ring, 400), time=4096)
     width = 2 * found.error[0] + found.error[1]
-    at = found.regular & (width < 1e-6) & (np.abs(2 * found.nu[0] - found.nu[1]) <= width)
+    at = (found.status == fa.Status.OK) & (width < 1e-6) & (np.abs(2 * found.nu[0] - found.nu[1]) <= width)
     assert at.sum() > 5
-    assert (found.kind[at] == FrequencyKind.DEPENDENT).all()
+    assert (found.kind[at] >= FrequencyKind.DEPENDENT).all()
+    assert not (found.kind[at] == FrequencyKind.IRREGULAR).any()
 
 
 @pytest.mark.parametrize("fallback", [None, np.inf])

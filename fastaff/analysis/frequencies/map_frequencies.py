@@ -292,7 +292,7 @@ class MapFrequencies:
         own = known & ~related.tied & ~(_locked(nu, error, self.length) & wound[:, None])
         kind = np.where(own.all(axis=0), FrequencyKind.INDEPENDENT, FrequencyKind.DEPENDENT)
         error = np.maximum(error, related.unseen)
-        error = np.where(vague & ~wound[:, None], np.maximum(error, 1 / whole_span), error)
+        error = np.where(vague & ~wound[:, None], np.maximum(error, 1 / np.maximum(whole_span, 1)), error)
         kind[span * largest > CHANGED] = FrequencyKind.UNDECIDED
         beyond = np.where(wound[:, None], SWINGS, calm_change(nu, halves, span))
         kind[(span * change > beyond).any(axis=0)] = FrequencyKind.IRREGULAR

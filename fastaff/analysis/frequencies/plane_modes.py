@@ -32,6 +32,9 @@ SHARP, CLEAN, WIDTH = 0.1, 1e-6, 1e-7
 than the samples resolve, it is wider; the width up to which no such line is there; and the least width of a line.
 """
 
+DRIFT = 1e-6
+"""Amplitude relative to that of a line, up to which others beside it are of rounding errors, which let it drift."""
+
 ONE = 1e-3
 """Cycles over the samples up to which the lines of two planes are one, whatever their error bars."""
 
@@ -77,8 +80,8 @@ class PlaneModes(NamedTuple):
     known (orbits,): a mask of orbits with n lines of independent amplitudes; nu (n, known orbits): these lines; planes
     (2n, known orbits, samples): each mode in the place, and in the sense, of the loop of whose motion it has most;
     shift (n, known orbits): the turns by which lines that are not told apart from a mode's own may shift its tune;
-    vague (orbits,): a mask of orbits of which such lines, or none that is sharp, leave the modes unknown; periodic
-    (orbits,): of those whose lines are all combinations of fewer tunes.
+    vague (orbits,): a mask of orbits of which such lines, or strong ones that are not sharp, leave the modes unknown;
+    few (orbits,): of those with fewer independent lines, periodic (orbits,): of those that have surely no others.
     """
 
     known: np.ndarray
@@ -86,6 +89,7 @@ class PlaneModes(NamedTuple):
     planes: np.ndarray
     shift: np.ndarray
     vague: np.ndarray
+    few: np.ndarray
     periodic: np.ndarray
 
 
@@ -123,7 +127,13 @@ def modes_of(f: np.ndarray, harmonic: np.ndarray) -> PlaneModes:
     e = np.where(other[:, :, None], e.conj(), e).swapaxes(0, 1)
     g, shift = (np.take_along_axis(rows, place, axis=1)[sound] for rows in (g, shift))
     return PlaneModes(
-        known, np.where(other, -g, g).T, np.concatenate([e.real, -e.imag]), shift.T, vague, lattice.periodic
+        known=known,
+        nu=np.where(other, -g, g).T,
+        planes=np.concatenate([e.real, -e.imag]),
+        shift=shift.T,
+        vague=vague,
+        few=lattice.few,
+        periodic=lattice.periodic,
     )
 
 
@@ -143,14 +153,15 @@ class _Lattice(NamedTuple):
     """The lattice of the lines of orbits.
 
     nu (orbits, n): the strongest independent lines; where there are fewer than n, the strongest others behind them.
-    known (orbits,): a mask of orbits with n lines; periodic (orbits,): of those whose lines are all combinations of
-    fewer; vague (orbits,): of others with fewer, or with a strong line that is not sharp. decay (orbits,): the factor
-    by which amplitudes fall with each step of |k|_1.
+    known (orbits,): a mask of orbits with n lines; vague (orbits,): of those with a strong line that is not sharp;
+    periodic (orbits,): of those whose lines are all combinations of fewer; few (orbits,): of others with fewer. decay
+    (orbits,): the factor by which amplitudes fall with each step of |k|_1.
     """
 
     nu: np.ndarray
     known: np.ndarray
     vague: np.ndarray
+    few: np.ndarray
     periodic: np.ndarray
     decay: np.ndarray
 
@@ -159,7 +170,7 @@ def _generators(f: np.ndarray) -> tuple[_Lattice, FrequencyLines]:
     """Return the lattices of loops f (orbits, n, samples), and all lines found."""
     orbits, n, samples = f.shape
     found = found_lines(f, 1.0, max(1, min(n + LINES, samples // 4 - LINE_ORDER)), LINE_ORDER)
-    size, width = np.abs(found.amplitude), 3 * found.error + WIDTH / samples
+    size, width = np.abs(found.amplitude), _widths(found, samples) + WIDTH / samples
     size = np.where(np.isfinite(width), size / np.maximum(size.max(axis=2, keepdims=True), 1e-300), 0.0)
     # A line next to 0 is the centre's; one next to a half turn has no sense.
     visible = (size > VISIBLE) & (np.abs(found.nu) * samples > 2) & (np.abs(np.abs(found.nu) - 0.5) * samples > 1)
@@ -193,9 +204,26 @@ def _generators(f: np.ndarray) -> tuple[_Lattice, FrequencyLines]:
     # A line that is not sharp is none of the lattice: a stronger one than a generator may be a mode.
     vague = (visible & ~sharp & (size >= least[:, None])).any(axis=1)
     periodic = (rank < n) & ~(visible & (width * samples > CLEAN)).any(axis=1)
-    vague |= (rank < n) & ~periodic
-    known = _completed(g, rank, nu, sharp & ~vague[:, None], samples)
-    return _Lattice(g, known, vague, periodic, decay), found
+    few = (rank < n) & ~periodic
+    known = _completed(g, rank, nu, sharp & ~(vague | few)[:, None], samples)
+    return _Lattice(g, known, vague, few, periodic, decay), found
+
+
+def _widths(found: FrequencyLines, samples: int) -> np.ndarray:
+    """Return the widths (orbits, n, lines) of lines, inf for those that are only the drift of one beside them.
+
+    Error bars of lines that are fitted together with one so close are those of the pair, however small it is.
+    """
+    size, count = np.abs(found.amplitude), found.nu.shape[2]
+    near = from_whole(found.nu[..., None] - found.nu[..., None, :]) * samples < RESOLVED
+    near &= np.isfinite(found.error)[..., None, :] & ~np.eye(count, dtype=bool)
+    beside = np.where(near, size[..., None, :], 0.0).max(axis=3)
+    drift = size < DRIFT * beside
+    alone = ((beside <= DRIFT * size) | drift).all(axis=2, keepdims=True) & near.any(axis=(2, 3))[..., None]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        bar = np.maximum(beside, found.residual[..., None]) / size / samples
+    bar = np.where(alone, np.where(drift, np.inf, bar), found.error)
+    return 3 * np.where(np.isfinite(found.error), bar, np.inf)
 
 
 def _decay(

@@ -88,7 +88,9 @@ class Tunes(Result):
     (orbits,): samples before its end, all of them for an orbit that survived; window (orbits,): the number of steps
     that nu is the mean of; kind (orbits,) of `FrequencyKind`: IRREGULAR, the tunes change from half to half by 0.3
     cycles or more, beside a resonance of order k by 3/k; DEPENDENT, a plane is at rest, or two tunes are related by
-    small integers: locked, or lines of one motion; UNDECIDED, too short to tell, or no tune; else INDEPENDENT; status
+    small integers: locked, or lines of one motion; UNDECIDED, too short to tell, no tune, or two lines closer than
+    1.5/window, of two tunes or of a tune and a combination that shows, whose errors are then 1/window or more; else
+    INDEPENDENT; status
     (orbits,): OK, or of an orbit that ended, whose numbers are those of its life, NONFINITE or, where its samples stay
     at one point, such as 0, LOST. lines: the strongest lines of each plane's signal, where they were asked for.
     """
@@ -186,10 +188,12 @@ def tunes(
     the strongest line of the plane, fitted with seven others, that is no small combination of the others' tunes. If all
     of these are harmonics of one line, as for a loop beside its centre, a crescent, the tune is that line, with the
     sign of the loop's area; a loop that jumps across its centre from turn to turn may show a harmonic. Where two planes
-    show one line, or one a harmonic of another's, or a loop passes through its centre, the strongest independent lines
-    of all planes are modes. Their amplitudes tell which combinations turn in one mode alone: these loops, of harmonics
-    without the combined lines, are averaged, and each plane gets the mode with the largest share of its motion (equal
-    shares: in ascending order). A plane that shows a harmonic, as y of 2 nu_x by a sextupole, so gets its own tune,
+    show one line, or two of a low relation, or a loop passes through its centre, the strongest independent lines of all
+    planes are modes, where they are sharp. Their amplitudes tell which combinations turn in one mode alone: these
+    loops, of harmonics without the combined lines, are averaged. Each plane gets the mode that is more along it,
+    whatever the modes' amplitudes (equal directions: in ascending order). Lines may hide in others that are not told
+    apart from them: by the fall of the amplitudes that are seen, they count in the error. A mode below 1e-9 of another
+    is not seen, and one below 1e-6 may leave the orbit undecided. A plane that shows a harmonic, as y of 2 nu_x by a sextupole, so gets its own tune,
     where it has a line of it; an orbit that a resonance has caught, whose lines lie close by, stays at it. For motion
     in time, without the modulus, see `orbit_frequencies`.
 
@@ -341,7 +345,8 @@ class TuneWork:
         """
         length, vague = z.shape[2] - 1, np.zeros(z.shape[1], bool)
         twice, harmonic = entangled(means.nu, length), driven(means.nu, means.error)
-        unseen = relations(means.nu, means.error, length).unseen
+        related = relations(means.nu, means.error, length)
+        unseen, tied = related.unseen, related.tied.any(axis=0)
         needed = (twice | harmonic.any(axis=0) | rough | (unseen > means.error).any(axis=0)) & (
             turning.planes[:, :, COLUMNS.a] != 0
         ).all(axis=1)
@@ -354,7 +359,8 @@ class TuneWork:
                 continue
             own = orbits[calm]
             modes = modes_of(f[calm], harmonic[:, own])
-            vague[own] = modes.vague | (twice[own] & ~modes.periodic)
+            # Without a line of their own in all planes, tunes are related, or there are lines that are not told apart.
+            vague[own] = modes.vague | (modes.few & ~tied[own]) | (twice[own] & ~modes.periodic)
             own = own[modes.known]
             if not own.size:
                 continue
