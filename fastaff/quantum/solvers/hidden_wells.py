@@ -44,7 +44,8 @@ class Cover(NamedTuple):
 
     def where(self, chosen: np.ndarray) -> Cover:
         """Return some of the boxes."""
-        return Cover(*(row[..., chosen] for row in self[:6]), blind=self.blind)
+        lo, hi, at, low, floor, coarse = (row[..., chosen] for row in self[:6])
+        return Cover(lo, hi, at, low=low, floor=floor, coarse=coarse, blind=self.blind)
 
 
 class Boxes(NamedTuple):
@@ -135,7 +136,8 @@ def vibration_cover(model: Any, problem: Problem, top: float, step: np.ndarray) 
             np.concatenate([lo, np.where(which, middle, lo)], axis=1),
             np.concatenate([np.where(which, middle, hi), hi], axis=1),
         )
-    return Cover(*(np.concatenate(rows, axis=-1) for rows in zip(*done, strict=True)))
+    low, high, at, least, floor, coarse = (np.concatenate(rows, axis=-1) for rows in zip(*done, strict=True))
+    return Cover(low, high, at, low=least, floor=floor, coarse=coarse)
 
 
 def _corners(lo: np.ndarray, hi: np.ndarray, count: int) -> np.ndarray:
