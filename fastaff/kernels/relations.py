@@ -69,11 +69,12 @@ def _sums(k, nu):
     return sums
 
 
-def relations(unit, stop, progress, seen, nu, spread, vectors, combinations, spans, limits, closeness):
+def relations(unit, stop, progress, seen, nu, spread, weak, vectors, combinations, spans, limits, closeness):
     """Compare the frequencies of an orbit with one another: fill in the lines seen that they do not explain, and their
     combinations so close to 0 that lines are not resolved.
 
-    nu, spread (orbits, m) of generators, 0 where there is none. limits: cycles over the time up to which combinations
+    nu, spread (orbits, m) of generators, 0 where there is none; weak (orbits, m): of those that are known from lines
+    beside which no others show. limits: cycles over the time up to which combinations
     are close, and near; amplitudes above which lines show, and are large.
 
     Amplitudes are assumed to fall with each step of |k|_1 by the factor of the known lines, and those of |k|_1 > SHORT
@@ -92,6 +93,7 @@ def relations(unit, stop, progress, seen, nu, spread, vectors, combinations, spa
     for j in range(m):
         if nu[unit, j] > 0.0:
             own[rank], bars[rank], where[rank] = nu[unit, j], spread[unit, j], j
+            shown[rank] = 1 if weak[unit, j] else 0
             fastest = max(fastest, nu[unit, j])
             rank += 1
     for j in range(m):

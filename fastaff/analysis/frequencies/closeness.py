@@ -41,7 +41,7 @@ def closeness(found: Modes, nu: np.ndarray, time: np.ndarray, interval: np.ndarr
     result = Closeness(np.zeros(orbits), np.zeros((orbits, m)), *np.zeros((3, orbits), bool))
     limits = RESOLVED, NEAR, SHOWS, LARGE
     spans = Spans(time, 1 / interval, found.rest > DENSE)
-    arguments = lines, *known, tables_of(m), _relating(m), spans, limits, result
+    arguments = lines, *known, found.weak, tables_of(m), _relating(m), spans, limits, result
     run(relations, orbits, arguments, threads)
     return result
 

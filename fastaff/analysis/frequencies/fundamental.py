@@ -92,7 +92,8 @@ class Modes(NamedTuple):
     that its lines leave, the largest one's; lines (orbits, 3, m, SEEN): frequencies, error bars and amplitudes of the
     strongest lines; tail (orbits,): the largest amplitude near the highest frequency that samples show, relative to the
     loop's largest; unexplained (orbits,): the largest amplitude of a line that is no combination of the frequencies, in
-    units of the signals' sizes, where the lattice is incomplete.
+    units of the signals' sizes, where the lattice is incomplete; weak (orbits, m): of loops whose frequency is in lines
+    alone that are weak beside the others'.
     """
 
     rank: np.ndarray
@@ -111,6 +112,7 @@ class Modes(NamedTuple):
     lines: np.ndarray
     tail: np.ndarray
     unexplained: np.ndarray
+    weak: np.ndarray
 
 
 @functools.cache
@@ -211,6 +213,7 @@ def _no_modes(orbits: int, m: int) -> Modes:
         lines=np.zeros((orbits, 3, m, SEEN)),
         tail=np.zeros(orbits),
         unexplained=np.zeros(orbits),
+        weak=none.copy(),
     )
 
 
@@ -358,6 +361,8 @@ def _with_weak(found: Modes, signals: Signals, spectra: Spectra, orbits: np.ndar
     top, top_bar = found.leading, found.leading_error
     _place(result, lattice, dual, share, top, top_bar, found.moving, threads)
     result.unexplained[:] = unexplained
+    before = np.where(found.owned & ~found.weak, found.nu, np.nan)
+    result.weak[:] = result.owned & ~(result.nu[:, :, None] == before[:, None]).any(axis=2)
     return result
 
 
