@@ -20,7 +20,7 @@ orbits over 20 to 300 periods are within, for systems and runs see `bench/freque
 """
 
 HALVES_SAFETY = 20.0
-"""The same for a half, whose windows are not inverted: growth and residual alone."""
+"""The same for a half, of whose parts no line is sought: growth and residual of both halves alone."""
 
 REACH = 1.5
 """Largest distance of a line from its guess, in cycles over the window: another line may be next to it."""
@@ -67,7 +67,7 @@ def inverted(signals: Signals, loops: Loops, nu: np.ndarray, threads: int) -> Li
         nu + np.where(known, shift[:, :, 0], 0.0) / interval,
         np.where(known, error / interval, np.inf),
         nu[:, :, None] + shift[:, :, -2:] / interval[:, :, None],
-        HALVES_SAFETY * own[:, :, -2:] / interval[:, :, None],
+        np.repeat(HALVES_SAFETY * own[:, :, -2:].max(axis=2, keepdims=True) / interval[:, :, None], 2, axis=2),
     )
     _fill_lost_halves(rates, signals, loops, nu, threads)
     return rates
