@@ -11,7 +11,7 @@ from fastaff.analysis import FrequencyKind
 from fastaff.compile.jit import JIT_DISABLED
 
 sys.path.append(str(Path(__file__).parents[1] / "bench"))
-from coupled_maps import CALLS, CELLS, from_whole, map_results  # noqa: E402
+from coupled_maps import CALLS, CELLS, from_whole, map_results
 
 SEEN = 0.3
 """Largest part of the orbits next to a resonance that are UNDECIDED, but next to nu_1 = nu_2."""

@@ -316,8 +316,8 @@ def test_a_plane_that_shows_a_harmonic_of_the_other_has_its_own_tune():
 
 
 def test_orbits_caught_in_a_resonance_stay_at_it():
-    """Beside nu_y = 2 nu_x: their slow swing is no tune of y; whether they are at it, a relation within wide errors does
-    not tell.
+    """Beside nu_y = 2 nu_x: their slow swing is no tune of y; whether they are at it, a relation within wide errors
+    does not tell.
     """
     ring = OneTurnMap(0.3, 0.597, 0.0, 2.0)
     found = fa.frequency_map(ring, starts(ring, 400), time=4096)

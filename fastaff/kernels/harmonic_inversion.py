@@ -1,8 +1,8 @@
 """Lines of loops by harmonic inversion: frequency, error and amplitude of the line next to a guess.
 
 A loop of a quasiperiodic orbit is a sum of lines, f_n = sum_k d_k u_k^n. With BASIS functions z_j^n at frequencies next
-to a guess, the matrices U_p[j, k] = sum_{m, n} f_{m + n + p} z_j^m z_k^n (m, n from 0 to M) obey U_1 B = u U_0 B exactly
-as soon as the band of the functions holds no more lines than functions: there is no window and no leakage. The
+to a guess, the matrices U_p[j, k] = sum_{m, n} f_{m + n + p} z_j^m z_k^n (m, n from 0 to M) obey U_1 B = u U_0 B
+exactly as soon as the band of the functions holds no more lines than functions: there is no window and no leakage. The
 eigenvalue next to the guess comes from Rayleigh quotients, B^T U_1 B / B^T U_0 B, of inverse iterations, which converge
 cubically. Directions that no line has, in which both matrices are rounding errors, do no harm: U_0 on the right-hand
 side makes them as small as the division makes them large.

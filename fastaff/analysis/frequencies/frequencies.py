@@ -37,10 +37,10 @@ class FrequencyMap(Result):
     names: one for each row of nu (n, orbits), in cycles per unit time (`omega` = 2 pi nu); error (n, orbits), which
     covers the averaging, the scheme and rounding; inf where there is no frequency (of a map, and of an orbit that was
     lost, nu is NaN there); method (n, orbits): the origin of
-    the value, 0 an average, 1 a fitted line; kind (orbits,) of `FrequencyKind`: INDEPENDENT, all n frequencies of a
-    torus; DEPENDENT, only `rank` (orbits,) of them are independent (a resonance, a mode at rest; of a map, an angle
-    locked to a fraction of the turn), the other rows show the leading line of their coordinate; IRREGULAR, they change from one half to the other: chaotic; UNDECIDED, the
-    time is too short to tell, as where two lines are closer than 1.5/time (a slow precession, weakly coupled modes, a
+    the value, 0 an average or an inverted line, 1 a fitted line; kind (orbits,) of `FrequencyKind`: INDEPENDENT, all n
+    frequencies of a torus; DEPENDENT, only `rank` (orbits,) of them are independent (a resonance, a mode at rest; of a
+    map, an angle locked to a fraction of the turn), the other rows show the leading line of their coordinate;
+    IRREGULAR, they change from one half to the other: chaotic; UNDECIDED, the time is too short to tell, as where two lines are closer than 1.5/time (a slow precession, weakly coupled modes, a
     low resonance), whose errors are then 1/time or more, a low resonance holds within errors above 0.15/time, or a mode
     is too slow to show. leading, leading_error (n,
     orbits): the strongest line of each angle's own loop, and basis (n, n, orbits) integers with leading_i = sum_j

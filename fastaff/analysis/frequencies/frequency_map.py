@@ -147,8 +147,8 @@ def frequency_map(
     effect of closer lines, from the visible amplitudes, and, where combinations of frequencies are so close to 0, or
     lines are dense, 5 times the change from half to half; 3 times what the frequency of a half differs beyond its own
     error; 5 times the uncertainty of the change of the mean rate over a part of the time (a sixteenth, or at least 128
-    steps) when the step is halved, for a Runge-Kutta scheme, whose error grows, times the ratio of the times (tolerances
-    a hundredth for an adaptive one), for a splitting with the change taken off the value; and rounding.
+    steps) when the step is halved, for a Runge-Kutta scheme, whose error grows, times the ratio of the times
+    (tolerances a hundredth for an adaptive one), for a splitting with the change taken off the value; and rounding.
 
     Kinds: two visible lines closer than 1.5/time are one unknown: UNDECIDED, with errors of 1/time, as are frequencies
     with a combination ``|k| <= 10`` that is 0 within its error. IRREGULAR: frequencies differ from half to half by 0.3

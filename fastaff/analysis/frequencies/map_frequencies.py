@@ -278,8 +278,8 @@ class MapFrequencies:
         )
 
     def _kinds(self, at: slice) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-        """Return kinds and diffusion of some orbits, a mask (n, orbits) of the frequencies that are independent of those
-        before them, and the errors (n, orbits).
+        """Return kinds and diffusion of some orbits, a mask (n, orbits) of the frequencies that are independent of the
+        earlier ones, and the errors (n, orbits).
         """
         tables = self.nu, self.error, self.halves, self.later, self.span, self.vague
         nu, error, halves, later, whole_span, vague = (table[..., at] for table in tables)
