@@ -391,7 +391,7 @@ def _explained(
         part, k = slice(first, first + m), np.zeros((count, m, m), np.int64)
         chosen = (np.ascontiguousarray(some[:, part]) for some in (entry, width))
         run(kernels.combinations, count, (*chosen, nu, spread, table, k), threads, BRIEF)
-        result[:, part] |= k.any(axis=2)[:, : most - first]
+        result[:, part] |= np.abs(k).max(axis=2)[:, : most - first] > 0
     return result
 
 
@@ -426,16 +426,16 @@ def _weak_lines(
     some = signals.of(orbits)
     loops = Loops(c, offset, drift)
     for alike in some.alike():
-        o, j = np.nonzero(c[alike].any(axis=2))
-        o = alike[o]
-        for begin in range(0, o.size, AT_ONCE):
+        row, place = np.nonzero(c[alike].any(axis=2))
+        owner = alike[row]
+        for begin in range(0, owner.size, AT_ONCE):
             part = slice(begin, begin + AT_ONCE)
-            f = values(some, loops, o[part], j[part], threads)[:, : spectra.n[orbits[alike[0]]]]
+            f = values(some, loops, owner[part], place[part], threads)[:, : spectra.n[orbits[alike[0]]]]
             most = max(1, min(lines, f.shape[1] // 4 - APART_ORDER))
             got = found_lines(np.ascontiguousarray(f), float(some.interval[alike[0]]), most, APART_ORDER, threads)
             unit = f.shape[1] * float(some.interval[alike[0]])
             known = np.isfinite(got.error) & (np.abs(got.nu) * unit > 2)
-            for i, (orbit, loop) in enumerate(zip(o[part], j[part], strict=True)):
+            for i, (orbit, loop) in enumerate(zip(owner[part], place[part], strict=True)):
                 at = slice(loop * lines, loop * lines + most)
                 value[orbit, at] = np.where(known[i], np.abs(got.nu[i]), 0.0)
                 bar[orbit, at] = np.where(known[i], 3 * got.error[i], 0.0) + LINE_WIDTH / unit

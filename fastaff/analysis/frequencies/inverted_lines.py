@@ -51,14 +51,14 @@ def inverted(signals: Signals, loops: Loops, nu: np.ndarray, threads: int) -> Li
     """
     windows = _windows(signals.samples)
     shape = (*nu.shape, windows.begin.shape[1])
-    lines = kernels.Line(*np.full((3, *shape), np.nan), np.zeros(shape, complex))
+    shift, growth, residual = np.full((3, *shape), np.nan)
+    lines = kernels.Line(shift, growth, residual, np.zeros(shape, complex))
     arguments = signals.ragged, loops.complexes(), nu, signals.interval, windows, lines
     run(kernels.invert_loops, len(nu), arguments, threads)
-    shift, growth = lines.shift, np.abs(lines.growth)
-    own = np.maximum(growth, lines.residual)
+    own = np.maximum(np.abs(growth), residual)
     parts = slice(1, 1 + 2 * len(PARTS))
-    whole = (shift + 1j * lines.growth)[:, :, :1]
-    apart = np.abs((shift + 1j * lines.growth)[:, :, parts] - whole).max(axis=2)
+    found = shift + 1j * growth
+    apart = np.abs(found[:, :, parts] - found[:, :, :1]).max(axis=2)
     interval, samples = signals.interval[:, None], signals.samples[:, None]
     error = SAFETY * np.maximum(own[:, :, 0], apart)
     near = np.abs(shift[:, :, 0]) * samples < REACH

@@ -297,7 +297,7 @@ class MapFrequencies:
         beyond = np.where(wound[:, None], SWINGS, calm_change(nu, halves, span))
         kind[(span * change > beyond).any(axis=0)] = FrequencyKind.IRREGULAR
         kind[(kind != FrequencyKind.IRREGULAR) & related.unsure] = FrequencyKind.UNDECIDED
-        kind[~some | vague] = FrequencyKind.UNDECIDED
+        kind[np.logical_or(np.logical_not(some), vague)] = FrequencyKind.UNDECIDED
         turned = whole_span * np.where(known, from_whole(nu), 0.0).max(axis=0)
         ended = whole_span < self.length
         kind[(turned < MANY_TURNS) & (ended | (kind == FrequencyKind.INDEPENDENT))] = FrequencyKind.UNDECIDED

@@ -219,7 +219,7 @@ def _widths(found: FrequencyLines, samples: int) -> np.ndarray:
     near &= np.isfinite(found.error)[..., None, :] & ~np.eye(count, dtype=bool)
     beside = np.where(near, size[..., None, :], 0.0).max(axis=3)
     drift = size < DRIFT * beside
-    alone = ((beside <= DRIFT * size) | drift).all(axis=2, keepdims=True) & near.any(axis=(2, 3))[..., None]
+    alone = ((beside <= DRIFT * size) | drift).all(axis=2, keepdims=True) & near.max(axis=(2, 3))[..., None]
     with np.errstate(divide="ignore", invalid="ignore"):
         bar = np.maximum(beside, found.residual[..., None]) / size / samples
     bar = np.where(alone, np.where(drift, np.inf, bar), found.error)

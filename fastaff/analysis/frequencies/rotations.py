@@ -97,7 +97,7 @@ class Winding:
             factors, k = np.arange(first, first + n), np.zeros((orbits, n, n), np.int64)
             pair = [np.where(left[:, None], entry[:, None] * factors, 0.0) for entry in (value, bar)]
             run(kernels.combinations, orbits, (*pair, nu, error, tables_of(n), k), threads, BRIEF)
-            has = k.any(axis=2)
+            has = np.abs(k).max(axis=2) > 0
             own, at = np.flatnonzero(has.any(axis=1)), has.argmax(axis=1)
             multiple[own], integers[own] = factors[at[own]], k[own, at[own]]
         return multiple, integers

@@ -89,8 +89,8 @@ class TuneAccumulator:
     are those of the last complete window, a quarter to a half of all turns. Where the loop of a plane passes through
     its centre, as one of coupled planes may, the error shows that there is no tune; lines, which need the samples, are
     not fitted: `tunes` of some of the samples does that. So two planes that show one line are UNDECIDED. The values are
-    those of one push of all turns, to rounding, for any chunks; the bits of an orbit do not depend on its company. Cost: as `tunes`, once. Memory: 8 (12 + 26 n)
-    bytes an orbit, for any number of turns.
+    those of one push of all turns, to rounding, for any chunks; the bits of an orbit do not depend on its company.
+    Cost: as `tunes`, once. Memory: 8 (12 + 26 n) bytes an orbit, for any number of turns.
 
     References
     ----------

@@ -194,8 +194,8 @@ def tunes(
     whatever the modes' amplitudes (equal directions: in ascending order). Lines may hide in others that are not told
     apart from them: by the fall of the amplitudes that are seen, they count in the error. A mode below 1e-9 of another
     is not seen, and one below 1e-6 may leave the orbit undecided. A plane that shows a harmonic, as y of 2 nu_x by a
-    sextupole, so gets its own tune, where it has a line of it; an orbit that a resonance has caught, whose lines lie close by, stays at it. For motion
-    in time, without the modulus, see `orbit_frequencies`.
+    sextupole, so gets its own tune, where it has a line of it; an orbit that a resonance has caught, whose lines lie
+    close by, stays at it. For motion in time, without the modulus, see `orbit_frequencies`.
 
     Errors: 5 times the largest difference of windows of unequal lengths and starts from the whole, the possible effect
     of unseen slow beats near a fraction p/m or a relation ``|k| < 6`` of two tunes, and rounding. Orbits that ended are
