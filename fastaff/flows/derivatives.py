@@ -160,6 +160,7 @@ def _compare(
     said: np.ndarray,
     truth: np.ndarray,
     off: np.ndarray,
+    *,
     methods: tuple[str, ...] = (),
 ) -> None:
     """Raise where the model's rows (rows, points) disagree with the differences of all steps at more than one point."""
