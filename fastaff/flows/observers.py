@@ -172,6 +172,7 @@ class _Deviations(NamedTuple):
     time: float
     early_stop: float
     slots: float
+    forced: float
     readings: float
     sums: float
     longest: float
@@ -185,12 +186,14 @@ def deviations(
     time: float,
     early_stop: bool,
     slots: int,
+    forced: int,
     sums: int,
     longest: float,
 ) -> Observer:
     """Keep growth and alignment of the tangent vectors at each look, and judge orbits by the indicators' readings.
 
-    Vectors are made orthonormal before their time where the square of the first has grown more than `longest`.
+    Vectors are made orthonormal at the first `forced` records too, and before their time where the square of the first
+    has grown more than `longest`.
 
     out holds `slots` records of the time, the readings and the growth of the first `sums` vectors. The caller sets some
     rows of the memory, see `kernels.deviations`.
@@ -205,7 +208,7 @@ def deviations(
     if any(entry.across_flow for entry in indicators):
         calls.append(bound("along", model, n, vectors))
         function = deviation_kernels.deviations_across
-    value = _Deviations(time, float(early_stop), float(slots), float(m), float(sums), longest)
+    value = _Deviations(time, float(early_stop), float(slots), float(forced), float(m), float(sums), longest)
     rows = deviation_kernels.layout(n, vectors, m).end
     return Observer(function, rows, value, (n, vectors), tuple(calls))
 

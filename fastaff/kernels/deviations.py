@@ -142,8 +142,8 @@ def peak_across(n, k, lanes, fresh, flow, z, memory):
 def wait(time, slots, longest, lanes, fresh, t, memory):
     """Mark the lanes whose vectors are due at this look; return their number.
 
-    They are due at every stride-th look at an orbit, at the first one past half time or past the next record of the
-    history, at the end, and where the first vector has grown long. No branch, so that the loop vectorises.
+    They are due at every stride-th look at an orbit, at the first one past half time or past the next of the first
+    `slots` records, at the end, and where the first vector has grown long. No branch, so that the loop vectorises.
     """
     found = 0
     for i in range(lanes):
@@ -313,7 +313,7 @@ def deviations(value, calls, n, k, lanes, orbit, fresh, t, z, memory, out, done)
     first value.sums sums.
     """
     peak(n, k, lanes, fresh, z, memory)
-    if wait(value.time, value.slots, value.longest, lanes, fresh, t, memory) == 0:
+    if wait(value.time, value.forced, value.longest, lanes, fresh, t, memory) == 0:
         return 0
     orthonormalise(n, k, lanes, z, memory)
     grow(n, k, lanes, t, memory)

@@ -194,6 +194,7 @@ class ChaosRun:
                 time=self.time,
                 early_stop=self.early_stop,
                 slots=self.records_kept,
+                forced=self.records_kept if self.aligned else 0,
                 sums=self.sums_kept,
                 longest=math.inf if self.flow.fixed else LONGEST,
             )
