@@ -281,8 +281,9 @@ class MapFrequencies:
         """Return kinds and diffusion of some orbits, a mask (n, orbits) of the frequencies that are independent of the
         earlier ones, and the errors (n, orbits).
         """
-        tables = self.nu, self.error, self.halves, self.later, self.span, self.vague
-        nu, error, halves, later, whole_span, vague = (table[..., at] for table in tables)
+        tables = self.nu, self.error, self.halves, self.later, self.span
+        nu, error, halves, later, whole_span = (table[..., at] for table in tables)
+        vague = self.vague[at]
         change, wound = np.abs(halves[0] - halves[1]), self._wound_rows()
         change[~wound] = from_whole(change[~wound])  # known modulo 1
         change = np.where(later, change, 0.0)

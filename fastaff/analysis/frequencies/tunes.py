@@ -346,7 +346,7 @@ class TuneWork:
         length, vague = z.shape[2] - 1, np.zeros(z.shape[1], bool)
         twice, harmonic = entangled(means.nu, length), driven(means.nu, means.error)
         related = relations(means.nu, means.error, length)
-        unseen, tied = related.unseen, related.tied.any(axis=0)
+        unseen, tied = related.unseen, np.asarray(related.tied.any(axis=0))
         needed = (twice | harmonic.any(axis=0) | rough | (unseen > means.error).any(axis=0)) & (
             turning.planes[:, :, COLUMNS.a] != 0
         ).all(axis=1)
