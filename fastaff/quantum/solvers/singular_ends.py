@@ -16,7 +16,7 @@ RANGE = (1e-6, 1e6)
 
 
 class NoGroundState(ValueError):
-    """The Hamiltonian is unbounded below, or has no discrete spectrum as far as asked."""
+    """The Hamiltonian is unbounded below, has no discrete spectrum as far as asked, or one that no grid holds."""
 
 
 class Well(NamedTuple):

@@ -114,7 +114,7 @@ def spectrum(
     ValueError, TypeError
         An argument is wrong.
     NoGroundState
-        A ValueError: the energy is unbounded below, or the body does not bind that many levels.
+        A ValueError: the energy is unbounded below, the body does not bind that many levels, or no grid holds them.
     Interrupted
         On Ctrl-C, with the levels of the last basis in `.partial`, None before the first.
 
@@ -127,7 +127,7 @@ def spectrum(
     Vibrations, -(hbar^2/2) d.W d + V with W the inverse masses, are solved on a uniform grid, see `vibration_levels`:
     some 100 levels of two coordinates to 1e-12 in seconds where V is smooth and grows. Levels of a well behind a
     saddle, as of Henon and Heiles, are those of the well with a wall beyond; tunnelling changes them by about their
-    error. Wells narrower than the waves of these levels may be missed.
+    error. Bounds by intervals find wells wherever they are; if V takes none, `method` says so.
 
     References
     ----------
