@@ -44,7 +44,7 @@ def check_derivatives(name: str, model: Any, z: np.ndarray) -> None:
         if system.energetic and (found := _tried_out(lambda: _of_energy(system, at, size))):
             by = ("velocity", "force") if system.separable else ("rates", "rates")
             said, truth, off = found
-            _compare(energy, system.row_names, at, said, truth, off, by)
+            _compare(energy, system.row_names, at, said, truth, off, methods=by)
         if tangent is not None:
             rates, change, method = tangent
             if found := _tried_out(lambda: (change(at, w), *_slope(rates, at, w))):

@@ -20,18 +20,12 @@ CHANCE = 1 / 5
 |k|_1/cycles combinations are as slow as the time by chance.
 """
 
-COMB = 4
-"""Largest |k|_1 of combinations beside 0 whose multiples are, in dense spectra, a comb of lines about each other."""
-
 
 class Spans(NamedTuple):
-    """Of orbits: length of the signals, sampling rates, modulo which combinations appear, and whether the lines that
-    are seen leave so much that there are many more (orbits,).
-    """
+    """Of orbits: length of the signals, and sampling rates, modulo which combinations appear (orbits,)."""
 
     time: np.ndarray
     rate: np.ndarray
-    dense: np.ndarray
 
 
 class Combinations(NamedTuple):
@@ -48,7 +42,7 @@ class Closeness(NamedTuple):
     multiple; 1 where a generator is in no strong line and not told from a combination of others; blur (orbits, m): the
     cycles by which close lines of combinations may shift each frequency; near, close, beating (orbits,): whether such
     combinations exist that are large, that show, or that beat: those whose |k|_1 is at most CHANCE of the cycles of the
-    fastest line, so that they are not accidental, and in dense spectra all, and combs.
+    fastest line, so that they are not accidental.
     """
 
     strange: np.ndarray
@@ -85,7 +79,7 @@ def relations(unit, stop, progress, seen, nu, spread, weak, vectors, combination
     resolved, beside, shows, large = limits
     (value, bar, strength), (tables, sizes), (k, lengths) = seen, vectors, combinations
     strange, blur, near, close, beating = closeness
-    time, rate, dense = spans.time[unit], spans.rate[unit], spans.dense[unit]
+    time, rate = spans.time[unit], spans.rate[unit]
     m, lines = value.shape[1], value.shape[2]
     own, bars, where, rank = np.zeros(m), np.zeros(m), np.zeros(m, np.int64), 0
     found, decay, most = np.zeros(m, np.int64), 1e-3, FEWEST
@@ -131,9 +125,8 @@ def relations(unit, stop, progress, seen, nu, spread, weak, vectors, combination
             reach = decay ** (lengths[v] - 2)
             reach = min((3.0 if aliases == 0.0 else 10.0) * (min(reach, most) if lengths[v] > SHORT else reach), 1.0)
             near[unit] = near[unit] or reach > large
-            beating[unit] = beating[unit] or (dense and lengths[v] <= COMB)
             if cycles < resolved:
-                beating[unit] = beating[unit] or dense or lengths[v] <= CHANCE * time * fastest
+                beating[unit] = beating[unit] or lengths[v] <= CHANCE * time * fastest
                 for g in range(rank):  # in no strong line, and a combination of others: it may be no generator
                     strange[unit] = 1.0 if shown[g] == 0 and abs(k[where[g], v]) == 1.0 else strange[unit]
                 close[unit] = close[unit] or reach > shows

@@ -22,11 +22,6 @@ RELATED = (48, 32, 12, 6, 4, 3, 3, 2)
 FEW = 10
 """Largest |k|_1 of a combination that keeps frequencies from being independent where it is 0 within its error."""
 
-DENSE = 0.005
-"""Share of a loop's size that its strongest lines leave, beyond which a spectrum is dense: 0.02 to 0.1 of Henon's and
-Heiles's orbits, below 0.001 of a few lines.
-"""
-
 SHOWS, LARGE = 0.1, 0.3
 """Relative amplitudes from which a line that is not told apart leaves an orbit undecided, and changes its halves."""
 
@@ -40,7 +35,7 @@ def closeness(found: Modes, nu: np.ndarray, time: np.ndarray, interval: np.ndarr
     known = np.where(found.owned & np.isfinite(nu), nu, 0.0), np.where(found.owned, found.spread, 0.0)
     result = Closeness(np.zeros(orbits), np.zeros((orbits, m)), *np.zeros((3, orbits), bool))
     limits = RESOLVED, NEAR, SHOWS, LARGE
-    spans = Spans(time, 1 / interval, found.rest > DENSE)
+    spans = Spans(time, 1 / interval)
     arguments = lines, *known, found.weak, tables_of(m), _relating(m), spans, limits, result
     run(relations, orbits, arguments, threads)
     return result

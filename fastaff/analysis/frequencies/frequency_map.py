@@ -144,8 +144,8 @@ def frequency_map(
 
     Errors: 5 times the largest of a line's growth, which a regular orbit has not, its residual in the matrices of the
     next order, and its distance from the lines of the first and the last 0.7 of the time, all complex; the possible
-    effect of closer lines, from the visible amplitudes, and, where combinations of frequencies are so close to 0, or
-    lines are dense, 5 times the change from half to half; 3 times what the frequency of a half differs beyond its own
+    effect of closer lines, from the visible amplitudes, and, where combinations of frequencies are so close to 0,
+    5 times the change from half to half; 3 times what the frequency of a half differs beyond its own
     error; 5 times the uncertainty of the change of the mean rate over a part of the time (a sixteenth, or at least 128
     steps) when the step is halved, for a Runge-Kutta scheme, whose error grows, times the ratio of the times
     (tolerances a hundredth for an adaptive one), for a splitting with the change taken off the value; and rounding.

@@ -199,8 +199,8 @@ def continuation(
         own = step is None and flow.fixed
         scale = orbit_scale(first_model, z, first.energy, flow.threads)
         first_flow = flow if flow.adaptive or section is None else replace(flow, step=first.step)
-        crossings = np.moveaxis(first.points, (0, 1, 2), (2, 1, 0))
-        scale = closed_scale(first_flow, z, crossings, first.time, scale)
+        returns = np.moveaxis(first.points, (0, 1, 2), (2, 1, 0))
+        scale = closed_scale(first_flow, z, returns, first.time, scale)
         units = np.append(scale.rows[:, 0], scale.energy[0])
         kept, wait = None if parameter is None else float(first.energy[0]), LONGER * first.time[0]
         more: Any = {"own_step": own, "units": units, "wait": wait}
