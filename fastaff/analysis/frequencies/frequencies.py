@@ -45,14 +45,14 @@ class FrequencyMap(Result):
     1/time or more, a low resonance holds within errors above 0.15/time, or a mode is too slow to show. leading,
     leading_error (n, orbits): the strongest line of each angle's own loop, and basis (n, n, orbits) integers with
     leading_i = sum_j basis_ij nu_j within the errors (row i is 0 where none are known). Frequencies that all have
-    basis 1 are those of the coordinates' own lines (`other_basis` marks orbits without them); with a singular basis the leading lines are
-    locked. diffusion (orbits,) = log10 of the largest ``|nu(first half) - nu(second half)|``, for a body over nu_eta
-    and nu_gamma, whose angles are well defined on every orbit, NaN where there is none; energy_error,
-    status (orbits,); t (orbits,) the time reached. step: the step used, one for each orbit, or that of an adaptive
-    scheme. For a body the rows are two librations, phi and psi; nu_eta and nu_gamma are kept beside them. lines: the
-    strongest lines of each angle's signal, where they were asked for. halves, halves_error (2, n, orbits): the
-    frequencies of both halves of the time with their errors, None for maps. Orbits that were given as samples have no
-    energy_error and no scheme, and step is their interval.
+    basis 1 are those of the coordinates' own lines (`other_basis` marks orbits without them); with a singular basis
+    the leading lines are locked. diffusion (orbits,) = log10 of the largest ``|nu(first half) - nu(second half)|``,
+    for a body over nu_eta and nu_gamma, whose angles are well defined on every orbit, NaN where there is none;
+    energy_error, status (orbits,); t (orbits,) the time reached. step: the step used, one for each orbit, or that
+    of an adaptive scheme. For a body the rows are two librations, phi and psi; nu_eta and nu_gamma are kept beside
+    them. lines: the strongest lines of each angle's signal, where they were asked for. halves, halves_error (2, n,
+    orbits): the frequencies of both halves of the time with their errors, None for maps. Orbits that were given as
+    samples have no energy_error and no scheme, and step is their interval.
     """
 
     names: tuple[str, ...]
