@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -13,6 +14,7 @@ from fastaff.cli import main as cli
 from fastaff.cli.commands import captions, figures
 from fastaff.cli.commands.plot import _of_file, _of_store
 from fastaff.cli.options import Look
+from fastaff.jobs import Job
 from fastaff.jobs.wording import Wrong
 
 pytest.importorskip("cyclopts")
@@ -100,11 +102,17 @@ def test_figures_of_a_stopped_job_say_what_is_not_computed(tmp_path, monkeypatch
     assert cli.main([*grid, "--write-job", "j.toml"]) == cli.main(["run", "j.toml", "--quiet"]) == 0
     whole = _of_store(tmp_path / "j.zarr", Look())[0]["chaos_map"].get_supxlabel()
     assert "not computed" not in whole
-    state = zarr.open(tmp_path / "j.zarr", mode="r+")["launch/finished"]
-    done = np.flatnonzero(state[:] == 1)
-    state[:] = np.where(np.isin(np.arange(state.size), done[done.size // 2 :]), -1, state[:])
-    part = " ".join(_of_store(tmp_path / "j.zarr", Look())[0]["chaos_map"].get_supxlabel().split())
-    assert f"{done.size // 2} orbits, {done.size - done.size // 2} not computed yet" in part
+    count = np.sum(zarr.open(tmp_path / "j.zarr", mode="r")["launch/finished"][:] == 1)
+
+    def stop(progress, unit):
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        fa.run(replace(Job.read(tmp_path / "j.toml"), unit=8), tmp_path / "half.zarr", watch=stop)
+    done = np.sum(zarr.open(tmp_path / "half.zarr", mode="r")["launch/finished"][:] == 1)
+    assert 0 < done < count
+    part = " ".join(_of_store(tmp_path / "half.zarr", Look())[0]["chaos_map"].get_supxlabel().split())
+    assert f"{done} orbits, {count - done} not computed yet" in part
     assert "white: beyond the energy or not computed yet" in part
 
 

@@ -70,7 +70,7 @@ def test_sections_without_a_direction_refuse_one():
 
 
 def test_resonances_of_a_map_agree_with_its_figure():
-    """0.6 % of loops were called 1:1, where the figure of the same map showed hundreds on the diagonal."""
+    """Of the own lines, which figures show: loops are 1:1. Their generators are independent."""
     potential = fa.hamiltonian("log(x**2 + y**2/q**2 + c**2)/2", q=0.9, c=0.1)
     random = np.random.default_rng(5)
     radius, speed = random.uniform(0.5, 1.5, 24), random.uniform(0.7, 1.1, 24)
@@ -78,8 +78,8 @@ def test_resonances_of_a_map_agree_with_its_figure():
     ratio = found.leading[1] / found.leading[0]
     diagonal = found.regular & (np.abs(ratio - 1) < 1e-6)
     assert diagonal.sum() > 5
-    named = fa.resonances(found, max_order=4)
+    named = fa.resonances(found.leading, errors=found.leading_error, max_order=4)
     one = (named.rank == 1) & (named.order == 2) & (named.status == 0)
     assert (one[diagonal]).mean() > 0.95
-    generators = fa.resonances(found.nu, errors=found.error, max_order=4)
+    generators = fa.resonances(found, max_order=4)
     assert ((generators.rank == 1) & (generators.order == 2))[diagonal].mean() < 0.5

@@ -207,6 +207,8 @@ def test_ctrl_c_in_the_locks_of_a_store_is_no_damage(tmp_path):
             return self
 
         metadata = SimpleNamespace(dimension_names=("orbit",))
+        shape = chunks = (1,)
+        dtype = np.dtype(float)
 
         def __getitem__(self, _):
             locked()

@@ -211,6 +211,7 @@ with placing.draft(Path(sys.argv[1]), ".npz") as one, placing.draft(Path(sys.arg
 """
 
 
+@pytest.mark.race
 @needs_locks
 def test_what_killed_processes_left_goes_and_what_lives_stays(tmp_path, monkeypatch):
     """Drafts in use stay whatever the clock says: those of another process, of another thread, and this one's."""

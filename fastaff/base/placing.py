@@ -8,6 +8,7 @@ only a folder of exactly such a name, of this user, that has the marker, which n
 from __future__ import annotations
 
 import contextlib
+import errno
 import os
 import re
 import secrets
@@ -135,12 +136,18 @@ def is_of_this_user(found: os.stat_result) -> bool:
 
 def checked_file(path: Any, name: str = "") -> None:
     """Refuse a path of something else than a file, such as a pipe, which would be waited for without an end; name: of
-    the argument. A path of nothing is not refused: to open it says so.
+    the argument. A folder is an IsADirectoryError. A path of nothing is not refused: to open it says so.
     """
-    with contextlib.suppress(OSError):
-        if not stat.S_ISREG(os.stat(path).st_mode):
-            kind = "folder" if os.path.isdir(path) else "pipe or device"
-            raise ValueError(f"{name or 'path'} must be a file, got the {kind} {path}")
+    try:
+        mode = os.stat(path).st_mode
+    except OSError:
+        return
+    except ValueError as problem:  # a null character
+        raise ValueError(f"{name or 'path'} must be the path of a file, got {path!r}") from problem
+    if stat.S_ISDIR(mode):
+        raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), str(path))
+    if not stat.S_ISREG(mode):
+        raise ValueError(f"{name or 'path'} must be a file, got the pipe or device {path}")
 
 
 def text_of(path: Any, name: str = "") -> str:

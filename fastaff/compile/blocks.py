@@ -346,12 +346,13 @@ class _Methods(AttributeTemplate):
         method = vars(value.instance_class).get(name) if name in _REGISTERED else None
         if not inspect.isfunction(method):
             return None
-        compiled = types.Dispatcher(_compiled_method(method))
 
         class Call(AbstractTemplate):
             key = types.BaseNamedTuple, name
 
             def generic(self, args, kws):
+                # The method of now: Numba keeps one type of a bound method, however often the class is patched.
+                compiled = types.Dispatcher(_compiled_method(vars(value.instance_class)[name]))
                 return compiled.get_call_type(self.context, (value, *args), kws).as_method()
 
         return types.BoundFunction(Call, value)

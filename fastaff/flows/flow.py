@@ -22,7 +22,7 @@ from ..schemes.catalogue import Collocation, Nystrom, Scheme, Splitting
 from . import observers
 from .ensemble import Ensemble, no_memory
 from .launch import Report, launch, units
-from .leaving import mark_escapes
+from .leaving import leave_open, mark_escapes
 from .observers import Observer
 from .reaches import FARTHEST, escape_radii
 from .stepping import stepping
@@ -197,7 +197,14 @@ class Flow:
         """
         known = not self.adaptive and bool((ensemble.radius < FARTHEST).any())
         begun = ensemble.of(np.arange(ensemble.status.size)) if known else None
-        self.run(ensemble, observer, memory, out, time=time, observations=observations, refill=refill, report=report)
+        try:
+            self.run(
+                ensemble, observer, memory, out, time=time, observations=observations, refill=refill, report=report
+            )
+        except BaseException:
+            if begun is not None:
+                leave_open(ensemble, begun)
+            raise
         if begun is not None:
             mark_escapes(self, ensemble, begun, lambda: self._equal_steps(begun.status.size, time, observations)[2])
 

@@ -27,16 +27,15 @@ def mark_escapes(flow: Any, ensemble: Ensemble, begun: Ensemble, sizes: Callable
     an orbit reaches infinity in a finite time, and a fixed step passes from ordinary numbers to an overflow. Such
     orbits run again to some steps before, and from there with an adaptive scheme, which meets the escape radius first.
     """
-    lost = (ensemble.status == Status.NONFINITE) & (begun.status == Status.OK) & (ensemble.radius < FARTHEST)
-    lost &= ensemble.count > begun.count
+    lost = overflowed(ensemble, begun) & (ensemble.count > begun.count + 1)
     if not lost.any():
         return
     which = np.flatnonzero(lost)
     last, size = _alone(begun.of(which)), sizes()[which]
     alone = replace(flow, vectors=0, step=size)
-    until = np.maximum(ensemble.count[which] - BACK, last.count)
-    if (until > last.count).any():
-        _run(alone, last, until * size)
+    # One step at least: its energy error tells whether steps are stable.
+    until = np.maximum(ensemble.count[which] - BACK, last.count + 1)
+    _run(alone, last, until * size)
     with np.errstate(all="ignore"):
         sound = np.isfinite(last.z).all(axis=0) & (energy_error(flow.model, last) < SOUND)
     sound &= (last.status == Status.OK) & (last.count == until)
@@ -49,6 +48,16 @@ def mark_escapes(flow: Any, ensemble: Ensemble, begun: Ensemble, sizes: Callable
     ahead.ahead[:] = size / 64
     _run(beyond, ahead, AHEAD * size)
     ensemble.status[which[ahead.status == Status.ESCAPED]] = Status.ESCAPED
+
+
+def overflowed(ensemble: Ensemble, begun: Ensemble) -> np.ndarray:
+    """Return a mask (orbits,) of the orbits that overflowed in a run, on whatever way."""
+    return (ensemble.status == Status.NONFINITE) & (begun.status == Status.OK) & (ensemble.radius < FARTHEST)
+
+
+def leave_open(ensemble: Ensemble, begun: Ensemble) -> None:
+    """Give orbits that overflowed in a run that was interrupted the status INTERRUPTED: how they ended is not told."""
+    ensemble.status[overflowed(ensemble, begun) & (ensemble.count > begun.count + 1)] = Status.INTERRUPTED
 
 
 def _alone(ensemble: Ensemble) -> Ensemble:

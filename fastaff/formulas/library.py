@@ -162,6 +162,7 @@ def loaded(key: str, derive: Callable[[], str]) -> Any:
     home = _Home(key, path)
     space: dict[str, Any] = {"__name__": home.__name__, "__file__": getattr(home, "__file__", None)}
     exec(compile(text, str(path or f"<fastaff formula {key}>"), "exec"), space)
+    home.__doc__ = space.get("__doc__")
     cls: Any = next(entry for name, entry in space.items() if name.startswith("Formula") and isinstance(entry, type))
     cls.__repr__ = _repr
     sys.modules[home.__name__] = home

@@ -150,7 +150,7 @@ class SeparableElliptic(NamedTuple):
 
     Examples
     --------
-    >>> fa.SeparableElliptic(fa.models.CoshOscillator(), fa.models.CosOscillator()).value(3.0, 0.5)
+    >>> fa.SeparableElliptic(fa.models.CoshOscillator(), fa.models.CosOscillator()).value(3.0, 0.5).round(12)
     np.float64(1.75)
     """
 

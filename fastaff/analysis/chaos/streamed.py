@@ -379,7 +379,11 @@ class ChaosRun:
         return growth[: PARTS - PASSAGES].sum(axis=0) > LASTING
 
     def rests(self) -> np.ndarray:
-        """Return a mask (orbits,) of the orbits that are at the end where they started."""
+        """Return a mask (orbits,) of the orbits that are at the end where they started; none if nothing was streamed,
+        as indicators with passes of their own do without it.
+        """
+        if not self.streams:
+            return np.zeros(self.orbits, bool)
         n, moving = self.degrees, self.n
         rows = [*range(moving), *range(n, n + moving)]
         start, end = self.z0[rows], self.ensemble.points[rows]

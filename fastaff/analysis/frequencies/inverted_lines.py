@@ -66,7 +66,7 @@ def inverted(signals: Signals, loops: Loops, nu: np.ndarray, threads: int) -> Li
     rates = LineRates(
         nu + np.where(known, shift[:, :, 0], 0.0) / interval,
         np.where(known, error / interval, np.inf),
-        nu[:, :, None] + shift[:, :, -2:] / interval[:, :, None],
+        nu[:, :, None] + np.where(nu[:, :, None] != 0, shift[:, :, -2:], 0.0) / interval[:, :, None],
         np.repeat(HALVES_SAFETY * own[:, :, -2:].max(axis=2, keepdims=True) / interval[:, :, None], 2, axis=2),
     )
     _fill_lost_halves(rates, signals, loops, nu, threads)

@@ -21,7 +21,7 @@ from ...compile.jit import LANES
 from ...compile.threads import checked_threads
 from ...flows.launch import Report, launch
 from ...kernels.resonance import relations
-from .own_lines import by_own_lines, own_lines, with_turn
+from .own_lines import with_turn
 
 SHOWN = 12
 """Resonances that are printed by name."""
@@ -153,9 +153,9 @@ def resonances(
     ----------
     nu : array (n,) or (n, ...), or result
         Frequencies of n = 2, 3 or 4 angles. A FrequencyMap or ActionAngles also gives names and errors, as do Tunes and
-        a FrequencyMap of a map of up to three planes; their last frequency is then that of the turn, 1. Of a
-        FrequencyMap of a flow in time it is the own line of each coordinate that is read, as its figures show: a loop
-        in a galaxy has ``nu_x - nu_y = 0``. For the generators give ``found.nu, errors=found.error``.
+        a FrequencyMap of a map of up to three planes; their last frequency is then that of the turn, 1. Figures of a
+        FrequencyMap show the own line of each coordinate, in which a loop in a galaxy has ``nu_x - nu_y = 0``: for
+        these give ``found.leading, errors=found.leading_error``.
     max_order : int, 1 to 50, default 8
         Largest order of the vectors searched.
     tolerance : float >= 0, default 1e-9
@@ -210,10 +210,6 @@ def resonances(
     given: Any = nu
     if hasattr(given, "nu") and hasattr(given, "names"):  # a result that carries its names
         own, given, error = with_turn(given)
-        if by_own_lines(nu):  # as figures do
-            given, error = own_lines(nu)
-            known = np.isfinite(given) & np.isfinite(error)
-            given, error = np.where(known, given, 0.0), np.where(known, error, np.inf)
         names = own if names is None else names
         if errors is None and np.shape(error) == np.shape(given):
             errors = error
