@@ -206,8 +206,9 @@ def test_ctrl_c_in_the_locks_of_a_store_is_no_damage(tmp_path):
         def with_config(self, _):
             return self
 
-        metadata = SimpleNamespace(dimension_names=("orbit",))
+        metadata = SimpleNamespace(dimension_names=("orbit",), encode_chunk_key=lambda _: "none")
         shape = chunks = (1,)
+        ndim = 1
         dtype = np.dtype(float)
 
         def __getitem__(self, _):

@@ -201,12 +201,12 @@ class Flow:
             self.run(
                 ensemble, observer, memory, out, time=time, observations=observations, refill=refill, report=report
             )
+            if begun is not None:
+                mark_escapes(self, ensemble, begun, lambda: self._equal_steps(begun.status.size, time, observations)[2])
         except BaseException:
             if begun is not None:
                 leave_open(ensemble, begun)
             raise
-        if begun is not None:
-            mark_escapes(self, ensemble, begun, lambda: self._equal_steps(begun.status.size, time, observations)[2])
 
     def run(
         self,

@@ -73,6 +73,7 @@ class Winding:
                 multiple, k = self._related(turns, i, some, threads)
                 sharp = some & (multiple == 0) & (turns.error[:, i] * time < TOLD)
                 strange |= self._replace(turns, i, multiple, k, ~going | ~done)
+                self._show(turns, i, np.flatnonzero(some & (multiple > 0) & ~self.known[:, i]))
                 room = ~self.known.all(axis=1)
                 self._add(turns, i, np.flatnonzero(some & (multiple == 0) & room))
                 vague = sharp & ~room & (self.rates.error[:, i] > turns.error[:, i])
@@ -142,6 +143,14 @@ class Winding:
         self.placed[orbits[~had], i] = True
         self.known[orbits, other] = self.known[orbits, i] = True
         self.added[orbits] += 1
+
+    def _show(self, turns: Rates, i: int, orbits: np.ndarray) -> None:
+        """Give a coordinate without a frequency of its own its mean rate, of which the lattice has a multiple."""
+        new = np.zeros(self.known.shape, bool)
+        new[orbits, i] = True
+        self.rates = turns.where(new, self.rates)
+        self.placed[orbits, i] = True
+        self.basis[orbits, i] = np.eye(self.known.shape[1], dtype=np.int64)[i]
 
     def _put(self, turns: Rates, i: int, orbits: np.ndarray) -> None:
         """Take the mean rates of coordinate i for frequencies that are less exact and not told from others."""
