@@ -289,9 +289,13 @@ def _flowing(model: Any, section: Any, fixed: Any, **given: Any) -> dict[str, An
     starts = checked_names("fixed", () if fixed is None else fixed, "numbers")
     others = {named("fixed", name, names): real(f"fixed[{name!r}]", value) for name, value in starts.items()}
     record = {"energy": None, **section_record(cut, model)}  # which refuses sections that the page does not draw
-    beyond = np.array([cut.value(*z) for z in met.T]) * (cut.direction or 1) > 0
-    crossed = np.flatnonzero(beyond[1:] & ~beyond[:-1])
-    usual = system.turned_back(met[:, crossed[-1:]]) if crossed.size else np.zeros((len(names), 1))
+    height = np.array([cut.value(*z) for z in met.T]) * (cut.direction or 1)
+    crossed = np.flatnonzero((height[1:] > 0) & (height[:-1] <= 0))
+    usual = np.zeros((len(names), 1))
+    if crossed.size:  # on the line between the samples beside the section
+        k = crossed[-1]
+        share = height[k] / (height[k] - height[k + 1])
+        usual = system.turned_back(met[:, [k]] + share * (met[:, [k + 1]] - met[:, [k]]))
     outside = [name for name in names if record["section"] != f"{name}=c"][2:]
     beside = {name: float(f"{usual[names.index(name), 0]:.2g}") for name in outside}
     return {**record, "others": dict.fromkeys(names, 0.0) | beside | others}
