@@ -25,6 +25,7 @@ import fastaff as fa
 from fastaff.compile import cache as files
 from fastaff.compile import fingerprint as keys
 from fastaff.compile import jit, room
+from fastaff.compile.blocks import parameters
 from fastaff.compile.jit import SIGNATURES
 from fastaff.formulas import library
 from fastaff.kernels import birkhoff
@@ -295,11 +296,14 @@ def replaced_and_undone():
         with mock.patch.multiple(fa.HenonHeiles, **changed):
             for value in (model, fa.HenonHeiles()):
                 assert position(value) == pytest.approx(0.1 * np.cos(w), abs=1e-8)
+            # So many others that what is known of the first is forgotten in some places and not in others.
+            others = [fa.HenonHeiles(2.0 + k) for k in range(70)]
+            assert len({parameters(value).tobytes() for value in others}) == 70
         assert position(model) == position(fa.HenonHeiles()) == truth
 
 
 def test_a_method_replaced_in_one_process_is_used_at_once_and_undone(cache):  # noqa: F811
-    """In a process that has met no other models: what others leave in Numba is theirs."""
+    """In a process that has met no other models."""
     code = "import test_code_keys; test_code_keys.replaced_and_undone(); print('fine')"
     assert python(code, cache)[0].split()[-1] == "fine"
 

@@ -35,8 +35,9 @@ def by_identity(function: Callable[[Any], Result]) -> Callable[[Any], Result]:
         found = known.get(id(value))
         if found is None or found[0] is not value:
             found = value, function(value)
-            if len(known) >= KNOWN:
-                known.clear()
+            if len(known) >= KNOWN:  # all: one that still knew a value would not be told that its class has changed
+                for table in _ALL:
+                    table.clear()
             known[id(value)] = found
         return found[1]
 
