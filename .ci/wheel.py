@@ -84,7 +84,6 @@ def calls() -> None:
     for planes in (1, 2, 3):
         turns = np.concatenate([np.cos(angles[:planes]), -np.sin(angles[:planes])])
         fa.tunes(turns)
-        fa.tunes(turns, method="naff")
     fa.frequency_map(StandardMap(0.5), [[0.1, 0.2], [0.3, 0.4]], time=256)
 
 

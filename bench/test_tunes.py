@@ -68,11 +68,11 @@ def test_tunes_beside_nafflib(numbers, turns):
         return np.array([[nafflib.tune(z[k], z[k + 2], window_order=order) for k in (0, 1)] for z in few]).T % 1.0
 
     few = samples[:, :FEW].transpose(1, 0, 2)
-    runs = {"fastaff": lambda: fa.tunes(samples), "fastaff, lines": lambda: fa.tunes(samples, method="naff")}
+    runs = {"fastaff": lambda: fa.tunes(samples)}
     runs |= {f"nafflib, window order {p}": lambda p=p: theirs(p) for p in (1, 2, 4)}
     found, cost = alternating(runs, repeats=3)
     for how, result in found.items():
-        nu, orbits = (result.nu[:, :FEW], ORBITS) if how.startswith("fastaff") else (result, FEW)
+        nu, orbits = (result.nu[:, :FEW], ORBITS) if how == "fastaff" else (result, FEW)
         regular = truth.regular[:FEW] & (truth.error[:, :FEW] < 1e-12).all(axis=0)
         off = np.abs((nu - truth.nu[:, :FEW] + 0.5) % 1.0 - 0.5)[:, regular]
         numbers.update({how: 1e3 * cost[how] / orbits, f"{how}, error": np.quantile(off, 0.99)})

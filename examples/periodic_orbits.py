@@ -27,7 +27,7 @@ edge = plot.edge(body, turning, **surface)
 axes = [np.linspace(low, high, 30)[1:-1] for low, high in edge.axes]
 grid = fa.energy_grid(body, section=turning, axes=axes, **surface)
 crossings = fa.poincare_map(body, grid.z0, section=turning, crossings=250, max_time=3000.0)
-frequencies = fa.frequency_map(body, grid.z0, time=500.0, method=fa.analysis.NaffLines())
+frequencies = fa.frequency_map(body, grid.z0, time=500.0)
 
 # The body reduced by its rotations: two degrees of freedom, where a relative periodic orbit of the body is a periodic
 # one.

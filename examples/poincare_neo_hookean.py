@@ -18,7 +18,7 @@ axes = [np.linspace(low, high, 18)[1:-1] for low, high in edge.axes]
 grid = fastaff.energy_grid(body, section=section, axes=axes, **surface)
 
 found = fastaff.poincare_map(body, grid.z0, section=section, crossings=400, max_time=5000.0)
-frequencies = fastaff.frequency_map(body, grid.z0, time=500.0, method=fastaff.analysis.NaffLines())
+frequencies = fastaff.frequency_map(body, grid.z0, time=500.0)
 print(f"{found.counts.sum()} crossings; {found.summary()}; largest energy error {found.energy_error.max():.1e}")
 
 figure = Figure(figsize=(7, 6), dpi=200, layout="constrained")

@@ -210,7 +210,6 @@ CALLS = {
         partial(judged, fa.analysis.TangentIndicator),
         {"name": "own", "reading": first_length, "limit": 4.0},
     ),
-    "BirkhoffAverages": (fa.analysis.BirkhoffAverages, {}),
     "Job": (fa.Job, {"model": HH, "starts": Z4, "integrate": MOTION}),
     "run": (ran, {"job": fa.Job(model=HH, starts=Z4, integrate=MOTION, run=fa.jobs.Run(step=0.1))}),
     "RungeKutta": (
@@ -383,7 +382,7 @@ and what keeps calls silent.
 
 CONTAINERS = {
     *("Bifurcation", "Branch", "ChaosMap", "ChaoticFraction", "EnergyOfActions", "FrequencyMap", "EnergyGrid"),
-    *("Husimi", "Islands", "LevelDiagram", "LevelTable", "FrequencyLines", "MeanRatio", "NaffLines", "Multiplets"),
+    *("Husimi", "Islands", "LevelDiagram", "LevelTable", "FrequencyLines", "MeanRatio", "Multiplets"),
     *("Orbits", "Packet", "PeriodicOrbits", "Quantizations", "Resonances", "Revivals", "Rotation", "EnergySample"),
     *("SectionMap", "SpacingFit", "State", "TangentMap", "TimeScales", "VibrationHusimi", "VibrationState"),
     *("ActionAngles", "TorusFit", "AngleLines", "TuneSums", "Tunes", "ResonanceLine", "Character", "Shares"),

@@ -23,7 +23,6 @@ from fastaff import (
     integrate,
     poincare_map,
 )
-from fastaff.analysis import BirkhoffAverages
 from fastaff.models.angles import AlphaBeta, Coordinates2
 
 BODY, BALL = Body(Hyperelastic()), HenonHeiles()
@@ -34,7 +33,6 @@ CALLS = {
     "frequency_map": (frequency_map, {"time": 20.0, "step": 0.1}),
 }
 every_call = pytest.mark.parametrize("call", [*CALLS])
-CALLS["BirkhoffAverages"] = (lambda body, z0, **given: BirkhoffAverages(**given), {})
 
 
 def refused(call, error, *fragments, body=BODY, z0=Z0, **change):
@@ -100,7 +98,6 @@ def test_sentences(call, error, said, change):
         ("integrate", TypeError, "samples must be a whole number.* got 1.5", {"samples": 1.5}),
         ("poincare_map", ValueError, "crossings must be at least 1, got 0", {"crossings": 0}),
         ("poincare_map", TypeError, "crossings must be a whole number.* got True", {"crossings": True}),
-        ("BirkhoffAverages", ValueError, "fallback must be (a )?positive.* got 0", {"fallback": 0.0}),
     ],
 )
 def test_sentences_of_one_call(call, error, said, change):
@@ -177,25 +174,6 @@ def test_what_is_no_section(section, error, fragment):
 def test_sections_of_bodies_do_not_suit_henon_heiles():
     refused(
         "poincare_map", ValueError, "does not suit a HenonHeiles: it must take 4 numbers", body=BALL, z0=np.full(4, 0.1)
-    )
-
-
-@pytest.mark.parametrize("method", [None, 3, BirkhoffAverages], ids=repr)
-def test_unknown_methods(method):
-    refused(
-        "frequency_map",
-        TypeError,
-        re.escape(
-            "method must be BirkhoffAverages() or NaffLines() of fastaff.analysis, or a name, birkhoff or naff; "
-        ),
-        re.escape(f"got {method!r}") + "$",
-        method=method,
-    )
-
-
-def test_names_of_methods():
-    refused(
-        "frequency_map", ValueError, "method must be one of birkhoff, naff, got 'naf'. Did you mean naff", method="naf"
     )
 
 

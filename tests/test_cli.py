@@ -193,7 +193,7 @@ KEPLER = (
             "must be one of energy, lam",
         ),
         (["frequency-map", *SURFACE, "--time", "-4"], "time must be positive"),
-        (["frequency-map", *SURFACE, "--method", "nafff"], "Did you mean naff?"),
+        (["frequency-map", *SURFACE, "--method", "naff"], "--method"),
     ],
 )
 def test_wrong_input_is_one_clear_line(arguments, said, refused):

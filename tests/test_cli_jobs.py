@@ -274,7 +274,6 @@ def test_wrong_jobs_are_one_line(text, said, here, refused):
         (["plot", "job.toml", "--out", "a.gif"], "--out must end with .png, .pdf, .svg"),
         (["poincare", *SURFACE, "--write-job", "no/where.toml"], "no/where.toml"),
         (["poincare", *SURFACE, "--crossings", "0", "--write-job", "a.toml"], "crossings must be at least 1"),
-        (["frequency-map", *SURFACE, "--method", "nafff", "--write-job", "a.toml"], "Did you mean naff?"),
         (["poincare", "--energy", "nan"], "Invalid value for --energy: it must be finite"),
         (["poincare", *SURFACE, "--file", "job.toml"], "--file job.toml must be an .npy file"),
     ],

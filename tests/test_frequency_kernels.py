@@ -1,18 +1,20 @@
-"""Kernels of frequencies against plain NumPy: rows that runs write, spectra, peaks, demodulated sums, generators."""
+"""Kernels of frequencies against plain NumPy: rows that runs write, transforms, peaks, lines of bands, generators."""
 
 import numpy as np
 import pytest
+from scipy.linalg import eigvals
 
 from fastaff import Body, HenonHeiles, NeoHookean, hamiltonian
-from fastaff.analysis.frequencies import demodulated, fundamental
+from fastaff.analysis.frequencies import fundamental
 from fastaff.analysis.frequencies.frequency_map import FrequencyWork, checked_angles
 from fastaff.analysis.frequencies.fundamental import Loops, tables_of
+from fastaff.analysis.frequencies.inverted_lines import inverted
 from fastaff.analysis.frequencies.rooms import Room
 from fastaff.analysis.frequencies.signals import Signals, signals_of
 from fastaff.analysis.frequencies.windows import APART_ORDER, BRIEF, apart_window, cosine_window, tables_for
 from fastaff.flows.options import Options, plan
+from fastaff.kernels import dual_loops, harmonic_inversion, loop_lines, spectrum_lines
 from fastaff.kernels import fundamental as kernels
-from fastaff.kernels import peaks
 
 
 def ragged(rng, rows, counts):
@@ -74,26 +76,39 @@ def test_tables_of_few_and_of_many_samples():
     assert cosine_window(BRIEF + 1) is not kept[0]
 
 
-def test_spectra_are_fourier_transforms_of_weighted_loops():
+def test_transforms_are_those_of_plain_sums():
+    """Windowed loops without growth and mean, in units of their sizes; and the sums of both halves, plain and ramped,
+    over as many samples as a matrix has.
+    """
     rng = np.random.default_rng(1)
-    s = ragged(rng, 4, [60, 96, 60])
+    s = ragged(rng, 4, [60, 96, 61])
     s.numbers[:] += 3.0
     for orbit, n in ((0, 60), (1, 96), (2, 60)):  # a row that grows
         first = s.start[orbit]
         s.numbers[first : first + n] = 0.7 * np.arange(n) + 0.1 * np.sin(np.arange(n))
-    spectra, start, _, (drift, centre, size, moving) = fundamental._spectra(s, 2, 2)
+    spectra, bands = fundamental._transforms(s, 2, 2)
+    drift, centre, size, moving = spectra.rows
     assert moving.all()
+    np.testing.assert_array_equal(spectra.n, [60, 96, 60])
     np.testing.assert_allclose(drift[:, 0], 0.7, rtol=1e-2)
     for orbit, n in ((0, 60), (1, 96), (2, 60)):
-        x = s.array(np.array([orbit]))[0] - drift[orbit][:, None] * np.arange(n)
+        x = s.array(np.array([orbit]))[0, :, :n] - drift[orbit][:, None] * np.arange(n)
         mean = x @ cosine_window(n)
         x = x - mean[:, None]
         rms = np.sqrt((x**2) @ cosine_window(n))
         np.testing.assert_allclose(centre[orbit], mean, rtol=1e-12, atol=1e-12)
         np.testing.assert_allclose(size[orbit], rms, rtol=1e-9)
-        loops = (x[0::2] / rms[0::2, None] - 1j * x[1::2] / rms[1::2, None]) * apart_window(n)
-        own = spectra[start[orbit] : start[orbit] + 2 * n].reshape(2, n)
-        np.testing.assert_allclose(own, np.fft.fft(loops), rtol=0, atol=1e-9)
+        loops = x[0::2] / rms[0::2, None] - 1j * x[1::2] / rms[1::2, None]
+        own = spectra.numbers[spectra.start[orbit] :][: 2 * n].reshape(2, n)
+        np.testing.assert_allclose(own, np.fft.fft(loops * apart_window(n)), rtol=0, atol=1e-9)
+        half, width = (n - 3) // 2, int(bands.size[orbit])
+        one, other = loops[:, : half + 1], loops[:, half + 1 : 2 * half + 1]
+        parts = one, np.arange(1, half + 2) * one, other, (half - np.arange(half)) * other
+        own = bands.numbers[bands.start[orbit] :][: 8 * width].reshape(2, 4, width)
+        expected = np.stack([np.fft.fft(part, width) for part in parts], axis=1)
+        np.testing.assert_allclose(own, expected, rtol=0, atol=1e-8)
+        np.testing.assert_allclose(bands.edges[orbit, :, 0], loops[:, [0, half + 1, 2 * half + 1]], atol=1e-9)
+        np.testing.assert_allclose(bands.edges[orbit, :, 1], loops[:, [1, half + 2, 2 * half + 2]], atol=1e-9)
 
 
 @pytest.mark.parametrize("n", [96, 200, 1024, 1544])
@@ -106,7 +121,7 @@ def test_peaks_are_lines_that_stand_apart(n):
     f = np.exp(2j * np.pi * np.outer(t, u)) @ amplitude
     spectrum = np.fft.fft(f * apart_window(n))
     place, size, error = np.zeros((3, 3))
-    count, rest = peaks.find_peaks(spectrum, APART_ORDER, place, size, error)
+    count, rest = spectrum_lines.find_peaks(spectrum, APART_ORDER, 1e-6, 3, place, size, error)
     assert count == 3
     off = (place - u + n / 2) % n - n / 2
     assert (np.abs(off) < [1e-4, 1e-4, 1e-2]).all()
@@ -115,28 +130,102 @@ def test_peaks_are_lines_that_stand_apart(n):
     assert rest < 0.01
 
 
-def test_demodulated_sums_are_sums():
-    """All sums of orbits of different lengths, odd ones too; and the frequency of a line to rounding."""
-    rng = np.random.default_rng(5)
-    s = ragged(rng, 4, [97, 640, 1000])
-    loops = Loops(*(rng.normal(size=(3, 2, *more)) + 1j * rng.normal(size=(3, 2, *more)) for more in ((4,), (), ())))
-    loops.c[0, 1, 2] = loops.c[2, 0, :3] = 0.0
-    loops.drift[:] *= 1e-2
-    nu = rng.uniform(0.1, 0.4, (3, 2)) / s.interval[:, None]
-    sums = np.zeros((3, 2, 18), complex)
-    weights, places = (tables_for(make, s.samples) for make in (demodulated._weights, demodulated._places))
-    arguments = s.ragged, s.samples, loops, nu, s.interval, weights, places, sums
-    fundamental.run(demodulated.demodulation.demodulate, 3, arguments, 2)
-    for orbit in range(3):
-        n = int(s.samples[orbit])
-        j = np.arange(n)
-        table, where = demodulated._windows(n)
-        (x,) = s.array(np.array([orbit]))
-        f = loops.c[orbit] @ x - loops.offset[orbit][:, None] - loops.drift[orbit][:, None] * j
-        f = f * np.exp(-2j * np.pi * nu[orbit][:, None] * s.interval[orbit] * j)
-        for k, (first, begin, length) in enumerate(where):
-            expected = f[:, begin : begin + length] @ table[first : first + length]
-            np.testing.assert_allclose(sums[orbit, :, k], expected, rtol=1e-10, atol=1e-12)
+def transforms_of(f):
+    """The windowed transform (n,), the transforms of the sums (4, size) and the edges of one complex signal."""
+    n = f.size
+    size, half = int(fundamental.band_sizes(np.array([n]))[0]), (n - 3) // 2
+    one, other = f[: half + 1], f[half + 1 : 2 * half + 1]
+    parts = one, np.arange(1, half + 2) * one, other, (half - np.arange(half)) * other
+    edges = np.array([f[[p, p + half + 1, p + 2 * half + 1]] for p in (0, 1)])
+    return np.fft.fft(f * apart_window(n)), np.array([np.fft.fft(part, size) for part in parts]), edges
+
+
+def pencil(f, z):
+    """U_0, U_1 and U_2 of a signal in the functions z, as double sums."""
+    half = (f.size - 3) // 2
+    j = np.arange(half + 1)
+    powers = z[:, None] ** j
+    return [powers @ f[np.add.outer(j, j) + p] @ powers.T for p in range(3)]
+
+
+def lines_of_loop(f, split):
+    """Places, sizes and error bars of the lines of a signal's peaks, and of those beside the first `split` of them."""
+    (spectrum, *sums), n = transforms_of(f), f.size
+    lines, band = loop_lines.LoopLines(*np.zeros((4, 16))), loop_lines.new_band()
+    first = lines.place[:6], lines.size[:6], lines.doubt[:6]
+    peaks, _ = spectrum_lines.find_peaks(spectrum, APART_ORDER, 1e-6, 6, *first)
+    loop_lines.signed_places(lines, peaks, n)
+    loop_lines.read_peaks(*sums, n, 0, peaks, lines, band)
+    split = min(split, peaks)
+    count = loop_lines.split_peaks(*sums, n, APART_ORDER, split, peaks, 1e-3, lines, peaks, band)
+    return lines.place[:count], lines.size[:count], lines.bar[:count]
+
+
+@pytest.mark.parametrize("n", [64, 97, 240])
+def test_matrices_of_a_band_are_double_sums(n):
+    """From the transforms of the sums, at any place, across frequency 0 too; noise keeps them of full rank."""
+    rng = np.random.default_rng(n)
+    f = rng.normal(size=n) + 1j * rng.normal(size=n)
+    _, sums, edges = transforms_of(f)
+    band = loop_lines.new_band()
+    for guess in (*rng.uniform(-0.5, 0.5, 3), 0.0, 0.499):
+        loop_lines.open_band(sums, edges, n, guess, band)
+        off = -np.angle(band.z) / (2 * np.pi) - guess
+        assert (np.abs(off - np.rint(off)) * n <= (harmonic_inversion.BASIS // 2 + 0.5) * n / sums.shape[1]).all()
+        expected = pencil(f, band.z)
+        np.testing.assert_allclose(band.overlaps, expected, rtol=0, atol=1e-9 * np.abs(expected).max())
+        # The line next to each eigenvalue, started there.
+        for u in eigvals(expected[1], expected[0]):
+            band.x[:] = rng.normal(size=harmonic_inversion.BASIS)
+            rooms = band.x, band.y, band.matrix
+            found, norm = harmonic_inversion.converge(band.overlaps, band.known, 0, u, *rooms, 1e-12)
+            assert abs(found - u) < 1e-8
+            assert abs(norm) > 0
+
+
+@pytest.mark.parametrize("n", [96, 200, 1024, 1544])
+def test_lines_of_a_loop_are_exact(n):
+    """Lines apart, the band of each holding all of them or few, down to 1e-5 of the largest."""
+    rng = np.random.default_rng(n)
+    u = np.array([-25.3, 11.0, 31.7]) + rng.uniform(-0.5, 0.5, 3)
+    size = np.array([1.0, 0.4, 1e-5])
+    f = np.exp(2j * np.pi * np.outer(np.arange(n) / n, u)) @ (size * np.exp(2j * np.pi * rng.uniform(size=3)))
+    place, found, bar = lines_of_loop(f, 0)
+    assert (np.abs((place[:3] - u + n / 2) % n - n / 2) < [1e-11, 1e-11, 1e-7]).all()
+    assert (np.abs(found[:3] / size - 1) < [1e-6, 1e-6, 1e-2]).all()
+    assert (bar[:3] < 1e-4).all()
+    assert (found[3:] < 1e-5).all()
+
+
+@pytest.mark.parametrize("distance", [0.7, 1.0, 1.6])
+def test_lines_within_a_peak_are_told_apart(distance):
+    """Two lines closer than the width of a peak: one peak, whose band has both, where they are asked for."""
+    rng = np.random.default_rng(9)
+    for _ in range(20):
+        n, middle = int(rng.integers(150, 900)), rng.uniform(20, 40)
+        u = middle + np.array([0.0, distance])
+        phase = np.exp(2j * np.pi * rng.uniform(size=2))
+        f = np.exp(2j * np.pi * np.outer(np.arange(n) / n, u)) @ (np.array([1.0, 0.3]) * phase)
+        place, size, _ = lines_of_loop(f, 6)
+        for where, amplitude in zip(u, (1.0, 0.3), strict=True):
+            assert np.abs(place - where).min() < 1e-8
+            assert size[np.abs(place - where).argmin()] == pytest.approx(amplitude, rel=loop_lines.STEADY)
+
+
+def test_lines_of_a_lattice_have_its_generators():
+    """Orbits of two loops with the lines k . nu of two frequencies: a basis of the lattice that they span."""
+    rng = np.random.default_rng(10)
+    n, k = 600, np.array([(1, 0), (0, 1), (2, -1), (1, 1), (3, 0), (1, -2)])
+    nu = np.array([rng.uniform(0.05, 0.08, 20), rng.uniform(0.09, 0.12, 20)])
+    t, lines = np.arange(n), np.exp(2j * np.pi * rng.uniform(size=(20, 6, 2)))
+    size = np.array([[1.0, 0.2], [0.1, 0.9], [0.05, 0.0], [0.02, 0.04], [0.0, 0.03], [0.01, 0.01]])
+    turns = np.einsum("ki,io->ok", k, nu)
+    f = np.einsum("okj,okn->ojn", lines * size, np.exp(2j * np.pi * turns[:, :, None] * t))
+    s = np.stack([f.real, -f.imag], axis=2).reshape(20, 4, n)
+    found = fundamental.modes(signals_of(s, 1.0), 2, 2)
+    assert (found.rank == 2).all()
+    assert (found.strange == 0).all()
+    np.testing.assert_allclose(np.sort(found.nu, axis=1), nu.T, rtol=0, atol=1e-10)
 
 
 def test_a_line_alone_is_exact():
@@ -145,9 +234,10 @@ def test_a_line_alone_is_exact():
     t = dt * np.arange(n)
     x = np.stack([np.cos(2 * np.pi * nu[:, None] * t), -np.sin(2 * np.pi * nu[:, None] * t)], axis=1)
     loops = Loops(np.tile([1.0, -1j], (20, 1, 1)), np.zeros((20, 1), complex), np.zeros((20, 1), complex))
-    found = demodulated.demodulated(signals_of(x, dt), loops, nu[:, None] * (1 + 1e-4), 1)
+    found = inverted(signals_of(x, dt), loops, nu[:, None] * (1 + 1e-4), 1)
     for value in (found.nu[:, 0], *found.halves[:, 0].T):
         np.testing.assert_allclose(value, nu, rtol=0, atol=1e-14)
+    assert (found.error < 1e-11).all()
 
 
 def test_the_shortest_vector_is_found_as_one_after_another_finds_it():
@@ -178,27 +268,35 @@ def test_the_shortest_vector_is_found_as_one_after_another_finds_it():
     assert len(outcomes) == 6
 
 
-def test_moments_of_lines_are_weighted_sums():
-    """Signals of different lengths, without their growth and mean, in units of their sizes."""
+def test_dual_rows_have_one_line_each():
+    """Amplitudes by weighted least squares, rows dual to them, and shares; signals of different lengths, without their
+    growth and mean, in units of their sizes.
+    """
     rng = np.random.default_rng(8)
     s = ragged(rng, 4, [90, 200, 130])
     n, interval = np.array([90, 192, 125]), s.interval
     drift, centre, units = rng.normal(size=(3, 3, 4))
     rank, nu = np.array([2, 1, 0]), rng.uniform(0.05, 0.3, (3, 2)) / interval[:, None]
-    moments, gram = np.zeros((3, 4, 2), complex), np.zeros((3, 4, 4))
+    found = dual_loops.Duals(np.zeros((3, 4, 4), complex), np.zeros((3, 2, 4), complex), np.zeros((3, 2, 2)))
+    amplitude, dual, share = found
     scaling = drift, centre, units
-    arguments = s.ragged, n, tables_for(cosine_window, n), interval, scaling, rank, nu, moments, gram
-    fundamental.run(kernels.project, 3, arguments, 2)
+    arguments = s.ragged, n, tables_for(cosine_window, n), interval, scaling, rank, nu, found
+    fundamental.run(dual_loops.dual_loops, 3, arguments, 2)
     for orbit in range(3):
         j, r = np.arange(n[orbit]), rank[orbit]
         (x,) = s.array(np.array([orbit]))[:, :, : n[orbit]]
         x = (x - centre[orbit][:, None] - np.outer(drift[orbit], j)) * units[orbit][:, None]
         t = (j - (n[orbit] - 1) / 2) * interval[orbit]
         lines = np.exp(2j * np.pi * np.outer(nu[orbit, :r], t))
-        w = cosine_window(int(n[orbit]))
-        np.testing.assert_allclose(moments[orbit, :, :r], (x * w) @ lines.conj().T, rtol=1e-9, atol=1e-9)
-        both = np.concatenate([lines, lines.conj()])
-        np.testing.assert_allclose(gram[orbit, : 2 * r, : 2 * r], ((both * w) @ both.conj().T).real, atol=1e-12)
+        both, root = np.concatenate([lines, lines.conj()]), np.sqrt(cosine_window(int(n[orbit])))
+        own = np.linalg.lstsq((both * root).T, (x * root).T, rcond=None)[0]
+        np.testing.assert_allclose(amplitude[orbit, : 2 * r], own, rtol=1e-9, atol=1e-9)
+        rows = np.linalg.pinv(own.T)[:r] if r else own[:0]
+        np.testing.assert_allclose(dual[orbit, :r], rows, rtol=1e-7, atol=1e-9 * np.abs(rows).max(initial=1.0))
+        size = np.abs(own[:r])
+        np.testing.assert_allclose(share[orbit, :r], size[:, ::2] * size[:, 1::2], rtol=1e-9)
+        for rest in (amplitude[orbit, 2 * r :], dual[orbit, r:], share[orbit, r:]):
+            assert not rest.any()
 
 
 def test_aliased_harmonics_are_no_generators():

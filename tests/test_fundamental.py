@@ -31,7 +31,7 @@ from fastaff import (
     resonances,
     rotation_number,
 )
-from fastaff.analysis import Character, NaffLines
+from fastaff.analysis import Character
 from fastaff.analysis.frequencies.frequencies import FrequencyKind
 from fastaff.compile.plane_loops import angle_of
 
@@ -192,7 +192,7 @@ def test_a_pendulum_over_the_top():
 def test_lines_are_never_aliases(time):
     """Samples as many as the time asks for."""
     body = Body(Harmonic(1.0), 1.0)
-    f = frequency_map(body, states(body, 2, 3), time=time, method=NaffLines(), step=0.2)
+    f = frequency_map(body, states(body, 2, 3), time=time, step=0.2)
     np.testing.assert_allclose(f.nu[:2], 1 / np.pi, atol=1e-9)
 
 

@@ -8,7 +8,7 @@ import systems
 from comparison import same
 
 import fastaff as fa
-from fastaff.analysis import FrequencyKind, NaffLines
+from fastaff.analysis import FrequencyKind
 from fastaff.analysis.orbits.given_orbits import given_orbits
 from fastaff.compile.jit import JIT_DISABLED
 from fastaff.models.angles import AlphaBeta
@@ -153,11 +153,11 @@ def test_orbits_that_end_and_orbits_too_coarse():
     cut = ARRAY.copy()
     cut[:, 1, 1500:] = np.nan
     cut[2, 2, 20:] = np.inf
-    found = fa.orbit_frequencies(cut, DT, method=NaffLines())
+    found = fa.orbit_frequencies(cut, DT)
     assert list(found.status) == [0, 1, 1, 0]
     assert found.error[0, 2] == np.inf
     assert found.kind[2] == FrequencyKind.UNDECIDED
-    part = fa.orbit_frequencies(ARRAY[:, 1:2, : 1448 + 1], DT, method=NaffLines())  # 2^10.5 steps
+    part = fa.orbit_frequencies(ARRAY[:, 1:2, : 1448 + 1], DT)  # 2^10.5 steps
     same(part.nu[:, 0], found.nu[:, 1])
     t = np.arange(500)
     fast = np.array([np.cos(2.5 * t), -np.sin(2.5 * t)])

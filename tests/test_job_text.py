@@ -301,7 +301,6 @@ WRONG = {
     "time": (Starts(grid="2x2", **BOX), {"integrate": Motion(time=1e300)}, "no run comes to its end"),
     "negative time": (Starts(grid="2x2", **BOX), {"integrate": Motion(time=-1.0)}, "time must be"),
     "no time": (Starts(grid="2x2", **BOX), {"frequency_map": Frequencies(time=0.0)}, "time must be positive"),
-    "method": (Starts(grid="2x2", **BOX), {"frequency_map": Frequencies(method="fft")}, "method must be one of"),
     "indicators": (Starts(grid="2x2", **BOX), {"chaos_map": Chaos(indicators="megno,")}, "indicators must be one of"),
     "both times": (Starts(grid="2x2", **BOX), {"chaos_map": Chaos(time=1.0, periods=2.0)}, "not both"),
     "accuracy": (Starts(grid="2x2", **BOX), {"chaos_map": Chaos(time=1.0), "run": Run(accuracy=1e-9)}, "accuracy"),

@@ -532,7 +532,6 @@ OTHER = {
     "poincare.max_time": 21.0,
     "frequency_map.time": 21.0,
     "frequency_map.periods": 3.0,
-    "frequency_map.method": "naff",
     "chaos_map.time": 6.0,
     "chaos_map.periods": 3.0,
     "chaos_map.indicators": "sali",

@@ -328,23 +328,21 @@ def test_orbits_caught_in_a_resonance_stay_at_it():
     assert not (found.kind[at] == FrequencyKind.IRREGULAR).any()
 
 
-@pytest.mark.parametrize("fallback", [None, np.inf])
-def test_tunes_of_running_orbits_are_bitwise_those_of_their_samples(fallback):
+def test_tunes_of_running_orbits_are_bitwise_those_of_their_samples():
     """Also of those whose planes are fitted by lines, or that are lost."""
     rng = np.random.default_rng(12)
-    method = fa.analysis.BirkhoffAverages(fallback=fallback)
     for model in (OneTurnMap(*rng.uniform(0.1, 0.4, 2), -0.4, 1.0), HenonMap(rng.uniform(0.2, 0.3))):
         z, turns = starts(model, LANES + 22, 0.6), 700
-        found = fa.frequency_map(model, z, time=turns, method=method)
+        found = fa.frequency_map(model, z, time=turns)
         samples = fa.integrate(model, z, time=turns, samples=turns).samples.transpose(1, 2, 0)
         known = found.t >= 64
         assert (found.t[known] < turns).any()
         assert (found.t == turns).any()
-        stored = fa.tunes(np.ascontiguousarray(samples[:, known]), method=method)
-        for name in ("nu", "error", "method"):
+        stored = fa.tunes(np.ascontiguousarray(samples[:, known]))
+        for name in ("nu", "error"):
             np.testing.assert_array_equal(getattr(found, name)[:, known], getattr(stored, name), name)
         np.testing.assert_array_equal(found.t[known], stored.turns)
-        assert (found.method.any() == (fallback is None)) | (model.degrees_of_freedom == 1)
+        assert stored.method.any() | (model.degrees_of_freedom == 1)
 
 
 def test_maps_of_an_angle_and_a_plane_have_the_tunes_of_both():

@@ -6,7 +6,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import minimize
 
-from fastaff.analysis.frequencies.naff import followed_line, found_lines, naff
+from fastaff.analysis.frequencies.inverted_lines import inverted_values
+from fastaff.analysis.frequencies.naff import found_lines, naff
 from fastaff.compile.jit import JIT_DISABLED
 
 EPS = np.finfo(float).eps
@@ -84,9 +85,8 @@ def test_lines_fitted_to_their_bins_alone_are_exact_too(order, lines, separation
     assert np.quantile(error * size * samples, 0.98) < 1e-10
     bars = np.take_along_axis(found.error, index, 1)
     assert np.mean(error <= 5 * bars + 1e-13 / samples) > 0.99
-    first = np.zeros(len(nu), int)
-    there = followed_line(signal, 1.0, order, samples // 8, samples - samples // 8, found, first)
-    error, _ = nearest(there[:, None], found.nu[:, :1])
+    there = inverted_values(signal[:, samples // 8 : samples - samples // 8], found.nu[:, 0])
+    error, _ = nearest(there.nu[:, None], found.nu[:, :1])
     assert np.quantile(error * samples, 0.9) < 1e-8
 
 

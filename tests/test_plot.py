@@ -47,7 +47,6 @@ def frequency_map(ratio, gamma):
         nu,
         0 * nu,
         np.linspace(-9, -2, ratio.size),
-        np.zeros(nu.shape, np.int8),
         zero,
         zero.astype(int),
         zero,

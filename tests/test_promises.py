@@ -168,14 +168,12 @@ ROWS = {
         fa.frequency_map, {"z0": BODIES[:, :40]}, {"body": BODY, "time": 40.0, "accuracy": 1e-6}
     ),
     "frequency_map, given step": Row(fa.frequency_map, {"z0": BODIES}, {"body": BODY, "time": 40.0, "step": 0.1}),
+    "frequency_map, lines": Row(
+        fa.frequency_map, {"z0": BODIES}, {"body": BODY, "time": 40.0, "step": 0.1, "lines": 3}
+    ),
     "frequency_map, adaptive": Row(fa.frequency_map, {"z0": BODIES[:, :40]}, {"body": BODY, "time": 40.0, **DOP853}),
     "frequency_map, adaptive by a step": Row(
         fa.frequency_map, {"z0": BODIES[:, :40]}, {"body": BODY, "time": 40.0, "step": 0.06, **DOP853}
-    ),
-    "frequency_map, lines": Row(
-        fa.frequency_map,
-        {"z0": BODIES[:, :40]},
-        {"body": BODY, "time": 40.0, "step": 0.1, "method": fa.analysis.NaffLines()},
     ),
     "frequency_map, order ten": Row(fa.frequency_map, {"z0": BODIES[:, :40]}, {"body": BODY, "time": 40.0, **TEN}),
     "poincare_map": Row(fa.poincare_map, {"z0": FEW}, {"body": HH, **CUT}),

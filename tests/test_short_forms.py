@@ -137,7 +137,6 @@ FORMS = {
     "section": [("x=0", battery.X), ("x = 0/3", battery.X)],
     "scheme": [("kahan li8", fa.KAHAN_LI8), ("KAHAN_LI8", fa.KAHAN_LI8)],
     "second": [("dop853", fa.DOP853)],
-    "method": [("naff", fa.analysis.NaffLines()), ("Birkhoff", fa.analysis.BirkhoffAverages())],
     "indicators": [
         (fa.SALI(), (fa.SALI(),)),
         ("sali", (fa.SALI(),)),
@@ -152,7 +151,6 @@ OTHERS = [
     *(("axes", name) for name in ("energy_grid", "energy_sample", "resonance_web")),  # always two
     *(("z0", name) for name in ("continuation", "fit_torus", "action_angles")),  # of one orbit, of a body
     *[("names", "resonances"), ("scheme", "rerun")],
-    *(("method", name) for name in ("tunes", "orbit_frequencies")),  # which keep no call: it would hold their samples
 ]
 TAKEN = [
     (name, argument)
@@ -205,7 +203,7 @@ def test_jobs_of_plain_values():
         starts={"grid": (3, 4), "range1": [0.1, 1]},
         run={"scheme": "kahan-li8"},
         chaos_map={"time": "10*pi", "indicators": ("SALI", "gali 3")},
-        frequency_map={"time": 20, "method": "NAFF"},
+        frequency_map={"time": 20},
     )
     jobs = fa.jobs
     full = fa.Job(
@@ -214,7 +212,7 @@ def test_jobs_of_plain_values():
         starts=jobs.Starts(grid="3x4", range1="0.1:1"),
         run=jobs.Run(scheme="KAHAN_LI8"),
         chaos_map=jobs.Chaos(time=10 * math.pi, indicators="sali,gali_3"),
-        frequency_map=jobs.Frequencies(time=20.0, method="naff"),
+        frequency_map=jobs.Frequencies(time=20.0),
     )
     assert short == full
     assert short.text() == full.text()

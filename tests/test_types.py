@@ -43,7 +43,7 @@ cut = fa.poincare_map(body, grid, section="alpha-turning", crossings=200, accura
 assert_type(cut, fa.analysis.SectionMap)
 assert_type(cut[:3], fa.analysis.SectionMap)
 assert_type(cut.take([1, 2]).success, bool)
-freq = fa.frequency_map(body, grid.z0, time=500.0, method="naff")
+freq = fa.frequency_map(body, grid.z0, time=500.0)
 assert_type(freq, fa.analysis.FrequencyMap)
 assert_type(fa.chaos_map(body, grid.z0, time=500.0, indicators=(fa.MEGNO(), "sali")), fa.analysis.ChaosMap)
 assert_type(fa.chaos_map(body, grid.z0, time=500.0, indicators="megno").summary(), str)

@@ -73,8 +73,8 @@ PAGES: dict[str, Page] = {
         "Frequency maps, frequencies of signals, resonances.",
         {
             "": "frequency_map orbit_frequencies tunes TuneAccumulator naff resonances resonance_web",
-            "analysis": "FrequencyMap AngleLines Tunes TuneSums FrequencyKind FrequencyLines NaffLines "
-            "BirkhoffAverages Resonances ResonanceLine diffusion_histogram ratio_web",
+            "analysis": "FrequencyMap AngleLines Tunes TuneSums FrequencyKind FrequencyLines "
+            "Resonances ResonanceLine diffusion_histogram ratio_web",
         },
     ),
     "chaos": Page(

@@ -10,7 +10,6 @@ from .chaos.own_indicator import TangentIndicator
 from .chaos.shares import Shares
 from .frequencies.angle_lines import AngleLines
 from .frequencies.frequencies import FrequencyKind, FrequencyMap
-from .frequencies.methods import BirkhoffAverages, NaffLines
 from .frequencies.naff import FrequencyLines
 from .frequencies.resonance_web import ResonanceLine, ratio_web
 from .frequencies.resonances import Resonances, diffusion_histogram
@@ -36,7 +35,6 @@ __all__ = [
     "ActionAngles",
     "AngleLines",
     "Bifurcation",
-    "BirkhoffAverages",
     "Branch",
     "ChaosMap",
     "ChaoticFraction",
@@ -49,7 +47,6 @@ __all__ = [
     "FrequencyLines",
     "FrequencyMap",
     "Islands",
-    "NaffLines",
     "NotReached",
     "Orbits",
     "PeriodicOrbits",

@@ -18,7 +18,6 @@ import numpy as np
 
 from .. import charts, models, schemes
 from ..analysis.chaos import indicators, own_indicator
-from ..analysis.frequencies import methods
 from ..analysis.tori import families, separation
 from ..base.display import screen
 from ..base.numbers import StrPath, fits, shown
@@ -338,7 +337,7 @@ _MARKS: dict[str, Callable[[Any, dict[str, np.ndarray]], Any]] = {
 @functools.cache
 def _classes() -> dict[str, type]:
     """The package's classes of values by name: models, potentials, functions, sections, angles, indicators, schemes."""
-    values = models, models.functions, sections, angles, indicators, own_indicator, methods, schemes
+    values = models, models.functions, sections, angles, indicators, own_indicator, schemes
     modules = *values, time_transformed, families, separation
     found = {entry for module in modules for entry in vars(module).values() if isinstance(entry, type)}
     return {entry.__name__: entry for entry in found if entry.__module__.partition(".")[0] == OWN}

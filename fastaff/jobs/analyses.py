@@ -10,7 +10,6 @@ import numpy as np
 from ..analysis.chaos.chaos_map import chaos_map
 from ..analysis.chaos.indicators import INDICATORS, indicator_names
 from ..analysis.frequencies.frequency_map import frequency_map
-from ..analysis.frequencies.methods import BY_NAME
 from ..analysis.orbits.integrate import integrate
 from ..analysis.sections.poincare_map import poincare_map
 from ..analysis.tori.action_angles import action_angles
@@ -137,16 +136,9 @@ class Frequencies:
     """Time over which frequencies are averaged, best 100 periods or more. [1000]"""
     periods: float | None = None
     """That time in median times of return to the section, instead of --time."""
-    method: str = "birkhoff"
-    """birkhoff (weighted averages, and NAFF where they do not converge) or naff. [birkhoff]"""
-
-    def canonical(self) -> Frequencies:
-        """Return the same with the method's name as it is written here."""
-        return replace(self, method=spelled(self.method, BY_NAME))
 
     def check(self, run: Run) -> None:
         """Refuse values that are wrong for any orbits."""
-        named(option("method"), self.method, BY_NAME)
         _one_time(self.time, self.periods)
 
     def settled(self, few: Orbits, run: Run) -> dict[str, Any]:
@@ -158,8 +150,7 @@ class Frequencies:
 
     def compute(self, orbits: Orbits, settled: dict[str, Any], run: Run, report: Any = None) -> Any:
         """Return the FrequencyMap of orbits."""
-        method = BY_NAME[named(option("method"), self.method, BY_NAME)]
-        return frequency_map(orbits.body, orbits.z0, method=method, report=report, **settled, **run.build(orbits.body))
+        return frequency_map(orbits.body, orbits.z0, report=report, **settled, **run.build(orbits.body))
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -365,62 +365,6 @@ def prepare(unit, stop, progress, signals, window, tables, at_rest, rows, loops,
     progress[unit] = 1.0
 
 
-def project(unit, stop, progress, signals, samples, windows, interval, scaling, rank, nu, moments, gram):
-    """Fill moments (orbits, rows, n) with sum w s exp(-2 pi i nu t), and the lines' own (orbits, 2n, 2n).
-
-    signals: see `rows_of`; the first `samples` (orbits,) of them count; scaling: drift and centre, which are
-    subtracted, and sizes (orbits, rows). The lines of a Gram matrix are those at nu, then those at -nu; a window sums
-    to 1 and is symmetric, so their products are real; time counts from its middle.
-    """
-    if read_now(stop, 0) > 0:
-        return
-    own, r, n = rows_of(signals, unit), rank[unit], moments.shape[1]
-    length, P, G = samples[unit], moments[unit], gram[unit]
-    window = windows.numbers[windows.start[unit] : windows.start[unit] + length]
-    drift, centre, units = scaling
-    wave, cosine, sine, row = np.empty((r, 2, BLOCK)), np.empty((r, BLOCK)), np.empty((r, BLOCK)), np.empty(BLOCK)
-    sums, pairs = np.zeros((r, n, 2, BLOCK)), np.zeros((r, r, 2, BLOCK))
-    for k in range(r):
-        fill_turns(2.0 * math.pi * nu[unit, k] * interval[unit], wave[k, 0], wave[k, 1])
-    for start in range(0, length, BLOCK):
-        width = min(BLOCK, length - start)
-        w = window[start : start + width]
-        for k in range(r):
-            phase = 2.0 * math.pi * nu[unit, k] * interval[unit] * (start - 0.5 * (length - 1))
-            x, y, c, d, a, b = math.cos(phase), math.sin(phase), cosine[k], sine[k], wave[k, 0], wave[k, 1]
-            for i in range(width):
-                c[i] = a[i] * x - b[i] * y
-                d[i] = a[i] * y + b[i] * x
-            for m in range(k + 1):
-                e, f, direct, mirror = cosine[m], sine[m], pairs[k, m, 0], pairs[k, m, 1]
-                for i in range(width):
-                    direct[i] += w[i] * (c[i] * e[i] + d[i] * f[i])
-                    mirror[i] += w[i] * (c[i] * e[i] - d[i] * f[i])
-            for i in range(width):
-                c[i] *= w[i]
-                d[i] *= w[i]
-            for j in range(n):
-                source, re, im = own[j, start : start + width], sums[k, j, 0], sums[k, j, 1]
-                growth_now, mean, size = drift[unit, j], centre[unit, j], units[unit, j]
-                for i in range(width):
-                    row[i] = (source[i] - mean - growth_now * (start + i)) * size
-                for i in range(width):
-                    re[i] += c[i] * row[i]
-                    im[i] -= d[i] * row[i]
-            for i in range(width):  # the next line's products need them without the window
-                c[i] = a[i] * x - b[i] * y
-                d[i] = a[i] * y + b[i] * x
-    for k in range(r):
-        for j in range(n):
-            P[j, k] = complex(total(sums[k, j, 0]), total(sums[k, j, 1]))
-        for m in range(k + 1):
-            direct, mirror = total(pairs[k, m, 0]), total(pairs[k, m, 1])
-            for i, j in ((k, m), (m, k)):
-                G[i, j] = G[r + i, r + j] = direct
-                G[i, r + j] = G[r + i, j] = mirror
-    progress[unit] = 1.0
-
-
 def combinations(unit, stop, progress, value, bar, nu, spread, vectors, k):
     """Fill k (orbits, m, m) with integers such that value = k @ nu (orbits, m), where a short vector fits; entries with
     nu = 0 are left out.

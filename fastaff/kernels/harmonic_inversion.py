@@ -18,8 +18,8 @@ from typing import NamedTuple
 import numpy as np
 
 from ..compile.jit import jit, read_now
-from .demodulation import add_rows
-from .fundamental import BLOCK, fill_turns, rows_of
+from .fundamental import BLOCK, fill_turns, rows_of, weighted_sum
+from .loops import add_rows
 
 BASIS = 8
 """Basis functions of a band: lines that it may hold."""
@@ -43,21 +43,27 @@ LEAST = 16
 
 
 class Windows(NamedTuple):
-    """Windows of the samples of each orbit: begin, length (orbits, windows)."""
+    """Windows of the samples of each orbit: begin, length (orbits, windows); precise (windows,): whether their line is
+    inverted; and where the weights (length - 1,) of their mean begin in `weights` (orbits, windows), -1 for no mean.
+    """
 
     begin: np.ndarray
     length: np.ndarray
+    precise: np.ndarray
+    place: np.ndarray
+    weights: np.ndarray
 
 
 class Line(NamedTuple):
-    """Lines next to guesses, arrays (orbits, loops, windows): shift, its frequency less the guess, and growth, both in
-    cycles per sample; residual, the distance of U_2 from u^2 U_0 along the line, in the same unit; amplitude, complex.
+    """Lines next to guesses, arrays (orbits, loops, windows): mean, that of a smooth window less the guess;
+    shift, the line's frequency less the guess, and growth, all in cycles per sample; residual, the
+    distance of U_2 from u^2 U_0 along the line, in the same unit.
     """
 
+    mean: np.ndarray
     shift: np.ndarray
     growth: np.ndarray
     residual: np.ndarray
-    amplitude: np.ndarray
 
 
 @jit
@@ -76,9 +82,6 @@ def fill_moments(re, im, begin, count, angle, tables, padded, partial, moments):
     Real sums, with tables of one block's turns, which the phase of each block turns on: nothing is rotated sample by
     sample. Rooms: tables (4, BLOCK), padded (2, BLOCK), partial (8, PARTS).
     """
-    fill_turns(angle, tables[0], tables[1])
-    for i in range(BLOCK):
-        tables[2, i], tables[3, i] = i * tables[0, i], i * tables[1, i]
     for part in range(4):
         moments[part] = 0j
     for first in range(0, count, BLOCK):
@@ -118,6 +121,9 @@ def basis_sums(re, im, begin, half, step, room, sums):
     tables, padded, partial, moments = room
     for j in range(BASIS // 2, BASIS):
         angle, other = step * (j - (BASIS - 1) / 2), BASIS - 1 - j
+        fill_turns(angle, tables[0], tables[1])
+        for i in range(BLOCK):
+            tables[2, i], tables[3, i] = i * tables[0, i], i * tables[1, i]
         for part in range(2):
             first = begin if part == 0 else begin + half + 1
             count = half + 1 if part == 0 else half
@@ -134,8 +140,12 @@ def basis_sums(re, im, begin, half, step, room, sums):
 
 
 @jit
-def fill_overlaps(re, im, begin, half, z, sums, overlaps):
-    """Fill overlaps (3, BASIS, BASIS), U_0, U_1 and U_2, from basis_sums."""
+def fill_overlaps(edges, half, z, sums, overlaps):
+    """Fill overlaps (3, BASIS, BASIS), U_0, U_1 and U_2, from the sums (BASIS, 5) of the functions z (BASIS,).
+
+    edges (2, 3): the values of the loop at samples p, p + half + 1 and p + 2 half + 1 for p = 0 and 1, which leave and
+    enter the sums as these move on by a sample.
+    """
     first, weighted = sums[:, 0].copy(), np.empty(BASIS, np.complex128)
     second, whole = sums[:, 2].copy(), sums[:, 4]
     between = np.empty((BASIS, BASIS), np.complex128)
@@ -150,9 +160,9 @@ def fill_overlaps(re, im, begin, half, z, sums, overlaps):
                 apart = z[j] * first[j] - z[k] * first[k] + whole[j] * z[k] * second[k] - whole[k] * z[j] * second[j]
                 overlaps[p, j, k] = apart * between[j, k]
                 overlaps[p, k, j] = overlaps[p, j, k]
-        old = complex(re[begin + p], im[begin + p])
-        middle = complex(re[begin + p + half + 1], im[begin + p + half + 1])
-        last = complex(re[begin + p + 2 * half + 1], im[begin + p + 2 * half + 1]) if p < 2 else 0j
+        if p == 2:
+            break
+        old, middle, last = edges[p]
         for j in range(BASIS):
             inverse = z[j].conjugate()
             power = whole[j] * inverse
@@ -207,23 +217,32 @@ def form(x, matrix):
 
 
 @jit
-def next_line(re, im, begin, length, room):
-    """Return the eigenvalue u of the line next to frequency 0 of a loop (samples,) in a window, its residual |u_2 -
-    u^2|, where u_2 is the quotient of U_2, and its complex amplitude.
+def remove(known, count, overlaps, x):
+    """Take from x (BASIS,) its parts along the first `count` of known eigenvectors (lines, BASIS)."""
+    for i in range(count):
+        vector, along, norm = known[i], 0j, 0j
+        for j in range(BASIS):
+            row = 0j
+            for k in range(BASIS):
+                row += overlaps[0, j, k] * vector[k]
+            along += x[j] * row
+            norm += vector[j] * row
+        if norm != 0.0:
+            factor = along / norm
+            for j in range(BASIS):
+                x[j] -= factor * vector[j]
 
-    room: z, x, y (BASIS,), sums (BASIS, 5), matrix (BASIS, BASIS), overlaps (3, BASIS, BASIS), then that of basis_sums.
+
+@jit
+def converge(overlaps, known, count, u, x, y, matrix, least):
+    """Return the eigenvalue next to u, and the norm x^T U_0 x of its vector x (BASIS,), which is its start; NaN where
+    there is none. The first `count` of known eigenvectors (lines, BASIS) are kept out.
+
+    least: change of the eigenvalue after which there is no other iteration; y (BASIS,), matrix (BASIS, BASIS): rooms.
     """
-    z, x, y, sums, matrix, overlaps = room[:6]
-    half, step = (length - 3) // 2, -2.0 * math.pi * SPACING / length
-    for j in range(BASIS):
-        turn = step * (j - (BASIS - 1) / 2)
-        z[j] = complex(math.cos(turn), math.sin(turn))
-    basis_sums(re, im, begin, half, step, room[6:], sums)
-    fill_overlaps(re, im, begin, half, z, sums, overlaps)
-    u, norm = 1.0 + 0j, 1.0 + 0j
-    for j in range(BASIS):
-        x[j] = 1.0 if j == BASIS // 2 or j == BASIS // 2 - 1 else 0.0
+    norm = 0j
     for _ in range(ITERATIONS):
+        remove(known, count, overlaps, x)
         for j in range(BASIS):
             y[j] = 0j
             for k in range(BASIS):
@@ -236,20 +255,69 @@ def next_line(re, im, begin, length, room):
         for j in range(BASIS):
             most = max(most, abs(x[j].real) + abs(x[j].imag))
         if not most > 0.0 or not math.isfinite(most):
-            return complex(math.nan, 0.0), math.nan, 0j
+            return complex(math.nan, 0.0), 0j
         for j in range(BASIS):
             x[j] /= most
         norm = form(x, overlaps[0])
+        if norm == 0.0:
+            return complex(math.nan, 0.0), 0j
         now = form(x, overlaps[1]) / norm
         change = abs(now - u)
         u = now
-        if not change * length > 2.0 * math.pi * CONVERGED:
+        if not change > least:
             break
-    amplitude = 0j
+    return u, norm
+
+
+@jit
+def start(z, half, x):
+    """Start with the two middle functions z, in phase in the middle of the first half of the samples."""
+    middle = BASIS // 2
     for j in range(BASIS):
-        amplitude += x[j] * sums[j, 0]
-    residual = abs(form(x, overlaps[2]) / norm - u * u)
-    return u, residual, amplitude * amplitude / norm
+        x[j] = 0j
+    for j in range(middle - 1, middle + 1):
+        angle = 0.5 * half * math.atan2(z[j].imag, z[j].real)
+        x[j] = complex(math.cos(angle), -math.sin(angle))
+
+
+@jit
+def residual_of(overlaps, x, u, norm):
+    """Return the residual |u_2 - u^2| of a line, where u_2 is the quotient of U_2; NaN where there is no line."""
+    return abs(form(x, overlaps[2]) / norm - u * u) if norm != 0.0 else math.nan
+
+
+@jit
+def mean_turn(re, im, begin, weights, sums):
+    """Return the turn, in cycles, from one sample of a loop to the next, by its sums with weights from sample `begin`
+    on: that of a line, and an average over lines that are closer than the window resolves. sums (BLOCK,): scratch.
+    """
+    end = begin + weights.size
+    x, y = weighted_sum(weights, re[begin:end], sums), weighted_sum(weights, im[begin:end], sums)
+    p, q = weighted_sum(weights, re[begin + 1 : end + 1], sums), weighted_sum(weights, im[begin + 1 : end + 1], sums)
+    return math.atan2(q * x - p * y, p * x + q * y) / (2.0 * math.pi)
+
+
+@jit
+def next_line(re, im, begin, length, room):
+    """Return the eigenvalue u of the line next to frequency 0 of a loop (samples,) in a window, and its residual, see
+    `residual_of`.
+
+    room: z, x, y (BASIS,), sums (BASIS, 5), matrix (BASIS, BASIS), overlaps (3, BASIS, BASIS), edges (2, 3), known
+    (0, BASIS), then that of basis_sums.
+    """
+    z, x, y, sums, matrix, overlaps, edges, known = room[:8]
+    half, step = (length - 3) // 2, -2.0 * math.pi * SPACING / length
+    for j in range(BASIS):
+        turn = step * (j - (BASIS - 1) / 2)
+        z[j] = complex(math.cos(turn), math.sin(turn))
+    basis_sums(re, im, begin, half, step, room[8:], sums)
+    for p in range(2):
+        for place, away in enumerate((0, half + 1, 2 * half + 1)):
+            edges[p, place] = complex(re[begin + p + away], im[begin + p + away])
+    fill_overlaps(edges, half, z, sums, overlaps)
+    start(z, half, x)
+    u, norm = converge(overlaps, known, 0, 1.0 + 0j, x, y, matrix, 2.0 * math.pi * CONVERGED / length)
+    return u, residual_of(overlaps, x, u, norm)
 
 
 def invert_loops(unit, stop, progress, signals, loops, nu, interval, windows, lines):
@@ -262,7 +330,7 @@ def invert_loops(unit, stop, progress, signals, loops, nu, interval, windows, li
         return
     s = rows_of(signals, unit)
     samples = s.shape[1]
-    re, im, tables = np.empty(samples), np.empty(samples), np.empty((4, BLOCK))
+    re, im, tables, scratch = np.empty(samples), np.empty(samples), np.empty((4, BLOCK)), np.empty(BLOCK)
     room = (
         np.empty(BASIS, np.complex128),
         np.empty(BASIS, np.complex128),
@@ -270,6 +338,8 @@ def invert_loops(unit, stop, progress, signals, loops, nu, interval, windows, li
         np.empty((BASIS, 5), np.complex128),
         np.empty((BASIS, BASIS), np.complex128),
         np.empty((3, BASIS, BASIS), np.complex128),
+        np.empty((2, 3), np.complex128),
+        np.empty((0, BASIS), np.complex128),
         tables,
         np.empty((2, BLOCK)),
         np.empty((8, PARTS)),
@@ -298,9 +368,13 @@ def invert_loops(unit, stop, progress, signals, loops, nu, interval, windows, li
             begin, length = windows.begin[unit, w], windows.length[unit, w]
             if length < LEAST:
                 continue
-            u, residual, amplitude = next_line(re, im, begin, length, room)
-            lines.shift[unit, k, w] = math.atan2(u.imag, u.real) / (2.0 * math.pi)
-            lines.growth[unit, k, w] = math.log(abs(u)) / (2.0 * math.pi)
-            lines.residual[unit, k, w] = residual / (4.0 * math.pi)
-            lines.amplitude[unit, k, w] = amplitude
+            place = windows.place[unit, w]
+            if place >= 0:
+                weights = windows.weights[place : place + length - 1]
+                lines.mean[unit, k, w] = mean_turn(re, im, begin, weights, scratch)
+            if windows.precise[w] != 0:
+                u, residual = next_line(re, im, begin, length, room)
+                lines.shift[unit, k, w] = math.atan2(u.imag, u.real) / (2.0 * math.pi)
+                lines.growth[unit, k, w] = math.log(abs(u)) / (2.0 * math.pi) if abs(u) > 0.0 else math.nan
+                lines.residual[unit, k, w] = residual / (4.0 * math.pi)
     progress[unit] = 1.0

@@ -9,9 +9,6 @@ import numpy as np
 from ..compile.jit import jit
 from .fundamental import BLOCK, total
 
-FEWEST = 1e-6
-"""Amplitude, relative to the largest line's, below which lines are not searched."""
-
 
 @jit
 def shape_of(d, samples, order):
@@ -22,16 +19,6 @@ def shape_of(d, samples, order):
         s = math.sin(math.pi * i / samples)
         value *= s * s / (s * s - x * x)
     return value
-
-
-@jit
-def centred(spectrum, k, samples):
-    """Return the real and imaginary part of bin k of a spectrum, any integer, with the time from the middle of the
-    samples.
-    """
-    phase, number = math.pi * ((k * (samples - 1)) % (2 * samples)) / samples, spectrum[k % samples]
-    x, y = math.cos(phase), math.sin(phase)
-    return number.real * x - number.imag * y, number.real * y + number.imag * x
 
 
 @jit
@@ -92,12 +79,35 @@ def largest(power, tops):
 
 
 @jit
-def find_peaks(spectrum, order, place, size, error):
-    """Fill place, size, error with the peaks of a spectrum, the largest first; return their number and the share of the
-    power outside them.
+def side_lobe(d, samples, order):
+    """Return a bound of the transform of the window, 1 at 0, at d bins from a line, outside of its main lobe."""
+    x = math.sin(math.pi * d / samples)
+    value = 1.0 / (samples * abs(x))
+    for i in range(1, order + 1):
+        s = math.sin(math.pi * i / samples)
+        value *= s * s / abs(x * x - s * s)
+    return value
+
+
+@jit
+def hidden(k, height, order, samples, place, size, count):
+    """Return whether a peak at bin k is not above the side lobes of the first peaks."""
+    bound = 0.0
+    for i in range(count):
+        d = abs(k - place[i])
+        d = min(d, samples - d)
+        if d > order + 0.5:
+            bound += size[i] * side_lobe(d, samples, order)
+    return height < (2.0 * bound) ** 2
+
+
+@jit
+def find_peaks(spectrum, order, least, counted, place, size, error):
+    """Fill place, size, error with the peaks of a spectrum, the largest first, down to a relative size `least`; return
+    their number and the share of the power outside of the bins of the `counted` largest, order + 1 on each side.
     """
     samples, count = spectrum.size, 0
-    power, sums, best = np.empty(samples), np.zeros(BLOCK), np.empty(BLOCK // 4)
+    power, left, sums, best = np.empty(samples), np.empty(samples), np.zeros(BLOCK), np.empty(BLOCK // 4)
     tops = np.empty(-(-samples // BLOCK))
     for block in range(tops.size):
         own, part = spectrum[block * BLOCK : (block + 1) * BLOCK], power[block * BLOCK : (block + 1) * BLOCK]
@@ -106,31 +116,34 @@ def find_peaks(spectrum, order, place, size, error):
         for i in range(part.size):
             sums[i] += part[i]
         tops[block] = top_of(part, best)
+    left[:] = power
     whole = total(sums)
     rest, top = whole, 0.0
     while count < place.size:
         k = largest(power, tops)
         height = power[k]
-        if not height > FEWEST**2 * top or height == 0.0:
+        if not height > least * least * top or height == 0.0:
             break
+        above, below = spectrum[(k + 1) % samples], spectrum[(k - 1) % samples]
+        beside = above.real * above.real + above.imag * above.imag
+        beside = max(beside, below.real * below.real + below.imag * below.imag)
+        # A slope, or a side lobe, of a larger peak.
+        if beside > height or hidden(k, height, order, samples, place, size, count):
+            power[k] = 0.0
+            tops[k // BLOCK] = top_of(power[k // BLOCK * BLOCK : (k // BLOCK + 1) * BLOCK], best)
+            continue
         top = max(top, height)
         u, bar = place_of(spectrum, k, samples, order)
         found = abs(u - k) < 1.0
         place[count], error[count] = (u if found else k), (bar if found else 9.0)
         size[count] = math.sqrt(height) / abs(shape_of(place[count] - k, samples, order))
         count += 1
-        for j in range(k - order - 1, k + order + 2):
-            rest -= power[j % samples]
+        for j in range(k - order - 1, k + order + 2 if count <= counted else k - order - 1):
+            rest -= left[j % samples]
+            left[j % samples] = 0.0
+        for j in range(k - 1, k + 2):
             power[j % samples] = 0.0
-        for j in (k - order - 1, k, k + order + 1):
+        for j in (k - 1, k, k + 1):
             block = j % samples // BLOCK
             tops[block] = top_of(power[block * BLOCK : (block + 1) * BLOCK], best)
     return count, math.sqrt(max(rest, 0.0) / whole) if whole > 0.0 else 0.0
-
-
-@jit
-def amplitude_at(spectrum, u, samples, order):
-    """Return the real and imaginary part of the amplitude, in the middle of the samples, of a line at u bins."""
-    k = math.floor(u + 0.5)
-    (x, y), shape = centred(spectrum, k, samples), shape_of(u - k, samples, order)
-    return x / shape, y / shape

@@ -138,7 +138,7 @@ class FrequencyDiffusion(Indicator):
             found = map_frequencies_of(flow, z0, int(time))
             value = found.diffusion + np.log10(2 * math.pi)
             return np.where(found.status == Status.OK, value, np.nan), np.nan, found.status
-        work = FrequencyWork(flow, checked_angles(self.angles, flow.model), z0, time, None, None, report)
+        work = FrequencyWork(flow, checked_angles(self.angles, flow.model), z0, time, None, report)
         work.run()
         found = work.result()
         value = found.diffusion - np.log10(rates / (2 * math.pi))

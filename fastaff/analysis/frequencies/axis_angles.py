@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ...kernels import fundamental as kernels
-from .fundamental import AT_REST, BRIEF, SEEN, Modes, adopt, run, tables_of, taken
+from .fundamental import AT_REST, BRIEF, Modes, adopt, run, tables_of, taken
 from .lattices import Lattices, lattices_of
 from .loop_rates import UNSETTLED, Rates
 from .signals import Signals
@@ -16,6 +16,9 @@ DRIVEN = 1e-4
 SLACK = 0.02
 """Least error of lines, in cycles over the time, for their integers: bars of lines beside others may be too short."""
 
+
+SEEN = 6
+"""Strongest lines of R and z among which their own is sought."""
 
 KEPT = 1e-6
 """Largest relative change of an angular momentum that the axis keeps."""
@@ -136,9 +139,7 @@ def _basis(some: Lattices, which: np.ndarray, turns: np.ndarray, slack: np.ndarr
     return basis
 
 
-def through_the_plane(
-    some: Lattices, m: int, s: Signals, start: Signals | None, fallback: float | None, threads: int
-) -> None:
+def through_the_plane(some: Lattices, m: int, s: Signals, start: Signals | None, threads: int) -> None:
     """Fill in the lattices of the lines of x, y (, z) for orbits whose R (, z) and plane, m + 1 loops, tell too little:
     R is not smooth near the axis. The lines that are seen stay those of R (, z).
     """
@@ -147,7 +148,7 @@ def through_the_plane(
         return
     rows = [2 * m, 2 * m + 2, *range(2, 2 * m), 2 * m + 1, 2 * m + 3]  # x, z and y in the places of R, z and phi
     run, finer = s.of(own).with_rows(rows), None if start is None else start.of(own).with_rows(rows)
-    now = lattices_of(run, finer, m + 1, fallback, threads)
+    now = lattices_of(run, finer, m + 1, threads)
     better = _settled(now, run.time) | (now.rates.error.max(axis=1) < some.rates.error[own].max(axis=1))
     taking, found = own[better], taken(now.found, better)
     seen = {name: getattr(some.found, name)[taking] for name in ("leading", "leading_error", "lines")}

@@ -7,8 +7,9 @@ import numpy as np
 from ...schemes.catalogue import Scheme
 from .angle_lines import LineTable
 from .angle_loops import Layout
-from .frequencies import FEW_TURNS, MANY_TURNS, FrequencyKind, FrequencyMap
+from .frequencies import FrequencyMap
 from .readings import Reading
+from .verdicts import kinds
 
 
 class Found:
@@ -21,7 +22,6 @@ class Found:
         self.nu, self.leading = np.zeros((2, n, orbits))
         self.halves = np.zeros((2, n, orbits))
         self.error, self.leading_error, self.scheme_error = np.full((3, n, orbits), np.inf)
-        self.method = np.zeros((n, orbits), np.int8)
         self.rank = np.zeros(orbits, np.int64)
         self.basis = np.zeros((n, n, orbits), np.int64)
         self.halves_error = np.full((2, n, orbits), np.inf)
@@ -30,7 +30,7 @@ class Found:
 
     def adopt(self, orbits: np.ndarray, reading: Reading) -> None:
         """Fill in the reading of these orbits."""
-        for name in ("nu", "error", "scheme_error", "method", "leading", "leading_error"):
+        for name in ("nu", "error", "scheme_error", "leading", "leading_error"):
             getattr(self, name)[:, orbits] = getattr(reading, name).T
         for name in ("halves", "halves_error"):
             getattr(self, name)[:, :, orbits] = getattr(reading, name).transpose(2, 1, 0)
@@ -47,15 +47,10 @@ class Found:
         """Return the kind of each orbit from its frequencies over that time and their change."""
         m = self.layout.m
         turns = time * np.abs(self.nu[:m]).max(axis=0, initial=0.0)
-        kind = np.where(self.rank < len(self.nu), FrequencyKind.DEPENDENT, FrequencyKind.INDEPENDENT)
         # Two steady lines closer than 1/time, such as those of a slow precession, look alike and may change by a turn.
         unknown = time * np.where(np.isfinite(self.error[:m]), self.error[:m], 0.0) >= 1
-        vague = self.vague | (unknown.any(axis=0) & (not self.layout.body))
-        kind[vague] = FrequencyKind.UNDECIDED
-        kind[self.irregular] = FrequencyKind.IRREGULAR
-        kind[(turns < MANY_TURNS) & (kind != FrequencyKind.INDEPENDENT)] = FrequencyKind.UNDECIDED
-        kind[(turns < FEW_TURNS) | ~self.reached] = FrequencyKind.UNDECIDED
-        return kind
+        undecided = self.vague | (unknown.any(axis=0) & (not self.layout.body))
+        return kinds(self.rank, len(self.nu), np.where(self.reached, turns, 0.0), undecided, self.irregular)
 
     def assembled(
         self,
@@ -73,7 +68,7 @@ class Found:
         """Return the map of frequencies nu with their errors, with phi = (eta + gamma)/2 and psi = (gamma - eta)/2 for
         a body; t: the time that each orbit reached, read: that over which it was read.
         """
-        names, method, leading_error = self.layout.angles.names, self.method, self.leading_error
+        names, leading_error = self.layout.angles.names, self.leading_error
         nu, leading, halves = (np.where(self.reached, rows, np.nan) for rows in (nu, self.leading, self.halves))
         halves_error = self.halves_error
         # A libration of a coupled body may have no angle of its own; those of the planes always exist.
@@ -92,13 +87,11 @@ class Found:
             halves_error = np.stack(
                 [*halves_error[:, :-2].swapaxes(0, 1), *[halves_error[:, -2:].sum(axis=1) / 2] * 2], 1
             )
-            method = np.array([*method[:-2], *[np.maximum(method[-2], method[-1])] * 2])
         return FrequencyMap(
             names=names,
             nu=nu,
             error=error,
             diffusion=diffusion,
-            method=method,
             energy_error=energy_error,
             status=status,
             nu_eta=eta,

@@ -14,12 +14,6 @@ from ...base.status import Status, describe
 from ...schemes.catalogue import ITERATION, Scheme
 from .angle_lines import AngleLines
 
-FEW_TURNS, MANY_TURNS = 18, 30
-"""Turns from which independent frequencies are told, and from which a relation of frequencies, or a change of them
-between the halves, is evidence: over 12 periods 2 of 57 lattices of turned wells are wrong, over 20 none
-(`bench/frequency_coverage.py --periods 12 20`).
-"""
-
 
 class FrequencyKind(IntEnum):
     """Kind of an orbit by its frequencies."""
@@ -36,13 +30,12 @@ class FrequencyMap(Result):
 
     names: one for each row of nu (n, orbits), in cycles per unit time (`omega` = 2 pi nu); error (n, orbits), which
     covers the averaging, the scheme and rounding; inf where there is no frequency (of a map, and of an orbit that was
-    lost, nu is NaN there); method (n, orbits): the origin of
-    the value, 0 an average or an inverted line, 1 a fitted line; kind (orbits,) of `FrequencyKind`: INDEPENDENT, all n
+    lost, nu is NaN there); kind (orbits,) of `FrequencyKind`: INDEPENDENT, all n
     frequencies of a torus; DEPENDENT, only `rank` (orbits,) of them are independent (a resonance, a mode at rest; of a
     map, an angle locked to a fraction of the turn), the other rows show the leading line of their coordinate;
-    IRREGULAR, they change from one half to the other: chaotic; UNDECIDED, the time is too short to tell, as where two
-    lines are closer than 1.5/time (a slow precession, weakly coupled modes, a low resonance), whose errors are then
-    1/time or more, a low resonance holds within errors above 0.15/time, or a mode is too slow to show. leading,
+    IRREGULAR, they change from one half to the other: chaotic; UNDECIDED, the time is too short to tell, as where a
+    visible line is no combination of the frequencies, lines are closer than about 1/time (a slow precession, weakly
+    coupled modes, a low resonance), an error is above 0.15/time, or a mode is too slow to show. leading,
     leading_error (n, orbits): the strongest line of each angle's own loop, and basis (n, n, orbits) integers with
     leading_i = sum_j basis_ij nu_j within the errors (row i is 0 where none are known). Frequencies that all have
     basis 1 are those of the coordinates' own lines (`other_basis` marks orbits without them); with a singular basis
@@ -59,7 +52,6 @@ class FrequencyMap(Result):
     nu: Annotated[np.ndarray, along("angle", "orbit", unit="cycles/time", labels="names", plain=True)]
     error: Annotated[np.ndarray, along("angle", "orbit", unit="cycles/time", labels="names")]
     diffusion: Annotated[np.ndarray, along("orbit", unit="log10(cycles/time)")]
-    method: Annotated[np.ndarray, along("angle", "orbit", labels="names")]
     energy_error: Annotated[np.ndarray | None, along("orbit", unit="largest kinetic energy")]
     status: Annotated[np.ndarray, along("orbit")]
     nu_eta: Annotated[np.ndarray | None, along("orbit", unit="cycles/time")]

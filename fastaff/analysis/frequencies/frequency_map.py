@@ -33,7 +33,6 @@ from .found_frequencies import Found
 from .frequencies import FrequencyKind, FrequencyMap
 from .fundamental import fastest
 from .map_frequencies import map_frequencies
-from .methods import BirkhoffAverages, NaffLines, checked_method, method_of
 from .readings import Samples, read
 from .rooms import ROOMS, Room
 from .sampling import LONGEST, pilot_share, resolving, sample_counts
@@ -61,7 +60,7 @@ BESIDE = 0.1
 """Share of a frequency's error from which the scheme's counts."""
 
 
-@takes(z0=starts_of, scheme=scheme_of, method=method_of, angles=angles_of)
+@takes(z0=starts_of, scheme=scheme_of, angles=angles_of)
 @recorded
 def frequency_map(
     body: Dynamics,
@@ -69,7 +68,6 @@ def frequency_map(
     *,
     time: float,
     accuracy: float | None = None,
-    method: BirkhoffAverages | NaffLines | str = BirkhoffAverages(),  # noqa: B008 - a value
     angles: Angles | str | None = None,
     window: int | None = None,
     step: float | np.ndarray | None = None,
@@ -91,8 +89,6 @@ def frequency_map(
     accuracy : float, default 1e-11
         Error of the scheme, relative to an orbit's largest frequency: steps are chosen for it and halved where they
         miss it. The error due to a short `time` stays in `error`.
-    method : `BirkhoffAverages`, `NaffLines`, "birkhoff" or "naff"
-        Inverted lines, with fitted ones where these have not converged (default), or fitted lines.
     angles : value of `fastaff.models.angles`, or "R z phi", "R phi", optional
         Default: the angles natural to the potential, or the coordinates and momenta themselves.
     window : int, turns, optional
@@ -121,7 +117,8 @@ def frequency_map(
     of the first window; turns between the windows are iterated at full speed and not kept. A lost particle keeps its
     status, its turn `t` and its earlier values. Angle steps are summed while the map runs, twice where there are
     planes, to the bits of `tunes` of the samples; samples are kept only of orbits that are lost or need lines: some 12
-    ns a turn of four coordinates, 2 to 3 of the standard map. `lines` are those of the first window, modulo 1, in
+    ns a turn of four coordinates, 2 to 3 of the standard map. Where a mean turn is off by more than 1e-9, the inverted
+    line of the plane, or of exp(2 pi i x/period), replaces it. `lines` are those of the first window, modulo 1, in
     (-1/2, 1/2]; of a winding coordinate without its mean turn.
 
     Identification: steps are at most 1.5 radians of the fastest small oscillation about the start. The orbit is sampled
@@ -132,31 +129,31 @@ def frequency_map(
     bound counts without its mean growth; the mean rate of one with a period is its frequency. About an axis whose
     angular momentum changes the plane x, y is one of the loops: nu_phi is the mean rate of the azimuth, nu_R (nu_z) the
     strongest line of R (z) that makes a basis with the others, as a bar drives R at 2 nu_phi; x, y (, z) take the place
-    of an R that is not smooth. Isolated lines are read from the bins of one Fourier transform, others are fitted
-    together.
+    of an R that is not smooth.
 
-    Lines: each loop with the line of one generator and of no other is inverted harmonically next to that line, with
-    eight functions over 12.8 cycles. Its frequency is exact to rounding where this band holds at most eight lines, as
-    there is no window and no leakage. The halves are inverted alone; a half without a sharp line, as chaotic orbits
-    have, is summed with a weight instead. The mean rates of a body's own angles identify their lines, and replace
-    missing ones. NAFF: the line of that loop, fitted with the strongest others, also where the inversion leaves more
-    than 0.02 cycles over the time, or `fallback`.
+    Lines: the peaks of one windowed Fourier transform of each loop are guesses. Each band around a peak, of eight
+    functions over 12.8 cycles, is inverted harmonically: its lines are eigenvalues of a small pencil, without window
+    and leakage. They are exact to rounding where the band holds at most eight. The line of a generator is then inverted
+    in the loop that has it and no other, over the whole, over the first and the last 0.7 of the time, and over the
+    halves. A half without a sharp line, as of chaotic orbits, has the mean of a smooth window instead. The mean rates
+    of a body's own angles identify their lines, and replace missing ones.
 
-    Errors: 5 times the largest of a line's growth, which a regular orbit has not, its residual in the matrices of the
-    next order, and its distance from the lines of the first and the last 0.7 of the time, all complex; the possible
-    effect of closer lines, from the visible amplitudes, and, where combinations of frequencies are so close to 0,
-    5 times the change from half to half; 3 times what the frequency of a half differs beyond its own
-    error; 5 times the uncertainty of the change of the mean rate over a part of the time (a sixteenth, or at least 128
-    steps) when the step is halved, for a Runge-Kutta scheme, whose error grows, times the ratio of the times
-    (tolerances a hundredth for an adaptive one), for a splitting with the change taken off the value; and rounding.
+    Errors: 5 times, for n > 2 5 (n - 1) times, the largest of a line's growth, which a regular orbit has not, its
+    residual in the matrices of the next order, and its distance from the lines of the two shorter windows, all complex;
+    3 times what the frequency of a half differs beyond its own error; the possible effect of aliased lines; 5 times the
+    uncertainty of the change of the frequency over a part of the time (a sixteenth, or at least 128 steps) when the
+    step is halved, for a Runge-Kutta scheme, whose error grows, times the ratio of the times (tolerances a hundredth
+    for an adaptive one), for a splitting with the change taken off the value; and rounding.
 
-    Kinds: two visible lines closer than 1.5/time are one unknown: UNDECIDED, with errors of 1/time, as are frequencies
-    with a combination ``|k| <= 10`` that is 0 within its error. IRREGULAR: frequencies differ from half to half by 0.3
-    cycles or more, and by more than close lines can cause; never where lines leave less than an eighth of each of two
-    coordinates, or their leading lines are sharp.
+    Kinds: INDEPENDENT, all visible lines are combinations of n frequencies. DEPENDENT, they are combinations of fewer,
+    with leading lines known to 1e-3 cycles over the time. UNDECIDED, a line is not explained, a frequency is off by
+    0.15 cycles or more, or a combination of frequencies may be 0: it is within its error; or, where a frequency is not
+    a leading line, it turns by less than 1 cycle and has ``|k| <= 4`` or is too small to be so by chance. IRREGULAR,
+    frequencies differ between the whole and the halves by 0.25 cycles over a half or more, and the leading lines are
+    neither sharp nor nearly all of the motion.
 
     Cost: a run, a half-step run over a part of it, a Fourier transform of each loop and a pass over its samples;
-    several times as much where lines are not isolated (bench/test_frequency.py). Memory: samples of some orbits at a
+    more where lines are dense (bench/test_frequency.py). Memory: samples of some orbits at a
     time, 128 MiB, 512 MiB of orbits so long that few fill it, or one orbit, and 128 MiB or one orbit's for intermediate
     arrays (bench/memory.py).
 
@@ -182,18 +179,15 @@ def frequency_map(
     checked_model(problem.model, needs="regular motion")
     lines = None if lines is None else whole("lines", lines, 1)
     if problem.system.iterated:
-        return map_frequencies(
-            problem, time=time, method=checked_method(method), window=window, angles=angles, lines=lines
-        )
+        return map_frequencies(problem, time=time, window=window, angles=angles, lines=lines)
     if window is not None:
         raise ValueError(f"window is for maps: the diffusion of systems in time is that of the halves; got {window!r}")
     if angles is None and getattr(problem.model, "angles", None) is None:
         check_needs(problem.model, "angles of coordinates alone")
     goal = options.goal(ACCURACY)
-    fallback = checked_method(method).fallback
     angles = checked_angles(angles, problem.model)
     flow, z, *_ = problem.plan(time=time, error=goal or ACCURACY)
-    work = FrequencyWork(flow, angles, z, time, goal, fallback, report, lines)
+    work = FrequencyWork(flow, angles, z, time, goal, report, lines)
     with keeping("frequency_map", lambda: work.result(options.drift)):
         work.run(options.drift)
     return work.result(options.drift)
@@ -224,7 +218,6 @@ class FrequencyWork:
         z0: np.ndarray,
         time: float,
         accuracy: float | None,
-        fallback: float | None,
         report: Report | None,
         lines: int | None = None,
     ):
@@ -232,7 +225,7 @@ class FrequencyWork:
             self.rate = curvatures.fastest_rates(flow.model, z0, flow.step)
             flow = resolving(flow, self.rate, time)
         self.flow, self.angles, self.z0, self.time, self.report = flow, angles, z0, time, report
-        self.accuracy, self.fallback = accuracy, fallback
+        self.accuracy = accuracy
         self.layout = Layout(angles, flow.model.degrees_of_freedom, flow.system.periods)
         self.n, self.orbits = len(angles.names), z0.shape[1]
         self.ensemble: Ensemble = flow.ensemble(z0.copy())
@@ -363,12 +356,12 @@ class FrequencyWork:
 
     def _adopt(self, orbits: np.ndarray, samples: Samples) -> None:
         """Fill in the results from samples of these orbits."""
-        found = read(self.layout, samples, self.fallback, self.flow.threads)
-        self.found.adopt(orbits, found)
-        self.unfinished[orbits] &= self.accuracy is not None  # with one, once its error is judged
-        if self.found.lines is not None:
+        found = read(self.layout, samples, self.flow.threads)
+        if self.found.lines is not None:  # before the orbits count as finished
             # The first sample is an interval after the start.
             self.found.lines.adopt(orbits, self.layout, samples.run, 1.0)
+        self.found.adopt(orbits, found)
+        self.unfinished[orbits] &= self.accuracy is not None  # with one, once its error is judged
 
     def result(self, tolerance: float = math.inf) -> FrequencyMap:
         """Assemble the map."""

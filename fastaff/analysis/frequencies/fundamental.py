@@ -19,20 +19,23 @@ import numpy as np
 
 from ...compile.threads import by_workers
 from ...flows.launch import launch
+from ...kernels import dual_loops, line_lattice, loop_lines, loop_transforms
 from ...kernels import fundamental as kernels
-from ...kernels import peaks
-from ...kernels.demodulation import Loops, loop_values
 from ...kernels.fundamental import Lattice, Rows, Vectors
-from ...kernels.peaks import Lines, Spectra
+from ...kernels.line_lattice import Found, LatticeLimits, Lines
+from ...kernels.loop_transforms import SUMS, Bands, Spectra
+from ...kernels.loops import Loops, loop_values
 from .integer_lattice import ball
-from .naff import found_lines, lines_of_transforms
 from .rooms import ROOMS
 from .signals import Signals
 from .windows import APART_ORDER, apart_window, cosine_window, fast_lengths, growth_windows, tables_for, tabulated
 
-LINES, MORE_LINES = 4, 8
-"""Lines of a loop beyond the number of loops from which a lattice is found; the second number where the first leave it
-incomplete.
+LINES = 16
+"""Most lines of each loop: its peaks and the lines beside them."""
+
+SPACING = 1.6
+"""Cycles over the samples from one function of the bands to the next: at 2 there is one for each line that the samples
+determine.
 """
 
 LONGEST = (40, 20, 10, 6, 5, 4, 3, 3)
@@ -41,11 +44,8 @@ LONGEST = (40, 20, 10, 6, 5, 4, 3, 3)
 FARTHEST, BESIDE = (1000, 60, 20, 12, 8, 6, 5, 4), (1000, 3, 2, 1, 1, 1, 1, 1)
 """The same of lines that are no weak generators; and of those whose neighbours are none."""
 
-SEEN = 6
-"""Lines of each loop that are sought where they stand apart."""
-
 BROAD = 0.1
-"""Share of a loop's size that its strongest lines leave, beyond which none stands out."""
+"""Share of a loop's size that its strongest lines leave, beyond which weak ones are not sought."""
 
 FEW, BRIEF = 8, 4096
 """Orbits for which waking another thread takes longer than the work; of kernels of a microsecond an orbit."""
@@ -53,26 +53,21 @@ FEW, BRIEF = 8, 4096
 AT_ONCE = 32
 """Orbits whose Fourier transforms are made at once."""
 
-WEAK, MINOR = 1e-9, 2e-3
-"""Amplitudes of a line, relative to its loop's largest, below which it is ignored, and below which it is no generator.
+LIMITS = LatticeLimits(sharp=0.1, minor=2e-3, visible=2e-3)
+"""Error bar of a line, in cycles over the window, up to which it belongs to the lattice; and sizes, relative to its
+loop's largest, from which it does, and from which the lattice must explain it.
 """
 
-SHARP = 0.03
-"""Error bar of a line, in cycles over the window, up to which it belongs to the lattice."""
-
-LINE_WIDTH = 1e-5
-"""Addition to error bars of lines, in cycles over the window: lines of the lattice that lie within one bin are fitted
-as one.
-"""
-
-WEAKEST, FAINT, CLOSE, EXACT = (2, 5, 12), 1e-10, 0.5, 0.01
+WEAKEST, FAINT, CLOSE, EXACT = (2, 5, 12), 1e-10, 0.5, 1e-4
 """Numbers of lines that are sought beside those of the known generators, one after the other; their least amplitude,
 relative to the signals' sizes, 1e5 times the rounding errors; and the distances, in cycles over the window, up to which
 a line is that of a short combination, as lines closer than 1.5 are not resolved, and of any.
 """
 
-NOT_FEW = 0.2
-"""Share of a loop's size that the first lines leave, beyond which no lattice is sought among more of them."""
+FOLDS, FOLDED = 3, 1e-4
+"""Largest multiple of the sampling rate that is compared with combinations: fast lines appear folded at it; 1 where the
+amplitudes near the highest frequency are smaller than the second number.
+"""
 
 AT_REST = 1e-12
 """Relative size of a loop (root of its Q times its P) below which it is at rest."""
@@ -88,12 +83,10 @@ class Modes(NamedTuple):
     leading, leading_error: strongest line of each loop; combination (orbits, m, m): integers with leading = combination
     @ nu, 0 where none is known; dual (orbits, m, 2m), offset, drift (orbits, m): the loop of each frequency, that of Q
     and P itself where a loop has none of its own; owned: mask of loops with their own; moving: of those that move;
-    drifting (orbits,): whether the lattice is incomplete as no line is steady; rest (orbits,): share of a loop's size
-    that its lines leave, the largest one's; lines (orbits, 3, m, SEEN): frequencies, error bars and amplitudes of the
-    strongest lines; tail (orbits,): the largest amplitude near the highest frequency that samples show, relative to the
-    loop's largest; unexplained (orbits,): the largest amplitude of a line that is no combination of the frequencies, in
-    units of the signals' sizes, where the lattice is incomplete; weak (orbits, m): of loops whose frequency is in lines
-    alone that are weak beside the others'.
+    rest (orbits,): share of a loop's size that its lines leave, the largest one's; lines (orbits, 3, m, LINES):
+    frequencies, error bars and amplitudes of the strongest lines; tail (orbits,): the largest amplitude near the
+    highest frequency that samples show, relative to the loop's largest; strange (orbits,): the largest amplitude of a
+    line that the frequencies do not explain, relative to its loop's largest.
     """
 
     rank: np.ndarray
@@ -107,12 +100,10 @@ class Modes(NamedTuple):
     drift: np.ndarray
     owned: np.ndarray
     moving: np.ndarray
-    drifting: np.ndarray
     rest: np.ndarray
     lines: np.ndarray
     tail: np.ndarray
-    unexplained: np.ndarray
-    weak: np.ndarray
+    strange: np.ndarray
 
 
 @functools.cache
@@ -154,24 +145,12 @@ def run(kernel: Any, orbits: int, arguments: tuple, threads: int, few: int = FEW
         launch(kernel, arguments, np.zeros(orbits), float(orbits), threads, None, steps)
 
 
-def modes(signals: Signals, m: int, threads: int) -> tuple[Modes, Spectra]:
-    """Find the independent frequencies of the first 2m rows of signals; return them with their spectra.
-
-    Lines that stand apart are read from the bins of Fourier transforms; others are fitted together. Orbits without a
-    line that stands out, such as chaotic ones, are `drifting` and have no fit.
-    """
-    spectra = _spectra(signals, m, threads)
-    found = _in_units_of(_apart(spectra, signals.interval, threads), spectra, np.arange(signals.samples.size))
-    done = (found.rank == found.moving.sum(axis=1)) | ~found.moving.any(axis=1)
-    fit(found, signals, spectra, np.flatnonzero(~done & ~found.drifting), threads)
-    return found, spectra
-
-
-def fit(found: Modes, signals: Signals, spectra: Spectra, orbits: np.ndarray, threads: int) -> None:
-    """Fill in the modes of these orbits, from lines that are fitted together to their loops."""
-    if orbits.size:
-        fitted = _fitted(signals, spectra, orbits, threads)._replace(tail=found.tail[orbits])
-        adopt(found, orbits, _in_units_of(fitted, spectra, orbits))
+def modes(signals: Signals, m: int, threads: int) -> Modes:
+    """Find the independent frequencies of the first 2m rows of signals."""
+    spectra, bands = _transforms(signals, m, threads)
+    found = _lattices(signals, spectra, bands, threads)
+    _complete(found, signals, spectra, threads)
+    return _in_units_of(found, spectra, np.arange(signals.samples.size))
 
 
 def _in_units_of(found: Modes, spectra: Spectra, orbits: np.ndarray) -> Modes:
@@ -208,12 +187,10 @@ def _no_modes(orbits: int, m: int) -> Modes:
         drift=zero.astype(complex),
         owned=none.copy(),
         moving=none.copy(),
-        drifting=np.zeros(orbits, bool),
         rest=np.zeros(orbits),
-        lines=np.zeros((orbits, 3, m, SEEN)),
+        lines=np.zeros((orbits, 3, m, LINES)),
         tail=np.zeros(orbits),
-        unexplained=np.zeros(orbits),
-        weak=none.copy(),
+        strange=np.zeros(orbits),
     )
 
 
@@ -243,89 +220,82 @@ def _rows(orbits: int, m: int) -> Rows:
 
 @tabulated
 def _windows(n: int) -> np.ndarray:
-    """Return the tables of n samples for `kernels.peaks.windowed`."""
+    """Return the tables of n samples for `kernels.loop_transforms.prepare_transforms`."""
     return np.concatenate([cosine_window(n), apart_window(n), *growth_windows(n)])
 
 
-def _spectra(signals: Signals, m: int, threads: int) -> Spectra:
-    """Return the Fourier transforms of the loops of the first 2m rows."""
+def _transforms(signals: Signals, m: int, threads: int) -> tuple[Spectra, Bands]:
+    """Return the Fourier transforms of the loops of the first 2m rows: windowed, and for harmonic inversion."""
     n = fast_lengths(signals.samples)
+    size = band_sizes(n)
     orbits = n.size
-    start, numbers = np.cumsum(m * n) - m * n, ROOMS.spectra.array(2 * m * int(n.sum()))
-    spectra = Spectra(numbers, start, n, _rows(orbits, m))
-    run(peaks.windowed, orbits, (signals.ragged, tables_for(_windows, n), AT_REST**2, spectra), threads)
-    numbers, parts, begin = numbers.view(complex), [], 0
-    for end in range(1, orbits + 1):  # neighbours of equally many samples
-        if end == orbits or n[end] != n[begin] or end - begin == AT_ONCE:
-            first = int(start[begin])
-            parts.append(numbers[first : first + (end - begin) * m * int(n[begin])].reshape(-1, int(n[begin])))
-            begin = end
+    start, begin = (np.cumsum(m * count) - m * count for count in (n, SUMS * size))
+    spectra = Spectra(ROOMS.spectra.array(2 * m * int(n.sum())), start, n, _rows(orbits, m))
+    bands = Bands(ROOMS.bands.array(2 * m * SUMS * int(size.sum())), begin, size, np.empty((orbits, m, 2, 3), complex))
+    arguments = signals.ragged, tables_for(_windows, n), AT_REST**2, spectra, bands
+    run(loop_transforms.prepare_transforms, orbits, arguments, threads)
+    spectra = spectra._replace(numbers=spectra.numbers.view(complex))
+    bands = bands._replace(numbers=bands.numbers.view(complex))
+    parts = [*_alike(spectra.numbers, start, n, m), *_alike(bands.numbers, begin, size, m * SUMS)]
 
-    def transform(begin: int) -> None:
-        for part in parts[begin::threads]:
+    def transform(first: int) -> None:
+        for part in parts[first::threads]:
             np.fft.fft(part, axis=-1, out=part)
 
     by_workers(transform, threads)
-    return spectra._replace(numbers=numbers)
+    return spectra, bands
 
 
-def _apart(spectra: Spectra, h: np.ndarray, threads: int) -> Modes:
-    """Return the modes of loops whose lines stand apart, from bins of Fourier transforms of samples h (orbits,) apart;
-    rank 0 for others.
-    """
-    moving = spectra.rows.moving
+def band_sizes(n: np.ndarray) -> np.ndarray:
+    """Return the number of functions of the bands of n samples (orbits,), whose Fourier transforms are fast."""
+    from scipy.fft import next_fast_len  # not at import, which it would make slow
+
+    different, which = np.unique(n, return_inverse=True)
+    return np.array([next_fast_len(math.ceil(int(count) / SPACING)) for count in different], dtype=np.int64)[which]
+
+
+def _alike(numbers: np.ndarray, start: np.ndarray, size: np.ndarray, rows: int) -> Iterator[np.ndarray]:
+    """Yield arrays (rows, size) of the numbers of neighbouring orbits of one size (orbits,), AT_ONCE or fewer."""
+    begin = 0
+    for end in range(1, size.size + 1):
+        if end == size.size or size[end] != size[begin] or end - begin == AT_ONCE:
+            count, first = int(size[begin]), int(start[begin])
+            yield numbers[first : first + (end - begin) * rows * count].reshape(-1, count)
+            begin = end
+
+
+def _lattices(signals: Signals, spectra: Spectra, bands: Bands, threads: int) -> Modes:
+    """Return the modes of orbits by the lattices of the lines of their loops, without weak ones."""
+    moving, h = spectra.rows.moving, signals.interval
     orbits, m = moving.shape
-    result, unit = _no_modes(orbits, m), (spectra.n * h)[:, None]
-    value, bar, strength = np.zeros((3, orbits, m, SEEN))
-    bar[:] = np.inf
-    lattice, dual, share = _no_lattice(orbits, m), np.zeros((orbits, m, 2 * m), complex), np.zeros((orbits, m, m))
-    rest, clear = np.zeros(orbits), np.zeros(orbits, np.int64)
-    apart = peaks.Apart(Lines(value, bar, strength), lattice, dual, share, rest, result.tail, clear)
-    arguments = spectra, APART_ORDER, MINOR, SHARP, LINE_WIDTH, tables_of(m), apart
-    run(peaks.separate, orbits, arguments, threads)
-    some = clear.astype(bool)
-    value, bar = value / unit[:, :, None], bar / unit[:, :, None]
-    result.lines[:] = np.stack([value, bar, strength], axis=1)
-    rank, nu, spread = np.where(some, lattice.rank, 0), lattice.nu / unit, lattice.spread / unit
-    top, top_bar = value[:, :, 0].copy(), bar[:, :, 0].copy()
-    _place(result, Lattice(rank, nu, spread, lattice.source), dual, share, top, top_bar, moving, threads)
-    result.rest[:], result.drifting[:] = rest, ~some & (rest > BROAD)
+    lines = Lines(*np.zeros((3, orbits, m, LINES)))
+    found = Found(lines, _no_lattice(orbits, m), *np.zeros((3, orbits)))
+    arguments = spectra, bands, APART_ORDER, LIMITS, tables_of(m), found
+    run(line_lattice.find_lattice, orbits, arguments, threads)
+    unit = (spectra.n * h)[:, None]
+    lattice = found.lattice._replace(nu=found.lattice.nu / unit, spread=found.lattice.spread / unit)
+    value, bar = lines.value / unit[:, :, None], lines.bar / unit[:, :, None]
+    dual, share, _ = _dual(signals, spectra, np.arange(orbits), lattice.rank, lattice.nu, threads)
+    result = _no_modes(orbits, m)
+    _place(result, lattice, dual, share, value[:, :, 0].copy(), bar[:, :, 0].copy(), moving, threads)
+    result.lines[:] = np.stack([value, bar, lines.strength], axis=1)
+    result.rest[:], result.tail[:], result.strange[:] = found.rest, found.tail, found.strange
     return result
 
 
-def _fitted(signals: Signals, spectra: Spectra, orbits: np.ndarray, threads: int) -> Modes:
-    """Return the modes from lines that are fitted together to the loops of some orbits; more lines if a few leave the
-    lattice incomplete, then weak ones.
-    """
-    m = spectra.rows.moving.shape[1]
-    result = _lattice(signals, spectra, orbits, m + LINES, threads)
-    short = np.flatnonzero((result.rank < result.moving.sum(axis=1)) & result.moving.any(axis=1))
-    result.drifting[short] = result.rest[short] > NOT_FEW
-    short = short[~result.drifting[short]]
-    # A leading line that is not sharp is not resolved, and no line beside it would be: more of them only show that
-    # lines explain the rest.
-    time = (spectra.n * signals.interval)[orbits[short], None]
-    sharp = ~result.moving[short] | (result.leading_error[short] * time < 3 * SHARP)
-    short = short[sharp.all(axis=1) | (result.rest[short] > BROAD)]
-    if short.size:
-        adopt(result, short, _lattice(signals, spectra, orbits[short], m + MORE_LINES, threads))
-    _complete(result, signals, spectra, orbits, threads)
-    return result
-
-
-def _complete(found: Modes, signals: Signals, spectra: Spectra, orbits: np.ndarray, threads: int) -> None:
-    """Add weak generators to the modes of some orbits, those whose lattice is incomplete and whose lines are few.
+def _complete(found: Modes, signals: Signals, spectra: Spectra, threads: int) -> None:
+    """Add weak generators to the modes of orbits whose lattice is incomplete and whose lines are few.
 
     Combinations of the rows that have none of the generators' lines show what else moves, however weak it is beside
     these. Its lines are generators where no combination of the known ones is as close as half the resolution.
     """
-    left = np.flatnonzero((found.rank > 0) & ~found.drifting & (found.rest <= NOT_FEW))
+    left = np.flatnonzero((found.rank > 0) & (found.rank < found.moving.sum(axis=1)) & (found.rest <= BROAD))
     for _ in range(found.moving.shape[1]):
         before = found.rank.copy()
         for lines in WEAKEST:  # more of them than there are would be rounding errors, which blur those beside them
             some = left[(found.rank[left] == before[left]) & (found.rank[left] < found.moving[left].sum(axis=1))]
             if some.size:
-                now = _with_weak(taken(found, some), signals, spectra, orbits[some], lines, threads)
+                now = _with_weak(taken(found, some), signals, spectra, some, lines, threads)
                 adopt(found, some, now)
         left = left[found.rank[left] > before[left]]
 
@@ -342,10 +312,10 @@ def _with_weak(found: Modes, signals: Signals, spectra: Spectra, orbits: np.ndar
     value, bar, strength = _weak_lines(found, nu, signals, spectra, orbits, lines, threads)
     time = (spectra.n * signals.interval)[orbits, None]
     most, rate = value.shape[1], 1 / signals.interval[orbits]
-    near = _explained(value, bar, nu, spread, time, rate[:, None], threads)
-    strange = (strength > FAINT) & ~near
-    unexplained = np.where(strange, strength, 0.0).max(axis=1, initial=0.0)
-    used = strange & (bar * time < 3 * SHARP) & (strength > MINOR * strength.max(axis=1, keepdims=True))
+    near, exact = _explained(value, bar, nu, spread, time, rate[:, None], bool((found.tail > FOLDED).any()), threads)
+    unexplained = np.where((strength > FAINT) & ~exact, strength, 0.0).max(axis=1, initial=0.0)
+    used = (strength > FAINT) & ~near & ~exact & (bar * time < LIMITS.sharp)
+    used &= strength > LIMITS.minor * strength.max(axis=1, keepdims=True)
     order = np.argsort(-np.where(used, strength, 0.0), axis=1, kind="stable")
     value, bar = (np.take_along_axis(entry, order, axis=1) for entry in (value, bar))
     values_of, bars_of = np.zeros((2, count, m + most))
@@ -356,13 +326,12 @@ def _with_weak(found: Modes, signals: Signals, spectra: Spectra, orbits: np.ndar
     lattice = _no_lattice(count, m)
     arguments = values_of, bars_of, found.rank + used.sum(axis=1), tables_of(m), rate, lattice
     run(kernels.generators, count, arguments, threads, BRIEF)
-    dual, share = _dual(signals, spectra, orbits, lattice.rank, lattice.nu, threads)
+    dual, share, _ = _dual(signals, spectra, orbits, lattice.rank, lattice.nu, threads)
     result = taken(found, np.arange(count))
     top, top_bar = found.leading, found.leading_error
     _place(result, lattice, dual, share, top, top_bar, found.moving, threads)
-    result.unexplained[:] = unexplained
-    before = np.where(found.owned & ~found.weak, found.nu, np.nan)
-    result.weak[:] = result.owned & ~(result.nu[:, :, None] == before[:, None]).any(axis=2)
+    complete = result.rank == result.moving.sum(axis=1)
+    result.strange[:] = np.maximum(found.strange, np.where(complete, 0.0, unexplained))
     return result
 
 
@@ -373,26 +342,29 @@ def _explained(
     spread: np.ndarray,
     time: np.ndarray,
     rate: np.ndarray,
+    aliased: bool,
     threads: int,
-) -> np.ndarray:
-    """Return a mask of lines (orbits, lines) that are combinations of nu (orbits, m), also modulo the sampling rate, or
-    too close to a short one; time, rate (orbits, 1).
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return masks of lines (orbits, lines) that are not told from short combinations of nu (orbits, m), also modulo
+    the sampling rate, and of those that are combinations within their bars; time, rate (orbits, 1). aliased: whether
+    several multiples of the rate count.
     """
     m, (count, most) = nu.shape[1], value.shape
-    result = np.zeros(value.shape, bool)
-    lines = np.zeros((3, count, -(-most // m) * m))
+    near, exact = np.zeros((2, *value.shape), bool)
+    folds = range(1, 1 + (FOLDS if aliased else 1))
+    places = value, *(fold * rate + sign * value for fold in folds for sign in (-1, 1))
+    lines = np.zeros((len(places), count, -(-most // m) * m))
     widths = np.zeros((2, *lines.shape[1:]))
-    for entry, place in zip(lines, (value, rate - value, rate + value), strict=True):
+    for entry, place in zip(lines, places, strict=True):
         entry[:, :most] = np.where(value > 0, place, 0.0)
-    sharp = np.maximum(bar, EXACT / time)
-    widths[0, :, :most], widths[1, :, :most] = np.maximum(sharp, CLOSE / time), sharp
-    tables = [(width, tables_of(m, lengths)) for width, lengths in zip(widths, (BESIDE, FARTHEST), strict=True)]
-    for first, entry, (width, table) in itertools.product(range(0, most, m), lines, tables):
+    widths[0, :, :most], widths[1, :, :most] = np.maximum(bar, CLOSE / time), bar + EXACT / time
+    tables = [(near, widths[0], tables_of(m, BESIDE)), (exact, widths[1], tables_of(m, FARTHEST))]
+    for first, entry, (mask, width, table) in itertools.product(range(0, most, m), lines, tables):
         part, k = slice(first, first + m), np.zeros((count, m, m), np.int64)
         chosen = (np.ascontiguousarray(some[:, part]) for some in (entry, width))
         run(kernels.combinations, count, (*chosen, nu, spread, table, k), threads, BRIEF)
-        result[:, part] |= np.abs(k).max(axis=2)[:, : most - first] > 0
-    return result
+        mask[:, part] |= np.abs(k).max(axis=2)[:, : most - first] > 0
+    return near, exact
 
 
 def _weak_lines(
@@ -410,15 +382,13 @@ def _weak_lines(
     m, count = found.moving.shape[1], orbits.size
     rows = spectra.rows
     value, bar, strength = np.zeros((3, count, m * lines))
-    amplitudes = np.zeros((count, 2 * m, 2 * m))
-    for r, where, amplitude in _amplitudes(signals, spectra, orbits, found.rank, nu, threads):
-        parts = np.concatenate([amplitude[:, :r].real, amplitude[:, :r].imag], axis=1)
-        amplitudes[where, :, : 2 * r] = parts.transpose(0, 2, 1)
+    _, _, amplitude = _dual(signals, spectra, orbits, found.rank, nu, threads)
     moving = np.repeat(found.moving, 2, axis=1)
     c = np.zeros((count, m, signals.rows), complex)
     for o in range(count):
         r, own = int(found.rank[o]), np.flatnonzero(moving[o])
-        left = np.linalg.svd(amplitudes[o, own, : 2 * r])[0][:, 2 * r :]
+        some_lines = amplitude[o, :r][:, own].T
+        left = np.linalg.svd(np.concatenate([some_lines.real, some_lines.imag], axis=1))[0][:, 2 * r :]
         for j in range(left.shape[1] // 2):
             c[o, j, own] = left[:, 2 * j] - 1j * left[:, 2 * j + 1]
     c[:, :, : 2 * m] /= rows.size[orbits][:, None]
@@ -431,74 +401,31 @@ def _weak_lines(
         for begin in range(0, owner.size, AT_ONCE):
             part = slice(begin, begin + AT_ONCE)
             f = values(some, loops, owner[part], place[part], threads)[:, : spectra.n[orbits[alike[0]]]]
-            most = max(1, min(lines, f.shape[1] // 4 - APART_ORDER))
-            got = found_lines(np.ascontiguousarray(f), float(some.interval[alike[0]]), most, APART_ORDER, threads)
-            unit = f.shape[1] * float(some.interval[alike[0]])
-            known = np.isfinite(got.error) & (np.abs(got.nu) * unit > 2)
+            got, unit = lines_of(f, lines, threads), f.shape[1] * float(some.interval[alike[0]])
+            known = (np.abs(got.value) > 2) & (got.strength > 0) & (got.bar < 1)
             for i, (orbit, loop) in enumerate(zip(owner[part], place[part], strict=True)):
-                at = slice(loop * lines, loop * lines + most)
-                value[orbit, at] = np.where(known[i], np.abs(got.nu[i]), 0.0)
-                bar[orbit, at] = np.where(known[i], 3 * got.error[i], 0.0) + LINE_WIDTH / unit
-                strength[orbit, at] = np.where(known[i], np.abs(got.amplitude[i]), 0.0)
+                at = slice(loop * lines, (loop + 1) * lines)
+                value[orbit, at] = np.where(known[i], np.abs(got.value[i]), 0.0) / unit
+                bar[orbit, at] = np.where(known[i], got.bar[i], 0.0) / unit
+                strength[orbit, at] = np.where(known[i], got.strength[i], 0.0)
     return value, bar, strength
 
 
-def _lines(spectra: Spectra, orbits: np.ndarray, lines: int, threads: int) -> tuple[np.ndarray, ...]:
-    """Return the frequencies, error bars, both in bins, and amplitudes (orbits, m, lines) of the strongest lines of
-    the loops of some orbits, and the root mean square (orbits, m) of the rest.
+def lines_of(f: np.ndarray, lines: int, threads: int) -> Lines:
+    """Return the strongest lines of signals f (signals, samples), complex: places in bins, signed, error bars and sizes
+    (signals, lines).
     """
-    m = spectra.rows.moving.shape[1]
-    nu, bar, strength = np.zeros((3, orbits.size, m, lines))
-    bar[:], rest = np.inf, np.zeros((orbits.size, m))
-    n = spectra.n[orbits]
-    for samples in np.unique(n):
-        own = np.flatnonzero(n == samples)
-        begins = spectra.start[orbits[own]]
-        parts = np.concatenate([spectra.numbers[at : at + m * samples] for at in begins]).reshape(-1, samples)
-        most = max(1, min(lines, int(samples) // 4 - APART_ORDER))
-        found = lines_of_transforms(parts, APART_ORDER, most, threads if len(parts) > FEW else 1)
-        value, amplitude, error, residual = (entry.reshape(own.size, m, *entry.shape[1:]) for entry in found)
-        nu[own, :, :most], bar[own, :, :most], strength[own, :, :most] = value, error, np.abs(amplitude)
-        rest[own] = residual
-    return nu, bar, strength, rest
-
-
-def _lattice(signals: Signals, spectra: Spectra, orbits: np.ndarray, lines: int, threads: int) -> Modes:
-    """Return the modes of some orbits by so many lines fitted to each loop."""
-    moving, h = spectra.rows.moving[orbits], signals.interval[orbits]
-    m, time = moving.shape[1], spectra.n[orbits] * h
-    value, error, strength, rest = _lines(spectra, orbits, lines, threads)
-    unit = time[:, None, None]
-    value, error = np.abs(value) / unit, error / unit
-    strength = strength / np.maximum(strength.max(axis=2, keepdims=True), 1e-300)
-    seen = np.isfinite(error) & (value * unit > 2) & (strength > WEAK) & moving[:, :, None]
-    strength = np.where(seen, strength, 0.0)
-    first = strength.argmax(axis=2)[:, :, None]
-    leads = np.arange(strength.shape[2]) == first
-    lines_seen = np.stack([entry[:, :, :SEEN] for entry in (value, 3 * error + LINE_WIDTH / unit, strength)], axis=1)
-    bar = 3 * np.where(seen, error, np.inf) + LINE_WIDTH / unit
-    top = np.take_along_axis(np.where(seen, value, 0.0), first, axis=2)[:, :, 0]
-    top_bar = np.take_along_axis(bar, first, axis=2)[:, :, 0]
-    used = seen & (bar * unit < 3 * SHARP) & ((strength > MINOR) | leads)
-    rank_of_lines = np.where(used, strength + 2.0 * leads, 0.0).reshape(orbits.size, -1)
-    order = np.argsort(-rank_of_lines, axis=1, kind="stable")
-    value, bar = (
-        np.ascontiguousarray(np.take_along_axis(entry.reshape(orbits.size, -1), order, axis=1))
-        for entry in (value, bar)
-    )
-    bar = np.where(np.isfinite(bar), bar, 0.0)
-    # Where a leading line is not sharp, sharper ones may be its multiples.
-    known = (used | ~leads | ~moving[:, :, None]).all(axis=(1, 2))
-    count = np.where(known, (rank_of_lines > 0).sum(axis=1), 0)
-    lattice = _no_lattice(orbits.size, m)
-    arguments = value, bar, count, tables_of(m), 1 / h, lattice
-    run(kernels.generators, orbits.size, arguments, threads, BRIEF)
-    dual, share = _dual(signals, spectra, orbits, lattice.rank, lattice.nu, threads)
-    result = _no_modes(orbits.size, m)
-    _place(result, lattice, dual, share, top, top_bar, moving, threads)
-    result.rest[:] = (np.where(moving, rest, 0.0) / math.sqrt(2)).max(axis=1, initial=0.0)
-    result.lines[..., : lines_seen.shape[3]] = lines_seen
-    return result
+    count, n = f.shape
+    size = int(band_sizes(np.array([n]))[0])
+    windowed, sums = np.empty((count, n), complex), np.empty((count, SUMS, size), complex)
+    edges, found = np.empty((count, 2, 3), complex), np.zeros((3, count, lines))
+    real = [np.ascontiguousarray(f).view(float), apart_window(n), windowed.view(float), sums.view(float)]
+    run(loop_transforms.prepare_values, count, (*real, edges), threads)
+    transforms = np.fft.fft(windowed, axis=-1), np.fft.fft(sums, axis=-1)
+    place, strength, bar = found
+    arguments = *transforms, edges, APART_ORDER, place, strength, bar
+    run(loop_lines.lines_of_values, count, arguments, threads)
+    return Lines(place, bar, strength)
 
 
 def _place(
@@ -531,41 +458,20 @@ def _place(
 
 def _dual(
     signals: Signals, spectra: Spectra, which: np.ndarray, rank: np.ndarray, nu: np.ndarray, threads: int
-) -> tuple[np.ndarray, np.ndarray]:
-    """Return the dual rows (orbits, m, 2m) of the lines nu in the signals of some orbits, in units of their sizes, and
-    the share (orbits, m, m) that line k has of loop j's motion.
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return of the lines nu (orbits, m) in the signals of some orbits the dual rows (orbits, m, 2m), in units of their
+    sizes, the share (orbits, m, m) that line k has of loop j's motion, and the amplitudes (orbits, 2m, 2m), see
+    `kernels.dual_loops`.
     """
     orbits, m = nu.shape
-    dual, share = np.zeros((orbits, m, 2 * m), complex), np.zeros((orbits, m, m))
-    for r, where, amplitude in _amplitudes(signals, spectra, which, rank, nu, threads):
-        dual[where, :r] = np.linalg.pinv(amplitude.transpose(0, 2, 1), rcond=1e-12)[:, :r]
-        size = np.abs(amplitude[:, :r])
-        share[where, :r] = size[:, :, ::2] * size[:, :, 1::2]
-    return dual, share
-
-
-def _amplitudes(
-    signals: Signals, spectra: Spectra, which: np.ndarray, rank: np.ndarray, nu: np.ndarray, threads: int
-) -> Iterator[tuple[int, np.ndarray, np.ndarray]]:
-    """Yield each rank r, the numbers of its orbits, and the complex amplitudes (orbits, 2r, 2m) of their lines nu, then
-    of -nu, in the rows in units of their sizes.
-    """
-    orbits, m = nu.shape
-    rows, n, own = 2 * m, spectra.n[which], signals.of(which)
-    moments, gram = np.zeros((orbits, rows, m), complex), np.zeros((orbits, rows, rows))
-    found = spectra.rows
+    amplitude, dual = np.zeros((orbits, 2 * m, 2 * m), complex), np.zeros((orbits, m, 2 * m), complex)
+    made = dual_loops.Duals(amplitude, dual, np.zeros((orbits, m, m)))
+    n, own, found = spectra.n[which], signals.of(which), spectra.rows
     scaling = found.drift[which], found.centre[which], 1 / found.size[which]
-    arguments = own.ragged, n, tables_for(cosine_window, n), own.interval, scaling, rank, nu, moments, gram
-    run(kernels.project, orbits, arguments, threads)
-    for r in np.unique(rank[rank > 0]):
-        where = np.flatnonzero(rank == r)
-        projections = np.concatenate([moments[where, :, :r], moments[where, :, :r].conj()], axis=2)
-        # The amplitudes A of the lines obey A gram^T = projections.
-        yield (
-            int(r),
-            where,
-            np.linalg.pinv(gram[where, : 2 * r, : 2 * r], rcond=1e-12) @ projections.transpose(0, 2, 1),
-        )
+    tables = tables_for(cosine_window, n)
+    arguments = own.ragged, n, tables, own.interval, scaling, rank, nu, made
+    run(dual_loops.dual_loops, orbits, arguments, threads)
+    return dual, made.share, amplitude
 
 
 def places(share: np.ndarray, nu: np.ndarray, rank: np.ndarray, moving: np.ndarray) -> np.ndarray:

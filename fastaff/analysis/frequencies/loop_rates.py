@@ -1,17 +1,15 @@
-"""Frequencies of loops with their errors, from demodulated lines, weighted mean rates and fitted lines."""
+"""Frequencies of loops with their errors, from inverted lines and from weighted mean rates."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
 
-from .demodulated import PARTS, demodulated, parts, turning
-from .fundamental import Loops, taken, values
+from .fundamental import Loops, taken
 from .integer_lattice import combined
-from .inverted_lines import inverted
-from .line_rates import line_rates
+from .inverted_lines import changes, inverted
+from .mean_rates import PARTS, parts, turning
 from .signals import Signals
 from .windows import damping
 
@@ -21,7 +19,7 @@ SAFETY = 5.0
 """
 
 UNSETTLED = 0.02
-"""Error of a frequency, in cycles over the whole, from which lines are fitted if no `fallback` is asked for."""
+"""Error of a frequency, in cycles over the whole, from which it may be that of another line."""
 
 REST = 5.0
 """Assumed remaining amplitude at frequency 0, relative to a line's; none for planes, whose loops have no centre that
@@ -31,12 +29,9 @@ may be off.
 HIGHER = 0.8
 """Share of the change with half the step that the correction for the step may be off."""
 
-AT_ONCE = 256
-"""Loops whose lines are fitted at once."""
-
 
 class Rates(NamedTuple):
-    """Frequencies (orbits, loops) with their errors without those of the scheme, and the method of each.
+    """Frequencies (orbits, loops) with their errors without those of the scheme.
 
     halves, halves_error (orbits, loops, 2): values of the halves; step: their decrease when the step is halved, and
     step_error: the error of that.
@@ -44,7 +39,6 @@ class Rates(NamedTuple):
 
     nu: np.ndarray
     error: np.ndarray
-    method: np.ndarray
     step: np.ndarray
     step_error: np.ndarray
     halves: np.ndarray
@@ -66,7 +60,6 @@ class Rates(NamedTuple):
         return Rates(
             nu=combined(k, self.nu),
             error=combined(size, self.error),
-            method=np.where(k != 0, self.method[:, None, :], 0).max(axis=2),
             step=combined(k, self.step),
             step_error=combined(size, self.step_error),
             halves=np.stack([combined(k, half) for half in np.moveaxis(self.halves, 2, 0)], axis=2),
@@ -79,7 +72,6 @@ class Rates(NamedTuple):
         return Rates(
             nu=self.nu * factor,
             error=self.error * size,
-            method=self.method,
             step=self.step * factor,
             step_error=self.step_error * size,
             halves=self.halves * each,
@@ -96,15 +88,11 @@ def line_frequencies(
 ) -> Rates:
     """Return the frequencies of lines by nu (orbits, loops) of loops; the error is inf where there is none."""
     found, time = inverted(s, loops, nu, threads), s.time[:, None]
-    change = np.zeros((*nu.shape, 3))
-    if start is not None:
-        coarse, fine = (demodulated(x, loops, nu, threads, start.samples) for x in (s, start))
-        # The halves too: the change in one window may be small by chance.
-        change = np.concatenate([(coarse.nu - fine.nu)[:, :, None], coarse.halves - fine.halves], axis=2)
+    # The halves too: the change in one window may be small by chance.
+    change = np.zeros((*nu.shape, 3)) if start is None else changes(s, start, loops, nu, threads)
     return Rates(
         found.nu,
         found.error + rest * damping(np.abs(found.nu) * time) / time,
-        np.zeros(nu.shape, np.int8),
         *_of_step(change),
         found.halves,
         found.halves_error,
@@ -153,48 +141,7 @@ def of_parts(rates: np.ndarray, change: np.ndarray) -> Rates:
     return Rates(
         rates[:, :, 0].copy(),
         np.where(np.isfinite(error), error, np.inf),
-        np.zeros(error.shape, np.int8),
         *_of_step(change),
         rates[:, :, 1:3],
         np.where(np.isfinite(halves_error), halves_error, np.inf),
     )
-
-
-def portions(signals: Signals, needed: np.ndarray) -> Iterator[tuple[np.ndarray, np.ndarray]]:
-    """Yield the orbits and the loops in `needed` (orbits, loops), AT_ONCE or fewer, of equally many samples."""
-    for own in signals.alike(np.flatnonzero(needed.any(axis=1))):
-        orbits, loops = np.nonzero(needed[own])
-        for begin in range(0, orbits.size, AT_ONCE):
-            part = slice(begin, begin + AT_ONCE)
-            yield own[orbits[part]], loops[part]
-
-
-def with_lines(
-    rates: Rates,
-    s: Signals,
-    loops: Loops,
-    centre: np.ndarray,
-    fallback: float | None,
-    threads: int,
-) -> Rates:
-    """Return the rates, with those of lines by `centre` (orbits, loops; 0: none) where they are needed and better, or
-    where all are asked for.
-    """
-    top = np.abs(rates.nu).max(axis=1, keepdims=True)
-    limit = UNSETTLED / s.time[:, None] if fallback is None else fallback * top
-    needed = (centre != 0) & ((rates.error > limit) | (fallback == 0))
-    lines = rates._replace(
-        nu=rates.nu.copy(),
-        error=np.full(rates.error.shape, np.inf),
-        method=np.ones_like(rates.method),
-        halves=rates.halves.copy(),
-        halves_error=rates.halves_error.copy(),
-    )
-    for o, j in portions(s, needed):
-        useless = np.full(o.size, np.inf) if fallback == 0 else rates.error[o, j] / SAFETY
-        f, interval = values(s, loops, o, j, threads), float(s.interval[o[0]])
-        nu, uncertainty = line_rates(f, interval, centre[o, j], useless, threads)
-        lines.nu[o, j], lines.error[o, j] = nu[0], SAFETY * uncertainty
-        both = np.isfinite(nu[1:3]).all(axis=0)
-        lines.halves[o, j] = np.where(both, nu[1:3], rates.halves[o, j].T).T
-    return lines.where(np.isfinite(lines.error), rates) if fallback == 0 else rates.better(lines)

@@ -16,9 +16,9 @@ from ...base.interruption import keeping
 from ...base.numbers import an_array, positive, reporter, whole
 from ...base.progress import says_progress
 from ...base.results import Result
-from ...compile.threads import by_workers, checked_threads, together, works
+from ...compile.threads import checked_threads, together, works
 from ...flows.launch import Report
-from ...kernels.naff_bins import ROUGH, SWEEPS, bins_of
+from ...kernels.naff_bins import SWEEPS, bins_of
 from ...kernels.naff_fit import fit_lines, sums_of
 from ...kernels.naff_lines import Window, find_lines, workspace
 from .windows import tabulated
@@ -178,59 +178,6 @@ def found_lines(
             calls = [functools.partial(analyse, worker) for worker in range(workers)]
             together(calls, stop.set, lambda: report is not None and report(float(finished.mean())))
     return found()
-
-
-def lines_of_transforms(
-    transforms: np.ndarray, order: int, lines: int, threads: int
-) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Return the lines of signals by their Fourier transforms (signals, samples), made with a window of that order:
-    nu, amplitudes, errors (signals, lines), nu and errors in bins, to 1e-5 of these, and residuals (signals,).
-    """
-    batch, samples = transforms.shape
-    nu, amplitude, error = np.empty((batch, lines)), np.empty((batch, lines), complex), np.empty((batch, lines))
-    residual, none, window = np.empty(batch), np.full(batch, -1), _window(samples, order, BINS_FLOOR, ROUGH)
-    size = max(1, -(-batch // threads))
-
-    def fit(worker: int) -> None:
-        part, work = slice(worker * size, (worker + 1) * size), workspace(samples, lines, order)
-        found = nu[part], amplitude[part], error[part], residual[part]
-        find_lines(transforms[part], window, work, *found, none[part])
-
-    by_workers(fit, -(-batch // size))
-    return nu, amplitude, error, residual
-
-
-def followed_line(
-    signal: np.ndarray,
-    dt: float,
-    order: int,
-    begin: int,
-    end: int,
-    lines: FrequencyLines,
-    which: np.ndarray,
-    threads: int | None = None,
-) -> np.ndarray:
-    """Return the frequency (signals,) of line `which` (signals,) of the `lines` of signals (signals, samples) over the
-    samples from `begin` to `end`, fitted to its bins there from where it is; NaN where that fails.
-    """
-    samples, batch, threads = end - begin, len(signal), checked_threads(threads)
-    window, unit = _window(samples, order, BINS_FLOOR), samples * dt
-    turns = lines.nu * dt * (begin + (samples - 1) / 2)
-    u, a = lines.nu * unit, lines.amplitude * np.exp(2j * np.pi * (turns - np.rint(turns)))
-    found, error = np.empty(batch), np.empty(u.shape)
-    which = np.ascontiguousarray(which, dtype=np.int64)
-    rows = max(1, min(CHUNK_SAMPLES // samples, -(-batch // threads)))
-
-    def follow(worker: int) -> None:
-        work = workspace(samples, a.shape[1], order)
-        for start in range(worker * rows, batch, workers * rows):
-            part = slice(start, start + rows)
-            transforms = np.fft.fft(signal[part, begin:end] * window.weight)
-            find_lines(transforms, window, work, u[part], a[part], error[part], found[part], which[part])
-
-    workers = max(1, min(-(-batch // rows), threads))
-    by_workers(follow, workers)
-    return found / unit
 
 
 class _Scratch:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 import numpy as np
@@ -17,7 +17,7 @@ from ...base.status import Status
 from ...compile.threads import checked_threads
 from ...flows.checks import checked_model
 from ...flows.launch import Report
-from ...kernels.demodulation import Loops
+from ...kernels.loops import Loops
 from ...models.contracts import Angles, Dynamics
 from ..orbits.given_orbits import Given, GivenOrbits, ends, given_orbits, lengths
 from .angle_loops import Layout, Plain, angles_of, suited
@@ -25,15 +25,13 @@ from .found_frequencies import Found
 from .frequencies import FrequencyMap
 from .frequency_map import checked_angles
 from .fundamental import fastest, values
-from .loop_rates import portions
-from .methods import BirkhoffAverages, NaffLines, checked_method, method_of
 from .readings import Samples, read
 from .rooms import ROOMS, Room
 from .signals import Signals, signals_of
 from .windows import cosine_window
 
-LEAST = 64
-"""Least number of samples of an orbit."""
+LEAST, AT_ONCE = 64, 256
+"""Least number of samples of an orbit; loops whose spectra show noise at once."""
 
 BUDGET = 1 << 27
 """Bytes of samples in work at once."""
@@ -49,7 +47,7 @@ that of a line with three and a half samples a period.
 """
 
 
-@takes(method=method_of, angles=angles_of)
+@takes(angles=angles_of)
 @says_progress
 def orbit_frequencies(
     samples: Given,
@@ -59,7 +57,6 @@ def orbit_frequencies(
     coordinates: str | Sequence[str] | None = None,
     body: Dynamics | None = None,
     angles: Angles | str | None = None,
-    method: BirkhoffAverages | NaffLines | str = BirkhoffAverages(),  # noqa: B008 - a value
     lines: int | None = None,
     threads: int | None = None,
     report: Report | None = None,
@@ -85,7 +82,7 @@ def orbit_frequencies(
     angles : as in `frequency_map`, or "R z phi", "R phi"
         Cylindrical or polar, for rows x, y (, z) and velocities. Default: loops in the planes of each coordinate and
         its momentum, or velocity.
-    method, lines, threads, report : as in `frequency_map`
+    lines, threads, report : as in `frequency_map`
 
     Returns
     -------
@@ -128,10 +125,9 @@ def orbit_frequencies(
         raise ValueError(
             "dt must be given, the time between samples: these do not tell; for turn-by-turn data see tunes"
         )
-    fallback = checked_method(method).fallback
     lines = None if lines is None else whole("lines", lines, 1)
     layout = Layout(_angles(given, body, angles), given.shape[0] // 2)
-    work = _Work(given, layout, fallback, lines, checked_threads(threads), report)
+    work = _Work(given, layout, lines, checked_threads(threads), report)
     with keeping("orbit_frequencies", work.result):
         work.run()
     return work.result()
@@ -155,6 +151,15 @@ def _angles(given: GivenOrbits, body: Any, angles: Any) -> Any:
     return angles
 
 
+def _portions(signals: Signals, loops: int) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+    """Yield orbits and numbers of their loops, AT_ONCE or fewer, of equally many samples."""
+    for own in signals.alike():
+        orbits, number = (entry.ravel() for entry in np.mgrid[: own.size, :loops])
+        for begin in range(0, orbits.size, AT_ONCE):
+            part = slice(begin, begin + AT_ONCE)
+            yield own[orbits[part]], number[part]
+
+
 class _Work:
     """Frequencies in the making."""
 
@@ -162,12 +167,11 @@ class _Work:
         self,
         given: GivenOrbits,
         layout: Layout,
-        fallback: float | None,
         lines: int | None,
         threads: int,
         report: Report | None,
     ):
-        self.given, self.layout, self.fallback, self.threads, self.report = given, layout, fallback, threads, report
+        self.given, self.layout, self.threads, self.report = given, layout, threads, report
         self.found = Found(layout, given.shape[1], lines)
         self.interval, self.states = float(given.interval or 0.0), Room()
         self.status = np.full(given.shape[1], int(Status.INTERRUPTED))
@@ -199,12 +203,12 @@ class _Work:
         own = signals_of(signals, self.interval).of(np.flatnonzero(fine))
         self.read[kept] = length * self.interval
         if kept.size:
-            reading = read(self.layout, Samples(own, None, 0), self.fallback, self.threads)
+            reading = read(self.layout, Samples(own, None, 0), self.threads)
             noise = self._noise(own)
             errors = {name: np.maximum(getattr(reading, name), noise) for name in ("error", "leading_error")}
-            self.found.adopt(kept, reading._replace(**errors))
-            if self.found.lines is not None:
+            if self.found.lines is not None:  # before the orbits count as finished
                 self.found.lines.adopt(kept, self.layout, own, 0.0)
+            self.found.adopt(kept, reading._replace(**errors))
         return ~fine
 
     def _noise(self, own: Signals) -> np.ndarray:
@@ -218,7 +222,7 @@ class _Work:
         loops, found = Loops(coefficients, offset, np.zeros_like(offset)), np.zeros(offset.shape)
         window = cosine_window(min(int(own.samples[0]), ENOUGH))
         quarter = int(QUARTER * window.size)
-        for o, k in portions(own, np.ones(offset.shape, bool)):
+        for o, k in _portions(own, offset.shape[1]):
             bins = fft(values(own, loops, o, k, self.threads)[:, : window.size] * window, overwrite_x=True)
             power = bins.real**2 + bins.imag**2
             level = np.partition(power, quarter)[:, quarter] / (-math.log1p(-QUARTER) * (window**2).sum())

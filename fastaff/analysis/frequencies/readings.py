@@ -12,13 +12,13 @@ from ...compile.threads import by_portions, own_threads
 from ...kernels.relations import first_vectors
 from .angle_loops import Layout
 from .axis_angles import DRIVEN, about_axis, symmetric, through_the_plane
-from .closeness import related
 from .fundamental import BRIEF, Loops, Modes, adopt, run, taken
 from .integer_lattice import box, combined
-from .lattices import ROUNDING, beaten, lattices_of
-from .loop_rates import SAFETY, Rates, averages, line_frequencies, of_parts, with_lines
+from .lattices import ROUNDING, lattices_of
+from .loop_rates import SAFETY, Rates, averages, line_frequencies, of_parts
 from .rotations import Winding, going_round, mean_turns
 from .signals import Signals
+from .verdicts import related, unresolved_relations
 
 BEATS = 10.0
 """Factor of the errors of mean rates of orbits whose lines are closer than 1/time: all windows see the same part of
@@ -74,7 +74,6 @@ class Reading(NamedTuple):
     scheme_error: np.ndarray
     halves: np.ndarray
     halves_error: np.ndarray
-    method: np.ndarray
     rank: np.ndarray
     leading: np.ndarray
     leading_error: np.ndarray
@@ -83,41 +82,39 @@ class Reading(NamedTuple):
     irregular: np.ndarray
 
 
-def read(layout: Layout, samples: Samples, fallback: float | None, threads: int) -> Reading:
-    """Read the frequencies of sampled orbits; lines are fitted to the whole where the relative error exceeds `fallback`
-    (0: all are lines; None: where a frequency is off by UNSETTLED). Threads have equal shares of the samples.
-    """
+def read(layout: Layout, samples: Samples, threads: int) -> Reading:
+    """Read the frequencies of sampled orbits. Threads have equal shares of the samples."""
     parts: dict[int, Reading] = {}
     work = COST * samples.run.rows * samples.run.samples
 
     def some(at: slice) -> None:
-        parts[at.start] = _by_axis(layout, samples.of(at), fallback, own_threads(threads))
+        parts[at.start] = _by_axis(layout, samples.of(at), own_threads(threads))
 
     by_portions(some, work.size, work, threads, least=LANES)
     return Reading(*map(np.concatenate, zip(*(parts[begin] for begin in sorted(parts)), strict=True)))
 
 
-def _by_axis(layout: Layout, samples: Samples, fallback: float | None, threads: int) -> Reading:
+def _by_axis(layout: Layout, samples: Samples, threads: int) -> Reading:
     """Read the frequencies of orbits, those apart that an axis drives, by the caller's thread but for its kernels."""
     if not layout.axis:
-        return _read(layout, samples, layout.m, fallback, threads)
+        return _read(layout, samples, layout.m, threads)
     alone = symmetric(samples.run, layout.m)
     parts = np.flatnonzero(alone), np.flatnonzero(~alone)
     found = []
     for own, m in zip(parts, (layout.m, layout.m + 1), strict=True):
         if own.size:
-            found.append(_read(layout, samples.of(own), m, fallback, threads))
+            found.append(_read(layout, samples.of(own), m, threads))
     order = np.argsort(np.concatenate(parts))
     return Reading(*(np.concatenate(entries)[order] for entries in zip(*found, strict=True)))
 
 
-def _read(layout: Layout, samples: Samples, m: int, fallback: float | None, threads: int) -> Reading:
+def _read(layout: Layout, samples: Samples, m: int, threads: int) -> Reading:
     """Read the frequencies of orbits by the lattice of the lines of their first m loops."""
     s, start, n = samples.run, samples.start, len(layout.angles.names)
-    time, some, driven = s.time[:, None], lattices_of(s, start, m, fallback, threads), m > layout.m
+    time, some, driven = s.time[:, None], lattices_of(s, start, m, threads), m > layout.m
     if driven:
-        through_the_plane(some, layout.m, s, start, fallback, threads)
-    found, lattice, vague, irregular, _, broad, aliased = some
+        through_the_plane(some, layout.m, s, start, threads)
+    found, lattice, vague, irregular, aliased = some
     chosen, combination = lattice, found.combination
     leading, leading_error = np.zeros((2, len(time), n))
     leading[:, :m], leading_error[:, :m] = found.leading, found.leading_error
@@ -132,9 +129,8 @@ def _read(layout: Layout, samples: Samples, m: int, fallback: float | None, thre
         line = line_frequencies(s, start, at, near, threads, rest=0.0)
         same = np.abs(line.nu - planes.nu) <= planes.error
         planes = line.where(same & np.isfinite(line.error), planes)
-        planes = with_lines(planes, s, at, np.where(broad[:, None] & (fallback != 0), 0.0, near), fallback, threads)
         unresolved = (aliased + np.where(vague[:, None], SWAYED, 0.0)) / time
-        planes = planes._replace(error=planes.error + unresolved + beaten(planes, some.beating))
+        planes = planes._replace(error=planes.error + unresolved)
         if driven:
             chosen, combination, turning = about_axis(some, planes, s.time, threads)
         else:
@@ -195,7 +191,9 @@ def _count_turns(
     # A rate that has no place may be a frequency of its own.
     vague[wound] &= found.moving[wound].any(axis=1)
     vague[wound] |= strange
-    vague[wound] |= related(np.where(mine.known, mine.rates.nu, np.nan), mine.rates.error, threads)
+    vague[wound] |= unresolved_relations(
+        np.where(mine.known, mine.rates.nu, np.nan), mine.rates.error, s.time[wound], threads
+    )
 
 
 def _with_scheme(
@@ -230,7 +228,6 @@ def _with_scheme(
         scheme_error=more,
         halves=rates.halves,
         halves_error=rates.halves_error,
-        method=rates.method,
         rank=rank,
         leading=leading,
         leading_error=leading_error,

@@ -39,10 +39,12 @@ class Room:
 
 
 class Rooms(threading.local):
-    """Rooms of the calls of a thread: for signals of runs, those of their starts with a finer step, and spectra."""
+    """Rooms of the calls of a thread: for signals of runs, those of their starts with a finer step, spectra and the
+    sums of bands.
+    """
 
     def __init__(self):
-        self.signals, self.starts, self.spectra = Room(), Room(), Room()
+        self.signals, self.starts, self.spectra, self.bands = Room(), Room(), Room(), Room()
 
 
 ROOMS = Rooms()

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from ...kernels import fundamental as kernels
-from .demodulated import PARTS, parts
 from .fundamental import BRIEF, run, tables_of
 from .loop_rates import Rates
+from .mean_rates import PARTS, parts
 from .signals import Signals
 
 MULTIPLES = 12

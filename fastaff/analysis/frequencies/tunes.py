@@ -13,7 +13,6 @@ from ...base.interruption import keeping
 from ...base.numbers import reporter, whole
 from ...base.progress import says_progress
 from ...base.results import Result
-from ...base.short_forms import takes
 from ...base.status import Status, describe
 from ...compile.plane_loops import COLUMNS
 from ...compile.threads import by_portions, checked_threads
@@ -21,10 +20,10 @@ from ...flows.launch import Report
 from ..orbits.given_orbits import Given, GivenOrbits, ends, given_orbits, lengths
 from .angle_lines import AngleLines, LineTable
 from .angle_loops import Layout, Plain
-from .frequencies import MANY_TURNS, FrequencyKind
+from .frequencies import FrequencyKind
 from .integer_lattice import ball
-from .line_rates import line_rates, lines_of
-from .methods import BirkhoffAverages, NaffLines, checked_method, method_of
+from .inverted_lines import inverted_values
+from .line_rates import lines_of
 from .naff import FrequencyLines, found_lines
 from .plane_modes import driven, entangled, modes_of, other_lines, own_tunes, plane_values, restless
 from .readings import SAME
@@ -34,6 +33,7 @@ from .turning import (
     PIECE,
     ROUNDING,
     SAFETY,
+    STANDING,
     Means,
     Turning,
     Window,
@@ -42,10 +42,11 @@ from .turning import (
     relations,
     without_standing,
 )
+from .verdicts import MANY_TURNS
 from .windows import LINE_ORDER
 
 FALLBACK, LEAST = 1e-9, 64
-"""Error in turns above which lines are fitted; least number of samples of an orbit."""
+"""Error in turns above which lines are inverted; least number of samples of an orbit."""
 
 BUDGET, AT_ONCE, TOLD = 1 << 27, 1 << 22, 1 << 19
 """Bytes of samples in work; samples of signals whose lines are fitted at once; a thread's numbers per report."""
@@ -83,7 +84,7 @@ class Tunes(Result):
     names: of the coordinates, one for each row of nu (n, orbits) in [0, 1): of q - i p, so 0.2 is a turn in five that
     takes (1, 0) towards p < 0, as all motion in time does, and 0.8 one the other way; `signed` has them in (-1/2, 1/2].
     NaN where there is none;
-    error (n, orbits), inf there; method (n, orbits): 0 an average, 1 a fitted line; diffusion (orbits,) =
+    error (n, orbits), inf there; method (n, orbits): 0 a mean turn, 1 an inverted line; diffusion (orbits,) =
     log10 of the largest ``|change|`` from the first half of the window to the second, NaN where there is no tune; turns
     (orbits,): samples before its end, all of them for an orbit that survived; window (orbits,): the number of steps
     that nu is the mean of; kind (orbits,) of `FrequencyKind`: IRREGULAR, the tunes change from half to half by 0.3
@@ -134,13 +135,11 @@ class Tunes(Result):
         return (self.status == Status.OK) & (self.kind <= FrequencyKind.DEPENDENT)
 
 
-@takes(method=method_of)
 @says_progress
 def tunes(
     samples: Given,
     *,
     coordinates: str | Sequence[str] | None = None,
-    method: BirkhoffAverages | NaffLines | str = BirkhoffAverages(),  # noqa: B008 - a value
     lines: int | None = None,
     threads: int | None = None,
     report: Report | None = None,
@@ -157,8 +156,6 @@ def tunes(
         or a table of pandas, polars or Astropy with a row for each turn.
     coordinates : sequence of str, optional
         Names of the 2n rows.
-    method : `BirkhoffAverages`, `NaffLines`, "birkhoff" or "naff"
-        Weighted averages, with lines where an average is off by more than `fallback` turns (default 1e-9), or lines.
     lines : int, optional
         Number of strongest lines of each plane's signal to return too, as `AngleLines` per turn, modulo 1, in [-1/2,
         1/2).
@@ -216,9 +213,8 @@ def tunes(
     """
     reporter(report)
     given = given_orbits(samples, coordinates=coordinates, least=LEAST)
-    fallback = checked_method(method).fallback
     lines = None if lines is None else whole("lines", lines, 1)
-    work = TuneWork(given, FALLBACK if fallback is None else fallback, checked_threads(threads), report, lines)
+    work = TuneWork(given, checked_threads(threads), report, lines)
     with keeping("tunes", work.result):
         work.run()
     return work.result()
@@ -271,9 +267,14 @@ class TuneWork:
     """Tunes in the making; arrays hold the results so far."""
 
     def __init__(
-        self, given: GivenOrbits, fallback: float, threads: int, report: Report | None, lines: int | None = None
+        self,
+        given: GivenOrbits,
+        threads: int,
+        report: Report | None,
+        lines: int | None = None,
+        inexact: float = FALLBACK,
     ):
-        self.given, self.fallback, self.threads, self.report = given, fallback, threads, report
+        self.given, self.threads, self.report, self.inexact = given, threads, report, inexact
         (_, self.orbits, self.samples), n = given.shape, given.shape[0] // 2
         self.lines = None if lines is None else LineTable(given.angles, lines, self.orbits)
         self.nu, self.error = np.zeros((n, self.orbits)), np.full((n, self.orbits), np.inf)
@@ -389,9 +390,9 @@ class TuneWork:
             table.adopt(part, layout, signals_of(s, 1.0), 0.0)
 
     def _with_lines(self, z: np.ndarray, turning: Turning, means: Means, method: np.ndarray, length: int) -> None:
-        """Replace inaccurate averages by lines, where these are better or all are asked for."""
-        n, always = len(means.nu), self.fallback == 0
-        needed = (means.error > self.fallback) & (turning.planes[:, :, COLUMNS.a] != 0).T
+        """Replace inaccurate averages by lines, where these are better."""
+        n = len(means.nu)
+        needed = (means.error > self.inexact) & (turning.planes[:, :, COLUMNS.a] != 0).T
         steady = means.error / SAFETY * length < SAME
         t, terms = np.arange(length + 1), 8 * (2 * HARMONIC + 1) * len(ball(n, SHARED)) + len(ball(n, COMBINED))
         for planes, orbits in _parts(needed, max(1, AT_ONCE // max(length + 1, terms))):
@@ -400,7 +401,7 @@ class TuneWork:
             a, b, c = (known[:, k, None] for k in (COLUMNS.a, COLUMNS.b, COLUMNS.c))
             f = a * x + 1j * (b * x + c * y)
             halves = means.halves[:, planes, orbits]
-            if not always and not (kept := ~restless(f, halves, length, 1)).all():
+            if not (kept := ~restless(f, halves, length, 1)).all():
                 planes, orbits, rough, f = planes[kept], orbits[kept], rough[kept], f[kept]
             turns = rough[:, None] * t
             f *= np.exp(-2j * np.pi * (turns - np.rint(turns)))
@@ -413,14 +414,14 @@ class TuneWork:
                 f[turned], lines.take(np.flatnonzero(turned)), rough[turned], planes[turned], others[turned]
             )
             # A mean turn that is no line gives no error to compare with.
-            worst = np.where(~near | (centre != 0) | always, np.inf, means.error[planes, orbits] / SAFETY)
-            found, uncertainty = line_rates(f, 1.0, centre, worst, 1, lines)
-            good = np.isfinite(uncertainty)
+            worst = np.where(~near | (centre != 0), np.inf, means.error[planes, orbits] / SAFETY)
+            found = inverted_values(f, centre)
+            good = (found.error * length < 1) & (found.error < SAFETY * worst)
+            good &= from_whole(rough + found.nu) * length >= STANDING
             i, o = planes[good], orbits[good]
-            means.nu[i, o] = rough[good] + found[0, good]
-            means.error[i, o] = SAFETY * uncertainty[good] + ROUNDING
-            halves = rough[good] + found[1:3, good]
-            means.halves[:, i, o] = np.where(np.isfinite(halves), halves, means.halves[:, i, o])
+            means.nu[i, o] = rough[good] + found.nu[good]
+            means.error[i, o] = found.error[good] + ROUNDING
+            means.halves[:, i, o] = rough[good] + found.halves[good].T
             method[i, o] = 1
 
     def result(self) -> Tunes:

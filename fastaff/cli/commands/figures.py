@@ -55,7 +55,7 @@ def with_colour(job: Job, colour: str | None) -> Job:
         if name not in [entry.name for entry in asked.values()]:
             return replace(job, chaos_map=replace(asked, indicators=f"{asked.indicators},{name}"))
     elif name is not None and (name.startswith(("nu_", "diffusion")) or "/" in name) and job.frequency_map is None:
-        return replace(job, frequency_map=Frequencies(method="naff"))
+        return replace(job, frequency_map=Frequencies())
     return job
 
 

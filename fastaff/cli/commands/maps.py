@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from ...jobs.analyses import Frequencies, Orbits, Run
+from ...jobs.analyses import Orbits, Run
 from ...jobs.job import Job, Plan
 from ...jobs.launch import Starts, whole
 from ..options import Look, Written
@@ -43,8 +43,6 @@ def settled(command: str, plan: Plan, run: Run, announce: bool = True) -> dict[s
         for name, analysis in plan.analyses.items():
             small = few._replace(z0=few.z0[:, -1:]) if hasattr(analysis, "cases") else few  # a case is many orbits
             analysis.compute(small, analysis.brief, brief)
-            if isinstance(analysis, Frequencies):  # these may be computed again by lines
-                replace(analysis, method="naff").compute(few, analysis.brief, brief)
             found[name] = analysis.settled(few, run)
 
     compiled(command, work, announce)

@@ -46,7 +46,7 @@ def poincare(
     span = {"periods": 400.0} if asked.max_time is None else {"time": 1200.0}
     keeps = all(getattr(options, name) is None for name in LOSING)  # these options make systems without frequencies
     default = keeps and not no_diffusion and (look.colour is None or plain(look.colour) == "diffusion")
-    diffusion = Frequencies(method="naff", **span) if default else None
+    diffusion = Frequencies(**span) if default else None
     starts = on_grid(starts, "20x20")
     job = job_of(model=options, surface=surface, starts=starts, run=run, poincare=asked, frequency_map=diffusion)
     work = Work.begun("poincare", job, output, look)

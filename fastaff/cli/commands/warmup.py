@@ -35,7 +35,6 @@ def warmup() -> int:
             step=0.1,
         ),
         "frequency-map": lambda: fastaff.frequency_map(body, z0, time=10.0, step=0.05),
-        "naff": lambda: fastaff.frequency_map(body, z0, time=10.0, step=0.05, method=fastaff.analysis.NaffLines()),
         "chaos-map": lambda: fastaff.chaos_map(body, z0, time=10.0, step=0.05),
         "chaos-map, steep walls": lambda: fastaff.chaos_map(body, z0, time=10.0, scheme=fastaff.VERNER9),
         "time of return": lambda: fastaff.poincare_map(
