@@ -328,6 +328,15 @@ def test_orbits_caught_in_a_resonance_stay_at_it():
     assert not (found.kind[at] == FrequencyKind.IRREGULAR).any()
 
 
+@pytest.mark.parametrize("turns", [1000, 6000])
+def test_chaotic_rotations_stay_irregular(turns):
+    """A strongly kicked rotor: nearly no orbit is regular, and its mean turns change from half to half."""
+    z0 = np.random.default_rng(12).uniform(0, 2 * np.pi, (2, 100))
+    found = fa.frequency_map(StandardMap(6.0), z0, time=turns)
+    assert fa.chaos_map(StandardMap(6.0), z0, time=3000).chaotic.mean() > 0.95
+    assert (found.kind == FrequencyKind.IRREGULAR).mean() > 0.95
+
+
 def test_tunes_of_running_orbits_are_bitwise_those_of_their_samples():
     """Also of those whose planes are fitted by lines, or that are lost."""
     rng = np.random.default_rng(12)

@@ -117,8 +117,9 @@ def frequency_map(
     of the first window; turns between the windows are iterated at full speed and not kept. A lost particle keeps its
     status, its turn `t` and its earlier values. Angle steps are summed while the map runs, twice where there are
     planes, to the bits of `tunes` of the samples; samples are kept only of orbits that are lost or need lines: some 12
-    ns a turn of four coordinates, 2 to 3 of the standard map. Where a mean turn is off by more than 1e-9, the inverted
-    line of the plane, or of exp(2 pi i x/period), replaces it. `lines` are those of the first window, modulo 1, in
+    ns a turn of four coordinates, 2 to 3 of the standard map. Where a steady mean turn is off by more than 1e-9, the
+    inverted line of the plane replaces it, and over at most 4096 iterates that of exp(2 pi i x/period), for some 80 ns
+    a turn. `lines` are those of the first window, modulo 1, in
     (-1/2, 1/2]; of a winding coordinate without its mean turn.
 
     Identification: steps are at most 1.5 radians of the fastest small oscillation about the start. The orbit is sampled
