@@ -17,8 +17,10 @@ from pages import put
 import fastaff as fa
 from fastaff.analysis.frequencies.fundamental import band_sizes
 from fastaff.analysis.frequencies.windows import APART_ORDER, apart_window
-from fastaff.kernels.loop_lines import FEWEST, LoopLines, find_lines, new_band
+from fastaff.kernels.harmonic_inversion import new_band
+from fastaff.kernels.loop_lines import FEWEST, LoopLines, read_peaks, signed_places, split_peaks
 from fastaff.kernels.loop_transforms import SUMS, fill_transforms
+from fastaff.kernels.spectrum_lines import find_peaks
 
 SAMPLES, FIRST, PHASE = 200, 20.3, 0.7
 AMPLITUDES = (1.0, 0.5)
@@ -50,12 +52,15 @@ def inverted(f: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     windowed, sums, edges = np.empty(n, complex), np.empty((SUMS, size), complex), np.empty((2, 3), complex)
     parts = np.ascontiguousarray(f.real), np.ascontiguousarray(f.imag)
     fill_transforms(*parts, apart_window(n), windowed.view(float), sums.view(float), edges)
-    lines = LoopLines(*np.zeros((4, 16)))
-    transforms = np.fft.fft(windowed), np.fft.fft(sums, axis=-1)
-    count, _ = find_lines(*transforms, edges, APART_ORDER, FEWEST, PEAKS, PEAKS, LEAST, lines, new_band())
-    sharp = lines.bar[:count] < 1.0
-    place, amplitude = lines.place[:count][sharp], lines.size[:count][sharp]
-    return place, amplitude
+    lines, band, transform = LoopLines(*np.zeros((4, 16))), new_band(), np.fft.fft(sums, axis=-1)
+    first = [entry[:PEAKS] for entry in (lines.place, lines.size, lines.doubt)]
+    peaks, _ = find_peaks(np.fft.fft(windowed), APART_ORDER, FEWEST, PEAKS, *first)
+    signed_places(lines, peaks, n)
+    read_peaks(transform, edges, n, 0, peaks, lines, band)
+    count = split_peaks(transform, edges, n, APART_ORDER, peaks, peaks, LEAST, lines, peaks, band)
+    sharp = np.flatnonzero(lines.bar[:count] < 1.0)
+    sharp = sharp[np.argsort(-lines.size[sharp])]
+    return lines.place[sharp], lines.size[sharp]
 
 
 def windowed_transform(f: np.ndarray, padding: int = 1) -> tuple[np.ndarray, np.ndarray]:
