@@ -66,6 +66,34 @@ class Line(NamedTuple):
     residual: np.ndarray
 
 
+class Band(NamedTuple):
+    """Rooms for a band: the functions z, vectors x, y (BASIS,), sums (BASIS, 5), matrix (BASIS, BASIS), overlaps (3,
+    BASIS, BASIS), and the eigenvectors that are known (BASIS, BASIS).
+    """
+
+    z: np.ndarray
+    x: np.ndarray
+    y: np.ndarray
+    sums: np.ndarray
+    matrix: np.ndarray
+    overlaps: np.ndarray
+    known: np.ndarray
+
+
+@jit
+def new_band():
+    """Return the rooms of a band."""
+    return Band(
+        np.empty(BASIS, np.complex128),
+        np.empty(BASIS, np.complex128),
+        np.empty(BASIS, np.complex128),
+        np.empty((BASIS, 5), np.complex128),
+        np.empty((BASIS, BASIS), np.complex128),
+        np.empty((3, BASIS, BASIS), np.complex128),
+        np.empty((BASIS, BASIS), np.complex128),
+    )
+
+
 @jit
 def add_dots(table, values, sums):
     """Add the products of a table and of values (BLOCK,) to partial sums (PARTS,)."""
@@ -234,15 +262,15 @@ def remove(known, count, overlaps, x):
 
 
 @jit
-def converge(overlaps, known, count, u, x, y, matrix, least):
-    """Return the eigenvalue next to u, and the norm x^T U_0 x of its vector x (BASIS,), which is its start; NaN where
-    there is none. The first `count` of known eigenvectors (lines, BASIS) are kept out.
+def converge(band, known, u, least):
+    """Return the eigenvalue of a band next to u, and the norm x^T U_0 x of its vector x, which is its start; NaN where
+    there is none. The first `known` eigenvectors are kept out.
 
-    least: change of the eigenvalue after which there is no other iteration; y (BASIS,), matrix (BASIS, BASIS): rooms.
+    least: change of the eigenvalue after which there is no other iteration.
     """
-    norm = 0j
+    x, y, matrix, overlaps, norm = band.x, band.y, band.matrix, band.overlaps, 0j
     for _ in range(ITERATIONS):
-        remove(known, count, overlaps, x)
+        remove(band.known, known, overlaps, x)
         for j in range(BASIS):
             y[j] = 0j
             for k in range(BASIS):
@@ -298,25 +326,22 @@ def mean_turn(re, im, begin, weights, sums):
 
 
 @jit
-def next_line(re, im, begin, length, room):
+def next_line(re, im, begin, length, band, edges, room):
     """Return the eigenvalue u of the line next to frequency 0 of a loop (samples,) in a window, and its residual, see
-    `residual_of`.
-
-    room: z, x, y (BASIS,), sums (BASIS, 5), matrix (BASIS, BASIS), overlaps (3, BASIS, BASIS), edges (2, 3), known
-    (0, BASIS), then that of basis_sums.
+    `residual_of`; edges (2, 3), and room as of basis_sums: scratch.
     """
-    z, x, y, sums, matrix, overlaps, edges, known = room[:8]
+    z, x, overlaps = band.z, band.x, band.overlaps
     half, step = (length - 3) // 2, -2.0 * math.pi * SPACING / length
     for j in range(BASIS):
         turn = step * (j - (BASIS - 1) / 2)
         z[j] = complex(math.cos(turn), math.sin(turn))
-    basis_sums(re, im, begin, half, step, room[8:], sums)
+    basis_sums(re, im, begin, half, step, room, band.sums)
     for p in range(2):
         for place, away in enumerate((0, half + 1, 2 * half + 1)):
             edges[p, place] = complex(re[begin + p + away], im[begin + p + away])
-    fill_overlaps(edges, half, z, sums, overlaps)
+    fill_overlaps(edges, half, z, band.sums, overlaps)
     start(z, half, x)
-    u, norm = converge(overlaps, known, 0, 1.0 + 0j, x, y, matrix, 2.0 * math.pi * CONVERGED / length)
+    u, norm = converge(band, 0, 1.0 + 0j, 2.0 * math.pi * CONVERGED / length)
     return u, residual_of(overlaps, x, u, norm)
 
 
@@ -331,20 +356,8 @@ def invert_loops(unit, stop, progress, signals, loops, nu, interval, windows, li
     s = rows_of(signals, unit)
     samples = s.shape[1]
     re, im, tables, scratch = np.empty(samples), np.empty(samples), np.empty((4, BLOCK)), np.empty(BLOCK)
-    room = (
-        np.empty(BASIS, np.complex128),
-        np.empty(BASIS, np.complex128),
-        np.empty(BASIS, np.complex128),
-        np.empty((BASIS, 5), np.complex128),
-        np.empty((BASIS, BASIS), np.complex128),
-        np.empty((3, BASIS, BASIS), np.complex128),
-        np.empty((2, 3), np.complex128),
-        np.empty((0, BASIS), np.complex128),
-        tables,
-        np.empty((2, BLOCK)),
-        np.empty((8, PARTS)),
-        np.empty(4, np.complex128),
-    )
+    band, edges = new_band(), np.empty((2, 3), np.complex128)
+    room = tables, np.empty((2, BLOCK)), np.empty((8, PARTS)), np.empty(4, np.complex128)
     for k in range(loops.c.shape[1]):
         if nu[unit, k] == 0.0:
             continue
@@ -373,7 +386,7 @@ def invert_loops(unit, stop, progress, signals, loops, nu, interval, windows, li
                 weights = windows.weights[place : place + length - 1]
                 lines.mean[unit, k, w] = mean_turn(re, im, begin, weights, scratch)
             if windows.precise[w] != 0:
-                u, residual = next_line(re, im, begin, length, room)
+                u, residual = next_line(re, im, begin, length, band, edges, room)
                 lines.shift[unit, k, w] = math.atan2(u.imag, u.real) / (2.0 * math.pi)
                 lines.growth[unit, k, w] = math.log(abs(u)) / (2.0 * math.pi) if abs(u) > 0.0 else math.nan
                 lines.residual[unit, k, w] = residual / (4.0 * math.pi)

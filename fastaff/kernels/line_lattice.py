@@ -12,7 +12,8 @@ import numpy as np
 
 from ..compile.jit import jit, read_now
 from .fundamental import BLOCK, Lattice, generate, relate
-from .loop_lines import DOUBLE, FEWEST, LoopLines, new_band, read_peaks, signed_places, split_peaks
+from .harmonic_inversion import new_band
+from .loop_lines import DOUBLE, FEWEST, LoopLines, read_peaks, signed_places, split_peaks
 from .loop_transforms import SUMS
 from .spectrum_lines import find_peaks, top_of
 

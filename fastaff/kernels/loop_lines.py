@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..compile.jit import jit, read_now
-from .harmonic_inversion import BASIS, converge, fill_overlaps, form, residual_of, start
+from .harmonic_inversion import BASIS, converge, fill_overlaps, form, new_band, residual_of, start
 from .spectrum_lines import find_peaks
 
 SAFETY = 20.0
@@ -60,34 +60,6 @@ class LoopLines(NamedTuple):
     doubt: np.ndarray
 
 
-class Band(NamedTuple):
-    """Rooms for a band: the functions z, vectors x, y (BASIS,), sums (BASIS, 5), matrix (BASIS, BASIS), overlaps (3,
-    BASIS, BASIS), and the eigenvectors that are known (BASIS, BASIS).
-    """
-
-    z: np.ndarray
-    x: np.ndarray
-    y: np.ndarray
-    sums: np.ndarray
-    matrix: np.ndarray
-    overlaps: np.ndarray
-    known: np.ndarray
-
-
-@jit
-def new_band():
-    """Return the rooms of a band."""
-    return Band(
-        np.empty(BASIS, np.complex128),
-        np.empty(BASIS, np.complex128),
-        np.empty(BASIS, np.complex128),
-        np.empty((BASIS, 5), np.complex128),
-        np.empty((BASIS, BASIS), np.complex128),
-        np.empty((3, BASIS, BASIS), np.complex128),
-        np.empty((BASIS, BASIS), np.complex128),
-    )
-
-
 @jit
 def turn_of(cycles):
     """Return the complex number of that many cycles."""
@@ -114,9 +86,7 @@ def read_line(band, known, u, samples, guess):
     """Return place and error bar, in bins, and size of the line next to u in a band; the bar is inf where there is
     none. The first `known` eigenvectors are kept out; x is the start, and becomes the line's vector.
     """
-    u, norm = converge(
-        band.overlaps, band.known, known, u, band.x, band.y, band.matrix, 2.0 * math.pi * STEADY / samples
-    )
+    u, norm = converge(band, known, u, 2.0 * math.pi * STEADY / samples)
     if not abs(u) > 0.0 or not abs(norm) > 0.0:
         return guess, math.inf, 0.0
     residual, along = residual_of(band.overlaps, band.x, u, norm), 0j

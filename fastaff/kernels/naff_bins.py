@@ -22,10 +22,8 @@ AWAY = 1.0
 LINKED = 4
 """Distance in bins, beyond twice the order, up to which neighbours are in one group."""
 
-SWEEPS, ROUGH = 5, 1
-"""Most fits of all groups in turn: each reduces the effect of groups on one another to 1e-5 or less; and the same for
-lines that need no more accuracy.
-"""
+SWEEPS = 5
+"""Most fits of all groups in turn: each reduces the effect of groups on one another to 1e-5 or less."""
 
 
 @jit
@@ -332,7 +330,7 @@ def settle_lines(window, work, m):
     converged.
     """
     samples, last = window.weight.size, 0.0
-    for _ in range(window.sweeps):
+    for _ in range(SWEEPS):
         last, moved = 0.0, 0.0
         for k in range(m):
             work.done[k] = 0
@@ -341,7 +339,7 @@ def settle_lines(window, work, m):
                 count = group_of(k, work, m, samples, 2 * window.order + LINKED, work.who)
                 for i in range(count):
                     work.done[work.who[i]] = 1
-                last = max(last, fit_group(window, work, work.who, count, window.sweeps > ROUGH))
+                last = max(last, fit_group(window, work, work.who, count, True))
                 couple(work, work.who, count)
                 for i in range(count):
                     l = work.who[i]

@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..compile.jit import LANES, jit
-from .naff_bins import EPS, apart, bins_of, fit_group, group_of, settle_lines, update_spectrum
+from .naff_bins import EPS, apart, bins_of, fit_group, settle_lines, update_spectrum
 from .naff_spectrum import first_guess, leakage, load_spectrum, noise_floor, spectrum_power, start_phase, strongest_bin
 from .stepping import blank
 
@@ -31,7 +31,6 @@ class Window(NamedTuple):
     cosine: Any  # the same with cos
     fourier: Any  # (p + 1,) W(j) at whole bins: w_n = (fourier[0] + 2 sum_j fourier[j] cos(j tau_n))/N
     floor: float  # amplitude, relative to the largest line's, at which the tails of lines are cut
-    sweeps: int  # most fits of all groups of lines in turn
     envelope: Any  # (4,) height, width of the bound of |W'|/sum w_n tau_n^2; 1/(N sum w_n^2); noise to error of u
 
 
@@ -164,38 +163,12 @@ def write_lines(window, work, m, last, nu, amplitude, error):
 
 
 @jit
-def find_lines(transforms, window, work, nu, amplitude, error, residual, which):
-    """Find the lines of signals by their windowed FFTs (batch, N): rows of nu (in bins), amplitude, error.
-
-    If which (batch,) is 0 or more, the kernel follows that one of the lines given in nu and amplitude (in the middle of
-    the signal) instead: residual becomes its frequency.
-    """
+def find_lines(transforms, window, work, nu, amplitude, error, residual):
+    """Find the lines of signals by their windowed FFTs (batch, N): rows of nu (in bins), amplitude, error."""
     for s in range(transforms.shape[0]):
         load_spectrum(transforms[s], window, work)
-        if which[s] >= 0:
-            residual[s] = follow_line(window, work, nu[s], amplitude[s], which[s])
-            continue
         m, last = collect(window, work, nu.shape[1])
         residual[s] = write_lines(window, work, m, last, nu[s], amplitude[s], error[s])
-
-
-@jit
-def follow_line(window, work, u, a, which):
-    """Return the frequency of line `which` of lines u, a (lines,), those with an amplitude first, in the spectrum.
-
-    The fit starts at its place and includes the lines around it; the others are fixed; NaN where it does not converge.
-    """
-    m = 0
-    while m < u.size and a[m] != 0.0:
-        work.u[0, m], work.a[0, m] = u[m], a[m]
-        work.u[2, m], work.a[2, m], work.who[m] = u[m], 0.0, m
-        m += 1
-    if which >= m:
-        return math.nan
-    update_spectrum(window, work, work.who, m)
-    beside = group_of(which, work, m, window.weight.size, 2 * window.order + 8, work.who)
-    last = fit_group(window, work, work.who, beside, True)
-    return work.u[0, which] if last < 0.1 else math.nan
 
 
 @jit

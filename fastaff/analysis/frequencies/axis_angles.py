@@ -7,7 +7,7 @@ import numpy as np
 from ...kernels import fundamental as kernels
 from .fundamental import AT_REST, BRIEF, Modes, adopt, run, tables_of, taken
 from .lattices import Lattices, lattices_of
-from .loop_rates import UNSETTLED, Rates
+from .loop_rates import Rates
 from .signals import Signals
 
 DRIVEN = 1e-4
@@ -16,6 +16,9 @@ DRIVEN = 1e-4
 SLACK = 0.02
 """Least error of lines, in cycles over the time, for their integers: bars of lines beside others may be too short."""
 
+
+UNSETTLED = 0.02
+"""Error of a frequency, in cycles over the time, from which other loops are asked too."""
 
 SEEN = 6
 """Strongest lines of R and z among which their own is sought."""

@@ -3,8 +3,8 @@
 Signals are (orbits, 2m, samples): Q and P of each of m loops in turn, equidistant in time. The lines of all loops
 together span a lattice of frequencies; its generators nu_k have complex amplitudes A_k in the signals. The row d_k of
 the dual basis to (A_1 ... A_r, conj A_1 ... conj A_r) makes a loop f_k = d_k . (s - centre) that has the line nu_k with
-amplitude 1 and neither another generator nor its conjugate: of a linear system exactly one normal mode. The mean rate
-of its argument is nu_k.
+amplitude 1 and neither another generator nor its conjugate: of a linear system exactly one normal mode. Its line is
+inverted for nu_k.
 """
 
 from __future__ import annotations
@@ -22,6 +22,7 @@ from ...flows.launch import launch
 from ...kernels import dual_loops, line_lattice, loop_lines, loop_transforms
 from ...kernels import fundamental as kernels
 from ...kernels.fundamental import Lattice, Rows, Vectors
+from ...kernels.harmonic_inversion import SPACING
 from ...kernels.line_lattice import Found, LatticeLimits, Lines
 from ...kernels.loop_transforms import SUMS, Bands, Spectra
 from ...kernels.loops import Loops, loop_values
@@ -33,11 +34,6 @@ from .windows import APART_ORDER, apart_window, cosine_window, fast_lengths, gro
 LINES = 16
 """Most lines of each loop: its peaks and the lines beside them."""
 
-SPACING = 1.6
-"""Cycles over the samples from one function of the bands to the next: at 2 there is one for each line that the samples
-determine.
-"""
-
 LONGEST = (40, 20, 10, 6, 5, 4, 3, 3)
 """Largest |k|_1 of a line in a lattice of rank 1, 2, ...; half of it where a line refines the lattice."""
 
@@ -45,7 +41,9 @@ FARTHEST, BESIDE = (1000, 60, 20, 12, 8, 6, 5, 4), (1000, 3, 2, 1, 1, 1, 1, 1)
 """The same of lines that are no weak generators; and of those whose neighbours are none."""
 
 BROAD = 0.1
-"""Share of a loop's size that its strongest lines leave, beyond which weak ones are not sought."""
+"""Share of a loop's size that its strongest lines leave, beyond which weak ones are not sought, and not all are
+known.
+"""
 
 FEW, BRIEF = 8, 4096
 """Orbits for which waking another thread takes longer than the work; of kernels of a microsecond an orbit."""
@@ -61,7 +59,7 @@ loop's largest, from which it does, and from which the lattice must explain it.
 WEAKEST, FAINT, CLOSE, EXACT = (2, 5, 12), 1e-10, 0.5, 1e-4
 """Numbers of lines that are sought beside those of the known generators, one after the other; their least amplitude,
 relative to the signals' sizes, 1e5 times the rounding errors; and the distances, in cycles over the window, up to which
-a line is that of a short combination, as lines closer than 1.5 are not resolved, and of any.
+a line is not told from a short combination, and beyond its error bar is any combination.
 """
 
 FOLDS, FOLDED = 3, 1e-4
@@ -275,9 +273,9 @@ def _lattices(signals: Signals, spectra: Spectra, bands: Bands, threads: int) ->
     unit = (spectra.n * h)[:, None]
     lattice = found.lattice._replace(nu=found.lattice.nu / unit, spread=found.lattice.spread / unit)
     value, bar = lines.value / unit[:, :, None], lines.bar / unit[:, :, None]
-    dual, share, _ = _dual(signals, spectra, np.arange(orbits), lattice.rank, lattice.nu, threads)
+    made = _dual(signals, spectra, np.arange(orbits), lattice.rank, lattice.nu, threads)
     result = _no_modes(orbits, m)
-    _place(result, lattice, dual, share, value[:, :, 0].copy(), bar[:, :, 0].copy(), moving, threads)
+    _place(result, lattice, made, value[:, :, 0].copy(), bar[:, :, 0].copy(), moving, threads)
     result.lines[:] = np.stack([value, bar, lines.strength], axis=1)
     result.rest[:], result.tail[:], result.strange[:] = found.rest, found.tail, found.strange
     return result
@@ -326,10 +324,10 @@ def _with_weak(found: Modes, signals: Signals, spectra: Spectra, orbits: np.ndar
     lattice = _no_lattice(count, m)
     arguments = values_of, bars_of, found.rank + used.sum(axis=1), tables_of(m), rate, lattice
     run(kernels.generators, count, arguments, threads, BRIEF)
-    dual, share, _ = _dual(signals, spectra, orbits, lattice.rank, lattice.nu, threads)
+    made = _dual(signals, spectra, orbits, lattice.rank, lattice.nu, threads)
     result = taken(found, np.arange(count))
     top, top_bar = found.leading, found.leading_error
-    _place(result, lattice, dual, share, top, top_bar, found.moving, threads)
+    _place(result, lattice, made, top, top_bar, found.moving, threads)
     complete = result.rank == result.moving.sum(axis=1)
     result.strange[:] = np.maximum(found.strange, np.where(complete, 0.0, unexplained))
     return result
@@ -382,7 +380,7 @@ def _weak_lines(
     m, count = found.moving.shape[1], orbits.size
     rows = spectra.rows
     value, bar, strength = np.zeros((3, count, m * lines))
-    _, _, amplitude = _dual(signals, spectra, orbits, found.rank, nu, threads)
+    amplitude = _dual(signals, spectra, orbits, found.rank, nu, threads).amplitude
     moving = np.repeat(found.moving, 2, axis=1)
     c = np.zeros((count, m, signals.rows), complex)
     for o in range(count):
@@ -431,8 +429,7 @@ def lines_of(f: np.ndarray, lines: int, threads: int) -> Lines:
 def _place(
     result: Modes,
     lattice: Lattice,
-    dual: np.ndarray,
-    share: np.ndarray,
+    made: dual_loops.Duals,
     top: np.ndarray,
     top_bar: np.ndarray,
     moving: np.ndarray,
@@ -441,7 +438,7 @@ def _place(
     """Fill in generators, each with the loop of whose motion it has most, and leading lines `top`."""
     rank, nu, spread, _ = lattice
     orbits, m = nu.shape
-    place, rows = places(share, nu, rank, moving), np.arange(orbits)[:, None]
+    place, rows = places(made.share, nu, rank, moving), np.arange(orbits)[:, None]
     owned = place < rank[:, None]
     nu, spread = nu[rows, place], spread[rows, place]
     plain = np.zeros((m, 2 * m), complex)
@@ -450,7 +447,7 @@ def _place(
     top_bar = np.where(top > top_bar, top_bar, np.inf)  # else it cannot be distinguished from 0
     run(kernels.combinations, orbits, (top, top_bar, nu, spread, tables_of(m), result.combination), threads, BRIEF)
     result.rank[:], result.owned[:], result.moving[:] = rank, owned, moving
-    result.dual[:] = np.where(owned[:, :, None], dual[rows, place], plain * moving[:, :, None])
+    result.dual[:] = np.where(owned[:, :, None], made.dual[rows, place], plain * moving[:, :, None])
     # A loop without a frequency of its own shows its leading line, which depends on the others.
     result.nu[:], result.spread[:] = np.where(owned, nu, top), np.where(owned, spread, top_bar)
     result.leading[:], result.leading_error[:] = top, top_bar
@@ -458,20 +455,20 @@ def _place(
 
 def _dual(
     signals: Signals, spectra: Spectra, which: np.ndarray, rank: np.ndarray, nu: np.ndarray, threads: int
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return of the lines nu (orbits, m) in the signals of some orbits the dual rows (orbits, m, 2m), in units of their
-    sizes, the share (orbits, m, m) that line k has of loop j's motion, and the amplitudes (orbits, 2m, 2m), see
-    `kernels.dual_loops`.
-    """
+) -> dual_loops.Duals:
+    """Return the amplitudes of the lines nu (orbits, m) in the signals of some orbits, and what follows from them."""
     orbits, m = nu.shape
-    amplitude, dual = np.zeros((orbits, 2 * m, 2 * m), complex), np.zeros((orbits, m, 2 * m), complex)
-    made = dual_loops.Duals(amplitude, dual, np.zeros((orbits, m, m)))
+    made = dual_loops.Duals(
+        amplitude=np.zeros((orbits, 2 * m, 2 * m), complex),
+        dual=np.zeros((orbits, m, 2 * m), complex),
+        share=np.zeros((orbits, m, m)),
+    )
     n, own, found = spectra.n[which], signals.of(which), spectra.rows
     scaling = found.drift[which], found.centre[which], 1 / found.size[which]
     tables = tables_for(cosine_window, n)
     arguments = own.ragged, n, tables, own.interval, scaling, rank, nu, made
     run(dual_loops.dual_loops, orbits, arguments, threads)
-    return dual, made.share, amplitude
+    return made
 
 
 def places(share: np.ndarray, nu: np.ndarray, rank: np.ndarray, moving: np.ndarray) -> np.ndarray:

@@ -59,10 +59,9 @@ def _lattice_rates(s: Signals, start: Signals | None, loops: Loops, found: Modes
     rates = line_frequencies(s, start, loops, found.nu, threads)
     # With each loop beyond two there are more lines beside that of a generator.
     crowd = max(1, found.nu.shape[1] - 1)
-    rates = rates._replace(error=crowd * rates.error)
     # The rounding of a coordinate that has grown is relative to its size, not to its swing.
     rounded = GROWN * np.abs(loops.drift) * s.samples[:, None] * np.abs(found.nu)
-    return rates._replace(error=np.where(found.moving, rates.error + rounded, np.inf))
+    return rates._replace(error=np.where(found.moving, crowd * rates.error + rounded, np.inf))
 
 
 def _lattice_loops(s: Signals, found: Modes) -> Loops:

@@ -8,12 +8,10 @@ from .naff import FrequencyLines, found_lines
 from .windows import LINE_ORDER, fast_length
 
 DRIFTS = 0.6
-"""Change of every loop's leading line between the halves, in cycles over a half, beyond which no lattice is sought any
-more.
-"""
+"""Change of every loop's leading line between the halves, in cycles over a half, beyond which an orbit is chaotic."""
 
 
-def lines_of(f: np.ndarray, interval: float, threads: int, lines: int = 8) -> FrequencyLines:
+def fitted_lines(f: np.ndarray, interval: float, threads: int, lines: int = 8) -> FrequencyLines:
     """Return the strongest lines of signals f (signals, samples), from a number of first samples with a fast Fourier
     transform.
     """

@@ -18,9 +18,6 @@ SAFETY = 5.0
 (bench/test_frequency.py).
 """
 
-UNSETTLED = 0.02
-"""Error of a frequency, in cycles over the whole, from which it may be that of another line."""
-
 REST = 5.0
 """Assumed remaining amplitude at frequency 0, relative to a line's; none for planes, whose loops have no centre that
 may be off.
@@ -49,10 +46,6 @@ class Rates(NamedTuple):
         return Rates(
             *(np.where(chosen if a.ndim == 2 else chosen[:, :, None], a, b) for a, b in zip(self, other, strict=True))
         )
-
-    def better(self, other: Rates) -> Rates:
-        """Return for each entry the rate with the smaller error."""
-        return self.where(self.error <= other.error, other)
 
     def combined(self, k: np.ndarray) -> Rates:
         """Return the rates of combinations k (orbits, loops, loops) of the loops."""

@@ -18,7 +18,7 @@ from ...base.progress import says_progress
 from ...base.results import Result
 from ...compile.threads import checked_threads, together, works
 from ...flows.launch import Report
-from ...kernels.naff_bins import SWEEPS, bins_of
+from ...kernels.naff_bins import bins_of
 from ...kernels.naff_fit import fit_lines, sums_of
 from ...kernels.naff_lines import Window, find_lines, workspace
 from .windows import tabulated
@@ -213,7 +213,7 @@ class _Scratch:
         np.fft.fft(transforms, axis=-1, out=transforms)
         lines = result.nu, result.amplitude, result.error, result.residual
         if signals is None:
-            find_lines(transforms, self.window, self.work, *lines, np.full(len(rows), -1))
+            find_lines(transforms, self.window, self.work, *lines)
         else:
             fit_lines(signals, transforms, self.window, self.work, self.sums, *lines)
         with np.errstate(over="ignore"):  # an amplitude may exceed the largest float by the root of 2
@@ -224,7 +224,7 @@ class _Scratch:
 
 
 @functools.partial(tabulated, most=8)
-def _window(samples: int, order: int, floor: float, sweeps: int = SWEEPS) -> Window:
+def _window(samples: int, order: int, floor: float) -> Window:
     """Tabulate the window of `order` over `samples`, its transform at whole bins, and the bounds of its tails."""
     times = 2 * np.pi * (np.arange(samples) - (samples - 1) / 2) / samples
     weight = np.ones(samples)
@@ -251,7 +251,6 @@ def _window(samples: int, order: int, floor: float, sweeps: int = SWEEPS) -> Win
         cosine=scale * np.cos(np.pi * j / samples),
         fourier=np.array([np.sum(weight * np.cos(i * times)) for i in range(order + 1)]),
         floor=floor,
-        sweeps=sweeps,
         envelope=np.array([height, width, 1 / (samples * power), noise]),
     )
 

@@ -23,7 +23,7 @@ from .angle_loops import Layout, Plain
 from .frequencies import FrequencyKind
 from .integer_lattice import ball
 from .inverted_lines import inverted_values
-from .line_rates import lines_of
+from .line_rates import fitted_lines
 from .naff import FrequencyLines, found_lines
 from .plane_modes import driven, entangled, modes_of, other_lines, own_tunes, plane_values, restless
 from .readings import SAME
@@ -405,7 +405,7 @@ class TuneWork:
                 planes, orbits, rough, f = planes[kept], orbits[kept], rough[kept], f[kept]
             turns = rough[:, None] * t
             f *= np.exp(-2j * np.pi * (turns - np.rint(turns)))
-            near, lines = steady[planes, orbits], lines_of(f, 1.0, 1)
+            near, lines = steady[planes, orbits], fitted_lines(f, 1.0, 1)
             others = np.where(steady, means.nu, np.nan)[:, orbits].T
             there = (np.abs(lines.nu) * length < NEAR) & (np.abs(lines.amplitude) > 0)
             turned = ~(near & there.any(axis=1)) | (from_whole(rough) * length < SAME)

@@ -1,4 +1,5 @@
-"""Kinds of orbits: what their frequencies, the errors of these and the lines beside them tell. All limits are here.
+"""Kinds of orbits: what their frequencies, the errors of these and the lines beside them tell. Limits of
+lines are `fundamental.LIMITS`, the others are here.
 
 A line is explained by a combination of the frequencies within its error bar. An orbit whose visible lines are all
 explained by n frequencies is INDEPENDENT, by fewer of them DEPENDENT; one whose frequencies change more than steady
@@ -15,7 +16,7 @@ import numpy as np
 
 from ...kernels.relations import vanishing
 from .frequencies import FrequencyKind
-from .fundamental import BRIEF, Modes, run
+from .fundamental import BRIEF, BROAD, LIMITS, Modes, run
 from .integer_lattice import ball, one_of_each
 
 if TYPE_CHECKING:
@@ -27,11 +28,6 @@ between the halves, is evidence: over 12 periods 2 of 57 lattices of turned well
 (`bench/frequency_coverage.py --periods 12 20`).
 """
 
-VISIBLE = 2e-3
-"""Size of a line, relative to its loop's largest, from which the lattice must explain it: a smaller one may be a
-combination that is too long to be sought.
-"""
-
 UNSURE = 0.15
 """Error of a frequency, in cycles over the time, from which it may be that of another line: lines of one loop are
 rarely closer than a cycle.
@@ -41,9 +37,6 @@ EXACT = 1e-3
 """Error of the leading lines, in cycles over the time, up to which fewer frequencies than loops are no close pairs: of
 3106 orbits of `bench/frequency_coverage.py --quick --seed 3` one of 76 such pairs is left.
 """
-
-FEW_LINES = 0.1
-"""Share of a loop's size outside of its strongest lines up to which its lines are few enough to be all known."""
 
 SHORT, RESOLVED = 4, 1.0
 """Largest |k|_1 of combinations that may not turn less than RESOLVED cycles over the time: lines of the lattice then
@@ -77,8 +70,8 @@ def unexplained(found: Modes, time: np.ndarray) -> np.ndarray:
     """Return a mask of orbits over a time (orbits,) with lines that the frequencies may not explain."""
     rough = (found.moving & ~(found.leading_error * time[:, None] < EXACT)).any(axis=1)
     missing = found.rank < found.moving.sum(axis=1)
-    incomplete = missing & (rough | (found.rest > FEW_LINES) | (found.strange > 0))
-    return (found.rank == 0) | (found.strange > VISIBLE) | incomplete
+    incomplete = missing & (rough | (found.rest > BROAD) | (found.strange > 0))
+    return (found.rank == 0) | (found.strange > LIMITS.visible) | incomplete
 
 
 def changing(rates: Rates, found: Modes, time: np.ndarray) -> np.ndarray:
