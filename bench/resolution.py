@@ -17,7 +17,7 @@ from pages import put
 import fastaff as fa
 from fastaff.analysis.frequencies.fundamental import band_sizes
 from fastaff.analysis.frequencies.windows import APART_ORDER, apart_window
-from fastaff.kernels.harmonic_inversion import new_band
+from fastaff.kernels.harmonic_inversion import PEAK_BASIS, new_band
 from fastaff.kernels.loop_lines import FEWEST, LoopLines, read_peaks, signed_places, split_peaks
 from fastaff.kernels.loop_transforms import SUMS, fill_transforms
 from fastaff.kernels.spectrum_lines import find_peaks
@@ -52,7 +52,7 @@ def inverted(f: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     windowed, sums, edges = np.empty(n, complex), np.empty((SUMS, size), complex), np.empty((2, 3), complex)
     parts = np.ascontiguousarray(f.real), np.ascontiguousarray(f.imag)
     fill_transforms(*parts, apart_window(n), windowed.view(float), sums.view(float), edges)
-    lines, band, transform = LoopLines(*np.zeros((4, 16))), new_band(), np.fft.fft(sums, axis=-1)
+    lines, band, transform = LoopLines(*np.zeros((4, 16))), new_band(PEAK_BASIS), np.fft.fft(sums, axis=-1)
     first = [entry[:PEAKS] for entry in (lines.place, lines.size, lines.doubt)]
     peaks, _ = find_peaks(np.fft.fft(windowed), APART_ORDER, FEWEST, PEAKS, *first)
     signed_places(lines, peaks, n)

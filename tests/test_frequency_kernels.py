@@ -151,7 +151,7 @@ def pencil(f, z):
 def lines_of_loop(f, split):
     """Places, sizes and error bars of the lines of a signal's peaks, and of those beside the first `split` of them."""
     (spectrum, *sums), n = transforms_of(f), f.size
-    lines, band = loop_lines.LoopLines(*np.zeros((4, 16))), harmonic_inversion.new_band()
+    lines, band = loop_lines.LoopLines(*np.zeros((4, 16))), harmonic_inversion.new_band(harmonic_inversion.PEAK_BASIS)
     first = lines.place[:6], lines.size[:6], lines.doubt[:6]
     peaks, _ = spectrum_lines.find_peaks(spectrum, APART_ORDER, 1e-6, 6, *first)
     loop_lines.signed_places(lines, peaks, n)
@@ -167,16 +167,16 @@ def test_matrices_of_a_band_are_double_sums(n):
     rng = np.random.default_rng(n)
     f = rng.normal(size=n) + 1j * rng.normal(size=n)
     _, sums, edges = transforms_of(f)
-    band = harmonic_inversion.new_band()
+    band = harmonic_inversion.new_band(harmonic_inversion.PEAK_BASIS)
     for guess in (*rng.uniform(-0.5, 0.5, 3), 0.0, 0.499):
         loop_lines.open_band(sums, edges, n, guess, band)
         off = -np.angle(band.z) / (2 * np.pi) - guess
-        assert (np.abs(off - np.rint(off)) * n <= (harmonic_inversion.BASIS // 2 + 0.5) * n / sums.shape[1]).all()
+        assert (np.abs(off - np.rint(off)) * n <= (harmonic_inversion.PEAK_BASIS // 2 + 0.5) * n / sums.shape[1]).all()
         expected = pencil(f, band.z)
         np.testing.assert_allclose(band.overlaps, expected, rtol=0, atol=1e-9 * np.abs(expected).max())
         # The line next to each eigenvalue, started there.
         for u in eigvals(expected[1], expected[0]):
-            band.x[:] = rng.normal(size=harmonic_inversion.BASIS)
+            band.x[:] = rng.normal(size=harmonic_inversion.PEAK_BASIS)
             found, norm = harmonic_inversion.converge(band, 0, u, 1e-12)
             assert abs(found - u) < 1e-8
             assert abs(norm) > 0

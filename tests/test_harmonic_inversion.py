@@ -38,24 +38,24 @@ def sums_of_lines(orbits, samples, others, apart):
     return values, nu
 
 
-def lines_of(values, guess, interval=1.0):
-    """Lines of the whole next to a guess, by the kernel."""
+def lines_of(values, guess, basis=kernels.PEAK_BASIS):
+    """Lines of the whole next to a guess, by the kernel, in bands of so many functions."""
     rows, loops = loops_of(values)
-    signals = signals_of(rows, interval)
+    signals = signals_of(rows, 1.0)
     begin, (count, samples) = np.zeros((len(values), 1), np.int64), values.shape
     length, weights = np.full((count, 1), samples), cosine_window(samples - 1)
-    windows = kernels.Windows(begin, length, np.ones(1, bool), begin, weights)
+    windows = kernels.Windows(begin, length, np.array([basis]), begin, weights)
     lines = kernels.Line(*np.full((4, len(values), 1, 1), np.nan))
     arguments = signals.ragged, loops, guess, signals.interval, windows, lines
     run(kernels.invert_loops, len(values), arguments, 1)
     return lines
 
 
-def by_eigenvalues(values):
+def by_eigenvalues(values, size):
     """The eigenvalue next to 1 of the pencil of one signal, whose sums are written as they are defined, and the
-    residual of its vector in U_2.
+    residual of its vector in U_2, in a band of so many functions.
     """
-    samples, size = values.size, kernels.BASIS
+    samples = values.size
     half = (samples - 3) // 2
     angles = 2 * np.pi * kernels.SPACING * (np.arange(size) - (size - 1) / 2) / samples
     basis = np.exp(-1j * angles[:, None] * np.arange(half + 1))
@@ -68,14 +68,15 @@ def by_eigenvalues(values):
     return u[best], residual
 
 
+@pytest.mark.parametrize("basis", [kernels.PEAK_BASIS, kernels.LINE_BASIS])
 @pytest.mark.parametrize("samples", [64, 97, 200])
-def test_the_kernel_finds_the_eigenvalue(samples):
-    """With as many lines as functions, so that no direction of the pencil is empty."""
-    values, nu = sums_of_lines(20, samples, kernels.BASIS + 4, 1.5)
-    found = lines_of(values, nu.copy())
+def test_the_kernel_finds_the_eigenvalue(samples, basis):
+    """With more lines than functions, so that no direction of the pencil is empty."""
+    values, nu = sums_of_lines(20, samples, basis + 4, 1.5)
+    found = lines_of(values, nu.copy(), basis)
     for orbit in range(20):
         shifted = values[orbit] * np.exp(-2j * np.pi * nu[orbit] * np.arange(samples))
-        u, residual = by_eigenvalues(shifted)
+        u, residual = by_eigenvalues(shifted, basis)
         weights = cosine_window(samples - 1)
         mean = (weights @ shifted[1:]) / (weights @ shifted[:-1])
         assert abs(found.shift[orbit, 0, 0] - np.angle(u) / (2 * np.pi)) * samples < 1e-7

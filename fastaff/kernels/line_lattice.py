@@ -12,7 +12,7 @@ import numpy as np
 
 from ..compile.jit import jit, read_now
 from .fundamental import BLOCK, Lattice, generate, relate
-from .harmonic_inversion import new_band
+from .harmonic_inversion import PEAK_BASIS, new_band
 from .loop_lines import DOUBLE, FEWEST, LoopLines, read_peaks, signed_places, split_peaks
 from .loop_transforms import SUMS
 from .spectrum_lines import find_peaks, top_of
@@ -177,7 +177,7 @@ def find_lattice(unit, stop, progress, spectra, bands, order, limits, vectors, f
     spectrum = spectra.numbers[first : first + m * samples].reshape((m, samples))
     transforms = bands.numbers[begin : begin + m * SUMS * size].reshape((m, SUMS, size))
     edges, own = bands.edges[unit], Lines(found.lines.value[unit], found.lines.bar[unit], found.lines.strength[unit])
-    band, most = new_band(), own.value.shape[1]
+    band, most = new_band(PEAK_BASIS), own.value.shape[1]
     places, sizes, widths, doubts = np.zeros((m, most)), np.zeros((m, most)), np.zeros((m, most)), np.zeros((m, most))
     peaks = np.zeros(m, np.int64)
     values, bars = np.zeros(m * most), np.zeros(m * most)

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..compile.jit import jit, read_now
-from .harmonic_inversion import BASIS, converge, fill_overlaps, form, new_band, residual_of, start
+from .harmonic_inversion import PEAK_BASIS, converge, fill_overlaps, form, new_band, residual_of, start
 from .spectrum_lines import find_peaks
 
 SAFETY = 20.0
@@ -71,8 +71,8 @@ def turn_of(cycles):
 def open_band(transform, edges, samples, guess, band):
     """Fill the matrices of the band around a guess, in cycles per sample, from a loop's transforms (SUMS, size)."""
     size, half = transform.shape[1], (samples - 3) // 2
-    first = math.floor(guess * size) - (BASIS // 2 - 1)
-    for j in range(BASIS):
+    first = math.floor(guess * size) - (band.z.size // 2 - 1)
+    for j in range(band.z.size):
         number = (first + j) % size
         for part in range(4):
             band.sums[j, part] = transform[part, number]
@@ -90,7 +90,7 @@ def read_line(band, known, u, samples, guess):
     if not abs(u) > 0.0 or not abs(norm) > 0.0:
         return guess, math.inf, 0.0
     residual, along = residual_of(band.overlaps, band.x, u, norm), 0j
-    for j in range(BASIS):
+    for j in range(band.z.size):
         along += band.x[j] * band.sums[j, 0]
     place = math.atan2(u.imag, u.real) / (2.0 * math.pi) * samples
     place += samples * math.floor((guess - place) / samples + 0.5)
@@ -114,11 +114,11 @@ def split_peak(band, guess, samples, reach, least, lines, read, begin, count):
     to those of the `read` peaks and those from number `begin` to `count`; return the new end.
     """
     known = 1
-    middle = BASIS // 2
+    middle = band.z.size // 2
     for function in (middle - 2, middle + 1, middle - 3, middle + 2):
         if count == lines.place.size:
             break
-        for j in range(BASIS):
+        for j in range(band.z.size):
             band.x[j] = 1.0 if j == function else 0.0
         norm = form(band.x, band.overlaps[0])
         u = form(band.x, band.overlaps[1]) / norm if abs(norm) > 0.0 else 1.0 + 0j
@@ -128,7 +128,7 @@ def split_peak(band, guess, samples, reach, least, lines, read, begin, count):
             lines.place[count], lines.size[count], lines.bar[count] = place, size, bar
             lines.doubt[count] = WIDE
             count += 1
-            for j in range(BASIS):
+            for j in range(band.z.size):
                 band.known[known, j] = band.x[j]
             known += 1
     return count
@@ -162,7 +162,7 @@ def split_peaks(transform, edges, samples, order, split, read, minor, lines, beg
             start(band.z, (samples - 3) // 2, band.x)
             _, bar, _ = read_line(band, 0, turn_of(guess / samples), samples, guess)
             if bar < math.inf:
-                for j in range(BASIS):
+                for j in range(band.z.size):
                     band.known[0, j] = band.x[j]
                 least = minor * lines.size[0]
                 count = split_peak(band, guess, samples, order + 1.5, least, lines, read, begin, count)
@@ -183,7 +183,7 @@ def lines_of_values(unit, stop, progress, windowed, sums, edges, order, place, s
         lines, samples = LoopLines(place[unit], size[unit], bar[unit], np.empty(place.shape[1])), windowed.shape[1]
         count, _ = find_peaks(windowed[unit], order, WEAKEST, 0, lines.place, lines.size, lines.doubt)
         signed_places(lines, count, samples)
-        read_peaks(sums[unit], edges[unit], samples, 0, count, lines, new_band())
+        read_peaks(sums[unit], edges[unit], samples, 0, count, lines, new_band(PEAK_BASIS))
         for i in range(count, place.shape[1]):
             place[unit, i], size[unit, i], bar[unit, i] = 0.0, 0.0, math.inf
         progress[unit] = 1.0

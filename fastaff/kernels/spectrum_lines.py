@@ -116,7 +116,8 @@ def find_peaks(spectrum, order, least, counted, place, size, error):
         for i in range(part.size):
             sums[i] += part[i]
         tops[block] = top_of(part, best)
-    left[:] = power
+    for i in range(samples):  # `left[:] = power` compiles two seconds longer, for the text of an error
+        left[i] = power[i]
     whole = total(sums)
     rest, top = whole, 0.0
     while count < place.size:

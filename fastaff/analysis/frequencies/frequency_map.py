@@ -135,16 +135,17 @@ def frequency_map(
     Lines: the peaks of one windowed Fourier transform of each loop are guesses. Each band around a peak, of eight
     functions over 12.8 cycles, is inverted harmonically: its lines are eigenvalues of a small pencil, without window
     and leakage. They are exact to rounding where the band holds at most eight. The line of a generator is then inverted
-    in the loop that has it and no other, over the whole, over the first and the last 0.7 of the time, and over the
-    halves. A half without a sharp line, as of chaotic orbits, has the mean of a smooth window instead. The mean rates
-    of a body's own angles identify their lines, and replace missing ones.
+    in the loop that has it and no other, over the whole, in a band of fourteen functions, over the first and the last
+    0.7 of the time, and over the halves. A half without a sharp line, as of chaotic orbits, has the mean of a smooth
+    window instead. The mean rates of a body's own angles identify their lines, and replace missing ones.
 
     Errors: 5 times, for n > 2 5 (n - 1) times, the largest of a line's growth, which a regular orbit has not, its
     residual in the matrices of the next order, and its distance from the lines of the two shorter windows, all complex;
-    3 times what the frequency of a half differs beyond its own error; the possible effect of aliased lines; 5 times the
-    uncertainty of the change of the frequency over a part of the time (a sixteenth, or at least 128 steps) when the
-    step is halved, for a Runge-Kutta scheme, whose error grows, times the ratio of the times (tolerances a hundredth
-    for an adaptive one), for a splitting with the change taken off the value; and rounding.
+    4 times as much where a short combination turns by less than 2.9 cycles; 3 times what the frequency of a half
+    differs beyond its own error; the possible effect of aliased lines; 5 times the uncertainty of the change of the
+    frequency over a part of the time (a sixteenth, or at least 128 steps) when the step is halved, for a Runge-Kutta
+    scheme, whose error grows, times the ratio of the times (tolerances a hundredth for an adaptive one), for a
+    splitting with the change taken off the value; and rounding.
 
     Kinds: INDEPENDENT, all visible lines are combinations of n frequencies. DEPENDENT, they are combinations of fewer,
     with leading lines known to 1e-3 cycles over the time. UNDECIDED, a line is not explained, a frequency is off by

@@ -57,10 +57,13 @@ def _windows(samples: np.ndarray, precise: bool) -> kernels.Windows:
     place = [none] * (len(begin) - 2) + [of_half, of_half]
     if not precise:
         place[0] = tables.start
+    basis = np.full(len(begin), kernels.PEAK_BASIS if precise else 0)
+    if precise:
+        basis[0] = kernels.LINE_BASIS
     return kernels.Windows(
         begin=np.ascontiguousarray(np.stack(begin, axis=1)),
         length=np.ascontiguousarray(np.stack(length, axis=1)),
-        precise=np.full(len(begin), precise),
+        basis=basis,
         place=np.stack(place, axis=1),
         weights=tables.numbers,
     )

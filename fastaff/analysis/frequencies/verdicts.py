@@ -103,18 +103,28 @@ def unsettled(rates: Rates, found: Modes, time: np.ndarray, threads: int) -> np.
 
 def related(nu: np.ndarray, error: np.ndarray, threads: int) -> np.ndarray:
     """Return a mask of orbits whose frequencies (orbits, m) have a combination of 0 within its error."""
-    return _vanishing(nu, error, np.full(len(nu), np.inf), 0.0, threads)
+    return _vanishing(nu, error, np.full(len(nu), np.inf), RESOLVED, 0.0, threads)
 
 
 def unresolved_relations(nu: np.ndarray, error: np.ndarray, time: np.ndarray, threads: int) -> np.ndarray:
     """Return a mask of orbits whose frequencies (orbits, m) over a time (orbits,) have a combination that may be 0: too
     short a time tells no more.
     """
-    return _vanishing(nu, error, time, CHANCE, threads)
+    return _vanishing(nu, error, time, RESOLVED, CHANCE, threads)
 
 
-def _vanishing(nu: np.ndarray, error: np.ndarray, time: np.ndarray, chance: float, threads: int) -> np.ndarray:
-    found, limits = np.zeros(len(nu), bool), (RESOLVED, float(SHORT), chance)
+def close_lines(nu: np.ndarray, time: np.ndarray, cycles: float, threads: int) -> np.ndarray:
+    """Return a mask of orbits whose frequencies (orbits, m) have a short combination that turns by less than so many
+    cycles over a time (orbits,): strong lines are as close.
+    """
+    return _vanishing(nu, np.zeros_like(nu), time, cycles, 0.0, threads)
+
+
+def _vanishing(
+    nu: np.ndarray, error: np.ndarray, time: np.ndarray, resolved: float, chance: float, threads: int
+) -> np.ndarray:
+    """Return a mask of orbits with a combination of 0; see `kernels.relations.vanishing`."""
+    found, limits = np.zeros(len(nu), bool), (resolved, float(SHORT), chance)
     run(vanishing, len(nu), (nu, error, time, _combinations(nu.shape[1]), *limits, found), threads, BRIEF)
     return found
 
