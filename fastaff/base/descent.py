@@ -20,7 +20,9 @@ def descended(
 
     A step that leads down is multiplied by `grow`; a step that leads down in neither direction is halved.
     """
-    x, step, value = x.copy(), step.copy(), floor(x)
+    value = floor(x)
+    x = x.copy()
+    step = step.copy()
     for _ in range(rounds):
         for k in range(len(x)):
             better = np.zeros(x.shape[1], bool)
@@ -29,7 +31,8 @@ def descended(
                 trial[k] += sign * step[k]
                 there = floor(trial)
                 down = ~better & (there < value)
-                x[k, down], value[down] = trial[k, down], there[down]
+                x[k, down] = trial[k, down]
+                value[down] = there[down]
                 better |= down
             step[k] = np.where(better, grow * step[k], step[k] / 2)
     return x, value, step

@@ -8,6 +8,8 @@ from typing import Any
 import numpy as np
 
 WIDTH = 120
+"""Columns of a line of a printed result."""
+
 SMALL = 6
 """Most numbers of an array that is shown whole; larger ones are shown as dtype and shape."""
 

@@ -63,7 +63,10 @@ def told_apart(cls: type, kind: object = None) -> type:
         return hash((known, tuple.__hash__(self)))
 
     made: Any = cls
-    made._kind_of_value, made.__eq__, made.__ne__, made.__hash__ = known, equal, unequal, hashed
+    made._kind_of_value = known
+    made.__eq__ = equal
+    made.__ne__ = unequal
+    made.__hash__ = hashed
     return cls
 
 

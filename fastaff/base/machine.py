@@ -92,7 +92,8 @@ def processor() -> str:
     """Return the target of machine code: the name of a processor and its instruction sets, as LLVM calls them; those of
     the environment where it sets another one for Numba (NUMBA_CPU_NAME, NUMBA_CPU_FEATURES).
     """
-    name, features = config.CPU_NAME, config.CPU_FEATURES
+    name = config.CPU_NAME
+    features = config.CPU_FEATURES
     features = get_host_cpu_features() if features is None else features
     known = sorted(entry[1:] for entry in features.split(",") if entry.startswith("+"))
     return " ".join([binding.get_host_cpu_name() if name is None else name, *known])

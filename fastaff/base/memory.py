@@ -7,12 +7,18 @@ import ctypes
 import os
 from collections.abc import Mapping
 
-KEPT, OWN = 2**27, 2**25
-"""Bytes of freed memory that stay with the process, enough for the work arrays of a call; bytes above which an array
-has pages of its own, the most that glibc allows.
-"""
-TRIM_THRESHOLD, MMAP_THRESHOLD = -1, -3
-"""Numbers of parameters of glibc's mallopt."""
+KEPT = 2**27
+"""Bytes of freed memory that stay with the process, enough for the work arrays of a call."""
+
+OWN = 2**25
+"""Bytes above which an array has pages of its own, the most that glibc allows."""
+
+TRIM_THRESHOLD = -1
+"""Number of the parameter M_TRIM_THRESHOLD of glibc's mallopt."""
+
+MMAP_THRESHOLD = -3
+"""Number of the parameter M_MMAP_THRESHOLD of glibc's mallopt."""
+
 SETTINGS = ("MALLOC_TRIM_THRESHOLD_", "MALLOC_MMAP_THRESHOLD_", "GLIBC_TUNABLES")
 """Variables of the environment by which a user says the same."""
 

@@ -8,8 +8,11 @@ from collections.abc import Iterable
 
 from .numbers import shown
 
-BEGINS, MOST = 3, 3
-"""Least letters that count as the beginning of a name, and most names with it that are offered."""
+BEGINS = 3
+"""Least letters that count as the beginning of a name."""
+
+MOST = 3
+"""Most names with this beginning that are offered."""
 
 
 def named(option: str, given: str, names: Iterable[str]) -> str:

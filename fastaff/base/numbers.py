@@ -148,7 +148,8 @@ def _unit(value: Any) -> str:
     """Return the unit that a number or an array carries (Astropy's `unit`; `units` of Pint and unyt), "" for none. A
     text in `units` is a label, as of xarray.
     """
-    unit, units = getattr(value, "unit", None), getattr(value, "units", None)
+    unit = getattr(value, "unit", None)
+    units = getattr(value, "units", None)
     said = str(unit if unit is not None else "" if units is None or isinstance(units, str) else units)
     return "" if said == "dimensionless" else said
 
@@ -244,7 +245,9 @@ class Passes:
     """
 
     def __init__(self, report: Any):
-        self.report, self.done, self.end = report, 0.0, 0.0
+        self.report = report
+        self.done = 0.0
+        self.end = 0.0
 
     def take(self, work: float, rest: float = 0.0) -> Any:
         """Return the report of the next pass: it gets the share work / (work + rest) of the fraction that is left, with

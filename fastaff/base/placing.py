@@ -43,7 +43,8 @@ LEFT = 86400.0
 def free_stem(stem: Path, suffixes: Iterable[str]) -> Path:
     """Return `stem`, or `stem-2`, `stem-3`, ... so that none of stem + suffix exists."""
     suffixes = tuple(suffixes)
-    candidate, number = stem, 1
+    candidate = stem
+    number = 1
     while any(os.path.lexists(candidate.with_name(candidate.name + suffix)) for suffix in suffixes):
         number += 1
         candidate = stem.with_name(f"{stem.name}-{number}")

@@ -58,7 +58,10 @@ class Compiling:
     names of compiled kernels; speed: ratio of their processor time to that on the machine of PARTS.
     """
 
-    depth, known, seconds, worked = 0, 0, 0.0, 0.0
+    depth = 0
+    known = 0
+    seconds = 0.0
+    worked = 0.0
     begun = 0.0, 0.0
     kernels: ClassVar[list[str]] = []
     speed: float | None = None
@@ -70,7 +73,8 @@ class Compiling:
     def under_way(cls) -> Iterator[None]:
         """Count the time of a compilation, which may begin others."""
         if not cls.depth:
-            cls.begun, cls.known = (clock.perf_counter(), clock.process_time()), len(cls.kernels)
+            cls.begun = (clock.perf_counter(), clock.process_time())
+            cls.known = len(cls.kernels)
         cls.depth += 1
         try:
             yield
@@ -95,7 +99,9 @@ class Compilation:
     """Kernels that a call compiles from now on, and the time for them."""
 
     def __init__(self, name: str):
-        self.name, self.kernels, self.begun = name, len(Compiling.kernels), Compiling.spent()
+        self.name = name
+        self.kernels = len(Compiling.kernels)
+        self.begun = Compiling.spent()
         self.known = _Known.read()
         self.missing = [part for part in USED.get(name, "").split() if part not in self.known.parts]
 
@@ -185,7 +191,8 @@ def progress(shown: bool = True) -> None:
 @contextlib.contextmanager
 def silent() -> Iterator[None]:
     """Keep calls silent within the block, which writes its own progress."""
-    before, _Shown.busy = _Shown.busy, True
+    before = _Shown.busy
+    _Shown.busy = True
     try:
         yield
     finally:
@@ -261,7 +268,8 @@ class _Known:
     """
 
     def __init__(self, parts: set[str], speed: float):
-        self.parts, self.speed = parts, speed
+        self.parts = parts
+        self.speed = speed
 
     @classmethod
     def read(cls) -> _Known:
@@ -272,7 +280,8 @@ class _Known:
             speed = min(max(float(found["speed"]), 0.01), 100.0)
             parts = {str(part) for part in found["parts"]} if found["sources"] == sources else set()
         except (OSError, ValueError, TypeError, KeyError):
-            parts, speed = set(), 1.0
+            parts = set()
+            speed = 1.0
         return cls(parts if sources else set(PARTS), speed)  # a pack has all of them
 
     def add(self, parts: list[str], speed: float) -> None:
@@ -295,10 +304,14 @@ class _Line(threading.Thread):
 
     def __init__(self, name: str):
         super().__init__(name="fastaff-progress", daemon=True)
-        self.what, self.bell = name, SimpleQueue[None]()  # without a lock that Ctrl-C may leave locked
-        self.compilation, self.begun = Compilation(name), clock.perf_counter()
+        # without a lock that Ctrl-C may leave locked
+        self.what = name
+        self.bell = SimpleQueue[None]()
+        self.compilation = Compilation(name)
+        self.begun = clock.perf_counter()
         self.marks: list[tuple[float, float]] = []
-        self.said, self.width = "", 0
+        self.said = ""
+        self.width = 0
         self.cell: Any = None  # the line in a notebook: an output that is replaced, as a stream keeps all its text
 
     def report(self, fraction: float) -> None:
@@ -318,9 +331,11 @@ class _Line(threading.Thread):
 
     def text(self, seconds: float) -> str:
         """Return the text of the line after that many seconds."""
-        marks, compilation = self.marks, self.compilation
+        marks = self.marks
+        compilation = self.compilation
         if compilation.begins and (Compiling.depth or not marks) and seconds > 0.5:
-            spent, expected = compilation.spent()[0], compilation.expected()
+            spent = compilation.spent()[0]
+            expected = compilation.expected()
             usual = f"of about {expected:.0f} s" if round(spent) <= round(expected) else "longer than expected"
             return f"{self.what}: compiling once, {spent:.0f} s {usual}"
         if seconds < SILENCE:

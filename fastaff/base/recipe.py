@@ -123,7 +123,8 @@ def keep(result: Any, call: Call | None) -> Any:
 
 
 def _call(name: str, given: dict[str, Any]) -> Call:
-    arguments, missing = {}, []
+    arguments = {}
+    missing = []
     for key, value in given.items():
         if key != "report":
             try:
@@ -168,7 +169,13 @@ def _class(value: Any, names: Any) -> dict[str, Any]:
     cls = type(value)
     own = cls.__module__.partition(".")[0] == OWN
     request = getattr(cls, "_request", None)
-    origin = {"formula": list(request)} if request is not None else {} if own else {"module": cls.__module__}
+    origin: dict[str, Any]
+    if request is not None:
+        origin = {"formula": list(request)}
+    elif own:
+        origin = {}
+    else:
+        origin = {"module": cls.__module__}
     return {"class": cls.__name__, **origin, **{name: encoded(getattr(value, name)) for name in names}}
 
 

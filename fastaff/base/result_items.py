@@ -29,7 +29,8 @@ def rows_of(result: Any) -> dict[str, Callable[[], np.ndarray]]:
     """Return functions that give the labelled rows of arrays, by name."""
     found: dict[str, Callable[[], np.ndarray]] = {}
     for field in dataclasses.fields(result):
-        axes, value = axes_of(result, field.name), getattr(result, field.name)
+        axes = axes_of(result, field.name)
+        value = getattr(result, field.name)
         if axes is None or not axes.labels or not isinstance(value, np.ndarray):
             continue
         for k, label in enumerate(getattr(result, axes.labels)):

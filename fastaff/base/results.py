@@ -83,7 +83,8 @@ class Result(Drawable):
         """Return the table that a notebook shows."""
         rows = []
         for field in dataclasses.fields(cast(Any, self)):
-            axes, value = axes_of(self, field.name), getattr(self, field.name)
+            axes = axes_of(self, field.name)
+            value = getattr(self, field.name)
             named = ", ".join(dims_of(self, field.name, value)) if isinstance(value, np.ndarray) else ""
             cells = (field.name, named, brief(value), axes.unit if axes else "")
             rows.append("<tr>" + "".join(f"<td>{html.escape(cell)}</td>" for cell in cells) + "</tr>")
@@ -101,7 +102,8 @@ class Result(Drawable):
     def item_shape(self) -> tuple[int, ...]:
         """Shape of the axes over items: (orbits,), () of a single one."""
         for field in dataclasses.fields(cast(Any, self)):
-            axes, value = axes_of(self, field.name), getattr(self, field.name)
+            axes = axes_of(self, field.name)
+            value = getattr(self, field.name)
             if axes is None or self.axis not in axes.names:
                 continue
             if isinstance(value, Result):
@@ -276,7 +278,8 @@ def _shared(result: Any) -> Iterator[tuple[str, Axes, Any]]:
     """Yield name, axes and value of the fields that have an entry for each item, no numbers that hold for all."""
     orbits = len(result.item_shape)
     for field in dataclasses.fields(result):
-        axes, value = axes_of(result, field.name), getattr(result, field.name)
+        axes = axes_of(result, field.name)
+        value = getattr(result, field.name)
         if axes is None or result.axis not in axes.names:
             continue
         if isinstance(value, Result) or (isinstance(value, np.ndarray) and value.ndim >= len(axes.names) - 1 + orbits):
@@ -294,10 +297,12 @@ def _joined(cls: type, parts: list[Any]) -> Any:
     for part in parts:
         if not isinstance(part, Result) or type(part) is not kind:
             raise TypeError(f"parts must all be {kind.__name__}, got a {type(part).__name__}")
-    first, shared = parts[0], [{name for name, _, _ in _shared(part)} for part in parts]
+    first = parts[0]
+    shared = [{name for name, _, _ in _shared(part)} for part in parts]
     values: dict[str, Any] = {}
     for field in dataclasses.fields(first):
-        name, axes = field.name, axes_of(first, field.name)
+        name = field.name
+        axes = axes_of(first, field.name)
         entries = [getattr(part, name) for part in parts]
         if axes is None or not any(name in own for own in shared):
             if not all(alike(entries[0], entry) for entry in entries[1:]):
@@ -349,7 +354,8 @@ def columns(result: Any, prefix: str = "") -> Iterator[Column]:
     A number that holds for all items is an array too.
     """
     for field in dataclasses.fields(result):
-        axes, value = axes_of(result, field.name), getattr(result, field.name)
+        axes = axes_of(result, field.name)
+        value = getattr(result, field.name)
         if isinstance(value, Result):
             yield from columns(value, f"{prefix}{field.name}_")
         elif axes is not None and result.axis in axes.names and value is not None:
@@ -366,7 +372,8 @@ def _labelled(result: Any, prefix: str = "") -> dict[str, Any]:
     data: dict[str, Any] = {}
     coords: dict[str, Any] = {}
     for field in dataclasses.fields(result):
-        axes, value = axes_of(result, field.name), getattr(result, field.name)
+        axes = axes_of(result, field.name)
+        value = getattr(result, field.name)
         name = prefix + field.name
         if isinstance(value, Result):
             inner = _labelled(value, f"{name}_")

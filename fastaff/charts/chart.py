@@ -52,7 +52,8 @@ class Chart(NamedTuple):
         with np.errstate(all="ignore"):
             for step in self.steps:
                 y = step.invert(x, p)
-                x, p = y, step.pull(x, y, p)
+                p = step.pull(x, y, p)
+                x = y
         self._refuse("z", x[list(self.rows)], np.isfinite)
         self._refuse("z", p[list(self.rows)], lambda rows: ~np.isnan(rows), "p_")
         return np.concatenate([x[list(self.rows)], p[list(self.rows)]])
@@ -94,7 +95,8 @@ class Chart(NamedTuple):
         with np.errstate(all="ignore"):
             for step in self.steps:
                 y = step.invert(x, v)
-                x, v = y, step.unpush(x, y, v)
+                v = step.unpush(x, y, v)
+                x = y
         return self._defined("w", np.concatenate([x[list(self.rows)], v[list(self.rows)]]), given)
 
     def velocities_to_planes(self, q: ArrayLike) -> Array:
@@ -115,7 +117,8 @@ class Chart(NamedTuple):
         :Formula: p = mu J^T J dq/dt, regular in every sheet.
         :Source: EQ2.1a.
         """
-        rows, mass = checked("q", q, (8,)), positive("mu", mu)
+        rows = checked("q", q, (8,))
+        mass = positive("mu", mu)
         ladder, _ = self._ladder(rows[:4])
         p = mass * self._pushed(rows[:4], rows[4:])[1]
         with np.errstate(all="ignore"):
@@ -132,7 +135,8 @@ class Chart(NamedTuple):
         :Formula: dq/dt = J^-1 J^-T p/mu; the rate is 0 where a radius and its angular momentum are 0.
         :Source: EQ2.1a.
         """
-        rows, mass = checked("q", q, (8,)), positive("mu", mu)
+        rows = checked("q", q, (8,))
+        mass = positive("mu", mu)
         ladder, _ = self._ladder(rows[:4])
         v = self.to_planes(rows)[4:] / mass
         with np.errstate(all="ignore"):
@@ -191,7 +195,8 @@ class Chart(NamedTuple):
         :Formula: T = mu/2 g_ij dq^i/dt dq^j/dt.
         :Source: EQ2.0a, EQ2.0b, EQ2.2a.
         """
-        rows, mass = checked("q", q, (8,)), positive("mu", mu)
+        rows = checked("q", q, (8,))
+        mass = positive("mu", mu)
         return mass / 2 * np.einsum("ij...,i...,j...->...", self.metric(rows[:4]), rows[4:], rows[4:])
 
     def kinetic_energy_from_momenta(self, q: ArrayLike, mu: float = 1.0) -> Array:
@@ -202,7 +207,8 @@ class Chart(NamedTuple):
         :Formula: T = ``|J^-T p|^2``/2 mu = g^ij p_i p_j/2 mu.
         :Source: EQ2.1a, EQ2.2f.
         """
-        rows, mass = checked("q", q, (8,)), positive("mu", mu)
+        rows = checked("q", q, (8,))
+        mass = positive("mu", mu)
         return np.sum(self.to_planes(rows)[4:] ** 2, axis=0) / (2 * mass)
 
     def _row_order(self, rows: Array) -> Array:
@@ -213,7 +219,8 @@ class Chart(NamedTuple):
 
     def _ladder(self, q: Array) -> tuple[list[tuple[Step, Array, Array]], Array]:
         """(step, coordinates before it, coordinates after it) from the chart down to the planes, and the planes."""
-        y, ladder = self._row_order(q), []
+        y = self._row_order(q)
+        ladder = []
         with np.errstate(all="ignore"):
             for step in reversed(self.steps):
                 x = step.restore(y)

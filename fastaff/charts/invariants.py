@@ -102,7 +102,8 @@ def from_matrix(phi: ArrayLike, momentum: ArrayLike) -> Array:
     array([1.414214, 0.      , 0.      , 0.      , 0.      , 0.      ,
            0.      , 0.      ])
     """
-    position, conjugate = checked("phi", phi, (2, 2)), checked("momentum", momentum, (2, 2))
+    position = checked("phi", phi, (2, 2))
+    conjugate = checked("momentum", momentum, (2, 2))
     if position.shape != conjugate.shape:
         raise ValueError(f"momentum must have the shape of phi, {position.shape}; got {conjugate.shape}")
     return np.concatenate([_planes(position), _planes(conjugate)])
@@ -145,7 +146,8 @@ def angular_momenta(z: ArrayLike) -> AngularMomenta:
     np.float64(0.4)
     """
     a1, a2, b1, b2, pa1, pa2, pb1, pb2 = checked("z", z, (8,))
-    p_eta, p_gamma = a1 * pa2 - a2 * pa1, b1 * pb2 - b2 * pb1
+    p_eta = a1 * pa2 - a2 * pa1
+    p_gamma = b1 * pb2 - b2 * pb1
     return AngularMomenta(p_eta, p_gamma, p_gamma + p_eta, p_gamma - p_eta)
 
 
@@ -231,7 +233,8 @@ def rotate(z: ArrayLike, *, space: float = 0.0, body: float = 0.0) -> Array:
            [ 1.,  0.]])
     """
     rows = checked("z", z, (8,))
-    left, right = checked("space", space, ()), checked("body", body, ())
+    left = checked("space", space, ())
+    right = checked("body", body, ())
     turned = [_turned(rows[2 * k], rows[2 * k + 1], left + (right if k % 2 else -right)) for k in range(4)]
     return np.concatenate([np.stack(pair) for pair in turned])
 

@@ -49,13 +49,15 @@ def alpha_beta_phi_psi(alpha: Array, beta: Array, phi: Array, psi: Array) -> For
     """dalpha^2 + dbeta^2 + (alpha^2 + beta^2)(dphi^2 + dpsi^2) + 2 (beta^2 - alpha^2) dphi dpsi.  Source: EQ2.0b,
     section 5.
     """
-    one, size = np.ones_like(alpha), alpha**2 + beta**2
+    one = np.ones_like(alpha)
+    size = alpha**2 + beta**2
     return Form((one, one, size, size), 2 * alpha * beta, ((2, 3, (beta - alpha) * (beta + alpha)),))
 
 
 def two_polar(D1: Array, D2: Array, phi: Array, psi: Array) -> Form:
     """dD1^2 + dD2^2 + (D1^2 + D2^2)(dphi^2 + dpsi^2) - 4 D1 D2 dphi dpsi.  Source: EQ2.0a."""
-    one, size = np.ones_like(D1), D1**2 + D2**2
+    one = np.ones_like(D1)
+    size = D1**2 + D2**2
     return Form((one, one, size, size), (D1 - D2) * (D1 + D2), ((2, 3, -2 * D1 * D2),))
 
 
@@ -63,7 +65,9 @@ def rho_epsilon(rho: Array, epsilon: Array, eta: Array, gamma: Array) -> Form:
     """drho^2 + rho^2 (depsilon^2 + cos^2(epsilon) deta^2 + sin^2(epsilon) dgamma^2).  Source: section 3, below
     EQ2.2c'.
     """
-    c, s, r = np.cos(epsilon), np.sin(epsilon), rho**2
+    c = np.cos(epsilon)
+    s = np.sin(epsilon)
+    r = rho**2
     return Form((np.ones_like(rho), r, r * c**2, r * s**2), rho**3 * s * c)
 
 
@@ -108,7 +112,8 @@ def elliptic(focus: float, kappa: Array, lam: Array, eta: Array, gamma: Array) -
 
     Source: section 3, elliptic variables; corrected, the printed one lacks the factor focus^2 = 2.
     """
-    alpha, beta = focus * np.cosh(kappa) * np.cos(lam), focus * np.sinh(kappa) * np.sin(lam)
+    alpha = focus * np.cosh(kappa) * np.cos(lam)
+    beta = focus * np.sinh(kappa) * np.sin(lam)
     stretch = focus**2 * (np.sinh(kappa) ** 2 + np.sin(lam) ** 2)
     return Form((stretch, stretch, alpha**2, beta**2), stretch * alpha * beta)
 
@@ -117,7 +122,9 @@ def parabolic(xi: Array, delta: Array, eta: Array, gamma: Array) -> Form:
     """(xi^2 + delta^2)(dxi^2 + ddelta^2) + alpha^2 deta^2 + beta^2 dgamma^2.  Source: section 3, parabolic variables;
     derived.
     """
-    stretch, alpha, beta = xi**2 + delta**2, (xi**2 - delta**2) / 2, xi * delta
+    stretch = xi**2 + delta**2
+    alpha = (xi**2 - delta**2) / 2
+    beta = xi * delta
     return Form((stretch, stretch, alpha**2, beta**2), stretch * alpha * beta)
 
 
@@ -135,7 +142,8 @@ def exponential(a: Array, b: Array, phi: Array, psi: Array) -> Form:
 
     Source: section 3, D1, D2 = exp((a +- b)/2); derived.
     """
-    area, size = np.exp(a), np.exp(a) * np.cosh(b)
+    area = np.exp(a)
+    size = np.exp(a) * np.cosh(b)
     shear = area * np.sinh(b)
     return Form((size / 2, size / 2, 2 * size, 2 * size), area * shear, ((0, 1, shear / 2), (2, 3, -2 * area)))
 

@@ -28,8 +28,11 @@ from .commands.warmup import warmup
 from .options import HELP, Parameter, converted, cyclopts
 from .stops import EXIT_WRONG_INPUT, Stops, say
 
-NARROWEST, WIDEST = 40, 1000
-"""Columns of text on a terminal that help and progress bars take."""
+NARROWEST = 40
+"""Least columns of text on a terminal that help and progress bars take."""
+
+WIDEST = 1000
+"""Most columns of text on a terminal that help and progress bars take."""
 
 COMMANDS: dict[str, Any] = {
     "demo": demo,

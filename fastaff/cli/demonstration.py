@@ -24,7 +24,8 @@ from ..base.status import describe
 from ..models import Body, Hyperelastic, NeoHookean
 from ..models.sections import AlphaTurning
 
-P_ETA, P_GAMMA = 0.3, 0.2
+P_ETA = 0.3
+P_GAMMA = 0.2
 SECTION = AlphaTurning(+1)
 SEED = 1
 CHAOTIC = -4.0
@@ -67,7 +68,8 @@ class Portrait:
         """Orbits (orbits,) drawn in the plane of frequencies: regular ones, but for islands, which have the frequency
         of their chain, so that nu_r is a fifth or more from its median or the ratio within 1/1000 of 1 or 2, or beyond.
         """
-        found, ratio = self.map, plot.frequency(self.map, _plane(self)[0])
+        found = self.map
+        ratio = plot.frequency(self.map, _plane(self)[0])
         r = found.nu[found.names.index("r")]
         near = (np.abs(r / np.median(r) - 1.0) < 0.2) & (ratio > 1.001) & (ratio < 1.999)
         return found.regular & near
@@ -94,7 +96,8 @@ def run(
     hardly any chaos, at 1.8 little else.
     Cost: about three minutes on two cores, and one of compilation the first time.
     """
-    size, folder = QUICK if quick else FULL, Path(out_dir)
+    size = QUICK if quick else FULL
+    folder = Path(out_dir)
     folder.mkdir(parents=True, exist_ok=True)
     start = clock.perf_counter()
     portraits = [
@@ -206,7 +209,8 @@ def surface(body: Any, energy: float, cells: tuple[int, int]) -> EnergyGrid:
     # The largest p_gamma: beta sqrt(2 mu (E - V_effective)) at its maximum over beta.
     top = float((edge.coordinate * edge.momentum).max())
     p_gamma = top * (np.arange(cells[1]) + 0.5) / cells[1]
-    z0, cell = [], []
+    z0 = []
+    cell = []
     for k, value in enumerate(p_gamma):
         try:
             row = energy_grid(body, energy=energy, section=SECTION, axes=(beta, [0.0]), p_eta=P_ETA, p_gamma=value)
@@ -221,7 +225,8 @@ def surface(body: Any, energy: float, cells: tuple[int, int]) -> EnergyGrid:
 
 def numbers(p: Portrait) -> list[str]:
     """Return the main numbers of one portrait, in lines."""
-    crossings, (section_time, map_time) = int(p.section.counts.sum()), p.seconds
+    crossings = int(p.section.counts.sum())
+    section_time, map_time = p.seconds
     chaotic = np.count_nonzero(p.map.diffusion > CHAOTIC)
     lines = [
         f"{p.name}, E = {p.energy:g}:",
@@ -300,7 +305,8 @@ def _padded(values: np.ndarray) -> tuple[float, float]:
 
 
 def _caption(chaotic: Portrait, integrable: Portrait) -> str:
-    a, b = chaotic, integrable
+    a = chaotic
+    b = integrable
     worst = max(float(np.max(np.asarray(p.map.energy_error))) for p in (a, b))
     return (
         r"Units: $G=\mu=1$ (top, $K=2$, $E=1.5$) and $C=\mu=1$ (bottom, $E=3.5$); both energies are 1.5 above the "

@@ -185,7 +185,8 @@ class Written(Output):
         """Write the job where that is asked for, and tell."""
         if self.write_job is None:
             return False
-        path, text = self.write_job, job.text()
+        path = self.write_job
+        text = job.text()
         if not path.parent.is_dir():
             raise Wrong(f"--write-job {path}: the folder {path.parent} does not exist")
         if path.exists() and not self.force:

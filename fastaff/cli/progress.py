@@ -51,7 +51,8 @@ class Progress:
         )
         self.shown = sys.stderr.isatty()  # rich takes FORCE_COLOR and notebooks for terminals
         self.task = self.bar.add_task(title, total=1.0, rate="")
-        self.orbits, self.start = orbits or 0, clock.perf_counter()
+        self.orbits = orbits or 0
+        self.start = clock.perf_counter()
 
     def __call__(self, fraction: float) -> None:
         rate = fraction * self.orbits / max(clock.perf_counter() - self.start, 1e-9)
@@ -95,7 +96,9 @@ def watched(progress: Progress, compute: Callable[[Progress], Any], keep: Callab
 
     keep: called with the partial result; with None where there is none, but the result of an earlier computation.
     """
-    result, before, partial = None, Stops.holding, None
+    result = None
+    before = Stops.holding
+    partial = None
     try:
         with progress:
             Stops.release()
@@ -117,7 +120,8 @@ def watched(progress: Progress, compute: Callable[[Progress], Any], keep: Callab
 
 def kept(result: Any, save: Callable[[], Any]) -> None:
     """Save the result of an interrupted run, unless it is empty, and say so."""
-    total, done = result.status.size, int(np.count_nonzero(result.status != Status.INTERRUPTED))
+    total = result.status.size
+    done = int(np.count_nonzero(result.status != Status.INTERRUPTED))
     if done or (hasattr(result, "counts") and result.counts.any()):
         path = save()
         say(f"{Stops.said()}: kept {done} finished of {total} orbits{_crossings(result)} in {path}; no figure drawn")

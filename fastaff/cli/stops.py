@@ -12,7 +12,14 @@ from collections.abc import Iterator
 from types import FrameType
 from typing import Any
 
-EXIT_WRONG_INPUT, EXIT_INTERRUPTED, EXIT_BROKEN_PIPE = 2, 130, 141
+EXIT_WRONG_INPUT = 2
+"""Exit code of a command with wrong input."""
+
+EXIT_INTERRUPTED = 130
+"""Exit code of a command that Ctrl-C has ended: 128 + SIGINT."""
+
+EXIT_BROKEN_PIPE = 141
+"""Exit code of a command whose reader has gone: 128 + SIGPIPE."""
 
 AS_ONE = 2.0
 """Seconds within which signals are one: batch systems and impatient fingers send several."""
@@ -64,8 +71,14 @@ class Stops:
     @classmethod
     def begin(cls, own: bool) -> None:
         """Begin a command, whose modules are still to be loaded."""
-        cls.own, cls.loading, cls.holding, cls.arrived, cls.ended = own, True, False, False, False
-        cls.code, cls.sent, cls.last = None, None, -AS_ONE
+        cls.own = own
+        cls.loading = True
+        cls.holding = False
+        cls.arrived = False
+        cls.ended = False
+        cls.code = None
+        cls.sent = None
+        cls.last = -AS_ONE
 
     @classmethod
     def said(cls) -> str:
@@ -81,7 +94,8 @@ class Stops:
         if cls.holding and not cls.ended:
             cls.arrived = True
             return
-        before, now = cls.last, clock.monotonic()
+        before = cls.last
+        now = clock.monotonic()
         if now - before < AS_ONE:
             return
         cls.last = now
@@ -102,7 +116,8 @@ class Stops:
     @contextlib.contextmanager
     def later(cls) -> Iterator[None]:
         """Let a signal stop the command after the block, not in the middle of it."""
-        before, cls.holding = cls.holding, True
+        before = cls.holding
+        cls.holding = True
         try:
             yield
         finally:
@@ -112,7 +127,8 @@ class Stops:
     @classmethod
     def release(cls) -> None:
         """Hold nothing from now on: a signal that has arrived meanwhile stops the command."""
-        cls.holding, before = False, cls.arrived
+        before = cls.arrived
+        cls.holding = False
         cls.arrived = False
         if before:
             cls.last = clock.monotonic()

@@ -283,7 +283,8 @@ def _compiled(kind: str, body: str, classes: tuple, namespace: tuple) -> Any:
     text = _text(kind, body, classes)
     identity = fingerprint(tuple(cls for cls, *_ in classes), tuple(entry for _, entry in namespace))
     folder = None if identity is None or JIT_DISABLED else jit.cache_directory()
-    filename, module = NO_FILE, f"fastaff_block_{kind}_{next(_NUMBERS)}"
+    filename = NO_FILE
+    module = f"fastaff_block_{kind}_{next(_NUMBERS)}"
     if folder is not None:
         key = hashlib.sha256(f"{identity}\n{text}".encode()).hexdigest()[:20]
         path = folder / "blocks" / f"{kind}_{key}.py"

@@ -161,7 +161,10 @@ class CodeCache(NullCache):
         self, function: Callable, folder: Path, pack: Callable[[], Any] = lambda: None, *, keyed: bool = False
     ):
         """keyed: the name of the function's module is a key of all that it reads."""
-        self._function, self._folder, self._pack, self._keyed = function, folder, pack, keyed
+        self._function = function
+        self._folder = folder
+        self._pack = pack
+        self._keyed = keyed
 
     @property
     def cache_path(self):
@@ -171,7 +174,8 @@ class CodeCache(NullCache):
     def load_overload(self, sig, target_context):
         """Return the code for a signature: from the folder, else from the pack, if there is one; else None."""
         target_context.refresh()
-        target, content = target_context.codegen().magic_tuple(), self._content()
+        target = target_context.codegen().magic_tuple()
+        content = self._content()
         code = None
         if content is not None:
             key = self._key(sig, target, content)
@@ -201,7 +205,8 @@ class CodeCache(NullCache):
 
     def _key(self, sig: Any, target: tuple, content: str) -> tuple:
         """Return the key of code beside the sources, by which the folder is named."""
-        code, cells = self._function.__code__, self._function.__closure__ or ()
+        code = self._function.__code__
+        cells = self._function.__closure__ or ()
         name = self._function.__module__, self._function.__qualname__, code.co_firstlineno
         return name, sig, target, code.co_code, dumps(tuple(cell.cell_contents for cell in cells)), content
 

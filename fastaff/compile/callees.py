@@ -82,7 +82,8 @@ class _OnLoan(AnalysisPass):
 
     def run_pass(self, state):
         """Switch the counting off if no statement creates, copies or returns an array."""
-        context, made = state.targetctx, [state.return_type]
+        context = state.targetctx
+        made = [state.return_type]
         for block in state.func_ir.blocks.values():
             made += [state.typemap[a.target.name] for a in block.find_insts(ir.Assign) if _makes(a.value)]
             made += [state.typemap[a.value.name] for a in block.find_insts((ir.SetItem, ir.StaticSetItem))]
@@ -183,7 +184,8 @@ class Callee(CPUDispatcher):
     def get_call_template(self, args, kws):
         """Return Numba's template for the type of a call."""
         if not self._constants:
-            args, kws = tuple(map(types.unliteral, args)), {name: types.unliteral(kind) for name, kind in kws.items()}
+            args = tuple(map(types.unliteral, args))
+            kws = {name: types.unliteral(kind) for name, kind in kws.items()}
         return super().get_call_template(args, kws)
 
     def __reduce__(self):

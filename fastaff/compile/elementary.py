@@ -20,8 +20,11 @@ from numba.extending import overload
 from .callees import Callee
 from .fused import FUSED, SHIFT, fma
 
-LN2_HIGH, LN2_LOW = 6.93147180369123816490e-01, 1.9082149292705877e-10
-"""ln 2 in two parts; whole multiples of the first are exact."""
+LN2_HIGH = 6.93147180369123816490e-01
+"""The first part of ln 2: whole multiples of it are exact."""
+
+LN2_LOW = 1.9082149292705877e-10
+"""The second part of ln 2."""
 
 HALF_PI = 1.5707963267341256, 6.077100506506192e-11, 3.5215598651832e-27, 2.0670321098263988e-43
 """pi/2 in four parts: the first 33 bits, then the next 53 each. When whole multiples of them are subtracted from a
@@ -104,7 +107,8 @@ def _tan(x):
     cosine = most + less
     odd = np.float64(whole).view(np.int64) & 1
     above, below = (-cosine, sine) if odd else (sine, cosine)
-    sine_rest, cosine_rest = tail - (sine - r), less - (cosine - most)
+    sine_rest = tail - (sine - r)
+    cosine_rest = less - (cosine - most)
     above_rest, below_rest = (-cosine_rest, sine_rest) if odd else (sine_rest, cosine_rest)
     value, error = _quotient_part(above, above_rest, below, below_rest)
     return value + error if abs(whole - SHIFT) < QUARTERS else np.nan
@@ -305,9 +309,11 @@ def _negative(x):
 def _hypot(x, y):
     x, y = abs(x), abs(y)
     a, b = (y, x) if y < x else (x, y)
-    large, small = b > 2.0**500, b < 2.0**-400
+    large = b > 2.0**500
+    small = b < 2.0**-400
     scale, back = (2.0**-600, 2.0**600) if large else ((2.0**600, 2.0**-600) if small else (1.0, 1.0))
-    a, b = scale * a, scale * b
+    a = scale * a
+    b = scale * b
     square = b * b
     value = back * np.sqrt(fma(a, a, square) + fma(b, b, -square))
     return np.inf if (x == np.inf) | (y == np.inf) else value
@@ -318,14 +324,17 @@ def _arctan2(y, x):
 
     Source: FDLIBM s_atan.c (Sun Microsystems 1993), the polynomial.
     """
-    across, along = abs(x), abs(y)
+    across = abs(x)
+    along = abs(y)
     steep = along > across
     a, b = (across, along) if steep else (along, across)
     scale = 2.0**-100 if b > 2.0**900 else (2.0**100 if b < 2.0**-900 else 1.0)
     a, b = (scale * a, scale * b) if b < np.inf else ((0.0 if a < np.inf else 1.0), 1.0)
     far = a > 0.41421356237309503 * b
-    above, below = a - b, a + b
-    above_rest, below_rest = a - (above + b), a - (below - b)
+    above = a - b
+    below = a + b
+    above_rest = a - (above + b)
+    below_rest = a - (below - b)
     above, above_rest = (above, above_rest) if far else (a, 0.0)
     below, below_rest = (below, below_rest) if far else (b, 0.0)
     below = 1.0 if below == 0.0 else below
@@ -392,9 +401,18 @@ def _branch_free(formula: Callable, original: Any) -> Any:
     return function
 
 
-exp, expm1, log = _branch_free(_exp, np.exp), _branch_free(_expm1, np.expm1), _branch_free(_log, np.log)
-sin, cos, tan = _branch_free(_sin, np.sin), _branch_free(_cos, np.cos), _branch_free(_tan, np.tan)
-sinh, cosh, tanh = _branch_free(_sinh, np.sinh), _branch_free(_cosh, np.cosh), _branch_free(_tanh, np.tanh)
-arcsin, arccos = _branch_free(_arcsin, np.arcsin), _branch_free(_arccos, np.arccos)
-arctan, arctan2 = _branch_free(_arctan, np.arctan), _branch_free(_arctan2, np.arctan2)
-hypot, power = _branch_free(_hypot, np.hypot), _branch_free(_power, np.power)
+exp = _branch_free(_exp, np.exp)
+expm1 = _branch_free(_expm1, np.expm1)
+log = _branch_free(_log, np.log)
+sin = _branch_free(_sin, np.sin)
+cos = _branch_free(_cos, np.cos)
+tan = _branch_free(_tan, np.tan)
+sinh = _branch_free(_sinh, np.sinh)
+cosh = _branch_free(_cosh, np.cosh)
+tanh = _branch_free(_tanh, np.tanh)
+arcsin = _branch_free(_arcsin, np.arcsin)
+arccos = _branch_free(_arccos, np.arccos)
+arctan = _branch_free(_arctan, np.arctan)
+arctan2 = _branch_free(_arctan2, np.arctan2)
+hypot = _branch_free(_hypot, np.hypot)
+power = _branch_free(_power, np.power)

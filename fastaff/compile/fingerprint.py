@@ -172,7 +172,8 @@ class Content:
             names = " ".join(name for name, _ in members)
             return self._all(names, [entry.value for _, entry in members], False)
         if issubclass(cls, tuple) and hasattr(cls, "_fields"):
-            methods, defaults = methods_of(cls), getattr(cls, "_field_defaults", {})
+            methods = methods_of(cls)
+            defaults = getattr(cls, "_field_defaults", {})
             self._pending.extend((entry, is_ours(cls)) for _, entry in [*methods, *defaults.items()])
             if is_ours(cls) and not all(is_ours(entry) and _in_package(entry.__code__) for _, entry in methods):
                 return False  # changed in this process
@@ -186,7 +187,8 @@ def _read(function: Any) -> list[tuple[str, Any]]:
     found = [(name, cell.cell_contents) for name, cell in cells]
     found += [("default", entry) for entry in function.__defaults__ or ()]
     found += (function.__kwdefaults__ or {}).items()
-    names, pending = [], [function.__code__]
+    names = []
+    pending = [function.__code__]
     while pending:
         code = pending.pop()
         names += code.co_names
@@ -220,7 +222,8 @@ def state_of(cls: type) -> int:
     """Return the number of the methods that a class has now: another where some were replaced, the first again where
     that was undone.
     """
-    states, now = _states(cls), cls.__dict__
+    states = _states(cls)
+    now = cls.__dict__
     for number, size, methods in states:
         if size == len(now) and all(now.get(name) is method for name, method in methods.items()):
             return number

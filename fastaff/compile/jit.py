@@ -207,7 +207,8 @@ def jit(
     kernel.compile = compiling()(kernel.compile)
     if not inline:
         kernel.part = Callee(function, constants=constants, apart=apart)
-        kernel.get_call_template, kernel.get_overload = kernel.part.get_call_template, kernel.part.get_overload
+        kernel.get_call_template = kernel.part.get_call_template
+        kernel.get_overload = kernel.part.get_overload
     return kernel
 
 
@@ -273,7 +274,9 @@ class BlockFunction(types.WrapperAddressProtocol):
         with compiling():
             compiled.compile()
         self._compiled = compiled
-        self._signature, self.shown = signature, str(signature)  # the hash of a text is quick
+        # the hash of a text is quick
+        self._signature = signature
+        self.shown = str(signature)
         self._address: Any = compiled.address
 
     def __wrapper_address__(self) -> int:
@@ -290,7 +293,8 @@ def block_function(function: Callable, signature: Any, *, cache: bool) -> Callab
     return function if JIT_DISABLED else BlockFunction(function, signature, cache=cache, keyed=True)
 
 
-_f8, _i8 = types.float64, types.int64
+_f8 = types.float64
+_i8 = types.int64
 _vector, _matrix = (types.Array(_f8, axes, "C") for axes in (1, 2))
 SIGNATURES = {
     # (params, lanes, drifts, kicks, step, steps, z) -> steps taken: until a lane leaves the domain

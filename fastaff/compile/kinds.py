@@ -64,9 +64,13 @@ def alone(name: str) -> Kind:
     return Kind(TERMS[name].equations, {name})
 
 
-Kind.SEPARABLE, Kind.DRIVEN, Kind.ROTATING = Kind("H = T(p) + V(q)"), alone("drive"), alone("frame")
-Kind.DAMPED, Kind.NONSEPARABLE = alone("friction"), alone("nonseparable")
-Kind.FLOW, Kind.MAP = alone("rates"), alone("iterates")
+Kind.SEPARABLE = Kind("H = T(p) + V(q)")
+Kind.DRIVEN = alone("drive")
+Kind.ROTATING = alone("frame")
+Kind.DAMPED = alone("friction")
+Kind.NONSEPARABLE = alone("nonseparable")
+Kind.FLOW = alone("rates")
+Kind.MAP = alone("iterates")
 
 KINDS = (Kind.SEPARABLE, *map(alone, TERMS))
 """The kinds that the package makes itself; users' models may have others."""

@@ -19,9 +19,12 @@ from .jit import JIT_DISABLED
 VECTOR = 8
 """Numbers of a cache line, and of the widest registers; LLVM splits them where a processor has narrower ones."""
 
-NARROW, WIDE = 2, 8 if has_instructions("avx512f", other=False) else 4
-"""Vectors of a sum over few lanes, and over many: enough to hide the latency of an addition, and few enough for the
-registers, of which processors without AVX-512 have half as many, of half the width.
+NARROW = 2
+"""Vectors of a sum over few lanes."""
+
+WIDE = 8 if has_instructions("avx512f", other=False) else 4
+"""Vectors of a sum over many lanes: enough to hide the latency of an addition, and few enough for the registers, of
+which processors without AVX-512 have half as many, of half the width.
 """
 
 
@@ -39,7 +42,8 @@ def _sum(vectors: int, moved: bool) -> Any:
 
     def generate(context, builder, signature, arguments):
         at, lane, count = arguments[6:]
-        kinds, kind = signature.args, ir.VectorType(ir.DoubleType(), VECTOR)
+        kinds = signature.args
+        kind = ir.VectorType(ir.DoubleType(), VECTOR)
 
         def data(number):
             return context.make_array(kinds[number])(context, builder, arguments[number]).data
@@ -50,7 +54,9 @@ def _sum(vectors: int, moved: bool) -> Any:
         def places(begin):
             return [builder.add(begin, ir.Constant(begin.type, VECTOR * j)) for j in range(vectors)]
 
-        slopes, begins, factors = data(3), data(4), data(5)
+        slopes = data(3)
+        begins = data(4)
+        factors = data(5)
         sums = [cgutils.alloca_once_value(builder, ir.Constant(kind, [0.0] * VECTOR)) for _ in range(vectors)]
         with cgutils.for_range(builder, count) as loop:
             factor = _spread(builder, builder.load(builder.gep(factors, [loop.index])))
@@ -139,7 +145,8 @@ def sum_of_table(table: Terms, apart: int, vectors: bool) -> Any:
         return types.void(total, k, weights, s, size), generate
 
     def plain(total, k, weights, s, size):
-        first, terms = starts[s], table[s]
+        first = starts[s]
+        terms = table[s]
         for i in range(size):
             chains = []
             for at in range(0, len(terms), CHAIN):

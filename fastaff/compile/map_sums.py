@@ -86,11 +86,13 @@ def angles_of(winding: tuple[bool, ...]) -> Angles:
 
 def moments(rows: Rows) -> str:
     """Iterates that add up the MOMENTS of planes, with the weight drifts[k] of iterate k."""
-    own, n = moments_of(rows.winding), rows.n
+    own = moments_of(rows.winding)
+    n = rows.n
     body = "w = drifts[before + taken]\n"
     for k, r in enumerate(own.planes):
         at = own.plane(k)
-        first, second = _at(at + 2), _at(at + 3)
+        first = _at(at + 2)
+        second = _at(at + 3)
         text = f"x, y = {first}, {second}\nxx, yy = {_at(r)} - {_at(at)}, {_at(n + r)} - {_at(at + 1)}\n"
         products = ("x", "y", "(x*x)", "(x*y)", "(y*y)", "(xx*x)", "(xx*y)", "(yy*x)", "(yy*y)")
         text += "".join(f"{_at(at + 4 + j)} += w*{product}\n" for j, product in enumerate(products))
@@ -100,14 +102,18 @@ def moments(rows: Rows) -> str:
 
 def angles(rows: Rows) -> str:
     """Iterates that add up the steps of angles over SPANS, with the weights drifts[k*SPANS + s] of iterate k."""
-    own, n = angles_of(rows.winding), rows.n
-    names, moved, body = _names(rows, 0), "", ""
+    own = angles_of(rows.winding)
+    n = rows.n
+    names = _names(rows, 0)
+    moved = ""
+    body = ""
     for k, r in enumerate(own.wound):
         moved += f"{_at(own.step(k))} = (z{r} - {names[r]})*turns{r}\n"
     for k, r in enumerate(own.planes):
         at = own.plane(k)
         q, p, a, b, c, cosine, sine, _ = (_at(at + column) for column in range(COLUMNS.end))
-        last, other = _at(at + COLUMNS.end), _at(at + COLUMNS.end + 1)
+        last = _at(at + COLUMNS.end)
+        other = _at(at + COLUMNS.end + 1)
         body += _loop(
             f"x = {_at(r)} - {q}\nre, im = {a}*x, {b}*x + {c}*({_at(n + r)} - {p})\nx, y = re*{last} + im*{other}, "
             f"im*{last} - re*{other}\n{_at(own.step(len(own.wound) + k))} = angle_of(x*{cosine} + y*{sine}, y*{cosine} "

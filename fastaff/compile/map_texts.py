@@ -54,7 +54,8 @@ def _counted(rows: Rows) -> str:
     """Text that counts a lane as outside if its image has left the domain or has momenta that are not finite;
     coordinates that are not finite have no positive margin.
     """
-    q, p = listed("z", range(rows.n)), " + ".join(f"0.0*z{r}" for r in range(rows.n, 2 * rows.n))
+    q = listed("z", range(rows.n))
+    p = " + ".join(f"0.0*z{r}" for r in range(rows.n, 2 * rows.n))
     return f"outside += 0 if value.margin({q}) + {p} > 0.0 else 1\n"
 
 
@@ -125,7 +126,8 @@ def _observable(rows: Rows) -> str:
     """A smooth function of phase points, which replaces the kinetic energy in indicators of maps: of cosines of angles,
     without their momenta, which may grow for ever.
     """
-    n, terms = rows.n, []
+    n = rows.n
+    terms = []
     for k, r in enumerate(rows.orbit):
         if rows.winding[k]:
             terms.append(f"np.cos(6.283185307179586*turns{k}*{_at(r)})")

@@ -19,7 +19,11 @@ from .texts import Rows, _indent, traced, while_inside
 
 def lanes_at_once(half: int) -> int:
     """Return the number of lanes that take a whole step together: the forces of their stages fit the fastest cache."""
-    return 128 if half <= 2 else 64 if half <= 8 else 32
+    if half <= 2:
+        return 128
+    if half <= 8:
+        return 64
+    return 32
 
 
 def spare_rows(n: int, half: int, stages: int) -> int:
@@ -117,7 +121,8 @@ def _moved(rows: Rows, width: int, part: range) -> str:
 
 def _stage(rows: Rows, width: int, each: Callable[..., str], part: range) -> str:
     """Text that sets the forces of stage s of a part."""
-    half, n = rows.half, rows.n
+    half = rows.half
+    n = rows.n
     place = [f"sums[{(2 * half + r) * width} + i]" for r in range(n)]
     text = "" if part.start == 0 else "".join(f"q{r} = {place[r]}\n" for r in range(n))
     text += _moved(rows, width, part) + "hd = node*h\n"

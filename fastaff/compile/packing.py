@@ -54,7 +54,8 @@ def _pack(arguments: tuple, words: list, kinds: list) -> None:
     """Append the words of the arguments, and data that determine their types, in a tenth of the time of Numba."""
     for argument in arguments:
         if isinstance(argument, np.ndarray):  # most are
-            flags, shape = argument.flags.num, argument.shape
+            flags = argument.flags.num
+            shape = argument.shape
             words += (_data(argument, flags), *shape, *argument.strides)
             kinds += (argument.dtype, len(shape), flags)
         elif isinstance(argument, Packed):
@@ -94,11 +95,9 @@ def _unpacked(context, builder, word, kind):
     if isinstance(kind, types.FunctionType):
         function = cgutils.create_struct_proxy(kind)(context, builder)
         nothing = cgutils.get_null_value(cgutils.voidptr_t)
-        function.c_addr, function.py_addr, function.jit_addr = (
-            builder.inttoptr(word(), cgutils.voidptr_t),
-            nothing,
-            nothing,
-        )
+        function.c_addr = builder.inttoptr(word(), cgutils.voidptr_t)
+        function.py_addr = nothing
+        function.jit_addr = nothing
         return function._getvalue()
     if isinstance(kind, types.BaseTuple):
         return context.make_tuple(builder, kind, [_unpacked(context, builder, word, entry) for entry in kind])
@@ -112,7 +111,8 @@ def _arguments_in(typingcontext, words):
     """The tuple of arguments that these words hold."""
 
     def generate(context, builder, signature, values):
-        memory, at = builder.inttoptr(values[0], cgutils.ir.IntType(64).as_pointer()), iter(range(1 << 30))
+        memory = builder.inttoptr(values[0], cgutils.ir.IntType(64).as_pointer())
+        at = iter(range(1 << 30))
 
         def word():
             return builder.load(cgutils.gep(builder, memory, next(at)))
@@ -125,8 +125,11 @@ def _arguments_in(typingcontext, words):
 _UNITS = ctypes.CFUNCTYPE(None, ctypes.c_int64, ctypes.c_int64, ctypes.c_int64, ctypes.c_int64)
 """Python's call of a kernel for units, which releases the GIL meanwhile."""
 
-PARTS, MOST_UNITS = 64, 64
-"""Number of parts of the units for each thread, and most units in one, for short units."""
+PARTS = 64
+"""Number of parts of the units for each thread."""
+
+MOST_UNITS = 64
+"""Most units in one part, for short units."""
 
 
 @intrinsic
@@ -186,7 +189,8 @@ def shares(
     key = tuple(kinds)
     if key not in _ENTRIES:
         _ENTRIES[key] = _entry(work, tuple(map(numba.typeof, _values(arguments))))
-    enter, memory = _UNITS(address(_ENTRIES[key])), np.array(words, np.int64)
+    enter = _UNITS(address(_ENTRIES[key]))
+    memory = np.array(words, np.int64)
     size = min(max(units // (PARTS * threads), 1), MOST_UNITS)
 
     def share(_held: tuple = arguments) -> None:

@@ -40,11 +40,14 @@ def angle_of(x, y):
 
     atan u/u is a polynomial in u^2 on |u| <= tan(pi/8), to 5e-20; above, pi/4 is subtracted.
     """
-    wide, high = abs(x), abs(y)
+    wide = abs(x)
+    high = abs(y)
     steep = high > wide
-    big, small = (high if steep else wide), (wide if steep else high)
+    big = high if steep else wide
+    small = wide if steep else high
     beyond = small > 0.41421356237309503 * big
-    top, bottom = (small - big if beyond else small), (small + big if beyond else big)
+    top = small - big if beyond else small
+    bottom = small + big if beyond else big
     u = top / (bottom if bottom != 0.0 else 1.0)
     w = u * u
     p = 0.015113765096600920006

@@ -50,7 +50,8 @@ def call_table(own: np.ndarray, calls: tuple[Bound, ...]) -> tuple[np.ndarray, n
     The rows of the calls' own calls come after all calls, with ranges that count from the calls' own
     beginnings.
     """
-    row, at = len(calls), len(own)
+    row = len(calls)
+    at = len(own)
     table = np.zeros((row + sum(len(call.table) for call in calls), len(COLUMNS)), np.int64)
     for number, call in enumerate(calls):
         ends = at + len(call.parameters), row + len(call.table)
@@ -112,7 +113,8 @@ def caller(kind: str) -> Callable:
 
 @intrinsic
 def _pointed(typingcontext, function, *arguments):
-    given, expected = types.BaseTuple.from_types(arguments), function.signature
+    given = types.BaseTuple.from_types(arguments)
+    expected = function.signature
 
     def generate(context, builder, signature, values):
         pointer = cgutils.create_struct_proxy(signature.args[0])(context, builder, values[0]).c_addr

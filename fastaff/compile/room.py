@@ -88,7 +88,8 @@ def wrote(path: Path, size: int) -> None:
 def bound(root: Path, most: float) -> list[Entry]:
     """Remove what was used longest ago where a cache takes more than that many bytes; return the entries removed."""
     found = sorted(entries(root), key=lambda entry: entry.used)
-    total, gone = sum(entry.size for entry in found), []
+    total = sum(entry.size for entry in found)
+    gone = []
     if total > most:
         for entry in found:
             if total <= KEPT * most:

@@ -39,7 +39,8 @@ class Rows:
     winding: tuple[bool, ...] = ()
     curved: bool = False
 
-    driven, nonseparable = term("drive"), term("nonseparable")
+    driven = term("drive")
+    nonseparable = term("nonseparable")
 
     @property
     def own(self) -> Term | None:
@@ -109,7 +110,8 @@ class Rows:
         """Text that sets the v of these rows to the velocities at p, or their change along a vector: where T is
         quadratic it follows from the vector's own momenta.
         """
-        text, orbit = "", range(self.n)
+        text = ""
+        orbit = range(self.n)
         for part in self.parts(rows):
             call = f"velocity({listed('p', part)})"
             if self.curved and part != orbit:
@@ -120,7 +122,8 @@ class Rows:
 
     def forces(self, rows: range) -> str:
         """Text that sets the f of these rows to the force at q, or its change along a vector."""
-        text, orbit = "", range(self.n)
+        text = ""
+        orbit = range(self.n)
         for part in self.parts(rows):
             call = (
                 f"force({listed('q', orbit)})"
@@ -145,7 +148,12 @@ class Rows:
 def rows_of(value: Any, n: int, vectors: int) -> Rows:
     """Return the rows of a state of a model, or of a section's argument, by the terms of its equations."""
     terms = terms_of(value)
-    variables = len(value.coordinates) if "rates" in terms else 2 * n if "nonseparable" in terms else 0
+    if "rates" in terms:
+        variables = len(value.coordinates)
+    elif "nonseparable" in terms:
+        variables = 2 * n
+    else:
+        variables = 0
     return Rows(n, vectors, terms, variables, winding_of(value), velocity_bends(value))
 
 

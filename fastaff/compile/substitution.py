@@ -33,5 +33,6 @@ def replaced(function: types.FunctionType) -> types.FunctionType:
     contents = (cell.cell_contents for cell in function.__closure__ or ())
     cells = tuple(types.CellType(_INSTEAD.get(id(entry), entry)) for entry in contents)
     twin = types.FunctionType(function.__code__, names, function.__name__, function.__defaults__, cells or None)
-    twin.__kwdefaults__, twin.__qualname__ = function.__kwdefaults__, function.__qualname__
+    twin.__kwdefaults__ = function.__kwdefaults__
+    twin.__qualname__ = function.__qualname__
     return twin

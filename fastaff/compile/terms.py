@@ -47,11 +47,17 @@ class Substep:
 
     def made(self, first: int, rate: str, lanes: str, stages: str, step: str) -> str:
         """Text that makes the numbers, in rows from `first` on, where the step of a lane has changed."""
-        own, met = f"z[{first * LANES} + i]", f"z[{(first + 1) * LANES} + i]"
-        look, begin, keep, end = f"stale += 0 if {own} == {step} else 1\n", f"{own} = {step}\n", "", ""
+        own = f"z[{first * LANES} + i]"
+        met = f"z[{(first + 1) * LANES} + i]"
+        look = f"stale += 0 if {own} == {step} else 1\n"
+        begin = f"{own} = {step}\n"
+        keep = ""
+        end = ""
         if self.rare is not None:
-            look, begin = f"{look}beyond += {met}\n", f"{begin}{met} = 0.0\n"
-            keep, end = f"{met} += {self.names[-1]}\n", loop(f"beyond += {met}\n", 2, lanes)
+            look = f"{look}beyond += {met}\n"
+            begin = f"{begin}{met} = 0.0\n"
+            keep = f"{met} += {self.names[-1]}\n"
+            end = loop(f"beyond += {met}\n", 2, lanes)
         kept = "".join(f"z[row + {k * LANES} + i] = {name}\n" for k, name in enumerate(self.names))
         made = f"{', '.join(self.names)}, = numbers(rate, {stages}[s]*{step})\n"
         return (
@@ -130,7 +136,8 @@ class Term:
 
     def added(self, letter: str, rate: Any, q: Rows, p: Rows, rows: Rows) -> list[Any]:
         """Return the rows of velocities ("v") or forces ("f"), numbers, arrays or expressions, with the term added."""
-        made, n = self.velocities if letter == "v" else self.forces, range(len(q))
+        made = self.velocities if letter == "v" else self.forces
+        n = range(len(q))
         names = _named(rate, q, p) | {f"{letter}{r}": rows[r] for r in n}
         if made is not None:
             exec(_compiled(made(n), "exec"), names)

@@ -19,8 +19,11 @@ HIGH = 16.0
 a chord from its orbit makes less.
 """
 
-DRIFT, KICK = "hd = drift*step[i]\n", "hk = kick*step[i]\n"
-"""Texts of the lengths of a lane's drift and kick."""
+DRIFT = "hd = drift*step[i]\n"
+"""Text of the length of a lane's drift."""
+
+KICK = "hk = kick*step[i]\n"
+"""Text of the length of a lane's kick."""
 
 
 def _at(row: int) -> str:
@@ -84,7 +87,8 @@ def _settling(rows: Rows) -> str:
     """Text that adds the increments of a step to the state with the carried errors, rows 4n...6n. The rows of vectors
     are in a loop: written out they would take as long to compile as all the rest.
     """
-    size, text = 2 * rows.half, f"{CARRIED}change[i] = 0.0\n"
+    size = 2 * rows.half
+    text = f"{CARRIED}change[i] = 0.0\n"
     if rows.vectors:
         names = ", ".join(f"z[{k * size * LANES} + {LANES}*r:]" for k in range(3))
         return f"for r in range({size}):\n    mine, change, error = {names}\n{_loop(text, 1)}"
@@ -98,7 +102,9 @@ def _drifts_kicks(rows: Rows, first: int, *, alike: bool) -> str:
     """Text of a step that changes the rows from `first` on, the state itself (0) or its increments; alike: for lanes of
     one step.
     """
-    n, drifts, kicks = rows.half, rows.solves("drift"), rows.solves("kick")
+    n = rows.half
+    drifts = rows.solves("drift")
+    kicks = rows.solves("kick")
     loaded = "" if kicks is None else kicks.loaded
     loop = _loop if not alike else functools.partial(_shared, () if drifts is None else (drifts.loaded,))
 
@@ -124,8 +130,10 @@ def _drifts_kicks(rows: Rows, first: int, *, alike: bool) -> str:
             text += "".join(f"{_at(first + r)} = d{r}\n" for r in part if r != rows.time)
             push = "".join(f"q{r} = {f'{_at(r)} + ' if first else ''}d{r}\n" for r in part) + rows.forces(part)
             push += "".join(f"{_at(first + n + r)} = {_pushed(kicks, r, part, _at(first + n + r))}\n" for r in part)
-            move, both = move + text, both + text + push
-        drift, kick = drift + loop(move, 1), kick + loop(both, 1)
+            move = move + text
+            both = both + text + push
+        drift = drift + loop(move, 1)
+        kick = kick + loop(both, 1)
     start, end = (
         "" if drifts is None else _indent(drifts.before(rows.parts(rows.all), n, first, entry), 1)
         for entry in ("s", "kicks.size")
@@ -172,11 +180,9 @@ def _march(rows: Rows) -> str:
     drift += "" if time is None else f"passed += drift[s]\nq{time} = fma(passed, step, begun)\n"
     started = "" if time is None else f"        begun, passed = q{time}, 0.0\n"
     end = "" if time is None else f"        q{time} = value.phase(begun + step)\n"
-    begin, drifts, kicks = (
-        _numbers(rows, 2 * n, "1", ("drift", "kick"), "step"),
-        rows.solves("drift"),
-        rows.solves("kick"),
-    )
+    begin = _numbers(rows, 2 * n, "1", ("drift", "kick"), "step")
+    drifts = rows.solves("drift")
+    kicks = rows.solves("kick")
     if drifts is not None:
         turn = f"{drifts.at_hand(2 * n, 's', 'kick.size')}i = 0\n{drifts.loaded}"
         if drifts.rare is not None:
@@ -203,7 +209,8 @@ def _march(rows: Rows) -> str:
 
 
 def _derivative(rows: Rows) -> str:
-    n, text = rows.half, ""
+    n = rows.half
+    text = ""
     if rows.variables:
         return "".join(_rates(rows, group) for group in rows.groups)
     for group in rows.groups:
@@ -220,7 +227,9 @@ def _rates(rows: Rows, group: range) -> str:
     z = [f"z{j}" for j in range(rows.variables)]
     body = "".join(f"{name} = {_at(r)}\n" for name, r in zip(z, rows.state(range(rows.n)), strict=True))
     for part in rows.parts(group):
-        f, own, given = [f"f{j}" for j in range(rows.variables)], rows.state(part), ", ".join(z)
+        f = [f"f{j}" for j in range(rows.variables)]
+        own = rows.state(part)
+        given = ", ".join(z)
         call = f"rates({given})"
         if part.start:
             body += "".join(f"w{j} = {_at(r)}\n" for j, r in enumerate(own))
@@ -264,7 +273,8 @@ def _leapt(rows: Rows) -> str:
     number, and V, H or the rates next to that point of the chord are larger than the motion allows. At a pole without
     residue they are not.
     """
-    old, new = [f"begin[{r * LANES} + i]" for r in rows.place], [_at(r) for r in rows.place]
+    old = [f"begin[{r * LANES} + i]" for r in rows.place]
+    new = [_at(r) for r in rows.place]
     between = [f"{a} + x*({b} - {a})" for a, b in zip(old, new, strict=True)]
     turned = "moved = 0\nfor k in range(len(first)):\n    moved += np.floor(first[k]) != np.floor(last[k])\n"
     signs = f"first, last = value.poles({', '.join(old)}), value.poles({', '.join(new)})\n{turned}"
@@ -279,7 +289,8 @@ def _leapt(rows: Rows) -> str:
 def _had(rows: Rows, old: Sequence[str], new: Sequence[str], between: Sequence[str]) -> str:
     """Text that sets `leap` to 1 if V, H or the rates `between` are far beyond those at both ends of a step, else 0."""
     if rows.variables and not rows.nonseparable:
-        f, n = ([f"{letter}{j}" for j in range(rows.variables)] for letter in "fgh"), range(rows.variables)
+        f = ([f"{letter}{j}" for j in range(rows.variables)] for letter in "fgh")
+        n = range(rows.variables)
         rates = [
             f"{', '.join(r)}, = value.rates({', '.join(z)})\n" for r, z in zip(f, (old, new, between), strict=True)
         ]
@@ -317,7 +328,8 @@ def _potential(rows: Rows) -> str:
 
 def _along(rows: Rows) -> str:
     """The direction of the flow: velocities and forces of the orbit alone."""
-    n, orbit = rows.n, rows.orbit
+    n = rows.n
+    orbit = rows.orbit
     if rows.variables:
         alone = Rows(n, 0, rows.terms, rows.variables)
         load = _rates(alone, range(n))

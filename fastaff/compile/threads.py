@@ -224,7 +224,8 @@ def by_workers(call: Callable[[int], object], workers: int, threads: int = 1) ->
     def share(worker: int) -> None:
         here = threading.current_thread()
         assert isinstance(here, _Worker)
-        before, here.threads = here.threads, threads
+        before = here.threads
+        here.threads = threads
         try:
             call(worker)
         finally:

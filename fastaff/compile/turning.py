@@ -16,8 +16,11 @@ from .fused import SHIFT, fma
 from .jit import LANES
 from .terms import Rows, Substep, Term
 
-PI_HIGH, PI_LOW = 3.141592653589793, 1.2246467991473532e-16
-"""pi in two parts."""
+PI_HIGH = 3.141592653589793
+"""The first part of pi."""
+
+PI_LOW = 1.2246467991473532e-16
+"""The second part of pi."""
 
 
 def turn(rate, length):
@@ -43,7 +46,8 @@ def turn(rate, length):
     c = fma(c, w, 1.0 / 40320.0)
     c = fma(c, w, -1.0 / 720.0)
     c = fma(c, w, 1.0 / 24.0)
-    sine, cosine = fma(x * w, s, x), fma(w, fma(w, c, -0.5), 1.0)
+    sine = fma(x * w, s, x)
+    cosine = fma(w, fma(w, c, -0.5), 1.0)
     return sine / cosine, 2.0 * sine * cosine, 1.0 if odd * odd > 0.5 else 0.0
 
 
@@ -57,7 +61,8 @@ def flipped(part: Sequence[int], n: int, first: int | None) -> str:
             text += f"q{r} = -q{r}\np{r} = -p{r}\n"
             continue
         for row in (r, n + r):
-            state, moved = f"z[{row * LANES} + i]", f"z[{(first + row) * LANES} + i]"
+            state = f"z[{row * LANES} + i]"
+            moved = f"z[{(first + row) * LANES} + i]"
             after = f"-{moved} - ({state} + {state})" if first else f"-{moved}"
             text += f"{moved} = {after} if odds[i] > 0.0 else {moved}\n"
     return text
@@ -67,8 +72,10 @@ def rotated(part: Sequence[int], q: str, p: str, base: Mapping[str, str]) -> str
     """Text that rotates two coordinates and their momenta."""
     x, y = part[:2]
     qx, qy, px, py = (base.get(name, "") for name in (f"q{x}", f"q{y}", f"p{x}", f"p{y}"))
-    there, across = f"{q}{x} = fma(tangent, {qy}{q}{y}, {q}{x})\n", f"{q}{y} = fma(-sine, {qx}{q}{x}, {q}{y})\n"
-    back, over = f"{p}{y} = fma(-tangent, {px}{p}{x}, {p}{y})\n", f"{p}{x} = fma(sine, {py}{p}{y}, {p}{x})\n"
+    there = f"{q}{x} = fma(tangent, {qy}{q}{y}, {q}{x})\n"
+    across = f"{q}{y} = fma(-sine, {qx}{q}{x}, {q}{y})\n"
+    back = f"{p}{y} = fma(-tangent, {px}{p}{x}, {p}{y})\n"
+    over = f"{p}{x} = fma(sine, {py}{p}{y}, {p}{x})\n"
     return there + across + there + back + over + back
 
 
@@ -84,7 +91,8 @@ def turned(letter: str, by: str) -> Callable[[Sequence[int]], str]:
 
 def in_frame(values: Mapping[str, Any], mass: Any, q: Rows) -> tuple[Any, Any]:
     """Return the rate of a rotation and a magnetic field, in the symmetric gauge, and the field's addition to V."""
-    rate, field = values.get("rotation", 0) + values.get("magnetic", 0) / (2 * mass), values.get("magnetic")
+    rate = values.get("rotation", 0) + values.get("magnetic", 0) / (2 * mass)
+    field = values.get("magnetic")
     return rate, 0 if field is None else field**2 / (8 * mass) * sum(x**2 for x in q[:2])
 
 

@@ -415,7 +415,8 @@ def opened(prefix: str, value: Any, arrays: dict[str, np.ndarray]) -> dict[str, 
 
 def unpacked(name: str, data: Any, arrays: dict[str, np.ndarray], given: Mapping[str, Any]) -> Any:
     """Return the value that `_packed` data describes; missing values are those of `given`, by the name of the field."""
-    inner, last = f"{name}." if name else "", name.rpartition(".")[2]
+    inner = f"{name}." if name else ""
+    last = name.rpartition(".")[2]
     if last in given:
         return given[last]
     if "array" in data:

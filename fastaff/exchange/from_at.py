@@ -49,7 +49,8 @@ def lattice(ring: Any) -> str:
 
 def _part(ring: Any, element: Any) -> Any:
     """Return an element as a kick or a linear part; a ValueError names one that is neither."""
-    kind, element = type(element).__name__, element.deepcopy()
+    kind = type(element).__name__
+    element = element.deepcopy()
     for entry in LIMITS[1:]:
         element.__dict__.pop(entry, None)
     kept_momentum(not getattr(element, "longt_motion", False), element.FamName, kind, "ring.disable_6d()")

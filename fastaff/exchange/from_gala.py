@@ -23,7 +23,8 @@ def orbits(orbit: Any, name: str, _: Any) -> Foreign:
     if getattr(orbit, "t", None) is None:
         run = ": fa.integrate(fa.hamiltonian(potential), z0, ...)" if hasattr(orbit, "energy") else ""
         raise TypeError(f"{name} must be a gala Orbit with its times, got {type(orbit).__name__}{run}")
-    rows, n = _phase_points(orbit), orbit.ndim
+    rows = _phase_points(orbit)
+    n = orbit.ndim
     samples = rows[:, None] if rows.ndim == 2 else rows.transpose(0, 2, 1)
     return Foreign(samples, plain(orbit.t), (*"xyz"[:n], *(f"v_{entry}" for entry in "xyz"[:n])))
 
@@ -48,10 +49,12 @@ def _cartesian(point: Any) -> Any:
 
 def system(given: Any) -> ForeignSystem:
     """Return the formula of a potential that gala has in symbols, a sum of these, or a Hamiltonian with one."""
-    frame, potential = getattr(given, "frame", None), getattr(given, "potential", given)
+    frame = getattr(given, "frame", None)
+    potential = getattr(given, "potential", given)
     if not hasattr(potential, "to_sympy"):
         raise TypeError(f"text must be a gala potential or Hamiltonian, got {type(given).__name__}")
-    dims, parts = "xyz"[: potential.ndim], parts_of(potential, children)
+    dims = "xyz"[: potential.ndim]
+    parts = parts_of(potential, children)
     text, parameters = summed({key: formula_of(part, dims) for key, part in parts.items()})
     cusps = [origin(part) for part in parts.values() if type(part).__name__ in CUSPED]
     rotation = None

@@ -37,11 +37,16 @@ def _cartesian(z: np.ndarray) -> tuple[np.ndarray, tuple[str, ...]]:
         return z[:2], ("x", "v_x") if rows == 2 else ("R", "v_R")
     if rows == 5:
         return z[[0, 3, 1, 4]], ("R", "z", "v_R", "v_z")
-    R, vR, vT, phi = z[0], z[1], z[2], z[-1]
+    R = z[0]
+    vR = z[1]
+    vT = z[2]
+    phi = z[-1]
     cos, sin = np.cos(phi), np.sin(phi)
-    q, v = [R * cos, R * sin], [vR * cos - vT * sin, vR * sin + vT * cos]
+    q = [R * cos, R * sin]
+    v = [vR * cos - vT * sin, vR * sin + vT * cos]
     if rows == 6:
-        q, v = [*q, z[3]], [*v, z[4]]
+        q = [*q, z[3]]
+        v = [*v, z[4]]
     names = "xyz"[: len(q)]
     return np.array([*q, *v]), (*names, *(f"v_{entry}" for entry in names))
 
@@ -57,7 +62,8 @@ def system(potential: Any) -> ForeignSystem:
     text, parameters = summed({key: formula_of(part, dims) for key, part in parts.items()})
     cusp = [(0.0,) * len(dims)] * any(type(part).__name__ in CUSPED for part in parts.values())
     points = trial_points(len(dims))
-    R, phi = np.hypot(*points[:2]), np.arctan2(points[1], points[0])
+    R = np.hypot(*points[:2])
+    phi = np.arctan2(points[1], points[0])
     place = (R, points[2]) if len(dims) == 3 else (R,)
     energies = [sum(entry(*at, phi=angle, use_physical=False) for entry in every) for *at, angle in zip(*place, phi)]
     check(text, dims, parameters, points, np.array(energies, dtype=float))

@@ -19,15 +19,19 @@ def orbits(archive: Any, name: str, _: Any) -> Foreign:
             f"{name} must be a rebound.Simulationarchive of snapshots, got {type(archive).__name__}, one moment: "
             "simulation.save_to_file(path, step=...)"
         )
-    bodies, count = archive[0].N, len(archive)
+    bodies = archive[0].N
+    count = len(archive)
     fits(name, 6, bodies, count)
-    array, times = np.empty((6, bodies, count)), np.empty(count)
+    array = np.empty((6, bodies, count))
+    times = np.empty(count)
     place, velocity = np.empty((2, bodies, 3))
     for k, simulation in enumerate(archive):
         if bodies != simulation.N:
             raise ValueError(f"{name} must have the same bodies all along: {bodies} at first, {simulation.N} at {k}")
         simulation.serialize_particle_data(xyz=place, vxvyvz=velocity)
-        array[:3, :, k], array[3:, :, k], times[k] = place.T, velocity.T, simulation.t
+        array[:3, :, k] = place.T
+        array[3:, :, k] = velocity.T
+        times[k] = simulation.t
     return Foreign(array, times, NAMES)
 
 

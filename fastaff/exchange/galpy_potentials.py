@@ -25,7 +25,8 @@ def _cut_off(potential: Any) -> str:
     alpha = float(potential.alpha)
     if alpha >= 2:
         raise ValueError(f"text: alpha of a PowerSphericalPotentialwCutoff must be below 2, got {alpha!r}")
-    a, b = 1 - alpha / 2, 1.5 - alpha / 2
+    a = 1 - alpha / 2
+    b = 1.5 - alpha / 2
     inside = f"{math.gamma(b)!r}*gammainc({b!r}, {SQUARE}/rc**2)/{R}"
     return f"2*pi*amp*rc**{3 - alpha!r}*({math.gamma(a)!r}*gammainc({a!r}, {SQUARE}/rc**2)/rc - {inside})"
 

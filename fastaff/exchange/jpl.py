@@ -58,7 +58,8 @@ def read_periodic(path: StrPath) -> PeriodicTable:
     """
     try:
         found = json.loads(text_of(path))
-        system, fields = found["system"], list(found["fields"])
+        system = found["system"]
+        fields = list(found["fields"])
         table = np.array(found["data"], dtype=float).T
         mass = float(system["mass_ratio"])
         columns = {name: table[fields.index(name)] for name in NEEDED}

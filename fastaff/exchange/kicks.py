@@ -21,7 +21,8 @@ class Kick(NamedTuple):
     def moved(self, x: float, y: float, angle: float) -> Kick:
         """Return the kick of the multipole with its axis at (x, y), turned by an angle from x to y."""
         own = [complex(*pair) for pair in zip_longest(*self, fillvalue=0.0)]
-        turn, place = np.exp(-1j * angle), -np.exp(-1j * angle) * complex(x, y)
+        turn = np.exp(-1j * angle)
+        place = -np.exp(-1j * angle) * complex(x, y)
         made = [
             turn ** (n + 1) * sum(c * place**k / factorial(k) for k, c in enumerate(own[n:])) for n in range(len(own))
         ]
@@ -29,7 +30,8 @@ class Kick(NamedTuple):
 
     def images(self, points: np.ndarray) -> np.ndarray:
         """Return the images of points (4, count)."""
-        place, momentum = points[0] + 1j * points[1], points[2] - 1j * points[3]
+        place = points[0] + 1j * points[1]
+        momentum = points[2] - 1j * points[3]
         strengths = enumerate(zip_longest(*self, fillvalue=0.0))
         momentum = momentum - sum(complex(*pair) * place**n / factorial(n) for n, pair in strengths)
         return np.array([*points[:2], momentum.real, -momentum.imag])
@@ -38,15 +40,21 @@ class Kick(NamedTuple):
 def turn(parts: Iterable[Kick | tuple[np.ndarray, ...]]) -> str:
     """Return the text of a map, neighbouring linear parts as one."""
     lines: list[str] = []
-    matrix, shift, names, count = np.eye(4), np.zeros(4), list(ROWS), 0
+    matrix = np.eye(4)
+    shift = np.zeros(4)
+    names = list(ROWS)
+    count = 0
     for part in parts:
         if not isinstance(part, Kick):
-            matrix, shift = part[0] @ matrix, part[0] @ shift + part[1]
+            matrix = part[0] @ matrix
+            shift = part[0] @ shift + part[1]
             continue
         names = _linear(lines, matrix, shift, names, f"_{count}_")
         lines += _kicked(part, names, f"_{count}_")
         names = [*names[:2], f"k_{count}_", f"l_{count}_"]
-        matrix, shift, count = np.eye(4), np.zeros(4), count + 1
+        matrix = np.eye(4)
+        shift = np.zeros(4)
+        count = count + 1
     _linear(lines, matrix, shift, names, "1")
     return "\n".join(lines)
 
@@ -65,10 +73,15 @@ def _kicked(kick: Kick, names: Sequence[str], end: str) -> list[str]:
     orders = max(len(kick.knl), len(kick.ksl))
     knl, ksl = (np.pad(np.asarray(entry, float), (0, orders - len(entry))) for entry in kick)
     top = orders - 1
-    lines, real, imaginary = [], repr(float(knl[top])), repr(float(ksl[top]))
+    lines = []
+    real = repr(float(knl[top]))
+    imaginary = repr(float(ksl[top]))
     for n in reversed(range(top)):
-        a, b, share = f"a{n}{end}", f"b{n}{end}", float(n + 1)
+        a = f"a{n}{end}"
+        b = f"b{n}{end}"
+        share = float(n + 1)
         lines.append(f"{a} = ({float(knl[n])!r}) + (({real})*{x} - ({imaginary})*{y})/{share!r}")
         lines.append(f"{b} = ({float(ksl[n])!r}) + (({real})*{y} + ({imaginary})*{x})/{share!r}")
-        real, imaginary = a, b
+        real = a
+        imaginary = b
     return [*lines, f"k{end} = {px} - ({real})", f"l{end} = {py} + ({imaginary})"]

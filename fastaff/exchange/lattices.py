@@ -53,8 +53,10 @@ def lattice(line: Any) -> str:
 def _parts(line: Any, k: int, name: str) -> list[Any]:
     """Return kicks and linear parts of an element; a ValueError names one that has others."""
     element = line.element_dict[name]
-    kind, whole = type(element).__name__, getattr(element, "parent_name", name)
-    parent, off = line.element_dict[whole], f"take it off, line.remove({name!r})"
+    kind = type(element).__name__
+    whole = getattr(element, "parent_name", name)
+    parent = line.element_dict[whole]
+    off = f"take it off, line.remove({name!r})"
     volts = [f"line[{whole!r}].{entry} = 0" for entry in ("voltage", "crab_voltage") if getattr(parent, entry, 0.0)]
 
     def track(points: np.ndarray) -> np.ndarray:
@@ -65,7 +67,8 @@ def _parts(line: Any, k: int, name: str) -> list[Any]:
         return np.where(np.asarray(particles.state) < 1, np.nan, [getattr(particles, row) for row in ROWS])
 
     thin = element.get_equivalent_element() if hasattr(element, "get_equivalent_element") else element
-    linear, thick = type(parent).__name__ in TAKEN_LINEAR, getattr(element, "isthick", False) and "Drift" not in kind
+    linear = type(parent).__name__ in TAKEN_LINEAR
+    thick = getattr(element, "isthick", False) and "Drift" not in kind
     if thick or type(thin).__name__ != "Multipole":
         return [probed(track, name, kind, linear, CUT if thick else off, higher(parent) if linear and thick else ())]
     axis = [float(getattr(thin, entry, 0.0)) for entry in ("shift_x", "shift_y", "rot_s_rad")]

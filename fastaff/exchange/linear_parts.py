@@ -10,8 +10,15 @@ import numpy as np
 from .kicks import Kick
 
 J = np.kron(np.array([[0.0, 1.0], [-1.0, 0.0]]), np.eye(2))
-SMALL, LARGE, LINEAR = 1e-5, 1e-3, 1e-9
-"""Amplitudes for the matrix of an element's linear part and of a linear element; largest error of the latter."""
+SMALL = 1e-5
+"""Amplitude for the matrix of an element's linear part."""
+
+LARGE = 1e-3
+"""Amplitude for the matrix of a linear element."""
+
+LINEAR = 1e-9
+"""Largest error of a linear element."""
+
 SYMPLECTIC = 1e-6
 """Largest error of symplecticity of such a matrix."""
 STRENGTHS = ("k2", "k2s", "k3", "k3s", "knl", "ksl", "knl_rel", "ksl_rel", "PolynomB", "PolynomA")
@@ -68,7 +75,8 @@ def probed(
     images = np.asarray(track(points.copy()), dtype=float)
     if not np.isfinite(images).all():
         raise ValueError(f"the element {name!r} ({kind}) loses particles at {size:g}: it is no part of a map")
-    shift, matrix = images[:, 8], (images[:, :4] - images[:, 4:8]) / (2 * size)
+    shift = images[:, 8]
+    matrix = (images[:, :4] - images[:, 4:8]) / (2 * size)
     if not linear and np.abs(matrix @ points[:, 9] + shift - images[:, 9]).max() > LINEAR * size:
         raise ValueError(f"{refused}: {call}")
     if np.abs(matrix.T @ J @ matrix - J).max() > SYMPLECTIC:

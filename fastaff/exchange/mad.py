@@ -29,7 +29,8 @@ def read_tfs(path: Path, advice: str = EQUATIONS) -> dict[str, np.ndarray]:
     """
     lines = [words for line in text_of(path).splitlines() if (words := WORDS.findall(line))]
     heads = {first: rest for first, *rest in lines if first in ("*", "$")}
-    names, formats = [word.lower() for word in heads.get("*", ())], heads.get("$", ())
+    names = [word.lower() for word in heads.get("*", ())]
+    formats = heads.get("$", ())
     rows = [words for words in lines if words[0] not in heads and words[0][0] not in "@#"]
     if not names or len(formats) != len(names):
         raise ValueError(f"{path} must be a TFS table with lines of * and $, or a damap of MAD-NG; {advice}")

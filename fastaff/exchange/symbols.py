@@ -29,16 +29,19 @@ def equations(request: Request, fields: tuple[str, ...]) -> tuple[list[str], lis
     if request.inertia == "flow":
         return coordinates, [to_sympy(program, names) for program in request.programs(MOST)]
     H, rates = energy(request, names, q, p)
-    v, f = [H.diff(p_i) for p_i in p], [-H.diff(q_i) for q_i in q]
+    v = [H.diff(p_i) for p_i in p]
+    f = [-H.diff(q_i) for q_i in q]
     for term, rate in rates.items():
-        v, f = term.added("v", rate, q, p, v), term.added("f", rate, q, p, f)
+        v = term.added("v", rate, q, p, v)
+        f = term.added("f", rate, q, p, f)
     return [*coordinates, *momenta], [*v, *f]
 
 
 def energy(request: Request, names: Mapping[str, Any], q: list[Any], p: list[Any]) -> tuple[Any, dict[Term, Any]]:
     """Return H of a formula in these symbols, without the terms beside T and V, and the rate of each of these."""
     masses = [names.get(f"m_{i + 1}", 1) for i in range(len(q))]
-    H, rates = to_sympy(request.program(MOST), names), {}
+    H = to_sympy(request.program(MOST), names)
+    rates = {}
     if not request.momenta:
         H += sum(p_i**2 / (2 * m) for p_i, m in zip(p, masses))
     options = {name: to_sympy(program, names) for name, program in request.option_programs().items()}

@@ -11,8 +11,11 @@ from ..base.numbers import numbers
 
 SIX = ("x", "px", "y", "py", "t", "pt")
 POWERS = ("nx", "nxp", "ny", "nyp", "ndeltap", "nt")
-MOST, PART = 3000, 100
-"""Most coefficients of a map that is written and compiled, and of one statement."""
+MOST = 3000
+"""Most coefficients of a map that is written and compiled."""
+
+PART = 100
+"""Most coefficients of one statement."""
 
 Terms = dict[tuple[int, ...], float]
 """Coefficients of a series by the exponents of its variables."""

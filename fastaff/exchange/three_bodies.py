@@ -13,8 +13,12 @@ from ..base.placing import text_of
 from ..formulas.formula import hamiltonian
 from ..models.mechanics import system_of
 
-NUMBER, MASS = re.compile(r"-?\d+\.\d{2,}(?:[eE][-+]?\d+)?"), re.compile(r"\((\d+(?:\.\d+)?)\)")
-"""Velocities, periods and scaled periods, but no numbers of orbits and no masses of one digit; masses."""
+NUMBER = re.compile(r"-?\d+\.\d{2,}(?:[eE][-+]?\d+)?")
+"""Velocities, periods and scaled periods, but no numbers of orbits and no masses of one digit."""
+
+MASS = re.compile(r"\((\d+(?:\.\d+)?)\)")
+"""Masses."""
+
 TEXT = "-1/sqrt((x1 - x2)**2 + (y1 - y2)**2)" + "".join(f" - m/sqrt((x{k} - x3)**2 + (y{k} - y3)**2)" for k in (1, 2))
 
 
@@ -43,7 +47,8 @@ def three_bodies(v1: ArrayLike, v2: ArrayLike, period: ArrayLike, m3: float = 1.
     """
     given = {"v1": v1, "v2": v2, "period": period}.items()
     vx, vy, time = np.broadcast_arrays(*(np.atleast_1d(numbers(name, np.asarray(value))) for name, value in given))
-    mass, zero = positive("m3", m3), 0.0 * vx
+    mass = positive("m3", m3)
+    zero = 0.0 * vx
     model = hamiltonian(TEXT, coordinates="x1 y1 x2 y2 x3 y3", masses=(1.0,) * 4 + (mass, mass), m=mass)
     z0 = np.array([zero - 1, zero, zero + 1, zero, zero, zero, vx, vy, vx, vy, -2 * vx, -2 * vy])
     return ThreeBodies(model, z0, time.astype(float))

@@ -38,6 +38,8 @@ CALM_PERIODS = 200.0
 """Natural periods before an orbit is called regular, as in engine.js."""
 
 MARGIN = 0.03
+"""Margin of the page's frame on each side, in parts of the range of the accessible region."""
+
 LETTERS = {"alpha": "α", "beta": "β"}
 STATUS = {
     Status.OK: "done",
@@ -66,12 +68,14 @@ class Answers:
     """
 
     def __init__(self, systems: dict[str, Any], post: Callable[[dict[str, Any]], None]):
-        self.systems, self.post = systems, post
+        self.systems = systems
+        self.post = post
         self.body: Any = None
         self.section: Any = None
         self.where: dict[str, float] = {}
         self.orbits: dict[int, Launched] = {}
-        self.scheme, self.accuracy = "", 1e-10
+        self.scheme = ""
+        self.accuracy = 1e-10
 
     def receive(self, message: dict[str, Any]) -> None:
         """Answer one message."""
@@ -95,7 +99,8 @@ class Answers:
             self.body = _typed(given, parameters)
         else:
             self.body = with_parameters(self.systems[given["name"]], parameters)
-        self.scheme, self.accuracy = message.get("scheme") or "", float(message.get("accuracy") or 1e-10)
+        self.scheme = message.get("scheme") or ""
+        self.accuracy = float(message.get("accuracy") or 1e-10)
         self.orbits.clear()
         self.section = None
         names = list(system_of(self.body).names)
@@ -135,15 +140,19 @@ class Answers:
         where: dict[str, Any] = {name: float(message.get(name) or 0.0) for name in ("energy", "p_eta", "p_gamma")}
         section = section_of(self.body, message["section"], message.get("constant"), int(message["direction"]))
         (u0, u1), (v0, v1) = edge(self.body, section, **where).axes
-        width, height = int(message["width"]), int(message["height"])
-        du, dv = MARGIN * (u1 - u0), MARGIN * (v1 - v0)
+        width = int(message["width"])
+        height = int(message["height"])
+        du = MARGIN * (u1 - u0)
+        dv = MARGIN * (v1 - v0)
         extent = [max(u0 - du, 0.0) if system.isotropic else u0 - du, u1 + du, v0 - dv, v1 + dv]
         u = extent[0] + (extent[1] - extent[0]) * (np.arange(width) + 0.5) / width
         v = extent[2] + (extent[3] - extent[2]) * (np.arange(height) + 0.5) / height
         first, second = (x.ravel() for x in np.meshgrid(u, v))
         _, allowed, names = lift(Where(self.body, section, **where), first, second)
         self.orbits.clear()  # if the energy is not reached, the old orbits stay with their section
-        self.section, self.where, self.names = section, where, names
+        self.section = section
+        self.where = where
+        self.names = names
         self.post(
             {
                 "type": "surface",
@@ -165,12 +174,15 @@ class Answers:
     def _show_plane(self, message: dict[str, Any]) -> None:
         """Take a plane of a map."""
         plane = Plane.of(self.body, message["section"], message.get("others"))
-        extent, width, height = plane.extent(), int(message["width"]), int(message["height"])
+        extent = plane.extent()
+        width = int(message["width"])
+        height = int(message["height"])
         u = extent[0] + (extent[1] - extent[0]) * (np.arange(width) + 0.5) / width
         v = extent[2] + (extent[3] - extent[2]) * (np.arange(height) + 0.5) / height
         _, allowed = plane.lift(*(x.ravel() for x in np.meshgrid(u, v)))
         u_name, v_name = plane.name.split(",")
-        self.section, self.names = plane, (u_name, v_name)
+        self.section = plane
+        self.names = (u_name, v_name)
         names = [u_name, v_name]
         said = {"labels": names, "axes": names, "extent": extent, "width": width, "height": height}
         none = {"minimum": None, "escape": None, "constant": None, "energy": None}
@@ -210,7 +222,9 @@ class Answers:
     def on_fill(self, message: dict[str, Any]) -> None:
         """Launch a grid of orbits."""
         u0, u1, v0, v1 = message["view"]
-        columns, rows, number = int(message["columns"]), int(message["rows"]), int(message.get("first") or 0)
+        columns = int(message["columns"])
+        rows = int(message["rows"])
+        number = int(message.get("first") or 0)
         u = u0 + (u1 - u0) * (np.arange(columns) + 0.5) / columns
         v = v0 + (v1 - v0) * (np.arange(rows) + 0.5) / rows
         first, second = (x.ravel() for x in np.meshgrid(u, v))
@@ -239,7 +253,8 @@ class Answers:
         if isinstance(self.section, Plane):
             raise ValueError("a map has no motion between its iterates")
         begin, end = float(message["from"]), float(message["to"])
-        z, samples = self.orbits[message["orbit"]].z0, max(2, min(int(message["samples"]), 20000))
+        z = self.orbits[message["orbit"]].z0
+        samples = max(2, min(int(message["samples"]), 20000))
         if begin > 0:
             z = integrate(self.body, z, time=begin, accuracy=self.accuracy).z[:, 0]
         run = integrate(self.body, z, time=end - begin, samples=samples - 1, accuracy=self.accuracy)
@@ -276,7 +291,8 @@ class Answers:
             scheme=scheme_named(self.scheme) if self.scheme else None,
         )
         count = int(run.counts[0])
-        points, times = self._projected(run.points[:, :count, 0]), run.times[:count, 0]
+        points = self._projected(run.points[:, :count, 0])
+        times = run.times[:count, 0]
         new = slice(orbit.sent, count)
         sent = {"orbit": number, "first": orbit.sent, "points": np.ascontiguousarray(points[:, new].T).ravel()}
         self.post({"type": "points", **sent, "times": times[new].copy()})
@@ -294,8 +310,10 @@ class Answers:
         run = poincare_map(self.body, orbit.z0, crossings=count)
         chaos = chaos_map(self.body, orbit.z0, time=count, indicators=(MEGNO(), Lyapunov()))
         kept = survived(chaos)
-        states, new = run.points[:, :kept, 0], slice(orbit.sent, kept)
-        points, times = plane.projected(states), np.arange(1.0, kept + 1)
+        states = run.points[:, :kept, 0]
+        new = slice(orbit.sent, kept)
+        points = plane.projected(states)
+        times = np.arange(1.0, kept + 1)
         sent = {"orbit": number, "first": orbit.sent, "points": np.ascontiguousarray(points[:, new].T).ravel()}
         self.post({"type": "points", **sent, "times": times[new].copy()})
         self.orbits[number] = orbit._replace(sent=kept, time=float(kept))
@@ -316,10 +334,12 @@ class Answers:
             rotation = {"value": float(turning.rotation[0]), "error": float(turning.error[0])}
         chaos = chaos_map(self.body, z0, time=time, indicators=(MEGNO(), Lyapunov()))
         found = frequency_map(self.body, z0, time=time)
-        values, errors = [*found.leading[:, 0]], [*found.leading_error[:, 0]]
+        values = [*found.leading[:, 0]]
+        errors = [*found.leading_error[:, 0]]
         names = list(found.names)
         if found.nu_eta is not None and found.nu_gamma is not None:
-            names[2:], values[2:] = ["eta", "gamma"], [found.nu_eta[0], found.nu_gamma[0]]
+            names[2:] = ["eta", "gamma"]
+            values[2:] = [found.nu_eta[0], found.nu_gamma[0]]
         lines = {"names": names, "values": _finite(values), "errors": _finite(errors)}
         verdict = Character(int(chaos.verdict[0]))
         early = time * natural_rates(self.body, z0[:, None])[0] < 2 * np.pi * CALM_PERIODS

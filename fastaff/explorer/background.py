@@ -59,11 +59,13 @@ def found(background: Any) -> Found:
 
 
 def _of_store(path: Path) -> Found:
-    store, results = Store(path), JobResults.stored(path)
+    store = Store(path)
+    results = JobResults.stored(path)
     names = [name for name in ("chaos_map", "frequency_map") if name in results.names]
     if not names:
         raise ValueError(f"background {path} has no chaos_map and no frequency_map, but {', '.join(results.names)}")
-    place, plan = results.place, results.job.plan()
+    place = results.place
+    plan = results.job.plan()
     if not place.size:
         raise ValueError(f"background {path}: no orbit is finished yet")
     grid = plan.launch.placed(store.root["launch/z0"][:][:, place], place)
@@ -89,7 +91,8 @@ def background_record(read: Found, of: dict[str, Any]) -> dict[str, Any]:
     fine = cells[np.isfinite(cells)]
     low, high = np.quantile(fine, [0.01, 0.99]) if fine.size else (0.0, 1.0)
     if not high > low:
-        low, high = low - 0.5, high + 0.5
+        low = low - 0.5
+        high = high + 0.5
     extent = [edge for axis in read.grid.axes for edge in _edges(axis)]
     return {
         "title": "Chaos map" if isinstance(read.result, ChaosMap) else "Frequency map",
@@ -110,9 +113,11 @@ def _values(result: Any) -> tuple[str, np.ndarray]:
     """Return the label and the shown numbers (orbits,) of a map, NaN for orbits without one."""
     if isinstance(result, ChaosMap):
         name = "megno" if "megno" in result.names else result.names[0]
-        label, values = LABELS.get(name, name), result.values[result.names.index(name)]
+        label = LABELS.get(name, name)
+        values = result.values[result.names.index(name)]
     else:
-        label, values = "log10 diffusion", result.diffusion
+        label = "log10 diffusion"
+        values = result.diffusion
     return label, np.where((result.status == Status.OK) & np.isfinite(values), values, np.nan)
 
 

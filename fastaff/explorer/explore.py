@@ -154,18 +154,21 @@ def setup_of(
     """Return the set-up of a page, arguments as of `explore`, and the model that it begins with."""
     under = None if background is None else found(background)
     if under is not None and under.plan is not None and body is None:
-        body, own = under.plan.body, under.job.surface  # type: ignore[union-attr]
-        energy, p_eta, p_gamma = (
-            own.energy if energy is None else energy,
-            p_eta or own.p_eta,
-            p_gamma or own.p_gamma,
-        )
+        body = under.plan.body
+        own = under.job.surface  # type: ignore[union-attr]
+        energy = own.energy if energy is None else energy
+        p_eta = p_eta or own.p_eta
+        p_gamma = p_gamma or own.p_gamma
         section = under.plan.section if section is None else section
     chosen = named_body("neo-hookean") if body is None else checked_model(body, needs="a page")
-    accuracy, p_eta, p_gamma = positive("accuracy", accuracy), real("p_eta", p_eta), real("p_gamma", p_gamma)
+    accuracy = positive("accuracy", accuracy)
+    p_eta = real("p_eta", p_eta)
+    p_gamma = real("p_gamma", p_gamma)
     if not system_of(chosen).isotropic and (p_eta or p_gamma):
         raise ValueError(f"p_eta and p_gamma belong to a Body, got {p_eta}, {p_gamma} for {type(chosen).__name__}")
-    systems, schemes, system = named_systems(), page_schemes(), system_of(chosen)
+    systems = named_systems()
+    schemes = page_schemes()
+    system = system_of(chosen)
     usual = _usual(chosen, systems)
     start: dict[str, Any] = {"p_eta": p_eta, "p_gamma": p_gamma}
     if system.iterated:
@@ -209,7 +212,12 @@ def setup_of(
 def _strobed(body: Any, section: Any, **given: Any) -> dict[str, Any]:
     """Return the first view of the page of a driven system: its states once a period, at a phase."""
     check_given(body, "a page of orbits", **given)
-    cut = section_named(section, body) if isinstance(section, str) else Stroboscopic() if section is None else section
+    if isinstance(section, str):
+        cut = section_named(section, body)
+    elif section is None:
+        cut = Stroboscopic()
+    else:
+        cut = section
     if not isinstance(cut, Stroboscopic):
         raise TypeError(f"section must be Stroboscopic(phase) or 't=c' for a driven system, got {section!r}")
     kept: dict[str, Any] = {"energy": None, "section": planes(body)[0], "constant": None, "direction": 1, "others": {}}
@@ -245,7 +253,8 @@ def _usual(body: Any, systems: list[dict[str, Any]]) -> dict[str, Any] | None:
     """Return the record of the named system of the body's kind, whatever its parameters."""
     for record in systems:
         named = named_body(record["name"])
-        inner, own = getattr(named, "potential", named), getattr(body, "potential", body)
+        inner = getattr(named, "potential", named)
+        own = getattr(body, "potential", body)
         if type(named) is type(body) and type(inner) is type(own):
             return record
     return None
@@ -282,7 +291,9 @@ def _section(section: Any, body: Any, start: dict[str, Any]) -> Any:
 def _flowing(model: Any, section: Any, fixed: Any, **given: Any) -> dict[str, Any]:
     """Return the first view of the page of dz/dt = f(z): its section, and the starts of variables outside the plane."""
     check_given(model, "a page of orbits", **given)
-    system, names, met = system_of(model), system_of(model).names, _met(model)
+    system = system_of(model)
+    names = system_of(model).names
+    met = _met(model)
     middle, extent = (float(of(met[-1])) if met.size else 0.0 for of in (np.median, np.ptp))
     cut = f"{names[-1]}={middle if abs(middle) > extent / 10 else 0:.2g}" if section is None else section
     cut = section_named(cut, model) if isinstance(cut, str) else cut
@@ -310,7 +321,8 @@ def _met(model: Any) -> np.ndarray:
     def slopes(z: np.ndarray) -> np.ndarray:
         return np.array(model.rates(*z), dtype=float)
 
-    z, states = np.linspace(0.3, 0.7, rows), np.empty((rows, TRIED))
+    z = np.linspace(0.3, 0.7, rows)
+    states = np.empty((rows, TRIED))
     with np.errstate(all="ignore"):
         for k in range(TRIED):
             f = slopes(z)
@@ -329,7 +341,13 @@ def _scheme(scheme: Any, accuracy: float, body: Any) -> Splitting | Collocation:
     """Return the scheme: a splitting that suits the body, or a collocation if none does."""
     system = system_of(body)
     if system.frame or not system.newtonian:
-        taken = GAUSS16 if scheme is None else scheme_named(scheme) if isinstance(scheme, str) else scheme
+        taken: Any
+        if scheme is None:
+            taken = GAUSS16
+        elif isinstance(scheme, str):
+            taken = scheme_named(scheme)
+        else:
+            taken = scheme
         if not isinstance(taken, Collocation):
             raise TypeError(f"scheme must be 'GAUSS8' or 'GAUSS16' to run such a system in a page, got {taken!r}")
         return taken

@@ -71,7 +71,9 @@ class _Printer:
     """Lines of JavaScript under way."""
 
     def __init__(self, parameters: list[str]):
-        self.parameters, self.count, self.depth = parameters, 0, 0
+        self.parameters = parameters
+        self.count = 0
+        self.depth = 0
         self.lines: list[str] = []
 
     def fresh(self, stem: str) -> Text:
@@ -136,7 +138,9 @@ class _Scope:
     """One call of a method: its names, and the values of its statements."""
 
     def __init__(self, printer: _Printer, function: FunctionType, names: dict[str, Any]):
-        self.printer, self.function, self.names = printer, function, names
+        self.printer = printer
+        self.function = function
+        self.names = names
 
     def block(self, statements: Sequence[ast.stmt]) -> Any:
         """Write statements; return the value of a return, None where there is none."""
@@ -186,7 +190,8 @@ class _Scope:
         condition = self.value(node.test)
         if not isinstance(condition, Text):
             return self.block(first if condition else second)
-        (yes, a), (no, b) = self.aside(first), self.aside(second)
+        yes, a = self.aside(first)
+        no, b = self.aside(second)
         if a is None or b is None:
             raise self.printer.refused(node, "a condition with a return in one way only")
         values = tuple(map(self.printer.number, a if type(a) is tuple else (a,)))
@@ -205,7 +210,8 @@ class _Scope:
             return
         before = dict(self.names)
         yes, _ = self.aside(node.body)
-        one, self.names = self.names, dict(before)
+        one = self.names
+        self.names = dict(before)
         no, _ = self.aside(node.orelse)
         other = self.names
         changed = [name for name in one if name in other and one[name] != other[name]]
@@ -216,10 +222,12 @@ class _Scope:
 
     def aside(self, statements: Sequence[ast.stmt]) -> tuple[list[str], Any]:
         """Return the lines of statements, which are not written, and their value."""
-        kept, names = self.printer.lines, dict(self.names)
+        kept = self.printer.lines
+        names = dict(self.names)
         self.printer.lines = []
         value = self.block(statements)
-        lines, self.printer.lines = self.printer.lines, kept
+        lines = self.printer.lines
+        self.printer.lines = kept
         if value is not None:
             self.names = names
         return lines, value
@@ -289,7 +297,8 @@ class _Scope:
 
     def entry(self, node: ast.AST, owner: Part, name: str) -> Any:
         """Return a field as a parameter, an inner value or a constant."""
-        value, path = getattr(owner.value, name), (*owner.path, name)
+        value = getattr(owner.value, name)
+        path = (*owner.path, name)
         if name in fields_of(owner.value) and isinstance(value, (int, float, np.floating, np.integer)):
             parameter = parameter_name(path)
             if parameter in self.printer.parameters:
@@ -360,7 +369,8 @@ class _Scope:
 
     def on_Subscript(self, node: ast.Subscript) -> Any:
         """Return an entry of a tuple."""
-        value, index = self.value(node.value), self.value(node.slice)
+        value = self.value(node.value)
+        index = self.value(node.slice)
         if type(value) is not tuple or not isinstance(index, int):
             raise self.printer.refused(node, "a subscript of other than a tuple with a fixed number")
         return value[index]

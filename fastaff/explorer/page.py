@@ -74,7 +74,8 @@ DATA = '<script type="application/json" id="setup">'
 
 def page(setup: dict[str, Any]) -> str:
     """Return the whole page for a set-up."""
-    text, style = web_text("page.html"), web_text("style.css")
+    text = web_text("page.html")
+    style = web_text("style.css")
     code = f'(() => {{\n"use strict";\n{script("page.js")}\n}})();\n'
     for what, part in (("script", code), ("style", style)):
         if f"</{what}" in part.lower() or "<!--" in part:

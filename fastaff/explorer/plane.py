@@ -15,11 +15,46 @@ from ..models.mechanics import system_of
 from .setup import planes
 
 SIZES = 1e-5 * 10.0 ** (np.arange(45) / 4)
-TRIED, STARTS, LOOKS, LONG, FAR, SOME = 64, 256, 200, 1000, 1e3, 1 / 16
-BENT, BENDS, QUANTILE, EDGE = 0.5, 5.0, 0.005, 0.06
-LEAST, LOCKED = 64, 12
-"""Least number of iterates for a rotation number; the longest chain of islands that is sought."""
+"""Half widths of the squares in which starts of a map are tried: 1e-5 to 1e6, four in a decade."""
+
+TRIED = 64
+"""Starts that are tried in a square of each size."""
+
+STARTS = 256
+"""Starts whose iterates give the range of the axes."""
+
+LOOKS = 200
+"""Iterates of the first trial."""
+
+LONG = 1000
+"""Iterates of the trial that gives the range of the axes."""
+
+FAR = 1e3
+"""Distance from which a start has left, in half widths of its square."""
+
+SOME = 1 / 16
+"""Least share of starts that stay for a size to count."""
+
+BENT = 0.5
+"""Relative change of a map's derivative from which the map is bent."""
+
+BENDS = 5.0
+"""Range of the axes in sizes at which the map is bent, if no start leaves."""
+
+QUANTILE = 0.005
+"""Share of the points at either end that the axes leave out."""
+
+EDGE = 0.06
+"""Edge around the other points, in parts of their range."""
+
+LEAST = 64
+"""Least number of iterates for a rotation number."""
+
+LOCKED = 12
+"""The longest chain of islands that is sought."""
+
 PLASTIC = (0.7548776662466927, 0.5698402909980532)
+"""Steps of an additive sequence with low discrepancy in two dimensions: 1/p and 1/p^2 of the plastic number p."""
 
 
 class Plane(NamedTuple):
@@ -33,7 +68,8 @@ class Plane(NamedTuple):
     @classmethod
     def of(cls, model: Any, name: str, others: dict[str, float] | None) -> Plane:
         """Return the plane of that name, such as "x,p"; ValueError if the map has no such plane."""
-        names, known = planes(model), system_of(model).row_names
+        names = planes(model)
+        known = system_of(model).row_names
         if name not in names:
             raise ValueError(f"the plane must be one of {'; '.join(names)}, got {name}")
         index = names.index(name)
@@ -61,7 +97,14 @@ class Plane(NamedTuple):
     def extent(self) -> list[float]:
         """Return a first frame [u0, u1, v0, v1]: whole periods, turns, bounded orbits or the bend of the map."""
         T, S = self.periods
-        turn = 0.0 if T and S else self._turn(0) if T else self._turn(1) if S else 0.0
+        if T and S:
+            turn = 0.0
+        elif T:
+            turn = self._turn(0)
+        elif S:
+            turn = self._turn(1)
+        else:
+            turn = 0.0
         u0, u1, v0, v1 = _square(turn / 2) if (T and S) or turn else self._bounds()
         return [-T / 2 if T else u0, T / 2 if T else u1, -S / 2 if S else v0, S / 2 if S else v1]
 
@@ -80,7 +123,8 @@ class Plane(NamedTuple):
 
     def _stay(self, z: np.ndarray, far: np.ndarray, count: int, sees: Callable[[np.ndarray, int], None]) -> np.ndarray:
         """Return a mask of the starts that stay within `far` for so many iterates."""
-        alive, periods = np.ones(z.shape[1], bool), np.array(self.model.periods())[:, None]
+        alive = np.ones(z.shape[1], bool)
+        periods = np.array(self.model.periods())[:, None]
         with np.errstate(all="ignore"):
             for k in range(count):
                 alive &= system_of(self.model).inside(z)
@@ -97,7 +141,8 @@ class Plane(NamedTuple):
         some = np.flatnonzero(share >= SOME)
         if not some.size or share[some[-1] :].min() == 1.0:
             return _square(self._bend())
-        size, seen = SIZES[some[-1]], []
+        size = SIZES[some[-1]]
+        seen = []
 
         def sees(z: np.ndarray, k: int) -> None:
             if 2 * k >= LONG:
@@ -127,17 +172,21 @@ def map_reading(plane: Plane, z0: np.ndarray, states: np.ndarray, points: np.nda
     """Return rotation number and tunes of an orbit of iterates states (2n, count), points (2, count) of the plane, as
     map_orbit.js does.
     """
-    model, count = plane.model, states.shape[1]
+    model = plane.model
+    count = states.shape[1]
     if count < LEAST:
         return {"rotation": None, "frequencies": None}
     tunes = frequency_map(model, z0, time=count)
     values, errors = ([float(x) if np.isfinite(x) else None for x in row[:, 0]] for row in (tunes.nu, tunes.error))
     lines = {"names": list(model.coordinates), "values": values, "errors": errors}
-    at, alone = plane.rows[0], model.degrees_of_freedom == 1
-    value, error = values[at], errors[at]
+    at = plane.rows[0]
+    alone = model.degrees_of_freedom == 1
+    value = values[at]
+    error = errors[at]
     if alone and not plane.periods[0]:
         turning = rotation_number(points)
-        value, error = float(turning.rotation[0]), float(turning.error[0])
+        value = float(turning.rotation[0])
+        error = float(turning.error[0])
     if value is None or error is None:
         return {"rotation": None, "frequencies": lines}
     rotation: dict[str, Any] = {"value": value, "error": error}
@@ -166,7 +215,8 @@ def reduced(x: Any, period: float) -> np.ndarray:
     values = np.asarray(x, dtype=np.float64)
     if not period > 0:
         return values
-    rest, half = values - period * np.floor(values / period + 0.5), period / 2
+    rest = values - period * np.floor(values / period + 0.5)
+    half = period / 2
     return np.where((rest < -half) | (rest >= half), -half, rest)
 
 
@@ -178,6 +228,7 @@ def _ends(values: np.ndarray) -> tuple[float, float]:
     """Return the range of all but a few of some numbers, with an edge around."""
     ordered = np.sort(values.ravel())
     skip = int(QUANTILE * ordered.size)
-    low, high = ordered[skip], ordered[ordered.size - 1 - skip]
+    low = ordered[skip]
+    high = ordered[ordered.size - 1 - skip]
     edge = EDGE * (high - low) or EDGE * abs(high) or 1.0
     return float(low - edge), float(high + edge)

@@ -27,7 +27,12 @@ def model_code(body: Any) -> dict[str, Any]:
     if system.frame or not system.newtonian:
         return _equations_code(body)
     n = body.degrees_of_freedom
-    kind = "body" if system.isotropic else "driven" if system.driven else "plane"
+    if system.isotropic:
+        kind = "body"
+    elif system.driven:
+        kind = "driven"
+    else:
+        kind = "plane"
     if kind == "driven" and n != 2:
         raise _too_many("have one coordinate beside its time", body)
     if n != (4 if kind == "body" else 2):
@@ -73,7 +78,8 @@ def _too_many(takes: str, body: Any) -> Refused:
 
 def _map_code(model: Any) -> dict[str, Any]:
     """Return a map as data: winds (2n,) is true for rows with a period."""
-    n, own = model.degrees_of_freedom, Part(model, ())
+    n = model.degrees_of_freedom
+    own = Part(model, ())
     rows = [f"{stem}{i}" for stem in "qp" for i in range(n)]
     names = [name for name, _ in numbers_in(model, ())]
     wanted: tuple[tuple[str, str, list[str]], ...] = (
@@ -83,7 +89,8 @@ def _map_code(model: Any) -> dict[str, Any]:
         ("margin", "margin", rows[:n]),
     )
     methods = {key: printed(own, name, arguments, names) for key, name, arguments in wanted}
-    angles, winds = list(system_of(model).names), [float(period) > 0 for period in model.periods()]
+    angles = list(system_of(model).names)
+    winds = [float(period) > 0 for period in model.periods()]
     return {"kind": "map", "n": n, "parameters": names, "angles": angles, "winds": winds, "methods": methods}
 
 
@@ -92,12 +99,16 @@ class Turning:
 
     def rates(self: Any, x, y, p_x, p_y):
         """Return dH/dp and -dH/dq."""
-        w, (v_x, v_y), (f_x, f_y) = self.angular_velocity(), self.velocity(p_x, p_y), self.force(x, y)
+        w = self.angular_velocity()
+        v_x, v_y = self.velocity(p_x, p_y)
+        f_x, f_y = self.force(x, y)
         return v_x + w * y, v_y - w * x, f_x + w * p_y, f_y - w * p_x
 
     def tangent_rates(self: Any, x, y, p_x, p_y, dx, dy, dp_x, dp_y):
         """Return their change along a vector: T is quadratic."""
-        w, (v_x, v_y), (f_x, f_y) = self.angular_velocity(), self.velocity(dp_x, dp_y), self.tangent_force(x, y, dx, dy)
+        w = self.angular_velocity()
+        v_x, v_y = self.velocity(dp_x, dp_y)
+        f_x, f_y = self.tangent_force(x, y, dx, dy)
         return v_x + w * dy, v_y - w * dx, f_x + w * dp_y, f_y - w * dp_x
 
     def energy(self: Any, x, y, p_x, p_y):
@@ -111,12 +122,14 @@ class Curved:
 
     def rates(self: Any, x, y, p_x, p_y):
         """Return dH/dp and -dH/dq."""
-        (v_x, v_y), (f_x, f_y) = self.velocity(p_x, p_y), self.force(x, y)
+        v_x, v_y = self.velocity(p_x, p_y)
+        f_x, f_y = self.force(x, y)
         return v_x, v_y, f_x, f_y
 
     def tangent_rates(self: Any, x, y, p_x, p_y, dx, dy, dp_x, dp_y):
         """Return their change along a vector."""
-        (v_x, v_y), (f_x, f_y) = self.tangent_velocity(p_x, p_y, dp_x, dp_y), self.tangent_force(x, y, dx, dy)
+        v_x, v_y = self.tangent_velocity(p_x, p_y, dp_x, dp_y)
+        f_x, f_y = self.tangent_force(x, y, dx, dy)
         return v_x, v_y, f_x, f_y
 
     def energy(self: Any, x, y, p_x, p_y):
@@ -126,8 +139,15 @@ class Curved:
 
 def _equations_code(model: Any) -> dict[str, Any]:
     """Return dz/dt = f(z) as data: rows, whether they are coordinates and momenta with an energy, winds (rows,)."""
-    system, names = system_of(model), [name for name, _ in numbers_in(model, ())]
-    methods_of = Turning if system.frame else Curved if system.curved else None
+    system = system_of(model)
+    names = [name for name, _ in numbers_in(model, ())]
+    methods_of: Any
+    if system.frame:
+        methods_of = Turning
+    elif system.curved:
+        methods_of = Curved
+    else:
+        methods_of = None
     whole = model if methods_of is None else type(type(model).__name__, (methods_of, type(model)), {})(*model)
     own = Part(whole, ())
     if system.canonical and system.n != 2:

@@ -105,7 +105,12 @@ def system_record(body: Any, name: str, title: str, formula: str, start: dict[st
     system = system_of(body)
     count = system.moving if system.canonical else system.rows
     names, momenta = (list(rows[:count]) for rows in (system.names, system.row_names[len(system.names) :]))
-    kind = "map" if system.iterated or system.driven else "body" if system.isotropic else "plane"
+    if system.iterated or system.driven:
+        kind = "map"
+    elif system.isotropic:
+        kind = "body"
+    else:
+        kind = "plane"
     kind = kind if system.canonical else "flow"
     sections: Any = BODY_SECTIONS
     if kind != "body":
@@ -185,7 +190,8 @@ def page_schemes() -> list[dict[str, Any]]:
 def scheme_record(scheme: Splitting | Collocation) -> dict[str, Any]:
     """Return a scheme as data: drifts and kicks, or for a collocation m_ij = a_ij/b_j in rows, and b."""
     if isinstance(scheme, Collocation):
-        a, b = scheme.a_array.ravel().tolist(), scheme.b_array.tolist()
+        a = scheme.a_array.ravel().tolist()
+        b = scheme.b_array.tolist()
         return {"name": scheme.name, "order": scheme.order, "collocation": True, "a": a, "b": b}
     return {
         "name": scheme.name,
@@ -206,14 +212,16 @@ def section_record(section: Any, body: Any) -> dict[str, Any]:
     known = dict(BODY_SECTIONS)
     simple = {made: name for name, made in TURNING.items() if name in known}
     constant = {made: f"{name}=c" for name, made in EQUALS.items() if f"{name}=c" in known}
-    kind, system = type(section), system_of(body)
+    kind = type(section)
+    system = system_of(body)
     if system.isotropic and kind in simple:
         return {"section": simple[kind], "constant": None, "direction": int(section.direction)}
     if system.isotropic and kind in constant:
         return {"section": constant[kind], "constant": float(section.constant), "direction": int(section.direction)}
     names = system.names
     if isinstance(section, (Linear, AngleEquals)) and not system.isotropic and len(section.normal) == system.rows:
-        at, places = np.flatnonzero(section.normal), 2 if system.canonical else system.rows
+        at = np.flatnonzero(section.normal)
+        places = 2 if system.canonical else system.rows
         if at.size == 1 and at[0] < places and math.isfinite(section.offset):
             factor = float(section.normal[at[0]])
             direction = int(section.direction) * (1 if factor > 0 else -1)

@@ -23,6 +23,8 @@ from .motion import Motion
 from .time_transformed import TransformedFlow
 from .trials import SPAN, chosen_steps, on_ladder, sampled
 
+# tests/test_accuracy.py and tests/test_driven.py measure how often errors with these constants cover the truth.
+
 SHARE = 1 / 24
 """Share of the accuracy that the error expected from the trial may take. A larger share saves less in the first runs
 than the orbits cost that then miss the accuracy.
@@ -72,10 +74,11 @@ growth of the slowing on a chaotic orbit may be small by chance, but hardly roun
 DRIVEN = 3.0
 """Factor of the slowing of driven orbits: at moving hyperbolic points their momenta are small, and slow by little."""
 
-ROUGH, LOST = 1e-4, 0.1
-"""Distances of two runs, in amplitudes of the motion: above ROUGH errors fall less than the order says, above LOST the
-runs are unrelated.
-"""
+ROUGH = 1e-4
+"""Distance of two runs, in amplitudes of the motion, above which errors fall less than the order says."""
+
+LOST = 0.1
+"""Distance of two runs, in amplitudes of the motion, above which the runs are unrelated."""
 
 SLIGHTLY = 1.4
 """Factor by which steps are shortened where errors are a little too large: two rungs of the ladder."""
@@ -141,7 +144,8 @@ def planned(
     twice = np.full(z.shape[1], 2.0)
     if flow.alike:
         one = 1.0 if flow.adaptive else float(np.max(flow.step))
-        unknown, order = np.full(z.shape[1], np.nan), np.full(z.shape[1], float(flow.scheme.order))
+        unknown = np.full(z.shape[1], np.nan)
+        order = np.full(z.shape[1], float(flow.scheme.order))
         return Steps(np.full(z.shape[1], one), unknown, order, motion=found, ratio=twice, run=run, parts=parts)
     spans = np.maximum(np.broadcast_to(time, z.shape[1]) * found.rate / SPAN, 1.0)
     step, local, order = chosen_steps(flow, z, found, SHARE * accuracy / spans)  # type: ignore[arg-type]
@@ -191,7 +195,8 @@ def estimated(
     phase^(3/2), the scheme's like phase. No error is below that of a single step: within the first step both runs may
     be equal.
     """
-    error, rounding = np.empty_like(apart), np.empty_like(apart)
+    error = np.empty_like(apart)
+    rounding = np.empty_like(apart)
 
     def some(at: slice) -> None:
         known = None if worn is None else worn[:, at]
@@ -203,9 +208,11 @@ def estimated(
 
 def _estimated(flow, plan: Steps, apart, phase, worn) -> tuple[np.ndarray, np.ndarray]:
     """Return the result of `estimated`, by one thread."""
-    order, spans = plan.order, np.maximum(phase / SPAN, 1.0)
+    order = plan.order
+    spans = np.maximum(phase / SPAN, 1.0)
     # After few steps errors need not fall by the order yet, as where they lead through a core.
-    part, early = np.broadcast_to(share_of(flow, plan), phase.shape).copy(), phase < SPAN
+    part = np.broadcast_to(share_of(flow, plan), phase.shape).copy()
+    early = phase < SPAN
     part[early] **= phase[early] / SPAN
     noise = noise_of(flow, plan) * np.sqrt(spans)
     if flow.system.frame:
@@ -226,14 +233,16 @@ def _estimated(flow, plan: Steps, apart, phase, worn) -> tuple[np.ndarray, np.nd
             grown = GROWN * local * spans * counted(worn, part) / np.maximum(noise, 1e-300)
             error = np.maximum(error, np.minimum(grown, apart / part))
             witness = np.minimum(apart, WITNESS * rounding)
-            error, rounding = error + witness, rounding + witness
+            error = error + witness
+            rounding = rounding + witness
     error, rounding = (np.where(np.isfinite(entry), entry + STEPPED * phase, np.inf) for entry in (error, rounding))
     return np.maximum.accumulate(error, axis=0), np.maximum.accumulate(rounding, axis=0)
 
 
 def counted(apart: np.ndarray, part: np.ndarray) -> np.ndarray:
     """Return distances times `part` up to ROUGH, whole distances from LOST on, and a power law between."""
-    result, rough = part * apart, apart > ROUGH
+    result = part * apart
+    rough = apart > ROUGH
     if rough.any():
         far = apart[rough]
         power = np.minimum(np.log(far / ROUGH) / np.log(LOST / ROUGH), 1.0)
@@ -283,15 +292,22 @@ def halved(
         _kept(flow, keep, orbits, fine, np.flatnonzero(~again), error)
         if not again.any():
             return
-        orbits, plan, coarse, fine = orbits[again], plan.of(again), coarse.of(again), fine.of(again)
-        worn, weight, before = None, weight[:, again], np.zeros((1, 1))
+        orbits = orbits[again]
+        plan = plan.of(again)
+        coarse = coarse.of(again)
+        fine = fine.of(again)
+        worn = None
+        weight = weight[:, again]
+        before = np.zeros((1, 1))
         for round_ in range(HALVINGS + 1):
             work = _work(plan.step)
             if round_ == 0 and wear is not None:
                 plain = run(orbits, 2 * plan.step, None, passes.take(work / 2, work / 2), fine)
-                worn, coarse = compare(plain, coarse, orbits, weight)[0], plain
+                worn = compare(plain, coarse, orbits, weight)[0]
+                coarse = plain
             elif round_ > 0:
-                coarse, fine = fine, run(orbits, plan.step, None, passes.take(work, work / 2), None)
+                coarse = fine
+                fine = run(orbits, plan.step, None, passes.take(work, work / 2), None)
                 worn = None if worn is None else np.sqrt(plan.ratio) * worn  # the kicks are `ratio` times as many
             apart, phase, weight = compare(fine, coarse, orbits, weight)
             worn = None if worn is None else np.where(np.isfinite(worn), worn, apart)
@@ -306,15 +322,19 @@ def halved(
             _kept(flow, keep, orbits, fine, np.flatnonzero(~again), error)
             if not again.any():
                 return
-            orbits, plan, fine = orbits[again], plan.of(again).shortened(factor[again]), fine.of(again)
+            orbits = orbits[again]
+            plan = plan.of(again).shortened(factor[again])
+            fine = fine.of(again)
             # Nothing is known of a run that failed.
-            weight, before = weight[:, again], np.where(np.isfinite(error[:, again]), error[:, again], 0.0)
+            weight = weight[:, again]
+            before = np.where(np.isfinite(error[:, again]), error[:, again], 0.0)
             worn = None if worn is None else worn[..., again]
 
 
 def _both(run, orbits: np.ndarray, step: np.ndarray, wear: Wear, report: Report | None) -> tuple[Any, Any]:
     """Return runs of the orbits with these steps, and slowed ones with twice these, made as one run."""
-    count, slowed = orbits.size, Wear(np.append(wear.share, np.zeros(orbits.size)), *(np.tile(x, 2) for x in wear[1:]))
+    count = orbits.size
+    slowed = Wear(np.append(wear.share, np.zeros(orbits.size)), *(np.tile(x, 2) for x in wear[1:]))
     both = run(np.tile(orbits, 2), np.append(2 * step, step), slowed, report, None)
     return both.of(slice(count, None)), both.of(slice(count))
 
@@ -337,7 +357,8 @@ def shortening(
     too large: SLIGHTLY or 2, by the order at which the rest falls; 1 where shorter steps are needless or do not help.
     """
     with np.errstate(all="ignore"):
-        worst, floor = error.max(axis=0), np.sqrt(2.0) * rounding.max(axis=0)
+        worst = error.max(axis=0)
+        floor = np.sqrt(2.0) * rounding.max(axis=0)
         curable = (worst > accuracy) & (worst <= accuracy * 2.0**flow.scheme.order)
         goal = np.maximum(accuracy - floor, floor / 4)
         slight = MARGIN * (worst - rounding.max(axis=0)) <= goal * SLIGHTLY**plan.order
@@ -360,5 +381,6 @@ def outdone(error: np.ndarray, late: np.ndarray, least: np.ndarray, latest: np.n
     """Return a mask (orbits,) of results that are no better than others: whose errors are larger than the `least`, or
     from LOST on, where no error means more than another, stay below the accuracy for less time than the `latest`.
     """
-    error, least = np.minimum(error, LOST), np.minimum(least, LOST)
+    error = np.minimum(error, LOST)
+    least = np.minimum(least, LOST)
     return (error > least) | (error == least) & (late < latest)

@@ -98,7 +98,8 @@ def _check_rate(name: str, model: Any, has: str, method: str) -> None:
 
 def _check_turning(name: str, system: System) -> None:
     """Refuse a model in a rotating frame whose kinetic energy changes under the rotation."""
-    model, n = system.model, system.moving
+    model = system.model
+    n = system.moving
     if n < 2:
         raise ValueError(f"{name} {type(model).__name__} must have two coordinates or more to turn, it has {n}")
     units = np.eye(system.n)[:n]
@@ -157,20 +158,26 @@ def _evaluated(name: str, system: System) -> None:
         for part in (model, getattr(model, "potential", None)):
             _functions(part)
     q, p = _some_point(system.n)
-    single, length, each = [], system.rows, "row"
+    single = []
+    length = system.rows
+    each = "row"
     try:
         with np.errstate(all="ignore"):
             if system.iterated:
                 rows = [model.periods(), model.iterate(*q, *p), model.tangent_iterate(*q, *p, *p, *q)]
             elif system.nonseparable:
-                rows, single = [model.rates(*q, *p), model.tangent_rates(*q, *p, *p, *q)], [model.energy(*q, *p)]
+                rows = [model.rates(*q, *p), model.tangent_rates(*q, *p, *p, *q)]
+                single = [model.energy(*q, *p)]
             elif system.energetic:
-                rows, length, each = [model.force(*q), model.velocity(*p)], system.n, "coordinate"
+                rows = [model.force(*q), model.velocity(*p)]
+                length = system.n
+                each = "coordinate"
                 single = [model.potential_energy(*q), model.kinetic_energy(*p)]
             else:
                 if system.n != (length + 1) // 2:
                     raise TypeError(f"{length} variables take degrees_of_freedom = {(length + 1) // 2}, got {system.n}")
-                rows, each = [model.rates(*_some_point(length)[0])], "variable"
+                rows = [model.rates(*_some_point(length)[0])]
+                each = "variable"
             single.append(model.margin(*_some_point(system.positions)[0]))
         if any(len(row) != length for row in rows) or any(np.shape(x) != () for row in (single, *rows) for x in row):
             raise TypeError(f"one number for each {each} is needed, and one for energies and the margin")
@@ -298,7 +305,8 @@ def checked_section(section: Any, model: Any) -> Any:
         raise ValueError(f"section has a parameter that is not finite: {section!r}")
     is_as_met(section)
     system = system_of(model)
-    rows, normal = system.rows, getattr(section, "normal", None)
+    rows = system.rows
+    normal = getattr(section, "normal", None)
     try:
         if normal is not None and (len(normal) != rows or not any(normal)):
             raise TypeError
@@ -341,7 +349,8 @@ def phase_points(name: str, z0: Any, model: Any) -> np.ndarray:
     the model's domain; of a flow with an odd number of variables with the idle row below.
     """
     system = system_of(model)
-    rows, z = system.rows, np.array(numbers(name, in_rows(name, z0, model)), order="C")
+    rows = system.rows
+    z = np.array(numbers(name, in_rows(name, z0, model)), order="C")
     if system.driven and z.ndim in (1, 2) and z.shape[0] == rows - 2:
         z = np.insert(z, [rows // 2 - 1, rows - 2], 0.0, axis=0)  # t = 0 and p_t = 0
     if z.ndim not in (1, 2) or z.shape[0] != rows or z.size == 0:
@@ -372,7 +381,11 @@ def _where(system: System) -> str:
     """Return words for the domain of a model."""
     domain = getattr(system.model, "domain", None)
     axis = 'off the axis of a chart, as theta = 0 of a top, which AsymmetricTop(..., chart="quaternion") takes'
-    return f"{domain} > 0" if domain else axis if system.nonseparable else "for most bodies det phi > 0"
+    if domain:
+        return f"{domain} > 0"
+    if system.nonseparable:
+        return axis
+    return "for most bodies det phi > 0"
 
 
 def carried(z: np.ndarray, model: Any, axis: int = 0) -> np.ndarray:
@@ -385,8 +398,11 @@ def carried(z: np.ndarray, model: Any, axis: int = 0) -> np.ndarray:
 ROUNDING = 8 * np.finfo(float).eps
 """Relative error that an energy may have from its own sums."""
 
-NOTICED, WALK = 1e-7, 64 * np.finfo(float).eps
-"""Energy error above which a test for rounding follows; relative rounding error of z in a run."""
+NOTICED = 1e-7
+"""Energy error above which a test for rounding follows."""
+
+WALK = 64 * np.finfo(float).eps
+"""Relative rounding error of z in a run."""
 
 
 def energy_drift(model: Any, z: np.ndarray, energy: np.ndarray, scale: np.ndarray) -> np.ndarray:
@@ -399,11 +415,13 @@ def energy_drift(model: Any, z: np.ndarray, energy: np.ndarray, scale: np.ndarra
     if system.lossy:
         return np.where(np.isfinite(z).all(axis=0), 0.0, np.inf)
     with np.errstate(all="ignore"):
-        T, V = system.kinetic_energies(z), system.potential_energies(z)
+        T = system.kinetic_energies(z)
+        V = system.potential_energies(z)
         drift = np.maximum(np.abs(T + V - energy) - ROUNDING * (T + np.abs(V) + np.abs(energy)), 0.0) / scale
         far = drift > NOTICED
         if far.any():  # next to an equilibrium the last digits of z have more energy than the motion
-            near, away = z[:, far], (V - energy + T)[far]
+            near = z[:, far]
+            away = (V - energy + T)[far]
             noise = [np.abs(system.potential_energies(near * (1 + sign * WALK)) - V[far]) for sign in (-1, 1)]
             drift[far] = np.minimum(
                 drift[far],

@@ -28,7 +28,8 @@ def fastest_rates(model: Any, z: np.ndarray, step: Any) -> np.ndarray:
     if not system.newtonian:
         return linear_rates(system, z)
     n = z.shape[0] // 2
-    q, W = z[:n], system.inverse_masses(z)
+    q = z[:n]
+    W = system.inverse_masses(z)
     with np.errstate(all="ignore"):
         way = length(_velocity(system, z[n:])) * np.where(np.isfinite(step), step, 0.0)
         size = NUDGE * np.maximum(length(system.without_time(q)), way)

@@ -13,16 +13,22 @@ from ..compile.blocks import is_value
 from ..models.mechanics import System, system_of
 from ..models.pointwise import FAILS, at_points
 
-AGREE, BEYOND = 1e-5, 1e3
-"""Relative error above which a derivative is wrong, if it also exceeds BEYOND times that of the differences."""
+AGREE = 1e-5
+"""Relative error above which a derivative is wrong, if it also exceeds BEYOND."""
+
+BEYOND = 1e3
+"""Multiple of the differences' own error that the error of a wrong derivative exceeds."""
 
 HALVINGS = 40
 """Steps of differences, each half of the one before: one fits a function that is smooth on some scale between. For a
 function of several scales the right one is unknown: a derivative that agrees with any is right.
 """
 
-TRIED, APART = 3, 0.1
-"""Starts that are tried, and distance of more points beside them, in sizes of rows: at a start too much may vanish."""
+TRIED = 3
+"""Starts that are tried."""
+
+APART = 0.1
+"""Distance of more points beside the starts, in sizes of rows: at a start too much may vanish."""
 
 Rows = Callable[[np.ndarray], np.ndarray]
 
@@ -36,10 +42,12 @@ def check_derivatives(name: str, model: Any, z: np.ndarray) -> None:
     tried = _tried(model)
     if tried or not any(_own(part) for part in (model, *model) if is_value(part)):
         return
-    system, who = system_of(model), f"{name} {type(model).__name__}"
+    system = system_of(model)
+    who = f"{name} {type(model).__name__}"
     at, size = _places(system, z)
     w = size * np.random.default_rng(3).uniform(0.5, 1, at.shape)
-    energy, tangent = f"{who} must have rates dH/dp and -dH/dq of its energy H", _tangent(system)
+    energy = f"{who} must have rates dH/dp and -dH/dq of its energy H"
+    tangent = _tangent(system)
     with np.errstate(all="ignore"):
         if system.energetic and (found := _tried_out(lambda: _of_energy(system, at, size))):
             by = ("velocity", "force") if system.separable else ("rates", "rates")
@@ -76,7 +84,8 @@ def _own(part: Any) -> bool:
 def _places(system: System, z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return points (2n, ...) at some starts and beside them, and the sizes (2n, 1) of their rows."""
     z = z[: system.rows, np.unique(np.linspace(0, z.shape[1] - 1, TRIED).astype(int))]
-    size, halves = np.abs(z).max(axis=1), np.array_split(np.arange(len(z)), 2 if system.canonical else 1)
+    size = np.abs(z).max(axis=1)
+    halves = np.array_split(np.arange(len(z)), 2 if system.canonical else 1)
     for half in halves:
         size[half] = np.where(size[half] > 0, size[half], size[half].max() or 1.0)
     beside = APART * np.random.default_rng(2).uniform(-1, 1, (2, *z.shape)) * size[:, None]
@@ -89,8 +98,10 @@ def _slope(rows: Rows, z: np.ndarray, w: np.ndarray) -> tuple[np.ndarray, np.nda
     """
     h = APART * 0.5 ** np.arange(HALVINGS)
     step = h * w[..., None]
-    ahead, back = rows(z[..., None] + step), rows(z[..., None] - step)
-    change, rounding = (ahead - back) / (2 * h), np.finfo(float).eps * (np.abs(ahead) + np.abs(back)) / h
+    ahead = rows(z[..., None] + step)
+    back = rows(z[..., None] - step)
+    change = (ahead - back) / (2 * h)
+    rounding = np.finfo(float).eps * (np.abs(ahead) + np.abs(back)) / h
     better = (4 * change[..., 1:] - change[..., :-1]) / 3
     apart = np.abs(np.diff(better))
     apart = np.maximum(apart[..., 1:], apart[..., :-1]) + rounding[..., 2:-1]
@@ -99,7 +110,9 @@ def _slope(rows: Rows, z: np.ndarray, w: np.ndarray) -> tuple[np.ndarray, np.nda
 
 def _of_energy(system: System, z: np.ndarray, size: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return the model's rates (2n, points), those by differences of its energy, and the error of the latter."""
-    n, own, said = system.n, system.own, system.slopes(z)
+    n = system.n
+    own = system.own
+    said = system.slopes(z)
     if own is not None:  # the package's, and no model's own
         rest = np.zeros_like(z[:n])
         said = said - np.concatenate([own.added(letter, system.rate, z[:n], z[n:], rest) for letter in "vf"])
@@ -115,7 +128,8 @@ def _of_energy(system: System, z: np.ndarray, size: np.ndarray) -> tuple[np.ndar
 
 def _tangent(system: System) -> tuple[Rows, Callable, str] | None:
     """Return the rates, their change along a vector by the model's method, and its name; None where it has none."""
-    model, n = system.model, system.n
+    model = system.model
+    n = system.n
     if system.separable:
         if not hasattr(model, "tangent_force"):
             return None
@@ -164,7 +178,8 @@ def _compare(
     methods: tuple[str, ...] = (),
 ) -> None:
     """Raise where the model's rows (rows, points) disagree with the differences of all steps at more than one point."""
-    names, best = names[len(names) - len(said) :], off.argmin(axis=-1)[..., None]
+    names = names[len(names) - len(said) :]
+    best = off.argmin(axis=-1)[..., None]
     beyond = ~(np.abs(said[..., None] - truth) <= AGREE * (np.abs(said[..., None]) + np.abs(truth)))  # NaN at an edge
     truth, off = (np.take_along_axis(entry, best, -1)[..., 0] for entry in (truth, off))
     wrong = beyond.all(axis=-1) & (np.abs(said - truth) > BEYOND * off)

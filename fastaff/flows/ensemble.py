@@ -35,8 +35,12 @@ class Ensemble:
 
     def __post_init__(self) -> None:
         n = self.z.shape[1]
-        self.status, self.count, self.ticks = np.zeros(n, np.int64), np.zeros(n, np.int64), np.zeros(n, np.int64)
-        self.time, self.ahead, self.radius = np.zeros(n), np.zeros(n), np.full(n, FARTHEST)
+        self.status = np.zeros(n, np.int64)
+        self.count = np.zeros(n, np.int64)
+        self.ticks = np.zeros(n, np.int64)
+        self.time = np.zeros(n)
+        self.ahead = np.zeros(n)
+        self.radius = np.full(n, FARTHEST)
 
     def of(self, orbits: Any) -> Ensemble:
         """Return some of the orbits as an ensemble of their own."""

@@ -45,7 +45,8 @@ class Wear(NamedTuple):
         """Return the number (orbits,) of steps after which momenta are lost: 1 or one of WEAR_STEPS, a divisor of
         `parts`.
         """
-        found, most = np.ones(len(self.every), np.int64), self.every / step
+        found = np.ones(len(self.every), np.int64)
+        most = self.every / step
         for steps in WEAR_STEPS:
             found = np.where((steps <= most) & (parts % steps == 0), steps, found)
         return found
@@ -54,9 +55,12 @@ class Wear(NamedTuple):
         """Set WEAR_ROWS of orbits that lose momenta every `pace` steps; the loss up to the first of these is made at
         once, as chaotic orbits have amplified by then what else would not be there.
         """
-        early, momenta = np.sqrt(self.early), len(ensemble.z) // 2
+        early = np.sqrt(self.early)
+        momenta = len(ensemble.z) // 2
         lost = lost_until(pace * ensemble.ahead, self.share, early)
-        memory[WEAR_ROWS.share], memory[WEAR_ROWS.early], memory[WEAR_ROWS.lost] = self.share, early, lost
+        memory[WEAR_ROWS.share] = self.share
+        memory[WEAR_ROWS.early] = early
+        memory[WEAR_ROWS.lost] = lost
         ensemble.z[momenta:] *= 1 - lost
 
 
@@ -127,7 +131,8 @@ class Flow:
         """Return the first steps (orbits,) of a scheme that controls them: those given, else a hundredth of the time in
         which z0 changes by its size.
         """
-        size, speed = np.abs(z0).max(axis=0), np.abs(self.system.slopes(z0)).max(axis=0)
+        size = np.abs(z0).max(axis=0)
+        speed = np.abs(self.system.slopes(z0)).max(axis=0)
         guess = np.where(speed > 0, 0.01 * size / np.where(speed > 0, speed, 1.0), 0.01)
         guess = np.where(guess > 0, guess, 1e-6)
         if self.system.driven:
@@ -243,7 +248,8 @@ class Flow:
         """
         rows, orbits = ensemble.z.shape
         fits("samples", orbits, count, rows)
-        states, interrupted = np.full((orbits, count, rows), np.nan), False
+        states = np.full((orbits, count, rows), np.nan)
+        interrupted = False
         try:
             if count:
                 self.sampled(ensemble, count, time=time, states=states, report=report)
@@ -273,7 +279,8 @@ class Flow:
         if states is None:
             states = np.full((orbits, count, rows), np.nan)
         observer = observers.samples(rows)
-        out, memory = states.reshape(orbits, count * rows), np.zeros((observer.rows, orbits))
+        out = states.reshape(orbits, count * rows)
+        memory = np.zeros((observer.rows, orbits))
         self.advance(ensemble, observer, memory, out, time=time, observations=count, report=report)
         return states
 
@@ -283,14 +290,17 @@ class Flow:
         """Run as `trajectory` does, while the momenta wear down, after each step or every WEAR_STEPS."""
         rows, orbits = ensemble.z.shape
         fits("samples", orbits, count, rows)
-        states, interrupted = np.full((orbits, count, rows), np.nan), False
+        states = np.full((orbits, count, rows), np.nan)
+        interrupted = False
         each = self.steps(time / count)
         pace = wear.pace(self.step, each)
         stride = each // pace
-        observer, at = observers.worn_samples(rows), WEAR_ROWS
+        observer = observers.worn_samples(rows)
+        at = WEAR_ROWS
         memory = np.zeros((observer.rows, orbits))
         wear.begin(ensemble, memory, pace)
-        memory[at.stride], memory[at.left] = stride, stride
+        memory[at.stride] = stride
+        memory[at.left] = stride
         out = states.reshape(orbits, count * rows)
         try:
             self.advance(ensemble, observer, memory, out, time=time, observations=count * stride, report=report)
@@ -311,8 +321,10 @@ class Flow:
         """Run orbits from z0 (2n, orbits) to `time` under an observer, as in `advance`; return the ensemble, the
         observer's memory (rows, orbits), which is zero at the start, and its records (orbits, columns), else NaN.
         """
-        ensemble, orbits = self.ensemble(np.array(z0, dtype=np.float64, order="C")), z0.shape[1]
-        memory, out = np.zeros((observer.rows, orbits)), np.full((orbits, columns), np.nan)
+        ensemble = self.ensemble(np.array(z0, dtype=np.float64, order="C"))
+        orbits = z0.shape[1]
+        memory = np.zeros((observer.rows, orbits))
+        out = np.full((orbits, columns), np.nan)
         self.advance(ensemble, observer, memory, out, time=time, observations=observations, report=report)
         return ensemble, memory, out
 
@@ -345,7 +357,8 @@ class Flow:
         steps = FixedSteps(h, total, every, order, strict=self.vectors > 0, refill=refill)
         kernel = run_one if solo else run_fixed
         if solo and refill and observer.along is not None:
-            kernel, observer = run_along, observer.along
+            kernel = run_along
+            observer = observer.along
             steps = steps._replace(every=np.full_like(every, observer.stretch))
         how = stepping(self, "inside", "check", solo=solo)
         arguments = *how, observer.bound, steps, unit, ensemble.orbits(memory, out)
@@ -357,13 +370,16 @@ class Flow:
 
     def _equal_steps(self, orbits: int, time: Any, observations: Any) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return the steps (orbits,) between observations, those to `time`, and their sizes."""
-        every, total, h = np.ones(orbits, np.int64), np.empty(orbits, np.int64), np.empty(orbits)
+        every = np.ones(orbits, np.int64)
+        total = np.empty(orbits, np.int64)
+        h = np.empty(orbits)
         if np.any(observations):
             every[:] = self.steps(time / observations)
             total[:] = observations * every
             h[:] = time / total
         else:
-            total[:], h[:] = self.steps(time), self.step
+            total[:] = self.steps(time)
+            h[:] = self.step
         return every, total, h
 
     def locate(self, section: Any, records: np.ndarray, where: np.ndarray, report: Report | None = None) -> None:

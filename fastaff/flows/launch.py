@@ -63,7 +63,8 @@ def early(report: Report | None, flow: Any, ensemble: Any, time: float, share: f
     """
     if report is None or flow.adaptive:  # which counts orbits
         return report
-    steps, begun = np.broadcast_to(flow.steps(time), ensemble.count.shape), ensemble.count.copy()
+    steps = np.broadcast_to(flow.steps(time), ensemble.count.shape)
+    begun = ensemble.count.copy()
 
     def tell(fraction: float) -> None:
         taken = ensemble.count - begun

@@ -14,9 +14,16 @@ from . import observers
 from .ensemble import Ensemble, energy_error, no_memory
 from .reaches import FARTHEST
 
-BACK, AHEAD, SOUND = 16, 64.0, 0.05
-"""Steps before the overflow from which an orbit is followed again, as the last ones are spoilt, and for how many; its
-energy error there, over the largest kinetic energy, above which the step was unstable and the orbit tells nothing.
+# tests/test_leaving.py has orbits that run away, by every scheme.
+
+BACK = 16
+"""Steps before the overflow from which an orbit is followed again, as the last ones are spoilt."""
+
+AHEAD = 64.0
+"""Time for which it is followed, in steps."""
+
+SOUND = 0.05
+"""Energy error there, over the largest kinetic energy, above which the step was unstable and the orbit tells nothing.
 """
 
 
@@ -31,7 +38,8 @@ def mark_escapes(flow: Any, ensemble: Ensemble, begun: Ensemble, sizes: Callable
     if not lost.any():
         return
     which = np.flatnonzero(lost)
-    last, size = _alone(begun.of(which)), sizes()[which]
+    last = _alone(begun.of(which))
+    size = sizes()[which]
     alone = replace(flow, vectors=0, step=size)
     # One step at least: its energy error tells whether steps are stable.
     until = np.maximum(ensemble.count[which] - BACK, last.count + 1)
@@ -39,7 +47,8 @@ def mark_escapes(flow: Any, ensemble: Ensemble, begun: Ensemble, sizes: Callable
     with np.errstate(all="ignore"):
         sound = np.isfinite(last.z).all(axis=0) & (energy_error(flow.model, last) < SOUND)
     sound &= (last.status == Status.OK) & (last.count == until)
-    which, size = which[sound], size[sound]
+    which = which[sound]
+    size = size[sound]
     if not which.size:
         return
     start = last.z[:, sound]

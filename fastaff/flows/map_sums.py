@@ -25,12 +25,15 @@ def summed(flow: Flow, kind: str, ensemble: Ensemble, weights: np.ndarray) -> No
     """Advance orbits of a map by len(weights) iterates, or to their ends, and add up the sums of that kind with the
     weights (iterates,) or (iterates, SPANS) in the rows after their states.
     """
-    n, orbits, iterates = flow.model.degrees_of_freedom, ensemble.z.shape[1], len(weights)
+    n = flow.model.degrees_of_freedom
+    orbits = ensemble.z.shape[1]
+    iterates = len(weights)
     going = ensemble.count[ensemble.status == 0]
     if not going.size or not iterates:
         return
     ensemble.z[2 * n] = 0.0  # weights are counted from here
-    total, unit = np.full(orbits, going[0] + iterates), flow.unit(orbits)
+    total = np.full(orbits, going[0] + iterates)
+    unit = flow.unit(orbits)
     arguments = (
         blocks_of(flow.model, splitting=kind, inside="inside", check="check"),
         Coefficients(np.ascontiguousarray(weights).ravel(), np.zeros(1)),

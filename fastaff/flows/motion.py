@@ -24,21 +24,29 @@ from .reaches import ESCAPE, FARTHEST, escape_radii
 LOOKS = 64
 """Steps, and samples, of a first look at an orbit."""
 
-LOOKED, TOGETHER = 1 << 21, 1 << 14
-"""Bytes of samples in memory at once: larger arrays would be new pages each time; most orbits whose other arrays are.
-"""
+LOOKED = 1 << 21
+"""Bytes of samples in memory at once: larger arrays would be new pages each time."""
+
+TOGETHER = 1 << 14
+"""Most orbits whose other arrays are in memory at once."""
 
 COST = 32
 """Numbers that a look at a coordinate of an orbit counts as."""
 
-PHASE, PHASES = 0.2, (0.08, 0.5)
-"""The intended step of a first look in radians of the motion that it finds, and the range that is accepted."""
+PHASE = 0.2
+"""The intended step of a first look in radians of the motion that it finds."""
+
+PHASES = (0.08, 0.5)
+"""The range of this step that is accepted."""
 
 ROUGH = 1e-2
 """Change of energy, in units of the kinetic energy, above which the steps of a look are not accurate enough."""
 
-ROUNDS, LEAP = 14, 32.0
-"""Most looks, and largest factor by which the step changes between two."""
+ROUNDS = 14
+"""Most looks."""
+
+LEAP = 32.0
+"""Largest factor by which the step changes between two looks."""
 
 STILL = 1e-9
 """Spread of a map's iterates, relative to their distance from 0, below which they count as one point."""
@@ -92,7 +100,8 @@ class Motion(NamedTuple):
         of their amplitudes.
         """
         size = np.concatenate([self.position, self.momentum])
-        size, winds = np.where(size > 0, size, 1.0), np.isfinite(self.winding).any(axis=-1)
+        size = np.where(size > 0, size, 1.0)
+        winds = np.isfinite(self.winding).any(axis=-1)
         largest = np.zeros((*apart.shape[:-2], apart.shape[-1]))
         for row in range(len(size)):  # rows one after the other: they need not lie side by side
             away = apart[..., row, :] / size[row]
@@ -147,8 +156,10 @@ def motion(model: Any, z: np.ndarray, threads: int = 1) -> Motion:
     system = system_of(model)
     if system.iterated:
         return _motion_of_map(system, z, threads)
-    n, orbits = z.shape[0] // 2, z.shape[1]
-    one, each = np.zeros(orbits), np.zeros((n, orbits))
+    n = z.shape[0] // 2
+    orbits = z.shape[1]
+    one = np.zeros(orbits)
+    each = np.zeros((n, orbits))
     found = Motion(one + 1, one.copy(), each, each.copy(), one.copy(), one + 1, one + 1, each + 1)
 
     def look(at: slice) -> None:
@@ -166,8 +177,12 @@ def _motion_of_map(system: System, z: np.ndarray, threads: int) -> Motion:
     period over 2 pi; momenta: those times the ratio sqrt(|dp'/dq|/|dq'/dp|) at the start, for an angle the momentum
     that turns it by a radian in one iterate.
     """
-    n, orbits, radius = z.shape[0] // 2, z.shape[1], escape_radii(system.model, z)
-    position, momentum, one = np.empty((n, orbits)), np.empty((n, orbits)), np.ones(orbits)
+    n = z.shape[0] // 2
+    orbits = z.shape[1]
+    radius = escape_radii(system.model, z)
+    position = np.empty((n, orbits))
+    momentum = np.empty((n, orbits))
+    one = np.ones(orbits)
     each = _chunk(2 * n, orbits)
     for start in range(0, orbits, each):
         part = slice(start, start + each)
@@ -181,29 +196,40 @@ def _motion_of_map(system: System, z: np.ndarray, threads: int) -> Motion:
             moved = np.where(spread > STILL * np.abs(begin), spread, np.abs(begin))
             M = jacobian(system.model, begin)
             for i, period in enumerate(system.model.periods()[:n]):
-                pull, push = np.abs(M[n + i, i]), np.abs(M[i, n + i])
+                pull = np.abs(M[n + i, i])
+                push = np.abs(M[i, n + i])
                 ratio = np.where((pull > 0) & (push > 0), np.sqrt(pull / push), np.where(push > 0, 1 / push, pull))
                 ratio = np.where(np.isfinite(ratio) & (ratio > 0), ratio, 1.0)
                 size = np.fmax(moved[i], moved[n + i] / ratio)
                 if period > 0:
-                    ratio, size = np.where(push > 0, 1 / push, 1.0), np.full(len(size), period / (2 * np.pi))
+                    ratio = np.where(push > 0, 1 / push, 1.0)
+                    size = np.full(len(size), period / (2 * np.pi))
                 size = np.where(np.isfinite(size) & (size > 0), size, 1.0)
-                position[i, part], momentum[i, part] = size, size * ratio
+                position[i, part] = size
+                momentum[i, part] = size * ratio
     never = np.full((n, orbits), math.inf)
     return Motion(one, np.zeros(orbits), position, momentum, radius, one.copy(), one.copy(), never)
 
 
 def _observed(system: System, z: np.ndarray, threads: int) -> Motion:
     """Look at the orbits with steps that are adapted until they suit."""
-    n, orbits = z.shape[0] // 2, z.shape[1]
+    n = z.shape[0] // 2
+    orbits = z.shape[1]
     W = system.inverse_masses(z)
     radius = escape_radii(system.model, z)
     rate, stiff = first_rates(system, z, W, np.where(radius < FARTHEST, radius / ESCAPE, np.inf))
-    turning, drive = system.frame_rate, system.drive_rate
-    kinetic, step = np.zeros(orbits), PHASE / np.maximum(rate, turning)
-    first, now, gone, todo = rate.copy(), rate.copy(), np.zeros(orbits, bool), np.arange(orbits)
-    periods, speed = system.periods, np.zeros((n, orbits))
-    reach, longest = np.abs(z[:n]), PHASES[1] / drive if drive else math.inf
+    turning = system.frame_rate
+    drive = system.drive_rate
+    kinetic = np.zeros(orbits)
+    step = PHASE / np.maximum(rate, turning)
+    first = rate.copy()
+    now = rate.copy()
+    gone = np.zeros(orbits, bool)
+    todo = np.arange(orbits)
+    periods = system.periods
+    speed = np.zeros((n, orbits))
+    reach = np.abs(z[:n])
+    longest = PHASES[1] / drive if drive else math.inf
     own = np.abs(np.array([W[i, i] for i in range(n)]))
     for round_ in range(ROUNDS):
         step[todo] = np.minimum(step[todo], longest)
@@ -217,7 +243,8 @@ def _observed(system: System, z: np.ndarray, threads: int) -> Motion:
             reach[:, part] = np.fmax.reduce(np.abs(states[:n]), axis=1)
             if system.curved:
                 own[:, part] = system.mean_inverse_masses(states)
-        failed, moves = gone[todo], np.isfinite(now[todo]) & (now[todo] > 0)
+        failed = gone[todo]
+        moves = np.isfinite(now[todo]) & (now[todo] > 0)
         rate[todo] = np.where(moves, now[todo], rate[todo])
         phase = np.maximum(rate[todo], turning) * step[todo]
         fits = ((PHASES[0] <= phase) | (step[todo] == longest)) & (phase <= PHASES[1])
@@ -231,17 +258,23 @@ def _observed(system: System, z: np.ndarray, threads: int) -> Motion:
     rate = np.where(stiff > VANISHING * rate, stiff, rate)
     own = np.where(own > 0, own, 1.0)
     with np.errstate(all="ignore"):
-        winding, around = np.full((n, orbits), math.inf), np.zeros(orbits)
+        winding = np.full((n, orbits), math.inf)
+        around = np.zeros(orbits)
         for i, period in enumerate(periods):
             if period > 0:  # an angle, which steps must follow, even if other rows turn with it
-                winding[i], around = period, np.maximum(around, 2 * np.pi / period * speed[i])
+                winding[i] = period
+                around = np.maximum(around, 2 * np.pi / period * speed[i])
         rate = np.maximum(rate, FREE * around)
         whole = np.maximum(rate, turning)
-        position, momentum = np.sqrt(2 * kinetic * own) / rate, np.sqrt(2 * kinetic / own) * (whole / rate)
+        position = np.sqrt(2 * kinetic * own) / rate
+        momentum = np.sqrt(2 * kinetic / own) * (whole / rate)
         if system.driven:
-            position[-1], momentum[-1], winding[-1] = system.model.period, kinetic, system.model.period
+            position[-1] = system.model.period
+            momentum[-1] = kinetic
+            winding[-1] = system.model.period
         far = np.where((position > 0) & np.isfinite(reach), reach / position, 1.0).max(axis=0)
-        far, pace = np.maximum(far, 1.0), np.maximum(np.maximum(whole, around), drive)
+        far = np.maximum(far, 1.0)
+        pace = np.maximum(np.maximum(whole, around), drive)
         return Motion(whole, kinetic, position, momentum=momentum, radius=radius, far=far, pace=pace, winding=winding)
 
 
@@ -269,7 +302,8 @@ def _states(
 ) -> tuple[np.ndarray, Ensemble]:
     """Return the states of `_look` by a scheme, and the orbits at its end."""
     flow = Flow(system.model, scheme, step, 1e-12, 1e-12, threads)
-    ensemble, samples = flow.ensemble(z.copy(), radius=radius), 1 + LOOKS
+    ensemble = flow.ensemble(z.copy(), radius=radius)
+    samples = 1 + LOOKS
     states = np.full((len(z), samples, z.shape[1]), np.nan)
     states[:, 0] = z
     observer = columns(len(z), samples)
@@ -298,13 +332,16 @@ def _measured_together(system: System, z: np.ndarray) -> tuple[np.ndarray, np.nd
     The frequency is (<p'.q'' - q'.p''>/<2 p.q'>)^(1/2), by the symplectic form of dz/dt and its change: omega of an
     oscillator in any canonical coordinates.
     """
-    n, moving = len(z) // 2, system.moving
+    n = len(z) // 2
+    moving = system.moving
     s = system.slopes(z)
     change = system.tangent_slopes(z, s)
     (v, f), (dv, df), (_, p) = ((x[:moving], x[n : n + moving]) for x in (s, change, z))
-    moved, pulled = total(p * v), total(f * dv - v * df) / 2
+    moved = total(p * v)
+    pulled = total(f * dv - v * df) / 2
     sound = np.isfinite(moved) & np.isfinite(pulled)
-    moved, pulled = np.where(sound, moved, 0.0), np.where(sound, pulled, 0.0)
+    moved = np.where(sound, moved, 0.0)
+    pulled = np.where(sound, pulled, 0.0)
     return np.sqrt(total(pulled) / total(moved)), np.abs(moved).max(axis=0) / 2
 
 

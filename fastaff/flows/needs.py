@@ -109,7 +109,8 @@ def check_needs(model: Any, need: str, **said: Any) -> None:
     system = system_of(model)
     for words, sentence in REFUSALS[need].items():
         if system.words >= {*words.split()}:
-            error, has = TypeError if need in OF_MODELS else ValueError, "" if system.own is None else system.own.has
+            error = TypeError if need in OF_MODELS else ValueError
+            has = "" if system.own is None else system.own.has
             raise error(sentence.format(model=type(model).__name__, has=has, **said))
 
 

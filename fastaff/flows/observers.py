@@ -113,7 +113,8 @@ def worn(rows: int, stretch: int) -> Observer:
     """Slow orbits of `rows` rows, each every n-th step, a multiple of `stretch`, see `kernels.samples.WEAR_ROWS`, and
     keep nothing.
     """
-    kept, value = sample_kernels.WEAR_ROWS.end, _Rows(float(rows))
+    kept = sample_kernels.WEAR_ROWS.end
+    value = _Rows(float(rows))
     along = Observer(sample_kernels.worn_along, kept, value, stretch=stretch)
     return Observer(sample_kernels.worn, kept, value, along=along)
 
@@ -141,7 +142,8 @@ def crossings(
     rows = 2 * degrees_of_freedom * (1 + vectors)
     most = getattr(section, "period", math.inf) / 2
     value = _Crossings(float(wanted), float(section.direction), float(rows), most, float(beside))
-    kept, calls = crossing_kernels.ROWS.state + rows, (bound("value", section, degrees_of_freedom, vectors),)
+    kept = crossing_kernels.ROWS.state + rows
+    calls = (bound("value", section, degrees_of_freedom, vectors),)
     along = Observer(crossing_kernels.detect_along, kept, value, calls=calls)
     return Observer(crossing_kernels.detect, kept, value, calls=calls, along=along)
 
@@ -198,7 +200,8 @@ def deviations(
     out holds `slots` records of the time, the readings and the growth of the first `sums` vectors. The caller sets some
     rows of the memory, see `kernels.deviations`.
     """
-    n, m = model.degrees_of_freedom, len(indicators)
+    n = model.degrees_of_freedom
+    m = len(indicators)
     calls = []
     for entry in indicators:
         own = np.array(entry.parameters, dtype=np.float64)
@@ -255,7 +258,8 @@ def chain(parts: list[tuple[Observer, int]]) -> tuple[Observer, list[tuple[int, 
     firsts = [(0, 0)]
     for part, width in others:
         firsts.append((whole.rows, columns))
-        whole, columns = both(whole, part, columns), columns + width
+        whole = both(whole, part, columns)
+        columns = columns + width
     return whole, firsts, columns
 
 
@@ -267,7 +271,8 @@ def either(first: Observer, second: Observer) -> Observer:
     """Make one observer of two; the second writes nothing. An orbit is done when one of them is done with
     it.
     """
-    value, rows = _Either(float(first.rows)), first.rows + second.rows
+    value = _Either(float(first.rows))
+    rows = first.rows + second.rows
     along = None
     if first.along is not None and second.along is not None:
         along = replace(either(first.along, second.along), stretch=min(first.along.stretch, second.along.stretch))

@@ -14,14 +14,18 @@ from ..compile.packing import run_units
 from ..kernels import escape
 from ..models.mechanics import system_of
 
-FARTHEST, ESCAPE = 1e150, 1e6
-"""Distance beyond which orbits of usual size have escaped; escape radius in units of the orbit's own size."""
+FARTHEST = 1e150
+"""Distance beyond which orbits of usual size have escaped."""
+
+ESCAPE = 1e6
+"""Escape radius in units of the orbit's own size."""
 
 
-LARGEST, HUGE = 1e154, 1e3
-"""Largest escape radius, whose square is still a number; its least ratio to the size of an orbit of more than FARTHEST
-up to there.
-"""
+LARGEST = 1e154
+"""Largest escape radius, whose square is still a number."""
+
+HUGE = 1e3
+"""Least ratio of the escape radius, up to LARGEST, to the size of an orbit of more than FARTHEST."""
 
 
 def escape_radii(model: Any, z: np.ndarray, energy: np.ndarray | None = None) -> np.ndarray:
@@ -48,21 +52,28 @@ def _reaches(model: Any, z: np.ndarray, limit: np.ndarray) -> np.ndarray:
     two digits.
     """
     system = system_of(model)
-    n, total, orbits = system.moving, system.n, z.shape[1]
-    speeds, centrifugal = system.slopes(z), 0.0
+    n = system.moving
+    total = system.n
+    orbits = z.shape[1]
+    speeds = system.slopes(z)
+    centrifugal = 0.0
     if system.driven:  # V along the line is that of one moment
-        limit, speeds = limit - z[-1], np.concatenate([speeds[:n], speeds[n + 1 : -1]])
+        limit = limit - z[-1]
+        speeds = np.concatenate([speeds[:n], speeds[n + 1 : -1]])
     if system.frame:
         centrifugal = 0.5 * system.turning_mass * float(model.angular_velocity()) ** 2
-    q, distances = np.ascontiguousarray(z[:total]), _distances()
-    size, along = length(q[:n]), np.zeros((total, orbits))
+    q = np.ascontiguousarray(z[:total])
+    distances = _distances()
+    size = length(q[:n])
+    along = np.zeros((total, orbits))
     unit = np.where(size > 0, size, 1.0)
     own = np.where((speeds[:n] != 0).any(axis=0), speeds[:n], speeds[n:])  # of an orbit that rests the force
     own = own / np.abs(own).max(axis=0)  # lengths of huge velocities have no square
     own = own / length(own)
     along[:n] = np.where(np.isfinite(own), own * unit, 0.0)
     lowest, highest = np.where(size > 0, np.array(escape.OWN)[:, None], np.array(escape.DECADES)[:, None])
-    begin, looks = escape.FINE * (lowest - escape.DECADES[0]), highest - lowest + 1
+    begin = escape.FINE * (lowest - escape.DECADES[0])
+    looks = highest - lowest + 1
     turn = np.full((2, orbits), -1)
     if (potential := _potential(model)) is None:
         _find_turns(model, distances, q, along, begin, looks, limit, turn)
@@ -74,7 +85,8 @@ def _reaches(model: Any, z: np.ndarray, limit: np.ndarray) -> np.ndarray:
     reach = np.where(turned, np.maximum(size, unit * distances[farther]), size)
     near = np.flatnonzero(~turned & (reach > 0))
     if near.size:  # turning points may be far beyond the distance of a start next to the origin
-        centred, own = np.array(z[:, near]), limit[near]
+        centred = np.array(z[:, near])
+        own = limit[near]
         centred[:n] = 0.0
         far = _reaches(model, centred, own + (z[-1, near] if system.driven else 0.0))
         reach[near] = np.where(far > 10.0 ** escape.OWN[1] * reach[near], far, reach[near])
@@ -113,7 +125,8 @@ def _find_turns(
         return system_of(model).least_energies(place) <= limit
 
     for side, way in enumerate((1.0, -1.0)):
-        last, inside = turn[side], np.zeros(begin.size, bool)
+        last = turn[side]
+        inside = np.zeros(begin.size, bool)
         for k in range(looks.max()):
             now = below(begin + escape.FINE * k, way)
             last[:] = np.where((k < looks) & inside & ~now, begin + escape.FINE * (k - 1), last)

@@ -20,7 +20,9 @@ def blocks_of(model: Any, vectors: int = 0, step: Callable | None = None, **kind
     """Return a model's functions for kernels: block functions of these kinds, or of a Runge-Kutta-Nyström scheme's
     terms, idle ones in the other places; step: the kernel of a scheme that steps by the derivative.
     """
-    n, derivative, leapt = model.degrees_of_freedom, 0, 0
+    n = model.degrees_of_freedom
+    derivative = 0
+    leapt = 0
     found = {
         place: model_block(kind, model, n, vectors)
         if isinstance(kind, str)
@@ -28,7 +30,8 @@ def blocks_of(model: Any, vectors: int = 0, step: Callable | None = None, **kind
         for place, kind in kinds.items()
     }
     if step is not None:
-        found["step"], derivative = step_block(step), address(model_block("derivative", model, n, vectors))
+        found["step"] = step_block(step)
+        derivative = address(model_block("derivative", model, n, vectors))
     if system_of(model).poles:
         leapt = address(model_block("leapt", model, n, vectors))
     idle = {place: idle_block(place) for place in Blocks._fields[1:-2] if place not in found}
@@ -45,7 +48,8 @@ def stepping(flow: Any, *kinds: str, solo: bool = False) -> tuple[Packed, Packed
     """Return the blocks of these kinds and that of the scheme's step, for units of one orbit if `solo`, and the
     scheme's coefficients.
     """
-    scheme, kept = flow.scheme, _kept(flow.model)
+    scheme = flow.scheme
+    kept = _kept(flow.model)
     key = id(scheme), flow.vectors, solo, kinds
     if key not in kept:
         by: dict[str, Any] = {"step": collocate if isinstance(scheme, Collocation) else runge_kutta}
@@ -61,10 +65,17 @@ def stepping(flow: Any, *kinds: str, solo: bool = False) -> tuple[Packed, Packed
 def _coefficients(flow: Any) -> Coefficients:
     scheme = flow.scheme
     if isinstance(scheme, (Splitting, Nystrom)):
-        copies = 2 if isinstance(scheme, Nystrom) else 3 if flow.precise else 1
+        if isinstance(scheme, Nystrom):
+            copies = 2
+        elif flow.precise:
+            copies = 3
+        else:
+            copies = 1
         return Coefficients(scheme.drift_array, scheme.kick_array, copies=copies, spare=_spare(flow))
     if isinstance(scheme, Collocation):
-        a, b, dense = scheme.a_array, scheme.b_array, scheme.dense_array
+        a = scheme.a_array
+        b = scheme.b_array
+        dense = scheme.dense_array
         return Coefficients(a=a, b=b, dense=dense, copies=2 * (1 + scheme.stages), sweeps=scheme.sweeps)
     return Coefficients(a=scheme.a_array, b=scheme.b_array, errors=scheme.error_array, dense=scheme.dense_array)
 
@@ -73,7 +84,8 @@ def _spare(flow: Any) -> int:
     """Return the number of further rows in blocks of states: for the numbers of a substep, or for the forces of
     stages.
     """
-    substep, scheme = flow.system.substep, flow.scheme
+    substep = flow.system.substep
+    scheme = flow.scheme
     if isinstance(scheme, Nystrom):
         n = flow.model.degrees_of_freedom
         return nystrom.spare_rows(n, n * (1 + flow.vectors), scheme.stages)

@@ -156,12 +156,14 @@ class TransformedFlow:
 
         Orbits that finish end at the last of them.
         """
-        wanted, count = count, max(count, 1)
+        wanted = count
+        count = max(count, 1)
         rows, orbits = ensemble.z.shape
         width = RECORD.state + rows
         fits("samples", orbits, count, width)
         observer = observers.levels(self.row, count, rows)
-        memory, out = np.zeros((observer.rows, orbits)), np.full((orbits, count * width), np.nan)
+        memory = np.zeros((observer.rows, orbits))
+        out = np.full((orbits, count * width), np.nan)
         memory[ROWS.state :] = ensemble.z
         interrupted = False
         try:
@@ -279,7 +281,8 @@ def survey(sample: Sample) -> tuple[float, float, float]:
     """Return the typical angular frequency, the lowest potential and the highest energy of orbits over a round of some
     librations. States that have escaped are left out: no other orbit reaches such depths.
     """
-    model, z = sample.model, sample.z
+    model = sample.model
+    z = sample.z
     flow = Flow(model, DOP853, math.inf, 1e-9, 1e-9, sample.threads)
     ensemble = flow.ensemble(z.copy())
     states = flow.sampled(ensemble, LOOKS, time=sample.span).reshape(-1, len(z)).T

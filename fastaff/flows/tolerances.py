@@ -24,6 +24,9 @@ from .launch import Report
 from .motion import Motion
 from .trials import SPAN
 
+# tests/test_nonseparable.py measures how often errors with these constants cover the truth, bench/nonseparable.py what
+# the runs cost.
+
 RADIANS = 1000.0
 """Radians of the motion up to which runs are short: beyond, errors of a scheme that is not symplectic grow faster."""
 
@@ -32,30 +35,42 @@ UNEVEN = 2.0**-6
 as next to a centre or on the axis of a chart, asks for steps so short, and all of it would get them.
 """
 
-RATIO, PART = 64.0, 1 / 4
-"""Ratio of the looser run's tolerances to the tighter ones, and the part of the distance of both that counts as error:
-typically it is 1/70, but half or more where the error of one run is small by chance.
+RATIO = 64.0
+"""Ratio of the looser run's tolerances to the tighter ones."""
+
+PART = 1 / 4
+"""Part of the distance of both runs that counts as error: typically it is 1/70, but half or more where the error of one
+run is small by chance.
 """
 
-GROWTH, LEAST = 0.3, 8.0
-"""Accuracy over tolerance for an orbit: GROWTH times the 3/2th power of its radians, or LEAST."""
+GROWTH = 0.3
+"""Accuracy over tolerance for an orbit, over the 3/2th power of its radians."""
+
+LEAST = 8.0
+"""Least accuracy over tolerance for an orbit."""
 
 LOWEST = 0.02
 """Error over tolerance, like GROWTH, for orbits whose steps are no harder than a pendulum's."""
 
-UNSTEADY, BETWEEN = 2.0, 8.0
+UNSTEADY = 2.0
 """Multiple of the usual error of its tolerance above which an orbit gets a third run, as amplified errors may be small
-by chance; ratio of the third run's tolerance to the tight one.
+by chance.
 """
+
+BETWEEN = 8.0
+"""Ratio of the third run's tolerance to the tight one."""
 
 UNSURE = 4.6
 """Order at which errors are assumed to fall for orbits that short runs have left: by it a quarter of the distance of
 two runs is error, as here. Along one growing direction an error is a hundredth of its usual size by chance.
 """
 
-FINEST, CLOSE = 4.0**-23, 4.0
-"""Tolerance below which rounding errors dominate, and the multiple of a wanted one at which it is tried instead: most
-orbits have smaller errors than GROWTH says, and equal steps for such an accuracy cost three times as much.
+FINEST = 4.0**-23
+"""Tolerance below which rounding errors dominate."""
+
+CLOSE = 4.0
+"""Multiple of a wanted tolerance at which FINEST is tried instead: most orbits have smaller errors than GROWTH says,
+and equal steps for such an accuracy cost three times as much.
 """
 
 AMPLIFIED = 16.0
@@ -64,11 +79,17 @@ AMPLIFIED = 16.0
 SLOW = 0.5
 """Work after short runs, relative to theirs: for the reported progress."""
 
-FALLS, WHOLE, STUCK = 12.0, 8.0, 3.0
-"""The ratio of the third run's errors to the other's, times FALLS, multiplies errors that have not fallen as they
-should, by at most WHOLE. Orbits near the singular point of a chart, such as a focus of elliptic coordinates, get all
-errors in a few steps, by chance more than by tolerance. From a factor STUCK on, a further pair of runs checks them.
+FALLS = 12.0
+"""Factor of the ratio of the third run's errors to the other's. The product multiplies errors that have not fallen as
+they should. Orbits near the singular point of a chart, such as a focus of elliptic coordinates, get all errors in a few
+steps, by chance more than by tolerance.
 """
+
+WHOLE = 8.0
+"""Largest factor of errors that have not fallen as they should."""
+
+STUCK = 3.0
+"""Such a factor from which on a further pair of runs checks the errors."""
 
 STOPS = 0.0, 0.62, 0.38
 """Fractions of the time between two moments of comparison at which runs also stop: of the fine run, the coarse one and
@@ -103,9 +124,11 @@ def last(found: Motion, time: float, accuracy: float, error: np.ndarray, energy:
     may do better, unless errors are rounding's or short runs were of no use. Long runs are left to it only if they
     lose energy, as on such a pass, but not by chaos.
     """
-    phase, level = time * found.pace, tolerances(found, time, accuracy, np.inf)
+    phase = time * found.pace
+    level = tolerances(found, time, accuracy, np.inf)
     error = error / np.maximum(found.position[0], 1e-300)
-    short, missed = phase <= RADIANS, error > np.maximum(accuracy, FINEST * _usual(found, phase))
+    short = phase <= RADIANS
+    missed = error > np.maximum(accuracy, FINEST * _usual(found, phase))
     hope = np.where(short, np.isnan(level) | (error <= LOST) & (level > FINEST), energy > accuracy)
     return np.where(np.isinf(error) & ~short & np.isfinite(level), level, np.where(missed & hope, FINEST, np.nan))
 
@@ -191,19 +214,26 @@ def tightened(
         stuck = np.zeros(orbits.size, bool)
         unsteady = np.flatnonzero(np.isfinite(error[-1]) & ((error[-1] > UNSTEADY * usual[-1]) | walled(fine)))
         if unsteady.size:
-            own, tight = orbits[unsteady], tolerance[unsteady]
+            own = orbits[unsteady]
+            tight = tolerance[unsteady]
             third = run(own, BETWEEN * tight, None, STOPS[2])
-            first, (second, least) = error[:, unsteady], compare(fine.of(unsteady), third, own, tight)
+            first = error[:, unsteady]
+            second, least = compare(fine.of(unsteady), third, own, tight)
             with np.errstate(invalid="ignore"):  # usual errors, in both, are no sign that errors do not fall
                 part = np.clip(FALLS * (second - least) / np.fmax(first - least, least), 1.0, WHOLE)
             part = np.where(np.isfinite(part), part, 1.0)
-            error[:, unsteady], stuck[unsteady] = np.fmax(first, second) * part, part.max(axis=0) >= STUCK
-        worst, sound = error.max(axis=0), (fine.status == Status.OK) & (coarse.status == Status.OK)
+            error[:, unsteady] = np.fmax(first, second) * part
+            stuck[unsteady] = part.max(axis=0) >= STUCK
+        worst = error.max(axis=0)
+        sound = (fine.status == Status.OK) & (coarse.status == Status.OK)
         further = (tolerance >= RATIO * FINEST) & (more > 0)
         good = sound & (worst <= accuracy) & ~(stuck & further)
         keep(orbits, fine, np.flatnonzero(sound), error)
         within = accuracy * np.minimum(RATIO**more, tolerance / FINEST)  # errors that further pairs can mend
         again = sound & ~good & (worst <= within) & further
         rest.append(orbits[~(good | again)])
-        orbits, coarse, tolerance, before = orbits[again], fine.of(again), tolerance[again] / RATIO, error[:, again]
+        orbits = orbits[again]
+        coarse = fine.of(again)
+        tolerance = tolerance[again] / RATIO
+        before = error[:, again]
     return np.sort(np.concatenate([*rest, orbits]))

@@ -16,8 +16,11 @@ from .checks import energy_drift
 from .flow import Flow, no_memory
 from .motion import Motion, typical_rate
 
-SPAN, SAMPLES = 16.0, 4
-"""Radians of each orbit's motion over which trial steps are compared, and number of moments of comparison."""
+SPAN = 16.0
+"""Radians of each orbit's motion over which trial steps are compared."""
+
+SAMPLES = 4
+"""Number of moments of comparison."""
 
 PACED = 4 * SPAN
 """Most radians of the pace over which they are compared: a slow orbit under a fast drive would take any number of
@@ -27,8 +30,14 @@ steps, and a chaotic one would forget its start.
 MEASURABLE = 3e-12
 """Least error over SPAN that a trial measures above rounding; smaller ones follow from the order."""
 
-FIRST, COARSEST, FINEST = 0.25, 1.2, 1.5e-3
-"""Steps of trials in radians: the first, the longest, the shortest."""
+FIRST = 0.25
+"""The first step of trials, in radians."""
+
+COARSEST = 1.2
+"""The longest step of trials, in radians."""
+
+FINEST = 1.5e-3
+"""The shortest step of trials, in radians."""
 
 COMPARABLE = 1e-2
 """Errors of trials below which they show the order at which they fall."""
@@ -80,14 +89,20 @@ def chosen_steps(flow: Flow, z: np.ndarray, found: Motion, error: np.ndarray) ->
     Cost: some 500 steps an orbit.
     """
     orbits = z.shape[1]
-    rate, pace = found.rate, found.pace
+    rate = found.rate
+    pace = found.pace
     first = 2 * FIRST if isinstance(flow.scheme, Nystrom) else FIRST  # of order 12, whose steps are longer
-    step, least, order = first / pace, np.full(orbits, np.nan), np.full(orbits, float(flow.scheme.order))
+    step = first / pace
+    least = np.full(orbits, np.nan)
+    order = np.full(orbits, float(flow.scheme.order))
     coarse, most = np.full((2, orbits), np.nan)
-    at, floor, stalls = step.copy(), np.full(orbits, np.inf), np.zeros(orbits, np.int64)
+    at = step.copy()
+    floor = np.full(orbits, np.inf)
+    stalls = np.zeros(orbits, np.int64)
     share = np.minimum(1.0, PACED / SPAN * rate / pace)
     error = error * share
-    wanted, todo = np.maximum(error, MEASURABLE), np.arange(orbits)
+    wanted = np.maximum(error, MEASURABLE)
+    todo = np.arange(orbits)
     for _ in range(TRIALS):
         apart = halving(flow, z[:, todo], step[todo], share[todo] * SPAN / rate[todo], found.of(todo))
         least[todo] = apart
@@ -179,7 +194,8 @@ def trials_in_time(
 
     The error of an adaptive scheme is extended in proportion to a run over `time`.
     """
-    sample, tried = sample_of(model, z, 60, time, threads), []
+    sample = sample_of(model, z, 60, time, threads)
+    tried = []
     for candidate in scheme.candidates:
         if not isinstance(candidate, (Splitting, RungeKutta)):
             continue
@@ -199,13 +215,16 @@ def try_steps(flow: Flow, sample: Sample, error: float) -> tuple[Flow, float]:
 
     The errors are those at the ends of rounds; if no step is below the error, it is the one of least error.
     """
-    best, least, k = math.inf, math.inf, 0
+    best = math.inf
+    least = math.inf
+    k = 0
     rate = max(typical_rate(flow.model, sample.z), flow.system.drive_rate)
     while k < sample.most:
         step = trial_step(k, rate)
         worst, _ = _run_trial(replace(flow, step=step), sample)
         if worst < least:
-            best, least = step, worst
+            best = step
+            least = worst
         if worst <= error:
             break
         k = following_step(k, worst, error, flow.scheme.order)
@@ -227,7 +246,10 @@ def following_step(k: int, worst: float, error: float, order: int) -> int:
 
 def _run_trial(flow: Flow, sample: Sample) -> tuple[float, float]:
     """Return the largest of the energy errors at the ends of rounds, and the mean number of steps in one."""
-    energy, z, errors, steps = flow.system.energies(sample.z), sample.z, [], 0.0
+    energy = flow.system.energies(sample.z)
+    z = sample.z
+    errors = []
+    steps = 0.0
     kinetic = np.zeros(z.shape[1])
     for _ in range(sample.rounds):
         ensemble = flow.ensemble(z.copy())
@@ -239,9 +261,11 @@ def _run_trial(flow: Flow, sample: Sample) -> tuple[float, float]:
             time=sample.span,
             observations=0 if flow.adaptive else 1,
         )
-        drift, kinetic = energy_drift(flow.model, ensemble.z, energy, ensemble.scale), ensemble.kinetic
+        drift = energy_drift(flow.model, ensemble.z, energy, ensemble.scale)
+        kinetic = ensemble.kinetic
         errors.append(np.where(ensemble.status == Status.OK, drift, np.inf))
-        z, steps = ensemble.z, steps + float(ensemble.count.mean())
+        z = ensemble.z
+        steps = steps + float(ensemble.count.mean())
         if not np.isfinite(errors[-1]).all():
             break
     return float(np.max(errors)), steps / sample.rounds

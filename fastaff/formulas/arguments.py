@@ -14,6 +14,7 @@ from .grammar import checked_name
 from .reserved import MAX_DEGREES_OF_FREEDOM, RESERVED
 
 MAX_PARAMETERS = 64
+"""Most parameters of a formula."""
 
 
 def text_of(text: Any) -> str:

@@ -10,10 +10,23 @@ import random
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
-DIGITS, DRAWS, DIRECTIONS = 500, 2, 5
-NEAR, NEARER, SAME = -100, -200, 1e-6
-"""Decades of distance at which forces are compared, and the difference, relative to those at distance 1, that is none:
-they have a limit if V is of a degree beyond 1.06.
+DIGITS = 500
+"""Decimal digits in which limits at centres are computed."""
+
+DRAWS = 2
+"""Zeros of a centre's base that are tried."""
+
+DIRECTIONS = 5
+"""Directions from which a centre is approached."""
+
+NEAR = -100
+"""Decade of distance at which forces are compared with those at distance 1."""
+
+NEARER = -200
+"""Second, nearer decade at which forces are compared."""
+
+SAME = 1e-6
+"""The difference, relative to those at distance 1, that is none: forces have a limit if V is of a degree beyond 1.06.
 """
 
 STEPS = 8
@@ -126,7 +139,8 @@ def _limits(mp: Any, V: Any, centre: Centre, coordinates: Sequence[Any]) -> tupl
     import sympy
 
     rng = random.Random(4)
-    shift, V = centre.shift(0), shifted(V, [centre])
+    shift = centre.shift(0)
+    V = shifted(V, [centre])
     others = [*sorted(V.free_symbols - {*coordinates, shift}, key=str), shift]
     values = [mp.mpf(rng.uniform(0.5, 1.5)) for _ in others[:-1]] + [mp.mpf(0)]
     zeros = [_zero(mp, centre.square, [*coordinates], others, values, rng) for _ in range(DRAWS)]
@@ -150,7 +164,8 @@ def _zero(mp: Any, square: Any, coordinates: list, others: list, values: list, r
     """Return a zero of a base that is nowhere negative, by Newton steps to its minimum; None where there is none."""
     import sympy
 
-    arguments, n = [*coordinates, *others], len(coordinates)
+    arguments = [*coordinates, *others]
+    n = len(coordinates)
     function = sympy.lambdify(arguments, square, "mpmath", dummify=True)
     slopes = [sympy.lambdify(arguments, square.diff(x), "mpmath", dummify=True) for x in coordinates]
     hessian = [

@@ -16,6 +16,8 @@ from ..base.descent import descended
 from .gammainc import GAMMAINC, numeric
 
 SAMPLES = 400
+"""Random points at which the sign of a denominator is looked up."""
+
 SIMPLE = 60
 """Operations of a denominator above which it is not factored."""
 
@@ -157,4 +159,10 @@ def _sign(g: Any, region: Callable) -> int:
     if numbers.dtype.kind != "f":
         return 0
     numbers = numbers[np.isfinite(numbers) & (numbers != 0)]  # 0 may be an underflow
-    return 0 if not numbers.size else 1 if numbers.min() > 0 else -1 if numbers.max() < 0 else 0
+    if not numbers.size:
+        return 0
+    if numbers.min() > 0:
+        return 1
+    if numbers.max() < 0:
+        return -1
+    return 0

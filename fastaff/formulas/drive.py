@@ -13,13 +13,19 @@ from ..base.numbers import positive, shown
 from .grammar import CONSTANTS, FUNCTIONS, NUMERIC, TIME, Program, parse
 from .library import Request
 
-POINTS, PHASES = 24, 7
-"""Numbers of random points, and of moments of its period, at which a potential is evaluated."""
+POINTS = 24
+"""Number of random points at which a potential is evaluated."""
 
-ALIKE, ROUNDED = 1e-9, 1e-13
-"""Change of a potential over its period, relative to its change within it and to its size, that counts as rounding; a
-period given with only ten digits makes a larger one.
+PHASES = 7
+"""Number of moments of its period at which a potential is evaluated."""
+
+ALIKE = 1e-9
+"""Change of a potential over its period, relative to its change within it, that counts as rounding. A period given with
+only ten digits makes a larger one.
 """
+
+ROUNDED = 1e-13
+"""Change of a potential over its period, relative to its size, that counts as rounding."""
 
 
 def period_of(request: Request, period: Any, values: Mapping[str, float], length: int) -> float:
@@ -47,7 +53,8 @@ def period_of(request: Request, period: Any, values: Mapping[str, float], length
 def _check_period(program: Program, coordinates: tuple[str, ...], values: Mapping[str, float], period: float) -> None:
     """Refuse a potential whose values a period apart differ."""
     rng = random.Random(1)
-    q, moments = np.empty((len(coordinates), POINTS, 1)), np.empty((POINTS, PHASES))
+    q = np.empty((len(coordinates), POINTS, 1))
+    moments = np.empty((POINTS, PHASES))
     for k in range(POINTS):
         scale = 10 ** rng.uniform(-1, 1)
         q[:, k, 0] = [scale * rng.uniform(-1.5, 1.5) for _ in coordinates]

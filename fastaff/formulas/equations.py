@@ -8,6 +8,8 @@ from typing import Any
 from ..base.numbers import text as a_text
 
 MOST_VARIABLES = 16
+"""Most variables of a system of equations."""
+
 _EXAMPLE = "such as \"x' = s*(y - x); y' = x*(r - z) - y; z' = x*y - b*z\""
 _LEFT = re.compile(r"\s*(?:(\w+)\s*'|d\s*(\w+)\s*/\s*d\s*t)\s*\Z")
 

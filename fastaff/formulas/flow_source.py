@@ -21,7 +21,8 @@ def flow_model(
     """Return the text of a system with its rates, their changes along a vector, its margin, its poles and the periods
     of its rows, if it has some; bounds: its walls, and expressions that pass a whole number at its poles.
     """
-    names, (walls, poles) = d.coordinates, bounds
+    names = d.coordinates
+    walls, poles = bounds
     methods = [
         constant("degrees_of_freedom", "Return half the rows of a state in memory.", str((len(names) + 1) // 2)),
         constant("kind", "Return Kind.FLOW: neither coordinates with momenta, nor an energy.", "Kind.FLOW"),
@@ -49,11 +50,15 @@ def nonseparable_model(
     symbols: of coordinates, then of momenta; bounds: its walls, and expressions that pass a whole number at its poles.
     With the period of a drive, "" for a field, the last coordinate is the time, and its momentum is added to H.
     """
-    n, (names, driven), (walls, poles) = len(d.coordinates), ((*d.coordinates, *momenta), period is not None), bounds
+    n = len(d.coordinates)
+    names = (*d.coordinates, *momenta)
+    driven = period is not None
+    walls, poles = bounds
     q, p = ([symbols[name] for name in part] for part in (d.coordinates, momenta))
     H = H + p[-1] if driven else H
     rates = [*(H.diff(x) for x in p), *(-H.diff(x) for x in q)]
-    lines, own = Lines(names), Lines(names)
+    lines = Lines(names)
+    own = Lines(names)
     energy = spread(H, lines.add([H])[0], names)
     methods = [
         constant("degrees_of_freedom", f"Return {n}.", str(n)),
@@ -65,7 +70,8 @@ def nonseparable_model(
         *_methods_of_rates(names, d.parameters, rates, walls, symbols, shared=not walls),
     ]
     methods += poles_methods(poles, names)
-    kind, fields = 'Kind("H(q, p, t) with a period in t", {"nonseparable", "drive"})', d.parameters
+    kind = 'Kind("H(q, p, t) with a period in t", {"nonseparable", "drive"})'
+    fields = d.parameters
     if not driven:
         kind = "Kind.NONSEPARABLE"
     else:
@@ -138,7 +144,9 @@ def _of_sums(lines: Lines, expressions: Sequence[Any]) -> list[Any]:
         shorter = [a for a in angles[:number] if len(sympy.Add.make_args(a)) < size]
         pairs = ((a, b, sign) for a in shorter for b in shorter for sign in (1, -1) if angle == a + sign * b)
         if pair := next(pairs, None):
-            (s1, c1), (s2, c2), sign = parts(pair[0]), parts(pair[1]), "+" if pair[2] > 0 else "-"
+            s1, c1 = parts(pair[0])
+            s2, c2 = parts(pair[1])
+            sign = "+" if pair[2] > 0 else "-"
             known[sympy.sin(angle)] = named(f"{s1}*{c2} {sign} {c1}*{s2}")
             known[sympy.cos(angle)] = named(f"{c1}*{c2} {'-' if pair[2] > 0 else '+'} {s1}*{s2}")
     return [e.xreplace(known) for e in expressions]

@@ -93,7 +93,8 @@ def flow(
     if forces is not None or hasattr(text, "degrees_of_freedom"):
         turned = periods_of(text)
         text, own, parameters = equations_of(text, {} if forces is None else forces, parameters)
-        domain, periods = own if domain is None else domain, turned if periods is None else periods
+        domain = own if domain is None else domain
+        periods = turned if periods is None else periods
     written, length = _written(text)
     equations = split(written)
     names: list[str] = []

@@ -68,7 +68,8 @@ def equations(
         push = pushes.get(names[momenta.index(row)], "") if row in momenta else ""
         found.append((row, f"{rate_of_row} + ({push})" if push else rate_of_row))
     if rate:
-        (c, s), known = PHASE, (*names, *momenta, *own, *parameters)
+        c, s = PHASE
+        known = (*names, *momenta, *own, *parameters)
         for name in PHASE:
             if name in known:
                 raise ValueError(f"forces: {name} is the phase of the drive: rename the parameter or coordinate")
@@ -106,7 +107,8 @@ def _written(model: Any) -> tuple[str, str | None, tuple[tuple[str, ...], tuple[
     body = isinstance(model, Body)
     value = model.potential if body else model
     known: Any = BUILT_IN.get(type(value), value)
-    text, kind = getattr(known, "formula", None), getattr(model, "kind", None)
+    text = getattr(known, "formula", None)
+    kind = getattr(model, "kind", None)
     whole = body or hasattr(model, "coordinates")  # a potential alone has no mass
     if not isinstance(text, str) or kind not in (None, Kind.NONSEPARABLE) or not whole:
         raise TypeError(
@@ -127,7 +129,8 @@ def _written(model: Any) -> tuple[str, str | None, tuple[tuple[str, ...], tuple[
             raise ValueError(
                 f"text: pulled along its stretches a body is a formula of D1 and D2, got {text!r}"
             ) from None
-        masses, parameters[INERTIA] = [f"*{INERTIA}"] * 2, model.mu
+        masses = [f"*{INERTIA}"] * 2
+        parameters[INERTIA] = model.mu
     kinetic = (
         ""
         if hasattr(value, "momenta")
@@ -141,7 +144,8 @@ def _pushes(forces: Mapping[str, str], names: tuple[str, ...]) -> tuple[dict[str
     example = f"{{{names[0]!r}: 'f*cos(w*t) - g*p_{names[0]}'}}"
     if not isinstance(forces, Mapping) or not all(isinstance(entry, str) for entry in forces.values()):
         raise TypeError(f"forces must be formulas by coordinate such as {example}, got {shown(forces)}")
-    found, rates = {}, set()
+    found = {}
+    rates = set()
     for name, text in forces.items():
         if name not in names:
             raise ValueError(f"forces must be of {', '.join(names)}, as {example}, got {name!r}")

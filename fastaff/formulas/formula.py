@@ -26,9 +26,13 @@ from .options import rates_of, term_of
 from .variables import VARIABLES
 
 _SYMPY_LENGTH = 8000
+"""Most characters of a formula that the package has written from parts or from a SymPy expression."""
 
-TRIED, SAME = 32, 1e-9
-"""Points at which a system's periods are tried, and the relative change of its equations that counts as 0."""
+TRIED = 32
+"""Points at which a system's periods are tried."""
+
+SAME = 1e-9
+"""Relative change of its equations that counts as 0."""
 
 
 Text = str | object
@@ -229,7 +233,8 @@ def hamiltonian(
     if vector_potential is not None:
         others = {"momenta": momenta, **options}
         written, momenta, inside = _charged(written, vector_potential, names, masses, others, (parameters, period))
-        masses, length = None, _SYMPY_LENGTH
+        masses = None
+        length = _SYMPY_LENGTH
     term = term_of(options, period)
     if momenta is None:
         _check_rows(names, period)
@@ -299,12 +304,15 @@ def _charged(
     wrong = [name for name in potential if name not in names]
     if wrong or not potential:
         raise ValueError(f"vector_potential must be of {', '.join(names)}, as {example}, got {shown(dict(potential))}")
-    (parameters, period), terms = beside, []
+    parameters, period = beside
+    terms = []
     weights = {} if masses is None else {f"m_{i + 1}": m for i, m in enumerate(masses_of(masses, len(names)))}
     variables = (*names, *([] if period is None else [TIME]))
     parse(V, variables, parameters, length=_SYMPY_LENGTH)
     for name, mass in zip(names, [*weights] or [""] * len(names), strict=True):
-        p, entry, argument = f"p_{name}", potential.get(name), f"vector_potential[{name!r}]"
+        p = f"p_{name}"
+        entry = potential.get(name)
+        argument = f"vector_potential[{name!r}]"
         if name in potential:
             try:
                 field = text_of(entry)
@@ -326,7 +334,8 @@ def _driven(
     periods: tuple[str, ...],
 ) -> Any:
     """Return the driven system of a text with its largest length, with rows of these names and periods."""
-    (written, length), (names, momenta) = text, rows
+    written, length = text
+    names, momenta = rows
     if TIME in names:
         raise ValueError(f"coordinates must not have {TIME}, the time of a driven system: its period is given")
     said = period if isinstance(period, str) else ""
@@ -360,10 +369,12 @@ def with_periods(model: Any) -> Any:
     periods = np.array(model.periods(), dtype=float)[:, None] if hasattr(model, "periods") else np.zeros((1, 1))
     if not (np.isfinite(periods) & (periods >= 0)).all():
         raise ValueError(f"periods must be positive, got {periods[:, 0].tolist()}")
-    random, slopes = np.random.default_rng(5), system.slopes
+    random = np.random.default_rng(5)
+    slopes = system.slopes
     z = random.uniform(-1, 1, (system.rows, TRIED)) * np.where(periods > 0, periods / 2, 1.5)
     for row in np.flatnonzero(periods[:, 0] > 0):
-        here, there = slopes(z), slopes(z + periods * (np.arange(len(periods)) == row)[:, None])
+        here = slopes(z)
+        there = slopes(z + periods * (np.arange(len(periods)) == row)[:, None])
         with np.errstate(all="ignore"):  # where they are infinite
             off = np.abs(here - there) > SAME * (np.abs(here) + np.abs(there) + np.abs(here).max(axis=0))
         if off.any():

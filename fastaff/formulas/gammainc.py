@@ -29,7 +29,8 @@ def gammainc() -> Any:
     import sympy
 
     class Gammainc(sympy.Function):
-        nargs, is_real = 2, True
+        nargs = 2
+        is_real = True
 
         def fdiff(self, argindex: int = 1) -> Any:
             a, x = self.args

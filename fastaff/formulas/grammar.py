@@ -22,7 +22,17 @@ from .outside import ADVICE, FOUND, SIGNS, SPELLINGS
 
 FUNCTIONS = ("sqrt", "exp", "log", "sin", "cos", "tan", "sinh", "cosh", "tanh", "asin", "acos", "atan")
 CONSTANTS = {"pi": math.pi}
-MAX_LENGTH, MAX_NODES, MAX_DEPTH, MAX_EXPONENT = 2000, 1000, 60, 64
+MAX_LENGTH = 2000
+"""Most characters of a formula."""
+
+MAX_NODES = 1000
+"""Most operations, names and numbers of a formula."""
+
+MAX_DEPTH = 60
+"""Most levels of nesting of a formula."""
+
+MAX_EXPONENT = 64
+"""Largest exponent, and largest product of nested exponents."""
 
 ALLOWED = f"allowed are numbers, names, pi, + - * / ** (or ^), parentheses and {', '.join(FUNCTIONS)}"
 LETTERS = frozenset("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_.+-*/^(), \t\n\r")
@@ -142,7 +152,10 @@ class _Reader:
             raise TypeError(
                 f"{argument} must be a text such as 'C/2*(x**2 + y**2)', got {text!r} ({type(text).__name__})"
             )
-        self.text, self.variables, self.parameters, self.argument = text, variables, parameters, argument
+        self.text = text
+        self.variables = variables
+        self.parameters = parameters
+        self.argument = argument
 
     def refuse(self, found: str, column: int, hint: str = "") -> ValueError:
         """Return the error: the part at fault, its place, and the parts allowed."""
@@ -292,7 +305,8 @@ class _Reader:
 
     def first_argument(self, node: ast.Call) -> Fraction:
         """Return the number a of gammainc(a, x)."""
-        a, hint = None, f"it takes a number a, 0 < a <= {MOST_A}, and x >= 0: gammainc(0.6, x**2)"
+        a = None
+        hint = f"it takes a number a, 0 < a <= {MOST_A}, and x >= 0: gammainc(0.6, x**2)"
         if len(node.args) == 2 and not node.keywords and not any(isinstance(e, ast.Starred) for e in node.args):
             program = Program(tuple(operation for operation, _ in self.postfix(node.args[0])), frozenset())
             if all(kind in "+-*/" or kind in ("number", "negate") for kind, _ in program.operations):
@@ -305,7 +319,8 @@ class _Reader:
 
     def number(self, node: ast.Constant) -> Fraction:
         """Return a finite literal as the exact number that it reads."""
-        value, column = node.value, self.column(node)
+        value = node.value
+        column = self.column(node)
         if isinstance(value, bool) or not isinstance(value, (int, float)):
             kind = {str: "a string", bytes: "a string", complex: "an imaginary number"}.get(type(value), repr(value))
             raise self.refuse(kind, column)
@@ -320,7 +335,8 @@ class _Reader:
 
     def name(self, node: ast.Name) -> Operation:
         """Return a variable, a parameter or a constant."""
-        name, column = node.id, self.column(node)
+        name = node.id
+        column = self.column(node)
         if name in (*FUNCTIONS, GAMMAINC):
             raise self.refuse(f"{name} without an argument", column, f"write {name}(...)")
         if name in CONSTANTS or name in self.variables or name in self.parameters:

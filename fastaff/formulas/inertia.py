@@ -144,10 +144,12 @@ def _least_at_rest(T: Any, momenta: Sequence[Any]) -> bool:
     """Tell whether T has no poles, and at many momenta no less than at rest: it is the scale of errors of energies."""
     import sympy
 
-    region, still = everywhere(momenta), _still(T, momenta)
+    region = everywhere(momenta)
+    still = _still(T, momenta)
     if still.is_finite is False or still.has(sympy.nan) or poles(T, region):
         return False
-    rng, names = np.random.default_rng(4), sorted((T + still).free_symbols, key=str)
+    rng = np.random.default_rng(4)
+    names = sorted((T + still).free_symbols, key=str)
     drawn = region(rng, SAMPLES)
     values = [drawn[name] if name in drawn else rng.uniform(0.1, 2.0, 2 * SAMPLES) for name in names]
     with np.errstate(all="ignore"):
@@ -164,7 +166,8 @@ def _curved_inertia(T: Any, momenta: Sequence[Any], coordinates: Sequence[str]) 
     own = [sympy.Symbol(name, real=True) for name in p[: len(momenta)]]
     along = [sympy.Symbol(name, real=True) for name in d[: len(momenta)]]
     T = (T - _still(T, momenta)).xreplace(dict(zip(momenta, own, strict=True)))
-    v, lines = [T.diff(x) for x in own], Lines((*p, *d))
+    v = [T.diff(x) for x in own]
+    lines = Lines((*p, *d))
     changes = [sympy.sympify(sum(entry.diff(x) * dx for x, dx in zip(own, along, strict=True))) for entry in v]
     velocity, tangent, kinetic = (lines.add(part) for part in (v, changes, [T]))
     kept = [
@@ -184,7 +187,8 @@ def _varied(expressions: Sequence[Any], fixed: Sequence[Any]) -> bool:
     import sympy
 
     names = sorted(sympy.Tuple(*expressions).free_symbols, key=str)
-    function, random = sympy.lambdify(names, list(expressions), numeric("mpmath"), cse=True), Random(7)
+    function = sympy.lambdify(names, list(expressions), numeric("mpmath"), cse=True)
+    random = Random(7)
     with mpmath.workdps(30):
         for _ in range(8):
             here = [mpmath.mpf(random.uniform(0.2, 5)) for _ in names]
@@ -193,7 +197,8 @@ def _varied(expressions: Sequence[Any], fixed: Sequence[Any]) -> bool:
                 for name, value in zip(names, here, strict=True)
             ]
             try:
-                one, other = function(*here), function(*there)
+                one = function(*here)
+                other = function(*there)
             except (ArithmeticError, ValueError):
                 continue
             if any(abs(a - b) > 1e-9 * (abs(a) + abs(b)) for a, b in zip(one, other, strict=True)):
@@ -207,7 +212,8 @@ def _bounded(walls: Sequence[Any], momenta: Sequence[Any]) -> bool:
 
 def _quadratic_inertia(W: Sequence[Sequence[Any]], coordinates: Sequence[str]) -> Inertia:
     """Return the inertia of T = p.W p/2, in the texts of `mass_inertia` where W is diagonal."""
-    p, n = fresh("p", coordinates, ())[: len(W)], range(len(W))
+    p = fresh("p", coordinates, ())[: len(W)]
+    n = range(len(W))
     if all(W[i][j] == 0 for i in n for j in n if i != j):
         if all(W[i][i] == 1 for i in n):
             return mass_inertia(coordinates, False, len(W))

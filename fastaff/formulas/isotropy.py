@@ -61,7 +61,8 @@ def on_the_axes(s: dict[str, Any]) -> dict[str, Any]:
     import sympy
 
     p, q = s["p"], s["q"]
-    zero, root = sympy.Integer(0), sympy.sqrt(2)
+    zero = sympy.Integer(0)
+    root = sympy.sqrt(2)
     return {"x": p + q, "u": p - q, "z": zero, "y": zero, "a1": root * p, "a2": zero, "b1": root * q, "b2": zero}
 
 
@@ -72,7 +73,9 @@ def without_angle(expression: Any, s: dict[str, Any]) -> Any:
     v = sympy.Symbol("vartheta", real=True)
     if not expression.has(v):
         return expression
-    p, q, half = s["p"], s["q"], sympy.Symbol("half", real=True)
+    p = s["p"]
+    q = s["q"]
+    half = sympy.Symbol("half", real=True)
     square = p**2 + q**2
     known = {
         sympy.cos(v): (p**2 - q**2) / square,
@@ -161,7 +164,8 @@ def evened(e: Any, q: Any) -> Any:
 
 
 def _evened_power(e: Any, q: Any) -> Any:
-    base, exponent = evened(e.base, q), evened(e.exp, q)
+    base = evened(e.base, q)
+    exponent = evened(e.exp, q)
     if base is not None and exponent is not None:
         return base**exponent
     return _rational(e, q) if e.exp.is_Integer else None
@@ -219,7 +223,8 @@ def _evened_sum(e: Any, q: Any) -> Any:
 
 
 def _sorted(parts: Any, q: Any) -> tuple[list[Any], list[Any]]:
-    good, bad = [], []
+    good = []
+    bad = []
     for part in parts:
         even = evened(part, q)
         if even is None:
@@ -238,7 +243,8 @@ def _rational(e: Any, q: Any) -> Any:
     numerator, denominator = sympy.fraction(sympy.together(e))
     if _terms(numerator) * _terms(denominator) > _LARGEST:
         return None
-    numerator, denominator = sympy.expand(numerator), sympy.expand(denominator)
+    numerator = sympy.expand(numerator)
+    denominator = sympy.expand(denominator)
     if not (is_even(numerator, q) and is_even(denominator, q)):
         if denominator.has(q):
             try:
@@ -257,6 +263,7 @@ def _terms(e: Any) -> int:
     if e.is_Mul:
         return prod(map(_terms, e.args))
     if e.is_Pow and e.exp.is_Integer:
-        n, t = abs(int(e.exp)), _terms(e.base)
+        n = abs(int(e.exp))
+        t = _terms(e.base)
         return comb(min(n + t - 1, 10_000), min(n, 10_000))
     return 1

@@ -235,7 +235,8 @@ def _derive_hamiltonian(request: Request, programs: tuple[Program, Program | Non
     search = functools.partial(reached, walls, [*own.values()], values)
     check_real(program, values, request.variables, "text", search)
     refuse_removable(V, walls if domain is not None else [], plain_places(request.variables), values, request.variables)
-    masses, kind = request.inertia == "masses", "natural" if request.period is None else "driven"
+    masses = request.inertia == "masses"
+    kind = "natural" if request.period is None else "driven"
     description = Description(
         request.text, request.domain, request.parameters, f"A {kind} Hamiltonian.", request.coordinates
     )
@@ -244,7 +245,8 @@ def _derive_hamiltonian(request: Request, programs: tuple[Program, Program | Non
         period = to_sympy(parse(period, (), request.parameters, argument="period"), names)
     periods = [sympy.Integer(0) if p is None else to_sympy(p, names) for p in request.period_programs()]
     more: dict[str, Any]
-    places, inertia = everywhere([own[name] for name in request.coordinates]), None
+    places = everywhere([own[name] for name in request.coordinates])
+    inertia = None
     if request.momenta:
         p = [own[name] for name in request.momenta]
         found = separated(V, walls, p, request.coordinates)
@@ -268,7 +270,8 @@ def _derive_hamiltonian(request: Request, programs: tuple[Program, Program | Non
         return driven_model(description, V, walls, period, masses=masses, **more)
     options = {name: to_sympy(part, names) for name, part in request.option_programs().items()}
     mass = sympy.Symbol("self.m_1", real=True) if masses else sympy.Integer(1)
-    term, rate = next((OPTIONS[name] for name in options), None), None
+    term = next((OPTIONS[name] for name in options), None)
+    rate = None
     if term is not None:
         rate, added = TERMS[term].of_options(options, mass, [own[name] for name in request.coordinates])
         V += added
@@ -287,7 +290,9 @@ def _derive_flow(
 
     own = {name: sympy.Symbol(name, real=True) for name in request.coordinates}
     names = {**own, **_parameters(request)}
-    rates, walls, region = [], [], everywhere(own.values())
+    rates = []
+    walls = []
+    region = everywhere(own.values())
     for program in programs[0]:
         rates.append(sharp(to_sympy(program, names)))
         here = conditions(rates[-1], region)
@@ -340,8 +345,13 @@ def body_region(s: Mapping[str, Any]) -> Any:
 
     def region(rng: np.random.Generator, count: int) -> dict[Any, np.ndarray]:
         alpha = rng.uniform(0.2, 3.0, count)
-        beta, eta, gamma = alpha * rng.uniform(0, 1, count), rng.uniform(0, 7, count), rng.uniform(0, 7, count)
-        a1, a2, b1, b2 = alpha * np.cos(eta), alpha * np.sin(eta), beta * np.cos(gamma), beta * np.sin(gamma)
+        beta = alpha * rng.uniform(0, 1, count)
+        eta = rng.uniform(0, 7, count)
+        gamma = rng.uniform(0, 7, count)
+        a1 = alpha * np.cos(eta)
+        a2 = alpha * np.sin(eta)
+        b1 = beta * np.cos(gamma)
+        b2 = beta * np.sin(gamma)
         values = everything(a1, a2, b1, b2, alpha, beta, np.sqrt, np.arctan)
         values |= {"A": alpha**2, "B": beta**2}
         return {
@@ -438,7 +448,8 @@ def _derive_general(request: Request, programs: tuple[Program, Program | None], 
     clamped = ["beta"] + (["alpha"] if alpha_even(trial) else [])
     proof = _proof(programs[0], whole) if isotropic else "Not doubly isotropic: turning a and b separately changes it."
     a1, a2, b1, b2 = (s[name] for name in ("a1", "a2", "b1", "b2"))
-    alpha, beta = sympy.sqrt(a1**2 + a2**2), sympy.sqrt(b1**2 + b2**2)
+    alpha = sympy.sqrt(a1**2 + a2**2)
+    beta = sympy.sqrt(b1**2 + b2**2)
     places = everything(a1, a2, b1, b2, alpha, beta, sympy.sqrt, sympy.atan)
     places |= {"A": alpha**2, "B": beta**2, "alpha": alpha, "beta": beta}
     own = {s[name]: place for name, place in places.items() if name in s}

@@ -22,9 +22,13 @@ TAG = Kind.MAP.equations
 _PRIMED = re.compile(r"([A-Za-z]\w*)'")
 _IMAGE = "_image"
 MAX_ROWS = 16
+"""Most variables of a map."""
 
-MANY, MOST = 16, 400_000
-"""Number of statements above which each is differentiated by itself, and most characters of a text."""
+MANY = 16
+"""Number of statements above which each is differentiated by itself."""
+
+MOST = 400_000
+"""Most characters of a text."""
 
 
 class MapRequest(NamedTuple):
@@ -130,12 +134,15 @@ def class_of_map(
     taken = (*rows, *(f"d{name}" for name in rows))
 
     def arrays(expressions: Sequence[Any], lines: Lines) -> list[str]:
-        symbols, texts = {*own.values(), *changes.values()}, lines.add(expressions)
+        symbols = {*own.values(), *changes.values()}
+        texts = lines.add(expressions)
         return [
             t if e.free_symbols & symbols else f"{t} + 0.0*{rows[0]}" for t, e in zip(texts, expressions, strict=True)
         ]
 
-    lines, moving, other = Lines(taken), Lines(taken), Lines(taken)
+    lines = Lines(taken)
+    moving = Lines(taken)
+    other = Lines(taken)
     if len(found.lines) > MANY:
         image, change = _one_by_one(found, values, changes, (lines, moving))
     else:
@@ -143,7 +150,8 @@ def class_of_map(
             values[line.name] = checked(to_sympy(line.program, values))
         images = [values[name + found.suffix] for name in rows]
         derivative = [sum((e.diff(own[name]) * changes[name] for name in rows), sympy.Integer(0)) for e in images]
-        image, change = arrays(images, lines), arrays(derivative, moving)
+        image = arrays(images, lines)
+        change = arrays(derivative, moving)
     texts = ["0.0" if p is None else f"1.0*({other.text(to_sympy(p, parameters))})" for p in periods]
     wall = None if domain is None else to_sympy(domain, {**{q: own[q] for q in request.coordinates}, **parameters})
     methods = [
@@ -209,7 +217,9 @@ def _one_by_one(
     image, moving = lines
     moved = dict(changes)
     for line in found.lines:
-        e, name, to = to_sympy(line.program, values), moving.name("s"), moving.name("ds")
+        e = to_sympy(line.program, values)
+        name = moving.name("s")
+        to = moving.name("ds")
         image.name("s")
         parts = [e.diff(values[entry]) * moved[entry] for entry in sorted(line.program.names & moved.keys())]
         change = moving.text(sum(parts, sympy.Integer(0)))

@@ -102,7 +102,9 @@ def mapping(
     if given is not None:
         if coordinates is not None or momenta is not None:
             raise ValueError("coordinates and momenta of a map of another tool are x y and px py: leave them out")
-        text, coordinates, momenta = given, "x y", "px py"
+        text = given
+        coordinates = "x y"
+        momenta = "px py"
     model = untried(text, parameters, coordinates, momenta, periods, domain)
     _tried(model)
     return model
@@ -134,7 +136,8 @@ def _paired(variables: Sequence[str], coordinates: Any, momenta: Any) -> tuple[t
         rest = tuple(name for name in variables if name not in known)
         q, p = (rest, known) if coordinates is None else (known, rest)
     else:
-        q, p = checked_names("coordinates", coordinates), checked_names("momenta", momenta)
+        q = checked_names("coordinates", coordinates)
+        p = checked_names("momenta", momenta)
     if sorted((*q, *p)) != sorted(variables) or len(q) != len(p):
         raise ValueError(
             f"coordinates and momenta must be the {len(variables)} variables {', '.join(variables)}, half of them "
@@ -187,7 +190,8 @@ def _generated(request: MapRequest, found: Statements, wall: Program | None, per
     def made() -> Any:
         cls: Any = loaded(key, derived)
         cls.__reduce__ = functools.partialmethod(_reduce, request)
-        cls._request, cls.__repr__ = tuple(request), _repr
+        cls._request = tuple(request)
+        cls.__repr__ = _repr
         return told_apart(cls, cls._request)
 
     return CLASSES.get(key, made)
@@ -221,7 +225,8 @@ def _tried(model: Any) -> None:
     """Refuse a map that has no finite image, around the origin, its parameters or far away, or that does not have its
     stated periods.
     """
-    random, periods = np.random.default_rng(5), np.array(model.periods(), dtype=float)[:, None]
+    random = np.random.default_rng(5)
+    periods = np.array(model.periods(), dtype=float)[:, None]
     near = random.uniform(-1, 1, (len(periods), TRIED)) * np.where(periods > 0, periods / 2, 1.5)
     size = 10.0 ** random.uniform(-12, 15, TRIED)
     far = random.choice([0.0, *map(float, model)], near.shape) + size * random.uniform(-1, 1, near.shape)
@@ -230,7 +235,9 @@ def _tried(model: Any) -> None:
     real = np.isfinite(image).all(axis=0)
     if not real.any():
         raise ValueError(f"text: the map has a finite real image at none of {real.size} points up to 1e15 from 0")
-    names, z, image = (*model.coordinates, *model.momenta), z[:, real], image[:, real]
+    names = (*model.coordinates, *model.momenta)
+    z = z[:, real]
+    image = image[:, real]
     for row in np.flatnonzero(periods[:, 0] > 0):
         later = _images(model, z + periods * (np.arange(len(periods)) == row)[:, None])
         with np.errstate(all="ignore"):

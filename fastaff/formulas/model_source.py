@@ -12,6 +12,8 @@ from .potential_source import Description, class_text, constant, margin_method, 
 from .printing import Lines
 
 HALF = 0.7071067811865476
+"""Square root of 1/2."""
+
 _LINEAR = {
     "x": (("a1", 1), ("b1", 1)),
     "u": (("a1", 1), ("b1", -1)),
@@ -20,6 +22,7 @@ _LINEAR = {
 }
 _PLANE = {"A": ("a1", "a2"), "B": ("b1", "b2"), "alpha": ("a1", "a2"), "beta": ("b1", "b2")}
 _CLAMP = 2.0**-34
+"""Least square below a root, where the root's derivative would be infinite."""
 
 
 class _Inner:
@@ -29,7 +32,8 @@ class _Inner:
         import sympy
 
         present = {s.name: s for e in V for s in e.free_symbols if not s.name.startswith("self.")}
-        self.coordinates, self.clamped = tuple(coordinates), clamped
+        self.coordinates = tuple(coordinates)
+        self.clamped = clamped
         self.symbols = {name: present[name] for name in sorted(present)}
         self.differentials = dict(zip(coordinates, fresh("d", coordinates, tuple(present)), strict=True))
         self.d = {n: sympy.Symbol(self.differentials.get(n, f"d{n}"), real=True) for n in self.symbols}
@@ -86,7 +90,8 @@ class _Inner:
             total[c] += root * e
         for name in self.derived():
             if name in _PLANE:
-                symbol, slope = self.symbols[name], slopes[name]
+                symbol = self.symbols[name]
+                slope = slopes[name]
                 factor = 2 * slope if name in ("A", "B") else slope / symbol
                 for c in _PLANE[name]:
                     q = self.real[c]
@@ -137,7 +142,8 @@ def model(
         vary = {*inner.real.values(), *inner.symbols.values(), *inner.d.values(), *inner.outer_d.values()}
         return [t if e.free_symbols & vary else f"{t} + 0.0*{c}" for t, e, c in zip(texts, expressions, q, strict=True)]
 
-    kinetic, dp = Lines(taken), fresh("d", momenta, ())
+    kinetic = Lines(taken)
+    dp = fresh("d", momenta, ())
     kinetic.lines += inertia.lines
     methods = [
         constant("degrees_of_freedom", f"Return {len(q)}.", str(len(q))),
@@ -149,11 +155,13 @@ def model(
     if inertia.tangent:
         doc = f"Return the change of the velocity along ({', '.join(dp)})."
         methods.append(method("tangent_velocity", (*momenta, *dp), doc, kinetic, inertia.tangent))
-    work, force = lines(), inner.pull(slopes, None)
+    work = lines()
+    force = inner.pull(slopes, None)
     methods.append(
         method("force", q, "Return dp/dt = -grad V.", work, filled(work.add(kept(work, force, d.centres)), force))
     )
-    work, tangent = lines(True), inner.pull(slopes, changes)
+    work = lines(True)
+    tangent = inner.pull(slopes, changes)
     doc = "Return the change of the force along " + f"({', '.join(dq)}): minus the Hessian of V times that vector."
     methods.append(
         method(
@@ -257,7 +265,8 @@ def hamiltonian_model(
     """
     more: Sequence[str] = ()
     if term is not None:
-        work, entry = Lines(()), TERMS[term]
+        work = Lines(())
+        entry = TERMS[term]
         (text,) = work.add([rate])
         named = method(entry.rate, (), f"Return the rate: {entry.does}.", work, [f"1.0*({text})"], single=True)
         more = constant("kind", f"{entry.equations}.", f"alone({term!r})"), named
@@ -323,7 +332,9 @@ def period_methods(time: str, period: Any, fields: Sequence[str]) -> tuple[tuple
     """Return the fields of a driven system, and its methods: `period`, unless that is a field, and `phase`."""
     lines = Lines((time,))
     if period == "":
-        fields, text, more = (*fields, "period"), "self.period", []
+        fields = (*fields, "period")
+        text = "self.period"
+        more = []
     else:
         text = lines.text(period)
         more = [method("period", (), "Return the period of the drive.", lines, [text], single=True)]

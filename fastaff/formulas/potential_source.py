@@ -67,7 +67,8 @@ def method(
 
 def _used(lines: Sequence[str], returned: str) -> list[str]:
     """Return the assignments that the result needs."""
-    needed, kept = set(_WORD.findall(returned)), []
+    needed = set(_WORD.findall(returned))
+    kept = []
     for line in reversed(lines):
         targets, text = line.split(" = ", 1)
         if needed & set(_WORD.findall(targets)):
@@ -129,8 +130,10 @@ def potential(d: Description, V: Any, walls: Sequence[Any], s: dict[str, Any], *
     """Return the text of a potential V(A, B) with value, slopes, curvatures and margin; `clamp` keeps alpha above
     2^-17.
     """
-    A, B = s["A"], s["B"]
-    V_A, V_B = V.diff(A), V.diff(B)
+    A = s["A"]
+    B = s["B"]
+    V_A = V.diff(A)
+    V_B = V.diff(B)
     methods = []
     for name, doc, results in (
         ("value", "Return V.", [V]),
@@ -219,8 +222,11 @@ def even_potential(d: Description, g: Any, walls: Sequence[Any], s: dict[str, An
 
 def _even_slopes(g: Any, start: _Start) -> str:
     """Return the text of V_A, V_B, with the mean of `second` near beta = 0."""
-    lines, alpha, far = start.begun(), start.alpha, start.far
-    g_a, g_b = g.diff(alpha), g.diff(start.beta)
+    lines = start.begun()
+    alpha = start.alpha
+    far = start.far
+    g_a = g.diff(alpha)
+    g_b = g.diff(start.beta)
     texts = lines.add([g_a / (2 * alpha), g_b.xreplace({start.beta: far}) / (2 * far)])
     nodes = " + ".join(f"{w / 2!r}*self.second(alpha, {t!r}*inner)" for t, w in NODES)
     lines.lines.append(f"limit = {nodes}")
@@ -230,8 +236,13 @@ def _even_slopes(g: Any, start: _Start) -> str:
 
 def _even_curvatures(g: Any, start: _Start) -> str:
     """Return the text of V_AA, V_AB, V_BB, with means of `higher` near beta = 0."""
-    lines, alpha, beta, far = start.begun(), start.alpha, start.beta, start.far
-    g_a, g_b, at = g.diff(alpha), g.diff(beta), {beta: far}
+    lines = start.begun()
+    alpha = start.alpha
+    beta = start.beta
+    far = start.far
+    g_a = g.diff(alpha)
+    g_b = g.diff(beta)
+    at = {beta: far}
     texts = lines.add(
         [
             (g_a.diff(alpha) - g_a / alpha) / (4 * alpha**2),
@@ -281,7 +292,8 @@ def ring_potential(d: Description, g: Any, walls: Sequence[Any], s: dict[str, An
         own.lines += _on_ring(count)
         chosen = [f"choice*({inner}) + (1.0 - choice)*({outer})" for inner, outer in zip(near, texts, strict=True)]
         methods.append(method(name, ("A", "B"), doc, own, chosen, single=name == "value"))
-    own, doc = Lines(("alpha", "beta")), "Return V of a complex beta, and its first and second derivatives in alpha."
+    own = Lines(("alpha", "beta"))
+    doc = "Return V of a complex beta, and its first and second derivatives in alpha."
     g_a = g.diff(alpha)
     methods.append(method("ring", ("alpha", "beta"), doc, own, own.add([g, g_a, g_a.diff(alpha)])))
     methods += _bounds(d, walls)
@@ -309,10 +321,17 @@ def _mean(name: str, power: int) -> str:
 
 def _ring_results(g: Any, start: _Start) -> dict[str, tuple[str, list[Any], list[str]]]:
     """Return, by the name of the method, its docstring, its results at far, and their texts by means over the ring."""
-    alpha, beta, far = start.alpha, start.beta, start.far
-    at, g_a = {beta: far}, g.diff(alpha)
-    g_aa, g_b, g_ab, g_bb = g_a.diff(alpha), g.diff(beta), g_a.diff(beta), g.diff(beta, 2)
-    slope, square = _mean("ga", 1), "(alpha*alpha)"
+    alpha = start.alpha
+    beta = start.beta
+    far = start.far
+    at = {beta: far}
+    g_a = g.diff(alpha)
+    g_aa = g_a.diff(alpha)
+    g_b = g.diff(beta)
+    g_ab = g_a.diff(beta)
+    g_bb = g.diff(beta, 2)
+    slope = _mean("ga", 1)
+    square = "(alpha*alpha)"
     return {
         "value": ("Return V.", [g.xreplace(at)], [_mean("g", 1)]),
         "slopes": (

@@ -10,8 +10,11 @@ from .gammainc import GAMMAINC
 
 NAMES = {"asin": "arcsin", "acos": "arccos", "atan": "arctan"}
 _FUNCTIONS = ("exp", "log", "sin", "cos", "tan", "sinh", "cosh", "tanh", "asin", "acos", "atan", "Abs", "Min", "Max")
-_SUM, _PRODUCT, _ATOM = 1, 2, 3
+_SUM = 1
+_PRODUCT = 2
+_ATOM = 3
 _LARGE = 1500
+"""Operations of the expressions from which on only one way to write them is tried."""
 
 
 class Lines:
@@ -161,7 +164,8 @@ class Lines:
         """Return name**count as a product, beyond the third power of named squares."""
         if count <= 3:
             return "*".join([name] * count)
-        parts, power = [], 1
+        parts = []
+        power = 1
         while power <= count:
             if count & power:
                 parts.append(self._square(name, power))
@@ -190,7 +194,8 @@ class Lines:
 
     def _inverse_root(self, base: Any) -> str:
         if ("root", base) not in self._inverses:
-            root, inverse = self._root(base), self._inverses.get(base)
+            root = self._root(base)
+            inverse = self._inverses.get(base)
             self._inverses["root", base] = self.assign("w", f"{root}*{inverse}" if inverse else f"1.0/{root}")
         return self._inverses["root", base]
 

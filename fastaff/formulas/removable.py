@@ -8,8 +8,17 @@ from typing import Any, NamedTuple
 
 from .gammainc import numeric
 
-DIGITS, POINTS, DRAWS = 120, 24, 40
-_NEAR, _ROUNDING = (-3, -5, -7, -9, -12), 1e-10
+DIGITS = 120
+"""Decimal digits in which quotients near their zeros are computed."""
+
+DRAWS = 40
+"""Random points that give the usual size of an expression."""
+
+_NEAR = (-3, -5, -7, -9, -12)
+"""Decades of the distances from a zero at which derivatives are compared."""
+
+_ROUNDING = 1e-10
+"""Error of derivatives in floating point, relative to their size, above which they lose digits."""
 
 
 class Vanishing(NamedTuple):

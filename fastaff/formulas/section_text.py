@@ -45,7 +45,8 @@ def section_named(text: str, model: Any, direction: int = 1, *, argument: str = 
     """Return the section of a model for a text, crossed as its sign says, "x=0-", else in that direction. Raises
     ValueError with the known forms.
     """
-    forms, system = section_forms(model), system_of(model)
+    forms = section_forms(model)
+    system = system_of(model)
     text, own = parted(text)
     direction = direction if own is None else own
     text = VANISHING.get(re.sub(r"\s", "", text).lower(), text) if system.planar else text

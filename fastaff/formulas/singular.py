@@ -124,16 +124,19 @@ def _largest_error(text: str, g: Any, s: dict[str, Any], trial: Trial) -> float:
             return exact(mpmath.sqrt(A), mpmath.sqrt(B), *constants)
 
         for alpha in (0.45, 1.0, 1.7):
-            sizes, errors = [], []
+            sizes = []
+            errors = []
             for ratio in (0.0, 1e-7, 1e-3, 0.04, 0.15, 0.249, 0.251, 0.6):
-                A, B = mpmath.mpf(alpha) ** 2, (mpmath.mpf(ratio) * alpha) ** 2
+                A = mpmath.mpf(alpha) ** 2
+                B = (mpmath.mpf(ratio) * alpha) ** 2
                 at = (A, B if ratio else A * mpmath.mpf(10) ** -18)
                 orders = [(0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2)]
                 truth = [
                     float(mpmath.re(mpmath.diff(V, at, n, h=A * mpmath.mpf(10) ** -9) if any(n) else V(*at)))
                     for n in orders
                 ]
-                a, b = float(A), float(B)
+                a = float(A)
+                b = float(B)
                 found = [
                     float(potential.value(a, b)),
                     *map(float, potential.slopes(a, b)),

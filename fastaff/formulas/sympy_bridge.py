@@ -12,6 +12,8 @@ from .gammainc import GAMMAINC, gammainc
 from .grammar import FUNCTIONS, Program
 
 _EXACT_BITS = 4096
+"""Bits up to which a power of numbers stays exact."""
+
 _SPELLED = {"Pi": "pi", "Exp1": "exp(1)"}
 
 
@@ -53,7 +55,8 @@ def _squares(total: Any) -> Any:
     """Return a sum of numbers, cos, cosh and their squares as a sum of squares of sines of one sign, or as it is."""
     import sympy
 
-    constant, parts = sympy.Integer(0), []
+    constant = sympy.Integer(0)
+    parts = []
     for factor, term in (term.as_coeff_Mul() for term in total.args):
         squared = term.is_Pow and term.exp == 2
         wave = term.base if squared else term
@@ -112,7 +115,11 @@ def _text(e: Any) -> str:
             raise ValueError(f"text: the SymPy symbol {e.name!r} is no name of the grammar")
         return str(e.name)
     if e.is_Rational:
-        return f"({e.p}/{e.q})" if e.q != 1 else f"({e.p})" if e.p < 0 else str(e.p)
+        if e.q != 1:
+            return f"({e.p}/{e.q})"
+        if e.p < 0:
+            return f"({e.p})"
+        return str(e.p)
     if e.is_Float:
         value = float(e)
         if not math.isfinite(value) or (value == 0.0 and not e.is_zero):

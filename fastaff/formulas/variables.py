@@ -19,7 +19,11 @@ MATRIX = ("x", "y", "z", "u")
 PLANES = ("a1", "a2", "b1", "b2")
 VARIABLES = (*INVARIANTS, *MATRIX, *PLANES)
 
-POINTS, DIGITS = 24, 50
+POINTS = 24
+"""Random points at which a formula is tried."""
+
+DIGITS = 50
+"""Decimal digits in which it is tried."""
 
 
 def everything(a1: Any, a2: Any, b1: Any, b2: Any, alpha: Any, beta: Any, sqrt: Any, atan: Any) -> dict[str, Any]:
@@ -53,7 +57,8 @@ class Trial:
 
         self.mp = mpmath.mp.clone()
         self.mp.dps = DIGITS
-        self.program, self.parameters = program, parameters
+        self.program = program
+        self.parameters = parameters
         self.random = random.Random(1)
         self.functions: dict[str, Any] = {
             name: functools.partial(self._bounded, getattr(self.mp, name)) for name in FUNCTIONS
@@ -102,15 +107,19 @@ class Trial:
 
     def point(self) -> tuple[dict[str, Any], tuple[Any, Any, Any, Any]]:
         """Return the variables at a random point with D1 > D2 > 0, and (alpha, beta, eta, gamma)."""
-        alpha, beta = self.uniform(0.9, 2.1), self.uniform(0.05, 0.85)
-        eta, gamma = self.uniform(0, 6), self.uniform(0, 6)
+        alpha = self.uniform(0.9, 2.1)
+        beta = self.uniform(0.05, 0.85)
+        eta = self.uniform(0, 6)
+        gamma = self.uniform(0, 6)
         return self.at(alpha, beta, eta, gamma), (alpha, beta, eta, gamma)
 
     def at(self, alpha: Any, beta: Any, eta: Any, gamma: Any) -> dict[str, Any]:
         """Return the variables at given alpha, beta, eta, gamma."""
         mp = self.mp
-        a1, a2 = abs(alpha) * mp.cos(eta), abs(alpha) * mp.sin(eta)
-        b1, b2 = abs(beta) * mp.cos(gamma), abs(beta) * mp.sin(gamma)
+        a1 = abs(alpha) * mp.cos(eta)
+        a2 = abs(alpha) * mp.sin(eta)
+        b1 = abs(beta) * mp.cos(gamma)
+        b2 = abs(beta) * mp.sin(gamma)
         return everything(a1, a2, b1, b2, alpha, beta, mp.sqrt, mp.atan)
 
     def differ(self, one: Any, other: Any) -> bool:
@@ -124,7 +133,8 @@ def check_symmetry(trial: Trial, argument: str) -> None:
     for _ in range(20 * POINTS):
         variables, (alpha, beta, eta, gamma) = trial.point()
         parameters = trial.generic_parameters()
-        one, other = trial.value(variables, parameters), trial.value(trial.at(alpha, -beta, eta, gamma), parameters)
+        one = trial.value(variables, parameters)
+        other = trial.value(trial.at(alpha, -beta, eta, gamma), parameters)
         if one is None or other is None:
             continue
         if trial.differ(one, other):
@@ -152,7 +162,8 @@ def is_isotropic(trial: Trial) -> bool:
         variables, (alpha, beta, _, _) = trial.point()
         parameters = trial.generic_parameters()
         turned = trial.at(alpha, beta, trial.uniform(0, 6), trial.uniform(0, 6))
-        one, other = trial.value(variables, parameters), trial.value(turned, parameters)
+        one = trial.value(variables, parameters)
+        other = trial.value(turned, parameters)
         if one is None and other is None:
             continue
         if one is None or other is None or trial.differ(one, other):
@@ -176,7 +187,8 @@ def check_real(
     trial = Trial(program, parameters)
     for k in range(40 * POINTS):
         generic = trial.generic_parameters()
-        centres, size = [0.0, *generic.values()], 1.5
+        centres = [0.0, *generic.values()]
+        size = 1.5
         if k >= 20 * POINTS:
             size = 10 ** trial.uniform(-12, 15)
         point = {}
@@ -185,7 +197,8 @@ def check_real(
             point[name] = centre + size * trial.uniform(-1, 1)
         if trial.value(point, generic) is not None:
             return
-    found, exact = search(), {name: trial.mp.mpf(value) for name, value in parameters.items()}
+    found = search()
+    exact = {name: trial.mp.mpf(value) for name, value in parameters.items()}
     if (
         found is not None
         and trial.value(dict(zip(coordinates, map(trial.mp.mpf, found), strict=True)), exact) is not None

@@ -184,7 +184,11 @@ class Chaos:
 
     def returns(self) -> float | None:
         """Return the length of an orbit in times of return, None where its time is given."""
-        return None if self.time is not None else 500.0 if self.periods is None else float(self.periods)
+        if self.time is not None:
+            return None
+        if self.periods is None:
+            return 500.0
+        return float(self.periods)
 
     def check(self, run: Run) -> None:
         """Refuse values that are wrong for any orbits."""

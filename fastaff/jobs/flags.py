@@ -49,7 +49,8 @@ def cells_of(text: str) -> tuple[int, int]:
     """Return the numbers of cells of a grid N1xN2."""
     first, cross, second = text.lower().partition("x")
     try:
-        n1, n2 = int(first), int(second if cross else first)
+        n1 = int(first)
+        n2 = int(second if cross else first)
         if n1 < 1 or n2 < 1:
             raise ValueError
     except ValueError:

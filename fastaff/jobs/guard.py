@@ -57,7 +57,8 @@ def checked_root(path: Path, facts: dict[str, Any]) -> None:
     for name, kind in ENTRIES.items():
         if not isinstance(facts.get(name), kind) or (kind is int and isinstance(facts[name], bool)):
             raise Wrong(f"{path} is damaged: its root does not tell {name}")
-    orbits, unit = facts["orbits"], facts["unit"]
+    orbits = facts["orbits"]
+    unit = facts["unit"]
     if not 1 <= unit <= orbits <= MOST:
         raise Wrong(f"{path} is damaged: it has units of {unit} of {orbits} orbits")
     fits(f"{path}", orbits)
@@ -96,12 +97,14 @@ def checked_arrays(path: Path, root: Hierarchy, facts: dict[str, Any]) -> None:
             raise Wrong(f"{path} is damaged: launch/{name} is no array of {kind}")
     for group in ("launch", *facts["contents"]):
         for name in sorted(entry.name for entry in (path / group).iterdir() if entry.is_dir()):
-            array, where = root[f"{group}/{name}"], f"{group}/{name}"
+            array = root[f"{group}/{name}"]
+            where = f"{group}/{name}"
             for folder in array.file(0).parents:
                 if folder == path / where:
                     break
                 _plain(path, folder)
-            shape, cut = array.shape, has_items(array)
+            shape = array.shape
+            cut = has_items(array)
             pieces = tuple(max(1, n) for n in shape)
             if cut:
                 pieces = *pieces[:-1], facts["unit"]
@@ -115,7 +118,8 @@ def checked_arrays(path: Path, root: Hierarchy, facts: dict[str, Any]) -> None:
 
     if SEALED in facts:
         units = -(-facts["orbits"] // facts["unit"])
-        seals, arrays = root[f"launch/{SEALS}"], {name for name, _ in sealed_arrays(root, facts)}
+        seals = root[f"launch/{SEALS}"]
+        arrays = {name for name, _ in sealed_arrays(root, facts)}
         if (seals.shape, seals.dtype) != ((len(facts[SEALED]), units), np.uint64) or arrays != set(facts[SEALED]):
             raise Wrong(f"{path} is damaged: launch/{SEALS} has no seals of its arrays")
 
@@ -195,7 +199,8 @@ class Seals:
         """Tell whether the chunk of a unit is what was written there; so it is where the unit is being written."""
         if name not in self._place:
             return True
-        number, at = seal(name, unit, value), self._place[name]
+        number = seal(name, unit, value)
+        at = self._place[name]
         finished = name == "launch/finished"
         for fresh in (False, True):  # another process may have written the unit anew
             if fresh or unit not in self._known:
@@ -222,7 +227,9 @@ class Numbers:
     """An array of a store: any damage in it raises an error with its name."""
 
     def __init__(self, path: Path, name: str, array: Any, seals: Seals | None = None) -> None:
-        self._path, self._name, self._seals = path, name, seals
+        self._path = path
+        self._name = name
+        self._seals = seals
         # Empty chunks are written too: a missing chunk is a lost one.
         self._array = array.with_config({"write_empty_chunks": True})
 
@@ -248,7 +255,8 @@ class Numbers:
         """Return the entries of a key, its last part a slice of items, from whole chunks that fit their seals."""
         *before, items = key if isinstance(key, tuple) else (key,)
         if items is ... or (not before and self._array.ndim > 1):
-            before, items = ([] if items is ... else [items]), slice(None)
+            before = [] if items is ... else [items]
+            items = slice(None)
         first, last, _ = items.indices(self.shape[-1])
         if last <= first:
             return self._array[key]
@@ -256,7 +264,8 @@ class Numbers:
         size = self.chunks[-1]
         units = range(first // size, -(-last // size))
         for begin, step in self._runs(units):
-            low, high = begin * size, min(begin + step, units.stop) * size
+            low = begin * size
+            high = min(begin + step, units.stop) * size
             whole = self._checked(begin, low, high)
             part = slice(max(first, low), min(last, high))
             found[..., part.start - first : part.stop - first] = whole[..., part.start - low : part.stop - low]
@@ -317,7 +326,9 @@ class Hierarchy:
     """The groups and arrays of a store by name."""
 
     def __init__(self, path: Path, root: Any, prefix: str = "") -> None:
-        self._path, self._root, self._prefix = path, root, prefix
+        self._path = path
+        self._root = root
+        self._prefix = prefix
         self._known: dict[str, Any] = {}
         self._seals: Seals | None = None
 

@@ -278,7 +278,8 @@ def difference(old: Job, new: Job) -> str | None:
             return f"[{name}] is {'not in the job' if name in one else 'new in the job'}"
         if name == "unit":
             continue
-        a, b = one[name], other[name]
+        a = one[name]
+        b = other[name]
         for key in dict.fromkeys([*a, *b]):
             if key != "threads" and a.get(key) != b.get(key):
                 return f"[{name}] {key} was {_said(a, key)}, is {_said(b, key)}"

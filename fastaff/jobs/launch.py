@@ -104,7 +104,8 @@ class Starts:
         fits(option("grid"), ARRAYS, max(cells))
         given = self.ranges()
         where = checked_surface(body, section, surface.energy, surface.p_eta, surface.p_gamma)
-        edge, ranges = None, given
+        edge = None
+        ranges = given
         try:
             edge = section_edge(body, section, energy=where.energy, p_eta=where.p_eta, p_gamma=where.p_gamma)
             ranges = [mine or found for mine, found in zip(given, edge.axes)]
@@ -319,7 +320,8 @@ def between(launch: Launch, low: int, high: int) -> tuple[np.ndarray, np.ndarray
     """Return the phase points (2n, orbits) of the points from `low` to `high` of a launch set, and their numbers from
     `low` on.
     """
-    states, places = [], []
+    states = []
+    places = []
     for block in range(low // launch.block, -(-high // launch.block)):
         z0, number = _points(launch, block)
         number = number + block * launch.block - low

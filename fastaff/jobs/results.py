@@ -29,8 +29,11 @@ class JobResults:
     def __init__(
         self, job: Job, found: dict[str, Any] | None, place: np.ndarray, path: Path | None, units: Any = ()
     ) -> None:
-        self.job, self.path, self.units = job, path, list(units)
-        self._found, self._place = found, place
+        self.job = job
+        self.path = path
+        self.units = list(units)
+        self._found = found
+        self._place = place
 
     @classmethod
     def stored(cls, path: Any, job: Job | None = None, **own: Any) -> JobResults:
@@ -126,7 +129,8 @@ class JobResults:
         if self.path is not None:
             store = Store(self.path)
             state = store.finished()
-            absent, missing = np.count_nonzero(state == 0), np.count_nonzero(state == WAITING)
+            absent = np.count_nonzero(state == 0)
+            missing = np.count_nonzero(state == WAITING)
             for attempt, again in enumerate(store.facts["reruns"], 1):
                 count = sum(int(np.count_nonzero(self.attempts(name) == attempt)) for name in self.names)
                 changed = ", ".join(f"{name} {value}" for name, value in again["run"].items())

@@ -261,13 +261,18 @@ def rerun(
     True
     """
     _checked(executor, threads, report, watch, other_processor)
-    path, given = as_path(store), {} if model is None else {"model": model}
+    path = as_path(store)
+    given = {} if model is None else {"model": model}
     with alone(path):
         begun = running(path, **given)
         same_processor(begun.store, other_processor)
-        names = (
-            tuple(begun.plan.analyses) if analyses is None else (analyses,) if isinstance(analyses, str) else analyses
-        )
+        names: Sequence[str]
+        if analyses is None:
+            names = tuple(begun.plan.analyses)
+        elif isinstance(analyses, str):
+            names = (analyses,)
+        else:
+            names = analyses
         if isinstance(begun.plan.launch, Cases):
             raise Wrong("rerun is for orbits; cases of a scan have their second scheme already")
         for name in names:
@@ -373,7 +378,8 @@ def _unit_size(plan: Plan, settled: dict[str, Any], options: Any, most: int) -> 
 
 
 def _in_memory(job: Job, threads: int | None, report: Any) -> JobResults:
-    plan, options = job.plan(), job.run.on(threads)
+    plan = job.plan()
+    options = job.run.on(threads)
     few = plan.few()
     settled = {name: analysis.settled(few, options) for name, analysis in plan.analyses.items()}
     _fits(plan, settled, options, few)
@@ -489,7 +495,8 @@ def _finished(
 
 def _checked(executor: Any, threads: Any, report: Any, watch: Any, other_processor: Any) -> None:
     """Refuse wrong executors, threads and callbacks before any unit is computed."""
-    reporter(report), flag("other_processor", other_processor)
+    reporter(report)
+    flag("other_processor", other_processor)
     if watch is not None:
         function("watch", watch)
     if executor is None:

@@ -75,7 +75,9 @@ def _parsed(text: str) -> Scanned:
     name, equals, span = text.partition("=")
     parts = span.split(":")
     try:
-        low, high, count = number("LOW", parts[0]), number("HIGH", parts[1]), int(parts[2])
+        low = number("LOW", parts[0])
+        high = number("HIGH", parts[1])
+        count = int(parts[2])
         if len(parts) != 3 or not equals or not math.isfinite(low + high) or not low < high or not 2 <= count < 10**6:
             raise ValueError
     except (ValueError, IndexError):
@@ -85,9 +87,11 @@ def _parsed(text: str) -> Scanned:
 
 def case(body: Any, surface: Any, given: dict[str, float]) -> tuple[Any, Any]:
     """Return body and surface with some parameters replaced."""
-    spin, vorticity = surface.p_gamma + surface.p_eta, surface.p_gamma - surface.p_eta
+    spin = surface.p_gamma + surface.p_eta
+    vorticity = surface.p_gamma - surface.p_eta
     if "p_phi" in given or "p_psi" in given:
-        spin, vorticity = given.get("p_phi", spin), given.get("p_psi", vorticity)
+        spin = given.get("p_phi", spin)
+        vorticity = given.get("p_psi", vorticity)
         surface = replace(surface, p_eta=(spin - vorticity) / 2, p_gamma=(spin + vorticity) / 2)
     for name, value in given.items():
         if name in ("energy", "p_eta", "p_gamma"):

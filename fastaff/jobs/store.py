@@ -48,8 +48,14 @@ FORMAT = 4
 ATTRIBUTES = "fastaff"
 """Name of the root's attribute that tells all of the job."""
 
-WAITING, ABSENT, DONE = -1, 0, 1
-"""Values of `finished`: not computed yet, no orbit at this point, computed."""
+WAITING = -1
+"""Value of `finished`: not computed yet."""
+
+ABSENT = 0
+"""Value of `finished`: no orbit at this point."""
+
+DONE = 1
+"""Value of `finished`: computed."""
 
 ATTEMPT = "attempt"
 
@@ -71,7 +77,8 @@ class Store:
         self._folder = _folder(self.path)
         self.root = Hierarchy(self.path, _opened(self.path, "r+" if writing else "r"))
         checked_arrays(self.path, self.root, self.facts)
-        self.orbits, self.unit = int(self.facts["orbits"]), int(self.facts["unit"])
+        self.orbits = int(self.facts["orbits"])
+        self.unit = int(self.facts["unit"])
         self._seals: Seals | None = None
         self._written: dict[int, dict[str, int]] = {}
         if SEALED in self.facts:
@@ -191,7 +198,8 @@ class Store:
         """
         part = points or slice(0, self.orbits)
         there = self.root["launch/finished"][part] == DONE
-        units, arrays = np.unique((part.start + np.flatnonzero(there)) // self.unit), {}
+        units = np.unique((part.start + np.flatnonzero(there)) // self.unit)
+        arrays = {}
         for name, array in self.root[analysis].arrays():
             if has_items(array):
                 if absent := array.lacks(units):
@@ -274,7 +282,8 @@ def create(
         root = _zarr().open_group(str(fresh), mode="w", zarr_format=3)
         items = {entry.axes[-1] for result in template.values() for entry in columns(result)}
         layout = Layout(facts["orbits"], facts["unit"], items.pop())
-        launch, sealed = root.create_group("launch"), ["launch/z0", "launch/finished"]
+        launch = root.create_group("launch")
+        sealed = ["launch/z0", "launch/finished"]
         _array(launch, "z0", np.float64, (len(names),), ("coordinate",), layout)
         _labels(launch, "coordinate", names)
         _array(launch, "finished", np.int8, (), (), layout)

@@ -306,7 +306,8 @@ def described(value: Any) -> Model | None:
     """Return the options that build this model, None where none do."""
     import fastaff
 
-    inner, system = getattr(value, "potential", value), system_of(value)
+    inner = getattr(value, "potential", value)
+    system = system_of(value)
     mu = float(getattr(value, "mu", 1.0)) if inner is not value else 1.0
     fields: dict[str, Any] = (
         {name: float(entry) for name, entry in zip(inner._fields, inner)} if hasattr(inner, "_fields") else {}
@@ -331,7 +332,8 @@ def described(value: Any) -> Model | None:
         elif inner is not value:
             found = Model(formula=text, parameter=parameter, domain=domain, mu=mu)
         elif made is not None:
-            coordinates, period = " ".join(value.coordinates[: system.moving]), None
+            coordinates = " ".join(value.coordinates[: system.moving])
+            period = None
             if system.driven:
                 said = fields.pop("period", None)
                 period = made.period if said is None else repr(said)

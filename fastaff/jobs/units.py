@@ -170,7 +170,8 @@ def waiting(store: Store) -> np.ndarray:
 
 def again_to_run(store: Store) -> np.ndarray:
     """Tell of each finished orbit whether a rerun is for it that has not reached it."""
-    state, found = store.finished(), np.zeros(store.orbits, bool)
+    state = store.finished()
+    found = np.zeros(store.orbits, bool)
     for attempt, again in enumerate(store.facts["reruns"], 1):
         for name in again["analyses"]:
             found |= to_run_again(store, name, again, attempt) & (state == DONE)
@@ -180,7 +181,8 @@ def again_to_run(store: Store) -> np.ndarray:
 def summed(number: int, orbits: int, seconds: float, results: dict[str, Any]) -> Unit:
     """Return the outcome of a unit."""
     statuses: dict[str, dict[str, int]] = {}
-    worst, crossings = 0.0, 0
+    worst = 0.0
+    crossings = 0
     for name, result in results.items():
         statuses[name] = outcomes(result.statuses if hasattr(result, "statuses") else result.status)
         if hasattr(result, "energy_error"):

@@ -47,10 +47,15 @@ class Watched:
     """The reports of a running job, and the outcomes of its units."""
 
     def __init__(self, store: Store, units: int, report: Any, watch: Any):
-        self.store, self.report, self.watch = store, report, watch
-        self.units, self.done = units, 0
+        self.store = store
+        self.report = report
+        self.watch = watch
+        self.units = units
+        self.done = 0
         self.before = int(np.count_nonzero(store.finished() >= 0))
-        self.start, self.points, self.crossings = clock.perf_counter(), 0, 0
+        self.start = clock.perf_counter()
+        self.points = 0
+        self.crossings = 0
         self.statuses: dict[str, dict[str, int]] = {}
         self.file: Any = None
 
@@ -76,7 +81,8 @@ class Watched:
                 mine[status] = mine.get(status, 0) + count
         seconds = clock.perf_counter() - self.start
         rate = self.points / max(seconds, 1e-9)
-        finished, all_ = self.before + self.points, self.store.orbits
+        finished = self.before + self.points
+        all_ = self.store.orbits
         left = (all_ - finished) / rate
         if self.watch is not None:
             crossings = self.crossings / max(seconds, 1e-9)

@@ -23,8 +23,12 @@ from .stepping import (
 
 AT_WALL = 1e-13
 """Step, relative to the longest, at which an orbit that would leave the domain ends: shorter ones do not move it."""
-PATIENCE, RUNAWAY = 2**19, 1e-4
-"""An orbit ends after so many steps if their mean is this part of the longest one: it runs away faster and faster."""
+PATIENCE = 2**19
+"""Number of steps after which an orbit ends if it runs away faster and faster."""
+
+RUNAWAY = 1e-4
+"""The mean step, over the longest one, below which it does."""
+
 SAFETY = 0.75
 """Next step relative to the step of error 1. With 0.9 a fifth of the steps were repeated, and the same errors of double
 pendulums, Kepler orbits, Hénon-Heiles and walls cost a tenth more slopes, at all tolerances.
@@ -32,6 +36,7 @@ pendulums, Kepler orbits, Hénon-Heiles and walls cost a tenth more slopes, at a
 STATE_NOISE = 1e-15
 """Rounding error of a coordinate that should be 0, relative to the largest coordinate."""
 TINY = 1e-290
+"""Least scale of an error, so that no quotient is infinite."""
 
 
 class AdaptiveSteps(NamedTuple):
@@ -76,17 +81,28 @@ def error_norm(rows, lanes, steps, errors, step, z, new, k, work, norm):
     Source: Hairer, Norsett & Wanner II.4 and II.10. Here and below slices of one length spare the loops checks of
     indices.
     """
-    size, stages, blend, h = rows * LANES, errors.shape[1], errors.shape[0] > 1, step[:lanes]
-    one, other, more = work[:size], work[size : 2 * size], work[2 * size :]
-    upper, lower, scale = more[:lanes], more[LANES : LANES + lanes], more[2 * LANES : 2 * LANES + lanes]
-    first, second = more[3 * LANES : 3 * LANES + lanes], more[4 * LANES : 4 * LANES + lanes]
+    size = rows * LANES
+    stages = errors.shape[1]
+    blend = errors.shape[0] > 1
+    h = step[:lanes]
+    one = work[:size]
+    other = work[size : 2 * size]
+    more = work[2 * size :]
+    upper = more[:lanes]
+    lower = more[LANES : LANES + lanes]
+    scale = more[2 * LANES : 2 * LANES + lanes]
+    first = more[3 * LANES : 3 * LANES + lanes]
+    second = more[4 * LANES : 4 * LANES + lanes]
     combine(rows, lanes, stages, errors[0], k, one)
     if blend:
         combine(rows, lanes, stages, errors[1], k, other)
     widths(rows, lanes, steps, z, upper, lower)
-    first[:], second[:] = 0.0, 0.0
+    first[:] = 0.0
+    second[:] = 0.0
     for at in range(0, size, LANES):
-        begin, end, slope = z[at : at + lanes], new[at : at + lanes], k[at : at + lanes]
+        begin = z[at : at + lanes]
+        end = new[at : at + lanes]
+        slope = k[at : at + lanes]
         place = at if 2 * at < size else at - size // 2
         if place < steps.own * LANES:
             scales(steps, h, begin, end, slope, upper if place == at else lower, scale)
@@ -110,10 +126,12 @@ def error_norm(rows, lanes, steps, errors, step, z, new, k, work, norm):
 @jit
 def widths(rows, lanes, steps, z, upper, lower):
     """Set upper and lower to the largest coordinates of the halves of a state, of both if they are `mixed`."""
-    upper[:], lower[:] = 0.0, 0.0
+    upper[:] = 0.0
+    lower[:] = 0.0
     half = rows // 2 * LANES
     for at in range(0, steps.own * LANES, LANES):
-        q, p = z[at : at + lanes], z[half + at : half + at + lanes]
+        q = z[at : at + lanes]
+        p = z[half + at : half + at + lanes]
         for i in range(lanes):
             upper[i] = max(upper[i], abs(q[i]))
             lower[i] = max(lower[i], abs(p[i]))
@@ -126,7 +144,8 @@ def widths(rows, lanes, steps, z, upper, lower):
 @jit
 def scales(steps, h, begin, end, slope, widest, scale):
     """Set scale to the errors that count as 1 in a row of a state."""
-    rtol, atol = steps.rtol, steps.atol
+    rtol = steps.rtol
+    atol = steps.atol
     for i in range(scale.size):
         size = max(abs(begin[i]), abs(end[i]))
         noise = STATE_NOISE * widest[i]
@@ -159,7 +178,12 @@ def controlled(lanes, norm, code, h, fresh, ceiling, ahead, longest):
 def ended(lanes, tried, code, fresh, ahead, longest, t):
     """Count the attempts, and set the codes of lanes that their steps no longer move, or that run away."""
     for i in range(lanes):
-        count, now, wrong, accepted, most, following = tried[i], t[i], code[i], fresh[i], longest[i], ahead[i]
+        count = tried[i]
+        now = t[i]
+        wrong = code[i]
+        accepted = fresh[i]
+        most = longest[i]
+        following = ahead[i]
         runs = (count > PATIENCE) & (now < RUNAWAY * most * count)
         stuck = (not (now + following > now)) | ((wrong > 0.0) & (following < AT_WALL * most))
         small = runs if accepted > 0.0 else stuck
@@ -172,7 +196,12 @@ def ended(lanes, tried, code, fresh, ahead, longest, t):
 def passed(lanes, fresh, reached, kinetic, h, t, until):
     """Go on to the ends of accepted steps."""
     for i in range(lanes):
-        accepted, now, step, last, before, most = fresh[i], t[i], h[i], until[i], kinetic[i], reached[i]
+        accepted = fresh[i]
+        now = t[i]
+        step = h[i]
+        last = until[i]
+        before = kinetic[i]
+        most = reached[i]
         end = now + step
         end = last if step == last - now else end
         kinetic[i] = most if accepted > 0.0 else before
@@ -184,7 +213,10 @@ def leaving(lanes, code, done, t, until):
     """Return the number of lanes whose orbits have ended."""
     number = 0
     for i in range(lanes):
-        wrong, over, now, last = code[i], done[i], t[i], until[i]
+        wrong = code[i]
+        over = done[i]
+        now = t[i]
+        last = until[i]
         number += 1 if (wrong > 0.0) | (over > 0.0) | (now == last) else 0
     return number
 
@@ -212,7 +244,8 @@ def observe_dense(observer, dense, rows, count, cadence, lanes, sample, out):
     observe, numbers, calls = observer
     orbit, fresh, ticks, done, t, h, z, k, memory = lanes
     pending = 1
-    seen, at = room(1), room(1)
+    seen = room(1)
+    at = room(1)
     while pending > 0:
         pending = 0
         for i in range(count):
@@ -220,7 +253,8 @@ def observe_dense(observer, dense, rows, count, cadence, lanes, sample, out):
             seen[i] = 0.0
             if fresh[i] > 0.0 and done[i] == 0.0 and tick <= (t[i] + h[i]) * (1.0 + 4e-16):
                 dense_state(rows, i, min(1.0, (tick - t[i]) / h[i]), z, h[i], k, dense, sample)
-                at[i], seen[i] = tick, 1.0
+                at[i] = tick
+                seen[i] = 1.0
                 ticks[i] += 1
                 pending += 1
         if pending > 0:
@@ -234,19 +268,41 @@ def run_adaptive(u, stop, progress, blocks, scheme, observer, steps, unit, orbit
     Each attempted step of a block costs stages - 1 slopes (the last slope is the first of the next step), 3 or 4 more
     where the interpolant is used.
     """
-    params, check, derivative = blocks.params, blocks.check, blocks.derivative
+    params = blocks.params
+    check = blocks.check
+    derivative = blocks.derivative
     observe, numbers, calls = observer
-    a, b, cadence = scheme.a, scheme.b, steps.cadence
+    a = scheme.a
+    b = scheme.b
+    cadence = steps.cadence
     z0, time0, attempts, step0, ticks0, kinetic0, radius, status, memory0, out = orbits
     rows = z0.shape[0]
-    size, stages, memory_rows = rows * LANES, b.size, memory0.shape[0]
-    following, end = u * unit, min((u + 1) * unit, z0.shape[1])
-    z, new, work = room(rows), room(rows), room(2 * rows + 5)
-    k, memory = room(max(stages, a.shape[0]) * rows), room(memory_rows)
-    t, h, norm, bound, until = room(1), room(1), room(1), room(1), room(1)
-    ahead, ceiling, kinetic, reached, longest = room(1), room(1), room(1), room(1), room(1)
-    code, done, fresh, tried = room(1), room(1), room(1), room(1)
-    ticks, orbit = np.empty(LANES, np.int64), np.empty(LANES, np.int64)
+    size = rows * LANES
+    stages = b.size
+    memory_rows = memory0.shape[0]
+    following = u * unit
+    end = min((u + 1) * unit, z0.shape[1])
+    z = room(rows)
+    new = room(rows)
+    work = room(2 * rows + 5)
+    k = room(max(stages, a.shape[0]) * rows)
+    memory = room(memory_rows)
+    t = room(1)
+    h = room(1)
+    norm = room(1)
+    bound = room(1)
+    until = room(1)
+    ahead = room(1)
+    ceiling = room(1)
+    kinetic = room(1)
+    reached = room(1)
+    longest = room(1)
+    code = room(1)
+    done = room(1)
+    fresh = room(1)
+    tried = room(1)
+    ticks = np.empty(LANES, np.int64)
+    orbit = np.empty(LANES, np.int64)
     block = Lanes(orbit, fresh, ticks, done, t, h, z, k, memory)
     lanes = 0
     while read_now(stop, 0) == 0:
@@ -255,11 +311,18 @@ def run_adaptive(u, stop, progress, blocks, scheme, observer, steps, unit, orbit
             if status[following] == 0 and time0[following] < steps.until[following]:
                 load_lane(z0, following, z, lanes)
                 load_lane(memory0, following, memory, lanes)
-                orbit[lanes], t[lanes], ticks[lanes] = following, time0[following], ticks0[following]
-                ahead[lanes], kinetic[lanes] = step0[following], kinetic0[following]
-                ceiling[lanes], longest[lanes] = 10.0, 0.0
-                bound[lanes], until[lanes] = radius[following], steps.until[following]
-                code[lanes], done[lanes], tried[lanes] = 0.0, 0.0, attempts[following]
+                orbit[lanes] = following
+                t[lanes] = time0[following]
+                ticks[lanes] = ticks0[following]
+                ahead[lanes] = step0[following]
+                kinetic[lanes] = kinetic0[following]
+                ceiling[lanes] = 10.0
+                longest[lanes] = 0.0
+                bound[lanes] = radius[following]
+                until[lanes] = steps.until[following]
+                code[lanes] = 0.0
+                done[lanes] = 0.0
+                tried[lanes] = attempts[following]
                 lanes += 1
                 loaded += 1
             following += 1
@@ -268,7 +331,8 @@ def run_adaptive(u, stop, progress, blocks, scheme, observer, steps, unit, orbit
         if loaded > 0:
             call_derivative(derivative, params, lanes, z, k[:size])
         for i in range(lanes):
-            h[i], reached[i] = min(ahead[i], until[i] - t[i]), kinetic[i]
+            h[i] = min(ahead[i], until[i] - t[i])
+            reached[i] = kinetic[i]
         wide = max(filled(lanes, rows, z, h), filled(lanes, rows, k, h))  # states and their slopes alike
         runge_kutta_stages(derivative, params, a, 1, stages, rows, wide, h, z, k, new)
         error_norm(rows, wide, steps, scheme.errors, h, z, new, k, work, norm)
@@ -297,23 +361,38 @@ def run_adaptive(u, stop, progress, blocks, scheme, observer, steps, unit, orbit
             if code[i] > 0.0 or done[i] > 0.0 or t[i] == until[i]:
                 store_lane(z, i, z0, o)
                 store_lane(memory, i, memory0, o)
-                time0[o], step0[o], ticks0[o], kinetic0[o] = t[i], ahead[i], ticks[i], kinetic[i]
-                status[o], attempts[o] = np.int64(code[i]), np.int64(tried[i])
+                time0[o] = t[i]
+                step0[o] = ahead[i]
+                ticks0[o] = ticks[i]
+                kinetic0[o] = kinetic[i]
+                status[o] = np.int64(code[i])
+                attempts[o] = np.int64(tried[i])
                 lanes -= 1
                 move_lane(rows, lanes, i, z)
                 move_lane(rows, lanes, i, k)
                 move_lane(memory_rows, lanes, i, memory)
-                orbit[i], t[i], ticks[i] = orbit[lanes], t[lanes], ticks[lanes]
-                ahead[i], ceiling[i], code[i], done[i] = ahead[lanes], ceiling[lanes], code[lanes], done[lanes]
-                kinetic[i], bound[i], longest[i] = kinetic[lanes], bound[lanes], longest[lanes]
-                until[i], tried[i] = until[lanes], tried[lanes]
+                orbit[i] = orbit[lanes]
+                t[i] = t[lanes]
+                ticks[i] = ticks[lanes]
+                ahead[i] = ahead[lanes]
+                ceiling[i] = ceiling[lanes]
+                code[i] = code[lanes]
+                done[i] = done[lanes]
+                kinetic[i] = kinetic[lanes]
+                bound[i] = bound[lanes]
+                longest[i] = longest[lanes]
+                until[i] = until[lanes]
+                tried[i] = tried[lanes]
             else:
                 i += 1
     for i in range(lanes):
         o = orbit[i]
         store_lane(z, i, z0, o)
         store_lane(memory, i, memory0, o)
-        time0[o], step0[o], ticks0[o], kinetic0[o] = t[i], ahead[i], ticks[i], kinetic[i]
+        time0[o] = t[i]
+        step0[o] = ahead[i]
+        ticks0[o] = ticks[i]
+        kinetic0[o] = kinetic[i]
         attempts[o] = np.int64(tried[i])
 
 
@@ -322,9 +401,14 @@ def move_steps(rows, lanes, fresh, new, last, z, k):
     """Accept the steps of fresh lanes: the new states, and their slopes as the first ones of the next steps."""
     accepted = fresh[:lanes]
     for at in range(0, rows * LANES, LANES):
-        state, slope = z[at : at + lanes], k[at : at + lanes]
-        end, ahead = new[at : at + lanes], last[at : at + lanes]
+        state = z[at : at + lanes]
+        slope = k[at : at + lanes]
+        end = new[at : at + lanes]
+        ahead = last[at : at + lanes]
         for i in range(lanes):  # all numbers are read, as otherwise the loop would not vectorise
-            before, after, first, second = state[i], end[i], slope[i], ahead[i]
+            before = state[i]
+            after = end[i]
+            first = slope[i]
+            second = ahead[i]
             state[i] = after if accepted[i] > 0.0 else before
             slope[i] = second if accepted[i] > 0.0 else first

@@ -12,10 +12,13 @@ SETTLED = 2.0**-36
 """Change of a sweep, relative to the largest numbers in its half of a state, above which no iteration has converged."""
 
 
-NOTHING, FASTEST = 2.0**-60, 2.0**-6
+NOTHING = 2.0**-60
 """Error of an iteration, relative to the size of a row, that counts as 0: hundreds of them make a rounding error. It
-follows from two changes: later ones are assumed to fall by their quotient, by at least FASTEST.
+follows from two changes: later ones are assumed to fall by their quotient.
 """
+
+FASTEST = 2.0**-6
+"""Least quotient by which later changes are assumed to fall."""
 
 
 @jit
@@ -25,28 +28,50 @@ def weighted(rows, lanes, weights, parts, begin, end, total):
     Here and below slices of one length spare the loops checks of indices. They are not made in the function that makes
     arrays, which would count the references to them.
     """
-    stages, size = weights.size, rows * LANES
+    stages = weights.size
+    size = rows * LANES
     apart, length = stretch(rows, lanes)
     for at in range(0, size, apart):
         to = at + length
-        head, tail, result = begin[at:to], end[at:to], total[at:to]
+        head = begin[at:to]
+        tail = end[at:to]
+        result = total[at:to]
         for t in range(0, stages, 4):
-            a0, a1, a2, a3 = weights[t], weights[t + 1], weights[t + 2], weights[t + 3]
-            b0, b1, b2, b3 = t * size, (t + 1) * size, (t + 2) * size, (t + 3) * size
-            p0, p1 = parts[b0 + at : b0 + to], parts[b1 + at : b1 + to]
-            p2, p3 = parts[b2 + at : b2 + to], parts[b3 + at : b3 + to]
+            a0 = weights[t]
+            a1 = weights[t + 1]
+            a2 = weights[t + 2]
+            a3 = weights[t + 3]
+            b0 = t * size
+            b1 = (t + 1) * size
+            b2 = (t + 2) * size
+            b3 = (t + 3) * size
+            p0 = parts[b0 + at : b0 + to]
+            p1 = parts[b1 + at : b1 + to]
+            p2 = parts[b2 + at : b2 + to]
+            p3 = parts[b3 + at : b3 + to]
             if stages == 8:  # in one loop: stores between two would take as long as the sums
-                a4, a5, a6, a7 = weights[4], weights[5], weights[6], weights[7]
-                b4, b5, b6, b7 = 4 * size, 5 * size, 6 * size, 7 * size
-                p4, p5 = parts[b4 + at : b4 + to], parts[b5 + at : b5 + to]
-                p6, p7 = parts[b6 + at : b6 + to], parts[b7 + at : b7 + to]
+                a4 = weights[4]
+                a5 = weights[5]
+                a6 = weights[6]
+                a7 = weights[7]
+                b4 = 4 * size
+                b5 = 5 * size
+                b6 = 6 * size
+                b7 = 7 * size
+                p4 = parts[b4 + at : b4 + to]
+                p5 = parts[b5 + at : b5 + to]
+                p6 = parts[b6 + at : b6 + to]
+                p7 = parts[b7 + at : b7 + to]
                 for i in range(length):
-                    first, second = fma(a1, p1[i], a0 * p0[i]), fma(a3, p3[i], a2 * p2[i])
-                    third, last = fma(a5, p5[i], a4 * p4[i]), fma(a7, p7[i], a6 * p6[i])
+                    first = fma(a1, p1[i], a0 * p0[i])
+                    second = fma(a3, p3[i], a2 * p2[i])
+                    third = fma(a5, p5[i], a4 * p4[i])
+                    last = fma(a7, p7[i], a6 * p6[i])
                     result[i] = (head[i] + ((first + second) + (third + last))) + tail[i]
                 break
             for i in range(length):
-                first, last = fma(a1, p1[i], a0 * p0[i]), fma(a3, p3[i], a2 * p2[i])
+                first = fma(a1, p1[i], a0 * p0[i])
+                last = fma(a3, p3[i], a2 * p2[i])
                 result[i] = (result[i] if t > 0 else head[i]) + (first + last)
         if stages != 8:
             for i in range(length):
@@ -56,9 +81,12 @@ def weighted(rows, lanes, weights, parts, begin, end, total):
 @jit
 def renewed(rows, lanes, weight, step, slope, going, parts, change):
     """Set the parts of running lanes to weight*step*slope, and change to its largest value in the sweep."""
-    h, active = step[:lanes], going[:lanes]
+    h = step[:lanes]
+    active = going[:lanes]
     for at in range(0, rows * LANES, LANES):
-        f, part, most = slope[at : at + lanes], parts[at : at + lanes], change[at : at + lanes]
+        f = slope[at : at + lanes]
+        part = parts[at : at + lanes]
+        most = change[at : at + lanes]
         for i in range(lanes):
             new = h[i] * weight * f[i]
             moved = abs(new - part[i])
@@ -71,14 +99,24 @@ def judged(rows, lanes, change, least, z, stage, going, before, relative, most, 
     """Set going, from the changes of a sweep, to 0 for lanes that are done and to 1/2 for those that take one more
     sweep; return the number of lanes that go on. before: the largest change of the sweep before, relative to its row.
     """
-    half, more, now, then, state = rows // 2 * LANES, most[:lanes], relative[:lanes], before[:lanes], going[:lanes]
-    bound, width, size = whole[:lanes], whole[LANES : LANES + lanes], whole[2 * LANES : 2 * LANES + lanes]
-    now[:], more[:] = 0.0, 0.0
+    half = rows // 2 * LANES
+    more = most[:lanes]
+    now = relative[:lanes]
+    then = before[:lanes]
+    state = going[:lanes]
+    bound = whole[:lanes]
+    width = whole[LANES : LANES + lanes]
+    size = whole[2 * LANES : 2 * LANES + lanes]
+    now[:] = 0.0
+    more[:] = 0.0
     for first in range(0, rows * LANES, half):
-        bound[:], width[:] = 0.0, 0.0
+        bound[:] = 0.0
+        width[:] = 0.0
         for at in range(first, first + half, LANES):
-            moved, best = change[at : at + lanes], least[at : at + lanes]
-            y, other = z[at : at + lanes], stage[at : at + lanes]
+            moved = change[at : at + lanes]
+            best = least[at : at + lanes]
+            y = z[at : at + lanes]
+            other = stage[at : at + lanes]
             for i in range(lanes):  # loops of so few arrays each become vector instructions
                 more[i] = 1.0 if (moved[i] > 0.0) & (moved[i] < best[i]) else more[i]
                 best[i] = moved[i] if moved[i] < best[i] else best[i]
@@ -110,7 +148,9 @@ def settled(rows, lanes, stages, z, carried, parts, work):
     apart, length = stretch(rows, lanes)
     for at in range(0, size, apart):
         to = at + length
-        y, error, add = z[at:to], carried[at:to], work[at:to]
+        y = z[at:to]
+        error = carried[at:to]
+        add = work[at:to]
         for i in range(length):
             add[i] = error[i]
         for first in range(at, stages * size, size):
@@ -126,7 +166,8 @@ def settled(rows, lanes, stages, z, carried, parts, work):
 @jit
 def begun(rows, lanes, parts, fresh):
     """Set fresh to 1 for lanes without an earlier step, whose parts are 0; return their number."""
-    new, first = 0, fresh[:lanes]
+    new = 0
+    first = fresh[:lanes]
     first[:] = 1.0
     for at in range(0, rows * LANES, LANES):
         part = parts[at : at + lanes]
@@ -142,7 +183,8 @@ def begin_anew(rows, lanes, fresh, other, total):
     """Take the other states in lanes that are fresh."""
     first = fresh[:lanes]
     for at in range(0, rows * LANES, LANES):
-        own, result = other[at : at + lanes], total[at : at + lanes]
+        own = other[at : at + lanes]
+        result = total[at : at + lanes]
         for i in range(lanes):
             result[i] = own[i] if first[i] > 0.0 else result[i]
 
@@ -161,14 +203,25 @@ def collocate(derivative, params, lanes, rows, a, b, dense, sweeps, step, z, k, 
     Source: Hairer, Lubich & Wanner, Geometric Numerical Integration, 2nd ed. 2006, VIII.6; Antonana, Makazaga & Murua,
     Numer. Algorithms 76 (2017) 861 (form of a, stopping); Hairer, McLachlan & Razakarivony, BIT 48 (2008) 231.
     """
-    size, stages = rows * LANES, b.size
-    carried, parts, old = z[size : 2 * size], z[2 * size : (2 + stages) * size], z[(2 + stages) * size :]
-    slope, change, least = k[:size], k[size : 2 * size], k[2 * size : 3 * size]
-    going, before, none, fresh = room(1), room(1), room(rows), room(1)
-    relative, most, whole = room(1), room(1), room(3)
+    size = rows * LANES
+    stages = b.size
+    carried = z[size : 2 * size]
+    parts = z[2 * size : (2 + stages) * size]
+    old = z[(2 + stages) * size :]
+    slope = k[:size]
+    change = k[size : 2 * size]
+    least = k[2 * size : 3 * size]
+    going = room(1)
+    before = room(1)
+    none = room(rows)
+    fresh = room(1)
+    relative = room(1)
+    most = room(1)
+    whole = room(3)
     new = begun(rows, lanes, parts, fresh)
     keep(stages * rows, lanes, parts, old)
-    least[:], before[:] = np.inf, np.inf
+    least[:] = np.inf
+    before[:] = np.inf
     going[:lanes] = 1.0
     for s in range(stages):
         weighted(rows, lanes, dense[s, :stages], old, carried, none, slope)
@@ -193,5 +246,6 @@ def collocate(derivative, params, lanes, rows, a, b, dense, sweeps, step, z, k, 
             lost += 0.0 * z[r * LANES + i]
         if lost != 0.0:
             for r in range(rows):
-                z[r * LANES + i], carried[r * LANES + i] = np.nan, np.inf
+                z[r * LANES + i] = np.nan
+                carried[r * LANES + i] = np.inf
     return 1

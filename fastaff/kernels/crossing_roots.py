@@ -11,14 +11,30 @@ from ..compile.pointers import call
 from .crossings import CERTAIN, LOCATED, LOWER, NOTHING, RECORD, RETURN, UPPER
 from .stepping import advance, filled, load_lane, move_lane, room, row, store_lane
 
-SEARCHING, FOUND, HERE = 0.0, 1.0, 2.0
-"""Kind of a lane's next fractional step: on the way to the root, or at the root; or the root is at the present one."""
-FINE, NOISE, SWEEPS = 2.5e-16, 1e-12, 100
-"""Corrections relative to the first bracket: one that counts as 0; one that is rounding if the function no longer
-falls. Most fractional steps for a root.
-"""
-USUAL, SLOW = 8, 60
-"""Usual numbers of fractional steps for a root, and for the extremum between two."""
+SEARCHING = 0.0
+"""Kind of a lane's next fractional step: on the way to the root."""
+
+FOUND = 1.0
+"""Kind of a lane's next fractional step: at the root."""
+
+HERE = 2.0
+"""Kind of a lane's next fractional step: none, the root is at the present one."""
+
+FINE = 2.5e-16
+"""Correction relative to the first bracket that counts as 0."""
+
+NOISE = 1e-12
+"""Correction relative to the first bracket that is rounding if the function no longer falls."""
+
+SWEEPS = 100
+"""Most fractional steps for a root."""
+
+USUAL = 8
+"""Usual number of fractional steps for a root."""
+
+SLOW = 60
+"""Usual number of fractional steps for the extremum between two roots."""
+
 HALF = LANES // 2
 """Number of searching lanes below which free ones take the next records."""
 
@@ -59,15 +75,23 @@ def narrow(lanes, search):
     """
     found = 0
     for i in range(lanes):
-        x, f = search[SEARCH.tau * LANES + i], search[SEARCH.f * LANES + i]
-        a, fa = search[SEARCH.x1 * LANES + i], search[SEARCH.f1 * LANES + i]
-        b, fb = search[SEARCH.x2 * LANES + i], search[SEARCH.f2 * LANES + i]
-        whole, last = search[SEARCH.whole * LANES + i], search[SEARCH.last * LANES + i]
-        sweeps, searching = search[SEARCH.sweeps * LANES + i] + 1.0, search[SEARCH.live * LANES + i] == SEARCHING
+        x = search[SEARCH.tau * LANES + i]
+        f = search[SEARCH.f * LANES + i]
+        a = search[SEARCH.x1 * LANES + i]
+        fa = search[SEARCH.f1 * LANES + i]
+        b = search[SEARCH.x2 * LANES + i]
+        fb = search[SEARCH.f2 * LANES + i]
+        whole = search[SEARCH.whole * LANES + i]
+        last = search[SEARCH.last * LANES + i]
+        sweeps = search[SEARCH.sweeps * LANES + i] + 1.0
+        searching = search[SEARCH.live * LANES + i] == SEARCHING
         same = (f > 0.0) == (fa > 0.0)
-        x3, f3 = a if same else b, fa if same else fb
-        x2, f2 = b if same else a, fb if same else fa
-        xi, phi = (x - x2) / (x3 - x2), (f - f2) / (f3 - f2)
+        x3 = a if same else b
+        f3 = fa if same else fb
+        x2 = b if same else a
+        f2 = fb if same else fa
+        xi = (x - x2) / (x3 - x2)
+        phi = (f - f2) / (f3 - f2)
         safe = (phi * phi < xi) & ((1.0 - phi) * (1.0 - phi) < 1.0 - xi)
         secant = f / (f2 - f)
         inverse = secant * f3 / (f2 - f3) + (x3 - x) / (x2 - x) * f / (f3 - f) * f2 / (f3 - f2)
@@ -80,14 +104,18 @@ def narrow(lanes, search):
         least = 1.2e-16 * whole / width
         inside = x + min(max(fraction, least), 1.0 - least) * (x2 - x)
         nearest = x2 if abs(f2) <= abs(f3) else x3
-        search[SEARCH.x1 * LANES + i], search[SEARCH.f1 * LANES + i] = x, f
-        search[SEARCH.x2 * LANES + i], search[SEARCH.f2 * LANES + i] = x2, f2
-        search[SEARCH.x3 * LANES + i], search[SEARCH.f3 * LANES + i] = x3, f3
+        search[SEARCH.x1 * LANES + i] = x
+        search[SEARCH.f1 * LANES + i] = f
+        search[SEARCH.x2 * LANES + i] = x2
+        search[SEARCH.f2 * LANES + i] = f2
+        search[SEARCH.x3 * LANES + i] = x3
+        search[SEARCH.f3 * LANES + i] = f3
         live = (HERE if here else FOUND) if settled else SEARCHING
         live = live if searching else HERE
         following = nearest if settled else inside
         search[SEARCH.tau * LANES + i] = x if live == HERE else following
-        search[SEARCH.last * LANES + i], search[SEARCH.sweeps * LANES + i] = abs(f), sweeps
+        search[SEARCH.last * LANES + i] = abs(f)
+        search[SEARCH.sweeps * LANES + i] = sweeps
         search[SEARCH.live * LANES + i] = live
         found += 1 if live == HERE else 0
     return found
@@ -121,10 +149,17 @@ def split_pairs(flow, lanes, start, kind, x1, x2, z, k, work):
         pairs += 1 if kind[i] == LOWER or kind[i] == UPPER else 0
     if pairs == 0:
         return
-    low, high, inner, found = room(1), room(1), room(1), room(1)
-    tau, value, f, side = room(1), room(1), room(1), room(1)
+    low = room(1)
+    high = room(1)
+    inner = room(1)
+    found = room(1)
+    tau = room(1)
+    value = room(1)
+    f = room(1)
+    side = room(1)
     for i in range(lanes):
-        low[i], high[i] = x1[i], x2[i]
+        low[i] = x1[i]
+        high[i] = x2[i]
     fractional(flow, lanes, start, inner, z, k, work, value)
     for i in range(lanes):
         side[i] = -1.0 if value[i] < 0.0 else 1.0
@@ -140,13 +175,15 @@ def split_pairs(flow, lanes, start, kind, x1, x2, z, k, work):
             searching += 1
             later = tau[i] > inner[i]
             if side[i] * f[i] < 0.0:
-                inner[i], found[i] = tau[i], 1.0
+                inner[i] = tau[i]
+                found[i] = 1.0
             elif abs(f[i]) < abs(value[i]):
                 if later:
                     low[i] = inner[i]
                 else:
                     high[i] = inner[i]
-                inner[i], value[i] = tau[i], f[i]
+                inner[i] = tau[i]
+                value[i] = f[i]
             elif later:
                 high[i] = tau[i]
             else:
@@ -173,7 +210,10 @@ def leave_section(flow, lanes, start, kind, x1, x2, z, k, work):
         returns += 1 if kind[i] == RETURN else 0
     if returns == 0:
         return
-    tau, f, last, found = room(1), room(1), room(1), room(1)
+    tau = room(1)
+    f = room(1)
+    last = room(1)
+    found = room(1)
     for i in range(lanes):
         tau[i] = x2[i]
     for sweep in range(90):
@@ -185,7 +225,8 @@ def leave_section(flow, lanes, start, kind, x1, x2, z, k, work):
             if sweep == 0:
                 last[i] = f[i]
             elif f[i] * last[i] < 0.0:
-                x1[i], found[i] = tau[i], 1.0
+                x1[i] = tau[i]
+                found[i] = 1.0
                 continue
             tau[i] *= 0.7
             searching += 1
@@ -201,8 +242,10 @@ def shift(unit, stop, progress, blocks, scheme, tau, table):
     rows, orbits = table.shape
     first = unit * LANES
     lanes = min(LANES, orbits - first) if read_now(stop, 0) == 0 else 0
-    z, k = room(scheme.copies * rows + scheme.spare), room(scheme.b.size * rows)
-    step, work = room(1), room(rows)
+    z = room(scheme.copies * rows + scheme.spare)
+    k = room(scheme.b.size * rows)
+    step = room(1)
+    work = room(rows)
     for i in range(lanes):
         load_lane(table, first + i, z, i)
         step[i] = tau[first + i]
@@ -216,14 +259,22 @@ def bracket(unit, stop, progress, blocks, scheme, section, records, where):
     """Narrow the brackets of the records numbered `where` that are no certain crossings, in place: suspected pairs are
     split at the extremum of the section function, returns begin off the section.
     """
-    count, rows = where.size, records.shape[1] - RECORD.state
+    count = where.size
+    rows = records.shape[1] - RECORD.state
     first = unit * LANES
     lanes = min(LANES, count - first) if read_now(stop, 0) == 0 else 0
-    z, work, k = room(scheme.copies * rows + scheme.spare), room(rows), room(scheme.b.size * rows)
-    start, kind, x1, x2 = room(rows), room(1), room(1), room(1)
+    z = room(scheme.copies * rows + scheme.spare)
+    work = room(rows)
+    k = room(scheme.b.size * rows)
+    start = room(rows)
+    kind = room(1)
+    x1 = room(1)
+    x2 = room(1)
     for i in range(lanes):
         record = records[where[first + i]]
-        kind[i], x1[i], x2[i] = record[RECORD.kind], record[RECORD.lower], record[RECORD.upper]
+        kind[i] = record[RECORD.kind]
+        x1[i] = record[RECORD.lower]
+        x2[i] = record[RECORD.upper]
         for r in range(rows):
             start[r * LANES + i] = record[RECORD.state + r]
     flow = blocks, scheme, section, rows
@@ -231,7 +282,9 @@ def bracket(unit, stop, progress, blocks, scheme, section, records, where):
     leave_section(flow, lanes, start, kind, x1, x2, z, k, work)
     for i in range(lanes):
         record = records[where[first + i]]
-        record[RECORD.kind], record[RECORD.lower], record[RECORD.upper] = kind[i], x1[i], x2[i]
+        record[RECORD.kind] = kind[i]
+        record[RECORD.lower] = x1[i]
+        record[RECORD.upper] = x2[i]
     write_now(progress, unit, lanes)
 
 
@@ -241,17 +294,19 @@ def begin(flow, first, lanes, direction, records, number, kind, start, search, z
     brackets.
     """
     _, _, section, _ = flow
-    f, doubtful = row(search, SEARCH.f), 0
+    f = row(search, SEARCH.f)
+    doubtful = 0
     for i in range(first, lanes):
         o = number[i]
-        kind[i], search[SEARCH.sweeps * LANES + i], search[SEARCH.last * LANES + i] = (
-            records[o, RECORD.kind],
-            0.0,
-            np.inf,
-        )
-        lower, upper = 0.0 if kind[i] == CERTAIN else records[o, RECORD.lower], records[o, RECORD.upper]
-        search[SEARCH.x1 * LANES + i], search[SEARCH.x2 * LANES + i] = lower, upper
-        search[SEARCH.x3 * LANES + i], search[SEARCH.whole * LANES + i] = lower, abs(upper - lower)
+        kind[i] = records[o, RECORD.kind]
+        search[SEARCH.sweeps * LANES + i] = 0.0
+        search[SEARCH.last * LANES + i] = np.inf
+        lower = 0.0 if kind[i] == CERTAIN else records[o, RECORD.lower]
+        upper = records[o, RECORD.upper]
+        search[SEARCH.x1 * LANES + i] = lower
+        search[SEARCH.x2 * LANES + i] = upper
+        search[SEARCH.x3 * LANES + i] = lower
+        search[SEARCH.whole * LANES + i] = abs(upper - lower)
         search[SEARCH.f2 * LANES + i] = records[o, RECORD.beyond]
         doubtful += 0 if kind[i] == CERTAIN else 1
     call(section.function, section.parameters, lanes, start, f)
@@ -261,17 +316,18 @@ def begin(flow, first, lanes, direction, records, number, kind, start, search, z
             search[SEARCH.f2 * LANES + i] = search[SEARCH.f2 * LANES + i] if kind[i] == CERTAIN else f[i]
         fractional(flow, lanes, start, row(search, SEARCH.x1), z, k, work, f)
     for i in range(first, lanes):
-        f1, f2 = f[i], search[SEARCH.f2 * LANES + i]
-        x1, x2 = search[SEARCH.x1 * LANES + i], search[SEARCH.x2 * LANES + i]
-        search[SEARCH.f1 * LANES + i], search[SEARCH.f3 * LANES + i] = f1, f1
+        f1 = f[i]
+        f2 = search[SEARCH.f2 * LANES + i]
+        x1 = search[SEARCH.x1 * LANES + i]
+        x2 = search[SEARCH.x2 * LANES + i]
+        search[SEARCH.f1 * LANES + i] = f1
+        search[SEARCH.f3 * LANES + i] = f1
         differ = (f1 < 0.0 and f2 > 0.0) or (f1 > 0.0 and f2 < 0.0)  # a zero alone is touched, not crossed
         if kind[i] > CERTAIN and (not differ or (f2 - f1) * direction < 0.0):
             kind[i] = NOTHING
         if f1 * f2 < 0.0:
-            search[SEARCH.live * LANES + i], search[SEARCH.tau * LANES + i] = (
-                SEARCHING,
-                x1 + (x2 - x1) * (f1 / (f1 - f2)),
-            )
+            search[SEARCH.live * LANES + i] = SEARCHING
+            search[SEARCH.tau * LANES + i] = x1 + (x2 - x1) * (f1 / (f1 - f2))
         else:
             search[SEARCH.live * LANES + i] = FOUND
             search[SEARCH.tau * LANES + i] = x1 if abs(f1) <= abs(f2) else x2
@@ -285,10 +341,20 @@ def locate(unit, stop, progress, blocks, scheme, section, direction, records, wh
     next records. Without a change of sign, or in the wrong direction, the record becomes empty. Afterwards a record
     holds time, kind, section function and state.
     """
-    rows, following, end = records.shape[1] - RECORD.state, unit * size, min((unit + 1) * size, where.size)
-    z, work, k = room(scheme.copies * rows + scheme.spare), room(rows), room(scheme.b.size * rows)
-    start, search, kind, number = room(rows), room(SEARCH.end), room(1), np.zeros(LANES, np.int64)
-    tau, f, flow, lanes = row(search, SEARCH.tau), row(search, SEARCH.f), (blocks, scheme, section, rows), 0
+    rows = records.shape[1] - RECORD.state
+    following = unit * size
+    end = min((unit + 1) * size, where.size)
+    z = room(scheme.copies * rows + scheme.spare)
+    work = room(rows)
+    k = room(scheme.b.size * rows)
+    start = room(rows)
+    search = room(SEARCH.end)
+    kind = room(1)
+    number = np.zeros(LANES, np.int64)
+    tau = row(search, SEARCH.tau)
+    f = row(search, SEARCH.f)
+    flow = (blocks, scheme, section, rows)
+    lanes = 0
     while True:
         if lanes <= HALF and following < end and read_now(stop, 0) == 0:
             first = lanes
@@ -303,7 +369,8 @@ def locate(unit, stop, progress, blocks, scheme, section, direction, records, wh
         if lanes == 0:
             break
         fractional(flow, lanes, start, tau, z, k, work, f)
-        here, i = narrow(lanes, search), 0
+        here = narrow(lanes, search)
+        i = 0
         while here > 0:
             if search[SEARCH.live * LANES + i] != HERE:
                 i += 1
@@ -314,10 +381,12 @@ def locate(unit, stop, progress, blocks, scheme, section, direction, records, wh
             records[o, RECORD.residual] = f[i]
             for r in range(rows):
                 records[o, RECORD.state + r] = z[r * LANES + i]
-            lanes, here = lanes - 1, here - 1
+            lanes = lanes - 1
+            here = here - 1
             move_lane(rows, lanes, i, start)
             move_lane(SEARCH.end, lanes, i, search)
-            number[i], kind[i] = number[lanes], kind[lanes]
+            number[i] = number[lanes]
+            kind[i] = kind[lanes]
             move_lane(rows, lanes, i, z)
 
 
@@ -331,16 +400,24 @@ def lean(unit, stop, progress, section, nudge, z, size, speed, result):
     if read_now(stop, 0) > 0:
         return
     rows, points = z.shape
-    first, each = unit * LANES, points // size.shape[1]
+    first = unit * LANES
+    each = points // size.shape[1]
     lanes = min(LANES, points - first)
-    block, ahead, behind, amplitude = room(rows), room(1), room(1), room(1)
-    change, passing, orbit = room(1), room(1), np.empty(LANES, np.int64)
+    block = room(rows)
+    ahead = room(1)
+    behind = room(1)
+    amplitude = room(1)
+    change = room(1)
+    passing = room(1)
+    orbit = np.empty(LANES, np.int64)
     for i in range(lanes):
         orbit[i] = (first + i) // each
         for r in range(rows):
             block[r * LANES + i] = z[r, first + i]
     for r in range(rows):
-        here, fast, own = z[r, first : first + lanes], speed[r, first : first + lanes], row(block, r)
+        here = z[r, first : first + lanes]
+        fast = speed[r, first : first + lanes]
+        own = row(block, r)
         for i in range(lanes):
             amplitude[i] = size[r, orbit[i]]
         for value, shift in ((ahead, nudge), (behind, -nudge)):
@@ -367,7 +444,8 @@ def compact(rows, out, counts, limit, unlocated):
     for o in range(out.shape[0]):
         kept = 0
         for slot in range(counts[o]):
-            time, kind = out[o, slot * width + RECORD.time], out[o, slot * width + RECORD.kind]
+            time = out[o, slot * width + RECORD.time]
+            kind = out[o, slot * width + RECORD.kind]
             unlocated[o] |= kind != LOCATED and kind != NOTHING
             if kind == LOCATED and time > 0.0 and time <= limit[o]:
                 if kept != slot:
@@ -389,7 +467,8 @@ def gather(first, last, out, counts, points, times, residual):
     for o in range(first, last):
         residual[o] = 0.0
         for slot in range(wanted):
-            c, kept = slot * width, slot < counts[o]
+            c = slot * width
+            kept = slot < counts[o]
             times[o, slot] = out[o, c + RECORD.time] if kept else np.nan
             for r in range(rows):
                 points[r, o, slot] = out[o, c + RECORD.state + r] if kept else np.nan

@@ -38,19 +38,40 @@ class Record(NamedTuple):
 
 RECORD = Record()
 
-NOTHING, CERTAIN, LOWER, UPPER, LOCATED, RETURN, BETWEEN = 0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0
-"""Kinds of record: empty; sign change over a step; first and second of a suspected pair within two steps; located
-crossing; sign change over the first step of an orbit that starts on the section; suspected sign change between two
-fractional steps, beside or around a step where the function is zero."""
+NOTHING = 0.0
+"""Kind of record: empty."""
+
+CERTAIN = 1.0
+"""Kind of record: sign change over a step."""
+
+LOWER = 2.0
+"""Kind of record: first of a suspected pair within two steps."""
+
+UPPER = 3.0
+"""Kind of record: second of a suspected pair within two steps."""
+
+LOCATED = 4.0
+"""Kind of record: located crossing."""
+
+RETURN = 5.0
+"""Kind of record: sign change over the first step of an orbit that starts on the section."""
+
+BETWEEN = 6.0
+"""Kind of record: suspected sign change between two fractional steps, beside or around a step where the function is
+zero.
+"""
 
 ASIDE = 2.0**-10
 """Fractional step beside a step where the section function is zero, at which its sign is looked at: a root of order
 four leaves 1e-12 of the function there, which is no rounding yet. Other roots nearer than this are not told apart."""
 
-ROUNDED, FADING = 1e-11, 0.5
+ROUNDED = 1e-11
 """Section function, beside its size at the steps before, that counts as zero: rounding may decide its sign, and signs
-beside the step tell the same; the factor by which this size falls from step to step where the function is small.
+beside the step tell the same.
 """
+
+FADING = 0.5
+"""Factor by which this size falls from step to step where the function is small."""
 
 RESTING = 16
 """Successive steps at which the function is zero, after which the orbit runs in the section and has no crossings."""
@@ -115,7 +136,8 @@ def has_news(most, direction, earlier, before, now):
 
     A function of an angle jumps between two sections by more than `most`: a jump is no crossing.
     """
-    rises, falls = (before < 0.0) & (now > 0.0), (before > 0.0) & (now < 0.0)
+    rises = (before < 0.0) & (now > 0.0)
+    falls = (before > 0.0) & (now < 0.0)
     changed = (rises & (direction >= 0.0)) | (falls & (direction <= 0.0)) | (now == 0.0) | (before == 0.0)
     nearest = (abs(before) < abs(now)) & (abs(before) <= abs(earlier)) & (before * now > 0.0) & (before * earlier > 0.0)
     return (changed & (abs(now - before) <= most)) | nearest
@@ -130,10 +152,14 @@ def detect(value, calls, lanes, orbit, fresh, t, z, memory, out, done):
     """
     rows = int(value.rows)
     call_value(calls, 0, lanes, z, row(memory, ROWS.now))
-    news, moved, ended = row(memory, ROWS.news), 0, 0
+    news = row(memory, ROWS.news)
+    moved = 0
+    ended = 0
     for i in range(lanes):  # loops without branches become vector instructions
-        earlier, before = memory[ROWS.earlier * LANES + i], memory[ROWS.before * LANES + i]
-        now, seen = memory[ROWS.now * LANES + i], fresh[i] != 0.0
+        earlier = memory[ROWS.earlier * LANES + i]
+        before = memory[ROWS.before * LANES + i]
+        now = memory[ROWS.now * LANES + i]
+        seen = fresh[i] != 0.0
         size = memory[ROWS.size * LANES + i]
         now = 0.0 if abs(now) <= ROUNDED * size else now
         memory[ROWS.size * LANES + i] = max(abs(now), FADING * size) if seen else size
@@ -184,7 +210,8 @@ def write_records(value, rows, i, o, seen, times, first, states, memory, out):
     smooth = abs(now - before) <= value.most
     if now == 0.0 or before == 0.0:
         return smooth and write_around_zeros(rows, i, o, before, now, times, first, states, memory, out)
-    rises, falls = before < 0.0 and now > 0.0 and smooth, before > 0.0 and now < 0.0 and smooth
+    rises = before < 0.0 and now > 0.0 and smooth
+    falls = before > 0.0 and now < 0.0 and smooth
     crossed = (rises and value.direction >= 0.0) or (falls and value.direction <= 0.0)
     t2, t1, t = times
     if not (crossed or _dips(earlier, before, now, t1 - t2, t - t1)):
@@ -192,16 +219,19 @@ def write_records(value, rows, i, o, seen, times, first, states, memory, out):
     slot = int(memory[ROWS.written * LANES + i])
     if crossed and value.beside > 0.0:  # else its own place, which is not in the cache, is only written
         # Suspected pairs may be crossings: the number of this one is at most the slot's, without pairs it is equal.
-        sure, c = memory[ROWS.certain * LANES + i] == slot, slot * width
+        sure = memory[ROWS.certain * LANES + i] == slot
+        c = slot * width
         if t1 > out[o, c + RECORD.latest] or (sure and t < out[o, c + RECORD.earliest]):
             memory[ROWS.certain * LANES + i] = PARTED
             return True
     least, last = (CERTAIN, CERTAIN) if crossed else (LOWER, UPPER)
     if crossed and abs(before) == BARELY:
-        least, last = RETURN, RETURN
+        least = RETURN
+        last = RETURN
     for kind in range(int(least), int(last) + 1):
         c = slot * width
-        out[o, c + RECORD.time], out[o, c + RECORD.kind] = t1, kind
+        out[o, c + RECORD.time] = t1
+        out[o, c + RECORD.kind] = kind
         out[o, c + RECORD.lower] = now if kind == CERTAIN else 0.0 if crossed else t2 - t1
         out[o, c + RECORD.upper] = t - t1
         for r in range(rows):
@@ -221,7 +251,8 @@ def write_around_zeros(rows, i, o, before, now, times, first, states, memory, ou
     A zero has no sign: it is a crossing where the signs a little before and after it differ, and a sign change within
     the step is between signs a little within it.
     """
-    width, slot = RECORD.state + rows, int(memory[ROWS.written * LANES + i])
+    width = RECORD.state + rows
+    slot = int(memory[ROWS.written * LANES + i])
     _, t1, t = times
     zeros = memory[ROWS.zeros * LANES + i] + 1.0 if now == 0.0 else 0.0
     memory[ROWS.zeros * LANES + i] = zeros
@@ -231,7 +262,8 @@ def write_around_zeros(rows, i, o, before, now, times, first, states, memory, ou
     end = 1.0 - ASIDE if now == 0.0 else 1.0
     for k in range(2 if now == 0.0 else 1):
         c = slot * width
-        out[o, c + RECORD.time], out[o, c + RECORD.kind] = t1, BETWEEN
+        out[o, c + RECORD.time] = t1
+        out[o, c + RECORD.kind] = BETWEEN
         out[o, c + RECORD.lower] = (begin if k == 0 else end) * (t - t1)
         out[o, c + RECORD.upper] = (end if k == 0 else 1.0 + ASIDE) * (t - t1)
         for r in range(rows):
@@ -245,10 +277,14 @@ def write_around_zeros(rows, i, o, before, now, times, first, states, memory, ou
 def detect_along(value, calls, lanes, orbit, fresh, t, z, memory, out, done):
     """Observer of `lanes` successive states of one orbit: the same records, memory and end as `detect` at each."""
     rows = int(value.rows)
-    own, hits = z[rows * LANES :], 0  # section functions from two steps before the first state on
-    own[0], own[1] = memory[ROWS.earlier * LANES], memory[ROWS.before * LANES]
+    # section functions from two steps before the first state on
+    own = z[rows * LANES :]
+    hits = 0
+    own[0] = memory[ROWS.earlier * LANES]
+    own[1] = memory[ROWS.before * LANES]
     call_value(calls, 0, lanes, z, own[2 : 2 + LANES])
-    news, size = row(memory, ROWS.news), memory[ROWS.size * LANES]
+    news = row(memory, ROWS.news)
+    size = memory[ROWS.size * LANES]
     for s in range(lanes):
         own[s + 2] = 0.0 if abs(own[s + 2]) <= ROUNDED * size else own[s + 2]
         size = max(abs(own[s + 2]), FADING * size)
@@ -261,11 +297,14 @@ def detect_along(value, calls, lanes, orbit, fresh, t, z, memory, out, done):
         t1 = t[s - 1] if s > 0 else memory[ROWS.time_before * LANES]
         t2 = t[s - 2] if s > 1 else memory[(ROWS.time_before if s == 1 else ROWS.time_earlier) * LANES]
         first, states = (s - 1, z) if s > 0 else (ROWS.state * LANES, memory)
-        seen, times = (own[s], own[s + 1], own[s + 2]), (t2, t1, t[s])
+        seen = (own[s], own[s + 1], own[s + 2])
+        times = (t2, t1, t[s])
         if write_records(value, rows, 0, orbit[0], seen, times, first, states, memory, out):
-            taken, done[0] = s + 1, s + 1.0
+            taken = s + 1
+            done[0] = s + 1.0
             break
-    memory[ROWS.earlier * LANES], memory[ROWS.before * LANES] = own[taken], own[taken + 1]
+    memory[ROWS.earlier * LANES] = own[taken]
+    memory[ROWS.before * LANES] = own[taken + 1]
     memory[ROWS.size * LANES] = size
     memory[ROWS.time_earlier * LANES] = t[taken - 2] if taken > 1 else memory[ROWS.time_before * LANES]
     memory[ROWS.time_before * LANES] = t[taken - 1]

@@ -88,7 +88,8 @@ def layout(n, k, m):
     columns = sums + 2 * k
     metric = columns + 2 * k * k
     readings = metric + 2 * n
-    limits, detected = readings + 2 * m, readings + 4 * m
+    limits = readings + 2 * m
+    detected = readings + 4 * m
     return Parts(
         sums,
         sums + k,
@@ -111,7 +112,8 @@ parts_of = jit(layout)
 @jit(constants=True)
 def peak(n, k, lanes, fresh, z, memory):
     """Keep the largest square of the first vector since the last renormalisation."""
-    half, at = n * (1 + k), parts_of(n, k, 0)
+    half = n * (1 + k)
+    at = parts_of(n, k, 0)
     for i in range(lanes):
         square = 0.0
         for r in range(2 * n):
@@ -124,11 +126,15 @@ def peak(n, k, lanes, fresh, z, memory):
 @jit(constants=True)
 def peak_across(n, k, lanes, fresh, flow, z, memory):
     """Keep the largest square of the first vector's part across the direction `flow` (2n rows) of the orbit."""
-    half, at = n * (1 + k), parts_of(n, k, 0)
+    half = n * (1 + k)
+    at = parts_of(n, k, 0)
     for i in range(lanes):
-        square, along, size = 0.0, 0.0, 0.0
+        square = 0.0
+        along = 0.0
+        size = 0.0
         for r in range(2 * n):
-            w, f = z[((n + r) if r < n else (half + r)) * LANES + i], flow[r * LANES + i]
+            w = z[((n + r) if r < n else (half + r)) * LANES + i]
+            f = flow[r * LANES + i]
             g = memory[(at.metric + r) * LANES + i]
             square += g * w * w
             along += g * f * w
@@ -148,7 +154,8 @@ def wait(time, slots, longest, lanes, fresh, t, memory):
     found = 0
     for i in range(lanes):
         left = memory[ROWS.left * LANES + i] - fresh[i]
-        recorded, now = memory[ROWS.recorded * LANES + i], t[i] * (1.0 + 1e-12)
+        recorded = memory[ROWS.recorded * LANES + i]
+        now = t[i] * (1.0 + 1e-12)
         on = (left == 0.0) | (now >= time) | (memory[ROWS.peak * LANES + i] > longest)
         on |= (memory[ROWS.half * LANES + i] == 0.0) & (now >= 0.5 * time)
         on |= (recorded < slots) & (now * slots >= (recorded + 1.0) * time)
@@ -168,7 +175,8 @@ def orthonormalise(n, k, lanes, z, memory):
     step to step, such as carried rounding errors, which are set to 0 for the vectors of these lanes. A vector that
     vanishes, as the derivative of a map may have a lower rank, is 0 from then on.
     """
-    half, at = n * (1 + k), parts_of(n, k, 0)
+    half = n * (1 + k)
+    at = parts_of(n, k, 0)
     for j in range(k):
         for b in range(j + 1):
             entry = (at.factor + b * k + j) * LANES
@@ -176,7 +184,8 @@ def orthonormalise(n, k, lanes, z, memory):
                 memory[entry + i] = 0.0
             for r in range(2 * n):
                 first = (r if r < n else half + r - n) * LANES
-                u, w = first + n * (1 + b) * LANES, first + n * (1 + j) * LANES
+                u = first + n * (1 + b) * LANES
+                w = first + n * (1 + j) * LANES
                 g = (at.metric + r) * LANES
                 for i in range(lanes):
                     memory[entry + i] += memory[g + i] * z[u + i] * z[w + i]
@@ -190,7 +199,8 @@ def orthonormalise(n, k, lanes, z, memory):
                     memory[entry + i] = memory[entry + i] if memory[ROWS.due * LANES + i] > 0.0 else 0.0
             for r in range(2 * n):
                 first = (r if r < n else half + r - n) * LANES
-                u, w = first + n * (1 + b) * LANES, first + n * (1 + j) * LANES
+                u = first + n * (1 + b) * LANES
+                w = first + n * (1 + j) * LANES
                 if b == j:
                     g = (at.metric + r) * LANES
                     for i in range(lanes):  # rows without a metric (a drive's momentum) would grow as the rest shrinks
@@ -241,7 +251,8 @@ def grow(n, k, lanes, t, memory):
     at = parts_of(n, k, 0)
     for i in range(lanes):
         on = memory[ROWS.due * LANES + i] > 0.0
-        last, now = memory[ROWS.last * LANES + i], t[i]
+        last = memory[ROWS.last * LANES + i]
+        now = t[i]
         gained = log(memory[at.factor * LANES + i])
         weighted = memory[ROWS.weighted * LANES + i] + 0.5 * (last + now) * gained
         megno = 2.0 * weighted / now
@@ -271,8 +282,12 @@ def judge(value, n, k, lanes, orbit, t, memory, out, done):
     """Keep the values at half time, record the time when each reading first passes its limit, write the history; return
     the number of lanes that are done.
     """
-    m, sums, slots, time = int(value.readings), int(value.sums), value.slots, value.time
-    ended, at = 0, parts_of(n, k, m)
+    m = int(value.readings)
+    sums = int(value.sums)
+    slots = value.slots
+    time = value.time
+    ended = 0
+    at = parts_of(n, k, m)
     for i in range(lanes):
         if memory[ROWS.due * LANES + i] == 0.0:
             continue
@@ -283,14 +298,16 @@ def judge(value, n, k, lanes, orbit, t, memory, out, done):
                 memory[(at.half_readings + j) * LANES + i] = memory[(at.readings + j) * LANES + i]
         passed = 0
         for j in range(m):
-            entry, sign = (at.detected + j) * LANES + i, memory[(at.signs + j) * LANES + i]
+            entry = (at.detected + j) * LANES + i
+            sign = memory[(at.signs + j) * LANES + i]
             beyond = memory[(at.readings + j) * LANES + i] - memory[(at.limits + j) * LANES + i]
             if memory[entry] == 0.0 and beyond * sign > 0.0:
                 memory[entry] = t[i]
             passed += 1 if memory[entry] > 0.0 else 0
         slot = int(memory[ROWS.recorded * LANES + i])
         while slot < slots and now * slots >= (slot + 1) * time:
-            o, c = orbit[i], slot * (1 + m + sums)
+            o = orbit[i]
+            c = slot * (1 + m + sums)
             out[o, c] = t[i]
             for j in range(m):
                 out[o, c + 1 + j] = memory[(at.readings + j) * LANES + i]

@@ -11,8 +11,11 @@ import numpy as np
 from ..compile.jit import LANES, jit
 from .stepping import load_lane, room
 
-ROUNDS, PARTS = 2, 16
-"""Number of divisions of a decade of the table, and parts of each."""
+ROUNDS = 2
+"""Number of divisions of a decade of the table."""
+
+PARTS = 16
+"""Parts of each division."""
 
 FINE = PARTS**ROUNDS
 """Distances in the table to a decade."""
@@ -56,15 +59,25 @@ def find_turns(u, params, potential, centrifugal, distances, z, along, begin, lo
     rows, orbits = z.shape
     first = u * LANES
     lanes = min(LANES, orbits - first)
-    start, line, place, least, bound, far = room(rows), room(rows), room(rows), room(1), room(1), room(1)
-    inside, number, most = np.zeros(LANES, np.int64), np.zeros(LANES, np.int64), 0
-    begun, wanted = begin[first : first + lanes], looks[first : first + lanes]
+    start = room(rows)
+    line = room(rows)
+    place = room(rows)
+    least = room(1)
+    bound = room(1)
+    far = room(1)
+    inside = np.zeros(LANES, np.int64)
+    number = np.zeros(LANES, np.int64)
+    most = 0
+    begun = begin[first : first + lanes]
+    wanted = looks[first : first + lanes]
     for i in range(lanes):
         load_lane(z, first + i, start, i)
         load_lane(along, first + i, line, i)
-        bound[i], most = limit[first + i], max(most, wanted[i])
+        bound[i] = limit[first + i]
+        most = max(most, wanted[i])
     for side in range(2):
-        way, last = 1.0 - 2.0 * side, turn[side, first : first + lanes]
+        way = 1.0 - 2.0 * side
+        last = turn[side, first : first + lanes]
         for i in range(lanes):
             inside[i] = 0
         for k in range(most):

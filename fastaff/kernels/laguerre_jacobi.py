@@ -18,9 +18,18 @@ import numpy as np
 from ..compile.jit import LANES, POINTS, jit
 
 CHUNK = 16  # steps between two checks of the size: it changes by less than 2^600 in them, for y below the cut
-BIG, SMALL = 2.0**300, 2.0**-300
+BIG = 2.0**300
+"""Size above which a recurrence is scaled down."""
+
+SMALL = 2.0**-300
+"""Size below which a recurrence is scaled up."""
+
 LOG_BIG = 300 * math.log(2.0)
-LN2_HIGH, LN2_LOW = 6.93147180369123816490e-01, 1.90821492927058770002e-10  # 33 bits of ln 2, and the rest
+"""Logarithm of BIG."""
+
+# 33 bits of ln 2, and the rest
+LN2_HIGH = 6.93147180369123816490e-01
+LN2_LOW = 1.90821492927058770002e-10
 
 
 @jit
@@ -32,7 +41,8 @@ def _ladder(u, w, y, phi, d, logarithm):
         logarithm[i] = 0.0
     for first in range(0, u.size, CHUNK):
         for k in range(first, min(first + CHUNK, u.size)):
-            up, down = u[k], w[k]
+            up = u[k]
+            down = w[k]
             for i in range(LANES):
                 d[i] = up * d[i] - down * y[i] * phi[i]
                 phi[i] += d[i]
@@ -108,11 +118,18 @@ def laguerre_values(portion, u, w, constants, kappa, squared, x, out):
 
     constants (c, h, y0, cut): 0 beyond the cut.
     """
-    c, h, y0, cut = constants[0], constants[1], constants[2], constants[3]
+    c = constants[0]
+    h = constants[1]
+    y0 = constants[2]
+    cut = constants[3]
     for start in range(portion * POINTS, min(x.size, (portion + 1) * POINTS), LANES):
         count = min(LANES, x.size - start)
-        t, phi, d, logarithm = np.empty(LANES), np.empty(LANES), np.empty(LANES), np.empty(LANES)
-        work, inside = np.empty(LANES), np.empty(LANES)
+        t = np.empty(LANES)
+        phi = np.empty(LANES)
+        d = np.empty(LANES)
+        logarithm = np.empty(LANES)
+        work = np.empty(LANES)
+        inside = np.empty(LANES)
         for i in range(LANES):
             at = x[start + min(i, count - 1)]
             t[i] = min(kappa * (at * at if squared else at), cut)
@@ -139,16 +156,18 @@ def jacobi_values(portion, u, w, constants, y, z, out):
     """
     for start in range(portion * POINTS, min(y.size, (portion + 1) * POINTS), LANES):
         count = min(LANES, y.size - start)
-        near, phi, d, logarithm, work = (
-            np.empty(LANES),
-            np.empty(LANES),
-            np.empty(LANES),
-            np.empty(LANES),
-            np.empty(LANES),
-        )
+        near = np.empty(LANES)
+        phi = np.empty(LANES)
+        d = np.empty(LANES)
+        logarithm = np.empty(LANES)
+        work = np.empty(LANES)
         for end in range(2):
-            c, h, y0 = constants[end, 0], constants[end, 1], constants[end, 2]
-            g, z0, sign = constants[end, 3], constants[end, 4], constants[end, 5]
+            c = constants[end, 0]
+            h = constants[end, 1]
+            y0 = constants[end, 2]
+            g = constants[end, 3]
+            z0 = constants[end, 4]
+            sign = constants[end, 5]
             some = False
             for i in range(LANES):
                 j = start + min(i, count - 1)
@@ -184,13 +203,18 @@ def polynomial_values(portion, diagonal, off, coefficients, t, out):
     """
     for start in range(portion * POINTS, min(t.size, (portion + 1) * POINTS), LANES):
         count = min(LANES, t.size - start)
-        at, p, before, total = np.empty(LANES), np.ones(LANES), np.zeros(LANES), np.empty(LANES)
+        at = np.empty(LANES)
+        p = np.ones(LANES)
+        before = np.zeros(LANES)
+        total = np.empty(LANES)
         for i in range(LANES):
             at[i] = t[start + min(i, count - 1)]
             total[i] = coefficients[0]
         back = 0.0
         for k in range(1, coefficients.size):
-            shift, up, c = diagonal[k - 1], 1.0 / off[k - 1], coefficients[k]
+            shift = diagonal[k - 1]
+            up = 1.0 / off[k - 1]
+            c = coefficients[k]
             for i in range(LANES):
                 here = ((at[i] - shift) * p[i] - back * before[i]) * up
                 before[i] = p[i]
@@ -206,7 +230,8 @@ def _turned(k, x, y, radius, re, im, lanes):
     """Multiply re + i im by ((x + i y)/radius)^k for a block, by repeated squaring; the angle of radius 0 counts as
     0.
     """
-    cosine, sine = np.empty(LANES), np.empty(LANES)
+    cosine = np.empty(LANES)
+    sine = np.empty(LANES)
     up = 1.0 if k >= 0 else -1.0
     for i in range(lanes):
         w = 1.0 / radius[i] if radius[i] > 0.0 else 0.0
@@ -230,7 +255,10 @@ def _turned(k, x, y, radius, re, im, lanes):
 def plane_radii(portion, planes, radii):
     """Write |a|, |b| of planes (4, points) into radii (2, points)."""
     for i in range(portion * POINTS, min(planes.shape[1], (portion + 1) * POINTS)):
-        a1, a2, b1, b2 = planes[0, i], planes[1, i], planes[2, i], planes[3, i]
+        a1 = planes[0, i]
+        a2 = planes[1, i]
+        b1 = planes[2, i]
+        b2 = planes[3, i]
         radii[0, i] = math.sqrt(a1 * a1 + a2 * a2)
         radii[1, i] = math.sqrt(b1 * b1 + b2 * b2)
 

@@ -43,9 +43,13 @@ def add_rows(c, s, begin, end, re, im):
         other = r + 1
         while other < c.size and c[other] == 0.0:
             other += 1
-        one, x, y = s[r, begin:end], c[r].real, c[r].imag
+        one = s[r, begin:end]
+        x = c[r].real
+        y = c[r].imag
         if other < c.size:  # two rows at once halve the reads and writes of sums
-            two, u, v = s[other, begin:end], c[other].real, c[other].imag
+            two = s[other, begin:end]
+            u = c[other].real
+            v = c[other].imag
             for i in range(one.size):
                 re[i] += x * one[i] + u * two[i]
                 im[i] += y * one[i] + v * two[i]
@@ -64,17 +68,23 @@ def turn(unit, stop, progress, signals, loops, windows, spans, rates):
     """
     if read_now(stop, 0) > 0:
         return
-    s, steps = signals[unit], windows.shape[1]
-    angles, re, im, sums = np.empty(steps), np.empty(CHUNK + 1), np.empty(CHUNK + 1), np.empty(BLOCK)
+    s = signals[unit]
+    steps = windows.shape[1]
+    angles = np.empty(steps)
+    re = np.empty(CHUNK + 1)
+    im = np.empty(CHUNK + 1)
+    sums = np.empty(BLOCK)
     for k in range(loops.c.shape[1]):
-        offset, drift = loops.offset[unit, k], loops.drift[unit, k]
+        offset = loops.offset[unit, k]
+        drift = loops.drift[unit, k]
         for at in range(0, steps, CHUNK):
             width = min(CHUNK, steps - at)
             for i in range(width + 1):
                 re[i] = -offset.real - drift.real * (at + i)
                 im[i] = -offset.imag - drift.imag * (at + i)
             for r in range(s.shape[0]):
-                c, row = loops.c[unit, k, r], s[r, at : at + width + 1]
+                c = loops.c[unit, k, r]
+                row = s[r, at : at + width + 1]
                 if c != 0.0:
                     for i in range(row.size):
                         re[i] += c.real * row[i]
@@ -96,12 +106,16 @@ def loop_values(unit, stop, progress, signals, orbits, number, loops, values):
     """
     if read_now(stop, 0) > 0:
         return
-    o, k, value = orbits[unit], number[unit], values[unit]
-    s, samples = rows_of(signals, o), value.size
+    o = orbits[unit]
+    k = number[unit]
+    value = values[unit]
+    s = rows_of(signals, o)
+    samples = value.size
     for i in range(samples):
         value[i] = -loops.offset[o, k] - loops.drift[o, k] * i
     for r in range(s.shape[0]):
-        c, row = loops.c[o, k, r], s[r]
+        c = loops.c[o, k, r]
+        row = s[r]
         if c != 0.0:
             for i in range(samples):
                 value[i] += c * row[i]

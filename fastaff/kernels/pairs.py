@@ -29,9 +29,13 @@ def both(value, calls, lanes, orbit, fresh, t, z, memory, out, done):
 
     The first value.split rows of memory and value.columns columns of `out` are the first one's.
     """
-    split, end, columns = int(value.split) * LANES, int(value.rows) * LANES, int(value.columns)
+    split = int(value.split) * LANES
+    end = int(value.rows) * LANES
+    columns = int(value.columns)
     own = memory[end:]
-    seen, first_done, second_done = row(own, ROWS.seen), row(own, ROWS.first_done), row(own, ROWS.second_done)
+    seen = row(own, ROWS.seen)
+    first_done = row(own, ROWS.first_done)
+    second_done = row(own, ROWS.second_done)
     for i in range(lanes):
         seen[i] = fresh[i] * (1.0 - first_done[i])
     call_observer(calls, 0, lanes, orbit, seen, t, z, memory[:split], out[:, :columns], first_done)
@@ -52,6 +56,7 @@ def either(value, calls, lanes, orbit, fresh, t, z, memory, out, done):
 
     The first value.split rows of memory are the first one's, and all columns of `out`.
     """
-    split, columns = int(value.split) * LANES, out.shape[1]
+    split = int(value.split) * LANES
+    columns = out.shape[1]
     ended = call_observer(calls, 0, lanes, orbit, fresh, t, z, memory[:split], out, done)
     return ended + call_observer(calls, 1, lanes, orbit, fresh, t, z, memory[split:], out[:, columns:], done)

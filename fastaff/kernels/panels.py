@@ -12,8 +12,17 @@ from .tori_coordinates import PANELS, S1, SINE, WIDTH
 ORDER = 16
 """Gauss-Legendre nodes of a panel."""
 
-LOW, HIGH, LEFT, LENGTH = 12, 13, 10, 11
-"""Rows of work memory: sin^2 and cos^2 of chi/2 at the nodes; beginnings and lengths of panels."""
+LOW = 12
+"""Row of work memory: sin^2 of chi/2 at the nodes."""
+
+HIGH = 13
+"""Row of work memory: cos^2 of chi/2 at the nodes."""
+
+LEFT = 10
+"""Row of work memory: beginnings of panels."""
+
+LENGTH = 11
+"""Row of work memory: lengths of panels."""
 
 
 def _legendre():
@@ -31,13 +40,15 @@ def place_panel(panel, work):
     """Write sin^2 and cos^2 of chi/2 at the nodes of a panel."""
     for k in range(ORDER):
         chi = work[LEFT, panel] + 0.5 * work[LENGTH, panel] * (1 + NODES[k])
-        work[LOW, panel * ORDER + k], work[HIGH, panel * ORDER + k] = np.sin(0.5 * chi) ** 2, np.cos(0.5 * chi) ** 2
+        work[LOW, panel * ORDER + k] = np.sin(0.5 * chi) ** 2
+        work[HIGH, panel * ORDER + k] = np.cos(0.5 * chi) ** 2
 
 
 @jit
 def first_panels(kind, knots, most, work, out):
     """Cut [0, pi] at the knots between the turning points; returns the number of panels."""
-    count, last = 0, 0.0
+    count = 0
+    last = 0.0
     for k in range(knots.size):
         s = knots[k] / (1 + knots[k]) if kind == SINE else knots[k]
         share = (s - out[S1]) / (2 * out[WIDTH])
@@ -45,9 +56,12 @@ def first_panels(kind, knots, most, work, out):
             continue
         chi = 2 * np.arcsin(np.sqrt(share))
         if chi - last > 1e-6 and np.pi - chi > 1e-6 and count < most // 2:
-            work[LEFT, count], work[LENGTH, count] = last, chi - last
-            count, last = count + 1, chi
-    work[LEFT, count], work[LENGTH, count] = last, np.pi - last
+            work[LEFT, count] = last
+            work[LENGTH, count] = chi - last
+            count = count + 1
+            last = chi
+    work[LEFT, count] = last
+    work[LENGTH, count] = np.pi - last
     return count + 1
 
 
@@ -56,13 +70,17 @@ def halve(panel, count, work):
     """Cut a panel; its second half becomes number `count`."""
     half = 0.5 * work[LENGTH, panel]
     work[LENGTH, panel] = half
-    work[LEFT, count], work[LENGTH, count] = work[LEFT, panel] + half, half
+    work[LEFT, count] = work[LEFT, panel] + half
+    work[LENGTH, count] = half
 
 
 @jit
 def size_and_rest(row, panel, work):
     """Return the integral of |f| over a panel, and the size of its last two Legendre coefficients there."""
-    size, last, before, first = 0.0, 0.0, 0.0, panel * ORDER
+    size = 0.0
+    last = 0.0
+    before = 0.0
+    first = panel * ORDER
     for k in range(ORDER):
         f = work[row, first + k]
         size += WEIGHTS[k] * abs(f)
@@ -85,7 +103,9 @@ def panel_value(row, chi, work, out):
 @jit
 def _series(row, panel, x, work, integral):
     """The Legendre series of a panel at x of [-1, 1], or its integral from -1."""
-    total, before, now = 0.0, 1.0, x
+    total = 0.0
+    before = 1.0
+    now = x
     for n in range(ORDER):
         c = 0.0
         for k in range(ORDER):
@@ -97,7 +117,8 @@ def _series(row, panel, x, work, integral):
             total += c * (x + 1)
         else:
             total += c * (now - ((2 * n + 1) * x * before - (n + 1) * now) / n) / (2 * n + 1)
-        before, now = now, following
+        before = now
+        now = following
     return total
 
 
@@ -106,7 +127,8 @@ def panel_integral(row, chi, work, out):
     """The integral of the function of a row from 0 to chi of [0, pi]."""
     total = 0.0
     for panel in range(int(out[PANELS])):
-        left, length = work[LEFT, panel], work[LENGTH, panel]
+        left = work[LEFT, panel]
+        length = work[LENGTH, panel]
         if chi >= left + length:
             for k in range(ORDER):
                 total += 0.5 * length * WEIGHTS[k] * work[row, panel * ORDER + k]

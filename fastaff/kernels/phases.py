@@ -19,11 +19,14 @@ def phase_sums(portion, rates, weights, times, out):
     """
     for start in range(portion * POINTS, min(times.size, (portion + 1) * POINTS), LANES):
         lanes = min(LANES, times.size - start)
-        t, re, im = np.zeros(LANES), np.zeros(LANES), np.zeros(LANES)
+        t = np.zeros(LANES)
+        re = np.zeros(LANES)
+        im = np.zeros(LANES)
         for i in range(lanes):
             t[i] = times[start + i]
         for k in range(rates.size):
-            rate, weight = rates[k], weights[k]
+            rate = rates[k]
+            weight = weights[k]
             for i in range(LANES):
                 turn = rate * t[i]
                 turn -= np.floor(turn + 0.5)

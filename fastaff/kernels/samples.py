@@ -74,7 +74,8 @@ def states(value, lanes, orbit, fresh, t, z, memory, out, done):
 @jit(inline=True)
 def columns(value, lanes, orbit, fresh, t, z, memory, out, done):
     """Observer: write each state as a sample, out[row * samples + taken, orbit]: neighbours side by side."""
-    taken, samples = row(memory, ROWS.taken), int(value.samples)
+    taken = row(memory, ROWS.taken)
+    samples = int(value.samples)
     for r in range(int(value.rows)):
         for i in range(lanes):
             if fresh[i] > 0.0 and taken[i] < samples:
@@ -110,7 +111,8 @@ _lost_until = jit(lost_until)
 @jit
 def wear_one(i, fresh, t, memory):
     """Return the share that the momenta of the orbit in lane i of memory keep at the time t, if it is fresh."""
-    share, early = memory[WEAR_ROWS.share * LANES + i], memory[WEAR_ROWS.early * LANES + i]
+    share = memory[WEAR_ROWS.share * LANES + i]
+    early = memory[WEAR_ROWS.early * LANES + i]
     lost = memory[WEAR_ROWS.lost * LANES + i]
     more = fresh * (_lost_until(t, share, early) - lost)
     memory[WEAR_ROWS.lost * LANES + i] = lost + more
@@ -142,7 +144,8 @@ def worn_along(value, lanes, orbit, fresh, t, z, memory, out, done):
     """Observer of `lanes` successive states of one orbit, or as many as `done` says, of which none but the last is one
     that slows it: the same as `worn` at each.
     """
-    taken, rows = int(done[0]) if done[0] > 0.0 else lanes, int(value.rows)
+    taken = int(done[0]) if done[0] > 0.0 else lanes
+    rows = int(value.rows)
     memory[WEAR_ROWS.left * LANES] -= taken
     if memory[WEAR_ROWS.left * LANES] == 0.0:
         memory[WEAR_ROWS.left * LANES] = memory[WEAR_ROWS.stride * LANES]
@@ -168,7 +171,8 @@ def worn_states(value, lanes, orbit, fresh, t, z, memory, out, done):
 @jit(inline=True)
 def thinned(value, calls, lanes, orbit, fresh, t, z, memory, out, done):
     """Observer: write the value of the call at every n-th observation of an orbit, n in its row `stride`."""
-    due, now = row(memory, ROWS.due), row(memory, ROWS.value)
+    due = row(memory, ROWS.due)
+    now = row(memory, ROWS.value)
     if count_down(lanes, fresh, row(memory, ROWS.left), row(memory, ROWS.stride), due) > 0:
         call_value(calls, 0, lanes, z, now)
         sample(1, lanes, orbit, due, now, row(memory, ROWS.taken), out)
@@ -208,9 +212,14 @@ def keep_values(rows, lanes, fresh, memory, made, kept, out):
     """Keep the rows of made in each fresh lane; write full chunks to out (1, numbers): each row of an orbit after the
     other.
     """
-    taken, lengths = row(memory, CHUNK_ROWS.taken), row(memory, CHUNK_ROWS.length)
-    start, numbers = row(memory, CHUNK_ROWS.start), out[0]
-    slot, apart, full, width = int(taken[0]) % CHUNK, 0, 0, places(rows) * LANES
+    taken = row(memory, CHUNK_ROWS.taken)
+    lengths = row(memory, CHUNK_ROWS.length)
+    start = row(memory, CHUNK_ROWS.start)
+    numbers = out[0]
+    slot = int(taken[0]) % CHUNK
+    apart = 0
+    full = 0
+    width = places(rows) * LANES
     for i in range(lanes):
         chunks = taken[i] / CHUNK
         apart += 1 if (chunks - np.floor(chunks)) * CHUNK != slot else 0
@@ -232,10 +241,12 @@ def keep_values(rows, lanes, fresh, memory, made, kept, out):
         return
     for r in range(rows):  # before lanes: neighbours in a cache line are read one after the other
         for i in range(lanes):
-            n, length = int(taken[i]), int(lengths[i])
+            n = int(taken[i])
+            length = int(lengths[i])
             if fresh[i] > 0.0 and (n % CHUNK == 0 or n == length) and n <= length:
                 done = (n - 1) // CHUNK * CHUNK
-                first, own = int(start[i]) + r * length + done, r * LANES + i
+                first = int(start[i]) + r * length + done
+                own = r * LANES + i
                 if n - done == CHUNK:
                     part = numbers[first : first + CHUNK]
                     for s in range(CHUNK):
@@ -248,7 +259,8 @@ def keep_values(rows, lanes, fresh, memory, made, kept, out):
 @jit(inline=True)
 def called_rows(value, calls, lanes, orbit, fresh, t, z, memory, out, done):
     """Observer: write the rows that the call gives at each observation."""
-    kept, rows = memory[CHUNK_ROWS.kept * LANES :], int(value.rows)
+    kept = memory[CHUNK_ROWS.kept * LANES :]
+    rows = int(value.rows)
     made = kept[CHUNK * places(rows) * LANES :]
     call_value(calls, 0, lanes, z, made)
     keep_values(rows, lanes, fresh, memory, made, kept, out)

@@ -76,7 +76,8 @@ def keep(rows, lanes, source, target):
     """Copy the rows of lanes."""
     apart, length = stretch(rows, lanes)
     for at in range(0, rows * LANES, apart):
-        own, other = source[at : at + length], target[at : at + length]
+        own = source[at : at + length]
+        other = target[at : at + length]
         for i in range(length):
             other[i] = own[i]
 
@@ -84,7 +85,8 @@ def keep(rows, lanes, source, target):
 @jit
 def combine(rows, lanes, last, coefficients, k, total):
     """Set total = sum of coefficients[s] * k[s] over s < last, in the order of s, without those that are 0."""
-    terms, weights = np.empty(last, np.int64), np.empty(last)
+    terms = np.empty(last, np.int64)
+    weights = np.empty(last)
     count = nonzero(rows, last, coefficients, terms, weights)
     for at in range(0, rows * LANES, LANES):
         i = 0
@@ -105,12 +107,14 @@ def nonzero(rows, last, coefficients, terms, weights):
     count = 0
     for s in range(last):
         if coefficients[s] != 0.0:
-            terms[count], weights[count] = s * rows * LANES, coefficients[s]
+            terms[count] = s * rows * LANES
+            weights[count] = coefficients[s]
             count += 1
     return count
 
 
-call_derivative, call_leapt = caller("derivative"), caller("leapt")
+call_derivative = caller("derivative")
+call_leapt = caller("leapt")
 
 
 @jit
@@ -126,7 +130,8 @@ def runge_kutta_stages(derivative, params, a, first, last, rows, lanes, step, z,
     that address; leave the last one's state in work.
     """
     size = rows * LANES
-    terms, weights = np.empty(last, np.int64), np.empty(last)
+    terms = np.empty(last, np.int64)
+    weights = np.empty(last)
     for s in range(first, last):
         moved(rows, lanes, nonzero(rows, s, a[s], terms, weights), terms, weights, step, z, k, work)
         call_derivative(derivative, params, lanes, work, k[s * size : (s + 1) * size])
@@ -167,7 +172,10 @@ def advance(blocks, scheme, rows, lanes, step, steps, z, k, work):
     """
     if scheme.kick.size > 0:
         return call(blocks.splitting, blocks.params, lanes, scheme.drift, scheme.kick, step, steps, z)
-    a, b, dense, sweeps = scheme.a, scheme.b, scheme.dense, scheme.sweeps
+    a = scheme.a
+    b = scheme.b
+    dense = scheme.dense
+    sweeps = scheme.sweeps
     return call(blocks.step, blocks.derivative, blocks.params, lanes, rows, a, b, dense, sweeps, step, z, k, work)
 
 

@@ -9,17 +9,22 @@ from .tori_librations import integrals
 from .tori_narrow import axis_ends, powers
 from .tori_wells import SMALL, turning_points
 
-GRID, STEP = 224, 1.3
-"""Ratios rho = 1.3^(-112...111) at which the bottom of an effective potential is searched."""
+GRID = 224
+"""Number of ratios rho = 1.3^(-112...111) at which the bottom of an effective potential is searched."""
+
+STEP = 1.3
+"""Quotient of neighbouring ratios."""
 
 
 @jit
 def _effective(coordinate, n, work):
     """v = U - u2/t - u3/s at the first n places, to work[2]: the constant u0 of a body at rest there."""
-    term, u = coordinate.term, coordinate.u
+    term = coordinate.term
+    u = coordinate.u
     term.function(term.params, n, work[0], work[2])
     for k in range(n):
-        s, t = work[0, k], work[1, k]
+        s = work[0, k]
+        t = work[1, k]
         work[2, k] -= u[1] * t + (u[2] / t if u[2] != 0.0 else 0.0) + (u[3] / s if u[3] != 0.0 else 0.0)
 
 
@@ -30,12 +35,16 @@ def _bottom(coordinate, start, work):
     for k in range(GRID):
         set_place(kind, STEP ** (k - GRID // 2), k, work)
     _effective(coordinate, GRID, work)
-    v, wells, best = work[2], 0, 0
+    v = work[2]
+    wells = 0
+    best = 0
     for k in range(GRID):
         if not np.isfinite(v[k]):
             v[k] = np.inf
     # A well has a rim on both sides, higher than rounding errors; s = 0 and t = 0 are rims, infinity is not.
-    low, high, falling = v[0], v[0], True
+    low = v[0]
+    high = v[0]
+    falling = True
     for k in range(1, GRID):
         rim = 1e-9 * (abs(low) + abs(v[k])) if np.isfinite(v[k]) else 0.0
         if falling:
@@ -43,11 +52,13 @@ def _bottom(coordinate, start, work):
                 low = v[k]
             elif v[k] > low + rim:
                 wells += 1
-                falling, high = False, v[k]
+                falling = False
+                high = v[k]
         elif v[k] > high:
             high = v[k]
         elif v[k] < high - 1e-9 * (abs(high) if np.isfinite(high) else 0.0):
-            falling, low = True, v[k]
+            falling = True
+            low = v[k]
     if falling and kind == SINE:
         wells += 1
     for k in range(GRID):
@@ -61,7 +72,8 @@ def _bottom(coordinate, start, work):
             best += 1
     if best == 0:
         return STEP ** (-GRID // 2), v[0], wells
-    low, high = STEP ** (best - 1.0 - GRID // 2), STEP ** (best + 1.0 - GRID // 2)
+    low = STEP ** (best - 1.0 - GRID // 2)
+    high = STEP ** (best + 1.0 - GRID // 2)
     for _ in range(12):
         for k in range(16):
             set_place(kind, low + (high - low) * (k + 0.5) / 16, k, work)
@@ -70,8 +82,10 @@ def _bottom(coordinate, start, work):
         for k in range(16):
             if work[2, k] < work[2, best]:
                 best = k
-        middle, step = low + (high - low) * (best + 0.5) / 16, (high - low) / 16
-        low, high = max(low, middle - step), min(high, middle + step)
+        middle = low + (high - low) * (best + 0.5) / 16
+        step = (high - low) / 16
+        low = max(low, middle - step)
+        high = min(high, middle + step)
         if step < 1e-8 * middle:
             break
     set_place(kind, middle, 0, work)
@@ -83,7 +97,8 @@ def _bottom(coordinate, start, work):
 def _loop(coordinate, rho, goal, work, out):
     """Turning points and loop integrals of the motion through the ratio rho; returns a status."""
     set_place(coordinate.kind, rho, 0, work)
-    s, t = work[0, 0], work[1, 0]
+    s = work[0, 0]
+    t = work[1, 0]
     radicands(coordinate, 1, work[0], work[1], work[2])
     root = np.sqrt(max(0.0, work[2, 0]))
     code = turning_points(coordinate, s, t, root, 0.0, work, out)
@@ -95,11 +110,16 @@ def _match_at_axis(coordinate, side, J, room, bottom, work, out):
     """Find the small libration of action J about an axis s = 0 or t = 0, from its size instead of its energy; return
     True where there is one.
     """
-    mu, kind, u, ends = coordinate.mu, coordinate.kind, coordinate.u, coordinate.ends
-    u[0], edge = bottom, -1.0 if side == 0 else 1.0
+    mu = coordinate.mu
+    kind = coordinate.kind
+    u = coordinate.u
+    ends = coordinate.ends
+    u[0] = bottom
+    edge = -1.0 if side == 0 else 1.0
     out[RADIUS] = 0.0
     Lambda2 = max(0.0, 2 * mu * (ends[side] - u[3 - side]))
-    middle, G = 0.0, 0.0
+    middle = 0.0
+    G = 0.0
     for step in range(12):
         width = 0.0
         if step > 0:
@@ -134,7 +154,8 @@ def _match_at_axis(coordinate, side, J, room, bottom, work, out):
 @jit
 def _rise(coordinate, rho, lowest, work):
     """Rise of v around the bottom at rho, at the first ratio where it is larger than rounding."""
-    rise, factor = 0.0, 1.15
+    rise = 0.0
+    factor = 1.15
     while rise <= 1e-6 * abs(lowest) and factor < 1e12:
         set_place(coordinate.kind, rho * factor, 0, work)
         set_place(coordinate.kind, rho / factor, 1, work)
@@ -149,20 +170,27 @@ def _rise(coordinate, rho, lowest, work):
 @jit
 def match_action(coordinate, J, start, work, out):
     """Find u0 of the action J >= 0 by Newton's method between bounds: (status, wells)."""
-    mu, kind, u, ends = coordinate.mu, coordinate.kind, coordinate.u, coordinate.ends
+    mu = coordinate.mu
+    kind = coordinate.kind
+    u = coordinate.u
+    ends = coordinate.ends
     rho, lowest, wells = _bottom(coordinate, start, work)
     if not np.isfinite(lowest):
         return UNBOUND_CODE, wells
     set_place(kind, rho, 0, work)
-    s, t = work[0, 0], work[1, 0]
+    s = work[0, 0]
+    t = work[1, 0]
     smooth = coordinate.term.knots.size == 0
     if smooth and s < SMALL and np.isfinite(ends[0]) and _match_at_axis(coordinate, 0, J, s, lowest, work, out):
         return OK_CODE, wells
     if smooth and kind == SINE and t < SMALL and _match_at_axis(coordinate, 1, J, t, lowest, work, out):
         return OK_CODE, wells
-    low, high = lowest, np.inf
+    low = lowest
+    high = np.inf
     u[0] = lowest + (0.1 * _rise(coordinate, rho, lowest, work) if J > 0.0 else 0.0)
-    code, tries, rim = OK_CODE, 0, 0.0
+    code = OK_CODE
+    tries = 0
+    rim = 0.0
     for _ in range(200):
         code = _loop(coordinate, rho, 1e-8, work, out)
         if code == UNBOUND_CODE:
@@ -196,7 +224,8 @@ def match_action(coordinate, J, start, work, out):
     code = _loop(coordinate, rho, 1e-14, work, out)
     if code == OK_CODE and J == 0.0 and out[RADIUS] > 0.0:
         out[S1] = out[S2] = 0.5 * (out[S1] + out[S2])
-        out[WIDTH], out[ACTION] = 0.0, 0.0
+        out[WIDTH] = 0.0
+        out[ACTION] = 0.0
     if code == OK_CODE and abs(J - out[ACTION]) > 1e-9 * J + 1e-13 * np.pi * np.sqrt(2 * mu * abs(u[3])) + 1e-14:
         code = UNBOUND_CODE  # the action jumps over J where wells join
     return code, wells

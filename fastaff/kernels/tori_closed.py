@@ -40,7 +40,8 @@ def _cycle(middle, product, s, root, stiffness):
     """Oscillation of s around `middle` with s1 s2 = product, root = ds/dtime: (l, l cos(chi), l sin(chi), s1, s2,
     chi).
     """
-    cosine, sine = middle - s, root / stiffness
+    cosine = middle - s
+    sine = root / stiffness
     amplitude = np.sqrt(cosine * cosine + sine * sine)
     if amplitude <= NOISE * middle:
         return 0.0, 0.0, 0.0, middle, middle, 0.0
@@ -76,7 +77,9 @@ def _plane(mu, k, wall, x, y, px, py, out):
     """One plane with V = k s/2 + wall/s: (J, J_angle, nu, nu_angle, theta, theta_angle, energy, spin, s1, s2) to out;
     status.
     """
-    s, root, spin = x * x + y * y, x * px + y * py, x * py - y * px
+    s = x * x + y * y
+    root = x * px + y * py
+    spin = x * py - y * px
     energy = (px * px + py * py) / (2 * mu) + k * s / 2 + (wall / s if wall != 0.0 else 0.0)
     Lambda = np.sqrt(spin * spin + 2 * mu * wall)
     omega = np.sqrt(k / mu)
@@ -84,16 +87,23 @@ def _plane(mu, k, wall, x, y, px, py, out):
     stiffness = np.sqrt(mu * k)
     mean = Lambda / stiffness
     amplitude, cosine, sine, s1, s2, chi = _cycle(middle, mean * mean, s, root, stiffness)
-    out[6], out[7], out[8], out[9] = energy, spin, s1, s2
+    out[6] = energy
+    out[7] = spin
+    out[8] = s1
+    out[9] = s2
     angle = np.arctan2(y, x) if s > 0.0 else np.arctan2(py, px)
-    code, ratio = OK_CODE, 0.0
+    code = OK_CODE
+    ratio = 0.0
     if Lambda > 0.0:
         ratio = spin / Lambda
     else:
-        code, ratio = SEPARATRIX_CODE, np.nan
+        code = SEPARATRIX_CODE
+        ratio = np.nan
     # J = energy/omega - Lambda/2 pi is a difference: amplitude^2 keeps the digits of a small action.
     out[0] = np.pi * stiffness * amplitude * amplitude / (middle + mean) if amplitude > 0.0 else 0.0
-    out[1], out[2], out[3] = TURN * spin, omega / np.pi, 0.5 * omega / np.pi * ratio
+    out[1] = TURN * spin
+    out[2] = omega / np.pi
+    out[3] = 0.5 * omega / np.pi * ratio
     out[4] = chi / TURN
     out[5] = (
         _wrap((angle - ratio * (_wind(mean, s2, amplitude, cosine, sine) - 0.5 * chi)) / TURN)
@@ -111,17 +121,33 @@ def planes(unit, stop, progress, mu, k_a, wall_a, k_b, wall_b, tori):
     z, J, nu, theta, turning, constants, error, status = tori
     if stop[0] != 0:
         return
-    a, b = np.empty(10), np.empty(10)
+    a = np.empty(10)
+    b = np.empty(10)
     for i in range(unit * UNIT, min(status.size, (unit + 1) * UNIT)):
         code = _plane(mu, k_a, wall_a, z[0, i], z[1, i], z[4, i], z[5, i], a)
         other = _plane(mu, k_b, wall_b, z[2, i], z[3, i], z[6, i], z[7, i], b)
-        J[0, i], J[1, i], J[2, i], J[3, i] = a[0], b[0], a[1], b[1]
-        nu[0, i], nu[1, i], nu[2, i], nu[3, i] = a[2], b[2], a[3], b[3]
-        theta[0, i], theta[1, i], theta[2, i], theta[3, i] = a[4], b[4], a[5], b[5]
-        constants[0, i], constants[1, i] = a[6], b[6]
-        constants[2, i], constants[3, i] = a[7] * a[7] / (2 * mu), b[7] * b[7] / (2 * mu)
-        turning[0, 0, i], turning[0, 1, i], turning[0, 2, i] = a[8], a[9], 1.0
-        turning[1, 0, i], turning[1, 1, i], turning[1, 2, i] = b[8], b[9], 1.0
+        J[0, i] = a[0]
+        J[1, i] = b[0]
+        J[2, i] = a[1]
+        J[3, i] = b[1]
+        nu[0, i] = a[2]
+        nu[1, i] = b[2]
+        nu[2, i] = a[3]
+        nu[3, i] = b[3]
+        theta[0, i] = a[4]
+        theta[1, i] = b[4]
+        theta[2, i] = a[5]
+        theta[3, i] = b[5]
+        constants[0, i] = a[6]
+        constants[1, i] = b[6]
+        constants[2, i] = a[7] * a[7] / (2 * mu)
+        constants[3, i] = b[7] * b[7] / (2 * mu)
+        turning[0, 0, i] = a[8]
+        turning[0, 1, i] = a[9]
+        turning[0, 2, i] = 1.0
+        turning[1, 0, i] = b[8]
+        turning[1, 1, i] = b[9]
+        turning[1, 2, i] = 1.0
         error[i] = 1e-16
         status[i] = max(code, other)
     progress[unit] = 1
@@ -136,7 +162,9 @@ def _latitude(A, B, pA, pB, Lambda, L_a, L_b, z, i):
     from the nearer axis, as a sum of positive terms with F = root^2; from the energy it would be a difference.
     """
     r = A + B
-    s, t, root = B / r, A / r, (A * pB - B * pA) / (r * Lambda)
+    s = B / r
+    t = A / r
+    root = (A * pB - B * pA) / (r * Lambda)
     upper = s > 0.5
     x, near = (t, L_a / Lambda) if upper else (s, L_b / Lambda)
     if x > 0.0:
@@ -165,10 +193,15 @@ def _shell(mu, k, wall_r, wall_a, wall_b, tori, i):
     status.
     """
     z, J, nu, theta, turning, constants, _, _ = tori
-    A, B = z[0, i] * z[0, i] + z[1, i] * z[1, i], z[2, i] * z[2, i] + z[3, i] * z[3, i]
-    pA, pB = z[0, i] * z[4, i] + z[1, i] * z[5, i], z[2, i] * z[6, i] + z[3, i] * z[7, i]
-    p_eta, p_gamma = z[0, i] * z[5, i] - z[1, i] * z[4, i], z[2, i] * z[7, i] - z[3, i] * z[6, i]
-    r, square, kinetic = A + B, 0.0, 0.0
+    A = z[0, i] * z[0, i] + z[1, i] * z[1, i]
+    B = z[2, i] * z[2, i] + z[3, i] * z[3, i]
+    pA = z[0, i] * z[4, i] + z[1, i] * z[5, i]
+    pB = z[2, i] * z[6, i] + z[3, i] * z[7, i]
+    p_eta = z[0, i] * z[5, i] - z[1, i] * z[4, i]
+    p_gamma = z[2, i] * z[7, i] - z[3, i] * z[6, i]
+    r = A + B
+    square = 0.0
+    kinetic = 0.0
     for m in range(4):
         kinetic += z[4 + m, i] * z[4 + m, i]
         for j in range(m):
@@ -176,32 +209,49 @@ def _shell(mu, k, wall_r, wall_a, wall_b, tori, i):
             square += turn * turn
     h = square / (2 * mu) + (wall_a * r / A if wall_a != 0.0 else 0.0) + (wall_b * r / B if wall_b != 0.0 else 0.0)
     E = kinetic / (2 * mu) + k * r / 2 + (wall_r + h - square / (2 * mu)) / r
-    constants[0, i], constants[1, i] = E, h
-    constants[2, i], constants[3, i] = p_eta * p_eta / (2 * mu), p_gamma * p_gamma / (2 * mu)
+    constants[0, i] = E
+    constants[1, i] = h
+    constants[2, i] = p_eta * p_eta / (2 * mu)
+    constants[3, i] = p_gamma * p_gamma / (2 * mu)
     if not h + wall_r > 0.0:
         return UNBOUND_CODE
-    omega, outer, Lambda = np.sqrt(k / mu), np.sqrt(2 * mu * (h + wall_r)), np.sqrt(2 * mu * h)
-    L_a, L_b = np.sqrt(p_eta * p_eta + 2 * mu * wall_a), np.sqrt(p_gamma * p_gamma + 2 * mu * wall_b)
+    omega = np.sqrt(k / mu)
+    outer = np.sqrt(2 * mu * (h + wall_r))
+    Lambda = np.sqrt(2 * mu * h)
+    L_a = np.sqrt(p_eta * p_eta + 2 * mu * wall_a)
+    L_b = np.sqrt(p_gamma * p_gamma + 2 * mu * wall_b)
     stiffness = np.sqrt(mu * k)
     mean = outer / stiffness
     width_r, cos_r, sin_r, r1, r2, chi_r = _cycle(E / k, mean * mean, r, pA + pB, stiffness)
     upper, s1, s2, t1, t2, width, cosine, root = _latitude(A, B, pA, pB, Lambda, L_a, L_b, z, i)
-    chi, bent = _angle(root, cosine), width == 0.0
-    product_s, product_t = L_b / Lambda, L_a / Lambda  # sqrt(s1 s2), sqrt(t1 t2)
+    chi = _angle(root, cosine)
+    bent = width == 0.0
+    # sqrt(s1 s2), sqrt(t1 t2)
+    product_s = L_b / Lambda
+    product_t = L_a / Lambda
     spread = 2 * width / (np.sqrt(t1) + np.sqrt(t2) if upper else np.sqrt(s1) + np.sqrt(s2)) if width > 0.0 else 0.0
-    turning[0, 0, i], turning[0, 1, i], turning[0, 2, i] = r1, r2, 1.0
-    turning[1, 0, i], turning[1, 1, i], turning[1, 2, i] = s1, s2, t2
-    J[2, i], J[3, i] = TURN * p_eta, TURN * p_gamma
+    turning[0, 0, i] = r1
+    turning[0, 1, i] = r2
+    turning[0, 2, i] = 1.0
+    turning[1, 0, i] = s1
+    turning[1, 1, i] = s2
+    turning[1, 2, i] = t2
+    J[2, i] = TURN * p_eta
+    J[3, i] = TURN * p_gamma
     J[0, i] = np.pi * stiffness * width_r * width_r / (E / k + mean) if width_r > 0.0 else 0.0
     J[1, i] = np.pi * Lambda * spread * spread / (1 + (product_s - product_t if upper else product_t - product_s))
     code = OK_CODE if L_a > 0.0 and L_b > 0.0 else SEPARATRIX_CODE
-    turn_a, turn_b = p_eta / L_a if L_a > 0.0 else np.nan, p_gamma / L_b if L_b > 0.0 else np.nan
-    nu[0, i], nu[1, i] = omega / np.pi, omega / np.pi * (Lambda / outer)
-    nu[2, i], nu[3, i] = 0.5 * nu[1, i] * turn_a, 0.5 * nu[1, i] * turn_b
+    turn_a = p_eta / L_a if L_a > 0.0 else np.nan
+    turn_b = p_gamma / L_b if L_b > 0.0 else np.nan
+    nu[0, i] = omega / np.pi
+    nu[1, i] = omega / np.pi * (Lambda / outer)
+    nu[2, i] = 0.5 * nu[1, i] * turn_a
+    nu[3, i] = 0.5 * nu[1, i] * turn_b
     tilt = (chi / 2 - Lambda / outer * (_wind(mean, r2, width_r, cos_r, sin_r) - chi_r / 2)) / np.pi
     eta = np.arctan2(z[1, i], z[0, i]) if A > 0.0 else np.arctan2(z[5, i], z[4, i])
     gamma = np.arctan2(z[3, i], z[2, i]) if B > 0.0 else np.arctan2(z[7, i], z[6, i])
-    theta[0, i], theta[1, i] = _wrap(chi_r / TURN), _wrap(tilt)
+    theta[0, i] = _wrap(chi_r / TURN)
+    theta[1, i] = _wrap(tilt)
     theta[2, i] = _wrap((eta - turn_a * (_wind(product_t, t2, width, cosine, root) - np.pi * tilt)) / TURN)
     theta[3, i] = _wrap((gamma - turn_b * (_wind(product_s, s2, width, cosine, root) - np.pi * tilt)) / TURN)
     if width_r == 0.0 or bent:
@@ -223,5 +273,7 @@ def shells(unit, stop, progress, mu, k, wall_r, wall_a, wall_b, tori):
             error[i] = np.inf
             turning[:, :, i] = np.nan
             for m in range(4):
-                J[m, i], nu[m, i], theta[m, i] = np.nan, np.nan, np.nan
+                J[m, i] = np.nan
+                nu[m, i] = np.nan
+                theta[m, i] = np.nan
     progress[unit] = 1

@@ -6,7 +6,10 @@ import numpy as np
 
 from ..compile.jit import jit
 
-RADIAL, SINE, SINH, LINE = 0, 1, 2, 3
+RADIAL = 0
+SINE = 1
+SINH = 2
+LINE = 3
 LINE_STEP = 2 * np.pi / 64
 """Steps of the search for turning points; narrower barriers have knots, which are searched too."""
 S1, T1, S2, T2, WIDTH, ACTION, D0, D1, D2, D3, NODES, CHI, W0, W1, W2, W3, ERROR, CENTRE, RADIUS, PANELS, RESULTS = (
@@ -51,7 +54,10 @@ def complement(kind, s):
 @jit
 def radicands(coordinate, n, s, t, F):
     """F (n,) at s, t (n,)."""
-    term, mu, kind, u = coordinate.term, coordinate.mu, coordinate.kind, coordinate.u
+    term = coordinate.term
+    mu = coordinate.mu
+    kind = coordinate.kind
+    u = coordinate.u
     term.function(term.params, n, s, F)
     if kind == LINE:
         for k in range(n):
@@ -66,6 +72,8 @@ def radicands(coordinate, n, s, t, F):
 def set_place(kind, rho, k, work):
     """Write s and t of the ratio rho (s itself on a line) to work[0:2, k]."""
     if kind == SINE:
-        work[0, k], work[1, k] = rho / (1 + rho), 1 / (1 + rho)
+        work[0, k] = rho / (1 + rho)
+        work[1, k] = 1 / (1 + rho)
     else:
-        work[0, k], work[1, k] = rho, complement(kind, rho)
+        work[0, k] = rho
+        work[1, k] = complement(kind, rho)

@@ -25,7 +25,9 @@ MINUTE = 1e-20
 @jit
 def _find_in_panels(mu, target, work, out):
     """The same from panels, by Newton's method between bounds."""
-    low, high, chi = 0.0, 2 * np.pi, 2 * np.pi * target / out[D0]
+    low = 0.0
+    high = 2 * np.pi
+    chi = 2 * np.pi * target / out[D0]
     for _ in range(60):
         gap = target - 0.5 * mu * turned_integral(D0_ROW, chi, work, out)
         if gap > 0.0:
@@ -43,14 +45,19 @@ def _find_in_panels(mu, target, work, out):
 def _find_phase(mu, target, work, out):
     """Set chi of the state whose W0 is `target`, reduced to [0, D0); returns the turns subtracted."""
     nodes = int(out[NODES])
-    off, turns = nodes - LEAST, np.floor(target / out[D0])
+    off = nodes - LEAST
+    turns = np.floor(target / out[D0])
     target -= turns * out[D0]
     if out[PANELS] > 0.0:
         _find_in_panels(mu, target, work, out)
         return turns
-    f, last, now, a = work[6], work[10], work[11], work[2]
+    f = work[6]
+    last = work[10]
+    now = work[11]
+    a = work[2]
     for k in range(nodes):
-        last[k], now[k] = 1.0, TABLES[2, off + k]
+        last[k] = 1.0
+        now[k] = TABLES[2, off + k]
     mean = 0.0
     for k in range(nodes):
         mean += f[k]
@@ -63,17 +70,17 @@ def _find_phase(mu, target, work, out):
             last[k] = now[k]
             now[k] = following
         a[n] = 2 * total / nodes
-    low, high, chi = 0.0, 2 * np.pi, 2 * np.pi * target / out[D0]
+    low = 0.0
+    high = 2 * np.pi
+    chi = 2 * np.pi * target / out[D0]
     for _ in range(60):
-        value, slope, sine, sine_last, turn, cosine, cosine_last = (
-            mean * chi,
-            mean,
-            np.sin(chi),
-            0.0,
-            2 * np.cos(chi),
-            np.cos(chi),
-            1.0,
-        )
+        value = mean * chi
+        slope = mean
+        sine = np.sin(chi)
+        sine_last = 0.0
+        turn = 2 * np.cos(chi)
+        cosine = np.cos(chi)
+        cosine_last = 1.0
         for n in range(1, nodes):
             value += a[n] * sine / n
             slope += a[n] * cosine
@@ -105,10 +112,14 @@ def _coordinate(kind, work, out, at):
 @jit
 def _write_plane(z, row, k, square, radial, spin, angle):
     """Write one plane: |x|^2, x.p, x cross p and arg x."""
-    length, cosine, sine = np.sqrt(square), np.cos(angle), np.sin(angle)
+    length = np.sqrt(square)
+    cosine = np.cos(angle)
+    sine = np.sin(angle)
     along, across = (radial / length, spin / length) if length > 0.0 else (0.0, 0.0)
-    z[row, k], z[row + 1, k] = length * cosine, length * sine
-    z[row + 4, k], z[row + 5, k] = along * cosine - across * sine, along * sine + across * cosine
+    z[row, k] = length * cosine
+    z[row + 1, k] = length * sine
+    z[row + 4, k] = along * cosine - across * sine
+    z[row + 5, k] = along * sine + across * cosine
 
 
 class Sought(NamedTuple):
@@ -130,13 +141,21 @@ class Sought(NamedTuple):
 def _point(chart, first, second, tori, k, work, other, results, small):
     """One torus and, where theta has columns, the point on it; returns a status."""
     J, theta, start, z, nu, energy, wells, _ = tori
-    mu, c, u, v = first.mu, small[0], first.u, second.u
-    momenta, answer, M, N, at = small[3], small[4], small[5:7], small[7:9], small[9:11]
+    mu = first.mu
+    c = small[0]
+    u = first.u
+    v = second.u
+    momenta = small[3]
+    answer = small[4]
+    M = small[5:7]
+    N = small[7:9]
+    at = small[9:11]
     for a in range(2):
         p = J[2 + a, k] / (2 * np.pi)
         momenta[a] = p if p != 0.0 else MINUTE
         c[2 + a] = momenta[a] * momenta[a] / (2 * mu)
-    c[0], c[1] = 0.0, 0.0
+    c[0] = 0.0
+    c[1] = 0.0
     coefficients(chart, 1, c, v)
     code, count = match_action(second, J[1, k], start[1, k], other, results[1])
     wells[k] = count
@@ -152,7 +171,8 @@ def _point(chart, first, second, tori, k, work, other, results, small):
     energy[k] = ENERGY[chart, 0] * c[0] + ENERGY[chart, 1] * c[1]
     derivatives(chart, mu, momenta, np.zeros(2, np.int64), results, M, N)
     solve_transposed(M, ENERGY[chart], answer)
-    nu[0, k], nu[1, k] = answer[0], answer[1]
+    nu[0, k] = answer[0]
+    nu[1, k] = answer[1]
     for a in range(2):
         nu[2 + a, k] = -(answer[0] * N[0, a] + answer[1] * N[1, a]) / (2 * np.pi)
     if theta.shape[1] == 0:
@@ -175,11 +195,18 @@ def _point(chart, first, second, tori, k, work, other, results, small):
             2 * np.pi * theta[2 + a, k] + N[0, a] * theta[0, k] + N[1, a] * theta[1, k] + momenta[a] / mu * passed
         )
     if chart == ALPHA_BETA:
-        A, B, pA, pB = at[0, 0], at[1, 0], at[0, 2], at[1, 2]
+        A = at[0, 0]
+        B = at[1, 0]
+        pA = at[0, 2]
+        pB = at[1, 2]
     else:
-        r, s, t = at[0, 0], at[1, 0], at[1, 1]
-        A, B = r * t, r * s
-        pA, pB = t * at[0, 2] - at[1, 2], s * at[0, 2] + at[1, 2]
+        r = at[0, 0]
+        s = at[1, 0]
+        t = at[1, 1]
+        A = r * t
+        B = r * s
+        pA = t * at[0, 2] - at[1, 2]
+        pB = s * at[0, 2] + at[1, 2]
     _write_plane(z, 0, k, A, pA, J[2, k] / (2 * np.pi), phases[0])
     _write_plane(z, 2, k, B, pB, J[3, k] / (2 * np.pi), phases[1])
     return OK_CODE if results[0, ERROR] < 1e-7 and results[1, ERROR] < 1e-7 else NOT_CONVERGED_CODE
@@ -190,18 +217,25 @@ def torus_points(unit, stop, progress, chart, first, second, mu, tori):
     _, theta, _, z, nu, energy, _, status = tori
     if stop[0] != 0:
         return
-    work, other = np.zeros((ROWS, MOST)), np.zeros((ROWS, MOST))
-    results, small, ends = np.zeros((2, RESULTS)), np.zeros((12, 4)), np.zeros((2, 2))
+    work = np.zeros((ROWS, MOST))
+    other = np.zeros((ROWS, MOST))
+    results = np.zeros((2, RESULTS))
+    small = np.zeros((12, 4))
+    ends = np.zeros((2, 2))
     points = min(1, theta.shape[1])  # for each torus
     inner = Coordinate(first, mu, KINDS[chart, 0], small[1], ends[0])
     outer = Coordinate(second, mu, KINDS[chart, 1], small[2], ends[1])
     limits(inner, work)
     limits(outer, work)
     for k in range(unit * UNIT, min(status.size, (unit + 1) * UNIT)):
-        results[:], small[:] = 0.0, 0.0  # clear the numbers of the torus before
+        # clear the numbers of the torus before
+        results[:] = 0.0
+        small[:] = 0.0
         status[k] = _point(chart, inner, outer, tori, k, work, other, results, small)
         if status[k] == OK_CODE and not np.isfinite(energy[k] + nu[:, k].sum() + z[:, k : k + points].sum()):
             status[k] = NOT_CONVERGED_CODE
         if status[k] != OK_CODE:
-            energy[k], nu[:, k], z[:, k : k + points] = np.nan, np.nan, np.nan
+            energy[k] = np.nan
+            nu[:, k] = np.nan
+            z[:, k : k + points] = np.nan
     progress[unit] = 1

@@ -37,8 +37,11 @@ from .tori_coordinates import (
 )
 from .tori_narrow import powers
 
-LEAST, MOST = 16, 2048
-"""Numbers of midpoints: doubled until the last Fourier coefficients vanish."""
+LEAST = 16
+"""Least number of midpoints, doubled until the last Fourier coefficients vanish."""
+
+MOST = 2048
+"""Largest number of midpoints."""
 
 ENOUGH = 256
 """Number of midpoints above which panels are better: a wall or a barrier is near a turning point."""
@@ -77,8 +80,12 @@ def poles(coordinate, out):
     """Lambda = sqrt(-F) at s = 0 and at t = 0, 0 where that end is far from the turning points or has no
     pole.
     """
-    mu, kind, u, ends = coordinate.mu, coordinate.kind, coordinate.u, coordinate.ends
-    at_0, at_1 = 0.0, 0.0
+    mu = coordinate.mu
+    kind = coordinate.kind
+    u = coordinate.u
+    ends = coordinate.ends
+    at_0 = 0.0
+    at_1 = 0.0
     if kind != LINE and out[S1] < APART * out[S2] and np.isfinite(ends[0]):
         at_0 = np.sqrt(max(0.0, 2 * mu * (ends[0] - u[3])))
     if kind == SINE and out[T2] < APART * out[T1] and np.isfinite(ends[1]):
@@ -96,20 +103,22 @@ def _integrands(coordinate, first, nodes, at_0, at_1, work, out):
     positive there.
     """
     kind = coordinate.kind
-    s1, t2, width, end = out[S1], out[T2], out[WIDTH], first + nodes
-    s, t, F, low, high = (
-        work[0, first:end],
-        work[1, first:end],
-        work[2, first:end],
-        work[LOW, first:end],
-        work[HIGH, first:end],
-    )
+    s1 = out[S1]
+    t2 = out[T2]
+    width = out[WIDTH]
+    end = first + nodes
+    s = work[0, first:end]
+    t = work[1, first:end]
+    F = work[2, first:end]
+    low = work[LOW, first:end]
+    high = work[HIGH, first:end]
     for k in range(nodes):
         s[k] = s1 + 2 * width * low[k]
     for k in range(nodes):
         t[k] = t2 + 2 * width * high[k] if kind == SINE else complement(kind, s[k])
     if out[RADIUS] > 0.0:
-        p, scale = work[3], -1 / (out[RADIUS] * out[RADIUS])
+        p = work[3]
+        scale = -1 / (out[RADIUS] * out[RADIUS])
         for k in range(nodes):
             F[k] = scale * powers(p, (s[k] - out[CENTRE]) / out[RADIUS], 0)
     else:
@@ -121,26 +130,32 @@ def _integrands(coordinate, first, nodes, at_0, at_1, work, out):
         good = good and F[k] > 0.0 and F[k] < np.inf
     if not good:
         return False
-    J, f0, f1, f2, f3 = (
-        work[5, first:end],
-        work[6, first:end],
-        work[7, first:end],
-        work[8, first:end],
-        work[9, first:end],
-    )
-    near_0, near_1 = np.sqrt(s1 * out[S2]), np.sqrt(out[T1] * t2)
-    take_0, take_1 = 0.0 if at_0 == 0.0 else near_0 / at_0, 0.0 if at_1 == 0.0 else near_1 / at_1
-    give_0, give_1 = at_0 * near_0, (-at_1 if kind == SINH else at_1) * near_1
+    J = work[5, first:end]
+    f0 = work[6, first:end]
+    f1 = work[7, first:end]
+    f2 = work[8, first:end]
+    f3 = work[9, first:end]
+    near_0 = np.sqrt(s1 * out[S2])
+    near_1 = np.sqrt(out[T1] * t2)
+    take_0 = 0.0 if at_0 == 0.0 else near_0 / at_0
+    take_1 = 0.0 if at_1 == 0.0 else near_1 / at_1
+    give_0 = at_0 * near_0
+    give_1 = (-at_1 if kind == SINH else at_1) * near_1
     # Through the axis itself the pole is not integrable: that derivative jumps and has no value.
-    has_0, has_1 = s1 > 0.0 or at_0 > 0.0, t2 > 0.0 or at_1 > 0.0
+    has_0 = s1 > 0.0 or at_0 > 0.0
+    has_1 = t2 > 0.0 or at_1 > 0.0
     for k in range(nodes):
         G = np.sqrt(F[k])
         square = 4 * width * width * low[k] * high[k]
         f0[k] = 1 / G
         if kind == LINE:
-            J[k], f1[k], f2[k], f3[k] = G * square, 0.0, 0.0, 0.0
+            J[k] = G * square
+            f1[k] = 0.0
+            f2[k] = 0.0
+            f3[k] = 0.0
         else:
-            v, w = 1 / s[k] if s[k] > 0.0 else 0.0, 1 / t[k] if t[k] > 0.0 else 0.0
+            v = 1 / s[k] if s[k] > 0.0 else 0.0
+            w = 1 / t[k] if t[k] > 0.0 else 0.0
             J[k] = G * square * v * w + give_0 * v + give_1 * w
             f1[k] = t[k] * f0[k]
             f2[k] = (f0[k] - take_1) * w if has_1 else 0.0
@@ -151,9 +166,13 @@ def _integrands(coordinate, first, nodes, at_0, at_1, work, out):
 @jit
 def _tail(kind, nodes, at_0, at_1, work):
     """Size of the last Fourier coefficients of the integrands, relative to the integrals with the subtracted poles."""
-    off, worst = nodes - LEAST, 0.0
+    off = nodes - LEAST
+    worst = 0.0
     for row in range(FIRST, FIRST + 2 if kind == LINE else FIRST + 5):
-        first, second, size, sign = 0.0, 0.0, 0.0, 1.0
+        first = 0.0
+        second = 0.0
+        size = 0.0
+        sign = 1.0
         if row == FIRST + 4 and at_0 > 0.0:
             size = nodes / at_0
         if row == FIRST + 3 and at_1 > 0.0:
@@ -175,11 +194,15 @@ def _noise(coordinate, first, nodes, work, out):
     """Errors of 1/sqrt(G) from the rounding of F, a difference of large terms, summed over nodes, and its own sum
     there.
     """
-    mu, kind, u = coordinate.mu, coordinate.kind, coordinate.u
-    total, sum_f = 0.0, 0.0
+    mu = coordinate.mu
+    kind = coordinate.kind
+    u = coordinate.u
+    total = 0.0
+    sum_f = 0.0
     size = 4e-16 * mu * (abs(u[0]) + abs(u[1])) / (4 * out[WIDTH] * out[WIDTH])
     for k in range(first, first + nodes):
-        f, square = work[FIRST + 1, k], work[LOW, k] * work[HIGH, k]
+        f = work[FIRST + 1, k]
+        square = work[LOW, k] * work[HIGH, k]
         total += size * (work[0, k] * work[1, k] if kind != LINE else 1.0) * f * f * f / square
         sum_f += f
     return total, sum_f
@@ -188,7 +211,8 @@ def _noise(coordinate, first, nodes, work, out):
 @jit
 def _finish(coordinate, at_0, at_1, out):
     """Add the subtracted poles to the integrals."""
-    mu, kind = coordinate.mu, coordinate.kind
+    mu = coordinate.mu
+    kind = coordinate.kind
     if at_0 > 0.0:
         out[ACTION] -= np.pi * at_0
         out[D3] += mu * np.pi / at_0
@@ -204,12 +228,15 @@ def _finish(coordinate, at_0, at_1, out):
 @jit
 def _by_midpoints(coordinate, at_0, at_1, goal, most, work, out):
     """Loop integrals by sums over midpoints of the phase; returns a status, or -1 where panels are better."""
-    mu, kind = coordinate.mu, coordinate.kind
-    nodes, before = LEAST, np.inf
+    mu = coordinate.mu
+    kind = coordinate.kind
+    nodes = LEAST
+    before = np.inf
     while True:
         off = nodes - LEAST
         for k in range(nodes):
-            work[LOW, k], work[HIGH, k] = TABLES[0, off + k], TABLES[0, off + nodes - 1 - k]
+            work[LOW, k] = TABLES[0, off + k]
+            work[HIGH, k] = TABLES[0, off + nodes - 1 - k]
         if not _integrands(coordinate, 0, nodes, at_0, at_1, work, out):
             return NOT_CONVERGED_CODE
         tail = _tail(kind, nodes, at_0, at_1, work)
@@ -226,16 +253,20 @@ def _by_midpoints(coordinate, at_0, at_1, goal, most, work, out):
     if out[RADIUS] == 0.0:
         total, sum_f = _noise(coordinate, 0, nodes, work, out)
         out[ERROR] = 1e-15 + total / sum_f
-    out[NODES], out[ERROR] = nodes, max(10 * tail, out[ERROR])
+    out[NODES] = nodes
+    out[ERROR] = max(10 * tail, out[ERROR])
     return OK_CODE if tail < 1e-7 else NOT_CONVERGED_CODE
 
 
 @jit
 def _by_panels(coordinate, at_0, at_1, goal, work, out):
     """Loop integrals over panels of the phase, halved until all integrands are resolved; returns a status."""
-    mu, kind = coordinate.mu, coordinate.kind
-    most, rows = MOST // ORDER, 2 if kind == LINE else 5
-    count, done = first_panels(kind, coordinate.term.knots, most, work, out), 0
+    mu = coordinate.mu
+    kind = coordinate.kind
+    most = MOST // ORDER
+    rows = 2 if kind == LINE else 5
+    count = first_panels(kind, coordinate.term.knots, most, work, out)
+    done = 0
     sizes = np.zeros(5)
     while True:
         for panel in range(done, count):
@@ -248,7 +279,9 @@ def _by_panels(coordinate, at_0, at_1, goal, work, out):
                 sizes[j] += size_and_rest(FIRST + j, panel, work)[0]
         sizes[3] += np.pi / at_1 if at_1 > 0.0 else 0.0
         sizes[4] += np.pi / at_0 if at_0 > 0.0 else 0.0
-        tail, noise, done = 0.0, 0.0, count
+        tail = 0.0
+        noise = 0.0
+        done = count
         for panel in range(done):
             rest = 0.0
             for j in range(rows):
@@ -261,7 +294,8 @@ def _by_panels(coordinate, at_0, at_1, goal, work, out):
                 edge = 0.5 / work[LOW, k] + 0.5 / work[HIGH, k]
                 total += 1e-16 * work[0, k] / (2 * out[WIDTH]) * edge * work[FIRST + 1, k] if kind != LINE else 0.0
             rounding = total / sum_f * size_and_rest(FIRST + 1, panel, work)[0] / sizes[1]
-            tail, noise = tail + rest, noise + rounding
+            tail = tail + rest
+            noise = noise + rounding
             if rest > max(0.1 * goal, 4 * rounding, 2e-16) and count < most and work[LENGTH, panel] > 1e-9:
                 halve(panel, count, work)
                 count += 1
@@ -278,18 +312,24 @@ def _by_panels(coordinate, at_0, at_1, goal, work, out):
             for k in range(ORDER):
                 total += 0.5 * work[LENGTH, panel] * WEIGHTS[k] * work[FIRST + j, panel * ORDER + k]
         out[ACTION + j] = scale * (1.0 if j == 0 else mu) * total
-    out[NODES], out[PANELS], out[ERROR] = count * ORDER, count, tail + noise + 1e-15
+    out[NODES] = count * ORDER
+    out[PANELS] = count
+    out[ERROR] = tail + noise + 1e-15
     return OK_CODE if tail < 1e-7 else NOT_CONVERGED_CODE
 
 
 @jit
 def integrals(coordinate, goal, work, out):
     """Loop integrals J, dJ/du0...dJ/du3 between the turning points in `out`; returns a status."""
-    kind, knots = coordinate.kind, coordinate.term.knots
+    kind = coordinate.kind
+    knots = coordinate.term.knots
     at_0, at_1 = poles(coordinate, out)
-    code, low, high = -1, out[S1], out[S2]
+    code = -1
+    low = out[S1]
+    high = out[S2]
     if kind == SINE:
-        low, high = low / max(out[T1], 1e-300), high / max(out[T2], 1e-300)
+        low = low / max(out[T1], 1e-300)
+        high = high / max(out[T2], 1e-300)
     smooth = out[RADIUS] > 0.0 or out[WIDTH] <= 0.0 or np.searchsorted(knots, low) == np.searchsorted(knots, high)
     out[PANELS] = 0.0
     if smooth:
@@ -309,9 +349,13 @@ def integrals(coordinate, goal, work, out):
 @jit
 def limits(coordinate, work):
     """Set the limits of U s t at s = 0 and at t = 0: the potential's own walls there."""
-    term, kind, ends = coordinate.term, coordinate.kind, coordinate.ends
-    s, U = work[0], work[2]
-    ends[0], ends[1] = 0.0, 0.0
+    term = coordinate.term
+    kind = coordinate.kind
+    ends = coordinate.ends
+    s = work[0]
+    U = work[2]
+    ends[0] = 0.0
+    ends[1] = 0.0
     if kind == LINE:
         return
     s[0] = 1e-200
@@ -320,7 +364,8 @@ def limits(coordinate, work):
     term.function(term.params, 3, s, U)
     ends[0] = U[0] * 1e-200 if abs(U[0]) > 1e110 or not np.isfinite(U[0]) else 0.0
     if kind != RADIAL:
-        far, near = U[1] * s[1] * complement(kind, s[1]), U[2] * s[2] * complement(kind, s[2])
+        far = U[1] * s[1] * complement(kind, s[1])
+        near = U[2] * s[2] * complement(kind, s[2])
         # For a wall c/t U s t stays finite towards t = 0; for a regular potential it falls with t.
         if not np.isfinite(near):
             ends[1] = near

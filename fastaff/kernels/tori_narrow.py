@@ -5,10 +5,12 @@ import numpy as np
 from ..compile.jit import jit
 from .tori_coordinates import CENTRE, ERROR, LINE, LINE_STEP, RADIUS, S1, S2, SINE, T1, T2, WIDTH, complement, radicands
 
-FIT_NOISE, EDGE_NOISE = 1e-12, 1e-11
-"""Relative noise of G from a polynomial inside its interval and at its edge, where second derivatives are harder
-(measured).
-"""
+FIT_NOISE = 1e-12
+"""Relative noise of G from a polynomial inside its interval (measured)."""
+
+EDGE_NOISE = 1e-11
+"""Relative noise of G at the edge of the interval, where second derivatives are harder (measured)."""
+
 FIT = 16
 """Coefficients of a polynomial."""
 
@@ -48,9 +50,12 @@ def _fit(coordinate, side, centre, radius, least, work):
     rounding are left out: second derivatives at the edge would multiply them by the fourth power of their number.
     Returns the radius, 0 where it fell below `least`.
     """
-    mu, kind, u = coordinate.mu, coordinate.kind, coordinate.u
+    mu = coordinate.mu
+    kind = coordinate.kind
+    u = coordinate.u
     rounding = 2e-16 * 2 * mu * (abs(u[0]) + abs(u[1]))
-    c, p = work[4], work[3]
+    c = work[4]
+    p = work[3]
     while radius > least:
         middle = centre if side < 0 else (radius if side == 0 else 1 - radius)
         scale = 0.0
@@ -104,7 +109,8 @@ def narrow_well(coordinate, s0, root0, work, out):
     radius = _fit(coordinate, -1, s0, wide, 0.02 * wide, work)
     if radius == 0.0:
         return False
-    p, x = work[3], 0.0
+    p = work[3]
+    x = 0.0
     for i in range(FIT):
         work[4, i] = p[i]
     for _ in range(10):
@@ -114,13 +120,15 @@ def narrow_well(coordinate, s0, root0, work, out):
         x = min(0.6, max(-0.6, x - powers(p, x, 1) / bend))
     if abs(x) >= 0.6:
         return False
-    middle, half = x, 0.0
+    middle = x
+    half = 0.0
     for _ in range(30):
         for i in range(FIT):
             p[i] = work[4, i]
         _divide(p, middle - half)
         _divide(p, middle + half)
-        here, top = -powers(p, 0.0, 0), -powers(p, x, 0)
+        here = -powers(p, 0.0, 0)
+        top = -powers(p, x, 0)
         if not (here > 0.0 and top > 0.0 and half < 0.35):
             return False
         before = half
@@ -132,9 +140,14 @@ def narrow_well(coordinate, s0, root0, work, out):
     x = middle
     if half <= 4e-16 * (1.0 if kind == LINE else s0) / radius:
         half = 0.0
-    out[S1], out[S2], out[WIDTH] = s0 + radius * (x - half), s0 + radius * (x + half), radius * half
-    out[T1], out[T2] = complement(kind, out[S1]), complement(kind, out[S2])
-    out[CENTRE], out[RADIUS], out[ERROR] = s0, radius, FIT_NOISE
+    out[S1] = s0 + radius * (x - half)
+    out[S2] = s0 + radius * (x + half)
+    out[WIDTH] = radius * half
+    out[T1] = complement(kind, out[S1])
+    out[T2] = complement(kind, out[S2])
+    out[CENTRE] = s0
+    out[RADIUS] = radius
+    out[ERROR] = FIT_NOISE
     return True
 
 
@@ -146,9 +159,14 @@ def axis_ends(coordinate, side, x0, root0, speed2, work, out):
     from F(0) = -x1 x2 G(0), given by the angular momentum, and F(x0) = root0^2: sums of positive terms, exact for any
     amplitude. speed2 is dF/ds of a state on the axis itself, x0 = 0.
     """
-    mu, kind, u, ends = coordinate.mu, coordinate.kind, coordinate.u, coordinate.ends
+    mu = coordinate.mu
+    kind = coordinate.kind
+    u = coordinate.u
+    ends = coordinate.ends
     wide = 0.07 if kind == SINE else (1e6 * x0 if x0 > 0.0 else 1e3)
-    least, p, edge = 20 * x0 + 1e-12 * wide, work[3], -1.0 if side == 0 else 1.0
+    least = 20 * x0 + 1e-12 * wide
+    p = work[3]
+    edge = -1.0 if side == 0 else 1.0
     while True:
         radius = _fit(coordinate, side, 0.0, wide, least, work)
         if radius == 0.0:
@@ -163,7 +181,11 @@ def axis_ends(coordinate, side, x0, root0, speed2, work, out):
             break
         wide = 0.3 * radius
     Lambda2 = max(0.0, 2 * mu * (ends[side] - u[3 - side]))
-    first, second, x1, x2, width = edge, edge, 0.0, 0.0, 0.0
+    first = edge
+    second = edge
+    x1 = 0.0
+    x2 = 0.0
+    width = 0.0
     for _ in range(60):
         before = x2
         for i in range(FIT):
@@ -185,11 +207,20 @@ def axis_ends(coordinate, side, x0, root0, speed2, work, out):
             return False
         if abs(x2 - before) <= 4e-16 * x2:
             break
-        first, second = edge - edge * x1 / radius, edge - edge * x2 / radius
-    out[WIDTH], out[RADIUS], out[ERROR] = width, radius, EDGE_NOISE
+        first = edge - edge * x1 / radius
+        second = edge - edge * x2 / radius
+    out[WIDTH] = width
+    out[RADIUS] = radius
+    out[ERROR] = EDGE_NOISE
     out[CENTRE] = radius if side == 0 else 1 - radius
     if side == 0:
-        out[S1], out[S2], out[T1], out[T2] = x1, x2, complement(kind, x1), complement(kind, x2)
+        out[S1] = x1
+        out[S2] = x2
+        out[T1] = complement(kind, x1)
+        out[T2] = complement(kind, x2)
     else:
-        out[S1], out[S2], out[T1], out[T2] = 1 - x2, 1 - x1, x2, x1
+        out[S1] = 1 - x2
+        out[S2] = 1 - x1
+        out[T1] = x2
+        out[T2] = x1
     return True

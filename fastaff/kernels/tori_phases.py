@@ -22,7 +22,8 @@ def _dirichlet(nodes, x):
 @jit
 def inverse_root(chi, work, out):
     """1/sqrt(G) at the phase chi: the cosine series through its values at the midpoints."""
-    nodes, total = int(out[NODES]), 0.0
+    nodes = int(out[NODES])
+    total = 0.0
     chi = chi if chi < np.pi else 2 * np.pi - chi
     if out[PANELS] > 0.0:
         return panel_value(FIRST + 1, chi, work, out)
@@ -42,7 +43,8 @@ def phase(kind, s0, t0, root0, work, out):
         out[CHI] = 0.0
         return
     upper = kind == SINE and s0 > 0.5
-    d1, d2 = out[T1] - t0 if upper else s0 - out[S1], t0 - out[T2] if upper else out[S2] - s0
+    d1 = out[T1] - t0 if upper else s0 - out[S1]
+    d2 = t0 - out[T2] if upper else out[S2] - s0
     sign = 1.0 if root0 >= 0.0 else -1.0
     chi = np.arctan2(sign * np.sqrt(max(0.0, d1 * d2)), (d2 - d1) / 2)
     near = d1 < 1e-3 * s0 or d2 < 1e-3 * (t0 if upper else s0)
@@ -55,10 +57,20 @@ def phase(kind, s0, t0, root0, work, out):
 def _partial_sums(chi, scale, work, out):
     """Set W0...W3 without the subtracted poles, from the midpoints."""
     nodes = int(out[NODES])
-    half, off, last, now, even, odd = nodes // 2, nodes - LEAST, work[10], work[11], work[2], work[4]
+    half = nodes // 2
+    off = nodes - LEAST
+    last = work[10]
+    now = work[11]
+    even = work[2]
+    odd = work[4]
     for k in range(half):  # cos(n chi) of node nodes - 1 - k is that of node k, with the sign (-1)^n
-        last[k], now[k], even[k], odd[k] = 1.0, TABLES[2, off + k], chi, 0.0
-    sine, sine_last, turn = np.sin(chi), 0.0, 2 * np.cos(chi)
+        last[k] = 1.0
+        now[k] = TABLES[2, off + k]
+        even[k] = chi
+        odd[k] = 0.0
+    sine = np.sin(chi)
+    sine_last = 0.0
+    turn = 2 * np.cos(chi)
     for n in range(1, nodes, 2):
         c = 2 * sine / n
         sine, sine_last = turn * sine - sine_last, sine
@@ -71,7 +83,8 @@ def _partial_sums(chi, scale, work, out):
             even[k] += d * last[k]
             now[k] = double * last[k] - now[k]
     for j in range(4):
-        f, total = work[FIRST + 1 + j], 0.0
+        f = work[FIRST + 1 + j]
+        total = 0.0
         for k in range(half):
             total += (even[k] + odd[k]) * f[k] + (even[k] - odd[k]) * f[nodes - 1 - k]
         out[W0 + j] = scale / nodes * total
@@ -80,15 +93,18 @@ def _partial_sums(chi, scale, work, out):
 @jit
 def partials(coordinate, work, out):
     """Set W0...W3, the integrals of dJ/du0...dJ/du3 from chi = 0 to the state's chi (a whole turn gives dJ/du)."""
-    mu, kind = coordinate.mu, coordinate.kind
-    chi, scale = out[CHI], (1.0 if kind == LINE else 0.5) * mu
+    mu = coordinate.mu
+    kind = coordinate.kind
+    chi = out[CHI]
+    scale = (1.0 if kind == LINE else 0.5) * mu
     if out[PANELS] > 0.0:
         for j in range(4):
             out[W0 + j] = scale * turned_integral(FIRST + 1 + j, chi, work, out)
     else:
         _partial_sums(chi, scale, work, out)
     at_0, at_1 = poles(coordinate, out)
-    half_sine, half_cosine = np.sin(chi / 2), np.cos(chi / 2)
+    half_sine = np.sin(chi / 2)
+    half_cosine = np.cos(chi / 2)
     if at_0 > 0.0:
         out[W3] += mu / at_0 * np.arctan2(np.sqrt(out[S2]) * half_sine, np.sqrt(out[S1]) * half_cosine)
     if at_1 > 0.0:

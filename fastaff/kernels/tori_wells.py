@@ -18,7 +18,10 @@ from .tori_coordinates import LINE, LINE_STEP, PANELS, RADIUS, S1, S2, SINE, T1,
 from .tori_narrow import axis_ends, narrow_well
 
 RATIO = 1.15
+"""Quotient of neighbouring places of a search for a turning point."""
+
 CHUNK = 16
+"""Places of this search that are computed at once."""
 
 WIDER = 1.6
 """Largest ratio around a state of a narrow well, so that its polynomial meets no narrow feature of the potential."""
@@ -31,6 +34,7 @@ REACH = 1e60
 
 
 FACTORS = RATIO ** np.outer([1.0, -1.0], np.arange(1, CHUNK + 1))
+"""Places of a chunk, over its start, outward and inward."""
 
 
 @jit
@@ -45,7 +49,9 @@ def _radicand(coordinate, rho, work):
 def _scan(coordinate, rho, direction, work):
     """Step away from rho to negative F: (last point before, that point, steps); steps < 0 where there is none."""
     kind = coordinate.kind
-    inside, steps, factors = rho, 0, FACTORS[0 if direction > 0 else 1]
+    inside = rho
+    steps = 0
+    factors = FACTORS[0 if direction > 0 else 1]
     while True:
         for k in range(CHUNK):
             set_place(kind, rho + direction * (k + 1) * LINE_STEP if kind == LINE else rho * factors[k], k, work)
@@ -69,23 +75,31 @@ def _refine(coordinate, inside, outside, F_inside, work):
     """Root of F between a point of F >= 0 and one of F < 0 (or no number), by Chandrupatla's method."""
     if not F_inside > 0.0:
         return inside
-    a, Fa = outside, _radicand(coordinate, outside, work)
-    b, Fb = inside, F_inside
+    a = outside
+    Fa = _radicand(coordinate, outside, work)
+    b = inside
+    Fb = F_inside
     portion = 0.5
     for _ in range(120):
         x = a + portion * (b - a)
         F = _radicand(coordinate, x, work)
         if (F >= 0.0) == (Fa >= 0.0):
-            c, Fc = a, Fa
+            c = a
+            Fc = Fa
         else:
-            c, Fc, b, Fb = b, Fb, a, Fa
-        a, Fa = x, F
+            c = b
+            Fc = Fb
+            b = a
+            Fb = Fa
+        a = x
+        Fa = F
         best = a if abs(Fa) < abs(Fb) else b
         room = 2.3e-16 * abs(best) / max(abs(b - a), 1e-300)
         if Fa == 0.0 or room > 0.5:
             return a if Fa == 0.0 else best
         portion = 0.5
-        xi, phi = (a - b) / (c - b), (Fa - Fb) / (Fc - Fb)
+        xi = (a - b) / (c - b)
+        phi = (Fa - Fb) / (Fc - Fb)
         if phi * phi < xi and (1 - phi) * (1 - phi) < 1 - xi:
             portion = Fa / (Fb - Fa) * Fc / (Fb - Fc) + (c - a) / (b - a) * Fa / (Fc - Fa) * Fb / (Fc - Fb)
         portion = min(1 - room, max(room, portion))
@@ -102,7 +116,8 @@ def _cancels(coordinate, s, t, root0):
 def _nearest(coordinate, rho, direction, inside, outside, steps, work):
     """Search for a turning point at the knots on the way to that of `_scan`; return the latter where there is none."""
     knots = coordinate.term.knots
-    last, first = rho, int(np.searchsorted(knots, rho))
+    last = rho
+    first = int(np.searchsorted(knots, rho))
     for i in range(knots.size):
         k = first + i if direction > 0 else first - 1 - i
         if k < 0 or k >= knots.size or (steps > 0 and (knots[k] - outside) * direction >= 0):
@@ -123,8 +138,12 @@ def _nearest(coordinate, rho, direction, inside, outside, steps, work):
 @jit
 def turning_points(coordinate, s0, t0, root0, speed2, work, out):
     """Find the turning points around s0, t0, where F = root0^2, root0 < 0 or > 0 by the direction; returns a status."""
-    kind, u, ends, knots = coordinate.kind, coordinate.u, coordinate.ends, coordinate.term.knots
-    out[RADIUS], out[PANELS] = 0.0, 0.0
+    kind = coordinate.kind
+    u = coordinate.u
+    ends = coordinate.ends
+    knots = coordinate.term.knots
+    out[RADIUS] = 0.0
+    out[PANELS] = 0.0
     falls = kind != LINE and u[3] > ends[0]
     rare = knots.size == 0
     if (
@@ -143,7 +162,8 @@ def turning_points(coordinate, s0, t0, root0, speed2, work, out):
             return OK_CODE
         out[RADIUS] = 0.0
     if kind != LINE:
-        s0, t0 = max(s0, 1e-59), max(t0, 1e-59)
+        s0 = max(s0, 1e-59)
+        t0 = max(t0, 1e-59)
     rho = s0 / t0 if kind == SINE else s0
     below, under, down = _scan(coordinate, rho, -1, work)
     above, over, up = _scan(coordinate, rho, +1, work)
@@ -157,7 +177,8 @@ def turning_points(coordinate, s0, t0, root0, speed2, work, out):
         return OK_CODE
     if (up < 0 and kind != SINE) or (down < 0 and (kind == LINE or falls)):
         return UNBOUND_CODE
-    low, high = 0.0, np.inf
+    low = 0.0
+    high = np.inf
     if down > 0:
         F = root0 * root0 if down == 1 else _radicand(coordinate, below, work)
         low = _refine(coordinate, below, under, F, work)
@@ -165,7 +186,8 @@ def turning_points(coordinate, s0, t0, root0, speed2, work, out):
         F = root0 * root0 if up == 1 else _radicand(coordinate, above, work)
         high = _refine(coordinate, above, over, F, work)
     set_place(kind, low, 0, work)
-    out[S1], out[T1] = work[0, 0], work[1, 0]
+    out[S1] = work[0, 0]
+    out[T1] = work[1, 0]
     set_place(kind, high if high < np.inf else 1.0, 0, work)
     out[S2], out[T2] = (work[0, 0], work[1, 0]) if high < np.inf else (1.0, 0.0)
     out[WIDTH] = 0.5 * (out[T1] - out[T2] if kind == SINE and out[S1] > 0.5 else out[S2] - out[S1])

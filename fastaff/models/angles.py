@@ -98,13 +98,19 @@ class RVartheta(NamedTuple):
 
     def signals(self, a1, a2, b1, b2, pa1, pa2, pb1, pb2):
         """Return Re Q, Im Q, Re P, Im P of each angle in turn."""
-        A, B = a1 * a1 + a2 * a2, b1 * b1 + b2 * b2
-        s, t = a1 * pa1 + a2 * pa2, b1 * pb1 + b2 * pb2
+        A = a1 * a1 + a2 * a2
+        B = b1 * b1 + b2 * b2
+        s = a1 * pa1 + a2 * pa2
+        t = b1 * pb1 + b2 * pb2
         r = A + B
-        w, root = 1.0 / r, np.sqrt(r)
+        w = 1.0 / r
+        root = np.sqrt(r)
         v = 1.0 / root
         zero = 0.0 * A
-        g1, g2, h1, h2 = v * a1, v * a2, v * b1, v * b2
+        g1 = v * a1
+        g2 = v * a2
+        h1 = v * b1
+        h2 = v * b2
         return (
             (r, zero, s + t, zero)
             + (w * (B - A), zero, w * (A * t - B * s), zero)
@@ -152,7 +158,8 @@ class Polar(NamedTuple):
 
     def signals(self, x, y, px, py):
         """Return Re Q, Im Q, Re P, Im P of each angle in turn."""
-        R, zero = np.sqrt(x * x + y * y), 0.0 * x
+        R = np.sqrt(x * x + y * y)
+        zero = 0.0 * x
         return R, zero, (x * px + y * py) / R, zero, x, y, px, py
 
 
@@ -175,5 +182,6 @@ class Cylindrical(NamedTuple):
 
     def signals(self, x, y, z, px, py, pz):
         """Return Re Q, Im Q, Re P, Im P of each angle in turn."""
-        R, zero = np.sqrt(x * x + y * y), 0.0 * x
+        R = np.sqrt(x * x + y * y)
+        zero = 0.0 * x
         return R, zero, (x * px + y * py) / R, zero, z, zero, pz, zero, x, y, px, py

@@ -80,11 +80,14 @@ class Body(NamedTuple):
 
     def tangent_force(self, a1, a2, b1, b2, da1, da2, db1, db2):
         """Return the change of the force along (da1, ..., db2): minus the Hessian of V times that vector."""
-        A, B = a1 * a1 + a2 * a2, b1 * b1 + b2 * b2
-        dA, dB = 2 * (a1 * da1 + a2 * da2), 2 * (b1 * db1 + b2 * db2)
+        A = a1 * a1 + a2 * a2
+        B = b1 * b1 + b2 * b2
+        dA = 2 * (a1 * da1 + a2 * da2)
+        dB = 2 * (b1 * db1 + b2 * db2)
         V_A, V_B = self.potential.slopes(A, B)
         V_AA, V_AB, V_BB = self.potential.curvatures(A, B)
-        dV_A, dV_B = V_AA * dA + V_AB * dB, V_AB * dA + V_BB * dB
+        dV_A = V_AA * dA + V_AB * dB
+        dV_B = V_AB * dA + V_BB * dB
         return (
             -2 * (dV_A * a1 + V_A * da1),
             -2 * (dV_A * a2 + V_A * da2),

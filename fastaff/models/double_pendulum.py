@@ -42,7 +42,8 @@ class DoublePendulum(NamedTuple):
 
     def inverse_masses(self):
         """Return the factors of p1^2/D, p2^2/D and cos(q1 - q2) p1 p2/D in 2H, half of the last."""
-        a, b = self.l_1, self.l_2
+        a = self.l_1
+        b = self.l_2
         return 1 / (a * a), (self.m_1 + self.m_2) / (self.m_2 * b * b), -1 / (a * b)
 
     def weights(self):
@@ -60,18 +61,24 @@ class DoublePendulum(NamedTuple):
 
     def energy(self, q1, q2, p1, p2):
         """Return H."""
-        (a, b, d), (f, g), (u, _, _, w, _, _) = self.inverse_masses(), self.weights(), self.shape(q1, q2)
+        a, b, d = self.inverse_masses()
+        f, g = self.weights()
+        u, _, _, w, _, _ = self.shape(q1, q2)
         return (a * p1 * p1 + b * p2 * p2) * u / 2 + d * w * p1 * p2 - f * np.cos(q1) - g * np.cos(q2)
 
     def rates(self, q1, q2, p1, p2):
         """Return dH/dp, -dH/dq."""
-        (a, b, d), (f, g), (u, u1, _, w, w1, _) = self.inverse_masses(), self.weights(), self.shape(q1, q2)
+        a, b, d = self.inverse_masses()
+        f, g = self.weights()
+        u, u1, _, w, w1, _ = self.shape(q1, q2)
         turn = (a * p1 * p1 + b * p2 * p2) * u1 / 2 + d * w1 * p1 * p2
         return a * u * p1 + d * w * p2, d * w * p1 + b * u * p2, -turn - f * np.sin(q1), turn - g * np.sin(q2)
 
     def tangent_rates(self, q1, q2, p1, p2, dq1, dq2, dp1, dp2):
         """Return the change of the rates along a vector."""
-        (a, b, d), (f, g), (u, u1, u2, w, w1, w2) = self.inverse_masses(), self.weights(), self.shape(q1, q2)
+        a, b, d = self.inverse_masses()
+        f, g = self.weights()
+        u, u1, u2, w, w1, w2 = self.shape(q1, q2)
         x = dq1 - dq2
         turn = (a * p1 * dp1 + b * p2 * dp2) * u1 + d * (dp1 * p2 + p1 * dp2) * w1
         turn = turn + ((a * p1 * p1 + b * p2 * p2) * u2 / 2 + d * w2 * p1 * p2) * x
@@ -84,7 +91,8 @@ class DoublePendulum(NamedTuple):
 
     def joints(self, q1, q2):
         """Return x and y, upwards, of the point of suspension and of both masses, three each, for animations."""
-        x, y = self.l_1 * np.sin(q1), -self.l_1 * np.cos(q1)
+        x = self.l_1 * np.sin(q1)
+        y = -self.l_1 * np.cos(q1)
         return (0.0 * x, x, x + self.l_2 * np.sin(q2)), (0.0 * y, y, y - self.l_2 * np.cos(q2))
 
     def margin(self, q1, q2, p1, p2):
@@ -94,4 +102,5 @@ class DoublePendulum(NamedTuple):
 
 _named: Any = DoublePendulum
 _named.kind = Kind.NONSEPARABLE
-_named.coordinates, _named.momenta = ("q1", "q2"), ("p1", "p2")
+_named.coordinates = ("q1", "q2")
+_named.momenta = ("p1", "p2")

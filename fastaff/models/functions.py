@@ -20,6 +20,7 @@ from ..base.identity import told_apart
 from .contracts import Arithmetic, OneVariable
 
 COMPLEX_STEP = 1e-100
+"""Imaginary step of a complex-step derivative: small enough that its square underflows and no difference is rounded."""
 
 
 class Zero(NamedTuple):
@@ -352,7 +353,8 @@ def _check_function(name: str, function: Any) -> None:
 
 def _check_slope(name: str, function: Callable, slope: Callable) -> None:
     """Refuse a slope that is not the derivative, by differences of fourth order."""
-    x, h = np.array([0.3, 0.7, 1.1]), 1e-3
+    x = np.array([0.3, 0.7, 1.1])
+    h = 1e-3
     with np.errstate(all="ignore"):
         given = np.broadcast_to(slope(x), 3)
         samples = [np.broadcast_to(function(x + k * h), 3) for k in (-2, -1, 1, 2)]

@@ -23,7 +23,8 @@ def _map(coordinates: str, momenta: str) -> Any:
 
     def named(cls: Any) -> Any:
         cls.kind = Kind.MAP
-        cls.coordinates, cls.momenta = tuple(coordinates.split()), tuple(momenta.split())
+        cls.coordinates = tuple(coordinates.split())
+        cls.momenta = tuple(momenta.split())
         return cls
 
     return named
@@ -96,12 +97,16 @@ class HenonMap(NamedTuple):
 
     def iterate(self, x, p):
         """Return x', p'."""
-        c, s, kick = np.cos(TURN * self.nu), np.sin(TURN * self.nu), p + x * x
+        c = np.cos(TURN * self.nu)
+        s = np.sin(TURN * self.nu)
+        kick = p + x * x
         return c * x + s * kick, c * kick - s * x
 
     def tangent_iterate(self, x, p, dx, dp):
         """Return the derivative of the map applied to a vector."""
-        c, s, kick = np.cos(TURN * self.nu), np.sin(TURN * self.nu), dp + 2 * x * dx
+        c = np.cos(TURN * self.nu)
+        s = np.sin(TURN * self.nu)
+        kick = dp + 2 * x * dx
         return c * dx + s * kick, c * kick - s * dx
 
     def margin(self, x):
@@ -176,7 +181,8 @@ class FroeschleMap(NamedTuple):
     def iterate(self, x_1, x_2, p_1, p_2):
         """Return x_1', x_2', p_1', p_2'."""
         both = self.b * np.sin(x_1 + x_2)
-        a, c = p_1 + self.K_1 * np.sin(x_1) + both, p_2 + self.K_2 * np.sin(x_2) + both
+        a = p_1 + self.K_1 * np.sin(x_1) + both
+        c = p_2 + self.K_2 * np.sin(x_2) + both
         return x_1 + a, x_2 + c, a, c
 
     def tangent_iterate(self, x_1, x_2, p_1, p_2, dx_1, dx_2, dp_1, dp_2):
@@ -223,27 +229,26 @@ class OneTurnMap(NamedTuple):
 
     def iterate(self, x, y, p_x, p_y):
         """Return x', y', p_x', p_y'."""
-        cx, sx, cy, sy = (
-            np.cos(TURN * self.nu_x),
-            np.sin(TURN * self.nu_x),
-            np.cos(TURN * self.nu_y),
-            np.sin(TURN * self.nu_y),
-        )
-        xx, yy, k = x * x, y * y, self.octupole
+        cx = np.cos(TURN * self.nu_x)
+        sx = np.sin(TURN * self.nu_x)
+        cy = np.cos(TURN * self.nu_y)
+        sy = np.sin(TURN * self.nu_y)
+        xx = x * x
+        yy = y * y
+        k = self.octupole
         a = p_x + xx - yy + k * x * (xx - 3 * yy)
         b = p_y - 2 * x * y + k * y * (yy - 3 * xx)
         return cx * x + sx * a, cy * y + sy * b, cx * a - sx * x, cy * b - sy * y
 
     def tangent_iterate(self, x, y, p_x, p_y, dx, dy, dp_x, dp_y):
         """Return the derivative of the map applied to a vector."""
-        cx, sx, cy, sy = (
-            np.cos(TURN * self.nu_x),
-            np.sin(TURN * self.nu_x),
-            np.cos(TURN * self.nu_y),
-            np.sin(TURN * self.nu_y),
-        )
+        cx = np.cos(TURN * self.nu_x)
+        sx = np.sin(TURN * self.nu_x)
+        cy = np.cos(TURN * self.nu_y)
+        sy = np.sin(TURN * self.nu_y)
         k = 3 * self.octupole
-        even, odd = 2 * x + k * (x * x - y * y), 2 * y + 2 * k * x * y
+        even = 2 * x + k * (x * x - y * y)
+        odd = 2 * y + 2 * k * x * y
         a = dp_x + even * dx - odd * dy
         b = dp_y - odd * dx - even * dy
         return cx * dx + sx * a, cy * dy + sy * b, cx * a - sx * dx, cy * b - sy * dy

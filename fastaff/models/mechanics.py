@@ -115,7 +115,8 @@ class System(Traits):
         """Return <v^2>/|<p v>| (n, orbits) of each coordinate over states z (2n, samples, orbits), of a T(p) that may
         be flat at small momenta; 0 where it rests.
         """
-        p, v = z[self.n :], self.without_time(self.velocities(z))
+        p = z[self.n :]
+        v = self.without_time(self.velocities(z))
         with np.errstate(all="ignore"):
             sound = np.isfinite(p * v)
             found = np.where(sound, v * v, 0.0).sum(axis=1) / np.abs(np.where(sound, p * v, 0.0).sum(axis=1))
@@ -123,7 +124,8 @@ class System(Traits):
 
     def momentum_form(self, q: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return W (n, n, ...), v (n, ...) and H (...) over places q (n, ...) of H(q, p) = H + v.p + p.W p/2."""
-        n, z = len(q), np.concatenate([q, np.zeros_like(q)])
+        n = len(q)
+        z = np.concatenate([q, np.zeros_like(q)])
         W = self.tangent_slopes(z[:, None], np.eye(2 * n)[:, n:].reshape(2 * n, n, *[1] * (q.ndim - 1)))[:n]
         with np.errstate(all="ignore"):
             return W, self.velocities(z), self.energies(z)
@@ -132,7 +134,8 @@ class System(Traits):
         """Return the change of dz/dt (2n, ...) of H(q, p), or of a curved T(p) + V(q), along vectors w (2n, ...) at
         phase points z (2n, ...).
         """
-        n, model = self.n, self.model
+        n = self.n
+        model = self.model
         with np.errstate(all="ignore"):
             if self.curved:
                 velocity = at_points(model, "tangent_velocity", *z[n:], *w[n:])
@@ -148,7 +151,8 @@ class System(Traits):
 
     def _rates(self, z: np.ndarray) -> np.ndarray:
         """Return the rates of a flow, 0 in an idle row."""
-        found, rows = np.zeros(z.shape), self.rows
+        found = np.zeros(z.shape)
+        rows = self.rows
         for row, number in zip(found, at_points(self.model, "rates", *z[:rows]), strict=False):
             row[...] = number
         return found
@@ -194,7 +198,8 @@ class System(Traits):
         change: the mass times velocity and acceleration in the model's frame.
         """
         with np.errstate(all="ignore"):
-            v, f = self.velocities(z), self.forces(z)
+            v = self.velocities(z)
+            f = self.forces(z)
             return z[self.n :] - self.at_rest(z[: self.n]), f - self.at_rest(v)
 
 

@@ -36,7 +36,8 @@ def _one_by_one(model: Any, method: str, rows: Sequence[Any], problem: Exception
             found.append(None)
             problem = fault
         except (TypeError, AttributeError) as fault:
-            found, problem = [], fault
+            found = []
+            problem = fault
             break
     first = next((entry for entry in found if entry is not None), None)
     if first is None:

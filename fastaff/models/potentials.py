@@ -271,7 +271,8 @@ class NeoHookean(NamedTuple):
 
     def slopes(self, A, B):
         """Return V_A, V_B."""
-        d, w = (A - B) / 2, 2 / (A - B)
+        d = (A - B) / 2
+        w = 2 / (A - B)
         wall = (self.K * (d - 1) - self.G * w) / 2
         return self.G / 2 + wall, self.G / 2 - wall
 

@@ -62,7 +62,8 @@ class ReducedBody(NamedTuple):
     def force(self, alpha, beta):
         """Return dp/dt = -grad of the effective potential."""
         V_A, V_B = self.potential.slopes(alpha * alpha, beta * beta)
-        f, g = -2 * V_A * alpha, -2 * V_B * beta
+        f = -2 * V_A * alpha
+        g = -2 * V_B * beta
         if self.p_eta != 0.0:  # without angular momentum there is no barrier, and 0/0 must not appear at the origin
             f = f + self.p_eta * self.p_eta / (self.mu * alpha * alpha * alpha)
         if self.p_gamma != 0.0:
@@ -71,8 +72,10 @@ class ReducedBody(NamedTuple):
 
     def tangent_force(self, alpha, beta, d_alpha, d_beta):
         """Return minus the Hessian of the effective potential times (d_alpha, d_beta)."""
-        A, B = alpha * alpha, beta * beta
-        dA, dB = 2 * alpha * d_alpha, 2 * beta * d_beta
+        A = alpha * alpha
+        B = beta * beta
+        dA = 2 * alpha * d_alpha
+        dB = 2 * beta * d_beta
         V_A, V_B = self.potential.slopes(A, B)
         V_AA, V_AB, V_BB = self.potential.curvatures(A, B)
         f = -2 * ((V_AA * dA + V_AB * dB) * alpha + V_A * d_alpha)
@@ -85,7 +88,8 @@ class ReducedBody(NamedTuple):
 
     def potential_energy(self, alpha, beta):
         """Return the effective potential."""
-        A, B = alpha * alpha, beta * beta
+        A = alpha * alpha
+        B = beta * beta
         total = self.potential.value(A, B)
         if self.p_eta != 0.0:
             total = total + self.p_eta * self.p_eta / (2 * self.mu * A)
@@ -116,8 +120,12 @@ class ReducedBody(NamedTuple):
         alpha, beta, p_alpha, p_beta = np.asarray(z, dtype=np.float64)
         across_a = self.p_eta / alpha if self.p_eta != 0.0 else 0.0 * alpha
         across_b = self.p_gamma / beta if self.p_gamma != 0.0 else 0.0 * beta
-        c, s, C, S = np.cos(eta), np.sin(eta), np.cos(gamma), np.sin(gamma)
-        a, b = (alpha * c, alpha * s), (beta * C, beta * S)
+        c = np.cos(eta)
+        s = np.sin(eta)
+        C = np.cos(gamma)
+        S = np.sin(gamma)
+        a = (alpha * c, alpha * s)
+        b = (beta * C, beta * S)
         p_a = (p_alpha * c - across_a * s, p_alpha * s + across_a * c)
         p_b = (p_beta * C - across_b * S, p_beta * S + across_b * C)
         return np.array(np.broadcast_arrays(*a, *b, *p_a, *p_b))

@@ -37,7 +37,8 @@ def _of_bodies(text, label, over):
     """Register a section of bodies under its text; label: its function in LaTeX; over: the radius on the axis."""
 
     def entered(cls):
-        cls.label, cls.over = label, over
+        cls.label = label
+        cls.over = over
         OF_BODIES[text] = cls
         return _section(cls)
 

@@ -107,18 +107,27 @@ class SeparableRVartheta(NamedTuple):
 
     def slopes(self, A, B):
         """Return V_A, V_B."""
-        r, alpha, beta = A + B, np.sqrt(A + TINY), np.sqrt(B + TINY)
-        w, vartheta = 1 / r, 2 * np.arctan2(beta, alpha)
+        r = A + B
+        alpha = np.sqrt(A + TINY)
+        beta = np.sqrt(B + TINY)
+        w = 1 / r
+        vartheta = 2 * np.arctan2(beta, alpha)
         along = self.V_r.slope(r) - w * w * self.V_vartheta.value(vartheta)
         across = w * w * self.V_vartheta.slope(vartheta)
         return along - across * beta / alpha, along + across * alpha / beta
 
     def curvatures(self, A, B):
         """Return V_AA, V_AB, V_BB."""
-        r, alpha, beta = A + B, np.sqrt(A + TINY), np.sqrt(B + TINY)
-        w, vartheta, x, y = 1 / r, 2 * np.arctan2(beta, alpha), beta / alpha, alpha / beta
+        r = A + B
+        alpha = np.sqrt(A + TINY)
+        beta = np.sqrt(B + TINY)
+        w = 1 / r
+        vartheta = 2 * np.arctan2(beta, alpha)
+        x = beta / alpha
+        y = alpha / beta
         cube = w * w * w
-        U, slope = cube * self.V_vartheta.value(vartheta), cube * self.V_vartheta.slope(vartheta)
+        U = cube * self.V_vartheta.value(vartheta)
+        slope = cube * self.V_vartheta.slope(vartheta)
         curvature = cube * self.V_vartheta.curvature(vartheta)
         radial = self.V_r.curvature(r) + 2 * U
         return (
@@ -187,7 +196,8 @@ class SeparableElliptic(NamedTuple):
         """Return V_A, V_B."""
         s, t = self.squares(A, B + TINY)
         width = s + t
-        kappa, lam = np.arcsinh(np.sqrt(s)), np.arcsin(np.sqrt(t))
+        kappa = np.arcsinh(np.sqrt(s))
+        lam = np.arcsin(np.sqrt(t))
         V = (self.V_kappa.value(kappa) + self.V_lambda.value(lam)) / (2 * width)
         V_s = self.V_kappa.slope(kappa) / (4 * width * np.sqrt(s * (1 + s)) + TINY) - V / width
         V_t = self.V_lambda.slope(lam) / (4 * width * np.sqrt(t * (1 - t)) + TINY) - V / width
@@ -198,23 +208,36 @@ class SeparableElliptic(NamedTuple):
     def curvatures(self, A, B):
         """Return V_AA, V_AB, V_BB."""
         s, t = self.squares(A, B + TINY)
-        kappa, lam, h = np.arcsinh(np.sqrt(s)), np.arcsin(np.sqrt(t)), 0.5 / (s + t)
-        S, T = s * (1 + s) + TINY, t * (1 - t) + TINY
-        slope_s, slope_t = self.V_kappa.slope(kappa) / (2 * np.sqrt(S)), self.V_lambda.slope(lam) / (2 * np.sqrt(T))
-        f, ff = h * slope_s, h * (self.V_kappa.curvature(kappa) - 2 * (1 + 2 * s) * slope_s) / (4 * S)
-        g, gg = h * slope_t, h * (self.V_lambda.curvature(lam) - 2 * (1 - 2 * t) * slope_t) / (4 * T)
+        kappa = np.arcsinh(np.sqrt(s))
+        lam = np.arcsin(np.sqrt(t))
+        h = 0.5 / (s + t)
+        S = s * (1 + s) + TINY
+        T = t * (1 - t) + TINY
+        slope_s = self.V_kappa.slope(kappa) / (2 * np.sqrt(S))
+        slope_t = self.V_lambda.slope(lam) / (2 * np.sqrt(T))
+        f = h * slope_s
+        ff = h * (self.V_kappa.curvature(kappa) - 2 * (1 + 2 * s) * slope_s) / (4 * S)
+        g = h * slope_t
+        gg = h * (self.V_lambda.curvature(lam) - 2 * (1 - 2 * t) * slope_t) / (4 * T)
         V = h * (self.V_kappa.value(kappa) + self.V_lambda.value(lam))
         # d/ds and d/dt of V = (V_kappa + V_lambda)/(2 (s + t)), then of s and t by A and B
-        V_s, V_t = f - 2 * h * V, g - 2 * h * V
-        V_ss, V_st, V_tt = (
-            ff - 2 * h * (f + V_s - 2 * h * V),
-            -2 * h * (f + V_t - 2 * h * V),
-            gg - 2 * h * (g + V_t - 2 * h * V),
-        )
-        s_A, t_A, s_B, t_B = h * s, -h * t, h * (1 + s), h * (1 - t)
-        w_A, w_B = 2 * h * (s_A + t_A), 2 * h * (s_B + t_B)
-        s_AA, t_AA, s_AB, t_AB = h * s_A - s_A * w_A, -h * t_A - t_A * w_A, h * s_B - s_A * w_B, -h * t_B - t_A * w_B
-        s_BB, t_BB = h * s_B - s_B * w_B, -h * t_B - t_B * w_B
+        V_s = f - 2 * h * V
+        V_t = g - 2 * h * V
+        V_ss = ff - 2 * h * (f + V_s - 2 * h * V)
+        V_st = -2 * h * (f + V_t - 2 * h * V)
+        V_tt = gg - 2 * h * (g + V_t - 2 * h * V)
+        s_A = h * s
+        t_A = -h * t
+        s_B = h * (1 + s)
+        t_B = h * (1 - t)
+        w_A = 2 * h * (s_A + t_A)
+        w_B = 2 * h * (s_B + t_B)
+        s_AA = h * s_A - s_A * w_A
+        t_AA = -h * t_A - t_A * w_A
+        s_AB = h * s_B - s_A * w_B
+        t_AB = -h * t_B - t_A * w_B
+        s_BB = h * s_B - s_B * w_B
+        t_BB = -h * t_B - t_B * w_B
         return (
             V_ss * s_A * s_A + 2 * V_st * s_A * t_A + V_tt * t_A * t_A + V_s * s_AA + V_t * t_AA,
             V_ss * s_A * s_B + V_st * (s_A * t_B + s_B * t_A) + V_tt * t_A * t_B + V_s * s_AB + V_t * t_AB,
@@ -268,11 +291,15 @@ class StackelBody(NamedTuple):
 
     def force(self, a1, a2, b1, b2):
         """Return dp/dt = -grad V."""
-        A, B = a1 * a1 + a2 * a2 + TINY, b1 * b1 + b2 * b2 + TINY
+        A = a1 * a1 + a2 * a2 + TINY
+        B = b1 * b1 + b2 * b2 + TINY
         V_A, V_B = self.potential.slopes(A, B)
-        eta, gamma = np.arctan2(a2, a1), np.arctan2(b2, b1)
-        radial_a, around_a = -2 * (V_A - self.V_eta.value(eta) / A / A), self.V_eta.slope(eta) / A / A
-        radial_b, around_b = -2 * (V_B - self.V_gamma.value(gamma) / B / B), self.V_gamma.slope(gamma) / B / B
+        eta = np.arctan2(a2, a1)
+        gamma = np.arctan2(b2, b1)
+        radial_a = -2 * (V_A - self.V_eta.value(eta) / A / A)
+        around_a = self.V_eta.slope(eta) / A / A
+        radial_b = -2 * (V_B - self.V_gamma.value(gamma) / B / B)
+        around_b = self.V_gamma.slope(gamma) / B / B
         return (
             radial_a * a1 + around_a * a2,
             radial_a * a2 - around_a * a1,
@@ -282,25 +309,25 @@ class StackelBody(NamedTuple):
 
     def tangent_force(self, a1, a2, b1, b2, da1, da2, db1, db2):
         """Return minus the Hessian of V times (da1, ..., db2)."""
-        A, B = a1 * a1 + a2 * a2 + TINY, b1 * b1 + b2 * b2 + TINY
-        dA, dB = 2 * (a1 * da1 + a2 * da2), 2 * (b1 * db1 + b2 * db2)
-        d_eta, d_gamma = (a1 * da2 - a2 * da1) / A, (b1 * db2 - b2 * db1) / B
-        eta, gamma = np.arctan2(a2, a1), np.arctan2(b2, b1)
+        A = a1 * a1 + a2 * a2 + TINY
+        B = b1 * b1 + b2 * b2 + TINY
+        dA = 2 * (a1 * da1 + a2 * da2)
+        dB = 2 * (b1 * db1 + b2 * db2)
+        d_eta = (a1 * da2 - a2 * da1) / A
+        d_gamma = (b1 * db2 - b2 * db1) / B
+        eta = np.arctan2(a2, a1)
+        gamma = np.arctan2(b2, b1)
         V_A, V_B = self.potential.slopes(A, B)
         V_AA, V_AB, V_BB = self.potential.curvatures(A, B)
-        f, f_eta, g, g_gamma = (
-            self.V_eta.value(eta),
-            self.V_eta.slope(eta),
-            self.V_gamma.value(gamma),
-            self.V_gamma.slope(gamma),
-        )
+        f = self.V_eta.value(eta)
+        f_eta = self.V_eta.slope(eta)
+        g = self.V_gamma.value(gamma)
+        g_gamma = self.V_gamma.slope(gamma)
         # As in `force`: radial parts -2 (V_A - V_eta/A^2), parts around V_eta'/A^2, and their changes.
-        radial_a, around_a, radial_b, around_b = (
-            -2 * (V_A - f / A / A),
-            f_eta / A / A,
-            -2 * (V_B - g / B / B),
-            g_gamma / B / B,
-        )
+        radial_a = -2 * (V_A - f / A / A)
+        around_a = f_eta / A / A
+        radial_b = -2 * (V_B - g / B / B)
+        around_b = g_gamma / B / B
         more_a = -2 * (V_AA * dA + V_AB * dB - f_eta * d_eta / A / A + 2 * f * dA / A / A / A)
         more_b = -2 * (V_AB * dA + V_BB * dB - g_gamma * d_gamma / B / B + 2 * g * dB / B / B / B)
         turn_a = (self.V_eta.curvature(eta) * d_eta - 2 * f_eta * dA / A) / A / A
@@ -314,7 +341,8 @@ class StackelBody(NamedTuple):
 
     def potential_energy(self, a1, a2, b1, b2):
         """Return V."""
-        A, B = a1 * a1 + a2 * a2 + TINY, b1 * b1 + b2 * b2 + TINY
+        A = a1 * a1 + a2 * a2 + TINY
+        B = b1 * b1 + b2 * b2 + TINY
         angular = self.V_eta.value(np.arctan2(a2, a1)) / A + self.V_gamma.value(np.arctan2(b2, b1)) / B
         return self.potential.value(A, B) + angular
 

@@ -143,7 +143,8 @@ class Traits:
         """Whether its kinetic energy is quadratic in the momenta: velocities are linear in them (the time's is 1)."""
         if not self.separable:
             return False
-        p, d = np.linspace(0.3, 1.1, self.n), np.linspace(-0.7, 0.4, self.n)
+        p = np.linspace(0.3, 1.1, self.n)
+        d = np.linspace(-0.7, 0.4, self.n)
         with np.errstate(all="ignore"):
             v, rest, change = (np.array(self.model.velocity(*at))[: self.moving] for at in (p, p + d, d))
         rest = rest - v - change
@@ -181,7 +182,9 @@ class Traits:
         """Whether velocities are linear in the momenta, and the inverse masses positive definite, at the points
         tried.
         """
-        n, random, count = self.n, np.random.default_rng(11), 512
+        n = self.n
+        random = np.random.default_rng(11)
+        count = 512
         q = random.standard_normal((n, count)) * 10.0 ** random.uniform(-2, 1, count)
         p, d = random.standard_normal((2, n, count)) * 10.0 ** random.uniform(-20, 20, count)
         zero = np.zeros((n, count))

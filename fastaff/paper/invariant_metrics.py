@@ -71,7 +71,8 @@ class Parametrization(NamedTuple):
 
     def cartan_forms(self, q: Any) -> tuple[np.ndarray, np.ndarray]:
         """Compute Omega and hat Omega along the coordinate directions, each (4, 2, 2, ...), at q (4, ...) (EQ6.19)."""
-        phi, tangents = self.matrix(q), self.tangents(q)
+        phi = self.matrix(q)
+        tangents = self.tangents(q)
         return np.stack([omega(phi, t) for t in tangents]), np.stack([omega_hat(phi, t) for t in tangents])
 
     def _factors(self, q: np.ndarray) -> list[np.ndarray]:
@@ -85,7 +86,8 @@ def exponential(generator: np.ndarray, t: Any) -> np.ndarray:
     generator of another kind.
     Formula: e^2 = s^2: cosh(s t) + (sinh(s t)/s) e, s = 1/2 or i/2.  Source: section 7, below EQ6.3.
     """
-    e, parameter = np.asarray(generator), np.asarray(t)
+    e = np.asarray(generator)
+    parameter = np.asarray(t)
     square = e @ e
     if (
         e.shape != (2, 2)
@@ -109,7 +111,8 @@ def commutator(X: np.ndarray, Y: np.ndarray) -> np.ndarray:
     """Compute [X, Y] = X Y - Y X of matrices (2, 2, ...). Raises ValueError for other shapes.  Source: section 7, below
     EQ6.3.
     """
-    first_matrix, second_matrix = _matrices("X", X), _matrices("Y", Y)
+    first_matrix = _matrices("X", X)
+    second_matrix = _matrices("Y", Y)
     return _product(first_matrix, second_matrix) - _product(second_matrix, first_matrix)
 
 

@@ -37,7 +37,9 @@ def placement(phi: ArrayLike, labels: ArrayLike, centre: ArrayLike = (0.0, 0.0))
     Returns y (2, points, ...). Raises TypeError or ValueError for other shapes and for numbers not real and finite.
     Formula: y^i = phi^i_K a^K + x^i.  Source: EQa'.
     """
-    matrix, material, x = checked("phi", phi, (2, 2)), checked("labels", labels, (2,)), checked("centre", centre, (2,))
+    matrix = checked("phi", phi, (2, 2))
+    material = checked("labels", labels, (2,))
+    x = checked("centre", centre, (2,))
     if material.ndim != 2:
         raise ValueError(f"labels takes shape (2, points); got shape {material.shape}")
     moved = np.einsum("ik...,kn->in...", matrix, material)
@@ -52,7 +54,8 @@ def inertia(labels: ArrayLike, masses: ArrayLike) -> Inertia:
     times the identity. Raises TypeError or ValueError for other input.
     Formula: J^KL = sum m a^K a^L.  Source: section 2, above EQ2.0.
     """
-    material, m = checked("labels", labels, (2,)), checked("masses", masses, ())
+    material = checked("labels", labels, (2,))
+    m = checked("masses", masses, ())
     if material.ndim != 2 or m.shape != material.shape[1:]:
         raise ValueError(f"labels takes (2, points) and masses (points,); got shapes {material.shape} and {m.shape}")
     if np.any(m < 0) or not np.sum(m) > 0:
@@ -108,7 +111,8 @@ def tensor_invariants(tensor: ArrayLike) -> TensorInvariants:
     bad = np.abs(t12 - t21) > 1e-12 * (np.abs(t11) + np.abs(t22) + np.abs(t12))
     if np.any(bad):
         raise ValueError(f"tensor must be symmetric; it is not{at_orbit(first(bad)) or ' here'}")
-    trace, determinant = t11 + t22, t11 * t22 - t12 * t21
+    trace = t11 + t22
+    determinant = t11 * t22 - t12 * t21
     spread = np.hypot(t11 - t22, t12 + t21)
     larger = np.where(trace >= 0, trace + spread, trace - spread) / 2
     other = np.divide(determinant, larger, out=np.zeros_like(larger), where=larger != 0)

@@ -67,7 +67,8 @@ def class_matrices(
     e_vartheta.
     Source: Martens & Slawianowski, EQ2.2f and section 3 (K, L); the matrices are derived.
     """
-    symmetry, model = checked_class(m, l, single_valued), solvable(body, ALPHA_BETA, hbar)
+    symmetry = checked_class(m, l, single_valued)
+    model = solvable(body, ALPHA_BETA, hbar)
     if model.k[0] != model.k[1]:
         raise ValueError(f"body must have the same k in both planes, got {model.k}")
     shells = whole("shells", shells, 1)
@@ -78,10 +79,12 @@ def class_matrices(
     casimirs = (s_alpha**2 - 1) / 4 + (s_beta**2 - 1) / 4
     h = np.diag(4 * (casimirs + 2 * first * second))
     same = (n[0, 1:] == n[0, :-1] + 1) & (n.sum(0)[1:] == n.sum(0)[:-1])
-    a, b = n[0, :-1] + 1.0, n[1, :-1]
+    a = n[0, :-1] + 1.0
+    b = n[1, :-1]
     coupling = -4 * np.sqrt(a * (a + s_alpha) * b * (b + s_beta)) * same
     h += np.diag(coupling, 1) + np.diag(coupling, -1)
-    unit, half = np.eye(n.shape[1]), model.hbar**2 / (2 * model.mu)
+    unit = np.eye(n.shape[1])
+    half = model.hbar**2 / (2 * model.mu)
     E = model.constants(n, *symmetry)
     return Matrices(
         labels=("n_alpha", "n_beta"),
@@ -111,7 +114,8 @@ def oscillator_matrices(body: Any, *, quanta: int, hbar: float = 1.0) -> Matrice
     top = whole("quanta", quanta, 0)
     fits("quanta", 32, math.comb(top + 4, 4), math.comb(top + 4, 4))
     states = sorted((n for n in product(range(top + 1), repeat=4) if sum(n) <= top), key=lambda n: (sum(n), n))
-    place, size = {n: i for i, n in enumerate(states)}, len(states)
+    place = {n: i for i, n in enumerate(states)}
+    size = len(states)
 
     def hop(i: int, j: int) -> np.ndarray:
         """a_i^+ a_j."""
@@ -126,10 +130,12 @@ def oscillator_matrices(body: Any, *, quanta: int, hbar: float = 1.0) -> Matrice
         return matrix
 
     turns = {(i, j): 1j * model.hbar * (hop(j, i) - hop(i, j)) for i in range(4) for j in range(i + 1, 4)}
-    numbers, quantum = [np.array([float(n[i]) for n in states]) for i in range(4)], float(model.quanta[0])
+    numbers = [np.array([float(n[i]) for n in states]) for i in range(4)]
+    quantum = float(model.quanta[0])
     h = sum((turn @ turn for turn in turns.values()), np.zeros((size, size))) / (2 * model.mu)
     planes = [np.diag(quantum * (numbers[2 * i] + numbers[2 * i + 1] + 1)) for i in range(2)]
-    p_eta, p_gamma = turns[0, 1], turns[2, 3]
+    p_eta = turns[0, 1]
+    p_gamma = turns[2, 3]
     labels = ("n_a1", "n_a2", "n_b1", "n_b2")
     return Matrices(labels, np.array(states).T, planes[0], planes[1], h, model.k[0], p_gamma + p_eta, p_gamma - p_eta)
 
@@ -154,9 +160,11 @@ def radial_matrices(
     Formula: <n|1/r|n'> = (kappa/s) sqrt(prod of k/(k + s), k from the smaller n + 1 to the larger), s = 2 epsilon.
     Source: Martens & Slawianowski, the warning of section 5; the matrix elements are derived.
     """
-    symmetry, model = checked_class(m, l, single_valued), solvable(body, R_VARTHETA, hbar)
+    symmetry = checked_class(m, l, single_valued)
+    model = solvable(body, R_VARTHETA, hbar)
     fits("size", 8, whole("size", size, 1), size)
-    n_v, states = quantum_number("n_vartheta", n_vartheta), np.arange(size)
+    n_v = quantum_number("n_vartheta", n_vartheta)
+    states = np.arange(size)
     E, e = model.constants(np.array([states, np.full_like(states, n_v)]), *symmetry)
     h_over_r = e[0] * inverse_r(model, n_v, symmetry, states.size)
     return RadialMatrices(np.diag(E), np.diag(E) - h_over_r, h_over_r)
@@ -164,10 +172,9 @@ def radial_matrices(
 
 def inverse_r(model: SolvableBody, n_vartheta: int, symmetry: tuple[int, int], size: int) -> np.ndarray:
     """Return <n|1/r|n'> (size, size) between states f_r of one n_vartheta."""
-    s, k = float(model.radial_index(n_vartheta, *symmetry)), np.arange(1, size)
+    s = float(model.radial_index(n_vartheta, *symmetry))
+    k = np.arange(1, size)
     ladder = np.concatenate([[0.0], np.cumsum(np.log(k / (k + s)))]) / 2
-    larger, smaller = (
-        np.maximum.outer(np.arange(size), np.arange(size)),
-        np.minimum.outer(np.arange(size), np.arange(size)),
-    )
+    larger = np.maximum.outer(np.arange(size), np.arange(size))
+    smaller = np.minimum.outer(np.arange(size), np.arange(size))
     return model.kappa[0] / s * np.exp(ladder[larger] - ladder[smaller])

@@ -36,7 +36,8 @@ class DifferentialOperator(NamedTuple):
         """Return the operator applied to function(q), q (4, ...), at points q (4, ...): central differences, error
         O(step^8).
         """
-        points, h = checked("q", q, (4,)), positive("step", step)
+        points = checked("q", q, (4,))
+        h = positive("step", step)
         total: Any = 0.0
         for indices, coefficient in self.terms.items():
             total = total + coefficient(points) * _derivative(function, points, indices, h)
@@ -184,12 +185,14 @@ def constant_operators(body: Any, chart: Chart = ALPHA_BETA, *, hbar: float = 1.
     + 2 cos p_phi p_psi + p_psi^2)/(2 mu sin^2) - (2 hbar^2/mu) (d^2 + cot d) + V_vartheta; H = H_r + h_vartheta/r.
     Source: Martens & Slawianowski, section 5 (4 alpha^2, 4 beta^2 in H_alpha, H_beta, printed alpha^2, beta^2).
     """
-    quantum, separated = positive("hbar", hbar), separate(body, chart)
+    quantum = positive("hbar", hbar)
+    separated = separate(body, chart)
     if not separated.isotropic or separated.family.chart not in LAPLACIANS:
         raise ValueError(
             f"chart must be alpha-beta or r-vartheta, and the body isotropic; got {separated.family.chart!r}"
         )
-    (V_first, V_second), half = separated.functions, quantum**2 / (2 * separated.mu)
+    V_first, V_second = separated.functions
+    half = quantum**2 / (2 * separated.mu)
     delta = LAPLACIANS[separated.family.chart].terms
     if separated.family == ALPHA_BETA_FAMILY:
         plane = [
@@ -237,7 +240,8 @@ def vorticity(
 
 
 def _generator(function: Callable, phi: ArrayLike, hbar: float, step: float, turn: Callable) -> np.ndarray:
-    matrices, h = checked("phi", phi, (2, 2)), positive("step", step)
+    matrices = checked("phi", phi, (2, 2))
+    h = positive("step", step)
     x = h * OFFSETS
     rotations = np.array([[np.cos(x), -np.sin(x)], [np.sin(x), np.cos(x)]])
     return -1j * positive("hbar", hbar) / h * np.tensordot(FIRST, function(turn(rotations, matrices)), axes=1)

@@ -63,7 +63,9 @@ def symmetric_top(I: float, K: float, *, j: ArrayLike, l: ArrayLike, hbar: float
     """
     twice, axis = np.broadcast_arrays(doubled("j", j, 0), doubled("l", l))
     _check_projection("l", twice, axis)
-    size, double, single = action_quantum(hbar) ** 2, positive("I", I), positive("K", K)
+    size = action_quantum(hbar) ** 2
+    double = positive("I", I)
+    single = positive("K", K)
     E = size * (twice * (twice + 2) / 4 / (2 * double) + (1 / (2 * single) - 1 / (2 * double)) * (axis / 2) ** 2)
     return TopLevels(E, np.where(axis == 0, 1, 2) * (twice + 1))
 
@@ -100,7 +102,8 @@ def wigner_d(j: float, m: float, l: float, theta: ArrayLike) -> np.ndarray:
     _check_projection("m", np.array(twice), np.array(first))
     _check_projection("l", np.array(twice), np.array(second))
     n = (twice - max(abs(first), abs(second))) // 2
-    a, b = abs(first + second) // 2, abs(first - second) // 2
+    a = abs(first + second) // 2
+    b = abs(first - second) // 2
     # d is positive near theta = 0 for l >= m, else (-1)^(m - l); the factor is positive near theta = pi: (-1)^n near 0
     odd = n + (b if first > second else 0)
     return (-1.0) ** odd * math.sqrt(2 / (twice + 1)) * AngleFactor(n, float(a), float(b))(theta)

@@ -26,8 +26,12 @@ from .sections import words
 from .style import ACCENT, DARK, GREY, PALE, styled, symbol
 
 ENDINGS = (".gif", ".mp4")
-SPOKES, RINGS = 8, (1 / 3, 2 / 3)
-"""Material lines: diameters' halves, and circles inside the body's edge."""
+SPOKES = 8
+"""Material lines: halves of diameters."""
+
+RINGS = (1 / 3, 2 / 3)
+"""Material lines: radii of circles inside the body's edge."""
+
 COLOURS = 128
 """Colours of a GIF."""
 FINE = 8
@@ -88,7 +92,9 @@ def animate(
     >>> film
     <Animation of 3 frames, 0.12 s>
     """
-    time, frames, rate = positive("time", time), whole("frames", frames, 2), whole("rate", rate, 1)
+    time = positive("time", time)
+    frames = whole("frames", frames, 2)
+    rate = whole("rate", rate, 1)
     z0 = starts_of(z0, model)
     rows = np.shape(z0)[0] if np.ndim(z0) else 0
     fine = 1 if rows == 8 else FINE  # a trace is a curve
@@ -97,14 +103,21 @@ def animate(
         raise ValueError(f"model must be a body in the planes a and b or have two coordinates, got {len(run.z) // 2}")
     start = np.asarray(z0, float).reshape(rows, -1)
     states = np.concatenate([start[None], run.samples.reshape(fine * (frames - 1), rows, -1)])
-    status, motions = np.atleast_1d(run.status), start.shape[1]
+    status = np.atleast_1d(run.status)
+    motions = start.shape[1]
     if titles is not None and len(titles) != motions:
         raise ValueError(f"titles must have {motions} entries, one for each motion, got {len(titles)}")
-    states, times = _held(states), np.linspace(0.0, time, len(states))
+    times = np.linspace(0.0, time, len(states))
+    states = _held(states)
     heads = [""] * motions if titles is None else list(titles)
     heads = [_head(title, code) for title, code in zip(heads, status, strict=True)]
     with styled():
-        kind = _bodies if rows == 8 else _linkages if hasattr(model, "joints") else _points
+        if rows == 8:
+            kind = _bodies
+        elif hasattr(model, "joints"):
+            kind = _linkages
+        else:
+            kind = _points
         figure, panels = kind(model, states, times, heads, run.names)
 
     def draw(k: int) -> None:
@@ -172,7 +185,8 @@ def _body(
     (spoke,) = above.plot([], [], color=ACCENT, lw=2.0, zorder=4)
     (trace,) = above.plot([], [], color=ACCENT, lw=0.8, alpha=0.6, zorder=2)
     tip = phi[:, 0]  # of the marked spoke
-    alpha, beta = np.hypot(z[:, 0], z[:, 1]), np.hypot(z[:, 2], z[:, 3])
+    alpha = np.hypot(z[:, 0], z[:, 1])
+    beta = np.hypot(z[:, 2], z[:, 3])
     stretches = (alpha + beta) / np.sqrt(2), (alpha - beta) / np.sqrt(2)
     for row, colour, name in zip(stretches, (DARK, PALE), ("D_1", "D_2")):
         below.plot(times, row, color=colour, lw=0.9, label=f"${name}$")

@@ -45,7 +45,8 @@ def plot_aperture(
         raise ValueError(f"z0 must be the starts (2n, {np.size(result.t)}) of the result, got {z0.shape}")
     rows = [whole(name, row, 0, len(z0) - 1) for name, row in (("x", x), ("y", y))]
     across, up = z0[rows]
-    angle, radius = np.degrees(np.arctan2(up, across)), np.hypot(across, up)
+    angle = np.degrees(np.arctan2(up, across))
+    radius = np.hypot(across, up)
     lost = np.asarray(result.status) != Status.OK
     from matplotlib.colors import LogNorm
 
@@ -98,12 +99,15 @@ def _aperture(
     """Return angles, the largest amplitude at each below the smallest lost one, and a mask of angles without loss."""
     own = np.unique(np.round(angle[radius > 0], 6))
     if bins is None and own.size <= max(BINS, angle.size // 4):
-        middles, number = own, np.searchsorted(own, np.round(angle, 6) - 1e-9).clip(0, max(own.size - 1, 0))
+        middles = own
+        number = np.searchsorted(own, np.round(angle, 6) - 1e-9).clip(0, max(own.size - 1, 0))
     else:
         count = BINS if bins is None else whole("bins", bins, 1)
         edges = np.linspace(angle.min(), angle.max(), count + 1)
-        middles, number = (edges[1:] + edges[:-1]) / 2, np.clip(np.digitize(angle, edges) - 1, 0, count - 1)
-    found, least = np.full(middles.size, np.nan), np.zeros(middles.size, bool)
+        middles = (edges[1:] + edges[:-1]) / 2
+        number = np.clip(np.digitize(angle, edges) - 1, 0, count - 1)
+    found = np.full(middles.size, np.nan)
+    least = np.zeros(middles.size, bool)
     for k in range(middles.size):
         mine = (number == k) | (radius == 0)
         first = np.min(radius[mine & lost], initial=np.inf)

@@ -69,7 +69,8 @@ def plot_backbone(
     listed = [branches] if isinstance(branches, Branch) else list(branches)
     if names is not None and len(names) != len(listed):
         raise ValueError(f"names must have {len(listed)} entries, one for each branch, got {len(names)}")
-    row, turn = _row(listed, y), 2 * math.pi if angular else 1.0
+    row = _row(listed, y)
+    turn = 2 * math.pi if angular else 1.0
     seen: dict[str, int] = {}
     curves: list[Any] = []
     handles: list[Any] = []
@@ -161,7 +162,8 @@ def _marked(ax: Any, branches: Sequence[Branch], turn: float, row: int | None) -
 
 def _mark(ax: Any, found: Sequence[Any], kind: Event, turn: float, row: int | None = None) -> Any:
     look = MARKS.get(kind, {"marker": "o", "label": kind.name.lower().replace("_", " ")})
-    x, y = [event.value for event in found], [turn / e.time if row is None else e.swing[row] for e in found]
+    x = [event.value for event in found]
+    y = [turn / e.time if row is None else e.swing[row] for e in found]
     style = {"ls": "", "ms": 6.0, "mfc": "white", "mec": "black", "mew": 1.0, "zorder": 4}
     (mark,) = ax.plot(x, y, **style, **look)
     return mark

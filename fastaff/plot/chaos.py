@@ -73,7 +73,8 @@ def plot_chaos_map(
         how = _verdict_colours()
     else:
         row = chaos_map.names.index(indicator)
-        each, limit = chaos_map.values[row], float(np.median(chaos_map.limits[row]))
+        each = chaos_map.values[row]
+        limit = float(np.median(chaos_map.limits[row]))
         fine = fine & np.isfinite(each)
         given = {"vmin": vmin, "vmax": vmax, "norm": norm, "result": chaos_map}
         colours = coloured(indicator, np.where(fine, each, np.nan), limit, **given)
@@ -93,7 +94,8 @@ def plot_chaos_map(
 
 def _drawn(ax: Any, starts: Any, each: np.ndarray, fine: np.ndarray, how: dict[str, Any], size: float | None) -> Any:
     """Draw a value of each orbit at its start, in cells or dots, grey where there is none."""
-    at, number = places(starts), np.arange(fine.size)
+    at = places(starts)
+    number = np.arange(fine.size)
     if isinstance(starts, EnergyGrid):
         grey_cells(ax, starts, ~fine)
         image = np.ma.masked_invalid(starts.spread(each))
@@ -219,7 +221,8 @@ def plot_history(
     >>> len(fa.plot.plot_history(chaos, chaos.names[0]).points)
     2
     """
-    histories, times = chaos_map.history, chaos_map.history_times
+    histories = chaos_map.history
+    times = chaos_map.history_times
     if indicator not in chaos_map.names:
         raise ValueError(f"indicator must be one of {', '.join(chaos_map.names)}, got {indicator!r}")
     history = histories[chaos_map.names.index(indicator)]
@@ -230,11 +233,13 @@ def plot_history(
         )
     total = history.shape[1]
     chosen = chosen_orbits(orbits, total, 40)
-    curves, missing = [], 0
+    curves = []
+    missing = 0
     for i in chosen:
         known = np.isfinite(history[:, i]) & (times[:, i] > 0)
         missing += not known.any()
-        chaotic, doubt = bool(chaos_map.chaotic[i]), bool(chaos_map.undecided[i])
+        chaotic = bool(chaos_map.chaotic[i])
+        doubt = bool(chaos_map.undecided[i])
         style = {
             "color": "#b35900" if chaotic else "#00306f",
             "lw": 0.7 if chaotic else 1.1,
@@ -242,8 +247,10 @@ def plot_history(
         }
         curves += ax.plot(times[known, i], history[known, i], alpha=0.8, **style)
     ax.set_xscale("log")
-    first, last = np.nanmin(np.where(times > 0, times, np.nan)), np.nanmax(times)
-    drawn, written = [], []
+    first = np.nanmin(np.where(times > 0, times, np.nan))
+    last = np.nanmax(times)
+    drawn = []
+    written = []
     calm = history[:, chosen][:, ~chaos_map.chaotic[chosen]]
     start = float(np.nanmedian(calm[0])) if calm.size and np.isfinite(calm[0]).any() else float(np.nanmax(history[0]))
     for slope in slopes:

@@ -11,8 +11,10 @@ from .scales import Colouring, stepped
 
 def colour_bar(ax: Any, drawn: Any, colours: Colouring) -> Any:
     """Draw a colour bar with arrows where values lie beyond it and, for an indicator, its limit among the ticks."""
-    values, scale = colours.values[np.isfinite(colours.values)], drawn.norm
-    below, above = bool((values < scale.vmin).any()), bool((values > scale.vmax).any())
+    values = colours.values[np.isfinite(colours.values)]
+    scale = drawn.norm
+    below = bool((values < scale.vmin).any())
+    above = bool((values > scale.vmax).any())
     extend = {(True, True): "both", (True, False): "min", (False, True): "max", (False, False): "neither"}[below, above]
     limit = colours.limit
     if limit is None or not scale.vmin < limit < scale.vmax:

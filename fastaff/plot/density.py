@@ -75,10 +75,12 @@ def even_edges(values: np.ndarray, cells: int) -> np.ndarray:
     low, high = (float(finite.min()), float(finite.max())) if finite.size else (0.0, 1.0)
     if low == high:
         room = 0.5 * abs(low) or 0.5
-        low, high = max(low - room, -np.finfo(float).max), min(high + room, np.finfo(float).max)
+        low = max(low - room, -np.finfo(float).max)
+        high = min(high + room, np.finfo(float).max)
     part = np.linspace(0.0, 1.0, cells + 1)
     edges = low * (1.0 - part) + high * part
-    edges[0], edges[-1] = low, high
+    edges[0] = low
+    edges[-1] = high
     return np.maximum.accumulate(np.clip(edges, low, high))
 
 

@@ -72,7 +72,8 @@ def plot_frequency_map(
     if len(frequency_map.names) == 1:
         return _one_frequency(frequency_map, ax)
     x, y = _plane(frequency_map, x, y)
-    X, Y = frequency(frequency_map, x, frequencies), frequency(frequency_map, y, frequencies)
+    X = frequency(frequency_map, x, frequencies)
+    Y = frequency(frequency_map, y, frequencies)
     values = colouring(frequency_map) if values is None else values
     values = orbit_colours(frequency_map, values, X.size, norm, vmin, vmax, label)
     c = values.values
@@ -152,7 +153,8 @@ def _frame(ax: Any, X: np.ndarray, Y: np.ndarray, calm: np.ndarray, limits: tupl
         wide, high = (reals("limits", pair) for pair in entries("limits", limits, "((x0, x1), (y0, y1))", 2))
         ax.set(xlim=wide, ylim=high)
         return []
-    wide, high = _bulk(X[calm], ax.get_xlim()), _bulk(Y[calm], ax.get_ylim())
+    wide = _bulk(X[calm], ax.get_xlim())
+    high = _bulk(Y[calm], ax.get_ylim())
     ax.set(xlim=wide, ylim=high)
     inside = (wide[0] <= X) & (wide[1] >= X) & (high[0] <= Y) & (high[1] >= Y)
     if inside.all():
@@ -198,7 +200,8 @@ def _draw_lines(
     """
     from matplotlib.patheffects import withStroke
 
-    (x0, x1), (y0, y1) = ax.get_xlim(), ax.get_ylim()
+    x0, x1 = ax.get_xlim()
+    y0, y1 = ax.get_ylim()
     drawn: list[Any] = []
     labels: list[Any] = []
     taken: list[float] = []

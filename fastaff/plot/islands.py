@@ -27,7 +27,8 @@ def plot_rotation(result: Rotation, x: Any = None, *, ax: Any = None, label: str
     >>> fa.plot.plot_rotation(turning).missing
     0
     """
-    rotation, error = np.atleast_1d(result.rotation), np.atleast_1d(result.error)
+    rotation = np.atleast_1d(result.rotation)
+    error = np.atleast_1d(result.error)
     at = np.arange(rotation.size) if x is None else np.asarray(x, float)
     if at.shape != rotation.shape:
         raise ValueError(f"x must have shape {rotation.shape}, one number for each orbit, got {at.shape}")
@@ -60,7 +61,9 @@ def plot_islands(result: Islands, *, ax: Any = None, labels: bool = True) -> Art
     own = np.flatnonzero(result.q > 0)
     x, y = result.centres[:, :, own]
     island, which = np.nonzero(np.isfinite(x) & np.isfinite(y))
-    u, v, orbit = x[island, which], y[island, which], own[which]
+    u = x[island, which]
+    v = y[island, which]
+    orbit = own[which]
     chains = {int(q): k for k, q in enumerate(np.unique(result.q[own]))}
     colours = [LINES[(chains[int(result.q[k])] + 1) % len(LINES)][0] for k in orbit]  # told from dark crossings
     points = carry(ax.scatter(u, v, s=10, c=colours or DARK, zorder=4), u, v, orbit, island)
@@ -69,7 +72,8 @@ def plot_islands(result: Islands, *, ax: Any = None, labels: bool = True) -> Art
         width, height = result.extents[:, i, k]
         if np.isfinite(width) and np.isfinite(height):
             ellipses.append(ax.add_patch(Ellipse((a, b), width, height, fill=False, ec=colour, lw=1.0, zorder=4)))
-    written, seen = [], set()
+    written = []
+    seen = set()
     for k in own if labels else ():
         chain = int(result.p[k]), int(result.q[k])
         if chain not in seen:

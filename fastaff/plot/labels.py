@@ -37,10 +37,12 @@ class Box(NamedTuple):
 
     def overlaps(self, other: Box) -> bool:
         """Tell whether two rectangles share a point: no side of either has them on different sides."""
-        one, two = self.corners(), other.corners()
+        one = self.corners()
+        two = other.corners()
         for angle in (self.angle, self.angle + math.pi / 2, other.angle, other.angle + math.pi / 2):
             axis = np.array([math.cos(angle), math.sin(angle)])
-            a, b = one @ axis, two @ axis
+            a = one @ axis
+            b = two @ axis
             if a.max() < b.min() or b.max() < a.min():
                 return False
         return True
@@ -91,7 +93,8 @@ def write_along(
     if travelled[-1] < 2 * half[0]:
         return None
     frame = np.array([ax.bbox.min, ax.bbox.max])
-    best, found = -math.inf, None
+    best = -math.inf
+    found = None
     dots = ax.transData.transform(np.zeros((0, 2)) if points is None else points)
     for share in np.linspace(0.0, 1.0, PLACES + 2)[1:-1]:
         middle = share * travelled[-1]
@@ -104,14 +107,16 @@ def write_along(
         normal = np.array([-math.sin(angle), math.cos(angle)])
         bend = float(np.ptp((under - under[0]) @ normal))
         centre = under[4] + lift * 2 * half[1] * normal
-        box, around = Box(centre, half, angle), Box(centre, half + APART * half[1], angle)
+        box = Box(centre, half, angle)
+        around = Box(centre, half + APART * half[1], angle)
         corners = box.corners()
         if (corners < frame[0] + 2).any() or (corners > frame[1] - 2).any() or any(map(around.overlaps, taken)):
             continue
         away = min((float(np.hypot(*(centre - other.centre))) for other in taken), default=math.inf)
         score = min(away / half[0], 4.0) - bend / half[1] - abs(share - 0.5) - min(box.holds(dots), 20) / 4
         if score > best:
-            best, found = score, box
+            best = score
+            found = box
     if found is None:
         return None
     taken.append(found)

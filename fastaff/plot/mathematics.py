@@ -41,12 +41,20 @@ def number(value: float, digits: int = 6) -> str:
     if not e:
         return text
     ten = f"10^{{{int(power)}}}"
-    return ten if mantissa == "1" else "-" + ten if mantissa == "-1" else rf"{mantissa}\times{ten}"
+    if mantissa == "1":
+        return ten
+    if mantissa == "-1":
+        return "-" + ten
+    return rf"{mantissa}\times{ten}"
 
 
 def _inside(node: ast.expr, level: int) -> str:
     text, own = _tex(node)
-    return text if own >= level else rf"\left({text}\right)" if r"\frac" in text else f"({text})"
+    if own >= level:
+        return text
+    if r"\frac" in text:
+        return rf"\left({text}\right)"
+    return f"({text})"
 
 
 def _tex(node: ast.expr) -> tuple[str, int]:
@@ -61,7 +69,8 @@ def _tex(node: ast.expr) -> tuple[str, int]:
     if isinstance(node, ast.BinOp):
         return _operation(node)
     if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and len(node.args) == 1:
-        inner, name = _tex(node.args[0])[0], node.func.id
+        inner = _tex(node.args[0])[0]
+        name = node.func.id
         if name == "sqrt":
             return rf"\sqrt{{{inner}}}", ATOM
         if name == "exp":
@@ -75,10 +84,12 @@ def _operation(node: ast.BinOp) -> tuple[str, int]:
     if type(node.op) in MARKS:
         return _tex(node.left)[0] + MARKS[type(node.op)] + _inside(node.right, PRODUCT), SUM
     if isinstance(node.op, ast.Mult):
-        left, right = _inside(node.left, PRODUCT), _inside(node.right, POWER)
+        left = _inside(node.left, PRODUCT)
+        right = _inside(node.right, POWER)
         return left + (r"\cdot " if right[0].isdigit() else r"\,") + right, PRODUCT
     if isinstance(node.op, ast.Div):
-        top, bottom = node.left, node.right
+        top = node.left
+        bottom = node.right
         if isinstance(top, ast.UnaryOp) and isinstance(top.op, ast.USub):
             return "-" + _operation(ast.BinOp(top.operand, node.op, bottom))[0], SIGN
         if isinstance(top, ast.Constant) and isinstance(bottom, ast.Constant):

@@ -37,8 +37,10 @@ def plot_orbits(
     1
     """
     body = len(result.z) == 8
-    x, y = x or ("alpha" if body else result.names[0]), y or ("beta" if body else result.names[1 % len(result.names)])
-    z, whole = result.z.reshape(len(result.z), -1), result.z.ndim > 1
+    x = x or ("alpha" if body else result.names[0])
+    y = y or ("beta" if body else result.names[1 % len(result.names)])
+    z = result.z.reshape(len(result.z), -1)
+    whole = result.z.ndim > 1
     samples = result.samples.reshape(len(result.times), len(z), z.shape[1]).transpose(1, 0, 2)
     status = np.atleast_1d(result.status).ravel()
     total = z.shape[1]
@@ -48,7 +50,12 @@ def plot_orbits(
     u, v = (around_zero(result, name, row) for name, row in zip((x, y), plain, strict=True))
     curves = []
     for number, k in enumerate(chosen):
-        colour = GREY if status[k] != Status.OK else LINES[number % len(LINES)][0] if len(chosen) <= 5 else DARK
+        if status[k] != Status.OK:
+            colour = GREY
+        elif len(chosen) <= 5:
+            colour = LINES[number % len(LINES)][0]
+        else:
+            colour = DARK
         dashes = LINES[number][1] if len(chosen) <= 5 else "-"  # told apart in grey too
         mark: dict[str, Any] = {"marker": "o", "ls": "", "ms": 3.0}
         if len(result.times):

@@ -70,7 +70,8 @@ def plot_periodic(
         if name not in names:
             raise ValueError(f"x and y must be among {', '.join(names)}, got {name!r}")
     u, v = (rows[names.index(name)].T for name in chosen)
-    kinds, drawn = orbits.stability, orbits.status == Status.OK
+    kinds = orbits.stability
+    drawn = orbits.status == Status.OK
     marks = []
     for kind, style in STYLES.items():
         own = drawn & (kinds == kind)
@@ -132,7 +133,10 @@ def _write(ax: Any, orbits: PeriodicOrbits, u: np.ndarray, v: np.ndarray, drawn:
     for o in np.flatnonzero(drawn):
         text = f"{orbits.period[o]}: ${_number(orbits.residue[o])}$"
         half = np.array([0.28 * unit * (len(_number(orbits.residue[o])) + 3), 0.6 * unit])
-        best, place, side, at = -np.inf, np.zeros(2), np.zeros(2), 0
+        best = -np.inf
+        place = np.zeros(2)
+        side = np.zeros(2)
+        at = 0
         for j in range(orbits.period[o]):
             for angle in np.arange(8) * np.pi / 4:
                 direction = np.array([np.cos(angle), np.sin(angle)])
@@ -146,7 +150,10 @@ def _write(ax: Any, orbits: PeriodicOrbits, u: np.ndarray, v: np.ndarray, drawn:
                     - 0.01 * j
                 )
                 if score > best:
-                    best, place, side, at = score, centre, centre - pixels[o, j], j
+                    best = score
+                    place = centre
+                    side = centre - pixels[o, j]
+                    at = j
         offset = side * 72 / ax.figure.dpi
         halo = [withStroke(linewidth=2.5, foreground="white")]
         style = {"ha": "center", "va": "center", "fontsize": fontsize, "zorder": 6, "path_effects": halo}

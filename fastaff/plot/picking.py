@@ -62,10 +62,13 @@ def carry(
             corners = axes.transData.inverted().transform(
                 [[event.x - reach, event.y - reach], [event.x + reach, event.y + reach]]
             )
-            (x0, y0), (x1, y1) = corners.min(axis=0), corners.max(axis=0)
+            x0, y0 = corners.min(axis=0)
+            x1, y1 = corners.max(axis=0)
         else:
-            x0, x1 = event.xdata - cell[0] / 2, event.xdata + cell[0] / 2
-            y0, y1 = event.ydata - cell[1] / 2, event.ydata + cell[1] / 2
+            x0 = event.xdata - cell[0] / 2
+            x1 = event.xdata + cell[0] / 2
+            y0 = event.ydata - cell[1] / 2
+            y1 = event.ydata + cell[1] / 2
         near = np.flatnonzero((x >= x0) & (x <= x1) & (y >= y0) & (y <= y1))
         if not near.size:
             return False, {}

@@ -24,8 +24,12 @@ from .parameters import parameter_label
 from .style import DARK, LINES, PALE, Artists, colour_map, figure, symbol
 
 ENERGY = "energy $E$"
-NEGLIGIBLE, TINY = 1e-3, 1e-12
-"""Probability beyond either end of the frame of a density; offset that keeps the edge of a chart free of curves."""
+NEGLIGIBLE = 1e-3
+"""Probability beyond either end of the frame of a density."""
+
+TINY = 1e-12
+"""Offset that keeps the edge of a chart free of curves."""
+
 CHARTS = (ALPHA_BETA, R_VARTHETA, TWO_POLAR)
 
 
@@ -62,10 +66,13 @@ def plot_levels(
     2
     """
     order = np.argsort(diagram.values, kind="stable")
-    x, scale = diagram.values[order], np.broadcast_to(np.asarray(unit, float), diagram.values.shape)[order]
+    x = diagram.values[order]
+    scale = np.broadcast_to(np.asarray(unit, float), diagram.values.shape)[order]
     top = diagram.E[order, :, -1].min(axis=1) / scale
     drawn: list[Any] = []
-    ends, missing, seen = [], 0, set()
+    ends = []
+    missing = 0
+    seen = set()
     for curve in diagram.curves():
         E = curve.E[order] / scale
         inside = np.isfinite(E) & (top * (1 + 1e-12) >= E)
@@ -86,7 +93,8 @@ def plot_levels(
         seen.add(label)
         if inside[-1]:
             ends.append((float(E[-1]), ",".join(map(str, curve.label)), colour))
-    low, high = float(np.nanmin(diagram.E[order, :, 0] / scale[:, None])), float(np.nanmax(top))
+    low = float(np.nanmin(diagram.E[order, :, 0] / scale[:, None]))
+    high = float(np.nanmax(top))
     room = 0.04 * (high - low) if high > low else 0.5
     ax.set(xlabel=quantum_label(diagram.name), ylabel=ylabel, ylim=(low - room, high + room))
     unknown = ax.fill_between(x, top, high + room, color="0.9", linewidth=0, zorder=0)
@@ -132,7 +140,9 @@ def _written(ax: Any, ends: list[tuple[float, str, Any]], diagram: LevelDiagram)
     above them.
     """
     low, high = ax.get_ylim()
-    least, texts, last = 0.03 * (high - low), [], -math.inf
+    least = 0.03 * (high - low)
+    texts = []
+    last = -math.inf
     for E, text, colour in sorted(ends, key=lambda end: end[0]):
         if E - last > least and high > E:
             texts.append(_beside(ax, 1.008, E, text, color=colour, transform=ax.get_yaxis_transform(), va="center"))
@@ -170,7 +180,9 @@ def plot_spectrum(
 
     size = int(np.abs(levels.l).max(initial=0))
     order = np.argsort(np.abs(levels.l), kind="stable")
-    m, E, vorticity = levels.m[order], levels.E[order] / unit, np.abs(levels.l[order])
+    m = levels.m[order]
+    E = levels.E[order] / unit
+    vorticity = np.abs(levels.l[order])
     half = 0.46 - 0.3 * vorticity / max(size, 1)
     colours = ListedColormap(matplotlib.colormaps["cividis"](np.linspace(0.0, 0.9, size + 1)), name="fastaff_quanta")
     segments: Any = np.stack([np.stack([m - half, E], 1), np.stack([m + half, E], 1)], 1)
@@ -208,7 +220,8 @@ def plot_degeneracies(levels: LevelTable, *, ax: Any = None, unit: float = 1.0, 
     [[2.0, 1.0], [3.0, 4.0], [4.0, 10.0]]
     """
     gathered = levels.multiplets()
-    E, degeneracy = gathered.E / unit, gathered.degeneracy
+    E = gathered.E / unit
+    degeneracy = gathered.degeneracy
     stems = ax.vlines(E, 0, degeneracy, color=PALE, lw=0.9)
     dots = ax.scatter(E, degeneracy, s=12, color=DARK, zorder=3)
     ax.set(xlabel=xlabel, ylabel="degeneracy", ylim=(0, 1.08 * max(int(degeneracy.max(initial=1)), 1)))
@@ -256,7 +269,8 @@ def plot_density(
             f"chart must be {', '.join(known.name for known in CHARTS)}, got {getattr(chosen, 'name', chosen)!r}"
         )
     (x0, x1), (y0, y1) = limits or _frame(state, chosen, body)
-    x, y = np.linspace(x0, x1, points), np.linspace(y0, y1, points)
+    x = np.linspace(x0, x1, points)
+    y = np.linspace(y0, y1, points)
     X, Y = np.meshgrid(x, y)
     image = _image(ax, state.density(X, Y, chosen), x, y, norm)
     alpha, beta = _radii(chosen, X, Y)
@@ -290,9 +304,11 @@ def _vibration(
     places = lattice.points(state.kept)
     whole = np.zeros(places.shape[1], bool)
     (x0, x1), (y0, y1) = limits or [_span(row, state.values**2, whole) for row in places]
-    x, y = np.linspace(x0, x1, points), np.linspace(y0, y1, points)
+    x = np.linspace(x0, x1, points)
+    y = np.linspace(y0, y1, points)
     X, Y = np.meshgrid(x, y)
-    image, lines = _image(ax, state.density(np.array([X, Y])), x, y, norm), []
+    image = _image(ax, state.density(np.array([X, Y])), x, y, norm)
+    lines = []
     if body is not None:
         height = potential_of(body)(np.array([X, Y])) - state.energy
         lines.append(ax.contour(x, y, np.minimum(height, abs(state.energy)), [0.0], colors="white", linewidths=1.1))
@@ -352,7 +368,8 @@ def _left(body: Any, state: Any, alpha: np.ndarray, beta: np.ndarray) -> np.ndar
     """
     m, l = state.symmetry
     with np.errstate(all="ignore"):
-        A, B = alpha**2, beta**2
+        A = alpha**2
+        B = beta**2
         margin = np.broadcast_to(body.potential.margin(A, B), A.shape)
         V = body.potential.value(A, B)
         for number, square in ((m - l, A), (m + l, B)):
@@ -365,7 +382,8 @@ def _frame(state: Any, chart: Chart, body: Any) -> tuple[tuple[float, float], tu
     """Return the frame of nearly all of the probability, from its marginals on a grid of rho and vartheta, with the
     region that the energy allows to a body.
     """
-    rho, v = np.geomspace(1e-3, 1e3, 1201), np.pi * (np.arange(181) + 0.5) / 181
+    rho = np.geomspace(1e-3, 1e3, 1201)
+    v = np.pi * (np.arange(181) + 0.5) / 181
     R, angle = np.meshgrid(rho, v, indexing="ij")
     near = state.density(rho[:, None] ** 2, v[::12], R_VARTHETA).sum(axis=1) * rho**2
     kept = near > 1e-12 * near.max()
@@ -375,7 +393,8 @@ def _frame(state: Any, chart: Chart, body: Any) -> tuple[tuple[float, float], tu
         allowed &= ~allowed[-1].any()
     kept = kept | allowed.any(axis=1)
     allowed = allowed[kept]
-    R, angle = R[kept], angle[kept]
+    R = R[kept]
+    angle = angle[kept]
     weight = state.density(R**2, angle, R_VARTHETA) * R**2
     alpha, beta = R * np.cos(angle / 2), R * np.sin(angle / 2)
     if chart.name == TWO_POLAR.name:

@@ -121,7 +121,8 @@ def plot_spacings(
     >>> drawn.missing == int(np.sum(spacings > 3.5))
     True
     """
-    s, labelled = checked("spacings", spacings, ()).ravel(), _labelled(laws)
+    s = checked("spacings", spacings, ()).ravel()
+    labelled = _labelled(laws)
     edges = np.linspace(0.0, positive("top", top), whole("bins", bins, 1) + 1)
     counts = np.histogram(s, edges)[0]
     total = max(s.size, 1)
@@ -129,7 +130,8 @@ def plot_spacings(
     bars = ax.bar(
         edges[:-1], height, np.diff(edges), align="edge", color=colour, edgecolor="white", linewidth=0.5, label=label
     )
-    middle, error = (edges[1:] + edges[:-1]) / 2, np.sqrt(counts * (1 - counts / total)) / (total * np.diff(edges))
+    middle = (edges[1:] + edges[:-1]) / 2
+    error = np.sqrt(counts * (1 - counts / total)) / (total * np.diff(edges))
     ax.errorbar(middle, height, yerr=error, fmt="none", ecolor="0.45", elinewidth=0.8)
     x = np.linspace(0.0, top, 400)
     lines = []

@@ -99,7 +99,8 @@ def lines_of(
     found = re.fullmatch(r"\s*order\s*<=\s*(\d{1,2})\s*", lines)
     if found is None or not int(found[1]):
         raise ValueError(refused)
-    order, ratios = int(found[1]), "/" in x and "/" in y
+    order = int(found[1])
+    ratios = "/" in x and "/" in y
     corners = [(u, v) for u in view[0] for v in view[1]]
     kept = []
     for k1, k2 in itertools.product(range(order + 1), range(-order, order + 1)):
@@ -125,6 +126,7 @@ def on_line(frequency_map: Any, line: Sequence[int], *, x: str, y: str, toleranc
     >>> fa.plot.on_line(freq, (1, 0, -1), x="y/x", y="x", tolerance=0.1)
     1
     """
-    X, Y = frequency(frequency_map, x), frequency(frequency_map, y)
+    X = frequency(frequency_map, x)
+    Y = frequency(frequency_map, y)
     with np.errstate(all="ignore"):
         return int(np.count_nonzero((np.abs(line[0] * X + line[1] * Y + line[2]) < tolerance) & shown))

@@ -23,10 +23,13 @@ from .style import ACCENT, DARK, PLATE, Artists, colour_map, figure, nothing, sy
 FEW = 3
 """Resonances without room for their names that a legend names."""
 
-MARKS, WHOLE = "s^Dv", 0.5
+MARKS = "s^Dv"
 """Symbols of resonances that have locked starts but no line, one each, those with most starts first, the last for all
-others; and the share of the grid from which one is no island but holds everywhere.
+others.
 """
+
+WHOLE = 0.5
+"""Share of the grid from which a resonance is no island but holds everywhere."""
 
 
 def formula(vector: Sequence[int], names: Sequence[str]) -> str:
@@ -78,9 +81,11 @@ def plot_web(
         if dots and line.locked is not None and line.locked.any() and line.lines:
             marked = line.locked if marked is None else marked | line.locked
         if over is None:
-            over, coordinates = line.axes, line.coordinates
+            over = line.axes
+            coordinates = line.coordinates
     if isinstance(axes, EnergyGrid):
-        over, coordinates = axes.axes, axes.names
+        over = axes.axes
+        coordinates = axes.names
     said = f"{0 if marked is None else marked.sum()} starts locked in a resonance that is drawn"
     points = _mark(ax, marked, over, said) if marked is not None else None
     if not ax.get_xlabel():
@@ -164,7 +169,9 @@ def plot_diffusion_histogram(histogram: DiffusionHistogram, *, ax: Any = None, l
     >>> fa.plot.plot_diffusion_histogram(histogram).missing
     1
     """
-    edges, counts, threshold = histogram.edges, histogram.counts, histogram.threshold
+    edges = histogram.edges
+    counts = histogram.counts
+    threshold = histogram.threshold
     colours = [ACCENT if middle > threshold else DARK for middle in (edges[:-1] + edges[1:]) / 2]
     bars = ax.bar(
         edges[:-1], counts, width=np.diff(edges), align="edge", color=colours, linewidth=0.3, edgecolor="white"

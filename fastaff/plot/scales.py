@@ -107,13 +107,16 @@ def limit_scale(values: Any, limit: float, regular: float | None = None) -> Any:
 
     values = np.asarray(values, dtype=np.float64)
     values = values[np.isfinite(values)]
-    below, above = values[values < limit], values[values > limit]
+    below = values[values < limit]
+    above = values[values > limit]
     low = float(np.quantile(below, 0.02)) if below.size else math.nan
     high = float(np.quantile(above, 0.98)) if above.size else math.nan
     if regular is not None and regular < limit:
-        low, high = regular, np.fmax(high, 2 * limit - regular)
+        low = regular
+        high = np.fmax(high, 2 * limit - regular)
     elif regular is not None and regular > limit:
-        low, high = np.fmin(low, 2 * limit - regular), regular
+        low = np.fmin(low, 2 * limit - regular)
+        high = regular
     other = np.nanmax([limit - low, high - limit, 0.0]) or 1.0
     least = 1e-3 * max(other, abs(limit)) or 1e-3
     low = limit - 0.5 * other if math.isnan(low) else min(low, limit - least)
@@ -222,7 +225,8 @@ def colouring(result: Any, name: str | None = None, *, vmin: float | None = None
         values, limit = _chaos(result, name, fine)
         return coloured(name, values, limit, vmin, vmax, result=result)
     if isinstance(result, FrequencyMap) and name in (None, "diffusion"):
-        values, limit = np.where(fine, result.diffusion, np.nan), diffusion_limit(result.time)
+        values = np.where(fine, result.diffusion, np.nan)
+        limit = diffusion_limit(result.time)
         return coloured("diffusion", values, limit, vmin, vmax)
     values = _column(result, name)
     if name != "status":

@@ -38,7 +38,8 @@ def traced(model: Model, orbits: PeriodicOrbits, points: int = 400) -> np.ndarra
     found = np.full((len(orbits.z), points + 1, len(orbits)), np.nan)
     for k in np.flatnonzero(orbits.status == Status.OK):
         run = integrate(model, orbits.z[:, k], time=float(orbits.time[k]), samples=points, accuracy=1e-8)
-        found[:, 0, k], found[:, 1:, k] = orbits.z[:, k], run.samples.reshape(points, len(orbits.z)).T
+        found[:, 0, k] = orbits.z[:, k]
+        found[:, 1:, k] = run.samples.reshape(points, len(orbits.z)).T
     return found
 
 
@@ -80,8 +81,10 @@ def plot_scars(
         u, v = on_one_sheet(z, orbits.names)[:2]
         names = tuple(orbits.names)
     if chart is not None and tuple(names[:2]) == ALPHA_BETA.names[:2]:
-        (u, v), names = in_plane(u, v, chart), chart.names
-    drawn, limits = ax.has_data(), (ax.get_xlim(), ax.get_ylim())
+        u, v = in_plane(u, v, chart)
+        names = chart.names
+    drawn = ax.has_data()
+    limits = (ax.get_xlim(), ax.get_ylim())
     shown = ax.get_xlabel()
     if drawn and shown and not shown.startswith(f"${symbol(names[0])}$"):
         raise ValueError(f"chart must be that of the axes, whose first coordinate is {shown}, got {names[0]}")

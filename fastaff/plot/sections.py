@@ -76,7 +76,8 @@ def plot_section(
     for name in (x, y):
         if name not in names:
             raise ValueError(f"x and y must be among {', '.join(names)}, got {name!r}")
-    u, v = coordinates[names.index(x)], coordinates[names.index(y)]
+    u = coordinates[names.index(x)]
+    v = coordinates[names.index(y)]
     colours = None if values is None else orbit_colours(section_map, values, u.shape[1], norm, vmin, vmax, label)
     gone = ~np.isin(section_map.status, (Status.OK, Status.TOO_FEW_CROSSINGS, Status.INTERRUPTED))
     crossed = section_map.counts > 0
@@ -114,7 +115,8 @@ def plot_section(
 def _own_edge(found: Any) -> Edge:
     """Return the edge of a section at the energy, and for a body the angular momenta, of the orbits that cross it."""
     instead = "give boundary=fastaff.plot.edge(body, section, energy=...)"
-    body, z0 = argument_of(found, "body"), argument_of(found, "z0")
+    body = argument_of(found, "body")
+    z0 = argument_of(found, "z0")
     if body is None or z0 is None:
         raise ValueError(f"boundary=True needs the call that made the map, with a model of the package: {instead}")
     starts = np.reshape(np.asarray(z0, dtype=np.float64), (len(z0), -1))
@@ -136,7 +138,8 @@ def _cut(ax: Any, away: tuple[np.ndarray, ...]) -> tuple[Any, ...]:
     """Write the number of grey crossings beyond the frame."""
     if not away[0].size:
         return ()
-    (x0, x1), (y0, y1) = sorted(ax.get_xlim()), sorted(ax.get_ylim())
+    x0, x1 = sorted(ax.get_xlim())
+    y0, y1 = sorted(ax.get_ylim())
     inside = (x0 <= away[0]) & (away[0] <= x1) & (y0 <= away[1]) & (away[1] <= y1)
     many = np.count_nonzero(~inside)
     return (beyond(ax, f"{many} crossings of grey orbits beyond the axes"),) if many else ()
@@ -176,7 +179,10 @@ def _draw(
     x, y, orbit, crossing = flat
     # In a random order, so that no kind of orbit covers another.
     order = np.random.default_rng(0).permutation(x.size)
-    x, y, orbit, crossing = x[order], y[order], orbit[order], crossing[order]
+    x = x[order]
+    y = y[order]
+    orbit = orbit[order]
+    crossing = crossing[order]
     area = size if size is not None else float(np.clip(60000 / max(x.size + besides, 1), 0.25, 9.0))
     how = {"color": DARK} if colours is None else {"c": colours.values[orbit], **how}
     points = ax.scatter(x, y, s=area, linewidths=0, rasterized=True, **how)

@@ -16,10 +16,21 @@ from ..base.interruption import imported
 from ..base.numbers import real, shown
 from ..base.progress import watched
 
-DARK, ACCENT, PALE = "#00224e", "#b35900", "#5a8fc8"
-"""The dark end of cividis, an orange and a blue that differ from it by lightness too."""
-GREY, OUTLINE = "0.72", "0.35"
-"""Orbits that have left or have no value, and the edge of the accessible region."""
+DARK = "#00224e"
+"""The dark end of cividis."""
+
+ACCENT = "#b35900"
+"""An orange that differs from DARK by lightness too."""
+
+PALE = "#5a8fc8"
+"""A blue that differs from DARK by lightness too."""
+
+GREY = "0.72"
+"""Orbits that have left or have no value."""
+
+OUTLINE = "0.35"
+"""The edge of the accessible region."""
+
 END = 1e-6
 """Largest share of an edge's momentum at the ends of its pieces; inner points have 0.002 of their piece's or more."""
 LINES = (
@@ -188,7 +199,8 @@ def _with_room(ax: Any, bar: Any) -> None:
     from matplotlib.figure import Figure
 
     settings: Any = matplotlib.rcParams
-    sheet, sides = ax.figure, ("left", "right", "bottom", "top", "wspace", "hspace")
+    sheet = ax.figure
+    sides = ("left", "right", "bottom", "top", "wspace", "hspace")
     own = any(getattr(sheet.subplotpars, side) != settings[f"figure.subplot.{side}"] for side in sides)
     if bar is None or own or not isinstance(sheet, Figure) or sheet.get_layout_engine() is not None:
         return
@@ -279,7 +291,9 @@ def outline(ax: Any, boundary: Any) -> list[Any]:
 
     if not all(hasattr(boundary, name) for name in ("coordinate", "momentum", "centre")):
         raise TypeError(f"boundary must be an Edge, such as fastaff.plot.edge returns, got {shown(boundary)}")
-    u, high, low = boundary.coordinate, boundary.centre + boundary.momentum, boundary.centre - boundary.momentum
+    u = boundary.coordinate
+    high = boundary.centre + boundary.momentum
+    low = boundary.centre - boundary.momentum
     end = boundary.momentum <= END * boundary.momentum.max()
     pieces = np.split(np.arange(u.size), np.flatnonzero(end[1:] & end[:-1]) + 1)
     loops = [(np.append(u[k], [*u[k][::-1], u[k][0]]), np.append(high[k], [*low[k][::-1], high[k][0]])) for k in pieces]

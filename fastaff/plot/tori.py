@@ -98,9 +98,11 @@ def plot_frequency_lines(result: FrequencyLines, *, ax: Any = None, signals: Any
     chosen = np.arange(min(len(nu), 5)) if signals is None else chosen_orbits(signals, len(nu), 5, "signals")
     found = size[chosen] > 0
     bottom = 0.3 * float(size[chosen][found].min()) if found.any() else 0.1
-    dots, stems = [], []
+    dots = []
+    stems = []
     for number, k in enumerate(chosen):
-        colour, kept = LINES[number % len(LINES)][0], size[k] > 0
+        colour = LINES[number % len(LINES)][0]
+        kept = size[k] > 0
         stems.append(ax.vlines(nu[k, kept], bottom, size[k, kept], color=colour, lw=1.0, alpha=0.7))
         (dot,) = ax.plot(
             nu[k, kept], size[k, kept], ls="", marker="osD^v"[number % 5], ms=4, color=colour, label=str(k)

@@ -7,7 +7,8 @@ Row 12 of A is the solution itself: its slope is the first of the next step. Row
 
 from .conditions import sparse, values
 
-STAGES, SLOPES = 13, 16
+STAGES = 13
+SLOPES = 16
 
 C = values(
     """

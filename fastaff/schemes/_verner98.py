@@ -11,7 +11,8 @@ from fractions import Fraction
 
 from .conditions import sparse, values
 
-STAGES, SLOPES = 17, 21
+STAGES = 17
+SLOPES = 21
 
 
 def _nested(powers: Sequence[str]) -> list[float]:

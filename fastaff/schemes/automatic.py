@@ -48,10 +48,12 @@ SHARE = 0.25
 """Share of the wanted energy error that a trial may use: it sees fewer orbits, for a shorter time, at fewer moments."""
 
 
-DRIVEN, NATURAL = 1e-11, 1e-12
-"""Accuracies, for driven systems and for others, from which on RKN12 is taken if a second run determines the error at
-the end. It is faster than a splitting from 1e-9 and 1e-12 on, but takes some seconds to compile for a model: it is not
-the default without an accuracy.
+DRIVEN = 1e-11
+"""Accuracy for driven systems from which on RKN12 is taken if a second run determines the error at the end."""
+
+NATURAL = 1e-12
+"""The same for other systems. RKN12 is faster than a splitting from 1e-9 (driven) and 1e-12 (others) on, but takes some
+seconds to compile for a model: it is not the default without an accuracy.
 """
 
 FINE = 1e-11

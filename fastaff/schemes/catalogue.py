@@ -34,7 +34,9 @@ from .nystrom import RKN12, Nystrom
 
 def _label(scheme: "Splitting | RungeKutta") -> None:
     """Check name, source and order of a scheme."""
-    text("name", scheme.name), text("source", scheme.source), whole("order", scheme.order, 1, MOST_ORDER)
+    text("name", scheme.name)
+    text("source", scheme.source)
+    whole("order", scheme.order, 1, MOST_ORDER)
 
 
 def _shown(scheme: "Splitting | RungeKutta") -> str:
@@ -73,7 +75,8 @@ class Splitting:
 
     def __post_init__(self) -> None:
         _label(self)
-        flag("nystrom", self.nystrom), flag("increments", self.increments)
+        flag("nystrom", self.nystrom)
+        flag("increments", self.increments)
         for what in ("drift", "kick"):
             object.__setattr__(self, what, reals(f"scheme {self.name}: {what}", getattr(self, what)))
         require(
@@ -101,8 +104,11 @@ class Splitting:
                 f"{what} coefficients contradict the order {self.order}",
             )
 
-    symplectic, adaptive = True, False
-    """Whether it is symplectic and reversible with equal steps; whether it can control its step size."""
+    symplectic = True
+    """Whether it is symplectic and reversible with equal steps."""
+
+    adaptive = False
+    """Whether it can control its step size."""
 
     @property
     def stages(self) -> int:
@@ -149,7 +155,8 @@ def compose(
     """
     outer = [Fraction(w) for w in weights]
     flows = [Fraction(0)] * (2 * len(base.kick) + 1)
-    flows[::2], flows[1::2] = map(Fraction, base.drift), map(Fraction, base.kick)
+    flows[::2] = map(Fraction, base.drift)
+    flows[1::2] = map(Fraction, base.kick)
     kicks_first = not flows[0]
     if kicks_first:
         flows = flows[1:-1]
@@ -159,7 +166,8 @@ def compose(
         merged += [w * flow for flow in flows[1:]]
     if kicks_first:
         merged = [Fraction(0), *merged, Fraction(0)]
-    drift, kick = tuple(map(float, merged[::2])), tuple(map(float, merged[1::2]))
+    drift = tuple(map(float, merged[::2]))
+    kick = tuple(map(float, merged[1::2]))
     return Splitting(name, order, source, drift=drift, kick=kick, nystrom=base.nystrom, increments=increments)
 
 
@@ -223,7 +231,8 @@ class RungeKutta:
         orders = reals("error_orders", self.error_orders)
         object.__setattr__(self, "error_orders", tuple(whole("error_orders", int(p), 1, MOST_ORDER) for p in orders))
         whole("dense_order", self.dense_order, 0, MOST_ORDER)
-        rows, every = (*self.a, *self.extra_a), self.stages + len(self.extra_c)
+        rows = (*self.a, *self.extra_a)
+        every = self.stages + len(self.extra_c)
         for condition, fault in (
             (len(self.a) == self.stages == len(self.c), "a, b and c must have one row or entry per stage"),
             (len(rows) == every, "extra_a and extra_c must have one row or entry per extra slope"),

@@ -36,12 +36,16 @@ class Collocation:
         return self.name
 
     def __post_init__(self) -> None:
-        text("name", self.name), text("source", self.source)
-        whole("order", self.order, 1, MOST_ORDER), whole("sweeps", self.sweeps, 1, 10_000)
-        s, c = self.stages, self._nodes
+        text("name", self.name)
+        text("source", self.source)
+        whole("order", self.order, 1, MOST_ORDER)
+        whole("sweeps", self.sweeps, 1, 10_000)
+        s = self.stages
+        c = self._nodes
         require(s % 4 == 0 and s > 0, self.name, f"the number of stages must be a multiple of 4, got {s}")
         require(all(0 < x < 1 for x in c) and sorted({*c}) == c, self.name, "nodes must grow from 1/2 to 1")
-        b, a = self.b_array, self.a_array
+        b = self.b_array
+        a = self.a_array
         require(bool(np.isfinite(a).all()) and all(map(isfinite, b)), self.name, "coefficients must be finite")
         found = moments(tuple(b), np.array(c, dtype=np.float64), self.order)
         require(
@@ -58,7 +62,8 @@ class Collocation:
     @cached_property
     def _lagrange(self) -> list[list[Fraction]]:
         """Coefficients of the polynomials that are 1 at one node and 0 at the others, constants first."""
-        found, c = [], self._nodes
+        found = []
+        c = self._nodes
         for j, own in enumerate(c):
             polynomial = [Fraction(1)]
             for other in (*c[:j], *c[j + 1 :]):
@@ -121,11 +126,14 @@ class Collocation:
         """A float64 array (stages, 2*stages): the states at the nodes from the L of the step before and of the nodes
         before, by the integral of the polynomial through their slopes.
         """
-        s, c, b = self.stages, np.array([float(x) for x in self._nodes]), self.b_array
+        s = self.stages
+        c = np.array([float(x) for x in self._nodes])
+        b = self.b_array
         x, w = np.polynomial.legendre.leggauss(s)
         found = np.zeros((s, 2 * s))
         for i in range(s):
-            nodes, at = np.concatenate([c - 1, c[:i]]), c[i] * (x + 1) / 2
+            nodes = np.concatenate([c - 1, c[:i]])
+            at = c[i] * (x + 1) / 2
             for j, own in enumerate(nodes):
                 others = np.delete(nodes, j)
                 values = np.prod((at[:, None] - others) / (own - others), axis=1)

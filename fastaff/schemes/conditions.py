@@ -56,7 +56,8 @@ def moments(weights: Weights, nodes: np.ndarray, order: int) -> np.ndarray:
 
 def nested(k: int, rows: int) -> list[float]:
     """Coefficients of x**k / k in the nesting x (F_0 + (1-x) (F_1 + x (F_2 + ...))); it has degree `rows`."""
-    rest, coefficients = np.polynomial.Polynomial.basis(k) / k // [0, 1], []
+    rest = np.polynomial.Polynomial.basis(k) / k // [0, 1]
+    coefficients = []
     for r in range(rows):
         coefficients.append(float(rest(1.0 if r % 2 == 0 else 0.0)))
         rest = (rest - coefficients[-1]) // ([1, -1] if r % 2 == 0 else [0, 1])

@@ -38,16 +38,22 @@ class Nystrom:
     b: Weights
     c: Weights
 
-    symplectic, adaptive, nystrom = False, False, True
-    """Whether it is symplectic and reversible with equal steps; whether it can control its step size; whether its order
-    holds only for T quadratic in p.
-    """
+    symplectic = False
+    """Whether it is symplectic and reversible with equal steps."""
+
+    adaptive = False
+    """Whether it can control its step size."""
+
+    nystrom = True
+    """Whether its order holds only for T quadratic in p."""
 
     def __repr__(self) -> str:
         return self.name
 
     def __post_init__(self) -> None:
-        text("name", self.name), text("source", self.source), whole("order", self.order, 1, MOST_ORDER)
+        text("name", self.name)
+        text("source", self.source)
+        whole("order", self.order, 1, MOST_ORDER)
         for what in ("b", "c"):
             object.__setattr__(self, what, reals(f"scheme {self.name}: {what}", getattr(self, what)))
         object.__setattr__(self, "a", tableau(f"scheme {self.name}: a", self.a))
@@ -58,7 +64,9 @@ class Nystrom:
             (self.c[0] == 0 and all(x > 0 for x in self.c[1:]), "nodes must be positive, the first 0"),
         ):
             require(condition, self.name, fault)
-        b, c, powers = np.array(self.b), np.array(self.c), np.arange(self.order)
+        b = np.array(self.b)
+        c = np.array(self.c)
+        powers = np.arange(self.order)
         for i, row in enumerate(self.a):
             require(agree(sum(row), c[i] ** 2 / 2, row), self.name, f"row {i} of a must sum to c[{i}]**2/2")
         found = moments(self.b, c, self.order)

@@ -215,12 +215,15 @@ def chaos_map(
     if flag("early_stop", early_stop) and len(tangent) < len(chosen):
         raise ValueError("early_stop takes indicators of tangent vectors only: the others need the whole time")
     plan = stable_plan(problem) if tangent else problem.plan()
-    flow, z, rates = plan.flow, plan.z, own_rates(plan, time)
+    flow = plan.flow
+    z = plan.z
+    rates = own_rates(plan, time)
     for k, entry in enumerate(chosen):  # a scheme may be chosen by trial
         refuse(f"indicators[{k}]", entry, body, flow)
 
     def mapped(flow: Flow, orbits: Any, deviations: Any, report: Report | None) -> ChaosMap:
-        start, own = z[:, orbits], rates[orbits]
+        start = z[:, orbits]
+        own = rates[orbits]
         work = ChaosRun(flow, start, own, time, chosen, slots=slots, early_stop=early_stop, deviations=deviations)
         with keeping("chaos_map", lambda: _result(work, options.drift, True)):
             for number, run in enumerate(work.passes):
@@ -323,5 +326,6 @@ def _result(work: ChaosRun, tolerance: float, unfinished: bool) -> ChaosMap:
 
 def _together(verdicts: np.ndarray) -> np.ndarray:
     """Return the common verdict of the decided ones among verdicts (indicators, orbits), else UNDECIDED."""
-    chaotic, regular = (verdicts == Character.CHAOTIC).any(axis=0), (verdicts == Character.REGULAR).any(axis=0)
+    chaotic = (verdicts == Character.CHAOTIC).any(axis=0)
+    regular = (verdicts == Character.REGULAR).any(axis=0)
     return np.where(chaotic == regular, Character.UNDECIDED, np.where(chaotic, Character.CHAOTIC, Character.REGULAR))

@@ -284,7 +284,8 @@ def _axis(k: int, axis: Any) -> np.ndarray:
 
 def _empty(names: tuple[str, ...], axes: tuple[np.ndarray, ...], indicators: tuple[str, ...]) -> ChaoticFraction:
     shape = tuple(axis.size for axis in axes)
-    counts, medians = ("orbits", "chaotic", "regular", "undecided", "rescued"), ("medians", "chaotic_medians", "limits")
+    counts = ("orbits", "chaotic", "regular", "undecided", "rescued")
+    medians = ("medians", "chaotic_medians", "limits")
     return ChaoticFraction(
         names=names,
         axes=axes,
@@ -321,10 +322,13 @@ def _fill(scan, cell, make, time, run, step, scheme, second, report) -> None:
         for target, chosen in ((scan.medians, fine), (scan.chaotic_medians, fine & found.chaotic)):
             if chosen.any():
                 target[row] = np.median(found.values[:, chosen], axis=1)
-    scan.orbits[cell], scan.rescued[cell] = fine.size, np.count_nonzero(fine[lost]) if second is not None else 0
+    scan.orbits[cell] = fine.size
+    scan.rescued[cell] = np.count_nonzero(fine[lost]) if second is not None else 0
     for name in ("chaotic", "regular", "undecided"):
         getattr(scan, name)[cell] = np.count_nonzero(getattr(found, name) & fine)
     scan.statuses[row] = np.bincount(found.status, minlength=len(Status))
-    scan.limits[row], scan.time[cell], scan.step[cell] = np.median(found.limits, axis=1), length, np.median(found.step)
+    scan.limits[row] = np.median(found.limits, axis=1)
+    scan.time[cell] = length
+    scan.step[cell] = np.median(found.step)
     scan.energy_error[cell] = found.energy_error[fine].max() if fine.any() else math.nan
     scan.done[cell] = True

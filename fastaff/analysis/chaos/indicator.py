@@ -150,7 +150,8 @@ NEEDS = {
 
 def refuse(where: str, indicator: Any, body: Any, flow: Flow | None = None) -> None:
     """Raise TypeError or ValueError if a system, or the scheme that is planned for it, lacks a need of an indicator."""
-    needs, name = [named(f"{where}.needs", need, NEEDS) for need in indicator.needs], type(indicator).__name__
+    needs = [named(f"{where}.needs", need, NEEDS) for need in indicator.needs]
+    name = type(indicator).__name__
     needs += ["flow"] if getattr(indicator, "across_flow", False) else []
     if "energy" in needs:
         instead = "those of tangent vectors, such as LyapunovSpectrum(), Lyapunov() and SALI()"

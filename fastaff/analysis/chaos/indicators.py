@@ -26,6 +26,9 @@ from .indicator import VectorIndicator, decades, is_indicator
 from .pass_indicators import BirkhoffDigits, FrequencyDiffusion, ReversibilityError, ZeroOne
 
 MARGIN = 4.0
+"""Decades between the largest growth of tangent vectors on a regular orbit and the limit above which an orbit is
+chaotic.
+"""
 
 SLACK = 0.75
 """Decades since half the time by which a regular orbit may exceed the law of its indicator: vectors turn and alignments

@@ -60,7 +60,8 @@ class TangentIndicator(VectorIndicator):
             raise TypeError(f"{where}.parameters must be a tuple of floats, got {self.parameters!r}")
         for j, number in enumerate(self.parameters):
             real(f"{where}.parameters[{j}]", number)
-        flag(f"{where}.above", self.above), flag(f"{where}.across_flow", self.across_flow)
+        flag(f"{where}.above", self.above)
+        flag(f"{where}.across_flow", self.across_flow)
 
     def calm(self, value: np.ndarray, before: np.ndarray, limit: np.ndarray, n: int) -> np.ndarray:
         """Return a mask of the orbits that look regular."""

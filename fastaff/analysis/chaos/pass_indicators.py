@@ -35,16 +35,24 @@ frequencies it is MANY."""
 ANGLES = 100
 """Angles c of the 0-1 test, random in (pi/5, 4 pi/5): away from the resonances with the sampling."""
 
-QUIET, DENSE = 50.0, 0.5
-"""Correlation times samples below which an orbit may be regular: most regular ones have less, of the chaotic ones of
-Henon and Heiles at the energy 1/8 one in a hundred; and the least radians of its natural frequency between samples for
-this: the angles of denser ones belong to frequencies beyond those of the motion."""
+QUIET = 50.0
+"""Correlation times samples below which an orbit may be regular. Most regular orbits have less; of the chaotic orbits
+of Henon and Heiles at the energy 1/8, one in a hundred has.
+"""
+
+DENSE = 0.5
+"""Least radians of the natural frequency between samples for QUIET: the angles of denser samples belong to frequencies
+beyond those of the motion.
+"""
 
 TOLD = 8.0
 """Decades of diffusion below the limit that figures show."""
 
-LEAST_SAMPLES, MOST_SAMPLES = 400, 4000
-"""Samples of the 0-1 test where none are asked for."""
+LEAST_SAMPLES = 400
+"""Least number of samples of the 0-1 test if none is asked for."""
+
+MOST_SAMPLES = 4000
+"""Largest number of samples of the 0-1 test if none is asked for."""
 
 
 @dataclass(frozen=True)
@@ -83,7 +91,8 @@ class BirkhoffDigits(Indicator):
         def read(memory: np.ndarray, reached: np.ndarray) -> tuple[np.ndarray, float]:
             rows = birkhoff.ROWS
             with np.errstate(all="ignore"):
-                a, b = memory[rows.early] / memory[rows.early_weight], memory[rows.late] / memory[rows.late_weight]
+                a = memory[rows.early] / memory[rows.early_weight]
+                b = memory[rows.late] / memory[rows.late_weight]
                 digits = -np.log10(np.where(a == b, 0.0, np.abs(a - b) / np.maximum(np.abs(a), np.abs(b))) + 1e-17)
             return np.where(reached >= time * (1 - 1e-12), digits, np.nan), np.nan
 
@@ -233,11 +242,14 @@ class ZeroOne(Indicator):
 
     def compute(self, flow: Flow, z0: np.ndarray, time: float, rates: np.ndarray, report: Report | None) -> tuple:
         """Return the values, the reference values, and the statuses, of an adaptive scheme's equidistant states."""
-        watch, ensemble = self._sampled(flow, time, rates), flow.ensemble(z0.copy())
-        memory, out = np.zeros((watch.observer.rows, rates.size)), np.zeros((rates.size, watch.columns))
+        watch = self._sampled(flow, time, rates)
+        ensemble = flow.ensemble(z0.copy())
+        memory = np.zeros((watch.observer.rows, rates.size))
+        out = np.zeros((rates.size, watch.columns))
         watch.prepare(memory)
         flow.advance(ensemble, watch.observer, memory, out, time=time, observations=self._equidistant, report=report)
-        found, (_, quiet) = watch.finish(out, report), watch.read(memory, ensemble.time)  # type: ignore[misc]
+        found = watch.finish(out, report)  # type: ignore[misc]
+        _, quiet = watch.read(memory, ensemble.time)
         return np.where(ensemble.status == Status.OK, found, np.nan), quiet, ensemble.status
 
     def reads(self, limit: float) -> float:

@@ -38,7 +38,8 @@ class Shares(NamedTuple):
         """
         # Beyond these the ends are 0 and 1, or the fraction itself.
         sigmas = min(max(positive("sigmas", sigmas), 1e-100), 1e100)
-        count, p = (self.chaotic + self.regular) / sigmas**2, self.fraction
+        count = (self.chaotic + self.regular) / sigmas**2
+        p = self.fraction
         with np.errstate(all="ignore"):
             width = np.sqrt(p * (1 - p) * count + 0.25) / (1 + count)
             middle = (p * count + 0.5) / (1 + count)

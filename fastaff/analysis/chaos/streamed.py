@@ -40,20 +40,32 @@ LONGEST = 1e8
 RECORDS = 32
 """Records of the growth of volumes, from which the errors of exponents follow."""
 
-PARTS, PASSAGES, LASTING = 8, 3, 1.0
-"""Equal parts of a run; the number of these, of the most growth, that may be passages of saddles; decades by which the
-first vector must grow in the others before an orbit is called chaotic. 99 in 100 of 714 regular orbits, 1e-1 to 1e-10
-beside the separatrices of pendulums, wells, products of two and McMillan maps, have 0.6 decades there or less; 99 in
-100 chaotic ones of Henon-Heiles, standard maps and driven pendulums more than 1, where a limit is passed at all.
+# tests/test_separatrices.py holds regular orbits beside separatrices to the next three constants.
+
+PARTS = 8
+"""Equal parts of a run over which the growth of the first tangent vector is compared."""
+
+PASSAGES = 3
+"""Number of these parts, those of the most growth, that may be passages of saddles."""
+
+LASTING = 1.0
+"""Decades by which the first vector must grow in the other parts before an orbit is called chaotic. 99 in 100 of 714
+regular orbits, 1e-1 to 1e-10 beside the separatrices of pendulums, wells, products of two and McMillan maps, have 0.6
+decades there or less; 99 in 100 chaotic ones of Henon-Heiles, standard maps and driven pendulums more than 1, where a
+limit is passed at all.
 """
 
 UNMOVED = 1e-9
 """Relative distance of the end from the start, in all rows, below which an orbit is at rest."""
 
-BLOCKS, LONG_MEMORY = {8: 4.2}, {8: 4.2, 4: 7.0, 3: 12.0}
-"""Numbers of blocks of a run whose spread gives these errors, and the number of standard errors that hold 99 %:
-Student's and a fifth more, as the blocks' distribution has longer tails. Chaotic orbits of a symplectic system stick to
-islands for arbitrarily long times: few long blocks see more of it.
+BLOCKS = {8: 4.2}
+"""Number of blocks of a run whose spread gives the errors of exponents, and the number of standard errors that hold 99
+%: Student's and a fifth more, as the blocks' distribution has longer tails.
+"""
+
+LONG_MEMORY = {8: 4.2, 4: 7.0, 3: 12.0}
+"""The same for symplectic systems, whose chaotic orbits stick to islands for arbitrarily long times: few long blocks
+see more of it.
 """
 
 
@@ -153,9 +165,16 @@ class ChaosRun:
         early_stop: bool,
         deviations: Any,
     ):
-        self.flow, self.z0, self.rates, self.time, self.chosen = flow, z0, rates, time, chosen
-        self.slots, self.early_stop, self.finer = slots, early_stop, 1
-        self.n, self.orbits = flow.system.moving, z0.shape[1]
+        self.flow = flow
+        self.z0 = z0
+        self.rates = rates
+        self.time = time
+        self.chosen = chosen
+        self.slots = slots
+        self.early_stop = early_stop
+        self.finer = 1
+        self.n = flow.system.moving
+        self.orbits = z0.shape[1]
         self.degrees = flow.model.degrees_of_freedom
         self.scale = scales(flow.model, z0, rates)
         self.limits = np.array([limit_of(entry, self.n, self.rates * time, time) for entry in chosen])
@@ -166,17 +185,22 @@ class ChaosRun:
         watches = [(j, entry.watch(self.flow, time, self.rates)) for j, entry in enumerate(chosen)]
         self.watches: list[tuple[int, Watch]] = [(j, watch) for j, watch in watches if watch is not None]
         self.streams = bool(self.tangent or self.watches)
-        self.k, self.m = self.flow.vectors, len(self.tangent) + bool(self.tangent)
+        self.k = self.flow.vectors
+        self.m = len(self.tangent) + bool(self.tangent)
         self.ensemble: Ensemble = self.flow.ensemble(z0.copy(), start)
-        self.lived, self.every = np.zeros(self.orbits), np.ones(self.orbits, np.int64)
+        self.lived = np.zeros(self.orbits)
+        self.every = np.ones(self.orbits, np.int64)
         self.values, self.before = np.full((2, len(chosen), self.orbits), np.nan)
-        self.records_kept, self.sums_kept, self.aligned = slots, 0, slots
+        self.records_kept = slots
+        self.sums_kept = 0
+        self.aligned = slots
         if self.tangent:
             least = RECORDS if self.spectrum else PARTS
             self.finer = -(-least // slots) if slots else 1
             self.records_kept = max(slots * self.finer, least)
         if self.tangent and self.spectrum:  # the user's vectors are among them
-            self.aligned, self.sums_kept = self.records_kept, self.k
+            self.aligned = self.records_kept
+            self.sums_kept = self.k
         self.width = 1 + self.m + self.sums_kept
         number_of_steps(time, 1 / self.rates)
         fits("history", self.orbits, len(chosen) + self.width, self.records_kept)
@@ -235,7 +259,8 @@ class ChaosRun:
         each_step = self.watches or self.early_stop or any(entry.each_step for _, entry in self.tangent)
         if each_step or not self.flow.fixed:
             return np.ones(self.orbits, np.int64)
-        steps, parts = self.flow.steps(self.time), math.lcm(2, max(1, self.aligned))
+        steps = self.flow.steps(self.time)
+        parts = math.lcm(2, max(1, self.aligned))
         between = np.where(steps % parts == 0, steps // parts, 1)
         return np.minimum(stride.astype(np.int64), between & -between)
 
@@ -246,7 +271,8 @@ class ChaosRun:
         if self.spectrum and not self.paired:
             needed = whole
         if deviations is None:
-            start, self.first = frame(self.flow.model, needed)[:, :, None] / self.scale, np.zeros((needed, 1))
+            start = frame(self.flow.model, needed)[:, :, None] / self.scale
+            self.first = np.zeros((needed, 1))
         else:
             start, self.first = _unit_vectors(deviations, self.scale[:whole])
             start = start if self.flow.system.driven else carried(start, self.flow.model, 1)
@@ -319,7 +345,8 @@ class ChaosRun:
         run = flow.ensemble(self.z0[:, lost])
         flow.advance(run, observers.nothing(), *no_memory(run), time=self.time, observations=1)
         ended = run.status != Status.OK
-        self.lived[lost[ended]], self.ensemble.status[lost[ended]] = run.time[ended], run.status[ended]
+        self.lived[lost[ended]] = run.time[ended]
+        self.ensemble.status[lost[ended]] = run.status[ended]
 
     @property
     def passes(self) -> list[Callable[[Report | None], None]]:
@@ -384,9 +411,11 @@ class ChaosRun:
         """
         if not self.streams:
             return np.zeros(self.orbits, bool)
-        n, moving = self.degrees, self.n
+        n = self.degrees
+        moving = self.n
         rows = [*range(moving), *range(n, n + moving)]
-        start, end = self.z0[rows], self.ensemble.points[rows]
+        start = self.z0[rows]
+        end = self.ensemble.points[rows]
         with np.errstate(all="ignore"):
             return (np.abs(end - start) <= UNMOVED * np.abs(start)).all(axis=0)
 
@@ -399,7 +428,8 @@ class ChaosRun:
         """Return the Lyapunov spectrum, the largest first, and its errors."""
         if not self.spectrum:
             return None, None
-        records, last = self._records(), self.memory[ROWS.last]
+        records = self._records()
+        last = self.memory[ROWS.last]
         # Volumes count from the start, whatever the angles between given vectors.
         sums = np.concatenate([records[1 + self.m :], self.growth.sums[:, None]], axis=1) - self.first[:, None]
         # An iterate may leave no digits for the rest.
@@ -419,11 +449,13 @@ def averaging_error(times: np.ndarray, sums: np.ndarray, mean: np.ndarray, block
     It is the change by the first record, in which tangent vectors align, plus the spread of blocks of the rest, the
     largest for these numbers of blocks. It is inf for orbits that are too short.
     """
-    known, spread = np.isfinite(times).sum(axis=0), np.zeros_like(mean)
+    known = np.isfinite(times).sum(axis=0)
+    spread = np.zeros_like(mean)
     for count, student in blocks.items():
         edges = known * (1 + (RECORDS - 1) * np.arange(count + 1)[:, None] // count) // RECORDS - 1
         edges = np.maximum(edges, 0)
-        t, S = np.take_along_axis(times, edges, axis=0), np.take_along_axis(sums, edges[None], axis=1)
+        t = np.take_along_axis(times, edges, axis=0)
+        S = np.take_along_axis(sums, edges[None], axis=1)
         with np.errstate(all="ignore"):
             rates = np.moveaxis(np.diff(S, axis=1) / np.diff(t, axis=0), 1, 0)
             variance = total((rates - total(rates) / count) ** 2) / (count - 1)

@@ -93,24 +93,32 @@ def given_orbits(
         raise TypeError("samples is a table of Arrow: give samples.to_pandas() or polars.from_arrow(samples)")
     foreign = read_by("orbits", value, "samples", names)
     if foreign is not None:
-        value, names = foreign.rows, foreign.names if names is None else names
+        value = foreign.rows
+        names = foreign.names if names is None else names
         times = foreign.times if dt is None and times is None else times
-    value, dt, times = _known_order(value), without_unit(dt), without_unit(times)
+    value = _known_order(value)
+    dt = without_unit(dt)
+    times = without_unit(times)
     parts: tuple[Any, ...]
     order: tuple[tuple[int, ...], ...]
     if times is None and hasattr(value, "samples") and hasattr(value, "times") and hasattr(value, "names"):
-        value, found, own = value.samples, value.times, tuple(value.names)
+        found = value.times
+        own = tuple(value.names)
+        value = value.samples
         if value.shape[0] == 0:
             raise ValueError("samples must have samples: integrate(..., samples=1000)")
-        names, times = names or own, None if dt is not None else found
-        parts, order = (value,), ((1, 2, 0),)
+        names = names or own
+        times = None if dt is not None else found
+        parts = (value,)
+        order = ((1, 2, 0),)
     elif hasattr(value, "points") and hasattr(value, "counts") and hasattr(value, "names"):
         if names is None:
             raise ValueError(
                 f"samples are points of a section: coordinates must say in which planes, such as ('{value.names[1]}', "
                 f"'{value.names[len(value.names) // 2 + 1 if len(value.names) > 2 else -1]}')"
             )
-        parts, order = tuple(value[entry] for entry in names), ((1, 0),) * len(names)
+        parts = tuple(value[entry] for entry in names)
+        order = ((1, 0),) * len(names)
     elif _named(value):
         if names is None:
             raise ValueError(
@@ -148,12 +156,14 @@ def ends(z: np.ndarray, first: int = 0, threads: int = 1) -> tuple[np.ndarray, n
     first: number of the first orbit, for messages. Raises ValueError where an orbit goes on after a gap.
     """
     samples = z.shape[2]
-    counts, status = np.full(z.shape[1], samples, np.int64), np.full(z.shape[1], int(Status.OK))
+    counts = np.full(z.shape[1], samples, np.int64)
+    status = np.full(z.shape[1], int(Status.OK))
     for orbit in np.flatnonzero((z[:, :, -1] == z[:, :, -2]).all(axis=0)) if samples > 1 else ():
         moves = 1 + np.flatnonzero((z[:, orbit, 1:] != z[:, orbit, :-1]).any(axis=0))
         runs = np.diff(moves, prepend=0, append=samples) - 1
         if stays(runs[-1], runs[:-1].max(initial=0), samples):
-            counts[orbit], status[orbit] = samples - 1 - runs[-1], Status.LOST
+            counts[orbit] = samples - 1 - runs[-1]
+            status[orbit] = Status.LOST
     sound = np.empty(z.shape[1], bool)
 
     def look(at: slice) -> None:
@@ -166,7 +176,8 @@ def ends(z: np.ndarray, first: int = 0, threads: int = 1) -> tuple[np.ndarray, n
         finite = np.isfinite(z[:, orbit]).all(axis=0)
         if finite.all():
             continue
-        counts[orbit], status[orbit] = int(np.argmin(finite)), Status.NONFINITE
+        counts[orbit] = int(np.argmin(finite))
+        status[orbit] = Status.NONFINITE
         again = np.flatnonzero(finite[counts[orbit] :])
         if again.size:
             raise gap(first + int(orbit), int(counts[orbit]), int(counts[orbit] + again[0]))
@@ -189,7 +200,8 @@ def lengths(counts: np.ndarray, samples: int, least: int, most: int | None = Non
     rung = np.floor(np.log2(counts[short] - 1) * LADDER) / LADDER
     steps[short] = np.clip(np.floor(2.0**rung), least - 1, counts[short] - 1)
     for length in np.unique(steps[steps > 0]):
-        own, size = np.flatnonzero(steps == length), most or counts.size
+        own = np.flatnonzero(steps == length)
+        size = most or counts.size
         yield from ((int(length), own[at : at + size]) for at in range(0, own.size, size))
 
 
@@ -349,7 +361,8 @@ def _rows_of(part: Any, axis: int, names: tuple[str, ...] | None) -> Any:
 
 def _labels(part: Any, axis: int) -> np.ndarray | None:
     """Return the labels that a labelled array has along an axis; None where it has none."""
-    dims, coords = getattr(part, "dims", None), getattr(part, "coords", None)
+    dims = getattr(part, "dims", None)
+    coords = getattr(part, "coords", None)
     if not isinstance(dims, tuple) or coords is None or dims[axis] not in coords:
         return None
     return np.asarray(coords[dims[axis]])

@@ -176,7 +176,8 @@ def integrate(
         scheme, step, accuracy, rtol=rtol, atol=atol, energy_tolerance=energy_tolerance, threads=threads, report=report
     )
     problem = Problem(body, z0, options)
-    time, count = problem.iterates("time", time), whole("samples", samples, 0)
+    time = problem.iterates("time", time)
+    count = whole("samples", samples, 0)
     problem = problem.suited()
     options = problem.options
     flow, z, *_ = problem.plan(time=time, error=None, transformed=True)
@@ -200,7 +201,10 @@ class _Plain:
 
     def __init__(self, flow: Flow | TransformedFlow, z: np.ndarray, time: float, count: int, report: Report | None):
         flow = flow.fitted(time, max(count, 1))  # the step that is used, which the result names
-        self.flow, self.time, self.count, self.report = flow, time, count, report
+        self.flow = flow
+        self.time = time
+        self.count = count
+        self.report = report
         self.ensemble = flow.ensemble(z)
         self.samples = np.zeros((0, *z.shape))
 
@@ -213,7 +217,8 @@ class _Plain:
     def result(self, body: Any, tolerance: float, interrupted: bool) -> Orbits:
         """Return the orbits so far, without estimates of errors."""
         self.ensemble.z = self.flow.states(self.ensemble.z)
-        found, how = (self.ensemble, self.samples, self.time, (None, None, None)), self.flow.scheme
+        found = (self.ensemble, self.samples, self.time, (None, None, None))
+        how = self.flow.scheme
         return _assembled(body, how, *found, tolerance, interrupted, self.flow.step)
 
 
@@ -251,14 +256,23 @@ class _Accurate:
         report: Report | None,
         free: bool,
     ):
-        self.flow, self.body, self.z, self.time, self.count = flow, body, z, time, count
-        self.accuracy, self.drift, self.report = accuracy, drift, report
+        self.flow = flow
+        self.body = body
+        self.z = z
+        self.time = time
+        self.count = count
+        self.accuracy = accuracy
+        self.drift = drift
+        self.report = report
         self.parts = count * math.ceil(MOMENTS / count) if count else MOMENTS
         self.times = time / self.parts * np.arange(1, self.parts + 1)
         self.ensemble = Ensemble(z.copy(), system_of(body).energies(z), system_of(body).kinetic_energies(z))
-        self.step, self.until, self.error = np.full(z.shape[1], np.inf), np.zeros(z.shape[1]), np.full(z.shape, np.inf)
+        self.step = np.full(z.shape[1], np.inf)
+        self.until = np.zeros(z.shape[1])
+        self.error = np.full(z.shape, np.inf)
         self.samples, self.sample_error = (np.full((count, *z.shape), none) for none in (np.nan, np.inf))
-        self.looks, self.free = self.times if count else self.times[1::2], free and isinstance(flow.scheme, Collocation)
+        self.looks = self.times if count else self.times[1::2]
+        self.free = free and isinstance(flow.scheme, Collocation)
 
     def run(self) -> None:
         """Run all orbits, a chunk at a time."""
@@ -270,7 +284,9 @@ class _Accurate:
                 with Passes(passes.take(self.chunk.size, orbits - self.chunk[-1] - 1)) as parts:
                     if self.free:
                         rest = self._short(tolerances(self.motion, self.time, self.accuracy), parts.take(1.0, SLOW))
-                        self.chunk, z, self.motion = self.chunk[rest], z[:, rest], self.motion.of(rest)
+                        self.chunk = self.chunk[rest]
+                        z = z[:, rest]
+                        self.motion = self.motion.of(rest)
                     if self.chunk.size:
                         self._stepped(np.ascontiguousarray(z), parts.take(1.0))
 
@@ -280,7 +296,8 @@ class _Accurate:
 
     def _stepped(self, z: np.ndarray, report: Report | None) -> None:
         """Run the chunk with steps that are shortened until two runs agree."""
-        given, orbits = (self.motion, self.time, self.accuracy), np.arange(len(self.chunk))
+        given = (self.motion, self.time, self.accuracy)
+        orbits = np.arange(len(self.chunk))
         steps = planned(self.flow, z, *given, run=self.time, parts=2 * self.parts)
         if self.free:
             rest = self._short(tolerances(*given, longer(*given[:2], steps.step * self.motion.pace < UNEVEN)), None)
@@ -294,10 +311,12 @@ class _Accurate:
     def _toleranced(self, orbits: np.ndarray, tolerance: np.ndarray, report: Report | None, stop: float) -> Compared:
         """Return orbits with tolerances of their own, and their states at some moments; stop: see `_moments`."""
         where = self.chunk[orbits]
-        z, none = np.ascontiguousarray(self.z[:, where]), np.full(len(where), np.inf)
+        z = np.ascontiguousarray(self.z[:, where])
+        none = np.full(len(where), np.inf)
         whole = Compared(np.empty((len(self.looks), *z.shape)), self.ensemble.of(where), none)
         for number, each in enumerate(every := np.unique(tolerance)):
-            part, flow = np.flatnonzero(tolerance == each), with_tolerance(self.flow, float(each))
+            part = np.flatnonzero(tolerance == each)
+            flow = with_tolerance(self.flow, float(each))
             ensemble = flow.ensemble(np.ascontiguousarray(z[:, part]), radius=self.motion.radius[orbits[part]])
             try:
                 whole.states[..., part] = self._moments(flow, ensemble, portion(report, number, len(every)), stop)
@@ -314,7 +333,8 @@ class _Accurate:
         if self.count:
             states = flow.sampled(ensemble, self.parts, time=self.time, report=report).transpose(1, 2, 0)
         else:  # one run after the other: the interpolant would cost more
-            states, nothing = np.empty((len(self.looks), *ensemble.z.shape)), observers.nothing()
+            states = np.empty((len(self.looks), *ensemble.z.shape))
+            nothing = observers.nothing()
             for i, (now, moment) in enumerate(zip(states, self.looks, strict=True)):
                 told = portion(report, i, len(states))
                 for end in (moment - (1 - stop) * self.looks[0], moment)[stop == 0 :]:
@@ -353,7 +373,9 @@ class _Accurate:
         return (run.ensemble.status == Status.OK) & (energy_error(self.body, run.ensemble) > self.drift)
 
     def _keep(self, orbits: np.ndarray, fine: Compared, chosen: np.ndarray, error: np.ndarray) -> None:
-        own, where, error = self.motion.of(orbits[chosen]), self.chunk[orbits[chosen]], error[:, chosen]
+        own = self.motion.of(orbits[chosen])
+        where = self.chunk[orbits[chosen]]
+        error = error[:, chosen]
         times = np.broadcast_to(self.time / len(error) * np.arange(1, len(error) + 1)[:, None], error.shape)
         size = np.maximum(np.vstack([own.position, own.momentum]), 1e-300)  # amplitudes may be 0
         late = until(error <= self.accuracy, times, self.times[-1])
@@ -362,10 +384,12 @@ class _Accurate:
         worse &= outdone(error[-1], late, self.error[0, where] / size[0], self.until[where])
         chosen, where, error, size, late = (entry[..., ~worse] for entry in (chosen, where, error, size, late))
         self.ensemble.take(where, fine.ensemble.of(chosen))
-        self.step[where], self.until[where] = fine.step[chosen], late
+        self.step[where] = fine.step[chosen]
+        self.until[where] = late
         every = slice((n := self.parts // self.count) - 1, None, n) if self.count else slice(0)
         self.samples[..., where] = fine.states[every][..., chosen]
-        self.error[:, where], self.sample_error[..., where] = error[-1] * size, error[every, None] * size
+        self.error[:, where] = error[-1] * size
+        self.sample_error[..., where] = error[every, None] * size
 
     def result(self, body: Any, tolerance: float, interrupted: bool) -> Orbits:
         """Return the orbits so far, with the estimated errors."""

@@ -13,13 +13,17 @@ from ...base.axes import along
 from ...base.results import Result
 from .found_orbits import PeriodicOrbits
 
-VANISHING, NEAR = 1e-5, 1e-10
-"""Product of residues up to which a change of its sign is a zero, not a jump; product at which the search for the zero
-ends, as nearer to it z is undetermined.
-"""
+VANISHING = 1e-5
+"""Product of residues up to which a change of its sign is a zero, not a jump."""
 
-SAFETY, CLOSER = 4.0, 0.01
-"""Factor of the error of a value over its changes by another step and a closer correction; tolerance of the latter."""
+NEAR = 1e-10
+"""Product at which the search for the zero ends, as nearer to it z is undetermined."""
+
+SAFETY = 4.0
+"""Factor of the error of a value over its changes by another step and a closer correction."""
+
+CLOSER = 0.01
+"""Tolerance of the closer correction."""
 
 
 class Event(IntEnum):
@@ -90,7 +94,9 @@ def bifurcations(family: Any, points: list[Any], arclength: np.ndarray, orbits: 
                 if kind == 2 and not _complex(family.orbits(point).multipliers[:, 0]):
                     continue
                 event = (Event.FOLD if turned else Event.BRANCHING, Event.DOUBLING, Event.TORUS)[kind]
-                place, value, time = float(arclength[k] + s), float(point.u[-1]), float(point.back.time[0])
+                place = float(arclength[k] + s)
+                value = float(point.u[-1])
+                time = float(point.back.time[0])
                 z = point.u[: len(orbits.z)]
                 swing = family.swing(point)
                 found.append(Bifurcation(event, place, value, z=z, time=time, error=error, swing=swing))
@@ -107,8 +113,13 @@ def _sign_change(
     tried.
     """
     reach = family.apart(last.u, following.u)
-    a, b, low, high, side = 0.0, 1.0, last, following, 0
-    weights, products = [float(end) for end in ends], [float(end) for end in ends]
+    a = 0.0
+    b = 1.0
+    low = last
+    high = following
+    side = 0
+    weights = [float(end) for end in ends]
+    products = [float(end) for end in ends]
     best = min((abs(products[0]), a, last), (abs(products[1]), b, following), key=lambda tried: tried[0])
     for _ in range(60):
         if b - a <= 1e-12 or best[0] <= NEAR:
@@ -125,20 +136,29 @@ def _sign_change(
         best = min(best, (abs(product), s, point), key=lambda tried: tried[0])
         if product * ends[0] > 0:
             weights = [product, weights[1] * (0.5 if side < 0 else 1.0)]
-            a, low, products[0], side = s, point, product, -1
+            a = s
+            low = point
+            products[0] = product
+            side = -1
         else:
             weights = [weights[0] * (0.5 if side > 0 else 1.0), product]
-            b, high, products[1], side = s, point, product, 1
-    left, value = abs(float(high.u[-1] - low.u[-1])), float(best[2].u[-1])
+            b = s
+            high = point
+            products[1] = product
+            side = 1
+    left = abs(float(high.u[-1] - low.u[-1]))
+    value = float(best[2].u[-1])
     slope = abs(products[1] - products[0]) / left if left > 0 else np.inf
     # The same place once more, with half the step and closer, shows the errors by steps and corrections.
     exact = family.flow.system.iterated
     finer = replace(family, tolerance=CLOSER * family.tolerance, flow=family.flow if exact else family.flow.finer())
     step = best[2].step if exact else 0.5 * best[2].step
     again = finer.corrected(*family.between(last, following, best[1]), last.scale, step)
-    moved, wrong = left, 0.0
+    moved = left
+    wrong = 0.0
     if again is not None:
-        moved, wrong = abs(float(again.u[-1]) - value), abs(float(finer.products(again)[kind]) - best[0])
+        moved = abs(float(again.u[-1]) - value)
+        wrong = abs(float(finer.products(again)[kind]) - best[0])
     far = float(family.units[-1] * np.abs(best[2].u[:-1] / family.units[:-1]).max())  # whose digits are lost
     error = min(0.5 * left, (best[0] + wrong) / slope) + SAFETY * (moved + 1e-15 * (abs(value) + far))
     return best[1] * reach, best[2], best[0], error

@@ -44,16 +44,21 @@ def closing_errors(flow: Flow, section: Any, z: np.ndarray, limit: np.ndarray, f
     becomes |M| times itself in the time of the return, not in the period. The errors are SAFETY times their difference,
     the last correction, and the rounding errors on the way, amplified by the system.
     """
-    gain, other = 1.0, flow
+    gain = 1.0
+    other = flow
     if flow.adaptive:
         other = replace(flow, rtol=8 * flow.rtol, atol=8 * flow.atol)
     elif not flow.system.iterated:
-        other, gain = replace(flow, step=flow.step / np.sqrt(2)), 1 / (1 - 2 ** (-flow.scheme.order / 2))
-    model, rows, D = flow.model, len(z), scale.rows.T
+        other = replace(flow, step=flow.step / np.sqrt(2))
+        gain = 1 / (1 - 2 ** (-flow.scheme.order / 2))
+    model = flow.model
+    rows = len(z)
+    D = scale.rows.T
     with np.errstate(all="ignore"):
         matrix = closing_matrix(model, section, z, found.points[:, -1], found.monodromy, scale)
         inverse = inverses(matrix)
-        known, inverse = inverse[:, :, rows:], inverse[:, :, :rows]
+        known = inverse[:, :, rows:]
+        inverse = inverse[:, :, :rows]
         rounding = way_rounding(z, found.time / (1.0 if flow.system.iterated else flow.step), scale)
         left = (z.T - found.points[:, -1]) / D
         last = _applied(inverse, left)
@@ -75,7 +80,8 @@ def closing_errors(flow: Flow, section: Any, z: np.ndarray, limit: np.ndarray, f
         time = found.time
         if not flow.system.iterated:
             if not isinstance(section, Stroboscopic):
-                time, shift[:, -1] = time + last[:, -1] / scale.rate, shift[:, -1] - np.abs(last[:, -1])
+                time = time + last[:, -1] / scale.rate
+                shift[:, -1] = shift[:, -1] - np.abs(last[:, -1])
             shift += _applied(np.abs(known), _surface_roundings(model, z, matrix, scale))
             shift[:, -1] += ROUNDED * found.time * scale.rate
         change = np.hypot(gain * np.linalg.norm(moved, axis=1), np.abs(later))
@@ -104,7 +110,8 @@ def _delay(matrix: np.ndarray, aside: np.ndarray) -> np.ndarray:
     closing matrices.
     """
     rows = aside.shape[1]
-    normal, field = matrix[:, rows, :rows], matrix[:, :rows, rows]
+    normal = matrix[:, rows, :rows]
+    field = matrix[:, :rows, rows]
     ends = _applied(matrix[:, :rows, :rows], aside) + aside
     late = -(normal * ends).sum(axis=1) / (normal * field).sum(axis=1)
     return np.where(np.isfinite(late), late, 0.0)
@@ -113,14 +120,16 @@ def _delay(matrix: np.ndarray, aside: np.ndarray) -> np.ndarray:
 def _returned(matrix: np.ndarray, monodromy: np.ndarray) -> np.ndarray:
     """Return monodromy matrices (orbits, 2n, 2n) with each image taken back to the section by the flow."""
     rows = monodromy.shape[1]
-    normal, field = matrix[:, rows : rows + 1, :rows], matrix[:, :rows, rows:]
+    normal = matrix[:, rows : rows + 1, :rows]
+    field = matrix[:, :rows, rows:]
     return monodromy - field * (normal @ monodromy) / (normal @ field)
 
 
 def _plane(matrix: np.ndarray) -> np.ndarray:
     """Return the projections (orbits, 2n, 2n) to the plane of section and energy by closing matrices."""
     rows = matrix.shape[2] - 1
-    one, up = matrix[:, rows, :rows], matrix[:, rows + 1, :rows]
+    one = matrix[:, rows, :rows]
+    up = matrix[:, rows + 1, :rows]
     up = up - one * (one * up).sum(axis=1, keepdims=True)
     length = np.linalg.norm(up, axis=1, keepdims=True)
     up = up / np.where(length > 0, length, 1.0)
@@ -130,7 +139,8 @@ def _plane(matrix: np.ndarray) -> np.ndarray:
 def _surface_roundings(model: Any, z: np.ndarray, matrix: np.ndarray, scale: Scale) -> np.ndarray:
     """Return the largest distances (orbits, 2) of z (2n, orbits) from section and energy by rounding, in own units."""
     system = system_of(model)
-    rows, n = len(z), len(z) // 2
+    rows = len(z)
+    n = len(z) // 2
     off = (np.abs(matrix[:, rows:, :rows]) * (1 + np.abs(z / scale.rows).T)[:, None]).sum(axis=2)
     slope = np.linalg.norm(
         matrix[:, :rows, rows] * (scale.rate * scale.rows[:n] * scale.rows[n:])[[*range(n)] * 2].T, axis=1

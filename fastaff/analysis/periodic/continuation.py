@@ -177,11 +177,14 @@ def continuation(
     if not isinstance(direction, (int, float, np.number)) or direction not in (-1, 1):
         raise ValueError(f"direction must be +1 or -1, got {direction!r}")
     low, high = _bounds(bounds)
-    longest, tolerance = positive("longest", longest), positive("tolerance", tolerance)
+    longest = positive("longest", longest)
+    tolerance = positive("tolerance", tolerance)
     length = min(positive("length", length), longest)
-    steps, period = whole("steps", steps, 1), whole("period", period, 1)
+    steps = whole("steps", steps, 1)
+    period = whole("period", period, 1)
     limit = None if max_time is None else positive("max_time", max_time)
-    none, (status, ending) = no_orbits(first_model, section, scheme), STOPPED
+    none = no_orbits(first_model, section, scheme)
+    status, ending = STOPPED
     empty = Branch(np.zeros(0), np.zeros(0), none, bifurcations=(), status=status, ending=ending)
     how: Any = {"scheme": scheme, "step": step, "rtol": rtol, "atol": atol, "threads": threads}
     with keeping("continuation", lambda: empty):
@@ -202,7 +205,8 @@ def continuation(
         returns = np.moveaxis(first.points, (0, 1, 2), (2, 1, 0))
         scale = closed_scale(first_flow, z, returns, first.time, scale)
         units = np.append(scale.rows[:, 0], scale.energy[0])
-        kept, wait = None if parameter is None else float(first.energy[0]), LONGER * first.time[0]
+        kept = None if parameter is None else float(first.energy[0])
+        wait = LONGER * first.time[0]
         more: Any = {"own_step": own, "units": units, "wait": wait}
         family = Family(make, flow, surface, section, period, limit, tolerance, kept, **more)
         start = _first_point(family, np.append(z[:, 0], value), scale, first.step[0])
@@ -268,7 +272,8 @@ def _follow(family, points: list[Point], length, longest, steps, bounds) -> tupl
     """Step along the branch from its first point to its bounds, its number of steps, or the shortest step; add to the
     points. Return the status and the reason for the end in words.
     """
-    start, signs = points[0], family.products(points[0])[:2]
+    start = points[0]
+    signs = family.products(points[0])[:2]
     shortest = SHORTEST * length
     while len(points) <= steps:
         last = points[-1]

@@ -30,6 +30,7 @@ from .return_map import (
 )
 
 CORRECTIONS = 10
+"""Most corrections of a predicted point of the branch."""
 
 BEND = 0.35
 """Largest angle, in radians, between neighbouring tangents of the branch."""
@@ -40,8 +41,11 @@ TRIES = 6
 HALVED = 4.0
 """Factor by which a step may become shorter if an orbit is not found; then the way to it is shortened."""
 
-COARSER, SPARE = 1.25, 1e-2
-"""Factor by which a step of the scheme becomes longer if its error is this part of the allowed one."""
+COARSER = 1.25
+"""Factor by which a step of the scheme becomes longer if its error is below SPARE."""
+
+SPARE = 1e-2
+"""Part of the allowed error below which a step of the scheme becomes longer."""
 
 UNMOVED = 1e-12
 """Change of a return, in amplitudes, that is rounding: the orbit does not depend on the parameter."""
@@ -49,10 +53,11 @@ UNMOVED = 1e-12
 UNKNOWN = Errors(*4 * (np.full(1, np.nan),))
 """Errors of a point that is not checked yet."""
 
-PLACES, FINER = 128, 16
-"""Places of an orbit at which its coordinates are sampled for their swing, and the factor by which its Fourier series
-is sampled more finely.
-"""
+PLACES = 128
+"""Places of an orbit at which its coordinates are sampled for their swing."""
+
+FINER = 16
+"""Factor by which the Fourier series of these samples is sampled more finely."""
 
 VANISHED = 1e-3
 """Energy of the motion, beside the first orbit's, below which a branch that ends has come to an equilibrium."""
@@ -118,7 +123,8 @@ class Family:
 
     def shifted(self, u: np.ndarray, back: Returns, scale: Scale, step: float, h: float) -> np.ndarray:
         """Return the derivative (2n,) of the return to the parameter in own units, at the time of the return of u."""
-        end, ends = back.points[0, -1], []
+        end = back.points[0, -1]
+        ends = []
         field = vector_field(self.at(u[-1], step).model, end[:, None])[0]
         for value in (u[-1] + h, u[-1] - h):
             there = self.returned(np.append(u[:-1], value), scale, step)
@@ -144,7 +150,8 @@ class Family:
         """Return the derivative (2n + 2, 2n + 2) of the equations to z, time and value, in own units and that of the
         value.
         """
-        z, unit = u[:-1, None], self.units[-1]
+        z = u[:-1, None]
+        unit = self.units[-1]
         model = self.at(u[-1], step).model
         closing = closing_matrix(model, self.section, z, back.points[:, -1], back.monodromy, scale)[0]
         rows = len(z)
@@ -168,7 +175,8 @@ class Family:
 
         Where the scheme's step may change it is shortened until its error is below the tolerance.
         """
-        best, halved = None, 1.0
+        best = None
+        halved = 1.0
         for _ in range(TRIES if self.own_step else 1):
             point = self._closed(u, tangent, scale, step)
             if point is None:
@@ -180,7 +188,8 @@ class Family:
             z = point.u[:-1, None]
             flow = self.at(point.u[-1], step)
             errors = closing_errors(flow, self.section, z, self.limit(scale), point.back, scale)
-            change, steps = errors.change, point.back.time / flow.step
+            change = errors.change
+            steps = point.back.time / flow.step
             goal = step_goal(self.tolerance, z, steps, point.back.monodromy, scale)
             if best is not None and change[0] > 0.5 * best[0]:
                 break  # rounding
@@ -192,7 +201,8 @@ class Family:
             best = change[0], replace(point, back=back, step=step, following=following, errors=errors)
             if change[0] <= goal[0]:
                 break
-            u, step = point.u, step / float(finer_by(change, goal, flow.scheme.order)[0])
+            u = point.u
+            step = step / float(finer_by(change, goal, flow.scheme.order)[0])
         if best is None:
             return None
         point = best[1]
@@ -206,7 +216,8 @@ class Family:
 
     def own_scale(self, u: np.ndarray, back: Returns, step: float) -> Scale:
         """Return the own units of the closed orbit u = (z, value) with its return."""
-        flow, z = self.at(u[-1], step), u[:-1, None]
+        flow = self.at(u[-1], step)
+        z = u[:-1, None]
         guessed = orbit_scale(flow.model, z, self.aim(u[-1]), flow.threads)
         return closed_scale(flow, z, back.points, back.time, guessed)
 
@@ -257,14 +268,16 @@ class Family:
         reach = self.apart(last.u, following.u)
         first, end = (p.tangent * self.units * reach for p in (last, following))
         chord = following.u - last.u
-        bend, twist = 3 * chord - 2 * first - end, first + end - 2 * chord
+        bend = 3 * chord - 2 * first - end
+        twist = first + end - 2 * chord
         along = (first + s * (2 * bend + 3 * s * twist)) / self.units
         return last.u + s * (first + s * (bend + s * twist)), along / np.linalg.norm(along)
 
     def orbits(self, point: Point) -> PeriodicOrbits:
         """Return a point of the branch as PeriodicOrbits of one orbit."""
         residual = point.scale.norm(point.back.points[:, -1] - point.u[:-1])
-        energy, count = self.aim(point.u[-1]), np.array([point.corrections + 1])
+        energy = self.aim(point.u[-1])
+        count = np.array([point.corrections + 1])
         found = packed(
             self.at(point.u[-1], point.step),
             self.section,
@@ -303,7 +316,8 @@ def _in_units(errors: Errors, scale: Scale, own: Scale) -> Errors:
     """Return errors that are known in the units of `scale` in those of `own`, at most too large."""
     with np.errstate(all="ignore"):
         ratio = scale.rows / own.rows
-        largest, uneven = ratio.max(axis=0), ratio.max(axis=0) / ratio.min(axis=0)
+        largest = ratio.max(axis=0)
+        uneven = ratio.max(axis=0) / ratio.min(axis=0)
     return errors._replace(orbit=errors.orbit * np.maximum(largest, 1.0), reduced=errors.reduced * uneven)
 
 

@@ -51,7 +51,9 @@ def periodic_guesses(section_map: SectionMap, period: int, *, most: int = 100, a
     """
     if not isinstance(section_map, SectionMap):
         raise TypeError(f"section_map must be a SectionMap, got {section_map!r} ({type(section_map).__name__})")
-    period, most, apart = whole("period", period, 1), whole("most", most, 1), positive("apart", apart)
+    period = whole("period", period, 1)
+    most = whole("most", most, 1)
+    apart = positive("apart", apart)
     points = section_map.points.transpose(2, 1, 0)
     rows = points.shape[2]
     if points.shape[1] <= period:
@@ -157,9 +159,11 @@ def find_periodic_orbits(
     """
     system = system_of(model)
     scheme = checked_return(model, section, scheme)
-    longest, tolerance = whole("max_period", max_period, 1), positive("tolerance", tolerance)
+    longest = whole("max_period", max_period, 1)
+    tolerance = positive("tolerance", tolerance)
     iterations = whole("iterations", iterations, 1)
-    seen, rows = z0 if isinstance(z0, SectionMap) else None, system.rows
+    seen = z0 if isinstance(z0, SectionMap) else None
+    rows = system.rows
     if seen is not None and len(seen.points) != rows:
         raise ValueError(f"z0 must be a SectionMap of {rows} rows, got one of {len(seen.points)}")
     starts = z0 if seen is None else seen.points[:, 0, seen.counts > 0]

@@ -100,7 +100,8 @@ class PeriodicOrbits(Result):
 
         :Source: Elsner 1985, Linear Algebra Appl. 71, 77 (the bound).
         """
-        matrices, off = np.moveaxis(self.reduced, -1, 0), self.reduced_error
+        matrices = np.moveaxis(self.reduced, -1, 0)
+        off = self.reduced_error
         m = matrices.shape[1]
         condition = each(_conditions, matrices, (m,), np.float64)
         with np.errstate(all="ignore"):
@@ -115,7 +116,8 @@ class PeriodicOrbits(Result):
         if not self.paired or len(self.reduced) == 2:
             error = np.sqrt(2) / 4 * self.reduced_error + (0.0 if self.paired else np.nan)
             return np.broadcast_to(error, self.indices.shape).copy()
-        values, off = self.multipliers, self.multiplier_errors
+        values = self.multipliers
+        off = self.multiplier_errors
         with np.errstate(all="ignore"):
             away = np.abs((values + 1 / values)[:, None] - self.indices)
             nearest = np.where(np.abs(values)[:, None] >= 1 - MARGINAL, away, np.inf).argmin(axis=0)
@@ -187,7 +189,8 @@ class PeriodicOrbits(Result):
         """Number the orbits (orbits,) so that the same closed orbits have one number, for any crossing as start; -1:
         not OK.
         """
-        number, good = np.full(self.status.shape, -1), self.status == Status.OK
+        number = np.full(self.status.shape, -1)
+        good = self.status == Status.OK
         # Least periods first, so that a number stands for a prime orbit where there is one.
         for o in np.lexsort((np.arange(good.size), self.period)):
             if good[o] and number[o] < 0:
@@ -243,7 +246,9 @@ def packed(
     iterations: np.ndarray,
 ) -> PeriodicOrbits:
     """Return PeriodicOrbits of points z (2n, orbits) and their returns; orbits that are not OK are NaN."""
-    model, system, good = flow.model, flow.system, found.status == Status.OK
+    model = flow.model
+    system = flow.system
+    good = found.status == Status.OK
     reduced = reduced_monodromy(model, section, z, found.monodromy, scale)
     # The orbit starts at z, which is its last crossing.
     points = np.concatenate([z.T[:, None], found.points[:, :-1]], axis=1)
@@ -251,7 +256,10 @@ def packed(
         points = within_a_period(model, points)
         z = points[:, 0].T.copy()
     d = system.rows  # without an idle row
-    z, points, time, error = z[:d], points[:, :, :d], found.time.copy(), error.copy()
+    z = z[:d]
+    points = points[:, :, :d]
+    time = found.time.copy()
+    error = error.copy()
     monodromy = found.monodromy[:, :d, :d].copy()
     reduced_error = reduced_error.copy()
     for array in (points, time, monodromy, reduced, error, reduced_error):
@@ -291,9 +299,16 @@ def within_a_period(model: Any, points: np.ndarray) -> np.ndarray:
 def no_orbits(model: Any, section: Any, scheme: Any) -> PeriodicOrbits:
     """Return PeriodicOrbits of none, the result of a search that was stopped at once."""
     system = system_of(model)
-    rows, paired = system.rows, system.canonical
-    z, matrices = np.zeros((rows, 0)), np.zeros((rows, rows, 0))
-    reduced = matrices if section is None else matrices[2:, 2:] if paired else matrices[1:, 1:]
+    rows = system.rows
+    paired = system.canonical
+    z = np.zeros((rows, 0))
+    matrices = np.zeros((rows, rows, 0))
+    if section is None:
+        reduced = matrices
+    elif paired:
+        reduced = matrices[2:, 2:]
+    else:
+        reduced = matrices[1:, 1:]
     return PeriodicOrbits(
         z=z,
         points=np.zeros((rows, 0, 0)),

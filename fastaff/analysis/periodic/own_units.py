@@ -16,8 +16,14 @@ from ...flows.motion import motion, natural_rates
 from ...models.mechanics import system_of
 from ...schemes.catalogue import DOP853
 
-LOOKS, TURNS, LONGER = 64, 4 * np.pi, 10
-"""Samples of a trial run of orbits of a flow, radians that it should show, and largest number of its doublings."""
+LOOKS = 64
+"""Samples of a trial run of orbits of a flow."""
+
+TURNS = 4 * np.pi
+"""Radians that a trial run should show."""
+
+LONGER = 10
+"""Largest number of doublings of the time of a trial run."""
 
 LOOSE = 1e-8
 """Tolerance of such a run."""
@@ -32,8 +38,11 @@ INFLATED = 100.0
 PLACES = 64
 """Places at which an orbit that has closed is sampled for its size."""
 
-DECADES, HALVINGS = 320, 12
-"""Decades by which a unit may be too large, and halvings of them until the right one is known to a sixth."""
+DECADES = 320
+"""Decades by which a unit may be too large."""
+
+HALVINGS = 12
+"""Halvings of DECADES until the right unit is known to a sixth."""
 
 DIGITS = 1e-6
 """Part of the distance from the origin below which differences show rounding."""
@@ -91,7 +100,8 @@ def orbit_scale(model: Any, z: np.ndarray, energy: np.ndarray, threads: int) -> 
             K = np.where(K > 0, K, 1.0)  # a fixed point of its map may be at rest: then any unit will do
         rows = np.stack([np.sqrt(2 * K * W) / found.rate, np.sqrt(2 * K / W)])
         if system.driven:
-            rows[0, -1], rows[1, -1] = model.period, K
+            rows[0, -1] = model.period
+            rows[1, -1] = K
         return Scale(rows.reshape(-1, *K.shape), found.rate, K)
 
 
@@ -106,8 +116,10 @@ def _scale_of_flow(model: Any, z: np.ndarray, threads: int) -> Scale:
         first = natural_rates(model, z, threads)
     turns = TURNS / np.where(np.isfinite(first) & (first > 0), first, 1.0)
     time = 2.0 ** np.ceil(np.log2(turns))  # orbits that share theirs are run together
-    size, rate = np.zeros((rows, orbits)), np.zeros(orbits)
-    todo, flow = np.arange(orbits), Flow(model, DOP853, np.inf, LOOSE, LOOSE, threads)
+    size = np.zeros((rows, orbits))
+    rate = np.zeros(orbits)
+    todo = np.arange(orbits)
+    flow = Flow(model, DOP853, np.inf, LOOSE, LOOSE, threads)
     for _ in range(LONGER):
         short = np.zeros(orbits, bool)
         for length in np.unique(time[todo]):
@@ -117,7 +129,8 @@ def _scale_of_flow(model: Any, z: np.ndarray, threads: int) -> Scale:
             with np.errstate(all="ignore"):
                 half = (np.fmax.reduce(path, axis=1) - np.fmin.reduce(path, axis=1)) / 2
                 rates = 0.5 * np.pi * np.nansum(np.abs(np.diff(path, axis=1)), axis=1) / (half * length)
-            size[:, some], rate[some] = half.T, np.fmax.reduce(np.where(half > 0, rates, 0.0), axis=1)
+            size[:, some] = half.T
+            rate[some] = np.fmax.reduce(np.where(half > 0, rates, 0.0), axis=1)
             short[some] = np.isfinite(path).all(axis=(1, 2)) & (rate[some] * length < TURNS)
         todo = np.flatnonzero(short)
         if not todo.size:
@@ -219,10 +232,13 @@ def _linear_reach(flow: Flow, z: np.ndarray, scale: Scale, free: np.ndarray) -> 
     rows = scale.rows
 
     def linear(part: np.ndarray) -> np.ndarray:
-        here, first, second = change(z), np.zeros(part.size), np.zeros(part.size)
+        here = change(z)
+        first = np.zeros(part.size)
+        second = np.zeros(part.size)
         for row in free:
             for side in (part, -part):
-                near, far = z.copy(), z.copy()
+                near = z.copy()
+                far = z.copy()
                 near[row] += side * rows[row]
                 far[row] += 2 * side * rows[row]
                 one, two = ((change(at) - here)[free] / (rows[free] * part) for at in (near, far))
@@ -233,11 +249,13 @@ def _linear_reach(flow: Flow, z: np.ndarray, scale: Scale, free: np.ndarray) -> 
     with np.errstate(all="ignore"):
         seen = DIGITS * np.fmax.reduce(np.abs(z)[free] / rows[free], axis=0)
         low = np.clip(np.log10(np.fmax(seen, 10.0**-DECADES)), -DECADES, 0.0)
-        high, whole = np.zeros(low.size), linear(np.ones(low.size))
+        high = np.zeros(low.size)
+        whole = linear(np.ones(low.size))
         for _ in range(HALVINGS):
             middle = (low + high) / 2
             within = linear(10.0**middle)
-            low, high = np.where(within, middle, low), np.where(within, high, middle)
+            low = np.where(within, middle, low)
+            high = np.where(within, high, middle)
     return np.where(whole, 1.0, 10.0**low)
 
 

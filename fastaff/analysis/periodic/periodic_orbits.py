@@ -40,24 +40,31 @@ from .return_map import (
     vector_field,
 )
 
-FINEST, ROUNDS = 200.0, 4
-"""Largest factor by which a step becomes shorter in all, and number of rounds with shorter ones."""
+FINEST = 200.0
+"""Largest factor by which a step becomes shorter in all."""
+
+ROUNDS = 4
+"""Number of rounds with shorter steps."""
 
 SHRINKS = 3
 """Number of times that the units of an orbit that has closed may become smaller: those of its guess were too large, so
 that it had not closed. A linear map has no size, its fixed point at the origin would never be reached.
 """
 
-LEAPS, LEAP = 3, 1.0
-"""Number of whole steps that a stuck search takes, and their largest length, in the orbit's own units."""
+LEAPS = 3
+"""Number of whole steps that a stuck search takes."""
+
+LEAP = 1.0
+"""Largest length of such a step, in the orbit's own units."""
 
 RESTS = 1e-6
 """Speed, in own units and radians, below which an orbit of dz/dt = f(z) rests."""
 
-WAIT, LONGER = 20 * 2 * np.pi, 8
-"""Radians of an orbit's motion to wait for a crossing, and the factor if there is none: the motion near the start may
-be much faster than later.
-"""
+WAIT = 20 * 2 * np.pi
+"""Radians of an orbit's motion to wait for a crossing."""
+
+LONGER = 8
+"""Factor of WAIT if there is no crossing: the motion near the start may be much faster than later."""
 
 
 @takes(z0=starts_of, section=section_of, scheme=scheme_of)
@@ -146,7 +153,8 @@ def periodic_orbits(
     (array([3.14159265, 0.        ]), array([0.225]))
     """
     scheme = checked_return(model, section, scheme)
-    period, iterations = whole("period", period, 1), whole("iterations", iterations, 1)
+    period = whole("period", period, 1)
+    iterations = whole("iterations", iterations, 1)
     tolerance = positive("tolerance", tolerance)
     options = Options(scheme=scheme, step=step, rtol=rtol, atol=atol, threads=threads)
     flow, z, energy = checked_guesses(model, z0, energy, options)
@@ -207,7 +215,8 @@ class _Search:
 
     def start(self, z: np.ndarray, energy: np.ndarray) -> _State:
         """Move guesses to the section and the energy; those that can't get there have ended."""
-        model, (rows, orbits) = self.flow.model, z.shape
+        model = self.flow.model
+        rows, orbits = z.shape
         scale = orbit_scale(model, z, energy, self.flow.threads)
         limit = WAIT * self.period / scale.rate if self.max_time is None else np.full(orbits, self.max_time)
         step = np.array(np.broadcast_to(self.flow.step, orbits))
@@ -269,7 +278,8 @@ class _Search:
             hopeless = ~np.isfinite(size) & ~np.isfinite(before)
             state.status[live[hopeless]] = back.status[hopeless]
             kept = live[better]
-            state.z[:, kept], state.residual[kept] = trial[:, better], size[better]
+            state.z[:, kept] = trial[:, better]
+            state.residual[kept] = size[better]
             for all_orbits, some in zip(state.found, back, strict=True):
                 all_orbits[kept] = some[better]
             state.share[live] = np.where(better, 1.0, 0.25 * np.minimum(state.share[live], 1.0))
@@ -278,7 +288,8 @@ class _Search:
             finished = closed & ~(size < 0.1 * before)
             shrunk = np.zeros(live.size, bool)
             shrunk[closed] = self._shrink(state, live[closed])
-            closed, finished = closed & ~shrunk, finished & ~shrunk
+            closed = closed & ~shrunk
+            finished = finished & ~shrunk
             state.status[live] = np.where(closed, Status.OK, state.status[live])
             stuck = (state.share[live] < 1e-4) & ~finished & ~hopeless
             leaps = live[stuck & (state.leaps[live] < LEAPS) & np.isfinite(before)]
@@ -289,7 +300,8 @@ class _Search:
             self._leap(state, leaps)
             next_ones = np.flatnonzero(state.live)
             moved = state.z[:, next_ones] + state.share[next_ones] * state.change[:, next_ones]
-            energy, scale = state.energy[next_ones], state.scale.of(next_ones)
+            energy = state.energy[next_ones]
+            scale = state.scale.of(next_ones)
             state.trial[:, next_ones] = onto(self.flow.model, self.section, moved, energy, scale)[0]
         state.live[:] = False  # later changes of others give no orbit more iterations
 
@@ -317,8 +329,10 @@ class _Search:
         again = np.zeros(state.status.shape, bool)
         which = np.flatnonzero(np.isfinite(state.residual) & ~np.isfinite(state.error) & ~state.settled)
         if which.size:
-            order, scale = self.flow.scheme.order, state.scale.of(which)
-            z, found = state.z[:, which], Returns(*(entry[which] for entry in state.found))
+            order = self.flow.scheme.order
+            scale = state.scale.of(which)
+            z = state.z[:, which]
+            found = Returns(*(entry[which] for entry in state.found))
             flow = self._flow(state.step[which])
             limit = state.limit[which]
             change, state.error[which], state.reduced_error[which], state.found.time[which] = closing_errors(
@@ -335,14 +349,18 @@ class _Search:
         state.step[fell] /= FINER
         again |= fell
         again &= self.flexible & (state.step * FINEST >= np.broadcast_to(self.flow.step, again.shape))
-        state.status[again], state.live[again], state.share[again] = Status.NOT_CONVERGED, True, 1.0
-        state.residual[again], state.error[again] = np.inf, np.nan
+        state.status[again] = Status.NOT_CONVERGED
+        state.live[again] = True
+        state.share[again] = 1.0
+        state.residual[again] = np.inf
+        state.error[again] = np.nan
         state.trial[:, again] = state.z[:, again]
         state.settled[:] = ~again
         return again
 
     def _goal(self, state: _State, which: np.ndarray) -> np.ndarray:
-        found, scale = state.found, state.scale.of(which)
+        found = state.found
+        scale = state.scale.of(which)
         steps = found.time[which] / self._flow(state.step[which]).step
         return closing_goal(self.tolerance, state.z[:, which], steps, found.monodromy[which], scale)
 
@@ -354,18 +372,21 @@ class _Search:
             return np.zeros(which.size, bool)
         if self.flow.system.canonical:
             return state.found.time[which] * state.scale.rate[which] < RESTS
-        scale, field = state.scale.of(which), vector_field(self.flow.model, state.z[:, which])
+        scale = state.scale.of(which)
+        field = vector_field(self.flow.model, state.z[:, which])
         return scale.norm(field) < RESTS * scale.rate
 
     def _shrink(self, state: _State, which: np.ndarray) -> np.ndarray:
         """Give orbits that have closed their own units, where those of their guesses were too large. Returns a mask of
         those (orbits,) that go on, as they have not closed in smaller units.
         """
-        which, again = np.asarray(which), np.zeros(which.size, bool)
+        again = np.zeros(which.size, bool)
+        which = np.asarray(which)
         tried = np.flatnonzero(state.shrinks[which] < SHRINKS)
         if not tried.size:
             return again
-        some, found = which[tried], state.found
+        some = which[tried]
+        found = state.found
         before = state.scale.of(some)
         after = closed_scale(
             self._flow(state.step).of(some), state.z[:, some], found.points[some], found.time[some], before
@@ -377,7 +398,8 @@ class _Search:
             state.scale.put(shrunk, after.of(smaller))
             state.shrinks[shrunk] += 1
             state.residual[shrunk] = state.scale.of(shrunk).norm(found.points[shrunk, -1] - state.z[:, shrunk].T)
-            state.share[shrunk], state.status[shrunk] = 1.0, int(Status.NOT_CONVERGED)
+            state.share[shrunk] = 1.0
+            state.status[shrunk] = int(Status.NOT_CONVERGED)
         return again
 
     def _leap(self, state: _State, which: np.ndarray) -> None:
@@ -394,7 +416,9 @@ class _Search:
     def _step(self, state: _State, which: np.ndarray) -> None:
         """Set the Newton steps of orbits whose point is new."""
         if which.size:
-            z, end, scale = state.z[:, which], state.found.points[which, -1], state.scale.of(which)
+            z = state.z[:, which]
+            end = state.found.points[which, -1]
+            scale = state.scale.of(which)
             matrix = closing_matrix(self.flow.model, self.section, z, end, state.found.monodromy[which], scale)
             right = np.concatenate([(z.T - end) / scale.rows.T, np.zeros((which.size, 2))], axis=1)
             state.change[:, which] = scale.rows * least_change(matrix, right)[:, :-1].T

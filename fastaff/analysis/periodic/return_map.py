@@ -40,11 +40,20 @@ ASIDE = 1e-2
 """Displacement, relative or in the coordinates' unit, of a neighbour of an orbit at rest."""
 
 COMPLEX_STEP = 1e-100
-RANK, STRETCHED, SHARPEST = 1e-8, 1e2, 1e-14
+"""Imaginary step of a complex-step derivative: small enough that its square underflows and no difference is rounded."""
+
+RANK = 1e-8
 """Singular values below this fraction of the largest count as 0: directions in which a periodic orbit has periodic
-neighbours; if the largest is beyond such a size, as for an unstable orbit's M, the fraction is less, as others fall
-like its inverse: down to rounding.
+neighbours.
 """
+
+STRETCHED = 1e2
+"""Largest singular value up to which the fraction is RANK. Beyond it, as for an unstable orbit's M, the fraction falls
+with its inverse square, as other singular values fall like its inverse.
+"""
+
+SHARPEST = 1e-14
+"""Least fraction: rounding."""
 
 WALK = 1.5
 """Roundings of a state after a step, beside the root of the number of steps: those of about 17 stages.
@@ -82,7 +91,8 @@ def _steps_at_rest(flow: Flow, z: np.ndarray, options: Options) -> np.ndarray:
     steps = np.array(np.broadcast_to(flow.step, z.shape[1:]))
     rest = motion(flow.model, z, flow.threads).kinetic == 0
     if rest.any():
-        near, n = z[:, rest], flow.system.moving
+        near = z[:, rest]
+        n = flow.system.moving
         near[:n] += ASIDE * np.where(near[:n] != 0, np.abs(near[:n]), 1.0)
         steps[rest] = plan(flow.model, near, options, error=STEP_ERROR).flow.step
     return steps
@@ -100,7 +110,13 @@ def checked_return(model: Any, section: Any, scheme: Any) -> Any:
                 "section must be stroboscopic, such as 't=0', for a driven system: its periodic orbits are those of "
                 f"the map over its period; got {section!r}"
             )
-        usual = KAHAN_LI8 if system.separable else GAUSS16 if system.canonical else VERNER9
+        usual: Any
+        if system.separable:
+            usual = KAHAN_LI8
+        elif system.canonical:
+            usual = GAUSS16
+        else:
+            usual = VERNER9
         return usual if scheme is None else scheme
     check_given(model, "a time", "the returns of a map are its images", section=section)
     return ITERATION if scheme is None else scheme
@@ -127,7 +143,8 @@ def section_returns(flow: Flow, section: Any, z: np.ndarray, period: int, max_ti
     (orbits,) or one. For a map, which has no section, follow z to that image, with its angles next to those of z.
     """
     rows, orbits = z.shape
-    n, strobed = rows // 2, isinstance(section, Stroboscopic)
+    n = rows // 2
+    strobed = isinstance(section, Stroboscopic)
     fits("period", orbits, period + SPARE, kernels.RECORD.state + rows * (1 + rows))
     found = Returns(
         np.full((orbits, period, rows), np.nan),
@@ -145,13 +162,15 @@ def section_returns(flow: Flow, section: Any, z: np.ndarray, period: int, max_ti
         return _images(flow, z[:, live], live, ensemble, found)
     if strobed:
         parts = _period_by_period(flow, section, ensemble, period)
-        found.time[live], arrived = period * flow.model.period, np.isfinite(parts).all(axis=(1, 2, 3, 4))
+        found.time[live] = period * flow.model.period
+        arrived = np.isfinite(parts).all(axis=(1, 2, 3, 4))
         return _filled(found, live, parts, arrived, ensemble.status)
     limit = np.broadcast_to(np.asarray(max_time, dtype=np.float64), orbits)[live]
     whole = len(ensemble.z)
     width = kernels.RECORD.state + whole
     observer = observers.crossings(section, period, n, rows)
-    memory, out = np.zeros((observer.rows, live.size)), np.full((live.size, (period + SPARE) * width), np.nan)
+    memory = np.zeros((observer.rows, live.size))
+    out = np.full((live.size, (period + SPARE) * width), np.nan)
     start_crossings(flow, memory, section, ensemble, on=True)
     follow_crossings(flow, ensemble, section, period, observer, memory, out, limit, None)
     records = out.reshape(live.size, -1, width)[:, :period]
@@ -166,7 +185,8 @@ def _period_by_period(flow: Flow, section: Any, ensemble: Ensemble, period: int)
     """Run orbits of a driven system with tangent vectors from the section; return their states (orbits, period, 2,
     1 + vectors, n) after each period, NaN where not reached.
     """
-    flow, n = flow.fitted(float(flow.model.period)), flow.model.degrees_of_freedom
+    n = flow.model.degrees_of_freedom
+    flow = flow.fitted(float(flow.model.period))
     shape = 2, 1 + flow.vectors, n, ensemble.z.shape[1]
     states = np.full((period, *shape), np.nan)
     observed = 0 if flow.adaptive else 1
@@ -177,7 +197,9 @@ def _period_by_period(flow: Flow, section: Any, ensemble: Ensemble, period: int)
         going = ensemble.status == Status.OK
         state[..., going] = ensemble.z.reshape(shape)[..., going]
         state[0, 0, n - 1, going] = section.phase  # to rounding, of the steps of a period
-        ensemble.count[:], ensemble.ticks[:], ensemble.time[:] = 0, 0, 0.0
+        ensemble.count[:] = 0
+        ensemble.ticks[:] = 0
+        ensemble.time[:] = 0.0
     return np.moveaxis(states, -1, 0)
 
 
@@ -197,10 +219,12 @@ def _filled(found: Returns, live: np.ndarray, parts: np.ndarray, arrived: np.nda
 
 def _images(flow: Flow, z: np.ndarray, live: np.ndarray, ensemble: Ensemble, found: Returns) -> Returns:
     """Return the returns with the images of z (2n, orbits), the live ones, by a map."""
-    rows, period = len(z), found.points.shape[1]
+    rows = len(z)
+    period = found.points.shape[1]
     parts = flow.sampled(ensemble, period, time=float(period)).reshape(live.size, period, 2, 1 + rows, rows // 2)
     turns = np.array([1 / length if length > 0 else 0.0 for length in flow.model.periods()])
-    found.time[live], arrived = float(period), np.isfinite(parts[:, -1, :, 1:]).all(axis=(1, 2, 3))
+    found.time[live] = float(period)
+    arrived = np.isfinite(parts[:, -1, :, 1:]).all(axis=(1, 2, 3))
     with np.errstate(all="ignore"):  # an angle that winds so fast that it is all rounding
         ahead = np.array(np.broadcast_arrays(*at_points(flow.model, "iterate", *z)))
         arrived &= (ensemble.status == Status.OK) & (np.abs(ahead * turns[:, None]) < FASTEST).all(axis=0)
@@ -218,7 +242,8 @@ def vector_field(model: Any, z: np.ndarray) -> np.ndarray:
 
 def energy_gradient(model: Any, z: np.ndarray) -> np.ndarray:
     """Return grad H (orbits, 2n): Hamilton's equations turned by a right angle; 0 for systems without energy."""
-    n, field = model.degrees_of_freedom, vector_field(model, z)
+    n = model.degrees_of_freedom
+    field = vector_field(model, z)
     if not system_of(model).canonical:
         return np.zeros(field.shape)
     return np.concatenate([-field[:, n:], field[:, :n]], axis=1)
@@ -230,7 +255,8 @@ def section_gradient(section: Any, z: np.ndarray, scale: np.ndarray) -> np.ndarr
 
     scale (2n, orbits): the orbits' own units, which differences are small beside.
     """
-    exact, difference = np.zeros(z.shape[::-1]), np.zeros(z.shape[::-1])
+    exact = np.zeros(z.shape[::-1])
+    difference = np.zeros(z.shape[::-1])
     with np.errstate(all="ignore"):
         for r in range(len(z)):
             h = 6e-6 * scale[r]
@@ -239,7 +265,8 @@ def section_gradient(section: Any, z: np.ndarray, scale: np.ndarray) -> np.ndarr
                 exact[:, r] = np.imag(_value(section, z, r, COMPLEX_STEP * 1j)) / COMPLEX_STEP
             except (TypeError, ValueError):
                 exact[:, r] = np.nan
-        off, size = np.abs(exact - difference) * scale.T, np.abs(difference) * scale.T
+        off = np.abs(exact - difference) * scale.T
+        size = np.abs(difference) * scale.T
         return np.where(off <= 1e-4 * size.max(axis=1)[:, None], exact, difference)
 
 
@@ -256,7 +283,9 @@ def onto(model: Any, section: Any, z: np.ndarray, energy: np.ndarray, scale: Sca
     system = system_of(model)
     if section is None:  # of a map
         return z.copy(), np.isfinite(z).all(axis=0)
-    z, D, zero = z.copy(), scale.rows, np.zeros(z.shape[1])
+    zero = np.zeros(z.shape[1])
+    D = scale.rows
+    z = z.copy()
     with np.errstate(all="ignore"):
         for _ in range(20):
             rows = np.stack([section_gradient(section, z, D), energy_gradient(model, z)], axis=1)
@@ -312,11 +341,14 @@ def reduced_monodromy(model: Any, section: Any, z: np.ndarray, monodromy: np.nda
     if section is None:  # of a map
         return scale.matrix(monodromy)
     system = system_of(model)
-    d, flows = system.rows, not system.canonical
+    d = system.rows
+    flows = not system.canonical
     kept = d - 1 if flows else d - 2
     with np.errstate(all="ignore"):
-        field, up = vector_field(model, z) / D, energy_gradient(model, z) * D
-        along, own = section_gradient(section, z, scale.rows) * D, scale.matrix(monodromy)
+        field = vector_field(model, z) / D
+        up = energy_gradient(model, z) * D
+        along = section_gradient(section, z, scale.rows) * D
+        own = scale.matrix(monodromy)
     reduced = np.full((len(monodromy), kept, kept), np.nan)
     with np.errstate(all="ignore"):  # a surface has no normal where its gradient vanishes, as at an equilibrium
         surfaces = [row[:, :d] / np.linalg.norm(row, axis=1)[:, None] for row in ((along,) if flows else (along, up))]
@@ -324,7 +356,10 @@ def reduced_monodromy(model: Any, section: Any, z: np.ndarray, monodromy: np.nda
     good = np.isfinite(own).all(axis=(1, 2)) & np.isfinite(normals).all(axis=(1, 2))
     if good.any():
         _, _, rows = np.linalg.svd(normals[good], full_matrices=True)
-        basis, M, f, s = rows[:, -kept:], own[good, :d, :d], field[good, :d], along[good, :d]
+        basis = rows[:, -kept:]
+        M = own[good, :d, :d]
+        f = field[good, :d]
+        s = along[good, :d]
         with np.errstate(all="ignore"):  # at an equilibrium on the section
             delay = (s[:, None] @ M) / (s * f).sum(axis=1)[:, None, None]
             reduced[good] = basis @ (M - f[:, :, None] * delay) @ basis.transpose(0, 2, 1)

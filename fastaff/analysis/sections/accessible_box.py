@@ -20,20 +20,32 @@ SEED = 20
 STARTS = 256
 """Points from which minima are sought, at sizes from 1e-8 to 1e8."""
 
-WELLS, WALKERS, WALKS = 12, 32, 48
-"""Wells that are walked in, the walkers in each, and the chords of each walker."""
+WELLS = 12
+"""Wells that are walked in."""
+
+WALKERS = 32
+"""Walkers in each well."""
+
+WALKS = 48
+"""Chords of each walker."""
 
 NODES = np.geomspace(1e-4, 1e3, 141)
 """Distances along a chord, in sizes of the well, between which extrema are sought."""
 
-MARGIN, FACES = 0.03, 2048
-"""Margin of a box beyond the chords on each side, and the points of a face that must be forbidden."""
+MARGIN = 0.03
+"""Margin of a box beyond the chords on each side."""
+
+FACES = 2048
+"""Points of a face that must be forbidden."""
 
 DECADES = 3
 """Decades of distances, in chords, in which minima of one depth lie where there is no end of them."""
 
-STRIDE, STRIDES = 1 / 64, 200
-"""Length, in sizes of the box, and number of the steps that tell wells in the box from regions that reach into it."""
+STRIDE = 1 / 64
+"""Length, in sizes of the box, of the steps that tell wells in the box from regions that reach into it."""
+
+STRIDES = 200
+"""Number of these steps."""
 
 
 class Box(NamedTuple):
@@ -54,7 +66,8 @@ class NoWell(ValueError):
 
     def __init__(self, least: float, endless: bool = False):
         super().__init__("no bounded well")
-        self.least, self.endless = least, endless
+        self.least = least
+        self.endless = endless
 
 
 def minima(floor: Floor, d: int) -> tuple[np.ndarray, np.ndarray]:
@@ -93,7 +106,8 @@ def box_of(floor: Floor, d: int, energy: float) -> Box:
     at, value = minima(floor, d)
     if not value.size or not value[0] < energy:
         raise NoWell(float(value[0]) if value.size else np.nan)
-    at, value = at[:, value < energy], value[value < energy]
+    at = at[:, value < energy]
+    value = value[value < energy]
     # Symmetric wells count as one: either both have an end or none.
     depth = np.rint((energy - value) / (energy - value[0]) * 1e6)
     wells = [np.flatnonzero(depth == level) for level in np.unique(depth)[::-1][:WELLS]]
@@ -102,9 +116,11 @@ def box_of(floor: Floor, d: int, energy: float) -> Box:
     if endless or not bounded.any():
         raise NoWell(float(value[0]), endless)
     least = min(float(value[well].min()) for well, kept in zip(wells, bounded) if kept)
-    low, high = low[:, bounded].min(axis=1), high[:, bounded].max(axis=1)
+    low = low[:, bounded].min(axis=1)
+    high = high[:, bounded].max(axis=1)
     wide = MARGIN * (high - low)
-    low, high = low - wide, high + wide
+    low = low - wide
+    high = high + wide
     return Box(low, high, least, _leaks(floor, energy, low, high))
 
 
@@ -123,12 +139,11 @@ def walled(floor: Floor, periods: Sequence[float]) -> Floor:
 
 def box_of_angles(floor: Floor, periods: Sequence[float], energy: float) -> Box:
     """Return the box of wells of coordinates with these periods, 0 for none: within half of one around 0."""
-    box, half = box_of(walled(floor, periods), len(periods), energy), np.array(periods) / 2
+    box = box_of(walled(floor, periods), len(periods), energy)
+    half = np.array(periods) / 2
     turns = half > 0
-    low, high = (
-        np.where(turns, np.maximum(box.low, -half), box.low),
-        np.where(turns, np.minimum(box.high, half), box.high),
-    )
+    low = np.where(turns, np.maximum(box.low, -half), box.low)
+    high = np.where(turns, np.minimum(box.high, half), box.high)
     return box._replace(low=low, high=high)
 
 
@@ -155,10 +170,12 @@ def _walked(floor: Floor, energy: float, wells: list[np.ndarray]) -> tuple[np.nd
     """Return the least and the largest coordinates (d, wells) that walks from points of each well reach, infinite
     where some chord has no end; and whether there are wells without end, where no walk is made.
     """
-    d, random = len(wells[0]), np.random.default_rng(SEED)
+    d = len(wells[0])
+    random = np.random.default_rng(SEED)
     x = np.stack([well[:, np.linspace(0, well.shape[1] - 1, WALKERS).astype(np.int64)] for well in wells], axis=1)
     low, high = np.full((2, d, len(wells)), np.inf) * np.array([1.0, -1.0])[:, None, None]
-    open_, chords = np.zeros(len(wells), bool), np.empty_like(x)
+    open_ = np.zeros(len(wells), bool)
+    chords = np.empty_like(x)
     for k in range(-d, WALKS):
         if k == 0 and any(map(_scattered, wells, chords.swapaxes(0, 1), open_)):
             return low, high, True
@@ -169,16 +186,19 @@ def _walked(floor: Floor, energy: float, wells: list[np.ndarray]) -> tuple[np.nd
         else:
             along = np.eye(d)[:, random.integers(d, size=x.shape[1:])]
             direction = (random.standard_normal(x.shape) if k % 3 else along) * (high - low)[..., None]
-        flat, ways = x.reshape(d, -1), direction.reshape(d, -1)
+        flat = x.reshape(d, -1)
+        ways = direction.reshape(d, -1)
         nodes = radii() if k < 0 else NODES
         both = _end(floor, energy, np.tile(flat, 2), np.concatenate([ways, -ways], axis=1), nodes)
         ahead, back = both.reshape(2, *x.shape[1:])
         if k < 0:
             chords[k] = ahead + back
         open_ |= ~(np.isfinite(ahead) & np.isfinite(back)).all(axis=1)
-        ahead, back = np.where(open_[:, None], 0.0, ahead), np.where(open_[:, None], 0.0, back)
+        ahead = np.where(open_[:, None], 0.0, ahead)
+        back = np.where(open_[:, None], 0.0, back)
         tips = np.concatenate([x + ahead * direction, x - back * direction], axis=2)
-        low, high = np.minimum(low, tips.min(axis=2)), np.maximum(high, tips.max(axis=2))
+        low = np.minimum(low, tips.min(axis=2))
+        high = np.maximum(high, tips.max(axis=2))
         if k >= 0:
             x = x + (random.uniform(size=x.shape[1:]) * (ahead + back) - back) * direction
     open_ |= ~(high > low).all(axis=0)

@@ -14,14 +14,32 @@ import numpy as np
 
 Function = Callable[[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]
 
-SMALLEST, LARGEST = 1e-40, 1e40
-"""Range of the distances from 0 that are searched."""
+SMALLEST = 1e-40
+"""Least distance from 0 that is searched."""
 
-COARSE, FINE, ZOOM = 12, 40, 6
-"""Nodes in a decade: of the whole range, of the part with extrema and zeros, of the distances from a maximum."""
+LARGEST = 1e40
+"""Largest distance from 0 that is searched."""
+
+COARSE = 12
+"""Nodes in a decade of the whole range."""
+
+FINE = 40
+"""Nodes in a decade of the part with extrema and zeros."""
+
+ZOOM = 6
+"""Nodes in a decade of the distances from a maximum."""
 
 ROUNDING = 16 * float(np.finfo(float).eps)
-_BLOCK, _PILOTS, _PEAKS = 2048, 48, 4
+"""Rounding error of a function, relative to the size of its terms."""
+
+_BLOCK = 2048
+"""Columns that are searched at once."""
+
+_PILOTS = 48
+"""Columns whose extrema and zeros tell where those of all others are sought."""
+
+_PEAKS = 4
+"""Highest peaks of a column that are climbed."""
 
 
 class Extrema(NamedTuple):
@@ -48,7 +66,8 @@ def evaluated(f: Function, x: np.ndarray, column: np.ndarray) -> tuple[np.ndarra
     """Return values, minus infinity where there are none, and their rounding errors."""
     with np.errstate(all="ignore"):
         value, size = f(x, column)
-        value, size = np.broadcast_to(value, np.shape(x)), np.broadcast_to(size, np.shape(x))
+        value = np.broadcast_to(value, np.shape(x))
+        size = np.broadcast_to(size, np.shape(x))
         value = np.where(np.isnan(value), -np.inf, value)
         return value, np.where(np.isfinite(size) & np.isfinite(value), ROUNDING * size, 0.0)
 
@@ -63,7 +82,8 @@ def climb(
     """
     count = 31 if column.size < 256 else 5
     share = np.arange(count + 2)[:, None] / (count + 1)
-    a, b = low, high
+    a = low
+    b = high
     for _ in range(int(np.ceil(30 / np.log2((count + 1) / 2)))):
         x = a + (b - a) * share
         value = sign * evaluated(f, x, column)[0]
@@ -125,7 +145,8 @@ def _where_it_happens(f: Function, columns: int, nodes: np.ndarray, density: int
     pilots = np.unique(np.linspace(0, columns - 1, min(columns, _PILOTS)).astype(np.int64))
     few = _among(f, pilots)
     found = _block(few, pilots.size, nodes)
-    size, positive = np.abs(found.x), found.f >= 0
+    size = np.abs(found.x)
+    positive = found.f >= 0
     edges = positive[1:] != positive[:-1]
     happens = np.zeros(found.x.shape, dtype=bool)
     happens[1:-1] = (size[1:-1] > SMALLEST * 2) & (size[1:-1] < LARGEST / 2)
@@ -170,13 +191,12 @@ def _block(f: Function, columns: int, nodes: np.ndarray) -> Extrema:
     if row.size:
         middle = turns[row, column]
         sign = np.where(found[row, column] >= found[row - 1, column], 1.0, -1.0)
-        low, high = x[middle - 1, column], x[middle + 1, column]
+        low = x[middle - 1, column]
+        high = x[middle + 1, column]
         place, height = climb(f, column, low, high, sign)
         better = sign * height > sign * found[row, column]
-        at[row, column], found[row, column] = (
-            np.where(better, place, at[row, column]),
-            np.where(better, height, found[row, column]),
-        )
+        at[row, column] = np.where(better, place, at[row, column])
+        found[row, column] = np.where(better, height, found[row, column])
     return Extrema(at, found)
 
 
@@ -195,8 +215,11 @@ def _turns(value: np.ndarray, noise: np.ndarray) -> np.ndarray:
     """
     rows, columns = value.shape
     j = np.arange(columns)
-    rising, best, at = np.ones(columns, dtype=bool), value[0].copy(), np.zeros(columns, np.int64)
-    count, found = np.ones(columns, np.int64), np.zeros((8, columns), np.int64)
+    rising = np.ones(columns, dtype=bool)
+    best = value[0].copy()
+    at = np.zeros(columns, np.int64)
+    count = np.ones(columns, np.int64)
+    found = np.zeros((8, columns), np.int64)
     for k in range(1, rows):
         now = value[k]
         with np.errstate(invalid="ignore"):
@@ -209,7 +232,8 @@ def _turns(value: np.ndarray, noise: np.ndarray) -> np.ndarray:
             count[new] += 1
             rising = rising ^ turned
         further = turned | np.where(rising, now > best, now < best)
-        best, at = np.where(further, now, best), np.where(further, k, at)
+        best = np.where(further, now, best)
+        at = np.where(further, k, at)
     found[count, j] = rows - 1
     length = int(count.max()) + 1
     order = np.arange(length)[:, None]
@@ -250,11 +274,13 @@ def _bisected(
     f: Function, column: np.ndarray, low: np.ndarray, high: np.ndarray, up: np.ndarray, level: np.ndarray
 ) -> np.ndarray:
     """Return the allowed one (f >= level) of the neighbouring doubles between which f crosses the level."""
-    a, b = _ordered(low), _ordered(high)
+    a = _ordered(low)
+    b = _ordered(high)
     for _ in range(64):
         middle = (a >> 1) + (b >> 1) + (a & b & 1)
         upper = (evaluated(f, _double(middle), column)[0] >= level) == up
-        a, b = np.where(upper, a, middle), np.where(upper, middle, b)
+        a = np.where(upper, a, middle)
+        b = np.where(upper, middle, b)
     return _double(np.where(up, b, a))
 
 

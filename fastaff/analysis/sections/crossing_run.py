@@ -25,8 +25,12 @@ from ...kernels.samples import WEAR_ROWS
 from ...models.mechanics import system_of
 from .section_map import SectionMap
 
-PORTION, COMPARED = 2**27, 16
-"""Bytes that are used beside the result at a time; work memory of an orbit, in units of its crossings."""
+PORTION = 2**27
+"""Bytes that are used beside the result at a time."""
+
+COMPARED = 16
+"""Work memory of an orbit, in units of its crossings."""
+
 LOOKED = 2**24
 """Bytes of the arrays whose energies are computed at a time: a part of the cache, where NumPy is a third faster."""
 LATER = 0.02
@@ -87,32 +91,42 @@ def crossed(
     section = flow.section(asked)
     ensemble = flow.ensemble(z, radius=radius)
     rows, orbits = ensemble.z.shape
-    width, slots = RECORD.state + rows, wanted + SPARE
+    width = RECORD.state + rows
+    slots = wanted + SPARE
     fits("crossings", orbits, slots, width)
     compared = beside is not None and isinstance(flow, Flow)  # the steps of another flow are not of time
     observer = observers.crossings(section, wanted, flow.model.degrees_of_freedom, beside=compared)
     if wear is not None:
         pace = wear.pace(ensemble.ahead)
-        first, observer = observer.rows, observers.either(observer, observers.worn(rows, int(pace.min())))
-    memory, out = np.zeros((observer.rows, orbits)), np.empty((orbits, slots * width))
+        first = observer.rows
+        observer = observers.either(observer, observers.worn(rows, int(pace.min())))
+    memory = np.zeros((observer.rows, orbits))
+    out = np.empty((orbits, slots * width))
     records = out.reshape(orbits, slots, width)
 
     def begin(at: slice) -> None:
         assert beside is not None
         out[at] = np.nan
-        times, apart = beside.times.T[at], beside.apart[at, None]
-        records[at, :wanted, RECORD.earliest], records[at, :wanted, RECORD.latest] = times - apart, times + apart
+        times = beside.times.T[at]
+        apart = beside.apart[at, None]
+        records[at, :wanted, RECORD.earliest] = times - apart
+        records[at, :wanted, RECORD.latest] = times + apart
 
     if compared:
         by_portions(begin, orbits, out.shape[1], flow.threads)
     if wear is not None:
         wear.begin(ensemble, memory[first:], pace)
-        memory[first + WEAR_ROWS.stride], memory[first + WEAR_ROWS.left] = pace, pace
+        memory[first + WEAR_ROWS.stride] = pace
+        memory[first + WEAR_ROWS.left] = pace
 
     def found(interrupted: bool) -> SectionMap:
-        checked = (
-            None if beside is not None else tolerance if wear is None else np.where(wear.share > 0, np.inf, tolerance)
-        )
+        checked: Any
+        if beside is not None:
+            checked = None
+        elif wear is None:
+            checked = tolerance
+        else:
+            checked = np.where(wear.share > 0, np.inf, tolerance)
         result = _result(flow, body, ensemble, section, wanted, memory, out, checked)
         points = system_of(body).turned_back(flow.states(result.points))
         result = replace(result, points=points, section=asked)
@@ -144,7 +158,8 @@ def start_crossings(
     Where a start is on the section, to rounding of z or of a step, it keeps only the sign of the function just after
     it.
     """
-    z, n = ensemble.points, flow.model.degrees_of_freedom
+    z = ensemble.points
+    n = flow.model.degrees_of_freedom
     with np.errstate(all="ignore"):
         value = _section_values(section, z)
         change = (_section_values(section, z + NUDGE * ensemble.ahead * flow.system.slopes(z)) - value) / NUDGE
@@ -176,12 +191,16 @@ def follow_crossings(
     rows, orbits = ensemble.z.shape
     records = out.reshape(-1, RECORD.state + rows)
     slot = np.arange(out.shape[1] // records.shape[1])
-    located, looked, interrupted = np.zeros(orbits, np.int64), np.zeros(orbits, dtype=bool), False
+    located = np.zeros(orbits, np.int64)
+    looked = np.zeros(orbits, dtype=bool)
+    interrupted = False
     parted = np.zeros(orbits, dtype=bool)
-    passes, share = Passes(report), 1.0 if report is None else _share(flow, ensemble, wanted, max_time)
+    passes = Passes(report)
+    share = 1.0 if report is None else _share(flow, ensemble, wanted, max_time)
     # A crossing at the last step may be located a rounding of a step beyond it.
     late = LATE * np.where(np.isfinite(ensemble.ahead), np.abs(ensemble.ahead), 0.0)
-    limit, reached = max_time * (1 + START) + late, np.full(orbits, np.nan)
+    limit = max_time * (1 + START) + late
+    reached = np.full(orbits, np.nan)
 
     def settle(most: int | None) -> np.ndarray:
         """Locate the new records, but at most so many, and keep the crossings that exist and are in time; return their
@@ -189,14 +208,16 @@ def follow_crossings(
         """
         written = memory[kernels.ROWS.written].astype(np.int64)
         parted[:] |= memory[kernels.ROWS.certain] == kernels.PARTED
-        found, left = np.flatnonzero((slot >= located[:, None]) & (slot < written[:, None])), np.zeros(orbits, bool)
+        found = np.flatnonzero((slot >= located[:, None]) & (slot < written[:, None]))
+        left = np.zeros(orbits, bool)
         try:
             flow.locate(section, records, found[:most])
         finally:
             sort = lambda at: compact(rows, out[at], written[at], limit[at], left[at])  # noqa: E731
             by_portions(sort, orbits, out.shape[1], flow.threads)
             ensemble.status[left & (written < wanted)] = Status.INTERRUPTED
-            memory[kernels.ROWS.written], memory[kernels.ROWS.certain] = written, written
+            memory[kernels.ROWS.written] = written
+            memory[kernels.ROWS.certain] = written
         return written
 
     while True:
@@ -229,9 +250,12 @@ def look_beyond(flow, ensemble, section, memory, out, last: np.ndarray) -> bool:
     """Record suspected pairs around the ends of the orbits `last`, from the section function a step beyond; tell
     whether there are some.
     """
-    rows, at, step = ensemble.z.shape[0], kernels.ROWS, ensemble.ahead
+    rows = ensemble.z.shape[0]
+    at = kernels.ROWS
+    step = ensemble.ahead
     after = replace(ensemble, z=flow.shifted(ensemble.z, step))
-    records, back = out.reshape(len(out), -1, RECORD.state + rows), memory[at.time_before] - memory[at.time_earlier]
+    records = out.reshape(len(out), -1, RECORD.state + rows)
+    back = memory[at.time_before] - memory[at.time_earlier]
     with np.errstate(all="ignore"):
         now = _section_values(section, after.points)
         dip = last & kernels.dips(memory[at.earlier], memory[at.before], now, back, step)
@@ -239,8 +263,10 @@ def look_beyond(flow, ensemble, section, memory, out, last: np.ndarray) -> bool:
         slot = int(memory[at.written, o])
         for k, kind in enumerate((kernels.LOWER, kernels.UPPER)):
             record = records[o, slot + k]
-            record[RECORD.time], record[RECORD.kind] = memory[at.time_before, o], kind
-            record[RECORD.lower], record[RECORD.upper] = -back[o], step[o]
+            record[RECORD.time] = memory[at.time_before, o]
+            record[RECORD.kind] = kind
+            record[RECORD.lower] = -back[o]
+            record[RECORD.upper] = step[o]
             record[RECORD.state :] = memory[at.state : at.state + rows, o]
         memory[at.written, o] += 2
     return bool(dip.any())
@@ -265,8 +291,11 @@ def _result(flow, body, ensemble, section, wanted, memory, out, tolerance) -> Se
     """
     rows, orbits = ensemble.z.shape
     counts = np.minimum(memory[kernels.ROWS.written].astype(np.int64), wanted)
-    points, times = np.empty((rows, orbits, wanted)), np.empty((orbits, wanted))
-    error, status, residual = np.zeros(orbits), ensemble.status.copy(), np.empty(orbits)
+    points = np.empty((rows, orbits, wanted))
+    times = np.empty((orbits, wanted))
+    error = np.zeros(orbits)
+    status = ensemble.status.copy()
+    residual = np.empty(orbits)
 
     def look(at: slice) -> None:
         ended = status[at]
@@ -276,7 +305,8 @@ def _result(flow, body, ensemble, section, wanted, memory, out, tolerance) -> Se
             drift = energy_drift(flow.model, points[:, at], found.energy[:, None], found.scale[:, None])
             drift[np.isnan(times[at])] = -1.0
             bound = np.broadcast_to(tolerance, orbits)[at]
-            beyond, worst = drift > bound[:, None], drift.max(axis=1)
+            beyond = drift > bound[:, None]
+            worst = drift.max(axis=1)
             if beyond.any():
                 counts[at] = np.where(beyond.any(axis=1), np.minimum(counts[at], beyond.argmax(axis=1)), counts[at])
                 gather(at.start, at.stop, out, counts, points, times, residual)

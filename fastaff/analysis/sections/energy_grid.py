@@ -231,7 +231,9 @@ def checked_surface(body: Any, section: Any, energy: Any, p_eta: Any, p_gamma: A
     """Return the section of an energy surface if all of it suits the body."""
     checked_model(body, needs="an energy surface")
     checked_section(section, body)
-    energy, p_eta, p_gamma = real("energy", energy), real("p_eta", p_eta), real("p_gamma", p_gamma)
+    energy = real("energy", energy)
+    p_eta = real("p_eta", p_eta)
+    p_gamma = real("p_gamma", p_gamma)
     if body.degrees_of_freedom == 4 and not hasattr(body, "potential"):
         raise TypeError(f"body must be a Body with a doubly isotropic potential to have a grid, got {body!r}")
     if not system_of(body).isotropic and (p_eta or p_gamma):
@@ -258,12 +260,16 @@ def lift_sheets(where: Where, u: np.ndarray, v: np.ndarray) -> tuple[np.ndarray,
 
     A turning section has a sheet for each well of its radius, the outermost first; the others have one.
     """
-    body, energy, system = where.body, where.energy, system_of(where.body)
+    body = where.body
+    energy = where.energy
+    system = system_of(where.body)
     with np.errstate(all="ignore"):
         sheets, names = section_points(where.section, where, u, v)
         z = sheets.reshape(-1, 2 * body.degrees_of_freedom, u.size)
         rows = np.moveaxis(np.where(np.isfinite(z), z, 1.0), 1, 0)
-        T, V, lives = system.kinetic_energies(rows), system.potential_energies(rows), system.inside(rows)
+        T = system.kinetic_energies(rows)
+        V = system.potential_energies(rows)
+        lives = system.inside(rows)
     # A sign change at a wall where the potential jumps is no turning point.
     found: np.ndarray = np.abs(T + V - energy) <= 1e-9 * (T + np.abs(V) + abs(energy))
     return z, found & np.isfinite(z).all(axis=1) & lives, names

@@ -10,10 +10,15 @@ from ...models.mechanics import system_of
 from ...models.reduced_body import reduced
 from .allowed_region import Function
 
-RADII, ANGLES = np.geomspace(1e-8, 1e8, 129), 24
-"""Starts of the search for stationary points: distances of all sizes, in so many directions."""
+RADII = np.geomspace(1e-8, 1e8, 129)
+"""Distances at which the search for stationary points starts: all sizes."""
+
+ANGLES = 24
+"""Directions in which the search for stationary points starts."""
 
 STEPS = 60
+"""Steps of the search for stationary points."""
+
 LONGEST = 0.5
 """Longest step of the search, in distances from the origin."""
 
@@ -62,7 +67,9 @@ def _stationary(plane: Any) -> tuple[np.ndarray, np.ndarray]:
     step = np.zeros_like(q)
     for _ in range(STEPS):
         force, second = _derivatives(plane, q)
-        a, b, d = second[0, 0], second[0, 1], second[1, 1]
+        a = second[0, 0]
+        b = second[0, 1]
+        d = second[1, 1]
         step = np.array([d * force[0] - b * force[1], a * force[1] - b * force[0]]) / (a * d - b * b)
         long = np.hypot(*step) / (LONGEST * np.hypot(*q))
         q = q + step / np.maximum(long, 1.0)
@@ -101,7 +108,8 @@ def fitting_energy(body: Any, p_eta: float, p_gamma: float) -> float:
 
 def too_low(body: Any, energy: float, p_eta: float, p_gamma: float) -> str | None:
     """Return the sentence for an energy below the minimum of the system; None where it is not known to be."""
-    least, system = energy_limits(body, p_eta, p_gamma).minimum, system_of(body)
+    least = energy_limits(body, p_eta, p_gamma).minimum
+    system = system_of(body)
     if not energy < least or system.frame:  # a turning frame has lower energies far away
         return None
     where = f" with p_eta = {p_eta:g} and p_gamma = {p_gamma:g}" if system.isotropic else ""
@@ -139,7 +147,10 @@ class Where(NamedTuple):
         """Return 2 mu (energy - H) at rest in alpha and beta, the squared momentum that is left, and the sum of the
         sizes of its terms.
         """
-        potential, mass, A, B = self.body.potential, 2 * self.body.mu, alpha * alpha, beta * beta
+        potential = self.body.potential
+        mass = 2 * self.body.mu
+        A = alpha * alpha
+        B = beta * beta
         barrier = (self.p_eta / alpha) ** 2 if self.p_eta else 0.0
         barrier = barrier + ((self.p_gamma / beta) ** 2 if self.p_gamma else 0.0)
         V = potential.value(A, B)

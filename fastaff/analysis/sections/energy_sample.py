@@ -29,8 +29,14 @@ from .surface_points import Surface
 STEEPEST = 65
 """Places of a section at which its slope is computed."""
 
-FIRST, MORE, BLOCK = 64, 512, 1024
-"""Points of a section that are tried first, and at most at once then; points of one seed: blocks can be drawn apart."""
+FIRST = 64
+"""Points of a section that are tried first."""
+
+MORE = 512
+"""Most points that are tried at once after the first."""
+
+BLOCK = 1024
+"""Points of one seed: blocks can be drawn apart."""
 
 
 @dataclass(frozen=True)
@@ -174,7 +180,8 @@ def source_of(
     if flag("at_rest", others.at_rest) or by_rows or not system.conserves:
         return ranges_of(body, energy, section, axes, others)
     if others.fixed is not None or others.sign != 1:
-        p, q = system.row_names[system.n], system.names[0]
+        p = system.row_names[system.n]
+        q = system.names[0]
         raise ValueError(
             f"{'sign' if others.fixed is None else 'fixed'} goes with solve or at_rest, which are missing: solve={p!r} "
             f"for the row that the energy gives, with axes={{{q!r}: (low, high)}} for those to draw"
@@ -274,13 +281,19 @@ def _draw(where: Where, boxes: list[Box], sheets: int, count: int, random: Any) 
 
     A point where its sheet is missing is drawn anew, so that every sheet has the same density.
     """
-    energy, section = where.energy, where.section
+    energy = where.energy
+    section = where.section
     raise_section = _leaning_lift if hasattr(section, "slopes") else lift_sheets
     areas = np.array([(u1 - u0) * (v1 - v0) for (u0, u1), (v0, v1) in boxes])
     found_parts: list[tuple[np.ndarray, np.ndarray]] = []
-    names, kept, tried, batch, most = ("", ""), 0, 0, FIRST, 1
+    names = ("", "")
+    kept = 0
+    tried = 0
+    batch = FIRST
+    most = 1
     while kept < count and most <= sheets:
-        u, v = random.uniform(size=batch), random.uniform(size=batch)
+        u = random.uniform(size=batch)
+        v = random.uniform(size=batch)
         box = np.zeros(batch, np.int64) if len(boxes) == 1 else random.choice(len(boxes), batch, p=areas / areas.sum())
         (u0, u1), (v0, v1) = np.moveaxis(np.array(boxes), 0, -1)[..., box]
         u, v = u0 + (u1 - u0) * u, v0 + (v1 - v0) * v
@@ -295,7 +308,8 @@ def _draw(where: Where, boxes: list[Box], sheets: int, count: int, random: Any) 
         found_parts.append(
             (np.take_along_axis(z, at[None, None], axis=0)[0][:, exists], np.array([u[exists], v[exists]]))
         )
-        kept, tried = kept + int(exists.sum()), tried + batch
+        kept = kept + int(exists.sum())
+        tried = tried + batch
         batch = min(3 * tried, MORE)
         if tried > 1000 * (kept + 16):
             raise NotReached(

@@ -24,8 +24,14 @@ from .surface_roots import backward, cholesky, forward
 BATCH = 4096
 """Points that are tried together: the first ones do not depend on the number asked for."""
 
-FEWEST, FEWEST_OF_RANGES, CHANCE = 1e-6, 1e-3, 3
-"""Least shares of valid points among those tried, and an allowance for chance, in points."""
+FEWEST = 1e-6
+"""Least share of valid points among those tried."""
+
+FEWEST_OF_RANGES = 1e-3
+"""Least share of valid points among those tried in ranges."""
+
+CHANCE = 3
+"""Allowance for chance in both shares, in points."""
 
 
 class Momenta(NamedTuple):
@@ -123,7 +129,8 @@ class Measure(NamedTuple):
     @property
     def names(self) -> tuple[str, ...]:
         """Names of the rows that are drawn."""
-        n, rows = len(self.at), system_of(self.momenta.model).row_names
+        n = len(self.at)
+        rows = system_of(self.momenta.model).row_names
         return tuple(rows[k] for half in (0, n) for k in (half + f for f in self.free))
 
     @property
@@ -137,12 +144,18 @@ class Measure(NamedTuple):
 
     def draw(self, count: int, seed: Any) -> tuple[np.ndarray, np.ndarray]:
         """Return phase points (2n, count) and their rows of the names. Raises NotReached where too few are found."""
-        n, d = len(self.at), len(self.free)
+        n = len(self.at)
+        d = len(self.free)
         power = (n - 1) / 2 if self.sign else n / 2 - 1
-        random, found, kept, tried, box = np.random.default_rng(seed), [np.zeros((2 * n, 0))], 0, 0, self.box
+        random = np.random.default_rng(seed)
+        found = [np.zeros((2 * n, 0))]
+        kept = 0
+        tried = 0
+        box = self.box
         while kept < count:
             x = box.low[:, None] + (box.high - box.low)[:, None] * random.uniform(size=(d, BATCH))
-            level, normal = random.uniform(size=BATCH), random.standard_normal((n + 1 if self.sign else n, BATCH))
+            level = random.uniform(size=BATCH)
+            normal = random.standard_normal((n + 1 if self.sign else n, BATCH))
             room = self.energy - self.floor(x)
             top = self.energy - box.least
             if self.momenta.lower is None:
@@ -163,7 +176,8 @@ class Measure(NamedTuple):
             for row, low, high in self.momenta_within:
                 z = z[:, (z[row] >= low) & (z[row] <= high)]
             found.append(z)
-            kept, tried = kept + z.shape[1], tried + BATCH
+            kept = kept + z.shape[1]
+            tried = tried + BATCH
             if kept + CHANCE < FEWEST * tried:
                 raise NotReached(
                     f"energy {self.energy:g} reaches less than a millionth of the ranges of "
@@ -223,8 +237,11 @@ class Ranges(NamedTuple):
         """Return phase points (2n, count) and the drawn values (names, count). Raises NotReached where too few are
         found.
         """
-        random, kept, tried = np.random.default_rng(seed), 0, 0
-        z, points = [np.zeros((len(self.launching.base), 0))], [np.zeros((len(self.names), 0))]
+        random = np.random.default_rng(seed)
+        kept = 0
+        tried = 0
+        z = [np.zeros((len(self.launching.base), 0))]
+        points = [np.zeros((len(self.names), 0))]
         batch = BATCH if self.ranges else BATCH // 8  # a ray takes some 500 energies
         while kept < count:
             if self.ranges:
@@ -235,7 +252,8 @@ class Ranges(NamedTuple):
             lifted, found = self.launching.lift(values)
             z.append(lifted[:, found])
             points.append(values[:, found])
-            kept, tried = kept + int(found.sum()), tried + batch
+            kept = kept + int(found.sum())
+            tried = tried + batch
             if kept + CHANCE < FEWEST_OF_RANGES * tried:
                 what = dict(zip(self.names, self.ranges)) if self.ranges else "directions"
                 raise NotReached(
@@ -253,7 +271,8 @@ def ranges_of(model: Any, energy: float, section: Any, axes: Any, others: Others
         names = angle_names(model.degrees_of_freedom) if model.degrees_of_freedom > 1 else ()
         return Ranges(launching(model, energy, names, section, others), ())
     if axes is None:
-        rows, n = system_of(model).row_names, system_of(model).n
+        rows = system_of(model).row_names
+        n = system_of(model).n
         given = [*checked_names("fixed", () if others.fixed is None else others.fixed, "numbers")]
         given += [others.solve] if isinstance(others.solve, str) else []
         if section is not None:
@@ -276,7 +295,8 @@ def measure_of(model: Any, energy: float, section: Any, axes: Any) -> Measure | 
     reaches no point, ValueError if the region is unbounded.
     """
     system = system_of(model)
-    n, names = model.degrees_of_freedom, system.names
+    n = model.degrees_of_freedom
+    names = system.names
     if n < 2:
         raise ValueError(
             f"body must have two degrees of freedom or more, {type(model).__name__} has {n}: its energy surface is one "
@@ -285,12 +305,16 @@ def measure_of(model: Any, energy: float, section: Any, axes: Any) -> Measure | 
     given = {} if axes is None else _ranges(axes, model)
     if not system.ellipsoidal:
         return surface_of(model, energy, section, given)
-    at, free, sign, first = [0.0] * n, list(range(n)), 0, 0
+    at = [0.0] * n
+    free = list(range(n))
+    sign = 0
+    first = 0
     if section is not None:
         name, value, sign = section_row(model, section)
         if name not in names:
             raise TypeError(f"section must be on a coordinate such as {names[0]}=0 for random points, got {name}")
-        first, sign = names.index(name), sign or 1
+        first = names.index(name)
+        sign = sign or 1
         at[first] = value
         free.remove(first)
     nothing = Box(np.zeros(1), np.zeros(1), 0.0, False)
@@ -310,7 +334,8 @@ def _ranges(axes: Any, model: Any) -> dict[str, tuple[float, float]]:
 
 def _box(measure: Measure, given: dict[int, tuple[float, float]]) -> Box:
     """Return the box to draw from: the ranges given, those found where they are left open."""
-    model, energy = measure.momenta.model, measure.energy
+    model = measure.momenta.model
+    energy = measure.energy
     if len(given) == len(measure.free):
         low, high = np.array([given[k] for k in measure.free]).T
     else:

@@ -29,16 +29,19 @@ SAFETY = 5.0
 """Factor of error estimates over the differences between windows, as for frequency maps."""
 
 ROUNDING = 1e-14
+"""Rounding error of a rotation number, in turns: a term of each error."""
+
 STILL = 1e-9
 """Relative size of an island below which it is a periodic orbit."""
 
 LEAST = 32
 """Crossings that a rotation number needs."""
 
-FRAMES, THINNEST = 3, 1e-6
-"""Linear maps that make a curve round, one after the other as moments of a thin one are lost in rounding, and the least
-ratio of the axes that one of them changes.
-"""
+FRAMES = 3
+"""Linear maps that make a curve round, one after the other, as moments of a thin one are lost in rounding."""
+
+THINNEST = 1e-6
+"""Least ratio of the axes that one of these maps changes."""
 
 CHAOS = 1.5
 """Digits fewer than asked for that a chaotic orbit must have: its rotation number converges like N^(-1/2)."""
@@ -207,9 +210,11 @@ def islands(
     2 CURVE
     """
     points, counts = _checked(points)
-    max_period, digits = whole("max_period", max_period, 1), positive("digits", digits)
+    max_period = whole("max_period", max_period, 1)
+    digits = positive("digits", digits)
     middle = _centres(centre, points, counts)
-    turning, orbits = _rotation(points, counts, middle), counts.size
+    turning = _rotation(points, counts, middle)
+    orbits = counts.size
     rounded = _rounded(points, counts, middle)
     fits("max_period", orbits, max_period, 4)
     kind = np.where((turning.digits >= digits) & (turning.status == Status.OK), Kind.CURVE, Kind.UNDECIDED)
@@ -236,14 +241,17 @@ def islands(
         returns |= still[tried]
         kind[tried[apart]] = np.where(returns[apart], Kind.ISLANDS, Kind.UNDECIDED)
         found = tried[apart]
-        p[found], q[found] = np.where(2 * nearest[found] == -period, period / 2, nearest[found]), period
-        sub, visits = sub[apart], (counts[found] + period - 1) // period
+        p[found] = np.where(2 * nearest[found] == -period, period / 2, nearest[found])
+        q[found] = period
+        sub = sub[apart]
+        visits = (counts[found] + period - 1) // period
         extents[found, :period] = np.fmax.reduce(sub, axis=1) - np.fmin.reduce(sub, axis=1)
         for island in range(period):
             number = (counts[found] - island + period - 1) // period
             centres[found, island] = _mean(sub[:, :, island], number)
         own = _rotation(sub[:, :, 0], visits, centres[found, 0])
-        inner[found], inner_error[found] = own.rotation, own.error
+        inner[found] = own.rotation
+        inner_error[found] = own.error
     most = int(q.max(initial=1))
     centres, extents = (array[:, :most].transpose(2, 1, 0) for array in (centres, extents))
     status = turning.status.copy()
@@ -254,7 +262,8 @@ def islands(
 
 def _plane(section_map: SectionMap) -> np.ndarray:
     """Return the two free rows (2, crossings, orbits) of a map of two rows, or of a section q_i = c of four."""
-    points, normal = section_map.points, np.asarray(getattr(section_map.section, "normal", ()))
+    points = section_map.points
+    normal = np.asarray(getattr(section_map.section, "normal", ()))
     if len(points) == 2:
         return points
     one = type(section_map.section) in (Linear, AngleEquals) and np.count_nonzero(normal) == 1
@@ -402,10 +411,13 @@ def _sectors(d: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """
     theta = np.arctan2(d[..., 1], d[..., 0])
     away = _wrap(theta - theta[:, :1])
-    low, high = np.fmin.reduce(away, axis=1), np.fmax.reduce(away, axis=1)
-    begin, end = np.mod(theta[:, 0] + low, 2 * np.pi), high - low
+    low = np.fmin.reduce(away, axis=1)
+    high = np.fmax.reduce(away, axis=1)
+    begin = np.mod(theta[:, 0] + low, 2 * np.pi)
+    end = high - low
     order = np.argsort(begin, axis=1)
-    begin, end = np.take_along_axis(begin, order, axis=1), np.take_along_axis(end, order, axis=1)
+    begin = np.take_along_axis(begin, order, axis=1)
+    end = np.take_along_axis(end, order, axis=1)
     free = np.concatenate([begin[:, 1:], begin[:, :1] + 2 * np.pi], axis=1) - (begin + end)
     # A single island may reach around most of the circle; its rotation number 0 shows that it does not close.
     apart = (free.min(axis=1) > 0.0) | (d.shape[2] == 1)

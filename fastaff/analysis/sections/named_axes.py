@@ -20,13 +20,19 @@ from .accessible_box import spread
 from .allowed_region import crossings, extrema
 from .surface_roots import left, rest, roots_along
 
-TOLERANCE, ROUNDING = 1e-9, 1e-12
-"""Largest relative error of the energy of a point that was found (at a wall where the potential jumps there is no such
-point); and of the coordinates themselves.
+TOLERANCE = 1e-9
+"""Largest relative error of the energy of a point that was found. At a wall where the potential jumps there is no such
+point.
 """
 
-AT_REST, NOTHING = -1, -2
-"""Values for the row that the energy gives if there is none."""
+ROUNDING = 1e-12
+"""Relative rounding error of the coordinates themselves."""
+
+AT_REST = -1
+"""Value for the row that the energy gives: the point is at rest, there is no such row."""
+
+NOTHING = -2
+"""Value for the row that the energy gives: there is none."""
 
 
 class Others(NamedTuple):
@@ -118,7 +124,9 @@ def on_surface(model: Any, z: np.ndarray, energy: float) -> np.ndarray:
     An energy of 0, where V has its zero, is no measure of its rounding; its change along z is.
     """
     system = system_of(model)
-    T, V, n = system.kinetic_energies(z), system.potential_energies(z), len(z) // 2
+    T = system.kinetic_energies(z)
+    V = system.potential_energies(z)
+    n = len(z) // 2
     with np.errstate(all="ignore"):
         along = np.nan_to_num(ROUNDING * np.abs(z * np.roll(system.slopes(z), n, axis=0)).sum(axis=0), posinf=0.0)
         exact = np.abs(T + V - energy) <= TOLERANCE * (np.abs(T) + np.abs(V) + abs(energy)) + along
@@ -135,7 +143,8 @@ def angle_names(n: int) -> tuple[str, ...]:
 
 def directions(angles: np.ndarray) -> np.ndarray:
     """Return unit vectors (n, points) of angles (n - 1, points), in the order of `angle_names`."""
-    rows, left = [], np.ones(angles.shape[1:])
+    rows = []
+    left = np.ones(angles.shape[1:])
     for angle in angles[:-1]:
         rows.append(left * np.cos(angle))
         left = left * np.sin(angle)
@@ -189,8 +198,13 @@ def checked_sign(sign: Any) -> int:
 
 def launching(model: Any, energy: float, names: Any, section: Any, others: Others) -> Launching:
     """Return the map from values of these names to phase points; TypeError or ValueError for wrong arguments."""
-    system, fixed, solve, sign = system_of(model), others.fixed, others.solve, others.sign
-    rows, n, resting = system.row_names, system.n, flag("at_rest", others.at_rest)
+    system = system_of(model)
+    fixed = others.fixed
+    solve = others.solve
+    sign = others.sign
+    rows = system.row_names
+    n = system.n
+    resting = flag("at_rest", others.at_rest)
     check_given(model, "a start by energy", section=section, solve=solve, at_rest=resting or None)
     base = {
         named("fixed", name, rows): real(f"fixed[{name!r}]", value)
@@ -209,7 +223,8 @@ def launching(model: Any, energy: float, names: Any, section: Any, others: Other
         if solve is None and name in rows[:n]:
             if sign < 0 < direction:
                 raise ValueError("sign must be that of the section's direction, +1: give the section direction=-1")
-            solve, sign = rows[n + rows.index(name)], direction or sign
+            solve = rows[n + rows.index(name)]
+            sign = direction or sign
     for name in names:
         if name in base:
             raise ValueError(f"axes and fixed both name {name}")
@@ -231,7 +246,8 @@ def launching(model: Any, energy: float, names: Any, section: Any, others: Other
 def _resting(model: Any, energy: float, names: Any, section: Any, base: dict[str, float], solve: Any) -> Launching:
     """Return the map from angles to phase points at rest."""
     system = system_of(model)
-    rows, n = system.row_names, model.degrees_of_freedom
+    rows = system.row_names
+    n = model.degrees_of_freedom
     if n < 2:
         raise ValueError(f"at_rest needs two degrees of freedom or more, {type(model).__name__} has {n}")
     if system.nonseparable and not system.ellipsoidal:

@@ -39,10 +39,11 @@ SLOWEST = 2.0
 """Natural periods between crossings that steps are chosen for, where max_time allows more."""
 
 
-SAME, PARTED = 0.1, 0.2
-"""Distance, in amplitudes of the motion, below which crossings of the same number in two runs are the same; radians
-between them from which on the coarser run is not compared.
-"""
+SAME = 0.1
+"""Distance, in amplitudes of the motion, below which crossings of the same number in two runs are the same."""
+
+PARTED = 0.2
+"""Radians of the motion between crossings of two runs from which on the coarser run is not compared."""
 
 
 @takes(z0=starts_of, section=section_of, scheme=scheme_of)
@@ -126,7 +127,8 @@ def poincare_map(
     if direction is not None:
         section = _directed(section, direction)
     wanted = Crossings(section, whole("crossings", crossings, 1), max_time, options.drift)
-    model, mapping = checked_model(problem.model), problem.system.iterated
+    model = checked_model(problem.model)
+    mapping = problem.system.iterated
     given = {"section": wanted.section, "max_time": max_time}
     check_given(model, "a time", "the crossings of a map are its iterates", **given)
     if not mapping:
@@ -172,7 +174,8 @@ def _enough(problem: Problem, wanted: int) -> str:
 
 def _iterated(flow: Flow, body: Any, z: np.ndarray, wanted: int, report: Report | None) -> SectionMap:
     """Return the iterates of a map."""
-    ensemble, time = flow.ensemble(z), np.arange(1.0, wanted + 1)
+    ensemble = flow.ensemble(z)
+    time = np.arange(1.0, wanted + 1)
     states, interrupted = flow.trajectory(ensemble, float(wanted), wanted, report)
     counts = np.isfinite(states).all(axis=1).sum(axis=0)
     nothing = np.zeros(counts.size)
@@ -221,7 +224,8 @@ def slants(model: Any, section: Any, points: np.ndarray, scales: Motion) -> np.n
     orbits graze.
     """
     z = np.ascontiguousarray(points.transpose(0, 2, 1))  # as crossings lie in memory: an orbit's together
-    size, result = np.concatenate([scales.position, scales.momentum]), np.empty(z.shape[1:])
+    size = np.concatenate([scales.position, scales.momentum])
+    result = np.empty(z.shape[1:])
     with np.errstate(all="ignore"):
         speed = system_of(model).slopes(z) / scales.rate[:, None]
     function = bound("value", section, model.degrees_of_freedom, 0)
@@ -241,7 +245,8 @@ def _accurate(flow, body, z, crossings: Crossings, accuracy, report) -> SectionM
     """Follow the orbits with steps that are halved until their crossings agree."""
     section, wanted, max_time, _ = crossings
     steps = _steps(flow, body, z, wanted, max_time, accuracy)
-    rows, orbits = 2 * body.degrees_of_freedom, z.shape[1]
+    rows = 2 * body.degrees_of_freedom
+    orbits = z.shape[1]
     result = SectionMap(
         points=np.full((orbits, wanted, rows), np.nan).transpose(2, 1, 0),
         times=np.full((orbits, wanted), np.nan).T,
@@ -260,7 +265,8 @@ def _accurate(flow, body, z, crossings: Crossings, accuracy, report) -> SectionM
 
     def run(orbits: np.ndarray, step: np.ndarray, wear: Wear | None, report: Report | None, fine) -> _Crossings:
         used = np.full(len(step), np.inf) if flow.adaptive else step
-        start, motion = np.ascontiguousarray(z[:, orbits]), steps.motion
+        start = np.ascontiguousarray(z[:, orbits])
+        motion = steps.motion
         beside = None if fine is None else Beside(fine.found.times, PARTED / motion.rate[orbits])
         try:
             part, reached = crossed(
@@ -295,7 +301,8 @@ def _accurate(flow, body, z, crossings: Crossings, accuracy, report) -> SectionM
 
 def _put(result: SectionMap, steps: Steps, accuracy, run: _Crossings, which, where: np.ndarray, error) -> None:
     """Put the orbits `which` of a run into the result, at the numbers `where`, with their errors."""
-    part, scales = run.found.take(which), steps.motion.of(where)
+    part = run.found.take(which)
+    scales = steps.motion.of(where)
     there = np.isfinite(part.times)
     late = np.where(there, error / scales.rate, np.nan)
     apart = np.where(there, error * np.concatenate([scales.position, scales.momentum])[:, None], np.nan)
@@ -310,7 +317,9 @@ def _compared(body, section, motion: Motion, fine: SectionMap, coarse: SectionMa
     whole = np.empty((3, *fine.times.T.shape)).transpose(0, 2, 1)  # as crossings lie in memory
 
     def some(at: slice) -> None:
-        scales, times, points = motion.of(at), fine.times[:, at], fine.points[..., at]
+        scales = motion.of(at)
+        times = fine.times[:, at]
+        points = fine.points[..., at]
         with np.errstate(all="ignore"):
             late = np.abs(times - coarse.times[:, at]) * scales.rate
             apart = scales.between(points.transpose(1, 0, 2), coarse.points[..., at].transpose(1, 0, 2), 1)

@@ -6,8 +6,14 @@ from __future__ import annotations
 
 import numpy as np
 
-QUERIES, NEIGHBOURS, LAGS = 300, 5, 16
-"""Points whose surroundings are examined, their neighbours, and the lags over which pairs are followed."""
+QUERIES = 300
+"""Points whose surroundings are examined."""
+
+NEIGHBOURS = 5
+"""Neighbours of each of these points."""
+
+LAGS = 16
+"""Lags over which pairs of neighbours are followed."""
 
 APART = 2
 """Crossings that must lie between two neighbours at least."""
@@ -15,9 +21,13 @@ APART = 2
 FEWEST = 200
 """Least number of points for evidence."""
 
-FORGOTTEN, ROUND = 0.9, 0.3
-"""Least `separation` and `roundness` of chaos. One of 1800 regular orbits of standard maps, quadratic maps, ellipses
-and chains of islands with 256 points or more had both (and few digits), and more than 94 % of 800 chaotic ones."""
+FORGOTTEN = 0.9
+"""Least `separation` of chaos. One of 1800 regular orbits of standard maps, quadratic maps, ellipses and chains of
+islands with 256 points or more had this and ROUND (and few digits), and more than 94 % of 800 chaotic ones.
+"""
+
+ROUND = 0.3
+"""Least `roundness` of chaos."""
 
 
 def scattered(points: np.ndarray) -> bool:
@@ -53,7 +63,8 @@ def separation(points: np.ndarray) -> float:
     squares[np.abs(chosen[:, None] - np.arange(len(first))) <= APART] = np.inf
     partner = squares.argmin(axis=1)
     lags = np.unique(np.linspace(count // 8, count // 4 - 1, LAGS).astype(int))
-    one, other = points[chosen[:, None] + lags], points[partner[:, None] + lags]
+    one = points[chosen[:, None] + lags]
+    other = points[partner[:, None] + lags]
     shuffled = other[np.random.default_rng(0).permutation(len(other))]
     start = _mean_log(squares[np.arange(len(chosen)), partner])
     parted, most = (_mean_log(((one - two) ** 2).sum(axis=-1)) - start for two in (other, shuffled))

@@ -27,10 +27,16 @@ ENDLESS = 32
 TURN = 256
 """Parts of a turn of an angle between which extrema are sought."""
 
-USUAL, STEEP, LOOKS = 0.9, 1e3, 1000
-"""Share of the length of a section whose momenta are usual; momenta so many times larger are those near a pole of the
-potential, and leave the usual ones less of a range than can be seen or drawn from; places at which they are computed.
+USUAL = 0.9
+"""Share of the length of a section whose momenta are usual."""
+
+STEEP = 1e3
+"""Ratio to the usual momenta from which momenta are those near a pole of the potential. They leave the usual ones less
+of a range than can be seen or drawn from.
 """
+
+LOOKS = 1000
+"""Places at which the momenta are computed."""
 
 
 @dataclass(frozen=True)
@@ -46,7 +52,8 @@ class Edge(Result, axis=None):
     @property
     def axes(self) -> tuple[tuple[float, float], tuple[float, float]]:
         """The ranges of the coordinate and of its momentum."""
-        low, high = float((self.centre - self.momentum).min()), float((self.centre + self.momentum).max())
+        low = float((self.centre - self.momentum).min())
+        high = float((self.centre + self.momentum).max())
         return (float(self.coordinate[0]), float(self.coordinate[-1])), (low, high)
 
 
@@ -122,7 +129,8 @@ def _edge_of(pieces: list[Sides]) -> Edge:
 
 def parts(where: Where) -> list[Part]:
     """Return the pieces of the section of any system."""
-    body, section = where.body, where.section
+    body = where.body
+    section = where.section
     if _of_ellipses(body) or system_of(body).quadratic:
         return _bounded_parts(where)
     box = surface_of(body, where.energy, section, None).box
@@ -141,7 +149,8 @@ def _momenta_of(where: Where, rest: Function, low: float, high: float) -> tuple[
 
         bottom, top = (float(highest(end(side), 1, nodes)[0]) for side in (-1, 1))
         return -bottom, top
-    centre, top = _centre(where.body, where.section), float(np.sqrt(max(0.0, extrema(rest, 1, nodes).f.max())))
+    centre = _centre(where.body, where.section)
+    top = float(np.sqrt(max(0.0, extrema(rest, 1, nodes).f.max())))
     return centre - top, centre + top
 
 
@@ -153,7 +162,8 @@ def _usual(where: Where, rest: Function, part: Part) -> Part:
     else:
         centre = _centre(where.body, where.section)
         half = np.sqrt(np.maximum(evaluated(rest, u, np.zeros(u.size, np.int64))[0], 0.0))
-        bottom, top = centre - half, centre + half
+        bottom = centre - half
+        top = centre + half
     return Part(part.low, part.high, float(np.quantile(bottom, 1 - USUAL)), float(np.quantile(top, USUAL)))
 
 
@@ -171,8 +181,10 @@ def _centre(body: Any, section: Any) -> float:
 def _bounded_parts(where: Where) -> list[Part]:
     """Return the pieces of the section that the energy allows, without those that go to infinity."""
     body, section, energy = where[:3]
-    rest, nodes = _rest(where), _nodes(body, section)
-    found, name = intervals(rest, nodes), section_in_words(section, body)
+    rest = _rest(where)
+    nodes = _nodes(body, section)
+    found = intervals(rest, nodes)
+    name = section_in_words(section, body)
     if abs(nodes[-1]) < LARGEST:  # of an angle
         found = [(max(low, float(nodes[0])), min(high, float(nodes[-1]))) for low, high in found]
     if not found:
@@ -182,7 +194,8 @@ def _bounded_parts(where: Where) -> list[Part]:
             others = [form for form in section_forms(body) if form[:-2] != name.partition("=")[0]]
             why = f"the section {name} has no points of finite energy: take {' or '.join(others)}, with c a number"
         raise NotReached(where.too_low() or why)
-    bounded, parts = [ends for ends in found if np.isfinite(ends).all()], []
+    bounded = [ends for ends in found if np.isfinite(ends).all()]
+    parts = []
     endless = len(bounded) > ENDLESS
     for low, high in [min(bounded, key=lambda ends: abs(ends[0] + ends[1]))] if endless else bounded:
         parts.append(Part(low, high, *_momenta_of(where, rest, low, high)))
@@ -195,7 +208,8 @@ def _bounded_parts(where: Where) -> list[Part]:
     steep = any(part.top - part.bottom > STEEP * (near.top - near.bottom) for part, near in zip(parts, usual))
     if endless or steep:
         ends = np.array(usual if steep else parts)
-        (low, bottom), (high, top) = ends[:, [0, 2]].min(axis=0), ends[:, [1, 3]].max(axis=0)
+        low, bottom = ends[:, [0, 2]].min(axis=0)
+        high, top = ends[:, [1, 3]].max(axis=0)
         ranges = f"(({low:.6g}, {high:.6g}), ({bottom:.6g}, {top:.6g}))"
         if not endless:
             raise ValueError(
@@ -214,7 +228,8 @@ def _bounded_parts(where: Where) -> list[Part]:
 
 def _least(where: Where, rest: Function, nodes: np.ndarray) -> float:
     """Return the least energy on a section, above which momenta are allowed."""
-    body, left = where.body, float(highest(rest, 1, nodes)[0])
+    body = where.body
+    left = float(highest(rest, 1, nodes)[0])
     if _of_ellipses(body):
         return where.energy - left
     mass = body.mu if system_of(body).isotropic else 0.5 / _weight(body, fixed_coordinate(where.section, body))

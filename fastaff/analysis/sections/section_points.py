@@ -79,15 +79,19 @@ def _(section, where, u, v):
 @section_points.register(Linear)
 @section_points.register(AngleEquals)
 def _(section, where, u, v):
-    body, energy = where.body, where.energy
+    body = where.body
+    energy = where.energy
     if body.degrees_of_freedom != 2:
         raise TypeError(
             "section must be Linear with one non-zero entry, of a coordinate, for a system of two degrees of freedom, "
             f"got {section!r} for {type(body).__name__}"
         )
-    normal, i = np.asarray(section.normal, dtype=np.float64), fixed_coordinate(section, body)
+    normal = np.asarray(section.normal, dtype=np.float64)
+    i = fixed_coordinate(section, body)
     z = np.zeros((4, u.size))
-    z[i], z[1 - i], z[3 - i] = section.offset / normal[i], u, v
+    z[i] = section.offset / normal[i]
+    z[1 - i] = u
+    z[3 - i] = v
     sign = section.direction * np.sign(normal[i])
     system = system_of(body)
     coordinates, momenta = np.reshape(system.row_names, (2, 2))
@@ -116,11 +120,13 @@ def _turning(where, u, v, *, alpha):
     comes second (sheets, points).
     """
     other, column = np.unique(u, return_inverse=True)
-    rest, direction = where.radial(other, alpha=alpha), where.section.direction
+    rest = where.radial(other, alpha=alpha)
+    direction = where.section.direction
     sheets, axis = crossings(rest, extrema(rest, other.size), column, v * v, direction > 0)
     across = 0.0 * sheets
     if direction > 0 and axis.any():
         through = rest(np.zeros(u.size), column)[0] - v * v
         through = np.sqrt(np.where(axis & (through >= 0), through, np.nan))
-        sheets, across = np.concatenate([sheets, [0.0 * through]]), np.concatenate([across, [through]])
+        sheets = np.concatenate([sheets, [0.0 * through]])
+        across = np.concatenate([across, [through]])
     return sheets, across

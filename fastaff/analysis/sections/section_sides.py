@@ -17,8 +17,14 @@ from .named_axes import section_row
 from .surface_points import surface_of
 from .surface_roots import left
 
-ACROSS, ALONG, HALVINGS = 128, 64, 48
-"""Parts of the ranges of coordinate and momenta in which an H of any kind is sampled, and halvings for their ends."""
+ACROSS = 128
+"""Parts of the range of a coordinate in which an H of any kind is sampled."""
+
+ALONG = 64
+"""Parts of the range of a momentum in which an H of any kind is sampled."""
+
+HALVINGS = 48
+"""Halvings for the ends of these ranges."""
 
 
 class Sides(NamedTuple):
@@ -34,7 +40,8 @@ class Ellipses:
 
     def __init__(self, where: Where):
         name, self.at, _ = section_row(where.body, where.section)
-        self.energy, self.i = where.energy, system_of(where.body).names.index(name)
+        self.energy = where.energy
+        self.i = system_of(where.body).names.index(name)
         self.momenta = Momenta.of(where.body, self.i)
 
     def places(self, u: np.ndarray) -> np.ndarray:
@@ -72,14 +79,18 @@ def sides_of_any(where: Where, points: int) -> list[Sides]:
 
         def over(p: np.ndarray, column: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
             z = np.empty((4, *p.shape))
-            z[i], z[1 - i], z[2 + i], z[3 - i] = at, u[column], p, v[column]
+            z[i] = at
+            z[1 - i] = u[column]
+            z[2 + i] = p
+            z[3 - i] = v[column]
             return left(model, energy, z)
 
         return highest(over, u.size, nodes)
 
     def best(u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the momentum at which the most energy is left over coordinates, and that energy."""
-        a, b = np.full(u.size, low[3 - i]), np.full(u.size, high[3 - i])
+        a = np.full(u.size, low[3 - i])
+        b = np.full(u.size, high[3 - i])
         for parts in (ALONG, 8, 8, 8, 8, 8, 8):
             v = a + (b - a) * np.linspace(0, 1, parts + 1)[:, None]
             rest = room(np.tile(u, parts + 1), v.ravel()).reshape(v.shape)
@@ -88,7 +99,8 @@ def sides_of_any(where: Where, points: int) -> list[Sides]:
         return v, np.take_along_axis(rest, k[None], axis=0)[0]
 
     u = np.linspace(low[1 - i], high[1 - i], ACROSS + 1)
-    allowed, pieces = best(u)[1] > 0, []
+    allowed = best(u)[1] > 0
+    pieces = []
     if not allowed.any():
         raise NotReached(f"energy {energy:g} reaches less of the section {name}={at:g} than can be seen")
     for first, last in _runs(allowed):
@@ -97,7 +109,8 @@ def sides_of_any(where: Where, points: int) -> list[Sides]:
             for k, step in ((first, -1), (last, 1))
         ]
         dense = ends[0] + (ends[1] - ends[0]) * (1 - np.cos(np.linspace(0, np.pi, points))) / 2
-        is_in, middle = partial(_positive, room, dense), best(dense)[0]
+        is_in = partial(_positive, room, dense)
+        middle = best(dense)[0]
         sides = [_bisected(is_in, middle, np.full(points, ends[3 - i])) for ends in (low, high)]
         pieces.append(Sides(dense, *sides))
     return pieces
@@ -118,5 +131,6 @@ def _bisected(is_in: Any, inner: np.ndarray, outer: np.ndarray) -> np.ndarray:
     for _ in range(HALVINGS):
         middle = (inner + outer) / 2
         kept = is_in(middle)
-        inner, outer = np.where(kept, middle, inner), np.where(kept, outer, middle)
+        inner = np.where(kept, middle, inner)
+        outer = np.where(kept, outer, middle)
     return inner

@@ -25,8 +25,11 @@ from .section_map import SectionMap
 START = 8 * float(np.finfo(float).eps)
 """Part of the period that is rounding: a start that close to the section is on it."""
 
-PORTION, COMPARED = 2**27, 8
-"""Bytes that are used beside the result at a time; work memory of an orbit, in units of its crossings."""
+PORTION = 2**27
+"""Bytes that are used beside the result at a time."""
+
+COMPARED = 8
+"""Work memory of an orbit, in units of its crossings."""
 
 
 def strobed(problem: Problem, crossings: Crossings) -> SectionMap:
@@ -40,8 +43,13 @@ class _Strobed:
     """A stroboscopic map in the making; arrays (crossings, 2n, orbits) hold the results so far."""
 
     def __init__(self, flow: Flow, z: np.ndarray, section: Stroboscopic, wanted: int, options: Options):
-        self.flow, self.z, self.section, self.wanted, self.options = flow, z, section, wanted, options
-        self.period, self.row = float(flow.model.period), flow.system.moving
+        self.flow = flow
+        self.z = z
+        self.section = section
+        self.wanted = wanted
+        self.options = options
+        self.period = float(flow.model.period)
+        self.row = flow.system.moving
         lead = np.mod(section.phase - z[self.row], self.period)
         near = START * self.period
         self.lead = np.where((lead < near) | (lead > self.period - near), self.period, lead)
@@ -56,7 +64,8 @@ class _Strobed:
 
     def run(self) -> SectionMap:
         """Follow all orbits, once or with steps that are halved until the states agree."""
-        goal, report = self.options.goal(), self.options.report
+        goal = self.options.goal()
+        report = self.options.report
         steps = None if goal is None else self._steps(goal)  # there is nothing to keep yet
         with keeping("poincare_map", self.result):
             if goal is None or steps is None:
@@ -73,14 +82,17 @@ class _Strobed:
 
     def _steps(self, goal: float) -> Steps:
         """Return the first steps; from here on states have errors."""
-        flow, z = self.flow, self.z
+        flow = self.flow
+        z = self.z
         found = motion(flow.model, z, flow.threads)
         steps = planned(flow, z, found, self.wanted * self.period, goal, run=self.period, parts=2)
         self.error = np.full(self.states.shape, np.nan)
         return steps
 
     def _accurate(self, steps: Steps, goal: float, report: Report | None) -> None:
-        flow, found, errors = self.flow, steps.motion, np.asarray(self.error)
+        flow = self.flow
+        found = steps.motion
+        errors = np.asarray(self.error)
         rows, orbits = self.z.shape
         size = np.concatenate([found.position, found.momentum])
 
@@ -131,20 +143,25 @@ class _Strobed:
                 worn = None if wear is None else Wear(*(entry[some] for entry in wear))
                 part = self._follow(flow.of(some), orbits[some], radius[some], worn, report)
                 whole.take(some, part.ensemble)
-                states[..., some], steps[some] = part.states, part.step
+                states[..., some] = part.states
+                steps[some] = part.step
             return Compared(states, whole, steps)
         used = np.broadcast_to(np.inf if flow.adaptive else flow.step, orbits.size)
         ensemble = flow.ensemble(np.ascontiguousarray(self.z[:, orbits]), radius=radius)
-        lead, rest = self.lead[orbits], self.wanted
+        lead = self.lead[orbits]
+        rest = self.wanted
         first: list[np.ndarray] = []
         if (lead < self.period).any():
             begin = flow if flow.adaptive else replace(flow, step=lead / flow.steps(lead))
-            nothing, observed = observers.nothing(), 0 if flow.adaptive else 1
+            nothing = observers.nothing()
+            observed = 0 if flow.adaptive else 1
             begin.advance(ensemble, nothing, *no_memory(ensemble), time=lead, observations=observed, report=None)
-            first, rest = [flow.states(np.where(ensemble.status == 0, ensemble.z, np.nan))[None]], rest - 1
+            first = [flow.states(np.where(ensemble.status == 0, ensemble.z, np.nan))[None]]
+            rest = rest - 1
             ensemble.count[:] = 0
             ensemble.time[:] = 0.0
-        interrupted, states = False, np.zeros((0, *self.z[:, orbits].shape))
+        interrupted = False
+        states = np.zeros((0, *self.z[:, orbits].shape))
         if rest and wear is None:
             states, interrupted = flow.trajectory(ensemble, rest * self.period, rest, report)
         elif rest and wear is not None:
@@ -167,8 +184,11 @@ class _Strobed:
 
     def result(self) -> SectionMap:
         """Return the map so far: each orbit up to its end, or to where its energy has drifted."""
-        flow, ensemble, tolerance = self.flow, self.ensemble, self.options.drift
-        states, there = self.states, np.isfinite(self.states).all(axis=1)
+        flow = self.flow
+        ensemble = self.ensemble
+        tolerance = self.options.drift
+        states = self.states
+        there = np.isfinite(self.states).all(axis=1)
         t = states[:, self.row]
         t -= self.period * np.rint((t - self.section.phase) / self.period)  # near the phase from both sides
         drift = energy_drift(flow.model, states.transpose(1, 0, 2), ensemble.energy, ensemble.scale)

@@ -28,8 +28,11 @@ LINES = 1024
 NODES = 128
 """Parts of a range between which extrema of H along a line are sought."""
 
-FEWEST, CHANCE = 1e-4, 3
-"""Least share of the lines that give a point, and an allowance for chance, in points."""
+FEWEST = 1e-4
+"""Least share of the lines that give a point."""
+
+CHANCE = 3
+"""Allowance for chance, in points."""
 
 
 class Surface(NamedTuple):
@@ -58,21 +61,27 @@ class Surface(NamedTuple):
     @property
     def turns(self) -> list[float]:
         """Periods of the free rows, 0 where there is none."""
-        periods, n = system_of(self.model).periods, len(self.at) // 2
+        periods = system_of(self.model).periods
+        n = len(self.at) // 2
         return [periods[k] if k < n else 0.0 for k in self.free]
 
     def draw(self, count: int, seed: Any) -> tuple[np.ndarray, np.ndarray]:
         """Return phase points (2n, count) and their rows of the names. Raises NotReached where too few are found."""
-        random, parts, kept, tried = np.random.default_rng(seed), [np.zeros((len(self.at), 0))], 0, 0
+        random = np.random.default_rng(seed)
+        parts = [np.zeros((len(self.at), 0))]
+        kept = 0
+        tried = 0
         while kept < count:
             line, places = self._lines(random)
             z, found = self._met(line, places)
             weight = self._weights(z)
-            most, heaviest = int(found.sum(axis=0).max(initial=0)), float(weight[found].max(initial=0.0))
+            most = int(found.sum(axis=0).max(initial=0))
+            heaviest = float(weight[found].max(initial=0.0))
             if most > self.sheets or heaviest > self.heaviest:  # once more from the beginning
                 heavier = 1.1 * heaviest if heaviest > self.heaviest else self.heaviest
                 return self._replace(sheets=max(most, self.sheets), heaviest=heavier).draw(count, seed)
-            number, level = random.integers(self.sheets, size=line.size), random.uniform(size=line.size)
+            number = random.integers(self.sheets, size=line.size)
+            level = random.uniform(size=line.size)
             sheet = np.argmax(np.cumsum(found, axis=0) == number + 1, axis=0)
             column = np.flatnonzero(found.sum(axis=0) > number)
             chosen = z[:, sheet[column], column]
@@ -80,7 +89,8 @@ class Surface(NamedTuple):
             if self.box.leaky and chosen.size:
                 chosen = chosen[:, within(walled(self._floor, self.turns), self.box, chosen[list(self.free)])]
             parts.append(chosen)
-            kept, tried = kept + chosen.shape[1], tried + line.size
+            kept = kept + chosen.shape[1]
+            tried = tried + line.size
             if kept + CHANCE < FEWEST * tried:
                 raise NotReached(
                     f"energy {self.energy:g} reaches less than {FEWEST:g} of the ranges of {', '.join(self.names)}: "
@@ -100,7 +110,9 @@ class Surface(NamedTuple):
 
     def _met(self, line: np.ndarray, places: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the points (2n, sheets, lines) at which lines meet the surface, and a mask of those that exist."""
-        row, low, width = np.array(self.free)[line], self.box.low[line], (self.box.high - self.box.low)[line]
+        row = np.array(self.free)[line]
+        low = self.box.low[line]
+        width = (self.box.high - self.box.low)[line]
         every = np.arange(line.size)
 
         def at(t: np.ndarray, column: np.ndarray) -> np.ndarray:
@@ -112,7 +124,8 @@ class Surface(NamedTuple):
         def room(t: np.ndarray, column: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
             return left(self.model, self.energy, at(t, column))
 
-        turns, level = extrema(room, line.size, np.linspace(0.0, 1.0, NODES + 1)), np.zeros(line.size)
+        turns = extrema(room, line.size, np.linspace(0.0, 1.0, NODES + 1))
+        level = np.zeros(line.size)
         sides = [crossings(room, turns, every, level, up)[0] for up in (False, True)]
         t = np.concatenate(sides)
         with np.errstate(all="ignore"):
@@ -127,7 +140,8 @@ class Surface(NamedTuple):
         """Return 1/|grad H|_1 (...) in units of the box, 1 on a section."""
         if self.along is not None:
             return np.ones(z.shape[1:])
-        n, width = len(z) // 2, (self.box.high - self.box.low).reshape(-1, *[1] * (z.ndim - 1))
+        n = len(z) // 2
+        width = (self.box.high - self.box.low).reshape(-1, *[1] * (z.ndim - 1))
         with np.errstate(all="ignore"):
             steep = np.roll(np.abs(system_of(self.model).slopes(z)), n, axis=0)  # dH/dq of dp/dt, dH/dp of dq/dt
             return 1 / (steep * width).sum(axis=0)
@@ -146,19 +160,26 @@ def surface_of(model: Any, energy: float, section: Any, given: dict[str, tuple[f
     """Return the invariant measure of an energy surface (section None) or of a section, over ranges of rows by name,
     others bounded by the energy; raises NotReached if it reaches no point, ValueError if the region is unbounded.
     """
-    rows, n = system_of(model).row_names, model.degrees_of_freedom
-    at, along, sign, fixed = [0.0] * (2 * n), None, 0, -1
+    rows = system_of(model).row_names
+    n = model.degrees_of_freedom
+    at = [0.0] * (2 * n)
+    along = None
+    sign = 0
+    fixed = -1
     if section is not None:
         name, value, sign = section_row(model, section)
         fixed = rows.index(name)
         if fixed >= n:
             raise TypeError(f"section must be on a coordinate such as {rows[0]}=0 for random points, got {name}")
-        at[fixed], along, sign = value, n + fixed, sign or 1
+        at[fixed] = value
+        along = n + fixed
+        sign = sign or 1
     free = tuple(k for k in range(2 * n) if k != fixed)
     for name in given or {}:
         named("axes", name, [rows[k] for k in free])
     made = Surface(model, energy, tuple(at), free, Box(np.zeros(1), np.zeros(1), 0.0, False), along, sign)
-    names, ends = tuple(rows[k] for k in free), dict(given or {})
+    names = tuple(rows[k] for k in free)
+    ends = dict(given or {})
     if len(ends) == len(free):
         low, high = np.array([ends[name] for name in names]).T
         return made._replace(box=Box(low, high, 0.0, False))
@@ -186,7 +207,8 @@ def no_well(model: Any, energy: float, problem: NoWell, names: tuple[str, ...], 
         escape = None if system_of(model).isotropic else may_escape(model, energy)
         why = escape or f"energy {energy:g} does not bound the motion"
     ranges = ", ".join(f'"{name}": (low, high)' for name in names)
-    rows, n = system_of(model).row_names, model.degrees_of_freedom
+    rows = system_of(model).row_names
+    n = model.degrees_of_freedom
     what = "coordinates" if len(names) <= n else "rows"
     across = [p for q, p in zip(rows[:n], rows[n:], strict=True) if on_section and p in names and q not in names]
     instead = f", or solve={across[0]!r} with ranges of the others" if across else ""

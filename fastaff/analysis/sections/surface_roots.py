@@ -20,7 +20,8 @@ def left(model: Any, energy: float, z: np.ndarray) -> tuple[np.ndarray, np.ndarr
     if system.nonseparable:
         H = system.energies(z)
         return np.where(system.inside(z), energy - H, -np.inf), abs(energy) + np.abs(H)
-    T, V = system.kinetic_energies(z), system.potential_energies(z)
+    T = system.kinetic_energies(z)
+    V = system.potential_energies(z)
     return np.where(system.inside(z), energy - T - V, -np.inf), abs(energy) + np.abs(T) + np.abs(V)
 
 
@@ -54,9 +55,11 @@ def _of_parabola(model: Any, energy: float, z: np.ndarray, row: int, sign: int) 
     the sign; refined by a step of Newton's method where this lessens the error.
     """
     system = system_of(model)
-    at, k = z.copy(), row - len(z) // 2
+    at = z.copy()
+    k = row - len(z) // 2
     at[row] = 0.0
-    v, rest = system.velocities(at)[k], energy - system.energies(at)
+    v = system.velocities(at)[k]
+    rest = energy - system.energies(at)
     w = system.tangent_slopes(at, np.eye(len(z))[row, :, None])[k]
     square = v * v + 2 * w * rest
     speed = sign * np.sqrt(np.where(square >= 0, square, np.nan))

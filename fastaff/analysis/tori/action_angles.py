@@ -145,7 +145,8 @@ def action_angles(
     z = phase_points("z0", z0, body)
     n = z.shape[1]
     J, nu, theta, constants = np.full((4, 4, n), np.nan)
-    turning, error = np.full((2, 3, n), np.nan), np.full(n, np.nan)
+    turning = np.full((2, 3, n), np.nan)
+    error = np.full(n, np.nan)
     status = np.full(n, int(Status.INTERRUPTED))
     out = Tori(z, J, nu, theta, turning, constants, error, status)
     with keeping("action_angles", lambda: _assembled(separated, out)):
@@ -205,5 +206,7 @@ def run_kernel(kernel: Any, arguments: tuple, n: int, unit: int, threads: int | 
 
 def to_spin(rows: np.ndarray, factor: float) -> None:
     """Turn rows eta, gamma into phi, psi in place."""
-    total, difference = factor * (rows[3] + rows[2]), factor * (rows[3] - rows[2])
-    rows[2], rows[3] = total, difference
+    total = factor * (rows[3] + rows[2])
+    difference = factor * (rows[3] - rows[2])
+    rows[2] = total
+    rows[3] = difference

@@ -27,8 +27,11 @@ def _barriers(
 
 def closed_energy(separated: Separated, actions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return E and its gradient to J_1, J_2, J_eta, J_gamma of oscillators with walls."""
-    mu, (first, second), (J1, J2, p_eta, p_gamma) = separated.mu, separated.functions, actions
-    omega, one = np.sqrt(first.k / mu), np.ones_like(J1)
+    mu = separated.mu
+    first, second = separated.functions
+    J1, J2, p_eta, p_gamma = actions
+    omega = np.sqrt(first.k / mu)
+    one = np.ones_like(J1)
     barriers, ratios = _barriers(separated, p_eta, p_gamma)
     if isinstance(second, Oscillator):
         other = np.sqrt(second.k / mu)
@@ -37,23 +40,24 @@ def closed_energy(separated: Separated, actions: np.ndarray) -> tuple[np.ndarray
     else:
         Lambda = J2 / np.pi + barriers[0] + barriers[1]
         outer = np.sqrt(Lambda * Lambda + 2 * mu * first.c)
-        E, slope = (
-            omega * (J1 / np.pi + outer),
-            omega / np.pi * np.where(outer > 0, Lambda / np.where(outer > 0, outer, 1.0), 1.0),
-        )
+        E = omega * (J1 / np.pi + outer)
+        slope = omega / np.pi * np.where(outer > 0, Lambda / np.where(outer > 0, outer, 1.0), 1.0)
         nu = [omega / np.pi * one, slope, slope / 2 * ratios[0], slope / 2 * ratios[1]]
     return E, np.array(nu)
 
 
 def closed_points(separated: Separated, actions: np.ndarray, theta: np.ndarray) -> np.ndarray:
     """Return the phase points of oscillators with walls: each regular variable is m - l cos(chi)."""
-    mu, (first, second), (J1, J2, p_eta, p_gamma) = separated.mu, separated.functions, actions
+    mu = separated.mu
+    first, second = separated.functions
+    J1, J2, p_eta, p_gamma = actions
     planes = isinstance(second, Oscillator)
     (L_a, L_b), ratios = _barriers(separated, p_eta, p_gamma)
     if planes:
         A, pA, psi_a, chi_a = _swing(J1, L_a, np.sqrt(mu * first.k), TURN * theta[0])
         B, pB, psi_b, chi_b = _swing(J2, L_b, np.sqrt(mu * second.k), TURN * theta[1])
-        turn_a, turn_b = psi_a - chi_a / 2, psi_b - chi_b / 2
+        turn_a = psi_a - chi_a / 2
+        turn_b = psi_b - chi_b / 2
     else:
         Lambda = J2 / np.pi + L_a + L_b
         outer = np.sqrt(Lambda * Lambda + 2 * mu * first.c)
@@ -67,16 +71,22 @@ def closed_points(separated: Separated, actions: np.ndarray, theta: np.ndarray) 
         s = _between((L_b / Lambda) ** 2, middle_s, amplitude, chi)
         t = _between((L_a / Lambda) ** 2, middle_t, amplitude, chi + np.pi)
         p_s = Lambda * amplitude * np.sin(chi)
-        A, B, pA, pB = r * t, r * s, t * p_r - p_s, s * p_r + p_s
-        turns, rest = np.floor(chi / TURN), np.mod(chi, TURN)
-        s2, t1 = middle_s + amplitude, middle_t + amplitude
+        A = r * t
+        B = r * s
+        pA = t * p_r - p_s
+        pB = s * p_r + p_s
+        turns = np.floor(chi / TURN)
+        rest = np.mod(chi, TURN)
+        s2 = middle_s + amplitude
+        t1 = middle_t + amplitude
         psi_s = (
             np.arctan2(np.sqrt(s2) * np.sin(rest / 2), L_b / Lambda / np.sqrt(s2) * np.cos(rest / 2)) + np.pi * turns
         )
         psi_t = (
             np.arctan2(L_a / Lambda / np.sqrt(t1) * np.sin(rest / 2), np.sqrt(t1) * np.cos(rest / 2)) + np.pi * turns
         )
-        turn_a, turn_b = psi_t - np.pi * theta[1], psi_s - np.pi * theta[1]
+        turn_a = psi_t - np.pi * theta[1]
+        turn_b = psi_s - np.pi * theta[1]
     rows = (A, B, TURN * theta[2] + ratios[0] * turn_a, TURN * theta[3] + ratios[1] * turn_b)
     radii = [np.sqrt(A), np.sqrt(B)]
     momenta = [np.where(q > 0, p / np.where(q > 0, q, 1.0), 0.0) for p, q in zip((pA, pB), radii, strict=True)]

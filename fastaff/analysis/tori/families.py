@@ -97,7 +97,8 @@ class RVarthetaFamily:
 
     def values(self, first: Any, second: Any, at: Motion) -> dict[str, np.ndarray]:
         """Return the constants of motion by name; first, second: the functions of the coordinates."""
-        r, (wall_a, wall_b) = at.A + at.B, at.walls
+        r = at.A + at.B
+        wall_a, wall_b = at.walls
         vartheta = 2 * np.arctan2(np.sqrt(at.B), np.sqrt(at.A))
         h_vartheta = at.h + second.value(vartheta) + r * (wall_a + wall_b)
         return {"E": at.T_a + at.T_b + first.value(r) + (h_vartheta - at.h) / r, "h_vartheta": h_vartheta}
@@ -139,6 +140,8 @@ class EllipticFamily:
 
 Family = AlphaBetaFamily | RVarthetaFamily | EllipticFamily
 
-ALPHA_BETA_FAMILY, R_VARTHETA_FAMILY, ELLIPTIC_FAMILY = AlphaBetaFamily(), RVarthetaFamily(), EllipticFamily()
+ALPHA_BETA_FAMILY = AlphaBetaFamily()
+R_VARTHETA_FAMILY = RVarthetaFamily()
+ELLIPTIC_FAMILY = EllipticFamily()
 FAMILIES: tuple[Family, ...] = (ALPHA_BETA_FAMILY, R_VARTHETA_FAMILY, ELLIPTIC_FAMILY)
 """The families in the order in which a body's chart is chosen."""

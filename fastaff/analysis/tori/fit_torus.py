@@ -139,13 +139,16 @@ def fit_torus(
     (<Verdict.TORUS: 'torus'>, 1)
     """
     problem = Problem(body, z0, Options(scheme=scheme, step=step, rtol=rtol, atol=atol, report=report))
-    model, system, tolerance = problem.model, problem.system, positive("tolerance", tolerance)
+    model = problem.model
+    system = problem.system
+    tolerance = positive("tolerance", tolerance)
     z = phase_points("z0", problem.z0, checked_model(model, needs="regular motion"))
     if z.shape[1] != 1:
         raise ValueError(
             f"z0 must be one phase point of shape ({len(z)},), got {z.shape[1]} orbits: one at a time, z0[:, 0]"
         )
-    time, done = problem.iterates("time", time), report or (lambda fraction: None)
+    time = problem.iterates("time", time)
+    done = report or (lambda fraction: None)
     if scheme is None and not system.iterated:
         chosen = SOFRONIOU_SPALETTA10 if system.separable else GAUSS16
         problem = problem._replace(options=replace(problem.options, scheme=chosen))
@@ -167,7 +170,9 @@ def _series(body: Any, orbit: Samples, passes: Passes) -> tuple[Signals, Series,
     """Return the signals of the samples inside, the series that fits them, the errors of its frequencies, their
     diffusion and their relations.
     """
-    t, path, turns = orbit.t[: orbit.inside], orbit.path[:, : orbit.inside], turned(body)
+    t = orbit.t[: orbit.inside]
+    path = orbit.path[:, : orbit.inside]
+    turns = turned(body)
     start = signals(body, t, path)
     samples = window(t, start.values, start.carrier)
     largest = min(LONGEST, len(t) // 4) if turns and start.rank == 1 else LARGEST_ORDER
@@ -193,10 +198,14 @@ def _series(body: Any, orbit: Samples, passes: Passes) -> tuple[Signals, Series,
 
 def fitted(body: Any, orbit: Samples, passes: Passes) -> TorusFit:
     """Fit the samples inside; compare with the equations of motion or the map, the later samples, and finer steps."""
-    t, turns, middle = orbit.t, turned(body), (orbit.t[0] + orbit.t[orbit.inside - 1]) / 2
+    t = orbit.t
+    turns = turned(body)
+    middle = (orbit.t[0] + orbit.t[orbit.inside - 1]) / 2
     start, series, error, diffusion, relation = _series(body, orbit, passes)
     R, C = quotient(relation, len(error))
-    nu, winding, zero = C @ series.nu, start.winding @ R, np.zeros((1, R.shape[1]), int)
+    nu = C @ series.nu
+    winding = start.winding @ R
+    zero = np.zeros((1, R.shape[1]), int)
     carriers = np.vstack([R[start.rank :], zero])
     k = np.concatenate([zero, *[carriers[c] + series.k @ R[: start.rank] for c in start.carrier]])
     parts = [back[:, None] * c for back, c in zip(start.rows.T, series.c, strict=True)]
@@ -204,14 +213,17 @@ def fitted(body: Any, orbit: Samples, passes: Passes) -> TorusFit:
     free = turns & ~winding.any(axis=0)
     if free.any():  # they have the sense of a positive action
         sign = np.where(free & (actions(*canonical(k, z)[:2]) < 0), -1, 1)
-        nu, winding, k = sign * nu, winding * sign, k * sign
+        nu = sign * nu
+        winding = winding * sign
+        k = k * sign
     k, z, angles = canonical(k, z)
     theta0 = (angles - nu * middle) % 1.0  # before a whole turn is taken off: the middle may be half a sample
     if turns:
         k, z = _about(start.centre - start.steady * middle - winding @ angles, k, z)
     elif winding.any():
         k, z = _about(start.centre - winding @ (theta0 + nu * middle), k, z)
-    nu, wound = np.where(free, nu % 1.0, nu), winding if winding.any() else None
+    nu = np.where(free, nu % 1.0, nu)
+    wound = winding if winding.any() else None
     left = residual(body, k, z, nu, wound, orbit.pieces)
     count = len(t) // 3 if turns else len(t) - orbit.inside
     later = np.arange(orbit.inside, len(t), max(1, count // GRID))
@@ -255,20 +267,28 @@ def _reach(error: float) -> int:
     """Return the largest integers of a relation for which accidental ones are unlikely, for frequencies of that
     relative error.
     """
-    return 8 if error < 1e-9 else 4 if error < 1e-7 else 2 if error < 1e-5 else 0
+    if error < 1e-9:
+        return 8
+    if error < 1e-7:
+        return 4
+    if error < 1e-5:
+        return 2
+    return 0
 
 
 def _about(centre: np.ndarray, k: np.ndarray, z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return a series (terms), z (2n, terms) about another centre (2n,)."""
     if k.any(axis=1).all():
-        k, z = np.vstack([k, np.zeros((1, k.shape[1]), int)]), np.column_stack([z, np.zeros(len(z), complex)])
+        k = np.vstack([k, np.zeros((1, k.shape[1]), int)])
+        z = np.column_stack([z, np.zeros(len(z), complex)])
     z[:, ~k.any(axis=1)] += centre[:, None]
     return k, z
 
 
 def unsure(found: TorusFit, evidence: dict, *, chaotic: bool = False) -> TorusFit:
     """Return a fit that is not good enough, undecided or no torus, with more evidence."""
-    verdict, none = Verdict.NOT_A_TORUS if chaotic else Verdict.UNDECIDED, np.full_like(found.nu_error, np.inf)
+    verdict = Verdict.NOT_A_TORUS if chaotic else Verdict.UNDECIDED
+    none = np.full_like(found.nu_error, np.inf)
     return replace(found, verdict=verdict, nu_error=none, evidence=MappingProxyType({**found.evidence, **evidence}))
 
 

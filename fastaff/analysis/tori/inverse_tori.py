@@ -87,7 +87,9 @@ def from_action_angles(
            [0.3],
            [0.2]])
     """
-    actions, angles, single = _rows("J", J), _rows("theta", theta), np.ndim(J) == np.ndim(theta) == 1
+    actions = _rows("J", J)
+    angles = _rows("theta", theta)
+    single = np.ndim(J) == np.ndim(theta) == 1
     n = max(actions.shape[1], angles.shape[1])
     if {actions.shape[1], angles.shape[1]} - {1, n}:
         raise ValueError(
@@ -97,7 +99,8 @@ def from_action_angles(
     angles = np.array(np.broadcast_to(angles, (4, n)))
     angles[2], angles[3] = angles[2] - angles[3], angles[2] + angles[3]
     separated = separate(body, chart)
-    well, threads = _well(body, near, n), checked_threads(threads)
+    well = _well(body, near, n)
+    threads = checked_threads(threads)
     if closed_form(separated) is not None:
         z = closed_points(separated, _checked_actions(separated, actions), np.mod(angles, 1.0))
         return z[:, 0] if single else z
@@ -161,7 +164,8 @@ def energy_of_actions(
     """
     actions = _rows("J", J)
     separated = separate(body, chart)
-    well, threads = _well(body, near, actions.shape[1]), checked_threads(threads)
+    well = _well(body, near, actions.shape[1])
+    threads = checked_threads(threads)
 
     def found(nu: np.ndarray, energy: np.ndarray, status: np.ndarray) -> EnergyOfActions:
         to_spin(nu, 0.5)
@@ -232,7 +236,8 @@ def _invert(
     start = np.zeros((2, n))
     if near is not None:
         start[:] = _start(separated, near)
-    wells, (nu, energy, status) = np.ones(n, np.int64), out
+    wells = np.ones(n, np.int64)
+    nu, energy, status = out
     sought = tori_inverse.Sought(spins, theta, start, z, nu, energy, wells, status)
     arguments = separated.family.number, *separated.terms(), separated.mu, sought
     run_kernel(tori_inverse.torus_points, arguments, n, tori_quadrature.UNIT, threads, None)
@@ -258,5 +263,6 @@ def _refuse_failed(J: np.ndarray, status: np.ndarray) -> None:
 
 def _start(separated: Separated, z: np.ndarray) -> np.ndarray:
     """Return the ratios s/t (2, orbits) of phase points, in the coordinates of kernels."""
-    A, B = (z[:2] ** 2).sum(axis=0), (z[2:4] ** 2).sum(axis=0)
+    A = (z[:2] ** 2).sum(axis=0)
+    B = (z[2:4] ** 2).sum(axis=0)
     return np.maximum(separated.family.start(A, B), 1e-28)  # type: ignore[union-attr]  # invertible

@@ -23,15 +23,20 @@ LINES = (16, 48)
 incomplete.
 """
 
-FLAT, STILL = 1e-11, 1e-12
-"""Size of a signal, relative to the orbit, below which it counts as constant; part of its distance from the origin
-below which a row does not move from turn to turn."""
+FLAT = 1e-11
+"""Size of a signal, relative to the orbit, below which it counts as constant."""
+
+STILL = 1e-12
+"""Part of its distance from the origin below which a row does not move from turn to turn."""
 
 TRUSTED = 0.03
 """Error bar of a line, in cycles over the window, up to which it can add to the lattice or speak against it."""
 
-PIECES, EXACT = 64, 1e-8
-"""Most pieces of a torus that are sought; largest error of a line that shows them, in cycles per turn."""
+PIECES = 64
+"""Most pieces of a torus that are sought."""
+
+EXACT = 1e-8
+"""Largest error of a line that shows pieces, in cycles per turn."""
 
 
 class Signals(NamedTuple):
@@ -89,7 +94,8 @@ class Signals(NamedTuple):
 
     def _loops(self, rest: np.ndarray) -> np.ndarray:
         """Return q - i p of the coordinates that move, in units of their own sizes."""
-        n, size = len(rest) // 2, self.size
+        n = len(rest) // 2
+        size = self.size
         scaled = rest * (size / np.where(size > 0, size * size, 1.0))[:, None]
         return (scaled[:n] - 1j * scaled[n:])[size[:n] + size[n:] > 0]
 
@@ -181,12 +187,15 @@ def _loops(body: Any, z: np.ndarray, size: float) -> tuple[np.ndarray, list[str]
     n = body.degrees_of_freedom
     angles = getattr(body, "angles", None)
     if angles is None or (any(angles.planes) and not system_of(body).isotropic):
-        pairs, names = [(z[i], z[n + i]) for i in range(n)], list(body.coordinates)
+        pairs = [(z[i], z[n + i]) for i in range(n)]
+        names = list(body.coordinates)
     else:
         s = np.array([np.broadcast_to(row, z[0].shape) for row in angles.signals(*z)]).reshape(-1, 4, z.shape[1])
         kept = [i for i, plane in enumerate(angles.planes) if not plane]
-        pairs, names = [(s[i, 0], s[i, 2]) for i in kept], [angles.names[i] for i in kept]
-    loops, moving = [], []
+        pairs = [(s[i, 0], s[i, 2]) for i in kept]
+        names = [angles.names[i] for i in kept]
+    loops = []
+    moving = []
     for (q, p), name in zip(pairs, names, strict=True):
         width, height = np.ptp(q), np.ptp(p)
         if width > FLAT * max(np.abs(q).max(), size) and height > 0:
@@ -277,8 +286,11 @@ def _rates(body: Any, path: np.ndarray) -> Rates:
 
 def _turn_lines(body: Any, path: np.ndarray, rates: Rates) -> tuple[Lines, list[str]]:
     """Return the lines of the loops of a path, in cycles per sample, and the coordinate of each."""
-    n, flat, system = body.degrees_of_freedom, path.copy(), system_of(body)
-    periods, length = periods_of(body), path.shape[1]
+    n = body.degrees_of_freedom
+    flat = path.copy()
+    system = system_of(body)
+    periods = periods_of(body)
+    length = path.shape[1]
     flat[rates.rows] -= (periods[rates.rows] * rates.rate)[:, None] * np.arange(length)
     flat -= flat.mean(axis=1, keepdims=True)
     size = np.abs(flat).max(axis=1)
@@ -299,8 +311,10 @@ def pieces_of(body: Any, path: np.ndarray) -> int:
     """
     rates = _rates(body, path)
     lines, _ = _turn_lines(body, path, rates)
-    rate, bars = np.concatenate([rates.rate, lines.nu]), np.concatenate([rates.error, lines.error])
-    pieces, q = 1, np.arange(1, PIECES + 1)
+    rate = np.concatenate([rates.rate, lines.nu])
+    bars = np.concatenate([rates.error, lines.error])
+    pieces = 1
+    q = np.arange(1, PIECES + 1)
     for value, bar in zip(rate[bars < EXACT], bars[bars < EXACT], strict=True):
         near = np.flatnonzero(np.abs(q * value - np.rint(q * value)) <= q * bar)
         if near.size and math.lcm(pieces, int(q[near[0]])) <= PIECES:
@@ -312,10 +326,13 @@ def _turn_signals(body: Any, t: np.ndarray, path: np.ndarray) -> Signals:
     """Return the signals of a path from turn to turn, or sample to sample of a flow: those of the coordinates that
     move, beside their winding.
     """
-    periods, rates, unit = periods_of(body), _rates(body, path), 1.0 if turned(body) else t[1] - t[0]
+    periods = periods_of(body)
+    rates = _rates(body, path)
+    unit = 1.0 if turned(body) else t[1] - t[0]
     nu, names, w, unknown, silent = _turn_lattice(body, path, rates)
     nu = nu / unit
-    winding, steady = np.zeros((len(path), len(nu))), np.zeros(len(path))
+    winding = np.zeros((len(path), len(nu)))
+    steady = np.zeros(len(path))
     winding[rates.rows] = periods[rates.rows, None] * w
     steady[rates.rows] = np.where(rates.whole, np.rint(rates.rate), 0.0) * periods[rates.rows]
     alone = ~rates.whole & (np.abs(w).sum(axis=1) == 1)
@@ -345,8 +362,10 @@ def _turn_lattice(
     them.
     """
     system = system_of(body)
-    n, names = body.degrees_of_freedom, system.names
-    winds, turn = ~rates.whole, int(turned(body))
+    n = body.degrees_of_freedom
+    names = system.names
+    winds = ~rates.whole
+    turn = int(turned(body))
     lines, owners = _turn_lines(body, path, rates)
     values = np.concatenate([[1.0] * turn, rates.rate[winds], lines.nu])
     bars = np.concatenate([[0.0] * turn, rates.error[winds], lines.error])

@@ -14,10 +14,11 @@ import numpy as np
 
 from ...models.regular_variables import in_regular_variable
 
-OCTAVES, PER_OCTAVE = 40, 8192
-"""Range of s = 2^-40 ... 2^40 that is sampled, and samples in a factor of 2: features of a relative width of 1e-4 are
-found.
-"""
+OCTAVES = 40
+"""Range of s = 2^-40 ... 2^40 that is sampled, in factors of 2 on either side of 1."""
+
+PER_OCTAVE = 8192
+"""Samples in a factor of 2: features of a relative width of 1e-4 are found."""
 
 AROUND = 32768
 """Samples of an angle."""
@@ -25,11 +26,17 @@ AROUND = 32768
 STRIDE = 4
 """Distance, in samples, of those that predict one: a feature is narrow where four of them, 2 strides apart, miss it."""
 
-MISSED, NOISE = 1e-9, 1e-12
-"""Largest misfit, and least difference that counts, relative to the largest value nearby."""
+MISSED = 1e-9
+"""Largest misfit, relative to the largest value nearby."""
 
-NEARBY, APART = 512, 64
-"""Samples whose largest value others are judged by, and between which two features are two."""
+NOISE = 1e-12
+"""Least difference that counts, relative to the largest value nearby."""
+
+NEARBY = 512
+"""Samples whose largest value others are judged by."""
+
+APART = 64
+"""Samples between which two features are two."""
 
 MOST = 512
 """Knots of one function at most."""
@@ -85,11 +92,13 @@ def _found(V: np.ndarray, periodic: bool = False) -> np.ndarray:
     if periodic:
         V = np.concatenate([V[-reach:], V, V[:reach]])
     with np.errstate(all="ignore"):
-        near, far = V[2 * STRIDE : -4 * STRIDE] + V[4 * STRIDE : -2 * STRIDE], V[: -6 * STRIDE] + V[6 * STRIDE :]
+        near = V[2 * STRIDE : -4 * STRIDE] + V[4 * STRIDE : -2 * STRIDE]
+        far = V[: -6 * STRIDE] + V[6 * STRIDE :]
         size = _largest_nearby(V)[reach:-reach]
         inner = V[reach:-reach]
         narrow = np.abs((9 * near - far) / 16 - inner) > MISSED * size
-        slope, bend = np.diff(V), np.diff(V, 2)
+        slope = np.diff(V)
+        bend = np.diff(V, 2)
         marks = np.zeros(V.size, bool)
         for difference in (slope, bend):
             sure = np.flatnonzero(np.abs(difference) > NOISE * _largest_nearby(V)[: difference.size])
@@ -107,7 +116,8 @@ def _found(V: np.ndarray, periodic: bool = False) -> np.ndarray:
     if walls.size:  # a wall between two places where it is finite
         edges = np.flatnonzero(np.diff(np.isfinite(inner).astype(np.int8)))
         if edges.size >= 2:
-            begin, end = edges[:-1] + 1, edges[1:]
+            begin = edges[:-1] + 1
+            end = edges[1:]
             inside = ~np.isfinite(inner[begin])
             found = np.union1d(
                 found, np.concatenate([begin[inside], (begin[inside] + end[inside]) // 2, end[inside]]) + start

@@ -31,6 +31,8 @@ from .torus import (
 )
 
 MOST_SAMPLES = 2**17
+"""Most samples of an orbit."""
+
 END_OF_SPECTRUM = 1e-13
 """Relative height of the spectrum at the sampling limit that is dense enough."""
 LARGEST_DRIFT = 1e-6
@@ -102,7 +104,9 @@ def samples_of_turns(problem: Problem, time: float, energy: float, report: Repor
     result without a fit.
     """
     body = problem.model
-    mapping, periods, rows = problem.system.iterated, periods_of(body), rows_of(body)
+    mapping = problem.system.iterated
+    periods = periods_of(body)
+    rows = rows_of(body)
     flow, z, interval = flow_of_turns(problem)
     count = int(time / interval + 1e-9)
     if count < LEAST_TURNS:
@@ -122,7 +126,8 @@ def samples_of_turns(problem: Problem, time: float, energy: float, report: Repor
     if resting(every - every.mean(axis=1, keepdims=True) + every[:, :1]) or (np.ptp(every, axis=1) == 0).all():
         away = without_periods(image(body, path[:, :1], pieces) - path[:, :1], periods)[rows]
         return point(body, path, energy, evidence, residual=float(np.abs(away).max()), islands=pieces)
-    inside, finer = 2 * path.shape[1] // 3, None
+    inside = 2 * path.shape[1] // 3
+    finer = None
     if inside < LEAST_TURNS:
         return nothing(body, energy, evidence | {"longer": pieces * LEAST_TURNS * interval})
     if not mapping:
@@ -136,7 +141,9 @@ def _path(flow: Flow, z: np.ndarray, time: float, count: int) -> tuple[np.ndarra
     """Return the states (2n, count + 1) of the orbit from z (2n, 1) up to a time, angles of a map unwrapped, and the
     outcome of the orbit.
     """
-    ensemble, system, error = flow.ensemble(z.copy()), flow.system, 0.0
+    ensemble = flow.ensemble(z.copy())
+    system = flow.system
+    error = 0.0
     states = flow.sampled(ensemble, count, time=time)
     path = np.column_stack([z, states[0].T])
     if system.iterated:

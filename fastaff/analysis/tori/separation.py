@@ -158,11 +158,15 @@ def constants_of_motion(body: Model, z: ArrayLike, *, chart: Chart | str | None 
 
 def involution(body: Any, separated: Separated, z: np.ndarray) -> dict[str, np.ndarray]:
     """Return the constants of z (8, ...)."""
-    mu, (V_eta, V_gamma) = separated.mu, separated.angular
+    mu = separated.mu
+    V_eta, V_gamma = separated.angular
     a1, a2, b1, b2, pa1, pa2, pb1, pb2 = z
-    A, B = a1 * a1 + a2 * a2, b1 * b1 + b2 * b2
-    p_eta, p_gamma = a1 * pa2 - a2 * pa1, b1 * pb2 - b2 * pb1
-    T_a, T_b = (pa1 * pa1 + pa2 * pa2) / (2 * mu), (pb1 * pb1 + pb2 * pb2) / (2 * mu)
+    A = a1 * a1 + a2 * a2
+    B = b1 * b1 + b2 * b2
+    p_eta = a1 * pa2 - a2 * pa1
+    p_gamma = b1 * pb2 - b2 * pb1
+    T_a = (pa1 * pa1 + pa2 * pa2) / (2 * mu)
+    T_b = (pb1 * pb1 + pb2 * pb2) / (2 * mu)
     h = sum((z[i] * z[4 + j] - z[j] * z[4 + i]) ** 2 for i in range(4) for j in range(i)) / (2 * mu)
     at_eta = None if isinstance(V_eta, Zero) else V_eta.value(np.arctan2(a2, a1))
     at_gamma = None if isinstance(V_gamma, Zero) else V_gamma.value(np.arctan2(b2, b1))

@@ -23,24 +23,40 @@ from ...flows.launch import Report
 from ...kernels.birkhoff import SHARPNESS
 from ..frequencies.integer_lattice import box, first_basis
 
-KERNEL, BETA = 16, 12 * np.pi
-"""Values of a transform around a frequency of which its value there is a sum, and the shape of their weights: of twice
-as many values as samples BETA = 3/4 pi KERNEL, with which 16 give 1e-15.
+KERNEL = 16
+"""Values of a transform around a frequency of which its value there is a sum."""
+
+BETA = 12 * np.pi
+"""Shape of the weights of this sum: for twice as many values as samples BETA = 3/4 pi KERNEL, with which 16 values give
+1e-15.
 """
 
-NEAR, APART = 14.0, 1.5
-"""Cycles over the window: lines further apart than NEAR don't feel each other; closer than APART the higher order is
-left out.
-"""
+NEAR = 14.0
+"""Cycles over the window: lines further apart do not feel each other."""
+
+APART = 1.5
+"""Cycles over the window: of two lines that are closer, the one of higher order is left out."""
 
 ROUNDING = 1e-13
 """Relative amplitude at the edge of a box that ends its growth."""
 
-FIRST_ORDER, LARGEST_ORDER, LARGEST_BOX = 6, 72, 9000
+FIRST_ORDER = 6
+"""Largest order of each angle in the first box of a Fourier series."""
 
-EARLY, LATE, STEPS = 0.47, 0.41, 1.5
-"""End of the first and start of the last part of the window that are compared; factor of the change by half the step,
-which for a scheme of order 2 is 3/4 of the error."""
+LARGEST_ORDER = 72
+"""Largest order of an angle in any box."""
+
+LARGEST_BOX = 9000
+"""Most terms of a box of orders."""
+
+EARLY = 0.47
+"""End of the first part of the window that is compared."""
+
+LATE = 0.41
+"""Start of the last part of the window that is compared."""
+
+STEPS = 1.5
+"""Factor of the change by half the step, which for a scheme of order 2 is 3/4 of the error."""
 
 TERMS = 1e-16
 """Relative size of the coefficients that are kept."""
@@ -104,13 +120,17 @@ def transform(t: np.ndarray, signals: np.ndarray, nu: np.ndarray) -> np.ndarray:
     Each is a weighted sum of KERNEL values around its frequency of the fast Fourier transform of twice as many samples,
     the signals divided by the transform of these weights, Kaiser's window, and zeros.
     """
-    count, size = len(t), _smooth(2 * len(t))
-    cycles, m = nu * ((t[-1] - t[0]) / (count - 1)), np.arange(count) - count // 2
+    count = len(t)
+    size = _smooth(2 * len(t))
+    cycles = nu * ((t[-1] - t[0]) / (count - 1))
+    m = np.arange(count) - count // 2
     root = np.sqrt(BETA**2 - (np.pi * KERNEL * m / size) ** 2)
     spread = np.zeros((len(signals), size), complex)
     spread[:, m] = signals * (root * np.i0(BETA) / (KERNEL * np.sinh(root)))
-    lines, at = np.fft.fft(spread), cycles * size
-    first, total = np.ceil(at - KERNEL / 2).astype(np.int64), np.zeros((len(signals), len(nu)), complex)
+    lines = np.fft.fft(spread)
+    at = cycles * size
+    first = np.ceil(at - KERNEL / 2).astype(np.int64)
+    total = np.zeros((len(signals), len(nu)), complex)
     for place in range(KERNEL):
         x = 2 * (at - first - place) / KERNEL
         weight = np.i0(BETA * np.sqrt(np.maximum(1 - x * x, 0.0))) / np.i0(BETA)
@@ -137,7 +157,8 @@ class _Gram:
         if orders:
             even, odd = transform(samples.t, np.array([samples.w, samples.w * samples.t]), cycles[near] / dt)
             place = tuple(differences[near].T)  # negative differences count from the end
-            kernels[0][place], kernels[1][place] = sign[near] * even.real, sign[near] * odd.imag
+            kernels[0][place] = sign[near] * even.real
+            kernels[1][place] = sign[near] * odd.imag
         else:
             kernels[0] = 1.0
         self.even, self.odd = [np.fft.fftn(kernel) if orders else kernel for kernel in kernels]
@@ -173,15 +194,18 @@ class _Gram:
         b = b * self.mask
         c = b.copy()
         r = b - self.mask * self.apply(c, self.even)
-        p, rho = r.copy(), _norm2(r)
+        p = r.copy()
+        rho = _norm2(r)
         goal = 1e-31 * _norm2(b)
         for _ in range(300):
             if not (rho > goal):
                 break
             q = self.mask * self.apply(p, self.even)
             step = rho / float((p.conj() * q).real.sum())
-            c, r = c + step * p, r - step * q
-            rho, before = _norm2(r), rho
+            c = c + step * p
+            r = r - step * q
+            before = rho
+            rho = _norm2(r)
             p = r + rho / before * p
         return c
 
@@ -211,7 +235,8 @@ def fit(
     times the residual and H = (2 pi)^2 <t^2> sum kappa kappa^T |c_k|^2, kappa = (k, unit vector of the carrier).
     Converges for starts much closer than 1/time. Cost of an iteration: a fast Fourier transform a signal.
     """
-    t, w = samples.t, samples.w
+    t = samples.t
+    w = samples.w
     nu = np.array(nu, dtype=float)
     if not len(samples.signals):
         none = np.zeros((0, 1), complex), np.zeros((1, rank), int), (0,) * rank, np.zeros(rank)
@@ -235,7 +260,8 @@ def fit(
         if iteration + 1 == iterations or unsettled < 1e-13:
             break
         u = gram.mask * (both[len(weighted) :] - gram.apply(c, gram.odd))
-        gradient, hessian = np.zeros(len(nu)), np.zeros((len(nu), len(nu)))
+        gradient = np.zeros(len(nu))
+        hessian = np.zeros((len(nu), len(nu)))
         for kappa, ck, uk in zip(directions, c.reshape(len(c), -1), u.reshape(len(c), -1), strict=True):
             gradient += 2 * np.pi * (kappa.T @ (-1j * ck.conj() * uk).real)
             hessian += (2 * np.pi) ** 2 * second * (kappa.T * np.abs(ck) ** 2) @ kappa
@@ -246,7 +272,8 @@ def fit(
             break
         if 0.9 * unsettled <= largest < 1e-9:
             break  # rounding
-        nu, unsettled = nu + change, largest
+        nu = nu + change
+        unsettled = largest
     flat = c.reshape(len(c), -1)
     size = np.abs(flat).max(axis=0)
     edge = np.array([size[4 * np.abs(k[:, i]) > 3 * orders[i]].max(initial=0.0) for i in range(rank)]) / (
@@ -260,7 +287,8 @@ def grow(samples: Samples, nu: np.ndarray, rank: int, largest: int, silent: Sequ
     """Fit on boxes that grow until their edge is at rounding, by the decay of coefficients, while that lessens the
     misfit, to the largest order; silent: frequencies that are in no line.
     """
-    orders, before = tuple(0 if i in silent else FIRST_ORDER for i in range(rank)), np.inf
+    orders = tuple(0 if i in silent else FIRST_ORDER for i in range(rank))
+    before = np.inf
     while True:
         series = fit(samples, nu, rank, orders, iterations=2, report=passes.take(GROWING, GROWING + REST))
         nu = series.nu
@@ -270,11 +298,15 @@ def grow(samples: Samples, nu: np.ndarray, rank: int, largest: int, silent: Sequ
         stalled = series.misfit > 1e-7 and series.misfit > 0.7 * before
         if wanted == orders or stalled:
             return fit(samples, nu, rank, orders, report=passes.take(GROWING, REST - GROWING))
-        orders, before = wanted, series.misfit
+        orders = wanted
+        before = series.misfit
 
 
-GROWING, REST = 2.0, 8.0
-"""Work of a fit on a growing box, and of the later fits, in iterations, as far as they are known."""
+GROWING = 2.0
+"""Work of a fit on a growing box, in iterations, as far as it is known: for the reported progress."""
+
+REST = 8.0
+"""Work of the later fits, in iterations."""
 
 
 def _enough(order: int, edge: float, largest: int) -> int:
@@ -296,7 +328,8 @@ def errors(
     """
     if not len(samples.signals):
         return np.zeros(len(series.nu)), 0.0
-    size, orders = len(samples.t), tuple(-(-2 * order // 3) for order in series.orders)
+    size = len(samples.t)
+    orders = tuple(-(-2 * order // 3) for order in series.orders)
     ends = [slice(0, int(EARLY * size)), slice(int(LATE * size), size)]
     windows = [window(samples.t[part], samples.signals[:, part], samples.carrier) for part in ends]
     parts = [
@@ -316,7 +349,8 @@ def canonical(k: np.ndarray, z: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.
     d = k.shape[1]
     for i in range(d):  # the last component that is not 0 is positive
         negative = (k[:, i] < 0) & (k[:, i + 1 :] == 0).all(axis=1)
-        k, z = np.where(negative[:, None], -k, k), np.where(negative, z.conj(), z)
+        k = np.where(negative[:, None], -k, k)
+        z = np.where(negative, z.conj(), z)
     k, place = np.unique(k, axis=0, return_inverse=True) if d else (k[:1], np.zeros(len(k), int))
     summed = np.zeros((len(z), len(k)), complex)
     np.add.at(summed.T, place.ravel(), z.T)
@@ -326,7 +360,8 @@ def canonical(k: np.ndarray, z: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.
     size = np.abs(summed / scale).max(axis=0)
     order = np.argsort(-np.round(np.log(np.maximum(size, 1e-300)), 6), kind="stable")  # equal sizes in the order of k
     order = order[size[order] > TERMS * size.max()]
-    k, z = k[order], summed[:, order]
+    k = k[order]
+    z = summed[:, order]
     leading = np.flatnonzero(k.any(axis=1))[:60]
     chosen = leading[first_basis(k[leading])]
     large = np.abs(z[:n, chosen])
@@ -354,7 +389,8 @@ def evaluate(k: np.ndarray, z: np.ndarray, theta: np.ndarray) -> np.ndarray:
     dense = np.zeros((len(others), 2 * reach[inner] + 1, len(z)), complex)
     np.add.at(dense, (place.ravel(), k[:, inner] + reach[inner]), z.T)
     matrix = np.ascontiguousarray(dense.transpose(2, 0, 1)).reshape(-1, dense.shape[1])
-    out, size = np.empty((len(z), theta.shape[1])), max(1, POINTS // len(matrix))
+    out = np.empty((len(z), theta.shape[1]))
+    size = max(1, POINTS // len(matrix))
     for start in range(0, theta.shape[1], size):
         angles = theta[:, start : start + size] % 1.0
         tables = [np.exp(2j * np.pi * np.arange(-n, n + 1)[:, None] * angle) for n, angle in zip(reach, angles)]

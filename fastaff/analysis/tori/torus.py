@@ -184,7 +184,8 @@ class TorusFit(Result, axis=None):
         :Raises: for order < 0.
         """
         kept = np.abs(self.k).sum(axis=1) <= whole("order", order, 0)
-        k, z = self.k[kept], self.coefficients[:, kept]
+        k = self.k[kept]
+        z = self.coefficients[:, kept]
         left = residual(self.body, k, z, self.nu * self.islands, self.winding, self.islands)
         return replace(self, k=k, coefficients=z, J=area(self.body, k, z, self.winding), residual=left)
 
@@ -222,7 +223,8 @@ def resting(path: np.ndarray) -> bool:
 def nothing(body: Any, energy: float, evidence: dict, *, gone: bool = False) -> TorusFit:
     """Return the result of an orbit that failed, or is too short: its status."""
     n = body.degrees_of_freedom
-    unknown, one = np.full(n, np.nan), np.full((2 * n, 1), np.nan + 0j)
+    unknown = np.full(n, np.nan)
+    one = np.full((2 * n, 1), np.nan + 0j)
     return TorusFit(
         names=system_of(body).names,
         nu=unknown,
@@ -244,7 +246,8 @@ def nothing(body: Any, energy: float, evidence: dict, *, gone: bool = False) -> 
 
 def point(body: Any, path: np.ndarray, energy: float, evidence: dict, *, residual: float, islands: int = 1) -> TorusFit:
     """Return the torus of dimension 0 of an orbit (2n, samples) that stays where it is; its residual is absolute."""
-    none, moving = np.zeros(0), path[rows_of(body)]
+    none = np.zeros(0)
+    moving = path[rows_of(body)]
     return replace(
         nothing(body, energy, evidence),
         verdict=Verdict.RESONANT,
@@ -283,7 +286,8 @@ def periods_of(body: Any) -> np.ndarray:
 
 def rows_of(body: Any) -> np.ndarray:
     """Return the rows that move from turn to turn: all but the time of a driven system and its momentum."""
-    n, kept = body.degrees_of_freedom, np.arange(system_of(body).moving)
+    n = body.degrees_of_freedom
+    kept = np.arange(system_of(body).moving)
     return np.concatenate([kept, n + kept])
 
 
@@ -308,7 +312,8 @@ def image(body: Any, z: np.ndarray, count: int) -> np.ndarray:
                 points = np.array(np.broadcast_arrays(*at_points(body, "iterate", *points)))
         result[:, live] = points
         return result
-    (flow, points, period), row = flow_of_turns(Problem(body, z[:, live], Options())), system.moving
+    flow, points, period = flow_of_turns(Problem(body, z[:, live], Options()))
+    row = system.moving
     ensemble = flow.ensemble(points.copy())
     states = flow.sampled(ensemble, 1 if flow.adaptive else count, time=count * period)
     after = np.where(ensemble.status == Status.OK, states[:, -1].T, np.nan)
@@ -334,10 +339,12 @@ def distance(body: Any, one: np.ndarray, other: np.ndarray) -> float:
     """Return the largest difference of phase points (2n, points), for coordinates and momenta apart; inf where it is
     not finite. It is relative to the size of the others; of turns, whole periods aside, to their extent.
     """
-    periods, rows = periods_of(body), rows_of(body)
+    periods = periods_of(body)
+    rows = rows_of(body)
     half = len(rows) // 2
     with np.errstate(all="ignore"):
-        away, size = one - other, np.abs(other).max(axis=1)
+        away = one - other
+        size = np.abs(other).max(axis=1)
         if turned(body):
             away = without_periods(away, periods)
             size = np.maximum(np.ptp(other, axis=1) / 2, CONSTANT * size)
@@ -358,12 +365,15 @@ def residual(
     if not turned(body):
         point, slope = np.split(evaluate(k, np.vstack([z, 2j * np.pi * (k @ nu) * z]), theta), 2)
         if winding is not None:
-            point, slope = point + winding @ theta, slope + (winding @ nu)[:, None]
+            point = point + winding @ theta
+            slope = slope + (winding @ nu)[:, None]
         with np.errstate(all="ignore"):
             return distance(body, slope, system_of(body).slopes(point))
-    points, after = evaluate(k, z, theta), evaluate(k, z, theta + nu[:, None])
+    points = evaluate(k, z, theta)
+    after = evaluate(k, z, theta + nu[:, None])
     if winding is not None:
-        points, after = points + winding @ theta, after + winding @ (theta + nu[:, None])
+        points = points + winding @ theta
+        after = after + winding @ (theta + nu[:, None])
     return distance(body, image(body, points, islands), after)
 
 
@@ -371,7 +381,8 @@ def area(body: Any, k: np.ndarray, z: np.ndarray, winding: np.ndarray | None) ->
     """Return the integrals J (d,) of p dq over the cycles of a torus; NaN where they have no meaning: more than one
     degree of freedom of a map that is not symplectic, a momentum that winds.
     """
-    n, J = len(z) // 2, actions(k, z)
+    n = len(z) // 2
+    J = actions(k, z)
     if n > 1 and body is not None and not system_of(body).symplectic:
         return np.full(J.shape, np.nan)
     if winding is None:

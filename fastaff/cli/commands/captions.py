@@ -20,7 +20,9 @@ from ...plot.style import styled, symbol
 
 def stated(job: Job, plan: Plan, z0: np.ndarray | None) -> dict[str, Any]:
     """Return the facts of a job's computation for its file."""
-    body, surface, starts = plan.body, job.surface, job.starts
+    body = plan.body
+    surface = job.surface
+    starts = job.starts
     inner = getattr(body, "potential", body)
     return {
         "job": job.text(),
@@ -94,13 +96,19 @@ def titled(body: Any, without: tuple[str, ...] = ()) -> str:
     text = getattr(inner, "formula", None)
     name = type(inner).__name__
     of = "H" if hasattr(inner, "momenta") else "V"
-    said = NAMES.get(name, name) if text is None else text if "=" in text else potential(text, of)
+    if text is None:
+        said = NAMES.get(name, name)
+    elif "=" in text:
+        said = text
+    else:
+        said = potential(text, of)
     return said + (f" ({', '.join(values)})" if values else "")
 
 
 def potential(text: str, of: str = "V") -> str:
     """Write a formula in a title, its terms apart so that lines can be broken between them."""
-    parts, kept = terms(text), 0
+    parts = terms(text)
+    kept = 0
     while kept < len(parts) and sum(map(visible, parts[: kept + 1])) <= LONGEST:
         kept += 1
     shown = parts[: max(kept, 1)] + ([r"+\,\ldots"] if kept < len(parts) else [])
@@ -132,7 +140,12 @@ def figure_of(panels: int = 1) -> tuple[Any, Any]:
 
     rows = 2 if panels == 4 else 1
     width = {1: 7.6, 2: 12.6, 3: 17.0, 4: 12.6}[panels]
-    height = 6.2 * rows if rows > 1 else 6.2 if panels < 3 else 5.6
+    if rows > 1:
+        height = 6.2 * rows
+    elif panels < 3:
+        height = 6.2
+    else:
+        height = 5.6
     with styled():
         figure = Figure(figsize=(width, height), dpi=200, layout="constrained")
         return figure, figure.subplots(rows, panels // rows)
@@ -152,7 +165,8 @@ def title(figure: Any, text: str) -> None:
 
 def caption(figure: Any, text: str) -> None:
     """Write a caption below the figure, in lines that fit."""
-    width, lines = 15 * figure.get_figwidth(), [""]
+    width = 15 * figure.get_figwidth()
+    lines = [""]
     for part in text.split("; "):
         if lines[-1] and visible(lines[-1]) + visible(part) > width:
             lines.append("")

@@ -15,9 +15,18 @@ from ..options import WRITTEN, Parameter
 from ..progress import compiled
 from ..stops import say
 
-ORBITS, PERIODS, STEPS = 2048, 4, 200
-"""Orbits of the check, periods that they run over, steps of a period."""
+ORBITS = 2048
+"""Orbits of the check."""
+
+PERIODS = 4
+"""Periods that the orbits run over."""
+
+STEPS = 200
+"""Steps of a period."""
+
 TOLERANCE = 1e-11
+"""Distance from their start to which harmonic orbits must return."""
+
 LITTLE = 256 * 2**20
 """Bytes of free memory below which sections of thousands of orbits do not fit."""
 
@@ -98,9 +107,13 @@ def _check() -> dict[str, Any]:
     from ...compile.jit import prebuilt
     from ..progress import is_cold
 
-    body, start = fastaff.Body(fastaff.Harmonic(C=1.0)), np.array([1.0, 0.0, 0.3, 0.0, 0.0, 0.5, 0.0, 0.2])
+    body = fastaff.Body(fastaff.Harmonic(C=1.0))
+    start = np.array([1.0, 0.0, 0.3, 0.0, 0.0, 0.5, 0.0, 0.2])
     z0 = start[:, None] * np.linspace(0.5, 1.5, ORBITS)
-    period, cold, seconds, error = 2 * np.pi, is_cold(), [], []
+    period = 2 * np.pi
+    cold = is_cold()
+    seconds = []
+    error = []
 
     def run() -> None:
         for _ in range(3):
@@ -123,14 +136,20 @@ def _check() -> dict[str, Any]:
 
 
 def _rows(facts: dict[str, Any]) -> list[tuple[str, str]]:
-    cache, check = facts["cache"], facts["check"]
+    cache = facts["cache"]
+    check = facts["check"]
     rows = [("fastaff", f"{facts['fastaff']}, {facts['folder']}"), ("Python", facts["python"])]
     for name, version in facts["versions"].items():
         extra = facts["extras"][name]
         missing = f'missing, optional: pip install "fastaff[{extra}]"' if extra else "MISSING: pip install fastaff"
         rows.append((name, missing if version is None else f"{version}{f'  ({extra})' if extra else ''}"))
     verdict = "passed" if check["error"] < TOLERANCE else "FAILED"
-    state = "writable" if cache["writable"] else "read only" if cache["used"] else "NOT USED"
+    if cache["writable"]:
+        state = "writable"
+    elif cache["used"]:
+        state = "read only"
+    else:
+        state = "NOT USED"
     ready = "nothing to compile" if check["was_cached"] else "compiling"
     return [
         *rows,

@@ -61,7 +61,12 @@ def explore(
     body = None if data is not None and options == Model() else options.build()
     mapping = body is not None and system_of(body).iterated
     check_given(body, "a page of orbits", "", **{"--energy": surface.energy})
-    section = None if body is None else surface.build(body) if mapping else surface.section_of(body)
+    if body is None:
+        section = None
+    elif mapping:
+        section = surface.build(body)
+    else:
+        section = surface.section_of(body)
     if out is not None and out.exists() and not force:
         raise Wrong(f"--out {out} exists; --force replaces it")
     path = fastaff.explore(

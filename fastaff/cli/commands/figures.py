@@ -147,7 +147,8 @@ def _ratios(scene: Scene, result: Any, values: Any, ax: Any) -> Any:
     plane = result.nu_gamma is not None
     x, y = (f"{second}/{first}", f"gamma/{first}") if plane else (first, second)
     if not plane and len(result.names) > 2:
-        x, y = f"{first}/{result.names[2]}", f"{second}/{result.names[2]}"
+        x = f"{first}/{result.names[2]}"
+        y = f"{second}/{result.names[2]}"
     ratio = plot.frequency(result, f"{second}/{first}")
     fine = np.isfinite(ratio) & result.regular
     low, high = np.quantile(ratio[fine], [0.01, 0.99]) if fine.any() else (0.0, 1.0)
@@ -174,7 +175,8 @@ def chaos_figure(scene: Scene, result: Any, found: Mapping[str, Any]) -> Any:
 
     if scene.where is None:
         return None
-    look, edge = scene.look, scene.plan.launch.edge
+    look = scene.look
+    edge = scene.plan.launch.edge
     asked = None if look.colour is None else plain(look.colour)
     shown: list[str | None] = list(result.names[:PANELS])
     if 1 < len(shown) < PANELS:

@@ -36,7 +36,8 @@ def checked(job: Job) -> Plan:
 
 def settled(command: str, plan: Plan, run: Run, announce: bool = True) -> dict[str, Any]:
     """Compile the kernels of a plan, in a thread that Ctrl-C need not wait for; return the options of its analyses."""
-    few, found = plan.few(), {}
+    few = plan.few()
+    found = {}
     brief = replace(run, accuracy=None, step=run.step or 0.02)
 
     def work() -> None:
@@ -82,7 +83,8 @@ class Work:
 
     def compute(self, name: str, keep: Callable[[Any], Any]) -> Any:
         """Return the result of an analysis; at Ctrl-C the partial result is handed to `keep`."""
-        orbits, analysis = Orbits(self.plan.body, self.plan.section, self.z0), self.plan.analyses[name]
+        orbits = Orbits(self.plan.body, self.plan.section, self.z0)
+        analysis = self.plan.analyses[name]
         result = watched(
             Progress(analysis.title, self.z0.shape[1]),
             lambda report: analysis.compute(orbits, self.settled[name], self.job.run, report),

@@ -48,7 +48,12 @@ def plot(
     if not (data.is_file() or is_store(data)):
         raise Wrong(f"{data} is no store of fastaff and no file")
     usual = data.with_suffix(".png")
-    target = usual if out is None else out / usual.name if out.is_dir() else out
+    if out is None:
+        target = usual
+    elif out.is_dir():
+        target = out / usual.name
+    else:
+        target = out
     if target.suffix.lower() not in FORMATS:
         raise Wrong(f"--out must end with {', '.join(FORMATS)}, got {target}")
     if not target.parent.is_dir():
@@ -66,8 +71,10 @@ def plot(
 
 def _of_store(path: Path, look: Look) -> tuple[dict[str, Any], dict[str, Any]]:
     """Return figures and facts of the finished orbits of a store."""
-    store, results = Store(path), JobResults.stored(path)
-    place, facts = results.place, {"job": store.facts["job"]}
+    store = Store(path)
+    results = JobResults.stored(path)
+    place = results.place
+    facts = {"job": store.facts["job"]}
     if not place.size:
         raise Wrong("no orbit is finished yet")
     if results.job.scan is not None:

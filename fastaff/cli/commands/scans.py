@@ -23,7 +23,9 @@ from .maps import settled
 
 def scanned(texts: list[str], job: Any, output: Written) -> int:
     """Compute, save and draw the chaotic fraction over one or two parameters, of the random orbits of a job."""
-    body, run, asked = job.model.build(), job.run, job.chaos_map
+    body = job.model.build()
+    run = job.run
+    asked = job.chaos_map
     axes = Scan(axes=texts).parsed(body)
     job = _at_the_end(axes, job)
     section = job.surface.build(body)
@@ -108,7 +110,9 @@ def scan_figure(result: Any, texts: list[str], job: Job) -> Any:
     """Return the figure of a chaotic fraction over the parameters of --scan."""
     from ...plot import chaos as plot_chaos
 
-    axes, surface, body = parsed(texts), job.surface, job.model.build()
+    axes = parsed(texts)
+    surface = job.surface
+    body = job.model.build()
     section = surface.build(body)
     figure, ax = figure_of()
     plot_chaos.plot_chaotic_fraction(result, ax=ax)
@@ -116,7 +120,8 @@ def scan_figure(result: Any, texts: list[str], job: Job) -> Any:
     hidden = (*names, *(("p_eta", "p_gamma") if {"p_phi", "p_psi"} & set(names) else ()))
     where = surface_in_words(body, surface, without=hidden)
     if {"p_phi", "p_psi"} & set(names):
-        spin, vorticity = surface.p_gamma + surface.p_eta, surface.p_gamma - surface.p_eta
+        spin = surface.p_gamma + surface.p_eta
+        vorticity = surface.p_gamma - surface.p_eta
         rest = [rf"$p_\varphi$ = {spin:g}"] * ("p_phi" not in names) + [rf"$p_\psi$ = {vorticity:g}"] * (
             "p_psi" not in names
         )

@@ -24,8 +24,12 @@ from .level_tables import level_table, scan_table, vibration_table
 
 PANELS = 4
 """Densities in one figure."""
-SEPARATED, COUPLED = 1e-10, 1e-6
-"""Tolerances of bodies that separate and of those that do not."""
+SEPARATED = 1e-10
+"""Tolerance of bodies that separate."""
+
+COUPLED = 1e-6
+"""Tolerance of bodies that do not separate."""
+
 Watch = Callable[[Callable[[Progress], Any], str], Any]
 
 
@@ -131,7 +135,12 @@ def energy_levels(
         result = _scanned(body, classes, levels, scan, how, watch)
     else:
         found, result = _some(body, classes, levels, how, watch)
-    rows = vibration_table(result) if vibration else level_table(result) if scan is None else scan_table(result)
+    if vibration:
+        rows = vibration_table(result)
+    elif scan is None:
+        rows = level_table(result)
+    else:
+        rows = scan_table(result)
     path = save(result, interrupted=False)
     print("\n".join(rows))
     say(f"{_said(result, classes)}; {clock.perf_counter() - start:.1f} s")
@@ -150,7 +159,8 @@ def _classes(m: str | None, l: str | None, covering: bool) -> list[tuple[int, in
         raise Wrong("give both --m and --l, or neither for the whole body")
     if m is None or l is None:
         return None
-    spins, vorticities = _numbers("--m", m), _numbers("--l", l)
+    spins = _numbers("--m", m)
+    vorticities = _numbers("--l", l)
     if len(spins) == len(vorticities) == 1:
         return [(spins[0], vorticities[0])]
     found = [(one, other) for one in spins for other in vorticities if covering or (one + other) % 2 == 0]
@@ -357,7 +367,8 @@ def _classes_figure(found: list[Any], levels: Any, body: Any, states: list[int],
     from ...quantum.spectra.level_diagram import diagram_of
 
     m, l = (np.array([getattr(one, name)[0] for one in found]) for name in ("m", "l"))
-    spins, vorticities = np.unique(m), np.unique(l)
+    spins = np.unique(m)
+    vorticities = np.unique(l)
     if len(found) == 1:
         return _states_figure(found[0], body, states, chart)
     text = f"{found[0].E.size} levels of each class; largest error {levels.error.max():.0e}"

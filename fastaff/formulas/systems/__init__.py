@@ -14,7 +14,8 @@ for _module in iter_modules(__path__):  # each registers its systems
 
 def constants_of(model: Any) -> Constants | None:
     """Return the constants of motion of a named system, None for other models."""
-    text, rows = getattr(model, "formula", None), [getattr(model, name, ()) for name in ("coordinates", "momenta")]
+    text = getattr(model, "formula", None)
+    rows = [getattr(model, name, ()) for name in ("coordinates", "momenta")]
     if not isinstance(text, str):
         return None
     for system in TEXTS:

@@ -82,7 +82,8 @@ _BODY_SPIN = ("x*p_x + z*p_z", "y*p_x + u*p_z", "x*p_y + z*p_u", "y*p_y + u*p_u"
 
 def _kinetic(spin: tuple[str, ...], invariance: str) -> str:
     a, b, c, d = spin
-    shear, turn = f"(({a} - ({d}))**2 + ({b} + {c})**2)", f"({b} - ({c}))**2"
+    shear = f"(({a} - ({d}))**2 + ({b} + {c})**2)"
+    turn = f"({b} - ({c}))**2"
     if invariance == "both":
         return f"({shear} - {turn})/(4*A) + ({a} + {d})**2/(4*(A + 2*B))"
     return f"{shear}/(4*(I + A)) + {turn}/(4*(I - A)) + ({a} + {d})**2/(4*(I + A + 2*B))"

@@ -11,9 +11,11 @@ from .system import NamedSystem, chosen, makes
 
 
 def _of_ellipsoid(model: Any, z: np.ndarray) -> dict[str, Any]:
-    squares, v = np.array([[model.a**2], [model.b**2], [model.c**2]]), np.array(model.rates(*z)[:3])
+    squares = np.array([[model.a**2], [model.b**2], [model.c**2]])
+    v = np.array(model.rates(*z)[:3])
     joachimsthal = (z[:3] ** 2 / squares**2).sum(axis=0) * (v**2 / squares).sum(axis=0)
-    size, qp = (z[:3] ** 2 / squares).sum(axis=0), (z[:3] * z[3:]).sum(axis=0)
+    size = (z[:3] ** 2 / squares).sum(axis=0)
+    qp = (z[:3] * z[3:]).sum(axis=0)
     return {"energy": model.energy(*z), "joachimsthal": joachimsthal, "size": size, "qp": qp}
 
 
@@ -73,12 +75,15 @@ def EllipsoidGeodesic(a: float = 1.0, b: float = 1.2, c: float = 1.5) -> Any:
 def _of_kerr(model: Any, z: np.ndarray) -> dict[str, Any]:
     (*_, theta, _), (*_, p_theta, p_phi) = np.split(z, 2)
     first = {"energy": -z[4], "mass_shell": model.energy(*z)} if len(z) == 8 else {"energy": model.energy(*z)}
-    E, c2, s2 = first["energy"], np.cos(theta) ** 2, np.sin(theta) ** 2
+    E = first["energy"]
+    c2 = np.cos(theta) ** 2
+    s2 = np.sin(theta) ** 2
     carter = p_theta**2 + c2 * (model.a**2 * (1 - E * E) + p_phi**2 / s2)
     return {**first, "p_phi": p_phi, "carter": carter}
 
 
-_DELTA, _SIGMA = "(r**2 - 2*r + a**2)", "(r**2 + a**2*cos(theta)**2)"
+_DELTA = "(r**2 - 2*r + a**2)"
+_SIGMA = "(r**2 + a**2*cos(theta)**2)"
 _AREA = f"((r**2 + a**2)**2 - a**2*{_DELTA}*sin(theta)**2)"
 KERR = NamedSystem(
     f"2*a*r*p_phi/{_AREA} + sqrt({_SIGMA}*{_DELTA}/{_AREA}"

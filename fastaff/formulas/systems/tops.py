@@ -117,18 +117,20 @@ def SymmetricTop(I_1: float = 1.0, I_3: float = 0.5, h: float = 1.0) -> Any:
 
 def _of_euler(model: Any, z: np.ndarray) -> dict[str, Any]:
     theta, _, psi, p_theta, p_phi, p_psi = z
-    s, c, sp, cp = np.sin(theta), np.cos(theta), np.sin(psi), np.cos(psi)
+    s = np.sin(theta)
+    c = np.cos(theta)
+    sp = np.sin(psi)
+    cp = np.cos(psi)
     k = (p_phi - p_psi * c) / s
-    L, up = np.array([k * sp + p_theta * cp, k * cp - p_theta * sp, p_psi]), np.array([s * sp, s * cp, c])
+    L = np.array([k * sp + p_theta * cp, k * cp - p_theta * sp, p_psi])
+    up = np.array([s * sp, s * cp, c])
     return _of_top(model, {"energy": model.energy(*z), "p_phi": p_phi}, L, up)
 
 
 def _of_quaternion(model: Any, z: np.ndarray) -> dict[str, Any]:
     a, b, c, d, A, B, C, D = z
-    q2, up = (
-        (z[:4] ** 2).sum(axis=0),
-        np.array([2 * (b * d - a * c), 2 * (c * d + a * b), a * a - b * b - c * c + d * d]),
-    )
+    q2 = (z[:4] ** 2).sum(axis=0)
+    up = np.array([2 * (b * d - a * c), 2 * (c * d + a * b), a * a - b * b - c * c + d * d])
     L = np.array([a * B - b * A + d * C - c * D, a * C - c * A + b * D - d * B, a * D - d * A + c * B - b * C]) / 2
     p_phi = (a * D - d * A + b * C - c * B) / 2
     found = _of_top(model, {"energy": model.energy(*z), "p_phi": p_phi}, L, up / q2)
@@ -137,8 +139,11 @@ def _of_quaternion(model: Any, z: np.ndarray) -> dict[str, Any]:
 
 def _of_top(model: Any, found: dict[str, Any], L: np.ndarray, up: np.ndarray) -> dict[str, Any]:
     """Return `found` with the integrals that the parameters add; L, up: angular momentum and vertical in the body."""
-    moments, h = np.array([model.I_1, model.I_2, model.I_3]), np.array([model.h_1, model.h_2, model.h_3])
-    w, across, J = (L[0] + 1j * L[1]) / moments[0], complex(h[0], h[1]), moments[2]
+    moments = np.array([model.I_1, model.I_2, model.I_3])
+    h = np.array([model.h_1, model.h_2, model.h_3])
+    w = (L[0] + 1j * L[1]) / moments[0]
+    across = complex(h[0], h[1])
+    J = moments[2]
     if not h.any():
         found["L2"] = (L * L).sum(axis=0)
     if moments[0] == moments[1] and across == 0:

@@ -93,7 +93,8 @@ class VibrationHusimi(Drawable):
 
         Sums over the lattice are integrals for all waves that it resolves; the state has no shorter ones.
         """
-        lattice, width = self.state.lattice, np.array(self.width)[:, None, None]
+        lattice = self.state.lattice
+        width = np.array(self.width)[:, None, None]
         n = width.size
         points = checked("z", z, (2 * n,))
         flat = points.reshape(2 * n, -1)
@@ -103,7 +104,8 @@ class VibrationHusimi(Drawable):
         out = np.empty(flat.shape[1])
         step = max(1, CHUNK // places.shape[1])
         for k in range(0, out.size, step):
-            q, p = flat[:n, k : k + step, None], flat[n:, k : k + step, None]
+            q = flat[:n, k : k + step, None]
+            p = flat[n:, k : k + step, None]
             away = places[:, None] - q
             wave = np.exp(-((away / (2 * width)) ** 2).sum(axis=0)) * self.state.values
             phase = (p * away).sum(axis=0) / self.state.hbar
@@ -126,7 +128,8 @@ def _of_vibration(state: VibrationState, width: ArrayLike | None) -> VibrationHu
     if width is None:
         _, q, p = state.moments()
         width = np.sqrt(state.hbar / 2 * np.sqrt(np.diag(q) / np.diag(p)))
-    widths, n = checked("width", width, ()), len(lattice.names)
+    widths = checked("width", width, ())
+    n = len(lattice.names)
     if widths.shape not in ((), (n,)) or not np.all((widths > 1e-100) & (widths < 1e100)):
         raise ValueError(f"width must be one positive number or {n}, between 1e-100 and 1e100, got {width!r}")
     return VibrationHusimi(state, tuple(np.broadcast_to(widths, (n,)).tolist()))
@@ -178,7 +181,8 @@ def husimi(
         raise ValueError(
             f"state must be single-valued, m + l even, to have a Husimi function on GL(2,R), got m = {m}, l = {l}"
         )
-    tolerance, hbar = positive("tolerance", tolerance), positive("state.hbar", state.hbar)
+    tolerance = positive("tolerance", tolerance)
+    hbar = positive("state.hbar", state.hbar)
     if not tolerance < 1:
         raise ValueError(f"tolerance must be below 1, got {tolerance!r}")
     sides = plane_widths(math.sqrt(hbar / 2) if width is None else width)
@@ -198,7 +202,8 @@ def husimi(
 
 def _coefficients(state: Any, count: int, momenta: tuple[int, int], width: tuple[float, float]) -> np.ndarray:
     """Return the expansion (count, count), by a Gauss rule of half as many nodes more."""
-    radii, tables = [], []
+    radii = []
+    tables = []
     for quanta, side in zip(momenta, width, strict=True):
         functions = [PlaneFactor(n, float(abs(quanta)), (ROOT2 * side) ** -2) for n in range(count)]
         x, weights = functions[0].rule(count + count // 2)
@@ -218,8 +223,10 @@ def _fock(q: np.ndarray, wave: np.ndarray, sigma: float, quanta: int, count: int
 
     first, second = (q[i] / sigma + 1j * sigma * wave[i] for i in (0, 1))  # sqrt2 z_1, sqrt2 z_2
     turn = 1j if quanta >= 0 else -1j
-    plus, minus = (first - turn * second) / 2, (first + turn * second) / 2
-    n, more = np.arange(count), np.arange(count) + abs(quanta)
+    plus = (first - turn * second) / 2
+    minus = (first + turn * second) / 2
+    n = np.arange(count)
+    more = np.arange(count) + abs(quanta)
     size = -(np.abs(plus) ** 2 + np.abs(minus) ** 2)[:, None] / 2 - (gammaln(n + 1) + gammaln(more + 1)) / 2
     size = size + xlogy(more, np.abs(plus)[:, None]) + xlogy(n, np.abs(minus)[:, None])
     return np.exp(size) * (-np.exp(-1j * (np.angle(plus) + np.angle(minus))))[:, None] ** n

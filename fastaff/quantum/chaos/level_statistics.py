@@ -96,7 +96,8 @@ def mean_spacing_ratio(spectra: Sequence[ArrayLike]) -> MeanRatio:
     parts = [_ratios(f"spectra[{k}]", levels) for k, levels in enumerate(spectra)]
     r = np.concatenate(parts)
     away = [part - r.mean() for part in parts]
-    variance, next_to = sum(float(d @ d) for d in away), sum(float(d[1:] @ d[:-1]) for d in away)
+    variance = sum(float(d @ d) for d in away)
+    next_to = sum(float(d[1:] @ d[:-1]) for d in away)
     if r.size < 2:
         return MeanRatio(float(r.mean()), math.inf, r.size)
     return MeanRatio(float(r.mean()), math.sqrt(max(variance + 2 * next_to, 0.1 * variance)) / r.size, r.size)
@@ -116,7 +117,8 @@ def number_variance(unfolded: ArrayLike, lengths: ArrayLike) -> np.ndarray:
     >>> fa.quantum.number_variance(np.arange(100.0), [1.0, 1.5]).round(6)
     array([0.  , 0.25])
     """
-    x, spans = checked_levels(unfolded, 5, "unfolded"), checked("lengths", lengths, ())
+    x = checked_levels(unfolded, 5, "unfolded")
+    spans = checked("lengths", lengths, ())
     if np.any(spans <= 0) or np.any(spans > (x[-1] - x[0]) / 5):
         raise ValueError(
             f"lengths must be positive and below a fifth of the sequence, {(x[-1] - x[0]) / 5:.3g}, got {lengths!r}"

@@ -63,7 +63,9 @@ class BerryRobnik:
         """Return P(s)."""
         from scipy.special import erfc
 
-        s, q, p = _spacings(s), self.chaotic, 1 - self.chaotic
+        s = _spacings(s)
+        q = self.chaotic
+        p = 1 - self.chaotic
         wigner = (2 * p * q + np.pi * q**3 * s / 2) * np.exp(-np.pi * q * q * s * s / 4)
         return np.exp(-p * s) * (p * p * erfc(math.sqrt(np.pi) * q * s / 2) + wigner)
 
@@ -71,7 +73,9 @@ class BerryRobnik:
         """Return the probability of a spacing below s."""
         from scipy.special import erfc
 
-        s, q, p = _spacings(s), self.chaotic, 1 - self.chaotic
+        s = _spacings(s)
+        q = self.chaotic
+        p = 1 - self.chaotic
         return 1 - np.exp(-p * s) * (p * erfc(math.sqrt(np.pi) * q * s / 2) + q * np.exp(-np.pi * q * q * s * s / 4))
 
     def mean_ratio(self) -> float:
@@ -82,8 +86,11 @@ class BerryRobnik:
         surmise of Atas et al.
         """
         nodes, weights = np.polynomial.legendre.leggauss(80)
-        share, scale = (1 + nodes) / 4, weights / 4  # smaller spacing = share*z of the sum z of both, in (0, 1/2)
-        z, dz = 10 * (1 + nodes), 10 * weights
+        # smaller spacing = share*z of the sum z of both, in (0, 1/2)
+        share = (1 + nodes) / 4
+        scale = weights / 4
+        z = 10 * (1 + nodes)
+        dz = 10 * weights
         joint = self._joint(z[:, None] * share, z[:, None] * (1 - share))
         return float(2 * ((dz * z) @ joint @ (share / (1 - share) * scale)))
 
@@ -91,15 +98,16 @@ class BerryRobnik:
         """Return the density of neighbouring spacings x, y: each of the three levels regular or chaotic."""
         from scipy.special import erfc
 
-        q, p = self.chaotic, 1 - self.chaotic
-        z, Q = x + y, q * (x + y)
-        gap, lone, pair = (
-            erfc(math.sqrt(np.pi) * Q / 2),
-            np.exp(-np.pi * Q * Q / 4),
-            np.pi * Q / 2 * np.exp(-np.pi * Q * Q / 4),
-        )
+        q = self.chaotic
+        p = 1 - self.chaotic
+        z = x + y
+        Q = q * (x + y)
+        gap = erfc(math.sqrt(np.pi) * Q / 2)
+        lone = np.exp(-np.pi * Q * Q / 4)
+        pair = np.pi * Q / 2 * np.exp(-np.pi * Q * Q / 4)
         regular = p * (p * p * gap + 2 * p * q * lone + q * q * pair)
-        X, Y = q * x, q * y
+        X = q * x
+        Y = q * y
         empty = np.zeros(z.shape)
         for node, weight in zip(*np.polynomial.legendre.leggauss(40), strict=True):  # int_X^(X + 8) _one_sided(., Y)
             empty += 4 * weight * _one_sided(X + 4 * (1 + node), Y)
@@ -120,7 +128,8 @@ def _one_sided(x: np.ndarray, y: np.ndarray) -> np.ndarray:
     """Return the integral of _three_levels(x, .) from y to infinity."""
     from scipy.special import erfc
 
-    c, Y = SURMISE, y + x / 2
+    c = SURMISE
+    Y = y + x / 2
     tail = Y * np.exp(-c * Y * Y) / (2 * c) + (1 / (2 * c) - x * x / 4) * math.sqrt(np.pi / c) / 2 * erfc(
         math.sqrt(c) * Y
     )
@@ -151,7 +160,9 @@ class Brody:
 
     def density(self, s: ArrayLike) -> np.ndarray:
         """Return P(s)."""
-        s, w, b = _spacings(s), self.repulsion, self._front()
+        s = _spacings(s)
+        w = self.repulsion
+        b = self._front()
         return (w + 1) * b * s**w * np.exp(-b * s ** (w + 1))
 
     def cumulative(self, s: ArrayLike) -> np.ndarray:

@@ -21,15 +21,21 @@ CHUNK = 48
 """Energies done at once: the largest arrays have CHUNK*ORDER*SCAN numbers, 3 MB."""
 ORDER = 56
 """Gauss nodes between turning points, in either direction."""
-LINES, PANELS = 24, 60
-"""Rays and circles along which narrow features are sought, and the largest number of panels in each direction.
-"""
+LINES = 24
+"""Rays and circles along which narrow features are sought."""
+
+PANELS = 60
+"""Largest number of panels in each direction."""
+
 SCAN = 128
 """Radii on which a ray is searched for turning points, in equal steps of the logarithm."""
 
 
-RADII, ANGLES = np.geomspace(1e-4, 1e4, 800), np.pi / 4 * (1 - np.cos(np.pi * (np.arange(400) + 0.5) / 400))
-"""Radii and angles of the tables."""
+RADII = np.geomspace(1e-4, 1e4, 800)
+"""Radii of the tables."""
+
+ANGLES = np.pi / 4 * (1 - np.cos(np.pi * (np.arange(400) + 0.5) / 400))
+"""Angles of the tables."""
 
 
 class _Well(NamedTuple):
@@ -52,7 +58,8 @@ class _Well(NamedTuple):
 
     def value(self, rho: np.ndarray, theta: np.ndarray) -> np.ndarray:
         """Return it, +inf where the potential does not live."""
-        A, B = (rho * np.cos(theta)) ** 2, (rho * np.sin(theta)) ** 2
+        A = (rho * np.cos(theta)) ** 2
+        B = (rho * np.sin(theta)) ** 2
         with np.errstate(all="ignore"):
             V = potential(self.body, A, B)
             for square, p in ((A, self.p_eta), (B, self.p_gamma)):
@@ -63,7 +70,8 @@ class _Well(NamedTuple):
 def _well(body: Any, p_eta: float, p_gamma: float, top: float, features: tuple[Panels, Panels] | None = None) -> _Well:
     """Return the well of a class with its tables for energies up to `top`; features: those of the body, if known."""
     well = _Well(body, p_eta, p_gamma)
-    rho, theta = RADII, ANGLES
+    rho = RADII
+    theta = ANGLES
     radii, angles = _features(body, top) if features is None else features
     theta = np.union1d(theta, angles.points.ravel()) if angles.needed > ORDER else theta
     rho = np.union1d(rho, radii.points.ravel()) if radii.needed > ORDER else rho
@@ -72,8 +80,11 @@ def _well(body: Any, p_eta: float, p_gamma: float, top: float, features: tuple[P
     if allowed.size and allowed[-1] == rho.size - 1:
         raise ValueError(f"the potential must bind at the energy {top:.6g}: the allowed region is not bounded")
     reach = (rho[max(allowed[0] - 1, 0)], rho[allowed[-1] + 1]) if allowed.size else (0.0, 0.0)
-    best, index = np.clip(np.argmin(value, axis=0), 1, rho.size - 2), np.arange(theta.size)
-    y0, y1, y2 = value[best - 1, index], value[best, index], value[best + 1, index]
+    best = np.clip(np.argmin(value, axis=0), 1, rho.size - 2)
+    index = np.arange(theta.size)
+    y0 = value[best - 1, index]
+    y1 = value[best, index]
+    y2 = value[best + 1, index]
     with np.errstate(all="ignore"):
         parabola = y1 - (y2 - y0) ** 2 / (8 * (y0 - 2 * y1 + y2))
     low = np.where(np.isfinite(parabola) & (y1 <= y0) & (y1 <= y2), parabola, value.min(axis=0))
@@ -86,7 +97,9 @@ def _well(body: Any, p_eta: float, p_gamma: float, top: float, features: tuple[P
 
 def _features(body: Any, top: float) -> tuple[Panels, Panels]:
     """Return partitions of radii and angles that resolve the potential itself, where it is below the top energy."""
-    plain, rho, theta = _Well(body, 0.0, 0.0), RADII[::4], ANGLES[::4]
+    plain = _Well(body, 0.0, 0.0)
+    rho = RADII[::4]
+    theta = ANGLES[::4]
     V = plain.value(rho[:, None], theta)
     low = float(V.min())
     hidden = _hidden(body, np.isinf(V[:, theta > np.pi / 4]).all(), low, top)
@@ -96,7 +109,10 @@ def _features(body: Any, top: float) -> tuple[Panels, Panels]:
     q, v = (np.concatenate([one, *ends]) for one, ends in zip(allowed, zip(*wells)))
     if not q.size:
         return (Panels(np.array([0.0, 1.0]), np.zeros(1)),) * 2
-    far, lo, hi, low = float(q.max()), float(v.min()), float(v.max()), float(hidden.low.min(initial=low))
+    far = float(q.max())
+    lo = float(v.min())
+    hi = float(v.max())
+    low = float(hidden.low.min(initial=low))
     spread = (np.arange(LINES) * 0.6180339887498949 + 0.31) % 1
     deep = hidden.at[:, np.argsort(hidden.low)[:LINES]]
     rays, circles = (
@@ -154,7 +170,8 @@ def weyl_count(body: Body, energy: ArrayLike, *, m: int, l: int, hbar: float = 1
         raise TypeError(f"body must be a Body with a doubly isotropic potential, got {type(body).__name__}")
     if not hasattr(body.potential, "curvatures"):
         raise TypeError(f"body must have a potential with curvatures(A, B), {type(body.potential).__name__} has none")
-    chosen, hbar = checked_class(m, l, False), action_quantum(hbar, body.mu)
+    chosen = checked_class(m, l, False)
+    hbar = action_quantum(hbar, body.mu)
     given = checked("energy", energy, ())
     distinct, where = np.unique(given.ravel(), return_inverse=True)
     count = np.zeros(distinct.size)
@@ -218,8 +235,10 @@ def _integrals(well: _Well, energy: np.ndarray) -> np.ndarray:
     rho = ((hi + lo) / 2)[:, None] + ((hi - lo) / 2)[:, None] * t
     angle = rays[ray, None]
     area = weights[ray, None] * ((hi - lo) / 2)[:, None] * w * rho
-    A, B = (rho * np.cos(angle)) ** 2, (rho * np.sin(angle)) ** 2
-    (V_A, V_B), (V_AA, _, V_BB) = well.body.potential.slopes(A, B), well.body.potential.curvatures(A, B)
+    A = (rho * np.cos(angle)) ** 2
+    B = (rho * np.sin(angle)) ** 2
+    V_A, V_B = well.body.potential.slopes(A, B)
+    V_AA, _, V_BB = well.body.potential.curvatures(A, B)
     room = energy[owner[ray], None] - well.value(rho, angle)
     rows = (room, 1 / A, 1 / B, 4 * (V_A + A * V_AA + V_B + B * V_BB))
     for row, values in enumerate(rows):
@@ -255,11 +274,13 @@ def _crossing(well: _Well, inside: np.ndarray, step: int, energy: np.ndarray, ed
     """
     out = inside + step
     natural = (out < 0) | (out >= well.theta.size)
-    near, far = well.theta[inside], well.theta[np.where(natural, inside, out)]
+    near = well.theta[inside]
+    far = well.theta[np.where(natural, inside, out)]
     for _ in range(30):
         middle = (near + far) / 2
         allowed = _lowest(well, middle) < energy
-        near, far = np.where(allowed, middle, near), np.where(allowed, far, middle)
+        near = np.where(allowed, middle, near)
+        far = np.where(allowed, far, middle)
     return np.where(natural, edge, near)
 
 
@@ -267,11 +288,14 @@ def _lowest(well: _Well, rays: np.ndarray) -> np.ndarray:
     """Return the smallest value on rays, by a scan and golden sections."""
     rho = well.scan
     best = np.argmin(well.value(rho, rays[:, None]), axis=1)
-    left, right = rho[np.maximum(best - 1, 0)], rho[np.minimum(best + 1, rho.size - 1)]
+    left = rho[np.maximum(best - 1, 0)]
+    right = rho[np.minimum(best + 1, rho.size - 1)]
     for _ in range(24):
-        c, d = left + 0.381966011250105 * (right - left), right - 0.381966011250105 * (right - left)
+        c = left + 0.381966011250105 * (right - left)
+        d = right - 0.381966011250105 * (right - left)
         lower = well.value(c, rays) < well.value(d, rays)
-        left, right = np.where(lower, left, c), np.where(lower, d, right)
+        left = np.where(lower, left, c)
+        right = np.where(lower, d, right)
     return well.value((left + right) / 2, rays)
 
 
@@ -280,27 +304,31 @@ def _turning(well: _Well, rays: np.ndarray, energy: np.ndarray) -> tuple[np.ndar
     rho = np.repeat(well.scan[None], rays.size, axis=0)
     value = well.value(rho, rays[:, None])
     # The bottom of every ray goes into the scan, so that no narrow interval hides between two radii.
-    best, index = np.argmin(value, axis=1), np.arange(rays.size)
-    left, right = rho[index, np.maximum(best - 1, 0)], rho[index, np.minimum(best + 1, rho.shape[1] - 1)]
+    best = np.argmin(value, axis=1)
+    index = np.arange(rays.size)
+    left = rho[index, np.maximum(best - 1, 0)]
+    right = rho[index, np.minimum(best + 1, rho.shape[1] - 1)]
     for _ in range(18):
-        c, d = left + 0.381966011250105 * (right - left), right - 0.381966011250105 * (right - left)
+        c = left + 0.381966011250105 * (right - left)
+        d = right - 0.381966011250105 * (right - left)
         lower = well.value(c, rays) < well.value(d, rays)
-        left, right = np.where(lower, left, c), np.where(lower, d, right)
+        left = np.where(lower, left, c)
+        right = np.where(lower, d, right)
     middle = (left + right) / 2
     deepest = well.value(middle, rays)
     lower = deepest < value[index, best]
-    rho[index, best], value[index, best] = (
-        np.where(lower, middle, rho[index, best]),
-        np.where(lower, deepest, value[index, best]),
-    )
+    rho[index, best] = np.where(lower, middle, rho[index, best])
+    value[index, best] = np.where(lower, deepest, value[index, best])
     ray, first, last = _intervals(value < energy[:, None])
     ends = []
     for inside, step in ((first, -1), (last, 1)):
-        near, far = rho[ray, inside], rho[ray, np.clip(inside + step, 0, rho.shape[1] - 1)]
+        near = rho[ray, inside]
+        far = rho[ray, np.clip(inside + step, 0, rho.shape[1] - 1)]
         far = np.where(near == far, 0.0, far)  # no motion turns back before rho = 0
         for _ in range(34):
             middle = (near + far) / 2
             deep = well.value(middle, rays[ray]) < energy[ray]
-            near, far = np.where(deep, middle, near), np.where(deep, far, middle)
+            near = np.where(deep, middle, near)
+            far = np.where(deep, far, middle)
         ends.append(near)
     return ray, ends[0], ends[1]

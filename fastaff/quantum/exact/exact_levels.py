@@ -57,7 +57,8 @@ def exact_levels(
     >>> fa.quantum.exact_levels(fa.Body(fa.Harmonic()), n=(1, 0), m=1, l=1).E
     array([5.])
     """
-    model, flagged = solvable(body, chart, hbar), flag("single_valued", single_valued)
+    model = solvable(body, chart, hbar)
+    flagged = flag("single_valued", single_valued)
     given = [name for name, value in (("below", below), ("multiplets", multiplets)) if value is not None]
     numbers = n is not None or m is not None or l is not None
     if numbers + len(given) != 1:
@@ -99,7 +100,8 @@ def _below(model: SolvableBody, top: float, single_valued: bool) -> LevelTable:
 def _lowest(model: SolvableBody, multiplets: int, single_valued: bool) -> LevelTable:
     """Return the levels of the lowest multiplets."""
     fits("multiplets", 10, multiplets)
-    ground, rise = float(model.energy(np.zeros((2, 1), np.int64), 0, 0)[0]), float(model.quanta.min())
+    ground = float(model.energy(np.zeros((2, 1), np.int64), 0, 0)[0])
+    rise = float(model.quanta.min())
     tables = (_below(model, ground + k * rise, single_valued) for k in count(1))
     gathered = (found.multiplets() for found in tables)
     enough = next(found for found in gathered if len(found) > multiplets)  # one more: nothing next to it is missing

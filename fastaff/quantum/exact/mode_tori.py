@@ -21,11 +21,18 @@ from ..states.level_table import TORI, LevelTable
 from ..states.modes import Modes, modes_of, swapped
 from ..states.symmetry import action_quantum
 
-PERIODS, LONGER = 60.0, 2
-"""Periods of the slowest mode in the fit of a torus; number of times that an undecided fit gets more time."""
-STEPS, CLOSE = 8, 1e-5
-"""Newton's steps on the actions, and the distance of an action from its quanta, in units of h, where they end: E is
-corrected to first order in the remaining distance, so that its error is of second order.
+PERIODS = 60.0
+"""Periods of the slowest mode in the fit of a torus."""
+
+LONGER = 2
+"""Number of times that an undecided fit gets more time."""
+
+STEPS = 8
+"""Most of Newton's steps on the actions."""
+
+CLOSE = 1e-5
+"""Distance of an action from its quanta, in units of h, where the steps end: E is corrected to first order in the
+remaining distance, so that its error is of second order.
 """
 
 
@@ -43,10 +50,13 @@ def bodies_alone(body: Any, given: dict[str, tuple[Any, Any]]) -> None:
             raise ValueError(f"{name} is for a Body alone, {type(body).__name__} takes none: got {name} = {value!r}")
 
 
-LOOSE, HALF = 1e-3, 0.5
+LOOSE = 1e-3
 """Residual and error of prediction, in sizes of the orbit, of an undecided fit that still gives a level, whose error
-they make; ratio of the residuals of a longer fit and a shorter one above which more time does not help.
+they make.
 """
+
+HALF = 0.5
+"""Ratio of the residuals of a longer fit and a shorter one above which more time does not help."""
 
 
 class Level(NamedTuple):
@@ -68,8 +78,10 @@ def level(model: Any, modes: Modes, n: np.ndarray | None, h: float, near: np.nda
     """
     z: Any = modes.start(h * (n + 0.5)) if n is not None and near is None else near
     size = np.sqrt((np.abs(modes.v) ** 2).sum(axis=1) * h)[:, None]
-    time, longer = PERIODS * 2 * np.pi / float(modes.omega.min()), LONGER
-    before, none = None, np.full(modes.omega.size, np.nan)
+    time = PERIODS * 2 * np.pi / float(modes.omega.min())
+    longer = LONGER
+    before = None
+    none = np.full(modes.omega.size, np.nan)
     failed = Level(np.zeros(none.size, np.int64) if n is None else n, np.nan, np.inf, none, Status.NOT_CONVERGED, ())
     for _ in range(STEPS):
         fit = fit_torus(model, z, time=time)
@@ -79,7 +91,8 @@ def level(model: Any, modes: Modes, n: np.ndarray | None, h: float, near: np.nda
             if _usable(fit) and longest.verdict is Verdict.UNDECIDED and longest.residual > HALF * fit.residual:
                 longer = 0
                 break
-            time, fit = float(fit.evidence["longer"]), longest
+            time = float(fit.evidence["longer"])
+            fit = longest
         if not _usable(fit):
             return failed
         if near is None:
@@ -91,7 +104,8 @@ def level(model: Any, modes: Modes, n: np.ndarray | None, h: float, near: np.nda
         away = h * (n + fit.maslov / 4) - fit.J
         far = float(np.abs(away).max())
         if far <= CLOSE * h:
-            E, error = fit.energy + float(fit.nu @ away), _error(fit, away, before)
+            E = fit.energy + float(fit.nu @ away)
+            error = _error(fit, away, before)
             status = Status.OK if fit.verdict is Verdict.TORUS else Status.NOT_CONVERGED
             return Level(n, E, error, h * fit.nu, status, fit.names)
         if before is not None and not far < before[1]:
@@ -126,7 +140,8 @@ def mode_levels(model: Any, n: Any, below: Any, near: Any, hbar: Any, way: str) 
         raise ValueError("near must be given without modes and below: a torus near a point has angles of its own")
     if (below is None) == (n is None and near is None):
         raise ValueError("give either n, quantum numbers of the modes, or near, or below, an energy")
-    h, known = 2 * np.pi * quantum, modes_of(model, way)
+    h = 2 * np.pi * quantum
+    known = modes_of(model, way)
     points = [None] if near is None else list(phase_points("near", near, model).T)
     found: list[Level] = []
     table = functools.partial(_table, found, known, way, near is not None, model, quantum)
@@ -148,7 +163,8 @@ def _below(
 ) -> LevelTable:
     """Find all levels below an energy, from the ground state on, by ever more quanta."""
     size = modes.omega.size
-    waiting, seen = [(0,) * size], set()
+    waiting = [(0,) * size]
+    seen = set()
     while waiting:
         tell("quasiclassical_levels", 0.0, f"level {len(found) + 1}, {len(waiting)} more to try")
         found.append(level(model, modes, np.array(waiting.pop(0)), h, None))

@@ -24,7 +24,8 @@ def numbers_below(energy: Energy, top: float, single_valued: bool) -> tuple[np.n
     for eta, gamma, n in _classes(energy, top, 2 if single_valued else 1):
         for signed_eta in sorted({eta, -eta}):
             for signed_gamma in sorted({gamma, -gamma}):
-                m, l = (signed_gamma + signed_eta) // 2, (signed_gamma - signed_eta) // 2
+                m = (signed_gamma + signed_eta) // 2
+                l = (signed_gamma - signed_eta) // 2
                 rows.append(np.vstack([n, np.full((1, n.shape[1]), m), np.full((1, n.shape[1]), l)]))
     table = np.concatenate(rows, axis=1) if rows else np.zeros((4, 0), np.int64)
     return table[:2], table[2], table[3]
@@ -48,9 +49,11 @@ def _classes(energy: Energy, top: float, step: int) -> Iterator[tuple[int, int, 
 
 def _lengths(energy: Energy, top: float, eta: int, gamma: int) -> Iterator[int]:
     """Yield the number of n1 below `top` for n2 = 0, 1, ... of a class, as long as there are any."""
-    m, l = (gamma + eta) // 2, (gamma - eta) // 2
+    m = (gamma + eta) // 2
+    l = (gamma - eta) // 2
     for n2 in count():
-        length, size = 0, 8
+        length = 0
+        size = 8
         while True:
             n1 = np.arange(length, length + size)
             inside = top > energy(np.array([n1, np.full_like(n1, n2)]), m, l)

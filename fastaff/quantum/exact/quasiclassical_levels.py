@@ -94,7 +94,8 @@ def quasiclassical_levels(
     if way != WAYS[0]:
         raise ValueError(f"modes is for vibrations alone, got {modes!r}")
     separate(body, chart)  # refuses a body without tori before its numbers are checked
-    h, flagged = 2 * np.pi * positive("hbar", hbar), flag("single_valued", single_valued)
+    h = 2 * np.pi * positive("hbar", hbar)
+    flagged = flag("single_valued", single_valued)
     indices = tuple(whole("maslov", index, 0) for index in maslov) if isinstance(maslov, (tuple, list)) else ()
     if len(indices) != 2:
         raise ValueError(f"maslov must be two indices such as EBK = (2, 2), got {maslov!r}")

@@ -51,7 +51,8 @@ class SolvableBody(NamedTuple):
 
         Raises ValueError if a wall attracts more than the centrifugal term repels.
         """
-        spin, vorticity = np.asarray(m, float), np.asarray(l, float)
+        spin = np.asarray(m, float)
+        vorticity = np.asarray(l, float)
         squares = [
             ((spin + sign * vorticity) / 2) ** 2 + 2 * self.mu / self.hbar**2 * c
             for sign, c in zip((-1, 1), self.walls, strict=True)

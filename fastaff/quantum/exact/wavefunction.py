@@ -45,7 +45,8 @@ def wavefunction(
     """
     symmetry = checked_class(m, l, single_valued)
     pair = entries("n", n, "two quantum numbers (n1, n2)", 2)
-    first, second = quantum_number("n1", pair[0]), quantum_number("n2", pair[1])
+    first = quantum_number("n1", pair[0])
+    second = quantum_number("n2", pair[1])
     invariants_of(chart, (ALPHA_BETA, R_VARTHETA))
     model = solvable(body, chart, hbar)
     quanta = np.array([first, second])

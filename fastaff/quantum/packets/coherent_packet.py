@@ -20,8 +20,12 @@ from ..states.symmetry import SymmetryClass, action_quantum, checked_class
 from .packet import Packet
 from .projected_packet import class_states, fraction, holding, kept_packet
 
-FINEST, WORK = 4000, 1e5
-"""Most nodes along the radius of a plane, and most angles beside as many of them."""
+FINEST = 4000
+"""Most nodes along the radius of a plane."""
+
+WORK = 1e5
+"""Most angles beside as many nodes."""
+
 CLASSES = 4000
 """Most symmetry classes of a packet."""
 REACH = 12.0
@@ -60,10 +64,12 @@ def coherent_packet(
     >>> packet.missing < 1e-6, abs(packet.autocorrelation(np.pi)).round(6)
     (True, np.float64(1.0))
     """
-    z, tolerance = phase_points("z0", z0, checked_model(body, needs="H = T(p) + V(q)")), fraction(missing)
+    z = phase_points("z0", z0, checked_model(body, needs="H = T(p) + V(q)"))
+    tolerance = fraction(missing)
     if z.shape[1] != 1:
         raise ValueError(f"z0 must be one phase point of shape (8,), got {z.shape[1]}")
-    sides, quantum = plane_widths(width), action_quantum(hbar)
+    sides = plane_widths(width)
+    quantum = action_quantum(hbar)
     planes = [PlaneGaussian(z[2 * i : 2 * i + 2, 0], z[4 + 2 * i : 6 + 2 * i, 0], sides[i], quantum) for i in (0, 1)]
     if (m is None) != (l is None):
         raise ValueError(f"m and l must be given both or neither, got m = {m!r}, l = {l!r}")
@@ -81,7 +87,8 @@ def coherent_packet(
                 f"p_gamma/hbar = (m + l)/2 is {means[1]}"
             )
     else:
-        chosen, share = _likeliest(quanta, 0.1 * tolerance), 1.0
+        chosen = _likeliest(quanta, 0.1 * tolerance)
+        share = 1.0
         _check_classes(len(chosen), quantum)
 
     def build(count: int) -> Packet:
@@ -132,8 +139,10 @@ class PlaneGaussian(NamedTuple):
         from scipy.special import roots_legendre
 
         far = np.hypot(*self.centre)
-        lo, hi = max(far - REACH * self.width, 0.0), far + REACH * self.width
-        waves, count = 96 + (hi - lo) * np.hypot(*self.momentum) / self.hbar, self._angles(0)
+        lo = max(far - REACH * self.width, 0.0)
+        hi = far + REACH * self.width
+        waves = 96 + (hi - lo) * np.hypot(*self.momentum) / self.hbar
+        count = self._angles(0)
         if not max(waves * WORK, waves * count) <= WORK * FINEST:
             raise ValueError(
                 f"width = {self.width:g} at |q| = {far:g}, |p| = {np.hypot(*self.momentum):g} takes {waves:.2g} radii, "
@@ -178,7 +187,8 @@ def _likeliest(quanta: list[dict[int, float]], missing: float) -> list[SymmetryC
     order = np.argsort(-share, axis=None)
     needed = int(np.searchsorted(np.cumsum(share.ravel()[order]), 1 - missing)) + 1
     i, j = np.unravel_index(order[:needed], share.shape)
-    eta, gamma = first[0][i].astype(int), second[0][j].astype(int)
+    eta = first[0][i].astype(int)
+    gamma = second[0][j].astype(int)
     return [SymmetryClass(int(g + e), int(g - e)) for e, g in zip(eta, gamma, strict=True)]
 
 

@@ -58,7 +58,8 @@ def number_packet(
     array([1., 1.])
     """
     centre = np.array([*_pair("n", n), *checked_class(m, l, single_valued)])
-    sigma, angles = _reals("width", width, (2, 4)), _reals("theta", theta, (4,))
+    sigma = _reals("width", width, (2, 4))
+    angles = _reals("theta", theta, (4,))
     if np.any(sigma < 0):
         raise ValueError(f"width must not be negative, got {width!r}")
     sigma = np.concatenate([sigma, np.zeros(4 - sigma.size)])
@@ -73,7 +74,8 @@ def number_packet(
         inside = ((steps**2).sum(axis=1) <= TAIL**2) & (rows[:, 0] >= 0) & (rows[:, 1] >= 0)
     if single_valued:
         inside &= rows[:, 2:].sum(axis=1) % 2 == 0
-    rows, steps = rows[inside], steps[inside]
+    rows = rows[inside]
+    steps = steps[inside]
     pairs, spins = (sorted(set(map(tuple, part.tolist()))) for part in (rows[:, :2], rows[:, 2:]))
     classes = [SymmetryClass(m, l) for m, l in spins]
     found = dict(zip(classes, labelled_levels(body, classes, pairs, hbar, chart, single_valued), strict=True))
@@ -110,7 +112,8 @@ def labelled_levels(
 def _inner_signs(states: Sequence[State]) -> np.ndarray:
     """Return the signs (states,) of states next to the inner turning points of both factors."""
     box, orders = converged_box(states)
-    grid, signs = box.grid(orders), np.ones(len(states))
+    grid = box.grid(orders)
+    signs = np.ones(len(states))
     for values, weights in zip(
         grid_tables(states, grid), (grid.weights.sum(axis=1), grid.weights.sum(axis=0)), strict=True
     ):

@@ -97,7 +97,8 @@ class Packet:
         ``|A|^2`` is 1 (norm^4) where the packet has come back. 2.5 ns for each state and time on one thread, in memory
         of a few times the result. Rounding: 1e-16 of the phases E t/hbar, in ``|A|`` only of those of E - `energy`.
         """
-        moments, mean = _moments(time), self.energy
+        moments = _moments(time)
+        mean = self.energy
         flat = np.ascontiguousarray(moments).reshape(-1)
         out = np.empty(flat.size, complex)
         rates = (self.energies - mean) / (2 * np.pi * self.hbar)
@@ -140,7 +141,9 @@ class Packet:
         alpha, beta = invariants.to_radii(first, second)
         inside = (alpha >= 0) & (beta >= 0)
         if chosen.name == TWO_POLAR.name:
-            first, second, chosen = np.where(inside, alpha, 0.0), np.where(inside, beta, 0.0), ALPHA_BETA
+            first = np.where(inside, alpha, 0.0)
+            second = np.where(inside, beta, 0.0)
+            chosen = ALPHA_BETA
         measure = np.where(inside, 4 * math.pi**2 * alpha * beta * invariants.area, 0.0)
         evaluate = _amplitudes(first, second, chosen)
         return sum(np.abs(self._sum(evaluate, time, places)) ** 2 for places in self.classes.values()) * measure
@@ -160,7 +163,8 @@ class Packet:
 
         :Cost: about 1 ns for each state, node (some 10^4) and time.
         """
-        chosen, moments = invariants_of(ALPHA_BETA if chart is None else chart), _moments(time)
+        chosen = invariants_of(ALPHA_BETA if chart is None else chart)
+        moments = _moments(time)
         a_function("function", function)
         classes = list(self.classes.values())
         tables, grid = resolved([[self.states[k] for k in places] for places in classes])
@@ -169,7 +173,8 @@ class Packet:
             raise TypeError("function must return real values")
         if not np.isfinite(values).all():
             raise ValueError("function must return finite values where the states live")
-        flat, weighted = moments.reshape(-1), (grid.weights * values).reshape(-1)
+        flat = moments.reshape(-1)
+        weighted = (grid.weights * values).reshape(-1)
         total = np.zeros(flat.size)
         for start in range(0, flat.size, 512):
             for places, table in zip(classes, tables, strict=True):

@@ -56,7 +56,9 @@ def projected_packet(
     >>> packet.weights.round(9)
     array([1.])
     """
-    chosen, tolerance, invariants = checked_class(m, l, single_valued), fraction(missing), invariants_of(chart)
+    chosen = checked_class(m, l, single_valued)
+    tolerance = fraction(missing)
+    invariants = invariants_of(chart)
     if not callable(function):
         raise TypeError(f"function must be callable, got {function!r}")
 

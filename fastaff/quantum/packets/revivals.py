@@ -100,7 +100,8 @@ def revivals(
     >>> fa.quantum.revivals(fa.Body(fa.Harmonic()), n=(3, 2), m=0, l=0).quantum.period.round(6)
     array([3.141593, 3.141593])
     """
-    quantum, symmetry = action_quantum(hbar), checked_class(m, l, single_valued)
+    quantum = action_quantum(hbar)
+    symmetry = checked_class(m, l, single_valued)
     numbers = whole_numbers("n", n)
     if numbers.shape != (2,) or np.any(numbers < 1):
         raise ValueError(f"n must be two whole numbers of at least 1, for differences on both sides; got {n!r}")
@@ -140,7 +141,8 @@ def _levels(body: Any, centre: np.ndarray, rows: list[int], hbar: float, chart: 
 
 def _differences(level: Callable, rows: list[int]) -> tuple[np.ndarray, np.ndarray]:
     """Return slope and curvature of levels, 0 where they are below the error of the levels."""
-    size, unit = len(rows), np.eye(4, dtype=int)[rows]
+    size = len(rows)
+    unit = np.eye(4, dtype=int)[rows]
     E, error = level(0 * unit[0])
 
     def combined(terms: list[tuple[float, np.ndarray]], rest: float) -> float:
@@ -149,7 +151,8 @@ def _differences(level: Callable, rows: list[int]) -> tuple[np.ndarray, np.ndarr
         noise = sum(abs(weight) * error for weight, _, error in parts) + abs(rest) * error
         return value if abs(value) > 2 * noise else 0.0
 
-    slope, curvature = np.zeros(size), np.zeros((size, size))
+    slope = np.zeros(size)
+    curvature = np.zeros((size, size))
     for i in range(size):
         slope[i] = combined([(0.5, unit[i]), (-0.5, -unit[i])], 0.0)
         curvature[i, i] = combined([(1.0, unit[i]), (1.0, -unit[i])], -2.0)

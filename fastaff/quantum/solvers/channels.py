@@ -68,7 +68,9 @@ class _Bases(NamedTuple):
 
         The matrix has large entries that cancel, with the rounding of the largest; vectors enter squared.
         """
-        along, around, inverse = self.radial, self.angular, 1 / self.nodes[:, None] ** 2
+        along = self.radial
+        around = self.angular
+        inverse = 1 / self.nodes[:, None] ** 2
         f, slope = (np.tensordot(side[0] @ self.grid, tables, 1) for side in (along.values, along.slopes))
         E = np.einsum("i,ijk->k", along.weight[0], slope**2)
         E += np.einsum("i,ijk->k", (along.weight * self.weights)[0], f**2)
@@ -142,7 +144,8 @@ def by_channels(
     depth: float,
 ) -> tuple[np.ndarray, Waves, int, np.ndarray]:
     """Return the lowest eigenvalues, their waves, the size, and the errors of the cut, for one cut and density."""
-    bases, highest = _bases(problem, parts, bottom, top, density), bottom + STEEP * (top - bottom)
+    bases = _bases(problem, parts, bottom, top, density)
+    highest = bottom + STEEP * (top - bottom)
     energies, vectors = np.linalg.eigh(_angular_matrices(problem, bases.angular, bases.free, bases.nodes, highest))
     energies = energies + bases.rest / bases.nodes[:, None] ** 2
     kept = _kept(energies, bases.nodes, bottom + cut * (top - bottom), bottom + 1.05 * (top - bottom), depth)
@@ -154,7 +157,8 @@ def by_channels(
     H *= bases.kinetic[node[:, None], node]
     H[np.arange(node.size), np.arange(node.size)] += energies[node, channel]
     E, C = lowest_states(H, min(count, node.size))
-    left, height = np.empty(len(E)), np.diagonal(bases.kinetic)[:, None] + energies
+    left = np.empty(len(E))
+    height = np.diagonal(bases.kinetic)[:, None] + energies
     for k in range(0, len(E), LEVELS):
         some = slice(k, k + LEVELS)
         within = np.zeros((*kept.shape, len(E[some])))
@@ -174,7 +178,8 @@ def _kept(energies: np.ndarray, rho: np.ndarray, limit: float, top: float, depth
     """
     below = energies < limit
     action = np.cumsum(np.sqrt(np.maximum(energies - top, 0)) * np.gradient(rho)[:, None], axis=0)
-    first, last = np.argmax(below, axis=0), below.shape[0] - 1 - np.argmax(below[::-1], axis=0)
+    first = np.argmax(below, axis=0)
+    last = below.shape[0] - 1 - np.argmax(below[::-1], axis=0)
     columns = np.arange(below.shape[1])
     index = np.arange(below.shape[0])[:, None]
     tail = (index < first) & (action[first, columns] - action < depth) | (index > last) & (
@@ -198,7 +203,8 @@ def _angular_matrices(
     problem: Problem, angular: Basis, free: np.ndarray, rho: np.ndarray, highest: float = np.inf
 ) -> np.ndarray:
     """Return the matrices (rho, n, n) of 4 L_x/rho^2 + U at every rho, U cut off at `highest`."""
-    U, values = _at_nodes(problem, angular, rho, highest), angular.values[0]
+    U = _at_nodes(problem, angular, rho, highest)
+    values = angular.values[0]
     return free * (4 / rho**2)[:, None, None] + (values * (angular.weight[0] * U)[..., None]).mT @ values
 
 

@@ -28,7 +28,9 @@ def until_equal(solve, n, hi, grow, count, tolerance, powers):
 
     Return basis, values and vectors, errors, size. A smaller basis goes before and shows how fast changes fall.
     """
-    sizes, change, far = [max(int((n - 12) / 1.25), count + 2)], None, False
+    sizes = [max(int((n - 12) / 1.25), count + 2)]
+    change = None
+    far = False
     _, (coarse, _) = solve(sizes[0], hi / grow)
     while True:
         sizes.append(2 * sizes[-1] if far else sizes[-1] + sizes[-1] // 4 + 12)
@@ -41,7 +43,9 @@ def until_equal(solve, n, hi, grow, count, tolerance, powers):
                 rounding = 8 * np.finfo(float).eps * np.abs(values[:, :count]).max(axis=1, keepdims=True)
                 return b, (values, vectors), error + rounding, sizes[-1]
             far = bool(np.any(np.abs(gap) > 1e-4 * scale))
-        coarse, change, hi = values, gap, hi * grow
+        coarse = values
+        change = gap
+        hi = hi * grow
 
 
 def _left(sizes: list[int], change: np.ndarray, gap: np.ndarray, floor: np.ndarray, powers: np.ndarray) -> np.ndarray:
@@ -51,9 +55,11 @@ def _left(sizes: list[int], change: np.ndarray, gap: np.ndarray, floor: np.ndarr
     whose functions no exponent makes smooth. Changes of different signs, of the basis and of its quadrature, show no
     power: the error is the larger one.
     """
-    size, last = np.abs(change), np.abs(gap)
+    size = np.abs(change)
+    last = np.abs(gap)
     if powers[-1] < POWERS[-1]:  # errors of the basis and of its quadrature may cancel
-        size, last = by_chance(size), by_chance(last)
+        size = by_chance(size)
+        last = by_chance(last)
     error = 2 * last + SAFE * _remaining(sizes, size - floor, last - floor, powers)
     turned = (change * gap < 0) & (last > np.maximum(floor, NOISE * size))
     return np.where(turned, np.maximum(error, size), error)
@@ -69,7 +75,8 @@ def by_chance(gap: np.ndarray) -> np.ndarray:
 def _remaining(sizes: list[int], change: np.ndarray, gap: np.ndarray, powers: np.ndarray) -> np.ndarray:
     """Return the error of the last of three bases if errors fall as one of some powers of their size."""
     errors = [(size / sizes[-1]) ** -powers for size in sizes]
-    drop, last = errors[0] - errors[1], errors[1] - errors[2]
+    drop = errors[0] - errors[1]
+    last = errors[1] - errors[2]
     change = np.maximum(change, 1e-300)
     return change * np.interp(np.maximum(gap, 0) / change, (last / drop)[::-1], (1 / drop)[::-1])
 
@@ -84,7 +91,8 @@ def powers_of(*ends: Callable) -> np.ndarray:
     nodes, matrix = chebyshev(2 * ORDER)
     between = (np.arange(2 * ORDER) + 0.5) / (2 * ORDER)
     for end in ends:
-        inner, seen = sampled(end, nodes), sampled(end, between)
+        inner = sampled(end, nodes)
+        seen = sampled(end, between)
         if not np.abs(matrix @ inner - seen).max() <= 1e-9 * np.abs(seen).max():
             return POWERS[POWERS <= ROUGH]
     return POWERS[POWERS > ROUGH]

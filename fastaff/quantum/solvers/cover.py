@@ -16,8 +16,12 @@ from .singular_ends import potential, sampled
 
 SLACK = 0.1
 """How far, in parts of the energy of the levels above the bottom, V may be below the samples of a box."""
-MOST, MANY = 1 << 17, 1 << 10
-"""Largest number of boxes, and the number after which curvatures are used too."""
+MOST = 1 << 17
+"""Largest number of boxes."""
+
+MANY = 1 << 10
+"""Number of boxes after which curvatures are used too."""
+
 THIN = 2.0**-44
 """Narrowest box, in parts of its coordinates."""
 EDGE = 2.0**-13
@@ -66,7 +70,8 @@ class Cover(NamedTuple):
 
     def thin(self, lo: float, hi: float, samples: int) -> np.ndarray:
         """Return the intervals (2, k), inside of (lo, hi), whose wells so many samples there miss."""
-        step, edge = (hi - lo) / samples, EDGE * (hi - lo)
+        step = (hi - lo) / samples
+        edge = EDGE * (hi - lo)
         some = self.where((self.lo[0] > lo + edge) & (self.hi[0] < hi - edge))
         before = lo + step * (np.floor((some.at - lo) / step - 0.5) + 0.5)
         return np.concatenate(some._below(before, before + step)[2:4])
@@ -78,7 +83,8 @@ class Cover(NamedTuple):
 
     def nodes(self, which: int) -> np.ndarray:
         """Return the ends and middles of all boxes in one coordinate, spread over all of them if there are many."""
-        lo, hi = self.lo[which], self.hi[which]
+        lo = self.lo[which]
+        hi = self.hi[which]
         nodes = np.unique([lo, (lo + hi) / 2, hi])
         return nodes[:: max(-(-nodes.size // NODES), 1)]
 
@@ -122,7 +128,8 @@ def plane_cover(
     def rest(A: Any, B: Any) -> Any:
         return (a / A if a else 0.0) + (b / B if b else 0.0)
 
-    q, x = np.geomspace(*rho, 57), np.linspace(0.0 if walled else AXIS - 1, 1 - AXIS, 9)
+    q = np.geomspace(*rho, 57)
+    x = np.linspace(0.0 if walled else AXIS - 1, 1 - AXIS, 9)
 
     def enclosure(lo: np.ndarray, hi: np.ndarray) -> np.ndarray:
         A, B = Sector(lo, hi).squares()
@@ -131,7 +138,8 @@ def plane_cover(
 
     def V(points: np.ndarray) -> np.ndarray:
         q, x = points
-        A, B = q * q * (1 + x) / 2, q * q * (1 - x) / 2
+        A = q * q * (1 + x) / 2
+        B = q * q * (1 - x) / 2
         with np.errstate(all="ignore"):
             return np.asarray(potential(body, A, B) / unit + rest(A, B))
 
@@ -141,7 +149,8 @@ def plane_cover(
         V_AA, V_AB, V_BB = map(interval, body.potential.curvatures(A, B))
         steep = rest(A.lo**3, np.inf), rest(np.inf, B.lo**3)
         V_AA, V_BB = (V / unit + Interval(0.0 * more, 2 * more) for V, more in zip((V_AA, V_BB), steep, strict=True))
-        both, mixed = V_AA + V_BB, V_AA - V_BB
+        both = V_AA + V_BB
+        mixed = V_AA - V_BB
         bends = ((both + 2 / unit * V_AB).hi, (both - 2 / unit * V_AB).hi, 2 * np.absolute(mixed).hi)
         s, d = (side.hi - side.lo for side in (A + B, A - B))
         return sum(np.maximum(bend, 0) * part for bend, part in zip(bends, (s * s, d * d, s * d), strict=True)) / 32
@@ -163,23 +172,30 @@ def _cover(
 
     enclosure(lo, hi) encloses V on boxes, sag(lo, hi) bounds how far V may be below its corners.
     """
-    done, looked = [], 0
+    done = []
+    looked = 0
     while True:
         try:
             floor = _floor(enclosure, lo, hi)
         except Exception:  # any error of a function that takes numbers alone
             none = np.empty(0)
             return Cover(V, kinetic, *(lo[:, :0],) * 3, none, none, none > 0, True)
-        keep, looked = floor < top, looked + lo.shape[1]
-        lo, hi, floor = lo[:, keep], hi[:, keep], floor[keep]
+        keep = floor < top
+        looked = looked + lo.shape[1]
+        lo = lo[:, keep]
+        hi = hi[:, keep]
+        floor = floor[keep]
         points = _points(lo, hi)
         values = V(points)
-        least, each = np.argmin(values, axis=0), np.arange(floor.size)
-        at, low = points[:, least, each], values[least, each]
+        least = np.argmin(values, axis=0)
+        each = np.arange(floor.size)
+        at = points[:, least, each]
+        low = values[least, each]
         if sag is not None and looked > MANY:
             floor = np.fmax(floor, values[:-1].min(axis=0) + _floor(lambda *box: -sag(*box), lo, hi))
         slack = SLACK * np.maximum(kinetic, top - low)
-        doubt, dip = floor < low - slack, low < values[:-1].min(axis=0) - slack
+        doubt = floor < low - slack
+        dip = low < values[:-1].min(axis=0) - slack
         split = (doubt | dip) & ((hi - lo) > THIN * np.maximum(np.abs(lo), np.abs(hi))).any(axis=0)
         if looked + 2 * split.sum() > MOST:
             split[:] = False
@@ -214,9 +230,11 @@ def _halves(enclosure: Callable, lo: np.ndarray, hi: np.ndarray, floor: np.ndarr
     if len(lo) > 1:
         sides = np.eye(len(lo), dtype=bool)[..., None]
         flat = np.array([_floor(enclosure, *(np.where(side, middle, end) for end in (lo, hi))) for side in sides])
-        known, width = np.isfinite(floor) & np.isfinite(flat).all(axis=0), (hi - lo) / (hi + np.abs(lo))
+        known = np.isfinite(floor) & np.isfinite(flat).all(axis=0)
+        width = (hi - lo) / (hi + np.abs(lo))
         with np.errstate(invalid="ignore"):
             which = np.argmax(np.where(known, flat - floor, width), axis=0)
     cut = np.arange(len(lo))[:, None] == which
-    left, right = np.where(cut, middle, hi), np.where(cut, middle, lo)
+    left = np.where(cut, middle, hi)
+    right = np.where(cut, middle, lo)
     return np.concatenate([lo, right], axis=1), np.concatenate([left, hi], axis=1)

@@ -15,10 +15,12 @@ from .jacobi_basis import Interval, gauss_jacobi, interval_rule
 from .lapack import lowest_states
 from .panels import barycentric
 
-DENSE, RESTARTS = 6000, 100
-"""Largest matrix that is diagonalised as a whole where Lanczos does not end after so many restarts, as with one level
-far below all others.
-"""
+DENSE = 6000
+"""Largest matrix that is diagonalised as a whole where Lanczos does not end."""
+
+RESTARTS = 100
+"""Restarts after which Lanczos does not end, as with one level far below all others."""
+
 POINTS = 1 << 14
 """Points at which functions are evaluated at once."""
 
@@ -94,7 +96,8 @@ class Elements(NamedTuple):
         """Return p w w' where the first element ends, and -p w w' where the last one begins: the boundary terms of
         integration by parts.
         """
-        h, ends = np.diff(self.edges), self.interval
+        h = np.diff(self.edges)
+        ends = self.interval
         return float(p[0, -1] * ends.e_lo[0] / h[0]), float(p[-1, 0] * ends.e_hi[-1] / h[-1])
 
     def local(self, values: np.ndarray) -> np.ndarray:
@@ -123,7 +126,8 @@ class Elements(NamedTuple):
             h = self.edges[k + 1] - self.edges[k]
             t = 2 * (place[here] - (self.edges[k] - self.lo)) / h - 1
             local = barycentric(self.t[k], _weights(self.t[k]), np.clip(t, -1, 1))
-            first, last = k == 0, k == elements - 1
+            first = k == 0
+            last = k == elements - 1
             with np.errstate(divide="ignore", under="ignore"):
                 front = np.ones(here.size)
                 if first:
@@ -147,11 +151,14 @@ class Elements(NamedTuple):
         """Return distances from lo and weights for functions of this basis: int f^2 g dx, with `order` nodes on each
         element.
         """
-        h, ends = np.diff(self.edges), self.interval
+        h = np.diff(self.edges)
+        ends = self.interval
         t, w = np.polynomial.legendre.leggauss(order)
-        below, weights = (self.edges[:-1] - self.lo)[:, None] + h[:, None] * (1 + t) / 2, h[:, None] * w / 2
+        below = (self.edges[:-1] - self.lo)[:, None] + h[:, None] * (1 + t) / 2
+        weights = h[:, None] * w / 2
         for k in (0, -1):
-            lo, hi = float(self.edges[:-1][k]), float(self.edges[1:][k])
+            lo = float(self.edges[:-1][k])
+            hi = float(self.edges[1:][k])
             place, weights[k] = interval_rule(lo, hi, float(ends.e_lo[k]), float(ends.e_hi[k]), order)
             below[k] = lo - self.lo + place
         return below.ravel(), weights.ravel()
@@ -193,18 +200,23 @@ def _lobatto(n: int) -> tuple[np.ndarray, np.ndarray]:
 
 def elements(edges: np.ndarray, n: int, e_lo: float, e_hi: float, wall_lo: bool, wall_hi: bool) -> Elements:
     """Return the basis of n nodes on each element (at least two elements); poles at walls are integrated exactly."""
-    h, E = np.diff(edges), edges.size - 1
+    h = np.diff(edges)
+    E = edges.size - 1
     t, w = (np.tile(row, (E, 1)) for row in _lobatto(n))
     first, w_first = _end(n, e_lo, wall_lo)
     last, w_last = _end(n, e_hi, wall_hi)
-    t[0], w[0], t[-1], w[-1] = first, w_first, -last[::-1], w_last[::-1]
+    t[0] = first
+    w[0] = w_first
+    t[-1] = -last[::-1]
+    w[-1] = w_last[::-1]
     slopes = np.array([_derivative(row) for row in t]) * (2 / h)[:, None, None]
     below = edges[:-1, None] - edges[0] + h[:, None] * (1 + t) / 2
     above = edges[-1] - edges[1:, None] + h[:, None] * (1 - t) / 2
     weight = w * h[:, None]
     x = np.where(below < above, edges[0] + below, edges[-1] - above)
     exponents = np.zeros((2, E))
-    exponents[0, 0], exponents[1, -1] = e_lo, e_hi
+    exponents[0, 0] = e_lo
+    exponents[1, -1] = e_hi
     interval = Interval(float(edges[0]), float(edges[-1]), exponents[0], exponents[1], wall_lo, wall_hi)
     return Elements(edges, interval, t, x, below, above, weight, slopes, mass=summed(weight))
 
@@ -326,7 +338,8 @@ def _by_lanczos(factor: Any, size: int, count: int) -> np.ndarray:
         )
         if value[0] <= np.sort(values)[-count] * (1 + 1e-5):
             break
-        values, vectors = np.append(values, value), np.linalg.qr(np.hstack([vectors, vector]))[0]
+        values = np.append(values, value)
+        vectors = np.linalg.qr(np.hstack([vectors, vector]))[0]
     return vectors[:, np.argsort(-values)[:count]]
 
 

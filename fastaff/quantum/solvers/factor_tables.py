@@ -29,7 +29,8 @@ class AngularFunction(NamedTuple):
 
     def of_squares(self, sine: np.ndarray, cosine: np.ndarray) -> np.ndarray:
         """Return f of sin^2(vartheta/2) and cos^2(vartheta/2), each accurate where it is small."""
-        f, x = self.function, cosine - sine
+        f = self.function
+        x = cosine - sine
         return f.at(2 * cosine if f.lo == -1 else x - f.lo, 2 * sine if f.hi == 1 else f.hi - x)
 
     def rule(self, order: int) -> tuple[np.ndarray, np.ndarray]:
@@ -61,7 +62,8 @@ class RadialFunction(NamedTuple):
 
     def __call__(self, coordinate: ArrayLike) -> np.ndarray:
         """Return f; 0 where V is infinite or f has decayed below rounding."""
-        f, power = self.function, -(self.dimension - 1) / 2
+        f = self.function
+        power = -(self.dimension - 1) / 2
         coordinate = np.asarray(coordinate, float)
         q = coordinate if self.dimension == 2 else np.sqrt(coordinate)
         shift, rest = (power, 0.0) if f.lo == 0 else (0.0, power)
@@ -90,7 +92,8 @@ class IntervalFunctions(NamedTuple):
 
     def one(self, problem: int, level: int) -> IntervalFunction:
         """Return one solution."""
-        v, c = self.interval, self.coefficients[problem, :, level]
+        v = self.interval
+        c = self.coefficients[problem, :, level]
         return IntervalFunction(v.lo, v.hi, float(v.e_lo[problem]), float(v.e_hi[problem]), c)
 
 

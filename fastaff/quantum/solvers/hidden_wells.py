@@ -16,12 +16,24 @@ from .cover import SLACK, THIN
 from .intervals import Interval, interval
 from .lattice import Grid, Problem
 
-SMALL, LARGE = 1e-8, 1e8
-"""Coordinates of boxes: those below the first are cut evenly, the others by ratios, up to the second."""
-MOST, RELATIVE = 1 << 16, 0.125
-"""Most boxes; if a region has no end, the narrowest box that tells regions apart, in parts of its coordinates."""
-DESCENTS, SETTLED = 256, 1e-6
-"""Most descents at a time; size of the last step, in sizes of the coordinates, of one that has come to a minimum."""
+SMALL = 1e-8
+"""Coordinates of boxes below this one are cut evenly, the others by ratios."""
+
+LARGE = 1e8
+"""Largest coordinate of boxes that is cut by ratios."""
+
+MOST = 1 << 16
+"""Most boxes."""
+
+RELATIVE = 0.125
+"""If a region has no end, the narrowest box that tells regions apart, in parts of its coordinates."""
+
+DESCENTS = 256
+"""Most descents at a time."""
+
+SETTLED = 1e-6
+"""Size of the last step, in sizes of the coordinates, of a descent that has come to a minimum."""
+
 STEPS = 0.5
 """First step of a descent in parts of its box."""
 
@@ -73,18 +85,22 @@ class Boxes(NamedTuple):
         The best of three: intervals through V; V at the middle and the largest slopes times half widths, which is of
         second order in the width; intervals through V at the ends that signs of slopes name, for the lower bound.
         """
-        shape, box = low.shape[1:], [Interval(*ends) for ends in zip(low, high, strict=True)]
+        shape = low.shape[1:]
+        box = [Interval(*ends) for ends in zip(low, high, strict=True)]
         with np.errstate(all="ignore"):
             margin = interval(self.model.margin(*box))
-            live, flat = margin.hi > 0, np.ones(shape, bool)
+            live = margin.hi > 0
+            flat = np.ones(shape, bool)
             plain = interval(self.model.potential_energy(*box))
-            floor, ceiling = np.broadcast_to(plain.lo, shape), np.broadcast_to(plain.hi, shape)
+            floor = np.broadcast_to(plain.lo, shape)
+            ceiling = np.broadcast_to(plain.hi, shape)
             slopes = _slopes(self.model, box)
             if slopes is not None:
                 least, most = slopes
                 middle = self.V((low + high) / 2)
                 steep = (np.maximum(np.abs(least), np.abs(most)) * ((high - low) / 2)).sum(axis=0)
-                first, last = np.where(most <= 0, high, low), np.where(least >= 0, low, high)
+                first = np.where(most <= 0, high, low)
+                last = np.where(least >= 0, low, high)
                 pinned = interval(self.model.potential_energy(*map(Interval, first, last)))
                 floor = np.fmax(np.fmax(floor, middle - steep), np.broadcast_to(pinned.lo, shape))
                 ceiling = np.fmin(ceiling, middle + steep)
@@ -104,7 +120,10 @@ def vibration_cover(model: Any, problem: Problem, top: float, step: np.ndarray) 
     boxes = Boxes(model, problem, half)
     edge = np.minimum(math.asinh(LARGE * size / SMALL), np.arcsinh(half / SMALL))
     inverse = np.abs(np.linalg.inv(problem.R))
-    lo, hi, done, looked = -edge, edge, [], 0
+    lo = -edge
+    hi = edge
+    done = []
+    looked = 0
     faces = _corners(boxes.place(lo), boxes.place(hi), 8)
     endless = bool((boxes.V(faces[:, (np.abs(faces) >= LARGE).any(axis=0).ravel()]) < top).any())
     while lo.size:
@@ -114,13 +133,16 @@ def vibration_cover(model: Any, problem: Problem, top: float, step: np.ndarray) 
         except Exception:  # any error of a function that takes numbers alone
             none = np.empty(0)
             return Cover(*(lo[:, :0],) * 3, none, none, none > 0, blind=True)
-        keep, looked = floor < top, looked + floor.size
+        keep = floor < top
+        looked = looked + floor.size
         lo, hi, low, high, floor = (row[..., keep] for row in (lo, hi, low, high, floor))
         flat = (flat & (ceiling >= top))[keep]
         points = boxes.place(_corners(lo, hi, 2))
         values = boxes.V(points)
-        best, each = np.argmin(values, axis=0), np.arange(floor.size)
-        at, least = points[:, best, each], values[best, each]
+        best = np.argmin(values, axis=0)
+        each = np.arange(floor.size)
+        at = points[:, best, each]
+        least = values[best, each]
         slack = SLACK * np.maximum(top - problem.bottom, top - least)
         deep = (floor < least - slack) | (least < values[:-1].min(axis=0) - slack)
         wide = step[:, None] if not endless else np.maximum(step, RELATIVE * np.abs(inverse @ np.abs(at)).T).T
@@ -129,13 +151,12 @@ def vibration_cover(model: Any, problem: Problem, top: float, step: np.ndarray) 
         full = looked + 2 * more.sum() > MOST
         split = more & ~full
         done.append([row[..., ~split] for row in (low, high, at, least, floor, more)])
-        lo, hi = lo[:, split], hi[:, split]
+        lo = lo[:, split]
+        hi = hi[:, split]
         which = np.arange(d)[:, None] == np.argmax(hi - lo, axis=0)
         middle = (lo + hi) / 2
-        lo, hi = (
-            np.concatenate([lo, np.where(which, middle, lo)], axis=1),
-            np.concatenate([np.where(which, middle, hi), hi], axis=1),
-        )
+        lo = np.concatenate([lo, np.where(which, middle, lo)], axis=1)
+        hi = np.concatenate([np.where(which, middle, hi), hi], axis=1)
     low, high, at, least, floor, coarse = (np.concatenate(rows, axis=-1) for rows in zip(*done, strict=True))
     return Cover(low, high, at, low=least, floor=floor, coarse=coarse)
 
@@ -200,7 +221,8 @@ def lost(problem: Problem, cover: Cover, grid: Grid, top: float, E: np.ndarray) 
     away &= kept | ~(~kept & (cover.low < top - far)).any()
     if not away.any():
         return none
-    some, d = cover.where(away), len(problem.wells)
+    some = cover.where(away)
+    d = len(problem.wells)
     size = np.prod(some.hi - some.lo, axis=0) / abs(np.linalg.det(problem.R))
     ball = math.pi ** (d / 2) / math.gamma(d / 2 + 1)
     density = ball * (math.sqrt(2 * (top - problem.bottom)) / (2 * math.pi)) ** d
@@ -223,7 +245,8 @@ def _beside(problem: Problem, grid: Grid, u: np.ndarray) -> tuple[np.ndarray, np
     """
     steps = (u - problem.wells[:, :1]) / grid.step[:, None]
     shape = np.array(grid.V.shape)[:, None]
-    least, kept = np.full(u.shape[1], np.inf), np.zeros(u.shape[1], bool)
+    least = np.full(u.shape[1], np.inf)
+    kept = np.zeros(u.shape[1], bool)
     for corner in itertools.product((0, 1), repeat=len(u)):
         index = np.floor(steps) + np.array(corner)[:, None] - grid.low[:, None]
         index = np.where(grid.around[:, None], index % shape, index)

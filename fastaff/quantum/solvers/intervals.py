@@ -42,7 +42,8 @@ class Interval(NDArrayOperatorsMixin):
     """
 
     def __init__(self, lo: Any, hi: Any, linear: Any = None):
-        self.lo, self.hi = np.where(np.isnan(lo), -_INF, lo), np.where(np.isnan(hi), _INF, hi)
+        self.lo = np.where(np.isnan(lo), -_INF, lo)
+        self.hi = np.where(np.isnan(hi), _INF, hi)
         self.linear: Any = linear
         self.scaled: Any = None
 
@@ -56,7 +57,8 @@ class Interval(NDArrayOperatorsMixin):
         if not isinstance(chosen, Interval):
             return Interval(np.where(chosen, yes.lo, no.lo), np.where(chosen, yes.hi, no.hi))
         lo, hi = ((pick(a, b), a, b) for pick, a, b in ((np.minimum, yes.lo, no.lo), (np.maximum, yes.hi, no.hi)))
-        sure, never = chosen.lo > 0, chosen.hi <= 0
+        sure = chosen.lo > 0
+        never = chosen.hi <= 0
         return Interval(*(np.where(sure, a, np.where(never, b, both)) for both, a, b in (lo, hi)))
 
     def __array_ufunc__(self, ufunc: Any, method: str, *inputs: Any, **extra: Any) -> Any:
@@ -69,7 +71,8 @@ class Interval(NDArrayOperatorsMixin):
                 return _linear(self.linear[0], (1, *self.linear[1][1:]))
             return Interval(lo, hi)
         if name in _EVEN:
-            ends, zero = (ufunc(self.lo), ufunc(self.hi)), (self.lo < 0) & (self.hi > 0)
+            ends = (ufunc(self.lo), ufunc(self.hi))
+            zero = (self.lo < 0) & (self.hi > 0)
             return Interval(np.where(zero, ufunc(0.0), np.minimum(*ends)), np.maximum(*ends))
         rule = _RULES.get(name)
         return NotImplemented if rule is None else rule(*map(interval, inputs))
@@ -93,22 +96,28 @@ def _linear(sector: Sector | None, form: tuple[int, float, float, float]) -> Int
     if sector is None or power == 0:
         return interval(c)
     x = np.array([sector.lo[1], sector.hi[1]])
-    first, second = (1 + x) / 2, (1 - x) / 2
+    first = (1 + x) / 2
+    second = (1 - x) / 2
     if power == 1:
-        first, second = np.sqrt(first), np.sqrt(second)
+        first = np.sqrt(first)
+        second = np.sqrt(second)
     ends = p * first + q * second
     low, high = ends.min(axis=0), ends.max(axis=0)
     if power == 1 and p * q > 0:  # sqrt(p^2 + q^2) cos(vartheta/2 - atan(q/p)) has its top inside
-        size, top = np.hypot(p, q), (p * p - q * q) / (p * p + q * q)
+        size = np.hypot(p, q)
+        top = (p * p - q * q) / (p * p + q * q)
         inside = (x[0] < top) & (top < x[1])
-        low, high = np.where(inside & (p < 0), -size, low), np.where(inside & (p > 0), size, high)
-    near, far = sector.lo[0] ** power, sector.hi[0] ** power
+        low = np.where(inside & (p < 0), -size, low)
+        high = np.where(inside & (p > 0), size, high)
+    near = sector.lo[0] ** power
+    far = sector.hi[0] ** power
     return Interval(c + low * np.where(low > 0, near, far), c + high * np.where(high > 0, far, near), (sector, form))
 
 
 def _add(x: Interval, y: Interval) -> Interval:
     if x.linear and y.linear:
-        (one, a), (other, b) = x.linear, y.linear
+        one, a = x.linear
+        other, b = y.linear
         if a[0] == b[0] or 0 in (a[0], b[0]):
             sums = (u + v for u, v in zip(a[1:], b[1:], strict=True))
             return _linear(one if other is None else other, (max(a[0], b[0]), *sums))

@@ -58,7 +58,8 @@ class Basis(NamedTuple):
         """
         _, vectors = np.linalg.eigh(self.matrix(q, p))
         vectors = vectors[..., :count]
-        f, slope = self.values @ vectors, self.slopes @ vectors
+        f = self.values @ vectors
+        slope = self.slopes @ vectors
         square = ((self.weight * p)[..., None] * slope**2 + (self.weight * q)[..., None] * f**2).sum(axis=1)
         density = (self.weight[..., None] * f**2)[:, :: -1 if start else 1]
         first = np.argmax(density > 1e-8 * density.max(axis=1, keepdims=True), axis=1)
@@ -85,7 +86,8 @@ class IntervalFunction(NamedTuple):
         below, above = np.broadcast_arrays(below, above)
         inside = (below >= 0) & (above >= 0)
         middle = (self.hi - self.lo) / 2
-        low, high = np.where(inside, below, middle), np.where(inside, above, middle)
+        low = np.where(inside, below, middle)
+        high = np.where(inside, above, middle)
         weight = interval_weight(self.lo, self.hi, self.e_lo, self.e_hi, low, high, shift)
         # Where the weight is below the range of floats, polynomials overflow.
         inside &= weight > 1e-300
@@ -106,7 +108,8 @@ def interval_rule(lo: float, hi: float, e_lo: float, e_hi: float, order: int) ->
     x)^2e_hi themselves.
     """
     t, w = gauss_jacobi(order, np.array([2 * e_hi]), np.array([2 * e_lo]))
-    below, above = (hi - lo) * (1 + t[0]) / 2, (hi - lo) * (1 - t[0]) / 2
+    below = (hi - lo) * (1 + t[0]) / 2
+    above = (hi - lo) * (1 - t[0]) / 2
     return below, np.exp(
         np.log(w[0]) + log_total_weight(lo, hi, e_lo, e_hi) - 2 * e_lo * np.log(below) - 2 * e_hi * np.log(above)
     )
@@ -137,8 +140,10 @@ def recurrence(n: int, alpha: np.ndarray, beta: np.ndarray) -> tuple[np.ndarray,
 
     Source: Gautschi 2004, Orthogonal Polynomials: Computation and Approximation, table 1.1.
     """
-    k, s = np.arange(1, n + 1), (alpha + beta)[:, None]
-    a, b = alpha[:, None], beta[:, None]
+    k = np.arange(1, n + 1)
+    s = (alpha + beta)[:, None]
+    a = alpha[:, None]
+    b = beta[:, None]
     first = (b - a) / (s + 2)
     diagonal = np.hstack([first, (b - a) * s / ((2 * k + s) * (2 * k + s + 2))])[:, :n]
     # At k = 1 the factor (k + s)/(2 k + s - 1) is 1, also where s = -1.
@@ -192,7 +197,8 @@ def basis(interval: Interval, n: int, extra: int) -> Basis:
     w = w * (1 - t) ** interval.wall_hi * (1 + t) ** interval.wall_lo
     w /= w.sum(axis=1, keepdims=True)
     half = (interval.hi - interval.lo) / 2
-    below, above = half * (1 + t), half * (1 - t)
+    below = half * (1 + t)
+    above = half * (1 - t)
     degree = np.arange(1, n)
     # The derivative of the k-th orthonormal polynomial is the (k-1)-th of (alpha + 1, beta + 1), up to its norm.
     s = alpha + beta

@@ -24,12 +24,17 @@ def lowest_states(H: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
     `scipy.linalg.eigh` and its driver "evr". Raises LinAlgError where they are not found.
     """
     size = len(H)
-    a, w, v = np.array(H, dtype=float, order="F"), np.zeros(size), np.zeros((size, count), order="F")
+    a = np.array(H, dtype=float, order="F")
+    w = np.zeros(size)
+    v = np.zeros((size, count), order="F")
     support = np.zeros(2 * size, np.int32)
 
     def call(work: np.ndarray, whole: np.ndarray, asked: tuple[int, int]) -> None:
-        found, info, n = np.zeros(1, np.int32), np.zeros(1, np.int32), np.array([size, 1, count, *asked], np.int32)
-        nothing, letters = np.zeros(1), np.frombuffer(b"VIL", np.uint8)
+        found = np.zeros(1, np.int32)
+        info = np.zeros(1, np.int32)
+        n = np.array([size, 1, count, *asked], np.int32)
+        nothing = np.zeros(1)
+        letters = np.frombuffer(b"VIL", np.uint8)
         at = [n[k:].ctypes.data for k in range(5)]
         how = [letters[k:].ctypes.data for k in range(3)]
         zero = nothing.ctypes.data
@@ -41,7 +46,8 @@ def lowest_states(H: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
         if info[0] or (asked[0] > 0 and found[0] != count):
             raise np.linalg.LinAlgError(f"dsyevr found {found[0]} of {count} levels (info {info[0]})")
 
-    work, whole = np.zeros(1), np.zeros(1, np.int32)
+    work = np.zeros(1)
+    whole = np.zeros(1, np.int32)
     call(work, whole, (-1, -1))
     lengths = int(work[0]), int(whole[0])
     call(np.zeros(lengths[0]), np.zeros(lengths[1], np.int32), lengths)

@@ -10,8 +10,12 @@ import numpy as np
 
 from .lapack import lowest_states
 
-LARGEST, LINE = 2500, 4096
-"""Largest matrix: some 10 s; most points of one coordinate, whose matrix of all has 130 MB."""
+LARGEST = 2500
+"""Largest matrix: some 10 s."""
+
+LINE = 4096
+"""Most points of one coordinate, whose matrix of all has 130 MB."""
+
 LONGER = 1.5
 """Ratio of the points of two coordinates from which on the longer one is the outer one."""
 SHIFTS = 32
@@ -106,7 +110,8 @@ def lowest(grid: Grid, problem: Problem, cut: float, count: int) -> Found:
             moved = np.moveaxis(np.tensordot(_between(n, shift[axis], bool(turns)), moved, (1, axis + 1)), 0, axis + 1)
         V = np.clip(problem.V(grid.points(problem.wells, shift)), problem.bottom, cut) - problem.bottom
         means.append((V * moved**2).reshape(count, -1).sum(axis=1))
-    flat, kept = states.reshape(count, -1), np.flatnonzero(grid.kept)
+    flat = states.reshape(count, -1)
+    kept = np.flatnonzero(grid.kept)
     signs = np.sign(flat[np.arange(count), np.abs(flat).argmax(axis=1)])
     return Found(E, np.ptp(means, axis=0), len(H), signs[:, None] * flat[:, kept], kept)
 
@@ -133,7 +138,8 @@ def kinetic(n: int, step: float, around: bool) -> np.ndarray:
     """Return -(1/2) d^2/du^2 between the n points of a lattice, periodic if `around` (then n is odd)."""
     difference = np.subtract.outer(np.arange(n), np.arange(n))
     sign = 1.0 - 2.0 * (difference % 2)
-    same, apart = difference == 0, np.where(difference == 0, 1, difference)
+    same = difference == 0
+    apart = np.where(difference == 0, 1, difference)
     if not around:
         return sign * np.where(same, math.pi**2 / 6, 1.0 / apart**2) / step**2
     angle = math.pi * apart / n
@@ -148,7 +154,9 @@ def matrix(T: list[np.ndarray], V: np.ndarray, kept: np.ndarray, cut: float) -> 
     if V.ndim == 1:
         at = np.flatnonzero(kept)
         return T[0][np.ix_(at, at)] + np.diag(V[at]), np.eye(V.size)[:, at]
-    energies, states, nodes = [], [], []
+    energies = []
+    states = []
+    nodes = []
     for i in np.flatnonzero(kept.reshape(len(V), -1).any(axis=1)):
         part, basis = matrix(T[1:], V[i], kept[i], cut)
         E, C = np.linalg.eigh(part)
@@ -158,7 +166,8 @@ def matrix(T: list[np.ndarray], V: np.ndarray, kept: np.ndarray, cut: float) -> 
         nodes.append(np.full(int(below.sum()), i))
         if (size := sum(map(len, energies))) > LARGEST:
             raise TooLarge(f"more than {size} functions of {V.ndim} coordinates; take a larger hbar, or fewer levels")
-    G, node = np.concatenate(states, axis=1), np.concatenate(nodes)
+    G = np.concatenate(states, axis=1)
+    node = np.concatenate(nodes)
     H = G.T @ G
     H *= T[0][node[:, None], node]
     H[np.diag_indices_from(H)] += np.concatenate(energies)

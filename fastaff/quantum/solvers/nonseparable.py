@@ -31,11 +31,18 @@ from .singular_ends import (
 
 ELEMENTS = ((5,), (6,), (8,), (11,), (14,), (18,))
 """Nodes of every element where V has narrow features: bases from small to large."""
-LINES, CLOSE = 48, 3
-"""Lines of either coordinate along which V is sampled, and the number of dense ones."""
-ROUNDS, WORST = 3, 8
-"""Number of refinements of partitions along lines through points where V is not resolved, and number of these points.
-"""
+LINES = 48
+"""Lines of either coordinate along which V is sampled."""
+
+CLOSE = 3
+"""Number of these lines that are dense."""
+
+ROUNDS = 3
+"""Number of refinements of partitions along lines through points where V is not resolved."""
+
+WORST = 8
+"""Number of these points."""
+
 PANELS = (120, 30)
 """Panels of rho and of x at most."""
 PRODUCTS = 100_000
@@ -62,8 +69,12 @@ STEPS = (
 action to which tails of channels are kept."""
 
 
-SPARE, FAR = (40, 6), 600
-"""States more than are asked for, and functions of rho beyond which there are fewer of them."""
+SPARE = (40, 6)
+"""States more than are asked for: the first number, or the second if functions of rho would be too many."""
+
+FAR = 600
+"""Functions of rho beyond which there are fewer spare states."""
+
 SMALLER = {True: 1, False: 2}
 """How many bases, global ones or elements, are only for comparison where there is no room for larger ones."""
 
@@ -205,7 +216,12 @@ class _Bases:
         E, _, _, left = self.done[-1]
         gap = by_chance(np.abs(E - self.done[-2][0])) if len(self.done) > 1 else np.full(self.count, np.inf)
         rounding = 64 * np.finfo(float).eps * (np.abs(E) + abs(self.top - self.bottom))
-        factor = SPECTRAL if not self.smooth else SMOOTH if self.problem.smooth else ALGEBRAIC
+        if not self.smooth:
+            factor = SPECTRAL
+        elif self.problem.smooth:
+            factor = SMOOTH
+        else:
+            factor = ALGEBRAIC
         return factor * gap + left + rounding
 
 
@@ -261,7 +277,8 @@ def _partition(
     counts little where states hardly reach.
     """
     share = partial(problem.share, top=top)
-    x, quasi = _line_x(problem), (np.arange(LINES) * 0.6180339887498949 + 0.31) % 1
+    x = _line_x(problem)
+    quasi = (np.arange(LINES) * 0.6180339887498949 + 0.31) % 1
 
     def V(q: np.ndarray, x: np.ndarray) -> np.ndarray:
         return problem.U(q, angle_of(-1.0, 1.0, 1 + x))
@@ -335,7 +352,8 @@ def _solve_elements(
     def V(q):
         return cut_off(sampled(lambda v: problem.U(q, v), vartheta), bottom + STEEP * (top - bottom))
 
-    near, tiny = rho.edges[0], 1e-6 * rho.edges[-1]
+    near = rho.edges[0]
+    tiny = 1e-6 * rho.edges[-1]
     e_lo = inner_exponent(near, tiny, (turning * (4 / tiny**2) + diags(V(tiny))).toarray()) if near == 0 else 1.0
     radii = elements(rho.edges, n, e_lo, 1.0, True, True)
     q = 0.75 / radii.x**2
@@ -347,7 +365,8 @@ def _solve_elements(
         kron(radii.assembled(*along), identity(angles.size)) + kron(diags(4 / nodes**2), turning) + diags(U.ravel())
     )
     tables = lowest(matrix.tocsc(), count, bottom, 0.01 * (top - bottom)).T.reshape(count, *U.shape)
-    E, left = np.empty(count), np.empty(count)
+    E = np.empty(count)
+    left = np.empty(count)
     for k, c in enumerate(tables):
         E[k] = quadratic(radii, *along, c).sum() + quadratic(angles, *around, c.T) @ (4 / nodes**2) + (U * c**2).sum()
         sides = (np.sqrt((c**2).sum(axis=axis))[:, None] for axis in (1, 0))

@@ -54,8 +54,11 @@ class Panels(NamedTuple):
         n of its nodes are pi sqrt(d d')/n apart at distances d, d' from the ends; panels graded to a singular end do
         not count.
         """
-        lo, hi, h = self.edges[:-1], self.edges[1:], np.diff(self.edges)
-        d, other = lo - self.edges[0], self.edges[-1] - hi
+        lo = self.edges[:-1]
+        hi = self.edges[1:]
+        h = np.diff(self.edges)
+        d = lo - self.edges[0]
+        other = self.edges[-1] - hi
         inside = np.minimum(d, other) > 4 * h
         dense = np.pi * np.sqrt((d + h / 2) * (other + h / 2)) * ORDER / (2 * h)
         return int(dense[inside].max()) if inside.any() else 0
@@ -135,7 +138,9 @@ def panels(
     narrow features.
     """
     thin = np.empty((2, 0)) if thin is None else thin
-    left, width, depth = np.array([lo]), hi - lo, 0
+    left = np.array([lo])
+    width = hi - lo
+    depth = 0
     seen = sampled(V, lo + width * (np.arange(dense) + 0.5) / dense)[..., None, :]
     done: list[tuple[np.ndarray, np.ndarray]] = []
     while True:
@@ -154,7 +159,8 @@ def panels(
         done.append((left[~rough], missed[~rough]))
         if not rough.any():
             break
-        depth, width = depth + 1, width / 2
+        depth = depth + 1
+        width = width / 2
         left = np.stack([left[rough], left[rough] + width], axis=1).ravel()
         seen = seen[..., rough, :]
         if seen.shape[-1] >= 2 * FEWEST:
@@ -194,14 +200,16 @@ def between(
         short = np.diff(part.edges) <= 1.01 * SPAN * (part.edges[-1] - part.edges[0])
         short[1:-1] = False
         kept &= ~short[panel]
-    at, (i, j) = at[:, kept], (panel[kept] for panel in place)
+    at = at[:, kept]
+    i, j = (panel[kept] for panel in place)
     x, y = (part.points for part in parts)
     nodes = sampled(lambda y: V(x.reshape(-1, 1), y), y.ravel()).reshape(*x.shape, *y.shape)
     rows = [
         barycentric(*_NODES, (row - part.edges[panel]) / np.diff(part.edges)[panel])
         for part, row, panel in zip(parts, at, (i, j), strict=True)
     ]
-    seen, inner = sampled(lambda y: V(at[0], y), at[1]), np.empty(at.shape[1])
+    seen = sampled(lambda y: V(at[0], y), at[1])
+    inner = np.empty(at.shape[1])
     for begin in range(0, inner.size, 1 << 13):
         some = slice(begin, begin + (1 << 13))
         inner[some] = np.einsum("pa,pab,pb->p", rows[0][some], nodes[i[some], :, j[some]], rows[1][some])
@@ -219,7 +227,8 @@ def _misses(inner: np.ndarray, seen: np.ndarray, low: float, scale: float) -> tu
 
     A few of the points come first, and all of them if these find none.
     """
-    points, few = seen.shape[-1], seen[..., :: max(seen.shape[-1] // 1024, 1)]
+    points = seen.shape[-1]
+    few = seen[..., :: max(seen.shape[-1] // 1024, 1)]
     if few.shape[-1] < points:
         miss, part = _largest(inner @ chebyshev(points)[1][:: points // few.shape[-1]].T, few, low, scale)
         rest = part <= MISS

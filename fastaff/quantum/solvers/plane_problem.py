@@ -53,10 +53,12 @@ class Problem(NamedTuple):
 
 def plane_problem(body: Any, chosen: SymmetryClass, unit: float, limit: float, hidden: Cover | None = None) -> Problem:
     """Return the problem of a class; hidden: where there are wells that the samples do not see."""
-    a, b = np.array([chosen.a]), np.array([chosen.b])
+    a = np.array([chosen.a])
+    b = np.array([chosen.b])
 
     def U(rho, vartheta):
-        A, B = (rho * np.cos(vartheta / 2)) ** 2, (rho * np.sin(vartheta / 2)) ** 2
+        A = (rho * np.cos(vartheta / 2)) ** 2
+        B = (rho * np.sin(vartheta / 2)) ** 2
         with np.errstate(over="ignore"):
             return potential(body, A, B) / unit
 
@@ -64,11 +66,14 @@ def plane_problem(body: Any, chosen: SymmetryClass, unit: float, limit: float, h
     rho = _size(U, v[::16], a, b) * np.geomspace(1e-4, 1e4, 1601)
     if hidden is not None:
         inside = (x := hidden.nodes(1))[(np.abs(x) < 1)]
-        rho, v = np.union1d(rho, hidden.nodes(0)), np.union1d(v, np.arccos(inside))
-    grid, far = U(rho[:, None], v), np.inf
+        rho = np.union1d(rho, hidden.nodes(0))
+        v = np.union1d(v, np.arccos(inside))
+    grid = U(rho[:, None], v)
+    far = np.inf
     if np.isfinite(limit):
         far = decayed("V", rho, grid.min(axis=1), limit / unit, 0.0, np.inf)[1]
-        rho, grid = rho[rho <= far], grid[rho <= far]
+        grid = grid[rho <= far]
+        rho = rho[rho <= far]
     with np.errstate(over="ignore"):
         w = grid + (a**2 / np.cos(v / 2) ** 2 + b**2 / np.sin(v / 2) ** 2) / rho[:, None] ** 2
     lowest = w.min(axis=1) + 1 / rho**2
@@ -145,7 +150,8 @@ def _even(U: Callable, rho: float, found: Well) -> bool:
             continue
         d = np.array([0.01, 0.02, 0.04])
         V = U(rho, end + sign * d) * rho**2 / 4 - c / d**2
-        rise, next_rise = abs(V[1] - V[0]), abs(V[2] - V[1])
+        rise = abs(V[1] - V[0])
+        next_rise = abs(V[2] - V[1])
         if rise > 1e-9 * np.abs(V).max() and next_rise < 3 * rise:  # 2 for a cone, 4 for a smooth top
             return False
     return True

@@ -43,7 +43,8 @@ class Polynomials(NamedTuple):
         ends = self.interval
         middle = (ends.hi - ends.lo) / 2
         inside = (below >= 0) & (above >= 0)
-        low, high = np.where(inside, below, middle), np.where(inside, above, middle)
+        low = np.where(inside, below, middle)
+        high = np.where(inside, above, middle)
         t = np.clip((low - high) / (ends.hi - ends.lo), -1, 1).reshape(1, -1)
         weight = interval_weight(ends.lo, ends.hi, float(ends.e_lo[0]), float(ends.e_hi[0]), low, high, shift)
         inside &= weight > 1e-300
@@ -78,21 +79,27 @@ class PlaneShape(NamedTuple):
 
     def __call__(self, r: np.ndarray, vartheta: np.ndarray) -> np.ndarray:
         """Return A (...) at r, vartheta (...); 0 where V is infinite or A has decayed below rounding."""
-        rho, half = np.sqrt(r), np.asarray(vartheta) / 2
+        rho = np.sqrt(r)
+        half = np.asarray(vartheta) / 2
         return self.of_radii(rho * np.cos(half), rho * np.sin(half))
 
     def of_radii(self, alpha: np.ndarray, beta: np.ndarray) -> np.ndarray:
         """Return A (...) at alpha, beta (...) >= 0."""
         out = np.empty(np.shape(alpha))
-        flat, a, b = out.reshape(-1), np.ravel(alpha), np.ravel(beta)
+        flat = out.reshape(-1)
+        a = np.ravel(alpha)
+        b = np.ravel(beta)
         for start in range(0, flat.size, POINTS):
             some = slice(start, start + POINTS)
             flat[some] = self._of(a[some], b[some])
         return out
 
     def _of(self, a: np.ndarray, b: np.ndarray) -> np.ndarray:
-        u, v, q = self.rho, self.x, np.hypot(a, b)
-        sine, cosine = b / np.where(q > 0, q, 1.0), np.where(q > 0, a, 1.0) / np.where(q > 0, q, 1.0)
+        u = self.rho
+        v = self.x
+        q = np.hypot(a, b)
+        sine = b / np.where(q > 0, q, 1.0)
+        cosine = np.where(q > 0, a, 1.0) / np.where(q > 0, q, 1.0)
         below = 2 * cosine**2 if v.lo == -1 else (cosine - sine) * (cosine + sine) - v.lo
         first = v.dense(below, 2 * sine**2 if v.hi == 1 else v.hi - (cosine - sine) * (cosine + sine), 0.0)
         second = u.dense(q - u.lo, u.hi - q, 0.0 if u.lo else -1.5)

@@ -104,10 +104,12 @@ def radial(
     check_size(name, first, count)
     d = SHORT * (far - below.lo)
     ends = [near_end(U, below.lo, d, 1.0)] * (below.lo == found.lo) + [near_end(U, far, -d, 1.0)] * (far == found.hi)
-    n, grow = max(first, parts.needed), 1.0 if far == found.hi else 1.05
+    n = max(first, parts.needed)
+    grow = 1.0 if far == found.hi else 1.05
     in_one_basis = partial(equations.in_one_basis, count=count + 1)
     b, (values, vectors), error, n = until_equal(in_one_basis, n, far, grow, count, tolerance, powers_of(*ends))
-    functions, values = RadialTable(IntervalFunctions(b.interval, vectors), dimension), values[:, :count]
+    functions = RadialTable(IntervalFunctions(b.interval, vectors), dimension)
+    values = values[:, :count]
     return Factors(unit * values, unit * (error + seen.lost(values)), functions, n, seen.said)
 
 
@@ -158,7 +160,8 @@ class _Equations(NamedTuple):
 
     def in_one_basis(self, n: int, hi: float, count: int) -> tuple[Basis, tuple[np.ndarray, np.ndarray]]:
         """Return the polynomials of n nodes up to hi, with the lowest values and their vectors."""
-        e_lo, e_far = self.e_lo[:, None], self.e_far
+        e_lo = self.e_lo[:, None]
+        e_far = self.e_far
         b = basis(Interval(self.near, hi, self.e_lo.copy(), np.full(self.e_lo.shape, e_far), True, True), n, 16)
         kept = self.strength[:, None] / b.x**2 if not self.regular else (-self.c_lo / b.x**2)
         singular = 2 * e_lo * e_far / (b.below * b.above)
@@ -169,7 +172,9 @@ class _Equations(NamedTuple):
 
     def of_elements(self, i: int, edges: np.ndarray, n: int) -> tuple[Elements, np.ndarray, np.ndarray]:
         """Return the elements between edges, p and q of the i-th equation."""
-        e_lo, e_far, strength = self.e_lo[i], self.e_far, self.strength[i]
+        e_lo = self.e_lo[i]
+        e_far = self.e_far
+        strength = self.strength[i]
         line = elements(edges, n, float(e_lo), e_far, True, True)
         q = sampled(self.U, line.x) + strength / line.x**2
         q[0] -= (strength + self.c_lo) / line.x[0] ** 2 if self.regular else e_lo * (e_lo - 1) / line.below[0] ** 2
@@ -190,7 +195,8 @@ def _by_elements(
         for n in ORDERS:
             line, p, q = problem(i, parts.edges, n)
             values, c = solve(line, p, q, count + 1, top, 1e-4 * kinetic)
-            gap, before = np.abs(values - before), values
+            gap = np.abs(values - before)
+            before = values
         rounding = 64 * np.finfo(float).eps * np.abs(values).max()
         rows.append(
             (
@@ -219,7 +225,8 @@ def _oscillator(name, V, dimension, K, count, hbar, mu):
         raise NoGroundState(f"{name} = {V!r} must have k > 0: it does not bind, there is no discrete spectrum")
     strength = K + (dimension - 1) * (dimension - 3) / 4 + 2 * mu * V.c / hbar**2
     s = centrifugal(name, strength) - 0.5
-    omega, kappa = float(np.sqrt(V.k / mu)), float(np.sqrt(V.k * mu)) / hbar
+    omega = float(np.sqrt(V.k / mu))
+    kappa = float(np.sqrt(V.k * mu)) / hbar
     values = hbar * omega * (2 * np.arange(count) + 1 + s[:, None])
     return Factors(values, np.zeros_like(values), OscillatorTable(dimension, s, kappa), count)
 
@@ -261,13 +268,15 @@ def angular(
     scale = float((count + a.max() + b.max() + 1) ** 2)  # of e_vartheta/unit
     seen = line_cover(lambda x: U(np.arccos(x)), inside, _graded(interval.lo, interval.hi), low + scale, scale)
     deepest = min(low, seen.low.min(initial=low))
-    low, scale = deepest, scale + low - deepest
+    scale = scale + low - deepest
+    low = deepest
     thin = seen.thin(interval.lo, interval.hi, DENSE)
     parts = panels(inside, interval.lo, interval.hi, low, scale, DENSE, PANELS, thin)
     if parts.needed > GLOBAL:
 
         def problem(i, edges, n):
-            e_lo, e_hi = float(interval.e_lo[i]), float(interval.e_hi[i])
+            e_lo = float(interval.e_lo[i])
+            e_hi = float(interval.e_hi[i])
             line = elements(edges, n, e_lo, e_hi, interval.wall_lo, interval.wall_hi)
             quanta = (np.full(len(line.x), side[i]) for side in (a, b))
             q = angular_potential(line, *quanta) + sampled(U, angle_of(line.lo, line.hi, line.below))
@@ -283,7 +292,8 @@ def angular(
         attempt, max(count + 24, parts.needed), 1.0, 1.0, count, tolerance, powers_of(*ends)
     )
     functions = AngularTable(IntervalFunctions(base.interval, vectors))
-    values, lost = values[:, :count], float(seen.lost(values[:, :count]).max())
+    lost = float(seen.lost(values[:, :count]).max())
+    values = values[:, :count]
     return Factors(unit * values, unit * error, functions, n, seen.said, lost)
 
 
@@ -327,8 +337,13 @@ def angular_potential(base: Basis | Elements, a: np.ndarray, b: np.ndarray) -> n
 
     a, b: of every row of nodes.
     """
-    x, low, high, (_, _, e0, e1, wall_lo, wall_hi) = base.x, base.below, base.above, base.interval
-    e0, e1, p = e0[:, None], e1[:, None], 1 - x**2
+    x = base.x
+    low = base.below
+    high = base.above
+    _, _, e0, e1, wall_lo, wall_hi = base.interval
+    e0 = e0[:, None]
+    e1 = e1[:, None]
+    p = 1 - x**2
     q = 2 * e0 * e1 * p / (low * high)
     if wall_lo:
         q = q + 2 * x * e0 / low - p * e0 * (e0 - 1) / low**2 + (a**2)[:, None] / (2 * (1 + x))

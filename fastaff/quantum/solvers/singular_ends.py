@@ -13,6 +13,7 @@ ESSENTIAL = 1e5
 """d^2 U where an essential singularity of -u'' + U u is cut off: sqrt(1e5) is beyond REACH for all powers up to d^-12.
 """
 RANGE = (1e-6, 1e6)
+"""Least and largest radius that is sampled."""
 
 
 class NoGroundState(ValueError):
@@ -55,7 +56,8 @@ def well(name: str, V: Callable, lo: float, hi: float) -> Well:
     if inside.size == 0:
         raise ValueError(f"{name} is finite nowhere")
     check_poles(name, V, y[inside[0] : inside[-1] + 1], values[inside[0] : inside[-1] + 1])
-    natural_lo, natural_hi = inside[0] == 0, inside[-1] == y.size - 1
+    natural_lo = inside[0] == 0
+    natural_hi = inside[-1] == y.size - 1
     start = lo if natural_lo else _edge(V, y[inside[0]], y[inside[0] - 1])
     stop = hi if natural_hi else _edge(V, y[inside[-1]], y[inside[-1] + 1])
     size = y[inside[0]] if np.isinf(hi) and natural_lo else min(stop, y[inside[-1]]) - start
@@ -79,13 +81,16 @@ def check_poles(name: str, V: Callable, y: np.ndarray, values: np.ndarray) -> No
         + 1
     )
     for i in hills:
-        lo, hi, side = y[i - 1], y[i + 1], max(size[i - 1], size[i + 1])
+        lo = y[i - 1]
+        hi = y[i + 1]
+        side = max(size[i - 1], size[i + 1])
         for _ in range(8):
             t = np.linspace(lo, hi, 33)
             with np.errstate(all="ignore"):
                 inner = np.abs(sampled(V, t))
             k = int(np.clip(np.argmax(inner), 1, 31))
-            lo, hi = t[k - 1], t[k + 1]
+            lo = t[k - 1]
+            hi = t[k + 1]
         if np.isinf(side) or np.isinf(inner[k]) or inner[k] > max(1e6 * side, 2 * inner.min()):
             raise ValueError(
                 f"{name} must be finite on one interval, it has a pole at {t[k]:.6g}; make it np.inf on its other side"
@@ -167,7 +172,8 @@ def reach(name: str, W: Callable, y: np.ndarray, lo: float, hi: float, count: fl
     W with the Langer centrifugal term; semiclassical count int sqrt(lambda - W) dx/pi. n Gauss nodes are pi sqrt(d
     d')/n apart at distances d, d' from the ends.
     """
-    w, step = sampled(W, y), np.gradient(y)
+    w = sampled(W, y)
+    step = np.gradient(y)
     bottom = int(np.argmin(w))
     check_bottom(name, bottom, y.size, hi)
     top = count_top(
@@ -186,7 +192,8 @@ def check_bottom(name: str, bottom: int, size: int, hi: float) -> None:
 
 def count_top(states: Callable, low: float, unit: float, count: float) -> float:
     """Return the place above `low` where the growing function `states` reaches `count`; `unit`: a first step."""
-    up, down = unit, 0.0
+    up = unit
+    down = 0.0
     while states(low + up) < count:
         up *= 2
     for _ in range(50):
@@ -208,7 +215,8 @@ def decayed(name: str, y: np.ndarray, w: np.ndarray, top: float, lo: float, hi: 
         )
     with np.errstate(invalid="ignore", over="ignore"):
         decay = np.minimum(np.sqrt(np.maximum(w - top, 0)), 1e150) * np.gradient(y)
-    after, before = np.cumsum(decay[allowed[-1] :]), np.cumsum(decay[allowed[0] :: -1])
+    after = np.cumsum(decay[allowed[-1] :])
+    before = np.cumsum(decay[allowed[0] :: -1])
     right = y[allowed[-1] + np.argmax(after > REACH)] if after[-1] > REACH else hi
     left = y[allowed[0] - np.argmax(before > REACH)] if before[-1] > REACH else lo
     if not np.isfinite(right):

@@ -27,35 +27,64 @@ CUTS = (1.3, 1.6, 2.0, 2.5, 3.1, 3.9, 5.0, 6.5, 8.5, 11.0)
 """Kinetic and potential energies that bases hold, in units of the energy of the highest level above the bottom."""
 NEARER = 0.6
 """Factor, from one basis to the next, of the distance from the wall to the energy from which wells have no end."""
-SPARE, FEW, GROW, HALVINGS = 8, 1, 1.4, 30
-"""States more than are asked for below that energy, and where that takes too large a basis; how energies are searched:
-by factors, then by halves.
-"""
-FIRST, WIDER, POINTS = 8, 0.5, (1 << 15, 1 << 19, 1 << 21)
-"""Points of the first grid on either side, the share by which it grows where it is too narrow, and the most of them by
-coordinates."""
+SPARE = 8
+"""States more than are asked for below that energy."""
+
+FEW = 1
+"""The same where SPARE takes too large a basis."""
+
+GROW = 1.4
+"""Factor by which a range of energies grows until it holds the wanted states."""
+
+HALVINGS = 30
+"""Halvings of such a range in a search."""
+
+FIRST = 8
+"""Points of the first grid on either side."""
+
+WIDER = 0.5
+"""Share by which the grid grows where it is too narrow."""
+
+POINTS = (1 << 15, 1 << 19, 1 << 21)
+"""Most points of the grid, by the number of coordinates."""
+
 DECAY = 40.0
 """Powers of e by which waves fall to rounding."""
-USUAL, SLOW, ALGEBRAIC, CHANCE = 4.0, 0.5, 30.0, 0.02
-"""The error in units of the last change of a level, and if that is more than half of the one before; the error is at
-least a part of that one, as bases may agree by chance.
-"""
+USUAL = 4.0
+"""The error of a level in units of its last change."""
+
+SLOW = 0.5
+"""Ratio of the last change to the one before from which on the error is ALGEBRAIC."""
+
+ALGEBRAIC = 30.0
+"""The error of a level in units of its last change, if that is more than SLOW of the one before."""
+
+CHANCE = 0.02
+"""Part of the change before the last that is added to the error, as bases may agree by chance."""
 
 
-SEARCHES, DIRECTIONS = 6, 24
-"""Searches for wells that descents have not met; random directions in which a well is measured."""
-STIFF, ROUND = 0.5, 9.0
-"""Zero-point energy of the stiffest mode, in parts of the range of energies, from which it is added to that; ratio of
-those of two modes from which on the axes of the grid are those of the well.
-"""
+SEARCHES = 6
+"""Searches for wells that descents have not met."""
+
+DIRECTIONS = 24
+"""Random directions in which a well is measured."""
+
+STIFF = 0.5
+"""Zero-point energy of the stiffest mode, in parts of the range of energies, from which it is added to that."""
+
+ROUND = 9.0
+"""Ratio of the zero-point energies of two modes from which on the axes of the grid are those of the well."""
+
 VALLEY = 1e-6
 """Depth of wells below the energy from which on they have no end, in parts of it, that counts as none."""
 ALONG = 0.999
 """Cosine of the angle between an axis of a well and one of the grid below which the grid is turned."""
-STEEPER, SQUARE = 2.0, 9e3
-"""Ratio of the falls of V over stretches that are a hundredth of one another from which on it has a pole; that of
--1/r^2, with which there may be no lowest level.
-"""
+STEEPER = 2.0
+"""Ratio of the falls of V over stretches that are a hundredth of one another from which on it has a pole."""
+
+SQUARE = 9e3
+"""That ratio of -1/r^2, with which there may be no lowest level."""
+
 ABOVE = 0.25
 """How far above a level that is higher than expected the range of energies then ends, in parts of it."""
 HELD = 0.3
@@ -211,7 +240,8 @@ def _below(model: Any, problem: Problem, least: float) -> Problem:
     start = problem._replace(wells=np.zeros((len(problem.R), 1)), values=np.array([least]))
     step = np.full(len(problem.R), np.inf)
     found = more_wells(start, vibration_cover(model, start, least, step), None, least)
-    at, values = found.wells[:, found.values < least], found.values[found.values < least]
+    at = found.wells[:, found.values < least]
+    values = found.values[found.values < least]
     wells = np.concatenate([at, problem.wells], axis=1)
     return problem._replace(wells=wells, values=np.concatenate([values, problem.values]))
 
@@ -246,11 +276,13 @@ def _falls(names: tuple[str, ...], potential: Callable, problem: Problem) -> str
 
 def _pole(names: tuple[str, ...], problem: Problem) -> str:
     """Return the reason if V falls without end to its lowest place: by more on each nearer stretch."""
-    d, at = len(problem.wells), problem.wells[:, :1]
+    d = len(problem.wells)
+    at = problem.wells[:, :1]
     sizes = np.geomspace(1e-8, 1e-4, 3) * max(1.0, float(np.abs(at).max()))
     near, middle, far = problem.V(at[..., None] + np.eye(d)[..., None] * sizes).T
     with np.errstate(invalid="ignore"):
-        fall, before = middle - near, far - middle
+        fall = middle - near
+        before = far - middle
         if not ((fall > STEEPER * before) & (before > 0)).all():
             return ""
         binds = bool((fall < SQUARE * before).all())
@@ -260,7 +292,8 @@ def _pole(names: tuple[str, ...], problem: Problem) -> str:
 
 def _lattice(model: Any, problem: Problem, grid: Grid) -> Lattice:
     """Return the points of a grid in the coordinates of the model."""
-    names, origin = system_of(model).row_names[: len(problem.R)], problem.wells[:, 0]
+    names = system_of(model).row_names[: len(problem.R)]
+    origin = problem.wells[:, 0]
     return Lattice(names, grid.V.shape, grid.low, grid.step, origin, grid.around, problem.R)
 
 
@@ -268,7 +301,8 @@ def _grid(problem: Problem, wall: float, shortest: float, top: float = math.inf)
     """Return the grid of the wells below a wall, for waves up to the kinetic energy `shortest`; of one coordinate as
     far as waves of the energy `top` come. Raises Open where these have no end, or more points than may be.
     """
-    d, around = len(problem.wells), problem.periods > 0
+    d = len(problem.wells)
+    around = problem.periods > 0
     step = np.full(d, math.pi / math.sqrt(2 * shortest))
     turn = np.where(around, 2 * np.ceil(problem.periods / step / 2) + 1, 0).astype(np.int64)
     step = np.where(around, problem.periods / np.maximum(turn, 1), step)
@@ -286,7 +320,8 @@ def _grid(problem: Problem, wall: float, shortest: float, top: float = math.inf)
         if not np.any(faces):
             return grid
         wide = np.ceil(WIDER * (high - low)).astype(np.int64)
-        low, high = low - wide * faces[0], high + wide * faces[1]
+        low = low - wide * faces[0]
+        high = high + wide * faces[1]
     raise Open
 
 
@@ -324,7 +359,8 @@ def _widened(problem: Problem, grid: Grid, shortest: float) -> Grid:
     extent = [np.flatnonzero(grid.kept.any(axis=tuple({*range(grid.kept.ndim)} - {k}))) for k in range(grid.kept.ndim)]
     low, high = (grid.low + np.array([side[end] for side in extent]) for end in (0, -1))
     wide = np.ceil((high - low) * WIDER / 4).astype(np.int64)
-    low, high = np.where(grid.around, grid.low, low - wide), np.where(grid.around, grid.high, high + wide)
+    low = np.where(grid.around, grid.low, low - wide)
+    high = np.where(grid.around, grid.high, high + wide)
     most = POINTS[grid.kept.ndim - 1]
     if np.prod((high - low + 1).astype(float)) > most:
         raise TooLarge(f"a grid of more than {most} points")
@@ -340,11 +376,13 @@ def _fallen(V: np.ndarray, around: np.ndarray) -> np.ndarray:
     lowest = V
     best: np.ndarray = index
     for shift in itertools.product((-1, 0, 1), repeat=V.ndim):
-        there, number = np.roll(V, shift, range(V.ndim)), np.roll(index, shift, range(V.ndim))
+        there = np.roll(V, shift, range(V.ndim))
+        number = np.roll(index, shift, range(V.ndim))
         for k in np.flatnonzero(np.array(shift) * ~around):
             there[(slice(None),) * k + ((0 if shift[k] > 0 else -1),)] = np.inf
         better = there < lowest
-        lowest, best = np.where(better, there, lowest), np.where(better, number, best)
+        lowest = np.where(better, there, lowest)
+        best = np.where(better, number, best)
     best = best.ravel()
     while not np.array_equal(further := best[best], best):
         best = further
@@ -364,12 +402,14 @@ def _range(problem: Problem, count: int, spare: float) -> tuple[float, float]:
     """Return an energy with `spare` more states below it than are asked for, and the energy from which wells have no
     end, infinite if none was met.
     """
-    bottom, limit = problem.bottom, math.inf
+    bottom = problem.bottom
+    limit = math.inf
 
     def states(room: float) -> float:
         return _grid(problem, bottom + room, 4 * room).states(bottom + room)
 
-    room, wanted = _ground(problem), (1.1 if spare == SPARE else 1.0) * count + spare
+    room = _ground(problem)
+    wanted = (1.1 if spare == SPARE else 1.0) * count + spare
     if not bottom < bottom + room < math.inf:
         raise NoGroundState(f"V falls to {bottom:.3g} within a point, or is flat: levels need a well")
     while True:
@@ -385,7 +425,8 @@ def _range(problem: Problem, count: int, spare: float) -> tuple[float, float]:
         if enough:
             break
         room *= GROW
-    low, high = 0.0, min(room, limit - bottom)
+    low = 0.0
+    high = min(room, limit - bottom)
     for _ in range(HALVINGS // 3):
         middle = (low + high) / 2
         low, high = (low, middle) if states(middle) >= wanted else (middle, high)
@@ -411,7 +452,8 @@ def _zero_points(problem: Problem) -> tuple[np.ndarray, np.ndarray]:
     """Return zero-point energies (d,) of the lowest well in the directions of its axes (d, d), columns. The curvature
     is that of V over the width of the well in its stiffest direction.
     """
-    at, d = problem.wells[:, :1], len(problem.wells)
+    at = problem.wells[:, :1]
+    d = len(problem.wells)
     free = problem.periods == 0
     axes = np.eye(d)
     sizes = np.geomspace(1e-8, 1e8, 321) * max(1.0, float(np.abs(at).max()))

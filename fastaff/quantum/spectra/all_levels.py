@@ -74,7 +74,8 @@ def all_levels(
     solved: dict[Key, LevelTable] = {}
     seeds = ((0, 0),) if flag("single_valued", single_valued) else ((0, 0), (1, 1))
     todo = {(0, 0): FIRST if wanted is None else wanted + 1}
-    top, share = limit, 0.0
+    top = limit
+    share = 0.0
     with keeping("all_levels", lambda: _listed(solved, min(_complete(solved, seeds), limit), None) if solved else None):
         while todo:
             solved |= _solved(body, todo, solved, limit, options)

@@ -67,7 +67,8 @@ class LevelDiagram(Drawable):
         """
         found = []
         for column in range(self.m.shape[1]):
-            n, points = self.n[:, :, column], np.arange(self.values.size)
+            n = self.n[:, :, column]
+            points = np.arange(self.values.size)
             for label in sorted(
                 {label for label in zip(*n.reshape(len(n), -1).tolist(), strict=True) if label[0] >= 0}
             ):
@@ -115,7 +116,8 @@ def level_diagram(
     points = np.atleast_1d(numbers("values", values))
     if points.ndim != 1 or not points.size or not np.isfinite(points).all():
         raise ValueError(f"values must be a non-empty one-dimensional array of finite numbers, got {values!r}")
-    function("make", make), reporter(report)
+    function("make", make)
+    reporter(report)
     chosen = _classes(m, l, single_valued)
     options = {"hbar": hbar, "single_valued": single_valued, "chart": chart, "tolerance": tolerance}
     rows: list[list[LevelTable]] = []
@@ -204,9 +206,12 @@ def diagram_of(name: str, values: np.ndarray, rows: Sequence[Sequence[LevelTable
             "make must give bodies that all separate in the same chart, or none: their curves could not be followed"
         )
     shape = (len(values), len(rows[0]), first.E.size)
-    E, error, n = np.full(shape, np.nan), np.full(shape, np.nan), np.full((len(first.n), *shape), -1)
+    E = np.full(shape, np.nan)
+    error = np.full(shape, np.nan)
+    n = np.full((len(first.n), *shape), -1)
     for i, row in enumerate(rows):
-        E[i], error[i] = [found.E for found in row], [found.error for found in row]
+        E[i] = [found.E for found in row]
+        error[i] = [found.error for found in row]
         n[:, i] = np.stack([found.n for found in row], axis=1)
     classes = [*rows, *[rows[0]] * (len(values) - len(rows))]
     m, l = (np.array([[getattr(found, axis)[0] for found in row] for row in classes]) for axis in ("m", "l"))

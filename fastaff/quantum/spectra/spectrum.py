@@ -142,7 +142,8 @@ def spectrum(
     """
     if vibrates(body):
         return vibration(body, m, l, count, hbar, tolerance, single_valued, chart, reporter(report))
-    chosen, report = checked_class(m, l, single_valued), reporter(report)
+    chosen = checked_class(m, l, single_valued)
+    report = reporter(report)
     count, hbar, tolerance = _checked(body, count, hbar, tolerance)
     known: list[LevelTable] = []
     with keeping("spectrum", lambda: known[-1] if known else None):
@@ -219,7 +220,8 @@ def separated_tables(
 ) -> list[LevelTable]:
     """Return as `spectrum_table`; limit: as in `tables_below`."""
     count, hbar, tolerance = _checked(body, count, hbar, tolerance)
-    spins, vorticities = an_array("m", m), an_array("l", l)
+    spins = an_array("m", m)
+    vorticities = an_array("l", l)
     if spins.ndim != 1 or spins.shape != vorticities.shape or spins.size == 0:
         raise ValueError(
             f"m and l must be sequences of the same length, got shapes {spins.shape} and {vorticities.shape}"
@@ -319,7 +321,8 @@ def _limits(separated: Any, hbar: float, limit: float) -> list[float]:
     sides = [sampled(V.value, y) for V in separated.functions]
     low = [float(values.min()) for values in sides]
     for i, (name, V) in enumerate(zip(SIDES, separated.functions, strict=True)):
-        bottom, threshold = low[i], float(sides[i][-1])
+        bottom = low[i]
+        threshold = float(sides[i][-1])
         for near in NEAR:
             top = min(limit - low[1 - i], bottom + (1 - near) * (threshold - bottom))
             if top <= low[i]:
@@ -335,7 +338,8 @@ def _r_vartheta(
     separated: Any, pairs: np.ndarray, levels: int, hbar: float, tolerance: float, limit: float
 ) -> list[_Solved]:
     """Radial levels over each level of vartheta; e_vartheta of both bases give E of both."""
-    (V_r, V_vartheta), mu = separated.functions, separated.mu
+    V_r, V_vartheta = separated.functions
+    mu = separated.mu
     n_r, n_v = (min(levels, int(factor * np.sqrt(levels)) + 4) for factor in (2.0, 1.0))
     while True:
         e = angular("V_vartheta", V_vartheta, pairs[:, 0], pairs[:, 1], n_v, hbar, mu, 0.1 * tolerance)

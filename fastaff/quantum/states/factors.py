@@ -134,7 +134,9 @@ class _Oscillation:
     kappa: float
 
     def __post_init__(self) -> None:
-        quantum_number("n", self.n), nonnegative("s", self.s), positive("kappa", self.kappa)
+        quantum_number("n", self.n)
+        nonnegative("s", self.s)
+        positive("kappa", self.kappa)
 
     @property
     def degree(self) -> int:
@@ -216,7 +218,9 @@ class AngleFactor:
     b: float
 
     def __post_init__(self) -> None:
-        quantum_number("n", self.n), nonnegative("a", self.a), nonnegative("b", self.b)
+        quantum_number("n", self.n)
+        nonnegative("a", self.a)
+        nonnegative("b", self.b)
 
     @cached_property
     def _tables(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -247,21 +251,28 @@ class AngleFactor:
         """
         from scipy.linalg import eigh_tridiagonal
 
-        N, p, q = order, self.b, self.a
-        k, t = np.arange(N), p + q
+        N = order
+        p = self.b
+        q = self.a
+        k = np.arange(N)
+        t = p + q
         diagonal = (q - p) * t / (np.maximum(2 * k + t, 1e-300) * (2 * k + t + 2))
         diagonal[0] = (q - p) / (t + 2)
         j = k[1:]
         off = np.sqrt(4 * j * (j + p) * (j + q) * (j + t) / ((2 * j + t) ** 2 * ((2 * j + t) ** 2 - 1)))
         x = eigh_tridiagonal(diagonal, off, eigvals_only=True)
-        y, z = (1 - x) / 2, (1 + x) / 2
-        here, before = AngleFactor(N, q, p), AngleFactor(N - 1, q, p)
+        y = (1 - x) / 2
+        z = (1 + x) / 2
+        here = AngleFactor(N, q, p)
+        before = AngleFactor(N - 1, q, p)
         front = -math.sqrt((2 * N + t - 1) * (N + p) * (N + q) / ((2 * N + t + 1) * N * (N + t)))
         for _ in range(2):  # Newton of y and of z, where rounding of the matrix left the small ones
-            P, P_before = front * here.of_squares(y, z), before.of_squares(y, z)
+            P = front * here.of_squares(y, z)
+            P_before = before.of_squares(y, z)
             slope = N * (p - q - (2 * N + t) * (z - y)) * P + 2 * (N + p) * (N + q) * P_before
             change = 2 * (2 * N + t) * y * z * P / slope
-            y, z = y + change, z - change
+            y = y + change
+            z = z - change
         front = 4 * (2 * N + t) ** 2 * (2 * N + t - 1) / (4 * N * (N + t) * (N + p) * (N + q))
         return 2 * np.arctan2(np.sqrt(y), np.sqrt(z)), front * y * z / before.of_squares(y, z) ** 2
 
@@ -270,7 +281,8 @@ def _jacobi_end(n: int, p: float, q: float) -> tuple[np.ndarray, np.ndarray, np.
     """Ladder tables and constants (c, h, y0, g, z0, sign) of the orthonormal Jacobi function seen from the end y = 0 of
     index p.
     """
-    k, t = np.arange(n), p + q
+    k = np.arange(n)
+    t = p + q
     steps = (k + p + 1) * (k + t + 1)
     u = k * (k + q) * (2 * k + t + 2) / (steps * np.maximum(2 * k + t, 1e-300))
     w = (2 * k + t + 1) * (2 * k + t + 2) / steps

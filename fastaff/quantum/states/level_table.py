@@ -24,8 +24,11 @@ ROUNDING = 64 * np.finfo(float).eps
 LOOSEST = 0.1
 """Relative error above which levels are none at any tolerance."""
 
-VIBRATION, TORI = "uniform grid", "quasiclassical, actions of fitted tori"
-"""Methods of levels of systems that are not bodies, by which their tables are recognised."""
+VIBRATION = "uniform grid"
+"""Method of levels on a uniform grid, of systems that are not bodies, by which their tables are recognised."""
+
+TORI = "quasiclassical, actions of fitted tori"
+"""Method of levels by fitted tori, of systems that are not bodies, by which their tables are recognised."""
 
 
 class Waves(Protocol):
@@ -70,7 +73,8 @@ class LevelTable(Result, axis="level"):
     def summary(self) -> str:
         """Return one line with the number of levels, their range of energies, and whether they have converged."""
         known = np.isfinite(self.E)
-        E, failed = self.E[known], int(np.count_nonzero(self.status))
+        E = self.E[known]
+        failed = int(np.count_nonzero(self.status))
         span = f" from {E.min():.10g} to {E.max():.10g}" if E.size else ""
         less = f", {self.E.size - E.size} of them without an energy" if E.size < self.E.size else ""
         doubt = f", {failed} of them not OK{self._enough()}" if failed else ""
@@ -138,7 +142,8 @@ class LevelTable(Result, axis="level"):
         :Raises: ValueError or TypeError for a tolerance that is not in [0, 1).
         """
         levels = self.ascending()
-        E, error = levels.E, levels.error
+        E = levels.E
+        error = levels.error
         if tolerance is None:
             close = error[1:] + error[:-1] + ROUNDING * np.abs(E[1:])
         else:

@@ -63,7 +63,8 @@ def modes_of(model: Any, way: str) -> Modes:
     K = -np.array([np.hstack(model.tangent_force(*wells[:, 0], *unit)) for unit in np.eye(n)])
     local = way == WAYS[1]
     if local:
-        W, K = np.diag(np.diag(W)), np.diag(np.diag(K))
+        W = np.diag(np.diag(W))
+        K = np.diag(np.diag(K))
     root = np.linalg.cholesky(W)
     squares, u = np.linalg.eigh(root.T @ (K + K.T) / 2 @ root)
     if not squares[0] > 0:

@@ -23,6 +23,7 @@ TAIL = 1e-30
 LARGEST = 2400
 """Nodes of one coordinate."""
 GROWTH = 1.4
+"""Factor by which the number of nodes grows until norms are exact."""
 
 
 class Grid(NamedTuple):
@@ -77,13 +78,15 @@ class Box(NamedTuple):
         """Return the grid with so many nodes in each panel of both directions."""
         from scipy.special import roots_legendre
 
-        nodes, weights = [], []
+        nodes = []
+        weights = []
         for ends, order in zip(self.ends, orders, strict=True):
             t, w = roots_legendre(order)
             half = np.diff(ends)[:, None] / 2
             nodes.append((np.array(ends[:-1])[:, None] + half * (1 + t)).reshape(-1))
             weights.append((2 * math.pi * half * w).reshape(-1))
-        (u, v), planes = nodes, self.chart.name == ALPHA_BETA.name
+        u, v = nodes
+        planes = self.chart.name == ALPHA_BETA.name
         # 4 pi^2 alpha beta dalpha dbeta, or pi^2 rho^3 sin(vartheta) drho dvartheta
         measure = np.outer(u, v) if planes else np.outer(u**3, np.sin(v) / 4)
         return Grid(self.chart, u if planes else u * u, v, np.outer(*weights) * measure)
@@ -199,14 +202,16 @@ def _order(profile: Callable, measure: Callable, lo: float, hi: float) -> int:
     """Return the order whose rule integrates the squares of all rows to 1e-11, seen from the next one."""
     from scipy.special import roots_legendre
 
-    order, before = 32, None
+    order = 32
+    before = None
     while order <= LARGEST:
         t, w = roots_legendre(order)
         u = lo + (hi - lo) * (1 + t) / 2
         value = profile(u) ** 2 @ (w * measure(u))
         if before is not None and np.all(np.abs(value - before) <= 1e-11 * value.max()):
             return order
-        order, before = int(GROWTH * order), value
+        order = int(GROWTH * order)
+        before = value
     raise ValueError(
         f"states must be integrable by {LARGEST} nodes in each coordinate; they have kinks, or ask for fewer levels"
     )

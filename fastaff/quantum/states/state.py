@@ -68,7 +68,8 @@ def _turned(x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return (x + y) / math.sqrt(2), (x - y) / math.sqrt(2)
 
 
-_RADIUS, _ANY = (0.0, math.inf), (-math.inf, math.inf)
+_RADIUS = (0.0, math.inf)
+_ANY = (-math.inf, math.inf)
 INVARIANTS = {
     ALPHA_BETA.name: Invariants(1 / (2 * math.pi), _same, _same, 1.0, (_RADIUS, _RADIUS)),
     R_VARTHETA.name: Invariants(
@@ -91,7 +92,8 @@ def checked_invariants(x: ArrayLike, y: ArrayLike, chart: Chart) -> tuple[np.nda
     """Return invariants of a chart as floats; raises ValueError or TypeError for values that are not finite, or outside
     of their ranges.
     """
-    ranges, rows = invariants_of(chart).ranges, []
+    ranges = invariants_of(chart).ranges
+    rows = []
     for letter, own, value, (least, most) in zip("xy", chart.names, (x, y), ranges, strict=False):
         name = f"{letter} ({own})"
         row = checked(name, value, ())
@@ -165,7 +167,8 @@ class Product(NamedTuple):
             return self(alpha, beta)
         first: Factor = self.factors[0]
         second: Any = self.factors[1]  # factors of vartheta have of_squares
-        A, B = alpha * alpha, beta * beta
+        A = alpha * alpha
+        B = beta * beta
         r = A + B
         product = first(r) * INVARIANTS[self.chart.name].front
         scale = 1 / np.where(r > 0, r, 1.0)
@@ -247,7 +250,8 @@ class State(Drawable):
         if self.symmetry.single_valued:
             return self.planes(planes)
         eta, gamma = _angles(chart, rows)
-        alpha, beta = np.hypot(planes[0], planes[1]), np.hypot(planes[2], planes[3])
+        alpha = np.hypot(planes[0], planes[1])
+        beta = np.hypot(planes[2], planes[3])
         if np.any(np.cos(eta) * planes[0] + np.sin(eta) * planes[1] < -0.5 * alpha) or np.any(
             np.cos(gamma) * planes[2] + np.sin(gamma) * planes[3] < -0.5 * beta
         ):
@@ -285,7 +289,8 @@ class State(Drawable):
         inside: Any = True
         if chosen is INVARIANTS[TWO_POLAR.name]:
             inside = (alpha >= 0) & (beta >= 0)
-            alpha, beta = np.where(inside, alpha, 0.0), np.where(inside, beta, 0.0)
+            alpha = np.where(inside, alpha, 0.0)
+            beta = np.where(inside, beta, 0.0)
         own = self._of_radii(alpha, beta) if chosen is not INVARIANTS[self.chart.name] else self.shape(first, second)
         return np.where(inside, (2 * math.pi * own) ** 2 * alpha * beta * chosen.area, 0.0)[()]
 

@@ -62,7 +62,8 @@ def check_parity(m: ArrayLike, l: ArrayLike, single_valued: Any) -> None:
     """Raise ValueError where m + l is odd and wave functions are to be `single_valued`: (phi + pi, psi + pi) is the
     same matrix.
     """
-    spin, vorticity = np.atleast_1d(m), np.atleast_1d(l)
+    spin = np.atleast_1d(m)
+    vorticity = np.atleast_1d(l)
     odd = np.flatnonzero((spin + vorticity) % 2)
     if flag("single_valued", single_valued) and odd.size:
         raise ValueError(
@@ -76,7 +77,8 @@ def checked_numbers(n: Any, m: Any, l: Any, single_valued: Any) -> tuple[np.ndar
 
     Raises TypeError or ValueError for other than whole numbers, n < 0, different lengths, and as `check_parity`.
     """
-    quanta, spins = whole_numbers("n", n), (whole_numbers("m", m), whole_numbers("l", l))
+    quanta = whole_numbers("n", n)
+    spins = (whole_numbers("m", m), whole_numbers("l", l))
     if quanta.ndim not in (1, 2) or quanta.shape[0] != 2 or np.any(quanta < 0):
         raise ValueError(f"n must have shape (2,) or (2, levels) and be >= 0, got {n!r}")
     sizes = {q.size for q in (quanta[0], *spins)} - {1}

@@ -122,7 +122,8 @@ class VibrationState(Drawable):
         d = len(self.lattice.shape)
         places = checked("q", q, (d,))
         u = np.linalg.solve(self.lattice.R, places.reshape(d, -1))
-        out, table = np.empty(u.shape[1]), self.table
+        out = np.empty(u.shape[1])
+        table = self.table
         size = abs(float(np.linalg.det(self.lattice.R))) * float(np.prod(self.lattice.step))
         part = max(1, CHUNK // max(1, table.size // self.lattice.shape[0]))
         for start in range(0, out.size, part):
@@ -146,7 +147,8 @@ class VibrationState(Drawable):
         """Return the means of q (n,), the covariance of q and that of p, each (n, n); the mean of p is 0. For angles
         those of q have no meaning.
         """
-        lattice, weights = self.lattice, self.values**2
+        lattice = self.lattice
+        weights = self.values**2
         q = lattice.points(self.kept)
         mean = q @ weights
         away = q - mean[:, None]
@@ -169,5 +171,6 @@ class VibrationState(Drawable):
         found = modes_of(self.body, named("modes", text("modes", modes), WAYS))
         p = self.moments()[2]
         away = self.lattice.away(self.kept, found.equilibrium[: len(p)])
-        q, none = (away * self.values**2) @ away.T, np.zeros_like(p)
+        q = (away * self.values**2) @ away.T
+        none = np.zeros_like(p)
         return found.actions(np.block([[q, none], [none, p]])) / self.hbar - 0.5
