@@ -1,6 +1,7 @@
 """Error of a frequency against the number of samples, beside other methods: the table of docs/frequencies.md.
 
-Run: OPENBLAS_NUM_THREADS=1 python bench/samples_table.py [--write], 2 minutes. Each number is the median over ORBITS
+Run: OPENBLAS_NUM_THREADS=1 python bench/samples_table.py [--write], 2 minutes; with --turns the tables of `tunes` of
+maps nobody tuned for (`turn_tables.py`), 3 minutes. Each number is the median over ORBITS
 orbits of the relative error of one frequency. All methods get the same samples of one complex signal, q - i p, or
 exp(i x) for the map; `fastaff` gets all coordinates of the orbit, and for the map its initial condition.
 
@@ -22,6 +23,7 @@ from numpy.polynomial import chebyshev
 from pages import PROGRAMS, put, stamp, where
 from scipy.linalg import lstsq
 from scipy.special import ellipj, ellipk
+from turn_tables import turn_tables
 
 import fastaff as fa
 from fastaff.analysis.frequencies.fundamental import lines_of
@@ -283,7 +285,11 @@ def main() -> None:
     """Measure, print, and write the table if that is asked for."""
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("--write", action="store_true", help="into docs/frequencies.md")
+    parser.add_argument("--turns", action="store_true", help="`tunes` of maps instead")
     given = parser.parse_args()
+    if given.turns:
+        print(turn_tables())
+        return
     made_on, text, cost = stamp(), table(errors()), costs()
     print(text, cost, sep="\n\n")
     if given.write:

@@ -6,8 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import minimize
 
-from fastaff.analysis.frequencies.inverted_lines import inverted_values
-from fastaff.analysis.frequencies.naff import found_lines, naff
+from fastaff.analysis.frequencies.naff import naff
 from fastaff.compile.jit import JIT_DISABLED
 
 EPS = np.finfo(float).eps
@@ -70,37 +69,6 @@ def test_close_lines_separate(order, bins):
     error, index = nearest(found.nu, nu)
     assert np.all(error <= 10 * rounding(nu))
     assert np.all(error <= 3 * np.take_along_axis(found.error, index, 1))
-
-
-@pytest.mark.parametrize("order", [1, 2, 3, 5])
-@pytest.mark.parametrize(("lines", "separation"), [(1, 5), (3, 5), (6, 2), (12, 1.5)])
-@pytest.mark.parametrize("samples", [SAMPLES, SAMPLES - 1])
-def test_lines_fitted_to_their_bins_alone_are_exact_too(order, lines, separation, samples):
-    """Also those that fill the same bins; a window of each signal then has the same lines."""
-    nu, amplitude = random_lines(np.random.default_rng(8), MANY, lines, separation, 0.05, samples)
-    signal = signal_of(nu, amplitude, samples)
-    found = found_lines(signal, 1.0, lines, order)
-    error, index = nearest(found.nu, nu)
-    size = np.abs(amplitude)
-    assert np.quantile(error * size * samples, 0.98) < 1e-10
-    bars = np.take_along_axis(found.error, index, 1)
-    assert np.mean(error <= 5 * bars + 1e-13 / samples) > 0.99
-    there = inverted_values(signal[:, samples // 8 : samples - samples // 8], found.nu[:, 0])
-    error, _ = nearest(there.nu[:, None], found.nu[:, :1])
-    assert np.quantile(error * samples, 0.9) < 1e-8
-
-
-def test_fits_to_bins_and_to_samples_are_pulled_alike_by_lines_left_out():
-    """The square of a window has twice its order: bins of order 2 see far lines as samples of order 4 do."""
-    nu, amplitude = random_lines(np.random.default_rng(9), MANY, 12, 3, 0.001)
-    signal = signal_of(nu, amplitude)
-    errors = []
-    for found in (found_lines(signal, 1.0, 6, 2), naff(signal, 1.0, lines=6, window_order=4)):
-        error, _ = nearest(nu, found.nu)
-        errors.append(error * np.abs(found.amplitude))
-        assert np.quantile(error / found.error, 0.98) < 3
-    assert np.median(errors[0]) < 10 * np.median(errors[1]) + 1e-12 / SAMPLES
-    assert np.quantile(errors[0], 0.9) < 10 * np.quantile(errors[1], 0.9) + 1e-12 / SAMPLES
 
 
 def test_decreasing_amplitudes():

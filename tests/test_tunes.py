@@ -351,7 +351,7 @@ def test_orbits_seen_to_be_chaotic_are_spared_lines_and_change_no_others(monkeyp
     verdict = fa.chaos_map(model, z, time=8192).verdict
     spared = fa.tunes(samples)
     with monkeypatch.context() as patch:
-        patch.setattr(module, "restless", lambda f, halves, length, threads: np.zeros(len(f), bool))
+        patch.setattr(module, "restless", lambda f, halves, length: np.zeros(len(f), bool))
         fitted = fa.tunes(samples)
     calm = verdict == 0
     assert 10 < calm.sum() < 50

@@ -9,9 +9,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..compile.jit import LANES, jit
-from .naff_bins import EPS, accept, couple, trial_step, update_spectrum
-from .naff_lines import lines_beside, take_line, write_lines
-from .naff_spectrum import load_spectrum, start_phase, strongest_bin
+from .naff_lines import EPS, lines_beside, take_line, write_lines
+from .naff_spectrum import load_spectrum, start_phase, strongest_bin, update_spectrum
 from .stepping import blank
 
 LONG_VECTORS = False
@@ -172,6 +171,63 @@ def normal_equations(window, u, a, m, moments, work):
 
 
 @jit(apart=True)
+def cholesky(matrix, factor, n, damping):
+    """Factor the lower triangle of matrix + damping*diag(matrix); tiny pivots are kept positive."""
+    for i in range(n):
+        for j in range(i + 1):
+            x = matrix[i, j] * (1.0 + damping if i == j else 1.0)
+            for k in range(j):
+                x -= factor[i, k] * factor[j, k]
+            factor[i, j] = math.sqrt(max(x, 1e-15 * matrix[i, i])) if i == j else x / factor[j, j]
+
+
+@jit(apart=True)
+def substitute(factor, n, x):
+    """Solve factor factor^T x = x in place."""
+    for i in range(n):
+        for k in range(i):
+            x[i] -= factor[i, k] * x[k]
+        x[i] /= factor[i, i]
+    for i in range(n - 1, -1, -1):
+        for k in range(i + 1, n):
+            x[i] -= factor[k, i] * x[k]
+        x[i] /= factor[i, i]
+
+
+@jit
+def trial_step(work, u, a, m, damping):
+    """Solve for a damped step of at most half a bin per line and write the trial lines: row 1 of u, a."""
+    cholesky(work.matrix, work.factor, 3 * m, damping)
+    for k in range(3 * m):
+        work.step[k] = work.gradient[k]
+    substitute(work.factor, 3 * m, work.step)
+    for k in range(m):
+        size = abs(a[0, k])
+        move = work.step[3 * k + 2] / size if size > 0.0 else 0.0
+        u[1, k] = u[0, k] + min(max(move, -0.5), 0.5)
+        a[1, k] = a[0, k] + complex(work.step[3 * k], work.step[3 * k + 1])
+
+
+@jit
+def accept(u, a, m):
+    """Make the trial lines the current ones."""
+    for k in range(m):
+        u[0, k], a[0, k] = u[1, k], a[1, k]
+
+
+@jit(apart=True)
+def couple(work, who, m):
+    """Set work.coupling of the m lines that were fitted last: the factor of their errors due to others."""
+    cholesky(work.matrix, work.factor, 3 * m, 0.0)
+    for k in range(m):
+        work.step[: 3 * m] = 0.0
+        work.step[3 * k + 2] = 1.0
+        substitute(work.factor, 3 * m, work.step)
+        widened = work.step[3 * k + 2] * work.matrix[3 * k + 2, 3 * k + 2]
+        work.coupling[who[k]] = math.sqrt(widened) if widened > 0.0 else math.inf  # lines that are not resolved
+
+
+@jit(apart=True)
 def refit(signal, window, work, sums, m, strict):
     """Fit m lines jointly to all samples (Levenberg-Marquardt); return the largest last step in bins, 0 if
     converged.
@@ -239,9 +295,7 @@ def collect_from_samples(signal, window, work, sums, lines):
 
 @jit
 def fit_lines(signals, transforms, window, work, sums, nu, amplitude, error, residual):
-    """Find the lines of signals (batch, N), with windowed FFTs (batch, N), by all samples, like `naff_lines.find_lines`
-    by their bins.
-    """
+    """Find the lines of signals (batch, N) with windowed FFTs (batch, N): rows of nu (in bins), amplitude, error."""
     for s in range(transforms.shape[0]):
         load_spectrum(transforms[s], window, work)
         m, last = collect_from_samples(signals[s], window, work, sums, nu.shape[1])

@@ -1,4 +1,4 @@
-"""Kernels of `naff`: find the strongest lines of windowed signals and fit them together.
+"""Kernels of `naff`: the strongest lines of windowed signals, that are fitted together.
 
 Frequencies u are in bins (cycles per signal length), times run from the middle of the signal:
 tau_n = 2 pi (n - (N - 1)/2)/N. A line is a*exp(i u tau). The window weights w_n sum to one and are sampled so
@@ -12,9 +12,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..compile.jit import LANES, jit
-from .naff_bins import EPS, apart, bins_of, fit_group, settle_lines, update_spectrum
-from .naff_spectrum import first_guess, leakage, load_spectrum, noise_floor, spectrum_power, start_phase, strongest_bin
+from .naff_spectrum import apart, first_guess, leakage, noise_floor, spectrum_power, start_phase, update_spectrum
 from .stepping import blank
+
+EPS = 2.220446049250313e-16
 
 CUT = 16
 """Amplitude, in floors, up to which a peak may be the rest of cut tails and is no line."""
@@ -46,25 +47,13 @@ class Work(NamedTuple):
     step: Any  # (3 lines,)
     u: Any  # (3, lines) bins: current, trial, already subtracted from the spectrum
     a: Any  # (3, lines) complex amplitudes in the middle of the signal
-    fitted: Any  # (lines,) whether a line was fitted since one beside it was found
-    done: Any  # (lines,)
-    who: Any  # (lines,) lines of a group
+    who: Any  # (lines,) lines that change
     coupling: Any  # (lines,) factor by which neighbours of a line widen its error
-    gu: Any  # (3, lines) u of the lines of a group
-    ga: Any  # (3, lines) and a
-    place: Any  # (lines,) whole part of u where a line's bins were taken
-    near: Any  # (lines, lines) whether lines share bins
-    whole: Any  # (2, bins) spectrum in the bins of a group, without the lines of others
-    rest: Any  # (2, bins) and without its own
-    kept: Any  # (bins,) 0 for a bin that another line has too
-    shape: Any  # (lines, bins) W of each line at all bins
-    slope: Any  # (lines, bins) and W'
-    around: Any  # (2, 4p + 1) factors and reciprocals of W around a line
 
 
-def workspace(samples: int, lines: int, order: int) -> Work:
-    """Allocate scratch memory for signals of `samples` and up to `lines` lines of a window of that order."""
-    bins, full = lines * int(bins_of(order)), np.zeros
+def workspace(samples: int, lines: int) -> Work:
+    """Allocate scratch memory for signals of `samples` and up to `lines` lines."""
+    full = np.zeros
     return Work(
         spectrum=full((2, samples)),
         top=full(1),
@@ -75,20 +64,8 @@ def workspace(samples: int, lines: int, order: int) -> Work:
         step=full(3 * lines),
         u=full((3, lines)),
         a=full((3, lines), np.complex128),
-        fitted=full(lines, np.int64),
-        done=full(lines, np.int64),
         who=full(lines, np.int64),
         coupling=full(lines),
-        gu=full((3, lines)),
-        ga=full((3, lines), np.complex128),
-        place=full(lines, np.int64),
-        near=full((lines, lines), np.int64),
-        whole=full((2, bins)),
-        rest=full((2, bins)),
-        kept=full(bins),
-        shape=full((lines, bins)),
-        slope=full((lines, bins)),
-        around=full((2, 4 * order + 1)),
     )
 
 
@@ -122,35 +99,9 @@ def take_line(window, work, m, k, top, high):
     u[0, m], a[0, m] = first_guess(work.spectrum, k, window)
     if not abs(a[0, m]) > max(2 * EPS * (1.0 + high), CUT * window.floor) * top or not abs(a[0, m]) < math.inf:
         return False
-    u[2, m], a[2, m], work.fitted[m], work.who[0] = u[0, m], 0.0, 0, m
+    u[2, m], a[2, m], work.who[0] = u[0, m], 0.0, m
     update_spectrum(window, work, work.who, 1)
     return True
-
-
-@jit
-def collect(window, work, lines):
-    """Find and fit up to `lines` lines to their bins; return their number and the last step in bins (0 if converged).
-
-    Far lines are subtracted one by one and fitted at the end; a peak beside a known line may be the residual of its
-    first guess, so it counts as a line only after a fit of the lines around it.
-    """
-    m, top, high, who = 0, 0.0, 0.0, work.who
-    while m < lines:
-        k = strongest_bin(work.spectrum, work.lanes)
-        beside, raw = lines_beside(window, work, m, k), False
-        for i in range(beside):
-            raw = raw or work.fitted[who[i]] == 0
-        if raw:
-            fit_group(window, work, who, beside, False)
-            update_spectrum(window, work, who, beside)
-        for i in range(beside):
-            work.fitted[who[i]] = 1 if raw else 0
-        if not raw:
-            if not take_line(window, work, m, k, top, high):
-                break
-            top, high = max(top, abs(work.a[0, m])), max(high, abs(work.u[0, m]))
-            m += 1
-    return m, settle_lines(window, work, m) if m > 0 else 0.0
 
 
 @jit
@@ -160,15 +111,6 @@ def write_lines(window, work, m, last, nu, amplitude, error):
     error_bars(window, work, m, last, power, error)
     write_sorted(work, m, window.weight.size, nu, amplitude, error)
     return math.sqrt(power * window.envelope[2])
-
-
-@jit
-def find_lines(transforms, window, work, nu, amplitude, error, residual):
-    """Find the lines of signals by their windowed FFTs (batch, N): rows of nu (in bins), amplitude, error."""
-    for s in range(transforms.shape[0]):
-        load_spectrum(transforms[s], window, work)
-        m, last = collect(window, work, nu.shape[1])
-        residual[s] = write_lines(window, work, m, last, nu[s], amplitude[s], error[s])
 
 
 @jit

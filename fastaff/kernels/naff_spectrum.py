@@ -200,3 +200,30 @@ def leakage(spectrum, window, u, power, lanes):
     for i in range(LANES):
         result += total[i]
     return height * math.sqrt(result)
+
+
+@jit(apart=True)
+def update_spectrum(window, work, who, count):
+    """Bring the residual spectrum up to date with the first `count` lines of `who`, to the window's floor of the
+    largest line so far.
+    """
+    for i in range(count):
+        work.top[0] = max(work.top[0], abs(work.a[0, who[i]]))
+    lowest = window.floor * work.top[0]
+    for i in range(count):
+        k = who[i]
+        old, new = work.a[2, k], work.a[0, k]
+        change = abs(new - old) + abs(new) * min(abs(work.u[0, k] - work.u[2, k]), 1.0) * 2 * math.pi
+        if change > lowest:
+            reach = tail_reach(change / lowest, window.order)
+            if old != 0.0:
+                subtract_line(work.spectrum, window, work.u[2, k], -old, reach, work.lanes)
+            subtract_line(work.spectrum, window, work.u[0, k], new, reach, work.lanes)
+            work.u[2, k], work.a[2, k] = work.u[0, k], new
+
+
+@jit
+def apart(first, second, samples):
+    """Return the number of bins from the second of two places to the first, -N/2 to N/2."""
+    bins = (first - second) % samples
+    return bins - samples if 2 * bins > samples else bins

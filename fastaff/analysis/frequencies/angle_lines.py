@@ -12,9 +12,11 @@ from ...base.numbers import fits
 from ...base.results import Result
 from .angle_loops import Layout
 from .fundamental import Loops, prepared, values
-from .naff import found_lines
+from .plane_lines import plane_lines
 from .signals import Signals
-from .windows import LINE_ORDER
+
+MARGIN = 2
+"""Lines fewer than a quarter of the samples that are sought."""
 
 AT_ONCE = 256
 """Orbits whose lines are found at once."""
@@ -66,17 +68,17 @@ class LineTable:
                 self._adopt(orbits[part], layout, signals.of(part), delay)
 
     def _adopt(self, orbits: np.ndarray, layout: Layout, signals: Signals, delay: float) -> None:
-        interval, count = float(signals.interval[0]), max(0, min(self.count, int(signals.samples[0]) // 4 - LINE_ORDER))
+        interval, count = float(signals.interval[0]), max(0, min(self.count, int(signals.samples[0]) // 4 - MARGIN))
         if count:
             for angles, f, size in _signals(layout, signals):
-                found = found_lines(f, interval, count, LINE_ORDER)
-                turns = found.nu * (delay * interval)
+                found = plane_lines(f, count)
+                turns = found.nu * delay
                 with np.errstate(all="ignore"):  # a size may overflow, for numbers with infinite squares
                     amplitude = size[:, :, None] * found.amplitude * np.exp(-2j * np.pi * (turns - np.rint(turns)))
                 known = np.isfinite(amplitude) & np.isfinite(found.error)
                 here = np.ix_(np.array(angles), np.arange(count), orbits)
-                self.nu[here] = np.where(known, found.nu, 0.0).transpose(1, 2, 0)
-                self.error[here] = np.where(known, found.error, np.inf).transpose(1, 2, 0)
+                self.nu[here] = np.where(known, found.nu / interval, 0.0).transpose(1, 2, 0)
+                self.error[here] = np.where(known, found.error / interval, np.inf).transpose(1, 2, 0)
                 self.amplitude[here] = np.where(known, amplitude, 0.0).transpose(1, 2, 0)
 
     def result(self) -> AngleLines:

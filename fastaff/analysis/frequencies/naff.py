@@ -18,17 +18,16 @@ from ...base.progress import says_progress
 from ...base.results import Result
 from ...compile.threads import checked_threads, together, works
 from ...flows.launch import Report
-from ...kernels.naff_bins import bins_of
 from ...kernels.naff_fit import fit_lines, sums_of
-from ...kernels.naff_lines import Window, find_lines, workspace
+from ...kernels.naff_lines import Window, workspace
 from .windows import tabulated
 
 CHUNK_SAMPLES = 65536  # samples in work per thread: 1 MiB, stays in L2
 MAX_ORDER = 12
-FLOOR, BINS_FLOOR = 1e-17, 1e-12
-"""Amplitude at which tails of lines are cut, relative to the largest line's: below the rounding of the transform; and
-where lines are fitted to their bins alone, below that of frequencies.
-"""
+FLOOR = 1e-17
+"""Amplitude at which tails of lines are cut, relative to the largest line's: below the rounding of the transform."""
+MARGIN = 10
+"""Bins beyond half the transform, and twice the order, that tables of lines have."""
 SAFE_EXPONENT = 300  # signals beyond 2^+-300 are scaled by a power of two, so that squares stay finite
 
 
@@ -126,21 +125,6 @@ def naff(
     """
     reporter(report)
     signal, dt, lines, order = _checked(signal, dt, lines, window_order)
-    return found_lines(signal, dt, lines, order, threads, report, True)
-
-
-def found_lines(
-    signal: np.ndarray,
-    dt: float,
-    lines: int,
-    order: int,
-    threads: int | None = None,
-    report: Report | None = None,
-    samples_too: bool = False,
-) -> FrequencyLines:
-    """Return the lines of checked signals as `naff` does, without `samples_too` fitted to their bins alone: many times
-    faster, and as exact where the signal has no other lines.
-    """
     shape, samples = signal.shape[:-1], signal.shape[-1]
     flat = signal.reshape(-1, samples) if signal.size else np.empty((0, samples))
     batch = len(flat)
@@ -152,9 +136,7 @@ def found_lines(
     stop = threading.Event()
 
     def analyse(worker: int, report: Report | None = None) -> None:
-        scratch = _Scratch(
-            min(rows, batch), _window(samples, order, FLOOR if samples_too else BINS_FLOOR), lines, samples_too
-        )
+        scratch = _Scratch(min(rows, batch), _window(samples, order), lines)
         for chunk in chunks[worker::workers]:
             if stop.is_set():
                 return
@@ -183,19 +165,17 @@ def found_lines(
 class _Scratch:
     """Memory of one thread, kept over its chunks."""
 
-    def __init__(self, rows: int, window: Window, lines: int, samples_too: bool):
+    def __init__(self, rows: int, window: Window, lines: int):
         samples = window.weight.size
         self.transforms, self.window = np.empty((rows, samples), np.complex128), window
-        self.work = workspace(samples, lines, window.order)
-        self.signals = np.empty((rows, samples), np.complex128) if samples_too else None
-        self.sums = sums_of(samples, lines) if samples_too else None
+        self.work = workspace(samples, lines)
+        self.signals, self.sums = np.empty((rows, samples), np.complex128), sums_of(samples, lines)
 
     def analyse(self, rows: np.ndarray, first: int, result: FrequencyLines) -> None:
         """Fill `result`, nu and error in bins, from `rows` (rows, samples), the first being signal number `first`."""
         transforms, weight = self.transforms[: len(rows)], self.window.weight
-        signals = None if self.signals is None else self.signals[: len(rows)]
-        if signals is not None:
-            signals[...] = rows
+        signals = self.signals[: len(rows)]
+        signals[...] = rows
         with np.errstate(invalid="ignore", over="ignore"):
             np.multiply(rows, weight, out=transforms)
         floats = transforms.view(np.float64)
@@ -208,14 +188,10 @@ class _Scratch:
         for row in np.flatnonzero(exponent):
             scaled = np.ldexp(np.array(rows[row], complex).view(np.float64), -exponent[row]).view(complex)
             np.multiply(scaled, weight, out=transforms[row])
-            if signals is not None:
-                signals[row] = scaled
+            signals[row] = scaled
         np.fft.fft(transforms, axis=-1, out=transforms)
         lines = result.nu, result.amplitude, result.error, result.residual
-        if signals is None:
-            find_lines(transforms, self.window, self.work, *lines)
-        else:
-            fit_lines(signals, transforms, self.window, self.work, self.sums, *lines)
+        fit_lines(signals, transforms, self.window, self.work, self.sums, *lines)
         with np.errstate(over="ignore"):  # an amplitude may exceed the largest float by the root of 2
             for row in np.flatnonzero(exponent):
                 amplitude = result.amplitude[row].view(np.float64)
@@ -224,7 +200,7 @@ class _Scratch:
 
 
 @functools.partial(tabulated, most=8)
-def _window(samples: int, order: int, floor: float) -> Window:
+def _window(samples: int, order: int) -> Window:
     """Tabulate the window of `order` over `samples`, its transform at whole bins, and the bounds of its tails."""
     times = 2 * np.pi * (np.arange(samples) - (samples - 1) / 2) / samples
     weight = np.ones(samples)
@@ -232,7 +208,7 @@ def _window(samples: int, order: int, floor: float) -> Window:
         weight *= np.cos(times) + math.cos((2 * i + 1) * math.pi / samples)
         weight[[i, -1 - i]] = 0.0
     weight /= weight.sum()
-    zero, k = samples // 2 + bins_of(order), np.arange(samples)
+    zero, k = samples // 2 + MARGIN + 2 * order, np.arange(samples)
     j = np.arange(-zero, zero + 1)
     scale = np.where(j % 2, -samples / np.pi, samples / np.pi)
     curvature = np.sum(weight * times**2)
@@ -250,7 +226,7 @@ def _window(samples: int, order: int, floor: float) -> Window:
         sine=scale * np.sin(np.pi * j / samples),
         cosine=scale * np.cos(np.pi * j / samples),
         fourier=np.array([np.sum(weight * np.cos(i * times)) for i in range(order + 1)]),
-        floor=floor,
+        floor=FLOOR,
         envelope=np.array([height, width, 1 / (samples * power), noise]),
     )
 

@@ -15,11 +15,10 @@ import numpy as np
 from ...compile.plane_loops import COLUMNS
 from .fundamental import places
 from .integer_lattice import ball, one_of_each
-from .line_rates import drifts
-from .naff import FrequencyLines, found_lines
+from .plane_lines import PlaneLines, plane_lines
 from .readings import SAME
 from .turning import CHANCE, CHANGED, from_whole
-from .windows import LINE_ORDER, cosine_window, fast_length
+from .windows import cosine_window, fast_length
 
 LINES = 6
 """Lines of a plane, beyond the number of planes, among which generators are sought."""
@@ -27,13 +26,15 @@ LINES = 6
 LONGEST = (12, 10, 6, 4, 3)
 """Largest |k|_1 of combinations of 1, 2, ... tunes; 2 of more."""
 
-SHARP, CLEAN, WIDTH = 0.1, 1e-6, 1e-7
-"""Width of a line, three error bars in cycles over the samples, up to which it is one line: where another one is closer
-than the samples resolve, it is wider; the width up to which no such line is there; and the least width of a line.
+SHARP, WIDTH = 0.1, 1e-7
+"""Error bar of a line, in cycles over the samples, up to which it is one line: it is wider where the samples do not
+separate another one from it; and the least width of a line.
 """
 
-DRIFT = 1e-6
-"""Amplitude relative to that of a line, up to which others beside it are of rounding errors, which let it drift."""
+CLEAN = 1e-13
+"""Product of a line's error bar, in cycles per sample, and its relative amplitude up to which it is that of rounding:
+another line beside it, however close, makes it larger.
+"""
 
 ONE = 1e-3
 """Cycles over the samples up to which the lines of two planes are one, whatever their error bars."""
@@ -58,6 +59,9 @@ HARMONIC, CAUGHT = 4, 0.1
 """Largest harmonic of another plane's tune that a plane may show; and the share of the smallest tune by which the lines
 of an orbit that is caught in such a resonance, and swings about it, may differ from it.
 """
+
+DRIFTS = 0.6
+"""Change of a loop's strongest line between the halves, in cycles over a half, beyond which an orbit is chaotic."""
 
 APART = 1e-7
 """Smallest over largest singular value of amplitudes that assign lines to planes."""
@@ -102,7 +106,7 @@ def modes_of(f: np.ndarray, harmonic: np.ndarray) -> PlaneModes:
     g, known, vague = lattice.nu, lattice.known.copy(), lattice.vague.copy()
     f, g, some = f[known], g[known], np.flatnonzero(known)
     alone = harmonic[:, known].any(axis=0)
-    f[alone] -= _combined(found.take(some[alone]), g[alone], f.shape[2])
+    f[alone] -= _combined(found.of(some[alone]), g[alone], f.shape[2])
     plus, minus = _amplitudes(f[:, :, :samples], g)  # (orbits, n loops, n lines): of +g and of -g
     size = np.hypot(np.abs(plus), np.abs(minus))
     shift, hidden = _hidden(lattice.decay[known], g, size, samples)
@@ -137,7 +141,7 @@ def modes_of(f: np.ndarray, harmonic: np.ndarray) -> PlaneModes:
     )
 
 
-def _combined(found: FrequencyLines, g: np.ndarray, samples: int) -> np.ndarray:
+def _combined(found: PlaneLines, g: np.ndarray, samples: int) -> np.ndarray:
     """Return the part (orbits, n, samples) of loops in their found lines, without +g and -g (orbits, n)."""
     apart = np.abs(found.nu)[..., None] - np.abs(g)[:, None, None]
     others = (from_whole(apart) * samples > SAME).all(axis=3)
@@ -166,11 +170,11 @@ class _Lattice(NamedTuple):
     decay: np.ndarray
 
 
-def _generators(f: np.ndarray) -> tuple[_Lattice, FrequencyLines]:
+def _generators(f: np.ndarray) -> tuple[_Lattice, PlaneLines]:
     """Return the lattices of loops f (orbits, n, samples), and all lines found."""
     orbits, n, samples = f.shape
-    found = found_lines(f, 1.0, max(1, min(n + LINES, samples // 4 - LINE_ORDER)), LINE_ORDER)
-    size, width = np.abs(found.amplitude), _widths(found, samples) + WIDTH / samples
+    found = plane_lines(f, n + LINES)
+    size, width = np.abs(found.amplitude), found.error + WIDTH / samples
     size = np.where(np.isfinite(width), size / np.maximum(size.max(axis=2, keepdims=True), 1e-300), 0.0)
     # A line next to 0 is the centre's; one next to a half turn has no sense.
     visible = (size > VISIBLE) & (np.abs(found.nu) * samples > 2) & (np.abs(np.abs(found.nu) - 0.5) * samples > 1)
@@ -203,27 +207,11 @@ def _generators(f: np.ndarray) -> tuple[_Lattice, FrequencyLines]:
     decay = _decay(nu, width, np.where(sharp, size, 0.0), g, spread, k)
     # A line that is not sharp is none of the lattice: a stronger one than a generator may be a mode.
     vague = (visible & ~sharp & (size >= least[:, None])).any(axis=1)
-    periodic = (rank < n) & ~(visible & (width * samples > CLEAN)).any(axis=1)
+    excess = (np.where(visible, width, 0.0) - WIDTH / samples) * size
+    periodic = (rank < n) & (excess <= CLEAN).all(axis=1)
     few = (rank < n) & ~periodic
     known = _completed(g, rank, nu, sharp & ~(vague | few)[:, None], samples)
     return _Lattice(g, known, vague, few, periodic, decay), found
-
-
-def _widths(found: FrequencyLines, samples: int) -> np.ndarray:
-    """Return the widths (orbits, n, lines) of lines, inf for those that are only the drift of one beside them.
-
-    Error bars of lines that are fitted together with one so close are those of the pair, however small it is.
-    """
-    size, count = np.abs(found.amplitude), found.nu.shape[2]
-    near = from_whole(found.nu[..., None] - found.nu[..., None, :]) * samples < RESOLVED
-    near &= np.isfinite(found.error)[..., None, :] & ~np.eye(count, dtype=bool)
-    beside = np.where(near, size[..., None, :], 0.0).max(axis=3)
-    drift = size < DRIFT * beside
-    alone = ((beside <= DRIFT * size) | drift).all(axis=2, keepdims=True) & near.max(axis=(2, 3))[..., None]
-    with np.errstate(divide="ignore", invalid="ignore"):
-        bar = np.maximum(beside, found.residual[..., None]) / size / samples
-    bar = np.where(alone, np.where(drift, np.inf, bar), found.error)
-    return 3 * np.where(np.isfinite(found.error), bar, np.inf)
 
 
 def _decay(
@@ -286,14 +274,18 @@ def _amplitudes(f: np.ndarray, g: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return amplitude[:, :, :n], amplitude[:, :, n : 2 * n]
 
 
-def restless(f: np.ndarray, halves: np.ndarray, length: int, threads: int) -> np.ndarray:
+def restless(f: np.ndarray, halves: np.ndarray, length: int) -> np.ndarray:
     """Return a mask of loops f (signals, samples) of chaotic orbits: their mean turns change from half to half (2,
-    signals), and so does their strongest line.
+    signals), and their strongest line is not among the three strongest of both halves.
     """
     result = length / 2 * np.abs(halves[0] - halves[1]) > CHANGED
-    some = np.ascontiguousarray(f[result][:, None])
-    leading = np.abs(found_lines(some, 1.0, 1, LINE_ORDER, threads).nu[:, :, 0])
-    result[result] = drifts(some, leading, np.ones(leading.shape, bool), 1.0, threads)
+    some = f[result]
+    leading, half, change = np.abs(plane_lines(some, 1).nu), f.shape[1] // 2, np.zeros(len(some))
+    for part in (some[:, :half], some[:, -half:]):
+        found = plane_lines(part, 3)
+        near = np.where(np.isfinite(found.error), np.abs(np.abs(found.nu) - leading), np.inf)
+        change = np.maximum(change, near.min(axis=1, initial=np.inf) * half)
+    result[result] = change > DRIFTS
     return result
 
 

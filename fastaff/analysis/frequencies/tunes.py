@@ -23,8 +23,7 @@ from .angle_loops import Layout, Plain
 from .frequencies import FrequencyKind
 from .integer_lattice import ball
 from .inverted_lines import inverted_values
-from .line_rates import fitted_lines
-from .naff import FrequencyLines, found_lines
+from .plane_lines import PlaneLines, plane_lines
 from .plane_modes import driven, entangled, modes_of, other_lines, own_tunes, plane_values, restless
 from .readings import SAME
 from .signals import signals_of
@@ -43,7 +42,6 @@ from .turning import (
     without_standing,
 )
 from .verdicts import MANY_TURNS
-from .windows import LINE_ORDER
 
 FALLBACK, LEAST = 1e-9, 64
 """Error in turns above which lines are inverted; least number of samples of an orbit."""
@@ -56,6 +54,9 @@ SMALL = 1e-140
 
 ROUGH = 0.05
 """Cycles over the window by which windows of a mean turn differ where the loop may pass through its centre."""
+
+LINES = 8
+"""Lines of a plane whose mean turn is not exact."""
 
 OWN_LINES, COMBINED, SHARP, WEAK = 6, 4, 0.02, 0.01
 """Lines of a plane whose loop passes through its centre, among which its own is sought; the largest |k|_1 of
@@ -354,7 +355,7 @@ class TuneWork:
         for _, orbits in _parts(needed[None] & (len(means.nu) > 1), max(1, AT_ONCE // (len(z) * (length + 1)))):
             f = plane_values(z[:, orbits], turning.planes[orbits])
             halves = means.halves[:, :, orbits].swapaxes(1, 2).reshape(2, -1)
-            wild = restless(f.reshape(-1, length + 1), halves, length, 1).reshape(f.shape[:2])
+            wild = restless(f.reshape(-1, length + 1), halves, length).reshape(f.shape[:2])
             calm = ~wild.all(axis=1)
             if not calm.any():
                 continue
@@ -401,18 +402,16 @@ class TuneWork:
             a, b, c = (known[:, k, None] for k in (COLUMNS.a, COLUMNS.b, COLUMNS.c))
             f = a * x + 1j * (b * x + c * y)
             halves = means.halves[:, planes, orbits]
-            if not (kept := ~restless(f, halves, length, 1)).all():
+            if not (kept := ~restless(f, halves, length)).all():
                 planes, orbits, rough, f = planes[kept], orbits[kept], rough[kept], f[kept]
             turns = rough[:, None] * t
             f *= np.exp(-2j * np.pi * (turns - np.rint(turns)))
-            near, lines = steady[planes, orbits], fitted_lines(f, 1.0, 1)
+            near, lines = steady[planes, orbits], plane_lines(f, LINES)
             others = np.where(steady, means.nu, np.nan)[:, orbits].T
             there = (np.abs(lines.nu) * length < NEAR) & (np.abs(lines.amplitude) > 0)
             turned = ~(near & there.any(axis=1)) | (from_whole(rough) * length < SAME)
             centre = np.zeros(len(f))
-            centre[turned] = _own_lines(
-                f[turned], lines.take(np.flatnonzero(turned)), rough[turned], planes[turned], others[turned]
-            )
+            centre[turned] = _own_lines(f[turned], lines.of(turned), rough[turned], planes[turned], others[turned])
             # A mean turn that is no line gives no error to compare with.
             worst = np.where(~near | (centre != 0), np.inf, means.error[planes, orbits] / SAFETY)
             found = inverted_values(f, centre)
@@ -445,7 +444,7 @@ def _factors(z: np.ndarray, turning: Turning) -> np.ndarray:
 
 
 def _own_lines(
-    f: np.ndarray, lines: FrequencyLines, rough: np.ndarray, planes: np.ndarray, others: np.ndarray
+    f: np.ndarray, lines: PlaneLines, rough: np.ndarray, planes: np.ndarray, others: np.ndarray
 ) -> np.ndarray:
     """Return the own line of each signal f (signals, samples) among its `lines`: the one of which all of them are
     harmonics, with combinations of the tunes of the other planes, others (signals, n), NaN where there is none; else
@@ -457,7 +456,7 @@ def _own_lines(
         return np.zeros(0)
     beside = from_whole(rough) * f.shape[1] < SAME
     if f.shape[1] < LONG:
-        return np.where(beside, 0.0, found_lines(f, 1.0, 1, LINE_ORDER).nu[:, 0])
+        return np.where(beside, 0.0, lines.nu[:, 0])
     others = np.where(np.arange(others.shape[1]) == planes[:, None], np.nan, others)
     nu, size = lines.nu[:, :OWN_LINES], np.abs(lines.amplitude[:, :OWN_LINES])
     apart = (nu + rough[:, None])[:, :, None] - _combined(others, COMBINED)[:, None]
@@ -477,7 +476,7 @@ def _combined(others: np.ndarray, longest: int) -> np.ndarray:
 
 
 def _generators(
-    lines: FrequencyLines, rough: np.ndarray, others: np.ndarray, foreign: np.ndarray, samples: int
+    lines: PlaneLines, rough: np.ndarray, others: np.ndarray, foreign: np.ndarray, samples: int
 ) -> np.ndarray:
     """Return the numbers (signals,) of lines of which all `lines` are harmonics, with combinations of the others'
     tunes, of the sense of the enclosed area; the shortest on the mean; -1: there is none, or the area is too small.

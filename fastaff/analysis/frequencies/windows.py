@@ -12,10 +12,8 @@ import numpy as np
 from ...kernels.birkhoff import SHARPNESS
 from ...kernels.fundamental import Tables
 
-WINDOW_ORDER, LINE_ORDER = 3, 2
-"""p of the window (1 + cos)^p of sums over samples, and of the spectra whose bins lines are fitted to: the squares of
-bins have the window of twice that order.
-"""
+WINDOW_ORDER = 3
+"""p of the window (1 + cos)^p of sums over samples."""
 
 APART_ORDER = 3
 """p of the window of lines that stand apart."""
