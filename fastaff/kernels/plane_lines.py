@@ -92,11 +92,13 @@ def lines_of_planes(unit, stop, progress, windowed, sums, edges, order, place, b
         count = insert_line(lines, count, own, width, a)
         if doubts[i] < DOUBLE:
             continue
-        known = 1
+        known, middle = 1, BASIS // 2
         for j in range(BASIS):
             band.known[0, j] = band.x[j]
-        middle = BASIS // 2
-        for function in (middle - 2, middle + 1, middle - 3, middle + 2):
+        for tried, function in enumerate((middle - 2, middle + 1, middle - 3, middle + 2)):
+            # Where neither side of the peak shows a line there is none farther away.
+            if tried == 2 and known == 1:
+                break
             for j in range(BASIS):
                 band.x[j] = 1.0 if j == function else 0.0
             norm = form(band.x, band.overlaps[0])

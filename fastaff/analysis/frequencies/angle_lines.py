@@ -32,7 +32,7 @@ class AngleLines(Result):
     complex, at the time 0: of the start of a frequency map, of the first sample of orbits that were given. `phase` is
     its argument in radians. A missing line has the amplitude 0 and the error inf.
 
-    :Source: Laskar 1990, Icarus 88, 266.
+    :Source: Wall & Neuhauser 1995, J. Chem. Phys. 102, 8011.
     """
 
     names: tuple[str, ...]

@@ -28,17 +28,12 @@ from .plane_modes import driven, entangled
 from .rooms import Room
 from .running_turns import ROWS, running_means
 from .signals import signals_of
-from .tunes import FALLBACK, LEAST, TuneWork
+from .tunes import FALLBACK, LEAST, SHORT, TuneWork
 from .turning import CHANGED, COST, LOCKED, ROUNDING, calm_change, from_whole, relations
 from .verdicts import MANY_TURNS
 
 BUDGET = 1 << 25
 """Bytes of samples in memory at once."""
-
-SHORT = 4096
-"""Most iterates over which the lines of coordinates that wind are sought: mean turns of longer runs are nearly as
-exact, and cost a tenth.
-"""
 
 TWICE = 2.0
 """Factor of the error of lines of coordinates that wind, whose lines are dense: 99 % of circles of the standard map

@@ -1,8 +1,8 @@
 """Modes of coupled planes of maps: loops of one line each, for orbits whose planes show the same line, or each other's.
 
-The lines of all planes together span a lattice of frequencies modulo 1; the strongest independent ones are its
-generators g_k. The rows of the inverse of their amplitudes (A_1 ... A_n, conj A_1 ... conj A_n) in the planes make
-loops with the line g_k alone among these: planes again, whose tunes are found as those of any.
+The lines of all planes, by harmonic inversion, span a lattice of frequencies modulo 1; the strongest independent ones
+are its generators g_k. The rows of the inverse of their amplitudes (A_1 ... A_n, conj A_1 ... conj A_n) in the planes
+make loops with the line g_k alone among these: planes again, whose tunes are found as those of any.
 """
 
 from __future__ import annotations
@@ -267,8 +267,9 @@ def _amplitudes(f: np.ndarray, g: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     samples), fitted together with the mean.
     """
     n, w = g.shape[1], cosine_window(f.shape[2])
-    turns = np.concatenate([g, -g, 0 * g[:, :1]], axis=1)[:, :, None] * np.arange(f.shape[2])
-    lines = np.exp(2j * np.pi * (turns - np.rint(turns)))
+    turns = g[:, :, None] * np.arange(f.shape[2])
+    own = np.exp(2j * np.pi * (turns - np.rint(turns)))
+    lines = np.concatenate([own, own.conj(), np.ones_like(own[:, :1])], axis=1)
     weighted = (w * lines.conj()).swapaxes(1, 2)
     amplitude = (f @ weighted) @ np.linalg.pinv(lines @ weighted, rcond=1e-12)
     return amplitude[:, :, :n], amplitude[:, :, n : 2 * n]

@@ -42,9 +42,16 @@ from .turning import (
     without_standing,
 )
 from .verdicts import MANY_TURNS
+from .windows import cosine_window
 
-FALLBACK, LEAST = 1e-9, 64
-"""Error in turns above which lines are inverted; least number of samples of an orbit."""
+FALLBACK, EXACT, LEAST = 1e-9, 1e-12, 64
+"""Error in turns above which lines are inverted, and that of samples up to SHORT: 99 % of the 4-D Henon orbits of
+`bench/test_tunes.py` over 1024 to 4096 turns are then within 4e-11 to 4e-14, without it 1e-10 to 2e-11; and the least
+number of samples of an orbit.
+"""
+
+SHORT = 4096
+"""Turns up to which a mean turn that is nearly exact is still inverted: mean turns of longer runs cost a tenth."""
 
 BUDGET, AT_ONCE, TOLD = 1 << 27, 1 << 22, 1 << 19
 """Bytes of samples in work; samples of signals whose lines are fitted at once; a thread's numbers per report."""
@@ -182,8 +189,9 @@ def tunes(
     of turns on a smooth curve, and a line d turns from the tune and from an integer is damped below 2e-12 once d N >
     9.6.
 
-    Where the loop passes through its centre, as one of coupled planes may, the mean turn is no line. Then the tune is
-    the strongest line of the plane, fitted with seven others, that is no small combination of the others' tunes. If all
+    A mean turn that is not exact gives way to the line next to it, by harmonic inversion. Where the loop passes through
+    its centre, as one of coupled planes may, the mean turn is no line. Then the tune is the strongest of eight lines of
+    the plane, also inverted, that is no small combination of the others' tunes. If all
     of these are harmonics of one line, as for a loop beside its centre, a crescent, the tune is that line, with the
     sign of the loop's area; a loop that jumps across its centre from turn to turn may show a harmonic. Where two planes
     show one line, or two of a low relation, or a loop passes through its centre, the strongest independent lines of all
@@ -273,7 +281,7 @@ class TuneWork:
         threads: int,
         report: Report | None,
         lines: int | None = None,
-        inexact: float = FALLBACK,
+        inexact: float = EXACT,
     ):
         self.given, self.threads, self.report, self.inexact = given, threads, report, inexact
         (_, self.orbits, self.samples), n = given.shape, given.shape[0] // 2
@@ -393,7 +401,8 @@ class TuneWork:
     def _with_lines(self, z: np.ndarray, turning: Turning, means: Means, method: np.ndarray, length: int) -> None:
         """Replace inaccurate averages by lines, where these are better."""
         n = len(means.nu)
-        needed = (means.error > self.inexact) & (turning.planes[:, :, COLUMNS.a] != 0).T
+        least = self.inexact if length <= SHORT else max(self.inexact, FALLBACK)
+        needed = (means.error > least) & (turning.planes[:, :, COLUMNS.a] != 0).T
         steady = means.error / SAFETY * length < SAME
         t, terms = np.arange(length + 1), 8 * (2 * HARMONIC + 1) * len(ball(n, SHARED)) + len(ball(n, COMBINED))
         for planes, orbits in _parts(needed, max(1, AT_ONCE // max(length + 1, terms))):
@@ -406,12 +415,11 @@ class TuneWork:
                 planes, orbits, rough, f = planes[kept], orbits[kept], rough[kept], f[kept]
             turns = rough[:, None] * t
             f *= np.exp(-2j * np.pi * (turns - np.rint(turns)))
-            near, lines = steady[planes, orbits], plane_lines(f, LINES)
-            others = np.where(steady, means.nu, np.nan)[:, orbits].T
-            there = (np.abs(lines.nu) * length < NEAR) & (np.abs(lines.amplitude) > 0)
-            turned = ~(near & there.any(axis=1)) | (from_whole(rough) * length < SAME)
+            near, others = steady[planes, orbits], np.where(steady, means.nu, np.nan)[:, orbits].T
+            there = near & (from_whole(rough) * length >= SAME) & (_share(f) > WEAK)
             centre = np.zeros(len(f))
-            centre[turned] = _own_lines(f[turned], lines.of(turned), rough[turned], planes[turned], others[turned])
+            if not there.all():
+                centre[~there] = _turned(f[~there], rough[~there], near[~there], planes[~there], others[~there])
             # A mean turn that is no line gives no error to compare with.
             worst = np.where(~near | (centre != 0), np.inf, means.error[planes, orbits] / SAFETY)
             found = inverted_values(f, centre)
@@ -441,6 +449,25 @@ def _factors(z: np.ndarray, turning: Turning) -> np.ndarray:
         if size > 0 and not SMALL < size < 1 / SMALL:
             factors[r, o] = 2.0 ** -np.clip(np.frexp(size)[1], -1022, 1022)
     return factors
+
+
+def _share(f: np.ndarray) -> np.ndarray:
+    """Return the size (signals,) of the lines next to 0 of signals f (signals, samples), relative to these."""
+    w = cosine_window(f.shape[1])
+    power = (f.real**2 + f.imag**2) @ w
+    return np.abs(f @ w) / np.sqrt(np.where(power > 0, power, 1.0))
+
+
+def _turned(f: np.ndarray, rough: np.ndarray, near: np.ndarray, planes: np.ndarray, others: np.ndarray) -> np.ndarray:
+    """Return the places (signals,) of the own lines of loops f that are not seen next to their mean turns, 0 where
+    there is a line next to one that is `near` (signals,); see `_own_lines`.
+    """
+    lines = plane_lines(f, LINES)
+    there = (np.abs(lines.nu) * f.shape[1] < NEAR) & (np.abs(lines.amplitude) > 0)
+    turned = ~(near & there.any(axis=1)) | (from_whole(rough) * f.shape[1] < SAME)
+    result = np.zeros(len(f))
+    result[turned] = _own_lines(f[turned], lines.of(turned), rough[turned], planes[turned], others[turned])
+    return result
 
 
 def _own_lines(
