@@ -34,10 +34,11 @@ ROUNDED = 3e-15
 
 
 class Sample(NamedTuple):
-    """Samples z (2n, orbits, turns) of orbits with tunes nu (n, orbits)."""
+    """Samples z (2n, orbits, turns) of orbits with tunes nu (n, orbits), whose own errors are `error` (n, orbits)."""
 
     z: np.ndarray
     nu: np.ndarray
+    error: np.ndarray
 
 
 def kicked(seed: int, kick: Callable, tunes: np.ndarray | None = None) -> Callable[[int], Sample]:
@@ -61,8 +62,8 @@ def kicked(seed: int, kick: Callable, tunes: np.ndarray | None = None) -> Callab
     truth = fa.tunes(path)
     good = (truth.kind == FrequencyKind.INDEPENDENT) & (truth.error < EXACT).all(axis=0)
     own = np.flatnonzero(good)[:ORBITS]
-    kept, nu = path[:, own, : COUNTS[-1]].copy(), truth.nu[:, own]
-    return lambda turns: Sample(kept[:, :, :turns], nu)
+    kept, nu, error = path[:, own, : COUNTS[-1]].copy(), truth.nu[:, own], truth.error[:, own]
+    return lambda turns: Sample(kept[:, :, :turns], nu, error)
 
 
 def islands(seed: int) -> Callable[[int], Sample]:
@@ -75,8 +76,8 @@ def islands(seed: int) -> Callable[[int], Sample]:
         x = x + p
     truth = fa.tunes(path)
     own = np.flatnonzero((truth.kind == FrequencyKind.INDEPENDENT) & (truth.error < EXACT).all(axis=0))
-    kept, nu = path[:, own, : COUNTS[-1]].copy(), truth.nu[:, own]
-    return lambda turns: Sample(kept[:, :, :turns], nu)
+    kept, nu, error = path[:, own, : COUNTS[-1]].copy(), truth.nu[:, own], truth.error[:, own]
+    return lambda turns: Sample(kept[:, :, :turns], nu, error)
 
 
 def twisted(seed: int, cell: str) -> Callable[[int], Sample]:
@@ -86,7 +87,8 @@ def twisted(seed: int, cell: str) -> Callable[[int], Sample]:
         rng = np.random.default_rng([seed, turns, *cell.encode()])
         cases = [map_case(rng, cell, turns, 5) for _ in range(ORBITS // 5)]
         z, nu = [case.samples() for case in cases], [case.nu for case in cases]
-        return Sample(np.concatenate(z, axis=1), np.concatenate(nu, axis=1))
+        known = np.concatenate(nu, axis=1)
+        return Sample(np.concatenate(z, axis=1), known, np.zeros_like(known))
 
     return made
 
@@ -139,7 +141,7 @@ class Row(NamedTuple):
 
 def measured(sample: Sample) -> Row:
     """Return the numbers of a sample."""
-    z, nu = sample
+    z, nu, error = sample
     found, together = fa.tunes(z, threads=1), np.tile(z, (1, BATCH, 1))
     _, cost = timed(lambda: fa.tunes(together, threads=1))
     off, few = nearest(found.nu, nu), z[:, :FEW]
@@ -148,7 +150,7 @@ def measured(sample: Sample) -> Row:
         result, seconds = timed(lambda order=order: nafflib_tunes(few, order))
         theirs[order], their_cost[order] = nearest(result, nu[:, :FEW]), seconds / result.size
     own = found.kind == FrequencyKind.INDEPENDENT
-    ratio = (off / (found.error + ROUNDED))[:, own]
+    ratio = (off / (found.error + error.max(axis=0) + ROUNDED))[:, own]
     return Row(off, theirs, cost / off.size / BATCH, their_cost, ratio, found.kind)
 
 

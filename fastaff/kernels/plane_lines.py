@@ -67,10 +67,10 @@ def insert_line(lines, count, place, bar, amplitude):
     return end + 1
 
 
-def lines_of_planes(unit, stop, progress, windowed, sums, edges, order, place, bar, amplitude):
+def lines_of_planes(unit, stop, progress, windowed, sums, edges, order, beside, place, bar, amplitude):
     """Fill place, bar, amplitude (signals, lines) with the lines of a signal by its transforms, see
     `loop_transforms.prepare_values`; missing ones have an infinite bar. A peak without a line counts as one with the
-    bar WIDE and an amplitude of its size alone.
+    bar WIDE and an amplitude of its size alone. beside: 1 to seek lines that make no peaks.
     """
     if read_now(stop, 0) > 0:
         return
@@ -90,7 +90,7 @@ def lines_of_planes(unit, stop, progress, windowed, sums, edges, order, place, b
         if not width < BROAD or abs(own - guess) > REACH:
             continue
         count = insert_line(lines, count, own, width, a)
-        if doubts[i] < DOUBLE:
+        if beside == 0 or doubts[i] < DOUBLE:
             continue
         known, middle = 1, BASIS // 2
         for j in range(BASIS):

@@ -31,9 +31,9 @@ class PlaneLines(NamedTuple):
         return PlaneLines(*(entry[signals] for entry in self))
 
 
-def plane_lines(f: np.ndarray, lines: int, threads: int = 1) -> PlaneLines:
+def plane_lines(f: np.ndarray, lines: int, *, beside: bool = True) -> PlaneLines:
     """Return the strongest lines of signals f (..., samples), by a number of first samples with a fast Fourier
-    transform.
+    transform; beside: also those without a peak of their own.
     """
     n = fast_length(f.shape[-1])
     flat = f.reshape(-1, f.shape[-1])
@@ -42,20 +42,20 @@ def plane_lines(f: np.ndarray, lines: int, threads: int = 1) -> PlaneLines:
     portion = max(1, AT_ONCE // n)
     for begin in range(0, count, portion):
         part = slice(begin, begin + portion)
-        _fill(np.ascontiguousarray(flat[part, :n], complex), place[part], bar[part], amplitude[part], threads)
+        _fill(np.ascontiguousarray(flat[part, :n], complex), place[part], bar[part], amplitude[part], beside)
     shape = (*f.shape[:-1], lines)
     return PlaneLines((place / n).reshape(shape), amplitude.reshape(shape), (bar / n).reshape(shape))
 
 
-def _fill(f: np.ndarray, place: np.ndarray, bar: np.ndarray, amplitude: np.ndarray, threads: int) -> None:
+def _fill(f: np.ndarray, place: np.ndarray, bar: np.ndarray, amplitude: np.ndarray, beside: bool) -> None:
     """Fill in the lines (signals, lines) of signals f (signals, samples)."""
     count, n = f.shape
     size = int(band_sizes(np.array([n]))[0])
     windowed, sums = np.empty((count, n), complex), np.empty((count, SUMS, size), complex)
     edges = np.empty((count, 2, 3), complex)
     real = f.view(float), apart_window(n), windowed.view(float), sums.view(float)
-    run(loop_transforms.prepare_values, count, (*real, edges), threads)
+    run(loop_transforms.prepare_values, count, (*real, edges), 1)
     np.fft.fft(windowed, axis=-1, out=windowed)
     np.fft.fft(sums, axis=-1, out=sums)
-    arguments = windowed, sums, edges, APART_ORDER, place, bar, amplitude
-    run(kernels.lines_of_planes, count, arguments, threads)
+    arguments = windowed, sums, edges, APART_ORDER, int(beside), place, bar, amplitude
+    run(kernels.lines_of_planes, count, arguments, 1)

@@ -281,9 +281,9 @@ def restless(f: np.ndarray, halves: np.ndarray, length: int) -> np.ndarray:
     """
     result = length / 2 * np.abs(halves[0] - halves[1]) > CHANGED
     some = f[result]
-    leading, half, change = np.abs(plane_lines(some, 1).nu), f.shape[1] // 2, np.zeros(len(some))
+    leading, half, change = np.abs(plane_lines(some, 1, beside=False).nu), f.shape[1] // 2, np.zeros(len(some))
     for part in (some[:, :half], some[:, -half:]):
-        found = plane_lines(part, 3)
+        found = plane_lines(part, 3, beside=False)
         near = np.where(np.isfinite(found.error), np.abs(np.abs(found.nu) - leading), np.inf)
         change = np.maximum(change, near.min(axis=1, initial=np.inf) * half)
     result[result] = change > DRIFTS

@@ -462,7 +462,7 @@ def _turned(f: np.ndarray, rough: np.ndarray, near: np.ndarray, planes: np.ndarr
     """Return the places (signals,) of the own lines of loops f that are not seen next to their mean turns, 0 where
     there is a line next to one that is `near` (signals,); see `_own_lines`.
     """
-    lines = plane_lines(f, LINES)
+    lines = plane_lines(f, LINES, beside=False)
     there = (np.abs(lines.nu) * f.shape[1] < NEAR) & (np.abs(lines.amplitude) > 0)
     turned = ~(near & there.any(axis=1)) | (from_whole(rough) * f.shape[1] < SAME)
     result = np.zeros(len(f))
