@@ -28,7 +28,7 @@ from .plane_modes import driven, entangled
 from .rooms import Room
 from .running_turns import ROWS, running_means
 from .signals import signals_of
-from .tunes import FALLBACK, LEAST, SHORT, TuneWork
+from .tunes import EXACT, FALLBACK, LEAST, SHORT, TuneWork
 from .turning import CHANGED, COST, LOCKED, ROUNDING, calm_change, from_whole, relations
 from .verdicts import MANY_TURNS
 
@@ -184,7 +184,8 @@ class MapFrequencies:
         span = np.full(orbits, float(self.length))
         found = _Window(nu, error, halves, span, np.zeros(orbits, bool))
         least = math.inf if self.averages_alone else FALLBACK
-        with_lines = whole_ones & (moving & (error > least))[~wound].any(axis=0)
+        tight = EXACT if not self.averages_alone and self.length - 1 <= SHORT else least
+        with_lines = whole_ones & (moving & (error > tight))[~wound].any(axis=0)
         plain, steps = (nu[~wound], error[~wound]), self.length - 1
         shared = entangled(plain[0], steps) | driven(*plain).any(axis=0)
         shared |= (relations(*plain, steps).unseen > plain[1]).any(axis=0)
@@ -242,7 +243,12 @@ class MapFrequencies:
             return
         z = states.transpose(2, 0, 1)
         kept = z if plain.size == rows // 2 else z[[*plain, *(rows // 2 + plain)]]
-        own = TuneWork(given_orbits(kept, coordinates=None, least=LEAST), self.flow.threads, None, inexact=least)
+        own = TuneWork(
+            given_orbits(kept, coordinates=None, least=LEAST),
+            self.flow.threads,
+            None,
+            inexact=math.inf if self.averages_alone else EXACT,
+        )
         own.run()
         where = np.ix_(plain, orbits)
         found.nu[where], found.error[where] = own.nu % 1.0, own.error
