@@ -11,7 +11,7 @@ import math
 import numpy as np
 
 from ..compile.jit import jit, read_now
-from .harmonic_inversion import BASIS, CONVERGED, converge, form, new_band, residual_of, start
+from .harmonic_inversion import CONVERGED, PEAK_BASIS, converge, form, new_band, residual_of, start
 from .loop_lines import REACH, SAFETY, SAME, WEAKEST, WIDE, open_band, turn_of
 from .spectrum_lines import find_peaks
 
@@ -35,7 +35,7 @@ def read_amplitude(band, known, u, samples, guess):
     if not abs(u) > 0.0 or not abs(norm) > 0.0:
         return guess, math.inf, 0j
     residual, along = residual_of(band.overlaps, band.x, u, norm), 0j
-    for j in range(BASIS):
+    for j in range(PEAK_BASIS):
         along += band.x[j] * band.sums[j, 0]
     place = math.atan2(u.imag, u.real) / (2.0 * math.pi) * samples
     place += samples * math.floor((guess - place) / samples + 0.5)
@@ -78,7 +78,7 @@ def lines_of_planes(unit, stop, progress, windowed, sums, edges, order, beside, 
     lines = place[unit], bar[unit], amplitude[unit]
     peaks, sizes, doubts = np.empty(most), np.empty(most), np.empty(most)
     read, _ = find_peaks(windowed[unit], order, WEAKEST, 0, peaks, sizes, doubts)
-    band, count = new_band(), 0
+    band, count = new_band(PEAK_BASIS), 0
     lines[0][:], lines[1][:], lines[2][:] = 0.0, math.inf, 0j
     for i in range(read):
         if peaks[i] > 0.5 * samples:
@@ -92,21 +92,21 @@ def lines_of_planes(unit, stop, progress, windowed, sums, edges, order, beside, 
         count = insert_line(lines, count, own, width, a)
         if beside == 0 or doubts[i] < DOUBLE:
             continue
-        known, middle = 1, BASIS // 2
-        for j in range(BASIS):
+        known, middle = 1, PEAK_BASIS // 2
+        for j in range(PEAK_BASIS):
             band.known[0, j] = band.x[j]
         for tried, function in enumerate((middle - 2, middle + 1, middle - 3, middle + 2)):
             # Where neither side of the peak shows a line there is none farther away.
             if tried == 2 and known == 1:
                 break
-            for j in range(BASIS):
+            for j in range(PEAK_BASIS):
                 band.x[j] = 1.0 if j == function else 0.0
             norm = form(band.x, band.overlaps[0])
             u = form(band.x, band.overlaps[1]) / norm if abs(norm) > 0.0 else 1.0 + 0j
             own, width, a = read_amplitude(band, known, u, samples, guess)
             if width < BROAD and abs(own - guess) < order + REACH and abs(a) > WEAKEST * sizes[0]:
                 count = insert_line(lines, count, own, width, a)
-                for j in range(BASIS):
+                for j in range(PEAK_BASIS):
                     band.known[known, j] = band.x[j]
                 known += 1
     for i in range(read):
