@@ -34,7 +34,7 @@ def _packs(tree: Path, place: Path) -> None:
     """Compile for all levels at once, in processes of their own, and put the packs into the tree."""
     sys.path.insert(0, str(tree))
     from fastaff.compile.cache import SUFFIX
-    from fastaff.compile.jit import pack_key, prebuilt
+    from fastaff.compile.code_folder import pack_key, prebuilt
     from fastaff.compile.packs import FOLDER, LEVELS, build
 
     def start(name: str, **told: str) -> subprocess.Popen:

@@ -17,6 +17,7 @@ from page_engine import compute, launch_message, system_message
 import fastaff as fa
 from fastaff.explorer.records import model_code
 from fastaff.explorer.setup import scheme_record
+from fastaff.models.mechanics import system_of
 from fastaff.schemes import BLANES_CASAS_ESCORIHUELA8
 
 FLAGS = ["--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--no-sandbox"]
@@ -58,7 +59,7 @@ def test_steps_in_node(name):
     parameters = json.dumps(list(system_message(body)["system"]["parameters"].values()))
     plain, tangent = compute(
         f"""(() => {{
-          const system = new Function(systemText({json.dumps(model_code(body))}) + "return compiledSystem;")();
+          const system = new Function(systemText({json.dumps(model_code(system_of(body)))}) + "return compiledSystem;")();
           const a = Float64Array.from({record["a"]}), b = Float64Array.from({record["b"]}), P = {parameters};
           const timed = (call) => {{ call(20000); const t = performance.now(); call({STEPS}); return performance.now() - t; }};
           const z = Float64Array.from({z}), y = z.slice(), u = z.slice();

@@ -26,6 +26,7 @@ from fastaff.cli.demonstration import P_ETA, P_GAMMA
 from fastaff.flows.flow import Flow, no_memory
 from fastaff.flows.observers import nothing
 from fastaff.flows.time_transformed import prepared
+from fastaff.models.mechanics import system_of
 from fastaff.schemes import RungeKutta, Splitting
 
 TIME = 200.0
@@ -43,11 +44,11 @@ def forces(scheme, step, rtol, z0) -> float:
     if isinstance(scheme, Splitting):
         return scheme.stages / step
     if isinstance(scheme, RungeKutta):
-        flow, span = Flow(BODY, scheme, math.inf, rtol, rtol, 1), 10.0
+        flow, span = Flow(system_of(BODY), scheme, math.inf, rtol, rtol, 1), 10.0
         ensemble = flow.ensemble(z0.copy())
         flow.advance(ensemble, nothing(), *no_memory(ensemble), time=span)
         return float(ensemble.count.mean() * scheme.evaluations / span)
-    return prepared(TIME, BODY, z0, TimeTransformed(scheme.splitting), None, 1)[2]
+    return prepared(TIME, system_of(BODY), z0, TimeTransformed(scheme.splitting), None, 1)[2]
 
 
 RACERS = [(KAHAN_LI8, 5e-4), (DOP853, None), (VERNER9, None), (TimeTransformed(), None), (AUTO, None)]

@@ -18,6 +18,7 @@ from fastaff.flows.flow import Wear
 from fastaff.flows.motion import motion
 from fastaff.flows.options import Options, plan
 from fastaff.flows.trials import on_ladder
+from fastaff.models.mechanics import system_of
 from fastaff.models.sections import Stroboscopic
 from fastaff.schemes import BLANES_CASAS_ESCORIHUELA8, RKN12
 
@@ -335,7 +336,7 @@ def test_motion_knows_oscillators():
     """
     omega, amplitude = 37.0, np.array([1e-5, 2.0, 300.0])
     system = systems.well(k=omega**2)
-    found = motion(system, np.array([amplitude, 0 * amplitude]))
+    found = motion(system_of(system), np.array([amplitude, 0 * amplitude]))
     np.testing.assert_allclose(found.rate, omega, rtol=0.1)
     np.testing.assert_allclose(found.kinetic, (omega * amplitude) ** 2 / 2, rtol=0.05)
     np.testing.assert_allclose(found.position[0], amplitude, rtol=0.1)
@@ -501,7 +502,7 @@ def test_steps_are_shortened_by_what_should_do():
     flow = plan(HH, np.full((4, 7), 0.1), Options(step=0.1, scheme=fa.SOFRONIOU_SPALETTA10)).flow
     flow = flow.sized(np.full(7, 0.1))
     each = np.ones(7)
-    steps = Steps(0.1 * each, each, 10 * each, motion(HH, np.full((4, 7), 0.1)), 2 * each, 100.0, 2)
+    steps = Steps(0.1 * each, each, 10 * each, motion(system_of(HH), np.full((4, 7), 0.1)), 2 * each, 100.0, 2)
     error = 1e-10 * np.array([[0.9, 3.0, 900.0, 3.0, 1.2, 1e4, np.inf]])
     rounding = 1e-10 * np.array([[0.1, 0.1, 0.1, 2.8, 0.69, 0.1, 0.1]])
     factor = shortening(flow, steps, error, rounding, 1e-10)

@@ -17,6 +17,8 @@ import pytest
 from deep import DEEP
 
 import fastaff
+from fastaff.base.recipe import is_recorded
+from fastaff.exchange.files import ANALYSES
 
 ROOT = Path(fastaff.__file__).parent
 FILES = sorted(ROOT.rglob("*.py"))
@@ -197,6 +199,58 @@ def test_only_jit_configures_numba():
         }
         assert not names & {"njit", "jit", "cfunc", "vectorize", "guvectorize", "config"}, module_of(path)
     assert "fastmath" not in "".join(p.read_text() for p in FILES)
+
+
+FENCED = ("numba.core", "numba.extending", "numba.np", "numba.typed", "numba.experimental", "llvmlite")
+"""Parts of Numba that are no public interface, or close to none."""
+
+
+def foreign(path):
+    """The dotted names of other packages that a file imports, or reads as attributes of `numba`."""
+    for node in ast.walk(tree_of(path)):
+        if isinstance(node, ast.Import):
+            yield from (entry.name for entry in node.names)
+        elif isinstance(node, ast.ImportFrom) and not node.level:
+            yield from (f"{node.module}.{entry.name}" for entry in node.names)
+        elif isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name) and node.value.id == "numba":
+            yield f"numba.{node.attr}"
+
+
+def test_one_module_imports_the_private_parts_of_numba():
+    """docs/developers/numba.md names them, test_numba_private_parts.py tries them."""
+    beyond = [
+        f"{module_of(path)}: {name}"
+        for path in FILES
+        if module_of(path) != "compile.numba_private"
+        for name in foreign(path)
+        if f"{name}.".startswith(tuple(f"{part}." for part in FENCED))
+    ]
+    assert not beyond
+
+
+LOOKED_UP = 20
+"""Calls of `system_of` in the package: systems are made where models enter or are made, and handed on."""
+
+
+def test_systems_are_handed_on():
+    calls = [
+        module_of(path)
+        for path in FILES
+        for node in ast.walk(tree_of(path))
+        if isinstance(node, ast.Call) and getattr(node.func, "id", "") == "system_of"
+    ]
+    assert len(calls) <= LOOKED_UP, calls
+
+
+def test_analyses_that_files_name_are_all_known():
+    """Those public functions that keep their call with their result."""
+    public = {
+        name: f"{found.__module__}".removeprefix("fastaff.")
+        for home in (fastaff, fastaff.analysis, fastaff.quantum)
+        for name in home.__all__
+        if is_recorded(found := getattr(home, name))
+    }
+    assert public == ANALYSES
 
 
 def run(code):

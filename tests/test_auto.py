@@ -24,6 +24,7 @@ from fastaff import (
     poincare_map,
 )
 from fastaff.flows.motion import typical_rate
+from fastaff.models.mechanics import system_of
 from fastaff.schemes import BLANES_CASAS_ESCORIHUELA8, Automatic, Logistic, RungeKutta, Splitting
 from fastaff.schemes.automatic import PREFERENCE, Trial
 
@@ -94,7 +95,7 @@ def test_the_rate_on_a_circle_without_force_is_that_of_small_oscillations(speed)
     """V = alpha^2/2 + 2/alpha^2 at beta = 0: no force at alpha = sqrt 2; omega = 2 across it, more in beta."""
     z = np.zeros((8, 1))
     z[0], z[5] = np.sqrt(2.0), speed
-    assert 0.2 < typical_rate(Body(Hyperelastic()), z) < 5.0
+    assert 0.2 < typical_rate(system_of(Body(Hyperelastic())), z) < 5.0
 
 
 def launched(body, energy, *axes):

@@ -38,6 +38,7 @@ from fastaff.analysis import Character
 from fastaff.analysis.chaos.streamed import own_rates, scales, symplectic_frame
 from fastaff.compile.jit import JIT_DISABLED
 from fastaff.flows import Options, plan
+from fastaff.models.mechanics import system_of
 
 EVERY = (
     Lyapunov(),
@@ -107,7 +108,7 @@ def test_any_frame_pairs_within_the_error_estimate():
 def scale_of(model, z0, time):
     """What makes one unit of the positions and momenta of tangent vectors (2n, orbits)."""
     z0 = np.array(z0, dtype=float).reshape(2 * model.degrees_of_freedom, -1)
-    return scales(model, z0, own_rates(plan(model, z0, Options()), time))
+    return scales(system_of(model), z0, own_rates(plan(model, z0, Options()), time))
 
 
 def twin(model, z0, time, observations):

@@ -16,6 +16,7 @@ from fastaff.cli.commands.plot import _of_file, _of_store
 from fastaff.cli.options import Look
 from fastaff.jobs import Job
 from fastaff.jobs.wording import Wrong
+from fastaff.models.mechanics import system_of
 
 pytest.importorskip("cyclopts")
 pytest.importorskip("matplotlib")
@@ -135,8 +136,8 @@ def test_captions_are_mathematics():
     assert captions.titled(body) == r"neo-Hookean body ($G = 1$, $K = 2\times10^{-7}$, $\mu = 3$)"
     own = fa.hamiltonian("(x**2+y**2)/2 + k*x**2*y", coordinates="x y", k=1.5)
     assert captions.titled(own) == r"$V = \frac{x^{2}+y^{2}}{2}$ $+k\,x^{2}\,y$ ($k = 1.5$)"
-    assert captions.in_words(fa.Linear((0, 1, 0, 0), 0.5), own) == "$y = 0.5$, rising"
-    assert captions.in_words(fa.BetaTurning(-1), body) == r"$p_{\beta} = 0$, falling"
+    assert captions.in_words(fa.Linear((0, 1, 0, 0), 0.5), system_of(own)) == "$y = 0.5$, rising"
+    assert captions.in_words(fa.BetaTurning(-1), system_of(body)) == r"$p_{\beta} = 0$, falling"
     status = np.array([0, 0, 3, 5])
     assert captions.outcomes(status) == "4 orbits, of these 1 escaped, 1 few crossings"
 

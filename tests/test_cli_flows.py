@@ -13,6 +13,7 @@ pytest.importorskip("cyclopts")
 pytest.importorskip("matplotlib")
 
 from fastaff.cli.main import main
+from fastaff.models.mechanics import system_of
 
 LORENZ = "x' = s*(y - x); y' = x*(r - z) - y; z' = x*y - b*z"
 PARAMETERS = ["s=10", "r=28", "b=8/3"]
@@ -60,7 +61,7 @@ def test_friction(here):
     ids=["flow", "friction", "formula of friction"],
 )
 def test_jobs_carry_them(value):
-    options = described(value)
+    options = described(system_of(value))
     assert options is not None
     assert options.build() == value
     rows = len(value.coordinates) + (value.degrees_of_freedom if hasattr(value, "momenta") or options.friction else 0)

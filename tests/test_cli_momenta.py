@@ -16,6 +16,7 @@ pytest.importorskip("cyclopts")
 pytest.importorskip("matplotlib")
 
 from fastaff.cli.main import main
+from fastaff.models.mechanics import system_of
 
 DOUBLE = "(p1**2 + 2*p2**2 - 2*p1*p2*cos(q1-q2))/(2*(1 + sin(q1-q2)**2)) - 2*g*cos(q1) - g*cos(q2)"
 TEXT = [f"--hamiltonian={DOUBLE}", "--coordinates", "q1 q2", "--momenta", "p1 p2", "--parameter", "g=1"]
@@ -35,7 +36,7 @@ def test_a_section_of_random_starts(here, words):
     found = fa.load("fastaff-poincare.npz")
     model = pendulum() if words is TEXT else DoublePendulum()
     surface = Surface(energy=-1.2)
-    launch = Starts(orbits=5, seed=3).launch(model, surface.build(model), surface, "3x3")
+    launch = Starts(orbits=5, seed=3).launch(system_of(model), surface.build(system_of(model)), surface, "3x3")
     truth = fa.poincare_map(model, launch.points(0)[0], section="q1=0", crossings=10, max_time=200.0)
     np.testing.assert_array_equal(found.points, truth.points)
     assert (found.counts == 10).all()
@@ -66,7 +67,7 @@ def test_a_grid_of_named_rows_and_the_whole_surface(here):
     ids=["text", "named", "driven", "separable"],
 )
 def test_models_are_described_as_options(value):
-    found = described(value)
+    found = described(system_of(value))
     assert found is not None
     assert found.build() == value
     assert type(found.build()) is type(value)
@@ -95,7 +96,7 @@ def test_a_job_that_was_stopped_has_the_bits_of_one_run(tmp_path):
 def test_named_systems_run_from_the_command_line(here, key):
     """A launch set on the energy of a point of theirs, by the library's own numbers."""
     model = Model(model=key).build()
-    n, again = model.degrees_of_freedom, described(model)
+    n, again = model.degrees_of_freedom, described(system_of(model))
     assert again is not None
     assert again.build() == model
     z = np.concatenate([np.linspace(1.1, 1.3, n), np.linspace(0.3, 0.5, n)])

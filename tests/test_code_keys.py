@@ -23,8 +23,8 @@ from thorough import TIMES
 
 import fastaff as fa
 from fastaff.compile import cache as files
+from fastaff.compile import code_folder, jit, room
 from fastaff.compile import fingerprint as keys
-from fastaff.compile import jit, room
 from fastaff.compile.blocks import parameters
 from fastaff.compile.jit import SIGNATURES
 from fastaff.formulas import library
@@ -412,14 +412,14 @@ def test_a_relative_folder_stays_where_it_was_first(tmp_path, monkeypatch):
     (tmp_path / "other").mkdir()
     monkeypatch.chdir(tmp_path / "one")
     monkeypatch.setenv("FASTAFF_CACHE_DIR", f"{tmp_path.name}-relative")
-    before = jit.cache_root()
+    before = code_folder.cache_root()
     assert before == tmp_path / "one" / f"{tmp_path.name}-relative"
     monkeypatch.chdir(tmp_path / "other")
-    assert jit.cache_root() == before
+    assert code_folder.cache_root() == before
     monkeypatch.delenv("FASTAFF_CACHE_DIR")
     monkeypatch.setenv("XDG_CACHE_HOME", "relative")
-    assert jit.cache_root().is_absolute()
-    assert "relative" not in jit.cache_root().parts
+    assert code_folder.cache_root().is_absolute()
+    assert "relative" not in code_folder.cache_root().parts
 
 
 # --- room -------------------------------------------------------------------------------------------------------------

@@ -569,14 +569,14 @@ def test_wrong_derivatives_of_ones_own_are_refused_in_all_units():
         right = Rotor(float(random.uniform(0.1, 3)), length, time)
         z = random.uniform(-1, 1, (4, 5)) * random.choice([0.0, 1e-3, 1.0], (4, 1))
         z = z * np.array([length, length, length / time, length / time])[:, None]
-        check_derivatives("body", right, z)
+        check_derivatives("body", system_of(right), z)
         row, off = random.integers(4), float(10 ** random.uniform(-4, -1) * random.choice([-1, 1]))
         with pytest.raises(
             ValueError, match=r"body Rotor must have rates dH/dp and -dH/dq of its energy H: at .* that of"
         ):
-            check_derivatives("body", right._replace(off=off, of=float(row)), z)
+            check_derivatives("body", system_of(right._replace(off=off, of=float(row))), z)
         with pytest.raises(ValueError, match="body Rotor must have a tangent_rates that is the change of its rates"):
-            check_derivatives("body", right._replace(off=off, of_tangent=float(row)), z)
+            check_derivatives("body", system_of(right._replace(off=off, of_tangent=float(row))), z)
 
 
 def test_all_verbs_refuse_wrong_derivatives():
@@ -623,8 +623,8 @@ def test_wrong_derivatives_of_springs_maps_and_flows_are_refused():
             return 1.0 + 0.0 * x
 
     z, check = np.array([[0.7], [0.4]]), check_derivatives
-    check("body", OneSpring(), z)
-    check("body", fa.models.StandardMap(0.9), z)
+    check("body", system_of(OneSpring()), z)
+    check("body", system_of(fa.models.StandardMap(0.9)), z)
     for body, match in (
         (Stiff(), "energy H: .* of p_x is"),
         (Bent(), "a tangent_force"),
@@ -632,7 +632,7 @@ def test_wrong_derivatives_of_springs_maps_and_flows_are_refused():
         (Wound(), "a tangent_rates .* of y is"),
     ):
         with pytest.raises(ValueError, match=match):
-            check("body", body, z)
+            check("body", system_of(body), z)
 
 
 def half(x):
@@ -695,4 +695,4 @@ def test_right_derivatives_are_never_refused(which):
     random = np.random.default_rng(which)
     for _ in range(60):
         z = random.uniform(-1, 1, (2, random.integers(1, 5))) * 10 ** random.uniform(-6, 0)
-        check_derivatives("body", Uneven(which), z)
+        check_derivatives("body", system_of(Uneven(which)), z)

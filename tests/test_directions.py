@@ -5,6 +5,7 @@ import pytest
 
 import fastaff as fa
 from fastaff.formulas.section_text import canonical, section_named
+from fastaff.models.mechanics import system_of
 
 FREE = fa.hamiltonian("0*x", coordinates="x")
 HENON = fa.HenonHeiles()
@@ -38,16 +39,16 @@ def test_signs_and_arguments_are_the_sections_of_these_directions():
     z = np.random.default_rng(3).uniform(-0.2, 0.2, (4, 5))
     for sign, direction in (("", 1), ("+", 1), ("-", -1), ("+-", 0), ("-+", 0), (" - ", -1)):
         for constant in ("0", "0.05", "-0.02", "1/20", "1e-2", "-1e-2"):
-            section = section_named(f"x={constant}{sign}", HENON)
-            assert section == section_named(f"x={constant}", HENON, direction)
-            again = section_named(canonical(f"x={constant}{sign}"), HENON)
+            section = section_named(f"x={constant}{sign}", system_of(HENON))
+            assert section == section_named(f"x={constant}", system_of(HENON), direction)
+            again = section_named(canonical(f"x={constant}{sign}"), system_of(HENON))
             assert again == section
         text, value = crossed(HENON, z, f"x=0.01{sign}"), crossed(HENON, z, fa.Linear((1, 0, 0, 0), 0.01, direction))
         np.testing.assert_array_equal(text.times, value.times)
     body = fa.Body(fa.Hyperelastic(C=1.0), mu=1.0)
-    assert section_named("alpha-turning-", body) == fa.AlphaTurning(-1)
-    assert section_named("alpha-turning", body) == fa.AlphaTurning(1)
-    assert section_named("beta=0.2+-", body) == section_named("beta=0.2", body, 0)
+    assert section_named("alpha-turning-", system_of(body)) == fa.AlphaTurning(-1)
+    assert section_named("alpha-turning", system_of(body)) == fa.AlphaTurning(1)
+    assert section_named("beta=0.2+-", system_of(body)) == section_named("beta=0.2", system_of(body), 0)
 
 
 @pytest.mark.parametrize("direction", [2, -2, 0.5, "up", True, [1]])

@@ -88,11 +88,11 @@ def test_what_is_wrong(checked, monkeypatch, capsys, tmp_path):
 
 def test_where_kernels_come_from(monkeypatch):
     """From a pack where one was used, not where there only is one."""
-    from fastaff.compile import jit, packs
+    from fastaff.compile import code_folder, packs
     from fastaff.compile.cache import CodeCache
 
     monkeypatch.setattr(doctor, "ORBITS", 200)
-    monkeypatch.setattr(jit, "prebuilt", lambda: packs.Pack(packs.LEVELS["x86-64-v3"], {}))
+    monkeypatch.setattr(code_folder, "prebuilt", lambda: packs.Pack(packs.LEVELS["x86-64-v3"], {}))
     monkeypatch.setattr(CodeCache, "prebuilt", 0)
     assert doctor._check()["kernels"] == "compiled here"
     monkeypatch.setattr(CodeCache, "prebuilt", 1)
@@ -100,14 +100,14 @@ def test_where_kernels_come_from(monkeypatch):
 
 
 def test_a_cache_that_cannot_be_used(monkeypatch):
-    from fastaff.compile import jit
+    from fastaff.compile import code_folder
 
     monkeypatch.setenv("FASTAFF_CACHE_DIR", "/proc/nowhere")
     try:
         found = doctor._cache()
     finally:
         monkeypatch.undo()
-        jit.cache_directory.cache_clear()
+        code_folder.cache_directory.cache_clear()
     assert not found["writable"]
     assert not found["used"]
     assert "cannot write its compile cache" in found["problem"]

@@ -394,9 +394,9 @@ def test_a_job_from_options(tmp_path):
         hamiltonian="-cos(x) - a*cos(x - w*t)", coordinates="x", period="2*pi/w", parameter=["a=0.05", "w=1.5"]
     )
     assert options.build() == pendulum()
-    assert described(pendulum()).build() == pendulum()
+    assert described(system_of(pendulum())).build() == pendulum()
     number = fa.hamiltonian("x**2/2*(1 + a*cos(t))", coordinates="x", period=2 * np.pi, a=0.1)
-    assert described(number).build() == number
+    assert described(system_of(number)).build() == number
     job = Job(
         model=options,
         surface=Surface(section="t=0"),

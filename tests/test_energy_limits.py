@@ -6,6 +6,7 @@ import pytest
 import fastaff as fa
 from fastaff.analysis.sections.energy_limits import energy_limits, may_escape, too_low
 from fastaff.cli import main as cli
+from fastaff.models.mechanics import system_of
 
 HH = fa.HenonHeiles()
 
@@ -13,7 +14,7 @@ HH = fa.HenonHeiles()
 @pytest.mark.parametrize("lam", [0.3, 1.0, 7.0])
 def test_henon_heiles(lam):
     """Minimum 0 and saddles 1/(6 lam^2)."""
-    found = energy_limits(fa.HenonHeiles(lam))
+    found = energy_limits(system_of(fa.HenonHeiles(lam)))
     np.testing.assert_allclose(found, (0.0, 1 / (6 * lam**2)), atol=1e-15)
 
 
@@ -21,33 +22,33 @@ def test_henon_heiles(lam):
 def test_harmonic(p_eta, p_gamma):
     """A plane oscillator of angular momentum p has at least the energy omega |p|."""
     body = fa.Body(fa.Harmonic(C=4.0), mu=0.25)
-    found = energy_limits(body, p_eta, p_gamma)
+    found = energy_limits(system_of(body), p_eta, p_gamma)
     np.testing.assert_allclose(found.minimum, 4.0 * (abs(p_eta) + abs(p_gamma)), rtol=1e-12, atol=1e-15)
     assert np.isnan(found.saddle)
 
 
 def test_two_wells():
-    found = energy_limits(fa.hamiltonian("h*(x**2 - 1)**2 + y**2 - 3", h=2.0))
+    found = energy_limits(system_of(fa.hamiltonian("h*(x**2 - 1)**2 + y**2 - 3", h=2.0)))
     np.testing.assert_allclose(found, (-3.0, -1.0), rtol=1e-13)
 
 
 @pytest.mark.parametrize("scale", [1e-5, 1e4])
 def test_units_of_length(scale):
-    found = energy_limits(fa.hamiltonian("(x**2 + y**2)/2 + (x**2*y - y**3/3)/s", s=scale))
+    found = energy_limits(system_of(fa.hamiltonian("(x**2 + y**2)/2 + (x**2*y - y**3/3)/s", s=scale)))
     np.testing.assert_allclose(found.saddle, scale**2 / 6, rtol=1e-12)
 
 
 def test_none_is_known():
-    assert np.isnan(energy_limits(fa.hamiltonian("x + y"))).all()
-    assert np.isnan(energy_limits(fa.hamiltonian("(x**2+y**2+z**2)/2", coordinates="x y z"))).all()
-    assert too_low(fa.hamiltonian("x + y"), -1e9, 0.0, 0.0) is None
-    assert may_escape(fa.Body(fa.Harmonic()), 1e9) is None
+    assert np.isnan(energy_limits(system_of(fa.hamiltonian("x + y")))).all()
+    assert np.isnan(energy_limits(system_of(fa.hamiltonian("(x**2+y**2+z**2)/2", coordinates="x y z")))).all()
+    assert too_low(system_of(fa.hamiltonian("x + y")), -1e9, 0.0, 0.0) is None
+    assert may_escape(system_of(fa.Body(fa.Harmonic())), 1e9) is None
 
 
 def test_the_minimum_is_reached_from_above_alone():
     """Grids and samples exist just above the number that is said, not below."""
     body, at = fa.Body(fa.NeoHookean()), {"p_eta": 0.3, "p_gamma": 0.2, "section": "alpha-turning"}
-    least = energy_limits(body, 0.3, 0.2).minimum
+    least = energy_limits(system_of(body), 0.3, 0.2).minimum
     assert len(fa.energy_sample(body, energy=least + 1e-6, orbits=3, **at)) == 3
     for energy in (least - 1e-6, -1.0):
         said = rf"^energy \S+ lies below the minimum {least:.6g} of this body's energy with p_eta = 0.3 and p_gamma ="

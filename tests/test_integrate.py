@@ -31,6 +31,7 @@ from fastaff.flows import launch, reaches
 from fastaff.flows.flow import Flow
 from fastaff.flows.observers import Observer
 from fastaff.flows.reaches import ESCAPE, FARTHEST, escape_radii
+from fastaff.models.mechanics import system_of
 from fastaff.models.sections import AlphaTurning
 from fastaff.schemes import Splitting
 from fastaff.schemes.catalogue import SCHEMES
@@ -124,7 +125,7 @@ def tally(value, lanes, orbit, fresh, t, z, memory, out, done):
 @pytest.mark.parametrize("tolerance", [1e-7, 1e-10])
 def test_few_steps_are_taken_twice(scheme, tolerance):
     """The next step is short enough to be accepted nearly always: of steps as long as they may be a fifth is not."""
-    flow = Flow(BODY, scheme, np.inf, tolerance, tolerance, 1)
+    flow = Flow(system_of(BODY), scheme, np.inf, tolerance, tolerance, 1)
     ensemble, taken, _ = flow.observed(states(BODY, 40, seed=11), Observer(tally, 1), time=20.0)
     assert (ensemble.status == Status.OK).all()
     assert 0 <= 1 - taken.sum() / ensemble.count.sum() < 0.14
@@ -329,7 +330,7 @@ def test_an_orbit_that_rests_on_a_slope_at_the_origin_falls():
     """It has neither a size nor a turning point ahead."""
     z0 = np.zeros((4, 1))
     slope = hamiltonian("-k*x + y**2/2", k=1.0)
-    assert escape_radii(slope, z0) == FARTHEST
+    assert escape_radii(system_of(slope), z0) == FARTHEST
     run = integrate(slope, z0, time=2.0, step=0.1)
     assert run.status == Status.OK
     np.testing.assert_allclose(run.z[:, 0], [2.0, 0.0, 2.0, 0.0], atol=1e-14)
@@ -357,7 +358,7 @@ def test_escape_radii_are_those_of_turning_points(omega, compiled, monkeypatch):
     expected = np.maximum(np.hypot(*q), turn)
     if not compiled:
         monkeypatch.setattr(reaches, "_potential", lambda model: None)
-    found = escape_radii(system, z0) / ESCAPE
+    found = escape_radii(system_of(system), z0) / ESCAPE
     assert (found <= expected * (1 + 1e-9)).all()
     assert (found >= 0.99 * expected).all()
 

@@ -30,6 +30,7 @@ from fastaff import (
     poincare_map,
 )
 from fastaff.compile import cache as files
+from fastaff.compile import code_folder as _code_folder
 from fastaff.compile import jit as _jit
 from fastaff.compile import source
 from fastaff.compile.texts import TEXTS
@@ -655,11 +656,11 @@ def test_a_full_disk_costs_one_warning_and_what_is_there_is_read(cache, tmp_path
 
 def test_the_folder_is_the_users(tmp_path, monkeypatch):
     monkeypatch.setenv("FASTAFF_CACHE_DIR", str(tmp_path / "x"))
-    assert _jit.cache_root() == tmp_path / "x"
+    assert _code_folder.cache_root() == tmp_path / "x"
     if sys.platform.startswith("linux"):
         monkeypatch.setenv("FASTAFF_CACHE_DIR", "")
         monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
-        assert _jit.cache_root() == tmp_path / "fastaff"
+        assert _code_folder.cache_root() == tmp_path / "fastaff"
 
 
 KERNEL = """

@@ -215,7 +215,7 @@ def test_a_quadratic_special_case_takes_the_schemes_of_quadratic_ones():
 
 
 def test_a_page_runs_it_as_h_of_q_and_p():
-    pages = [model_code(model) for model in pair(KINETIC["relativistic"], **NAMES, m=1.0)]
+    pages = [model_code(system_of(model)) for model in pair(KINETIC["relativistic"], **NAMES, m=1.0)]
     for page in pages:
         assert page["kind"] == "equations"
         assert len(page["methods"]["tangent"]["results"]) == 4

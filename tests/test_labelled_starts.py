@@ -7,6 +7,7 @@ import pytest
 
 import fastaff as fa
 from fastaff.flows.starts import in_rows, starts_of
+from fastaff.models.mechanics import system_of
 
 HENON = fa.HenonHeiles()
 ROWS = ("x", "y", "p_x", "p_y")
@@ -52,29 +53,29 @@ def test_rows_are_found_by_name(model):
     for orbits in (1, 2, len(names), len(names), 2 * len(names)):
         z = rng.uniform(-1, 1, (len(names), orbits))
         for value in labelled(rng, names, z):
-            np.testing.assert_array_equal(in_rows("z0", value, model), z)
+            np.testing.assert_array_equal(in_rows("z0", value, system_of(model)), z)
 
 
 def test_single_orbits_and_starts_without_the_time():
     pandas, xarray = frames("pandas"), frames("xarray")
     series = pandas.Series([1.0, 2.0, 3.0, 4.0], index=["p_y", "y", "x", "p_x"])
     for value in (series, series.to_xarray(), series.to_frame(), series.to_frame().T):
-        np.testing.assert_array_equal(np.ravel(in_rows("z0", value, HENON)), [3.0, 2.0, 4.0, 1.0])
+        np.testing.assert_array_equal(np.ravel(in_rows("z0", value, system_of(HENON))), [3.0, 2.0, 4.0, 1.0])
     scalars = xarray.Dataset(dict(series))
-    np.testing.assert_array_equal(in_rows("z0", scalars, HENON), [3.0, 2.0, 4.0, 1.0])
+    np.testing.assert_array_equal(in_rows("z0", scalars, system_of(HENON)), [3.0, 2.0, 4.0, 1.0])
     turned = pandas.Series([1.0, 2.0], index=["p_x", "x"])
-    np.testing.assert_array_equal(in_rows("z0", turned, DRIVEN), [2.0, 1.0])
+    np.testing.assert_array_equal(in_rows("z0", turned, system_of(DRIVEN)), [2.0, 1.0])
 
 
 def test_polars_and_lists_of_its_columns():
     polars = frames("polars")
     z = np.arange(16.0).reshape(4, 4)
     table = polars.DataFrame({name: z[k] for name, k in (("p_y", 3), ("y", 1), ("x", 0), ("p_x", 2))})
-    np.testing.assert_array_equal(in_rows("z0", table, HENON), z)
-    np.testing.assert_array_equal(in_rows("z0", [table[name] for name in ROWS], HENON), z)
+    np.testing.assert_array_equal(in_rows("z0", table, system_of(HENON)), z)
+    np.testing.assert_array_equal(in_rows("z0", [table[name] for name in ROWS], system_of(HENON)), z)
     for value in ([table[name] for name in ROWS[::-1]], table.rename({"x": "q"}), table.lazy()):
         with pytest.raises((TypeError, ValueError), match="z0 must"):
-            in_rows("z0", value, HENON)
+            in_rows("z0", value, system_of(HENON))
 
 
 def test_labels_that_do_not_match_are_refused():

@@ -10,6 +10,7 @@ import fastaff as fa
 from fastaff.analysis import NotReached
 from fastaff.analysis.sections.invariant_measure import measure_of
 from fastaff.jobs.launch import BLOCK, between
+from fastaff.models.mechanics import system_of
 
 HH = fa.HenonHeiles()
 NAMES = ("x", "y", "z", "u", "v", "w")
@@ -552,7 +553,7 @@ def test_few_of_the_points_tried_are_enough():
     """A few times what is refused: whatever the seed, points are found."""
     model = fa.hamiltonian("(x**2 - 1)**2 + (y**2 - 1)**2", coordinates="x y")
     energy = 3e-5  # four wells of half-widths sqrt(E)/2: pi E of a box of 4.4
-    measure = measure_of(model, energy, None, None)
+    measure = measure_of(system_of(model), energy, None, None)
     for seed in range(20):
         z, _ = measure.draw(3, seed)
         np.testing.assert_allclose(energies(model, z), energy, rtol=1e-9)

@@ -17,6 +17,7 @@ import pytest
 import fastaff
 from fastaff.base.machine import get_host_cpu_features
 from fastaff.compile import cache as files
+from fastaff.compile import code_folder as _code_folder
 from fastaff.compile import jit as _jit
 from fastaff.compile import packs
 from fastaff.compile.packs import LEVELS, Level
@@ -101,7 +102,7 @@ def few(tmp_path_factory):
 def packed(few, tmp_path, code=None):
     """A copy of the package with a pack of that code, or of the few kernels."""
     package = copied(tmp_path)
-    path = packs.build(code or few[0], HERE[0], _jit.pack_key(), prebuilt(package))
+    path = packs.build(code or few[0], HERE[0], _code_folder.pack_key(), prebuilt(package))
     return package, path
 
 
@@ -117,8 +118,10 @@ def levels(*marks):
 def test_a_pack_has_the_bits_of_code_compiled_here(level, tmp_path):
     """Of every level that this processor has; with an empty cache nothing is compiled and nothing is written there."""
     package = copied(tmp_path)
-    packs.build(compiled_for(level, FEW + INTEGRATE, tmp_path / "level"), level, _jit.pack_key(), prebuilt(package))
-    expected, *_ = run(FEW + INTEGRATE, _jit.cache_root())
+    packs.build(
+        compiled_for(level, FEW + INTEGRATE, tmp_path / "level"), level, _code_folder.pack_key(), prebuilt(package)
+    )
+    expected, *_ = run(FEW + INTEGRATE, _code_folder.cache_root())
     bits, misses, taken, said = run(FEW + INTEGRATE, tmp_path / "empty", package)
     assert bits == expected
     assert misses == 0
@@ -133,8 +136,8 @@ def test_a_pack_has_the_bits_of_code_compiled_here(level, tmp_path):
 @levels()
 def test_sections_frequencies_and_indicators_have_the_same_bits_too(level, tmp_path):
     package, code = copied(tmp_path), FEW + MORE
-    packs.build(compiled_for(level, code, tmp_path / "level"), level, _jit.pack_key(), prebuilt(package))
-    expected, *_ = run(code, _jit.cache_root())
+    packs.build(compiled_for(level, code, tmp_path / "level"), level, _code_folder.pack_key(), prebuilt(package))
+    expected, *_ = run(code, _code_folder.cache_root())
     bits, misses, taken, said = run(code, tmp_path / "empty", package)
     assert bits == expected
     assert (misses, said) == (0, "")
@@ -163,7 +166,7 @@ def test_ones_own_code_comes_before_a_pack_and_what_a_pack_lacks_is_compiled(few
     assert run(FEW, tmp_path / "cache", package) == (few[1], 0, few[2] - 1, "")
     path.unlink()
     run(FEW, tmp_path / "cache", package)
-    packs.build(few[0], HERE[0], _jit.pack_key(), prebuilt(package))
+    packs.build(few[0], HERE[0], _code_folder.pack_key(), prebuilt(package))
     assert run(FEW, tmp_path / "cache", package) == (few[1], 0, 0, "")
 
 
@@ -183,7 +186,7 @@ def test_a_damaged_pack_costs_one_warning_and_code_under_another_name_is_not_run
     names = sorted(file.name for file in few[0].glob(f"*{files.SUFFIX}"))
     for name, other in zip(names, names[1:] + names[:1], strict=True):
         files.write(code / name, files.read(few[0] / other))
-    packs.build(code, HERE[0], _jit.pack_key(), prebuilt(package))
+    packs.build(code, HERE[0], _code_folder.pack_key(), prebuilt(package))
     assert run(FEW, tmp_path / "exchanged", package) == (few[1], few[2], 0, "")
 
 
@@ -263,12 +266,12 @@ def test_a_pack_is_made_of_undamaged_code_alone(code, tmp_path, unwarned, wrong)
 @pytest.mark.parametrize("name", ["CPU_NAME", "CPU_FEATURES"])
 def test_who_names_a_processor_gets_code_for_it(monkeypatch, name):
     """Whatever packs there are."""
-    monkeypatch.setattr(_jit, "best", lambda *_: packs.Pack(V3, {}))
+    monkeypatch.setattr(_code_folder, "best", lambda *_: packs.Pack(V3, {}))
     monkeypatch.setattr(_jit.config, "CPU_NAME", None)
     monkeypatch.setattr(_jit.config, "CPU_FEATURES", None)
-    assert _jit.prebuilt.__wrapped__() == packs.Pack(V3, {})
+    assert _code_folder.prebuilt.__wrapped__() == packs.Pack(V3, {})
     monkeypatch.setattr(_jit.config, name, "generic")
-    assert _jit.prebuilt.__wrapped__() is None
+    assert _code_folder.prebuilt.__wrapped__() is None
 
 
 @pytest.mark.parametrize("level", LEVELS.values(), ids=LEVELS)

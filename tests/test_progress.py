@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import fastaff as fa
-from fastaff.base import progress
+from fastaff.base import compilations, progress
 from fastaff.base.numbers import Passes
 from fastaff.base.progress import says_progress
 from fastaff.base.recipe import recorded
@@ -229,8 +229,8 @@ def test_orbits_that_end_early_are_done_then():
 def machine(tmp_path, monkeypatch, clock):
     """A compiler that keeps its times here, on a machine that is `slow` times slower and has a share of a processor."""
     state = SimpleNamespace(sources="a", slow=1.0, share=1.0, worked=50.0)
-    monkeypatch.setattr(progress.Compiling, "root", lambda: tmp_path)
-    monkeypatch.setattr(progress.Compiling, "sources", lambda: state.sources)
+    monkeypatch.setattr(progress, "_file", lambda: tmp_path / "seconds.json")
+    monkeypatch.setattr(progress, "_sources", lambda: state.sources)
     monkeypatch.setattr(progress.clock, "process_time", lambda: state.worked)
     for name, value in (("kernels", []), ("depth", 0), ("seconds", 0.0), ("worked", 0.0), ("speed", None)):
         monkeypatch.setattr(progress.Compiling, name, value)
@@ -255,11 +255,11 @@ def test_how_long_a_compilation_takes_is_known_early(machine, name, slow, share)
         if sources == "b":
             assert call.expected() == pytest.approx(slow * whole(name))
         machine.kernel("potential", 0.3)
-        for kernel, seconds in progress.KERNELS.items():
+        for kernel, seconds in compilations.KERNELS.items():
             machine.kernel(kernel, seconds)
             assert call.expected() == pytest.approx(whole(name) * slow / share, rel=0.01)
         assert call.begins
-        machine.kernel("locate", whole(name) - 0.3 - sum(progress.KERNELS.values()))
+        machine.kernel("locate", whole(name) - 0.3 - sum(compilations.KERNELS.values()))
         assert call.expected() == pytest.approx(call.spent()[0])
         call.end()
         progress.Compiling.speed = None  # another process

@@ -616,7 +616,7 @@ def test_jobs_and_commands_turn(tmp_path):
         table = Model(hamiltonian="k*(x**2 + y**2)/2 + x**4", parameter=["k=0.7"], **turning)
         model = table.build()
         assert model.angular_velocity() == pytest.approx(0.3 if len(turning) == 1 else 1.65)
-        again = described(model)
+        again = described(system_of(model))
         assert again is not None
         assert again.build() == model
     with pytest.raises(ValueError, match="rotation belongs to hamiltonian"):

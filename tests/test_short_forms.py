@@ -19,6 +19,7 @@ from fastaff.base.recipe import encoded
 from fastaff.formulas.number import number
 from fastaff.formulas.section_text import section_forms, section_in_words, section_named
 from fastaff.jobs.system import MODELS
+from fastaff.models.mechanics import system_of
 from fastaff.models.sections import AlphaEquals, AlphaTurning, AreaEquals, BetaEquals, BetaTurning, Linear
 from fastaff.schemes.catalogue import SCHEMES
 
@@ -99,18 +100,18 @@ SECTIONS = [
 
 @pytest.mark.parametrize(("model", "text", "section"), SECTIONS)
 def test_sections_of_texts(model, text, section):
-    found = section_named(text, model)
+    found = section_named(text, system_of(model))
     assert type(found) is type(section)
     assert found == section
-    assert section_named(text, model, -1) == section._replace(direction=-1)
-    again = section_in_words(section, model)
-    assert section_named(again, model) == section
+    assert section_named(text, system_of(model), -1) == section._replace(direction=-1)
+    again = section_in_words(section, system_of(model))
+    assert section_named(again, system_of(model)) == section
 
 
 def test_sections_that_no_text_describes():
-    assert section_in_words(Linear((1.0, 1.0, 0.0, 0.0)), HH).startswith("Linear(")
-    assert section_in_words(Linear((0.0, 0.0, 1.0, 0.0)), HH).startswith("Linear(")
-    assert section_in_words(battery.own_case, HH) == repr(battery.own_case)
+    assert section_in_words(Linear((1.0, 1.0, 0.0, 0.0)), system_of(HH)).startswith("Linear(")
+    assert section_in_words(Linear((0.0, 0.0, 1.0, 0.0)), system_of(HH)).startswith("Linear(")
+    assert section_in_words(battery.own_case, system_of(HH)) == repr(battery.own_case)
 
 
 @pytest.mark.parametrize(
@@ -128,7 +129,7 @@ def test_texts_of_no_section(model, text, said):
     z0 = battery.Z4 if model is HH else battery.Z8
     with pytest.raises(ValueError, match=re.escape(said)):
         fa.poincare_map(model, z0, section=text, crossings=1, max_time=1.0)
-    assert all(form.endswith("=c") or "turning" in form for form in section_forms(model))
+    assert all(form.endswith("=c") or "turning" in form for form in section_forms(system_of(model)))
 
 
 # --- functions ------------------------------------------------------------------------------------------------------

@@ -5,6 +5,7 @@ import pytest
 
 import fastaff as fa
 from fastaff.flows.motion import motion
+from fastaff.models.mechanics import system_of
 
 WELL = (
     "k*(a*(x/L)**2/2 + b*(y/L)**2/2 + c*(x**4 + y**4)/(4*L**4) + d*(x*y)**2/(2*L**4) + e*(x**2 + y**2)**3/(6*L**6))",
@@ -68,7 +69,7 @@ def test_states_from_special_starts_are_within_their_errors(name):
         unsure = 3 * np.abs(truth.z - other.z).max(axis=1, keepdims=True) + 1e-12 * np.abs(z0).max(
             axis=1, keepdims=True
         )
-        scales = motion(model, z0)
+        scales = motion(system_of(model), z0)
         apart = np.abs(found.z - truth.z) / (found.error + unsure)
         assert apart.max() < 5, z0[:, apart.max(axis=0).argmax()]
         assert np.median(scales.distance(found.error)) < 1e-9
@@ -153,7 +154,7 @@ def test_no_orbit_within_its_accuracy_drifts_and_errors_cover_at_any_accuracy(na
     model, z0 = walls(rng, 60)[name]
     truth = fa.integrate(model, z0, time=60.0, scheme=fa.schemes.VERNER9, rtol=1e-14, atol=1e-14)
     other = fa.integrate(model, z0, time=60.0, scheme=fa.schemes.DOP853, rtol=1e-14, atol=1e-14)
-    scales, ratios = motion(model, z0), []
+    scales, ratios = motion(system_of(model), z0), []
     for accuracy in (1e-3, 1e-4, 1e-6, 1e-8, 1e-10):
         found = fa.integrate(model, z0, time=60.0, accuracy=accuracy)
         assert (found.status == fa.Status.OK).all(), (accuracy, found.summary())

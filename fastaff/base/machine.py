@@ -12,10 +12,9 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numba
-from llvmlite import binding
-from numba.core.codegen import get_host_cpu_features
 
 from ..compile.jit import config
+from ..compile.numba_private import binding, get_host_cpu_features
 from ..compile.threads import default_threads
 from .numbers import free_memory
 

@@ -16,8 +16,9 @@ import time as clock
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from queue import Empty, SimpleQueue
-from typing import Any, ClassVar, ParamSpec, TypeVar, cast
+from typing import Any, ParamSpec, TypeVar, cast
 
+from .compilations import Compiling
 from .placing import placed, text_of
 
 SILENCE = 1.5
@@ -35,9 +36,6 @@ PARTS = {
 OTHER = 1.2
 """The same for a new model, section or the like."""
 
-KERNELS = {"find_turns_of_words": 1.13, "run_fixed_of_words": 1.3}
-"""The same for kernels that almost every call needs; they measure the speed of a machine."""
-
 USED = {
     "integrate": "steps", "animate": "steps", "doctor": "steps", "run": "steps", "resume": "steps", "rerun": "steps",
     "poincare_map": "steps sections", "poincare": "steps sections lines frequencies",
@@ -50,49 +48,6 @@ USED = {
     "continuation": "steps sections tangents",
 }  # fmt: skip
 """Parts that functions and commands need."""
-
-
-class Compiling:
-    """Record of compilations, kept by `compile.jit`. root(): folder of the compiled files; sources(): digest of their
-    sources, "" where a pack came with the package. seconds, worked: time and processor time of compilation; kernels:
-    names of compiled kernels; speed: ratio of their processor time to that on the machine of PARTS.
-    """
-
-    depth = 0
-    known = 0
-    seconds = 0.0
-    worked = 0.0
-    begun = 0.0, 0.0
-    kernels: ClassVar[list[str]] = []
-    speed: float | None = None
-    root: Callable[[], Path | None] = staticmethod(lambda: None)
-    sources: Callable[[], str] = staticmethod(lambda: "")
-
-    @classmethod
-    @contextlib.contextmanager
-    def under_way(cls) -> Iterator[None]:
-        """Count the time of a compilation, which may begin others."""
-        if not cls.depth:
-            cls.begun = (clock.perf_counter(), clock.process_time())
-            cls.known = len(cls.kernels)
-        cls.depth += 1
-        try:
-            yield
-        finally:
-            cls.depth -= 1
-            if not cls.depth:
-                worked = clock.process_time() - cls.begun[1]
-                cls.seconds += clock.perf_counter() - cls.begun[0]
-                cls.worked += worked
-                if len(new := cls.kernels[cls.known :]) == 1 and new[0] in KERNELS:
-                    cls.speed = worked / KERNELS[new[0]]
-
-    @classmethod
-    def spent(cls) -> tuple[float, float]:
-        """Return the seconds that this process has compiled and loaded so far, and those of the processor in them."""
-        if not cls.depth:
-            return cls.seconds, cls.worked
-        return cls.seconds + clock.perf_counter() - cls.begun[0], cls.worked + clock.process_time() - cls.begun[1]
 
 
 class Compilation:
@@ -274,9 +229,9 @@ class _Known:
     @classmethod
     def read(cls) -> _Known:
         """Return the record in the file, an empty one where there is none."""
-        sources = Compiling.sources()
+        sources = _sources()
         try:
-            found = json.loads(text_of(_file() or Path()))
+            found = json.loads(text_of(_file()))
             speed = min(max(float(found["speed"]), 0.01), 100.0)
             parts = {str(part) for part in found["parts"]} if found["sources"] == sources else set()
         except (OSError, ValueError, TypeError, KeyError):
@@ -287,16 +242,25 @@ class _Known:
     def add(self, parts: list[str], speed: float) -> None:
         """Keep more parts, and the speed."""
         path = _file()
-        if path is None or not parts:
+        if not parts:
             return
-        known = {"sources": Compiling.sources(), "parts": sorted({*self.parts, *parts}), "speed": round(speed, 2)}
+        known = {"sources": _sources(), "parts": sorted({*self.parts, *parts}), "speed": round(speed, 2)}
         with contextlib.suppress(OSError):
             placed(path.with_suffix(""), path.suffix, lambda draft: draft.write_text(json.dumps(known)), force=True)
 
 
-def _file() -> Path | None:
-    root = Compiling.root()
-    return None if root is None else root / "seconds.json"
+def _file() -> Path:
+    """Return the file of the record, in the folder of the compile cache."""
+    from ..compile.code_folder import cache_root
+
+    return cache_root() / "seconds.json"
+
+
+def _sources() -> str:
+    """Return the digest of the sources of compiled code, "" if a pack came with the package."""
+    from ..compile.code_folder import code_hash, prebuilt
+
+    return code_hash() if prebuilt() is None else ""
 
 
 class _Line(threading.Thread):

@@ -28,7 +28,7 @@ ABBREVIATED = {"E": ("energy",), "t": ("time", "max_time"), "T": ("time", "max_t
 
 
 OF_SYSTEMS = {"vector_potential", "period", "periods", "coordinates", "momenta"}
-"""Arguments of systems, which are sometimes given to calls that take one; `compile.kinds` adds those of terms."""
+"""Arguments of systems, which are sometimes given to calls that take one, beside those of terms."""
 
 ELSEWHERE = {
     **dict.fromkeys(("precision", "dtype"), "numbers are doubles; accuracy=, or tolerances, say how small errors are"),
@@ -99,13 +99,15 @@ def is_recorded(function: object) -> bool:
 
 def _misfit(function: Callable, signature: inspect.Signature, given: tuple, named: dict[str, Any]) -> Any:
     """Call a function with arguments that do not fit; raise its TypeError with the names that it takes."""
+    from ..compile.kinds import OPTIONS
+
     names = [*signature.parameters]
     first = [name for name, entry in signature.parameters.items() if entry.kind is not entry.KEYWORD_ONLY]
     hint = f"; by position {', '.join(first)}, all else by name." if len(given) > len(first) else ""
     for name in [name for name in named if name not in names][:1]:
         meant = [other for other in ABBREVIATED.get(name, ()) if other in names]
         hint = f".{f' Did you mean {meant[0]}?' if meant else did_you_mean(name, names)}"
-        if name in OF_SYSTEMS:
+        if name in OF_SYSTEMS or name in OPTIONS:
             hint = f": it belongs to the system, hamiltonian('...', {name}=...)."
         if name in ELSEWHERE:
             hint = f": {ELSEWHERE[name]}."

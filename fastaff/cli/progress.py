@@ -193,7 +193,7 @@ def _leave_the_compiler(number: int, *_: Any) -> None:
 def is_cold() -> bool:
     """Return whether the kernels of this version are still to be compiled: neither kept nor in a pack."""
     from ..compile.cache import SUFFIX
-    from ..compile.jit import cache_directory, prebuilt
+    from ..compile.code_folder import cache_directory, prebuilt
 
     folder = cache_directory()
     return folder is None or (prebuilt() is None and sum(1 for _ in folder.glob(f"*{SUFFIX}")) < 10)

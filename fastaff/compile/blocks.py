@@ -21,8 +21,6 @@ from typing import Any
 
 import numpy as np
 from numba import types
-from numba.core.typing.templates import AbstractTemplate, AttributeTemplate, infer_getattr
-from numba.extending import lower_builtin
 
 from ..base.identity import by_identity, forget
 from . import cache, jit, map_sums, map_texts, nystrom
@@ -30,6 +28,7 @@ from .callees import Callee
 from .fingerprint import fingerprint, is_number, is_ours, methods_of, state_of
 from .fused import fma
 from .jit import JIT_DISABLED, SIGNATURES
+from .numba_private import AbstractTemplate, AttributeTemplate, infer_getattr, lower_builtin
 from .plane_loops import angle_of
 from .pointers import Bound, Calls, call_table
 from .state_rows import Rows, rows_of

@@ -20,14 +20,11 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from numba.core.caching import NullCache
-from numba.core.compiler import CompileResult
-from numba.core.serialize import dumps
-
+from ..base.compilations import Compiling
 from ..base.placing import sweep
-from ..base.progress import Compiling
 from . import room
 from .fingerprint import function_key
+from .numba_private import CompileResult, NullCache, dumps
 
 SUFFIX = ".code"
 """Ending of the names of files of machine code."""

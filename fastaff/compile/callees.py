@@ -12,13 +12,10 @@ import operator
 from collections.abc import Callable
 from typing import Any
 
-from llvmlite import binding
 from numba import types
-from numba.core import compiler, ir
-from numba.core.codegen import JITCodeLibrary
-from numba.core.compiler_machinery import AnalysisPass, register_pass
-from numba.core.registry import CPUDispatcher
-from numba.core.typed_passes import AnnotateTypes
+
+from .numba_private import AnalysisPass, AnnotateTypes, CPUDispatcher, JITCodeLibrary, binding, compiler, register_pass
+from .numba_private import numba_ir as ir
 
 LINE = 64
 """Bytes of a cache line, and of the longest vectors."""

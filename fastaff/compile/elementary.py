@@ -14,11 +14,11 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
-from numba.core import types as kinds
-from numba.extending import overload
+from numba import types as kinds
 
 from .callees import Callee
 from .fused import FUSED, SHIFT, fma
+from .numba_private import overload
 
 LN2_HIGH = 6.93147180369123816490e-01
 """The first part of ln 2: whole multiples of it are exact."""

@@ -16,8 +16,9 @@ from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any
 
-import numba
 import numpy as np
+
+from .numba_private import CPUDispatcher
 
 COMPILED = ("base", "charts", "compile", "formulas", "kernels", "models", "schemes")
 """Folders of the package with the sources of machine code: higher layers only call it."""
@@ -105,7 +106,7 @@ class Content:
         kind = type(entry)
         if kind in PLAIN:
             return self.add(kind.__name__, repr(entry))
-        if isinstance(entry, numba.core.registry.CPUDispatcher):
+        if isinstance(entry, CPUDispatcher):
             options = () if is_ours(entry.py_func) else tuple(sorted(entry.targetoptions.items()))
             self._pending.append((options, False))
             return self._once(entry.py_func, self._function)

@@ -10,13 +10,11 @@ import math
 import platform
 from typing import Any
 
-from llvmlite import ir
 from numba import types
-from numba.core import cgutils
-from numba.core.codegen import get_host_cpu_features
-from numba.extending import intrinsic
 
 from .jit import JIT_DISABLED, config
+from .numba_private import cgutils, get_host_cpu_features, intrinsic
+from .numba_private import llvm_ir as ir
 
 SHIFT = 6755399441055744.0
 """1.5 * 2^52: adding it rounds a number to a whole one, which is then in the low bits."""

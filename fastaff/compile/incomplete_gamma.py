@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from numba.extending import overload
 
 from .elementary import OPTIONS, exp, power
 from .elementary import _part as part
 from .fused import fma
+from .numba_private import overload
 
 
 def _eight_terms(a, x, n, s):

@@ -7,7 +7,6 @@ from collections.abc import Set
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
-from ..base.recipe import OF_SYSTEMS
 from .damping import FRICTION
 from .terms import Term
 from .turning import FRAME
@@ -77,8 +76,6 @@ KINDS = (Kind.SEPARABLE, *map(alone, TERMS))
 
 OPTIONS = {option: name for name, entry in TERMS.items() for option in entry.options}
 """The terms by the names of the arguments of `formulas.hamiltonian` and options of commands that make them."""
-
-OF_SYSTEMS.update(OPTIONS)
 
 
 def term(name: str) -> Any:

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from typing import Any
 
-from llvmlite import ir
 from numba import types
-from numba.core import cgutils
-from numba.extending import intrinsic
 
 from .jit import JIT_DISABLED
+from .numba_private import cgutils, intrinsic
+from .numba_private import llvm_ir as ir
 
 FLAGS = 64
 """Lanes whose flags are one number."""

@@ -8,13 +8,12 @@ import functools
 import operator
 from typing import Any
 
-from llvmlite import ir
 from numba import types
-from numba.core import cgutils
-from numba.extending import intrinsic
 
 from .fused import fma, has_instructions, multiply_add
 from .jit import JIT_DISABLED
+from .numba_private import cgutils, intrinsic
+from .numba_private import llvm_ir as ir
 
 VECTOR = 8
 """Numbers of a cache line, and of the widest registers; LLVM splits them where a processor has narrower ones."""

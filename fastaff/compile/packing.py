@@ -10,12 +10,10 @@ from typing import Any
 import numba
 import numpy as np
 from numba import types
-from numba.core import cgutils
-from numba.core.datamodel import models
-from numba.extending import intrinsic, register_model
 
 from .callees import Callee
 from .jit import JIT_DISABLED, POINTS, BlockFunction
+from .numba_private import cgutils, intrinsic, models, register_model
 from .pointers import address
 from .threads import Task, default_threads, ending
 

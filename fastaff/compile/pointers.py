@@ -10,10 +10,10 @@ from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
-from numba.core import cgutils, types
-from numba.extending import intrinsic
+from numba import types
 
 from .jit import JIT_DISABLED, SIGNATURES, BlockFunction, jit
+from .numba_private import cgutils, intrinsic
 
 
 class Columns(NamedTuple):

@@ -20,11 +20,11 @@ from typing import Any
 
 import numba
 import numpy as np
-from numba.np.ufunc import parallel
 
 from ..base.memory import keep_freed
 from ..base.numbers import whole
 from .jit import JIT_DISABLED
+from .numba_private import parallel
 
 
 def default_threads() -> int:

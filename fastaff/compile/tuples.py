@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from numba.extending import overload
+from .numba_private import overload
 
 _INLINED: Any = {"error_model": "numpy", "forceinline": True}
 

@@ -24,7 +24,7 @@ from ..base.numbers import StrPath, fits, shown
 from ..base.placing import checked_file, placed
 from ..base.progress import says_progress
 from ..base.provenance import provenance
-from ..base.recipe import OWN, Call, NoData, encoded, is_recorded, keep, plain
+from ..base.recipe import OWN, Call, NoData, encoded, keep, plain
 from ..base.results import Result, saved
 from ..base.status import summary
 from ..formulas.mapping import remade
@@ -276,16 +276,38 @@ def recipe(path: Any, **given: Any) -> Recipe:
     return Recipe(call["function"], arguments)
 
 
+ANALYSES = {
+    "action_angles": "analysis.tori.action_angles",
+    "all_levels": "quantum.spectra.all_levels",
+    "chaos_map": "analysis.chaos.chaos_map",
+    "chaotic_fraction": "analysis.chaos.chaotic_fraction",
+    "class_diagram": "quantum.spectra.level_diagram",
+    "continuation": "analysis.periodic.continuation",
+    "energy_grid": "analysis.sections.energy_grid",
+    "energy_of_actions": "analysis.tori.inverse_tori",
+    "energy_sample": "analysis.sections.energy_sample",
+    "exact_levels": "quantum.exact.exact_levels",
+    "find_periodic_orbits": "analysis.periodic.find_periodic_orbits",
+    "fit_torus": "analysis.tori.fit_torus",
+    "frequency_map": "analysis.frequencies.frequency_map",
+    "integrate": "analysis.orbits.integrate",
+    "level_diagram": "quantum.spectra.level_diagram",
+    "periodic_orbits": "analysis.periodic.periodic_orbits",
+    "poincare_map": "analysis.sections.poincare_map",
+    "quasiclassical_levels": "quantum.exact.quasiclassical_levels",
+    "spectrum": "quantum.spectra.spectrum",
+    "tangent_map": "analysis.orbits.tangent_map",
+}
+"""Modules of the public functions that keep their call with their result; a test holds that none is missing."""
+
+
 def _public(name: str) -> Any:
     """Return the analysis of this name: a function that makes a result and keeps its call with it, so that a forged
     file calls none that writes.
     """
-    import fastaff
-
-    for home in (fastaff, fastaff.analysis, fastaff.quantum):
-        if name in home.__all__ and is_recorded(found := getattr(home, name)):
-            return found
-    raise ValueError(f"function {name!r} is no analysis of fastaff {fastaff.__version__}, which makes results")
+    if name in ANALYSES:
+        return getattr(import_module(f"{OWN}.{ANALYSES[name]}"), name)
+    raise ValueError(f"function {name!r} is no analysis of fastaff {provenance()['fastaff']}, which makes results")
 
 
 def _stored(name: str, data: Any, arrays: dict[str, np.ndarray]) -> Any:

@@ -19,14 +19,14 @@ from ..analysis.sections.islands import rotation_number
 from ..analysis.sections.poincare_map import poincare_map
 from ..analysis.sections.section_edge import edge
 from ..base.status import Status
-from ..flows.checks import checked_model
+from ..flows.checks import checked_model, current_system
 from ..flows.coordinates import chart_row
 from ..flows.motion import natural_rates
 from ..formulas.formula import formula, hamiltonian
 from ..formulas.grammar import TIME, UnknownName
 from ..formulas.mapping import mapping, untried
 from ..formulas.section_text import section_named
-from ..models.mechanics import system_of
+from ..models.mechanics import System
 from ..schemes.catalogue import scheme_named
 from .parameters import parameter_values, with_parameters
 from .plane import Plane, map_reading, survived
@@ -68,14 +68,18 @@ class Answers:
     """
 
     def __init__(self, systems: dict[str, Any], post: Callable[[dict[str, Any]], None]):
-        self.systems = systems
-        self.post = post
-        self.body: Any = None
+        self.systems, self.post = systems, post
+        self.system: System = current_system(None)  # until the page names one
         self.section: Any = None
         self.where: dict[str, float] = {}
         self.orbits: dict[int, Launched] = {}
         self.scheme = ""
         self.accuracy = 1e-10
+
+    @property
+    def body(self) -> Any:
+        """The model."""
+        return self.system.model
 
     def receive(self, message: dict[str, Any]) -> None:
         """Answer one message."""
@@ -96,14 +100,13 @@ class Answers:
         given = message["system"]
         parameters = {name: float(value) for name, value in (given.get("parameters") or {}).items()}
         if given.get("code") is None and "formula" in given:
-            self.body = _typed(given, parameters)
+            self.system = current_system(_typed(given, parameters))
         else:
-            self.body = with_parameters(self.systems[given["name"]], parameters)
-        self.scheme = message.get("scheme") or ""
-        self.accuracy = float(message.get("accuracy") or 1e-10)
+            self.system = current_system(with_parameters(self.systems[given["name"]], parameters))
+        self.scheme, self.accuracy = message.get("scheme") or "", float(message.get("accuracy") or 1e-10)
         self.orbits.clear()
         self.section = None
-        names = list(system_of(self.body).names)
+        names = list(self.system.names)
         self.post({"type": "ready", "names": names, "parameters": parameter_values(self.body)})
 
     def on_parse(self, message: dict[str, Any]) -> None:
@@ -126,19 +129,20 @@ class Answers:
 
     def on_parameters(self, message: dict[str, Any]) -> None:
         """Take other values of the parameters."""
-        self.body = with_parameters(self.body, {k: float(v) for k, v in message["parameters"].items()})
+        values = {k: float(v) for k, v in message["parameters"].items()}
+        self.system = current_system(with_parameters(self.body, values))
         self.orbits.clear()
         self.section = None
 
     def on_surface(self, message: dict[str, Any]) -> None:
         """Take a section of an energy surface; answer with the region that it allows."""
-        system = system_of(self.body)
+        system = self.system
         if system.iterated:
             self.orbits.clear()
             self.section = None
             return self._show_plane(message)
         where: dict[str, Any] = {name: float(message.get(name) or 0.0) for name in ("energy", "p_eta", "p_gamma")}
-        section = section_of(self.body, message["section"], message.get("constant"), int(message["direction"]))
+        section = section_of(self.system, message["section"], message.get("constant"), int(message["direction"]))
         (u0, u1), (v0, v1) = edge(self.body, section, **where).axes
         width = int(message["width"])
         height = int(message["height"])
@@ -148,7 +152,7 @@ class Answers:
         u = extent[0] + (extent[1] - extent[0]) * (np.arange(width) + 0.5) / width
         v = extent[2] + (extent[3] - extent[2]) * (np.arange(height) + 0.5) / height
         first, second = (x.ravel() for x in np.meshgrid(u, v))
-        _, allowed, names = lift(Where(self.body, section, **where), first, second)
+        _, allowed, names = lift(Where(self.system, section, **where), first, second)
         self.orbits.clear()  # if the energy is not reached, the old orbits stay with their section
         self.section = section
         self.where = where
@@ -173,10 +177,8 @@ class Answers:
 
     def _show_plane(self, message: dict[str, Any]) -> None:
         """Take a plane of a map."""
-        plane = Plane.of(self.body, message["section"], message.get("others"))
-        extent = plane.extent()
-        width = int(message["width"])
-        height = int(message["height"])
+        plane = Plane.of(self.system, message["section"], message.get("others"))
+        extent, width, height = plane.extent(), int(message["width"]), int(message["height"])
         u = extent[0] + (extent[1] - extent[0]) * (np.arange(width) + 0.5) / width
         v = extent[2] + (extent[3] - extent[2]) * (np.arange(height) + 0.5) / height
         _, allowed = plane.lift(*(x.ravel() for x in np.meshgrid(u, v)))
@@ -193,7 +195,7 @@ class Answers:
         """Return phase points over points of the section or plane, and a mask of those that exist."""
         if isinstance(self.section, Plane):
             return self.section.lift(u, v)
-        z, found, _ = lift(Where(self.body, self.section, **self.where), u, v)
+        z, found, _ = lift(Where(self.system, self.section, **self.where), u, v)
         return z, found
 
     def on_launch(self, message: dict[str, Any]) -> None:
@@ -259,7 +261,7 @@ class Answers:
             z = integrate(self.body, z, time=begin, accuracy=self.accuracy).z[:, 0]
         run = integrate(self.body, z, time=end - begin, samples=samples - 1, accuracy=self.accuracy)
         states = np.concatenate([z[None], run.samples[:, :, 0]])
-        if system_of(self.body).isotropic:
+        if self.system.isotropic:
             a1, a2, b1, b2 = states[:, :4].T
             phi = np.array([a1 + b1, b2 - a2, a2 + b2, a1 - b1]).T / np.sqrt(2.0)
             states = np.concatenate([phi, states], axis=1)
@@ -270,7 +272,7 @@ class Answers:
         """Return the section coordinates (2, ...) of states (2n, ...)."""
         if isinstance(self.section, Plane):
             return self.section.projected(z)
-        system = system_of(self.body)
+        system = self.system
         rows = dict(zip(system.row_names, system.turned_back(np.array(z))))
         found = [rows[name] if name in rows else chart_row(z, name) for name in self.names]
         return np.array(found)
@@ -280,7 +282,7 @@ class Answers:
         orbit = self.orbits[number]
         if isinstance(self.section, Plane):
             return self._iterate(number, orbit, self.section, crossings)
-        rate = float(natural_rates(self.body, orbit.z0[:, None])[0])
+        rate = float(natural_rates(self.system, orbit.z0[:, None])[0])
         run = poincare_map(
             self.body,
             orbit.z0,
@@ -342,7 +344,7 @@ class Answers:
             values[2:] = [found.nu_eta[0], found.nu_gamma[0]]
         lines = {"names": names, "values": _finite(values), "errors": _finite(errors)}
         verdict = Character(int(chaos.verdict[0]))
-        early = time * natural_rates(self.body, z0[:, None])[0] < 2 * np.pi * CALM_PERIODS
+        early = time * natural_rates(self.system, z0[:, None])[0] < 2 * np.pi * CALM_PERIODS
         said = (Character.UNDECIDED if early and verdict == Character.REGULAR else verdict).name.lower()
         megno, lyapunov = _finite([chaos.megno[0], chaos.lyapunov[0]])
         return {"rotation": rotation, "megno": megno, "lyapunov": lyapunov, "verdict": said, "frequencies": lines}
@@ -363,7 +365,7 @@ def _typed(given: dict[str, Any], parameters: dict[str, Any], known: bool = True
     if given["kind"] == "body":
         own: dict[str, Any] = {name: value for name, value in parameters.items() if name != "mu"}
         made = formula(text, mu=parameters.get("mu", 1.0), **own)
-        if not system_of(made).isotropic:
+        if not current_system(made).isotropic:
             raise ValueError("formula: turning a and b separately changes it, so there are no sections of it")
         return made
     angles = [part.strip() for part in re.split(r"[,;\n]", given.get("angles") or "") if part.strip()]
@@ -376,7 +378,7 @@ def _typed(given: dict[str, Any], parameters: dict[str, Any], known: bool = True
     return checked_model(hamiltonian(text, **rows, periods=periods or None, **parameters), needs="a page")
 
 
-def section_of(body: Any, name: str, constant: float | None, direction: int) -> Any:
+def section_of(system: System, name: str, constant: float | None, direction: int) -> Any:
     """Return the section of that name, such as x=c with the constant c; ValueError if the body has no such section."""
     text = name.removesuffix("=c")
-    return section_named(text if text == name else f"{text}={float(constant or 0.0)!r}", body, direction)
+    return section_named(text if text == name else f"{text}={float(constant or 0.0)!r}", system, direction)

@@ -20,11 +20,11 @@ from ..base.placing import placed
 from ..base.progress import says_progress
 from ..base.provenance import provenance
 from ..base.results import Result
-from ..flows.checks import checked_model, suited_scheme
+from ..flows.checks import checked_system, suited_scheme
 from ..flows.needs import check_given
 from ..formulas.section_text import section_forms, section_named
 from ..models.contracts import Dynamics, Section
-from ..models.mechanics import system_of
+from ..models.mechanics import System
 from ..models.sections import Stroboscopic
 from ..schemes.automatic import cheapest
 from ..schemes.catalogue import Splitting, scheme_named
@@ -160,40 +160,37 @@ def setup_of(
         p_eta = p_eta or own.p_eta
         p_gamma = p_gamma or own.p_gamma
         section = under.plan.section if section is None else section
-    chosen = named_body("neo-hookean") if body is None else checked_model(body, needs="a page")
-    accuracy = positive("accuracy", accuracy)
-    p_eta = real("p_eta", p_eta)
-    p_gamma = real("p_gamma", p_gamma)
-    if not system_of(chosen).isotropic and (p_eta or p_gamma):
+    chosen = named_body("neo-hookean") if body is None else body
+    system = checked_system(chosen, needs="a page")
+    accuracy, p_eta, p_gamma = positive("accuracy", accuracy), real("p_eta", p_eta), real("p_gamma", p_gamma)
+    if not system.isotropic and (p_eta or p_gamma):
         raise ValueError(f"p_eta and p_gamma belong to a Body, got {p_eta}, {p_gamma} for {type(chosen).__name__}")
-    systems = named_systems()
-    schemes = page_schemes()
-    system = system_of(chosen)
+    systems, schemes = named_systems(), page_schemes()
     usual = _usual(chosen, systems)
     start: dict[str, Any] = {"p_eta": p_eta, "p_gamma": p_gamma}
     if system.iterated:
         given = {"energy": energy, "section": section, "scheme": scheme}
         given["accuracy"] = None if accuracy == ACCURACY else accuracy
-        check_given(chosen, "a time", "a map is iterated as it is", **given)
-        start |= plane_record(chosen, fixed, None if under is None else under.grid)
+        check_given(system, "a time", "a map is iterated as it is", **given)
+        start |= plane_record(system, fixed, None if under is None else under.grid)
     elif system.driven:
-        start |= _strobed(chosen, section, energy=energy, fixed=fixed, background=background)
+        start |= _strobed(system, section, energy=energy, fixed=fixed, background=background)
     elif not system.canonical:
-        start |= _flowing(chosen, section, fixed, energy=energy, background=background)
+        start |= _flowing(system, section, fixed, energy=energy, background=background)
     else:
         if fixed is not None:
             raise ValueError(f"fixed is of maps and flows: here section and energy say where orbits are; got {fixed!r}")
-        start["energy"] = _energy(energy, usual, chosen, p_eta, p_gamma)
+        start["energy"] = _energy(energy, usual, system, p_eta, p_gamma)
     if usual is None:
-        systems.insert(0, system_record(chosen, "own", _title(chosen), _formula(chosen), start))
+        systems.insert(0, system_record(system, "own", _title(system), _formula(system), start))
     elif energy is None and start["energy"] is not None:
         start.update({name: usual[name] for name in ("p_eta", "p_gamma") if not start[name]})
     start["system"] = "own" if usual is None else usual["name"]
     start["parameters"] = parameter_values(chosen)
-    taken = cheapest(accuracy, True) if system.iterated else _scheme(scheme, accuracy, chosen)
+    taken = cheapest(accuracy, True) if system.iterated else _scheme(scheme, accuracy, system)
     if start["energy"] is not None:
-        cut = _section(section, chosen, start)
-        start |= section_record(cut, chosen)
+        cut = _section(section, system, start)
+        start |= section_record(cut, system)
     start |= {"accuracy": accuracy, "scheme": taken.name}
     start["points"] = _points([] if points is None and under is not None else points)
     if start["scheme"] not in [entry["name"] for entry in schemes]:
@@ -209,19 +206,20 @@ def setup_of(
     return setup, chosen
 
 
-def _strobed(body: Any, section: Any, **given: Any) -> dict[str, Any]:
+def _strobed(system: System, section: Any, **given: Any) -> dict[str, Any]:
     """Return the first view of the page of a driven system: its states once a period, at a phase."""
-    check_given(body, "a page of orbits", **given)
-    if isinstance(section, str):
-        cut = section_named(section, body)
-    elif section is None:
-        cut = Stroboscopic()
-    else:
-        cut = section
+    check_given(system, "a page of orbits", **given)
+    cut = section_named(section, system) if isinstance(section, str) else Stroboscopic() if section is None else section
     if not isinstance(cut, Stroboscopic):
         raise TypeError(f"section must be Stroboscopic(phase) or 't=c' for a driven system, got {section!r}")
-    kept: dict[str, Any] = {"energy": None, "section": planes(body)[0], "constant": None, "direction": 1, "others": {}}
-    return {**kept, "phase": float(body.phase(real("section.phase", cut.phase)))}
+    kept: dict[str, Any] = {
+        "energy": None,
+        "section": planes(system)[0],
+        "constant": None,
+        "direction": 1,
+        "others": {},
+    }
+    return {**kept, "phase": float(system.model.phase(real("section.phase", cut.phase)))}
 
 
 def _reached(body: Any, section: Any, start: dict[str, Any]) -> None:
@@ -244,7 +242,7 @@ def _of(under: Found, start: dict[str, Any]) -> dict[str, Any]:
     kept |= {"direction": start["direction"], "parameters": start["parameters"], "energy": float(under.grid.energy)}
     if under.plan is not None and under.job is not None:
         surface = under.job.surface
-        kept |= section_record(under.plan.section, under.plan.body)
+        kept |= section_record(under.plan.section, under.plan.system)
         kept |= {"p_eta": surface.p_eta, "p_gamma": surface.p_gamma, "parameters": parameter_values(under.plan.body)}
     return kept
 
@@ -260,27 +258,27 @@ def _usual(body: Any, systems: list[dict[str, Any]]) -> dict[str, Any] | None:
     return None
 
 
-def _energy(energy: Any, usual: dict[str, Any] | None, body: Any, p_eta: float, p_gamma: float) -> float:
+def _energy(energy: Any, usual: dict[str, Any] | None, system: System, p_eta: float, p_gamma: float) -> float:
     if energy is not None:
         return real("energy", energy)
     if usual is None:
-        fit = fitting_energy(body, p_eta, p_gamma)
+        fit = fitting_energy(system, p_eta, p_gamma)
         such = f", such as energy={fit:.2g}" if np.isfinite(fit) else ""
         raise ValueError(f"energy must be given for a model of your own: the energy of every orbit{such}")
     return float(usual["energy"])
 
 
-def _section(section: Any, body: Any, start: dict[str, Any]) -> Any:
+def _section(section: Any, system: System, start: dict[str, Any]) -> Any:
     """Return a section given as a value or a text; by default the first of the system's that the energy reaches."""
     if section is not None:
-        cut = section_named(section, body) if isinstance(section, str) else section
-        _reached(body, cut, start)
+        cut = section_named(section, system) if isinstance(section, str) else section
+        _reached(system.model, cut, start)
         return cut
     refused = None
-    for form in section_forms(body):
-        cut = section_named(form.replace("=c", "=0"), body)
+    for form in section_forms(system):
+        cut = section_named(form.replace("=c", "=0"), system)
         try:
-            _reached(body, cut, start)
+            _reached(system.model, cut, start)
         except NotReached as problem:
             refused = refused or problem
             continue
@@ -288,18 +286,16 @@ def _section(section: Any, body: Any, start: dict[str, Any]) -> Any:
     raise refused or AssertionError
 
 
-def _flowing(model: Any, section: Any, fixed: Any, **given: Any) -> dict[str, Any]:
+def _flowing(system: System, section: Any, fixed: Any, **given: Any) -> dict[str, Any]:
     """Return the first view of the page of dz/dt = f(z): its section, and the starts of variables outside the plane."""
-    check_given(model, "a page of orbits", **given)
-    system = system_of(model)
-    names = system_of(model).names
-    met = _met(model)
+    check_given(system, "a page of orbits", **given)
+    names, met = system.names, _met(system)
     middle, extent = (float(of(met[-1])) if met.size else 0.0 for of in (np.median, np.ptp))
     cut = f"{names[-1]}={middle if abs(middle) > extent / 10 else 0:.2g}" if section is None else section
-    cut = section_named(cut, model) if isinstance(cut, str) else cut
+    cut = section_named(cut, system) if isinstance(cut, str) else cut
     starts = checked_names("fixed", () if fixed is None else fixed, "numbers")
     others = {named("fixed", name, names): real(f"fixed[{name!r}]", value) for name, value in starts.items()}
-    record = {"energy": None, **section_record(cut, model)}  # which refuses sections that the page does not draw
+    record = {"energy": None, **section_record(cut, system)}  # which refuses sections that the page does not draw
     height = np.array([cut.value(*z) for z in met.T]) * (cut.direction or 1)
     crossed = np.flatnonzero((height[1:] > 0) & (height[:-1] <= 0))
     usual = np.zeros((len(names), 1))
@@ -312,21 +308,21 @@ def _flowing(model: Any, section: Any, fixed: Any, **given: Any) -> dict[str, An
     return {**record, "others": dict.fromkeys(names, 0.0) | beside | others}
 
 
-def _met(model: Any) -> np.ndarray:
+def _met(system: System) -> np.ndarray:
     """Return states (rows, moments) of a trial orbit of dz/dt = f(z) once it is where it stays, none if it ends: by
     Runge and Kutta's steps, a tenth of the time in which the velocity turns.
     """
-    rows = system_of(model).rows
+    rows = system.rows
 
     def slopes(z: np.ndarray) -> np.ndarray:
-        return np.array(model.rates(*z), dtype=float)
+        return np.array(system.model.rates(*z), dtype=float)
 
     z = np.linspace(0.3, 0.7, rows)
     states = np.empty((rows, TRIED))
     with np.errstate(all="ignore"):
         for k in range(TRIED):
             f = slopes(z)
-            turning = np.linalg.norm(np.array(model.tangent_rates(*z, *f), dtype=float))
+            turning = np.linalg.norm(np.array(system.model.tangent_rates(*z, *f), dtype=float))
             h = 0.1 * np.linalg.norm(f) / turning
             g = slopes(z + h / 2 * f)
             e = slopes(z + h / 2 * g)
@@ -337,9 +333,8 @@ def _met(model: Any) -> np.ndarray:
     return states[:, TRIED // 2 :]
 
 
-def _scheme(scheme: Any, accuracy: float, body: Any) -> Splitting | Collocation:
+def _scheme(scheme: Any, accuracy: float, system: System) -> Splitting | Collocation:
     """Return the scheme: a splitting that suits the body, or a collocation if none does."""
-    system = system_of(body)
     if system.frame or not system.newtonian:
         taken: Any
         if scheme is None:
@@ -356,7 +351,7 @@ def _scheme(scheme: Any, accuracy: float, body: Any) -> Splitting | Collocation:
     found = scheme_named(scheme) if isinstance(scheme, str) else scheme
     if not isinstance(found, Splitting):
         raise TypeError(f"scheme must be a splitting such as 'KAHAN_LI8' to run in a page, got {found!r}")
-    return suited_scheme(found, body)
+    return suited_scheme(found, system)
 
 
 def _points(points: Any) -> list[list[float]] | None:
@@ -370,24 +365,22 @@ def _points(points: Any) -> list[list[float]] | None:
     return array.T.tolist()
 
 
-def _title(body: Any) -> str:
-    system = system_of(body)
+def _title(system: System) -> str:
     if system.driven:
         return "Driven system"
     if system.iterated:
-        return "Map of a formula" if hasattr(body, "formula") else type(body).__name__
-    if not hasattr(getattr(body, "potential", body), "formula"):
-        return type(body).__name__
+        return "Map of a formula" if hasattr(system.model, "formula") else type(system.model).__name__
+    if not hasattr(getattr(system.model, "potential", system.model), "formula"):
+        return type(system.model).__name__
     return "Body of a formula" if system.isotropic else "System of a formula"
 
 
-def _formula(body: Any) -> str:
+def _formula(system: System) -> str:
     """Return the text that names a model: its formula, or its class."""
-    system = system_of(body)
-    inner = getattr(body, "potential", body)
+    inner = getattr(system.model, "potential", system.model)
     text = getattr(inner, "formula", None)
     if system.driven and isinstance(text, str):
-        return f"{'H' if system.nonseparable else 'V'} = {text}, period {body.period:.6g}"
+        return f"{'H' if system.nonseparable else 'V'} = {text}, period {system.model.period:.6g}"
     if not system.canonical and isinstance(text, str):
         return text
     if system.iterated:

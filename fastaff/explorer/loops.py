@@ -7,15 +7,15 @@ from typing import Any
 import numpy as np
 
 from ..models.angles import AreaTrace, Coordinates2, RVartheta
-from ..models.mechanics import system_of
+from ..models.mechanics import System
 
 
-def loops_of(body: Any) -> Any:
+def loops_of(system: System) -> Any:
     """Return the angles whose loops give frequencies: the model's own if a page has them, else plain ones."""
-    angles = getattr(body, "angles", None)
+    angles = getattr(system.model, "angles", None)
     if angles is not None and hasattr(angles, "signals") and not isinstance(angles, RVartheta):
         return angles
-    return AreaTrace() if system_of(body).isotropic else Coordinates2()
+    return AreaTrace() if system.isotropic else Coordinates2()
 
 
 def turns_around(body: Any) -> bool:

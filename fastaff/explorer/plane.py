@@ -11,7 +11,7 @@ from ..analysis.frequencies.frequency_map import frequency_map
 from ..analysis.sections.islands import rotation_number
 from ..base.status import Status
 from ..models.maps import jacobian
-from ..models.mechanics import system_of
+from ..models.mechanics import System
 from .setup import planes
 
 SIZES = 1e-5 * 10.0 ** (np.arange(45) / 4)
@@ -60,22 +60,26 @@ PLASTIC = (0.7548776662466927, 0.5698402909980532)
 class Plane(NamedTuple):
     """Two rows of a map; start (2n,): starting values of the others."""
 
-    model: Any
+    system: System
     name: str
     rows: tuple[int, int]
     start: np.ndarray
 
     @classmethod
-    def of(cls, model: Any, name: str, others: dict[str, float] | None) -> Plane:
+    def of(cls, system: System, name: str, others: dict[str, float] | None) -> Plane:
         """Return the plane of that name, such as "x,p"; ValueError if the map has no such plane."""
-        names = planes(model)
-        known = system_of(model).row_names
+        names, known = planes(system), system.row_names
         if name not in names:
             raise ValueError(f"the plane must be one of {'; '.join(names)}, got {name}")
         index = names.index(name)
-        rows = (index, model.degrees_of_freedom + index)
+        rows = (index, system.n + index)
         values = [0.0 if r in rows else float((others or {}).get(entry, 0.0)) for r, entry in enumerate(known)]
-        return cls(model, name, rows, np.array(values))
+        return cls(system, name, rows, np.array(values))
+
+    @property
+    def model(self) -> Any:
+        """The map."""
+        return self.system.model
 
     @property
     def periods(self) -> tuple[float, float]:
@@ -88,7 +92,7 @@ class Plane(NamedTuple):
         z = np.repeat(self.start[:, None], u.size, axis=1)
         for row, values, period in zip(self.rows, (u, v), self.periods, strict=True):
             z[row] = reduced(values, period)
-        return z, system_of(self.model).inside(z)
+        return z, self.system.inside(z)
 
     def projected(self, z: np.ndarray) -> np.ndarray:
         """Return the coordinates (2, ...) of states (2n, ...), angles in [-T/2, T/2)."""
@@ -127,7 +131,7 @@ class Plane(NamedTuple):
         periods = np.array(self.model.periods())[:, None]
         with np.errstate(all="ignore"):
             for k in range(count):
-                alive &= system_of(self.model).inside(z)
+                alive &= self.system.inside(z)
                 z = np.array(np.broadcast_arrays(*self.model.iterate(*z)))
                 z = np.where(periods > 0, z - periods * np.rint(z / np.where(periods > 0, periods, 1.0)), z)
                 for row, period in zip(self.rows, self.periods, strict=True):

@@ -5,13 +5,13 @@ from __future__ import annotations
 from typing import Any
 
 from ..models.angles import Coordinates2
-from ..models.mechanics import system_of
+from ..models.mechanics import System
 from .javascript import Part, Refused, printed
 from .loops import loops_of, turns_around
 from .parameters import fields_of, numbers_in
 
 
-def model_code(body: Any) -> dict[str, Any]:
+def model_code(system: System) -> dict[str, Any]:
     """Return a model as data that `system.js` makes the text of a worker of.
 
     Returns kind ("body", "plane", "driven", "map" or "equations"), n, parameters (names, in the order of
@@ -19,26 +19,22 @@ def model_code(body: Any) -> dict[str, Any]:
     the explorer has no sections of, or whose methods have no source, or a construct outside of the whitelist:
     arithmetic, elementary functions of numpy, tuples, assignments, conditions, calls of the model's own methods.
     """
-    system = system_of(body)
     if system.iterated:
-        return _map_code(body)
+        return _map_code(system)
     if system.own is not None and not system.frame:
-        raise Refused(f"body {type(body).__name__} {system.own.has}: it has no page; poincare_map computes its section")
+        raise Refused(
+            f"body {type(system.model).__name__} {system.own.has}: it has no page; poincare_map computes its section"
+        )
     if system.frame or not system.newtonian:
-        return _equations_code(body)
-    n = body.degrees_of_freedom
-    if system.isotropic:
-        kind = "body"
-    elif system.driven:
-        kind = "driven"
-    else:
-        kind = "plane"
+        return _equations_code(system)
+    n = system.n
+    kind = "body" if system.isotropic else "driven" if system.driven else "plane"
     if kind == "driven" and n != 2:
-        raise _too_many("have one coordinate beside its time", body)
+        raise _too_many("have one coordinate beside its time", system)
     if n != (4 if kind == "body" else 2):
-        raise _too_many("be one with a doubly isotropic potential, or a system of two coordinates,", body)
+        raise _too_many("be one with a doubly isotropic potential, or a system of two coordinates,", system)
     q, p, d = ([f"{stem}{i}" for i in range(n)] for stem in "qpd")
-    own = Part(body, ())
+    own = Part(system.model, ())
     wanted: list[tuple[str, Part, str, list[str]]] = [
         ("velocity", own, "velocity", p),
         ("force", own, "force", q),
@@ -47,41 +43,39 @@ def model_code(body: Any) -> dict[str, Any]:
         ("margin", own, "margin", q),
     ]
     if kind == "body":
-        inner = Part(body.potential, ("potential",))
+        inner = Part(system.model.potential, ("potential",))
         wanted += [("V", inner, "value", ["A", "B"]), ("inside", inner, "margin", ["A", "B"])]
-    if hasattr(body, "tangent_force") and system.quadratic:
+    if hasattr(system.model, "tangent_force") and system.quadratic:
         wanted.append(("tangent", own, "tangent_force", [*q, *d]))
-    names = [name for name, _ in numbers_in(body, ())]
+    names = [name for name, _ in numbers_in(system.model, ())]
     methods = {key: printed(part, name, arguments, names) for key, part, name, arguments in wanted}
     if kind == "driven":
         own_period = {"lines": [], "results": ["$period"]}
-        methods["period"] = own_period if "period" in fields_of(body) else printed(own, "period", [], names)
+        methods["period"] = own_period if "period" in fields_of(system.model) else printed(own, "period", [], names)
         methods["signals"] = printed(Part(Coordinates2(), ()), "signals", [*q, *p], [])
-        winds = [turns_around(body), False]
+        winds = [turns_around(system.model), False]
         return {"kind": kind, "n": n, "parameters": names, "angles": ["x"], "winds": winds, "methods": methods}
-    angles = loops_of(body)
+    angles = loops_of(system)
     methods["signals"] = printed(Part(angles, ()), "signals", [*q, *p], [])
     return {"kind": kind, "n": n, "parameters": names, "angles": list(angles.names), "methods": methods}
 
 
-def _too_many(takes: str, body: Any) -> Refused:
+def _too_many(takes: str, system: System) -> Refused:
     """Return the refusal of a system with another number of coordinates than a page draws."""
-    system = system_of(body)
     names = system.names[: system.moving]
     where = "section='t=0', crossings=100" if system.driven else f"section='{names[0]}=0', crossings=100, max_time=1e4"
     return Refused(
-        f"body must {takes} to be explored; {type(body).__name__} has the {len(names)} coordinates "
+        f"body must {takes} to be explored; {type(system.model).__name__} has the {len(names)} coordinates "
         f"{', '.join(names)}: "
         f"fa.poincare_map(body, z0, {where}) computes its section"
     )
 
 
-def _map_code(model: Any) -> dict[str, Any]:
+def _map_code(system: System) -> dict[str, Any]:
     """Return a map as data: winds (2n,) is true for rows with a period."""
-    n = model.degrees_of_freedom
-    own = Part(model, ())
+    n, own = system.n, Part(system.model, ())
     rows = [f"{stem}{i}" for stem in "qp" for i in range(n)]
-    names = [name for name, _ in numbers_in(model, ())]
+    names = [name for name, _ in numbers_in(system.model, ())]
     wanted: tuple[tuple[str, str, list[str]], ...] = (
         ("iterate", "iterate", rows),
         ("tangent", "tangent_iterate", [*rows, *(f"d{r}" for r in range(2 * n))]),
@@ -89,8 +83,7 @@ def _map_code(model: Any) -> dict[str, Any]:
         ("margin", "margin", rows[:n]),
     )
     methods = {key: printed(own, name, arguments, names) for key, name, arguments in wanted}
-    angles = list(system_of(model).names)
-    winds = [float(period) > 0 for period in model.periods()]
+    angles, winds = list(system.names), [float(period) > 0 for period in system.model.periods()]
     return {"kind": "map", "n": n, "parameters": names, "angles": angles, "winds": winds, "methods": methods}
 
 
@@ -137,33 +130,32 @@ class Curved:
         return self.kinetic_energy(p_x, p_y) + self.potential_energy(x, y)
 
 
-def _equations_code(model: Any) -> dict[str, Any]:
+def _equations_code(system: System) -> dict[str, Any]:
     """Return dz/dt = f(z) as data: rows, whether they are coordinates and momenta with an energy, winds (rows,)."""
-    system = system_of(model)
-    names = [name for name, _ in numbers_in(model, ())]
-    methods_of: Any
-    if system.frame:
-        methods_of = Turning
-    elif system.curved:
-        methods_of = Curved
-    else:
-        methods_of = None
-    whole = model if methods_of is None else type(type(model).__name__, (methods_of, type(model)), {})(*model)
+    names = [name for name, _ in numbers_in(system.model, ())]
+    methods_of = Turning if system.frame else Curved if system.curved else None
+    whole = (
+        system.model
+        if methods_of is None
+        else type(type(system.model).__name__, (methods_of, type(system.model)), {})(*system.model)
+    )
     own = Part(whole, ())
     if system.canonical and system.n != 2:
-        raise _too_many("have two degrees of freedom, or one beside its time,", model)
+        raise _too_many("have two degrees of freedom, or one beside its time,", system)
     if not system.canonical and system.rows < 3:
-        raise Refused(f"body must have 3 variables or more to have a section, {type(model).__name__} has {system.rows}")
+        raise Refused(
+            f"body must have 3 variables or more to have a section, {type(system.model).__name__} has {system.rows}"
+        )
     rows = [f"q{r}" for r in range(system.rows)]
     wanted = [("rates", "rates", rows), ("tangent", "tangent_rates", [*rows, *(f"d{r}" for r in range(system.rows))])]
     wanted += [("margin", "margin", rows[: system.positions])]
     wanted += [("energy", "energy", rows)] if system.canonical else []
     methods = {key: printed(own, name, arguments, names) for key, name, arguments in wanted}
     still = {"lines": [], "results": ["0"] * system.rows}
-    methods["periods"] = printed(own, "periods", [], names) if hasattr(model, "periods") else still
+    methods["periods"] = printed(own, "periods", [], names) if hasattr(system.model, "periods") else still
     if system.driven:
         kept = {"lines": [], "results": ["$period"]}
-        methods["period"] = kept if "period" in fields_of(model) else printed(own, "period", [], names)
+        methods["period"] = kept if "period" in fields_of(system.model) else printed(own, "period", [], names)
     winds = [period > 0 for period in system.periods]
     winds += [False] * (system.rows - len(winds))
     angles = list(system.names[: system.moving]) if system.canonical else []

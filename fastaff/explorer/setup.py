@@ -15,7 +15,7 @@ from ..base.numbers import real
 from ..formulas.map_source import MAX_ROWS
 from ..formulas.section_text import EQUALS, TURNING
 from ..jobs.system import RATES, described
-from ..models.mechanics import system_of
+from ..models.mechanics import System, system_of
 from ..models.sections import AngleEquals, Linear
 from ..schemes.catalogue import SCHEMES, Splitting
 from ..schemes.collocation import Collocation
@@ -100,9 +100,8 @@ def named_body(name: str) -> Any:
     return made if hasattr(made, "coordinates") else models.Body(made)
 
 
-def system_record(body: Any, name: str, title: str, formula: str, start: dict[str, Any]) -> dict[str, Any]:
+def system_record(system: System, name: str, title: str, formula: str, start: dict[str, Any]) -> dict[str, Any]:
     """Return the record of a system for a page."""
-    system = system_of(body)
     count = system.moving if system.canonical else system.rows
     names, momenta = (list(rows[:count]) for rows in (system.names, system.row_names[len(system.names) :]))
     if system.iterated or system.driven:
@@ -114,7 +113,7 @@ def system_record(body: Any, name: str, title: str, formula: str, start: dict[st
     kind = kind if system.canonical else "flow"
     sections: Any = BODY_SECTIONS
     if kind != "body":
-        sections = [(plane, None) for plane in planes(body)] if kind == "map" else [(f"{q}=c", 0.0) for q in names]
+        sections = [(plane, None) for plane in planes(system)] if kind == "map" else [(f"{q}=c", 0.0) for q in names]
     return {
         "name": name,
         "title": title,
@@ -122,35 +121,34 @@ def system_record(body: Any, name: str, title: str, formula: str, start: dict[st
         "kind": kind,
         "coordinates": names,
         "momenta": momenta,
-        "parameters": [_slider(key, value) for key, value in parameter_values(body).items()],
-        "code": model_code(body),
+        "parameters": [_slider(key, value) for key, value in parameter_values(system.model).items()],
+        "code": model_code(system),
         "sections": [{"name": section, "constant": constant} for section, constant in sections],
         "energy": start["energy"],
         "p_eta": start["p_eta"],
         "p_gamma": start["p_gamma"],
         "driven": system.driven,
         "phase": start.get("phase"),
-        "job": job_record(body),
+        "job": job_record(system),
     }
 
 
-def planes(model: Any) -> list[str]:
+def planes(system: System) -> list[str]:
     """Return the planes of a map that a page has: each coordinate with its momentum."""
-    system = system_of(model)
     return [f"{system.row_names[k]},{system.row_names[system.n + k]}" for k in range(system.moving)]
 
 
-def plane_record(model: Any, fixed: Any, grid: Any = None) -> dict[str, Any]:
+def plane_record(system: System, fixed: Any, grid: Any = None) -> dict[str, Any]:
     """Return the first view of the page of a map: its plane, that of a grid if there is one, and the other rows."""
-    rows = system_of(model).row_names
+    rows = system.row_names
     given = checked_names("fixed", () if fixed is None else fixed, "numbers")
     others = {named("fixed", name, rows): real(f"fixed[{name!r}]", value) for name, value in given.items()}
-    plane = planes(model)[0]
+    plane = planes(system)[0]
     if grid is not None:
         plane = ",".join(grid.names)
-        if plane not in planes(model):
+        if plane not in planes(system):
             raise ValueError(
-                f"background must be over a plane of the map, {' or '.join(planes(model))}; its axes are {plane}"
+                f"background must be over a plane of the map, {' or '.join(planes(system))}; its axes are {plane}"
             )
         for row, name in enumerate(rows):
             if name not in grid.names:
@@ -164,9 +162,9 @@ def plane_record(model: Any, fixed: Any, grid: Any = None) -> dict[str, Any]:
     return {**kept, "others": {name: others.get(name, 0.0) for name in rows} if len(rows) > 2 else {}}
 
 
-def job_record(body: Any) -> dict[str, Any] | None:
+def job_record(system: System) -> dict[str, Any] | None:
     """Return the keys of a job's table [model] that name a system, without its parameters; None if there are none."""
-    found = described(body)
+    found = described(system)
     keys = ("model", "formula", "hamiltonian", "map", "flow", "angles", "coordinates", "momenta", "domain", *RATES)
     return None if found is None else {key: getattr(found, key) for key in keys if getattr(found, key) is not None}
 
@@ -179,7 +177,7 @@ def _slider(name: str, value: float) -> dict[str, Any]:
 
 def named_systems() -> list[dict[str, Any]]:
     """Return the records of the systems of the package."""
-    return [system_record(named_body(name), name, *entry[1:]) for name, entry in NAMED.items()]
+    return [system_record(system_of(named_body(name)), name, *entry[1:]) for name, entry in NAMED.items()]
 
 
 def page_schemes() -> list[dict[str, Any]]:
@@ -207,13 +205,12 @@ def frames() -> dict[str, list[float]]:
     return {str(n): [float(x) for x in symplectic_frame(n, 1)[0]] for n in range(1, MAX_ROWS // 2 + 1)}
 
 
-def section_record(section: Any, body: Any) -> dict[str, Any]:
+def section_record(section: Any, system: System) -> dict[str, Any]:
     """Return name, constant and direction of a section; TypeError for one that the explorer has not."""
     known = dict(BODY_SECTIONS)
     simple = {made: name for name, made in TURNING.items() if name in known}
     constant = {made: f"{name}=c" for name, made in EQUALS.items() if f"{name}=c" in known}
     kind = type(section)
-    system = system_of(body)
     if system.isotropic and kind in simple:
         return {"section": simple[kind], "constant": None, "direction": int(section.direction)}
     if system.isotropic and kind in constant:
@@ -231,4 +228,4 @@ def section_record(section: Any, body: Any) -> dict[str, Any]:
         if system.isotropic
         else f"Linear with one coordinate, {' or '.join(f'{name} = c' for name in names)},"
     )
-    raise TypeError(f"section must be {takes} for {type(body).__name__}, got {section!r}")
+    raise TypeError(f"section must be {takes} for {type(system.model).__name__}, got {section!r}")

@@ -8,7 +8,7 @@ import anywidget
 import numpy as np
 import traitlets
 
-from ..models.mechanics import system_of
+from ..flows.checks import current_system
 from .answers import Answers
 from .explore import setup_of
 from .page import script, web_text
@@ -31,7 +31,7 @@ class ExplorerWidget(anywidget.AnyWidget):
 
     def __init__(self, body: Any = None, **options: Any):
         setup, chosen = setup_of(body, **options)
-        if system_of(chosen).driven:
+        if current_system(chosen).driven:
             raise TypeError(
                 "body must have no drive in a notebook's explorer: fastaff.explore writes a page of one that has"
             )

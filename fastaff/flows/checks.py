@@ -26,21 +26,33 @@ LARGEST = 1e150
 """Size of a model's parameters whose squares are still numbers."""
 
 
+def current_system(model: Any) -> System:
+    """Return the system of a user's model, which may not be checked yet. It is made anew if methods of the model's
+    class have been replaced since it was checked.
+    """
+    if _needs_met(model):
+        is_as_met(model)
+    return system_of(model)
+
+
 def checked_model(model: Any, name: str = "body", needs: str = "equations") -> Any:
-    """Return `model` if it meets a need of NEEDS: a NamedTuple with the methods of the physics and finite
-    parameters.
+    """Return `model` if it meets a need of NEEDS, see `checked_system`."""
+    return checked_system(model, name, needs).model
+
+
+def checked_system(model: Any, name: str = "body", needs: str = "equations") -> System:
+    """Return the system of a user's model if it meets a need of NEEDS: a NamedTuple with the methods of the physics and
+    finite parameters.
     """
     if not is_value(model):
         raise TypeError(
             f"{name} must be a model such as Body(Hyperelastic(C=1.0), mu=1.0) or HenonHeiles(), got {shown(model)} "
             f"({type(model).__name__}){_instead(model)}"
         )
+    system = current_system(model)
     met = _needs_met(model)
-    if met and not is_as_met(model):  # somebody has replaced methods of its class
-        met = _needs_met(model)
     if needs in met:
-        return model
-    system = system_of(model)
+        return system
     missing = lacking(
         model,
         Map if system.iterated else Model if system.separable else Nonseparable if system.canonical else Autonomous,
@@ -77,7 +89,7 @@ def checked_model(model: Any, name: str = "body", needs: str = "equations") -> A
     if system.frame:
         _check_turning(name, system)
     met.add(needs)
-    return model
+    return system
 
 
 @by_identity
@@ -204,13 +216,15 @@ def _parameters(name: str, value: Any) -> np.ndarray:
         raise type(problem)(f"{name} has a wrong parameter: {problem}") from None
 
 
-def checked_tangent_model(model: Any, name: str = "body") -> Any:
-    """Return `model` if tangent vectors can follow it: it has changes of its forces and, if not linear, velocities."""
-    system = system_of(checked_model(model, name))
+def checked_tangent_system(model: Any, name: str = "body") -> System:
+    """Return the system of a user's model if tangent vectors can follow it: it has changes of its forces and, if not
+    linear, velocities.
+    """
+    system = checked_system(model, name)
     if not system.separable:
         if not (system.iterated or hasattr(model, "tangent_rates")):
             raise TypeError(f"{name} {type(model).__name__} needs tangent_rates(z..., dz...) for tangent vectors")
-        return model
+        return system
     try:
         with np.errstate(all="ignore"):
             change = model.tangent_force(*_some_point(system.n)[0], *np.ones(system.n))
@@ -227,7 +241,7 @@ def checked_tangent_model(model: Any, name: str = "body") -> Any:
             f"{name} {type(model).__name__} must have tangent_velocity(p..., dp...) for tangent vectors, as its "
             "velocity is not linear in the momenta"
         )
-    return model
+    return system
 
 
 def checked_scheme(scheme: Any) -> Scheme:
@@ -245,17 +259,17 @@ def checked_scheme(scheme: Any) -> Scheme:
     return scheme
 
 
-def suited_scheme(scheme: Any, model: Any) -> Any:
+def suited_scheme(scheme: Any, system: System) -> Any:
     """Return `scheme` if its order holds for the model."""
     if not getattr(scheme, "nystrom", False):
         return scheme
-    check_needs(model, "forces of the coordinates alone", got=scheme.name, order=scheme.order, argument="body")
+    check_needs(system, "forces of the coordinates alone", got=scheme.name, order=scheme.order, argument="body")
     if isinstance(scheme, Nystrom):
-        check_needs(model, "accelerations of the coordinates alone", got=scheme.name, argument="body")
-    if not system_of(model).quadratic:
+        check_needs(system, "accelerations of the coordinates alone", got=scheme.name, argument="body")
+    if not system.quadratic:
         raise ValueError(
             f"scheme {scheme.name} has its order {scheme.order} only where T is quadratic in the momenta, and that of "
-            f"body {type(model).__name__} is not: take KAHAN_LI8"
+            f"body {type(system.model).__name__} is not: take KAHAN_LI8"
         )
     return scheme
 
@@ -290,23 +304,21 @@ def checked_chart(chart: Any) -> Chart:
     return chart
 
 
-def checked_section(section: Any, model: Any) -> Any:
+def checked_section(section: Any, system: System) -> Any:
     """Return `section` if it is a section that suits the model."""
     if not is_value(section) or lacking(section, Section):
         instead = f": a class; write {section.__name__}()" if isinstance(section, type) else ""
         raise TypeError(
             f"section must be a section such as AlphaTurning(direction=+1), or its text, here one of "
-            f"{', '.join(section_forms(model))}; one of your own is a NamedTuple with a field direction and a method "
-            f"value({', '.join(system_of(model).row_names)}), got {section!r} ({type(section).__name__}){instead}"
+            f"{', '.join(section_forms(system))}; one of your own is a NamedTuple with a field direction and a method "
+            f"value({', '.join(system.row_names)}), got {section!r} ({type(section).__name__}){instead}"
         )
     if not (isinstance(section.direction, (int, float, np.number)) and section.direction in (-1, 0, 1)):
         raise ValueError(f"section.direction must be -1, 0 or +1, got {shown(section.direction)}")
     if not np.all(np.isfinite(_parameters("section", section))):
         raise ValueError(f"section has a parameter that is not finite: {section!r}")
     is_as_met(section)
-    system = system_of(model)
-    rows = system.rows
-    normal = getattr(section, "normal", None)
+    rows, normal = system.rows, getattr(section, "normal", None)
     try:
         if normal is not None and (len(normal) != rows or not any(normal)):
             raise TypeError
@@ -314,14 +326,14 @@ def checked_section(section: Any, model: Any) -> Any:
             raise TypeError
     except (TypeError, ValueError):
         raise ValueError(
-            f"section {section!r} does not suit a {type(model).__name__}: it must take {rows} numbers, "
-            f"the rows of z, and depend on one of them, such as {', '.join(section_forms(model))}"
+            f"section {section!r} does not suit a {type(system.model).__name__}: it must take {rows} numbers, "
+            f"the rows of z, and depend on one of them, such as {', '.join(section_forms(system))}"
         ) from None
     if isinstance(section, Stroboscopic):
         if not system.driven:
             raise ValueError(
-                f"section {section!r} is one of driven systems, with a period: {type(model).__name__} takes "
-                f"{', '.join(section_forms(model))}"
+                f"section {section!r} is one of driven systems, with a period: {type(system.model).__name__} takes "
+                f"{', '.join(section_forms(system))}"
             )
     elif system.driven:
         _check_timeless(section, system)
@@ -344,18 +356,16 @@ def _check_timeless(section: Any, system: System) -> None:
         )
 
 
-def phase_points(name: str, z0: Any, model: Any) -> np.ndarray:
+def phase_points(name: str, z0: Any, system: System) -> np.ndarray:
     """Return `z0` of shape (2n,) or (2n, orbits), with or without labels, as a fresh float64 array (2n, orbits) inside
     the model's domain; of a flow with an odd number of variables with the idle row below.
     """
-    system = system_of(model)
-    rows = system.rows
-    z = np.array(numbers(name, in_rows(name, z0, model)), order="C")
+    rows, z = system.rows, np.array(numbers(name, in_rows(name, z0, system)), order="C")
     if system.driven and z.ndim in (1, 2) and z.shape[0] == rows - 2:
         z = np.insert(z, [rows // 2 - 1, rows - 2], 0.0, axis=0)  # t = 0 and p_t = 0
     if z.ndim not in (1, 2) or z.shape[0] != rows or z.size == 0:
         raise ValueError(
-            f"{name} must have shape ({rows},) or ({rows}, orbits) for {type(model).__name__}, rows "
+            f"{name} must have shape ({rows},) or ({rows}, orbits) for {type(system.model).__name__}, rows "
             f"{', '.join(system.names)}{' and their momenta' if system.canonical else ''}; got shape {z.shape}"
             f"{' (orbits first: transpose it, z0.T)' if z.ndim == 2 and z.shape[1] == rows else ''}"
             f"{f' (a grid: flatten it, z0.reshape({rows}, -1))' if z.ndim > 2 and z.shape[0] == rows else ''}"
@@ -365,16 +375,16 @@ def phase_points(name: str, z0: Any, model: Any) -> np.ndarray:
     if bad.size:
         raise ValueError(f"{name} must be finite; orbit {bad[0]} is {z[:, bad[0]]} ({bad.size} such orbits)")
     if system.driven:
-        z[system.moving] = model.phase(z[system.moving])
+        z[system.moving] = system.model.phase(z[system.moving])
     with np.errstate(all="ignore"):
-        margin = np.broadcast_to(at_points(model, "margin", *z[: system.positions]), z.shape[1:])
+        margin = np.broadcast_to(at_points(system.model, "margin", *z[: system.positions]), z.shape[1:])
     outside = np.flatnonzero(~(margin > 0))
     if outside.size:
         raise ValueError(
             f"{name} must lie where the potential lives ({_where(system)}); orbit {outside[0]} has margin "
             f"{margin[outside[0]]:.6g} <= 0 ({outside.size} such orbits)"
         )
-    return carried(z, model)
+    return carried(z, system)
 
 
 def _where(system: System) -> str:
@@ -388,10 +398,10 @@ def _where(system: System) -> str:
     return "for most bodies det phi > 0"
 
 
-def carried(z: np.ndarray, model: Any, axis: int = 0) -> np.ndarray:
+def carried(z: np.ndarray, system: System, axis: int = 0) -> np.ndarray:
     """Return rows of phase points, along an axis, as carried: with an idle row below an odd number of variables."""
     width = [(0, 0)] * z.ndim
-    width[axis] = (0, 2 * model.degrees_of_freedom - z.shape[axis])
+    width[axis] = (0, 2 * system.n - z.shape[axis])
     return np.pad(z, width) if width[axis][1] > 0 else z
 
 
@@ -405,13 +415,12 @@ WALK = 64 * np.finfo(float).eps
 """Relative rounding error of z in a run."""
 
 
-def energy_drift(model: Any, z: np.ndarray, energy: np.ndarray, scale: np.ndarray) -> np.ndarray:
+def energy_drift(system: System, z: np.ndarray, energy: np.ndarray, scale: np.ndarray) -> np.ndarray:
     """Return |E - energy|/scale of phase points z (2n, ...); inf where the energy has no value.
 
     The error that rounding of E or of z may make, as where V has a large constant or an orbit rests, does not count; 0
     where the system loses energy.
     """
-    system = system_of(model)
     if system.lossy:
         return np.where(np.isfinite(z).all(axis=0), 0.0, np.inf)
     with np.errstate(all="ignore"):

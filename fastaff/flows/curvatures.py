@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from ..base.sums import length, total
-from ..models.mechanics import System, stacked, system_of
+from ..models.mechanics import System, stacked
 from ..models.pointwise import at_points
 
 NUDGE = 1e-6
@@ -17,14 +17,13 @@ ITERATIONS = 8
 """Force differences that give the highest frequency: a frequency four times lower contributes only 1e-9."""
 
 
-def fastest_rates(model: Any, z: np.ndarray, step: Any) -> np.ndarray:
+def fastest_rates(system: System, z: np.ndarray, step: Any) -> np.ndarray:
     """Return the highest angular frequency (orbits,) of small displacements from z (2n, orbits), even in a direction in
     which the orbit hardly moves: the root of the largest eigenvalue of W dF/dq, W = dv/dp, from below.
 
     By power iteration on differences of forces over a small part of |q| or of the path of a step, and the rate of a
     rotating frame. 0 where there is none.
     """
-    system = system_of(model)
     if not system.newtonian:
         return linear_rates(system, z)
     n = z.shape[0] // 2

@@ -10,7 +10,7 @@ import numpy as np
 from ..base.identity import by_identity
 from ..base.numbers import shown
 from ..compile.blocks import is_value
-from ..models.mechanics import System, system_of
+from ..models.mechanics import System
 from ..models.pointwise import FAILS, at_points
 
 AGREE = 1e-5
@@ -33,17 +33,16 @@ APART = 0.1
 Rows = Callable[[np.ndarray], np.ndarray]
 
 
-def check_derivatives(name: str, model: Any, z: np.ndarray) -> None:
+def check_derivatives(name: str, system: System, z: np.ndarray) -> None:
     """Refuse a user's model whose rates are not those of its energy, or whose tangent vectors do not follow its rates;
     z (2n, orbits): starts. Models of the package and of texts are tested or derived, and not tried.
 
     :Source: Dahlquist & Björck 2008, Numerical Methods in Scientific Computing I, 3.4 (Richardson's extrapolation).
     """
-    tried = _tried(model)
-    if tried or not any(_own(part) for part in (model, *model) if is_value(part)):
+    tried = _tried(system.model)
+    if tried or not any(_own(part) for part in (system.model, *system.model) if is_value(part)):
         return
-    system = system_of(model)
-    who = f"{name} {type(model).__name__}"
+    who = f"{name} {type(system.model).__name__}"
     at, size = _places(system, z)
     w = size * np.random.default_rng(3).uniform(0.5, 1, at.shape)
     energy = f"{who} must have rates dH/dp and -dH/dq of its energy H"

@@ -9,6 +9,7 @@ import numpy as np
 
 from ..base.status import Status
 from ..kernels.drive import Orbits
+from ..models.mechanics import System
 from .checks import energy_drift
 from .reaches import FARTHEST
 
@@ -80,9 +81,9 @@ class Ensemble:
         return self.parts[:, 1:].transpose(1, 0, 2, 3).reshape(self.vectors, -1, self.z.shape[1])
 
 
-def energy_error(model: Any, ensemble: Ensemble) -> np.ndarray:
+def energy_error(system: System, ensemble: Ensemble) -> np.ndarray:
     """Return |E - E0| of each orbit over the largest kinetic energy seen on it; inf where the energy has no value."""
-    return energy_drift(model, ensemble.points, ensemble.energy, ensemble.scale)
+    return energy_drift(system, ensemble.points, ensemble.energy, ensemble.scale)
 
 
 def mark_drift(ensemble: Ensemble, error: np.ndarray, tolerance: float) -> None:

@@ -17,7 +17,7 @@ from ..kernels.adaptive_drive import AdaptiveSteps, run_adaptive
 from ..kernels.crossings import CERTAIN, RECORD
 from ..kernels.drive import FixedSteps, run_along, run_fixed, run_one
 from ..kernels.samples import WEAR_ROWS, lost_until
-from ..models.mechanics import System, system_of
+from ..models.mechanics import System
 from ..schemes.catalogue import Collocation, Nystrom, Scheme, Splitting
 from . import observers
 from .ensemble import Ensemble, no_memory
@@ -71,7 +71,7 @@ class Flow:
     step: one number for all orbits or (orbits,), a step for each; vectors: number of tangent vectors of each orbit.
     """
 
-    model: Any
+    system: System
     scheme: Scheme
     step: float | np.ndarray
     rtol: float
@@ -82,9 +82,9 @@ class Flow:
     patience = 1
 
     @property
-    def system(self) -> System:
-        """The model with its traits and mechanics."""
-        return system_of(self.model)
+    def model(self) -> Any:
+        """The model."""
+        return self.system.model
 
     @property
     def adaptive(self) -> bool:
@@ -117,13 +117,13 @@ class Flow:
         radius (orbits,): the distances beyond which they have escaped, `escape_radii` of z0, if these are known
         already.
         """
-        n = self.model.degrees_of_freedom
+        n = self.system.n
         state = z0
         if deviations is not None:
             whole = np.concatenate([z0[None], deviations]).reshape(1 + self.vectors, 2, n, -1)
             state = np.ascontiguousarray(whole.transpose(1, 0, 2, 3)).reshape(-1, z0.shape[1])
         started = Ensemble(state, self.system.energies(z0), self.system.kinetic_energies(z0), self.vectors)
-        started.radius = escape_radii(self.model, z0, started.energy) if radius is None else radius
+        started.radius = escape_radii(self.system, z0, started.energy) if radius is None else radius
         started.ahead[:] = self.step if np.isfinite(self.step).all() else self._first_steps(z0)
         return started
 

@@ -45,7 +45,7 @@ def mark_escapes(flow: Any, ensemble: Ensemble, begun: Ensemble, sizes: Callable
     until = np.maximum(ensemble.count[which] - BACK, last.count + 1)
     _run(alone, last, until * size)
     with np.errstate(all="ignore"):
-        sound = np.isfinite(last.z).all(axis=0) & (energy_error(flow.model, last) < SOUND)
+        sound = np.isfinite(last.z).all(axis=0) & (energy_error(flow.system, last) < SOUND)
     sound &= (last.status == Status.OK) & (last.count == until)
     which = which[sound]
     size = size[sound]

@@ -35,7 +35,7 @@ def summed(flow: Flow, kind: str, ensemble: Ensemble, weights: np.ndarray) -> No
     total = np.full(orbits, going[0] + iterates)
     unit = flow.unit(orbits)
     arguments = (
-        blocks_of(flow.model, splitting=kind, inside="inside", check="check"),
+        blocks_of(flow.system, splitting=kind, inside="inside", check="check"),
         Coefficients(np.ascontiguousarray(weights).ravel(), np.zeros(1)),
         observers.nothing().bound,
         FixedSteps(np.ones(orbits), total, total, np.arange(orbits)),

@@ -13,7 +13,7 @@ from ..compile.jit import LANES
 from ..compile.threads import by_portions
 from ..kernels.averages import scales
 from ..models.maps import jacobian
-from ..models.mechanics import System, system_of
+from ..models.mechanics import System
 from ..schemes.catalogue import GAUSS8, ITERATION, KAHAN_LI8, YOSHIDA4
 from .curvatures import NUDGE, first_rates, seen
 from .ensemble import Ensemble
@@ -129,12 +129,11 @@ def _chunk(rows: int, orbits: int) -> int:
     return max(LANES, math.ceil(orbits / max(1, round(orbits / most))))
 
 
-def natural_rates(model: Any, z: np.ndarray, threads: int = 1, found: Motion | None = None) -> np.ndarray:
+def natural_rates(system: System, z: np.ndarray, threads: int = 1, found: Motion | None = None) -> np.ndarray:
     """Return the natural angular frequency (orbits,) of each orbit from z (2n, orbits), see `Motion`, which may be
     `found` already; for a flow the rate at which its velocity turns at the start.
     """
-    system = system_of(model)
-    return (found or motion(model, z, threads)).rate if system.canonical else _turning(system, z)
+    return (found or motion(system, z, threads)).rate if system.canonical else _turning(system, z)
 
 
 def _turning(system: System, z: np.ndarray) -> np.ndarray:
@@ -147,13 +146,12 @@ def _turning(system: System, z: np.ndarray) -> np.ndarray:
         return length(change) / (2 * shift * speed)
 
 
-def motion(model: Any, z: np.ndarray, threads: int = 1) -> Motion:
+def motion(system: System, z: np.ndarray, threads: int = 1) -> Motion:
     """Return the scales of the orbits from z (2n, orbits), from a look at some ten radians of each.
 
     The step of the look is adapted to the frequency found until it is about a fifth of a radian.
     Cost: 64 steps a look, mostly one or two looks.
     """
-    system = system_of(model)
     if system.iterated:
         return _motion_of_map(system, z, threads)
     n = z.shape[0] // 2
@@ -177,16 +175,12 @@ def _motion_of_map(system: System, z: np.ndarray, threads: int) -> Motion:
     period over 2 pi; momenta: those times the ratio sqrt(|dp'/dq|/|dq'/dp|) at the start, for an angle the momentum
     that turns it by a radian in one iterate.
     """
-    n = z.shape[0] // 2
-    orbits = z.shape[1]
-    radius = escape_radii(system.model, z)
-    position = np.empty((n, orbits))
-    momentum = np.empty((n, orbits))
-    one = np.ones(orbits)
+    n, orbits, radius = z.shape[0] // 2, z.shape[1], escape_radii(system, z)
+    position, momentum, one = np.empty((n, orbits)), np.empty((n, orbits)), np.ones(orbits)
     each = _chunk(2 * n, orbits)
     for start in range(0, orbits, each):
         part = slice(start, start + each)
-        flow = Flow(system.model, ITERATION, 1.0, 1e-12, 1e-12, threads)
+        flow = Flow(system, ITERATION, 1.0, 1e-12, 1e-12, threads)
         ensemble = flow.ensemble(z[:, part].copy(), radius=radius[part])
         states = flow.sampled(ensemble, LOOKS, time=float(LOOKS))
         begin = z[:, part]
@@ -216,7 +210,7 @@ def _observed(system: System, z: np.ndarray, threads: int) -> Motion:
     n = z.shape[0] // 2
     orbits = z.shape[1]
     W = system.inverse_masses(z)
-    radius = escape_radii(system.model, z)
+    radius = escape_radii(system, z)
     rate, stiff = first_rates(system, z, W, np.where(radius < FARTHEST, radius / ESCAPE, np.inf))
     turning = system.frame_rate
     drive = system.drive_rate
@@ -301,9 +295,8 @@ def _states(
     system: System, scheme: Any, z: np.ndarray, step: np.ndarray, radius: np.ndarray, threads: int
 ) -> tuple[np.ndarray, Ensemble]:
     """Return the states of `_look` by a scheme, and the orbits at its end."""
-    flow = Flow(system.model, scheme, step, 1e-12, 1e-12, threads)
-    ensemble = flow.ensemble(z.copy(), radius=radius)
-    samples = 1 + LOOKS
+    flow = Flow(system, scheme, step, 1e-12, 1e-12, threads)
+    ensemble, samples = flow.ensemble(z.copy(), radius=radius), 1 + LOOKS
     states = np.full((len(z), samples, z.shape[1]), np.nan)
     states[:, 0] = z
     observer = columns(len(z), samples)
@@ -345,9 +338,9 @@ def _measured_together(system: System, z: np.ndarray) -> tuple[np.ndarray, np.nd
     return np.sqrt(total(pulled) / total(moved)), np.abs(moved).max(axis=0) / 2
 
 
-def typical_rate(model: Any, z: np.ndarray) -> float:
+def typical_rate(system: System, z: np.ndarray) -> float:
     """Return the median natural angular frequency of a set of orbits: for quantities of the set, never of a single
     orbit.
     """
-    rates = natural_rates(model, z)
+    rates = natural_rates(system, z)
     return float(np.median(rates)) if rates.size and math.isfinite(np.median(rates)) else 1.0

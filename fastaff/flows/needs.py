@@ -6,7 +6,7 @@ from typing import Any
 
 from ..base.numbers import shown
 from ..compile.kinds import KINDS, Kind
-from ..models.mechanics import system_of
+from ..models.mechanics import System
 
 NEEDS: dict[str, frozenset[str]] = {
     "equations": frozenset(),
@@ -102,23 +102,21 @@ OF_MODELS = ("a return", "an indicator of the energy")
 """Needs that a model as a whole does not meet: refused by TypeError; a wrong argument beside it by ValueError."""
 
 
-def check_needs(model: Any, need: str, **said: Any) -> None:
+def check_needs(system: System, need: str, **said: Any) -> None:
     """Raise the refusal of the first terms of a model's equations that do not go with a request; said: the numbers and
     names in its sentence beside the model's.
     """
-    system = system_of(model)
     for words, sentence in REFUSALS[need].items():
         if system.words >= {*words.split()}:
-            error = TypeError if need in OF_MODELS else ValueError
-            has = "" if system.own is None else system.own.has
-            raise error(sentence.format(model=type(model).__name__, has=has, **said))
+            error, has = TypeError if need in OF_MODELS else ValueError, "" if system.own is None else system.own.has
+            raise error(sentence.format(model=type(system.model).__name__, has=has, **said))
 
 
-def check_given(model: Any, need: str, instead: str = "", **given: Any) -> None:
+def check_given(system: System, need: str, instead: str = "", **given: Any) -> None:
     """Raise the refusal of the first argument that is given and does not go with a model's equations."""
     for argument, value in given.items():
         if value is not None:
-            check_needs(model, need, argument=argument, instead=instead, got=shown(value))
+            check_needs(system, need, argument=argument, instead=instead, got=shown(value))
 
 
 def check_kind(model: Any, name: str, need: str) -> None:

@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from ..base.numbers import numbers, positive, shown
 from ..compile.threads import checked_threads
-from ..models.mechanics import System, system_of
+from ..models.mechanics import System
 from ..schemes.automatic import Automatic, Trial, cheapest, fastest, quickest
 from ..schemes.catalogue import DOP853, GAUSS16, ITERATION, KAHAN_LI8, Collocation, RungeKutta
 from ..schemes.time_transformed import TimeTransformed
-from .checks import checked_model, checked_scheme, phase_points, suited_scheme
+from .checks import checked_scheme, checked_system, current_system, phase_points, suited_scheme
 from .derivatives import check_derivatives
 from .flow import Flow
 from .launch import Report
@@ -131,25 +131,25 @@ class Options:
         return self.accuracy
 
 
-def suited(options: Options, model: Any) -> Options:
+def suited(options: Options, system: System) -> Options:
     """Return the options with the scheme that a kind of model needs; raises ValueError where they have another."""
     scheme = options.scheme
     if isinstance(scheme, (Automatic, TimeTransformed)):
-        check_needs(model, "a scheme by energy", got=getattr(scheme, "name", "AUTO"))
-    system = system_of(model)
+        check_needs(system, "a scheme by energy", got=getattr(scheme, "name", "AUTO"))
     if not (scheme is None or isinstance(scheme, (RungeKutta, Collocation))):
-        check_needs(model, "a splitting", got=str(getattr(scheme, "name", scheme)))
+        check_needs(system, "a splitting", got=str(getattr(scheme, "name", scheme)))
     if system.canonical:
         return options
     scheme = DOP853 if scheme is None else scheme
-    check_given(model, "an accuracy", accuracy=options.accuracy)
+    check_given(system, "an accuracy", accuracy=options.accuracy)
     options = replace(options, scheme=scheme)
     if options.fixed and options.step is None:
-        check_needs(model, "a step of its own", got=scheme.name)
+        check_needs(system, "a step of its own", got=scheme.name)
     return options
 
 
-class Problem(NamedTuple):
+@dataclass(frozen=True)
+class Problem:
     """The problem to run: a model, the starts of its orbits, and the options. A function of orbits makes it from its
     arguments and passes on this one value; it is checked in its `plan`, not before.
     """
@@ -157,11 +157,11 @@ class Problem(NamedTuple):
     model: Any
     z0: Any
     options: Options
+    system: System = field(init=False, repr=False, compare=False)
+    """The model with its traits and mechanics, made here once."""
 
-    @property
-    def system(self) -> System:
-        """The model with its traits and mechanics."""
-        return system_of(self.model)
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "system", current_system(self.model))
 
     def iterates(self, name: str, count: Any) -> float:
         """Return a time: for a map a whole number of iterates, else any positive number."""
@@ -174,11 +174,11 @@ class Problem(NamedTuple):
 
     def suited(self) -> Problem:
         """Return the same with the scheme that the kind of model needs."""
-        return self._replace(options=suited(self.options, self.model))
+        return replace(self, options=suited(self.options, self.system))
 
     def plan(self, **how: Any) -> Plan:
         """Return the flow and states of the run, see `plan`."""
-        return plan(*self, **how)
+        return plan(self.model, self.z0, self.options, **how)
 
 
 class Plan(NamedTuple):
@@ -218,18 +218,15 @@ def plan(
     >>> made.flow.scheme.name, made.z.shape
     ('LEAPFROG', (4, 1))
     """
-    z = phase_points("z0", z0, checked_model(model))
-    check_derivatives("body", model, z)
-    system = system_of(model)
+    system = checked_system(model)
+    z = phase_points("z0", z0, system)
+    check_derivatives("body", system, z)
     if system.iterated:
-        return _iterated(model, z, options)
-    options = suited(options, model)
-    scheme = options.scheme
-    step = options.step
-    threads = checked_threads(options.threads)
-    why = []
+        return _iterated(system, z, options)
+    options = suited(options, system)
+    scheme, step, threads, why = options.scheme, options.step, checked_threads(options.threads), []
     if isinstance(scheme, TimeTransformed):
-        check_needs(model, "a fictitious time", got=scheme.name)
+        check_needs(system, "a fictitious time", got=scheme.name)
     if scheme is None:
         wanted = options.accuracy or error or ACCURACY
         scheme = KAHAN_LI8 if system.separable else GAUSS16
@@ -241,20 +238,18 @@ def plan(
             why.append(f"{scheme.name} for an accuracy of {wanted:.1e}")
     if isinstance(scheme, Automatic):
         every = transformed and system.substep is None and not system.driven
-        chosen = _chosen(model, z, scheme if every else scheme.in_time, options, threads, time)
-        scheme = chosen.scheme
-        step = chosen.step if isinstance(chosen.scheme, TimeTransformed) else None
+        chosen = _chosen(system, z, scheme if every else scheme.in_time, options, threads, time)
+        scheme, step = chosen.scheme, chosen.step if isinstance(chosen.scheme, TimeTransformed) else None
         why.append(f"{scheme.name} by trial: energy error {chosen.error:.1e}, {chosen.cost:.3g} forces per unit time")
     if transformed and isinstance(scheme, TimeTransformed):
         size = None if step is None else positive("step", step)
-        timed, worst, _ = prepared(math.inf if time is None else time, model, z, scheme, size, threads)
+        timed, worst, _ = prepared(math.inf if time is None else time, system, z, scheme, size, threads)
         why.append(
             f"step {timed.step:.3g} in s" + ("" if math.isnan(worst) else f": energy error {worst:.1e} in a trial")
         )
         return Plan(timed, z, "; ".join(why))
-    found = None
-    fixed = math.inf if step is None else checked_step(step, z.shape[1])
-    flow = Flow(model, suited_scheme(checked_scheme(scheme), model), fixed, options.rtol, options.atol, threads)
+    found, fixed = None, math.inf if step is None else checked_step(step, z.shape[1])
+    flow = Flow(system, suited_scheme(checked_scheme(scheme), system), fixed, options.rtol, options.atol, threads)
     if flow.adaptive:
         why.append(f"steps controlled by rtol {flow.rtol:g}, atol {flow.atol:g}")
     elif step is not None:
@@ -262,30 +257,33 @@ def plan(
     elif error is None:
         why.append("each orbit's own step, for the accuracy")
     else:
-        found = motion(model, z, flow.threads)
+        found = motion(system, z, flow.threads)
         steps = chosen_steps(flow, z, found, np.full(z.shape[1], error)).step
         flow = replace(flow, step=steps if time is None else on_ladder(steps, time))
         why.append(f"each orbit's own step, for an error of {error:.1e} of its amplitudes over 16 radians")
     return Plan(flow, z, "; ".join(why), found)
 
 
-def _iterated(model: Any, z: np.ndarray, options: Options) -> Plan:
+def _iterated(system: System, z: np.ndarray, options: Options) -> Plan:
     """Return the plan of a map, which has neither scheme nor step."""
     scheme = None if options.scheme is ITERATION else options.scheme
     given = {"scheme": scheme, "step": options.step, "accuracy": options.accuracy}
-    check_given(model, "a time", "a map is iterated as it is", **given)
-    flow = Flow(model, ITERATION, 1.0, options.rtol, options.atol, checked_threads(options.threads))
+    check_given(system, "a time", "a map is iterated as it is", **given)
+    threads = checked_threads(options.threads)
+    flow = Flow(system, ITERATION, 1.0, options.rtol, options.atol, threads)
     return Plan(flow, z, "a map, iterated as it is")
 
 
-def _chosen(model: Any, z: np.ndarray, scheme: Automatic, options: Options, threads: int, time: float | None) -> Trial:
+def _chosen(
+    system: System, z: np.ndarray, scheme: Automatic, options: Options, threads: int, time: float | None
+) -> Trial:
     """Return the trial that an automatic scheme chooses for a run over `time`."""
-    scheme = scheme.suited(system_of(model).quadratic)
-    tried = trials_in_time(model, z, scheme, options.rtol, options.atol, threads, time)
+    scheme = scheme.suited(system.quadratic)
+    tried = trials_in_time(system, z, scheme, options.rtol, options.atol, threads, time)
     for candidate in scheme.candidates:
         if isinstance(candidate, TimeTransformed):
             flow, error, cost = prepared(
-                math.inf if time is None else time, model, z, candidate, None, threads, scheme.bound
+                math.inf if time is None else time, system, z, candidate, None, threads, scheme.bound
             )
             tried.append(Trial(flow.scheme, flow.step, error, cost))
     return scheme.choose(tried)

@@ -12,7 +12,7 @@ from ..compile.blocks import model_block, parameters
 from ..compile.jit import LANES
 from ..compile.packing import run_units
 from ..kernels import escape
-from ..models.mechanics import system_of
+from ..models.mechanics import System
 
 FARTHEST = 1e150
 """Distance beyond which orbits of usual size have escaped."""
@@ -28,7 +28,7 @@ HUGE = 1e3
 """Least ratio of the escape radius, up to LARGEST, to the size of an orbit of more than FARTHEST."""
 
 
-def escape_radii(model: Any, z: np.ndarray, energy: np.ndarray | None = None) -> np.ndarray:
+def escape_radii(system: System, z: np.ndarray, energy: np.ndarray | None = None) -> np.ndarray:
     """Return the distance from the origin (orbits,) beyond which each orbit from z (2n, orbits) counts as escaped;
     energy (orbits,) of these, where it is known already.
 
@@ -37,35 +37,28 @@ def escape_radii(model: Any, z: np.ndarray, energy: np.ndarray | None = None) ->
     length, and depends neither on other orbits nor on the zero of V. Orbits of a map, and of H(q, p), have no such
     limit: a start near a fixed point does not show the size, and coordinates may be angles that wind.
     """
-    system = system_of(model)
     if not system.separable or "energy" in system.words:
         return np.full(z.shape[1], FARTHEST)
     limit = system.energies(z) if energy is None else energy
     with np.errstate(all="ignore"):
-        reach = _reaches(model, z, limit)
+        reach = _reaches(system, z, limit)
     farthest = np.fmax(FARTHEST, np.fmin(HUGE * reach, LARGEST))
     return np.where(reach > 0, np.fmin(ESCAPE * reach, farthest), FARTHEST)
 
 
-def _reaches(model: Any, z: np.ndarray, limit: np.ndarray) -> np.ndarray:
+def _reaches(system: System, z: np.ndarray, limit: np.ndarray) -> np.ndarray:
     """Return the distances from the origin (orbits,) of orbits from z, or of their turning points at these energies, to
     two digits.
     """
-    system = system_of(model)
-    n = system.moving
-    total = system.n
-    orbits = z.shape[1]
-    speeds = system.slopes(z)
-    centrifugal = 0.0
+    n, total, orbits = system.moving, system.n, z.shape[1]
+    speeds, centrifugal = system.slopes(z), 0.0
     if system.driven:  # V along the line is that of one moment
         limit = limit - z[-1]
         speeds = np.concatenate([speeds[:n], speeds[n + 1 : -1]])
     if system.frame:
-        centrifugal = 0.5 * system.turning_mass * float(model.angular_velocity()) ** 2
-    q = np.ascontiguousarray(z[:total])
-    distances = _distances()
-    size = length(q[:n])
-    along = np.zeros((total, orbits))
+        centrifugal = 0.5 * system.turning_mass * float(system.model.angular_velocity()) ** 2
+    q, distances = np.ascontiguousarray(z[:total]), _distances()
+    size, along = length(q[:n]), np.zeros((total, orbits))
     unit = np.where(size > 0, size, 1.0)
     own = np.where((speeds[:n] != 0).any(axis=0), speeds[:n], speeds[n:])  # of an orbit that rests the force
     own = own / np.abs(own).max(axis=0)  # lengths of huge velocities have no square
@@ -75,10 +68,10 @@ def _reaches(model: Any, z: np.ndarray, limit: np.ndarray) -> np.ndarray:
     begin = escape.FINE * (lowest - escape.DECADES[0])
     looks = highest - lowest + 1
     turn = np.full((2, orbits), -1)
-    if (potential := _potential(model)) is None:
-        _find_turns(model, distances, q, along, begin, looks, limit, turn)
+    if (potential := _potential(system.model)) is None:
+        _find_turns(system, distances, q, along, begin, looks, limit, turn)
     else:
-        arguments = (parameters(model), potential, centrifugal, distances, q, along, begin, looks, limit, turn)
+        arguments = (parameters(system.model), potential, centrifugal, distances, q, along, begin, looks, limit, turn)
         run_units(escape.find_turns, arguments, -(-orbits // LANES), threads=1)
     farther = turn.max(axis=0)
     turned = farther >= 0
@@ -88,7 +81,7 @@ def _reaches(model: Any, z: np.ndarray, limit: np.ndarray) -> np.ndarray:
         centred = np.array(z[:, near])
         own = limit[near]
         centred[:n] = 0.0
-        far = _reaches(model, centred, own + (z[-1, near] if system.driven else 0.0))
+        far = _reaches(system, centred, own + (z[-1, near] if system.driven else 0.0))
         reach[near] = np.where(far > 10.0 ** escape.OWN[1] * reach[near], far, reach[near])
     return reach
 
@@ -109,7 +102,7 @@ def _potential(model: Any) -> Any:
 
 
 def _find_turns(
-    model: Any,
+    system: System,
     distances: np.ndarray,
     q: np.ndarray,
     along: np.ndarray,
@@ -122,7 +115,7 @@ def _find_turns(
 
     def below(number: np.ndarray, way: float) -> np.ndarray:
         place = q + distances[np.clip(number, 0, distances.size - 1)] * (way * along)
-        return system_of(model).least_energies(place) <= limit
+        return system.least_energies(place) <= limit
 
     for side, way in enumerate((1.0, -1.0)):
         last = turn[side]

@@ -11,7 +11,7 @@ import numpy as np
 
 from ..base.foreign import read_by
 from ..base.numbers import numbers, shown
-from ..models.mechanics import system_of
+from ..models.mechanics import System, system_of
 
 COORDINATES = ("coordinate", "coordinates", "component", "components", "row", "rows", "variable", "variables")
 ORBITS = (
@@ -50,14 +50,16 @@ def starts_of(value: Any, model: Any = None) -> Any:
         return found
     if dataclasses.is_dataclass(value) and not isinstance(value, type):
         value = getattr(value, "z0", value)
-    return in_rows("z0", value, model) if hasattr(model, "degrees_of_freedom") else value  # which is refused later
+    if not hasattr(model, "degrees_of_freedom"):
+        return value  # which is refused later
+    return in_rows("z0", value, system_of(model))
 
 
-def in_rows(name: str, value: Any, model: Any) -> Any:
+def in_rows(name: str, value: Any, system: System) -> Any:
     """Return the labelled phase points `value` as an array (2n, orbits) or (2n,) in the order of the model's rows;
     anything without labels as it is.
     """
-    return ordered(name, value, lambda: orders_of(model))
+    return ordered(name, value, lambda: orders_of(system))
 
 
 def ordered(name: str, value: Any, orders: Callable[[], Orders]) -> Any:
@@ -110,9 +112,8 @@ def _labels(index: Any) -> tuple[Any, ...]:
     return tuple(np.asarray(index, dtype=object).tolist())
 
 
-def orders_of(model: Any) -> Orders:
+def orders_of(system: System) -> Orders:
     """Return the names of the rows that phase points of a model may have: a driven one may leave out the time."""
-    system = system_of(model)
     rows = system.row_names
     n = system.moving
     return [rows, (*rows[:n], *rows[n + 1 : -1])] if system.driven else [rows]

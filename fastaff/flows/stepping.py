@@ -12,30 +12,27 @@ from ..compile.packing import Packed
 from ..compile.pointers import address
 from ..kernels.collocation import collocate
 from ..kernels.stepping import Blocks, Coefficients, runge_kutta
-from ..models.mechanics import system_of
+from ..models.mechanics import System
 from ..schemes.catalogue import Collocation, Nystrom, Scheme, Splitting
 
 
-def blocks_of(model: Any, vectors: int = 0, step: Callable | None = None, **kinds: str | nystrom.Terms) -> Blocks:
+def blocks_of(system: System, vectors: int = 0, step: Callable | None = None, **kinds: str | nystrom.Terms) -> Blocks:
     """Return a model's functions for kernels: block functions of these kinds, or of a Runge-Kutta-Nyström scheme's
     terms, idle ones in the other places; step: the kernel of a scheme that steps by the derivative.
     """
-    n = model.degrees_of_freedom
-    derivative = 0
-    leapt = 0
+    n, derivative, leapt = system.n, 0, 0
     found = {
-        place: model_block(kind, model, n, vectors)
+        place: model_block(kind, system.model, n, vectors)
         if isinstance(kind, str)
-        else nystrom_block(f"nystrom_{place}", model, n, vectors, kind)
+        else nystrom_block(f"nystrom_{place}", system.model, n, vectors, kind)
         for place, kind in kinds.items()
     }
     if step is not None:
-        found["step"] = step_block(step)
-        derivative = address(model_block("derivative", model, n, vectors))
-    if system_of(model).poles:
-        leapt = address(model_block("leapt", model, n, vectors))
+        found["step"], derivative = step_block(step), address(model_block("derivative", system.model, n, vectors))
+    if system.poles:
+        leapt = address(model_block("leapt", system.model, n, vectors))
     idle = {place: idle_block(place) for place in Blocks._fields[1:-2] if place not in found}
-    return Blocks(parameters(model), **found, **idle, derivative=derivative, leapt=leapt)
+    return Blocks(parameters(system.model), **found, **idle, derivative=derivative, leapt=leapt)
 
 
 @by_identity
@@ -57,7 +54,7 @@ def stepping(flow: Any, *kinds: str, solo: bool = False) -> tuple[Packed, Packed
             by = {"march" if solo else "splitting": scheme.terms}
         if isinstance(scheme, Splitting):
             by = {"march": "march"} if solo else {"splitting": "precise_splitting" if flow.precise else "splitting"}
-        blocks = blocks_of(flow.model, flow.vectors, **by | {kind: kind for kind in kinds})
+        blocks = blocks_of(flow.system, flow.vectors, **by | {kind: kind for kind in kinds})
         kept[key] = Packed(blocks), Packed(_coefficients(flow)), scheme
     return kept[key][:2]
 

@@ -53,7 +53,7 @@ class TransformedFlow:
     and `section` translate. `pace` is about dt/ds and predicts numbers of steps.
     """
 
-    original: Any
+    original: System
     flow: Flow
     scheme: TimeTransformed
     pace: float
@@ -110,7 +110,7 @@ class TransformedFlow:
 
     def ensemble(self, z0: np.ndarray, radius: np.ndarray | None = None) -> Ensemble:
         """Start orbits from phase points z0 (2n, orbits) of the model; radius: see `Flow.ensemble`."""
-        started = self.flow.ensemble(lifted(z0, system_of(self.original).energies(z0)), radius=radius)
+        started = self.flow.ensemble(lifted(z0, self.original.energies(z0)), radius=radius)
         started.radius = np.hypot(started.radius, OVERSHOOT)
         return started
 
@@ -192,7 +192,7 @@ class TransformedFlow:
 
 def prepared(
     time: float,
-    model: Any,
+    system: System,
     z: np.ndarray,
     scheme: TimeTransformed,
     step: float | None,
@@ -205,11 +205,11 @@ def prepared(
     For each rate, steps shrink until the largest energy error of a sample of orbits is below `error`. The result has
     the rate with the fewest evaluations per unit time, or that of least error if all errors are larger.
     """
-    _check_rate(model, scheme, z)
+    _check_rate(system, scheme, z)
     if scheme.rate is not None and step is not None:
-        pace = float(np.median(scheme.rate.at(system_of(model).potential_energies(z))))
-        return _flow(time, model, scheme, step, pace, threads), math.nan, math.nan
-    sample = sample_of(model, z, 20, time, threads)
+        pace = float(np.median(scheme.rate.at(system.potential_energies(z))))
+        return _flow(time, system, scheme, step, pace, threads), math.nan, math.nan
+    sample = sample_of(system, z, 20, time, threads)
     rate, bottom, top = survey(sample)
     best: tuple[TransformedFlow, float, float] | None = None
     for transformed in [scheme] if scheme.rate is not None else [replace(scheme, rate=r) for r in rates(bottom, top)]:
@@ -222,7 +222,7 @@ def prepared(
                 break
             k = following_step(k, found[1], error, transformed.splitting.order)
     flow, worst, cost = best  # type: ignore[misc]
-    return _flow(time, model, flow.scheme, flow.step, flow.pace, threads), worst, cost
+    return _flow(time, system, flow.scheme, flow.step, flow.pace, threads), worst, cost
 
 
 def _rank(found: tuple[TransformedFlow, float, float], error: float) -> tuple[bool, float]:
@@ -231,11 +231,11 @@ def _rank(found: tuple[TransformedFlow, float, float], error: float) -> tuple[bo
     return (False, cost) if worst <= error else (True, worst)
 
 
-def _check_rate(model: Any, scheme: TimeTransformed, z: np.ndarray) -> None:
+def _check_rate(system: System, scheme: TimeTransformed, z: np.ndarray) -> None:
     """Raise ValueError unless the rate is a positive number at the starts."""
     if scheme.rate is None:
         return
-    V = system_of(model).potential_energies(z)
+    V = system.potential_energies(z)
     try:
         with np.errstate(all="ignore"):
             g = np.asarray(scheme.rate.at(V), dtype=np.float64)
@@ -253,26 +253,32 @@ def _check_rate(model: Any, scheme: TimeTransformed, z: np.ndarray) -> None:
 
 
 def _flow(
-    time: float, model: Any, scheme: TimeTransformed, step: float, pace: float, threads: int, patience: int = PATIENCE
+    time: float,
+    system: System,
+    scheme: TimeTransformed,
+    step: float,
+    pace: float,
+    threads: int,
+    patience: int = PATIENCE,
 ) -> TransformedFlow:
     """Return the flow of a scheme whose rate and step are known."""
-    extended = transformed_model(model, scheme.rate, time)
+    extended = transformed_model(system.model, scheme.rate, time)
     step = min(step, time / pace)  # tau = t/time must not overshoot 1 by orders of magnitude
-    flow = Flow(extended, scheme.splitting, step, 1e-12, 1e-12, threads)
-    return TransformedFlow(model, flow, scheme, pace, patience)
+    flow = Flow(system_of(extended), scheme.splitting, step, 1e-12, 1e-12, threads)
+    return TransformedFlow(system, flow, scheme, pace, patience)
 
 
 def _tried(scheme: TimeTransformed, step: float, sample: Sample) -> tuple[TransformedFlow, float, float]:
     """Run the sample; return the flow with its pace, the largest energy error and force evaluations per unit time."""
     time = sample.span * sample.rounds
-    flow = _flow(time, sample.model, scheme, step, 1.0, sample.threads, 100)
+    flow = _flow(time, sample.system, scheme, step, 1.0, sample.threads, 100)
     ensemble = flow.ensemble(sample.z)
     states, interrupted = flow.trajectory(ensemble, time, sample.rounds, None)
     if interrupted:
         raise KeyboardInterrupt
     if np.any(ensemble.status != Status.OK):
         return flow, math.inf, math.inf
-    worst = max(float(energy_drift(flow.model.model, state, ensemble.energy, ensemble.scale).max()) for state in states)
+    worst = max(float(energy_drift(flow.original, state, ensemble.energy, ensemble.scale).max()) for state in states)
     pace = float(ensemble.time.sum() / (ensemble.count.sum() * step))
     return replace(flow, pace=pace, patience=PATIENCE), worst, scheme.stages / (step * pace)
 
@@ -281,14 +287,13 @@ def survey(sample: Sample) -> tuple[float, float, float]:
     """Return the typical angular frequency, the lowest potential and the highest energy of orbits over a round of some
     librations. States that have escaped are left out: no other orbit reaches such depths.
     """
-    model = sample.model
-    z = sample.z
-    flow = Flow(model, DOP853, math.inf, 1e-9, 1e-9, sample.threads)
+    system, z = sample.system, sample.z
+    flow = Flow(system, DOP853, math.inf, 1e-9, 1e-9, sample.threads)
     ensemble = flow.ensemble(z.copy())
     states = flow.sampled(ensemble, LOOKS, time=sample.span).reshape(-1, len(z)).T
     states = np.concatenate([z, states[:, np.isfinite(states).all(axis=0)]], axis=1)
-    V = system_of(model).potential_energies(states)
-    return typical_rate(model, states), float(np.nanmin(V)), float(np.max(ensemble.energy))
+    V = system.potential_energies(states)
+    return typical_rate(system, states), float(np.nanmin(V)), float(np.max(ensemble.energy))
 
 
 def rates(bottom: float, top: float) -> Iterable[Any]:

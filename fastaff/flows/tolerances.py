@@ -15,7 +15,7 @@ import numpy as np
 
 from ..base.numbers import Passes
 from ..base.status import Status
-from ..models.mechanics import system_of
+from ..models.mechanics import System
 from ..models.pointwise import at_points
 from ..schemes.catalogue import VERNER9
 from .accuracy import AGAIN, LOST, NOISE, Steps, counted
@@ -148,13 +148,13 @@ def beyond(
     return steps._replace(order=np.minimum(steps.order, order)).of(orbits), orbits
 
 
-def walled(model: Any, states: np.ndarray) -> np.ndarray:
+def walled(system: System, states: np.ndarray) -> np.ndarray:
     """Return a mask (orbits,) of those whose states (moments, 2n, orbits) change their distance from walls or singular
     points of a chart: two runs may have the same error there by chance.
     """
-    positions = states[:, : system_of(model).positions].transpose(1, 0, 2)
+    positions = states[:, : system.positions].transpose(1, 0, 2)
     with np.errstate(all="ignore"):
-        return np.ptp(np.broadcast_to(at_points(model, "margin", *positions), states[:, 0].shape), axis=0) > 0
+        return np.ptp(np.broadcast_to(at_points(system.model, "margin", *positions), states[:, 0].shape), axis=0) > 0
 
 
 def with_tolerance(flow: Any, tolerance: float) -> Flow:

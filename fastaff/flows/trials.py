@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..base.status import Status
+from ..models.mechanics import System
 from ..schemes.automatic import TRIAL_ORBITS, Automatic, Trial, spread, trial_rounds
 from ..schemes.catalogue import DOP853, Nystrom, RungeKutta, Splitting
 from . import observers
@@ -162,7 +163,7 @@ class Sample(NamedTuple):
     steps that are tried.
     """
 
-    model: Any
+    system: System
     z: np.ndarray
     span: float
     rounds: int
@@ -170,36 +171,35 @@ class Sample(NamedTuple):
     threads: int
 
 
-def sample_of(model: Any, z: np.ndarray, radians: float, time: float | None, threads: int) -> Sample:
+def sample_of(system: System, z: np.ndarray, radians: float, time: float | None, threads: int) -> Sample:
     """Return a sample of orbits that stay in the domain, with rounds of that many radians, for a run over `time`.
 
     An orbit that escapes or collapses is no test of a scheme: no step would conserve its energy. If all do, they are
     returned, for a trial of one step.
     """
     z = spread(z, TRIAL_ORBITS)
-    span = radians / typical_rate(model, z)
+    span = radians / typical_rate(system, z)
     rounds = trial_rounds(z, span, time)
-    flow = Flow(model, DOP853, math.inf, 1e-9, 1e-9, threads)
+    flow = Flow(system, DOP853, math.inf, 1e-9, 1e-9, threads)
     ensemble = flow.ensemble(z.copy())
     flow.advance(ensemble, observers.nothing(), *no_memory(ensemble), time=1.25 * (span * rounds))
     stays = ensemble.status == Status.OK
     z, most = (np.ascontiguousarray(z[:, stays]), STEPS) if stays.any() else (z, 1)
-    return Sample(model, z, span, rounds, most, threads)
+    return Sample(system, z, span, rounds, most, threads)
 
 
 def trials_in_time(
-    model: Any, z: np.ndarray, scheme: Automatic, rtol: float, atol: float, threads: int, time: float | None
+    system: System, z: np.ndarray, scheme: Automatic, rtol: float, atol: float, threads: int, time: float | None
 ) -> list[Trial]:
     """Try the candidates that step in time itself on a sample of orbits, for 60/omega at a time.
 
     The error of an adaptive scheme is extended in proportion to a run over `time`.
     """
-    sample = sample_of(model, z, 60, time, threads)
-    tried = []
+    sample, tried = sample_of(system, z, 60, time, threads), []
     for candidate in scheme.candidates:
         if not isinstance(candidate, (Splitting, RungeKutta)):
             continue
-        flow = Flow(model, candidate, math.inf, rtol, atol, threads)
+        flow = Flow(system, candidate, math.inf, rtol, atol, threads)
         if flow.adaptive:
             worst, steps = _run_trial(flow, sample)
             worst *= max(1.0, (time or sample.span) / (sample.span * sample.rounds))
@@ -215,10 +215,8 @@ def try_steps(flow: Flow, sample: Sample, error: float) -> tuple[Flow, float]:
 
     The errors are those at the ends of rounds; if no step is below the error, it is the one of least error.
     """
-    best = math.inf
-    least = math.inf
-    k = 0
-    rate = max(typical_rate(flow.model, sample.z), flow.system.drive_rate)
+    best, least, k = math.inf, math.inf, 0
+    rate = max(typical_rate(flow.system, sample.z), flow.system.drive_rate)
     while k < sample.most:
         step = trial_step(k, rate)
         worst, _ = _run_trial(replace(flow, step=step), sample)
@@ -261,8 +259,7 @@ def _run_trial(flow: Flow, sample: Sample) -> tuple[float, float]:
             time=sample.span,
             observations=0 if flow.adaptive else 1,
         )
-        drift = energy_drift(flow.model, ensemble.z, energy, ensemble.scale)
-        kinetic = ensemble.kinetic
+        drift, kinetic = energy_drift(flow.system, ensemble.z, energy, ensemble.scale), ensemble.kinetic
         errors.append(np.where(ensemble.status == Status.OK, drift, np.inf))
         z = ensemble.z
         steps = steps + float(ensemble.count.mean())

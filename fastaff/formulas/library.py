@@ -21,7 +21,7 @@ import numpy as np
 
 from ..base.identity import told_apart
 from ..base.interruption import imported
-from ..compile import cache, jit
+from ..compile import cache, code_folder
 from ..compile.kinds import OPTIONS, TERMS
 from .equations import split
 from .grammar import Program, parse
@@ -92,7 +92,7 @@ def generated_class(request: Request, programs: Programs, values: Mapping[str, f
     `values`.
     """
     terms = [(TERMS[OPTIONS[name]].rate, TERMS[OPTIONS[name]].equations) for name in request.options]
-    key = hashlib.sha256(json.dumps([jit.code_hash(), sys.version, *request, *terms]).encode()).hexdigest()[:24]
+    key = hashlib.sha256(json.dumps([code_folder.code_hash(), sys.version, *request, *terms]).encode()).hexdigest()[:24]
 
     def made() -> Any:
         cls: Any = loaded(key, lambda: _derive(request, programs, values))
@@ -151,7 +151,7 @@ def loaded(key: str, derive: Callable[[], str]) -> Any:
     """Return the class whose text is kept under a key, or derived now. Numba's cache finds it by the name of its
     module, which is there as long as the class is.
     """
-    folder = jit.cache_directory()
+    folder = code_folder.cache_directory()
     path = None if folder is None else folder / "formulas" / f"{key}.py"
     written = None if path is None else cache.read(path)
     if written is None:

@@ -16,7 +16,7 @@ from ..base.foreign import read_by
 from ..base.identity import told_apart
 from ..base.interruption import imported
 from ..base.progress import says_progress
-from ..compile import jit
+from ..compile import code_folder
 from ..models.contracts import WrittenMap
 from .arguments import checked_names, values_of
 from .formula import Text
@@ -181,7 +181,7 @@ def _class(request: MapRequest, found: Statements, values: Mapping[str, float]) 
 
 def _generated(request: MapRequest, found: Statements, wall: Program | None, periods: Sequence[Program | None]) -> type:
     """Return the class of a request: from this process, from the folder of the cache, or derived now."""
-    key = hashlib.sha256(json.dumps([jit.code_hash(), sys.version, *request]).encode()).hexdigest()[:24]
+    key = hashlib.sha256(json.dumps([code_folder.code_hash(), sys.version, *request]).encode()).hexdigest()[:24]
 
     def derived() -> str:
         imported("sympy", what="a map that is new here")

@@ -6,7 +6,7 @@ import re
 from typing import Any
 
 from ..base.names import named, spelled
-from ..models.mechanics import system_of
+from ..models.mechanics import System, system_of
 from ..models.sections import OF_BODIES, AngleEquals, Linear, Stroboscopic
 from .number import number
 
@@ -21,9 +21,8 @@ OTHERS = (
 )
 
 
-def section_forms(model: Any) -> tuple[str, ...]:
+def section_forms(system: System) -> tuple[str, ...]:
     """Return the texts for sections of a model, with c for a number."""
-    system = system_of(model)
     coordinates = tuple(f"{name}=c" for name in system.names)
     if not system.planar:
         return coordinates
@@ -41,12 +40,11 @@ def parted(text: str) -> tuple[str, int | None]:
     return (body[: -len(end)], SIGNS[end]) if end else (text, None)
 
 
-def section_named(text: str, model: Any, direction: int = 1, *, argument: str = "section") -> Any:
+def section_named(text: str, system: System, direction: int = 1, *, argument: str = "section") -> Any:
     """Return the section of a model for a text, crossed as its sign says, "x=0-", else in that direction. Raises
     ValueError with the known forms.
     """
-    forms = section_forms(model)
-    system = system_of(model)
+    forms = section_forms(system)
     text, own = parted(text)
     direction = direction if own is None else own
     text = VANISHING.get(re.sub(r"\s", "", text).lower(), text) if system.planar else text
@@ -93,9 +91,8 @@ def canonical(text: str) -> str:
     return VANISHING.get(found, found) + sign
 
 
-def section_in_words(section: Any, model: Any) -> str:
+def section_in_words(section: Any, system: System) -> str:
     """Return the text of a section, its repr where there is none."""
-    system = system_of(model)
     for name, kind in {**TURNING, **EQUALS}.items():
         if type(section) is kind:
             return f"{name}={section.constant:g}" if hasattr(section, "constant") else name
@@ -110,4 +107,4 @@ def section_in_words(section: Any, model: Any) -> str:
 def section_of(value: Any, model: Any) -> Any:
     """Return the section for a text; anything else as it is."""
     known = hasattr(model, "degrees_of_freedom") and not isinstance(model, type)
-    return section_named(value, model) if isinstance(value, str) and known else value
+    return section_named(value, system_of(model)) if isinstance(value, str) and known else value

@@ -16,7 +16,7 @@ from ..analysis.tori.action_angles import action_angles
 from ..base.names import named, spelled
 from ..base.numbers import nonnegative, positive, whole
 from ..flows.motion import typical_rate
-from ..models.mechanics import system_of
+from ..models.mechanics import System
 from ..models.sections import Stroboscopic
 from ..schemes.catalogue import SCHEMES, VERNER9
 from .wording import Wrong, option
@@ -50,9 +50,9 @@ class Run:
         """Return the same with so many threads, where they are given."""
         return self if threads is None else replace(self, threads=threads)
 
-    def build(self, body: Any = None) -> dict[str, Any]:
+    def build(self, system: System | None = None) -> dict[str, Any]:
         """Return the options of the library's functions; for a map these are the threads alone."""
-        if body is not None and system_of(body).iterated:
+        if system is not None and system.iterated:
             return {"threads": self.threads}
         accuracy = {} if self.accuracy is None else {"accuracy": positive("accuracy", self.accuracy)}
         return {**accuracy, "scheme": self.scheme_value(), "step": self.step, "threads": self.threads}
@@ -61,9 +61,14 @@ class Run:
 class Orbits(NamedTuple):
     """Orbits to be analysed: those of a system that start at z0 (2n, orbits), with a section or None."""
 
-    body: Any
+    system: System
     section: Any
     z0: np.ndarray
+
+    @property
+    def body(self) -> Any:
+        """The model."""
+        return self.system.model
 
 
 class Analysis(Protocol):
@@ -108,7 +113,7 @@ class Poincare:
         time = self.max_time
         if isinstance(few.section, Stroboscopic) and time is not None:
             raise Wrong.of("{max_time} does not go with a section of constant t: its crossings are a period apart")
-        if isinstance(few.section, Stroboscopic) or system_of(few.body).iterated:
+        if isinstance(few.section, Stroboscopic) or few.system.iterated:
             return {"crossings": self.crossings}
         if time is None:
             pace = return_times(*few, run.build())
@@ -119,9 +124,9 @@ class Poincare:
 
     def compute(self, orbits: Orbits, settled: dict[str, Any], run: Run, report: Any = None) -> Any:
         """Return the SectionMap of orbits."""
-        if isinstance(orbits.section, Stroboscopic) or system_of(orbits.body).iterated:  # these need no time
+        if isinstance(orbits.section, Stroboscopic) or orbits.system.iterated:  # these need no time
             settled = {"crossings": settled["crossings"]}
-        how = {**settled, **run.build(orbits.body)}
+        how = {**settled, **run.build(orbits.system)}
         return poincare_map(orbits.body, orbits.z0, section=orbits.section, report=report, **how)
 
 
@@ -150,7 +155,7 @@ class Frequencies:
 
     def compute(self, orbits: Orbits, settled: dict[str, Any], run: Run, report: Any = None) -> Any:
         """Return the FrequencyMap of orbits."""
-        return frequency_map(orbits.body, orbits.z0, report=report, **settled, **run.build(orbits.body))
+        return frequency_map(orbits.body, orbits.z0, report=report, **settled, **run.build(orbits.system))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -209,7 +214,7 @@ class Chaos:
     def compute(self, orbits: Orbits, settled: dict[str, Any], run: Run, report: Any = None) -> Any:
         """Return the ChaosMap of orbits."""
         how: dict[str, Any] = {"indicators": self.values(), "early_stop": self.early_stop}
-        return chaos_map(orbits.body, orbits.z0, report=report, **how, **settled, **run.build(orbits.body))
+        return chaos_map(orbits.body, orbits.z0, report=report, **how, **settled, **run.build(orbits.system))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -255,7 +260,7 @@ class Motion:
 
     def compute(self, orbits: Orbits, settled: dict[str, Any], run: Run, report: Any = None) -> Any:
         """Return the Orbits."""
-        return integrate(orbits.body, orbits.z0, report=report, **settled, **run.build(orbits.body))
+        return integrate(orbits.body, orbits.z0, report=report, **settled, **run.build(orbits.system))
 
 
 ANALYSES: dict[str, type[Any]] = {
@@ -271,13 +276,15 @@ TRIAL = 64
 """Orbits of a trial, which settles the options that are left open."""
 
 
-def return_times(body: Any, section: Any, z0: np.ndarray, choices: dict[str, Any]) -> np.ndarray:
+def return_times(system: System, section: Any, z0: np.ndarray, choices: dict[str, Any]) -> np.ndarray:
     """Return the mean time between crossings of each of a few orbits, NaN where there are none."""
     few = np.ascontiguousarray(z0[:, :: -(-z0.shape[1] // TRIAL)])
-    if isinstance(section, Stroboscopic) or system_of(body).iterated:
-        return np.full(few.shape[1], 1.0 if section is None else float(body.period))
+    if isinstance(section, Stroboscopic) or system.iterated:
+        return np.full(few.shape[1], 1.0 if section is None else float(system.model.period))
     loose = {name: value for name, value in choices.items() if name != "accuracy"}
-    found = poincare_map(body, few, section=section, crossings=16, max_time=300.0 / typical_rate(body, few), **loose)
+    found = poincare_map(
+        system.model, few, section=section, crossings=16, max_time=300.0 / typical_rate(system, few), **loose
+    )
     return np.array([t[n - 1] / n if n else np.nan for t, n in zip(found.times.T, found.counts)])
 
 
@@ -291,7 +298,7 @@ def enough_time(pace: np.ndarray, section: Any, crossings: int) -> float:
 
 def median_return(few: Orbits, choices: dict[str, Any]) -> float:
     """Return the median time of return to the section."""
-    if few.section is None and not system_of(few.body).iterated:
+    if few.section is None and not few.system.iterated:
         raise Wrong.of("{periods} needs a section; give {time}")
     pace = return_times(*few, choices)
     if np.isnan(pace).all():

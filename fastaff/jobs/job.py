@@ -15,11 +15,11 @@ import numpy as np
 from ..base.names import did_you_mean
 from ..base.numbers import numbers, shown, whole
 from ..base.placing import text_of
-from ..flows.checks import checked_model, phase_points
+from ..flows.checks import checked_system, current_system, phase_points
 from ..flows.needs import check_given
 from ..flows.starts import ordered, orders_of, starts_of
 from ..formulas.number import number
-from ..models.mechanics import system_of
+from ..models.mechanics import System
 from .analyses import ANALYSES, TRIAL, Actions, Analysis, Chaos, Frequencies, Motion, Orbits, Poincare, Run
 from .launch import Launch, Points, Starts, some
 from .scans import Cases, Scan, ScanOfChaos
@@ -30,19 +30,24 @@ from .wording import Wrong, option, respelled, spelled
 class Plan(NamedTuple):
     """The plan of a job: a system, a section or None, the launch set, and analyses by name."""
 
-    body: Any
+    system: System
     section: Any
     launch: Launch
     analyses: dict[str, Analysis]
 
     @property
+    def body(self) -> Any:
+        """The model."""
+        return self.system.model
+
+    @property
     def rows(self) -> tuple[str, ...]:
         """Names of the rows of a point: coordinates, or the parameters of a scan."""
-        return getattr(self.launch, "names", None) or system_of(self.body).row_names
+        return getattr(self.launch, "names", None) or self.system.row_names
 
     def few(self) -> Orbits:
         """Return orbits for a trial, spread over the launch set."""
-        return Orbits(self.body, self.section, some(self.launch, TRIAL))
+        return Orbits(self.system, self.section, some(self.launch, TRIAL))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -107,10 +112,9 @@ class Job:
                 )
                 object.__setattr__(self, name, value.canonical() if hasattr(value, "canonical") else value)
             elif name == "model":
-                checked_model(value, "model")
-                object.__setattr__(self, name, described(value) or value)
+                object.__setattr__(self, name, described(checked_system(value, "model")) or value)
             elif name == "starts":
-                value = ordered("starts", starts_of(value), lambda: orders_of(self._body()))
+                value = ordered("starts", starts_of(value), lambda: orders_of(self._system()))
                 points = numbers("starts", value)
                 if points.ndim not in (1, 2):
                     raise ValueError(f"starts must be phase points (2n, orbits), got shape {np.shape(value)}")
@@ -128,44 +132,43 @@ class Job:
         """Return the analyses to be computed, by name."""
         return {name: getattr(self, name) for name in ANALYSES if getattr(self, name) is not None}
 
-    def _body(self) -> Any:
-        """Return the model itself."""
-        return self.model.build() if isinstance(self.model, Model) else self.model
+    def _system(self) -> System:
+        """Return the system of the model."""
+        return current_system(self.model.build() if isinstance(self.model, Model) else self.model)
 
     def plan(self) -> Plan:
         """Return system, section, launch set and analyses; raises ValueError or TypeError for parts that do not fit."""
-        body = self._body()
-        system = system_of(body)
+        system = self._system()
         if system.iterated:
-            self._check_map(body)
+            self._check_map(system)
         if self.scan is not None:
-            return self._scan(body, self.scan)
+            return self._scan(system, self.scan)
         timed = any(getattr(entry, "periods", None) is not None for entry in self.analyses().values())
         needed = self.poincare is not None or self.surface.section is not None or timed
         if isinstance(self.starts, Starts) and self.starts.file is None:
-            section = self.surface.build(body)
-            launch = self.starts.launch(body, section, self.surface, "40x40")
+            section = self.surface.build(system)
+            launch = self.starts.launch(system, section, self.surface, "40x40")
             needed |= not self.starts.by_name or (self.chaos_map is not None and self.chaos_map.time is None)
-            return Plan(body, section if needed else None, launch, self.analyses())
+            return Plan(system, section if needed else None, launch, self.analyses())
         z0 = self.starts.read() if isinstance(self.starts, Starts) else numbers("starts", self.starts)
         if system.driven and z0.shape[0] == 2 * system.moving and z0.size:
-            z0 = phase_points("starts", z0, body)  # at t = 0
+            z0 = phase_points("starts", z0, system)  # at t = 0
         if z0.shape[0] != system.rows or not z0.shape[1]:
             raise ValueError(f"starts must be phase points ({system.rows}, orbits), got {z0.shape}")
-        section = self.surface.section_of(body) if needed else None
-        return Plan(body, section, Points(z0), self.analyses())
+        section = self.surface.section_of(system) if needed else None
+        return Plan(system, section, Points(z0), self.analyses())
 
-    def _check_map(self, body: Any) -> None:
+    def _check_map(self, system: System) -> None:
         """Refuse options that a map does not have."""
         run = {option(name): getattr(self.run, name) for name in ("scheme", "step", "accuracy")}
-        check_given(body, "a time", "a map is iterated as it is", **run)
+        check_given(system, "a time", "a map is iterated as it is", **run)
         if self.scan is not None:
             raise Wrong.of("{scan} takes random starts of a section, which a map does not have")
         if self.poincare is not None:
             late = {option("max_time"): self.poincare.max_time}
-            check_given(body, "a time", "the crossings of a map are its iterates", **late)
+            check_given(system, "a time", "the crossings of a map are its iterates", **late)
 
-    def _scan(self, body: Any, scan: Scan) -> Plan:
+    def _scan(self, system: System, scan: Scan) -> Plan:
         """Return the plan of a scan."""
         if isinstance(self.starts, Starts) and self.starts.by_name:
             text = "{scan} takes random starts of a section ({orbits}), not {axes}, {at_rest} or {microcanonical}"
@@ -175,9 +178,9 @@ class Job:
             raise Wrong.of("{scan} takes random starts ({orbits}), not {grid}: {share}", share=share)
         if None in self.starts.ranges() and any(self.starts.ranges()):
             raise Wrong.of("with {scan} give both of {range1} and {range2}, or none")
-        cases = Cases(scan.parsed(body))
+        cases = Cases(scan.parsed(system))
         work = ScanOfChaos(cases, self.surface, self.starts, self.chaos_map or Chaos())
-        return Plan(body, self.surface.section_of(body), cases, {"chaotic_fraction": work})
+        return Plan(system, self.surface.section_of(system), cases, {"chaotic_fraction": work})
 
     def tables(self) -> dict[str, Any]:
         """Return the job as tables of plain values: the fields that differ from their defaults."""

@@ -28,7 +28,7 @@ from ..base.names import pairs
 from ..base.numbers import fits
 from ..base.placing import checked_file
 from ..formulas.number import number
-from ..models.mechanics import system_of
+from ..models.mechanics import System
 from .flags import axis_of, cells_of, flags_of_axes, range_of
 from .system import Surface
 from .wording import Wrong, option, respelled
@@ -87,7 +87,7 @@ class Starts:
             raise Wrong(f"{option('file')} {self.file} must have one array of real numbers (2n, orbits)")
         return array
 
-    def launch(self, body: Any, section: Any, surface: Surface, default: str) -> Launch:
+    def launch(self, system: System, section: Any, surface: Surface, default: str) -> Launch:
         """Return the launch set of this table, on a grid of `default` cells unless it names another."""
         if self.grid is not None and self.orbits is not None:
             raise Wrong.of("give {grid} or {orbits}, not both")
@@ -97,17 +97,16 @@ class Starts:
             fits(option("orbits"), self.orbits, itemsize=1)
         if self.seed < 0:
             raise Wrong(f"{option('seed')} must be at least 0, got {self.seed}")
-        if self.by_name or section is None or not system_of(body).conserves or not on_section(body, section):
-            return self._by_name(body, section, surface)
+        if self.by_name or section is None or not system.conserves or not on_section(system, section):
+            return self._by_name(system, section, surface)
         cells = cells_of(self.grid or default)
         fits(option("grid"), *cells, itemsize=1)
         fits(option("grid"), ARRAYS, max(cells))
         given = self.ranges()
-        where = checked_surface(body, section, surface.energy, surface.p_eta, surface.p_gamma)
-        edge = None
-        ranges = given
+        where = checked_surface(system, section, surface.energy, surface.p_eta, surface.p_gamma)
+        edge, ranges = None, given
         try:
-            edge = section_edge(body, section, energy=where.energy, p_eta=where.p_eta, p_gamma=where.p_gamma)
+            edge = section_edge(system.model, section, energy=where.energy, p_eta=where.p_eta, p_gamma=where.p_gamma)
             ranges = [mine or found for mine, found in zip(given, edge.axes)]
         except ValueError as problem:
             if None in ranges:
@@ -126,7 +125,7 @@ class Starts:
         """Whether starts are given by names of coordinates and momenta, or over the whole energy surface."""
         return any(getattr(self, name) for name in BY_NAME)
 
-    def _by_name(self, body: Any, section: Any, surface: Surface) -> Launch:
+    def _by_name(self, system: System, section: Any, surface: Surface) -> Launch:
         """Return the launch set of any number of degrees of freedom."""
         for name in ("range1", "range2", "grid"):
             if getattr(self, name) is not None:
@@ -140,7 +139,7 @@ class Starts:
             raise Wrong(f"give {option('microcanonical')} or {other}, not both")
         if self.microcanonical and self.orbits is None:
             raise Wrong.of("{microcanonical} needs {orbits}, how many are drawn")
-        free = not system_of(body).conserves
+        free = not system.conserves
         here = None if free or self.microcanonical or self.at_rest or self.solve is not None else section
         sign = -1 if surface.direction == "-1" and (self.solve is not None) else 1
         given = pairs(option("fixed"), self.fixed or (), "VALUE")
@@ -150,13 +149,13 @@ class Starts:
             if self.orbits is not None:
                 given = pairs(option("axes"), self.axes or (), "LOW:HIGH")
                 axes = {name: range_of(f"{option('axes')} {name}", text) for name, text in given} or None
-                source = source_of(body, surface.energy, here, axes, others, (surface.p_eta, surface.p_gamma))
+                source = source_of(system, surface.energy, here, axes, others, (surface.p_eta, surface.p_gamma))
                 return RandomPoints(OfSource(source), self.orbits, self.seed)
             if not self.axes:
                 raise Wrong.of("{axes} NAME=LOW:HIGH:N is required, once for each axis of the grid; or {orbits} N")
             parts = {name: axis_of(name, text) for name, text in pairs(option("axes"), self.axes, "LOW:HIGH:N")}
             fits(option("axes"), *(part.size for part in parts.values()), itemsize=1)
-            made = launching(body, checked_energy(body, surface.energy), tuple(parts), here, others)
+            made = launching(system, checked_energy(system, surface.energy), tuple(parts), here, others)
             return NamedCells(made, tuple(parts.values()))
         except (ValueError, TypeError) as problem:
             text = re.sub(r"axes=\{(.*)\}", flags_of_axes, str(problem))

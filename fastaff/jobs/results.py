@@ -154,7 +154,7 @@ class JobResults:
         gone = [status for status in found if status is not None]
         if self.job.scan is not None or not gone:
             return None
-        return self.job.surface.escape(self.job.plan().body, np.concatenate(gone))
+        return self.job.surface.escape(self.job.plan().system, np.concatenate(gone))
 
     def __repr__(self) -> str:
         where = "in memory" if self.path is None else f"in {self.path}"

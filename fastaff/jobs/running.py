@@ -22,7 +22,7 @@ from ..base.progress import says_progress
 from ..base.provenance import provenance
 from ..base.results import columns
 from ..base.status import Status
-from ..compile.jit import package_hash
+from ..compile.code_folder import package_hash
 from ..compile.threads import checked_threads
 from ..models.contracts import Dynamics
 from ..schemes.catalogue import Scheme

@@ -14,8 +14,9 @@ from ..analysis.chaos.chaotic_fraction import ChaoticFraction, FoundCases, chaot
 from ..analysis.sections.energy_sample import energy_sample
 from ..base.names import named
 from ..base.numbers import portion
+from ..flows.checks import current_system
 from ..formulas.number import number
-from ..models.mechanics import system_of
+from ..models.mechanics import System
 from .analyses import Chaos, Orbits, Run
 from .launch import Starts
 from .system import Surface
@@ -46,10 +47,10 @@ class Scan:
     p_gamma - p_eta, or a parameter of the system such as K.
     """
 
-    def parsed(self, body: Any) -> list[Scanned]:
+    def parsed(self, system: System) -> list[Scanned]:
         """Return the parameters with their values; refuse names that neither the body nor its energy surface has."""
         axes = scanned(self.axes)
-        planar = system_of(body).isotropic
+        planar, body = system.isotropic, system.model
         own = getattr(body, "potential", body)._fields
         names = ("energy", *(PLANES if planar else ()), *own, *(("mu",) if planar else ()))
         for axis in axes:
@@ -206,7 +207,7 @@ class ScanOfChaos:
         numbers = count(first)
 
         def length(body: Any, z0: np.ndarray) -> float:
-            return self.chaos.settled(Orbits(body, section, z0), run)["time"] if time is None else time
+            return self.chaos.settled(Orbits(current_system(body), section, z0), run)["time"] if time is None else time
 
         return chaotic_fraction(
             lambda *given: self.orbits(body, section, given, next(numbers)),

@@ -10,17 +10,21 @@ from typing import Any
 
 import numpy as np
 
+from .. import models
 from ..analysis.sections.energy_limits import may_escape
 from ..base.names import named, pairs, spelled
 from ..base.status import Status
 from ..compile.kinds import OPTIONS, TERMS
 from ..flows.needs import check_given
+from ..formulas.flow_text import flow
+from ..formulas.formula import formula, hamiltonian
 from ..formulas.library import Request
 from ..formulas.map_source import MapRequest
+from ..formulas.mapping import mapping
 from ..formulas.number import number
 from ..formulas.section_text import canonical, section_forms, section_named
 from ..formulas.systems import SYSTEMS as NAMED
-from ..models.mechanics import system_of
+from ..models.mechanics import System
 from .wording import Wrong, option, respelled
 
 MODELS = {
@@ -118,8 +122,6 @@ class Model:
 
     def build(self) -> Any:
         """Return the model, refusing parameters that it does not have."""
-        import fastaff
-
         given = {name: getattr(self, name) for name in ("C", "A", "G", "K", "lam") if getattr(self, name) is not None}
         if self.angles is not None and self.map is None and self.hamiltonian is None and self.flow is None:
             raise Wrong.of("{angles} belongs to {map}, {hamiltonian} or {flow}")
@@ -136,8 +138,8 @@ class Model:
         for name in given:
             if name not in names:
                 raise Wrong(f"{option(name)} is not a parameter of {key}, which has {', '.join(map(option, names))}")
-        value = getattr(fastaff, kind)(**given)
-        return value if key == "henon-heiles" else fastaff.Body(value, self.mu)
+        value = getattr(models, kind)(**given)
+        return value if key == "henon-heiles" else models.Body(value, self.mu)
 
     @property
     def _texts(self) -> tuple[str | None, ...]:
@@ -150,8 +152,6 @@ class Model:
 
     def _by_parameters(self, key: str, given: dict[str, float]) -> Any:
         """Return one of the maps of the package, or of the systems H(q, p)."""
-        from .. import models
-
         kind: Any = getattr(models, {**MAPS, **SYSTEMS}[key])
         takes = {entry.name: type(entry.default) for entry in inspect.signature(kind).parameters.values()}
         names = [name for name in takes if takes[name] in (float, str)]
@@ -219,21 +219,19 @@ class Model:
 
     def _made(self, values: dict[str, Any]) -> Any:
         """Return the model of the formula with its parameters."""
-        import fastaff
-
         periods = dict(pairs(option("angles"), self.angles or (), "PERIOD")) or None
         if self.flow is not None:
-            return fastaff.flow(self.flow, domain=self.domain, periods=periods, **values)
+            return flow(self.flow, domain=self.domain, periods=periods, **values)
         if self.map is not None:
             how: dict[str, Any] = {"coordinates": self.coordinates, "periods": periods, "domain": self.domain, **values}
-            return fastaff.mapping(self.map, **how)
+            return mapping(self.map, **how)
         if self.formula is None:
             own: dict[str, Any] = {name: _rate(getattr(self, name)) for name in RATES}
             fields = dict(pairs(option("vector_potential"), self.vector_potential or (), "FORMULA")) or None
             own |= {"coordinates": self.coordinates or "x y", "momenta": self.momenta, "periods": periods}
             own["vector_potential"] = fields
-            return fastaff.hamiltonian(self.hamiltonian, domain=self.domain, **own, **values)
-        return fastaff.formula(self.formula, mu=self.mu, domain=self.domain, **values)
+            return hamiltonian(self.hamiltonian, domain=self.domain, **own, **values)
+        return formula(self.formula, mu=self.mu, domain=self.domain, **values)
 
 
 def _rate(text: str | None) -> float | str | None:
@@ -260,12 +258,11 @@ class Surface:
     direction: str = "+1"
     """Crossings where the section function increases (+1), decreases (-1) or both (0). [+1]"""
 
-    def build(self, body: Any) -> Any:
+    def build(self, system: System) -> Any:
         """Return the section; refuse an energy that is not given. A map has neither."""
-        system = system_of(body)
         if system.iterated:
             check_given(
-                body,
+                system,
                 "a time",
                 "a map has none",
                 **{option(name): getattr(self, name) for name in ("energy", "section")},
@@ -274,66 +271,61 @@ class Surface:
         if not system.conserves:
             if self.energy is not None:
                 raise Wrong.of(f"{{energy}} is for systems that keep one: those of {_LOSING} do not")
-            return self.section_of(body)
+            return self.section_of(system)
         if system.driven:
             raise Wrong.of("{file} is required: the starts of a driven system, rows of coordinates and momenta")
         if self.energy is None:
             raise Wrong.of("{energy} is required: the energy of every orbit, for example {energy} 1.5")
-        return self.section_of(body)
+        return self.section_of(system)
 
-    def escape(self, body: Any, status: np.ndarray) -> str | None:
+    def escape(self, system: System, status: np.ndarray) -> str | None:
         """Return a note on the energy where orbits escaped; None where there is none."""
         gone = np.isin(status, (Status.ESCAPED, Status.NONFINITE)).any()
-        return may_escape(body, self.energy, self.p_eta, self.p_gamma) if gone and self.energy is not None else None
+        return may_escape(system, self.energy, self.p_eta, self.p_gamma) if gone and self.energy is not None else None
 
-    def section_of(self, body: Any) -> Any:
+    def section_of(self, system: System) -> Any:
         """Return the section, None of a map."""
-        system = system_of(body)
         if system.iterated:
             return None
         if self.direction not in ("+1", "1", "-1", "0", "+0"):
             raise Wrong(f"{option('direction')} must be +1, -1 or 0, got {self.direction}")
-        own = section_forms(body)[system.moving if system.driven else 0]  # if driven, a constant time
+        own = section_forms(system)[system.moving if system.driven else 0]  # if driven, a constant time
         text = self.section or own.replace("=c", "=0")
-        return section_named(text, body, int(self.direction), argument=option("section"))
+        return section_named(text, system, int(self.direction), argument=option("section"))
 
     def canonical(self) -> Surface:
         """Return the same with the section as it is written here."""
         return self if self.section is None else replace(self, section=canonical(self.section))
 
 
-def described(value: Any) -> Model | None:
+def described(system: System) -> Model | None:
     """Return the options that build this model, None where none do."""
-    import fastaff
-
-    inner = getattr(value, "potential", value)
-    system = system_of(value)
-    mu = float(getattr(value, "mu", 1.0)) if inner is not value else 1.0
+    inner = getattr(system.model, "potential", system.model)
+    mu = float(getattr(system.model, "mu", 1.0)) if inner is not system.model else 1.0
     fields: dict[str, Any] = (
         {name: float(entry) for name, entry in zip(inner._fields, inner)} if hasattr(inner, "_fields") else {}
     )
     text = getattr(inner, "formula", None)
     found = None
-    made = Request(*value._request) if hasattr(value, "_request") and not system.iterated else None
+    made = Request(*system.model._request) if hasattr(system.model, "_request") and not system.iterated else None
     if text is not None:
         options = {} if made is None else made.options
         rates: dict[str, Any] = {name: repr(fields.pop(name)) if how == name else how for name, how in options.items()}
         parameter = [f"{name}={entry!r}" for name, entry in fields.items()] or None
         domain = getattr(inner, "domain", None)
         if system.iterated:
-            rows = (*value.coordinates, *value.momenta)
-            angles = [f"{name}={text}" for name, text in zip(rows, MapRequest(*value._request).periods) if text]
+            rows = (*system.model.coordinates, *system.model.momenta)
+            angles = [f"{name}={text}" for name, text in zip(rows, MapRequest(*system.model._request).periods) if text]
             more: dict[str, Any] = {"angles": angles or None, "parameter": parameter, "domain": domain}
-            found = Model(map=text, coordinates=" ".join(value.coordinates), **more)
+            found = Model(map=text, coordinates=" ".join(system.model.coordinates), **more)
         elif not system.canonical:
             turns = () if made is None else zip(made.coordinates, made.periods)
             angles = [f"{name}={text}" for name, text in turns if text]
             found = Model(flow=text, parameter=parameter, domain=domain, angles=angles or None)
-        elif inner is not value:
+        elif inner is not system.model:
             found = Model(formula=text, parameter=parameter, domain=domain, mu=mu)
         elif made is not None:
-            coordinates = " ".join(value.coordinates[: system.moving])
-            period = None
+            coordinates, period = " ".join(system.model.coordinates[: system.moving]), None
             if system.driven:
                 said = fields.pop("period", None)
                 period = made.period if said is None else repr(said)
@@ -350,8 +342,8 @@ def described(value: Any) -> Model | None:
                 **rates,
             )
     else:
-        keys = [key for key, (kind, _) in MODELS.items() if type(inner) is getattr(fastaff, kind)]
-        maps = [key for key, kind in {**MAPS, **SYSTEMS}.items() if type(value) is getattr(fastaff.models, kind)]
+        keys = [key for key, (kind, _) in MODELS.items() if type(inner) is getattr(models, kind)]
+        maps = [key for key, kind in {**MAPS, **SYSTEMS}.items() if type(system.model) is getattr(models, kind)]
         if maps:
             found = Model(model=maps[0], parameter=[f"{name}={entry!r}" for name, entry in fields.items()])
         if keys:
@@ -360,4 +352,4 @@ def described(value: Any) -> Model | None:
         same = found is not None and found.build()
     except (ValueError, TypeError):
         return None
-    return found if found is not None and type(same) is type(value) and same == value else None
+    return found if found is not None and type(same) is type(system.model) and same == system.model else None

@@ -15,7 +15,7 @@ import numpy as np
 from ..base.machine import processor
 from ..base.numbers import portion
 from ..base.status import Status
-from ..compile.jit import package_hash
+from ..compile.code_folder import package_hash
 from .analyses import Orbits, Run
 from .job import Job, Plan, distinct
 from .launch import Points, between
@@ -135,7 +135,7 @@ def unit(running: Running, number: int, threads: int | None = None, report: Any 
             rows = place[to_run_again(store, name, again, attempt, number)[place]]
             if rows.size:
                 orbits = Orbits(
-                    plan.body, plan.section, np.ascontiguousarray(store.chunk("launch", "z0", number)[:, rows])
+                    plan.system, plan.section, np.ascontiguousarray(store.chunk("launch", "z0", number)[:, rows])
                 )
                 other = replace(run, **again["run"])
                 results[name] = plan.analyses[name].compute(orbits, store.facts["settled"][name], other)
@@ -148,7 +148,7 @@ def computed(
     plan: Plan, z0: np.ndarray, settled: dict[str, Any], run: Run, report: Any = None
 ) -> Iterator[tuple[str, Any]]:
     """Yield the results of orbits at z0 (2n, orbits), analysis by analysis."""
-    orbits = Orbits(plan.body, plan.section, z0)
+    orbits = Orbits(plan.system, plan.section, z0)
     for k, (name, analysis) in enumerate(plan.analyses.items()):
         yield name, analysis.compute(orbits, settled[name], run, portion(report, k, len(plan.analyses)))
 

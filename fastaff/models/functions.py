@@ -366,7 +366,7 @@ def _check_slope(name: str, function: Callable, slope: Callable) -> None:
 
 def _jitable(function: Callable) -> Callable:
     """Return `function`, callable from compiled code too."""
-    from numba.extending import register_jitable
+    from ..compile.numba_private import register_jitable
 
     return register_jitable(function)
 

@@ -19,9 +19,10 @@ from ..base.placing import placed
 from ..base.progress import says_progress
 from ..base.status import Status
 from ..charts import CARTESIAN
+from ..flows.checks import current_system
 from ..flows.starts import starts_of
 from ..models.contracts import Model
-from ..models.mechanics import system_of
+from ..models.mechanics import System
 from .sections import words
 from .style import ACCENT, DARK, GREY, PALE, styled, symbol
 
@@ -112,13 +113,8 @@ def animate(
     heads = [""] * motions if titles is None else list(titles)
     heads = [_head(title, code) for title, code in zip(heads, status, strict=True)]
     with styled():
-        if rows == 8:
-            kind = _bodies
-        elif hasattr(model, "joints"):
-            kind = _linkages
-        else:
-            kind = _points
-        figure, panels = kind(model, states, times, heads, run.names)
+        kind = _bodies if rows == 8 else _linkages if hasattr(model, "joints") else _points
+        figure, panels = kind(current_system(model), states, times, heads, run.names)
 
     def draw(k: int) -> None:
         for panel in panels:
@@ -158,7 +154,7 @@ def material_lines() -> tuple[list[np.ndarray], np.ndarray]:
     return [circle, *(r * circle for r in RINGS), *spokes], np.array([[0.0, 1.0], [0.0, 0.0]])
 
 
-def _bodies(model: Any, states: np.ndarray, times: np.ndarray, heads: list[str], names: Any) -> tuple[Any, list]:
+def _bodies(system: System, states: np.ndarray, times: np.ndarray, heads: list[str], names: Any) -> tuple[Any, list]:
     """Return a figure of bodies, each above its stretches, and the functions that draw its frames."""
     from matplotlib.figure import Figure
 
@@ -207,7 +203,7 @@ def _body(
     return draw
 
 
-def _points(model: Any, states: np.ndarray, times: np.ndarray, heads: list[str], names: Any) -> tuple[Any, list]:
+def _points(system: System, states: np.ndarray, times: np.ndarray, heads: list[str], names: Any) -> tuple[Any, list]:
     """Return a figure of points in their potential, and the functions that draw its frames."""
     from matplotlib.figure import Figure
 
@@ -218,11 +214,11 @@ def _points(model: Any, states: np.ndarray, times: np.ndarray, heads: list[str],
     half = 0.7 * float(np.ptp(states[:, :2], axis=0).max()) or 1.0
     x, y = (np.linspace(c - half, c + half, 181) for c in middle)
     X, Y = np.meshgrid(x, y)
-    V = _wells(model, np.array([X, Y]))
+    V = _wells(system, np.array([X, Y]))
     panels = []
     for k, ax in enumerate(axes):
         z = states[0, :, k]
-        energy = float(system_of(model).energies(z))
+        energy = float(system.energies(z))
         low = float(np.min(V, where=np.isfinite(V), initial=np.inf))
         if energy > low:
             ax.contour(x, y, V, levels=np.linspace(low, energy, 8)[1:-1], colors="0.82", linewidths=0.7)
@@ -232,25 +228,24 @@ def _points(model: Any, states: np.ndarray, times: np.ndarray, heads: list[str],
     return figure, panels
 
 
-def _wells(model: Any, q: np.ndarray) -> np.ndarray:
+def _wells(system: System, q: np.ndarray) -> np.ndarray:
     """Return the least energy at positions q (2, ...), NaN where there is none or it is not known."""
-    system = system_of(model)
     with np.errstate(all="ignore"):
         if system.separable:
             return np.where(system.inside(np.concatenate([q, 0 * q])), system.least_energies(q), np.nan)
         if not system.ellipsoidal:
             return np.full(q.shape[1:], np.nan)
-        V = Momenta.of(model).floor(q)
+        V = Momenta.of(system).floor(q)
         return np.where(np.isfinite(V), V, np.nan)
 
 
-def _linkages(model: Any, states: np.ndarray, times: np.ndarray, heads: list[str], names: Any) -> tuple[Any, list]:
+def _linkages(system: System, states: np.ndarray, times: np.ndarray, heads: list[str], names: Any) -> tuple[Any, list]:
     """Return a figure of rods, and the functions that draw its frames."""
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(4.0 * len(heads), 4.0), dpi=100, layout="constrained")
     axes = figure.subplots(1, len(heads), squeeze=False)[0]
-    places = np.array(model.joints(states[:, 0], states[:, 1]))  # (2, joints, frames, motions)
+    places = np.array(system.model.joints(states[:, 0], states[:, 1]))  # (2, joints, frames, motions)
     size = 1.1 * float(np.abs(places).max())
     panels = []
     for k, ax in enumerate(axes):

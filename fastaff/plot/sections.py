@@ -12,10 +12,9 @@ from ..analysis.sections.section_edge import Edge, edge
 from ..analysis.sections.section_map import SectionMap
 from ..base.status import Status
 from ..charts import ALPHA_BETA, Chart
-from ..flows.checks import checked_chart
+from ..flows.checks import checked_chart, current_system
 from ..flows.coordinates import chart_row
 from ..formulas.forced import PHASE
-from ..models.mechanics import system_of
 from ..models.sections import AngleEquals, Linear
 from .colour_bars import colour_bar, plain_numbers
 from .density import DENSE, draw_density
@@ -120,7 +119,7 @@ def _own_edge(found: Any) -> Edge:
     if body is None or z0 is None:
         raise ValueError(f"boundary=True needs the call that made the map, with a model of the package: {instead}")
     starts = np.reshape(np.asarray(z0, dtype=np.float64), (len(z0), -1))
-    system = system_of(body)
+    system = current_system(body)
     own: dict[str, Any] = {"energy": system.energies(starts)}
     size = system.kinetic_energies(starts).max()
     if system.isotropic:

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from ..base.interruption import imported
-from ..models.mechanics import system_of
+from ..flows.checks import current_system
 
 
 def argument_of(found: Any, name: str) -> Any:
@@ -25,7 +25,7 @@ def around_zero(found: Any, name: str, values: np.ndarray) -> np.ndarray:
     """
     model = argument_of(found, "body") if name in found.names else None
     row = found.names.index(name) if model is not None else 0
-    periods = system_of(model).periods if model is not None else ()
+    periods = current_system(model).periods if model is not None else ()
     period = periods[row] if row < len(periods) else 0.0
     with np.errstate(all="ignore"):
         winds = period > 0 and np.nanmax(np.abs(values), initial=0.0) > period

@@ -63,7 +63,7 @@ def system_message(body, accuracy=1e-11, scheme=BCE8):
 def surface_message(body, section, energy, p_eta=0.0, p_gamma=0.0, width=40, height=30):
     """The message that chooses a section of an energy surface."""
     where = {"energy": energy, "p_eta": p_eta, "p_gamma": p_gamma, "width": width, "height": height}
-    return {"type": "surface", **where, **section_record(section, body)}
+    return {"type": "surface", **where, **section_record(section, system_of(body))}
 
 
 def launch_message(orbit, point, crossings):
@@ -113,4 +113,4 @@ def own_points(found, body, section):
 
 
 def code_of(body):
-    return model_code(body)
+    return model_code(system_of(body))

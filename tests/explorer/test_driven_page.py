@@ -47,7 +47,7 @@ def test_points_are_those_of_the_stroboscopic_section():
         (MATHIEU, (0.4, 0.2), 0.7, KAHAN_LI8),
     ]
     tasks = [
-        (model_code(model), [told(model, scheme), strobed(model, phase), launch_message(1, point, 60)])
+        (model_code(system_of(model)), [told(model, scheme), strobed(model, phase), launch_message(1, point, 60)])
         for model, point, phase, scheme in cases
     ]
     for heard, (model, point, phase, _) in zip(explored(tasks), cases, strict=True):
@@ -71,9 +71,9 @@ def test_readings_of_driven_systems():
     monodromy = fa.tangent_map(unstable, [0.0, 0.0], time=period).matrix[[0, 2]][:, [0, 2], 0]
     exponent = np.log(np.abs(np.linalg.eigvals(monodromy))).max()
     tasks = [
-        (model_code(stable), [told(stable), strobed(stable), launch_message(1, (0.4, 0.2), 1400)]),
-        (model_code(unstable), [told(unstable), strobed(unstable), launch_message(1, (1e-9, 1e-9), 40)]),
-        (model_code(PENDULUM), [told(PENDULUM), strobed(PENDULUM), launch_message(1, (3.1, 0.1), 1400)]),
+        (model_code(system_of(stable)), [told(stable), strobed(stable), launch_message(1, (0.4, 0.2), 1400)]),
+        (model_code(system_of(unstable)), [told(unstable), strobed(unstable), launch_message(1, (1e-9, 1e-9), 40)]),
+        (model_code(system_of(PENDULUM)), [told(PENDULUM), strobed(PENDULUM), launch_message(1, (3.1, 0.1), 1400)]),
     ]
     calm, growing, wild = (of(heard, "reading")[-1] for heard in explored(tasks))
     assert (calm["verdict"], wild["verdict"]) == ("regular", "chaotic")
@@ -91,7 +91,7 @@ def test_set_up_of_a_driven_system(tmp_path):
     own, start = setup["systems"][0], setup["start"]
     assert (own["kind"], own["driven"], own["phase"], own["coordinates"]) == ("map", True, 1.5, ["x"])
     assert own["code"]["winds"] == [True, False]
-    assert model_code(DUFFING)["winds"] == [False, False]
+    assert model_code(system_of(DUFFING))["winds"] == [False, False]
     assert (start["scheme"], start["accuracy"], start["energy"]) == ("KAHAN_LI8", 1e-8, None)
     assert own["job"]["period"] == "2*pi/w"
     for given, error, said in (

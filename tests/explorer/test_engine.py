@@ -222,7 +222,7 @@ def test_printed_methods_have_pythons_values():
     ]
     bodies.append(fa.Body(fa.SeparableAlphaBeta(fa.models.Oscillator(1.0, 0.2), fa.models.Oscillator(2.0))))
     bodies.append(fa.formula("cos(D1) + cos(D2) + C*(D1**2 + D2**2)", C=0.6))
-    check_values([model_code(body) for body in bodies], bodies, 1e-14)
+    check_values([model_code(system_of(body)) for body in bodies], bodies, 1e-14)
 
 
 @needs_node
@@ -264,7 +264,7 @@ def test_what_cannot_be_printed_is_named():
         (fa.hamiltonian("x**2+y**2+z**2", coordinates="x y z"), "has the 3 coordinates x, y, z"),
     ):
         with pytest.raises(TypeError, match=said):
-            model_code(body)
+            model_code(system_of(body))
 
 
 TEXTS = """x**2+y**2|C/2*(x**2+y**2)|-x|--x|+-+x**2|2**-3*x|x**-2|x**y|2x|x y|2(x)|(x)(y)|x(2)|sin(x)|sin x|sin|sin(x, y)|sin()
@@ -451,7 +451,7 @@ def test_landscapes_of_any_units():
     tasks = [(code_of(b), [system_message(b), surface_message(b, s, e, *p)]) for b, s, e, *p, _ in asked]
     for heard, (body, _, _, p_eta, p_gamma, escape) in zip(explored(tasks), asked, strict=True):
         (answer,) = of(heard, "surface")
-        least = energy_limits(body, p_eta, p_gamma).minimum
+        least = energy_limits(system_of(body), p_eta, p_gamma).minimum
         assert answer["minimum"] == pytest.approx(least, rel=1e-12, abs=1e-12 * abs(escape or 1.0))
         assert answer["escape"] == (None if escape is None else pytest.approx(escape, rel=1e-12))
 

@@ -70,8 +70,8 @@ def test_h_of_q_and_p_moves_as_the_package_moves_it():
     cases = list(systems())
     tasks, followed = [], []
     for code, (_, model, text, energy, point) in zip(typed(*(given for given, *_ in cases)), cases, strict=True):
-        for record, scheme in ((code, GAUSS8), (model_code(model), GAUSS16)):
-            section = fa.formulas.section_text.section_named(text, model)
+        for record, scheme in ((code, GAUSS8), (model_code(system_of(model)), GAUSS16)):
+            section = fa.formulas.section_text.section_named(text, system_of(model))
             where = surface_message(model, section, energy)
             tasks.append((record, [told(code, model, scheme), where, launch_message(1, point, 12)]))
             followed.append((model, section, energy, point))
@@ -201,7 +201,7 @@ def test_driven_systems_as_they_are_typed():
     cases, phase, count = list(driven()), 0.4, 12
     codes = typed(*(given for given, _ in cases))
     plans = [(code, *case) for code, case in zip(codes, cases, strict=True)]
-    plans.append((model_code(cases[1][1]), *cases[1]))
+    plans.append((model_code(system_of(cases[1][1])), *cases[1]))
     tasks = []
     for code, given, model in plans:
         scheme = scheme_record(GAUSS16)
@@ -254,7 +254,7 @@ def test_flows_as_they_are_typed():
     codes = typed(*({"kind": "flow", "formula": text, "parameters": own} for text, own, *_ in cases))
     for code, (text, own, name, constant, point, direction) in zip(codes, cases, strict=True):
         model = fa.flow(text, **own)
-        for record in (code, model_code(model)):
+        for record in (code, model_code(system_of(model))):
             first = {"type": "system", "system": {"parameters": own, "coordinates": ["x", "y", "z"], "momenta": []}}
             first |= {"accuracy": 1e-11, "scheme": scheme_record(GAUSS16), "frame": [0.6, 0.8, 0.1]}
             where = {

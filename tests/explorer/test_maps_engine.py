@@ -45,7 +45,13 @@ def told(model, accuracy=1e-10):
 
 
 def plane_of(model, index=0, others=None, width=20, height=15):
-    where = {"section": planes(model)[index], "others": others or {}, "energy": None, "width": width, "height": height}
+    where = {
+        "section": planes(system_of(model))[index],
+        "others": others or {},
+        "energy": None,
+        "width": width,
+        "height": height,
+    }
     return {"type": "surface", **where}
 
 
@@ -81,7 +87,7 @@ def test_iterates_are_those_of_poincare_map():
             others = {name: z0[r] for r, name in enumerate(names) if r % n != index}
             tasks.append(
                 (
-                    model_code(model),
+                    model_code(system_of(model)),
                     [told(model), plane_of(model, index, others), launch_message(1, z0[[index, n + index]], 800)],
                 )
             )
@@ -96,7 +102,7 @@ def test_iterates_are_those_of_poincare_map():
         rows = [index, n + index]
         assert apart(points, reduced(result.points[:, :, 0], model)[rows], model, rows) < 1e-9
         (answer,) = of(heard, "surface")
-        assert answer["axes"] == planes(model)[index].split(",")
+        assert answer["axes"] == planes(system_of(model))[index].split(",")
         for value, row in zip(points, rows, strict=True):
             half = model.periods()[row] / 2
             assert half == 0 or ((value >= -half) & (value < half)).all()
@@ -108,7 +114,7 @@ def test_derivatives_and_images_are_pythons():
     asked, expected = [], []
     for model in models:
         z = RNG.uniform(-0.3, 0.3, (2 * model.degrees_of_freedom, 6))
-        asked.append([model_code(model), list(parameter_values(model).values()), z.T.tolist()])
+        asked.append([model_code(system_of(model)), list(parameter_values(model).values()), z.T.tolist()])
         M = jacobian(model, z)
         expected.append(
             (
@@ -155,7 +161,10 @@ def test_readings_are_the_packages():
         n, names = model.degrees_of_freedom, (*model.coordinates, *model.momenta)
         others = {name: z0[r] for r, name in enumerate(names) if r % n}
         tasks.append(
-            (model_code(model), [told(model), plane_of(model, 0, others), launch_message(1, [z0[0], z0[n]], 2400)])
+            (
+                model_code(system_of(model)),
+                [told(model), plane_of(model, 0, others), launch_message(1, [z0[0], z0[n]], 2400)],
+            )
         )
     for heard, (model, z0, verdict) in zip(explored(tasks), cases, strict=True):
         last = of(heard, "reading")[-1]
@@ -188,7 +197,9 @@ def test_islands_turn_about_their_own_centre():
     orbit = fa.periodic_orbits(model, [np.pi, np.pi], period=2)
     half = np.arcsin(np.sqrt(orbit.residue[0])) / np.pi  # R = sin^2(pi nu): Greene 1979
     starts = [([np.pi + 1e-3, 0.0], 1, np.arccos(1 - K / 2) / (2 * np.pi)), (orbit.z[:, 0] + [1e-3, 0.0], 2, half)]
-    tasks = [(model_code(model), [told(model), plane_of(model), launch_message(1, z0, 3000)]) for z0, *_ in starts]
+    tasks = [
+        (model_code(system_of(model)), [told(model), plane_of(model), launch_message(1, z0, 3000)]) for z0, *_ in starts
+    ]
     for heard, (_, q, turns) in zip(explored(tasks), starts, strict=True):
         rotation = of(heard, "reading")[-1]["rotation"]
         assert rotation["q"] == q
@@ -197,14 +208,14 @@ def test_islands_turn_about_their_own_centre():
     both = FroeschleMap(K, 0.3, 0.0)
     others = {"x_2": 2.0, "p_2": 0.7}
     (heard,) = explored(
-        [(model_code(both), [told(both), plane_of(both, 0, others), launch_message(1, starts[0][0], 3000)])]
+        [(model_code(system_of(both)), [told(both), plane_of(both, 0, others), launch_message(1, starts[0][0], 3000)])]
     )
     rotation = of(heard, "reading")[-1]["rotation"]
     assert rotation["q"] == 1
     assert abs(rotation["inner"]["value"]) == pytest.approx(starts[0][2], abs=1e-6)
     # A chain of a map without angles: 1/5 of Henon's.
     henon, z0 = HenonMap(0.2114), [0.62, 0.0]
-    (heard,) = explored([(model_code(henon), [told(henon), plane_of(henon), launch_message(1, z0, 3000)])])
+    (heard,) = explored([(model_code(system_of(henon)), [told(henon), plane_of(henon), launch_message(1, z0, 3000)])])
     rotation, chain = of(heard, "reading")[-1]["rotation"], fa.islands(fa.poincare_map(henon, z0, crossings=3000))
     assert (rotation["q"], chain.q[0]) == (5, 5)
     assert abs(rotation["inner"]["value"]) == pytest.approx(abs(chain.inner[0]), abs=1e-6)
@@ -223,7 +234,7 @@ def test_orbits_that_leave_keep_what_is_known():
         others = {name: z0[r] for r, name in enumerate(names) if r % n}
         tasks.append(
             (
-                model_code(model),
+                model_code(system_of(model)),
                 [
                     told(model),
                     plane_of(model, 0, others),
@@ -259,7 +270,7 @@ def test_whole_planes_hold_what_stays():
     """A page begins with whole periods of angles and turns, or with a frame around orbits that stay."""
     models = [StandardMap(0.9), HenonMap(0.2114), McMillanMap(1.6), OneTurnMap(0.28, 0.31), CAT, SWING]
     models += [fa.mapping("x1 = x + s*p; p1 = p - x1/s*(1 - x1/(s*s))", s=10.0**k) for k in (-4, 0, 3)]
-    found = explored([(model_code(m), [told(m), plane_of(m)]) for m in models])
+    found = explored([(model_code(system_of(m)), [told(m), plane_of(m)]) for m in models])
     extents = [of(heard, "surface")[0]["extent"] for heard in found]
     np.testing.assert_allclose(extents[0], [-np.pi, np.pi, -np.pi, np.pi])
     np.testing.assert_allclose(extents[4], [-0.5, 0.5, -0.5, 0.5])
@@ -285,7 +296,7 @@ def test_wrong_messages_have_answers():
         launch_message(2, (0.1, 0.2), 10),
         {"type": "motion", "orbit": 2, "from": 0, "to": 1, "samples": 4},
     ]
-    (heard,) = explored([(model_code(model), messages)])
+    (heard,) = explored([(model_code(system_of(model)), messages)])
     said = [m["message"] for m in heard if m["type"] in ("wrong", "refused")]
     assert [text[:30] for text in said] == [
         "there is no section yet",
@@ -376,7 +387,7 @@ def test_the_package_answers_as_the_page_does():
     ]
     messages = [[plane_of(model, 0, others), launch_message(1, z0, 1504)] for model, z0, others in cases]
     page = explored(
-        [(model_code(model), [told(model), *own]) for (model, *_), own in zip(cases, messages, strict=True)]
+        [(model_code(system_of(model)), [told(model), *own]) for (model, *_), own in zip(cases, messages, strict=True)]
     )
     for (model, *_), own, theirs in zip(cases, messages, page, strict=True):
         heard = answered(model, own)

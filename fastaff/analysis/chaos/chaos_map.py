@@ -16,7 +16,7 @@ from ...base.recipe import recorded
 from ...base.results import Result, put
 from ...base.short_forms import Starts, takes
 from ...base.status import Status, describe
-from ...flows.checks import checked_model
+from ...flows.checks import checked_system
 from ...flows.ensemble import energy_error, mark_drift
 from ...flows.flow import Flow
 from ...flows.launch import Report
@@ -209,9 +209,10 @@ def chaos_map(
     )
     problem = Problem(body, z0, options)
     time = problem.iterates("time", time)
-    chosen = checked_indicators(indicators, checked_model(body))
+    system = checked_system(body)
+    chosen = checked_indicators(indicators, system)
     slots = whole("history", history, 0)
-    tangent = [entry for entry in chosen if entry.vectors(problem.system.moving)]
+    tangent = [entry for entry in chosen if entry.vectors(system.moving)]
     if flag("early_stop", early_stop) and len(tangent) < len(chosen):
         raise ValueError("early_stop takes indicators of tangent vectors only: the others need the whole time")
     plan = stable_plan(problem) if tangent else problem.plan()
@@ -219,7 +220,7 @@ def chaos_map(
     z = plan.z
     rates = own_rates(plan, time)
     for k, entry in enumerate(chosen):  # a scheme may be chosen by trial
-        refuse(f"indicators[{k}]", entry, body, flow)
+        refuse(f"indicators[{k}]", entry, system, flow)
 
     def mapped(flow: Flow, orbits: Any, deviations: Any, report: Report | None) -> ChaosMap:
         start = z[:, orbits]
@@ -271,7 +272,7 @@ def _result(work: ChaosRun, tolerance: float, unfinished: bool) -> ChaosMap:
     if unfinished:
         ensemble.status[(ensemble.status == Status.OK) & ~np.isfinite(work.values).all(axis=0)] = Status.INTERRUPTED
     reached = ensemble.time if work.streams else np.where(ensemble.status == Status.OK, work.time, 0.0)
-    error = energy_error(work.flow.model, ensemble)
+    error = energy_error(work.flow.system, ensemble)
     mark_drift(ensemble, error, tolerance)
     detected, history, times = work.records()
     by_detection = work.early_stop & np.isfinite(detected).all(axis=0)

@@ -19,10 +19,10 @@ from ...base.recipe import recorded
 from ...base.results import Result
 from ...base.short_forms import axes_of, names_of, takes
 from ...base.status import Status
+from ...flows.checks import current_system
 from ...flows.launch import Report
 from ...flows.starts import in_rows
 from ...models.contracts import Dynamics
-from ...models.mechanics import system_of
 from ...schemes.catalogue import VERNER9, RungeKutta, Scheme, scheme_of
 from ..sections.energy_grid import NotReached
 from .chaos_map import chaos_map
@@ -305,7 +305,8 @@ def _fill(scan, cell, make, time, run, step, scheme, second, report) -> None:
     except NotReached:
         scan.done[cell] = True
         return
-    z0 = numbers("z0", in_rows("z0", z0, body))
+    system = current_system(body)
+    z0 = numbers("z0", in_rows("z0", z0, system))
     if z0.size == 0:
         scan.done[cell] = True
         return
@@ -313,7 +314,7 @@ def _fill(scan, cell, make, time, run, step, scheme, second, report) -> None:
     length = positive("time", time(body, z0) if callable(time) else time)
     found = run(body, z0, time=length, step=step, scheme=scheme, report=report)
     lost = np.flatnonzero(np.isin(found.status, TOO_STEEP))
-    second = None if system_of(body).iterated else second  # a map has no steps
+    second = None if system.iterated else second  # a map has no steps
     if second is not None and lost.size:
         found = found.replaced(lost, run(body, z0[:, lost], time=length, scheme=second))
     fine = found.status == Status.OK

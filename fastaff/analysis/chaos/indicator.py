@@ -16,6 +16,7 @@ from ...flows import observers
 from ...flows.flow import Flow
 from ...flows.launch import Report
 from ...flows.needs import check_needs
+from ...models.mechanics import System
 
 MANY = 100.0
 """Natural periods before an orbit is called regular. Among the orbits of Henon and Heiles at the energy 1/8 that looked
@@ -148,23 +149,23 @@ NEEDS = {
 """Properties of a system and its scheme that an indicator may need."""
 
 
-def refuse(where: str, indicator: Any, body: Any, flow: Flow | None = None) -> None:
+def refuse(where: str, indicator: Any, system: System, flow: Flow | None = None) -> None:
     """Raise TypeError or ValueError if a system, or the scheme that is planned for it, lacks a need of an indicator."""
     needs = [named(f"{where}.needs", need, NEEDS) for need in indicator.needs]
     name = type(indicator).__name__
     needs += ["flow"] if getattr(indicator, "across_flow", False) else []
     if "energy" in needs:
         instead = "those of tangent vectors, such as LyapunovSpectrum(), Lyapunov() and SALI()"
-        check_needs(body, "an indicator of the energy", instead=instead, got=repr(indicator))
+        check_needs(system, "an indicator of the energy", instead=instead, got=repr(indicator))
     if "flow" in needs:
-        check_needs(body, "an indicator along the flow", argument=f"{where}, {indicator.name},", got=name)
+        check_needs(system, "an indicator along the flow", argument=f"{where}, {indicator.name},", got=name)
     if flow is not None and "fixed steps" in needs and flow.adaptive:
         raise ValueError(f"{name} needs a scheme of fixed steps, got {flow.scheme.name}")
     if flow is not None and "splitting" in needs and not flow.scheme.symplectic:
         raise ValueError(f"{name} needs a splitting, which is reversible, got {flow.scheme.name}")
 
 
-def checked_indicators(indicators: Any, body: Any) -> tuple[Any, ...]:
+def checked_indicators(indicators: Any, system: System) -> tuple[Any, ...]:
     """Return the indicators if they suit the body."""
     if not isinstance(indicators, (tuple, list)) or not indicators:
         instead = f": a class; write {indicators.__name__}()" if isinstance(indicators, type) else ""
@@ -183,10 +184,10 @@ def checked_indicators(indicators: Any, body: Any) -> tuple[Any, ...]:
         where = f"indicators[{k}], {type(entry).__name__}"
         if entry.limit is not None or not hasattr(entry, "default"):
             real(f"{where}.limit", entry.limit)
-        entry.check(where, body)
+        entry.check(where, system.model)
         if type(entry.name) is not str or not entry.name.isidentifier():
             raise ValueError(f"{where}.name must be a name such as 'entropy', got {entry.name!r}")
-        refuse(f"indicators[{k}]", entry, body)
+        refuse(f"indicators[{k}]", entry, system)
     names = [entry.name for entry in indicators]
     if len(set(names)) < len(names):
         raise ValueError(f"indicators must differ, got {', '.join(names)}")

@@ -20,8 +20,9 @@ import numpy as np
 
 from ...base.names import named
 from ...base.numbers import whole
+from ...flows.checks import current_system
 from ...kernels import readings
-from ...models.mechanics import system_of
+from ...models.mechanics import System
 from .indicator import VectorIndicator, decades, is_indicator
 from .pass_indicators import BirkhoffDigits, FrequencyDiffusion, ReversibilityError, ZeroOne
 
@@ -36,9 +37,8 @@ swing.
 """
 
 
-def moving_rows(body: Any) -> int:
+def moving_rows(system: System) -> int:
     """Return the number of independent tangent vectors: rows of the state without the time and its momentum."""
-    system = system_of(body)
     return system.rows - 2 * system.driven
 
 
@@ -305,7 +305,7 @@ class GALI(_Volume):
 
     def check(self, where: str, body: Any) -> None:
         """Refuse a count that is not 2 to 2n."""
-        rows = moving_rows(body)
+        rows = moving_rows(current_system(body))
         if not 2 <= whole(f"{where}.count", self.count, 2) <= rows:
             raise ValueError(f"GALI.count must be 2 ... {rows} for {type(body).__name__}, got {self.count}")
 

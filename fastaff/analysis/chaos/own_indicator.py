@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from ...base.numbers import flag, real, shown, whole
+from ...flows.checks import current_system
 from .indicator import VectorIndicator
 from .indicators import SLACK, moving_rows
 
@@ -49,7 +50,7 @@ class TangentIndicator(VectorIndicator):
 
     def check(self, where: str, body: Any) -> None:
         """Refuse fields of wrong kinds or values."""
-        rows = moving_rows(body)
+        rows = moving_rows(current_system(body))
         if not inspect.isfunction(getattr(self.reading, "py_func", self.reading)):
             raise TypeError(f"{where}.reading must be a function reading(growth, i, *parameters), got {self.reading!r}")
         if self.judge is not None and not inspect.isfunction(self.judge):

@@ -14,6 +14,7 @@ import numpy as np
 from ...base.numbers import fits, whole
 from ...base.status import Status
 from ...flows import observers
+from ...flows.checks import current_system
 from ...flows.flow import Flow, no_memory
 from ...flows.launch import Report, launch, units
 from ...flows.motion import motion
@@ -21,7 +22,6 @@ from ...kernels import birkhoff
 from ...kernels import zero_one as correlations
 from ...kernels.samples import ROWS
 from ...models.contracts import Angles
-from ...models.mechanics import system_of
 from ..frequencies.frequencies import FrequencyKind
 from ..frequencies.frequency_map import FrequencyWork, checked_angles
 from ..frequencies.map_frequencies import map_frequencies_of
@@ -138,7 +138,7 @@ class FrequencyDiffusion(Indicator):
 
     def check(self, where: str, body: Any) -> None:
         """Refuse angles that the body does not have."""
-        if system_of(body).energetic:
+        if current_system(body).energetic:
             checked_angles(self.angles, body)
 
     def compute(self, flow: Flow, z0: np.ndarray, time: float, rates: np.ndarray, report: Report | None) -> tuple:
@@ -302,7 +302,7 @@ class ReversibilityError(Indicator):
         there = run(z0.copy(), Status.OK)
         back = run(there.z * momenta_turned, there.status)
         with np.errstate(all="ignore"):
-            away = motion(flow.model, z0, flow.threads).between(back.z * momenta_turned, z0, flow.threads)
+            away = motion(flow.system, z0, flow.threads).between(back.z * momenta_turned, z0, flow.threads)
             value = np.log10(np.maximum(away, 1e-17))
         return np.where(back.status == Status.OK, value, np.nan), np.nan, back.status
 

@@ -22,7 +22,7 @@ from ...flows.motion import motion, natural_rates
 from ...flows.options import Plan
 from ...kernels import readings
 from ...kernels.deviations import ROWS, layout
-from ...models.mechanics import system_of
+from ...models.mechanics import System
 from ..orbits.tangent_map import checked_deviations
 from .indicator import Indicator, VectorIndicator, Watch, limit_of
 
@@ -86,22 +86,21 @@ ENVELOPE = _Envelope()
 
 def own_rates(plan: Plan, time: float) -> np.ndarray:
     """Return the natural frequency (orbits,) of each orbit; where it has none, one radian in the time."""
-    rates = natural_rates(plan.flow.model, plan.z, plan.flow.threads, plan.motion)
+    rates = natural_rates(plan.flow.system, plan.z, plan.flow.threads, plan.motion)
     return np.where(np.isfinite(rates) & (rates > 0), rates, 1 / time)
 
 
-def scales(model: Any, z0: np.ndarray, rates: np.ndarray) -> np.ndarray:
+def scales(system: System, z0: np.ndarray, rates: np.ndarray) -> np.ndarray:
     """Return s (2n, orbits): a tangent vector's positions times sqrt(m omega), and its momenta over it, have the same
     unit. The n coordinates are those beside the time, which is the same on all orbits.
 
     omega is the orbit's natural frequency, 1/m = dv/dp of each coordinate. |s w| of an oscillator doesn't change in
     time. The scaling is symplectic, so volumes and exponents do not change. For a flow it is 1.
     """
-    system = system_of(model)
     if not system.canonical:
         return np.ones_like(z0)
     if system.iterated:
-        found = motion(model, z0)
+        found = motion(system, z0)
         own = np.sqrt(found.momentum / found.position)
         return np.concatenate([own, 1 / own])
     inverse = np.abs(np.einsum("iik->ik", system.inverse_masses(z0)))[: system.moving]
@@ -139,13 +138,12 @@ def symplectic_frame(n: int, count: int) -> np.ndarray:
     return np.concatenate([first, conjugate[::-1]])[:count]
 
 
-def frame(model: Any, count: int) -> np.ndarray:
+def frame(system: System, count: int) -> np.ndarray:
     """Return first tangent vectors (count, 2n); for a flow they are columns of a fixed random orthogonal matrix."""
-    system = system_of(model)
     if system.canonical:
         return symplectic_frame(system.moving, count)
     square = np.random.default_rng(20).standard_normal(2 * (system.rows,))
-    return carried(np.linalg.qr(square)[0].T, model, 1)[:count]
+    return carried(np.linalg.qr(square)[0].T, system, 1)[:count]
 
 
 class ChaosRun:
@@ -176,7 +174,7 @@ class ChaosRun:
         self.n = flow.system.moving
         self.orbits = z0.shape[1]
         self.degrees = flow.model.degrees_of_freedom
-        self.scale = scales(flow.model, z0, rates)
+        self.scale = scales(flow.system, z0, rates)
         self.limits = np.array([limit_of(entry, self.n, self.rates * time, time) for entry in chosen])
         self.tangent: list[tuple[int, Any]] = [(j, entry) for j, entry in enumerate(chosen) if entry.vectors(self.n)]
         if not flow.adaptive:  # the steps asked for, or the nearest shorter ones that divide the time
@@ -271,11 +269,10 @@ class ChaosRun:
         if self.spectrum and not self.paired:
             needed = whole
         if deviations is None:
-            start = frame(self.flow.model, needed)[:, :, None] / self.scale
-            self.first = np.zeros((needed, 1))
+            start, self.first = frame(self.flow.system, needed)[:, :, None] / self.scale, np.zeros((needed, 1))
         else:
             start, self.first = _unit_vectors(deviations, self.scale[:whole])
-            start = start if self.flow.system.driven else carried(start, self.flow.model, 1)
+            start = start if self.flow.system.driven else carried(start, self.flow.system, 1)
             needed = whole if self.spectrum else needed
         if len(start) < needed:
             raise ValueError(f"deviations must be at least {needed} vectors for these indicators, got {len(start)}")

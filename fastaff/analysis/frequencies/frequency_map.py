@@ -185,7 +185,7 @@ def frequency_map(
     if window is not None:
         raise ValueError(f"window is for maps: the diffusion of systems in time is that of the halves; got {window!r}")
     if angles is None and getattr(problem.model, "angles", None) is None:
-        check_needs(problem.model, "angles of coordinates alone")
+        check_needs(problem.system, "angles of coordinates alone")
     goal = options.goal(ACCURACY)
     angles = checked_angles(angles, problem.model)
     flow, z, *_ = problem.plan(time=time, error=goal or ACCURACY)
@@ -224,7 +224,7 @@ class FrequencyWork:
         lines: int | None = None,
     ):
         if not flow.adaptive:
-            self.rate = curvatures.fastest_rates(flow.model, z0, flow.step)
+            self.rate = curvatures.fastest_rates(flow.system, z0, flow.step)
             flow = resolving(flow, self.rate, time)
         self.flow, self.angles, self.z0, self.time, self.report = flow, angles, z0, time, report
         self.accuracy = accuracy
@@ -264,7 +264,7 @@ class FrequencyWork:
         # A finer step does not help where the time is too short.
         share = np.where(share > BESIDE * found.error, share, 0.0).max(axis=0)
         share = np.where(known, share / np.maximum(np.abs(found.nu).max(axis=0), 1e-300), 0.0)
-        energy = np.nan_to_num(energy_error(self.flow.model, self.ensemble), nan=0.0, posinf=0.0)
+        energy = np.nan_to_num(energy_error(self.flow.system, self.ensemble), nan=0.0, posinf=0.0)
         return np.where(self.ensemble.status == Status.OK, np.maximum(share / accuracy, energy / tolerance), 0.0)
 
     def _pass(self, flow: Flow, orbits: np.ndarray, report: Report | None) -> None:
@@ -289,7 +289,7 @@ class FrequencyWork:
         if flow.adaptive:
             interval = flow.step
             if not np.isfinite(flow.step):
-                interval = 1 / (16 * natural_rates(flow.model, self.z0[:, orbits], flow.threads))
+                interval = 1 / (16 * natural_rates(flow.system, self.z0[:, orbits], flow.threads))
             # By powers of 2: orbits of equal numbers are read together.
             found = 2 ** np.ceil(np.log2(np.maximum(64, np.broadcast_to(self.time / interval, orbits.size))))
             return found.astype(np.int64), found.astype(np.int64)
@@ -368,7 +368,7 @@ class FrequencyWork:
     def result(self, tolerance: float = math.inf) -> FrequencyMap:
         """Assemble the map."""
         ensemble, found = self.ensemble, self.found
-        energy = energy_error(self.flow.model, ensemble)
+        energy = energy_error(self.flow.system, ensemble)
         mark_drift(ensemble, energy, tolerance)
         ensemble.status[((ensemble.status == Status.OK) & ~found.reached) | self.unfinished] = Status.INTERRUPTED
         nu, error = found.nu, found.error

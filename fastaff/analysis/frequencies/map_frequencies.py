@@ -70,7 +70,7 @@ def map_frequencies(
     """Return the frequency map of a map, see `frequency_map`."""
     flow, z, *_ = problem.plan(time=time)
     turns = int(time)
-    check_given(flow.model, "a time", "the loops of a map are those of (q, p)", angles=angles)
+    check_given(flow.system, "a time", "the loops of a map are those of (q, p)", angles=angles)
     if window is not None and 2 * whole("window", window, LEAST) > turns:
         raise ValueError(f"window must be at most half of the {turns} iterates, got {window!r}")
     if turns < LEAST:

@@ -28,7 +28,7 @@ from ...flows.starts import starts_of
 from ...flows.time_transformed import TransformedFlow
 from ...flows.tolerances import SLOW, UNEVEN, beyond, last, left, longer, tightened, tolerances, walled, with_tolerance
 from ...models.contracts import Dynamics
-from ...models.mechanics import system_of
+from ...models.mechanics import System
 from ...schemes.automatic import Automatic
 from ...schemes.catalogue import VERNER9, Collocation, Scheme, scheme_of
 from ...schemes.time_transformed import TimeTransformed
@@ -189,11 +189,11 @@ def integrate(
     work: Any = (
         _Plain(flow, z, time, count, report)
         if goal is None
-        else _Accurate(flow, problem.model, z, time, count, goal, options.drift, report, scheme is None)
+        else _Accurate(flow, problem.system, z, time, count, goal, options.drift, report, scheme is None)
     )
-    with keeping("integrate", lambda: work.result(problem.model, options.drift, True)):
+    with keeping("integrate", lambda: work.result(problem.system, options.drift, True)):
         work.run()
-    return work.result(problem.model, options.drift, False)
+    return work.result(problem.system, options.drift, False)
 
 
 class _Plain:
@@ -214,12 +214,11 @@ class _Plain:
         if interrupted:
             raise KeyboardInterrupt
 
-    def result(self, body: Any, tolerance: float, interrupted: bool) -> Orbits:
+    def result(self, system: System, tolerance: float, interrupted: bool) -> Orbits:
         """Return the orbits so far, without estimates of errors."""
         self.ensemble.z = self.flow.states(self.ensemble.z)
-        found = (self.ensemble, self.samples, self.time, (None, None, None))
-        how = self.flow.scheme
-        return _assembled(body, how, *found, tolerance, interrupted, self.flow.step)
+        found, how = (self.ensemble, self.samples, self.time, (None, None, None)), self.flow.scheme
+        return _assembled(system, how, *found, tolerance, interrupted, self.flow.step)
 
 
 class Compared(NamedTuple):
@@ -247,7 +246,7 @@ class _Accurate:
     def __init__(
         self,
         flow: Flow | TransformedFlow,
-        body: Any,
+        system: System,
         z: np.ndarray,
         time: float,
         count: int,
@@ -256,20 +255,12 @@ class _Accurate:
         report: Report | None,
         free: bool,
     ):
-        self.flow = flow
-        self.body = body
-        self.z = z
-        self.time = time
-        self.count = count
-        self.accuracy = accuracy
-        self.drift = drift
-        self.report = report
+        self.flow, self.system, self.z, self.time, self.count = flow, system, z, time, count
+        self.accuracy, self.drift, self.report = accuracy, drift, report
         self.parts = count * math.ceil(MOMENTS / count) if count else MOMENTS
         self.times = time / self.parts * np.arange(1, self.parts + 1)
-        self.ensemble = Ensemble(z.copy(), system_of(body).energies(z), system_of(body).kinetic_energies(z))
-        self.step = np.full(z.shape[1], np.inf)
-        self.until = np.zeros(z.shape[1])
-        self.error = np.full(z.shape, np.inf)
+        self.ensemble = Ensemble(z.copy(), system.energies(z), system.kinetic_energies(z))
+        self.step, self.until, self.error = np.full(z.shape[1], np.inf), np.zeros(z.shape[1]), np.full(z.shape, np.inf)
         self.samples, self.sample_error = (np.full((count, *z.shape), none) for none in (np.nan, np.inf))
         self.looks = self.times if count else self.times[1::2]
         self.free = free and isinstance(flow.scheme, Collocation)
@@ -280,7 +271,7 @@ class _Accurate:
         with Passes(self.report) as passes:
             for start in range(0, orbits, CHUNK):
                 self.chunk = np.arange(start, min(start + CHUNK, orbits))
-                self.motion = motion(self.body, z := np.ascontiguousarray(self.z[:, self.chunk]), self.flow.threads)
+                self.motion = motion(self.system, z := np.ascontiguousarray(self.z[:, self.chunk]), self.flow.threads)
                 with Passes(passes.take(self.chunk.size, orbits - self.chunk[-1] - 1)) as parts:
                     if self.free:
                         rest = self._short(tolerances(self.motion, self.time, self.accuracy), parts.take(1.0, SLOW))
@@ -291,7 +282,7 @@ class _Accurate:
                         self._stepped(np.ascontiguousarray(z), parts.take(1.0))
 
     def _short(self, tolerance: np.ndarray, report: Report | None) -> np.ndarray:
-        how = self._toleranced, self._left, self._keep, lambda run: walled(self.body, run.states)
+        how = self._toleranced, self._left, self._keep, lambda run: walled(self.system, run.states)
         return tightened(tolerance, self.accuracy, *how, report)
 
     def _stepped(self, z: np.ndarray, report: Report | None) -> None:
@@ -305,7 +296,7 @@ class _Accurate:
         if orbits.size:
             halved(self.flow, steps, self.accuracy, self._run, self._compare, self._keep, self._drifts, orbits, report)
         if self.free:  # the iteration may have failed next to a centre or on the axis of a chart
-            lost = energy_error(self.body, self.ensemble.of(self.chunk))
+            lost = energy_error(self.system, self.ensemble.of(self.chunk))
             self._short(last(*given, self.error[0, self.chunk], lost), None)
 
     def _toleranced(self, orbits: np.ndarray, tolerance: np.ndarray, report: Report | None, stop: float) -> Compared:
@@ -370,7 +361,7 @@ class _Accurate:
         return apart, self.times[:, None] * self.motion.rate[orbits], np.ones((1, orbits.size))
 
     def _drifts(self, run: Compared) -> np.ndarray:
-        return (run.ensemble.status == Status.OK) & (energy_error(self.body, run.ensemble) > self.drift)
+        return (run.ensemble.status == Status.OK) & (energy_error(self.system, run.ensemble) > self.drift)
 
     def _keep(self, orbits: np.ndarray, fine: Compared, chosen: np.ndarray, error: np.ndarray) -> None:
         own = self.motion.of(orbits[chosen])
@@ -391,22 +382,22 @@ class _Accurate:
         self.error[:, where] = error[-1] * size
         self.sample_error[..., where] = error[every, None] * size
 
-    def result(self, body: Any, tolerance: float, interrupted: bool) -> Orbits:
+    def result(self, system: System, tolerance: float, interrupted: bool) -> Orbits:
         """Return the orbits so far, with the estimated errors."""
         found = self.ensemble, self.samples, self.time, (self.error, self.sample_error, self.until)
         scheme = VERNER9 if self.free and np.isinf(self.step).all() else self.flow.scheme
-        return _assembled(body, scheme, *found, tolerance, interrupted, self.step)
+        return _assembled(system, scheme, *found, tolerance, interrupted, self.step)
 
 
-def _assembled(body, scheme, ensemble, samples, time, errors: tuple, tolerance, interrupted, step) -> Orbits:
+def _assembled(system: System, scheme, ensemble, samples, time, errors: tuple, tolerance, interrupted, step) -> Orbits:
     """Return the orbits with their energy errors and statuses."""
     if interrupted:
         ensemble.status[(ensemble.status == Status.OK) & (ensemble.time < time * (1 - 1e-12))] = Status.INTERRUPTED
-    energy = energy_error(body, ensemble)
+    energy = energy_error(system, ensemble)
     together = max(1, POINTS // len(energy))
     for first in range(0, len(samples), together):
         z = samples[first : first + together].transpose(1, 0, 2)
-        drift = energy_drift(body, z, ensemble.energy, ensemble.scale)
+        drift = energy_drift(system, z, ensemble.energy, ensemble.scale)
         energy = np.maximum(energy, np.where(np.isfinite(z).all(axis=0), drift, 0.0).max(axis=0))
     mark_drift(ensemble, energy, tolerance)
     return Orbits(
@@ -421,5 +412,5 @@ def _assembled(body, scheme, ensemble, samples, time, errors: tuple, tolerance, 
         status=ensemble.status,
         scheme=scheme,
         step=step,
-        names=system_of(body).row_names,
+        names=system.row_names,
     )

@@ -17,7 +17,7 @@ from ...base.short_forms import Starts, takes
 from ...base.status import Status
 from ...base.sums import length
 from ...flows import curvatures, observers
-from ...flows.checks import carried, checked_tangent_model
+from ...flows.checks import carried, checked_tangent_system
 from ...flows.coordinates import chart_row
 from ...flows.ensemble import Ensemble, energy_error, mark_drift
 from ...flows.flow import Flow, no_memory
@@ -25,7 +25,7 @@ from ...flows.launch import Report
 from ...flows.options import Options, Plan, Problem
 from ...flows.starts import starts_of
 from ...models.contracts import Dynamics
-from ...models.mechanics import stacked, system_of
+from ...models.mechanics import System, stacked
 from ...models.pointwise import at_points
 from ...schemes.catalogue import Scheme, scheme_of
 
@@ -116,7 +116,7 @@ def tangent_map(
     problem = Problem(body, z0, options)
     time = problem.iterates("time", time)
     flow, z, *_ = stable_plan(problem)
-    start = carried(checked_deviations(deviations, flow.states(z)), flow.model, 1)
+    start = carried(checked_deviations(deviations, flow.states(z)), flow.system, 1)
     flow = replace(flow, vectors=len(start))
     ensemble = flow.ensemble(z, start)
     with keeping("tangent_map", lambda: _assembled(flow, ensemble, time, options.drift)):
@@ -127,7 +127,7 @@ def tangent_map(
 def _assembled(flow: Flow, ensemble: Ensemble, time: float, tolerance: float) -> TangentMap:
     """Return the orbits and vectors so far."""
     ensemble.status[(ensemble.status == Status.OK) & (ensemble.time < time * (1 - 1e-12))] = Status.INTERRUPTED
-    error = energy_error(flow.model, ensemble)
+    error = energy_error(flow.system, ensemble)
     mark_drift(ensemble, error, tolerance)
     return TangentMap(
         z=flow.states(ensemble.points),
@@ -146,29 +146,28 @@ def stable_plan(problem: Problem) -> Plan:
 
     A step that is chosen is stable for vectors in all directions, also those in which the orbits don't move.
     """
-    checked_tangent_model(problem.model)
+    system = checked_tangent_system(problem.model)
     found = problem.plan()
     if problem.options.step is None and found.flow.fixed:
-        steps = np.minimum(found.flow.step, 1 / fastest_rates(problem.model, found.z))
+        steps = np.minimum(found.flow.step, 1 / fastest_rates(system, found.z))
         found = found._replace(flow=replace(found.flow, step=steps))
     return found
 
 
-def fastest_rates(body: Any, z: np.ndarray) -> np.ndarray:
+def fastest_rates(system: System, z: np.ndarray) -> np.ndarray:
     """Return the largest angular frequency (orbits,) of small oscillations around each state of z: power iteration on
     the Hessian.
     """
-    system = system_of(body)
     if not system.separable:
-        return curvatures.fastest_rates(body, z, np.inf)
-    n = body.degrees_of_freedom
+        return curvatures.fastest_rates(system, z, np.inf)
+    n = system.n
     q = z[:n]
     direction = np.random.default_rng(2).standard_normal((n, 1)) + np.zeros_like(q)
     square = np.zeros(q.shape[1])
     with np.errstate(all="ignore"):
         for _ in range(20):
             direction = system.without_time(direction / length(direction))
-            change = stacked(at_points(body, "tangent_force", *q, *direction), q)
+            change = stacked(at_points(system.model, "tangent_force", *q, *direction), q)
             direction = system.tangent_velocities(z[n:], change)
             square = length(direction)
     return np.sqrt(np.where(np.isfinite(square) & (square > 0), square, 1e-300)) + system.frame_rate

@@ -17,6 +17,7 @@ from ...base.recipe import recorded
 from ...base.results import Result
 from ...base.short_forms import Starts, takes
 from ...base.status import Status
+from ...flows.checks import current_system
 from ...flows.needs import check_needs
 from ...flows.options import Options, plan
 from ...formulas.section_text import section_of
@@ -171,9 +172,10 @@ def continuation(
     """
     make, first_model = _family(model, parameter)
     section = section_of(section, first_model)
-    scheme = checked_return(first_model, section, scheme)
+    system = current_system(first_model)
+    scheme = checked_return(system, section, scheme)
     if parameter is None:
-        check_needs(first_model, "a branch along the energy")
+        check_needs(system, "a branch along the energy")
     if not isinstance(direction, (int, float, np.number)) or direction not in (-1, 1):
         raise ValueError(f"direction must be +1 or -1, got {direction!r}")
     low, high = _bounds(bounds)
@@ -183,8 +185,7 @@ def continuation(
     steps = whole("steps", steps, 1)
     period = whole("period", period, 1)
     limit = None if max_time is None else positive("max_time", max_time)
-    none = no_orbits(first_model, section, scheme)
-    status, ending = STOPPED
+    none, (status, ending) = no_orbits(system, section, scheme), STOPPED
     empty = Branch(np.zeros(0), np.zeros(0), none, bifurcations=(), status=status, ending=ending)
     how: Any = {"scheme": scheme, "step": step, "rtol": rtol, "atol": atol, "threads": threads}
     with keeping("continuation", lambda: empty):
@@ -200,7 +201,7 @@ def continuation(
         flow, z, *_ = plan(first_model, first.z, Options(**{**how, "scheme": first.scheme}))
         surface = None if section is None else flow.section(section)
         own = step is None and flow.fixed
-        scale = orbit_scale(first_model, z, first.energy, flow.threads)
+        scale = orbit_scale(system, z, first.energy, flow.threads)
         first_flow = flow if flow.adaptive or section is None else replace(flow, step=first.step)
         returns = np.moveaxis(first.points, (0, 1, 2), (2, 1, 0))
         scale = closed_scale(first_flow, z, returns, first.time, scale)

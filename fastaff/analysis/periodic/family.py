@@ -10,7 +10,7 @@ import numpy as np
 
 from ...base.status import Status
 from ...flows.flow import Flow
-from ...models.mechanics import system_of
+from ...models.mechanics import System, system_of
 from .bifurcations import residue_products
 from .closing_errors import Errors, closing_errors
 from .found_orbits import PeriodicOrbits, packed
@@ -98,10 +98,14 @@ class Family:
     units: np.ndarray
     wait: float
 
+    def system(self, value: float) -> System:
+        """Return the system at a value of the parameter."""
+        return system_of(self.make(value))
+
     def at(self, value: float, step: float) -> Flow:
         """Return the flow at a value of the parameter."""
         flow = self.flow if self.flow.adaptive else replace(self.flow, step=step)
-        return flow if self.energy is None else replace(flow, model=self.make(value))
+        return flow if self.energy is None else replace(flow, system=self.system(value))
 
     def aim(self, value: float) -> np.ndarray:
         """Return the energy (1,) that the orbit of a value must have."""
@@ -123,9 +127,8 @@ class Family:
 
     def shifted(self, u: np.ndarray, back: Returns, scale: Scale, step: float, h: float) -> np.ndarray:
         """Return the derivative (2n,) of the return to the parameter in own units, at the time of the return of u."""
-        end = back.points[0, -1]
-        ends = []
-        field = vector_field(self.at(u[-1], step).model, end[:, None])[0]
+        end, ends = back.points[0, -1], []
+        field = vector_field(self.at(u[-1], step).system, end[:, None])[0]
         for value in (u[-1] + h, u[-1] - h):
             there = self.returned(np.append(u[:-1], value), scale, step)
             ends.append(there.points[0, -1] - field * (there.time[0] - back.time[0]))
@@ -150,22 +153,21 @@ class Family:
         """Return the derivative (2n + 2, 2n + 2) of the equations to z, time and value, in own units and that of the
         value.
         """
-        z = u[:-1, None]
-        unit = self.units[-1]
-        model = self.at(u[-1], step).model
-        closing = closing_matrix(model, self.section, z, back.points[:, -1], back.monodromy, scale)[0]
+        z, unit = u[:-1, None], self.units[-1]
+        system = self.at(u[-1], step).system
+        closing = closing_matrix(system, self.section, z, back.points[:, -1], back.monodromy, scale)[0]
         rows = len(z)
         column = np.zeros(rows + 2)
         if self.section is None:  # of a map, which has no energy
             column[:rows] = unit * self.shifted(u, back, scale, step, 1e-5 * unit)
             return np.column_stack([closing, column])
-        length = np.linalg.norm(energy_gradient(model, z)[0] * scale.rows[:, 0]) or 1.0  # dz/dt = f(z) has no energy
+        length = np.linalg.norm(energy_gradient(system, z)[0] * scale.rows[:, 0]) or 1.0  # dz/dt = f(z) has no energy
         if self.energy is None:
             column[rows + 1] = -unit / length
         else:
             h = 1e-5 * unit
             column[:rows] = unit * self.shifted(u, back, scale, step, h)
-            up, down = (system_of(self.make(u[-1] + s * h)).energies(z)[0] for s in (1, -1))
+            up, down = (self.system(u[-1] + s * h).energies(z)[0] for s in (1, -1))
             column[rows + 1] = unit * (up - down) / (2 * h) / length
         return np.column_stack([closing, column])
 
@@ -206,19 +208,17 @@ class Family:
         if best is None:
             return None
         point = best[1]
-        model = self.at(point.u[-1], point.step).model
         own = self.own_scale(point.u, point.back, point.step)
         slow = own.energy[0] < VANISHED**2 * scale.energy[0]
-        at_rest = system_of(model).driven and slow  # a fixed point like any other
+        at_rest = self.at(point.u[-1], point.step).system.driven and slow  # a fixed point like any other
         if at_rest:
             return replace(point, scale=scale)
         return replace(point, scale=own, errors=_in_units(point.errors, scale, own))
 
     def own_scale(self, u: np.ndarray, back: Returns, step: float) -> Scale:
         """Return the own units of the closed orbit u = (z, value) with its return."""
-        flow = self.at(u[-1], step)
-        z = u[:-1, None]
-        guessed = orbit_scale(flow.model, z, self.aim(u[-1]), flow.threads)
+        flow, z = self.at(u[-1], step), u[:-1, None]
+        guessed = orbit_scale(flow.system, z, self.aim(u[-1]), flow.threads)
         return closed_scale(flow, z, back.points, back.time, guessed)
 
     def _closed(self, u: np.ndarray, tangent: np.ndarray | None, scale: Scale, step: float) -> Point | None:
@@ -228,7 +228,7 @@ class Family:
         own = np.append(scale.rows[:, 0], self.units[-1])
         before = np.inf
         for k in range(CORRECTIONS):
-            z, reached = onto(self.at(u[-1], step).model, self.section, u[:-1, None], self.aim(u[-1]), scale)
+            z, reached = onto(self.at(u[-1], step).system, self.section, u[:-1, None], self.aim(u[-1]), scale)
             if not reached[0]:
                 return None
             u = np.append(z[:, 0], u[-1])

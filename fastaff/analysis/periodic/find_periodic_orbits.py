@@ -14,12 +14,12 @@ from ...base.numbers import positive, whole
 from ...base.progress import tell
 from ...base.recipe import recorded
 from ...base.short_forms import Starts, takes
+from ...flows.checks import current_system
 from ...flows.motion import typical_rate
 from ...flows.options import Options
 from ...flows.starts import starts_of
 from ...formulas.section_text import section_of
 from ...models.contracts import Dynamics, Section
-from ...models.mechanics import system_of
 from ...schemes.catalogue import Scheme, scheme_of
 from ..sections.poincare_map import poincare_map
 from ..sections.section_map import SectionMap
@@ -157,10 +157,9 @@ def find_periodic_orbits(
     array([[3.14159265],
            [0.        ]])
     """
-    system = system_of(model)
-    scheme = checked_return(model, section, scheme)
-    longest = whole("max_period", max_period, 1)
-    tolerance = positive("tolerance", tolerance)
+    system = current_system(model)
+    scheme = checked_return(system, section, scheme)
+    longest, tolerance = whole("max_period", max_period, 1), positive("tolerance", tolerance)
     iterations = whole("iterations", iterations, 1)
     seen = z0 if isinstance(z0, SectionMap) else None
     rows = system.rows
@@ -168,14 +167,14 @@ def find_periodic_orbits(
         raise ValueError(f"z0 must be a SectionMap of {rows} rows, got one of {len(seen.points)}")
     starts = z0 if seen is None else seen.points[:, 0, seen.counts > 0]
     how: Any = {"scheme": scheme, "step": step, "rtol": rtol, "atol": atol, "threads": threads}
-    flow, z, _ = checked_guesses(model, starts, energy, Options(**how))
+    flow, z, _ = checked_guesses(system, starts, energy, Options(**how))
     how["scheme"] = flow.scheme
     count = longest + 8 if crossings is None else whole("crossings", crossings, 2)
-    wait = WAIT / typical_rate(model, z) if max_time is None else positive("max_time", max_time) / count
+    wait = WAIT / typical_rate(system, z) if max_time is None else positive("max_time", max_time) / count
     newton = partial(
         periodic_orbits, model, section=section, energy=energy, tolerance=tolerance, iterations=iterations, **how
     )
-    search = _Search(newton, None if max_time is None else wait, [no_orbits(model, section, flow.scheme)])
+    search = _Search(newton, None if max_time is None else wait, [no_orbits(system, section, flow.scheme)])
     with keeping("find_periodic_orbits", search.orbits):
         if seen is None:
             limit = None if section is None or system.driven else wait * count

@@ -14,7 +14,7 @@ from ...base.status import Status, describe
 from ...flows.coordinates import chart_row
 from ...flows.flow import Flow
 from ...models.contracts import Section
-from ...models.mechanics import system_of
+from ...models.mechanics import System
 from ...schemes.catalogue import Scheme
 from .own_units import Scale
 from .return_map import Returns, each, reduced_monodromy, stability_indices
@@ -246,10 +246,8 @@ def packed(
     iterations: np.ndarray,
 ) -> PeriodicOrbits:
     """Return PeriodicOrbits of points z (2n, orbits) and their returns; orbits that are not OK are NaN."""
-    model = flow.model
-    system = flow.system
-    good = found.status == Status.OK
-    reduced = reduced_monodromy(model, section, z, found.monodromy, scale)
+    model, system, good = flow.model, flow.system, found.status == Status.OK
+    reduced = reduced_monodromy(system, section, z, found.monodromy, scale)
     # The orbit starts at z, which is its last crossing.
     points = np.concatenate([z.T[:, None], found.points[:, :-1]], axis=1)
     if system.iterated:
@@ -296,19 +294,11 @@ def within_a_period(model: Any, points: np.ndarray) -> np.ndarray:
     return points
 
 
-def no_orbits(model: Any, section: Any, scheme: Any) -> PeriodicOrbits:
+def no_orbits(system: System, section: Any, scheme: Any) -> PeriodicOrbits:
     """Return PeriodicOrbits of none, the result of a search that was stopped at once."""
-    system = system_of(model)
-    rows = system.rows
-    paired = system.canonical
-    z = np.zeros((rows, 0))
-    matrices = np.zeros((rows, rows, 0))
-    if section is None:
-        reduced = matrices
-    elif paired:
-        reduced = matrices[2:, 2:]
-    else:
-        reduced = matrices[1:, 1:]
+    rows, paired = system.rows, system.canonical
+    z, matrices = np.zeros((rows, 0)), np.zeros((rows, rows, 0))
+    reduced = matrices if section is None else matrices[2:, 2:] if paired else matrices[1:, 1:]
     return PeriodicOrbits(
         z=z,
         points=np.zeros((rows, 0, 0)),

@@ -13,7 +13,7 @@ import numpy as np
 
 from ...flows.flow import Flow
 from ...flows.motion import motion, natural_rates
-from ...models.mechanics import system_of
+from ...models.mechanics import System
 from ...schemes.catalogue import DOP853
 
 LOOKS = 64
@@ -82,14 +82,13 @@ class Scale(NamedTuple):
             return 4e-16 * (1 + np.linalg.norm(z / self.rows, axis=0))
 
 
-def orbit_scale(model: Any, z: np.ndarray, energy: np.ndarray, threads: int) -> Scale:
+def orbit_scale(system: System, z: np.ndarray, energy: np.ndarray, threads: int) -> Scale:
     """Return the own units of the orbits through z (2n, orbits), those of `Motion`; |energy - H(z)| counts if it
     exceeds the kinetic energy.
     """
-    system = system_of(model)
     if not system.canonical:
-        return _scale_of_flow(model, z, threads)
-    found = motion(model, z, threads)
+        return _scale_of_flow(system, z, threads)
+    found = motion(system, z, threads)
     if system.iterated:
         return Scale(np.concatenate([found.position, found.momentum]), found.rate, found.kinetic)
     W = np.einsum("iij->ij", system.inverse_masses(z))
@@ -100,12 +99,11 @@ def orbit_scale(model: Any, z: np.ndarray, energy: np.ndarray, threads: int) -> 
             K = np.where(K > 0, K, 1.0)  # a fixed point of its map may be at rest: then any unit will do
         rows = np.stack([np.sqrt(2 * K * W) / found.rate, np.sqrt(2 * K / W)])
         if system.driven:
-            rows[0, -1] = model.period
-            rows[1, -1] = K
+            rows[0, -1], rows[1, -1] = system.model.period, K
         return Scale(rows.reshape(-1, *K.shape), found.rate, K)
 
 
-def _scale_of_flow(model: Any, z: np.ndarray, threads: int) -> Scale:
+def _scale_of_flow(system: System, z: np.ndarray, threads: int) -> Scale:
     """Return the own units of orbits of dz/dt = f(z): half of the range of each row, and the rate pi/2 <|dz/dt|> over
     that, the largest of all rows: 2 pi over the period of a row that oscillates.
 
@@ -113,13 +111,11 @@ def _scale_of_flow(model: Any, z: np.ndarray, threads: int) -> Scale:
     """
     rows, orbits = z.shape
     with np.errstate(all="ignore"):
-        first = natural_rates(model, z, threads)
+        first = natural_rates(system, z, threads)
     turns = TURNS / np.where(np.isfinite(first) & (first > 0), first, 1.0)
     time = 2.0 ** np.ceil(np.log2(turns))  # orbits that share theirs are run together
-    size = np.zeros((rows, orbits))
-    rate = np.zeros(orbits)
-    todo = np.arange(orbits)
-    flow = Flow(model, DOP853, np.inf, LOOSE, LOOSE, threads)
+    size, rate = np.zeros((rows, orbits)), np.zeros(orbits)
+    todo, flow = np.arange(orbits), Flow(system, DOP853, np.inf, LOOSE, LOOSE, threads)
     for _ in range(LONGER):
         short = np.zeros(orbits, bool)
         for length in np.unique(time[todo]):
@@ -155,7 +151,7 @@ def closed_scale(flow: Flow, z: np.ndarray, points: np.ndarray, time: np.ndarray
         path = np.concatenate([z.T[:, None], points], axis=1)
         return _shrunk(flow, z, path, scale)
     if not system.canonical:
-        size = _half_ranges(_path(Flow(flow.model, DOP853, np.inf, LOOSE, LOOSE, flow.threads), z, time))
+        size = _half_ranges(_path(Flow(flow.system, DOP853, np.inf, LOOSE, LOOSE, flow.threads), z, time))
         least = RESTING * np.fmax(np.fmax.reduce(size, axis=0), np.abs(z).max(axis=0))
         here = np.where(np.abs(z) > least, np.fmin(np.abs(z), scale.rows), scale.rows)
         size = np.where(np.isfinite(size) & (size > least), size, here)

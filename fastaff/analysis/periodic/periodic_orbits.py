@@ -14,6 +14,7 @@ from ...base.progress import tell
 from ...base.recipe import recorded
 from ...base.short_forms import Starts, takes
 from ...base.status import Status
+from ...flows.checks import current_system
 from ...flows.flow import Flow
 from ...flows.needs import check_given
 from ...flows.options import Options
@@ -152,15 +153,15 @@ def periodic_orbits(
     >>> orbit.z[:, 0].round(9) + 0.0, orbit.residue.round(6)
     (array([3.14159265, 0.        ]), array([0.225]))
     """
-    scheme = checked_return(model, section, scheme)
-    period = whole("period", period, 1)
-    iterations = whole("iterations", iterations, 1)
+    system = current_system(model)
+    scheme = checked_return(system, section, scheme)
+    period, iterations = whole("period", period, 1), whole("iterations", iterations, 1)
     tolerance = positive("tolerance", tolerance)
     options = Options(scheme=scheme, step=step, rtol=rtol, atol=atol, threads=threads)
-    flow, z, energy = checked_guesses(model, z0, energy, options)
+    flow, z, energy = checked_guesses(system, z0, energy, options)
     surface = section if section is None else flow.section(section)
     end = None if max_time is None else positive("max_time", max_time)
-    check_given(model, "a time of return", max_time=max_time)
+    check_given(system, "a time of return", max_time=max_time)
     fits("period", *z.shape, period)
     flexible = step is None and flow.fixed
     search = _Search(flow, surface, section, period, end, tolerance, iterations, flexible)
@@ -215,22 +216,21 @@ class _Search:
 
     def start(self, z: np.ndarray, energy: np.ndarray) -> _State:
         """Move guesses to the section and the energy; those that can't get there have ended."""
-        model = self.flow.model
-        rows, orbits = z.shape
-        scale = orbit_scale(model, z, energy, self.flow.threads)
+        system, (rows, orbits) = self.flow.system, z.shape
+        scale = orbit_scale(system, z, energy, self.flow.threads)
         limit = WAIT * self.period / scale.rate if self.max_time is None else np.full(orbits, self.max_time)
         step = np.array(np.broadcast_to(self.flow.step, orbits))
-        trial, reached = onto(model, self.section, z, energy, scale)
+        trial, reached = onto(system, self.section, z, energy, scale)
         wrong = np.zeros(0, np.int64)
         if self.section is not None:
             with np.errstate(all="ignore"):
-                rate = (section_gradient(self.section, trial, scale.rows) * vector_field(model, trial)).sum(axis=1)
+                rate = (section_gradient(self.section, trial, scale.rows) * vector_field(system, trial)).sum(axis=1)
             wrong = np.flatnonzero(reached & (rate * self.section.direction < 0))
         if wrong.size:  # it passes the section the other way: its first crossing is the guess
             first = (
                 section_returns(self._flow(step[wrong]), self.section, trial[:, wrong], 1, limit[wrong]).points[:, 0].T
             )
-            trial[:, wrong], reached[wrong] = onto(model, self.section, first, energy[wrong], scale.of(wrong))
+            trial[:, wrong], reached[wrong] = onto(system, self.section, first, energy[wrong], scale.of(wrong))
         empty = (
             np.full((orbits, self.period, rows), np.nan),
             np.full(orbits, np.nan),
@@ -300,9 +300,8 @@ class _Search:
             self._leap(state, leaps)
             next_ones = np.flatnonzero(state.live)
             moved = state.z[:, next_ones] + state.share[next_ones] * state.change[:, next_ones]
-            energy = state.energy[next_ones]
-            scale = state.scale.of(next_ones)
-            state.trial[:, next_ones] = onto(self.flow.model, self.section, moved, energy, scale)[0]
+            energy, scale = state.energy[next_ones], state.scale.of(next_ones)
+            state.trial[:, next_ones] = onto(self.flow.system, self.section, moved, energy, scale)[0]
         state.live[:] = False  # later changes of others give no orbit more iterations
 
     def _returned(self, state: _State, live: np.ndarray) -> Returns:
@@ -372,8 +371,7 @@ class _Search:
             return np.zeros(which.size, bool)
         if self.flow.system.canonical:
             return state.found.time[which] * state.scale.rate[which] < RESTS
-        scale = state.scale.of(which)
-        field = vector_field(self.flow.model, state.z[:, which])
+        scale, field = state.scale.of(which), vector_field(self.flow.system, state.z[:, which])
         return scale.norm(field) < RESTS * scale.rate
 
     def _shrink(self, state: _State, which: np.ndarray) -> np.ndarray:
@@ -416,10 +414,8 @@ class _Search:
     def _step(self, state: _State, which: np.ndarray) -> None:
         """Set the Newton steps of orbits whose point is new."""
         if which.size:
-            z = state.z[:, which]
-            end = state.found.points[which, -1]
-            scale = state.scale.of(which)
-            matrix = closing_matrix(self.flow.model, self.section, z, end, state.found.monodromy[which], scale)
+            z, end, scale = state.z[:, which], state.found.points[which, -1], state.scale.of(which)
+            matrix = closing_matrix(self.flow.system, self.section, z, end, state.found.monodromy[which], scale)
             right = np.concatenate([(z.T - end) / scale.rows.T, np.zeros((which.size, 2))], axis=1)
             state.change[:, which] = scale.rows * least_change(matrix, right)[:, :-1].T
 

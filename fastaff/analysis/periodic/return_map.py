@@ -16,14 +16,14 @@ from ...base.display import screen
 from ...base.numbers import fits, numbers
 from ...base.status import Status
 from ...flows import observers
-from ...flows.checks import checked_section, checked_tangent_model
+from ...flows.checks import checked_section, checked_tangent_system
 from ...flows.ensemble import Ensemble
 from ...flows.flow import Flow, no_memory
 from ...flows.motion import motion
 from ...flows.needs import check_given, check_needs
 from ...flows.options import Options, plan, suited
 from ...kernels import crossings as kernels
-from ...models.mechanics import system_of
+from ...models.mechanics import System
 from ...models.pointwise import at_points
 from ...models.sections import Stroboscopic
 from ...schemes.catalogue import GAUSS16, ITERATION, KAHAN_LI8, VERNER9
@@ -63,19 +63,18 @@ FINER = 8.0
 """Largest factor by which a step becomes shorter at once."""
 
 
-def checked_guesses(model: Any, z0: Any, energy: Any, options: Options) -> tuple[Flow, np.ndarray, np.ndarray]:
+def checked_guesses(system: System, z0: Any, energy: Any, options: Options) -> tuple[Flow, np.ndarray, np.ndarray]:
     """Check the arguments of searches; return the flow, the guesses (2n, orbits) and their energies (orbits,)."""
-    system = system_of(model)
-    name = type(model).__name__
+    name = type(system.model).__name__
     if system.iterated and not system.symplectic:
         raise ValueError(f"model {name} is not symplectic: its periodic orbits have no residues")
-    check_given(model, "a return at an energy", energy=energy)
+    check_given(system, "a return at an energy", energy=energy)
     if not system.canonical and system.rows < 2:
         raise ValueError(f"model {name} must have two variables or more to return, it has one")
     if system.energetic and system.n < 2:
         raise ValueError(f"model {name} must have two degrees of freedom or more, it has {system.n}")
     aim = None if energy is None else numbers("energy", energy)  # before anything is compiled
-    flow, z, *_ = plan(model, z0, suited(options, model), error=STEP_ERROR)
+    flow, z, *_ = plan(system.model, z0, suited(options, system), error=STEP_ERROR)
     if system.driven:
         z[-1] -= system.energies(z)  # so that p_t is one at each place and phase
         if options.step is None and not flow.adaptive:
@@ -89,7 +88,7 @@ def checked_guesses(model: Any, z0: Any, energy: Any, options: Options) -> tuple
 def _steps_at_rest(flow: Flow, z: np.ndarray, options: Options) -> np.ndarray:
     """Return the steps (orbits,) of a flow; orbits at rest, where no step shows an error, get that of a neighbour."""
     steps = np.array(np.broadcast_to(flow.step, z.shape[1:]))
-    rest = motion(flow.model, z, flow.threads).kinetic == 0
+    rest = motion(flow.system, z, flow.threads).kinetic == 0
     if rest.any():
         near = z[:, rest]
         n = flow.system.moving
@@ -98,13 +97,12 @@ def _steps_at_rest(flow: Flow, z: np.ndarray, options: Options) -> np.ndarray:
     return steps
 
 
-def checked_return(model: Any, section: Any, scheme: Any) -> Any:
+def checked_return(system: System, section: Any, scheme: Any) -> Any:
     """Check a model with its section, which a map does not have; return the scheme."""
-    check_needs(model, "a return")
-    system = system_of(model)
-    checked_tangent_model(model, "model")
+    check_needs(system, "a return")
+    checked_tangent_system(system.model, "model")
     if not system.iterated:
-        checked_section(section, model)
+        checked_section(section, system)
         if system.driven and not isinstance(section, Stroboscopic):
             raise ValueError(
                 "section must be stroboscopic, such as 't=0', for a driven system: its periodic orbits are those of "
@@ -118,7 +116,7 @@ def checked_return(model: Any, section: Any, scheme: Any) -> Any:
         else:
             usual = VERNER9
         return usual if scheme is None else scheme
-    check_given(model, "a time", "the returns of a map are its images", section=section)
+    check_given(system, "a time", "the returns of a map are its images", section=section)
     return ITERATION if scheme is None else scheme
 
 
@@ -235,16 +233,15 @@ def _images(flow: Flow, z: np.ndarray, live: np.ndarray, ensemble: Ensemble, fou
     return found
 
 
-def vector_field(model: Any, z: np.ndarray) -> np.ndarray:
+def vector_field(system: System, z: np.ndarray) -> np.ndarray:
     """Return dz/dt (orbits, 2n) of Hamilton's equations at z (2n, orbits)."""
-    return system_of(model).slopes(z).T
+    return system.slopes(z).T
 
 
-def energy_gradient(model: Any, z: np.ndarray) -> np.ndarray:
+def energy_gradient(system: System, z: np.ndarray) -> np.ndarray:
     """Return grad H (orbits, 2n): Hamilton's equations turned by a right angle; 0 for systems without energy."""
-    n = model.degrees_of_freedom
-    field = vector_field(model, z)
-    if not system_of(model).canonical:
+    n, field = system.n, vector_field(system, z)
+    if not system.canonical:
         return np.zeros(field.shape)
     return np.concatenate([-field[:, n:], field[:, :n]], axis=1)
 
@@ -276,11 +273,12 @@ def _value(section: Any, z: np.ndarray, row: int, shift: Any) -> np.ndarray:
     return section.value(*rows) + np.zeros(z.shape[1])
 
 
-def onto(model: Any, section: Any, z: np.ndarray, energy: np.ndarray, scale: Scale) -> tuple[np.ndarray, np.ndarray]:
+def onto(
+    system: System, section: Any, z: np.ndarray, energy: np.ndarray, scale: Scale
+) -> tuple[np.ndarray, np.ndarray]:
     """Move z (2n, orbits) the shortest way, in the orbits' units, to the section and the energy (orbits,); return it
     and a mask of those that arrived.
     """
-    system = system_of(model)
     if section is None:  # of a map
         return z.copy(), np.isfinite(z).all(axis=0)
     zero = np.zeros(z.shape[1])
@@ -288,7 +286,7 @@ def onto(model: Any, section: Any, z: np.ndarray, energy: np.ndarray, scale: Sca
     z = z.copy()
     with np.errstate(all="ignore"):
         for _ in range(20):
-            rows = np.stack([section_gradient(section, z, D), energy_gradient(model, z)], axis=1)
+            rows = np.stack([section_gradient(section, z, D), energy_gradient(system, z)], axis=1)
             short = np.stack([section.value(*z) + zero, system.energies(z) - energy], axis=1)
             # Sizes for the rounding of both, from z and from the sums.
             size = (np.abs(rows) * (np.abs(z) + D).T[:, None]).sum(axis=2)
@@ -330,7 +328,7 @@ def inverses(matrix: np.ndarray) -> np.ndarray:
     return inverse
 
 
-def reduced_monodromy(model: Any, section: Any, z: np.ndarray, monodromy: np.ndarray, scale: Scale) -> np.ndarray:
+def reduced_monodromy(system: System, section: Any, z: np.ndarray, monodromy: np.ndarray, scale: Scale) -> np.ndarray:
     """Return the derivative (orbits, 2n - 2, 2n - 2) of the section map within the energy surface at fixed points z
     (2n, orbits); of dz/dt = f(z) of d variables (orbits, d - 1, d - 1), within the section.
 
@@ -340,15 +338,11 @@ def reduced_monodromy(model: Any, section: Any, z: np.ndarray, monodromy: np.nda
     D = scale.rows.T
     if section is None:  # of a map
         return scale.matrix(monodromy)
-    system = system_of(model)
-    d = system.rows
-    flows = not system.canonical
+    d, flows = system.rows, not system.canonical
     kept = d - 1 if flows else d - 2
     with np.errstate(all="ignore"):
-        field = vector_field(model, z) / D
-        up = energy_gradient(model, z) * D
-        along = section_gradient(section, z, scale.rows) * D
-        own = scale.matrix(monodromy)
+        field, up = vector_field(system, z) / D, energy_gradient(system, z) * D
+        along, own = section_gradient(section, z, scale.rows) * D, scale.matrix(monodromy)
     reduced = np.full((len(monodromy), kept, kept), np.nan)
     with np.errstate(all="ignore"):  # a surface has no normal where its gradient vanishes, as at an equilibrium
         surfaces = [row[:, :d] / np.linalg.norm(row, axis=1)[:, None] for row in ((along,) if flows else (along, up))]
@@ -375,7 +369,7 @@ def each(function: Callable, stack: np.ndarray, shape: tuple[int, ...], dtype: t
 
 
 def closing_matrix(
-    model: Any, section: Any, z: np.ndarray, end: np.ndarray, monodromy: np.ndarray, scale: Scale
+    system: System, section: Any, z: np.ndarray, end: np.ndarray, monodromy: np.ndarray, scale: Scale
 ) -> np.ndarray:
     """Return the derivative (orbits, 2n + 2, 2n + 1) of (flow(z) - z, section, energy) to z and the time; end (orbits,
     2n).
@@ -389,8 +383,8 @@ def closing_matrix(
         matrix[:, :rows, :rows] = scale.matrix(monodromy) - np.eye(rows)
         if section is None:  # of a map, which has neither time nor energy
             return matrix
-        matrix[:, :rows, rows] = vector_field(model, end.T) / D / scale.rate[:, None]
-        for row, gradient in enumerate((section_gradient(section, z, scale.rows), energy_gradient(model, z))):
+        matrix[:, :rows, rows] = vector_field(system, end.T) / D / scale.rate[:, None]
+        for row, gradient in enumerate((section_gradient(section, z, scale.rows), energy_gradient(system, z))):
             length = np.linalg.norm(gradient * D, axis=1)[:, None]
             matrix[:, rows + row, :rows] = gradient * D / np.where(length > 0, length, 1.0)
     return matrix

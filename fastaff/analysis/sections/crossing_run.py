@@ -22,7 +22,7 @@ from ...kernels import crossings as kernels
 from ...kernels.crossing_roots import compact, gather
 from ...kernels.crossings import RECORD
 from ...kernels.samples import WEAR_ROWS
-from ...models.mechanics import system_of
+from ...models.mechanics import System
 from .section_map import SectionMap
 
 PORTION = 2**27
@@ -75,7 +75,7 @@ class Beside(NamedTuple):
 
 def crossed(
     flow: Flow | TransformedFlow,
-    body: Any,
+    system: System,
     z: np.ndarray,
     crossings: Crossings,
     report,
@@ -120,15 +120,11 @@ def crossed(
         memory[first + WEAR_ROWS.left] = pace
 
     def found(interrupted: bool) -> SectionMap:
-        checked: Any
-        if beside is not None:
-            checked = None
-        elif wear is None:
-            checked = tolerance
-        else:
-            checked = np.where(wear.share > 0, np.inf, tolerance)
-        result = _result(flow, body, ensemble, section, wanted, memory, out, checked)
-        points = system_of(body).turned_back(flow.states(result.points))
+        checked = (
+            None if beside is not None else tolerance if wear is None else np.where(wear.share > 0, np.inf, tolerance)
+        )
+        result = _result(flow, system, ensemble, section, wanted, memory, out, checked)
+        points = system.turned_back(flow.states(result.points))
         result = replace(result, points=points, section=asked)
         if interrupted:
             result.status[result.status == Status.TOO_FEW_CROSSINGS] = Status.INTERRUPTED  # there may be more
@@ -145,7 +141,7 @@ def _share(flow: Flow | TransformedFlow, ensemble: Ensemble, wanted: int, max_ti
     turns = max_time
     if flow.system.canonical:
         some = ensemble.points[:, :: max(1, ensemble.points.shape[1] // SOME)]
-        turns = min(max_time, wanted * 2 * np.pi / typical_rate(flow.model, some))
+        turns = min(max_time, wanted * 2 * np.pi / typical_rate(flow.system, some))
     return turns / max_time / flow.patience
 
 
@@ -285,7 +281,7 @@ def _hold(flow: Flow | TransformedFlow, ensemble: Ensemble, short: np.ndarray, m
         ensemble.count[finished] = np.broadcast_to(flow.steps(max_time), finished.shape)[finished]
 
 
-def _result(flow, body, ensemble, section, wanted, memory, out, tolerance) -> SectionMap:
+def _result(flow, system: System, ensemble, section, wanted, memory, out, tolerance) -> SectionMap:
     """Assemble the map: cut each orbit at the wanted number and, unless there is no tolerance, where its energy has
     drifted.
     """
@@ -302,7 +298,7 @@ def _result(flow, body, ensemble, section, wanted, memory, out, tolerance) -> Se
         gather(at.start, at.stop, out, counts, points, times, residual)
         if tolerance is not None:
             found = ensemble.of(at)
-            drift = energy_drift(flow.model, points[:, at], found.energy[:, None], found.scale[:, None])
+            drift = energy_drift(flow.system, points[:, at], found.energy[:, None], found.scale[:, None])
             drift[np.isnan(times[at])] = -1.0
             bound = np.broadcast_to(tolerance, orbits)[at]
             beyond = drift > bound[:, None]
@@ -310,7 +306,7 @@ def _result(flow, body, ensemble, section, wanted, memory, out, tolerance) -> Se
             if beyond.any():
                 counts[at] = np.where(beyond.any(axis=1), np.minimum(counts[at], beyond.argmax(axis=1)), counts[at])
                 gather(at.start, at.stop, out, counts, points, times, residual)
-            worst = np.where(ended == Status.OK, np.maximum(worst, energy_error(flow.model, found)), worst)
+            worst = np.where(ended == Status.OK, np.maximum(worst, energy_error(flow.system, found)), worst)
             ended[(ended == Status.OK) & (worst > bound)] = Status.ENERGY_DRIFT
             error[at] = np.maximum(worst, 0.0)
         ended[(ended == Status.OK) & (counts[at] < wanted)] = Status.TOO_FEW_CROSSINGS
@@ -332,5 +328,5 @@ def _result(flow, body, ensemble, section, wanted, memory, out, tolerance) -> Se
         section=section,
         scheme=flow.scheme,
         step=flow.step,
-        names=system_of(body).row_names,
+        names=system.row_names,
     )

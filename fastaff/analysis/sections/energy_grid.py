@@ -14,10 +14,10 @@ from ...base.numbers import an_array, fits, numbers, real, shown
 from ...base.recipe import recorded
 from ...base.results import Result
 from ...base.short_forms import takes
-from ...flows.checks import checked_model, checked_section
+from ...flows.checks import checked_model, checked_section, current_system
 from ...formulas.section_text import section_in_words, section_of
 from ...models.contracts import Dynamics, Section
-from ...models.mechanics import system_of
+from ...models.mechanics import System
 from .energy_limits import NotReached, Where, too_low
 from .named_axes import Axes, Others, are_named, by_name, checked_energy, checked_sign, checked_values, launching
 from .section_points import section_points
@@ -154,12 +154,12 @@ def energy_grid(
     >>> grid.z0.shape, int(grid.forbidden.sum())
     ((4, 4), 2)
     """
-    others = Others(fixed, solve, checked_sign(sign), at_rest)
+    system, others = current_system(body), Others(fixed, solve, checked_sign(sign), at_rest)
     if section is None or are_named(axes) or others.given:
-        return _grid_by_name(body, energy, axes, section, others, (p_eta, p_gamma))
+        return _grid_by_name(system, energy, axes, section, others, (p_eta, p_gamma))
     if others.sign != 1:
         raise ValueError(f"sign goes with axes by name; here the section's direction has it, got {shown(sign)}")
-    where = checked_surface(body, section, energy, p_eta, p_gamma)
+    where = checked_surface(system, section, energy, p_eta, p_gamma)
     whole = isinstance(axes, str)
     if whole and axes != "whole":
         raise ValueError(f"axes must be two arrays, rows by name, or 'whole', got {axes!r}")
@@ -172,7 +172,7 @@ def energy_grid(
             where.too_low()
             or f"energy {where.energy} reaches no cell of the grid {names[0]} in [{first.min():.6g}, "
             f"{first.max():.6g}], {names[1]} in [{second.min():.6g}, {second.max():.6g}] on "
-            f"{section_in_words(section, body)}: it is below the minimum there, or the section is elsewhere"
+            f"{section_in_words(section, system)}: it is below the minimum there, or the section is elsewhere"
             f"{_no_counts(first, second)}"
         )
     return grid_of(
@@ -204,43 +204,41 @@ def no_planes(p_eta: Any, p_gamma: Any) -> None:
 
 
 def _grid_by_name(
-    body: Any, energy: Any, axes: Any, section: Any, others: Others, planes: tuple[Any, Any]
+    system: System, energy: Any, axes: Any, section: Any, others: Others, planes: tuple[Any, Any]
 ) -> EnergyGrid:
     """Return a grid over rows by name."""
-    system = system_of(body)
-    checked_model(body, needs="a start by rows")
-    energy = checked_energy(body, energy)
+    checked_model(system.model, needs="a start by rows")
+    energy = checked_energy(system, energy)
     no_planes(*planes)
     if isinstance(axes, str):
         raise TypeError(f"axes must be given by name, {{{system.row_names[0]!r}: array, ...}}, or a section")
     names, arrays = checked_values(axes, system.row_names)
-    launch = launching(body, energy, names, section, others)
-    fits("axes", *(array.size for array in arrays), ARRAYS * body.degrees_of_freedom)
+    launch = launching(system, energy, names, section, others)
+    fits("axes", *(array.size for array in arrays), ARRAYS * system.n)
     z, found = launch.lift(np.array([array.ravel() for array in np.meshgrid(*arrays, indexing="ij")]))
     if not found.any():
         ranges = ", ".join(f"{name} in [{array.min():.6g}, {array.max():.6g}]" for name, array in zip(names, arrays))
         if not system.conserves:
             what = "map" if system.iterated else "system"
             raise NotReached(f"no cell of the grid {ranges} is in the domain of the {what}")
-        low = None if system.isotropic else too_low(body, energy, 0.0, 0.0)
+        low = None if system.isotropic else too_low(system, energy, 0.0, 0.0)
         raise NotReached(low or f"energy {energy} reaches no cell of the grid {ranges}: it is below the minimum there")
     return grid_of(np.ascontiguousarray(z[:, found]), np.flatnonzero(found), arrays, names, energy, section)
 
 
-def checked_surface(body: Any, section: Any, energy: Any, p_eta: Any, p_gamma: Any) -> Where:
+def checked_surface(system: System, section: Any, energy: Any, p_eta: Any, p_gamma: Any) -> Where:
     """Return the section of an energy surface if all of it suits the body."""
-    checked_model(body, needs="an energy surface")
-    checked_section(section, body)
-    energy = real("energy", energy)
-    p_eta = real("p_eta", p_eta)
-    p_gamma = real("p_gamma", p_gamma)
-    if body.degrees_of_freedom == 4 and not hasattr(body, "potential"):
-        raise TypeError(f"body must be a Body with a doubly isotropic potential to have a grid, got {body!r}")
-    if not system_of(body).isotropic and (p_eta or p_gamma):
+    checked_model(system.model, needs="an energy surface")
+    checked_section(section, system)
+    energy, p_eta, p_gamma = real("energy", energy), real("p_eta", p_eta), real("p_gamma", p_gamma)
+    if system.n == 4 and not hasattr(system.model, "potential"):
+        raise TypeError(f"body must be a Body with a doubly isotropic potential to have a grid, got {system.model!r}")
+    if not system.isotropic and (p_eta or p_gamma):
         raise ValueError(
-            f"p_eta and p_gamma belong to a Body, got {p_eta}, {p_gamma} for {type(body).__name__}, which has none"
+            f"p_eta and p_gamma belong to a Body, got {p_eta}, {p_gamma} for {type(system.model).__name__}, "
+            "which has none"
         )
-    return Where(body, section, energy, p_eta, p_gamma)
+    return Where(system, section, energy, p_eta, p_gamma)
 
 
 def lift(where: Where, u: np.ndarray, v: np.ndarray) -> tuple[np.ndarray, np.ndarray, tuple[str, str]]:
@@ -260,9 +258,7 @@ def lift_sheets(where: Where, u: np.ndarray, v: np.ndarray) -> tuple[np.ndarray,
 
     A turning section has a sheet for each well of its radius, the outermost first; the others have one.
     """
-    body = where.body
-    energy = where.energy
-    system = system_of(where.body)
+    body, energy, system = where.body, where.energy, where.system
     with np.errstate(all="ignore"):
         sheets, names = section_points(where.section, where, u, v)
         z = sheets.reshape(-1, 2 * body.degrees_of_freedom, u.size)

@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...models.mechanics import system_of
+from ...models.mechanics import System, system_of
 from ...models.reduced_body import reduced
 from .allowed_region import Function
 
@@ -36,7 +36,7 @@ class Limits(NamedTuple):
     saddle: float
 
 
-def energy_limits(body: Any, p_eta: float = 0.0, p_gamma: float = 0.0) -> Limits:
+def energy_limits(system: System, p_eta: float = 0.0, p_gamma: float = 0.0) -> Limits:
     """Return the least energies of a minimum and of a saddle: of a body at the angular momenta of its planes, or of a
     system of two coordinates.
 
@@ -45,8 +45,8 @@ def energy_limits(body: Any, p_eta: float = 0.0, p_gamma: float = 0.0) -> Limits
     NaN where there is none or the second derivatives are not known.
     Source: Henon & Heiles 1964, Astron. J. 69, 73: a minimum at 0 and three saddles at 1/6.
     """
-    plane = reduced(body, p_eta=p_eta, p_gamma=p_gamma) if system_of(body).isotropic else body
-    if plane.degrees_of_freedom != 2 or not hasattr(plane, "tangent_force"):
+    plane = _in_plane(system, p_eta, p_gamma)
+    if plane.n != 2 or not hasattr(plane.model, "tangent_force"):
         return Limits(np.nan, np.nan)
     try:
         with np.errstate(all="ignore"):
@@ -57,59 +57,62 @@ def energy_limits(body: Any, p_eta: float = 0.0, p_gamma: float = 0.0) -> Limits
     return Limits(minimum, saddle)
 
 
-def _stationary(plane: Any) -> tuple[np.ndarray, np.ndarray]:
+def _in_plane(system: System, p_eta: float, p_gamma: float) -> System:
+    """Return the system of two coordinates at the angular momenta of a body's planes; any other system as it is."""
+    if not system.isotropic:
+        return system
+    return system_of(reduced(system.model, p_eta=p_eta, p_gamma=p_gamma))
+
+
+def _stationary(system: System) -> tuple[np.ndarray, np.ndarray]:
     """Return energies of stationary points of a potential of two coordinates, and the number of directions in which
     each is a maximum.
     """
     turn = (np.arange(ANGLES) + 0.5) * (2 * np.pi / ANGLES)
     q = np.array([np.outer(RADII, np.cos(turn)).ravel(), np.outer(RADII, np.sin(turn)).ravel()])
-    q = q[:, plane.margin(*q) > 0]
+    q = q[:, system.model.margin(*q) > 0]
     step = np.zeros_like(q)
     for _ in range(STEPS):
-        force, second = _derivatives(plane, q)
-        a = second[0, 0]
-        b = second[0, 1]
-        d = second[1, 1]
+        force, second = _derivatives(system, q)
+        a, b, d = second[0, 0], second[0, 1], second[1, 1]
         step = np.array([d * force[0] - b * force[1], a * force[1] - b * force[0]]) / (a * d - b * b)
         long = np.hypot(*step) / (LONGEST * np.hypot(*q))
         q = q + step / np.maximum(long, 1.0)
     found = (np.hypot(*step) <= 1e-9 * np.hypot(*q)) | (np.hypot(*q) < 1e-12)
-    q = q[:, found & np.isfinite(q).all(axis=0) & (plane.margin(*q) > 0)]
-    _, second = _derivatives(plane, q)
-    energy = system_of(plane).least_energies(q)
+    q = q[:, found & np.isfinite(q).all(axis=0) & (system.model.margin(*q) > 0)]
+    _, second = _derivatives(system, q)
+    energy = system.least_energies(q)
     bends = np.linalg.eigvalsh(np.moveaxis(np.where(np.isfinite(second), second, 0.0), 2, 0))
     return energy[np.isfinite(energy)], (bends < 0).sum(axis=1)[np.isfinite(energy)]
 
 
-def _derivatives(plane: Any, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _derivatives(system: System, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return force (2, points) and second derivatives (2, 2, points) of the potential at q (2, points)."""
-    system = system_of(plane)
     unit = np.ones(q.shape[1:])
-    columns = [plane.tangent_force(*q, unit, 0.0 * unit), plane.tangent_force(*q, 0.0 * unit, unit)]
+    columns = [system.model.tangent_force(*q, unit, 0.0 * unit), system.model.tangent_force(*q, 0.0 * unit, unit)]
     spread = np.array([[np.broadcast_to(-row, unit.shape) for row in column] for column in columns])
-    force = np.array([np.broadcast_to(row, unit.shape) for row in plane.force(*q)])
+    force = np.array([np.broadcast_to(row, unit.shape) for row in system.model.force(*q)])
     if system.frame:  # the centrifugal force
         pull = system.turning_mass * system.frame_rate**2
         return force + pull * q, spread - pull * np.eye(2)[:, :, None]
     return force, spread
 
 
-def fitting_energy(body: Any, p_eta: float, p_gamma: float) -> float:
+def fitting_energy(system: System, p_eta: float, p_gamma: float) -> float:
     """Return an energy under the lowest saddle, else that of rest at a distance of about 1; NaN where none is known."""
-    least, saddle = energy_limits(body, p_eta, p_gamma)
+    least, saddle = energy_limits(system, p_eta, p_gamma)
     if saddle > least:
         return least + 0.75 * (saddle - least)
-    plane = reduced(body, p_eta=p_eta, p_gamma=p_gamma) if system_of(body).isotropic else body
-    if plane.degrees_of_freedom != 2:
+    plane = _in_plane(system, p_eta, p_gamma)
+    if plane.n != 2:
         return np.nan
     with np.errstate(all="ignore"):
-        return float(system_of(plane).energies(np.array([[1.0], [0.5], [0.0], [0.0]]))[0])
+        return float(plane.energies(np.array([[1.0], [0.5], [0.0], [0.0]]))[0])
 
 
-def too_low(body: Any, energy: float, p_eta: float, p_gamma: float) -> str | None:
+def too_low(system: System, energy: float, p_eta: float, p_gamma: float) -> str | None:
     """Return the sentence for an energy below the minimum of the system; None where it is not known to be."""
-    least = energy_limits(body, p_eta, p_gamma).minimum
-    system = system_of(body)
+    least = energy_limits(system, p_eta, p_gamma).minimum
     if not energy < least or system.frame:  # a turning frame has lower energies far away
         return None
     where = f" with p_eta = {p_eta:g} and p_gamma = {p_gamma:g}" if system.isotropic else ""
@@ -118,9 +121,9 @@ def too_low(body: Any, energy: float, p_eta: float, p_gamma: float) -> str | Non
     return f"energy {energy:g} lies below the minimum {least:.6g} of this {what}'s energy{where}"
 
 
-def may_escape(body: Any, energy: float, p_eta: float = 0.0, p_gamma: float = 0.0) -> str | None:
+def may_escape(system: System, energy: float, p_eta: float = 0.0, p_gamma: float = 0.0) -> str | None:
     """Return the sentence for an energy above the lowest saddle of the potential; None where there is none below."""
-    saddle = energy_limits(body, p_eta, p_gamma).saddle
+    saddle = energy_limits(system, p_eta, p_gamma).saddle
     if not energy > saddle + 1e-12 * abs(saddle):  # to rounding
         return None
     return f"energy {energy:g} lies above {saddle:.6g}, the lowest saddle of the potential: orbits may escape over it"
@@ -129,19 +132,24 @@ def may_escape(body: Any, energy: float, p_eta: float = 0.0, p_gamma: float = 0.
 class Where(NamedTuple):
     """A section of an energy surface, of a body at the angular momenta of its planes: where orbits are launched."""
 
-    body: Any
+    system: System
     section: Any
     energy: float
     p_eta: float = 0.0
     p_gamma: float = 0.0
 
+    @property
+    def body(self) -> Any:
+        """The model."""
+        return self.system.model
+
     def too_low(self) -> str | None:
         """Return the sentence for an energy below the minimum; None where it is not known to be."""
-        return too_low(self.body, self.energy, self.p_eta, self.p_gamma)
+        return too_low(self.system, self.energy, self.p_eta, self.p_gamma)
 
     def may_escape(self) -> str | None:
         """Return the sentence for an energy above the lowest saddle; None where there is none below."""
-        return may_escape(self.body, self.energy, self.p_eta, self.p_gamma)
+        return may_escape(self.system, self.energy, self.p_eta, self.p_gamma)
 
     def room(self, alpha: Any, beta: Any) -> tuple[np.ndarray, np.ndarray]:
         """Return 2 mu (energy - H) at rest in alpha and beta, the squared momentum that is left, and the sum of the

@@ -13,10 +13,10 @@ from ...base.numbers import entries, fits, flag, shown, span, whole
 from ...base.recipe import recorded
 from ...base.results import Result
 from ...base.short_forms import takes
-from ...flows.checks import checked_model
+from ...flows.checks import checked_model, current_system
 from ...formulas.section_text import section_of
 from ...models.contracts import Dynamics, Section
-from ...models.mechanics import system_of
+from ...models.mechanics import System
 from ...models.sections import AngleEquals, Linear
 from .energy_grid import ARRAYS, checked_surface, lift_sheets, no_planes
 from .energy_limits import NotReached, Where
@@ -144,41 +144,40 @@ def energy_sample(
     count = whole("orbits", orbits, 1)
     fits("orbits", ARRAYS, count)
     seed = _seed(seed, rng)
-    others = Others(fixed, solve, checked_sign(sign), at_rest)
-    if section is None or not on_section(body, section, axes, others):
-        source: Source = OfSource(source_of(body, energy, section, axes, others, (p_eta, p_gamma)))
-        fits("orbits", ARRAYS * body.degrees_of_freedom, count)
+    system, others = current_system(body), Others(fixed, solve, checked_sign(sign), at_rest)
+    if section is None or not on_section(system, section, axes, others):
+        source: Source = OfSource(source_of(system, energy, section, axes, others, (p_eta, p_gamma)))
+        fits("orbits", ARRAYS * system.n, count)
     else:
-        where = checked_surface(body, section, energy, p_eta, p_gamma)
+        where = checked_surface(system, section, energy, p_eta, p_gamma)
         source = OnSection(where, ranges_to_draw(where, axes))
     found = EnergySample.concat([block_of(source, k, count, seed) for k in range(-(-count // BLOCK))])
     return replace(found, section=section_of(section, body))
 
 
-def on_section(body: Any, section: Any, axes: Any = None, others: Others = NO_OTHERS) -> bool:
+def on_section(system: System, section: Any, axes: Any = None, others: Others = NO_OTHERS) -> bool:
     """Tell whether points lie on a section of a body or of a system of two degrees of freedom, by its two
     coordinates.
     """
     by_rows = are_named(axes) or others.given or others.sign != 1
     plain = (
         type(section) in (Linear, AngleEquals)
-        and not system_of(body).isotropic
-        and getattr(body, "degrees_of_freedom", 2) != 2
+        and not system.isotropic
+        and getattr(system.model, "degrees_of_freedom", 2) != 2
     )
     return not (by_rows or plain)
 
 
 def source_of(
-    body: Any, energy: Any, section: Any, axes: Any, others: Others, planes: tuple[Any, Any]
+    system: System, energy: Any, section: Any, axes: Any, others: Others, planes: tuple[Any, Any]
 ) -> Measure | Surface | Ranges:
     """Return the source of points of any number of degrees of freedom; errors name the wrong argument."""
-    system = system_of(body)
-    checked_model(body, needs="a start by rows")
-    energy = checked_energy(body, energy)
+    checked_model(system.model, needs="a start by rows")
+    energy = checked_energy(system, energy)
     no_planes(*planes)
     by_rows = others.solve is not None or (others.fixed is not None and section is not None)
     if flag("at_rest", others.at_rest) or by_rows or not system.conserves:
-        return ranges_of(body, energy, section, axes, others)
+        return ranges_of(system, energy, section, axes, others)
     if others.fixed is not None or others.sign != 1:
         p = system.row_names[system.n]
         q = system.names[0]
@@ -191,7 +190,7 @@ def source_of(
             "axes must give ranges of the coordinates of a body, or section one of its sections: wells of its four "
             "coordinates are rings"
         )
-    return measure_of(body, energy, section, axes)
+    return measure_of(system, energy, section, axes)
 
 
 def _seed(seed: Any, rng: Any) -> Any:

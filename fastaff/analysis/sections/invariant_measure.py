@@ -14,7 +14,7 @@ import numpy as np
 
 from ...base.names import named
 from ...base.numbers import span
-from ...models.mechanics import system_of
+from ...models.mechanics import System
 from .accessible_box import Box, NoWell, box_of_angles, least_within, walled, within
 from .energy_limits import NotReached, too_low
 from .named_axes import Launching, Others, angle_names, angles_of, checked_names, launching, section_row
@@ -39,23 +39,23 @@ class Momenta(NamedTuple):
     where that depends on the coordinates.
     """
 
-    model: Any
+    system: System
     order: tuple[int, ...]
     lower: np.ndarray | None
 
     @classmethod
-    def of(cls, model: Any, first: int = 0) -> Momenta:
-        """Return the momenta of a model whose kinetic energy is quadratic."""
-        n = model.degrees_of_freedom
+    def of(cls, system: System, first: int = 0) -> Momenta:
+        """Return the momenta of a system whose kinetic energy is quadratic."""
+        n = system.n
         order = (first, *(k for k in range(n) if k != first))
-        if system_of(model).nonseparable:
-            return cls(model, order, None)
-        inverse = np.array([model.velocity(*row) for row in np.eye(n)], dtype=np.float64)[np.ix_(order, order)]
-        return cls(model, order, np.linalg.cholesky((inverse + inverse.T) / 2))
+        if system.nonseparable:
+            return cls(system, order, None)
+        inverse = np.array([system.model.velocity(*row) for row in np.eye(n)], dtype=np.float64)[np.ix_(order, order)]
+        return cls(system, order, np.linalg.cholesky((inverse + inverse.T) / 2))
 
     def floor(self, q: np.ndarray) -> np.ndarray:
         """Return the least energy over coordinates q (n, ...), infinite outside the domain of the potential."""
-        system = system_of(self.model)
+        system = self.system
         z = np.concatenate([q, np.zeros_like(q)])
         if self.lower is None:
             lower, drift, energy = self._here(q)
@@ -75,7 +75,7 @@ class Momenta(NamedTuple):
             lower, drift, _ = self._here(q)
             z[len(q) + np.array(self.order)] = backward(lower, y - drift)
             return z
-        y = y - self._scaled(system_of(self.model).velocities(z))
+        y = y - self._scaled(self.system.velocities(z))
         z[len(q) + np.array(self.order)] = np.linalg.solve(self.lower.T, y)
         return z
 
@@ -97,7 +97,7 @@ class Momenta(NamedTuple):
 
     def _here(self, q: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return L, NaN where the inverse inertia is finite and not positive definite, L^-1 dq/dt and H at p = 0."""
-        W, v, energy = system_of(self.model).momentum_form(q)
+        W, v, energy = self.system.momentum_form(q)
         order = np.array(self.order)
         with np.errstate(all="ignore"):
             known = np.isfinite(W).all(axis=(0, 1))
@@ -129,14 +129,13 @@ class Measure(NamedTuple):
     @property
     def names(self) -> tuple[str, ...]:
         """Names of the rows that are drawn."""
-        n = len(self.at)
-        rows = system_of(self.momenta.model).row_names
+        n, rows = len(self.at), self.momenta.system.row_names
         return tuple(rows[k] for half in (0, n) for k in (half + f for f in self.free))
 
     @property
     def turns(self) -> list[float]:
         """Periods of the free coordinates, 0 where there is none."""
-        return [system_of(self.momenta.model).periods[k] for k in self.free]
+        return [self.momenta.system.periods[k] for k in self.free]
 
     def floor(self, x: np.ndarray) -> np.ndarray:
         """Return the least energy over free coordinates x (d, ...)."""
@@ -196,8 +195,8 @@ class Measure(NamedTuple):
     def _heavier(self, density: float) -> Measure:
         if not np.isfinite(density):
             raise ValueError(
-                f"axes must leave out where the masses of {type(self.momenta.model).__name__} are without bound, or "
-                "not positive"
+                f"axes must leave out where the masses of {type(self.momenta.system.model).__name__} are without "
+                "bound, or not positive"
             )
         return self._replace(heaviest=density)
 
@@ -263,54 +262,48 @@ class Ranges(NamedTuple):
         return tuple(np.ascontiguousarray(np.concatenate(part, axis=1)[:, :count]) for part in (z, points))  # type: ignore[return-value]
 
 
-def ranges_of(model: Any, energy: float, section: Any, axes: Any, others: Others) -> Ranges:
+def ranges_of(system: System, energy: float, section: Any, axes: Any, others: Others) -> Ranges:
     """Return a source that draws from ranges of rows, or directions at rest; errors name the wrong argument."""
     if others.at_rest:
         if axes is not None:
             raise ValueError("axes and at_rest exclude one another: directions are drawn from all")
-        names = angle_names(model.degrees_of_freedom) if model.degrees_of_freedom > 1 else ()
-        return Ranges(launching(model, energy, names, section, others), ())
+        names = angle_names(system.n) if system.n > 1 else ()
+        return Ranges(launching(system, energy, names, section, others), ())
     if axes is None:
-        rows = system_of(model).row_names
-        n = system_of(model).n
+        rows, n = system.row_names, system.n
         given = [*checked_names("fixed", () if others.fixed is None else others.fixed, "numbers")]
         given += [others.solve] if isinstance(others.solve, str) else []
         if section is not None:
-            given.append(section_row(model, section)[0])
+            given.append(section_row(system, section)[0])
             given += [p for q, p in zip(rows[:n], rows[n:], strict=False) if q == given[-1] and others.solve is None]
         free = next((name for name in rows if name not in given), rows[0])
         raise ValueError(
             "axes must give the ranges (low, high) to draw from, by name, such as "
             f"axes={{{free!r}: (-1, 1)}}: nothing else bounds the starts, and rows without a range are 0"
         )
-    ranges = _ranges(axes, model)
+    ranges = _ranges(axes, system)
     if not ranges:
         raise ValueError("axes must name one row at least")
-    made = launching(model, energy, tuple(ranges), section, others)
+    made = launching(system, energy, tuple(ranges), section, others)
     return Ranges(made, tuple(ranges.values()))
 
 
-def measure_of(model: Any, energy: float, section: Any, axes: Any) -> Measure | Surface:
+def measure_of(system: System, energy: float, section: Any, axes: Any) -> Measure | Surface:
     """Return the invariant measure of an energy surface (section None) or of a section; raises NotReached if the energy
     reaches no point, ValueError if the region is unbounded.
     """
-    system = system_of(model)
-    n = model.degrees_of_freedom
-    names = system.names
+    n, names = system.n, system.names
     if n < 2:
         raise ValueError(
-            f"body must have two degrees of freedom or more, {type(model).__name__} has {n}: its energy surface is one "
-            "orbit, of which integrate gives points at equal times"
+            f"body must have two degrees of freedom or more, {type(system.model).__name__} has {n}: its "
+            "energy surface is one orbit, of which integrate gives points at equal times"
         )
-    given = {} if axes is None else _ranges(axes, model)
+    given = {} if axes is None else _ranges(axes, system)
     if not system.ellipsoidal:
-        return surface_of(model, energy, section, given)
-    at = [0.0] * n
-    free = list(range(n))
-    sign = 0
-    first = 0
+        return surface_of(system, energy, section, given)
+    at, free, sign, first = [0.0] * n, list(range(n)), 0, 0
     if section is not None:
-        name, value, sign = section_row(model, section)
+        name, value, sign = section_row(system, section)
         if name not in names:
             raise TypeError(f"section must be on a coordinate such as {names[0]}=0 for random points, got {name}")
         first = names.index(name)
@@ -318,7 +311,7 @@ def measure_of(model: Any, energy: float, section: Any, axes: Any) -> Measure | 
         at[first] = value
         free.remove(first)
     nothing = Box(np.zeros(1), np.zeros(1), 0.0, False)
-    made = Measure(Momenta.of(model, first), energy, tuple(at), tuple(free), nothing, sign)
+    made = Measure(Momenta.of(system, first), energy, tuple(at), tuple(free), nothing, sign)
     ends = {system.row_names.index(named("axes", name, made.names)): both for name, both in given.items()}
     momenta = tuple((row, *both) for row, both in ends.items() if row >= n)
     made = made._replace(box=_box(made, {k: both for k, both in ends.items() if k < n}), momenta_within=momenta)
@@ -327,23 +320,22 @@ def measure_of(model: Any, energy: float, section: Any, axes: Any) -> Measure | 
     return made
 
 
-def _ranges(axes: Any, model: Any) -> dict[str, tuple[float, float]]:
-    found = checked_names("axes", axes, "ranges (low, high)", system_of(model).row_names)
+def _ranges(axes: Any, system: System) -> dict[str, tuple[float, float]]:
+    found = checked_names("axes", axes, "ranges (low, high)", system.row_names)
     return {name: span(f"axes[{name!r}]", ends) for name, ends in found.items()}
 
 
 def _box(measure: Measure, given: dict[int, tuple[float, float]]) -> Box:
     """Return the box to draw from: the ranges given, those found where they are left open."""
-    model = measure.momenta.model
-    energy = measure.energy
+    system, energy = measure.momenta.system, measure.energy
     if len(given) == len(measure.free):
         low, high = np.array([given[k] for k in measure.free]).T
     else:
         try:
             box = box_of_angles(measure.floor, measure.turns, energy)
         except NoWell as problem:
-            names = tuple(system_of(model).names[k] for k in measure.free)
-            raise no_well(model, energy, problem, names, measure.sign != 0) from None
+            names = tuple(system.names[k] for k in measure.free)
+            raise no_well(system, energy, problem, names, measure.sign != 0) from None
         if not given:
             return box
         low, high = box.low.copy(), box.high.copy()
@@ -353,9 +345,11 @@ def _box(measure: Measure, given: dict[int, tuple[float, float]]) -> Box:
     least = least_within(measure.floor, low, high)
     if not least < energy:
         raise NotReached(
-            (None if system_of(model).isotropic else too_low(model, energy, 0.0, 0.0))
+            (None if system.isotropic else too_low(system, energy, 0.0, 0.0))
             or f"energy {energy:g} lies below {least:.6g}, the least energy met in the ranges"
         )
     if not np.isfinite(least):
-        raise ValueError(f"axes must leave out where the potential of {type(model).__name__} is not bounded below")
+        raise ValueError(
+            f"axes must leave out where the potential of {type(system.model).__name__} is not bounded below"
+        )
     return Box(low, high, least, False)

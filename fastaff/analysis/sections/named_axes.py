@@ -14,7 +14,7 @@ from ...base.names import did_you_mean, named
 from ...base.numbers import flag, numbers, real, shown
 from ...flows.checks import checked_section
 from ...flows.needs import check_given
-from ...models.mechanics import system_of
+from ...models.mechanics import System
 from ...models.sections import AngleEquals, Linear
 from .accessible_box import spread
 from .allowed_region import crossings, extrema
@@ -62,7 +62,7 @@ class Launching(NamedTuple):
     no energy; sign: of the root.
     """
 
-    model: Any
+    system: System
     energy: float
     names: tuple[str, ...]
     base: tuple[float, ...]
@@ -73,13 +73,13 @@ class Launching(NamedTuple):
         """Return phase points (2n, points) at values (names, points), and a mask (points,) of those that the energy
         reaches.
         """
-        system = system_of(self.model)
+        system = self.system
         z = np.repeat(np.array(self.base)[:, None], values.shape[1], axis=1)
         with np.errstate(all="ignore"):
             if self.row == AT_REST:
                 n = len(self.base) // 2
                 z[:n] += self._rest(values, z)
-                z[n:] = rest(self.model, z[:n])
+                z[n:] = rest(self.system, z[:n])
             else:
                 rows = system.row_names
                 for name, value in zip(self.names, values, strict=True):
@@ -87,7 +87,7 @@ class Launching(NamedTuple):
                 if self.row == NOTHING:
                     return z, np.isfinite(z).all(axis=0) & system.inside(z)
                 z[self.row] = self._solved(z)
-            return z, on_surface(self.model, z, self.energy)
+            return z, on_surface(self.system, z, self.energy)
 
     def _rest(self, angles: np.ndarray, z: np.ndarray) -> np.ndarray:
         """Return the points, relative to z, where rays from z, at rest, first leave the region of the energy."""
@@ -97,8 +97,8 @@ class Launching(NamedTuple):
         def room(r: np.ndarray, column: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
             at = spread(z[:, column], r)
             at[:n] += r * spread(each[:, column], r)
-            at[n:] = rest(self.model, at[:n])
-            return left(self.model, self.energy, at)
+            at[n:] = rest(self.system, at[:n])
+            return left(self.system, self.energy, at)
 
         column = np.arange(angles.shape[1])
         sheets, _ = crossings(room, extrema(room, column.size), column, np.zeros(column.size), False)
@@ -107,26 +107,23 @@ class Launching(NamedTuple):
 
     def _solved(self, z: np.ndarray) -> np.ndarray:
         """Return the row that the energy gives; NaN where it gives none."""
-        system = system_of(self.model)
+        system = self.system
         n = len(z) // 2
         if self.row < n or not system.quadratic:  # the outermost root, up to which the energy allows motion
-            return roots_along(self.model, self.energy, z, self.row, self.sign)[0]
+            return roots_along(self.system, self.energy, z, self.row, self.sign)[0]
         z[self.row] = 0.0
-        weight = self.model.kinetic_energy(*np.eye(n)[self.row - n])
+        weight = system.model.kinetic_energy(*np.eye(n)[self.row - n])
         half = system.velocities(z)[self.row - n] / (2 * weight)
         square = half * half + (self.energy - system.energies(z)) / weight
         return self.sign * np.sqrt(np.where(square >= 0, square, np.nan)) - half
 
 
-def on_surface(model: Any, z: np.ndarray, energy: float) -> np.ndarray:
+def on_surface(system: System, z: np.ndarray, energy: float) -> np.ndarray:
     """Return a mask of the phase points z (2n, points) that have this energy and lie in the domain of the potential.
 
     An energy of 0, where V has its zero, is no measure of its rounding; its change along z is.
     """
-    system = system_of(model)
-    T = system.kinetic_energies(z)
-    V = system.potential_energies(z)
-    n = len(z) // 2
+    T, V, n = system.kinetic_energies(z), system.potential_energies(z), len(z) // 2
     with np.errstate(all="ignore"):
         along = np.nan_to_num(ROUNDING * np.abs(z * np.roll(system.slopes(z), n, axis=0)).sum(axis=0), posinf=0.0)
         exact = np.abs(T + V - energy) <= TOLERANCE * (np.abs(T) + np.abs(V) + abs(energy)) + along
@@ -196,25 +193,20 @@ def checked_sign(sign: Any) -> int:
     return int(sign)
 
 
-def launching(model: Any, energy: float, names: Any, section: Any, others: Others) -> Launching:
+def launching(system: System, energy: float, names: Any, section: Any, others: Others) -> Launching:
     """Return the map from values of these names to phase points; TypeError or ValueError for wrong arguments."""
-    system = system_of(model)
-    fixed = others.fixed
-    solve = others.solve
-    sign = others.sign
-    rows = system.row_names
-    n = system.n
-    resting = flag("at_rest", others.at_rest)
-    check_given(model, "a start by energy", section=section, solve=solve, at_rest=resting or None)
+    fixed, solve, sign = others.fixed, others.solve, others.sign
+    rows, n, resting = system.row_names, system.n, flag("at_rest", others.at_rest)
+    check_given(system, "a start by energy", section=section, solve=solve, at_rest=resting or None)
     base = {
         named("fixed", name, rows): real(f"fixed[{name!r}]", value)
         for name, value in checked_names("fixed", () if fixed is None else fixed, "numbers").items()
     }
     if resting:
-        return _resting(model, energy, names, section, base, solve)
+        return _resting(system, energy, names, section, base, solve)
     names = tuple(named("axes", name, rows) for name in names)
     if section is not None:
-        name, value, direction = section_row(model, section)
+        name, value, direction = section_row(system, section)
         if name in names or name in base:
             raise ValueError(
                 f"{name} is given by the section, it must not be in {'axes' if name in names else 'fixed'}"
@@ -231,7 +223,7 @@ def launching(model: Any, energy: float, names: Any, section: Any, others: Other
         if names.count(name) > 1:
             raise ValueError(f"axes names {name} twice")
     if not system.conserves:
-        return Launching(model, energy, names, tuple(base.get(name, 0.0) for name in rows), NOTHING, sign)
+        return Launching(system, energy, names, tuple(base.get(name, 0.0) for name in rows), NOTHING, sign)
     left = [name for name in rows if name not in names and name not in base]
     if not left:
         raise ValueError("nothing is left for the energy to give: axes and fixed name all coordinates and momenta")
@@ -240,20 +232,18 @@ def launching(model: Any, energy: float, names: Any, section: Any, others: Other
     if not isinstance(solve, str) or solve not in left:
         asked = solve if isinstance(solve, str) else shown(solve)
         raise ValueError(f"solve must be one of {', '.join(left)}, got {shown(solve)}.{did_you_mean(asked, left)}")
-    return Launching(model, energy, names, tuple(base.get(name, 0.0) for name in rows), rows.index(solve), sign)
+    return Launching(system, energy, names, tuple(base.get(name, 0.0) for name in rows), rows.index(solve), sign)
 
 
-def _resting(model: Any, energy: float, names: Any, section: Any, base: dict[str, float], solve: Any) -> Launching:
+def _resting(system: System, energy: float, names: Any, section: Any, base: dict[str, float], solve: Any) -> Launching:
     """Return the map from angles to phase points at rest."""
-    system = system_of(model)
-    rows = system.row_names
-    n = model.degrees_of_freedom
+    rows, n = system.row_names, system.n
     if n < 2:
-        raise ValueError(f"at_rest needs two degrees of freedom or more, {type(model).__name__} has {n}")
+        raise ValueError(f"at_rest needs two degrees of freedom or more, {type(system.model).__name__} has {n}")
     if system.nonseparable and not system.ellipsoidal:
         raise ValueError(
             f"at_rest needs H of second degree in the momenta, with positive masses, which that of "
-            f"{type(model).__name__} is not: give rows by name"
+            f"{type(system.model).__name__} is not: give rows by name"
         )
     if section is not None or solve is not None:
         what = "section" if section is not None else "solve"
@@ -269,22 +259,22 @@ def _resting(model: Any, energy: float, names: Any, section: Any, base: dict[str
     order = tuple(base.get(name, 0.0) for name in rows)
     if names != angles:
         raise ValueError(f"axes at rest must come in the order {', '.join(angles)}, got {', '.join(names)}")
-    return Launching(model, energy, names, order, AT_REST, 1)
+    return Launching(system, energy, names, order, AT_REST, 1)
 
 
-def checked_energy(model: Any, energy: Any) -> float:
+def checked_energy(system: System, energy: Any) -> float:
     """Return an energy; NaN for a system that conserves none."""
-    if system_of(model).conserves:
+    if system.conserves:
         return real("energy", energy)
     unknown = isinstance(energy, float) and np.isnan(energy)
-    check_given(model, "a start by energy", energy=None if unknown else energy)
+    check_given(system, "a start by energy", energy=None if unknown else energy)
     return float("nan")
 
 
-def section_row(model: Any, section: Any) -> tuple[str, float, int]:
+def section_row(system: System, section: Any) -> tuple[str, float, int]:
     """Return the row that a section fixes, its value and the sign of its rate."""
-    checked_section(section, model)
-    names = system_of(model).row_names
+    checked_section(section, system)
+    names = system.row_names
     normal = np.asarray(getattr(section, "normal", ()), dtype=np.float64)
     if type(section) not in (Linear, AngleEquals) or np.count_nonzero(normal) != 1:
         raise TypeError(

@@ -15,7 +15,7 @@ from ...base.short_forms import Starts, takes
 from ...base.status import Status
 from ...compile.threads import by_portions
 from ...flows.accuracy import Steps, halved, planned, until
-from ...flows.checks import checked_model, checked_section, phase_points
+from ...flows.checks import checked_section, checked_system, phase_points
 from ...flows.flow import Flow, Wear
 from ...flows.launch import Report, launch, units
 from ...flows.motion import Motion, motion, typical_rate
@@ -26,7 +26,7 @@ from ...flows.starts import starts_of
 from ...formulas.section_text import section_of
 from ...kernels.crossing_roots import lean
 from ...models.contracts import Dynamics, Section
-from ...models.mechanics import system_of
+from ...models.mechanics import System
 from ...models.sections import Stroboscopic
 from ...schemes.automatic import Automatic
 from ...schemes.catalogue import Scheme, scheme_of
@@ -127,12 +127,12 @@ def poincare_map(
     if direction is not None:
         section = _directed(section, direction)
     wanted = Crossings(section, whole("crossings", crossings, 1), max_time, options.drift)
-    model = checked_model(problem.model)
-    mapping = problem.system.iterated
+    system = checked_system(problem.model)
+    mapping = system.iterated
     given = {"section": wanted.section, "max_time": max_time}
-    check_given(model, "a time", "the crossings of a map are its iterates", **given)
+    check_given(system, "a time", "the crossings of a map are its iterates", **given)
     if not mapping:
-        checked_section(wanted.section, model)
+        checked_section(wanted.section, system)
     problem = problem.suited()
     goal = problem.options.goal()
     if isinstance(wanted.section, Stroboscopic):
@@ -148,11 +148,11 @@ def poincare_map(
         wanted = wanted._replace(max_time=positive("max_time", max_time))
     flow, z, *_ = problem.plan(time=wanted.max_time, error=None, transformed=True)
     if mapping:
-        return _iterated(flow, model, z, wanted.number, report)
+        return _iterated(flow, system, z, wanted.number, report)
     fits("crossings", wanted.number, *z.shape)
     if goal is not None:
-        return _accurate(flow, model, z, wanted, goal, report)
-    return crossed(flow, model, z, wanted, report)[0]
+        return _accurate(flow, system, z, wanted, goal, report)
+    return crossed(flow, system, z, wanted, report)[0]
 
 
 def _directed(section: Any, direction: Any) -> Any:
@@ -165,14 +165,14 @@ def _directed(section: Any, direction: Any) -> Any:
 
 def _enough(problem: Problem, wanted: int) -> str:
     """Return a sentence with the time for so many crossings: four turns of the orbits for each."""
-    body = problem.model
-    if not system_of(body).canonical:
+    system = problem.system
+    if not system.canonical:
         return ""
-    turn = 2 * np.pi / typical_rate(body, phase_points("z0", problem.z0, body))
+    turn = 2 * np.pi / typical_rate(system, phase_points("z0", problem.z0, system))
     return f"; a turn of these orbits takes about {turn:.2g}: max_time={float(f'{4 * wanted * turn:.1g}'):g} will do"
 
 
-def _iterated(flow: Flow, body: Any, z: np.ndarray, wanted: int, report: Report | None) -> SectionMap:
+def _iterated(flow: Flow, system: System, z: np.ndarray, wanted: int, report: Report | None) -> SectionMap:
     """Return the iterates of a map."""
     ensemble = flow.ensemble(z)
     time = np.arange(1.0, wanted + 1)
@@ -192,7 +192,7 @@ def _iterated(flow: Flow, body: Any, z: np.ndarray, wanted: int, report: Report 
         section=None,
         scheme=flow.scheme,
         step=flow.step,
-        names=system_of(body).row_names,
+        names=system.row_names,
     )
     with keeping("poincare_map", lambda: found):
         if interrupted:
@@ -216,7 +216,7 @@ class _Crossings(NamedTuple):
         return _Crossings(self.found.take(orbits), self.reached[orbits])
 
 
-def slants(model: Any, section: Any, points: np.ndarray, scales: Motion) -> np.ndarray:
+def slants(system: System, section: Any, points: np.ndarray, scales: Motion) -> np.ndarray:
     """Return the ratio of the error of a crossing to that of its state (crossings, orbits), at least 1, NaN where there
     is none.
 
@@ -227,26 +227,25 @@ def slants(model: Any, section: Any, points: np.ndarray, scales: Motion) -> np.n
     size = np.concatenate([scales.position, scales.momentum])
     result = np.empty(z.shape[1:])
     with np.errstate(all="ignore"):
-        speed = system_of(model).slopes(z) / scales.rate[:, None]
-    function = bound("value", section, model.degrees_of_freedom, 0)
+        speed = system.slopes(z) / scales.rate[:, None]
+    function = bound("value", section, system.n, 0)
     flat = z.reshape(len(z), -1), size, speed.reshape(len(z), -1), result.reshape(-1)
     launch(lean, (function, NUDGE, *flat), units(result.size), 0.0, 1, None, float(result.size))
     return result.T
 
 
-def _steps(flow, body, z, wanted, max_time, accuracy) -> Steps:
+def _steps(flow, system: System, z, wanted, max_time, accuracy) -> Steps:
     """Return the first steps, fractions of max_time, for as long as the crossings may take."""
-    found = motion(body, z, flow.threads)
+    found = motion(system, z, flow.threads)
     lasting = np.minimum(max_time, SLOWEST * wanted * 2 * np.pi / found.rate)
     return planned(flow, z, found, lasting, accuracy, run=max_time, parts=2)
 
 
-def _accurate(flow, body, z, crossings: Crossings, accuracy, report) -> SectionMap:
+def _accurate(flow, system: System, z, crossings: Crossings, accuracy, report) -> SectionMap:
     """Follow the orbits with steps that are halved until their crossings agree."""
     section, wanted, max_time, _ = crossings
-    steps = _steps(flow, body, z, wanted, max_time, accuracy)
-    rows = 2 * body.degrees_of_freedom
-    orbits = z.shape[1]
+    steps = _steps(flow, system, z, wanted, max_time, accuracy)
+    rows, orbits = 2 * system.n, z.shape[1]
     result = SectionMap(
         points=np.full((orbits, wanted, rows), np.nan).transpose(2, 1, 0),
         times=np.full((orbits, wanted), np.nan).T,
@@ -257,7 +256,7 @@ def _accurate(flow, body, z, crossings: Crossings, accuracy, report) -> SectionM
         section=section,
         scheme=flow.scheme,
         step=np.full(orbits, np.nan),
-        names=system_of(body).row_names,
+        names=system.row_names,
         time_error=np.full((orbits, wanted), np.nan).T,
         point_error=np.full((orbits, wanted, rows), np.nan).transpose(2, 1, 0),
         accurate_until=np.zeros(orbits),
@@ -270,7 +269,7 @@ def _accurate(flow, body, z, crossings: Crossings, accuracy, report) -> SectionM
         beside = None if fine is None else Beside(fine.found.times, PARTED / motion.rate[orbits])
         try:
             part, reached = crossed(
-                flow.sized(step), body, start, crossings, report, motion.radius[orbits], wear, beside
+                flow.sized(step), system, start, crossings, report, motion.radius[orbits], wear, beside
             )
         except Interrupted as stopped:
             unfinished = np.full(len(step), int(Status.INTERRUPTED))  # whatever their outcome with these steps
@@ -280,7 +279,7 @@ def _accurate(flow, body, z, crossings: Crossings, accuracy, report) -> SectionM
         return _Crossings(replace(part, step=used), reached)
 
     def compare(fine: _Crossings, coarse: _Crossings, orbits: np.ndarray, weight: np.ndarray | None) -> tuple:
-        return _compared(body, section, steps.motion.of(orbits), fine.found, coarse.found, weight, flow.threads)
+        return _compared(system, section, steps.motion.of(orbits), fine.found, coarse.found, weight, flow.threads)
 
     def keep(orbits: np.ndarray, fine: _Crossings, chosen: np.ndarray, error: np.ndarray) -> None:
         together = chosen.size and chosen[-1] - chosen[0] < chosen.size  # taken without a copy
@@ -310,7 +309,9 @@ def _put(result: SectionMap, steps: Steps, accuracy, run: _Crossings, which, whe
     put(result, where, replace(part, time_error=late, point_error=apart, accurate_until=lasting))
 
 
-def _compared(body, section, motion: Motion, fine: SectionMap, coarse: SectionMap, slant, threads: int) -> tuple:
+def _compared(
+    system: System, section, motion: Motion, fine: SectionMap, coarse: SectionMap, slant, threads: int
+) -> tuple:
     """Return distances (crossings, orbits) of states at crossings of two runs, radians up to these, and `slants`, where
     these are not given.
     """
@@ -324,7 +325,7 @@ def _compared(body, section, motion: Motion, fine: SectionMap, coarse: SectionMa
             late = np.abs(times - coarse.times[:, at]) * scales.rate
             apart = scales.between(points.transpose(1, 0, 2), coarse.points[..., at].transpose(1, 0, 2), 1)
             apart = np.maximum(apart, late)
-            times_worse = slants(body, section, points, scales) if slant is None else slant[:, at]
+            times_worse = slants(system, section, points, scales) if slant is None else slant[:, at]
             straight = apart / times_worse
         same = np.isfinite(apart) & (apart < SAME)
         # After the last crossing there is nothing to compare; after one that a run lacks nothing is known.

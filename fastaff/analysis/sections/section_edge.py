@@ -10,9 +10,9 @@ import numpy as np
 from ...base.axes import along
 from ...base.progress import says_progress
 from ...base.results import Result
-from ...flows.checks import checked_model
+from ...flows.checks import checked_system
 from ...formulas.section_text import section_forms, section_in_words, section_of
-from ...models.mechanics import system_of
+from ...models.mechanics import System
 from ...models.sections import AlphaTurning, AngleEquals, BetaTurning, Linear
 from .allowed_region import LARGEST, Function, evaluated, extrema, highest, intervals, line, radii
 from .energy_limits import NotReached, Where
@@ -86,39 +86,37 @@ def edge(
     >>> edge.momentum.max().round(4)
     np.float64(0.5)
     """
-    checked_model(body, needs="an energy surface")
+    system = checked_system(body, needs="an energy surface")
     section = section_of(section, body)
-    where = Where(body, section, energy, p_eta, p_gamma)
-    if not _of_ellipses(body) and not system_of(body).quadratic:
+    where = Where(system, section, energy, p_eta, p_gamma)
+    if not _of_ellipses(system) and not system.quadratic:
         return _edge_of(sides_of_any(where, max(2, points // 4)))
     parts = _bounded_parts(where)
     share = max(2, points // len(parts))
     # Dense at all ends, where the boundary is steep.
     dense = (1 - np.cos(np.linspace(0, np.pi, share))) / 2
     u = np.concatenate([part.low + (part.high - part.low) * dense for part in parts])
-    if _of_ellipses(body):
+    if _of_ellipses(system):
         return _edge_of([Ellipses(where).sides(u)])
     value = evaluated(_rest(where), u, np.zeros(u.size, np.int64))[0]
-    return Edge(u, np.sqrt(np.maximum(value, 0.0)), _centre(body, section))
+    return Edge(u, np.sqrt(np.maximum(value, 0.0)), _centre(system, section))
 
 
-def _nodes(body: Any, section: Any) -> np.ndarray:
+def _nodes(system: System, section: Any) -> np.ndarray:
     """Return the coordinates between which the allowed ones are sought: one turn of an angle."""
-    system = system_of(body)
     if system.isotropic:
         return radii()
     turns = [
         period
         for name, period in zip(system.names, system.periods)
-        if isinstance(section, (Linear, AngleEquals)) and name != section_row(body, section)[0]
+        if isinstance(section, (Linear, AngleEquals)) and name != section_row(system, section)[0]
     ]
     half = turns[0] / 2 if len(turns) == 1 else 0.0
     return np.linspace(-half, half, TURN + 1) if half > 0 else line()
 
 
-def _of_ellipses(body: Any) -> bool:
+def _of_ellipses(system: System) -> bool:
     """Tell whether ellipses of momenta differ from place to place."""
-    system = system_of(body)
     return system.nonseparable and system.ellipsoidal
 
 
@@ -129,19 +127,18 @@ def _edge_of(pieces: list[Sides]) -> Edge:
 
 def parts(where: Where) -> list[Part]:
     """Return the pieces of the section of any system."""
-    body = where.body
-    section = where.section
-    if _of_ellipses(body) or system_of(body).quadratic:
+    system, section = where.system, where.section
+    if _of_ellipses(system) or system.quadratic:
         return _bounded_parts(where)
-    box = surface_of(body, where.energy, section, None).box
-    k = 2 - system_of(body).names.index(section_row(body, section)[0])
+    box = surface_of(system, where.energy, section, None).box
+    k = 2 - system.names.index(section_row(system, section)[0])
     return [Part(*map(float, (box.low[0], box.high[0], box.low[k], box.high[k])))]
 
 
 def _momenta_of(where: Where, rest: Function, low: float, high: float) -> tuple[float, float]:
     """Return the range of momenta on a piece of a section."""
     nodes = np.linspace(low, high, 65) if high > low else np.full(3, low)
-    if _of_ellipses(where.body):
+    if _of_ellipses(where.system):
         found = Ellipses(where)
 
         def end(side: int) -> Function:
@@ -149,30 +146,28 @@ def _momenta_of(where: Where, rest: Function, low: float, high: float) -> tuple[
 
         bottom, top = (float(highest(end(side), 1, nodes)[0]) for side in (-1, 1))
         return -bottom, top
-    centre = _centre(where.body, where.section)
-    top = float(np.sqrt(max(0.0, extrema(rest, 1, nodes).f.max())))
+    centre, top = _centre(where.system, where.section), float(np.sqrt(max(0.0, extrema(rest, 1, nodes).f.max())))
     return centre - top, centre + top
 
 
 def _usual(where: Where, rest: Function, part: Part) -> Part:
     """Return a piece of a section with the range of momenta that USUAL of its length needs."""
     u = part.low + (part.high - part.low) * (np.arange(LOOKS) + 0.5) / LOOKS
-    if _of_ellipses(where.body):
+    if _of_ellipses(where.system):
         _, bottom, top = Ellipses(where).sides(u)
     else:
-        centre = _centre(where.body, where.section)
+        centre = _centre(where.system, where.section)
         half = np.sqrt(np.maximum(evaluated(rest, u, np.zeros(u.size, np.int64))[0], 0.0))
         bottom = centre - half
         top = centre + half
     return Part(part.low, part.high, float(np.quantile(bottom, 1 - USUAL)), float(np.quantile(top, USUAL)))
 
 
-def _centre(body: Any, section: Any) -> float:
+def _centre(system: System, section: Any) -> float:
     """Return the momentum about which the accessible part of a section is symmetric: that of rest."""
-    system = system_of(body)
     if not isinstance(section, (Linear, AngleEquals)) or not system.frame:
         return 0.0
-    i = fixed_coordinate(section, body)
+    i = fixed_coordinate(section, system.model)
     q = np.zeros(2)
     q[i] = section.offset / section.normal[i]
     return float(system.at_rest(q)[1 - i])
@@ -180,18 +175,16 @@ def _centre(body: Any, section: Any) -> float:
 
 def _bounded_parts(where: Where) -> list[Part]:
     """Return the pieces of the section that the energy allows, without those that go to infinity."""
-    body, section, energy = where[:3]
-    rest = _rest(where)
-    nodes = _nodes(body, section)
-    found = intervals(rest, nodes)
-    name = section_in_words(section, body)
+    system, section, energy = where[:3]
+    rest, nodes = _rest(where), _nodes(system, section)
+    found, name = intervals(rest, nodes), section_in_words(section, system)
     if abs(nodes[-1]) < LARGEST:  # of an angle
         found = [(max(low, float(nodes[0])), min(high, float(nodes[-1]))) for low, high in found]
     if not found:
         least = _least(where, rest, nodes)
         why = f"energy {energy:g} does not reach the section {name}: the least energy there is {least:.6g}"
         if not np.isfinite(least):
-            others = [form for form in section_forms(body) if form[:-2] != name.partition("=")[0]]
+            others = [form for form in section_forms(system) if form[:-2] != name.partition("=")[0]]
             why = f"the section {name} has no points of finite energy: take {' or '.join(others)}, with c a number"
         raise NotReached(where.too_low() or why)
     bounded = [ends for ends in found if np.isfinite(ends).all()]
@@ -216,9 +209,9 @@ def _bounded_parts(where: Where) -> list[Part]:
                 f"what energy {energy:g} allows of the section {name} has momenta without bound, at a pole of the "
                 f"potential: give the ranges of the axes, such as {ranges}, which have the momenta of {USUAL:.0%} of it"
             )
-        q = next(name for name in system_of(body).names if name != section_row(body, section)[0])
+        q = next(name for name in system.names if name != section_row(system, section)[0])
         angle = f"; or, of what is an angle, its period: periods={{'{q}': '2*pi'}}, --angles {q}=2*pi"
-        angle *= not system_of(body).separable
+        angle *= not system.separable
         raise ValueError(
             f"what energy {energy:g} allows of the section {name} falls apart into pieces without end: give the ranges "
             f"of the axes, such as {ranges}" + angle
@@ -228,11 +221,14 @@ def _bounded_parts(where: Where) -> list[Part]:
 
 def _least(where: Where, rest: Function, nodes: np.ndarray) -> float:
     """Return the least energy on a section, above which momenta are allowed."""
-    body = where.body
-    left = float(highest(rest, 1, nodes)[0])
-    if _of_ellipses(body):
+    system, left = where.system, float(highest(rest, 1, nodes)[0])
+    if _of_ellipses(system):
         return where.energy - left
-    mass = body.mu if system_of(body).isotropic else 0.5 / _weight(body, fixed_coordinate(where.section, body))
+    mass = (
+        system.model.mu
+        if system.isotropic
+        else 0.5 / _weight(system.model, fixed_coordinate(where.section, system.model))
+    )
     return where.energy - left / (2 * mass)
 
 
@@ -246,10 +242,11 @@ def _rest(where: Where) -> Function:
     """Return the largest squared momentum at a coordinate as a function of one column; infinite where the other radius
     is unbounded.
     """
-    body, section, energy = where[:3]
+    system, section, energy = where[:3]
+    body = system.model
     linear = isinstance(section, (Linear, AngleEquals))
     i = fixed_coordinate(section, body) if linear else 0
-    if _of_ellipses(body) and body.degrees_of_freedom == 2:
+    if _of_ellipses(system) and body.degrees_of_freedom == 2:
         return Ellipses(where).room
     if linear and body.degrees_of_freedom == 2:
         at = section.offset / section.normal[i]
@@ -257,11 +254,11 @@ def _rest(where: Where) -> Function:
 
         def left(u, _):
             q = np.array([at + 0 * u, u] if i == 0 else [u, at + 0 * u])
-            V = np.where(body.margin(*q) > 0, system_of(body).least_energies(q), np.inf)
+            V = np.where(body.margin(*q) > 0, system.least_energies(q), np.inf)
             return (energy - V) / weight, (abs(energy) + np.abs(V)) / weight
 
         return left
-    if not system_of(body).isotropic:
+    if not system.isotropic:
         n = body.degrees_of_freedom
         raise TypeError(
             f"section {section!r} has no known boundary for {type(body).__name__}, which has {n} degrees of freedom, 2 "

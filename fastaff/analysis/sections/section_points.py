@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 
-from ...models.mechanics import system_of
 from ...models.sections import AlphaTurning, AngleEquals, BetaTurning, Linear
 from .allowed_region import crossings, extrema
 from .energy_limits import Where
@@ -79,8 +78,7 @@ def _(section, where, u, v):
 @section_points.register(Linear)
 @section_points.register(AngleEquals)
 def _(section, where, u, v):
-    body = where.body
-    energy = where.energy
+    body, energy, system = where.body, where.energy, where.system
     if body.degrees_of_freedom != 2:
         raise TypeError(
             "section must be Linear with one non-zero entry, of a coordinate, for a system of two degrees of freedom, "
@@ -93,11 +91,10 @@ def _(section, where, u, v):
     z[1 - i] = u
     z[3 - i] = v
     sign = section.direction * np.sign(normal[i])
-    system = system_of(body)
     coordinates, momenta = np.reshape(system.row_names, (2, 2))
     names = str(coordinates[1 - i]), str(momenta[1 - i])
     if not system.quadratic:
-        roots = roots_along(body, energy, z, 2 + i, -1 if sign < 0 else 1)
+        roots = roots_along(system, energy, z, 2 + i, -1 if sign < 0 else 1)
         sheets = np.repeat(z[None], len(roots), axis=0)
         sheets[:, 2 + i] = roots
         return sheets, names

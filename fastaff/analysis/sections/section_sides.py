@@ -9,7 +9,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...models.mechanics import system_of
 from .allowed_region import evaluated, highest
 from .energy_limits import NotReached, Where
 from .invariant_measure import Momenta
@@ -39,10 +38,9 @@ class Ellipses:
     """The ellipses of momenta over the points of a section, of an H of second degree in the momenta."""
 
     def __init__(self, where: Where):
-        name, self.at, _ = section_row(where.body, where.section)
-        self.energy = where.energy
-        self.i = system_of(where.body).names.index(name)
-        self.momenta = Momenta.of(where.body, self.i)
+        name, self.at, _ = section_row(where.system, where.section)
+        self.energy, self.i = where.energy, where.system.names.index(name)
+        self.momenta = Momenta.of(where.system, self.i)
 
     def places(self, u: np.ndarray) -> np.ndarray:
         """Return places (2, ...) over values (...) of the other coordinate."""
@@ -67,10 +65,10 @@ class Ellipses:
 
 def sides_of_any(where: Where, points: int) -> list[Sides]:
     """Return the pieces of a section of any H(q, p), told by a net over the box that the energy bounds."""
-    model, section, energy = where[:3]
-    box = surface_of(model, energy, section, None).box
-    name, at, _ = section_row(model, section)
-    i = system_of(model).names.index(name)
+    system, section, energy = where[:3]
+    box = surface_of(system, energy, section, None).box
+    name, at, _ = section_row(system, section)
+    i = system.names.index(name)
     low, high = (dict(zip((1 - i, 2, 3), ends)) for ends in (box.low, box.high))
     nodes = np.linspace(low[2 + i], high[2 + i], ALONG + 1)
 
@@ -79,11 +77,8 @@ def sides_of_any(where: Where, points: int) -> list[Sides]:
 
         def over(p: np.ndarray, column: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
             z = np.empty((4, *p.shape))
-            z[i] = at
-            z[1 - i] = u[column]
-            z[2 + i] = p
-            z[3 - i] = v[column]
-            return left(model, energy, z)
+            z[i], z[1 - i], z[2 + i], z[3 - i] = at, u[column], p, v[column]
+            return left(system, energy, z)
 
         return highest(over, u.size, nodes)
 

@@ -82,9 +82,8 @@ class _Strobed:
 
     def _steps(self, goal: float) -> Steps:
         """Return the first steps; from here on states have errors."""
-        flow = self.flow
-        z = self.z
-        found = motion(flow.model, z, flow.threads)
+        flow, z = self.flow, self.z
+        found = motion(flow.system, z, flow.threads)
         steps = planned(flow, z, found, self.wanted * self.period, goal, run=self.period, parts=2)
         self.error = np.full(self.states.shape, np.nan)
         return steps
@@ -120,7 +119,7 @@ class _Strobed:
             self.until[where] = until(holds, self.times[:, where], self.ensemble.time[where])
 
         def drifts(run: Compared) -> np.ndarray:
-            drift = energy_error(flow.model, run.ensemble)
+            drift = energy_error(flow.system, run.ensemble)
             return (run.ensemble.status == Status.OK) & (drift > self.options.drift)
 
         parts = max(1, min(orbits, 8 * COMPARED * self.wanted * rows * orbits // PORTION))
@@ -191,7 +190,7 @@ class _Strobed:
         there = np.isfinite(self.states).all(axis=1)
         t = states[:, self.row]
         t -= self.period * np.rint((t - self.section.phase) / self.period)  # near the phase from both sides
-        drift = energy_drift(flow.model, states.transpose(1, 0, 2), ensemble.energy, ensemble.scale)
+        drift = energy_drift(flow.system, states.transpose(1, 0, 2), ensemble.energy, ensemble.scale)
         beyond = there & (drift > tolerance)
         counts = np.where(beyond.any(axis=0), beyond.argmax(axis=0), there.sum(axis=0))
         kept = np.arange(self.wanted)[:, None] < counts

@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ...base.names import named
-from ...models.mechanics import system_of
+from ...models.mechanics import System
 from .accessible_box import Box, NoWell, box_of_angles, spread, walled, within
 from .allowed_region import crossings, extrema
 from .energy_limits import NotReached, may_escape
@@ -42,7 +42,7 @@ class Surface(NamedTuple):
     heaviest: the largest 1/|grad H|_1 met; sheets: the most points on a line met.
     """
 
-    model: Any
+    system: System
     energy: float
     at: tuple[float, ...]
     free: tuple[int, ...]
@@ -55,14 +55,13 @@ class Surface(NamedTuple):
     @property
     def names(self) -> tuple[str, ...]:
         """Names of the drawn rows; for a section without its momentum."""
-        names = system_of(self.model).row_names
+        names = self.system.row_names
         return tuple(names[k] for k in self.free if k != self.along)
 
     @property
     def turns(self) -> list[float]:
         """Periods of the free rows, 0 where there is none."""
-        periods = system_of(self.model).periods
-        n = len(self.at) // 2
+        periods, n = self.system.periods, len(self.at) // 2
         return [periods[k] if k < n else 0.0 for k in self.free]
 
     def draw(self, count: int, seed: Any) -> tuple[np.ndarray, np.ndarray]:
@@ -122,7 +121,7 @@ class Surface(NamedTuple):
             return z
 
         def room(t: np.ndarray, column: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-            return left(self.model, self.energy, at(t, column))
+            return left(self.system, self.energy, at(t, column))
 
         turns = extrema(room, line.size, np.linspace(0.0, 1.0, NODES + 1))
         level = np.zeros(line.size)
@@ -130,10 +129,10 @@ class Surface(NamedTuple):
         t = np.concatenate(sides)
         with np.errstate(all="ignore"):
             z = at(t, every)
-            found = np.isfinite(t) & on_surface(self.model, z.reshape(len(z), -1), self.energy).reshape(t.shape)
+            found = np.isfinite(t) & on_surface(self.system, z.reshape(len(z), -1), self.energy).reshape(t.shape)
             if self.sign:
                 n = len(self.at) // 2
-                found &= system_of(self.model).slopes(z)[self.along - n] * self.sign > 0  # type: ignore[operator]
+                found &= self.system.slopes(z)[self.along - n] * self.sign > 0  # type: ignore[operator]
         return z, found
 
     def _weights(self, z: np.ndarray) -> np.ndarray:
@@ -143,12 +142,12 @@ class Surface(NamedTuple):
         n = len(z) // 2
         width = (self.box.high - self.box.low).reshape(-1, *[1] * (z.ndim - 1))
         with np.errstate(all="ignore"):
-            steep = np.roll(np.abs(system_of(self.model).slopes(z)), n, axis=0)  # dH/dq of dp/dt, dH/dp of dq/dt
+            steep = np.roll(np.abs(self.system.slopes(z)), n, axis=0)  # dH/dq of dp/dt, dH/dp of dq/dt
             return 1 / (steep * width).sum(axis=0)
 
     def _floor(self, x: np.ndarray) -> np.ndarray:
         """Return H over the free rows x (d, ...), infinite outside its domain."""
-        system = system_of(self.model)
+        system = self.system
         z = np.empty((len(self.at), *x.shape[1:]))
         z[...] = np.reshape(self.at, (-1, *[1] * (x.ndim - 1)))
         z[list(self.free)] = x
@@ -156,18 +155,14 @@ class Surface(NamedTuple):
         return np.where(system.inside(z) & ~np.isnan(energy), energy, np.inf)
 
 
-def surface_of(model: Any, energy: float, section: Any, given: dict[str, tuple[float, float]] | None) -> Surface:
+def surface_of(system: System, energy: float, section: Any, given: dict[str, tuple[float, float]] | None) -> Surface:
     """Return the invariant measure of an energy surface (section None) or of a section, over ranges of rows by name,
     others bounded by the energy; raises NotReached if it reaches no point, ValueError if the region is unbounded.
     """
-    rows = system_of(model).row_names
-    n = model.degrees_of_freedom
-    at = [0.0] * (2 * n)
-    along = None
-    sign = 0
-    fixed = -1
+    rows, n = system.row_names, system.n
+    at, along, sign, fixed = [0.0] * (2 * n), None, 0, -1
     if section is not None:
-        name, value, sign = section_row(model, section)
+        name, value, sign = section_row(system, section)
         fixed = rows.index(name)
         if fixed >= n:
             raise TypeError(f"section must be on a coordinate such as {rows[0]}=0 for random points, got {name}")
@@ -177,16 +172,15 @@ def surface_of(model: Any, energy: float, section: Any, given: dict[str, tuple[f
     free = tuple(k for k in range(2 * n) if k != fixed)
     for name in given or {}:
         named("axes", name, [rows[k] for k in free])
-    made = Surface(model, energy, tuple(at), free, Box(np.zeros(1), np.zeros(1), 0.0, False), along, sign)
-    names = tuple(rows[k] for k in free)
-    ends = dict(given or {})
+    made = Surface(system, energy, tuple(at), free, Box(np.zeros(1), np.zeros(1), 0.0, False), along, sign)
+    names, ends = tuple(rows[k] for k in free), dict(given or {})
     if len(ends) == len(free):
         low, high = np.array([ends[name] for name in names]).T
         return made._replace(box=Box(low, high, 0.0, False))
     try:
         box = box_of_angles(made._floor, made.turns, energy)
     except NoWell as problem:
-        raise no_well(model, energy, problem, names, section is not None) from None
+        raise no_well(system, energy, problem, names, section is not None) from None
     if ends:
         low, high = (
             np.array([ends.get(name, both)[k] for name, both in zip(names, zip(box.low, box.high))]) for k in (0, 1)
@@ -195,7 +189,7 @@ def surface_of(model: Any, energy: float, section: Any, given: dict[str, tuple[f
     return made._replace(box=box)
 
 
-def no_well(model: Any, energy: float, problem: NoWell, names: tuple[str, ...], on_section: bool) -> ValueError:
+def no_well(system: System, energy: float, problem: NoWell, names: tuple[str, ...], on_section: bool) -> ValueError:
     """Return the error for an energy that reaches no bounded region of the rows of these names."""
     least = problem.least
     if energy <= least:
@@ -204,11 +198,10 @@ def no_well(model: Any, energy: float, problem: NoWell, names: tuple[str, ...], 
     if problem.endless:
         why = f"what energy {energy:g} allows falls apart into wells without end"
     else:
-        escape = None if system_of(model).isotropic else may_escape(model, energy)
+        escape = None if system.isotropic else may_escape(system, energy)
         why = escape or f"energy {energy:g} does not bound the motion"
     ranges = ", ".join(f'"{name}": (low, high)' for name in names)
-    rows = system_of(model).row_names
-    n = model.degrees_of_freedom
+    rows, n = system.row_names, system.n
     what = "coordinates" if len(names) <= n else "rows"
     across = [p for q, p in zip(rows[:n], rows[n:], strict=True) if on_section and p in names and q not in names]
     instead = f", or solve={across[0]!r} with ranges of the others" if across else ""

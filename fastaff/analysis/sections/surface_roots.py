@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
-from ...models.mechanics import system_of
+from ...models.mechanics import System
 from .accessible_box import spread
 from .allowed_region import crossings, extrema, line, line_where_it_happens
 
@@ -14,9 +12,8 @@ MOST = 32
 """Number of roots along a row beyond which there is no end of them, as for an H that is periodic in it."""
 
 
-def left(model: Any, energy: float, z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def left(system: System, energy: float, z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return the energy that is left at phase points (2n, ...), and the size of its terms."""
-    system = system_of(model)
     if system.nonseparable:
         H = system.energies(z)
         return np.where(system.inside(z), energy - H, -np.inf), abs(energy) + np.abs(H)
@@ -25,21 +22,20 @@ def left(model: Any, energy: float, z: np.ndarray) -> tuple[np.ndarray, np.ndarr
     return np.where(system.inside(z), energy - T - V, -np.inf), abs(energy) + np.abs(T) + np.abs(V)
 
 
-def roots_along(model: Any, energy: float, z: np.ndarray, row: int, sign: int) -> np.ndarray:
+def roots_along(system: System, energy: float, z: np.ndarray, row: int, sign: int) -> np.ndarray:
     """Return the values (sheets, points) of a row at which points z (2n, points) have the energy and H rises with
     sign times the row: the last one in that direction first, NaN where there are fewer.
 
     For a momentum in which H is of second degree they are in closed form; else between extrema at all sizes.
     """
-    system = system_of(model)
     n = len(z) // 2
     if row >= n and system.of_degree_two:
-        return _of_parabola(model, energy, z, row, sign)[None]
+        return _of_parabola(system, energy, z, row, sign)[None]
 
     def room(x: np.ndarray, column: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         at = spread(z[:, column], x)
         at[row] = sign * x
-        return left(model, energy, at)
+        return left(system, energy, at)
 
     column = np.arange(z.shape[1])
     nodes = line() if system.separable else line_where_it_happens(room, column.size)
@@ -50,13 +46,11 @@ def roots_along(model: Any, energy: float, z: np.ndarray, row: int, sign: int) -
     return found
 
 
-def _of_parabola(model: Any, energy: float, z: np.ndarray, row: int, sign: int) -> np.ndarray:
+def _of_parabola(system: System, energy: float, z: np.ndarray, row: int, sign: int) -> np.ndarray:
     """Return the root of a momentum p in H = H0 + v p + w p^2/2 at which its velocity, +-sqrt(v^2 + 2 w (E - H0)), has
     the sign; refined by a step of Newton's method where this lessens the error.
     """
-    system = system_of(model)
-    at = z.copy()
-    k = row - len(z) // 2
+    at, k = z.copy(), row - len(z) // 2
     at[row] = 0.0
     v = system.velocities(at)[k]
     rest = energy - system.energies(at)
@@ -73,9 +67,8 @@ def _of_parabola(model: Any, energy: float, z: np.ndarray, row: int, sign: int) 
 # --- ellipsoids of momenta: small systems of equations at many points, rows first -----------------------------------
 
 
-def rest(model: Any, q: np.ndarray) -> np.ndarray:
+def rest(system: System, q: np.ndarray) -> np.ndarray:
     """Return the momenta (n, ...) at places q (n, ...) at which all velocities are 0."""
-    system = system_of(model)
     if not system.nonseparable:
         return system.at_rest(q)
     W, v, _ = system.momentum_form(q)

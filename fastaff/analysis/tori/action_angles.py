@@ -15,7 +15,7 @@ from ...base.short_forms import Starts, takes
 from ...base.status import Status
 from ...charts.chart import Chart
 from ...compile.threads import checked_threads
-from ...flows.checks import phase_points
+from ...flows.checks import current_system, phase_points
 from ...flows.launch import Report, launch, units
 from ...flows.starts import starts_of
 from ...kernels import tori_closed, tori_quadrature
@@ -142,7 +142,7 @@ def action_angles(
     array([2., 2., 1.])
     """
     separated = separate(body, chart)
-    z = phase_points("z0", z0, body)
+    z = phase_points("z0", z0, current_system(body))
     n = z.shape[1]
     J, nu, theta, constants = np.full((4, 4, n), np.nan)
     turning = np.full((2, 3, n), np.nan)

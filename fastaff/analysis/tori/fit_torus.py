@@ -6,7 +6,6 @@ import math
 from collections.abc import Sequence
 from dataclasses import replace
 from types import MappingProxyType
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -17,12 +16,12 @@ from ...base.progress import says_progress
 from ...base.recipe import recorded
 from ...base.short_forms import Starts, takes
 from ...base.status import Status
-from ...flows.checks import checked_model, phase_points
+from ...flows.checks import checked_system, current_system, phase_points
 from ...flows.launch import Report
 from ...flows.options import Options, Problem
 from ...flows.starts import starts_of
 from ...models.contracts import Dynamics
-from ...models.mechanics import system_of
+from ...models.mechanics import System
 from ...schemes.catalogue import GAUSS16, SOFRONIOU_SPALETTA10, Scheme, scheme_of
 from ..chaos.chaos_map import chaos_map
 from ..frequencies.frequencies import FrequencyKind
@@ -139,10 +138,9 @@ def fit_torus(
     (<Verdict.TORUS: 'torus'>, 1)
     """
     problem = Problem(body, z0, Options(scheme=scheme, step=step, rtol=rtol, atol=atol, report=report))
-    model = problem.model
-    system = problem.system
     tolerance = positive("tolerance", tolerance)
-    z = phase_points("z0", problem.z0, checked_model(model, needs="regular motion"))
+    system = checked_system(problem.model, needs="regular motion")
+    z = phase_points("z0", problem.z0, system)
     if z.shape[1] != 1:
         raise ValueError(
             f"z0 must be one phase point of shape ({len(z)},), got {z.shape[1]} orbits: one at a time, z0[:, 0]"
@@ -151,29 +149,27 @@ def fit_torus(
     done = report or (lambda fraction: None)
     if scheme is None and not system.iterated:
         chosen = SOFRONIOU_SPALETTA10 if system.separable else GAUSS16
-        problem = problem._replace(options=replace(problem.options, scheme=chosen))
-    energy = math.nan if turned(model) else float(system_of(model).energies(z)[0])
-    known = [nothing(model, energy, {"status": float(Status.INTERRUPTED)})]
+        problem = replace(problem, options=replace(problem.options, scheme=chosen))
+    energy = math.nan if turned(system) else float(system.energies(z)[0])
+    known = [nothing(system, energy, {"status": float(Status.INTERRUPTED)})]
     with keeping("fit_torus", lambda: known[-1]):
-        found = (samples_of_turns if turned(model) else samples_of_flow)(problem, time, energy, done)
+        found = (samples_of_turns if turned(system) else samples_of_flow)(problem, time, energy, done)
         if isinstance(found, Samples):
             with Passes(lambda fraction: done(0.5 + fraction / 4)) as passes:
-                found = fitted(model, found, passes)
+                found = fitted(system, found, passes)
             if not max(found.residual, found.prediction_error) <= tolerance:
                 known.append(unsure(found, {"longer": 4 * time}))
-                found = doubted(known[-1], z, time, lambda fraction: done(0.75 + fraction / 4))
+                found = doubted(system, known[-1], z, time, lambda fraction: done(0.75 + fraction / 4))
         done(1.0)
     return found
 
 
-def _series(body: Any, orbit: Samples, passes: Passes) -> tuple[Signals, Series, np.ndarray, float, np.ndarray]:
+def _series(system: System, orbit: Samples, passes: Passes) -> tuple[Signals, Series, np.ndarray, float, np.ndarray]:
     """Return the signals of the samples inside, the series that fits them, the errors of its frequencies, their
     diffusion and their relations.
     """
-    t = orbit.t[: orbit.inside]
-    path = orbit.path[:, : orbit.inside]
-    turns = turned(body)
-    start = signals(body, t, path)
+    t, path, turns = orbit.t[: orbit.inside], orbit.path[:, : orbit.inside], turned(system)
+    start = signals(system, t, path)
     samples = window(t, start.values, start.carrier)
     largest = min(LONGEST, len(t) // 4) if turns and start.rank == 1 else LARGEST_ORDER
     series = grow(samples, start.nu, start.rank, largest, start.silent, passes)
@@ -196,12 +192,10 @@ def _series(body: Any, orbit: Samples, passes: Passes) -> tuple[Signals, Series,
     return start, series, error, diffusion, relations(series.nu, error, 0 if turns else _reach(relative))
 
 
-def fitted(body: Any, orbit: Samples, passes: Passes) -> TorusFit:
+def fitted(system: System, orbit: Samples, passes: Passes) -> TorusFit:
     """Fit the samples inside; compare with the equations of motion or the map, the later samples, and finer steps."""
-    t = orbit.t
-    turns = turned(body)
-    middle = (orbit.t[0] + orbit.t[orbit.inside - 1]) / 2
-    start, series, error, diffusion, relation = _series(body, orbit, passes)
+    t, turns, middle = orbit.t, turned(system), (orbit.t[0] + orbit.t[orbit.inside - 1]) / 2
+    start, series, error, diffusion, relation = _series(system, orbit, passes)
     R, C = quotient(relation, len(error))
     nu = C @ series.nu
     winding = start.winding @ R
@@ -222,18 +216,17 @@ def fitted(body: Any, orbit: Samples, passes: Passes) -> TorusFit:
         k, z = _about(start.centre - start.steady * middle - winding @ angles, k, z)
     elif winding.any():
         k, z = _about(start.centre - winding @ (theta0 + nu * middle), k, z)
-    nu = np.where(free, nu % 1.0, nu)
-    wound = winding if winding.any() else None
-    left = residual(body, k, z, nu, wound, orbit.pieces)
+    nu, wound = np.where(free, nu % 1.0, nu), winding if winding.any() else None
+    left = residual(system, k, z, nu, wound, orbit.pieces)
     count = len(t) // 3 if turns else len(t) - orbit.inside
     later = np.arange(orbit.inside, len(t), max(1, count // GRID))
     origin, time = (theta0, 0.0) if turns or winding.any() else (angles, middle)
     theta = origin[:, None] + nu[:, None] * (t[later] - time)
     ahead = winding @ theta
     if turns:
-        prediction = distance(body, evaluate(k, z, theta) + ahead, orbit.path[:, later])
+        prediction = distance(system, evaluate(k, z, theta) + ahead, orbit.path[:, later])
     else:  # relative to the size of the path without its winding
-        prediction = distance(body, evaluate(k, z, theta), orbit.path[:, later] - ahead)
+        prediction = distance(system, evaluate(k, z, theta), orbit.path[:, later] - ahead)
     tried = {"residual": left, "prediction error": prediction}
     fit_of = {
         "misfit": series.misfit,
@@ -246,18 +239,18 @@ def fitted(body: Any, orbit: Samples, passes: Passes) -> TorusFit:
         names=tuple(basis_name(unit, R, start.names) for unit in np.eye(len(nu), dtype=int)),
         nu=nu / orbit.pieces,
         nu_error=np.abs(C) @ error / orbit.pieces,
-        J=area(body, k, z, wound),
+        J=area(system, k, z, wound),
         theta0=theta0,
         k=k,
         coefficients=z,
         residual=left,
         prediction_error=prediction,
-        verdict=Verdict.TORUS if system_of(body).moving == len(nu) else Verdict.RESONANT,
+        verdict=Verdict.TORUS if system.moving == len(nu) else Verdict.RESONANT,
         dimension=len(nu),
         relations=relation,
         evidence=MappingProxyType(orbit.evidence | (fit_of | tried if turns else tried | fit_of)),
         energy=orbit.energy,
-        body=body,
+        body=system.model,
         winding=wound,
         islands=orbit.pieces,
     )
@@ -292,11 +285,11 @@ def unsure(found: TorusFit, evidence: dict, *, chaotic: bool = False) -> TorusFi
     return replace(found, verdict=verdict, nu_error=none, evidence=MappingProxyType({**found.evidence, **evidence}))
 
 
-def doubted(found: TorusFit, z: np.ndarray, time: float, report: Report) -> TorusFit:
+def doubted(system: System, found: TorusFit, z: np.ndarray, time: float, report: Report) -> TorusFit:
     """Return an undecided fit with the verdict of a chaos map, or undecided if that shows no chaos."""
-    if not system_of(found.body).iterated and not hasattr(found.body, "tangent_force"):
+    if not system.iterated and not hasattr(system.model, "tangent_force"):
         return found
-    seen = chaos_map(found.body, z, time=1.5 * time, report=report)
+    seen = chaos_map(system.model, z, time=1.5 * time, report=report)
     values = {name: float(value[0]) for name, value in zip(seen.names, seen.values, strict=True)}
     return unsure(found, values, chaotic=bool(seen.chaotic[0]))
 
@@ -358,14 +351,14 @@ def fit_samples(
         )
     if resting(path):
         raise ValueError("samples must be of an orbit that moves")
-    body: Any = Unknown(given.angles)
+    system = current_system(Unknown(given.angles))
     inside = 2 * path.shape[1] // 3
     evidence = {"status": float(Status.OK), "energy error": 0.0, "samples": float(inside)}
     t = given.interval * np.arange(path.shape[1])
     try:
-        found = fitted(body, Samples(t, path, inside, path, evidence), Passes(None))
+        found = fitted(system, Samples(t, path, inside, path, evidence), Passes(None))
     except np.linalg.LinAlgError:
-        found = nothing(body, np.nan, evidence)
+        found = nothing(system, np.nan, evidence)
     if not found.prediction_error <= tolerance:
         seen = orbit_frequencies(path, given.interval)
         change = {"longer": 4 * t[inside], "frequency diffusion": float(seen.diffusion[0])}

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Annotated, Any
+from typing import Annotated
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -17,10 +17,11 @@ from ...base.results import Result
 from ...base.status import Status
 from ...charts.chart import Chart
 from ...compile.threads import checked_threads
-from ...flows.checks import phase_points
+from ...flows.checks import current_system, phase_points
 from ...kernels import tori_inverse, tori_quadrature
 from ...kernels.tori_closed import TURN
 from ...models.contracts import Model
+from ...models.mechanics import System
 from .action_angles import run_kernel, to_spin
 from .closed_oscillators import closed_energy, closed_form, closed_points
 from .separation import Separated, separate
@@ -99,8 +100,7 @@ def from_action_angles(
     angles = np.array(np.broadcast_to(angles, (4, n)))
     angles[2], angles[3] = angles[2] - angles[3], angles[2] + angles[3]
     separated = separate(body, chart)
-    well = _well(body, near, n)
-    threads = checked_threads(threads)
+    well, threads = _well(current_system(body), near, n), checked_threads(threads)
     if closed_form(separated) is not None:
         z = closed_points(separated, _checked_actions(separated, actions), np.mod(angles, 1.0))
         return z[:, 0] if single else z
@@ -164,8 +164,7 @@ def energy_of_actions(
     """
     actions = _rows("J", J)
     separated = separate(body, chart)
-    well = _well(body, near, actions.shape[1])
-    threads = checked_threads(threads)
+    well, threads = _well(current_system(body), near, actions.shape[1]), checked_threads(threads)
 
     def found(nu: np.ndarray, energy: np.ndarray, status: np.ndarray) -> EnergyOfActions:
         to_spin(nu, 0.5)
@@ -186,9 +185,9 @@ def _unknown(n: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     return np.full((4, n), np.nan), np.full(n, np.nan), np.full(n, int(Status.INTERRUPTED))
 
 
-def _well(body: Any, near: ArrayLike | None, n: int) -> np.ndarray | None:
+def _well(system: System, near: ArrayLike | None, n: int) -> np.ndarray | None:
     """Return phase points (8, 1) or (8, n) in the intended wells."""
-    points = None if near is None else phase_points("near", near, body)
+    points = None if near is None else phase_points("near", near, system)
     if points is not None and points.shape[1] not in (1, n):
         raise ValueError(f"near must be one phase point or one for each of {n} orbits, got {points.shape[1]}")
     return points

@@ -7,11 +7,11 @@ wind on; the signals are then a path without its winding.
 from __future__ import annotations
 
 import math
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
-from ...models.mechanics import system_of
+from ...models.mechanics import System
 from ..frequencies.fundamental import places
 from ..frequencies.integer_lattice import box, first_basis, generators, inverse, reduced
 from ..frequencies.naff import naff
@@ -128,19 +128,19 @@ def _lines(loops: np.ndarray, dt: float, time: float, count: int, unit: float | 
     return Lines(*(rows.ravel()[order] for rows in (found.nu, error, np.indices(error.shape)[0], strength, sharp)))
 
 
-def signals(body: Any, t: np.ndarray, z: np.ndarray) -> Signals:
+def signals(system: System, t: np.ndarray, z: np.ndarray) -> Signals:
     """Return the signals of samples z (2n, samples) at equidistant times t, and the first values of their frequencies.
 
     For a body the planes a and b and their momenta, whose carriers are the mean turning rates of eta and gamma;
     for other systems the loops q - i kappa p of the coordinates, without carriers; systems with winding angles have
     signals from sample to sample, as for a map.
     """
-    if turned(body) or not _rates(body, z).whole.all():
-        return _turn_signals(body, t, z)
-    n = body.degrees_of_freedom
+    if turned(system) or not _rates(system, z).whole.all():
+        return _turn_signals(system, t, z)
+    n = system.n
     size = [np.sqrt((part**2).sum(axis=0).mean()) or 1.0 for part in (z[:n], z[n:])]
-    librations, names, unknown = _lattice(body, t, z, size[0])
-    if system_of(body).isotropic:
+    librations, names, unknown = _lattice(system, t, z, size[0])
+    if system.isotropic:
         found = _plane_signals(t, z, size, librations)
     else:
         loops = z[:n] / size[0] - 1j * z[n:] / size[1]
@@ -182,13 +182,12 @@ def _plane_signals(
     return np.array(values), np.array(rows).T, np.array(carrier), turning, names
 
 
-def _loops(body: Any, z: np.ndarray, size: float) -> tuple[np.ndarray, list[str]]:
+def _loops(system: System, z: np.ndarray, size: float) -> tuple[np.ndarray, list[str]]:
     """Return the loops Q - c - i kappa P of the librations that move, (loops, samples), and their names."""
-    n = body.degrees_of_freedom
-    angles = getattr(body, "angles", None)
-    if angles is None or (any(angles.planes) and not system_of(body).isotropic):
-        pairs = [(z[i], z[n + i]) for i in range(n)]
-        names = list(body.coordinates)
+    n = system.n
+    angles = getattr(system.model, "angles", None)
+    if angles is None or (any(angles.planes) and not system.isotropic):
+        pairs, names = [(z[i], z[n + i]) for i in range(n)], list(system.model.coordinates)
     else:
         s = np.array([np.broadcast_to(row, z[0].shape) for row in angles.signals(*z)]).reshape(-1, 4, z.shape[1])
         kept = [i for i, plane in enumerate(angles.planes) if not plane]
@@ -204,16 +203,16 @@ def _loops(body: Any, z: np.ndarray, size: float) -> tuple[np.ndarray, list[str]
     return np.array(loops).reshape(-1, z.shape[1]), moving
 
 
-def _lattice(body: Any, t: np.ndarray, z: np.ndarray, size: float) -> tuple[np.ndarray, tuple[str, ...], int]:
+def _lattice(system: System, t: np.ndarray, z: np.ndarray, size: float) -> tuple[np.ndarray, tuple[str, ...], int]:
     """Return a basis of the librations' frequencies with names, and the number of lines it does not explain.
 
     They are the leading lines of the natural signals where these can be part of a basis, then the stronger ones; all
     positive, and each has the name of the loop of whose motion it has most.
     """
-    loops, names = _loops(body, z, size)
+    loops, names = _loops(system, z, size)
     if not len(loops):
         return np.zeros(0), (), 0
-    rank = 2 if system_of(body).isotropic else body.degrees_of_freedom
+    rank = 2 if system.isotropic else system.n
     for lines in LINES:  # many multiples of one strong frequency can hide the second one
         found = _lines(loops, t[1] - t[0], t[-1], lines)
         lattice = generators(found.nu, found.error, rank)
@@ -269,9 +268,9 @@ class Rates(NamedTuple):
     whole: np.ndarray
 
 
-def _rates(body: Any, path: np.ndarray) -> Rates:
+def _rates(system: System, path: np.ndarray) -> Rates:
     """Return the mean rates of winding rows: weighted averages, with the difference of two parts of the window."""
-    periods = periods_of(body)
+    periods = periods_of(system)
     rows = np.flatnonzero(periods > 0)
     steps = np.diff(path[rows], axis=1) / periods[rows, None]
     size = steps.shape[1]
@@ -284,13 +283,10 @@ def _rates(body: Any, path: np.ndarray) -> Rates:
     return Rates(rows, rate, error, bounded | (np.abs(rate - np.rint(rate)) <= error))
 
 
-def _turn_lines(body: Any, path: np.ndarray, rates: Rates) -> tuple[Lines, list[str]]:
+def _turn_lines(system: System, path: np.ndarray, rates: Rates) -> tuple[Lines, list[str]]:
     """Return the lines of the loops of a path, in cycles per sample, and the coordinate of each."""
-    n = body.degrees_of_freedom
-    flat = path.copy()
-    system = system_of(body)
-    periods = periods_of(body)
-    length = path.shape[1]
+    n, flat = system.n, path.copy()
+    periods, length = periods_of(system), path.shape[1]
     flat[rates.rows] -= (periods[rates.rows] * rates.rate)[:, None] * np.arange(length)
     flat -= flat.mean(axis=1, keepdims=True)
     size = np.abs(flat).max(axis=1)
@@ -299,22 +295,20 @@ def _turn_lines(body: Any, path: np.ndarray, rates: Rates) -> tuple[Lines, list[
     if not kept.size:
         return Lines(*(np.zeros(0, kind) for kind in (float, float, int, float, bool))), []
     q, p = (flat[r] / np.where(size[r] > 0, size[r], 1.0)[:, None] * moves[r, None] for r in (kept, n + kept))
-    unit = 1.0 if turned(body) else None
+    unit = 1.0 if turned(system) else None
     found = _lines(q - 1j * p, 1.0, length, LINES[1] if n > 1 else LINES[0], unit=unit)
     found = Lines(*(rows[found.strength > 0] for rows in found))
     return found, [system.names[kept[j]] for j in found.loop]
 
 
-def pieces_of(body: Any, path: np.ndarray) -> int:
+def pieces_of(system: System, path: np.ndarray) -> int:
     """Return the number of pieces of an orbit that are images of each other: the least common denominator of its lines
     that are fractions of a turn.
     """
-    rates = _rates(body, path)
-    lines, _ = _turn_lines(body, path, rates)
-    rate = np.concatenate([rates.rate, lines.nu])
-    bars = np.concatenate([rates.error, lines.error])
-    pieces = 1
-    q = np.arange(1, PIECES + 1)
+    rates = _rates(system, path)
+    lines, _ = _turn_lines(system, path, rates)
+    rate, bars = np.concatenate([rates.rate, lines.nu]), np.concatenate([rates.error, lines.error])
+    pieces, q = 1, np.arange(1, PIECES + 1)
     for value, bar in zip(rate[bars < EXACT], bars[bars < EXACT], strict=True):
         near = np.flatnonzero(np.abs(q * value - np.rint(q * value)) <= q * bar)
         if near.size and math.lcm(pieces, int(q[near[0]])) <= PIECES:
@@ -322,14 +316,12 @@ def pieces_of(body: Any, path: np.ndarray) -> int:
     return pieces
 
 
-def _turn_signals(body: Any, t: np.ndarray, path: np.ndarray) -> Signals:
+def _turn_signals(system: System, t: np.ndarray, path: np.ndarray) -> Signals:
     """Return the signals of a path from turn to turn, or sample to sample of a flow: those of the coordinates that
     move, beside their winding.
     """
-    periods = periods_of(body)
-    rates = _rates(body, path)
-    unit = 1.0 if turned(body) else t[1] - t[0]
-    nu, names, w, unknown, silent = _turn_lattice(body, path, rates)
+    periods, rates, unit = periods_of(system), _rates(system, path), 1.0 if turned(system) else t[1] - t[0]
+    nu, names, w, unknown, silent = _turn_lattice(system, path, rates)
     nu = nu / unit
     winding = np.zeros((len(path), len(nu)))
     steady = np.zeros(len(path))
@@ -354,19 +346,16 @@ def _turn_signals(body: Any, t: np.ndarray, path: np.ndarray) -> Signals:
 
 
 def _turn_lattice(
-    body: Any, path: np.ndarray, rates: Rates
+    system: System, path: np.ndarray, rates: Rates
 ) -> tuple[np.ndarray, tuple[str, ...], np.ndarray, int, tuple[int, ...]]:
     """Return a basis of the frequencies beside the turn, with names: rates of angles that wind and leading lines first;
     the windings of rows in a cycle of each, the number of lines that the basis does not explain, and its frequencies
     that are in no line of a flow. Those of a flow are not modulo a turn; they are positive where no angle winds in
     them.
     """
-    system = system_of(body)
-    n = body.degrees_of_freedom
-    names = system.names
-    winds = ~rates.whole
-    turn = int(turned(body))
-    lines, owners = _turn_lines(body, path, rates)
+    n, names = system.n, system.names
+    winds, turn = ~rates.whole, int(turned(system))
+    lines, owners = _turn_lines(system, path, rates)
     values = np.concatenate([[1.0] * turn, rates.rate[winds], lines.nu])
     bars = np.concatenate([[0.0] * turn, rates.error[winds], lines.error])
     own = [*[""] * turn, *(names[r % n] for r in rates.rows[winds]), *owners]

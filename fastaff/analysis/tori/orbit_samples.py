@@ -65,9 +65,9 @@ def samples_of_flow(problem: Problem, time: float, energy: float, report: Report
 
     They are made so dense that the spectrum falls to rounding before its end, judged from its exponential fall.
     """
-    body = problem.model
+    system = problem.system
     flow, z, *_ = problem.plan()
-    own = motion(body, z)
+    own = motion(system, z)
     least = LEAST_PERIODS * 2 * np.pi / float(own.rate[0])
     short = time < least and own.kinetic[0] > 0
     inside = 64 if short else 4096
@@ -83,14 +83,14 @@ def samples_of_flow(problem: Problem, time: float, energy: float, report: Report
         factor = np.log(END_OF_SPECTRUM) / min(np.log(end), -0.5)
         inside = int(min(MOST_SAMPLES, inside * 2 ** np.ceil(np.log2(max(factor, 2.0)))))
     if evidence["status"] != Status.OK:
-        return nothing(body, energy, evidence, gone=evidence["status"] == Status.ESCAPED)
+        return nothing(system, energy, evidence, gone=evidence["status"] == Status.ESCAPED)
     still = resting(path)
-    moves = still or (problem.system.kinetic_energies(path) > 0).any()
+    moves = still or (system.kinetic_energies(path) > 0).any()
     if short or not moves:  # or the kinetic energy underflows
-        return nothing(body, energy, evidence | {"longer": least})
+        return nothing(system, energy, evidence | {"longer": least})
     if still:
-        left = float(np.abs(problem.system.slopes(path[:, :1])).max())
-        return point(body, path, energy, evidence, residual=left)
+        left = float(np.abs(system.slopes(path[:, :1])).max())
+        return point(system, path, energy, evidence, residual=left)
     report(0.25)
     interval = 1.5 * time / (path.shape[1] - 1)
     finer, state = _path(flow.fitted(interval).finer(), z, 1.5 * time, path.shape[1] - 1)  # half the steps that it took
@@ -103,33 +103,30 @@ def samples_of_turns(problem: Problem, time: float, energy: float, report: Repor
     """Return samples of the orbit of a map, or of a driven system's map over its period, over 3/2 of the time, or the
     result without a fit.
     """
-    body = problem.model
-    mapping = problem.system.iterated
-    periods = periods_of(body)
-    rows = rows_of(body)
+    system = problem.system
+    mapping, periods, rows = system.iterated, periods_of(system), rows_of(system)
     flow, z, interval = flow_of_turns(problem)
     count = int(time / interval + 1e-9)
     if count < LEAST_TURNS:
-        return nothing(body, energy, {"status": float(Status.OK), "longer": LEAST_TURNS * interval})
+        return nothing(system, energy, {"status": float(Status.OK), "longer": LEAST_TURNS * interval})
     fits("time", 3 * count, len(z))
     path, evidence = _path(flow, z, (3 * count // 2) * interval, 3 * count // 2)
     evidence["samples"] = float(3 * count // 2)
     if evidence["status"] != Status.OK or not np.isfinite(path).all():
         gone = evidence["status"] in ((Status.LOST, Status.NONFINITE) if mapping else (Status.ESCAPED,))
-        return nothing(body, energy, evidence, gone=gone)
+        return nothing(system, energy, evidence, gone=gone)
     report(0.25)
-    pieces = pieces_of(body, path[:, :count])
+    pieces = pieces_of(system, path[:, :count])
     evidence["islands"] = float(pieces)
     if pieces > 1:
         path = _without_steps(path[:, ::pieces], periods)
     every = path[rows]
     if resting(every - every.mean(axis=1, keepdims=True) + every[:, :1]) or (np.ptp(every, axis=1) == 0).all():
-        away = without_periods(image(body, path[:, :1], pieces) - path[:, :1], periods)[rows]
-        return point(body, path, energy, evidence, residual=float(np.abs(away).max()), islands=pieces)
-    inside = 2 * path.shape[1] // 3
-    finer = None
+        away = without_periods(image(system, path[:, :1], pieces) - path[:, :1], periods)[rows]
+        return point(system, path, energy, evidence, residual=float(np.abs(away).max()), islands=pieces)
+    inside, finer = 2 * path.shape[1] // 3, None
     if inside < LEAST_TURNS:
-        return nothing(body, energy, evidence | {"longer": pieces * LEAST_TURNS * interval})
+        return nothing(system, energy, evidence | {"longer": pieces * LEAST_TURNS * interval})
     if not mapping:
         finer, state = _path(flow.finer(), z, pieces * inside * interval, pieces * inside)
         finer = finer[:, ::pieces] if state["status"] == Status.OK else None
@@ -153,7 +150,7 @@ def _path(flow: Flow, z: np.ndarray, time: float, count: int) -> tuple[np.ndarra
             path[system.moving] = z[system.moving]
         if system.driven or not resting(path):
             with np.errstate(all="ignore"):
-                error = float(energy_drift(flow.model, path, ensemble.energy, ensemble.scale).max())
+                error = float(energy_drift(flow.system, path, ensemble.energy, ensemble.scale).max())
         if not system.driven:
             mark_drift(ensemble, np.array([error]), LARGEST_DRIFT)
     return path, {"status": float(ensemble.status[0]), "energy error": error}

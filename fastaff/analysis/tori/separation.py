@@ -12,12 +12,11 @@ from ...base.numbers import shown
 from ...base.progress import says_progress
 from ...charts.chart import Chart
 from ...compile.blocks import function_block, parameters
-from ...flows.checks import checked_function, checked_model, phase_points
+from ...flows.checks import checked_function, checked_system, current_system, phase_points
 from ...formulas.systems import constants_of
 from ...kernels.tori_coordinates import Term
 from ...models import Zero
 from ...models.contracts import Model
-from ...models.mechanics import system_of
 from ...models.regular_variables import in_regular_variable
 from .families import FAMILIES, Family, Motion
 from .narrow_features import knots, knots_around
@@ -73,16 +72,15 @@ def separate(body: Any, chart: Chart | str | None = None) -> Separated:
     chart or in any.
     Source: Martens & Slawianowski, the separable Hamiltonians of section 3 (EQ2.2f and its neighbours).
     """
-    system = system_of(body)
-    checked_model(body, needs="H = T(p) + V(q)")
+    system = checked_system(body, needs="H = T(p) + V(q)")
     if not system.planar:
         raise TypeError(
             f"body must be a Body or a StackelBody, whose tori separate, got {type(body).__name__}: of any other "
             "system fit_torus(body, z0, time=...) finds actions and frequencies, one orbit at a time; "
             "levels of vibrations are those of quantum.quasiclassical_levels and quantum.spectrum"
         )
-    name = type(body.potential).__name__
-    possible = [family for family in FAMILIES if hasattr(body.potential, family.member)]
+    name = type(system.model.potential).__name__
+    possible = [family for family in FAMILIES if hasattr(system.model.potential, family.member)]
     if not possible:
         raise ValueError(
             f"body must separate: {name} is in none of the families SeparableAlphaBeta, SeparableRVartheta, "
@@ -101,11 +99,11 @@ def separate(body: Any, chart: Chart | str | None = None) -> Separated:
             f"chart must be one that {name} separates in, {', '.join(family.chart for family in possible)}; got "
             f"{wanted!r}"
         )
-    member = getattr(body.potential, chosen[0].member)
+    member = getattr(system.model.potential, chosen[0].member)
     for field, function in zip(member._fields, member, strict=True):
         checked_function(field, function)
-    angular = (Zero(), Zero()) if system.isotropic else (body.V_eta, body.V_gamma)
-    return Separated(chosen[0], tuple(member), angular, body.mu)
+    angular = (Zero(), Zero()) if system.isotropic else (system.model.V_eta, system.model.V_gamma)
+    return Separated(chosen[0], tuple(member), angular, system.model.mu)
 
 
 @says_progress
@@ -151,9 +149,9 @@ def constants_of_motion(body: Model, z: ArrayLike, *, chart: Chart | str | None 
     """
     named = constants_of(body) if chart is None else None
     if named is not None:
-        return named(body, phase_points("z", z, body))
+        return named(body, phase_points("z", z, current_system(body)))
     separated = separate(body, chart)
-    return involution(body, separated, phase_points("z", z, body))
+    return involution(body, separated, phase_points("z", z, current_system(body)))
 
 
 def involution(body: Any, separated: Separated, z: np.ndarray) -> dict[str, np.ndarray]:

@@ -17,9 +17,10 @@ from ...base.axes import along
 from ...base.numbers import numbers, shown, whole
 from ...base.results import Result
 from ...base.status import Status
+from ...flows.checks import current_system
 from ...flows.flow import Flow
 from ...flows.options import Options, Problem
-from ...models.mechanics import system_of
+from ...models.mechanics import System
 from ...models.pointwise import at_points
 from ..frequencies.integer_lattice import determinant, inverse
 from .series import actions, evaluate
@@ -93,6 +94,11 @@ class TorusFit(Result, axis=None):
     islands: int = 1
 
     @property
+    def _system(self) -> System:
+        """The body with its traits and mechanics."""
+        return current_system(self.body)
+
+    @property
     def I(self) -> np.ndarray:  # noqa: E743
         """Actions J/2 pi."""
         return self.J / (2 * np.pi)
@@ -118,7 +124,7 @@ class TorusFit(Result, axis=None):
         :Raises: ValueError for a torus of fewer dimensions, or of a map.
         """
         n = len(self.coefficients) // 2
-        of_flow = isinstance(self.body, Unknown) or not turned(self.body)
+        of_flow = isinstance(self.body, Unknown) or not turned(self._system)
         if self.dimension != n or not of_flow or not np.isfinite(self.coefficients).all():
             raise ValueError(
                 f"maslov is of tori of {n} dimensions of a flow, got {self.verdict.value} of dimension {self.dimension}"
@@ -184,10 +190,9 @@ class TorusFit(Result, axis=None):
         :Raises: for order < 0.
         """
         kept = np.abs(self.k).sum(axis=1) <= whole("order", order, 0)
-        k = self.k[kept]
-        z = self.coefficients[:, kept]
-        left = residual(self.body, k, z, self.nu * self.islands, self.winding, self.islands)
-        return replace(self, k=k, coefficients=z, J=area(self.body, k, z, self.winding), residual=left)
+        k, z = self.k[kept], self.coefficients[:, kept]
+        left = residual(self._system, k, z, self.nu * self.islands, self.winding, self.islands)
+        return replace(self, k=k, coefficients=z, J=area(self._system, k, z, self.winding), residual=left)
 
     def summary(self) -> str:
         """Return one line with the verdict and its numbers."""
@@ -220,13 +225,12 @@ def resting(path: np.ndarray) -> bool:
     return bool((np.ptp(path, axis=1) <= 1e-12 * np.abs(path).max()).all())
 
 
-def nothing(body: Any, energy: float, evidence: dict, *, gone: bool = False) -> TorusFit:
+def nothing(system: System, energy: float, evidence: dict, *, gone: bool = False) -> TorusFit:
     """Return the result of an orbit that failed, or is too short: its status."""
-    n = body.degrees_of_freedom
-    unknown = np.full(n, np.nan)
-    one = np.full((2 * n, 1), np.nan + 0j)
+    n = system.n
+    unknown, one = np.full(n, np.nan), np.full((2 * n, 1), np.nan + 0j)
     return TorusFit(
-        names=system_of(body).names,
+        names=system.names,
         nu=unknown,
         nu_error=np.full(n, np.inf),
         J=unknown,
@@ -240,16 +244,17 @@ def nothing(body: Any, energy: float, evidence: dict, *, gone: bool = False) -> 
         relations=np.zeros((0, n), int),
         evidence=MappingProxyType(evidence),
         energy=energy,
-        body=body,
+        body=system.model,
     )
 
 
-def point(body: Any, path: np.ndarray, energy: float, evidence: dict, *, residual: float, islands: int = 1) -> TorusFit:
+def point(
+    system: System, path: np.ndarray, energy: float, evidence: dict, *, residual: float, islands: int = 1
+) -> TorusFit:
     """Return the torus of dimension 0 of an orbit (2n, samples) that stays where it is; its residual is absolute."""
-    none = np.zeros(0)
-    moving = path[rows_of(body)]
+    none, moving = np.zeros(0), path[rows_of(system)]
     return replace(
-        nothing(body, energy, evidence),
+        nothing(system, energy, evidence),
         verdict=Verdict.RESONANT,
         names=(),
         nu=none,
@@ -266,28 +271,25 @@ def point(body: Any, path: np.ndarray, energy: float, evidence: dict, *, residua
     )
 
 
-def turned(body: Any) -> bool:
+def turned(system: System) -> bool:
     """Tell whether the torus of a model's orbit is one of a map: its own, or that over the period of its drive."""
-    system = system_of(body)
     return system.iterated or system.driven
 
 
-def periods_of(body: Any) -> np.ndarray:
+def periods_of(system: System) -> np.ndarray:
     """Return the periods (2n,) of the rows, 0 where there is none, or that of a drive."""
-    if isinstance(body, Unknown):
-        return np.zeros(2 * body.degrees_of_freedom)
-    system = system_of(body)
+    if isinstance(system.model, Unknown):
+        return np.zeros(2 * system.n)
     if system.iterated:
-        return np.array(body.periods(), dtype=np.float64)
-    periods = np.zeros(2 * body.degrees_of_freedom)
+        return np.array(system.model.periods(), dtype=np.float64)
+    periods = np.zeros(2 * system.n)
     periods[: system.moving] = system.periods[: system.moving]
     return periods
 
 
-def rows_of(body: Any) -> np.ndarray:
+def rows_of(system: System) -> np.ndarray:
     """Return the rows that move from turn to turn: all but the time of a driven system and its momentum."""
-    n = body.degrees_of_freedom
-    kept = np.arange(system_of(body).moving)
+    n, kept = system.n, np.arange(system.moving)
     return np.concatenate([kept, n + kept])
 
 
@@ -298,9 +300,8 @@ def flow_of_turns(problem: Problem) -> tuple[Flow, np.ndarray, float]:
     return flow.fitted(interval), z, interval
 
 
-def image(body: Any, z: np.ndarray, count: int) -> np.ndarray:
+def image(system: System, z: np.ndarray, count: int) -> np.ndarray:
     """Return the images of phase points z (2n, points) after `count` turns, NaN where they do not get there."""
-    system = system_of(body)
     result = np.full(z.shape, np.nan)
     live = np.isfinite(z).all(axis=0) & system.inside(z)
     if not live.any():
@@ -309,11 +310,10 @@ def image(body: Any, z: np.ndarray, count: int) -> np.ndarray:
         points = z[:, live]
         with np.errstate(all="ignore"):
             for _ in range(count):
-                points = np.array(np.broadcast_arrays(*at_points(body, "iterate", *points)))
+                points = np.array(np.broadcast_arrays(*at_points(system.model, "iterate", *points)))
         result[:, live] = points
         return result
-    flow, points, period = flow_of_turns(Problem(body, z[:, live], Options()))
-    row = system.moving
+    (flow, points, period), row = flow_of_turns(Problem(system.model, z[:, live], Options())), system.moving
     ensemble = flow.ensemble(points.copy())
     states = flow.sampled(ensemble, 1 if flow.adaptive else count, time=count * period)
     after = np.where(ensemble.status == Status.OK, states[:, -1].T, np.nan)
@@ -335,17 +335,15 @@ def without_periods(away: np.ndarray, periods: np.ndarray) -> np.ndarray:
     return away
 
 
-def distance(body: Any, one: np.ndarray, other: np.ndarray) -> float:
+def distance(system: System, one: np.ndarray, other: np.ndarray) -> float:
     """Return the largest difference of phase points (2n, points), for coordinates and momenta apart; inf where it is
     not finite. It is relative to the size of the others; of turns, whole periods aside, to their extent.
     """
-    periods = periods_of(body)
-    rows = rows_of(body)
+    periods, rows = periods_of(system), rows_of(system)
     half = len(rows) // 2
     with np.errstate(all="ignore"):
-        away = one - other
-        size = np.abs(other).max(axis=1)
-        if turned(body):
+        away, size = one - other, np.abs(other).max(axis=1)
+        if turned(system):
             away = without_periods(away, periods)
             size = np.maximum(np.ptp(other, axis=1) / 2, CONSTANT * size)
             size = np.where(periods > 0, np.minimum(size, periods / 2), size)
@@ -354,36 +352,33 @@ def distance(body: Any, one: np.ndarray, other: np.ndarray) -> float:
 
 
 def residual(
-    body: Any, k: np.ndarray, z: np.ndarray, nu: np.ndarray, winding: np.ndarray | None, islands: int
+    system: System, k: np.ndarray, z: np.ndarray, nu: np.ndarray, winding: np.ndarray | None, islands: int
 ) -> float:
     """Return the residual of points of the torus in the equations of motion, NaN where none are known: the
     largest |nu . dz/dtheta - X(z)|, or |z(theta + nu) - M(z(theta))| with M that of so many turns; see `distance`.
     """
-    if body is None or isinstance(body, Unknown):
+    if system.model is None or isinstance(system.model, Unknown):
         return float("nan")
     theta = spread(k.shape[1])
-    if not turned(body):
+    if not turned(system):
         point, slope = np.split(evaluate(k, np.vstack([z, 2j * np.pi * (k @ nu) * z]), theta), 2)
         if winding is not None:
             point = point + winding @ theta
             slope = slope + (winding @ nu)[:, None]
         with np.errstate(all="ignore"):
-            return distance(body, slope, system_of(body).slopes(point))
-    points = evaluate(k, z, theta)
-    after = evaluate(k, z, theta + nu[:, None])
+            return distance(system, slope, system.slopes(point))
+    points, after = evaluate(k, z, theta), evaluate(k, z, theta + nu[:, None])
     if winding is not None:
-        points = points + winding @ theta
-        after = after + winding @ (theta + nu[:, None])
-    return distance(body, image(body, points, islands), after)
+        points, after = points + winding @ theta, after + winding @ (theta + nu[:, None])
+    return distance(system, image(system, points, islands), after)
 
 
-def area(body: Any, k: np.ndarray, z: np.ndarray, winding: np.ndarray | None) -> np.ndarray:
+def area(system: System, k: np.ndarray, z: np.ndarray, winding: np.ndarray | None) -> np.ndarray:
     """Return the integrals J (d,) of p dq over the cycles of a torus; NaN where they have no meaning: more than one
     degree of freedom of a map that is not symplectic, a momentum that winds.
     """
-    n = len(z) // 2
-    J = actions(k, z)
-    if n > 1 and body is not None and not system_of(body).symplectic:
+    n, J = len(z) // 2, actions(k, z)
+    if n > 1 and system.model is not None and not system.symplectic:
         return np.full(J.shape, np.nan)
     if winding is None:
         return J

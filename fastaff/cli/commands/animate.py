@@ -8,6 +8,7 @@ from typing import Annotated, Any
 
 import numpy as np
 
+from ...flows.checks import current_system
 from ...jobs.system import Model, Surface
 from ...jobs.wording import Wrong
 from ..options import HOW, STARTS, WRITTEN, Output, Parameter, pair
@@ -49,7 +50,8 @@ def animate(
     from ... import plot
 
     body = options.build()
-    section = surface.build(body)
+    system = current_system(body)
+    section = surface.build(system)
     at = [pair("--start must be two numbers U,P, for example 0.7,0.1", text) for text in start or ()]
     if len(at) > MOST:
         raise Wrong(f"--start is taken up to {MOST} times, got {len(at)}")
@@ -63,7 +65,7 @@ def animate(
     compiled("animate", lambda: made.append(plot.animate(body, z0, time=time, frames=frames, titles=heads)))
     animation = made[0]
     with plot.styled():
-        title(animation.figure, ", ".join(filter(None, [titled(body), surface_in_words(body, surface)])))
+        title(animation.figure, ", ".join(filter(None, [titled(body), surface_in_words(system, surface)])))
         if "a1" in getattr(body, "coordinates", ()):
             caption(animation.figure, "the unit circle of the material, with eight of its radii and two inner circles")
     with Progress("frames") as report:

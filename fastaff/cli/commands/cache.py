@@ -19,7 +19,7 @@ def cache(*, clear: Annotated[bool, Parameter(group=HOW)] = False) -> int:
         Remove the files, of all versions. Other files in the folder stay.
     """
     from ...compile import room
-    from ...compile.jit import cache_root
+    from ...compile.code_folder import cache_root
 
     root = cache_root()
     if clear:

@@ -12,7 +12,7 @@ from ...base.placing import placed
 from ...base.status import Status, summary
 from ...jobs.job import Job, Plan
 from ...jobs.launch import BY_NAME
-from ...models.mechanics import system_of
+from ...models.mechanics import System
 from ...plot.mathematics import number, terms, visible, wrapped
 from ...plot.sections import words
 from ...plot.style import styled, symbol
@@ -66,9 +66,8 @@ def equal(name: str, value: float) -> str:
     return f"${symbol(name)} = {number(value)}$"
 
 
-def in_words(section: Any, body: Any) -> str:
+def in_words(section: Any, system: System) -> str:
     """Name a section in a caption."""
-    system = system_of(body)
     turn = {1: "rising", -1: "falling", 0: "both ways"}[section.direction]
     name = type(section).__name__
     if name in ("Linear", "AngleEquals"):
@@ -115,13 +114,13 @@ def potential(text: str, of: str = "V") -> str:
     return " ".join(f"${f'{of} = ' if k == 0 else ''}{part}$" for k, part in enumerate(shown))
 
 
-def surface_in_words(body: Any, surface: Any, without: tuple[str, ...] = ()) -> str:
+def surface_in_words(system: System, surface: Any, without: tuple[str, ...] = ()) -> str:
     """Name the energy surface in a title, without the scanned parameters."""
 
     if surface.energy is None:  # the orbits' own
         return ""
     parts = {"energy": f"$E = {number(surface.energy)}$"}
-    if system_of(body).isotropic:
+    if system.isotropic:
         parts |= {name: equal(name, getattr(surface, name)) for name in ("p_eta", "p_gamma")}
     return ", ".join(text for name, text in parts.items() if name not in without)
 
@@ -153,8 +152,8 @@ def figure_of(panels: int = 1) -> tuple[Any, Any]:
 
 def finish(figure: Any, plan: Plan, surface: Any, text: str) -> None:
     """Put title and caption on a figure of orbits."""
-    title(figure, ", ".join(filter(None, [titled(plan.body), surface_in_words(plan.body, surface)])))
-    where = "" if plan.section is None else f"section {in_words(plan.section, plan.body)}"
+    title(figure, ", ".join(filter(None, [titled(plan.body), surface_in_words(plan.system, surface)])))
+    where = "" if plan.section is None else f"section {in_words(plan.section, plan.system)}"
     caption(figure, "; ".join(filter(None, [where, text, units(plan.body)])))
 
 

@@ -81,7 +81,7 @@ def examined() -> tuple[dict[str, Any], list[str]]:
 
 def _cache() -> dict[str, Any]:
     """Return folder and size of the compile cache, and its problem if there is one."""
-    from ...compile.jit import cache_directory, cache_root
+    from ...compile.code_folder import cache_directory, cache_root
 
     with warnings.catch_warnings(record=True) as said:
         warnings.simplefilter("always")
@@ -104,7 +104,7 @@ def _check() -> dict[str, Any]:
     import fastaff
 
     from ...compile.cache import CodeCache
-    from ...compile.jit import prebuilt
+    from ...compile.code_folder import prebuilt
     from ..progress import is_cold
 
     body = fastaff.Body(fastaff.Harmonic(C=1.0))

@@ -7,11 +7,11 @@ from pathlib import Path
 from typing import Annotated
 
 from ...base.names import pairs
+from ...flows.checks import current_system
 from ...flows.needs import check_given
 from ...formulas.number import number
 from ...jobs.system import Model, Surface
 from ...jobs.wording import Wrong
-from ...models.mechanics import system_of
 from ..options import HOW, WHERE, WRITTEN, Parameter, pair
 
 
@@ -59,14 +59,10 @@ def explore(
     if data is not None and not data.exists():
         raise Wrong(f"{data} does not exist")
     body = None if data is not None and options == Model() else options.build()
-    mapping = body is not None and system_of(body).iterated
-    check_given(body, "a page of orbits", "", **{"--energy": surface.energy})
-    if body is None:
-        section = None
-    elif mapping:
-        section = surface.build(body)
-    else:
-        section = surface.section_of(body)
+    system = current_system(body)
+    mapping = body is not None and system.iterated
+    check_given(system, "a page of orbits", "", **{"--energy": surface.energy})
+    section = None if body is None else surface.build(system) if mapping else surface.section_of(system)
     if out is not None and out.exists() and not force:
         raise Wrong(f"--out {out} exists; --force replaces it")
     path = fastaff.explore(

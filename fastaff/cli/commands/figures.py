@@ -12,7 +12,6 @@ from ...base.status import Status
 from ...jobs.analyses import INDICATORS, Chaos, Frequencies
 from ...jobs.job import Job, Plan
 from ...jobs.wording import Wrong
-from ...models.mechanics import system_of
 from ..options import Look
 from .captions import figure_of, finish, outcomes
 
@@ -106,7 +105,7 @@ def section_figure(scene: Scene, result: Any, found: Mapping[str, Any]) -> Any:
     names: tuple[str, ...] = () if scene.where is None else scene.where.names
     where = scene.where if len(names) > 1 and names[1] == f"p_{names[0]}" else None
     drawn = plot.plot_section(result, ax=ax, values=values, boundary=boundary, starts=where)
-    if where is not None and not system_of(scene.plan.body).isotropic:  # a system of one's own names its coordinates
+    if where is not None and not scene.plan.system.isotropic:  # a system of one's own names its coordinates
         ax.set(xlabel=f"${plot.symbol(names[0])}$", ylabel=f"${plot.symbol(names[1])}$")
     crossings = f"{int(result.counts.sum())} crossings"
     missing = f"; {drawn.missing} not drawn" if drawn.missing else ""

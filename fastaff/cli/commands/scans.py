@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from ...flows.checks import current_system
 from ...jobs.job import Job, Plan
 from ...jobs.launch import Points
 from ...jobs.scans import ORBITS, Cases, Scan, Scanned, ScanOfChaos
@@ -23,12 +24,11 @@ from .maps import settled
 
 def scanned(texts: list[str], job: Any, output: Written) -> int:
     """Compute, save and draw the chaotic fraction over one or two parameters, of the random orbits of a job."""
-    body = job.model.build()
-    run = job.run
-    asked = job.chaos_map
-    axes = Scan(axes=texts).parsed(body)
+    body, run, asked = job.model.build(), job.run, job.chaos_map
+    system = current_system(body)
+    axes = Scan(axes=texts).parsed(system)
     job = _at_the_end(axes, job)
-    section = job.surface.build(body)
+    section = job.surface.build(system)
     asked.check(run)
     if output.wrote(replace(job, scan=Scan(axes=texts))):
         return 0
@@ -39,8 +39,8 @@ def scanned(texts: list[str], job: Any, output: Written) -> int:
         raise Wrong("with --scan give both of --range1 and --range2, or none")
     work = ScanOfChaos(Cases(axes), job.surface, job.starts, asked)
     one, z0 = _some_case(work, body, section)
-    plan = Plan(body, section, Points(z0), {"chaos_map": asked})
-    settled("chaos-map", plan._replace(body=one), run)
+    plan = Plan(system, section, Points(z0), {"chaos_map": asked})
+    settled("chaos-map", plan._replace(system=current_system(one)), run)
     cases = work.cases.size
     facts = {
         **stated(job, plan, None),
@@ -110,15 +110,14 @@ def scan_figure(result: Any, texts: list[str], job: Job) -> Any:
     """Return the figure of a chaotic fraction over the parameters of --scan."""
     from ...plot import chaos as plot_chaos
 
-    axes = parsed(texts)
-    surface = job.surface
-    body = job.model.build()
-    section = surface.build(body)
+    axes, surface, body = parsed(texts), job.surface, job.model.build()
+    system = current_system(body)
+    section = surface.build(system)
     figure, ax = figure_of()
     plot_chaos.plot_chaotic_fraction(result, ax=ax)
     names = tuple(axis.name for axis in axes)
     hidden = (*names, *(("p_eta", "p_gamma") if {"p_phi", "p_psi"} & set(names) else ()))
-    where = surface_in_words(body, surface, without=hidden)
+    where = surface_in_words(system, surface, without=hidden)
     if {"p_phi", "p_psi"} & set(names):
         spin = surface.p_gamma + surface.p_eta
         vorticity = surface.p_gamma - surface.p_eta
@@ -143,5 +142,5 @@ def scan_figure(result: Any, texts: list[str], job: Job) -> Any:
     )
     failed = int(result.failed.sum())
     said += f"; {failed} orbits failed, left out" if failed else ""
-    caption(figure, f"section {in_words(section, body)}; {said}; {units(body)}")
+    caption(figure, f"section {in_words(section, system)}; {said}; {units(body)}")
     return figure

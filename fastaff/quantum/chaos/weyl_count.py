@@ -9,9 +9,8 @@ from numpy.typing import ArrayLike
 
 from ...base.arrays import checked
 from ...base.progress import says_progress
-from ...flows.checks import checked_model
+from ...flows.checks import checked_system
 from ...models import Body
-from ...models.mechanics import system_of
 from ..solvers.cover import Cover, plane_cover
 from ..solvers.panels import DENSE, Panels, panels
 from ..solvers.singular_ends import potential
@@ -165,8 +164,7 @@ def weyl_count(body: Body, energy: ArrayLike, *, m: int, l: int, hbar: float = 1
     >>> fa.quantum.weyl_count(fa.Body(fa.Harmonic()), [4.0, 10.0], m=0, l=0).round(4)
     array([ 1.9167, 12.4167])
     """
-    checked_model(body, needs="H = T(p) + V(q)")
-    if not system_of(body).isotropic:
+    if not checked_system(body, needs="H = T(p) + V(q)").isotropic:
         raise TypeError(f"body must be a Body with a doubly isotropic potential, got {type(body).__name__}")
     if not hasattr(body.potential, "curvatures"):
         raise TypeError(f"body must have a potential with curvatures(A, B), {type(body.potential).__name__} has none")

@@ -15,8 +15,7 @@ from ...base.interruption import keeping
 from ...base.numbers import numbers, real, shown
 from ...base.progress import tell
 from ...base.status import Status
-from ...flows.checks import checked_model, phase_points
-from ...models.mechanics import system_of
+from ...flows.checks import checked_system, current_system, phase_points
 from ..states.level_table import TORI, LevelTable
 from ..states.modes import Modes, modes_of, swapped
 from ..states.symmetry import action_quantum
@@ -38,8 +37,7 @@ remaining distance, so that its error is of second order.
 
 def is_vibration(body: Any) -> bool:
     """Return whether a system is no body and has a kinetic energy quadratic in the momenta."""
-    checked_model(body, needs="H = T(p) + V(q)")
-    system = system_of(body)
+    system = checked_system(body, needs="H = T(p) + V(q)")
     return not system.planar and system.quadratic
 
 
@@ -140,9 +138,8 @@ def mode_levels(model: Any, n: Any, below: Any, near: Any, hbar: Any, way: str) 
         raise ValueError("near must be given without modes and below: a torus near a point has angles of its own")
     if (below is None) == (n is None and near is None):
         raise ValueError("give either n, quantum numbers of the modes, or near, or below, an energy")
-    h = 2 * np.pi * quantum
-    known = modes_of(model, way)
-    points = [None] if near is None else list(phase_points("near", near, model).T)
+    h, known = 2 * np.pi * quantum, modes_of(model, way)
+    points = [None] if near is None else list(phase_points("near", near, current_system(model)).T)
     found: list[Level] = []
     table = functools.partial(_table, found, known, way, near is not None, model, quantum)
     with keeping("quasiclassical_levels", table):
@@ -191,7 +188,9 @@ def _table(found: list[Level], modes: Modes, way: str, near: bool, model: Any, h
     if near:
         names = next((one.names for one in found if one.names), tuple(f"theta {i + 1}" for i in range(size)))
     else:
-        names = system_of(model).row_names[:size] if way == "local" else tuple(f"mode {i + 1}" for i in range(size))
+        names = (
+            current_system(model).row_names[:size] if way == "local" else tuple(f"mode {i + 1}" for i in range(size))
+        )
     none = np.zeros(len(found), np.int64)
     return LevelTable(
         E=np.array([one.E for one in found]),

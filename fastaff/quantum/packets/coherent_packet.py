@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from ...base.arrays import checked
 from ...base.numbers import whole
 from ...base.progress import says_progress
-from ...flows.checks import checked_model, phase_points
+from ...flows.checks import checked_system, phase_points
 from ...flows.interruptible import interruptible
 from ...models import Body
 from ..states.quadrature import resolved
@@ -64,8 +64,7 @@ def coherent_packet(
     >>> packet.missing < 1e-6, abs(packet.autocorrelation(np.pi)).round(6)
     (True, np.float64(1.0))
     """
-    z = phase_points("z0", z0, checked_model(body, needs="H = T(p) + V(q)"))
-    tolerance = fraction(missing)
+    z, tolerance = phase_points("z0", z0, checked_system(body, needs="H = T(p) + V(q)")), fraction(missing)
     if z.shape[1] != 1:
         raise ValueError(f"z0 must be one phase point of shape (8,), got {z.shape[1]}")
     sides = plane_widths(width)

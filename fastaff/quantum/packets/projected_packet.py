@@ -11,8 +11,8 @@ import numpy as np
 from ...base.numbers import real, whole
 from ...base.progress import says_progress
 from ...charts import ALPHA_BETA, Chart
+from ...flows.checks import current_system
 from ...models import Body
-from ...models.mechanics import system_of
 from ..spectra.spectrum import solved_families, spectrum, spectrum_table
 from ..states.quadrature import GROWTH, Grid, converged_box, resolved
 from ..states.state import State, invariants_of
@@ -96,7 +96,7 @@ def class_states(
     body: Any, chosen: Sequence[SymmetryClass], count: int, hbar: float, single_valued: bool
 ) -> list[list[State]]:
     """Return the lowest states of each class."""
-    if system_of(body).isotropic and solved_families(body):
+    if current_system(body).isotropic and solved_families(body):
         m, l = zip(*chosen, strict=True)
         found = spectrum_table(body, m=m, l=l, count=count, hbar=hbar, single_valued=single_valued)
     else:

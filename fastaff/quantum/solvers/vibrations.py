@@ -10,8 +10,9 @@ from typing import Any
 import numpy as np
 
 from ...analysis.sections.accessible_box import SEED, minima, potential_of, walled
+from ...flows.checks import current_system
 from ...flows.interruptible import interruptible
-from ...models.mechanics import system_of
+from ...models.mechanics import System
 from ..states.level_table import VIBRATION, LevelTable, class_levels, level_scale
 from ..states.symmetry import SymmetryClass
 from ..states.vibration_state import Lattice, LatticeWaves
@@ -114,14 +115,15 @@ def vibration_levels(
     to a limit, the wall approaches that energy from below. Source: Colbert & Miller 1992, J. Chem. Phys. 96, 1982 (the
     grid); Bacic & Light 1986, J. Chem. Phys. 85, 4594 (sequential truncation).
     """
-    again: tuple[Problem, float, float, float] | None = (_problem(model, hbar), SPARE, -math.inf, math.inf)
+    system = current_system(model)
+    again: tuple[Problem, float, float, float] | None = (_problem(system, hbar), SPARE, -math.inf, math.inf)
     while again is not None:
-        again = _bases(model, *again, count, hbar, tolerance, known, report)
+        again = _bases(system, *again, count, hbar, tolerance, known, report)
     _check_held(known[-1])
 
 
 def _bases(
-    model: Any,
+    system: System,
     problem: Problem,
     spare: float,
     least: float,
@@ -137,7 +139,7 @@ def _bases(
     """
     E: list[np.ndarray] = []
     try:
-        problem, top, limit, cover = interruptible(_searched, model, problem, count, spare, least)
+        problem, top, limit, cover = interruptible(_searched, system.model, problem, count, spare, least)
         limit = min(limit, cap)
     except TooLarge as reason:
         raise ValueError(f"count = {count} needs {reason}") from None
@@ -165,7 +167,7 @@ def _bases(
         last = np.all(error <= tolerance * level_scale(found)) or k == len(CUTS) - 1
         if grid.leak.any() and len(E) > 1 and last:
             error += np.abs(interruptible(lowest, _shrunk(grid), problem, shortest, count).E - found)
-        waves = LatticeWaves(model, _lattice(model, problem, grid), states[1], states[0])
+        waves = LatticeWaves(system.model, _lattice(system, problem, grid), states[1], states[0])
         said = ONLY_SAMPLES if cover.blind else ""
         known.append(_table(found, error, tolerance, size, hbar, limit, said, waves))
         if report is not None:
@@ -206,8 +208,7 @@ def _searched(
     return problem, top, limit, cover
 
 
-def _problem(model: Any, hbar: float) -> Problem:
-    system = system_of(model)
+def _problem(system: System, hbar: float) -> Problem:
     n = system.n
     W = system.inverse_masses(np.ones((2 * n, 1)))[..., 0]
     periods = np.array(system.periods)
@@ -217,7 +218,7 @@ def _problem(model: Any, hbar: float) -> Problem:
         raise ValueError(f"body must have {what} in its kinetic energy, got dv/dp = {W.tolist()}")
     R = np.linalg.cholesky(W) * hbar
 
-    potential = potential_of(model)
+    potential = potential_of(system.model)
 
     def V(u: np.ndarray) -> np.ndarray:
         return potential(np.tensordot(R, u, 1))
@@ -227,7 +228,7 @@ def _problem(model: Any, hbar: float) -> Problem:
     problem = Problem(V, wells, values, periods, R)
     names = system.names
     if _falls(names, potential, problem):  # a narrow well on a plain is met by no descent
-        problem = _below(model, problem, float(potential(_far(np.zeros(n))).min()))
+        problem = _below(system.model, problem, float(potential(_far(np.zeros(n))).min()))
     if falls := _falls(names, potential, problem):
         raise NoGroundState(falls)
     if pole := _pole(names, problem):
@@ -290,10 +291,9 @@ def _pole(names: tuple[str, ...], problem: Problem) -> str:
     return f"V has a pole at {_place(names, problem.R @ at[:, 0])}, which no uniform grid holds: {what}."
 
 
-def _lattice(model: Any, problem: Problem, grid: Grid) -> Lattice:
+def _lattice(system: System, problem: Problem, grid: Grid) -> Lattice:
     """Return the points of a grid in the coordinates of the model."""
-    names = system_of(model).row_names[: len(problem.R)]
-    origin = problem.wells[:, 0]
+    names, origin = system.row_names[: len(problem.R)], problem.wells[:, 0]
     return Lattice(names, grid.V.shape, grid.low, grid.step, origin, grid.around, problem.R)
 
 

@@ -15,11 +15,10 @@ from ...base.interruption import keeping
 from ...base.numbers import an_array, fits, positive, reporter, whole
 from ...base.recipe import recorded
 from ...charts import ALPHA_BETA, R_VARTHETA, Chart
-from ...flows.checks import checked_model
+from ...flows.checks import checked_system
 from ...flows.interruptible import interruptible
 from ...models import Body
 from ...models.contracts import Dynamics
-from ...models.mechanics import system_of
 from ..solvers.factor_tables import Factors, FactorTable
 from ..solvers.nonseparable import plane_levels
 from ..solvers.separable import angular, radial
@@ -38,8 +37,7 @@ P = ParamSpec("P")
 
 
 def _checked_body(body: Any) -> None:
-    system = system_of(body)
-    checked_model(body, needs="H = T(p) + V(q)")
+    system = checked_system(body, needs="H = T(p) + V(q)")
     if not system.isotropic:
         why = (
             f": of H = T(p) + V(q), T quadratic, in one to {COORDINATES} coordinates spectrum(body, count=..., "

@@ -6,7 +6,6 @@ from typing import Any
 
 from ...base.interruption import keeping
 from ...base.numbers import fits, positive, whole
-from ...models.mechanics import system_of
 from ..exact.mode_tori import bodies_alone, is_vibration
 from ..solvers.vibrations import COORDINATES, vibration_levels
 from ..states.level_table import LevelTable
@@ -15,7 +14,7 @@ from ..states.symmetry import action_quantum
 
 def vibrates(body: Any) -> bool:
     """Return whether a system is no body and has few coordinates and a kinetic energy quadratic in the momenta."""
-    return is_vibration(body) and system_of(body).n <= COORDINATES
+    return is_vibration(body) and body.degrees_of_freedom <= COORDINATES
 
 
 def vibration(

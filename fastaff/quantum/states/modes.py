@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ...analysis.sections.accessible_box import minima, potential_of, walled
-from ...models.mechanics import system_of
+from ...flows.checks import current_system
 
 WAYS = ("normal", "local")
 """Kinds of modes for the quantum numbers."""
@@ -53,7 +53,7 @@ def swapped(rows: np.ndarray) -> np.ndarray:
 
 def modes_of(model: Any, way: str) -> Modes:
     """Return the normal modes of a model about its lowest minimum, slow ones last, or those of each coordinate."""
-    system = system_of(model)
+    system = current_system(model)
     n = system.n
 
     wells, values = minima(walled(potential_of(model), list(system.periods)), n)
