@@ -18,7 +18,10 @@ class Compiling:
     names of compiled kernels; speed: ratio of their processor time to that on the machine of `progress.PARTS`.
     """
 
-    depth, known, seconds, worked = 0, 0, 0.0, 0.0
+    depth = 0
+    known = 0
+    seconds = 0.0
+    worked = 0.0
     begun = 0.0, 0.0
     kernels: ClassVar[list[str]] = []
     speed: float | None = None

@@ -68,7 +68,8 @@ class Answers:
     """
 
     def __init__(self, systems: dict[str, Any], post: Callable[[dict[str, Any]], None]):
-        self.systems, self.post = systems, post
+        self.systems = systems
+        self.post = post
         self.system: System = current_system(None)  # until the page names one
         self.section: Any = None
         self.where: dict[str, float] = {}
@@ -178,7 +179,9 @@ class Answers:
     def _show_plane(self, message: dict[str, Any]) -> None:
         """Take a plane of a map."""
         plane = Plane.of(self.system, message["section"], message.get("others"))
-        extent, width, height = plane.extent(), int(message["width"]), int(message["height"])
+        extent = plane.extent()
+        width = int(message["width"])
+        height = int(message["height"])
         u = extent[0] + (extent[1] - extent[0]) * (np.arange(width) + 0.5) / width
         v = extent[2] + (extent[3] - extent[2]) * (np.arange(height) + 0.5) / height
         _, allowed = plane.lift(*(x.ravel() for x in np.meshgrid(u, v)))

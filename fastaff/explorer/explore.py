@@ -162,10 +162,13 @@ def setup_of(
         section = under.plan.section if section is None else section
     chosen = named_body("neo-hookean") if body is None else body
     system = checked_system(chosen, needs="a page")
-    accuracy, p_eta, p_gamma = positive("accuracy", accuracy), real("p_eta", p_eta), real("p_gamma", p_gamma)
+    accuracy = positive("accuracy", accuracy)
+    p_eta = real("p_eta", p_eta)
+    p_gamma = real("p_gamma", p_gamma)
     if not system.isotropic and (p_eta or p_gamma):
         raise ValueError(f"p_eta and p_gamma belong to a Body, got {p_eta}, {p_gamma} for {type(chosen).__name__}")
-    systems, schemes = named_systems(), page_schemes()
+    systems = named_systems()
+    schemes = page_schemes()
     usual = _usual(chosen, systems)
     start: dict[str, Any] = {"p_eta": p_eta, "p_gamma": p_gamma}
     if system.iterated:
@@ -289,7 +292,8 @@ def _section(section: Any, system: System, start: dict[str, Any]) -> Any:
 def _flowing(system: System, section: Any, fixed: Any, **given: Any) -> dict[str, Any]:
     """Return the first view of the page of dz/dt = f(z): its section, and the starts of variables outside the plane."""
     check_given(system, "a page of orbits", **given)
-    names, met = system.names, _met(system)
+    names = system.names
+    met = _met(system)
     middle, extent = (float(of(met[-1])) if met.size else 0.0 for of in (np.median, np.ptp))
     cut = f"{names[-1]}={middle if abs(middle) > extent / 10 else 0:.2g}" if section is None else section
     cut = section_named(cut, system) if isinstance(cut, str) else cut

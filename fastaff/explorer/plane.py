@@ -68,7 +68,8 @@ class Plane(NamedTuple):
     @classmethod
     def of(cls, system: System, name: str, others: dict[str, float] | None) -> Plane:
         """Return the plane of that name, such as "x,p"; ValueError if the map has no such plane."""
-        names, known = planes(system), system.row_names
+        names = planes(system)
+        known = system.row_names
         if name not in names:
             raise ValueError(f"the plane must be one of {'; '.join(names)}, got {name}")
         index = names.index(name)

@@ -73,7 +73,8 @@ def _too_many(takes: str, system: System) -> Refused:
 
 def _map_code(system: System) -> dict[str, Any]:
     """Return a map as data: winds (2n,) is true for rows with a period."""
-    n, own = system.n, Part(system.model, ())
+    n = system.n
+    own = Part(system.model, ())
     rows = [f"{stem}{i}" for stem in "qp" for i in range(n)]
     names = [name for name, _ in numbers_in(system.model, ())]
     wanted: tuple[tuple[str, str, list[str]], ...] = (
@@ -83,7 +84,8 @@ def _map_code(system: System) -> dict[str, Any]:
         ("margin", "margin", rows[:n]),
     )
     methods = {key: printed(own, name, arguments, names) for key, name, arguments in wanted}
-    angles, winds = list(system.names), [float(period) > 0 for period in system.model.periods()]
+    angles = list(system.names)
+    winds = [float(period) > 0 for period in system.model.periods()]
     return {"kind": "map", "n": n, "parameters": names, "angles": angles, "winds": winds, "methods": methods}
 
 

@@ -318,7 +318,8 @@ def checked_section(section: Any, system: System) -> Any:
     if not np.all(np.isfinite(_parameters("section", section))):
         raise ValueError(f"section has a parameter that is not finite: {section!r}")
     is_as_met(section)
-    rows, normal = system.rows, getattr(section, "normal", None)
+    rows = system.rows
+    normal = getattr(section, "normal", None)
     try:
         if normal is not None and (len(normal) != rows or not any(normal)):
             raise TypeError
@@ -360,7 +361,8 @@ def phase_points(name: str, z0: Any, system: System) -> np.ndarray:
     """Return `z0` of shape (2n,) or (2n, orbits), with or without labels, as a fresh float64 array (2n, orbits) inside
     the model's domain; of a flow with an odd number of variables with the idle row below.
     """
-    rows, z = system.rows, np.array(numbers(name, in_rows(name, z0, system)), order="C")
+    rows = system.rows
+    z = np.array(numbers(name, in_rows(name, z0, system)), order="C")
     if system.driven and z.ndim in (1, 2) and z.shape[0] == rows - 2:
         z = np.insert(z, [rows // 2 - 1, rows - 2], 0.0, axis=0)  # t = 0 and p_t = 0
     if z.ndim not in (1, 2) or z.shape[0] != rows or z.size == 0:

@@ -175,8 +175,12 @@ def _motion_of_map(system: System, z: np.ndarray, threads: int) -> Motion:
     period over 2 pi; momenta: those times the ratio sqrt(|dp'/dq|/|dq'/dp|) at the start, for an angle the momentum
     that turns it by a radian in one iterate.
     """
-    n, orbits, radius = z.shape[0] // 2, z.shape[1], escape_radii(system, z)
-    position, momentum, one = np.empty((n, orbits)), np.empty((n, orbits)), np.ones(orbits)
+    n = z.shape[0] // 2
+    orbits = z.shape[1]
+    radius = escape_radii(system, z)
+    position = np.empty((n, orbits))
+    momentum = np.empty((n, orbits))
+    one = np.ones(orbits)
     each = _chunk(2 * n, orbits)
     for start in range(0, orbits, each):
         part = slice(start, start + each)
@@ -296,7 +300,8 @@ def _states(
 ) -> tuple[np.ndarray, Ensemble]:
     """Return the states of `_look` by a scheme, and the orbits at its end."""
     flow = Flow(system, scheme, step, 1e-12, 1e-12, threads)
-    ensemble, samples = flow.ensemble(z.copy(), radius=radius), 1 + LOOKS
+    ensemble = flow.ensemble(z.copy(), radius=radius)
+    samples = 1 + LOOKS
     states = np.full((len(z), samples, z.shape[1]), np.nan)
     states[:, 0] = z
     observer = columns(len(z), samples)

@@ -108,7 +108,8 @@ def check_needs(system: System, need: str, **said: Any) -> None:
     """
     for words, sentence in REFUSALS[need].items():
         if system.words >= {*words.split()}:
-            error, has = TypeError if need in OF_MODELS else ValueError, "" if system.own is None else system.own.has
+            error = TypeError if need in OF_MODELS else ValueError
+            has = "" if system.own is None else system.own.has
             raise error(sentence.format(model=type(system.model).__name__, has=has, **said))
 
 

@@ -224,7 +224,10 @@ def plan(
     if system.iterated:
         return _iterated(system, z, options)
     options = suited(options, system)
-    scheme, step, threads, why = options.scheme, options.step, checked_threads(options.threads), []
+    scheme = options.scheme
+    step = options.step
+    threads = checked_threads(options.threads)
+    why = []
     if isinstance(scheme, TimeTransformed):
         check_needs(system, "a fictitious time", got=scheme.name)
     if scheme is None:
@@ -239,7 +242,8 @@ def plan(
     if isinstance(scheme, Automatic):
         every = transformed and system.substep is None and not system.driven
         chosen = _chosen(system, z, scheme if every else scheme.in_time, options, threads, time)
-        scheme, step = chosen.scheme, chosen.step if isinstance(chosen.scheme, TimeTransformed) else None
+        scheme = chosen.scheme
+        step = chosen.step if isinstance(chosen.scheme, TimeTransformed) else None
         why.append(f"{scheme.name} by trial: energy error {chosen.error:.1e}, {chosen.cost:.3g} forces per unit time")
     if transformed and isinstance(scheme, TimeTransformed):
         size = None if step is None else positive("step", step)
@@ -248,7 +252,8 @@ def plan(
             f"step {timed.step:.3g} in s" + ("" if math.isnan(worst) else f": energy error {worst:.1e} in a trial")
         )
         return Plan(timed, z, "; ".join(why))
-    found, fixed = None, math.inf if step is None else checked_step(step, z.shape[1])
+    found = None
+    fixed = math.inf if step is None else checked_step(step, z.shape[1])
     flow = Flow(system, suited_scheme(checked_scheme(scheme), system), fixed, options.rtol, options.atol, threads)
     if flow.adaptive:
         why.append(f"steps controlled by rtol {flow.rtol:g}, atol {flow.atol:g}")

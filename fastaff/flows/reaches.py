@@ -50,15 +50,20 @@ def _reaches(system: System, z: np.ndarray, limit: np.ndarray) -> np.ndarray:
     """Return the distances from the origin (orbits,) of orbits from z, or of their turning points at these energies, to
     two digits.
     """
-    n, total, orbits = system.moving, system.n, z.shape[1]
-    speeds, centrifugal = system.slopes(z), 0.0
+    n = system.moving
+    total = system.n
+    orbits = z.shape[1]
+    speeds = system.slopes(z)
+    centrifugal = 0.0
     if system.driven:  # V along the line is that of one moment
         limit = limit - z[-1]
         speeds = np.concatenate([speeds[:n], speeds[n + 1 : -1]])
     if system.frame:
         centrifugal = 0.5 * system.turning_mass * float(system.model.angular_velocity()) ** 2
-    q, distances = np.ascontiguousarray(z[:total]), _distances()
-    size, along = length(q[:n]), np.zeros((total, orbits))
+    q = np.ascontiguousarray(z[:total])
+    distances = _distances()
+    size = length(q[:n])
+    along = np.zeros((total, orbits))
     unit = np.where(size > 0, size, 1.0)
     own = np.where((speeds[:n] != 0).any(axis=0), speeds[:n], speeds[n:])  # of an orbit that rests the force
     own = own / np.abs(own).max(axis=0)  # lengths of huge velocities have no square

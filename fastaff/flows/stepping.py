@@ -20,7 +20,9 @@ def blocks_of(system: System, vectors: int = 0, step: Callable | None = None, **
     """Return a model's functions for kernels: block functions of these kinds, or of a Runge-Kutta-Nyström scheme's
     terms, idle ones in the other places; step: the kernel of a scheme that steps by the derivative.
     """
-    n, derivative, leapt = system.n, 0, 0
+    n = system.n
+    derivative = 0
+    leapt = 0
     found = {
         place: model_block(kind, system.model, n, vectors)
         if isinstance(kind, str)

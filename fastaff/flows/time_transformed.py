@@ -287,7 +287,8 @@ def survey(sample: Sample) -> tuple[float, float, float]:
     """Return the typical angular frequency, the lowest potential and the highest energy of orbits over a round of some
     librations. States that have escaped are left out: no other orbit reaches such depths.
     """
-    system, z = sample.system, sample.z
+    system = sample.system
+    z = sample.z
     flow = Flow(system, DOP853, math.inf, 1e-9, 1e-9, sample.threads)
     ensemble = flow.ensemble(z.copy())
     states = flow.sampled(ensemble, LOOKS, time=sample.span).reshape(-1, len(z)).T

@@ -195,7 +195,8 @@ def trials_in_time(
 
     The error of an adaptive scheme is extended in proportion to a run over `time`.
     """
-    sample, tried = sample_of(system, z, 60, time, threads), []
+    sample = sample_of(system, z, 60, time, threads)
+    tried = []
     for candidate in scheme.candidates:
         if not isinstance(candidate, (Splitting, RungeKutta)):
             continue
@@ -215,7 +216,9 @@ def try_steps(flow: Flow, sample: Sample, error: float) -> tuple[Flow, float]:
 
     The errors are those at the ends of rounds; if no step is below the error, it is the one of least error.
     """
-    best, least, k = math.inf, math.inf, 0
+    best = math.inf
+    least = math.inf
+    k = 0
     rate = max(typical_rate(flow.system, sample.z), flow.system.drive_rate)
     while k < sample.most:
         step = trial_step(k, rate)
@@ -259,7 +262,8 @@ def _run_trial(flow: Flow, sample: Sample) -> tuple[float, float]:
             time=sample.span,
             observations=0 if flow.adaptive else 1,
         )
-        drift, kinetic = energy_drift(flow.system, ensemble.z, energy, ensemble.scale), ensemble.kinetic
+        drift = energy_drift(flow.system, ensemble.z, energy, ensemble.scale)
+        kinetic = ensemble.kinetic
         errors.append(np.where(ensemble.status == Status.OK, drift, np.inf))
         z = ensemble.z
         steps = steps + float(ensemble.count.mean())

@@ -104,7 +104,8 @@ class Starts:
         fits(option("grid"), ARRAYS, max(cells))
         given = self.ranges()
         where = checked_surface(system, section, surface.energy, surface.p_eta, surface.p_gamma)
-        edge, ranges = None, given
+        edge = None
+        ranges = given
         try:
             edge = section_edge(system.model, section, energy=where.energy, p_eta=where.p_eta, p_gamma=where.p_gamma)
             ranges = [mine or found for mine, found in zip(given, edge.axes)]

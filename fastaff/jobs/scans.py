@@ -50,7 +50,8 @@ class Scan:
     def parsed(self, system: System) -> list[Scanned]:
         """Return the parameters with their values; refuse names that neither the body nor its energy surface has."""
         axes = scanned(self.axes)
-        planar, body = system.isotropic, system.model
+        planar = system.isotropic
+        body = system.model
         own = getattr(body, "potential", body)._fields
         names = ("energy", *(PLANES if planar else ()), *own, *(("mu",) if planar else ()))
         for axis in axes:

@@ -325,7 +325,8 @@ def described(system: System) -> Model | None:
         elif inner is not system.model:
             found = Model(formula=text, parameter=parameter, domain=domain, mu=mu)
         elif made is not None:
-            coordinates, period = " ".join(system.model.coordinates[: system.moving]), None
+            coordinates = " ".join(system.model.coordinates[: system.moving])
+            period = None
             if system.driven:
                 said = fields.pop("period", None)
                 period = made.period if said is None else repr(said)

@@ -14,11 +14,15 @@ def scales(W, force, velocity, momentum, kinetic, rate, largest):
     W (n, n, orbits); force, velocity, momentum (n, samples, orbits); kinetic (samples, orbits).
     """
     n, samples, orbits = force.shape
-    pull, move, turned = np.zeros(orbits), np.zeros(orbits), np.empty(orbits)
-    pulled, moved = np.empty(orbits), np.empty(orbits)
+    pull = np.zeros(orbits)
+    move = np.zeros(orbits)
+    turned = np.empty(orbits)
+    pulled = np.empty(orbits)
+    moved = np.empty(orbits)
     largest[:] = -np.inf
     for s in range(samples):  # loops over orbits innermost: vectors
-        pulled[:], moved[:] = 0.0, 0.0
+        pulled[:] = 0.0
+        moved[:] = 0.0
         for i in range(n):
             turned[:] = 0.0
             for j in range(n):

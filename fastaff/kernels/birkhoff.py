@@ -57,9 +57,11 @@ def average(value, calls, lanes, orbit, fresh, t, z, memory, out, done):
     for i in range(lanes):
         memory[ROWS.value * LANES + i] *= memory[ROWS.value * LANES + i]
     for i in range(lanes):
-        x, now = 2.0 * t[i] / value.time - 1.0, memory[ROWS.value * LANES + i]
+        x = 2.0 * t[i] / value.time - 1.0
+        now = memory[ROWS.value * LANES + i]
         w = fresh[i] * weight(2.0 * x + 1.0 if x < 0.0 else 2.0 * x - 1.0)
-        w1, w2 = w if x < 0.0 else 0.0, w if x > 0.0 else 0.0
+        w1 = w if x < 0.0 else 0.0
+        w2 = w if x > 0.0 else 0.0
         memory[ROWS.early_weight * LANES + i] += w1
         memory[ROWS.early * LANES + i] += w1 * now if w1 > 0.0 else 0.0
         memory[ROWS.late_weight * LANES + i] += w2

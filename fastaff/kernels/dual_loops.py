@@ -34,12 +34,18 @@ def project(unit, signals, samples, windows, interval, scaling, rank, nu, P, G):
     subtracted, and sizes (orbits, rows). The lines of a Gram matrix are those at nu, then those at -nu; a window sums
     to 1 and is symmetric, so their products are real; time counts from its middle.
     """
-    own, r, n = rows_of(signals, unit), rank[unit], P.shape[0]
+    own = rows_of(signals, unit)
+    r = rank[unit]
+    n = P.shape[0]
     length = samples[unit]
     window = windows.numbers[windows.start[unit] : windows.start[unit] + length]
     drift, centre, units = scaling
-    wave, cosine, sine, row = np.empty((r, 2, BLOCK)), np.empty((r, BLOCK)), np.empty((r, BLOCK)), np.empty(BLOCK)
-    sums, pairs = np.zeros((r, n, 2, BLOCK)), np.zeros((r, r, 2, BLOCK))
+    wave = np.empty((r, 2, BLOCK))
+    cosine = np.empty((r, BLOCK))
+    sine = np.empty((r, BLOCK))
+    row = np.empty(BLOCK)
+    sums = np.zeros((r, n, 2, BLOCK))
+    pairs = np.zeros((r, r, 2, BLOCK))
     for k in range(r):
         fill_turns(2.0 * math.pi * nu[unit, k] * interval[unit], wave[k, 0], wave[k, 1])
     for start in range(0, length, BLOCK):
@@ -47,12 +53,20 @@ def project(unit, signals, samples, windows, interval, scaling, rank, nu, P, G):
         w = window[start : start + width]
         for k in range(r):
             phase = 2.0 * math.pi * nu[unit, k] * interval[unit] * (start - 0.5 * (length - 1))
-            x, y, c, d, a, b = math.cos(phase), math.sin(phase), cosine[k], sine[k], wave[k, 0], wave[k, 1]
+            x = math.cos(phase)
+            y = math.sin(phase)
+            c = cosine[k]
+            d = sine[k]
+            a = wave[k, 0]
+            b = wave[k, 1]
             for i in range(width):
                 c[i] = a[i] * x - b[i] * y
                 d[i] = a[i] * y + b[i] * x
             for m in range(k + 1):
-                e, f, direct, mirror = cosine[m], sine[m], pairs[k, m, 0], pairs[k, m, 1]
+                e = cosine[m]
+                f = sine[m]
+                direct = pairs[k, m, 0]
+                mirror = pairs[k, m, 1]
                 for i in range(width):
                     direct[i] += w[i] * (c[i] * e[i] + d[i] * f[i])
                     mirror[i] += w[i] * (c[i] * e[i] - d[i] * f[i])
@@ -60,8 +74,12 @@ def project(unit, signals, samples, windows, interval, scaling, rank, nu, P, G):
                 c[i] *= w[i]
                 d[i] *= w[i]
             for j in range(n):
-                source, re, im = own[j, start : start + width], sums[k, j, 0], sums[k, j, 1]
-                growth_now, mean, size = drift[unit, j], centre[unit, j], units[unit, j]
+                source = own[j, start : start + width]
+                re = sums[k, j, 0]
+                im = sums[k, j, 1]
+                growth_now = drift[unit, j]
+                mean = centre[unit, j]
+                size = units[unit, j]
                 for i in range(width):
                     row[i] = (source[i] - mean - growth_now * (start + i)) * size
                 for i in range(width):
@@ -74,7 +92,8 @@ def project(unit, signals, samples, windows, interval, scaling, rank, nu, P, G):
         for j in range(n):
             P[j, k] = complex(total(sums[k, j, 0]), total(sums[k, j, 1]))
         for m in range(k + 1):
-            direct, mirror = total(pairs[k, m, 0]), total(pairs[k, m, 1])
+            direct = total(pairs[k, m, 0])
+            mirror = total(pairs[k, m, 1])
             for i, j in ((k, m), (m, k)):
                 G[i, j] = G[r + i, r + j] = direct
                 G[i, r + j] = G[r + i, j] = mirror
@@ -88,11 +107,13 @@ def solve(matrix, right, n):
         for j in range(n):
             most = max(most, abs(matrix[i, j].real) + abs(matrix[i, j].imag))
     for i in range(n):
-        pivot, size = i, 0.0
+        pivot = i
+        size = 0.0
         for j in range(i, n):
             here = abs(matrix[j, i].real) + abs(matrix[j, i].imag)
             if here > size:
-                pivot, size = j, here
+                pivot = j
+                size = here
         if not size > SINGULAR * most:
             return False
         for c in range(n):
@@ -133,7 +154,8 @@ def fill_dual(A, r, dual):
     the lines nu, and of 0 with the others; return whether they exist.
     """
     n, rows = A.shape
-    matrix, right = np.empty((n, n), np.complex128), np.zeros((n, r), np.complex128)
+    matrix = np.empty((n, n), np.complex128)
+    right = np.zeros((n, r), np.complex128)
     scale = np.zeros(n)
     for i in range(n):
         for j in range(rows):
@@ -176,7 +198,8 @@ def fill_own(share, r, dual):
         largest = 0
         for j in range(share.shape[1]):
             largest = j if share[k, j] > share[k, largest] else largest
-        dual[k, 2 * largest], dual[k, 2 * largest + 1] = 1.0 + 0j, -1j
+        dual[k, 2 * largest] = 1.0 + 0j
+        dual[k, 2 * largest + 1] = -1j
 
 
 def dual_loops(unit, stop, progress, signals, samples, windows, interval, scaling, rank, nu, found):
@@ -186,9 +209,11 @@ def dual_loops(unit, stop, progress, signals, samples, windows, interval, scalin
     if read_now(stop, 0) > 0:
         return
     amplitude, dual, share = found
-    r, rows = rank[unit], amplitude.shape[2]
+    r = rank[unit]
+    rows = amplitude.shape[2]
     if r > 0:
-        P, G = np.zeros((rows, r), np.complex128), np.zeros((2 * r, 2 * r))
+        P = np.zeros((rows, r), np.complex128)
+        G = np.zeros((2 * r, 2 * r))
         project(unit, signals, samples, windows, interval, scaling, rank, nu, P, G)
         A = amplitude[unit, : 2 * r]
         if fill_amplitudes(P, G, r, A):

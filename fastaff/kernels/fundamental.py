@@ -72,17 +72,23 @@ def relate(value, bar, basis, spread, rank, table, count, accidental, k):
 
     table (>= rank + 1, vectors): the components, a row each, and in the last row |k|_1.
     """
-    scale, lengths = 0.0, table[table.shape[0] - 1]
-    sums, widths = np.empty(ABREAST), np.empty(ABREAST)
+    scale = 0.0
+    lengths = table[table.shape[0] - 1]
+    sums = np.empty(ABREAST)
+    widths = np.empty(ABREAST)
     for i in range(rank):
         scale = max(scale, abs(basis[i]))
     for first in range(0, count, ABREAST):
         end = min(first + ABREAST, count)
-        some, size = 0, lengths[first:end]
+        some = 0
+        size = lengths[first:end]
         for j in range(size.size):
-            sums[j], widths[j] = 0.0, bar
+            sums[j] = 0.0
+            widths[j] = bar
         for i in range(rank):
-            row, one, width = table[i, first:end], basis[i], spread[i]
+            row = table[i, first:end]
+            one = basis[i]
+            width = spread[i]
             for j in range(row.size):
                 sums[j] += row[j] * one
                 widths[j] += abs(row[j]) * width
@@ -105,7 +111,8 @@ def reduce_columns(matrix, rows, columns):
     column = 0
     for row in range(rows):
         while column < columns:
-            pivot, filled = -1, 0
+            pivot = -1
+            filled = 0
             for j in range(column, columns):
                 if matrix[row, j] != 0:
                     filled += 1
@@ -131,15 +138,20 @@ def refine(m, k, rank, value, bar, line, basis, spread, source):
     """
     for i in range(rank):
         if abs(k[i]) == 1:
-            basis[i], spread[i], source[i] = value, bar, line
+            basis[i] = value
+            spread[i] = bar
+            source[i] = line
             return
     matrix = np.zeros((rank, rank + 1), np.int64)
     for i in range(rank):
         matrix[i, i], matrix[i, rank] = m, k[i]
     reduce_columns(matrix, rank, rank + 1)
-    old, bars = basis[:rank].copy(), spread[:rank].copy()
+    old = basis[:rank].copy()
+    bars = spread[:rank].copy()
     for j in range(rank):
-        basis[j], spread[j], source[j] = 0.0, bar, -1
+        basis[j] = 0.0
+        spread[j] = bar
+        source[j] = -1
         for i in range(rank):
             basis[j] += matrix[i, j] * old[i] / m
             spread[j] += abs(matrix[i, j]) * bars[i] / m
@@ -188,7 +200,10 @@ def generate(value, bar, count, most, vectors, rate, basis, spread, source):
 def generators(unit, stop, progress, value, bar, count, vectors, rate, lattice):
     """Run `generate` on the lines (orbits, lines) of an orbit of samples at this rate (orbits,)."""
     if read_now(stop, 0) == 0:
-        lines, nu, spread, source = count[unit], lattice.nu[unit], lattice.spread[unit], lattice.source[unit]
+        lines = count[unit]
+        nu = lattice.nu[unit]
+        spread = lattice.spread[unit]
+        source = lattice.source[unit]
         lattice.rank[unit] = generate(value[unit], bar[unit], lines, nu.size, vectors, rate[unit], nu, spread, source)
         progress[unit] = 1.0
 
@@ -199,7 +214,8 @@ def rows_of(signals, orbit):
     of each, and the place of the first row and the samples of a row (orbits,).
     """
     numbers, rows, start, count = signals
-    first, samples = start[orbit], count[orbit]
+    first = start[orbit]
+    samples = count[orbit]
     return numbers[first : first + rows * samples].reshape((rows, samples))
 
 
@@ -208,7 +224,8 @@ def total(sums):
     """Return the sum of partial sums (BLOCK,), which it overwrites: the sum of their halves, and so on."""
     size = BLOCK // 2
     while size >= 8:
-        first, second = sums[:size], sums[size : 2 * size]
+        first = sums[:size]
+        second = sums[size : 2 * size]
         for i in range(size):
             first[i] += second[i]
         size //= 2
@@ -218,7 +235,9 @@ def total(sums):
 @jit
 def fill_turns(turn, cosine, sine):
     """Fill cosine and sine (BLOCK,) with those of turn times 0, 1, ..., by doubling."""
-    cosine[0], sine[0], done = 1.0, 0.0, 1
+    cosine[0] = 1.0
+    sine[0] = 0.0
+    done = 1
     while done < BLOCK:
         c, s = math.cos(turn * done), math.sin(turn * done)
         for i in range(done):
@@ -234,7 +253,8 @@ def weighted_sum(weights, values, sums):
         sums[i] = 0.0
     whole = values.size // BLOCK * BLOCK
     for start in range(0, whole, BLOCK):
-        w, v = weights[start : start + BLOCK], values[start : start + BLOCK]
+        w = weights[start : start + BLOCK]
+        v = values[start : start + BLOCK]
         for i in range(BLOCK):
             sums[i] += w[i] * v[i]
     for i in range(values.size - whole):
@@ -246,9 +266,13 @@ def read_signals(unit, stop, progress, states, parameters, table, signals):
     """Fill signals (orbits, rows, samples) with the values of the table's call at states (orbits, samples, 2n)."""
     if read_now(stop, 0) > 0:
         return
-    own, calls = states[unit], Calls(table, parameters)
-    samples, size, rows = signals.shape[2], own.shape[1], signals.shape[1]
-    z, made = np.zeros(size * LANES), np.zeros(rows * LANES)
+    own = states[unit]
+    calls = Calls(table, parameters)
+    samples = signals.shape[2]
+    size = own.shape[1]
+    rows = signals.shape[1]
+    z = np.zeros(size * LANES)
+    made = np.zeros(rows * LANES)
     for start in range(0, samples, LANES):
         lanes = min(LANES, samples - start)
         for i in range(lanes):
@@ -256,7 +280,8 @@ def read_signals(unit, stop, progress, states, parameters, table, signals):
                 z[r * LANES + i] = own[start + i, r]
         call_value(calls, 0, lanes, z, made)
         for r in range(rows):
-            row, first = signals[unit, r, start : start + lanes], r * LANES
+            row = signals[unit, r, start : start + lanes]
+            first = r * LANES
             for i in range(lanes):
                 row[i] = made[first + i]
     progress[unit] = 1.0
@@ -266,7 +291,9 @@ def extremes(unit, stop, progress, signals, low, high):
     """Fill low and high (orbits, rows) with the extremes of the signals, see `rows_of`."""
     if read_now(stop, 0) > 0:
         return
-    s, least, most = rows_of(signals, unit), np.empty(BLOCK), np.empty(BLOCK)
+    s = rows_of(signals, unit)
+    least = np.empty(BLOCK)
+    most = np.empty(BLOCK)
     for r in range(s.shape[0]):
         for i in range(BLOCK):
             least[i], most[i] = s[r, 0], s[r, 0]
@@ -287,14 +314,18 @@ def quickness(unit, stop, progress, signals, ratio):
     """
     if read_now(stop, 0) > 0:
         return
-    first, second, best = np.empty(BLOCK), np.empty(BLOCK), 0.0
+    first = np.empty(BLOCK)
+    second = np.empty(BLOCK)
+    best = 0.0
     samples = signals.shape[2]
     for r in range(signals.shape[1]):
         row = signals[unit, r]
-        first[:], second[:] = 0.0, 0.0
+        first[:] = 0.0
+        second[:] = 0.0
         for start in range(0, samples - 2, BLOCK):
             for i in range(min(BLOCK, samples - 2 - start)):
-                before, after = row[start + i + 1] - row[start + i], row[start + i + 2] - row[start + i + 1]
+                before = row[start + i + 1] - row[start + i]
+                after = row[start + i + 2] - row[start + i + 1]
                 first[i] += before * before
                 second[i] += (after - before) * (after - before)
         end = row[samples - 1] - row[samples - 2]
@@ -315,10 +346,12 @@ def growth(row, tables, rest, sums):
     for i in range(samples - 1):
         rest[i] = row[i + 1] - row[i]
     mean = weighted_sum(tables[0], rest[: samples - 1], sums)
-    first, last = weighted_sum(tables[1], rest[: samples - 1], sums), weighted_sum(tables[2], rest[: samples - 1], sums)
+    first = weighted_sum(tables[1], rest[: samples - 1], sums)
+    last = weighted_sum(tables[2], rest[: samples - 1], sums)
     if not max(abs(first - mean), abs(last - mean)) < 0.1 * abs(mean):
         return 0.0
-    low, high = math.inf, -math.inf
+    low = math.inf
+    high = -math.inf
     for i in range(samples):
         value = row[i] - mean * i
         low, high = min(low, value), max(high, value)
@@ -333,9 +366,12 @@ def prepare(unit, stop, progress, signals, window, tables, at_rest, rows, loops,
     drift, centre, size, moving = found
     if read_now(stop, 0) > 0:
         return
-    samples, scratch, sums = window.size, np.empty(window.size), np.empty(BLOCK)
+    samples = window.size
+    scratch = np.empty(window.size)
+    sums = np.empty(BLOCK)
     for r in range(rows.shape[1]):
-        row, source = rows[unit, r], signals[unit, r]
+        row = rows[unit, r]
+        source = signals[unit, r]
         for i in range(samples):
             row[i] = source[i]
         change = growth(row, tables, scratch, sums)
@@ -346,17 +382,21 @@ def prepare(unit, stop, progress, signals, window, tables, at_rest, rows, loops,
         for i in range(samples):
             row[i] -= mean
             scratch[i] = row[i] * row[i]
-        drift[unit, r], centre[unit, r] = change, mean
+        drift[unit, r] = change
+        centre[unit, r] = mean
         size[unit, r] = math.sqrt(weighted_sum(window, scratch, sums))
     largest = 0.0
     for j in range(loops.shape[1]):
         largest = max(largest, size[unit, 2 * j] * size[unit, 2 * j + 1])
     for j in range(loops.shape[1]):
-        loop, q, p = loops[unit, j], rows[unit, 2 * j], rows[unit, 2 * j + 1]
+        loop = loops[unit, j]
+        q = rows[unit, 2 * j]
+        p = rows[unit, 2 * j + 1]
         moving[unit, j] = size[unit, 2 * j] * size[unit, 2 * j + 1] > at_rest * largest
         for r in (2 * j, 2 * j + 1):
             size[unit, r] = size[unit, r] if size[unit, r] > 0.0 else 1.0
-        one, other = 1.0 / size[unit, 2 * j], 1.0 / size[unit, 2 * j + 1]
+        one = 1.0 / size[unit, 2 * j]
+        other = 1.0 / size[unit, 2 * j + 1]
         for i in range(samples):
             q[i] *= one
             p[i] *= other
@@ -373,8 +413,11 @@ def combinations(unit, stop, progress, value, bar, nu, spread, vectors, k):
         return
     tables, sizes = vectors
     m = value.shape[1]
-    basis, width, where = np.zeros(m), np.zeros(m), np.zeros(m, np.int64)
-    rank, found = 0, np.zeros(m, np.int64)
+    basis = np.zeros(m)
+    width = np.zeros(m)
+    where = np.zeros(m, np.int64)
+    rank = 0
+    found = np.zeros(m, np.int64)
     for j in range(m):
         if nu[unit, j] != 0.0:
             basis[rank], width[rank], where[rank] = nu[unit, j], spread[unit, j], j

@@ -104,7 +104,9 @@ def new_band(size):
 def add_dots(table, values, sums):
     """Add the products of a table and of values (BLOCK,) to partial sums (PARTS,)."""
     for i in range(PARTS):
-        k, m, n = i + PARTS, i + 2 * PARTS, i + 3 * PARTS
+        k = i + PARTS
+        m = i + 2 * PARTS
+        n = i + 3 * PARTS
         sums[i] += (table[i] * values[i] + table[k] * values[k]) + (table[m] * values[m] + table[n] * values[n])
 
 
@@ -127,7 +129,8 @@ def fill_moments(re, im, begin, count, angle, tables, padded, partial, moments):
             for i in range(count - first):
                 x[i], y[i] = re[at + i], im[at + i]
             for i in range(count - first, BLOCK):
-                x[i], y[i] = 0.0, 0.0
+                x[i] = 0.0
+                y[i] = 0.0
         partial[:] = 0.0
         for row in range(4):
             add_dots(tables[row], x, partial[2 * row])
@@ -155,7 +158,8 @@ def basis_sums(re, im, begin, half, step, room, sums):
     tables, padded, partial, moments = room
     size = sums.shape[0]
     for j in range(size // 2, size):
-        angle, other = step * (j - (size - 1) / 2), size - 1 - j
+        angle = step * (j - (size - 1) / 2)
+        other = size - 1 - j
         fill_turns(angle, tables[0], tables[1])
         for i in range(BLOCK):
             tables[2, i], tables[3, i] = i * tables[0, i], i * tables[1, i]
@@ -164,10 +168,18 @@ def basis_sums(re, im, begin, half, step, room, sums):
             count = half + 1 if part == 0 else half
             fill_moments(re, im, first, count, angle, tables, padded, partial, moments)
             for sign in range(2):
-                x, y, p, q = moments[0], moments[1], moments[2], moments[3]
+                x = moments[0]
+                y = moments[1]
+                p = moments[2]
+                q = moments[3]
                 if sign == 1:
-                    x, y, p, q = x.conjugate(), y.conjugate(), p.conjugate(), q.conjugate()
-                plain, weighted, row = x + 1j * y, p + 1j * q, j if sign == 0 else other
+                    x = x.conjugate()
+                    y = y.conjugate()
+                    p = p.conjugate()
+                    q = q.conjugate()
+                plain = x + 1j * y
+                weighted = p + 1j * q
+                row = j if sign == 0 else other
                 sums[row, 2 * part] = plain
                 sums[row, 2 * part + 1] = weighted + plain if part == 0 else half * plain - weighted
         whole = complex(math.cos(angle * (half + 1)), math.sin(angle * (half + 1)))
@@ -182,8 +194,10 @@ def fill_overlaps(edges, half, z, sums, overlaps):
     enter the sums as these move on by a sample.
     """
     functions = z.size
-    first, weighted = sums[:, 0].copy(), np.empty(functions, np.complex128)
-    second, whole = sums[:, 2].copy(), sums[:, 4]
+    first = sums[:, 0].copy()
+    weighted = np.empty(functions, np.complex128)
+    second = sums[:, 2].copy()
+    whole = sums[:, 4]
     between = np.empty((functions, functions), np.complex128)
     for j in range(functions):
         weighted[j] = sums[j, 1] + whole[j] * sums[j, 3]
@@ -212,11 +226,13 @@ def solve(matrix, x):
     """Solve matrix y = x in place, x by y, by elimination with pivots; matrix is overwritten."""
     n = x.size
     for column in range(n):
-        pivot, most = column, -1.0
+        pivot = column
+        most = -1.0
         for row in range(column, n):
             size = abs(matrix[row, column].real) + abs(matrix[row, column].imag)
             if size > most:
-                pivot, most = row, size
+                pivot = row
+                most = size
         if pivot != column:
             for k in range(column, n):
                 other = matrix[pivot, k]
@@ -257,7 +273,9 @@ def remove(known, count, overlaps, x):
     """Take from x (basis,) its parts along the first `count` of known eigenvectors (lines, basis)."""
     functions = x.size
     for i in range(count):
-        vector, along, norm = known[i], 0j, 0j
+        vector = known[i]
+        along = 0j
+        norm = 0j
         for j in range(functions):
             row = 0j
             for k in range(functions):
@@ -277,7 +295,11 @@ def converge(band, known, u, least):
 
     least: change of the eigenvalue after which there is no other iteration.
     """
-    x, y, matrix, overlaps, norm = band.x, band.y, band.matrix, band.overlaps, 0j
+    x = band.x
+    y = band.y
+    matrix = band.matrix
+    overlaps = band.overlaps
+    norm = 0j
     functions = x.size
     for _ in range(ITERATIONS):
         remove(band.known, known, overlaps, x)
@@ -331,8 +353,10 @@ def mean_turn(re, im, begin, weights, sums):
     on: that of a line, and an average over lines that are closer than the window resolves. sums (BLOCK,): scratch.
     """
     end = begin + weights.size
-    x, y = weighted_sum(weights, re[begin:end], sums), weighted_sum(weights, im[begin:end], sums)
-    p, q = weighted_sum(weights, re[begin + 1 : end + 1], sums), weighted_sum(weights, im[begin + 1 : end + 1], sums)
+    x = weighted_sum(weights, re[begin:end], sums)
+    y = weighted_sum(weights, im[begin:end], sums)
+    p = weighted_sum(weights, re[begin + 1 : end + 1], sums)
+    q = weighted_sum(weights, im[begin + 1 : end + 1], sums)
     return math.atan2(q * x - p * y, p * x + q * y) / (2.0 * math.pi)
 
 
@@ -341,9 +365,12 @@ def next_line(re, im, begin, length, band, edges, room):
     """Return the eigenvalue u of the line next to frequency 0 of a loop (samples,) in a window, and its residual, see
     `residual_of`; edges (2, 3), and room as of basis_sums: scratch.
     """
-    z, x, overlaps = band.z, band.x, band.overlaps
+    z = band.z
+    x = band.x
+    overlaps = band.overlaps
     functions = z.size
-    half, step = (length - 3) // 2, -2.0 * math.pi * SPACING / length
+    half = (length - 3) // 2
+    step = -2.0 * math.pi * SPACING / length
     for j in range(functions):
         turn = step * (j - (functions - 1) / 2)
         z[j] = complex(math.cos(turn), math.sin(turn))
@@ -367,14 +394,19 @@ def invert_loops(unit, stop, progress, signals, loops, nu, interval, windows, li
         return
     s = rows_of(signals, unit)
     samples = s.shape[1]
-    re, im, tables, scratch = np.empty(samples), np.empty(samples), np.empty((4, BLOCK)), np.empty(BLOCK)
-    wide, narrow = new_band(LINE_BASIS), new_band(PEAK_BASIS)
+    re = np.empty(samples)
+    im = np.empty(samples)
+    tables = np.empty((4, BLOCK))
+    scratch = np.empty(BLOCK)
+    wide = new_band(LINE_BASIS)
+    narrow = new_band(PEAK_BASIS)
     edges = np.empty((2, 3), np.complex128)
     room = tables, np.empty((2, BLOCK)), np.empty((8, PARTS)), np.empty(4, np.complex128)
     for k in range(loops.c.shape[1]):
         if nu[unit, k] == 0.0:
             continue
-        offset, drift = loops.offset[unit, k], loops.drift[unit, k]
+        offset = loops.offset[unit, k]
+        drift = loops.drift[unit, k]
         for i in range(samples):
             re[i] = -offset.real - drift.real * i
             im[i] = -offset.imag - drift.imag * i
@@ -386,12 +418,16 @@ def invert_loops(unit, stop, progress, signals, loops, nu, interval, windows, li
             for i in range(BLOCK):
                 tables[2, i] = tables[0, i] * x - tables[1, i] * y
                 tables[3, i] = tables[0, i] * y + tables[1, i] * x
-            f, g = re[first : min(first + BLOCK, samples)], im[first : min(first + BLOCK, samples)]
+            f = re[first : min(first + BLOCK, samples)]
+            g = im[first : min(first + BLOCK, samples)]
             for i in range(f.size):
-                value, other = f[i] * tables[2, i] - g[i] * tables[3, i], f[i] * tables[3, i] + g[i] * tables[2, i]
-                f[i], g[i] = value, other
+                value = f[i] * tables[2, i] - g[i] * tables[3, i]
+                other = f[i] * tables[3, i] + g[i] * tables[2, i]
+                f[i] = value
+                g[i] = other
         for w in range(windows.begin.shape[1]):
-            begin, length = windows.begin[unit, w], windows.length[unit, w]
+            begin = windows.begin[unit, w]
+            length = windows.length[unit, w]
             if length < LEAST:
                 continue
             place = windows.place[unit, w]

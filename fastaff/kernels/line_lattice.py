@@ -86,8 +86,10 @@ def divides(value, bar, nu, bars, rank, table, count, related, k):
 @jit
 def size_of_tail(spectrum):
     """Return the largest size of a windowed transform above three quarters of the highest frequency."""
-    samples, high = spectrum.size, 0.0
-    power, best = np.empty(BLOCK), np.empty(BLOCK // 4)
+    samples = spectrum.size
+    high = 0.0
+    power = np.empty(BLOCK)
+    best = np.empty(BLOCK // 4)
     for at in range(3 * samples // 8, 5 * samples // 8, BLOCK):
         own = spectrum[at : min(at + BLOCK, 5 * samples // 8)]
         for i in range(own.size):
@@ -102,7 +104,8 @@ def rank_lines(lines, moving, limits, values, bars):
     size; return their number, 0 where a loop's leading line is not sharp: sharper ones may be its multiples.
     """
     value, bar, strength = lines
-    used, key = 0, np.zeros(values.size)
+    used = 0
+    key = np.zeros(values.size)
     for j in range(moving.size):
         for i in range(value.shape[1]):
             if strength[j, i] > limits.minor and bar[j, i] < limits.sharp and value[j, i] > SLOWEST:
@@ -123,11 +126,15 @@ def unexplained(lines, moving, limits, nu, bars, rank, vectors, samples):
     """Return the relative size of the largest line that generators do not explain, or of which they are multiples; 1
     for a leading line.
     """
-    (value, bar, strength), (tables, sizes) = lines, vectors
-    k, most, r = np.zeros(nu.size, np.int64), 0.0, rank - 1
+    (value, bar, strength) = lines
+    (tables, sizes) = vectors
+    k = np.zeros(nu.size, np.int64)
+    most = 0.0
+    r = rank - 1
     for j in range(moving.size):
         for i in range(value.shape[1]):
-            part, u = strength[j, i], value[j, i]
+            part = strength[j, i]
+            u = value[j, i]
             if moving[j] == 0 or not part > most or not u > SLOWEST:
                 continue
             width = min(bar[j, i], 0.3)
@@ -148,14 +155,18 @@ def write_lines(lines, read, end, value, bar, strength):
     """Write places, without sign, bars and relative sizes of a loop's lines, the largest first: of the `read` peaks,
     and of those beside them from number MORE to `end`.
     """
-    top, written = 0.0, 0
+    top = 0.0
+    written = 0
     for i in range(end):
         top = max(top, lines.size[i]) if i < read or i >= MORE else top
-    value[:], bar[:], strength[:] = 0.0, math.inf, 0.0
+    value[:] = 0.0
+    bar[:] = math.inf
+    strength[:] = 0.0
     for i in range(end if top > 0.0 else 0):
         if read <= i < MORE:
             continue
-        at, part = written, lines.size[i] / top
+        at = written
+        part = lines.size[i] / top
         written += 1
         while at > 0 and strength[at - 1] < part:
             value[at], bar[at], strength[at] = value[at - 1], bar[at - 1], strength[at - 1]
@@ -171,17 +182,29 @@ def find_lattice(unit, stop, progress, spectra, bands, order, limits, vectors, f
     """
     if read_now(stop, 0) > 0:
         return
-    moving, lattice = spectra.rows.moving[unit], found.lattice
-    m, samples, size = moving.size, spectra.n[unit], bands.size[unit]
-    first, begin = spectra.start[unit], bands.start[unit]
+    moving = spectra.rows.moving[unit]
+    lattice = found.lattice
+    m = moving.size
+    samples = spectra.n[unit]
+    size = bands.size[unit]
+    first = spectra.start[unit]
+    begin = bands.start[unit]
     spectrum = spectra.numbers[first : first + m * samples].reshape((m, samples))
     transforms = bands.numbers[begin : begin + m * SUMS * size].reshape((m, SUMS, size))
-    edges, own = bands.edges[unit], Lines(found.lines.value[unit], found.lines.bar[unit], found.lines.strength[unit])
-    band, most = new_band(PEAK_BASIS), own.value.shape[1]
-    places, sizes, widths, doubts = np.zeros((m, most)), np.zeros((m, most)), np.zeros((m, most)), np.zeros((m, most))
+    edges = bands.edges[unit]
+    own = Lines(found.lines.value[unit], found.lines.bar[unit], found.lines.strength[unit])
+    band = new_band(PEAK_BASIS)
+    most = own.value.shape[1]
+    places = np.zeros((m, most))
+    sizes = np.zeros((m, most))
+    widths = np.zeros((m, most))
+    doubts = np.zeros((m, most))
     peaks = np.zeros(m, np.int64)
-    values, bars = np.zeros(m * most), np.zeros(m * most)
-    nu, spread, source = lattice.nu[unit], lattice.spread[unit], lattice.source[unit]
+    values = np.zeros(m * most)
+    bars = np.zeros(m * most)
+    nu = lattice.nu[unit]
+    spread = lattice.spread[unit]
+    source = lattice.source[unit]
     some = 0
     for j in range(m):
         if moving[j] != 0:

@@ -70,7 +70,8 @@ def turn_of(cycles):
 @jit
 def open_band(transform, edges, samples, guess, band):
     """Fill the matrices of the band around a guess, in cycles per sample, from a loop's transforms (SUMS, size)."""
-    size, half = transform.shape[1], (samples - 3) // 2
+    size = transform.shape[1]
+    half = (samples - 3) // 2
     first = math.floor(guess * size) - (band.z.size // 2 - 1)
     for j in range(band.z.size):
         number = (first + j) % size
@@ -89,7 +90,8 @@ def read_line(band, known, u, samples, guess):
     u, norm = converge(band, known, u, 2.0 * math.pi * STEADY / samples)
     if not abs(u) > 0.0 or not abs(norm) > 0.0:
         return guess, math.inf, 0.0
-    residual, along = residual_of(band.overlaps, band.x, u, norm), 0j
+    residual = residual_of(band.overlaps, band.x, u, norm)
+    along = 0j
     for j in range(band.z.size):
         along += band.x[j] * band.sums[j, 0]
     place = math.atan2(u.imag, u.real) / (2.0 * math.pi) * samples
@@ -125,7 +127,9 @@ def split_peak(band, guess, samples, reach, least, lines, read, begin, count):
         place, bar, size = read_line(band, known, u, samples, guess)
         new = is_new(lines, 0, read, place) and is_new(lines, begin, count, place)
         if new and bar < 1.0 and abs(place - guess) < reach and size > least:
-            lines.place[count], lines.size[count], lines.bar[count] = place, size, bar
+            lines.place[count] = place
+            lines.size[count] = size
+            lines.bar[count] = bar
             lines.doubt[count] = WIDE
             count += 1
             for j in range(band.z.size):
@@ -138,13 +142,15 @@ def split_peak(band, guess, samples, reach, least, lines, read, begin, count):
 def read_peaks(transform, edges, samples, first, last, lines, band):
     """Set place, size and error bar of the lines of the peaks from number `first` to `last`."""
     for i in range(first, last):
-        guess, doubt = lines.place[i], lines.doubt[i]
+        guess = lines.place[i]
+        doubt = lines.doubt[i]
         open_band(transform, edges, samples, guess / samples, band)
         start(band.z, (samples - 3) // 2, band.x)
         place, bar, size = read_line(band, 0, turn_of(guess / samples), samples, guess)
         lines.bar[i] = max(WIDE, 3.0 * doubt)
         if bar < WIDE and abs(place - guess) < REACH and is_new(lines, 0, i, place):
-            lines.place[i], lines.bar[i] = place, bar
+            lines.place[i] = place
+            lines.bar[i] = bar
             if bar < DEFINITE:
                 lines.size[i] = size
 
@@ -180,10 +186,13 @@ def signed_places(lines, count, samples):
 def lines_of_values(unit, stop, progress, windowed, sums, edges, order, place, size, bar):
     """Fill place, size, bar (loops, lines) with the lines of a loop by its transforms; see `prepare_values`."""
     if read_now(stop, 0) == 0:
-        lines, samples = LoopLines(place[unit], size[unit], bar[unit], np.empty(place.shape[1])), windowed.shape[1]
+        lines = LoopLines(place[unit], size[unit], bar[unit], np.empty(place.shape[1]))
+        samples = windowed.shape[1]
         count, _ = find_peaks(windowed[unit], order, WEAKEST, 0, lines.place, lines.size, lines.doubt)
         signed_places(lines, count, samples)
         read_peaks(sums[unit], edges[unit], samples, 0, count, lines, new_band(PEAK_BASIS))
         for i in range(count, place.shape[1]):
-            place[unit, i], size[unit, i], bar[unit, i] = 0.0, 0.0, math.inf
+            place[unit, i] = 0.0
+            size[unit, i] = 0.0
+            bar[unit, i] = math.inf
         progress[unit] = 1.0

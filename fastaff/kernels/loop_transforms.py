@@ -48,10 +48,12 @@ def moments(row, window, sums, squares):
     scratch.
     """
     for i in range(BLOCK):
-        sums[i], squares[i] = 0.0, 0.0
+        sums[i] = 0.0
+        squares[i] = 0.0
     first = row[0]
     for start in range(0, row.size, BLOCK):
-        part, weight = row[start : start + BLOCK], window[start : start + BLOCK]
+        part = row[start : start + BLOCK]
+        weight = window[start : start + BLOCK]
         for i in range(part.size):
             sums[i] += weight[i] * (part[i] - first)
         for i in range(part.size):  # a separate loop: LLVM proves only few arrays distinct in one
@@ -66,7 +68,10 @@ def _grows(source):
     """Return whether samples may grow as `growth` requires: over each half of the time they change in one direction. A
     few samples exclude most oscillations.
     """
-    first, last, half, back = source[0], source[source.size - 1], source.size // 2 + 1, 0
+    first = source[0]
+    last = source[source.size - 1]
+    half = source.size // 2 + 1
+    back = 0
     if not abs(last - first) > abs(source[source.size // 2] - first):
         return False
     for i in range(0, source.size - half, source.size // 16 + 1):
@@ -90,22 +95,27 @@ def fill_transforms(re, im, weight, windowed, sums, edges):
     """Fill windowed (2 samples,) and sums (SUMS, 2 size), as real numbers, with a loop for its Fourier transforms, and
     its edges (2, 3).
     """
-    samples, size = re.size, sums.shape[1] // 2
+    samples = re.size
+    size = sums.shape[1] // 2
     half = (samples - 3) // 2
     for i in range(samples):
         windowed[2 * i] = re[i] * weight[i]
         windowed[2 * i + 1] = im[i] * weight[i]
     for part in range(2):
-        plain, ramped = sums[2 * part], sums[2 * part + 1]
+        plain = sums[2 * part]
+        ramped = sums[2 * part + 1]
         first, count = (0, half + 1) if part == 0 else (half + 1, half)
         slope, base = (1.0, 1.0) if part == 0 else (-1.0, float(half))
         for i in range(count):
             x, y = re[first + i], im[first + i]
             ramp = base + slope * i
-            plain[2 * i], plain[2 * i + 1] = x, y
-            ramped[2 * i], ramped[2 * i + 1] = ramp * x, ramp * y
+            plain[2 * i] = x
+            plain[2 * i + 1] = y
+            ramped[2 * i] = ramp * x
+            ramped[2 * i + 1] = ramp * y
         for i in range(2 * count, 2 * size):
-            plain[i], ramped[i] = 0.0, 0.0
+            plain[i] = 0.0
+            ramped[i] = 0.0
     for p in range(2):
         for place, away in enumerate((0, half + 1, 2 * half + 1)):
             edges[p, place] = complex(re[p + away], im[p + away])
@@ -120,13 +130,20 @@ def prepare_transforms(unit, stop, progress, signals, tables, at_rest, spectra, 
     if read_now(stop, 0) > 0:
         return
     drift, centre, size, moving = spectra.rows
-    n, m, s = spectra.n[unit], moving.shape[1], rows_of(signals, unit)
+    n = spectra.n[unit]
+    m = moving.shape[1]
+    s = rows_of(signals, unit)
     own = tables.numbers[tables.start[unit] :]
-    window, weight, growing = own[:n], own[n : 2 * n], own[2 * n : 2 * n + 3 * (n - 1)].reshape((3, n - 1))
+    window = own[:n]
+    weight = own[n : 2 * n]
+    growing = own[2 * n : 2 * n + 3 * (n - 1)].reshape((3, n - 1))
     width = bands.size[unit]
     windowed = spectra.numbers[2 * spectra.start[unit] :]
     sums = bands.numbers[2 * bands.start[unit] :]
-    room, squares, re, im = np.empty(BLOCK), np.empty(BLOCK), np.empty(n), np.empty(n)
+    room = np.empty(BLOCK)
+    squares = np.empty(BLOCK)
+    re = np.empty(n)
+    im = np.empty(n)
     largest = 0.0
     for r in range(2 * m):
         source = s[r, :n]
@@ -136,7 +153,8 @@ def prepare_transforms(unit, stop, progress, signals, tables, at_rest, spectra, 
     for j in range(m):
         largest = max(largest, size[unit, 2 * j] * size[unit, 2 * j + 1])
     for j in range(m):
-        q, p = 2 * j, 2 * j + 1
+        q = 2 * j
+        p = 2 * j + 1
         moving[unit, j] = size[unit, q] * size[unit, p] > at_rest * largest
         for r in (q, p):
             size[unit, r] = size[unit, r] if size[unit, r] > 0.0 else 1.0

@@ -28,8 +28,11 @@ class Sums(NamedTuple):
 
 def sums_of(samples: int, lines: int) -> Sums:
     """Allocate scratch memory for signals of `samples` and up to `lines` lines."""
-    rows, fast, lanes = -(-samples // LANES), blank(2 * lines), blank(4 * lines)
-    slow, moments = np.zeros((lines, 2, rows)), np.zeros((lines, 4))
+    rows = -(-samples // LANES)
+    fast = blank(2 * lines)
+    lanes = blank(4 * lines)
+    slow = np.zeros((lines, 2, rows))
+    moments = np.zeros((lines, 4))
     return Sums(fast.reshape(lines, 2, LANES), slow, lanes.reshape(lines, 4, LANES), moments)
 
 
@@ -37,9 +40,11 @@ def sums_of(samples: int, lines: int) -> Sums:
 def phasors(table, u, samples, stride, start):
     """Fill table (2, count) with exp(2 pi i u (start + stride*j)/samples); start in half samples."""
     middle = math.floor(u + 0.5)
-    delta, count = u - middle, table.shape[1]
+    delta = u - middle
+    count = table.shape[1]
     turn = start_phase(u, start, samples)
-    table[0, 0], table[1, 0] = math.cos(turn), math.sin(turn)
+    table[0, 0] = math.cos(turn)
+    table[1, 0] = math.sin(turn)
     done = 1
     while done < count:  # double the table: few roundings per entry, exact integer part of the phase
         turn = (middle * done * stride % samples + delta * (done * stride)) / samples * (2 * math.pi)
@@ -53,8 +58,11 @@ def phasors(table, u, samples, stride, start):
 @jit(apart=True)
 def residual_moments(signal, window, u, a, m, lanes, sums):
     """Fill sums.moments with <e, r> and <tau e, r> of the residual r of m lines; return <r, r>."""
-    samples, weight = signal.size, window.weight
-    re, im, cost = lanes[0], lanes[1], lanes[2]
+    samples = signal.size
+    weight = window.weight
+    re = lanes[0]
+    im = lanes[1]
+    cost = lanes[2]
     cost[:] = 0.0
     for k in range(m):
         phasors(sums.fast[k], u[k], samples, 1, 0)
@@ -62,8 +70,10 @@ def residual_moments(signal, window, u, a, m, lanes, sums):
         sums.lanes[k] = 0.0
     for row in range(sums.slow.shape[2]):
         start = row * LANES
-        width, time = min(LANES, samples - start), start - 0.5 * (samples - 1)
-        row_signal, row_weight = signal[start : start + width], weight[start : start + width]
+        width = min(LANES, samples - start)
+        time = start - 0.5 * (samples - 1)
+        row_signal = signal[start : start + width]
+        row_weight = weight[start : start + width]
         for i in range(width):
             re[i] = row_signal[i].real
             im[i] = row_signal[i].imag
@@ -87,7 +97,10 @@ def residual_moments(signal, window, u, a, m, lanes, sums):
 @jit
 def subtract_row(re, im, width, fast, z):
     """Subtract z*fast from a row of samples."""
-    zr, zi, c, s = z.real, z.imag, fast[0], fast[1]
+    zr = z.real
+    zi = z.imag
+    c = fast[0]
+    s = fast[1]
     for i in range(width):
         re[i] -= zr * c[i] - zi * s[i]
         im[i] -= zr * s[i] + zi * c[i]
@@ -96,7 +109,10 @@ def subtract_row(re, im, width, fast, z):
 @jit
 def project_row(re, im, width, c, s, time, sums):
     """Add conj(c + i s)*row, and the same times `time`, to the lane sums (4, LANES)."""
-    s0, s1, s2, s3 = sums[0], sums[1], sums[2], sums[3]
+    s0 = sums[0]
+    s1 = sums[1]
+    s2 = sums[2]
+    s3 = sums[3]
     for i in range(width):
         pr = c * re[i] + s * im[i]
         pi = c * im[i] - s * re[i]
@@ -112,7 +128,8 @@ def reduce_lanes(sums, fast, samples, moments):
     moments[:] = 0.0
     for i in range(LANES):
         c, s = fast[0, i], fast[1, i]
-        tr, ti = sums[2, i] + i * sums[0, i], sums[3, i] + i * sums[1, i]
+        tr = sums[2, i] + i * sums[0, i]
+        ti = sums[3, i] + i * sums[1, i]
         moments[0] += c * sums[0, i] + s * sums[1, i]
         moments[1] += c * sums[1, i] - s * sums[0, i]
         moments[2] += (c * tr + s * ti) * (2 * math.pi / samples)
@@ -129,7 +146,10 @@ def dirichlet(d, samples):
         c = math.pi**2 / 6 * (1.0 - 1.0 / samples**2)
         return sign * (1.0 - c * x * x), sign * -2.0 * c * x, sign * -2.0 * c
     q = math.pi / samples
-    s, c, bottom, slope = math.sin(math.pi * x), math.cos(math.pi * x), math.sin(q * x), q * math.cos(q * x)
+    s = math.sin(math.pi * x)
+    c = math.cos(math.pi * x)
+    bottom = math.sin(q * x)
+    slope = q * math.cos(q * x)
     value = s / bottom
     first = (math.pi * c - value * slope) / bottom
     second = (-(math.pi**2) * s + value * q * q * bottom - 2.0 * first * slope) / bottom
@@ -145,7 +165,9 @@ def window_transform(d, window):
         q = window.fourier[j]
         for side in (-1, 1):
             term = dirichlet(d + side * j, samples)
-            value, first, second = value + q * term[0], first + q * term[1], second + q * term[2]
+            value = value + q * term[0]
+            first = first + q * term[1]
+            second = second + q * term[2]
     return value, first, second
 
 
@@ -156,14 +178,16 @@ def normal_equations(window, u, a, m, moments, work):
     for k in range(m):
         size = abs(a[k])
         pk = a[k] / size if size > 0.0 else 1.0 + 0j
-        s0, s1 = complex(moments[k, 0], moments[k, 1]), complex(moments[k, 2], moments[k, 3])
+        s0 = complex(moments[k, 0], moments[k, 1])
+        s1 = complex(moments[k, 2], moments[k, 3])
         work.gradient[3 * k], work.gradient[3 * k + 1] = s0.real, s0.imag
         work.gradient[3 * k + 2] = (pk.conjugate() * s1).imag
         for j in range(k + 1):
             size = abs(a[j])
             pj = a[j] / size if size > 0.0 else 1.0 + 0j
             w0, w1, w2 = window_transform(u[k] - u[j], window)
-            r, c = 3 * k, 3 * j
+            r = 3 * k
+            c = 3 * j
             matrix[r, c], matrix[r, c + 1], matrix[r, c + 2] = w0, 0.0, -pj.real * w1
             matrix[r + 1, c], matrix[r + 1, c + 1], matrix[r + 1, c + 2] = 0.0, w0, -pj.imag * w1
             matrix[r + 2, c], matrix[r + 2, c + 1] = pk.real * w1, pk.imag * w1
@@ -232,13 +256,17 @@ def refit(signal, window, work, sums, m, strict):
     """Fit m lines jointly to all samples (Levenberg-Marquardt); return the largest last step in bins, 0 if
     converged.
     """
-    u, a = work.u, work.a
+    u = work.u
+    a = work.a
     cost = residual_moments(signal, window, u[0], a[0], m, work.lanes, sums)
     normal_equations(window, u[0], a[0], m, sums.moments, work)
-    damping, last = 0.0, 0.0
+    damping = 0.0
+    last = 0.0
     for _ in range(80 if strict else 8):
         trial_step(work, u, a, m, damping)
-        top, small, last = 0.0, True, 0.0
+        top = 0.0
+        small = True
+        last = 0.0
         for k in range(m):
             top = max(top, abs(a[0, k]))
         enough = EPS * top if strict else max(EPS * top, 0.01 * math.sqrt(cost))
@@ -252,7 +280,8 @@ def refit(signal, window, work, sums, m, strict):
         trial = residual_moments(signal, window, u[1], a[1], m, work.lanes, sums)
         if trial <= cost * (1.0 + 1e-6) + (EPS * top) ** 2:
             accept(u, a, m)
-            cost, damping = trial, (0.1 * damping if damping > 1e-4 else 0.0)
+            cost = trial
+            damping = 0.1 * damping if damping > 1e-4 else 0.0
             normal_equations(window, u[0], a[0], m, sums.moments, work)
         else:
             damping = max(10.0 * damping, 1e-3)
@@ -268,7 +297,11 @@ def collect_from_samples(signal, window, work, sums, lines):
 
     A peak beside a known line may be the residual of its first guess, so it counts as a line only after a fit.
     """
-    m, fitted, top, high, who = 0, 0, 0.0, 0.0, work.who
+    m = 0
+    fitted = 0
+    top = 0.0
+    high = 0.0
+    who = work.who
     while m < lines:
         k = strongest_bin(work.spectrum, work.lanes)
         if fitted < m and lines_beside(window, work, m, k) > 0:
@@ -280,7 +313,8 @@ def collect_from_samples(signal, window, work, sums, lines):
             continue
         if not take_line(window, work, m, k, top, high):
             break
-        top, high = max(top, abs(work.a[0, m])), max(high, abs(work.u[0, m]))
+        top = max(top, abs(work.a[0, m]))
+        high = max(high, abs(work.u[0, m]))
         m += 1
     if m == 0:
         return 0, 0.0

@@ -82,7 +82,8 @@ def error_bars(window, work, m, last, power, error):
 @jit
 def lines_beside(window, work, m, k):
     """Write to work.who which of m lines are beside bin k; return their number."""
-    samples, count = window.weight.size, 0
+    samples = window.weight.size
+    count = 0
     for j in range(m):
         if abs(apart(k, math.floor(work.u[0, j]), samples)) <= 2 * window.order + 8:
             work.who[count] = j
@@ -95,11 +96,14 @@ def take_line(window, work, m, k, top, high):
     """Subtract the peak at bin k from the spectrum as line number m; return whether it is a line: larger than rounding
     and than the rest of cut tails of lines up to the amplitude `top` and the place `high`.
     """
-    u, a = work.u, work.a
+    u = work.u
+    a = work.a
     u[0, m], a[0, m] = first_guess(work.spectrum, k, window)
     if not abs(a[0, m]) > max(2 * EPS * (1.0 + high), CUT * window.floor) * top or not abs(a[0, m]) < math.inf:
         return False
-    u[2, m], a[2, m], work.who[0] = u[0, m], 0.0, m
+    u[2, m] = u[0, m]
+    a[2, m] = 0.0
+    work.who[0] = m
     update_spectrum(window, work, work.who, 1)
     return True
 
@@ -131,4 +135,6 @@ def write_sorted(work, m, samples, nu, amplitude, error):
         amplitude[rank] = work.a[0, k] * complex(math.cos(turn), math.sin(turn))
         error[rank] = bars[k]
     for k in range(m, nu.size):
-        nu[k], amplitude[k], error[k] = 0.0, 0.0, math.inf
+        nu[k] = 0.0
+        amplitude[k] = 0.0
+        error[k] = math.inf

@@ -24,8 +24,11 @@ def line_shape(j, delta, window):
 
     W(d) = -(-1)^p sin(pi delta)/pi prod S_i^2/prod_{i=-p..p} X_(j+i), with X_j = (-1)^j S(j - delta).
     """
-    samples, order, zero = window.weight.size, window.order, window.zero
-    sd, cd = math.sin(math.pi / samples * delta), math.cos(math.pi / samples * delta)
+    samples = window.weight.size
+    order = window.order
+    zero = window.zero
+    sd = math.sin(math.pi / samples * delta)
+    cd = math.cos(math.pi / samples * delta)
     shape = 1.0 if delta == 0.0 else math.sin(math.pi * delta) / (samples * sd)
     below = 1.0
     for i in range(1, order + 1):
@@ -48,7 +51,8 @@ def tail_reach(change, order):
 @jit(apart=True)
 def subtract_line(spectrum, window, u, a, reach, lanes):
     """Subtract the line a*exp(i u tau) from the spectrum (2, N), to `reach` bins from its centre."""
-    samples, order = spectrum.shape[1], window.order
+    samples = spectrum.shape[1]
+    order = window.order
     odd = -1.0 if samples % 2 == 0 else 1.0  # sign of exp(i N tau)
     middle = math.floor(u + 0.5)
     delta = u - middle
@@ -60,7 +64,8 @@ def subtract_line(spectrum, window, u, a, reach, lanes):
     height = math.sin(math.pi * delta) / math.pi * (1.0 if order % 2 else -1.0)
     for i in range(1, order + 1):
         height *= window.sine[window.zero + i] ** 2
-    left, right = int(min(reach, samples // 2)), int(min(reach, (samples - 1) // 2))
+    left = int(min(reach, samples // 2))
+    right = int(min(reach, (samples - 1) // 2))
     for wrap in range(-1, 2):
         origin = middle + wrap * samples
         h = a * (height if wrap == 0 else odd * height)
@@ -73,13 +78,18 @@ def subtract_line(spectrum, window, u, a, reach, lanes):
 @jit
 def subtract_tail(spectrum, window, h, delta, origin, first, stop, lanes):
     """Subtract h/(S prod(S^2 - S_i^2)) from the bins first <= k < stop, S = S(k - origin - delta)."""
-    samples, hr, hi = spectrum.shape[1], h.real, h.imag
-    sd, cd = math.sin(math.pi * delta / samples), math.cos(math.pi * delta / samples)
-    square, below = lanes[0], lanes[1]
+    samples = spectrum.shape[1]
+    hr = h.real
+    hi = h.imag
+    sd = math.sin(math.pi * delta / samples)
+    cd = math.cos(math.pi * delta / samples)
+    square = lanes[0]
+    below = lanes[1]
     for start in range(first, stop, LANES):
         end = min(start + LANES, stop)
         j = start - origin + window.zero
-        sine, cosine = window.sine[j : j + LANES], window.cosine[j : j + LANES]
+        sine = window.sine[j : j + LANES]
+        cosine = window.cosine[j : j + LANES]
         re, im = spectrum[0, start:end], spectrum[1, start:end]
         for i in range(end - start):
             x = sine[i] * cd - cosine[i] * sd
@@ -98,9 +108,13 @@ def subtract_tail(spectrum, window, h, delta, origin, first, stop, lanes):
 @jit
 def strongest_bin(spectrum, lanes):
     """Return the first bin of the largest modulus of a spectrum (2, N)."""
-    samples, high, top, where = spectrum.shape[1], lanes[0], -1.0, 0
+    samples = spectrum.shape[1]
+    high = lanes[0]
+    top = -1.0
+    where = 0
     for start in range(0, samples, LANES):
-        re, im = spectrum[0, start : start + LANES], spectrum[1, start : start + LANES]
+        re = spectrum[0, start : start + LANES]
+        im = spectrum[1, start : start + LANES]
         count = re.size
         for i in range(count):
             high[i] = re[i] * re[i] + im[i] * im[i]
@@ -108,7 +122,8 @@ def strongest_bin(spectrum, lanes):
         for i in range(count):
             best = high[i] if high[i] > best else best
         if best > top:  # a spectrum of NaN has no strongest bin
-            top, where = best, start
+            top = best
+            where = start
     for k in range(where, min(where + LANES, samples)):
         if spectrum[0, k] * spectrum[0, k] + spectrum[1, k] * spectrum[1, k] == top:
             return k
@@ -118,7 +133,8 @@ def strongest_bin(spectrum, lanes):
 @jit
 def first_guess(spectrum, k, window):
     """Return (u, a), -N/2 <= u < N/2, of the line that peaks at bin k, from the ratio to its larger neighbour."""
-    samples, order = spectrum.shape[1], window.order
+    samples = spectrum.shape[1]
+    order = window.order
     here = math.hypot(spectrum[0, k], spectrum[1, k])
     left = math.hypot(spectrum[0, k - 1], spectrum[1, k - 1])
     right = math.hypot(spectrum[0, (k + 1) % samples], spectrum[1, (k + 1) % samples])
@@ -139,7 +155,9 @@ def first_guess(spectrum, k, window):
 @jit
 def noise_floor(spectrum, u, gap):
     """Return the level of |bin| between lines (mean of power -1/2), from `gap` to NOISE_REACH + gap bins around u."""
-    samples, total, count = spectrum.shape[1], 0.0, 0
+    samples = spectrum.shape[1]
+    total = 0.0
+    count = 0
     for j in range(gap, min(NOISE_REACH + gap, samples // 2)):
         for k in (math.floor(u) - j, math.floor(u) + 1 + j):
             power = spectrum[0, k % samples] ** 2 + spectrum[1, k % samples] ** 2
@@ -151,10 +169,12 @@ def noise_floor(spectrum, u, gap):
 @jit
 def spectrum_power(spectrum, lanes):
     """Return the sum of |bin|^2, in a fixed order."""
-    samples, total = spectrum.shape[1], lanes[0]
+    samples = spectrum.shape[1]
+    total = lanes[0]
     total[:] = 0.0
     for start in range(0, samples, LANES):
-        re, im = spectrum[0, start : start + LANES], spectrum[1, start : start + LANES]
+        re = spectrum[0, start : start + LANES]
+        im = spectrum[1, start : start + LANES]
         for i in range(re.size):
             total[i] += re[i] * re[i] + im[i] * im[i]
     result = 0.0
@@ -166,10 +186,13 @@ def spectrum_power(spectrum, lanes):
 @jit
 def load_spectrum(transform, window, work):
     """Split a transform (N,) into real and imaginary parts, time counted from the middle; no line is known yet."""
-    re, im, centre = work.spectrum[0], work.spectrum[1], window.centre
+    re = work.spectrum[0]
+    im = work.spectrum[1]
+    centre = window.centre
     work.top[0] = 0.0
     for k in range(transform.size):
-        z, c = transform[k], centre[k]
+        z = transform[k]
+        c = centre[k]
         re[k] = z.real * c.real - z.imag * c.imag
         im[k] = z.real * c.imag + z.imag * c.real
 
@@ -177,8 +200,12 @@ def load_spectrum(transform, window, work):
 @jit
 def leakage(spectrum, window, u, power, lanes):
     """Return the root of sum |residual bin|^2 bound(bin - u)^2: the largest effect of the residual on a unit line."""
-    samples, height, width = spectrum.shape[1], window.envelope[0], 1.0 / window.envelope[1]
-    total, square, fall = lanes[0], lanes[1], lanes[2]
+    samples = spectrum.shape[1]
+    height = window.envelope[0]
+    width = 1.0 / window.envelope[1]
+    total = lanes[0]
+    square = lanes[1]
+    fall = lanes[2]
     total[:] = 0.0
     reach = min(max(LEAKAGE_REACH >> window.order, 64), (samples - 1) // 2)
     for wrap in range(-1, 2):
@@ -186,7 +213,9 @@ def leakage(spectrum, window, u, power, lanes):
         stop = min(samples, int(origin) + reach)
         for start in range(max(0, int(origin) - reach), stop, LANES):
             end = min(start + LANES, stop)
-            re, im, offset = spectrum[0, start:end], spectrum[1, start:end], start - origin
+            re = spectrum[0, start:end]
+            im = spectrum[1, start:end]
+            offset = start - origin
             for i in range(end - start):
                 d = (offset + i) * width
                 square[i] = d * d
@@ -212,14 +241,16 @@ def update_spectrum(window, work, who, count):
     lowest = window.floor * work.top[0]
     for i in range(count):
         k = who[i]
-        old, new = work.a[2, k], work.a[0, k]
+        old = work.a[2, k]
+        new = work.a[0, k]
         change = abs(new - old) + abs(new) * min(abs(work.u[0, k] - work.u[2, k]), 1.0) * 2 * math.pi
         if change > lowest:
             reach = tail_reach(change / lowest, window.order)
             if old != 0.0:
                 subtract_line(work.spectrum, window, work.u[2, k], -old, reach, work.lanes)
             subtract_line(work.spectrum, window, work.u[0, k], new, reach, work.lanes)
-            work.u[2, k], work.a[2, k] = work.u[0, k], new
+            work.u[2, k] = work.u[0, k]
+            work.a[2, k] = new
 
 
 @jit

@@ -34,7 +34,8 @@ def read_amplitude(band, known, u, samples, guess):
     u, norm = converge(band, known, u, 2.0 * math.pi * CONVERGED / samples)
     if not abs(u) > 0.0 or not abs(norm) > 0.0:
         return guess, math.inf, 0j
-    residual, along = residual_of(band.overlaps, band.x, u, norm), 0j
+    residual = residual_of(band.overlaps, band.x, u, norm)
+    along = 0j
     for j in range(PEAK_BASIS):
         along += band.x[j] * band.sums[j, 0]
     place = math.atan2(u.imag, u.real) / (2.0 * math.pi) * samples
@@ -63,7 +64,9 @@ def insert_line(lines, count, place, bar, amplitude):
     end = min(count, places.size - 1)
     for i in range(end, at, -1):
         places[i], bars[i], amplitudes[i] = places[i - 1], bars[i - 1], amplitudes[i - 1]
-    places[at], bars[at], amplitudes[at] = place, bar, amplitude
+    places[at] = place
+    bars[at] = bar
+    amplitudes[at] = amplitude
     return end + 1
 
 
@@ -74,12 +77,18 @@ def lines_of_planes(unit, stop, progress, windowed, sums, edges, order, beside, 
     """
     if read_now(stop, 0) > 0:
         return
-    samples, most = windowed.shape[1], place.shape[1]
+    samples = windowed.shape[1]
+    most = place.shape[1]
     lines = place[unit], bar[unit], amplitude[unit]
-    peaks, sizes, doubts = np.empty(most), np.empty(most), np.empty(most)
+    peaks = np.empty(most)
+    sizes = np.empty(most)
+    doubts = np.empty(most)
     read, _ = find_peaks(windowed[unit], order, WEAKEST, 0, peaks, sizes, doubts)
-    band, count = new_band(PEAK_BASIS), 0
-    lines[0][:], lines[1][:], lines[2][:] = 0.0, math.inf, 0j
+    band = new_band(PEAK_BASIS)
+    count = 0
+    lines[0][:] = 0.0
+    lines[1][:] = math.inf
+    lines[2][:] = 0j
     for i in range(read):
         if peaks[i] > 0.5 * samples:
             peaks[i] -= samples
@@ -92,7 +101,8 @@ def lines_of_planes(unit, stop, progress, windowed, sums, edges, order, beside, 
         count = insert_line(lines, count, own, width, a)
         if beside == 0 or doubts[i] < DOUBLE:
             continue
-        known, middle = 1, PEAK_BASIS // 2
+        known = 1
+        middle = PEAK_BASIS // 2
         for j in range(PEAK_BASIS):
             band.known[0, j] = band.x[j]
         for tried, function in enumerate((middle - 2, middle + 1, middle - 3, middle + 2)):

@@ -41,10 +41,16 @@ def vanishing(unit, stop, progress, nu, error, time, k, resolved, short, acciden
     """
     if read_now(stop, 0) > 0:
         return
-    m, lengths, some, fastest = nu.shape[1], k[k.shape[0] - 1], 0, 0.0
-    sums, widths = np.zeros(k.shape[1]), np.zeros(k.shape[1])
+    m = nu.shape[1]
+    lengths = k[k.shape[0] - 1]
+    some = 0
+    fastest = 0.0
+    sums = np.zeros(k.shape[1])
+    widths = np.zeros(k.shape[1])
     for j in range(m):
-        row, one, width = k[j], nu[unit, j], error[unit, j]
+        row = k[j]
+        one = nu[unit, j]
+        width = error[unit, j]
         fastest = max(fastest, abs(one)) if one == one else fastest
         for v in range(row.size):
             sums[v] += row[v] * one if row[v] != 0.0 else 0.0

@@ -18,7 +18,8 @@ FORM = 6
 @jit
 def _divisor(a, b):
     """Return the greatest common divisor of |a| and |b|."""
-    a, b = abs(a), abs(b)
+    a = abs(a)
+    b = abs(b)
     while b:
         a, b = b, a % b
     return a
@@ -79,16 +80,20 @@ def divide(rank, basis, k, g, best):
     reach = 4 * g + 1
     shortest = 1 << 40
     for code in range(reach**rank):
-        rest, length, whole = code, 0, True
+        rest = code
+        length = 0
+        whole = True
         for j in range(4):
-            entry, rest = k[j], code
+            entry = k[j]
+            rest = code
             for row in range(rank):
                 entry += (rest % reach - 2 * g) * basis[row, j]
                 rest //= reach
             whole = whole and entry % g == 0
             length += abs(entry)
         if whole and length < shortest:
-            shortest, rest = length, code
+            shortest = length
+            rest = code
             for j in range(4):
                 best[j] = k[j]
             for row in range(rank):
@@ -110,7 +115,8 @@ def adopt(n, rank, k, form, basis, work):
     """Extend a primitive set, basis (4, 4) of `rank` rows with its form (6,), by k (4,) if that is new; return the new
     rank.
     """
-    product, better = work[:FORM], work[FORM : FORM + 4]
+    product = work[:FORM]
+    better = work[FORM : FORM + 4]
     g = extend(rank, form, k, product)
     if g == 0:
         return rank
@@ -148,8 +154,14 @@ def search_block(n, vectors, begin, lanes, nu, width, rank, basis):
             x[(4 + r) * LANES + i] = width[r, begin + i]
     for v in range(vectors.shape[0]):
         k = vectors[v]
-        k0, k1, k2, k3 = float(k[0]), float(k[1]), float(k[2]), float(k[3])
-        a0, a1, a2, a3 = abs(k0), abs(k1), abs(k2), abs(k3)
+        k0 = float(k[0])
+        k1 = float(k[1])
+        k2 = float(k[2])
+        k3 = float(k[3])
+        a0 = abs(k0)
+        a1 = abs(k1)
+        a2 = abs(k2)
+        a3 = abs(k3)
         found = 0
         for i in range(LANES):
             distance = abs(k0 * x[i] + k1 * x[LANES + i] + k2 * x[2 * LANES + i] + k3 * x[3 * LANES + i])

@@ -24,7 +24,8 @@ def shape_of(d, samples, order):
 @jit
 def quotient(one, other):
     """Return the real and imaginary part of a quotient of two numbers, given by theirs."""
-    (a, b), (c, d) = one, other
+    (a, b) = one
+    (c, d) = other
     if abs(c) >= abs(d):
         ratio = d / c
         whole = c + d * ratio
@@ -38,12 +39,19 @@ def quotient(one, other):
 def place_of(spectrum, k, samples, order):
     """Return the place in bins of the line whose largest bin is k, and its error by the two pairs of bins."""
     step = math.pi / samples
-    half, x, y = math.tan(step * (order + 0.5)), -math.cos(step), math.sin(step)
-    middle, below, above = spectrum[k], spectrum[(k - 1) % samples], spectrum[(k + 1) % samples]
+    half = math.tan(step * (order + 0.5))
+    x = -math.cos(step)
+    y = math.sin(step)
+    middle = spectrum[k]
+    below = spectrum[(k - 1) % samples]
+    above = spectrum[(k + 1) % samples]
     a, b = quotient((above.real, above.imag), (middle.real, middle.imag))
     c, d = quotient((below.real, below.imag), (middle.real, middle.imag))
     # With the time from the middle of the samples the phase turns by x + i y from bin to bin.
-    ahead, turned, behind, back = a * x - b * y, a * y + b * x, c * x + d * y, d * x - c * y
+    ahead = a * x - b * y
+    turned = a * y + b * x
+    behind = c * x + d * y
+    back = d * x - c * y
     up = math.atan(half * (ahead - 1.0) / (ahead + 1.0)) / step + 0.5 if ahead > -1.0 else 9.0
     down = 0.5 - math.atan(half * (behind - 1.0) / (behind + 1.0)) / step - 1.0 if behind > -1.0 else 9.0
     error = abs(up - down) + abs(turned) + abs(back)
@@ -106,11 +114,16 @@ def find_peaks(spectrum, order, least, counted, place, size, error):
     """Fill place, size, error with the peaks of a spectrum, the largest first, down to a relative size `least`; return
     their number and the share of the power outside of the bins of the `counted` largest, order + 1 on each side.
     """
-    samples, count = spectrum.size, 0
-    power, left, sums, best = np.empty(samples), np.empty(samples), np.zeros(BLOCK), np.empty(BLOCK // 4)
+    samples = spectrum.size
+    count = 0
+    power = np.empty(samples)
+    left = np.empty(samples)
+    sums = np.zeros(BLOCK)
+    best = np.empty(BLOCK // 4)
     tops = np.empty(-(-samples // BLOCK))
     for block in range(tops.size):
-        own, part = spectrum[block * BLOCK : (block + 1) * BLOCK], power[block * BLOCK : (block + 1) * BLOCK]
+        own = spectrum[block * BLOCK : (block + 1) * BLOCK]
+        part = power[block * BLOCK : (block + 1) * BLOCK]
         for i in range(part.size):
             part[i] = own[i].real * own[i].real + own[i].imag * own[i].imag
         for i in range(part.size):
@@ -119,13 +132,15 @@ def find_peaks(spectrum, order, least, counted, place, size, error):
     for i in range(samples):  # `left[:] = power` compiles two seconds longer, for the text of an error
         left[i] = power[i]
     whole = total(sums)
-    rest, top = whole, 0.0
+    rest = whole
+    top = 0.0
     while count < place.size:
         k = largest(power, tops)
         height = power[k]
         if not height > least * least * top or height == 0.0:
             break
-        above, below = spectrum[(k + 1) % samples], spectrum[(k - 1) % samples]
+        above = spectrum[(k + 1) % samples]
+        below = spectrum[(k - 1) % samples]
         beside = above.real * above.real + above.imag * above.imag
         beside = max(beside, below.real * below.real + below.imag * below.imag)
         # A slope, or a side lobe, of a larger peak.
@@ -136,7 +151,8 @@ def find_peaks(spectrum, order, least, counted, place, size, error):
         top = max(top, height)
         u, bar = place_of(spectrum, k, samples, order)
         found = abs(u - k) < 1.0
-        place[count], error[count] = (u if found else k), (bar if found else 9.0)
+        place[count] = u if found else k
+        error[count] = bar if found else 9.0
         size[count] = math.sqrt(height) / abs(shape_of(place[count] - k, samples, order))
         count += 1
         for j in range(k - order - 1, k + order + 2 if count <= counted else k - order - 1):

@@ -50,7 +50,8 @@ def finite_until(unit, stop, progress, chunk, last, ended, until, again, still):
     rows, orbits, samples = chunk.shape
     first = unit * ORBITS
     count = min(ORBITS, orbits - first)
-    room, trace = np.empty((count, rows, SEGMENT + 1)), np.empty(SEGMENT)
+    room = np.empty((count, rows, SEGMENT + 1))
+    trace = np.empty(SEGMENT)
     for o in range(count):
         until[first + o] = 0 if ended[first + o] > 0 else samples
         again[first + o] = -1
@@ -96,8 +97,13 @@ def step_angles(plane, q, p, pairs, re, im, angles):
     """Fill angles (pairs,) with the angle, less that of the reference, from each value of a plane's loop to the
     next.
     """
-    q0, p0, a, b, c = plane[COLUMNS.q], plane[COLUMNS.p], plane[COLUMNS.a], plane[COLUMNS.b], plane[COLUMNS.c]
-    cosine, sine = plane[COLUMNS.cosine], plane[COLUMNS.sine]
+    q0 = plane[COLUMNS.q]
+    p0 = plane[COLUMNS.p]
+    a = plane[COLUMNS.a]
+    b = plane[COLUMNS.b]
+    c = plane[COLUMNS.c]
+    cosine = plane[COLUMNS.cosine]
+    sine = plane[COLUMNS.sine]
     for i in range(pairs + 1):
         x = q[i] - q0
         re[i] = a * x
@@ -113,16 +119,27 @@ def add_angles(weights, angles, pairs, sums):
     """Add to sums (SPANS,) the first `pairs` of angles with their weights (samples, SPANS), one after another, like the
     loops of maps.
     """
-    a, b, c, d, e, f = sums[0], sums[1], sums[2], sums[3], sums[4], sums[5]
+    a = sums[0]
+    b = sums[1]
+    c = sums[2]
+    d = sums[3]
+    e = sums[4]
+    f = sums[5]
     for i in range(pairs):
-        w, angle = weights[i], angles[i]
+        w = weights[i]
+        angle = angles[i]
         a += w[0] * angle
         b += w[1] * angle
         c += w[2] * angle
         d += w[3] * angle
         e += w[4] * angle
         f += w[5] * angle
-    sums[0], sums[1], sums[2], sums[3], sums[4], sums[5] = a, b, c, d, e, f
+    sums[0] = a
+    sums[1] = b
+    sums[2] = c
+    sums[3] = d
+    sums[4] = e
+    sums[5] = f
 
 
 @jit
@@ -130,11 +147,14 @@ def add_moments(plane, q, p, begin, end, weights, moments):
     """Add to moments (MOMENTS,) those of the pairs of samples from begin to end, with their weights, one after another,
     like the loops of maps.
     """
-    q0, p0 = plane[COLUMNS.q], plane[COLUMNS.p]
+    q0 = plane[COLUMNS.q]
+    p0 = plane[COLUMNS.p]
     mq, mp, qq, qp, pp, tq, tp, uq, up = moments
     x, y = q[begin] - q0, p[begin] - p0
     for i in range(begin, end):
-        w, xx, yy = weights[i], q[i + 1] - q0, p[i + 1] - p0
+        w = weights[i]
+        xx = q[i + 1] - q0
+        yy = p[i + 1] - p0
         mq += w * x
         mp += w * y
         qq += w * (x * x)
@@ -167,10 +187,13 @@ def turn_on(unit, stop, progress, chunk, until, last, planes, tables, frame, sum
     if read_now(stop, 0) > 0:
         return
     rows, orbits, samples = chunk.shape
-    n, first = rows // 2, unit * ORBITS
+    n = rows // 2
+    first = unit * ORBITS
     count = min(ORBITS, orbits - first)
     room = np.empty((count, rows, SEGMENT + 1))
-    re, im, angles = np.empty(SEGMENT + 1), np.empty(SEGMENT + 1), np.empty(SEGMENT)
+    re = np.empty(SEGMENT + 1)
+    im = np.empty(SEGMENT + 1)
+    angles = np.empty(SEGMENT)
     for start in range(0, samples, SEGMENT):
         size = min(SEGMENT, samples - start)
         gather(chunk, first, count, start, size, room)
@@ -181,9 +204,12 @@ def turn_on(unit, stop, progress, chunk, until, last, planes, tables, frame, sum
                 for r in range(rows):
                     room[o, r, 0] = last[orbit, r]
                     last[orbit, r] = room[o, r, pairs]
-                low, high = max(frame.begin - start, 0), min(frame.end - start, pairs)
+                low = max(frame.begin - start, 0)
+                high = min(frame.end - start, pairs)
                 for i in range(n):
-                    q, p, plane = room[o, i], room[o, n + i], planes[orbit, i]
+                    q = room[o, i]
+                    p = room[o, n + i]
+                    plane = planes[orbit, i]
                     if tables.shape[0] > 0:
                         step_angles(plane, q, p, pairs, re, im, angles)
                         add_angles(tables[start : start + size], angles, pairs, sums[orbit, i])
@@ -209,28 +235,41 @@ def learn(unit, stop, progress, moments, weight, known, planes):
         return
     for orbit in range(unit * ORBITS, min((unit + 1) * ORBITS, planes.shape[0])):
         for i in range(planes.shape[1] if known[orbit] else 0):
-            plane, m = planes[orbit, i], moments[orbit, i]
-            x_unit, y_unit = unit_of(m[2] / weight), unit_of(m[4] / weight)
-            xx_unit, xy_unit, yy_unit = x_unit * x_unit, x_unit * y_unit, y_unit * y_unit
+            plane = planes[orbit, i]
+            m = moments[orbit, i]
+            x_unit = unit_of(m[2] / weight)
+            y_unit = unit_of(m[4] / weight)
+            xx_unit = x_unit * x_unit
+            xy_unit = x_unit * y_unit
+            yy_unit = y_unit * y_unit
             q, p = m[0] / weight, m[1] / weight
             plane[COLUMNS.q] += q
             plane[COLUMNS.p] += p
             # In these units no product of two moments leaves the range of numbers; powers of 2 round nothing.
             q, p = q * x_unit, p * y_unit
-            whole_x, whole_y = m[2] / weight * xx_unit, m[4] / weight * yy_unit
-            A, B, D = whole_x - q * q, m[3] / weight * xy_unit - q * p, whole_y - p * p
+            whole_x = m[2] / weight * xx_unit
+            whole_y = m[4] / weight * yy_unit
+            A = whole_x - q * q
+            B = m[3] / weight * xy_unit - q * p
+            D = whole_y - p * p
             moving = whole_x * 1e-30 < A and whole_y * 1e-30 < D
             area = A * D - B * B
             if not area > 1e-14 * A * D:
-                area, B = A * D, 0.0
+                area = A * D
+                B = 0.0
             a = 1.0 / math.sqrt(A) if moving else 0.0
             b = a * B / math.sqrt(area) if moving else 0.0
             c = -math.sqrt(A / area) if moving else 0.0
-            qq, qp = m[5] / weight * xx_unit - q * q, m[6] / weight * xy_unit - q * p
-            pq, pp = m[7] / weight * xy_unit - q * p, m[8] / weight * yy_unit - p * p
-            x, y = (a * a + b * b) * qq + b * c * (qp + pq) + c * c * pp, a * c * (pq - qp)
+            qq = m[5] / weight * xx_unit - q * q
+            qp = m[6] / weight * xy_unit - q * p
+            pq = m[7] / weight * xy_unit - q * p
+            pp = m[8] / weight * yy_unit - p * p
+            x = (a * a + b * b) * qq + b * c * (qp + pq) + c * c * pp
+            y = a * c * (pq - qp)
             size = math.sqrt(x * x + y * y)
-            plane[COLUMNS.a], plane[COLUMNS.b], plane[COLUMNS.c] = a * x_unit, b * x_unit, c * y_unit
+            plane[COLUMNS.a] = a * x_unit
+            plane[COLUMNS.b] = b * x_unit
+            plane[COLUMNS.c] = c * y_unit
             plane[COLUMNS.cosine], plane[COLUMNS.sine] = (x / size, y / size) if size > 0.0 else (1.0, 0.0)
             plane[COLUMNS.turn] = angle_of(x, y) / (2.0 * math.pi)
     progress[unit] = 1.0

@@ -28,7 +28,10 @@ def first_products(y, last, first):
     first[:] = 0.0
     whole = last // TOGETHER * TOGETHER
     for j in range(0, whole, TOGETHER):  # the k are neighbours: a loop without dependences
-        y0, y1, y2, y3 = y[j + 1], y[j + 2], y[j + 3], y[j + 4]
+        y0 = y[j + 1]
+        y1 = y[j + 2]
+        y2 = y[j + 3]
+        y3 = y[j + 4]
         for k in range(first.size):
             total = first[k] + y0 * y[j + 1 + k]
             total += y1 * y[j + 2 + k]
@@ -44,7 +47,10 @@ def add_rows(weights, count, table, total):
     """Add to total (angles,) the first `count` rows of table (lags, angles), each with its weight."""
     whole = count // TOGETHER * TOGETHER
     for k in range(0, whole, TOGETHER):
-        w0, w1, w2, w3 = weights[k], weights[k + 1], weights[k + 2], weights[k + 3]
+        w0 = weights[k]
+        w1 = weights[k + 1]
+        w2 = weights[k + 2]
+        w3 = weights[k + 3]
         for a in range(total.size):
             sums = total[a] + w0 * table[k, a]
             sums += w1 * table[k + 1, a]
@@ -63,9 +69,13 @@ def correlations(samples, cosine, result):
     out.
     """
     lags = samples.size // 10
-    last, mean = samples.size - lags, samples.mean()
-    y, sums, weights = np.empty(samples.size), np.zeros(lags + 1), np.empty(lags)
-    first, products = np.empty(lags), np.empty(lags)
+    last = samples.size - lags
+    mean = samples.mean()
+    y = np.empty(samples.size)
+    sums = np.zeros(lags + 1)
+    weights = np.empty(lags)
+    first = np.empty(lags)
+    products = np.empty(lags)
     for j in range(y.size):
         y[j] = samples[j] - mean
     for j in range(last):
@@ -73,7 +83,9 @@ def correlations(samples, cosine, result):
     for m in range(1, lags):
         sums[m + 1] = sums[m] + (y[last + m] - y[m])
     first_products(y, last, first)
-    square, ahead, own = np.zeros(result.size), np.zeros(result.size), np.zeros(result.size)
+    square = np.zeros(result.size)
+    ahead = np.zeros(result.size)
+    own = np.zeros(result.size)
     total = np.zeros(result.size)
     middle = 0.5 * (lags + 1)
     for n in range(1, lags + 1):

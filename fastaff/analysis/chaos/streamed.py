@@ -269,7 +269,8 @@ class ChaosRun:
         if self.spectrum and not self.paired:
             needed = whole
         if deviations is None:
-            start, self.first = frame(self.flow.system, needed)[:, :, None] / self.scale, np.zeros((needed, 1))
+            start = frame(self.flow.system, needed)[:, :, None] / self.scale
+            self.first = np.zeros((needed, 1))
         else:
             start, self.first = _unit_vectors(deviations, self.scale[:whole])
             start = start if self.flow.system.driven else carried(start, self.flow.system, 1)

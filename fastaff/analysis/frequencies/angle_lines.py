@@ -55,9 +55,11 @@ class LineTable:
     """Lines in the making."""
 
     def __init__(self, names: tuple[str, ...], lines: int, orbits: int):
-        self.names, self.count = names, lines
+        self.names = names
+        self.count = lines
         fits("lines", len(names), lines, orbits, itemsize=32)
-        self.nu, self.amplitude = np.zeros((len(names), lines, orbits)), np.zeros((len(names), lines, orbits), complex)
+        self.nu = np.zeros((len(names), lines, orbits))
+        self.amplitude = np.zeros((len(names), lines, orbits), complex)
         self.error = np.full((len(names), lines, orbits), np.inf)
 
     def adopt(self, orbits: np.ndarray, layout: Layout, signals: Signals, delay: float) -> None:
@@ -68,7 +70,8 @@ class LineTable:
                 self._adopt(orbits[part], layout, signals.of(part), delay)
 
     def _adopt(self, orbits: np.ndarray, layout: Layout, signals: Signals, delay: float) -> None:
-        interval, count = float(signals.interval[0]), max(0, min(self.count, int(signals.samples[0]) // 4 - MARGIN))
+        interval = float(signals.interval[0])
+        count = max(0, min(self.count, int(signals.samples[0]) // 4 - MARGIN))
         if count:
             for angles, f, size in _signals(layout, signals):
                 found = plane_lines(f, count)
@@ -97,7 +100,8 @@ def _signals(layout: Layout, signals: Signals) -> list[tuple[list[int], np.ndarr
         result.append((layout.librations, loops, rows.size[:, ::2]))
     if layout.planes:
         c, _ = layout.own(signals, 1)
-        c, zero = np.ascontiguousarray(c[:, layout.planes]), np.zeros((orbits, len(layout.planes)), complex)
+        c = np.ascontiguousarray(c[:, layout.planes])
+        zero = np.zeros((orbits, len(layout.planes)), complex)
         o, k = (entry.ravel() for entry in np.mgrid[:orbits, : len(layout.planes)])
         f = values(signals, Loops(c, zero, zero), o, k, 1).reshape(orbits, len(layout.planes), samples)
         result.append((layout.planes, f, np.ones((orbits, len(layout.planes)))))

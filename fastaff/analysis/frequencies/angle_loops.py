@@ -49,7 +49,8 @@ def angles_of(value: Any, _: Any = None) -> Any:
 def suited(angles: Any, degrees_of_freedom: int, whose: str) -> None:
     """Refuse angles of another number of coordinates; those with a name are named in the error."""
     if len(angles.names) != degrees_of_freedom:
-        said, n = " ".join(angles.names), len(angles.names)
+        said = " ".join(angles.names)
+        n = len(angles.names)
         own = next((" ".join(names) for names in NAMED if len(names) == degrees_of_freedom), None)
         named = f" {said!r} are those of {n} Cartesian coordinates" if angles.names in NAMED else f" got {angles!r}"
         other = f", of {degrees_of_freedom} they are {own!r}; without angles= coordinates are their own" if own else ""
@@ -62,7 +63,8 @@ class Layout:
     """
 
     def __init__(self, angles: Any, degrees_of_freedom: int, periods: tuple[float, ...] = ()):
-        self.angles, planes = angles, angles.planes
+        self.angles = angles
+        planes = angles.planes
         if sorted(planes) != list(planes):
             raise ValueError(f"angles must have those of planes last, got planes {planes} of {angles!r}")
         self.librations = [i for i, plane in enumerate(planes) if not plane]
@@ -73,7 +75,8 @@ class Layout:
         self.body = bool(self.planes)
         self.axis = type(angles) in {type(value) for value in NAMED.values()}
         self.separate = isinstance(angles, (AlphaBeta, RVartheta))
-        self.rows, self.n = len(self.kept), degrees_of_freedom
+        self.rows = len(self.kept)
+        self.n = degrees_of_freedom
         self.periods = np.array(periods, dtype=np.float64)
         if self.periods.any() and not isinstance(angles, Plain):
             with np.errstate(all="ignore"):
@@ -98,23 +101,24 @@ class Layout:
         """Return the loops (orbits, n, rows) Q - c - i kappa P of all angles, with the sense of turning in a plane, and
         their offsets.
         """
-        orbits, rows = signals.samples.size, signals.rows
+        orbits = signals.samples.size
+        rows = signals.rows
         low, high = np.empty((2, orbits, rows))
         run(kernels.extremes, orbits, (signals.ragged, low, high), threads)
         first_one = signals.numbers[signals.start[:, None] + np.arange(rows) * signals.samples[:, None]]
-        loops, offset = (
-            np.zeros((orbits, len(self.angles.names), rows), complex),
-            np.zeros((orbits, len(self.angles.names)), complex),
-        )
+        loops = np.zeros((orbits, len(self.angles.names), rows), complex)
+        offset = np.zeros((orbits, len(self.angles.names)), complex)
         width = high - low
         for place, i in enumerate([*self.librations, *self.planes]):
             first = 2 * place if place < self.m else 2 * self.m + 4 * (place - self.m)
             parts = 1 if place < self.m else 2
-            q, p = width[:, first : first + parts].max(axis=1), width[:, first + parts : first + 2 * parts].max(axis=1)
+            q = width[:, first : first + parts].max(axis=1)
+            p = width[:, first + parts : first + 2 * parts].max(axis=1)
             scale = np.where((q > 0) & (p > 0), q / np.where(p > 0, p, 1.0), 1.0)
             scale = np.where(np.isfinite(scale), scale, 1.0)
             if parts == 1:
-                loops[:, i, first], loops[:, i, first + 1] = 1.0, -1j * scale
+                loops[:, i, first] = 1.0
+                loops[:, i, first + 1] = -1j * scale
                 offset[:, i] = (low[:, first] + high[:, first]) / 2
                 continue
             a1, a2, p1, p2 = first_one[:, first : first + 4].T

@@ -34,7 +34,8 @@ def symmetric(s: Signals, m: int) -> np.ndarray:
     kept = np.zeros(s.samples.size, bool)
     for o in s.alike():
         rows = s.array(o)
-        R, (x, y, px, py) = rows[:, 0], rows[:, 2 * m : 2 * m + 4].swapaxes(0, 1)
+        R = rows[:, 0]
+        (x, y, px, py) = rows[:, 2 * m : 2 * m + 4].swapaxes(0, 1)
         turning = x * py - y * px
         with np.errstate(invalid="ignore"):
             kept[o] = np.ptp(turning, axis=1) <= KEPT * np.abs(turning).max(axis=1)
@@ -51,15 +52,19 @@ def about_axis(some: Lattices, azimuth: Rates, time: np.ndarray, threads: int) -
     the leading line is shown, and the rank is smaller. The azimuth of an orbit that does not go around may make no
     basis: the frequency is then that of a generator.
     """
-    lattice, found = some.rates, some.found
+    lattice = some.rates
+    found = some.found
     n = lattice.nu.shape[1]
-    place, own = np.arange(n), np.eye(n, dtype=np.int64)
+    place = np.arange(n)
+    own = np.eye(n, dtype=np.int64)
     _without_driven(some, time, threads)
     value, bar = (np.where(place == n - 1, entry, 0.0) for entry in (np.abs(azimuth.nu), azimuth.error))
     sign = np.where(azimuth.nu < 0, -1, 1)
     turns = sign * _integers(found, lattice.nu, lattice.error, value, bar, threads)[:, -1]
-    goes, complete = turns.any(axis=1), found.rank == n
-    slack, vectors = SLACK / time, np.tile(own, (len(turns), 1, 1))
+    goes = turns.any(axis=1)
+    complete = found.rank == n
+    slack = SLACK / time
+    vectors = np.tile(own, (len(turns), 1, 1))
     again = np.flatnonzero((found.combination == 0).all(axis=2).any(axis=1))
     combination = found.combination.copy()
     combination[again] = _through(some, again, found.leading, found.leading_error, slack, threads)
@@ -81,12 +86,15 @@ def _without_driven(some: Lattices, time: np.ndarray, threads: int) -> None:
     """Take generators from orbits that are not told where the others combine to them: a line was less exact
     than it seemed.
     """
-    found, nu = some.found, some.rates.nu
-    place, before = np.arange(nu.shape[1]), found.rank.copy()
+    found = some.found
+    nu = some.rates.nu
+    place = np.arange(nu.shape[1])
+    before = found.rank.copy()
     unsure = some.vague | (some.rates.error * time[:, None] >= 1).any(axis=1)
     bar = np.repeat(DRIVEN / time[:, None], place.size, axis=1)
     for j in place:
-        value, others = np.where(place == j, nu, 0.0), np.where(place == j, 0.0, nu)
+        value = np.where(place == j, nu, 0.0)
+        others = np.where(place == j, 0.0, nu)
         driven = unsure & found.owned[:, j] & _integers(found, others, 0 * bar, value, bar, threads)[:, j].any(axis=1)
         found.owned[driven, j] = False
         found.rank[driven] -= 1
@@ -100,7 +108,8 @@ def _integers(
 ) -> np.ndarray:
     """Return integers (orbits, n, n) with value = k @ nu within the errors, 0 where none are short."""
     k = np.zeros((*nu.shape, nu.shape[1]), np.int64)
-    basis, width = np.where(found.owned, nu, 0.0), np.where(found.owned, spread, 0.0)
+    basis = np.where(found.owned, nu, 0.0)
+    width = np.where(found.owned, spread, 0.0)
     value = np.where(np.isfinite(bar), value, 0.0)
     arguments = value, np.where(np.isfinite(bar), bar, 0.0), basis, width, tables_of(nu.shape[1]), k
     run(kernels.combinations, len(nu), arguments, threads, BRIEF)
@@ -111,7 +120,8 @@ def _through(
     some: Lattices, orbits: np.ndarray, value: np.ndarray, bar: np.ndarray, slack: np.ndarray, threads: int
 ) -> np.ndarray:
     """Return the integers (orbits, n, n) of lines (all, n), with their errors, in the frequencies of some orbits."""
-    found, rates = taken(some.found, orbits), taken(some.rates, orbits)
+    found = taken(some.found, orbits)
+    rates = taken(some.rates, orbits)
     width = np.maximum(bar[orbits], slack[orbits, None])
     return _integers(found, rates.nu, rates.error, value[orbits], width, threads)
 
@@ -120,7 +130,8 @@ def _basis(some: Lattices, which: np.ndarray, turns: np.ndarray, slack: np.ndarr
     """Return the vectors (orbits, n, n) of the frequencies of R (, z) and phi in the generators of the orbits `which`,
     with those of the azimuth's mean rate (orbits, n).
     """
-    every, n = np.arange(which.size), turns.shape[1]
+    every = np.arange(which.size)
+    n = turns.shape[1]
     basis = np.tile(np.eye(n, dtype=np.int64), (which.size, 1, 1))
     single = (np.abs(turns) == 1)[:, ::-1]  # of its own generator, if there is a choice
     left = n - 1 - single.argmax(axis=1)
@@ -150,10 +161,12 @@ def through_the_plane(some: Lattices, m: int, s: Signals, start: Signals | None,
     if not own.size:
         return
     rows = [2 * m, 2 * m + 2, *range(2, 2 * m), 2 * m + 1, 2 * m + 3]  # x, z and y in the places of R, z and phi
-    run, finer = s.of(own).with_rows(rows), None if start is None else start.of(own).with_rows(rows)
+    run = s.of(own).with_rows(rows)
+    finer = None if start is None else start.of(own).with_rows(rows)
     now = lattices_of(run, finer, m + 1, threads)
     better = _settled(now, run.time) | (now.rates.error.max(axis=1) < some.rates.error[own].max(axis=1))
-    taking, found = own[better], taken(now.found, better)
+    taking = own[better]
+    found = taken(now.found, better)
     seen = {name: getattr(some.found, name)[taking] for name in ("leading", "leading_error", "lines")}
     found = found._replace(**seen)
     k = _integers(found, found.nu, found.spread, found.leading, found.leading_error, threads)

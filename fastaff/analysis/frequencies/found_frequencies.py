@@ -68,7 +68,8 @@ class Found:
         """Return the map of frequencies nu with their errors, with phi = (eta + gamma)/2 and psi = (gamma - eta)/2 for
         a body; t: the time that each orbit reached, read: that over which it was read.
         """
-        names, leading_error = self.layout.angles.names, self.leading_error
+        names = self.layout.angles.names
+        leading_error = self.leading_error
         nu, leading, halves = (np.where(self.reached, rows, np.nan) for rows in (nu, self.leading, self.halves))
         halves_error = self.halves_error
         # A libration of a coupled body may have no angle of its own; those of the planes always exist.
@@ -77,7 +78,8 @@ class Found:
         diffusion = np.where(self.reached, np.log10(self.change[sound].max(axis=0) + 1e-18), np.nan)
         eta = gamma = None
         if names[-2:] == ("eta", "gamma"):
-            eta, gamma = nu[-2], nu[-1]
+            eta = nu[-2]
+            gamma = nu[-1]
             names = (*names[:-2], "phi", "psi")
             nu, leading = (np.array([*a[:-2], (a[-2] + a[-1]) / 2, (a[-1] - a[-2]) / 2]) for a in (nu, leading))
             error, leading_error = (np.array([*a[:-2], *[(a[-2] + a[-1]) / 2] * 2]) for a in (error, leading_error))

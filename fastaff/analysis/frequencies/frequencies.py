@@ -108,7 +108,8 @@ class FrequencyMap(Result):
 
     def summary(self) -> str:
         """Return one line with the outcomes of the orbits, and the kinds of frequencies of those that are OK."""
-        fine, kinds = self.status == Status.OK, FrequencyKind
+        fine = self.status == Status.OK
+        kinds = FrequencyKind
         counts = {
             "by the coordinates' own lines": self.regular & ~self.other_basis,
             "by another basis (the own lines are `leading`)": self.other_basis,

@@ -226,10 +226,15 @@ class FrequencyWork:
         if not flow.adaptive:
             self.rate = curvatures.fastest_rates(flow.system, z0, flow.step)
             flow = resolving(flow, self.rate, time)
-        self.flow, self.angles, self.z0, self.time, self.report = flow, angles, z0, time, report
+        self.flow = flow
+        self.angles = angles
+        self.z0 = z0
+        self.time = time
+        self.report = report
         self.accuracy = accuracy
         self.layout = Layout(angles, flow.model.degrees_of_freedom, flow.system.periods)
-        self.n, self.orbits = len(angles.names), z0.shape[1]
+        self.n = len(angles.names)
+        self.orbits = z0.shape[1]
         self.ensemble: Ensemble = flow.ensemble(z0.copy())
         self.found = Found(self.layout, self.orbits, lines)
         self.unfinished = np.ones(self.orbits, bool)
@@ -239,7 +244,9 @@ class FrequencyWork:
         """Find the frequencies of all orbits; with an accuracy, again with half the step where the scheme's error is
         larger.
         """
-        flow, orbits, before = self.flow, np.arange(self.orbits), np.full(self.orbits, np.inf)
+        flow = self.flow
+        orbits = np.arange(self.orbits)
+        before = np.full(self.orbits, np.inf)
         with Passes(self.report) as passes:
             for _ in range(HALVINGS + 1):
                 self._pass(flow, orbits, passes.take(1.0, 0.0 if self.accuracy is None else FINER))
@@ -251,7 +258,9 @@ class FrequencyWork:
                 self.unfinished = again
                 if not again.any():
                     return
-                orbits, before, flow = np.flatnonzero(again), np.where(again, excess, 0.0), flow.finer()
+                orbits = np.flatnonzero(again)
+                before = np.where(again, excess, 0.0)
+                flow = flow.finer()
         self.unfinished[:] = False
 
     def _excess(self, accuracy: float, tolerance: float) -> np.ndarray:
@@ -272,7 +281,8 @@ class FrequencyWork:
         counts, steps = self._counts(flow, orbits)
         fits("time", self.layout.rows, int(counts.max(initial=0)))  # samples of one orbit
         order = np.argsort(counts, kind="stable")
-        begin, passes = 0, Passes(report)
+        begin = 0
+        passes = Passes(report)
         while begin < orbits.size:
             ahead = counts[order[begin:]]
             number = np.arange(1, ahead.size + 1)
@@ -294,7 +304,8 @@ class FrequencyWork:
             found = 2 ** np.ceil(np.log2(np.maximum(64, np.broadcast_to(self.time / interval, orbits.size))))
             return found.astype(np.int64), found.astype(np.int64)
         steps = np.broadcast_to(np.maximum(64, flow.of(orbits).steps(self.time)), orbits.size)
-        need, layout = np.empty(orbits.size), self.layout
+        need = np.empty(orbits.size)
+        layout = self.layout
         radians = BODY_DENSE if layout.body else DENSE
         portion = max(LANES, BUDGET // (8 * layout.rows * PROBE))
         for at in range(0, orbits.size, portion):
@@ -314,7 +325,10 @@ class FrequencyWork:
         """Find the frequencies of these orbits from so many samples, and so many steps."""
         share = pilot_share(steps, counts)
         order = np.argsort(counts, kind="stable")  # those of equally many samples side by side
-        orbits, counts, steps, share = orbits[order], counts[order], steps[order], share[order]
+        orbits = orbits[order]
+        counts = counts[order]
+        steps = steps[order]
+        share = share[order]
         if not flow.adaptive:
             flow = replace(flow, step=self.time / steps)
         signals, run = self._sampled(flow, orbits, self.time, counts, ROOMS.signals, passes.take(1.0, PILOT + READING))
@@ -324,7 +338,8 @@ class FrequencyWork:
         self.used[orbits] = self.time / steps
         done = np.flatnonzero((run.status == Status.OK) & (run.time >= self.time * (1 - 1e-12)))
         # Tables are longer than the samples of a long orbit: these are read by equal numbers.
-        kinds, left = np.where(counts[done] > BRIEF, counts[done], 0), done.size
+        kinds = np.where(counts[done] > BRIEF, counts[done], 0)
+        left = done.size
         scheme = self.flow.scheme
         for alike in np.split(done, np.flatnonzero(np.diff(kinds)) + 1) if done.size else ():
             parts = max(1, math.ceil(8 * self.layout.rows * float(counts[alike].sum()) / BUDGET))
@@ -342,7 +357,8 @@ class FrequencyWork:
         """Return so many samples of the signals of these orbits, and the orbits' ends; samples that were not reached
         are arbitrary.
         """
-        rows, step = self.layout.rows, flow.step
+        rows = self.layout.rows
+        step = flow.step
         if isinstance(step, np.ndarray) and step.size != orbits.size:
             flow = flow.of(orbits)
         run = flow.ensemble(np.ascontiguousarray(self.z0[:, orbits]), radius=self.ensemble.radius[orbits])
@@ -350,7 +366,8 @@ class FrequencyWork:
         signals = Signals(room.array(rows * int(counts.sum())), rows, start, counts, time / counts)
         observer = observers.called_rows(self.layout.call, rows)
         memory = np.zeros((observer.rows, orbits.size))
-        memory[CHUNK_ROWS.length], memory[CHUNK_ROWS.start] = counts, start
+        memory[CHUNK_ROWS.length] = counts
+        memory[CHUNK_ROWS.start] = start
         alike = flow.adaptive
         time, observations = (float(np.max(time)), int(counts[0])) if alike else (time, counts)
         flow.advance(run, observer, memory, signals.numbers[None], time=time, observations=observations, report=report)
@@ -367,11 +384,13 @@ class FrequencyWork:
 
     def result(self, tolerance: float = math.inf) -> FrequencyMap:
         """Assemble the map."""
-        ensemble, found = self.ensemble, self.found
+        ensemble = self.ensemble
+        found = self.found
         energy = energy_error(self.flow.system, ensemble)
         mark_drift(ensemble, energy, tolerance)
         ensemble.status[((ensemble.status == Status.OK) & ~found.reached) | self.unfinished] = Status.INTERRUPTED
-        nu, error = found.nu, found.error
+        nu = found.nu
+        error = found.error
         if not self.flow.scheme.symplectic:  # the energy drifts, and frequencies with it
             error = error + 2 * np.nan_to_num(energy, posinf=0.0) * np.abs(nu).max(axis=0)
         if self.flow.system.driven and self.angles == getattr(self.flow.model, "angles", None):
@@ -390,7 +409,9 @@ class FrequencyWork:
 
     def _known_drive(self, nu: np.ndarray, error: np.ndarray, basis: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return frequencies and errors (n, orbits), with the exact one of the drive, the last, if it was found."""
-        nu, error, known = nu.copy(), error.copy(), 1 / float(self.flow.model.period)
+        nu = nu.copy()
+        error = error.copy()
+        known = 1 / float(self.flow.model.period)
         found = (basis[-1, -1] == 1) & (basis[-1, :-1] == 0).all(axis=0) & (np.abs(nu[-1] - known) <= 2 * error[-1])
         nu[-1] = np.where(found, known, nu[-1])
         error[-1] = np.where(found, np.finfo(float).eps * known, error[-1])

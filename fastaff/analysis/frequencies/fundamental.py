@@ -172,7 +172,8 @@ def taken(table: Any, orbits: np.ndarray) -> Any:
 
 def _no_modes(orbits: int, m: int) -> Modes:
     """Return empty modes."""
-    zero, none = np.zeros((orbits, m)), np.zeros((orbits, m), bool)
+    zero = np.zeros((orbits, m))
+    none = np.zeros((orbits, m), bool)
     return Modes(
         rank=np.zeros(orbits, np.int64),
         nu=zero.copy(),
@@ -204,8 +205,12 @@ def prepared(
     """Return the first n samples of the rows, the loops (orbits, m, n), and the properties of the rows; see
     `kernels.fundamental.prepare`.
     """
-    orbits, rows, m = len(signals), signals.shape[1], signals.shape[1] // 2
-    x, loops, found = np.empty((orbits, rows, n)), np.empty((orbits, m, n), complex), _rows(orbits, m)
+    orbits = len(signals)
+    rows = signals.shape[1]
+    m = signals.shape[1] // 2
+    x = np.empty((orbits, rows, n))
+    loops = np.empty((orbits, m, n), complex)
+    found = _rows(orbits, m)
     run(kernels.prepare, orbits, (signals, cosine_window(n), growth_windows(n), at_rest, x, loops, found), threads)
     return x, loops, found
 
@@ -257,14 +262,16 @@ def _alike(numbers: np.ndarray, start: np.ndarray, size: np.ndarray, rows: int) 
     begin = 0
     for end in range(1, size.size + 1):
         if end == size.size or size[end] != size[begin] or end - begin == AT_ONCE:
-            count, first = int(size[begin]), int(start[begin])
+            count = int(size[begin])
+            first = int(start[begin])
             yield numbers[first : first + (end - begin) * rows * count].reshape(-1, count)
             begin = end
 
 
 def _lattices(signals: Signals, spectra: Spectra, bands: Bands, threads: int) -> Modes:
     """Return the modes of orbits by the lattices of the lines of their loops, without weak ones."""
-    moving, h = spectra.rows.moving, signals.interval
+    moving = spectra.rows.moving
+    h = signals.interval
     orbits, m = moving.shape
     lines = Lines(*np.zeros((3, orbits, m, LINES)))
     found = Found(lines, _no_lattice(orbits, m), *np.zeros((3, orbits)))
@@ -272,7 +279,8 @@ def _lattices(signals: Signals, spectra: Spectra, bands: Bands, threads: int) ->
     run(line_lattice.find_lattice, orbits, arguments, threads)
     unit = (spectra.n * h)[:, None]
     lattice = found.lattice._replace(nu=found.lattice.nu / unit, spread=found.lattice.spread / unit)
-    value, bar = lines.value / unit[:, :, None], lines.bar / unit[:, :, None]
+    value = lines.value / unit[:, :, None]
+    bar = lines.bar / unit[:, :, None]
     made = _dual(signals, spectra, np.arange(orbits), lattice.rank, lattice.nu, threads)
     result = _no_modes(orbits, m)
     _place(result, lattice, made, value[:, :, 0].copy(), bar[:, :, 0].copy(), moving, threads)
@@ -302,14 +310,16 @@ def _with_weak(found: Modes, signals: Signals, spectra: Spectra, orbits: np.ndar
     """Return the modes of some orbits with further generators among so many lines that are weak beside the known
     ones'.
     """
-    m, count = found.moving.shape[1], orbits.size
+    m = found.moving.shape[1]
+    count = orbits.size
     nu, spread = np.zeros((2, count, m))
     for o in range(count):
         own = found.owned[o]
         nu[o, : own.sum()], spread[o, : own.sum()] = found.nu[o, own], found.spread[o, own]
     value, bar, strength = _weak_lines(found, nu, signals, spectra, orbits, lines, threads)
     time = (spectra.n * signals.interval)[orbits, None]
-    most, rate = value.shape[1], 1 / signals.interval[orbits]
+    most = value.shape[1]
+    rate = 1 / signals.interval[orbits]
     near, exact = _explained(value, bar, nu, spread, time, rate[:, None], bool((found.tail > FOLDED).any()), threads)
     unexplained = np.where((strength > FAINT) & ~exact, strength, 0.0).max(axis=1, initial=0.0)
     used = (strength > FAINT) & ~near & ~exact & (bar * time < LIMITS.sharp)
@@ -318,7 +328,8 @@ def _with_weak(found: Modes, signals: Signals, spectra: Spectra, orbits: np.ndar
     value, bar = (np.take_along_axis(entry, order, axis=1) for entry in (value, bar))
     values_of, bars_of = np.zeros((2, count, m + most))
     for o in range(count):
-        r, new = found.rank[o], used[o].sum()
+        r = found.rank[o]
+        new = used[o].sum()
         values_of[o, :r], bars_of[o, :r] = nu[o, :r], spread[o, :r]
         values_of[o, r : r + new], bars_of[o, r : r + new] = value[o, :new], bar[o, :new]
     lattice = _no_lattice(count, m)
@@ -326,7 +337,8 @@ def _with_weak(found: Modes, signals: Signals, spectra: Spectra, orbits: np.ndar
     run(kernels.generators, count, arguments, threads, BRIEF)
     made = _dual(signals, spectra, orbits, lattice.rank, lattice.nu, threads)
     result = taken(found, np.arange(count))
-    top, top_bar = found.leading, found.leading_error
+    top = found.leading
+    top_bar = found.leading_error
     _place(result, lattice, made, top, top_bar, found.moving, threads)
     complete = result.rank == result.moving.sum(axis=1)
     result.strange[:] = np.maximum(found.strange, np.where(complete, 0.0, unexplained))
@@ -347,7 +359,8 @@ def _explained(
     the sampling rate, and of those that are combinations within their bars; time, rate (orbits, 1). aliased: whether
     several multiples of the rate count.
     """
-    m, (count, most) = nu.shape[1], value.shape
+    m = nu.shape[1]
+    (count, most) = value.shape
     near, exact = np.zeros((2, *value.shape), bool)
     folds = range(1, 1 + (FOLDS if aliased else 1))
     places = value, *(fold * rate + sign * value for fold in folds for sign in (-1, 1))
@@ -355,10 +368,12 @@ def _explained(
     widths = np.zeros((2, *lines.shape[1:]))
     for entry, place in zip(lines, places, strict=True):
         entry[:, :most] = np.where(value > 0, place, 0.0)
-    widths[0, :, :most], widths[1, :, :most] = np.maximum(bar, CLOSE / time), bar + EXACT / time
+    widths[0, :, :most] = np.maximum(bar, CLOSE / time)
+    widths[1, :, :most] = bar + EXACT / time
     tables = [(near, widths[0], tables_of(m, BESIDE)), (exact, widths[1], tables_of(m, FARTHEST))]
     for first, entry, (mask, width, table) in itertools.product(range(0, most, m), lines, tables):
-        part, k = slice(first, first + m), np.zeros((count, m, m), np.int64)
+        part = slice(first, first + m)
+        k = np.zeros((count, m, m), np.int64)
         chosen = (np.ascontiguousarray(some[:, part]) for some in (entry, width))
         run(kernels.combinations, count, (*chosen, nu, spread, table, k), threads, BRIEF)
         mask[:, part] |= np.abs(k).max(axis=2)[:, : most - first] > 0
@@ -377,14 +392,16 @@ def _weak_lines(
     """Return frequencies, error bars and amplitudes (orbits, m lines), in units of the rows' sizes, of so many lines of
     each combination of the rows without the generators nu (orbits, m).
     """
-    m, count = found.moving.shape[1], orbits.size
+    m = found.moving.shape[1]
+    count = orbits.size
     rows = spectra.rows
     value, bar, strength = np.zeros((3, count, m * lines))
     amplitude = _dual(signals, spectra, orbits, found.rank, nu, threads).amplitude
     moving = np.repeat(found.moving, 2, axis=1)
     c = np.zeros((count, m, signals.rows), complex)
     for o in range(count):
-        r, own = int(found.rank[o]), np.flatnonzero(moving[o])
+        r = int(found.rank[o])
+        own = np.flatnonzero(moving[o])
         some_lines = amplitude[o, :r][:, own].T
         left = np.linalg.svd(np.concatenate([some_lines.real, some_lines.imag], axis=1))[0][:, 2 * r :]
         for j in range(left.shape[1] // 2):
@@ -399,7 +416,8 @@ def _weak_lines(
         for begin in range(0, owner.size, AT_ONCE):
             part = slice(begin, begin + AT_ONCE)
             f = values(some, loops, owner[part], place[part], threads)[:, : spectra.n[orbits[alike[0]]]]
-            got, unit = lines_of(f, lines, threads), f.shape[1] * float(some.interval[alike[0]])
+            got = lines_of(f, lines, threads)
+            unit = f.shape[1] * float(some.interval[alike[0]])
             known = (np.abs(got.value) > 2) & (got.strength > 0) & (got.bar < 1)
             for i, (orbit, loop) in enumerate(zip(owner[part], place[part], strict=True)):
                 at = slice(loop * lines, (loop + 1) * lines)
@@ -415,8 +433,10 @@ def lines_of(f: np.ndarray, lines: int, threads: int) -> Lines:
     """
     count, n = f.shape
     size = int(band_sizes(np.array([n]))[0])
-    windowed, sums = np.empty((count, n), complex), np.empty((count, SUMS, size), complex)
-    edges, found = np.empty((count, 2, 3), complex), np.zeros((3, count, lines))
+    windowed = np.empty((count, n), complex)
+    sums = np.empty((count, SUMS, size), complex)
+    edges = np.empty((count, 2, 3), complex)
+    found = np.zeros((3, count, lines))
     real = [np.ascontiguousarray(f).view(float), apart_window(n), windowed.view(float), sums.view(float)]
     run(loop_transforms.prepare_values, count, (*real, edges), threads)
     transforms = np.fft.fft(windowed, axis=-1), np.fft.fft(sums, axis=-1)
@@ -438,19 +458,27 @@ def _place(
     """Fill in generators, each with the loop of whose motion it has most, and leading lines `top`."""
     rank, nu, spread, _ = lattice
     orbits, m = nu.shape
-    place, rows = places(made.share, nu, rank, moving), np.arange(orbits)[:, None]
+    place = places(made.share, nu, rank, moving)
+    rows = np.arange(orbits)[:, None]
     owned = place < rank[:, None]
-    nu, spread = nu[rows, place], spread[rows, place]
+    nu = nu[rows, place]
+    spread = spread[rows, place]
     plain = np.zeros((m, 2 * m), complex)
-    plain[np.arange(m), 2 * np.arange(m)], plain[np.arange(m), 2 * np.arange(m) + 1] = 1.0, -1j
-    nu, spread = np.where(owned, nu, 0.0), np.where(owned, spread, np.inf)
+    plain[np.arange(m), 2 * np.arange(m)] = 1.0
+    plain[np.arange(m), 2 * np.arange(m) + 1] = -1j
+    nu = np.where(owned, nu, 0.0)
+    spread = np.where(owned, spread, np.inf)
     top_bar = np.where(top > top_bar, top_bar, np.inf)  # else it cannot be distinguished from 0
     run(kernels.combinations, orbits, (top, top_bar, nu, spread, tables_of(m), result.combination), threads, BRIEF)
-    result.rank[:], result.owned[:], result.moving[:] = rank, owned, moving
+    result.rank[:] = rank
+    result.owned[:] = owned
+    result.moving[:] = moving
     result.dual[:] = np.where(owned[:, :, None], made.dual[rows, place], plain * moving[:, :, None])
     # A loop without a frequency of its own shows its leading line, which depends on the others.
-    result.nu[:], result.spread[:] = np.where(owned, nu, top), np.where(owned, spread, top_bar)
-    result.leading[:], result.leading_error[:] = top, top_bar
+    result.nu[:] = np.where(owned, nu, top)
+    result.spread[:] = np.where(owned, spread, top_bar)
+    result.leading[:] = top
+    result.leading_error[:] = top_bar
 
 
 def _dual(
@@ -463,7 +491,9 @@ def _dual(
         dual=np.zeros((orbits, m, 2 * m), complex),
         share=np.zeros((orbits, m, m)),
     )
-    n, own, found = spectra.n[which], signals.of(which), spectra.rows
+    n = spectra.n[which]
+    own = signals.of(which)
+    found = spectra.rows
     scaling = found.drift[which], found.centre[which], 1 / found.size[which]
     tables = tables_for(cosine_window, n)
     arguments = own.ragged, n, tables, own.interval, scaling, rank, nu, made
@@ -490,14 +520,16 @@ def places(share: np.ndarray, nu: np.ndarray, rank: np.ndarray, moving: np.ndarr
         for i, j in itertools.combinations(range(m), 2):
             value = value + ORDERED * ((own[:, i] < own[:, j]) & kept[:, i] & kept[:, j])
         better = value > best
-        best, place = np.where(better, value, best), np.where(better[:, None], permutation, place)
+        best = np.where(better, value, best)
+        place = np.where(better[:, None], permutation, place)
     return place
 
 
 def _greedy(score: np.ndarray) -> np.ndarray:
     """Return the assignment of generators to loops that takes the largest score first."""
     orbits, m, _ = score.shape
-    place, left = np.zeros((orbits, m), np.int64), score.copy()
+    place = np.zeros((orbits, m), np.int64)
+    left = score.copy()
     for _ in range(m):
         k, j = np.unravel_index(left.reshape(orbits, -1).argmax(axis=1), (m, m))
         place[np.arange(orbits), j] = k

@@ -129,23 +129,27 @@ def generators(nu: np.ndarray, error: np.ndarray, rank: int) -> Generators:
     A line that is k . basis is in; one with m nu = k . basis, m > 1, refines the lattice; one with no such relation
     adds a generator while there are fewer than `rank`, and stays unknown otherwise.
     """
-    basis, spread = np.zeros(0), np.zeros(0)
+    basis = np.zeros(0)
+    spread = np.zeros(0)
     for value, bar in zip(nu, error, strict=True):
         found = _relation(value, bar, basis, spread)
         if found is None:
             if len(basis) < rank:
-                basis, spread = np.append(basis, value), np.append(spread, bar)
+                basis = np.append(basis, value)
+                spread = np.append(spread, bar)
             continue
         m, k = found
         if m > 1:
             generated = reduced(np.column_stack([m * np.eye(len(basis), dtype=int), k]))[0][:, : len(basis)]
             spread = (np.abs(generated).T @ spread + bar) / m
             basis = generated.T @ basis / m
-    k, known = np.zeros((len(nu), len(basis)), int), np.zeros(len(nu), bool)
+    k = np.zeros((len(nu), len(basis)), int)
+    known = np.zeros(len(nu), bool)
     for i, (value, bar) in enumerate(zip(nu, error, strict=True)):
         found = _relation(value, bar, basis, spread, 1)
         if found is not None:
-            k[i], known[i] = found[1], True
+            k[i] = found[1]
+            known[i] = True
     return Generators(basis, k, known)
 
 
@@ -188,9 +192,11 @@ def quotient(relation: np.ndarray, n: int) -> tuple[np.ndarray, np.ndarray]:
     The rows of R are unit vectors for the first of the n frequencies that can be a basis.
     """
     _, V = reduced(relation) if len(relation) else (relation, np.eye(n, dtype=int))
-    R, C = V[:, len(relation) :], inverse(V)[len(relation) :]
+    R = V[:, len(relation) :]
+    C = inverse(V)[len(relation) :]
     chosen = first_basis(R)
     if len(chosen) == R.shape[1]:
         S = R[chosen]
-        R, C = R @ inverse(S), np.eye(n, dtype=int)[chosen]
+        R = R @ inverse(S)
+        C = np.eye(n, dtype=int)[chosen]
     return R, C

@@ -44,8 +44,10 @@ def _windows(samples: np.ndarray, precise: bool) -> kernels.Windows:
     """Return windows (orbits, 3 + 2 PARTS): the whole, the first and the last of PARTS, both halves, with means of the
     halves; not `precise`: the whole and the halves, with means alone.
     """
-    zero, half = np.zeros_like(samples), samples // 2
-    begin, length = [zero], [samples]
+    zero = np.zeros_like(samples)
+    half = samples // 2
+    begin = [zero]
+    length = [samples]
     for part in PARTS if precise else ():
         short = np.rint(part * samples).astype(np.int64)
         begin += [zero, samples - short]
@@ -53,7 +55,8 @@ def _windows(samples: np.ndarray, precise: bool) -> kernels.Windows:
     begin += [zero, samples - half]
     length += [half, half]
     tables = tables_for(_weights, samples)
-    none, of_half = np.full_like(samples, -1), tables.start + samples - 1
+    none = np.full_like(samples, -1)
+    of_half = tables.start + samples - 1
     place = [none] * (len(begin) - 2) + [of_half, of_half]
     if not precise:
         place[0] = tables.start
@@ -93,9 +96,11 @@ def inverted(signals: Signals, loops: Loops, nu: np.ndarray, threads: int) -> Li
     lines = _lines(signals, loops, nu, _windows(signals.samples, True), threads)
     own = np.maximum(np.abs(lines.growth), lines.residual)
     found = lines.shift + 1j * lines.growth
-    parts, halves = slice(1, 1 + 2 * len(PARTS)), slice(1 + 2 * len(PARTS), None)
+    parts = slice(1, 1 + 2 * len(PARTS))
+    halves = slice(1 + 2 * len(PARTS), None)
     apart = np.abs(found[:, :, parts] - found[:, :, :1]).max(axis=2)
-    interval, samples = signals.interval[:, None], signals.samples[:, None]
+    interval = signals.interval[:, None]
+    samples = signals.samples[:, None]
     error = SAFETY * np.maximum(own[:, :, 0], apart)
     known = (np.abs(lines.shift[:, :, 0]) * samples < REACH) & np.isfinite(error)
     half_error = HALVES_SAFETY * own[:, :, halves].max(axis=2)

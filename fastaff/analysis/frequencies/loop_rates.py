@@ -61,7 +61,8 @@ class Rates(NamedTuple):
 
     def times(self, factor: np.ndarray) -> Rates:
         """Return the rates times factors (orbits, loops), with errors times their sizes."""
-        size, each = np.abs(factor), factor[:, :, None]
+        size = np.abs(factor)
+        each = factor[:, :, None]
         return Rates(
             nu=self.nu * factor,
             error=self.error * size,
@@ -80,7 +81,8 @@ def line_frequencies(
     s: Signals, start: Signals | None, loops: Loops, nu: np.ndarray, threads: int, rest: float = REST
 ) -> Rates:
     """Return the frequencies of lines by nu (orbits, loops) of loops; the error is inf where there is none."""
-    found, time = inverted(s, loops, nu, threads), s.time[:, None]
+    found = inverted(s, loops, nu, threads)
+    time = s.time[:, None]
     # The halves too: the change in one window may be small by chance.
     change = np.zeros((*nu.shape, 3)) if start is None else changes(s, start, loops, nu, threads)
     return Rates(
@@ -103,14 +105,18 @@ def _of_step(change: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 def averages(s: Signals, start: Signals | None, loops: Loops, librations: int, threads: int) -> Rates:
     """Return weighted averages of the rates of a body's own loops' arguments, those of librations first."""
     shape = loops.offset.shape
-    rates, change = np.zeros((*shape, len(PARTS))), np.zeros((*shape, 1))
+    rates = np.zeros((*shape, len(PARTS)))
+    change = np.zeros((*shape, 1))
     for o in s.alike():
-        own, run, dt = taken(loops, o), s.array(o), float(s.interval[o[0]])
+        own = taken(loops, o)
+        run = s.array(o)
+        dt = float(s.interval[o[0]])
         weights, spans = parts(run.shape[2] - 1)
         rates[o] = turning(run, own, weights, spans, dt, threads)
         if start is not None:
             for part in start.of(o).alike():
-                count, theirs = int(start.samples[o[part[0]]]), taken(own, part)
+                count = int(start.samples[o[part[0]]])
+                theirs = taken(own, part)
                 weights, spans = (table[:1] for table in parts(count - 1))
                 first = run if part.size == o.size else run[part]
                 pair = first, start.array(o[part])
@@ -130,7 +136,8 @@ def of_parts(rates: np.ndarray, change: np.ndarray) -> Rates:
     def spread(whole: int, *parts: int) -> np.ndarray:
         return SAFETY * np.abs(rates[:, :, parts] - rates[:, :, whole, None]).max(axis=2)
 
-    error, halves_error = spread(0, 3, 4), np.stack([spread(1, 5, 6), spread(2, 7, 8)], axis=2)
+    error = spread(0, 3, 4)
+    halves_error = np.stack([spread(1, 5, 6), spread(2, 7, 8)], axis=2)
     return Rates(
         rates[:, :, 0].copy(),
         np.where(np.isfinite(error), error, np.inf),

@@ -101,20 +101,29 @@ class MapFrequencies:
         lines: int | None = None,
         averages_alone: bool = False,
     ):
-        self.flow, self.z, self.turns, self.length, self.kept = flow, z, turns, window or turns, window is not None
+        self.flow = flow
+        self.z = z
+        self.turns = turns
+        self.length = window or turns
+        self.kept = window is not None
         self.averages_alone, self.room = averages_alone, Room()
-        n, orbits = len(z) // 2, z.shape[1]
+        n = len(z) // 2
+        orbits = z.shape[1]
         self.names = flow.system.names
         self.lines = None if lines is None else LineTable(self.names, lines, orbits)
-        self.nu, self.error = np.zeros((n, orbits)), np.full((n, orbits), np.inf)
+        self.nu = np.zeros((n, orbits))
+        self.error = np.full((n, orbits), np.inf)
         self.halves = np.zeros((2, n, orbits))
         self.later = np.zeros((n, orbits), bool)
-        self.status, self.t = np.full(orbits, int(Status.INTERRUPTED)), np.zeros(orbits)
-        self.span, self.vague = np.full(orbits, float(self.length)), np.zeros(orbits, bool)
+        self.status = np.full(orbits, int(Status.INTERRUPTED))
+        self.t = np.zeros(orbits)
+        self.span = np.full(orbits, float(self.length))
+        self.vague = np.zeros(orbits, bool)
 
     def run(self, report: Report | None = None) -> None:
         """Find the frequencies of all orbits, as many at a time as memory allows."""
-        orbits, portion = self.z.shape[1], BUDGET // (8 * ROWS)
+        orbits = self.z.shape[1]
+        portion = BUDGET // (8 * ROWS)
         for begin in range(0, orbits, portion):
             part = np.arange(begin, min(begin + portion, orbits))
             self._portion(part)
@@ -132,7 +141,8 @@ class MapFrequencies:
         self.nu[:, part], self.error[:, part], self.halves[:, :, part] = first[:3]
         self.span[part], self.vague[part] = first.span, first.vague
         self.later[:, part] = np.isfinite(first.error) if not self.kept else False
-        t, status = counts, ensemble.status.copy()
+        t = counts
+        status = ensemble.status.copy()
         if self.kept:
             between = self.flow.ensemble(ensemble.z.copy(), radius=ensemble.radius)
             between.status[:] = ensemble.status
@@ -140,7 +150,8 @@ class MapFrequencies:
             if rest:
                 self.flow.advance(between, observers.nothing(), *no_memory(between), time=float(rest), observations=1)
                 gone = (between.status != Status.OK) & (status == Status.OK)
-                t, status = np.where(gone, t + between.time - 1, t + rest * (status == Status.OK)), between.status
+                t = np.where(gone, t + between.time - 1, t + rest * (status == Status.OK))
+                status = between.status
             last = self.flow.ensemble(between.z.copy(), radius=ensemble.radius)
             last.status[:] = status
             going = np.flatnonzero(status == Status.OK)
@@ -151,14 +162,16 @@ class MapFrequencies:
             self.later[:, part[going]] = np.isfinite(second.error) & np.isfinite(first.error[:, going])
             t[going] += more
             status[going] = whole_one.status
-        self.t[part], self.status[part] = t, status
+        self.t[part] = t
+        self.status[part] = status
 
     def _in_order(self, nu: np.ndarray, first: np.ndarray) -> np.ndarray:
         """Return tunes (n, orbits) in the order in which they are nearest to the first ones: coupled planes that share
         their lines equally may have changed them.
         """
         plain = np.flatnonzero(~self._wound_rows())
-        best, least = nu.copy(), np.full(nu.shape[1], np.inf)
+        best = nu.copy()
+        least = np.full(nu.shape[1], np.inf)
         for order in itertools.permutations(plain) if plain.size <= COUPLED else ():
             change = nu[list(order)] - first[plain]
             change = from_whole(change).max(axis=0, initial=0.0)
@@ -172,21 +185,24 @@ class MapFrequencies:
 
         Its samples are those after 1 to `length` turns.
         """
-        orbits, wound = ensemble.z.shape[1], self._wound_rows()
+        orbits = ensemble.z.shape[1]
+        wound = self._wound_rows()
         start = ensemble.of(np.arange(orbits))
         self.flow.advance(ensemble, observers.nothing(), *no_memory(ensemble), time=1.0, observations=1)
         (nu, error, halves), moving = running_means(self.flow, ensemble, self.length - 1)
         counts = ensemble.count - (ensemble.status != Status.OK)
         whole_ones = counts == self.length
         error = np.where(whole_ones, error, np.inf)
-        nu, halves = np.where(whole_ones, nu, 0.0), np.where(whole_ones, halves, 0.0)
+        nu = np.where(whole_ones, nu, 0.0)
+        halves = np.where(whole_ones, halves, 0.0)
         nu[~wound] %= 1.0
         span = np.full(orbits, float(self.length))
         found = _Window(nu, error, halves, span, np.zeros(orbits, bool))
         least = math.inf if self.averages_alone else FALLBACK
         tight = EXACT if not self.averages_alone and self.length - 1 <= SHORT else least
         with_lines = whole_ones & (moving & (error > tight))[~wound].any(axis=0)
-        plain, steps = (nu[~wound], error[~wound]), self.length - 1
+        plain = (nu[~wound], error[~wound])
+        steps = self.length - 1
         shared = entangled(plain[0], steps) | driven(*plain).any(axis=0)
         shared |= (relations(*plain, steps).unseen > plain[1]).any(axis=0)
         with_lines |= whole_ones & moving[~wound].all(axis=0) & shared
@@ -208,7 +224,8 @@ class MapFrequencies:
         an orbit's end, and their numbers (orbits,).
         """
         rows, orbits = ensemble.z.shape
-        out, observer = self.room.array(orbits, self.length * rows), observers.samples(rows)
+        out = self.room.array(orbits, self.length * rows)
+        observer = observers.samples(rows)
         memory = np.zeros((observer.rows, orbits))
         self.flow.advance(ensemble, observer, memory, out, time=float(self.length), observations=self.length)
         counts = ensemble.count - (ensemble.status != Status.OK)
@@ -236,7 +253,8 @@ class MapFrequencies:
         """Fill in the tunes of oscillating planes, from samples, for orbits that end in the window or need lines; these
         where a mean turn is off by more than `least`.
         """
-        rows, plain = len(self.z), np.flatnonzero(~self._wound_rows())
+        rows = len(self.z)
+        plain = np.flatnonzero(~self._wound_rows())
         states, counts = self._states(ensemble)
         self._wound_lines(states, counts, orbits, found, least)
         if not plain.size:
@@ -270,10 +288,12 @@ class MapFrequencies:
         """Replace mean turns of coordinates that wind, of orbits that last, by their lines in exp(2 pi i x/period),
         where there is one within the error and is more exact.
         """
-        sought, t = self._invertible(found, least)[:, orbits] & (counts == self.length), np.arange(self.length)
+        sought = self._invertible(found, least)[:, orbits] & (counts == self.length)
+        t = np.arange(self.length)
         for r in np.flatnonzero(sought.any(axis=1)):
             whole_ones = np.flatnonzero(sought[r])
-            mean, error = found.nu[r, orbits[whole_ones]], found.error[r, orbits[whole_ones]]
+            mean = found.nu[r, orbits[whole_ones]]
+            error = found.error[r, orbits[whole_ones]]
             turns = states[whole_ones, :, r] / self.flow.model.periods()[r] - mean[:, None] * t
             line = inverted_values(np.exp(2j * np.pi * (turns - np.rint(turns))), np.zeros(whole_ones.size))
             bar = TWICE * line.error
@@ -324,10 +344,13 @@ class MapFrequencies:
         tables = self.nu, self.error, self.halves, self.later, self.span
         nu, error, halves, later, whole_span = (table[..., at] for table in tables)
         vague = self.vague[at]
-        change, wound = np.abs(halves[0] - halves[1]), self._wound_rows()
+        change = np.abs(halves[0] - halves[1])
+        wound = self._wound_rows()
         change[~wound] = from_whole(change[~wound])  # known modulo 1
         change = np.where(later, change, 0.0)
-        known, some, largest = np.isfinite(error), later.any(axis=0), change.max(axis=0)
+        known = np.isfinite(error)
+        some = later.any(axis=0)
+        largest = change.max(axis=0)
         span = whole_span if self.kept else whole_span / 2
         related = relations(nu, error, whole_span, wound)
         own = known & ~related.tied & ~(_locked(nu, error, self.length) & wound[:, None])

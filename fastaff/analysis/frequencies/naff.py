@@ -125,11 +125,15 @@ def naff(
     """
     reporter(report)
     signal, dt, lines, order = _checked(signal, dt, lines, window_order)
-    shape, samples = signal.shape[:-1], signal.shape[-1]
+    shape = signal.shape[:-1]
+    samples = signal.shape[-1]
     flat = signal.reshape(-1, samples) if signal.size else np.empty((0, samples))
     batch = len(flat)
-    nu, error, residual = np.empty((batch, lines)), np.empty((batch, lines)), np.empty(batch)
-    amplitude, finished = np.empty((batch, lines), complex), np.zeros(batch, bool)
+    nu = np.empty((batch, lines))
+    error = np.empty((batch, lines))
+    residual = np.empty(batch)
+    amplitude = np.empty((batch, lines), complex)
+    finished = np.zeros(batch, bool)
     rows = max(1, CHUNK_SAMPLES // samples)
     chunks = [slice(start, min(start + rows, batch)) for start in range(0, batch, rows)]
     workers = 1 if works() else max(1, min(len(chunks), checked_threads(threads)))
@@ -148,9 +152,14 @@ def naff(
 
     def found() -> FrequencyLines:
         missing = ~finished
-        nu[missing], amplitude[missing], error[missing], residual[missing] = 0.0, 0.0, np.inf, np.nan
-        unit, full = samples * dt, (*shape, lines)
-        cycles, bars = (nu / unit).reshape(full), (error / unit).reshape(full)
+        nu[missing] = 0.0
+        amplitude[missing] = 0.0
+        error[missing] = np.inf
+        residual[missing] = np.nan
+        unit = samples * dt
+        full = (*shape, lines)
+        cycles = (nu / unit).reshape(full)
+        bars = (error / unit).reshape(full)
         return FrequencyLines(cycles, amplitude.reshape(full), bars, residual=residual.reshape(shape))
 
     with keeping("naff", found):
@@ -167,13 +176,15 @@ class _Scratch:
 
     def __init__(self, rows: int, window: Window, lines: int):
         samples = window.weight.size
-        self.transforms, self.window = np.empty((rows, samples), np.complex128), window
+        self.transforms = np.empty((rows, samples), np.complex128)
+        self.window = window
         self.work = workspace(samples, lines)
         self.signals, self.sums = np.empty((rows, samples), np.complex128), sums_of(samples, lines)
 
     def analyse(self, rows: np.ndarray, first: int, result: FrequencyLines) -> None:
         """Fill `result`, nu and error in bins, from `rows` (rows, samples), the first being signal number `first`."""
-        transforms, weight = self.transforms[: len(rows)], self.window.weight
+        transforms = self.transforms[: len(rows)]
+        weight = self.window.weight
         signals = self.signals[: len(rows)]
         signals[...] = rows
         with np.errstate(invalid="ignore", over="ignore"):
@@ -208,7 +219,8 @@ def _window(samples: int, order: int) -> Window:
         weight *= np.cos(times) + math.cos((2 * i + 1) * math.pi / samples)
         weight[[i, -1 - i]] = 0.0
     weight /= weight.sum()
-    zero, k = samples // 2 + MARGIN + 2 * order, np.arange(samples)
+    zero = samples // 2 + MARGIN + 2 * order
+    k = np.arange(samples)
     j = np.arange(-zero, zero + 1)
     scale = np.where(j % 2, -samples / np.pi, samples / np.pi)
     curvature = np.sum(weight * times**2)
@@ -238,7 +250,9 @@ def _checked(signal, dt, lines, window_order) -> tuple[np.ndarray, float, int, i
         raise TypeError(f"signal must be a real or complex array, got dtype {array.dtype}")
     if array.ndim == 0:
         raise ValueError("signal must have shape (..., samples), got a scalar")
-    dt, lines, samples = positive("dt", dt), whole("lines", lines, 1), array.shape[-1]
+    dt = positive("dt", dt)
+    lines = whole("lines", lines, 1)
+    samples = array.shape[-1]
     order = whole("window_order", window_order, 0, MAX_ORDER)
     if samples < 4 * (lines + order):
         raise ValueError(

@@ -171,7 +171,10 @@ class _Work:
         threads: int,
         report: Report | None,
     ):
-        self.given, self.layout, self.threads, self.report = given, layout, threads, report
+        self.given = given
+        self.layout = layout
+        self.threads = threads
+        self.report = report
         self.found = Found(layout, given.shape[1], lines)
         self.interval, self.states = float(given.interval or 0.0), Room()
         self.status = np.full(given.shape[1], int(Status.INTERRUPTED))
@@ -219,7 +222,8 @@ class _Work:
         from scipy.fft import fft  # not at import, which it would make slow
 
         coefficients, offset = self.layout.own(own, self.threads)
-        loops, found = Loops(coefficients, offset, np.zeros_like(offset)), np.zeros(offset.shape)
+        loops = Loops(coefficients, offset, np.zeros_like(offset))
+        found = np.zeros(offset.shape)
         window = cosine_window(min(int(own.samples[0]), ENOUGH))
         quarter = int(QUARTER * window.size)
         for o, k in _portions(own, offset.shape[1]):

@@ -59,7 +59,8 @@ def harmonics(found: Any) -> np.ndarray:
     such as bananas, have these lines too, but swing about them slowly: their nu_i is within `CAUGHT` of the leading
     one, which stays. About an axis lines of phi are always driven: one that a resonance has caught has another basis.
     """
-    rows, orbits = np.arange(len(found.basis))[:, None], np.arange(found.basis.shape[2])
+    rows = np.arange(len(found.basis))[:, None]
+    orbits = np.arange(found.basis.shape[2])
     size = np.abs(found.basis)
     source = size.argmax(axis=1)  # (n, orbits): the generator j of each row
     alone = np.count_nonzero(size, axis=1) == 1
@@ -75,7 +76,8 @@ def own_lines(found: Any) -> tuple[np.ndarray, np.ndarray]:
     """Return the own line of each coordinate (n, orbits), `leading`, but `nu` where that is a harmonic, and their
     errors; for maps, tunes and bodies `nu`; NaN where there is none.
     """
-    nu, error = np.where(np.isfinite(found.error), found.nu, np.nan), found.error
+    nu = np.where(np.isfinite(found.error), found.nu, np.nan)
+    error = found.error
     if not by_own_lines(found):
         return nu, error
     leading = np.where(np.isfinite(found.leading_error), found.leading, np.nan)

@@ -38,7 +38,9 @@ def plane_lines(f: np.ndarray, lines: int, *, beside: bool = True) -> PlaneLines
     n = fast_length(f.shape[-1])
     flat = f.reshape(-1, f.shape[-1])
     count = len(flat)
-    place, bar, amplitude = np.zeros((count, lines)), np.full((count, lines), np.inf), np.zeros((count, lines), complex)
+    place = np.zeros((count, lines))
+    bar = np.full((count, lines), np.inf)
+    amplitude = np.zeros((count, lines), complex)
     portion = max(1, AT_ONCE // n)
     for begin in range(0, count, portion):
         part = slice(begin, begin + portion)
@@ -51,7 +53,8 @@ def _fill(f: np.ndarray, place: np.ndarray, bar: np.ndarray, amplitude: np.ndarr
     """Fill in the lines (signals, lines) of signals f (signals, samples)."""
     count, n = f.shape
     size = int(band_sizes(np.array([n]))[0])
-    windowed, sums = np.empty((count, n), complex), np.empty((count, SUMS, size), complex)
+    windowed = np.empty((count, n), complex)
+    sums = np.empty((count, SUMS, size), complex)
     edges = np.empty((count, 2, 3), complex)
     real = f.view(float), apart_window(n), windowed.view(float), sums.view(float)
     run(loop_transforms.prepare_values, count, (*real, edges), 1)

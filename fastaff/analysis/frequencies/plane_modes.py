@@ -73,7 +73,8 @@ def plane_values(z: np.ndarray, planes: np.ndarray) -> np.ndarray:
     """
     n = len(z) // 2
     known = planes.transpose(1, 0, 2)[..., None]
-    x, y = z[:n] - known[:, :, COLUMNS.q], z[n:] - known[:, :, COLUMNS.p]
+    x = z[:n] - known[:, :, COLUMNS.q]
+    y = z[n:] - known[:, :, COLUMNS.p]
     f = known[:, :, COLUMNS.a] * x + 1j * (known[:, :, COLUMNS.b] * x + known[:, :, COLUMNS.c] * y)
     return np.ascontiguousarray(f.swapaxes(0, 1))
 
@@ -101,21 +102,29 @@ def modes_of(f: np.ndarray, harmonic: np.ndarray) -> PlaneModes:
     """Return the modes of loops f (orbits, n, samples). Orbits that show a `harmonic` (n, orbits) are taken without
     their combined lines.
     """
-    n, samples = f.shape[1], fast_length(f.shape[2])
+    n = f.shape[1]
+    samples = fast_length(f.shape[2])
     lattice, found = _generators(f[:, :, :samples])
-    g, known, vague = lattice.nu, lattice.known.copy(), lattice.vague.copy()
-    f, g, some = f[known], g[known], np.flatnonzero(known)
+    g = lattice.nu
+    known = lattice.known.copy()
+    vague = lattice.vague.copy()
+    f = f[known]
+    g = g[known]
+    some = np.flatnonzero(known)
     alone = harmonic[:, known].any(axis=0)
     f[alone] -= _combined(found.of(some[alone]), g[alone], f.shape[2])
     plus, minus = _amplitudes(f[:, :, :samples], g)  # (orbits, n loops, n lines): of +g and of -g
     size = np.hypot(np.abs(plus), np.abs(minus))
     shift, hidden = _hidden(lattice.decay[known], g, size, samples)
     alone = lattice.periodic[known]
-    shift[alone], hidden[alone] = 0.0, False
+    shift[alone] = 0.0
+    hidden[alone] = False
     every = np.ones(size.shape[::2], bool)
     place = places(size.swapaxes(1, 2) ** 2, np.abs(g), every.sum(axis=1), every)  # whatever the modes' amplitudes
-    each, loop = np.arange(len(f))[:, None], np.arange(n)
-    plus, minus = plus[each, :, place].swapaxes(1, 2), minus[each, :, place].swapaxes(1, 2)
+    each = np.arange(len(f))[:, None]
+    loop = np.arange(n)
+    plus = plus[each, :, place].swapaxes(1, 2)
+    minus = minus[each, :, place].swapaxes(1, 2)
     # f = plus e + minus conj(e), and its conjugate
     whole = np.concatenate(
         [np.concatenate([plus, minus], axis=2), np.concatenate([minus.conj(), plus.conj()], axis=2)], axis=1
@@ -174,7 +183,8 @@ def _generators(f: np.ndarray) -> tuple[_Lattice, PlaneLines]:
     """Return the lattices of loops f (orbits, n, samples), and all lines found."""
     orbits, n, samples = f.shape
     found = plane_lines(f, n + LINES)
-    size, width = np.abs(found.amplitude), found.error + WIDTH / samples
+    size = np.abs(found.amplitude)
+    width = found.error + WIDTH / samples
     size = np.where(np.isfinite(width), size / np.maximum(size.max(axis=2, keepdims=True), 1e-300), 0.0)
     # A line next to 0 is the centre's; one next to a half turn has no sense.
     visible = (size > VISIBLE) & (np.abs(found.nu) * samples > 2) & (np.abs(np.abs(found.nu) - 0.5) * samples > 1)
@@ -184,12 +194,16 @@ def _generators(f: np.ndarray) -> tuple[_Lattice, PlaneLines]:
     )
     sharp = visible & (width * samples < SHARP)
     k = ball(n, LONGEST[n - 1] if n <= len(LONGEST) else 2)
-    length, every = np.abs(k).sum(axis=1), np.arange(orbits)
+    length = np.abs(k).sum(axis=1)
+    every = np.arange(orbits)
     one = np.where(length == 1, ONE / samples, 0.0)
-    g, spread, rank = np.zeros((orbits, n)), np.zeros((orbits, n)), np.zeros(orbits, int)
+    g = np.zeros((orbits, n))
+    spread = np.zeros((orbits, n))
+    rank = np.zeros(orbits, int)
     least = np.ones(orbits)
     for line, wide, part, there in zip(nu.T, width.T, size.T, sharp.T, strict=True):
-        combined, blur = g @ k.T, spread @ np.abs(k).T
+        combined = g @ k.T
+        blur = spread @ np.abs(k).T
         related = np.zeros(orbits, bool)
         for m in range(1, PARTS + 1):
             near = from_whole(m * line[:, None] - combined) < np.maximum(blur + m * wide[:, None], one)
@@ -220,7 +234,9 @@ def _decay(
     """Return the factor (orbits,) by which amplitudes fall with each step of |k|_1, by lines nu (orbits, lines) of
     relative size that are combinations k of generators; others count as the shortest.
     """
-    combined, blur, length = g @ k.T, spread @ np.abs(k).T, np.abs(k).sum(axis=1)
+    combined = g @ k.T
+    blur = spread @ np.abs(k).T
+    length = np.abs(k).sum(axis=1)
     result = np.full(len(nu), VISIBLE)
     for line, wide, part in zip(nu.T, width.T, size.T, strict=True):
         near = from_whole(line[:, None] - combined) < blur + wide[:, None]
@@ -234,7 +250,9 @@ def _completed(g: np.ndarray, rank: np.ndarray, nu: np.ndarray, usable: np.ndarr
     """Fill generators g (orbits, n) up behind their rank (orbits,), with the first usable ones of the lines nu (orbits,
     lines) that are not among them; return a mask (orbits,) of those with n.
     """
-    rank, n, every = rank.copy(), g.shape[1], np.arange(len(g))
+    rank = rank.copy()
+    n = g.shape[1]
+    every = np.arange(len(g))
     for line, there in zip(nu.T, usable.T, strict=True):
         taken = np.arange(n) < rank[:, None]
         apart = np.minimum(from_whole(line[:, None] - g), from_whole(line[:, None] + g)) * samples
@@ -249,7 +267,8 @@ def _hidden(decay: np.ndarray, g: np.ndarray, size: np.ndarray, samples: int) ->
     them, and a mask (orbits,) of orbits with a mode that may be such a line; size (orbits, loops, modes).
     """
     own = (size / np.maximum(size.max(axis=2, keepdims=True), 1e-300)).max(axis=1)
-    shift, hidden = np.zeros_like(g), np.zeros(len(g), bool)
+    shift = np.zeros_like(g)
+    hidden = np.zeros(len(g), bool)
     n = g.shape[1]
     for k in one_of_each(ball(n, BESIDE[n - 1] if n <= len(BESIDE) else 3)[1:]):
         order = np.abs(k).sum()
@@ -266,7 +285,8 @@ def _amplitudes(f: np.ndarray, g: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return the amplitudes (orbits, loops, lines) of the lines g and -g (orbits, lines) in loops f (orbits, loops,
     samples), fitted together with the mean.
     """
-    n, w = g.shape[1], cosine_window(f.shape[2])
+    n = g.shape[1]
+    w = cosine_window(f.shape[2])
     turns = g[:, :, None] * np.arange(f.shape[2])
     own = np.exp(2j * np.pi * (turns - np.rint(turns)))
     lines = np.concatenate([own, own.conj(), np.ones_like(own[:, :1])], axis=1)
@@ -281,7 +301,9 @@ def restless(f: np.ndarray, halves: np.ndarray, length: int) -> np.ndarray:
     """
     result = length / 2 * np.abs(halves[0] - halves[1]) > CHANGED
     some = f[result]
-    leading, half, change = np.abs(plane_lines(some, 1, beside=False).nu), f.shape[1] // 2, np.zeros(len(some))
+    leading = np.abs(plane_lines(some, 1, beside=False).nu)
+    half = f.shape[1] // 2
+    change = np.zeros(len(some))
     for part in (some[:, :half], some[:, -half:]):
         found = plane_lines(part, 3, beside=False)
         near = np.where(np.isfinite(found.error), np.abs(np.abs(found.nu) - leading), np.inf)

@@ -110,21 +110,28 @@ def _by_axis(layout: Layout, samples: Samples, threads: int) -> Reading:
 
 def _read(layout: Layout, samples: Samples, m: int, threads: int) -> Reading:
     """Read the frequencies of orbits by the lattice of the lines of their first m loops."""
-    s, start, n = samples.run, samples.start, len(layout.angles.names)
-    time, some, driven = s.time[:, None], lattices_of(s, start, m, threads), m > layout.m
+    s = samples.run
+    start = samples.start
+    n = len(layout.angles.names)
+    time = s.time[:, None]
+    some = lattices_of(s, start, m, threads)
+    driven = m > layout.m
     if driven:
         through_the_plane(some, layout.m, s, start, threads)
     found, lattice, vague, irregular, aliased = some
-    chosen, combination = lattice, found.combination
+    chosen = lattice
+    combination = found.combination
     leading, leading_error = np.zeros((2, len(time), n))
     leading[:, :m], leading_error[:, :m] = found.leading, found.leading_error
     basis = np.zeros((len(time), n, n), np.int64)
     if layout.planes:
         c, offset = layout.own(s, threads)
-        loops, planar = Loops(c, offset, np.zeros_like(offset)), slice(layout.m, None)
+        loops = Loops(c, offset, np.zeros_like(offset))
+        planar = slice(layout.m, None)
         own = averages(s, start, loops, layout.m, threads)
         own = own._replace(error=np.where(vague[:, None], BEATS, 1.0) * own.error)
-        planes, at = own.of(planar), loops.of(planar)
+        planes = own.of(planar)
+        at = loops.of(planar)
         near = np.where(planes.error * time < 3 * SAFETY, planes.nu, 0.0)
         line = line_frequencies(s, start, at, near, threads, rest=0.0)
         same = np.abs(line.nu - planes.nu) <= planes.error
@@ -137,7 +144,8 @@ def _read(layout: Layout, samples: Samples, m: int, threads: int) -> Reading:
             librations = own.of(slice(0, m))
             chosen, combination = _own_angles(lattice, librations, found, layout.separate, time, threads)
             chosen = Rates(*(np.concatenate(pair, axis=1) for pair in zip(chosen, planes, strict=True)))
-            basis[:, range(m, n), range(m, n)], turning = 1, np.ones((len(time), 1), bool)
+            basis[:, range(m, n), range(m, n)] = 1
+            turning = np.ones((len(time), 1), bool)
         leading[:, planar] = np.where(turning, planes.nu, leading[:, planar])
         leading_error[:, planar] = np.where(turning, planes.error, leading_error[:, planar])
     basis[:, :m, :m] = combination
@@ -171,7 +179,8 @@ def _count_turns(
     or is incomplete.
     """
     leading, leading_error, basis, rank, vague = places
-    s, start = samples.run, samples.start
+    s = samples.run
+    start = samples.start
     known = found.owned & found.moving  # one frequency too many is left to a coordinate that does not librate
     rank -= (found.owned & ~found.moving).sum(axis=1)
     going = going_round(s, periods)
@@ -210,16 +219,20 @@ def _with_scheme(
     error.
     """
     if samples.start is None:
-        growth, correction = np.zeros(1), np.zeros_like(rates.step)
+        growth = np.zeros(1)
+        correction = np.zeros_like(rates.step)
     elif samples.order:
-        growth, correction = np.ones(1), rates.step / (1 - 0.5**samples.order)
+        growth = np.ones(1)
+        correction = rates.step / (1 - 0.5**samples.order)
     else:
-        growth, correction = (samples.run.samples / samples.start.samples)[:, None], np.zeros_like(rates.step)
+        growth = (samples.run.samples / samples.start.samples)[:, None]
+        correction = np.zeros_like(rates.step)
     top = np.abs(rates.nu).max(axis=1, keepdims=True)
     with np.errstate(invalid="ignore"):
         longer = np.sqrt(np.maximum(samples.run.samples / STEADY, 1.0))[:, None]
         more = SAFETY * growth * rates.step_error + ROUNDING * longer * top
-        nu, error = rates.nu - correction, rates.error + more
+        nu = rates.nu - correction
+        error = rates.error + more
     known = np.isfinite(error) & np.isfinite(nu)
     leading_error = leading_error + np.where(np.isfinite(more), more, np.inf).max(axis=1, keepdims=True)
     return Reading(
@@ -255,7 +268,8 @@ def _own_angles(
     overrule angles that turn steadily; no lattice overrules those of bodies that `separate`.
     """
     orbits, m = lattice.nu.shape
-    vectors, known = np.zeros((orbits, m, m), np.int64), np.zeros((orbits, m), bool)
+    vectors = np.zeros((orbits, m, m), np.int64)
+    known = np.zeros((orbits, m), bool)
     bar = np.minimum(lattice.error, 1 / time)
     arguments = np.ascontiguousarray(own.nu), own.error + 1e-3 / time, lattice.nu, bar, _short_first(m), vectors, known
     run(first_vectors, orbits, arguments, threads, BRIEF)

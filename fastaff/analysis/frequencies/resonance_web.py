@@ -134,10 +134,12 @@ def resonance_web(
     coordinates: tuple[str, ...] = ()
     if hasattr(axes, "spread"):
         grid: Any = axes
-        axes, coordinates = grid.axes, grid.names
+        axes = grid.axes
+        coordinates = grid.names
         if isinstance(nu, Result):
             over, errors, torn = _over(grid, nu, errors)
-            names, nu = with_turn(nu)[0] if hasattr(nu, "names") else (), over
+            names = with_turn(nu)[0] if hasattr(nu, "names") else ()
+            nu = over
             jump = torn if jump is None else jump
     elif hasattr(nu, "regular"):
         raise TypeError(
@@ -203,7 +205,8 @@ def _over(grid: Any, found: Any, errors: Any) -> tuple[np.ndarray, Any, float | 
         nu, error = (found.nu, found.error) if alike else own_lines(found)
         if alike and counts.size:  # in another family `nu` are other lines: there is no resonance on the way to it
             known = known & (basis == families[:, :, counts.argmax(), None]).all(axis=(0, 1))
-        error, torn = np.maximum(error, BIN / found.time), None if alike else TORN
+        error = np.maximum(error, BIN / found.time)
+        torn = None if alike else TORN
     over = np.array([grid.spread(np.where(known, row, np.nan)).filled(np.nan) for row in (*nu, *error)])
     return over[: len(nu)], np.nan_to_num(over[len(nu) :], posinf=np.inf) if errors is None else errors, torn
 
@@ -242,7 +245,8 @@ def _segment(k: np.ndarray, box: np.ndarray) -> np.ndarray | None:
     normal = k[:2]
     foot = -k[2] * normal / (normal @ normal)
     along = np.array([-normal[1], normal[0]])
-    low, high = -np.inf, np.inf
+    low = -np.inf
+    high = np.inf
     for i in range(2):
         if along[i] == 0:
             if not box[i, 0] <= foot[i] <= box[i, 1]:
@@ -312,7 +316,8 @@ def _distinct(found: list[ResonanceLine], everywhere: list[np.ndarray]) -> list[
     _, size, axes = np.linalg.svd(np.array(everywhere, dtype=float))
     free = axes[int((size > 1e-9).sum()) :]  # the directions that the frequencies of this map can have
     basis: list[tuple[int, ...]] = []
-    seen, kept = set(), []
+    seen = set()
+    kept = []
     for line in found:
         direction = free @ np.array(line.vector, dtype=float)
         length = np.linalg.norm(direction)

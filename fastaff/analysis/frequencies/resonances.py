@@ -91,7 +91,8 @@ class Resonances(Result):
 
     def __str__(self) -> str:
         """Return the fields, and the frequent resonances by name with the share of orbits that have them."""
-        table, total = self.table(), np.count_nonzero(self.status == Status.OK)
+        table = self.table()
+        total = np.count_nonzero(self.status == Status.OK)
         rows = [
             f"  {count:8d}  {count / total:6.1%}  {'; '.join(equation(k, self.names) for k in basis) or 'none'}"
             for basis, count in table[:SHOWN]
@@ -121,7 +122,8 @@ def vectors(n: int, max_order: int) -> np.ndarray:
     The first entry that is not zero is positive. About (2 max_order)^n/(2 n! zeta(n)) of them: 7512 for n = 4 and order
     12.
     """
-    rows, left = np.zeros((1, 0), np.int64), np.array([max_order])
+    rows = np.zeros((1, 0), np.int64)
+    left = np.array([max_order])
     for _ in range(n):
         count = 2 * left + 1
         start = np.repeat(np.cumsum(count) - count, count)
@@ -213,7 +215,8 @@ def resonances(
         names = own if names is None else names
         if errors is None and np.shape(error) == np.shape(given):
             errors = error
-    ends, (nu, errors) = np.ravel(getattr(nu, "status", Status.OK)), checked_frequencies(given, errors)
+    ends = np.ravel(getattr(nu, "status", Status.OK))
+    (nu, errors) = checked_frequencies(given, errors)
     max_order, tolerance = whole("max_order", max_order, 1), real("tolerance", tolerance)
     if max_order > MAX_ORDER:
         raise ValueError(f"max_order must be at most {MAX_ORDER}, got {max_order}")
@@ -372,7 +375,8 @@ def diffusion_histogram(
     >>> histogram.fraction, histogram.missing
     (0.3333333333333333, 1)
     """
-    threshold, bin_width = real("threshold", threshold), positive("bin_width", bin_width)
+    threshold = real("threshold", threshold)
+    bin_width = positive("bin_width", bin_width)
     values = numbers("diffusion", diffusion)
     kept = np.isfinite(values)
     if status is not None:
@@ -380,7 +384,8 @@ def diffusion_histogram(
         if status.shape != values.shape:
             raise ValueError(f"status must have the shape {values.shape} of diffusion, got {status.shape}")
         kept = kept & (status == Status.OK)
-    missing, values = int(values.size - np.count_nonzero(kept)), values[kept]
+    missing = int(values.size - np.count_nonzero(kept))
+    values = values[kept]
     bins = float(np.ptp(values) / bin_width) if values.size else 1.0
     if not (bins < MOST and np.abs(values).max(initial=abs(threshold)) / bin_width < MOST):
         raise ValueError(

@@ -33,9 +33,11 @@ def mean_turns(s: Signals, start: Signals | None, periods: np.ndarray) -> tuple[
     They are differences of unwrapped coordinates: no turn is lost, however few samples it has.
     """
     shape = s.samples.size, periods.size
-    rates, change = np.zeros((*shape, len(PARTS))), np.zeros((*shape, 3))
+    rates = np.zeros((*shape, len(PARTS)))
+    change = np.zeros((*shape, 3))
     for o in s.alike():
-        run, unit = s.array(o)[:, ::2], np.where(periods > 0, periods, 1.0)[:, None] * float(s.interval[o[0]])
+        run = s.array(o)[:, ::2]
+        unit = np.where(periods > 0, periods, 1.0)[:, None] * float(s.interval[o[0]])
         rates[o] = _weighted(run, parts(run.shape[2] - 1)[0]) / unit
         if start is None:
             continue
@@ -59,14 +61,18 @@ class Winding:
     """
 
     def __init__(self, rates: Rates, basis: np.ndarray, known: np.ndarray):
-        self.rates, self.basis, self.known = rates, basis, known
-        self.placed, self.added = np.zeros(known.shape, bool), np.zeros(len(known), np.int64)
+        self.rates = rates
+        self.basis = basis
+        self.known = known
+        self.placed = np.zeros(known.shape, bool)
+        self.added = np.zeros(len(known), np.int64)
 
     def wind(self, turns: Rates, going: np.ndarray, time: np.ndarray, threads: int) -> np.ndarray:
         """Make the mean rates of the coordinates that are `going` (orbits, n) round their frequencies; return a mask
         (orbits,) of orbits with a rate that their frequencies do not make.
         """
-        strange, done = np.zeros(len(going), bool), ~going
+        strange = np.zeros(len(going), bool)
+        done = ~going
         for alone in (True, False):  # first those without frequencies of their own
             for i in range(going.shape[1]):
                 some = ~done[:, i] & (self.known[:, i] != alone)
@@ -87,19 +93,23 @@ class Winding:
         frequencies, 0 for none, and their integers (orbits, n).
         """
         orbits, n = self.known.shape
-        multiple, integers = np.zeros(orbits, np.int64), np.zeros((orbits, n), np.int64)
+        multiple = np.zeros(orbits, np.int64)
+        integers = np.zeros((orbits, n), np.int64)
         nu, error = (np.where(self.known, entry, 0.0) for entry in (self.rates.nu, self.rates.error))
-        value, bar = np.abs(turns.nu[:, i]), turns.error[:, i]
+        value = np.abs(turns.nu[:, i])
+        bar = turns.error[:, i]
         sure = going & np.isfinite(bar) & np.isfinite(nu).all(axis=1) & np.isfinite(error).all(axis=1)
         for first in range(1, MULTIPLES + 1, n):
             left = sure & (multiple == 0)
             if not left.any():
                 break
-            factors, k = np.arange(first, first + n), np.zeros((orbits, n, n), np.int64)
+            factors = np.arange(first, first + n)
+            k = np.zeros((orbits, n, n), np.int64)
             pair = [np.where(left[:, None], entry[:, None] * factors, 0.0) for entry in (value, bar)]
             run(kernels.combinations, orbits, (*pair, nu, error, tables_of(n), k), threads, BRIEF)
             has = np.abs(k).max(axis=2) > 0
-            own, at = np.flatnonzero(has.any(axis=1)), has.argmax(axis=1)
+            own = np.flatnonzero(has.any(axis=1))
+            at = has.argmax(axis=1)
             multiple[own], integers[own] = factors[at[own]], k[own, at[own]]
         return multiple, integers
 
@@ -115,7 +125,8 @@ class Winding:
         fits = (multiple > 0) & ~own & self.known[:, i] & free.any(axis=1)
         some = np.flatnonzero(fits)
         left = np.where(free[:, i], i, free.argmax(axis=1))[some]
-        vectors, factor = np.tile(np.eye(n), (orbits, 1, 1)), np.ones((orbits, n))
+        vectors = np.tile(np.eye(n), (orbits, 1, 1))
+        factor = np.ones((orbits, n))
         vectors[some, left] = np.eye(n)[i]
         vectors[some, i], factor[some, i] = k[some], 1 / multiple[some]
         through = self.rates.combined(vectors.astype(np.int64)).times(factor)

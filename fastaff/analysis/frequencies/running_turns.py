@@ -31,7 +31,8 @@ def running_means(flow: Flow, ensemble: Ensemble, steps: int) -> RunningMeans:
     Orbits that end before, by their status in `ensemble`, have no valid means. With planes that do not wind there are
     two runs: the first locates them.
     """
-    n, orbits = flow.model.degrees_of_freedom, ensemble.z.shape[1]
+    n = flow.model.degrees_of_freedom
+    orbits = ensemble.z.shape[1]
     own = angles_of(flow.system.winding)
     planes = [*own.planes, *(n + r for r in own.planes)]
     turning, window = Turning(ensemble.z[planes]), Window(0, steps, (0, steps))
@@ -46,20 +47,25 @@ def running_means(flow: Flow, ensemble: Ensemble, steps: int) -> RunningMeans:
     for name in ("status", "count", "time", "kinetic"):
         getattr(ensemble, name)[:] = getattr(run, name)
     sums = run.z[own.step(0) : own.plane(0)].reshape(own.angles, 1 + SPANS, orbits)[:, 1:]
-    nu, error, halves = np.zeros((n, orbits)), np.full((n, orbits), np.inf), np.zeros((2, n, orbits))
+    nu = np.zeros((n, orbits))
+    error = np.full((n, orbits), np.inf)
+    halves = np.zeros((2, n, orbits))
     moving = np.ones((n, orbits), bool)
     if own.wound:
 
         def some(at: slice) -> None:
-            wound, first = [*own.wound], sums[: len(own.wound), :, at] / turning.weights[:-1, None]
-            now, spread = first[:, 0], SAFETY * np.abs(first[:, 1:] - first[:, :1]).max(axis=1)
+            wound = [*own.wound]
+            first = sums[: len(own.wound), :, at] / turning.weights[:-1, None]
+            now = first[:, 0]
+            spread = SAFETY * np.abs(first[:, 1:] - first[:, :1]).max(axis=1)
             nu[wound, at], halves[:, wound, at] = now, first[:, 1:3].swapaxes(0, 1)
             error[wound, at] = spread + unresolved(now, steps) + ROUNDING * np.maximum(np.abs(now), 1.0)
 
         by_portions(some, orbits, COST * len(own.wound), flow.threads)
     if planes:
         turning.sums = sums[len(own.wound) :].transpose(2, 0, 1)
-        found, plain = without_standing(turning.means(steps, flow.threads), steps), [*own.planes]
+        found = without_standing(turning.means(steps, flow.threads), steps)
+        plain = [*own.planes]
         nu[plain], error[plain], halves[:, plain] = found
         moving[plain] = (turning.planes[:, :, COLUMNS.a] != 0).T
     return RunningMeans(Means(nu, error, halves), moving)
@@ -84,12 +90,15 @@ def _learn(flow: Flow, ensemble: Ensemble, turning: Turning, window: Window) -> 
 
 def _started(own: Angles, turning: Turning, points: np.ndarray) -> np.ndarray:
     """Return the rows of angles at the beginning, where the planes are at points (2 planes, orbits)."""
-    rows, count = np.zeros((own.end - own.size, points.shape[1])), len(own.planes)
+    rows = np.zeros((own.end - own.size, points.shape[1]))
+    count = len(own.planes)
     for k in range(count):
-        at, plane = own.plane(k) - own.size, turning.planes[:, k].T
+        at = own.plane(k) - own.size
+        plane = turning.planes[:, k].T
         rows[at : at + COLUMNS.end] = plane
         with np.errstate(invalid="ignore"):  # orbits that became infinite
-            x, y = points[k] - plane[COLUMNS.q], points[count + k] - plane[COLUMNS.p]
+            x = points[k] - plane[COLUMNS.q]
+            y = points[count + k] - plane[COLUMNS.p]
         rows[at + COLUMNS.end] = plane[COLUMNS.a] * x
         rows[at + COLUMNS.end + 1] = plane[COLUMNS.b] * x + plane[COLUMNS.c] * y
     return rows

@@ -12,7 +12,8 @@ from ...flows.trials import on_ladder
 PILOT = 16
 """The step's error is found over this part of the time, or a longer one of at least PILOT_STEPS steps."""
 
-PILOT_STEPS, PILOT_SAMPLES = 128, 48
+PILOT_STEPS = 128
+PILOT_SAMPLES = 48
 
 SIZES = np.array([16 * q * 2**k for k in range(40) for q in (4, 5, 6, 7)])
 """Numbers of samples: few, as orbits of equal numbers are read together, all multiples of those of pilots."""

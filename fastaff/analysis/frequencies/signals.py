@@ -62,5 +62,6 @@ class Signals(NamedTuple):
 def signals_of(s: np.ndarray, interval: float) -> Signals:
     """Return the signals of an array (orbits, rows, samples)."""
     orbits, rows, samples = s.shape
-    start, count = np.arange(orbits) * (rows * samples), np.full(orbits, samples)
+    start = np.arange(orbits) * (rows * samples)
+    count = np.full(orbits, samples)
     return Signals(np.ascontiguousarray(s).reshape(-1), rows, start, count, np.full(orbits, interval))

@@ -194,11 +194,14 @@ class _Known:
     def __init__(self, names: tuple[str, ...], first: np.ndarray):
         rows, orbits = first.shape
         n = rows // 2
-        self.names, self.samples = names, 0
+        self.names = names
+        self.samples = 0
         self.turning = Turning(first)
         self.turns, self.window = np.zeros((2, orbits), np.int64)
         self.ended, self.still = np.zeros(orbits, bool), np.array([[-1], [0]]).repeat(orbits, axis=1)
-        self.nu, self.error, self.halves = np.zeros((n, orbits)), np.full((n, orbits), np.inf), np.zeros((2, n, orbits))
+        self.nu = np.zeros((n, orbits))
+        self.error = np.full((n, orbits), np.inf)
+        self.halves = np.zeros((2, n, orbits))
 
     @property
     def last_shape(self) -> tuple[int, int]:

@@ -122,7 +122,8 @@ class Tunes(Result):
 
     def summary(self) -> str:
         """Return one line with the outcomes of the orbits, and the kinds of those that are OK."""
-        fine, some = self.status == Status.OK, np.isfinite(self.error).any(axis=0)
+        fine = self.status == Status.OK
+        some = np.isfinite(self.error).any(axis=0)
         counts = {kind.name.lower(): fine & some & (self.kind == kind) for kind in FrequencyKind}
         counts["without a tune"] = fine & ~some
         return describe(self.status, ", ".join(f"{n} {said}" for said, which in counts.items() if (n := which.sum())))
@@ -243,7 +244,8 @@ def tunes_of(
     mask of orbits with two tunes that are not told apart.
     """
     known = np.isfinite(means.error) & (window > 0)
-    nu, error = np.where(known, means.nu, 0.0), np.where(known, means.error, np.inf)
+    nu = np.where(known, means.nu, 0.0)
+    error = np.where(known, means.error, np.inf)
     nu = nu - np.floor(nu)
     nu = np.where(nu >= 1.0, 0.0, nu)
     change = np.where(known, np.abs(means.halves[0] - means.halves[1]), 0.0).max(axis=0)
@@ -283,7 +285,10 @@ class TuneWork:
         lines: int | None = None,
         inexact: float = EXACT,
     ):
-        self.given, self.threads, self.report, self.inexact = given, threads, report, inexact
+        self.given = given
+        self.threads = threads
+        self.report = report
+        self.inexact = inexact
         (_, self.orbits, self.samples), n = given.shape, given.shape[0] // 2
         self.lines = None if lines is None else LineTable(given.angles, lines, self.orbits)
         self.nu, self.error = np.zeros((n, self.orbits)), np.full((n, self.orbits), np.inf)
@@ -313,15 +318,18 @@ class TuneWork:
     def _adopt(self, whole: np.ndarray, first: int, own: np.ndarray, length: int) -> None:
         """Fill in the results of orbits `own` of whole (2n, orbits, samples), whose first is number `first`."""
         together = own[-1] - own[0] < own.size  # seen without a copy
-        orbits, z = first + own, whole[:, slice(own[0], own[-1] + 1) if together else own, : length + 1]
+        orbits = first + own
+        z = whole[:, slice(own[0], own[-1] + 1) if together else own, : length + 1]
         turning, means, method, rough = self._read(z, length)
-        scaled, factors = z, _factors(z, turning)
+        scaled = z
+        factors = _factors(z, turning)
         if (factors != 1.0).any():
             scaled = z * factors
             turning, means, method, rough = self._read(scaled, length)
         self.vague[orbits] = self._with_modes(scaled, turning, means, method, rough)
         self.nu[:, orbits], self.error[:, orbits], self.halves[:, :, orbits] = without_standing(means, length)
-        self.method[:, orbits], self.window[orbits] = method, length
+        self.method[:, orbits] = method
+        self.window[orbits] = length
         if self.lines is not None:
             self._lined(z, orbits, self.lines)
 
@@ -329,7 +337,8 @@ class TuneWork:
         """Return the loops of z (2n, orbits, length + 1), their tunes, the methods of these, and a mask (orbits,) of
         orbits with a loop whose mean turn is not steady.
         """
-        until, window = np.empty(z.shape[1], np.int64), Window(0, length, (0, length))
+        until = np.empty(z.shape[1], np.int64)
+        window = Window(0, length, (0, length))
         turning = Turning(z[:, :, 0])
         first = turning.last.copy()
         for angles in (False, True):
@@ -353,10 +362,13 @@ class TuneWork:
         """Replace the tunes of planes that show the same line, or whose loops pass through their centres (`rough`), by
         those of modes; return a mask (orbits,) of orbits with two tunes that are not told apart.
         """
-        length, vague = z.shape[2] - 1, np.zeros(z.shape[1], bool)
-        twice, harmonic = entangled(means.nu, length), driven(means.nu, means.error)
+        length = z.shape[2] - 1
+        vague = np.zeros(z.shape[1], bool)
+        twice = entangled(means.nu, length)
+        harmonic = driven(means.nu, means.error)
         related = relations(means.nu, means.error, length)
-        unseen, tied = related.unseen, np.asarray(related.tied.any(axis=0))
+        unseen = related.unseen
+        tied = np.asarray(related.tied.any(axis=0))
         needed = (twice | harmonic.any(axis=0) | rough | (unseen > means.error).any(axis=0)) & (
             turning.planes[:, :, COLUMNS.a] != 0
         ).all(axis=1)
@@ -391,8 +403,10 @@ class TuneWork:
 
     def _lined(self, z: np.ndarray, orbits: np.ndarray, table: LineTable) -> None:
         """Fill in the lines of z (2n, orbits, samples)."""
-        n, portion = len(z) // 2, max(1, AT_ONCE // z.shape[2])
-        layout, order = Layout(Plain(self.given.angles), n), np.arange(2 * n).reshape(2, n).T.ravel()
+        n = len(z) // 2
+        portion = max(1, AT_ONCE // z.shape[2])
+        layout = Layout(Plain(self.given.angles), n)
+        order = np.arange(2 * n).reshape(2, n).T.ravel()
         for begin in range(0, orbits.size, portion):
             part = orbits[begin : begin + portion]
             s = np.ascontiguousarray(z[order, begin : begin + portion].swapaxes(0, 1))
@@ -404,18 +418,25 @@ class TuneWork:
         least = self.inexact if length <= SHORT else max(self.inexact, FALLBACK)
         needed = (means.error > least) & (turning.planes[:, :, COLUMNS.a] != 0).T
         steady = means.error / SAFETY * length < SAME
-        t, terms = np.arange(length + 1), 8 * (2 * HARMONIC + 1) * len(ball(n, SHARED)) + len(ball(n, COMBINED))
+        t = np.arange(length + 1)
+        terms = 8 * (2 * HARMONIC + 1) * len(ball(n, SHARED)) + len(ball(n, COMBINED))
         for planes, orbits in _parts(needed, max(1, AT_ONCE // max(length + 1, terms))):
-            known, rough = turning.planes[orbits, planes], means.nu[planes, orbits]
-            x, y = z[planes, orbits] - known[:, :1], z[n + planes, orbits] - known[:, 1:2]
+            known = turning.planes[orbits, planes]
+            rough = means.nu[planes, orbits]
+            x = z[planes, orbits] - known[:, :1]
+            y = z[n + planes, orbits] - known[:, 1:2]
             a, b, c = (known[:, k, None] for k in (COLUMNS.a, COLUMNS.b, COLUMNS.c))
             f = a * x + 1j * (b * x + c * y)
             halves = means.halves[:, planes, orbits]
             if not (kept := ~restless(f, halves, length)).all():
-                planes, orbits, rough, f = planes[kept], orbits[kept], rough[kept], f[kept]
+                planes = planes[kept]
+                orbits = orbits[kept]
+                rough = rough[kept]
+                f = f[kept]
             turns = rough[:, None] * t
             f *= np.exp(-2j * np.pi * (turns - np.rint(turns)))
-            near, others = steady[planes, orbits], np.where(steady, means.nu, np.nan)[:, orbits].T
+            near = steady[planes, orbits]
+            others = np.where(steady, means.nu, np.nan)[:, orbits].T
             there = near & (from_whole(rough) * length >= SAME) & (_share(f) > WEAK)
             centre = np.zeros(len(f))
             if not there.all():
@@ -425,7 +446,8 @@ class TuneWork:
             found = inverted_values(f, centre)
             good = (found.error * length < 1) & (found.error < SAFETY * worst)
             good &= from_whole(rough + found.nu) * length >= STANDING
-            i, o = planes[good], orbits[good]
+            i = planes[good]
+            o = orbits[good]
             means.nu[i, o] = rough[good] + found.nu[good]
             means.error[i, o] = found.error[good] + ROUNDING
             means.halves[:, i, o] = rough[good] + found.halves[good].T
@@ -485,7 +507,8 @@ def _own_lines(
     if f.shape[1] < LONG:
         return np.where(beside, 0.0, lines.nu[:, 0])
     others = np.where(np.arange(others.shape[1]) == planes[:, None], np.nan, others)
-    nu, size = lines.nu[:, :OWN_LINES], np.abs(lines.amplitude[:, :OWN_LINES])
+    nu = lines.nu[:, :OWN_LINES]
+    size = np.abs(lines.amplitude[:, :OWN_LINES])
     apart = (nu + rough[:, None])[:, :, None] - _combined(others, COMBINED)[:, None]
     foreign = (from_whole(apart) * f.shape[1] < SHARP).any(axis=2)
     own = np.where(foreign | (size < WEAK * size[:, :1]), 0.0, size)
@@ -508,18 +531,24 @@ def _generators(
     """Return the numbers (signals,) of lines of which all `lines` are harmonics, with combinations of the others'
     tunes, of the sense of the enclosed area; the shortest on the mean; -1: there is none, or the area is too small.
     """
-    nu, power = lines.nu + rough[:, None], np.abs(lines.amplitude) ** 2
+    nu = lines.nu + rough[:, None]
+    power = np.abs(lines.amplitude) ** 2
     order = np.arange(-HARMONIC, HARMONIC + 1)
     terms = np.abs(order)[:, None] + np.abs(ball(others.shape[1], SHARED)).sum(axis=1)
-    combined, result, least = _combined(others, SHARED)[:, None, None], np.full(len(nu), -1), np.full(len(nu), np.inf)
+    combined = _combined(others, SHARED)[:, None, None]
+    result = np.full(len(nu), -1)
+    least = np.full(len(nu), np.inf)
     for c in range(min(OWN_LINES, nu.shape[1])):
         apart = nu[:, :, None, None] - (order * nu[:, c, None])[:, None, :, None] - combined
         with np.errstate(invalid="ignore"):
             fits = from_whole(apart) * samples < SHARP
         cost = np.where(fits, terms, 99).reshape(*nu.shape, -1)
-        harmonic, length = order[cost.argmin(axis=2) // terms.shape[1]], cost.min(axis=2)
-        explained, worth = power * (length < 99), (power * length).sum(axis=1)
-        size, area = (np.abs(harmonic) * explained).sum(axis=1), (harmonic * explained).sum(axis=1)
+        harmonic = order[cost.argmin(axis=2) // terms.shape[1]]
+        length = cost.min(axis=2)
+        explained = power * (length < 99)
+        worth = (power * length).sum(axis=1)
+        size = (np.abs(harmonic) * explained).sum(axis=1)
+        area = (harmonic * explained).sum(axis=1)
         good = (explained.sum(axis=1) > EXPLAINED * power.sum(axis=1)) & (area > OPEN * size) & (worth < least)
         good &= ~foreign[:, c] & np.isfinite(lines.error[:, c])
         result[good], least[good] = c, worth[good]

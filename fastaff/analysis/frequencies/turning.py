@@ -110,13 +110,15 @@ class Turning:
             self.last[:, : rows // 2],
             self.last[:, rows // 2 :],
         )
-        self.planes[:, :, [COLUMNS.a, COLUMNS.cosine]], self.planes[:, :, COLUMNS.c] = 1.0, -1.0
+        self.planes[:, :, [COLUMNS.a, COLUMNS.cosine]] = 1.0
+        self.planes[:, :, COLUMNS.c] = -1.0
         self.clear()
 
     def clear(self) -> None:
         """Begin a window."""
         orbits, n, _ = self.planes.shape
-        self.sums, self.moments = np.zeros((orbits, n, len(SPANS))), np.zeros((orbits, n, MOMENTS))
+        self.sums = np.zeros((orbits, n, len(SPANS)))
+        self.moments = np.zeros((orbits, n, MOMENTS))
         self.weights = np.zeros(len(SPANS) + 1)
 
     def add(
@@ -127,7 +129,8 @@ class Turning:
         """
         orbits, samples = chunk.shape[1:]
         tables, weights = window.weights(at, samples)
-        tables, weights = tables if angles else tables[:, :0], weights if frame else np.zeros(samples)
+        tables = tables if angles else tables[:, :0]
+        weights = weights if frame else np.zeros(samples)
         self.weights[:-1] += tables.sum(axis=1)
         self.weights[-1] += weights.sum()
         table = np.ascontiguousarray(tables.T)
@@ -202,15 +205,18 @@ def relations(
 
     wound (n,): coordinates that go round, which sums and differences alone relate.
     """
-    tied, unseen = np.zeros(nu.shape, bool), np.zeros_like(nu)
-    unsure, narrow = np.zeros(nu.shape[1], bool), TIGHT / np.maximum(window, 1)
+    tied = np.zeros(nu.shape, bool)
+    unseen = np.zeros_like(nu)
+    unsure = np.zeros(nu.shape[1], bool)
+    narrow = TIGHT / np.maximum(window, 1)
     for a in range(1, RELATED):
         for b in range(a - RELATED, RELATED - a + 1):
             equal = a + abs(b) == 2
             for i, j in itertools.permutations(range(len(nu)), 2) if b else ():
                 if not equal and wound is not None and (wound[i] or wound[j]):
                     continue
-                apart, width = a * nu[i] + b * nu[j], a * error[i] + abs(b) * error[j]
+                apart = a * nu[i] + b * nu[j]
+                width = a * error[i] + abs(b) * error[j]
                 beat = from_whole(apart)
                 related = beat <= np.where(width < (math.inf if equal else CHANCE), width, -1.0)
                 tight = width < narrow

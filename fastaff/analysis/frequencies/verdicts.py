@@ -124,7 +124,8 @@ def _vanishing(
     nu: np.ndarray, error: np.ndarray, time: np.ndarray, resolved: float, chance: float, threads: int
 ) -> np.ndarray:
     """Return a mask of orbits with a combination of 0; see `kernels.relations.vanishing`."""
-    found, limits = np.zeros(len(nu), bool), (resolved, float(SHORT), chance)
+    found = np.zeros(len(nu), bool)
+    limits = (resolved, float(SHORT), chance)
     run(vanishing, len(nu), (nu, error, time, _combinations(nu.shape[1]), *limits, found), threads, BRIEF)
     return found
 

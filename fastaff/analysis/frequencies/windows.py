@@ -101,7 +101,8 @@ def cosine_window(samples: int) -> np.ndarray:
 @tabulated
 def apart_window(samples: int) -> np.ndarray:
     """Return the window of lines that stand apart, of sum 1, whose transform is closed."""
-    times, weight = 2 * np.pi * (np.arange(samples) - (samples - 1) / 2) / samples, np.ones(samples)
+    times = 2 * np.pi * (np.arange(samples) - (samples - 1) / 2) / samples
+    weight = np.ones(samples)
     for i in range(APART_ORDER):
         weight *= np.cos(times) + math.cos((2 * i + 1) * math.pi / samples)
     return weight / weight.sum()

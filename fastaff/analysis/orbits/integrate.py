@@ -217,7 +217,8 @@ class _Plain:
     def result(self, system: System, tolerance: float, interrupted: bool) -> Orbits:
         """Return the orbits so far, without estimates of errors."""
         self.ensemble.z = self.flow.states(self.ensemble.z)
-        found, how = (self.ensemble, self.samples, self.time, (None, None, None)), self.flow.scheme
+        found = (self.ensemble, self.samples, self.time, (None, None, None))
+        how = self.flow.scheme
         return _assembled(system, how, *found, tolerance, interrupted, self.flow.step)
 
 
@@ -255,8 +256,14 @@ class _Accurate:
         report: Report | None,
         free: bool,
     ):
-        self.flow, self.system, self.z, self.time, self.count = flow, system, z, time, count
-        self.accuracy, self.drift, self.report = accuracy, drift, report
+        self.flow = flow
+        self.system = system
+        self.z = z
+        self.time = time
+        self.count = count
+        self.accuracy = accuracy
+        self.drift = drift
+        self.report = report
         self.parts = count * math.ceil(MOMENTS / count) if count else MOMENTS
         self.times = time / self.parts * np.arange(1, self.parts + 1)
         self.ensemble = Ensemble(z.copy(), system.energies(z), system.kinetic_energies(z))

@@ -49,8 +49,11 @@ def closing_errors(flow: Flow, section: Any, z: np.ndarray, limit: np.ndarray, f
     if flow.adaptive:
         other = replace(flow, rtol=8 * flow.rtol, atol=8 * flow.atol)
     elif not flow.system.iterated:
-        other, gain = replace(flow, step=flow.step / np.sqrt(2)), 1 / (1 - 2 ** (-flow.scheme.order / 2))
-    system, rows, D = flow.system, len(z), scale.rows.T
+        other = replace(flow, step=flow.step / np.sqrt(2))
+        gain = 1 / (1 - 2 ** (-flow.scheme.order / 2))
+    system = flow.system
+    rows = len(z)
+    D = scale.rows.T
     with np.errstate(all="ignore"):
         matrix = closing_matrix(system, section, z, found.points[:, -1], found.monodromy, scale)
         inverse = inverses(matrix)
@@ -77,7 +80,8 @@ def closing_errors(flow: Flow, section: Any, z: np.ndarray, limit: np.ndarray, f
         time = found.time
         if not flow.system.iterated:
             if not isinstance(section, Stroboscopic):
-                time, shift[:, -1] = time + last[:, -1] / scale.rate, shift[:, -1] - np.abs(last[:, -1])
+                time = time + last[:, -1] / scale.rate
+                shift[:, -1] = shift[:, -1] - np.abs(last[:, -1])
             shift += _applied(np.abs(known), _surface_roundings(system, z, matrix, scale))
             shift[:, -1] += ROUNDED * found.time * scale.rate
         change = np.hypot(gain * np.linalg.norm(moved, axis=1), np.abs(later))
@@ -134,7 +138,8 @@ def _plane(matrix: np.ndarray) -> np.ndarray:
 
 def _surface_roundings(system: System, z: np.ndarray, matrix: np.ndarray, scale: Scale) -> np.ndarray:
     """Return the largest distances (orbits, 2) of z (2n, orbits) from section and energy by rounding, in own units."""
-    rows, n = len(z), len(z) // 2
+    rows = len(z)
+    n = len(z) // 2
     off = (np.abs(matrix[:, rows:, :rows]) * (1 + np.abs(z / scale.rows).T)[:, None]).sum(axis=2)
     slope = np.linalg.norm(
         matrix[:, :rows, rows] * (scale.rate * scale.rows[:n] * scale.rows[n:])[[*range(n)] * 2].T, axis=1

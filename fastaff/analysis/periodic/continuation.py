@@ -185,7 +185,8 @@ def continuation(
     steps = whole("steps", steps, 1)
     period = whole("period", period, 1)
     limit = None if max_time is None else positive("max_time", max_time)
-    none, (status, ending) = no_orbits(system, section, scheme), STOPPED
+    none = no_orbits(system, section, scheme)
+    (status, ending) = STOPPED
     empty = Branch(np.zeros(0), np.zeros(0), none, bifurcations=(), status=status, ending=ending)
     how: Any = {"scheme": scheme, "step": step, "rtol": rtol, "atol": atol, "threads": threads}
     with keeping("continuation", lambda: empty):

@@ -127,7 +127,8 @@ class Family:
 
     def shifted(self, u: np.ndarray, back: Returns, scale: Scale, step: float, h: float) -> np.ndarray:
         """Return the derivative (2n,) of the return to the parameter in own units, at the time of the return of u."""
-        end, ends = back.points[0, -1], []
+        end = back.points[0, -1]
+        ends = []
         field = vector_field(self.at(u[-1], step).system, end[:, None])[0]
         for value in (u[-1] + h, u[-1] - h):
             there = self.returned(np.append(u[:-1], value), scale, step)
@@ -153,7 +154,8 @@ class Family:
         """Return the derivative (2n + 2, 2n + 2) of the equations to z, time and value, in own units and that of the
         value.
         """
-        z, unit = u[:-1, None], self.units[-1]
+        z = u[:-1, None]
+        unit = self.units[-1]
         system = self.at(u[-1], step).system
         closing = closing_matrix(system, self.section, z, back.points[:, -1], back.monodromy, scale)[0]
         rows = len(z)
@@ -217,7 +219,8 @@ class Family:
 
     def own_scale(self, u: np.ndarray, back: Returns, step: float) -> Scale:
         """Return the own units of the closed orbit u = (z, value) with its return."""
-        flow, z = self.at(u[-1], step), u[:-1, None]
+        flow = self.at(u[-1], step)
+        z = u[:-1, None]
         guessed = orbit_scale(flow.system, z, self.aim(u[-1]), flow.threads)
         return closed_scale(flow, z, back.points, back.time, guessed)
 

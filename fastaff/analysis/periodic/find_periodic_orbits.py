@@ -159,7 +159,8 @@ def find_periodic_orbits(
     """
     system = current_system(model)
     scheme = checked_return(system, section, scheme)
-    longest, tolerance = whole("max_period", max_period, 1), positive("tolerance", tolerance)
+    longest = whole("max_period", max_period, 1)
+    tolerance = positive("tolerance", tolerance)
     iterations = whole("iterations", iterations, 1)
     seen = z0 if isinstance(z0, SectionMap) else None
     rows = system.rows

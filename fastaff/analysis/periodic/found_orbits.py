@@ -246,7 +246,9 @@ def packed(
     iterations: np.ndarray,
 ) -> PeriodicOrbits:
     """Return PeriodicOrbits of points z (2n, orbits) and their returns; orbits that are not OK are NaN."""
-    model, system, good = flow.model, flow.system, found.status == Status.OK
+    model = flow.model
+    system = flow.system
+    good = found.status == Status.OK
     reduced = reduced_monodromy(system, section, z, found.monodromy, scale)
     # The orbit starts at z, which is its last crossing.
     points = np.concatenate([z.T[:, None], found.points[:, :-1]], axis=1)
@@ -296,8 +298,10 @@ def within_a_period(model: Any, points: np.ndarray) -> np.ndarray:
 
 def no_orbits(system: System, section: Any, scheme: Any) -> PeriodicOrbits:
     """Return PeriodicOrbits of none, the result of a search that was stopped at once."""
-    rows, paired = system.rows, system.canonical
-    z, matrices = np.zeros((rows, 0)), np.zeros((rows, rows, 0))
+    rows = system.rows
+    paired = system.canonical
+    z = np.zeros((rows, 0))
+    matrices = np.zeros((rows, rows, 0))
     reduced = matrices if section is None else matrices[2:, 2:] if paired else matrices[1:, 1:]
     return PeriodicOrbits(
         z=z,

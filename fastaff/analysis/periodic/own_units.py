@@ -99,7 +99,8 @@ def orbit_scale(system: System, z: np.ndarray, energy: np.ndarray, threads: int)
             K = np.where(K > 0, K, 1.0)  # a fixed point of its map may be at rest: then any unit will do
         rows = np.stack([np.sqrt(2 * K * W) / found.rate, np.sqrt(2 * K / W)])
         if system.driven:
-            rows[0, -1], rows[1, -1] = system.model.period, K
+            rows[0, -1] = system.model.period
+            rows[1, -1] = K
         return Scale(rows.reshape(-1, *K.shape), found.rate, K)
 
 
@@ -114,8 +115,10 @@ def _scale_of_flow(system: System, z: np.ndarray, threads: int) -> Scale:
         first = natural_rates(system, z, threads)
     turns = TURNS / np.where(np.isfinite(first) & (first > 0), first, 1.0)
     time = 2.0 ** np.ceil(np.log2(turns))  # orbits that share theirs are run together
-    size, rate = np.zeros((rows, orbits)), np.zeros(orbits)
-    todo, flow = np.arange(orbits), Flow(system, DOP853, np.inf, LOOSE, LOOSE, threads)
+    size = np.zeros((rows, orbits))
+    rate = np.zeros(orbits)
+    todo = np.arange(orbits)
+    flow = Flow(system, DOP853, np.inf, LOOSE, LOOSE, threads)
     for _ in range(LONGER):
         short = np.zeros(orbits, bool)
         for length in np.unique(time[todo]):

@@ -155,7 +155,8 @@ def periodic_orbits(
     """
     system = current_system(model)
     scheme = checked_return(system, section, scheme)
-    period, iterations = whole("period", period, 1), whole("iterations", iterations, 1)
+    period = whole("period", period, 1)
+    iterations = whole("iterations", iterations, 1)
     tolerance = positive("tolerance", tolerance)
     options = Options(scheme=scheme, step=step, rtol=rtol, atol=atol, threads=threads)
     flow, z, energy = checked_guesses(system, z0, energy, options)
@@ -216,7 +217,8 @@ class _Search:
 
     def start(self, z: np.ndarray, energy: np.ndarray) -> _State:
         """Move guesses to the section and the energy; those that can't get there have ended."""
-        system, (rows, orbits) = self.flow.system, z.shape
+        system = self.flow.system
+        (rows, orbits) = z.shape
         scale = orbit_scale(system, z, energy, self.flow.threads)
         limit = WAIT * self.period / scale.rate if self.max_time is None else np.full(orbits, self.max_time)
         step = np.array(np.broadcast_to(self.flow.step, orbits))
@@ -300,7 +302,8 @@ class _Search:
             self._leap(state, leaps)
             next_ones = np.flatnonzero(state.live)
             moved = state.z[:, next_ones] + state.share[next_ones] * state.change[:, next_ones]
-            energy, scale = state.energy[next_ones], state.scale.of(next_ones)
+            energy = state.energy[next_ones]
+            scale = state.scale.of(next_ones)
             state.trial[:, next_ones] = onto(self.flow.system, self.section, moved, energy, scale)[0]
         state.live[:] = False  # later changes of others give no orbit more iterations
 
@@ -371,7 +374,8 @@ class _Search:
             return np.zeros(which.size, bool)
         if self.flow.system.canonical:
             return state.found.time[which] * state.scale.rate[which] < RESTS
-        scale, field = state.scale.of(which), vector_field(self.flow.system, state.z[:, which])
+        scale = state.scale.of(which)
+        field = vector_field(self.flow.system, state.z[:, which])
         return scale.norm(field) < RESTS * scale.rate
 
     def _shrink(self, state: _State, which: np.ndarray) -> np.ndarray:
@@ -414,7 +418,9 @@ class _Search:
     def _step(self, state: _State, which: np.ndarray) -> None:
         """Set the Newton steps of orbits whose point is new."""
         if which.size:
-            z, end, scale = state.z[:, which], state.found.points[which, -1], state.scale.of(which)
+            z = state.z[:, which]
+            end = state.found.points[which, -1]
+            scale = state.scale.of(which)
             matrix = closing_matrix(self.flow.system, self.section, z, end, state.found.monodromy[which], scale)
             right = np.concatenate([(z.T - end) / scale.rows.T, np.zeros((which.size, 2))], axis=1)
             state.change[:, which] = scale.rows * least_change(matrix, right)[:, :-1].T

@@ -240,7 +240,8 @@ def vector_field(system: System, z: np.ndarray) -> np.ndarray:
 
 def energy_gradient(system: System, z: np.ndarray) -> np.ndarray:
     """Return grad H (orbits, 2n): Hamilton's equations turned by a right angle; 0 for systems without energy."""
-    n, field = system.n, vector_field(system, z)
+    n = system.n
+    field = vector_field(system, z)
     if not system.canonical:
         return np.zeros(field.shape)
     return np.concatenate([-field[:, n:], field[:, :n]], axis=1)
@@ -338,11 +339,14 @@ def reduced_monodromy(system: System, section: Any, z: np.ndarray, monodromy: np
     D = scale.rows.T
     if section is None:  # of a map
         return scale.matrix(monodromy)
-    d, flows = system.rows, not system.canonical
+    d = system.rows
+    flows = not system.canonical
     kept = d - 1 if flows else d - 2
     with np.errstate(all="ignore"):
-        field, up = vector_field(system, z) / D, energy_gradient(system, z) * D
-        along, own = section_gradient(section, z, scale.rows) * D, scale.matrix(monodromy)
+        field = vector_field(system, z) / D
+        up = energy_gradient(system, z) * D
+        along = section_gradient(section, z, scale.rows) * D
+        own = scale.matrix(monodromy)
     reduced = np.full((len(monodromy), kept, kept), np.nan)
     with np.errstate(all="ignore"):  # a surface has no normal where its gradient vanishes, as at an equilibrium
         surfaces = [row[:, :d] / np.linalg.norm(row, axis=1)[:, None] for row in ((along,) if flows else (along, up))]

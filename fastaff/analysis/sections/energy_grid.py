@@ -154,7 +154,8 @@ def energy_grid(
     >>> grid.z0.shape, int(grid.forbidden.sum())
     ((4, 4), 2)
     """
-    system, others = current_system(body), Others(fixed, solve, checked_sign(sign), at_rest)
+    system = current_system(body)
+    others = Others(fixed, solve, checked_sign(sign), at_rest)
     if section is None or are_named(axes) or others.given:
         return _grid_by_name(system, energy, axes, section, others, (p_eta, p_gamma))
     if others.sign != 1:
@@ -230,7 +231,9 @@ def checked_surface(system: System, section: Any, energy: Any, p_eta: Any, p_gam
     """Return the section of an energy surface if all of it suits the body."""
     checked_model(system.model, needs="an energy surface")
     checked_section(section, system)
-    energy, p_eta, p_gamma = real("energy", energy), real("p_eta", p_eta), real("p_gamma", p_gamma)
+    energy = real("energy", energy)
+    p_eta = real("p_eta", p_eta)
+    p_gamma = real("p_gamma", p_gamma)
     if system.n == 4 and not hasattr(system.model, "potential"):
         raise TypeError(f"body must be a Body with a doubly isotropic potential to have a grid, got {system.model!r}")
     if not system.isotropic and (p_eta or p_gamma):
@@ -258,7 +261,9 @@ def lift_sheets(where: Where, u: np.ndarray, v: np.ndarray) -> tuple[np.ndarray,
 
     A turning section has a sheet for each well of its radius, the outermost first; the others have one.
     """
-    body, energy, system = where.body, where.energy, where.system
+    body = where.body
+    energy = where.energy
+    system = where.system
     with np.errstate(all="ignore"):
         sheets, names = section_points(where.section, where, u, v)
         z = sheets.reshape(-1, 2 * body.degrees_of_freedom, u.size)

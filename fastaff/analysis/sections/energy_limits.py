@@ -74,7 +74,9 @@ def _stationary(system: System) -> tuple[np.ndarray, np.ndarray]:
     step = np.zeros_like(q)
     for _ in range(STEPS):
         force, second = _derivatives(system, q)
-        a, b, d = second[0, 0], second[0, 1], second[1, 1]
+        a = second[0, 0]
+        b = second[0, 1]
+        d = second[1, 1]
         step = np.array([d * force[0] - b * force[1], a * force[1] - b * force[0]]) / (a * d - b * b)
         long = np.hypot(*step) / (LONGEST * np.hypot(*q))
         q = q + step / np.maximum(long, 1.0)

@@ -144,7 +144,8 @@ def energy_sample(
     count = whole("orbits", orbits, 1)
     fits("orbits", ARRAYS, count)
     seed = _seed(seed, rng)
-    system, others = current_system(body), Others(fixed, solve, checked_sign(sign), at_rest)
+    system = current_system(body)
+    others = Others(fixed, solve, checked_sign(sign), at_rest)
     if section is None or not on_section(system, section, axes, others):
         source: Source = OfSource(source_of(system, energy, section, axes, others, (p_eta, p_gamma)))
         fits("orbits", ARRAYS * system.n, count)

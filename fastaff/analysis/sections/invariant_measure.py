@@ -129,7 +129,8 @@ class Measure(NamedTuple):
     @property
     def names(self) -> tuple[str, ...]:
         """Names of the rows that are drawn."""
-        n, rows = len(self.at), self.momenta.system.row_names
+        n = len(self.at)
+        rows = self.momenta.system.row_names
         return tuple(rows[k] for half in (0, n) for k in (half + f for f in self.free))
 
     @property
@@ -270,7 +271,8 @@ def ranges_of(system: System, energy: float, section: Any, axes: Any, others: Ot
         names = angle_names(system.n) if system.n > 1 else ()
         return Ranges(launching(system, energy, names, section, others), ())
     if axes is None:
-        rows, n = system.row_names, system.n
+        rows = system.row_names
+        n = system.n
         given = [*checked_names("fixed", () if others.fixed is None else others.fixed, "numbers")]
         given += [others.solve] if isinstance(others.solve, str) else []
         if section is not None:
@@ -292,7 +294,8 @@ def measure_of(system: System, energy: float, section: Any, axes: Any) -> Measur
     """Return the invariant measure of an energy surface (section None) or of a section; raises NotReached if the energy
     reaches no point, ValueError if the region is unbounded.
     """
-    n, names = system.n, system.names
+    n = system.n
+    names = system.names
     if n < 2:
         raise ValueError(
             f"body must have two degrees of freedom or more, {type(system.model).__name__} has {n}: its "
@@ -301,7 +304,10 @@ def measure_of(system: System, energy: float, section: Any, axes: Any) -> Measur
     given = {} if axes is None else _ranges(axes, system)
     if not system.ellipsoidal:
         return surface_of(system, energy, section, given)
-    at, free, sign, first = [0.0] * n, list(range(n)), 0, 0
+    at = [0.0] * n
+    free = list(range(n))
+    sign = 0
+    first = 0
     if section is not None:
         name, value, sign = section_row(system, section)
         if name not in names:
@@ -327,7 +333,8 @@ def _ranges(axes: Any, system: System) -> dict[str, tuple[float, float]]:
 
 def _box(measure: Measure, given: dict[int, tuple[float, float]]) -> Box:
     """Return the box to draw from: the ranges given, those found where they are left open."""
-    system, energy = measure.momenta.system, measure.energy
+    system = measure.momenta.system
+    energy = measure.energy
     if len(given) == len(measure.free):
         low, high = np.array([given[k] for k in measure.free]).T
     else:

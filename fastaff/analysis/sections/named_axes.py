@@ -123,7 +123,9 @@ def on_surface(system: System, z: np.ndarray, energy: float) -> np.ndarray:
 
     An energy of 0, where V has its zero, is no measure of its rounding; its change along z is.
     """
-    T, V, n = system.kinetic_energies(z), system.potential_energies(z), len(z) // 2
+    T = system.kinetic_energies(z)
+    V = system.potential_energies(z)
+    n = len(z) // 2
     with np.errstate(all="ignore"):
         along = np.nan_to_num(ROUNDING * np.abs(z * np.roll(system.slopes(z), n, axis=0)).sum(axis=0), posinf=0.0)
         exact = np.abs(T + V - energy) <= TOLERANCE * (np.abs(T) + np.abs(V) + abs(energy)) + along
@@ -195,8 +197,12 @@ def checked_sign(sign: Any) -> int:
 
 def launching(system: System, energy: float, names: Any, section: Any, others: Others) -> Launching:
     """Return the map from values of these names to phase points; TypeError or ValueError for wrong arguments."""
-    fixed, solve, sign = others.fixed, others.solve, others.sign
-    rows, n, resting = system.row_names, system.n, flag("at_rest", others.at_rest)
+    fixed = others.fixed
+    solve = others.solve
+    sign = others.sign
+    rows = system.row_names
+    n = system.n
+    resting = flag("at_rest", others.at_rest)
     check_given(system, "a start by energy", section=section, solve=solve, at_rest=resting or None)
     base = {
         named("fixed", name, rows): real(f"fixed[{name!r}]", value)
@@ -237,7 +243,8 @@ def launching(system: System, energy: float, names: Any, section: Any, others: O
 
 def _resting(system: System, energy: float, names: Any, section: Any, base: dict[str, float], solve: Any) -> Launching:
     """Return the map from angles to phase points at rest."""
-    rows, n = system.row_names, system.n
+    rows = system.row_names
+    n = system.n
     if n < 2:
         raise ValueError(f"at_rest needs two degrees of freedom or more, {type(system.model).__name__} has {n}")
     if system.nonseparable and not system.ellipsoidal:

@@ -245,7 +245,8 @@ def _accurate(flow, system: System, z, crossings: Crossings, accuracy, report) -
     """Follow the orbits with steps that are halved until their crossings agree."""
     section, wanted, max_time, _ = crossings
     steps = _steps(flow, system, z, wanted, max_time, accuracy)
-    rows, orbits = 2 * system.n, z.shape[1]
+    rows = 2 * system.n
+    orbits = z.shape[1]
     result = SectionMap(
         points=np.full((orbits, wanted, rows), np.nan).transpose(2, 1, 0),
         times=np.full((orbits, wanted), np.nan).T,

@@ -127,7 +127,8 @@ def _edge_of(pieces: list[Sides]) -> Edge:
 
 def parts(where: Where) -> list[Part]:
     """Return the pieces of the section of any system."""
-    system, section = where.system, where.section
+    system = where.system
+    section = where.section
     if _of_ellipses(system) or system.quadratic:
         return _bounded_parts(where)
     box = surface_of(system, where.energy, section, None).box
@@ -146,7 +147,8 @@ def _momenta_of(where: Where, rest: Function, low: float, high: float) -> tuple[
 
         bottom, top = (float(highest(end(side), 1, nodes)[0]) for side in (-1, 1))
         return -bottom, top
-    centre, top = _centre(where.system, where.section), float(np.sqrt(max(0.0, extrema(rest, 1, nodes).f.max())))
+    centre = _centre(where.system, where.section)
+    top = float(np.sqrt(max(0.0, extrema(rest, 1, nodes).f.max())))
     return centre - top, centre + top
 
 
@@ -176,8 +178,10 @@ def _centre(system: System, section: Any) -> float:
 def _bounded_parts(where: Where) -> list[Part]:
     """Return the pieces of the section that the energy allows, without those that go to infinity."""
     system, section, energy = where[:3]
-    rest, nodes = _rest(where), _nodes(system, section)
-    found, name = intervals(rest, nodes), section_in_words(section, system)
+    rest = _rest(where)
+    nodes = _nodes(system, section)
+    found = intervals(rest, nodes)
+    name = section_in_words(section, system)
     if abs(nodes[-1]) < LARGEST:  # of an angle
         found = [(max(low, float(nodes[0])), min(high, float(nodes[-1]))) for low, high in found]
     if not found:
@@ -221,7 +225,8 @@ def _bounded_parts(where: Where) -> list[Part]:
 
 def _least(where: Where, rest: Function, nodes: np.ndarray) -> float:
     """Return the least energy on a section, above which momenta are allowed."""
-    system, left = where.system, float(highest(rest, 1, nodes)[0])
+    system = where.system
+    left = float(highest(rest, 1, nodes)[0])
     if _of_ellipses(system):
         return where.energy - left
     mass = (

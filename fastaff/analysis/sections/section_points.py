@@ -78,7 +78,9 @@ def _(section, where, u, v):
 @section_points.register(Linear)
 @section_points.register(AngleEquals)
 def _(section, where, u, v):
-    body, energy, system = where.body, where.energy, where.system
+    body = where.body
+    energy = where.energy
+    system = where.system
     if body.degrees_of_freedom != 2:
         raise TypeError(
             "section must be Linear with one non-zero entry, of a coordinate, for a system of two degrees of freedom, "

@@ -82,7 +82,8 @@ class _Strobed:
 
     def _steps(self, goal: float) -> Steps:
         """Return the first steps; from here on states have errors."""
-        flow, z = self.flow, self.z
+        flow = self.flow
+        z = self.z
         found = motion(flow.system, z, flow.threads)
         steps = planned(flow, z, found, self.wanted * self.period, goal, run=self.period, parts=2)
         self.error = np.full(self.states.shape, np.nan)

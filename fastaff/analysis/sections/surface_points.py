@@ -61,7 +61,8 @@ class Surface(NamedTuple):
     @property
     def turns(self) -> list[float]:
         """Periods of the free rows, 0 where there is none."""
-        periods, n = self.system.periods, len(self.at) // 2
+        periods = self.system.periods
+        n = len(self.at) // 2
         return [periods[k] if k < n else 0.0 for k in self.free]
 
     def draw(self, count: int, seed: Any) -> tuple[np.ndarray, np.ndarray]:
@@ -159,8 +160,12 @@ def surface_of(system: System, energy: float, section: Any, given: dict[str, tup
     """Return the invariant measure of an energy surface (section None) or of a section, over ranges of rows by name,
     others bounded by the energy; raises NotReached if it reaches no point, ValueError if the region is unbounded.
     """
-    rows, n = system.row_names, system.n
-    at, along, sign, fixed = [0.0] * (2 * n), None, 0, -1
+    rows = system.row_names
+    n = system.n
+    at = [0.0] * (2 * n)
+    along = None
+    sign = 0
+    fixed = -1
     if section is not None:
         name, value, sign = section_row(system, section)
         fixed = rows.index(name)
@@ -173,7 +178,8 @@ def surface_of(system: System, energy: float, section: Any, given: dict[str, tup
     for name in given or {}:
         named("axes", name, [rows[k] for k in free])
     made = Surface(system, energy, tuple(at), free, Box(np.zeros(1), np.zeros(1), 0.0, False), along, sign)
-    names, ends = tuple(rows[k] for k in free), dict(given or {})
+    names = tuple(rows[k] for k in free)
+    ends = dict(given or {})
     if len(ends) == len(free):
         low, high = np.array([ends[name] for name in names]).T
         return made._replace(box=Box(low, high, 0.0, False))
@@ -201,7 +207,8 @@ def no_well(system: System, energy: float, problem: NoWell, names: tuple[str, ..
         escape = None if system.isotropic else may_escape(system, energy)
         why = escape or f"energy {energy:g} does not bound the motion"
     ranges = ", ".join(f'"{name}": (low, high)' for name in names)
-    rows, n = system.row_names, system.n
+    rows = system.row_names
+    n = system.n
     what = "coordinates" if len(names) <= n else "rows"
     across = [p for q, p in zip(rows[:n], rows[n:], strict=True) if on_section and p in names and q not in names]
     instead = f", or solve={across[0]!r} with ranges of the others" if across else ""

@@ -50,7 +50,8 @@ def _of_parabola(system: System, energy: float, z: np.ndarray, row: int, sign: i
     """Return the root of a momentum p in H = H0 + v p + w p^2/2 at which its velocity, +-sqrt(v^2 + 2 w (E - H0)), has
     the sign; refined by a step of Newton's method where this lessens the error.
     """
-    at, k = z.copy(), row - len(z) // 2
+    at = z.copy()
+    k = row - len(z) // 2
     at[row] = 0.0
     v = system.velocities(at)[k]
     rest = energy - system.energies(at)

@@ -168,7 +168,9 @@ def _series(system: System, orbit: Samples, passes: Passes) -> tuple[Signals, Se
     """Return the signals of the samples inside, the series that fits them, the errors of its frequencies, their
     diffusion and their relations.
     """
-    t, path, turns = orbit.t[: orbit.inside], orbit.path[:, : orbit.inside], turned(system)
+    t = orbit.t[: orbit.inside]
+    path = orbit.path[:, : orbit.inside]
+    turns = turned(system)
     start = signals(system, t, path)
     samples = window(t, start.values, start.carrier)
     largest = min(LONGEST, len(t) // 4) if turns and start.rank == 1 else LARGEST_ORDER
@@ -194,7 +196,9 @@ def _series(system: System, orbit: Samples, passes: Passes) -> tuple[Signals, Se
 
 def fitted(system: System, orbit: Samples, passes: Passes) -> TorusFit:
     """Fit the samples inside; compare with the equations of motion or the map, the later samples, and finer steps."""
-    t, turns, middle = orbit.t, turned(system), (orbit.t[0] + orbit.t[orbit.inside - 1]) / 2
+    t = orbit.t
+    turns = turned(system)
+    middle = (orbit.t[0] + orbit.t[orbit.inside - 1]) / 2
     start, series, error, diffusion, relation = _series(system, orbit, passes)
     R, C = quotient(relation, len(error))
     nu = C @ series.nu
@@ -216,7 +220,8 @@ def fitted(system: System, orbit: Samples, passes: Passes) -> TorusFit:
         k, z = _about(start.centre - start.steady * middle - winding @ angles, k, z)
     elif winding.any():
         k, z = _about(start.centre - winding @ (theta0 + nu * middle), k, z)
-    nu, wound = np.where(free, nu % 1.0, nu), winding if winding.any() else None
+    nu = np.where(free, nu % 1.0, nu)
+    wound = winding if winding.any() else None
     left = residual(system, k, z, nu, wound, orbit.pieces)
     count = len(t) // 3 if turns else len(t) - orbit.inside
     later = np.arange(orbit.inside, len(t), max(1, count // GRID))

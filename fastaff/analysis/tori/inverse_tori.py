@@ -100,7 +100,8 @@ def from_action_angles(
     angles = np.array(np.broadcast_to(angles, (4, n)))
     angles[2], angles[3] = angles[2] - angles[3], angles[2] + angles[3]
     separated = separate(body, chart)
-    well, threads = _well(current_system(body), near, n), checked_threads(threads)
+    well = _well(current_system(body), near, n)
+    threads = checked_threads(threads)
     if closed_form(separated) is not None:
         z = closed_points(separated, _checked_actions(separated, actions), np.mod(angles, 1.0))
         return z[:, 0] if single else z
@@ -164,7 +165,8 @@ def energy_of_actions(
     """
     actions = _rows("J", J)
     separated = separate(body, chart)
-    well, threads = _well(current_system(body), near, actions.shape[1]), checked_threads(threads)
+    well = _well(current_system(body), near, actions.shape[1])
+    threads = checked_threads(threads)
 
     def found(nu: np.ndarray, energy: np.ndarray, status: np.ndarray) -> EnergyOfActions:
         to_spin(nu, 0.5)

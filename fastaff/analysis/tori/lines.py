@@ -187,7 +187,8 @@ def _loops(system: System, z: np.ndarray, size: float) -> tuple[np.ndarray, list
     n = system.n
     angles = getattr(system.model, "angles", None)
     if angles is None or (any(angles.planes) and not system.isotropic):
-        pairs, names = [(z[i], z[n + i]) for i in range(n)], list(system.model.coordinates)
+        pairs = [(z[i], z[n + i]) for i in range(n)]
+        names = list(system.model.coordinates)
     else:
         s = np.array([np.broadcast_to(row, z[0].shape) for row in angles.signals(*z)]).reshape(-1, 4, z.shape[1])
         kept = [i for i, plane in enumerate(angles.planes) if not plane]
@@ -285,8 +286,10 @@ def _rates(system: System, path: np.ndarray) -> Rates:
 
 def _turn_lines(system: System, path: np.ndarray, rates: Rates) -> tuple[Lines, list[str]]:
     """Return the lines of the loops of a path, in cycles per sample, and the coordinate of each."""
-    n, flat = system.n, path.copy()
-    periods, length = periods_of(system), path.shape[1]
+    n = system.n
+    flat = path.copy()
+    periods = periods_of(system)
+    length = path.shape[1]
     flat[rates.rows] -= (periods[rates.rows] * rates.rate)[:, None] * np.arange(length)
     flat -= flat.mean(axis=1, keepdims=True)
     size = np.abs(flat).max(axis=1)
@@ -307,8 +310,10 @@ def pieces_of(system: System, path: np.ndarray) -> int:
     """
     rates = _rates(system, path)
     lines, _ = _turn_lines(system, path, rates)
-    rate, bars = np.concatenate([rates.rate, lines.nu]), np.concatenate([rates.error, lines.error])
-    pieces, q = 1, np.arange(1, PIECES + 1)
+    rate = np.concatenate([rates.rate, lines.nu])
+    bars = np.concatenate([rates.error, lines.error])
+    pieces = 1
+    q = np.arange(1, PIECES + 1)
     for value, bar in zip(rate[bars < EXACT], bars[bars < EXACT], strict=True):
         near = np.flatnonzero(np.abs(q * value - np.rint(q * value)) <= q * bar)
         if near.size and math.lcm(pieces, int(q[near[0]])) <= PIECES:
@@ -320,7 +325,9 @@ def _turn_signals(system: System, t: np.ndarray, path: np.ndarray) -> Signals:
     """Return the signals of a path from turn to turn, or sample to sample of a flow: those of the coordinates that
     move, beside their winding.
     """
-    periods, rates, unit = periods_of(system), _rates(system, path), 1.0 if turned(system) else t[1] - t[0]
+    periods = periods_of(system)
+    rates = _rates(system, path)
+    unit = 1.0 if turned(system) else t[1] - t[0]
     nu, names, w, unknown, silent = _turn_lattice(system, path, rates)
     nu = nu / unit
     winding = np.zeros((len(path), len(nu)))
@@ -353,8 +360,10 @@ def _turn_lattice(
     that are in no line of a flow. Those of a flow are not modulo a turn; they are positive where no angle winds in
     them.
     """
-    n, names = system.n, system.names
-    winds, turn = ~rates.whole, int(turned(system))
+    n = system.n
+    names = system.names
+    winds = ~rates.whole
+    turn = int(turned(system))
     lines, owners = _turn_lines(system, path, rates)
     values = np.concatenate([[1.0] * turn, rates.rate[winds], lines.nu])
     bars = np.concatenate([[0.0] * turn, rates.error[winds], lines.error])

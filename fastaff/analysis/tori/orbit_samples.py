@@ -104,7 +104,9 @@ def samples_of_turns(problem: Problem, time: float, energy: float, report: Repor
     result without a fit.
     """
     system = problem.system
-    mapping, periods, rows = system.iterated, periods_of(system), rows_of(system)
+    mapping = system.iterated
+    periods = periods_of(system)
+    rows = rows_of(system)
     flow, z, interval = flow_of_turns(problem)
     count = int(time / interval + 1e-9)
     if count < LEAST_TURNS:
@@ -124,7 +126,8 @@ def samples_of_turns(problem: Problem, time: float, energy: float, report: Repor
     if resting(every - every.mean(axis=1, keepdims=True) + every[:, :1]) or (np.ptp(every, axis=1) == 0).all():
         away = without_periods(image(system, path[:, :1], pieces) - path[:, :1], periods)[rows]
         return point(system, path, energy, evidence, residual=float(np.abs(away).max()), islands=pieces)
-    inside, finer = 2 * path.shape[1] // 3, None
+    inside = 2 * path.shape[1] // 3
+    finer = None
     if inside < LEAST_TURNS:
         return nothing(system, energy, evidence | {"longer": pieces * LEAST_TURNS * interval})
     if not mapping:

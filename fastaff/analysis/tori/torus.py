@@ -190,7 +190,8 @@ class TorusFit(Result, axis=None):
         :Raises: for order < 0.
         """
         kept = np.abs(self.k).sum(axis=1) <= whole("order", order, 0)
-        k, z = self.k[kept], self.coefficients[:, kept]
+        k = self.k[kept]
+        z = self.coefficients[:, kept]
         left = residual(self._system, k, z, self.nu * self.islands, self.winding, self.islands)
         return replace(self, k=k, coefficients=z, J=area(self._system, k, z, self.winding), residual=left)
 
@@ -228,7 +229,8 @@ def resting(path: np.ndarray) -> bool:
 def nothing(system: System, energy: float, evidence: dict, *, gone: bool = False) -> TorusFit:
     """Return the result of an orbit that failed, or is too short: its status."""
     n = system.n
-    unknown, one = np.full(n, np.nan), np.full((2 * n, 1), np.nan + 0j)
+    unknown = np.full(n, np.nan)
+    one = np.full((2 * n, 1), np.nan + 0j)
     return TorusFit(
         names=system.names,
         nu=unknown,
@@ -252,7 +254,8 @@ def point(
     system: System, path: np.ndarray, energy: float, evidence: dict, *, residual: float, islands: int = 1
 ) -> TorusFit:
     """Return the torus of dimension 0 of an orbit (2n, samples) that stays where it is; its residual is absolute."""
-    none, moving = np.zeros(0), path[rows_of(system)]
+    none = np.zeros(0)
+    moving = path[rows_of(system)]
     return replace(
         nothing(system, energy, evidence),
         verdict=Verdict.RESONANT,
@@ -289,7 +292,8 @@ def periods_of(system: System) -> np.ndarray:
 
 def rows_of(system: System) -> np.ndarray:
     """Return the rows that move from turn to turn: all but the time of a driven system and its momentum."""
-    n, kept = system.n, np.arange(system.moving)
+    n = system.n
+    kept = np.arange(system.moving)
     return np.concatenate([kept, n + kept])
 
 
@@ -313,7 +317,8 @@ def image(system: System, z: np.ndarray, count: int) -> np.ndarray:
                 points = np.array(np.broadcast_arrays(*at_points(system.model, "iterate", *points)))
         result[:, live] = points
         return result
-    (flow, points, period), row = flow_of_turns(Problem(system.model, z[:, live], Options())), system.moving
+    (flow, points, period) = flow_of_turns(Problem(system.model, z[:, live], Options()))
+    row = system.moving
     ensemble = flow.ensemble(points.copy())
     states = flow.sampled(ensemble, 1 if flow.adaptive else count, time=count * period)
     after = np.where(ensemble.status == Status.OK, states[:, -1].T, np.nan)
@@ -339,10 +344,12 @@ def distance(system: System, one: np.ndarray, other: np.ndarray) -> float:
     """Return the largest difference of phase points (2n, points), for coordinates and momenta apart; inf where it is
     not finite. It is relative to the size of the others; of turns, whole periods aside, to their extent.
     """
-    periods, rows = periods_of(system), rows_of(system)
+    periods = periods_of(system)
+    rows = rows_of(system)
     half = len(rows) // 2
     with np.errstate(all="ignore"):
-        away, size = one - other, np.abs(other).max(axis=1)
+        away = one - other
+        size = np.abs(other).max(axis=1)
         if turned(system):
             away = without_periods(away, periods)
             size = np.maximum(np.ptp(other, axis=1) / 2, CONSTANT * size)
@@ -367,9 +374,11 @@ def residual(
             slope = slope + (winding @ nu)[:, None]
         with np.errstate(all="ignore"):
             return distance(system, slope, system.slopes(point))
-    points, after = evaluate(k, z, theta), evaluate(k, z, theta + nu[:, None])
+    points = evaluate(k, z, theta)
+    after = evaluate(k, z, theta + nu[:, None])
     if winding is not None:
-        points, after = points + winding @ theta, after + winding @ (theta + nu[:, None])
+        points = points + winding @ theta
+        after = after + winding @ (theta + nu[:, None])
     return distance(system, image(system, points, islands), after)
 
 
@@ -377,7 +386,8 @@ def area(system: System, k: np.ndarray, z: np.ndarray, winding: np.ndarray | Non
     """Return the integrals J (d,) of p dq over the cycles of a torus; NaN where they have no meaning: more than one
     degree of freedom of a map that is not symplectic, a momentum that winds.
     """
-    n, J = len(z) // 2, actions(k, z)
+    n = len(z) // 2
+    J = actions(k, z)
     if n > 1 and system.model is not None and not system.symplectic:
         return np.full(J.shape, np.nan)
     if winding is None:

@@ -83,7 +83,8 @@ class Work:
 
     def compute(self, name: str, keep: Callable[[Any], Any]) -> Any:
         """Return the result of an analysis; at Ctrl-C the partial result is handed to `keep`."""
-        orbits, analysis = Orbits(self.plan.system, self.plan.section, self.z0), self.plan.analyses[name]
+        orbits = Orbits(self.plan.system, self.plan.section, self.z0)
+        analysis = self.plan.analyses[name]
         result = watched(
             Progress(analysis.title, self.z0.shape[1]),
             lambda report: analysis.compute(orbits, self.settled[name], self.job.run, report),

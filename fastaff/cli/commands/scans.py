@@ -24,7 +24,9 @@ from .maps import settled
 
 def scanned(texts: list[str], job: Any, output: Written) -> int:
     """Compute, save and draw the chaotic fraction over one or two parameters, of the random orbits of a job."""
-    body, run, asked = job.model.build(), job.run, job.chaos_map
+    body = job.model.build()
+    run = job.run
+    asked = job.chaos_map
     system = current_system(body)
     axes = Scan(axes=texts).parsed(system)
     job = _at_the_end(axes, job)
@@ -110,7 +112,9 @@ def scan_figure(result: Any, texts: list[str], job: Job) -> Any:
     """Return the figure of a chaotic fraction over the parameters of --scan."""
     from ...plot import chaos as plot_chaos
 
-    axes, surface, body = parsed(texts), job.surface, job.model.build()
+    axes = parsed(texts)
+    surface = job.surface
+    body = job.model.build()
     system = current_system(body)
     section = surface.build(system)
     figure, ax = figure_of()

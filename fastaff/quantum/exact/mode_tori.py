@@ -138,7 +138,8 @@ def mode_levels(model: Any, n: Any, below: Any, near: Any, hbar: Any, way: str) 
         raise ValueError("near must be given without modes and below: a torus near a point has angles of its own")
     if (below is None) == (n is None and near is None):
         raise ValueError("give either n, quantum numbers of the modes, or near, or below, an energy")
-    h, known = 2 * np.pi * quantum, modes_of(model, way)
+    h = 2 * np.pi * quantum
+    known = modes_of(model, way)
     points = [None] if near is None else list(phase_points("near", near, current_system(model)).T)
     found: list[Level] = []
     table = functools.partial(_table, found, known, way, near is not None, model, quantum)

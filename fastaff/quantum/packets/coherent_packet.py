@@ -64,7 +64,8 @@ def coherent_packet(
     >>> packet.missing < 1e-6, abs(packet.autocorrelation(np.pi)).round(6)
     (True, np.float64(1.0))
     """
-    z, tolerance = phase_points("z0", z0, checked_system(body, needs="H = T(p) + V(q)")), fraction(missing)
+    z = phase_points("z0", z0, checked_system(body, needs="H = T(p) + V(q)"))
+    tolerance = fraction(missing)
     if z.shape[1] != 1:
         raise ValueError(f"z0 must be one phase point of shape (8,), got {z.shape[1]}")
     sides = plane_widths(width)

@@ -293,7 +293,8 @@ def _pole(names: tuple[str, ...], problem: Problem) -> str:
 
 def _lattice(system: System, problem: Problem, grid: Grid) -> Lattice:
     """Return the points of a grid in the coordinates of the model."""
-    names, origin = system.row_names[: len(problem.R)], problem.wells[:, 0]
+    names = system.row_names[: len(problem.R)]
+    origin = problem.wells[:, 0]
     return Lattice(names, grid.V.shape, grid.low, grid.step, origin, grid.around, problem.R)
 
 
