@@ -33,9 +33,9 @@ def main(target: Path) -> None:
 def _packs(tree: Path, place: Path) -> None:
     """Compile for all levels at once, in processes of their own, and put the packs into the tree."""
     sys.path.insert(0, str(tree))
-    from fastaff.compile.cache import SUFFIX
-    from fastaff.compile.code_folder import pack_key, prebuilt
-    from fastaff.compile.packs import FOLDER, LEVELS, build
+    from fastaff.engine.cache import SUFFIX
+    from fastaff.engine.code_folder import pack_key, prebuilt
+    from fastaff.engine.packs import FOLDER, LEVELS, build
 
     def start(name: str, **told: str) -> subprocess.Popen:
         environment = {**os.environ, "PYTHONPATH": str(tree), "FASTAFF_CACHE_DIR": str(place / name), **told}
@@ -63,7 +63,7 @@ def calls() -> None:
 
     import fastaff as fa
     from fastaff.cli.commands.warmup import warmup
-    from fastaff.models import StandardMap
+    from fastaff.systems.models import StandardMap
 
     warmup()
     potentials = fa.Harmonic(), fa.Anharmonic(), fa.Hyperelastic(), fa.NeoHookean(), fa.HeavyTop()

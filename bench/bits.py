@@ -22,7 +22,7 @@ import battery
 from test_promises import ROWS
 
 import fastaff as fa
-from fastaff.models.sections import Stroboscopic
+from fastaff.systems.models.sections import Stroboscopic
 
 Z2 = np.array([np.linspace(0.05, 0.6, 140), np.linspace(0.3, 0.1, 140)])
 Z4 = np.concatenate([Z2, 0.5 * Z2[::-1]])

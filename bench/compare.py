@@ -26,7 +26,7 @@ def calls() -> dict:
     """Return the compared calls by name: functions of no arguments."""
     import fastaff as fa
     from fastaff import schemes
-    from fastaff.analysis.frequencies.naff import naff
+    from fastaff.frequencies.naff import naff
 
     body, neo, plane = fa.Body(fa.Hyperelastic(1.0), 1.0), fa.Body(fa.NeoHookean()), fa.HenonHeiles()
     turning, axis = fa.AlphaTurning(+1), fa.Linear((1, 0, 0, 0))

@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 import fastaff as fa
-from fastaff.analysis import FrequencyKind
+from fastaff.frequencies import FrequencyKind
 
 RESONANCES = ((1, 1), (3, 2), (2, 1), (3, 1))  # (q, p) with |q nu_1 -+ p nu_2| T, modulo 1, log-uniform in NEAR
 CELLS = ("generic", *(f"{q}:{p}" for q, p in RESONANCES))

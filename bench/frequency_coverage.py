@@ -27,7 +27,7 @@ from pages import put
 from scipy.special import ellipk, ellipkm1
 
 import fastaff as fa
-from fastaff.analysis import FrequencyKind
+from fastaff.frequencies import FrequencyKind
 
 RESONANCES = ((1, 1), (2, 1), (3, 1), (4, 1), (3, 2), (4, 3))  # (q, p) with |q nu_1 - p nu_2| T log-uniform in NEAR
 CELLS = ("generic", *(f"{q}:{p}" for q, p in RESONANCES))

@@ -14,7 +14,7 @@ from frequency_coverage import ratios
 from pages import put
 
 import fastaff as fa
-from fastaff.analysis import FrequencyKind
+from fastaff.frequencies import FrequencyKind
 
 LONGER, ORBITS, SEEDS = 8, 100, 10
 

@@ -47,8 +47,8 @@ from fastaff import (
     integrate,
     poincare_map,
 )
-from fastaff.analysis.frequencies.naff import naff
-from fastaff.compile.threads import available_threads
+from fastaff.engine.threads import available_threads
+from fastaff.frequencies.naff import naff
 
 BODY, PLANE = Body(Hyperelastic(1.0), 1.0), HenonHeiles()
 AXIS = Linear((1, 0, 0, 0))

@@ -14,8 +14,8 @@ import numpy as np
 from common import batched
 
 import fastaff as fa
-from fastaff.models.mechanics import system_of
-from fastaff.schemes import DOP853, GAUSS8, GAUSS16, VERNER9
+from fastaff.runs.schemes import DOP853, GAUSS8, GAUSS16, VERNER9
+from fastaff.systems.models.mechanics import system_of
 
 H = "(p1**2 + 2*p2**2 - 2*p1*p2*cos(q1 - q2))/(2*(1 + sin(q1 - q2)**2)) - 2*cos(q1) - cos(q2)"
 ORBITS, SIZES, ERRORS, TURNS = 1024, ((0.3, 300.0), (1.2, 30.0)), (1e-6, 1e-9, 1e-12), 15

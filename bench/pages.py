@@ -10,7 +10,7 @@ from datetime import date
 from functools import cache
 from pathlib import Path
 
-from fastaff.base.machine import machine
+from fastaff.results.machine import machine
 
 ROOT = Path(__file__).parents[1]
 PROGRAMS = (

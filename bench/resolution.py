@@ -15,12 +15,12 @@ import numpy as np
 from pages import put
 
 import fastaff as fa
-from fastaff.analysis.frequencies.fundamental import band_sizes
-from fastaff.analysis.frequencies.windows import APART_ORDER, apart_window
-from fastaff.kernels.harmonic_inversion import PEAK_BASIS, new_band
-from fastaff.kernels.loop_lines import FEWEST, LoopLines, read_peaks, signed_places, split_peaks
-from fastaff.kernels.loop_transforms import SUMS, fill_transforms
-from fastaff.kernels.spectrum_lines import find_peaks
+from fastaff.frequencies.fundamental import band_sizes
+from fastaff.frequencies.kernels.harmonic_inversion import PEAK_BASIS, new_band
+from fastaff.frequencies.kernels.loop_lines import FEWEST, LoopLines, read_peaks, signed_places, split_peaks
+from fastaff.frequencies.kernels.loop_transforms import SUMS, fill_transforms
+from fastaff.frequencies.kernels.spectrum_lines import find_peaks
+from fastaff.frequencies.windows import APART_ORDER, apart_window
 
 SAMPLES, FIRST, PHASE = 200, 20.3, 0.7
 AMPLITUDES = (1.0, 0.5)

@@ -1,6 +1,6 @@
 """Kernels beside the ceilings of the machine, on one thread. Run: pytest bench/test_ceilings.py -s
 
-Operations are counted, not guessed: the text that is compiled (`fastaff.compile.source`) runs once with numbers that
+Operations are counted, not guessed: the text that is compiled (`fastaff.engine.source`) runs once with numbers that
 count their operations. An expression computed twice counts once, one of the parameters alone not at all, as a compiler
 moves it out of the loop; signs are free. A number of a lane is loaded once and stored once a loop. A fused multiply-add
 is one operation of the multipliers and two flops; the forces of the systems here need no transcendental function.
@@ -23,10 +23,10 @@ import pytest
 from common import alternating, henon_heiles_orbits, hyperelastic_orbits
 
 from fastaff import Body, HenonHeiles, Hyperelastic, NeoHookean, hamiltonian, integrate
-from fastaff.compile import source
-from fastaff.compile.fused import fma
-from fastaff.compile.jit import LANES
-from fastaff.schemes import BLANES_CASAS_ESCORIHUELA8, BLANES_MOAN6, SOFRONIOU_SPALETTA10
+from fastaff.engine import source
+from fastaff.engine.fused import fma
+from fastaff.engine.jit import LANES
+from fastaff.runs.schemes import BLANES_CASAS_ESCORIHUELA8, BLANES_MOAN6, SOFRONIOU_SPALETTA10
 
 ORBITS, STEP = 1024, 0.02
 CHAINS, VECTOR = 12, 8

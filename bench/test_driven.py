@@ -12,7 +12,7 @@ import pytest
 from common import ORBITS, alternating
 
 from fastaff import KAHAN_LI8, SOFRONIOU_SPALETTA10, hamiltonian, integrate
-from fastaff.schemes import BLANES_CASAS_ESCORIHUELA8, RKN12
+from fastaff.runs.schemes import BLANES_CASAS_ESCORIHUELA8, RKN12
 
 STEPS, STEP = 250, 0.05
 WAVES = "-cos(x) - a*cos(x - {t})"

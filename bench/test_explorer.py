@@ -17,8 +17,8 @@ from page_engine import compute, launch_message, system_message
 import fastaff as fa
 from fastaff.explorer.records import model_code
 from fastaff.explorer.setup import scheme_record
-from fastaff.models.mechanics import system_of
-from fastaff.schemes import BLANES_CASAS_ESCORIHUELA8
+from fastaff.runs.schemes import BLANES_CASAS_ESCORIHUELA8
+from fastaff.systems.models.mechanics import system_of
 
 FLAGS = ["--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--no-sandbox"]
 FOUND = os.environ.get("FASTAFF_CHROMIUM") or shutil.which("chromium-headless-shell") or shutil.which("chromium")

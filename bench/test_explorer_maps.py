@@ -16,8 +16,8 @@ from test_explorer import FLAGS, FOUND, LISTEN, WAIT
 import fastaff as fa
 from fastaff.explorer.parameters import parameter_values
 from fastaff.explorer.records import model_code
-from fastaff.models import FroeschleMap, HenonMap, OneTurnMap, StandardMap
-from fastaff.models.mechanics import system_of
+from fastaff.systems.models import FroeschleMap, HenonMap, OneTurnMap, StandardMap
+from fastaff.systems.models.mechanics import system_of
 
 COUNT = 4_000_000
 MODELS = {type(model).__name__: model for model in (StandardMap(0.9), HenonMap(), FroeschleMap(), OneTurnMap())}

@@ -26,7 +26,7 @@ from fastaff import (
     frequency_map,
     integrate,
 )
-from fastaff.analysis import FrequencyKind
+from fastaff.frequencies import FrequencyKind
 
 ORBITS, TIME = 1000, 200 * np.pi
 CASES = [(Harmonic(), 0.1), (Anharmonic(), 0.02), (Hyperelastic(), 0.01), (HeavyTop(1.0, 0.5), 0.01)]

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from fastaff import KAHAN_LI8, SOFRONIOU_SPALETTA10, Body, HenonHeiles, Hyperelastic, Linear, integrate, poincare_map
-from fastaff.schemes import BLANES_CASAS_ESCORIHUELA8
+from fastaff.runs.schemes import BLANES_CASAS_ESCORIHUELA8
 
 CALLS = 200
 HENON_HEILES, START = HenonHeiles(), np.array([0.0, 0.1, 0.35, 0.1])

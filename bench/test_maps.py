@@ -8,7 +8,7 @@ import pytest
 from common import alternating
 
 import fastaff as fa
-from fastaff.models import HenonMap, OneTurnMap, StandardMap
+from fastaff.systems.models import HenonMap, OneTurnMap, StandardMap
 
 ORBITS = 1000
 

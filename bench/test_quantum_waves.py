@@ -11,8 +11,8 @@ import pytest
 from common import best
 
 from fastaff import Anharmonic, Body
-from fastaff.charts import ALPHA_BETA, R_VARTHETA
 from fastaff.quantum.exact.wavefunction import wavefunction
+from fastaff.systems.charts import ALPHA_BETA, R_VARTHETA
 
 POINTS = 2_000_000
 

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from common import best
 
-from fastaff.analysis.frequencies.resonances import resonances, vectors
-from fastaff.analysis.sections.islands import Kind, islands, rotation_number
+from fastaff.frequencies.resonances import resonances, vectors
+from fastaff.sections.islands import Kind, islands, rotation_number
 
 SIDE, ORDER = 512, 12
 SHARE = 8  # the scalar loop does one orbit of so many

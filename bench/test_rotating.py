@@ -7,8 +7,8 @@ import pytest
 from common import ORBITS, alternating
 
 from fastaff import KAHAN_LI8, chaos_map, hamiltonian, integrate, poincare_map
-from fastaff.models.mechanics import system_of
-from fastaff.schemes import BLANES_CASAS_ESCORIHUELA8
+from fastaff.runs.schemes import BLANES_CASAS_ESCORIHUELA8
+from fastaff.systems.models.mechanics import system_of
 
 STEP, SPAN = 0.05, 20.0
 CASES = {

@@ -18,7 +18,7 @@ import pytest
 from numpy.typing import NDArray
 
 import fastaff as fa
-from fastaff.schemes import SCHEMES, Splitting
+from fastaff.runs.schemes import SCHEMES, Splitting
 
 GOALS = (1e-6, 1e-9, 1e-12, 1e-14)
 RACERS: tuple[Splitting, ...] = tuple(s for s in SCHEMES.values() if isinstance(s, Splitting) and s.order > 2)

@@ -18,17 +18,7 @@ from common import (
     neo_hookean_orbits,
 )
 
-from fastaff import (
-    KAHAN_LI8,
-    YOSHIDA4,
-    AlphaTurning,
-    Body,
-    HenonHeiles,
-    Hyperelastic,
-    Linear,
-    integrate,
-    poincare_map,
-)
+from fastaff import KAHAN_LI8, YOSHIDA4, AlphaTurning, Body, HenonHeiles, Hyperelastic, Linear, integrate, poincare_map
 
 BODY = Body(Hyperelastic(1.0), 1.0)
 SCHEMES = [(YOSHIDA4, 0.01, 2000), (KAHAN_LI8, 0.05, 500)]

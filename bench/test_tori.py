@@ -7,16 +7,8 @@ import numpy as np
 import pytest
 from common import best
 
-from fastaff import (
-    Anharmonic,
-    Body,
-    HeavyTop,
-    Hyperelastic,
-    action_angles,
-    energy_of_actions,
-    from_action_angles,
-)
-from fastaff.charts import ALPHA_BETA, R_VARTHETA
+from fastaff import Anharmonic, Body, HeavyTop, Hyperelastic, action_angles, energy_of_actions, from_action_angles
+from fastaff.systems.charts import ALPHA_BETA, R_VARTHETA
 
 STATES, CHECKED = 200_000, 2000
 CASES = [

@@ -11,7 +11,7 @@ from common import best
 
 import fastaff
 from fastaff import Body, HeavyTop, HenonHeiles, Hyperelastic, NeoHookean, fit_torus
-from fastaff.charts import from_matrix
+from fastaff.systems.charts import from_matrix
 
 POINTS = (
     (((1.3, 0.2), (-0.1, 0.8)), ((0.3, -0.4), (0.5, 0.2))),
@@ -22,7 +22,7 @@ POINTS = (
 SEPARABLE = [(Hyperelastic(), 0), (Hyperelastic(), 2), (HeavyTop(1.0, 0.5), 1)]
 
 
-def fitted(model, z, time: float) -> tuple[dict, fastaff.analysis.TorusFit]:
+def fitted(model, z, time: float) -> tuple[dict, fastaff.tori.TorusFit]:
     """Return the numbers of a fit, and the fit."""
     seconds, fit = best(lambda: fit_torus(model, z, time=time), repeats=1), fit_torus(model, z, time=time)
     found = {"seconds": seconds, "terms": len(fit.k), "order": fit.order}

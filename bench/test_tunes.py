@@ -31,7 +31,7 @@ PATH = henon(ORBITS, 2 * TURNS)
 """The second half is the truth: a record twice as long."""
 
 
-def pushed(chunk: int) -> fa.analysis.Tunes:
+def pushed(chunk: int) -> fa.frequencies.Tunes:
     running = fa.TuneAccumulator()
     for begin in range(0, TURNS + 1, chunk):
         running.push(PATH[:, :, begin : min(begin + chunk, TURNS + 1)])

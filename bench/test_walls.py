@@ -23,11 +23,11 @@ from fastaff import (
     integrate,
 )
 from fastaff.cli.demonstration import P_ETA, P_GAMMA
-from fastaff.flows.flow import Flow, no_memory
-from fastaff.flows.observers import nothing
-from fastaff.flows.time_transformed import prepared
-from fastaff.models.mechanics import system_of
-from fastaff.schemes import RungeKutta, Splitting
+from fastaff.runs.flow import Flow, no_memory
+from fastaff.runs.observers import nothing
+from fastaff.runs.schemes import RungeKutta, Splitting
+from fastaff.runs.time_transformed import prepared
+from fastaff.systems.models.mechanics import system_of
 
 TIME = 200.0
 BODY = Body(NeoHookean(G=1.0, K=2.0), 1.0)

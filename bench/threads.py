@@ -17,7 +17,7 @@ from common import NEO, hyperelastic_orbits, mixed_orbits
 
 import fastaff as fa
 from fastaff import models
-from fastaff.compile.threads import available_threads
+from fastaff.engine.threads import available_threads
 
 PLANE, AXIS = fa.HenonHeiles(), fa.Linear((1.0, 0.0, 0.0, 0.0))
 TIMES = 3

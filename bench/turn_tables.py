@@ -15,7 +15,7 @@ import numpy as np
 from coupled_maps import from_whole, map_case
 
 import fastaff as fa
-from fastaff.analysis import FrequencyKind
+from fastaff.frequencies import FrequencyKind
 
 COUNTS = (64, 128, 256, 512, 1024, 4096)
 REFERENCE = 65536

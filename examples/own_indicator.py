@@ -11,10 +11,10 @@ from typing import NamedTuple
 import numpy as np
 
 import fastaff
-from fastaff.compile.jit import LANES
-from fastaff.flows import Options, plan
-from fastaff.flows.observers import Observer
-from fastaff.kernels.readings import stretch
+from fastaff.engine.jit import LANES
+from fastaff.engine.kernels.readings import stretch
+from fastaff.runs.observers import Observer
+from fastaff.runs.options import Options, plan
 
 
 def decades(growth, i, weight):
@@ -22,7 +22,7 @@ def decades(growth, i, weight):
     return weight * (stretch(growth, 0, i) + stretch(growth, 1, i)) / math.log(10.0)
 
 
-AREA = fastaff.analysis.TangentIndicator("area", decades, limit=8.0, count=2, parameters=(1.0,))
+AREA = fastaff.chaos.TangentIndicator("area", decades, limit=8.0, count=2, parameters=(1.0,))
 
 
 class Farthest(NamedTuple):
@@ -56,7 +56,7 @@ if __name__ == "__main__":
     found = fastaff.chaos_map(model, z0, time=1000.0, step=0.1, indicators=(fastaff.MEGNO(), AREA))
     print(found.summary())
     for megno, area, verdict in zip(found.megno[:5], found.area[:5], found.verdict[:5]):
-        said = fastaff.analysis.Character(verdict).name.lower()
+        said = fastaff.chaos.Character(verdict).name.lower()
         print(f"  MEGNO {megno:7.2f}, area grown by {area:6.2f} decades: {said}")
     flow, z, *_ = plan(model, z0, Options(step=0.05))
     orbits, memory, when = flow.observed(z, Observer(farthest, rows=1, value=Farthest(0.6)), time=100.0)

@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 
 import fastaff
 from fastaff import plot, resonance_web, resonances
-from fastaff.analysis import diffusion_histogram
+from fastaff.frequencies import diffusion_histogram
 from fastaff.plot import plot_diffusion_histogram, plot_web
 
 CHAOTIC = -3.5  # log10 of the change of frequency between the halves of the time

@@ -15,7 +15,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 import fastaff as fa
-from fastaff.models import Cosine, Spring
+from fastaff.systems.models import Cosine, Spring
 
 FILE = sys.argv[1] if len(sys.argv) > 1 else "tori.png"
 

@@ -1,54 +1,336 @@
 """Poincaré maps, frequency maps and tori of planar affinely-rigid bodies, by lane-blocked Numba kernels.
 
 Here are models, schemes, sections, indicators of chaos and the verbs. What they return, and what is needed less often,
-is in `analysis`, `charts`, `models`, `schemes`, `formulas`, `files`, `jobs`; quantum mechanics in `quantum`, figures in
-`plot`: each is loaded when it is first used, and so are the names themselves (`fastaff.public`).
+is in the parts `runs`, `sections`, `frequencies`, `chaos`, `periodic`, `tori`, and in `charts`, `models`, `schemes`,
+`formulas`, `files`, `jobs`; quantum mechanics in `quantum`, figures in `plot`. All are loaded when they are first used.
 """
 
 import sys
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from . import analysis as analysis
-    from . import charts as charts
+    from . import chaos as chaos
     from . import cli as cli
-    from . import compile as compile
+    from . import core as core
+    from . import engine as engine
     from . import exchange as exchange
     from . import explorer as explorer
-    from . import flows as flows
-    from . import formulas as formulas
+    from . import frequencies as frequencies
     from . import jobs as jobs
-    from . import models as models
-    from . import paper as paper
+    from . import periodic as periodic
     from . import plot as plot
     from . import quantum as quantum
-    from . import schemes as schemes
+    from . import results as results
+    from . import runs as runs
+    from . import sections as sections
+    from . import systems as systems
+    from . import tori as tori
+    from .chaos.chaos_map import chaos_map as chaos_map
+    from .chaos.chaotic_fraction import chaotic_fraction as chaotic_fraction
+    from .chaos.indicators import FLI as FLI
+    from .chaos.indicators import GALI as GALI
+    from .chaos.indicators import MEGNO as MEGNO
+    from .chaos.indicators import OFLI as OFLI
+    from .chaos.indicators import SALI as SALI
+    from .chaos.indicators import Lyapunov as Lyapunov
+    from .chaos.indicators import LyapunovSpectrum as LyapunovSpectrum
+    from .chaos.pass_indicators import BirkhoffDigits as BirkhoffDigits
+    from .chaos.pass_indicators import FrequencyDiffusion as FrequencyDiffusion
+    from .chaos.pass_indicators import ReversibilityError as ReversibilityError
+    from .chaos.pass_indicators import ZeroOne as ZeroOne
+    from .core.interruption import Interrupted as Interrupted
+    from .core.status import OrbitError as OrbitError
+    from .core.status import Status as Status
     from .exchange import files as files
-    from .public import *  # noqa: F403
-    from .public import __all__ as __all__
+    from .exchange.files import load as load
+    from .exchange.files import save as save
+    from .explorer.explore import explore as explore
+    from .frequencies.frequency_map import frequency_map as frequency_map
+    from .frequencies.naff import naff as naff
+    from .frequencies.orbit_frequencies import orbit_frequencies as orbit_frequencies
+    from .frequencies.resonance_web import resonance_web as resonance_web
+    from .frequencies.resonances import resonances as resonances
+    from .frequencies.tune_accumulator import TuneAccumulator as TuneAccumulator
+    from .frequencies.tunes import tunes as tunes
+    from .jobs import Job as Job
+    from .jobs import rerun as rerun
+    from .jobs import resume as resume
+    from .jobs import run as run
+    from .periodic.continuation import continuation as continuation
+    from .periodic.find_periodic_orbits import find_periodic_orbits as find_periodic_orbits
+    from .periodic.periodic_orbits import periodic_orbits as periodic_orbits
+    from .results.progress import progress as progress
+    from .runs import schemes as schemes
+    from .runs.integrate import integrate as integrate
+    from .runs.schemes.automatic import AUTO as AUTO
+    from .runs.schemes.catalogue import BLANES_MOAN6 as BLANES_MOAN6
+    from .runs.schemes.catalogue import DOP853 as DOP853
+    from .runs.schemes.catalogue import KAHAN_LI8 as KAHAN_LI8
+    from .runs.schemes.catalogue import LEAPFROG as LEAPFROG
+    from .runs.schemes.catalogue import RK4 as RK4
+    from .runs.schemes.catalogue import SOFRONIOU_SPALETTA10 as SOFRONIOU_SPALETTA10
+    from .runs.schemes.catalogue import VERNER9 as VERNER9
+    from .runs.schemes.catalogue import YOSHIDA4 as YOSHIDA4
+    from .runs.schemes.time_transformed import TimeTransformed as TimeTransformed
+    from .runs.tangent_map import tangent_map as tangent_map
+    from .sections.energy_grid import energy_grid as energy_grid
+    from .sections.energy_sample import energy_sample as energy_sample
+    from .sections.islands import islands as islands
+    from .sections.islands import rotation_number as rotation_number
+    from .sections.poincare_map import poincare_map as poincare_map
+    from .systems import charts as charts
+    from .systems import formulas as formulas
+    from .systems import models as models
+    from .systems.formulas.flow_text import flow as flow
+    from .systems.formulas.formula import formula as formula
+    from .systems.formulas.formula import hamiltonian as hamiltonian
+    from .systems.formulas.mapping import mapping as mapping
+    from .systems.models import Anharmonic as Anharmonic
+    from .systems.models import Body as Body
+    from .systems.models import Harmonic as Harmonic
+    from .systems.models import HeavyTop as HeavyTop
+    from .systems.models import HenonHeiles as HenonHeiles
+    from .systems.models import Hyperelastic as Hyperelastic
+    from .systems.models import NeoHookean as NeoHookean
+    from .systems.models import SeparableAlphaBeta as SeparableAlphaBeta
+    from .systems.models import SeparableElliptic as SeparableElliptic
+    from .systems.models import SeparableRVartheta as SeparableRVartheta
+    from .systems.models import one_variable as one_variable
+    from .systems.models import reduced as reduced
+    from .systems.models.sections import AlphaEquals as AlphaEquals
+    from .systems.models.sections import AlphaTurning as AlphaTurning
+    from .systems.models.sections import AreaEquals as AreaEquals
+    from .systems.models.sections import BetaEquals as BetaEquals
+    from .systems.models.sections import BetaTurning as BetaTurning
+    from .systems.models.sections import Linear as Linear
+    from .tori.action_angles import action_angles as action_angles
+    from .tori.fit_torus import fit_torus as fit_torus
+    from .tori.inverse_tori import energy_of_actions as energy_of_actions
+    from .tori.inverse_tori import from_action_angles as from_action_angles
+    from .tori.separation import constants_of_motion as constants_of_motion
 
 __version__ = "0.2.0"
 
 _FOLDERS = (
-    "analysis",
+    "chaos",
     "charts",
     "cli",
-    "compile",
+    "core",
+    "engine",
     "exchange",
     "explorer",
     "files",
-    "flows",
     "formulas",
+    "frequencies",
     "jobs",
     "models",
-    "paper",
+    "periodic",
     "plot",
     "quantum",
+    "results",
+    "runs",
     "schemes",
+    "sections",
+    "systems",
+    "tori",
 )
+"""Parts of the package, and folders and modules in them that have a name here."""
 
-_INSIDE = {"files": "exchange.files"}
-"""Modules that have a name of their own here."""
+_INSIDE = {
+    "charts": "systems.charts",
+    "files": "exchange.files",
+    "formulas": "systems.formulas",
+    "models": "systems.models",
+    "schemes": "runs.schemes",
+}
+"""Folders and modules within parts that have a name here."""
+
+_PLACES = {
+    "chaos.chaos_map": ("chaos_map",),
+    "chaos.chaotic_fraction": ("chaotic_fraction",),
+    "chaos.indicators": (
+        "FLI",
+        "GALI",
+        "MEGNO",
+        "OFLI",
+        "SALI",
+        "Lyapunov",
+        "LyapunovSpectrum",
+    ),
+    "chaos.pass_indicators": (
+        "BirkhoffDigits",
+        "FrequencyDiffusion",
+        "ReversibilityError",
+        "ZeroOne",
+    ),
+    "frequencies.frequency_map": ("frequency_map",),
+    "frequencies.naff": ("naff",),
+    "frequencies.orbit_frequencies": ("orbit_frequencies",),
+    "frequencies.resonance_web": ("resonance_web",),
+    "frequencies.resonances": ("resonances",),
+    "frequencies.tune_accumulator": ("TuneAccumulator",),
+    "frequencies.tunes": ("tunes",),
+    "runs.integrate": ("integrate",),
+    "runs.tangent_map": ("tangent_map",),
+    "periodic.continuation": ("continuation",),
+    "periodic.find_periodic_orbits": ("find_periodic_orbits",),
+    "periodic.periodic_orbits": ("periodic_orbits",),
+    "sections.energy_grid": ("energy_grid",),
+    "sections.energy_sample": ("energy_sample",),
+    "sections.islands": (
+        "islands",
+        "rotation_number",
+    ),
+    "sections.poincare_map": ("poincare_map",),
+    "tori.action_angles": ("action_angles",),
+    "tori.fit_torus": ("fit_torus",),
+    "tori.inverse_tori": (
+        "energy_of_actions",
+        "from_action_angles",
+    ),
+    "tori.separation": ("constants_of_motion",),
+    "core.interruption": ("Interrupted",),
+    "results.progress": ("progress",),
+    "core.status": (
+        "OrbitError",
+        "Status",
+    ),
+    "exchange.files": (
+        "load",
+        "save",
+    ),
+    "explorer.explore": ("explore",),
+    "systems.formulas.flow_text": ("flow",),
+    "systems.formulas.formula": (
+        "formula",
+        "hamiltonian",
+    ),
+    "systems.formulas.mapping": ("mapping",),
+    "jobs": (
+        "Job",
+        "rerun",
+        "resume",
+        "run",
+    ),
+    "systems.models": (
+        "Anharmonic",
+        "Body",
+        "Harmonic",
+        "HeavyTop",
+        "HenonHeiles",
+        "Hyperelastic",
+        "NeoHookean",
+        "SeparableAlphaBeta",
+        "SeparableElliptic",
+        "SeparableRVartheta",
+        "one_variable",
+        "reduced",
+    ),
+    "systems.models.sections": (
+        "AlphaEquals",
+        "AlphaTurning",
+        "AreaEquals",
+        "BetaEquals",
+        "BetaTurning",
+        "Linear",
+    ),
+    "runs.schemes.automatic": ("AUTO",),
+    "runs.schemes.catalogue": (
+        "BLANES_MOAN6",
+        "DOP853",
+        "KAHAN_LI8",
+        "LEAPFROG",
+        "RK4",
+        "SOFRONIOU_SPALETTA10",
+        "VERNER9",
+        "YOSHIDA4",
+    ),
+    "runs.schemes.time_transformed": ("TimeTransformed",),
+}
+"""Modules of the public names, which are loaded when one of their names is first used."""
+
+_HOME = {name: module for module, names in _PLACES.items() for name in names}
+
+__all__ = [
+    "AUTO",
+    "BLANES_MOAN6",
+    "DOP853",
+    "FLI",
+    "GALI",
+    "KAHAN_LI8",
+    "LEAPFROG",
+    "MEGNO",
+    "OFLI",
+    "RK4",
+    "SALI",
+    "SOFRONIOU_SPALETTA10",
+    "VERNER9",
+    "YOSHIDA4",
+    "AlphaEquals",
+    "AlphaTurning",
+    "Anharmonic",
+    "AreaEquals",
+    "BetaEquals",
+    "BetaTurning",
+    "BirkhoffDigits",
+    "Body",
+    "FrequencyDiffusion",
+    "Harmonic",
+    "HeavyTop",
+    "HenonHeiles",
+    "Hyperelastic",
+    "Interrupted",
+    "Job",
+    "Linear",
+    "Lyapunov",
+    "LyapunovSpectrum",
+    "NeoHookean",
+    "OrbitError",
+    "ReversibilityError",
+    "SeparableAlphaBeta",
+    "SeparableElliptic",
+    "SeparableRVartheta",
+    "Status",
+    "TimeTransformed",
+    "TuneAccumulator",
+    "ZeroOne",
+    "action_angles",
+    "chaos_map",
+    "chaotic_fraction",
+    "constants_of_motion",
+    "continuation",
+    "energy_grid",
+    "energy_of_actions",
+    "energy_sample",
+    "explore",
+    "find_periodic_orbits",
+    "fit_torus",
+    "flow",
+    "formula",
+    "frequency_map",
+    "from_action_angles",
+    "hamiltonian",
+    "integrate",
+    "islands",
+    "load",
+    "mapping",
+    "naff",
+    "one_variable",
+    "orbit_frequencies",
+    "periodic_orbits",
+    "poincare_map",
+    "progress",
+    "reduced",
+    "rerun",
+    "resonance_web",
+    "resonances",
+    "resume",
+    "rotation_number",
+    "run",
+    "save",
+    "tangent_map",
+    "tunes",
+]
 
 _RENAMED = {
     "ChaosScan": "ChaoticFraction",
@@ -61,15 +343,16 @@ _RENAMED = {
     "Sample": "EnergySample",
     "Tori": "ActionAngles",
     "WebLine": "ResonanceLine",
-    "chaos": "chaos_map",
     "exact_levels_below": "exact_levels",
     "from_action_angle": "from_action_angles",
     "multiplets": "exact_levels",
     "quasiclassical_levels_below": "quasiclassical_levels",
-    "tori": "action_angles",
     "web": "resonance_web",
 }
 """Names of version 0.1 that are others now."""
+
+_LISTED = ("runs", "sections", "frequencies", "chaos", "periodic", "tori", "charts", "models", "quantum", "schemes")
+"""Folders that are asked for a name of version 0.1."""
 
 
 def _named(name: str) -> Any:
@@ -80,26 +363,26 @@ def _named(name: str) -> Any:
     """
     if name in _FOLDERS:
         return _module(name)
-    if name.startswith("_") and name != "__all__":
+    if name in _HOME:
+        value = globals()[name] = getattr(_module(_HOME[name]), name)
+        return value
+    if name.startswith("_"):
         raise AttributeError(f"fastaff has no {name!r}")
-    names = _loaded()
-    if name in names:
-        return names[name]
     new = _RENAMED.get(name, name)
-    for folder in ("", "analysis.", "charts.", "models.", "quantum.", "schemes."):
-        if new in (_listed(folder[:-1]) if folder else names["__all__"]):
+    for folder in ("", *(f"{part}." for part in _LISTED)):
+        if new in (_listed(folder[:-1]) if folder else __all__):
             importing = sys._getframe(1).f_code.co_name == "_handle_fromlist"  # of importlib
             kind = ImportError if importing else AttributeError
             raise kind(f"fastaff.{name} is fastaff.{folder}{new} since version 0.2")
-    from .base.names import did_you_mean
+    from .core.names import did_you_mean
 
     raise AttributeError(f"fastaff has no {name!r}.{did_you_mean(name, __dir__())} dir(fastaff) lists what it has")
 
 
 def _module(name: str) -> Any:
     """Load a module of the package, which takes a second the first time, and says so where it takes more."""
-    from .base.interruption import imported
-    from .base.progress import watched
+    from .core.interruption import imported
+    from .results.progress import watched
 
     with watched("loading"):
         return imported(f".{_INSIDE.get(name, name)}", __name__)
@@ -111,19 +394,10 @@ def _listed(folder: str) -> list[str]:
     return [*module.__all__, *vars(module).get("__dir__", list)()]
 
 
-def _loaded() -> dict[str, Any]:
-    """Load the public names into this module, and return them with their list."""
-    public = _module("public")
-    names = {name: getattr(public, name) for name in ("__all__", *public.__all__)}
-    for name, value in names.items():
-        globals().setdefault(name, value)
-    return names
-
-
 if not TYPE_CHECKING:  # type checkers know the names, and what is none
     __getattr__ = _named
 
 
 def __dir__() -> list[str]:
     """List the public names and folders."""
-    return sorted([*_loaded()["__all__"], *_FOLDERS])
+    return sorted([*__all__, *_FOLDERS])

@@ -18,9 +18,9 @@ from inspect import Parameter, isclass, isfunction, signature
 import numpy as np
 
 import fastaff as fa
-from fastaff.analysis.chaos.indicators import INDICATORS
-from fastaff.kernels.readings import first_length
-from fastaff.models.sections import OF_BODIES, Stroboscopic
+from fastaff.chaos.indicators import INDICATORS
+from fastaff.engine.kernels.readings import first_length
+from fastaff.systems.models.sections import OF_BODIES, Stroboscopic
 
 SECONDS = 60.0
 """Seconds of the processor that an accepted input may take."""
@@ -207,7 +207,7 @@ CALLS = {
     "Brody.density": (fa.quantum.Brody(0.5).density, {"s": [0.5, 1.0]}),
     "GALI": (partial(judged, fa.GALI), {"count": 2}),
     "TangentIndicator": (
-        partial(judged, fa.analysis.TangentIndicator),
+        partial(judged, fa.chaos.TangentIndicator),
         {"name": "own", "reading": first_length, "limit": 4.0},
     ),
     "Job": (fa.Job, {"model": HH, "starts": Z4, "integrate": MOTION}),
@@ -237,7 +237,7 @@ CALLS = {
         {"model": HH, "z0": CLOSED, "section": X, "energy": 0.1, "steps": 1, "max_time": 20.0, "length": 1e-3, **FIXED},
     ),
     "count_deviation": (fa.quantum.count_deviation, {"levels": LEVELS, "smooth": staircase}),
-    "diffusion_histogram": (fa.analysis.diffusion_histogram, {"diffusion": [-9.0, -3.0, np.nan]}),
+    "diffusion_histogram": (fa.frequencies.diffusion_histogram, {"diffusion": [-9.0, -3.0, np.nan]}),
     "energy_grid": (fa.energy_grid, {"body": HH, "energy": 0.1, "section": X, "axes": ([0.0, 0.1], [0.0, 0.1])}),
     "energy_grid.by_name": (
         fa.energy_grid,
@@ -262,7 +262,7 @@ CALLS = {
         {"model": HH, "z0": Z4, "section": X, "max_period": 1, "crossings": 8, "max_time": 60.0, **FIXED},
     ),
     "fit_spacings": (fa.quantum.fit_spacings, {"spacings": np.diff(LEVELS), "law": fa.quantum.Brody}),
-    "fit_samples": (fa.analysis.fit_samples, {"samples": LONG, "dt": 0.1}),
+    "fit_samples": (fa.tori.fit_samples, {"samples": LONG, "dt": 0.1}),
     "fit_torus": (fa.fit_torus, {"body": HH, "z0": Z4[:, 0], "time": 60.0, "step": 0.1}),
     "fit_torus.map": (fa.fit_torus, {"body": fa.models.maps.StandardMap(0.5), "z0": [0.2, 2.1], "time": 300.0}),
     "flow": (fa.flow, {"text": "x' = k*y; y' = -x; z' = x*y - z", "k": 1.0}),
@@ -297,7 +297,7 @@ CALLS = {
     "number_variance": (fa.quantum.number_variance, {"unfolded": LEVELS, "lengths": [1.0, 2.0]}),
     "one_variable": (fa.one_variable, {"value": square, "slope": double}),
     "orbit_frequencies": (fa.orbit_frequencies, {"samples": SLOW, "dt": 0.1}),
-    "periodic_guesses": (fa.analysis.periodic_guesses, {"section_map": lambda: result("guessable"), "period": 1}),
+    "periodic_guesses": (fa.periodic.periodic_guesses, {"section_map": lambda: result("guessable"), "period": 1}),
     "periodic_orbits": (
         fa.periodic_orbits,
         {"model": HH, "z0": CLOSED, "section": X, "energy": 0.1, "max_time": 20.0, **FIXED},
@@ -315,7 +315,7 @@ CALLS = {
     "quantizations": (fa.quantum.quantizations, {"body": HARMONIC, **NQ}),
     "quasiclassical_levels": (fa.quantum.quasiclassical_levels, {"body": HARMONIC, **NQ}),
     "quasiclassical_levels.below": (fa.quantum.quasiclassical_levels, {"body": HARMONIC, "below": 4.0}),
-    "ratio_web": (fa.analysis.ratio_web, {"x": (0.5, 1.5), "y": (0.5, 1.5), "max_order": 3}),
+    "ratio_web": (fa.frequencies.ratio_web, {"x": (0.5, 1.5), "y": (0.5, 1.5), "max_order": 3}),
     "reduced": (fa.reduced, {"body": BODY, "p_eta": 0.1, "p_gamma": 0.2}),
     "resonances": (fa.resonances, {"nu": frequencies(), "max_order": 4, "threads": 1}),
     "revivals": (fa.quantum.revivals, {"body": HARMONIC, "n": (3, 2), **Q}),
@@ -401,7 +401,10 @@ calls through their results.
 """
 
 
-PUBLIC = {name: getattr(home, name) for home in (fa, fa.analysis, fa.quantum) for name in home.__all__}
+fa_parts = (fa.runs, fa.frequencies, fa.sections, fa.chaos, fa.periodic, fa.tori)
+"""Parts of the package with results of their own."""
+
+PUBLIC = {name: getattr(home, name) for home in (fa, *fa_parts, fa.quantum) for name in home.__all__}
 PUBLIC |= {name: getattr(fa.charts, name) for name in ("from_matrix", "to_matrix")}
 PUBLIC |= {name: getattr(fa.models, name) for name in ("ReducedBody", "StackelBody", "Zero")}
 PUBLIC |= fa.formulas.systems.SYSTEMS

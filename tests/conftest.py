@@ -136,6 +136,6 @@ def ax():
 @pytest.fixture
 def unwarned(monkeypatch):
     """As in a process that has not warned of its cache yet."""
-    from fastaff.compile import cache
+    from fastaff.engine import cache
 
     monkeypatch.setattr(cache, "_SAID", set())

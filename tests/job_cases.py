@@ -8,8 +8,8 @@ import numpy as np
 from own_models import HenonHeilesInUnits
 
 import fastaff as fa
-from fastaff.base.results import columns
 from fastaff.jobs import Chaos, Frequencies, Job, Model, Motion, Poincare, Run, Starts, Surface
+from fastaff.results.result import columns
 
 RNG = np.random.default_rng(20263)
 A, B, C = RNG.uniform(0.5, 1.5, 3).round(3).tolist()

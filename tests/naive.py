@@ -5,7 +5,7 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 from fastaff import KAHAN_LI8, Anharmonic, Body, Harmonic, HeavyTop, HenonHeiles, Hyperelastic, NeoHookean
-from fastaff.schemes import Collocation, Nystrom, Splitting
+from fastaff.runs.schemes import Collocation, Nystrom, Splitting
 
 MODELS = (
     Body(Harmonic(C=1.3), mu=0.7),

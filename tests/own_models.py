@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 import fastaff as fa
-from fastaff.models.contracts import Kind
+from fastaff.systems.models.contracts import Kind
 
 
 class OneSpring(NamedTuple):

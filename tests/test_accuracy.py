@@ -11,16 +11,16 @@ from hypothesis import strategies as st
 from scipy.special import ellipj, ellipk
 
 import fastaff as fa
-from fastaff.analysis.sections import poincare_map as poincare_module
-from fastaff.flows import accuracy as accuracy_module
-from fastaff.flows.accuracy import SLIGHTLY, Steps, shortening
-from fastaff.flows.flow import Wear
-from fastaff.flows.motion import motion
-from fastaff.flows.options import Options, plan
-from fastaff.flows.trials import on_ladder
-from fastaff.models.mechanics import system_of
-from fastaff.models.sections import Stroboscopic
-from fastaff.schemes import BLANES_CASAS_ESCORIHUELA8, RKN12
+from fastaff.runs import accuracy as accuracy_module
+from fastaff.runs.accuracy import SLIGHTLY, Steps, shortening
+from fastaff.runs.flow import Wear
+from fastaff.runs.motion import motion
+from fastaff.runs.options import Options, plan
+from fastaff.runs.schemes import BLANES_CASAS_ESCORIHUELA8, RKN12
+from fastaff.runs.trials import on_ladder
+from fastaff.sections import poincare_map as poincare_module
+from fastaff.systems.models.mechanics import system_of
+from fastaff.systems.models.sections import Stroboscopic
 
 HH = fa.HenonHeiles()
 

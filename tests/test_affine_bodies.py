@@ -7,8 +7,9 @@ import pytest
 from scipy.linalg import expm
 
 import fastaff as fa
-from fastaff.analysis import Character, FrequencyKind
-from fastaff.base.status import Status
+from fastaff.chaos import Character
+from fastaff.core.status import Status
+from fastaff.frequencies import FrequencyKind
 
 RNG = np.random.default_rng(67)
 TURN = np.array([[0.0, -1.0], [1.0, 0.0]])

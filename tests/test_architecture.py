@@ -17,29 +17,38 @@ import pytest
 from deep import DEEP
 
 import fastaff
-from fastaff.base.recipe import is_recorded
 from fastaff.exchange.files import ANALYSES
+from fastaff.results.recipe import is_recorded
 
 ROOT = Path(fastaff.__file__).parent
 FILES = sorted(ROOT.rglob("*.py"))
-STOREYS = (
-    ("base", "compile"),
-    ("kernels", "schemes", "charts", "models"),
-    ("formulas", "flows"),
-    ("analysis",),
-    ("quantum",),
-    ("plot", "exchange", "paper"),
-    ("jobs",),
-    ("explorer",),
-    ("public",),
-    ("cli", "__main__"),
+PARTS = (
+    "core",
+    "engine",
+    "results",
+    "systems",
+    "runs",
+    "frequencies",
+    "sections",
+    "chaos",
+    "periodic",
+    "tori",
+    "quantum",
+    "plot",
+    "exchange",
+    "jobs",
+    "explorer",
+    "cli",
+    "__main__",
 )
-"""Folders of the package from the ground up: each imports only from those of storeys below, or of its own."""
+"""Parts of the package from the ground up: each imports only from those before it, or of its own."""
+LISTED = (fastaff.runs, fastaff.frequencies, fastaff.sections, fastaff.chaos, fastaff.periodic, fastaff.tori)
+"""Parts with lists of results."""
 ROOMS = {
-    "analysis": ("orbits", "frequencies", "sections", "chaos", "periodic", "tori"),
-    "quantum": ("states", "exact", "solvers", "spectra", "packets", "chaos"),
+    "systems": ("charts", "models", "formulas", "kinematics", "invariant_metrics"),
+    "quantum": ("kernels", "states", "exact", "solvers", "spectra", "packets", "chaos", "reference"),
 }
-"""Folders within a folder, in the same order."""
+"""Folders and modules within a part, in the same order."""
 HEAVY = {"zarr", "xarray", "distributed", "scipy", "matplotlib", "sympy", "pandas", "cyclopts", "rich", "IPython"}
 
 
@@ -50,7 +59,7 @@ def tree_of(path):
 
 
 def module_of(path):
-    """Dotted name below the package of a file: kernels.drive."""
+    """Dotted name below the package of a file: engine.kernels.drive."""
     parts = path.relative_to(ROOT).with_suffix("").parts
     return ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
 
@@ -89,8 +98,8 @@ def arrows():
     return [(module_of(path), target) for path in FILES for target in imports(path)]
 
 
-def storey(module):
-    return next(k for k, folders in enumerate(STOREYS) if module.split(".")[0] in folders)
+def place(module):
+    return PARTS.index(module.split(".")[0])
 
 
 def test_text_becomes_code_in_two_folders():
@@ -101,14 +110,13 @@ def test_text_becomes_code_in_two_folders():
         for node in ast.walk(tree_of(path))
         if isinstance(node, ast.Call) and getattr(node.func, "id", None) in ("exec", "eval", "compile")
     }
-    assert {name.split(".")[0] for name in calls} == {"compile", "formulas"}
+    assert {".".join(name.split(".")[:-1]) for name in calls} == {"engine", "systems.formulas"}
 
 
-def test_every_folder_has_a_storey():
-    folders = {module_of(path).split(".")[0] for path in FILES} - {""}
-    assert folders == {folder for folders in STOREYS for folder in folders}
-    for folder, rooms in ROOMS.items():
-        assert {module_of(path).split(".")[1] for path in FILES if module_of(path).startswith(f"{folder}.")} == {*rooms}
+def test_every_part_has_a_place():
+    assert {module_of(path).split(".")[0] for path in FILES} - {""} == {*PARTS}
+    for part, rooms in ROOMS.items():
+        assert {module_of(path).split(".")[1] for path in FILES if module_of(path).startswith(f"{part}.")} == {*rooms}
     entries = [path for path in ROOT.iterdir() if path.name != "__pycache__"]
     assert len(entries) <= ENTRIES, sorted(path.name for path in entries)
     assert len(arrows()) > 30
@@ -118,7 +126,7 @@ def test_a_term_of_the_equations_is_at_home_in_four_files():
     """Friction, by its names in code: its value, its row, and its option of texts and of commands. Beside these: the
     field of requests in files of older versions (a new option is one of `others`), and the words of bodies' refusals.
     """
-    home = {"compile.damping", "compile.kinds", "formulas.formula", "jobs.system"}
+    home = {"engine.damping", "engine.kinds", "systems.formulas.formula", "jobs.system"}
     said = {
         module_of(path)
         for path in FILES
@@ -130,7 +138,7 @@ def test_a_term_of_the_equations_is_at_home_in_four_files():
             if name != "value" or is_text(node)
         }
     }
-    assert said == home | {"formulas.library", "models.body"}
+    assert said == home | {"systems.formulas.library", "systems.models.body"}
 
 
 def is_text(node):
@@ -150,26 +158,25 @@ def test_no_module_is_hidden_by_a_function_of_its_name():
 def test_no_arrow_points_up():
     for source, target in arrows():
         if source and target:
-            assert storey(target) <= storey(source), f"{source} imports {target}"
-        assert target or not source or storey(source) >= storey("exchange"), f"{source} imports the whole package"
+            assert place(target) <= place(source), f"{source} imports {target}"
+        assert target or not source or place(source) >= place("exchange"), f"{source} imports the whole package"
         folder, *inside = source.split(".")
         if folder in ROOMS and len(inside) > 1 and target.startswith(f"{folder}."):
             order = ROOMS[folder].index
             assert order(target.split(".")[1]) <= order(inside[0]), f"{source} imports {target}"
 
 
-def test_nothing_stands_on_what_serves_the_paper_alone():
-    assert not [source for source, target in arrows() if target.startswith("paper") and not source.startswith("paper")]
-    assert any(source.startswith("paper") for source, _ in arrows())
+def is_kernel(module):
+    return "kernels" in module.split(".")
 
 
 def test_kernels_see_no_models_and_no_python():
     for source, target in arrows():
-        if source.startswith("kernels."):
-            assert target in (
-                *("compile.jit", "compile.lane_flags", "compile.lane_sums", "compile.pointers", "compile.plane_loops"),
-                *("compile.elementary", "compile.fused", "base.status"),
-            ) or target.startswith("kernels"), f"{source} imports {target}"
+        if is_kernel(source):
+            assert is_kernel(target) or target in (
+                *("engine.jit", "engine.lane_flags", "engine.lane_sums", "engine.pointers", "engine.plane_loops"),
+                *("engine.elementary", "engine.fused", "core.status"),
+            ), f"{source} imports {target}"
 
 
 def test_modules_import_one_another_without_circles():
@@ -190,7 +197,7 @@ def test_modules_import_one_another_without_circles():
 
 def test_only_jit_configures_numba():
     for path in FILES:
-        if module_of(path) in ("compile.jit", "compile.blocks", "compile.threads"):
+        if module_of(path) in ("engine.jit", "engine.blocks", "engine.threads"):
             continue
         names = {
             node.attr
@@ -221,7 +228,7 @@ def test_one_module_imports_the_private_parts_of_numba():
     beyond = [
         f"{module_of(path)}: {name}"
         for path in FILES
-        if module_of(path) != "compile.numba_private"
+        if module_of(path) != "engine.numba_private"
         for name in foreign(path)
         if f"{name}.".startswith(tuple(f"{part}." for part in FENCED))
     ]
@@ -246,7 +253,7 @@ def test_analyses_that_files_name_are_all_known():
     """Those public functions that keep their call with their result."""
     public = {
         name: f"{found.__module__}".removeprefix("fastaff.")
-        for home in (fastaff, fastaff.analysis, fastaff.quantum)
+        for home in (fastaff, *LISTED, fastaff.quantum)
         for name in home.__all__
         if is_recorded(found := getattr(home, name))
     }
@@ -365,7 +372,7 @@ def test_results_are_made_by_keyword():
         for line, name, count, unpacked in by_position(path):
             where = f"{module_of(path)}:{line} {name}"
             assert name not in results or (count <= 3 and not unpacked), where
-            assert name not in values or count <= 8 or module_of(path).startswith("kernels"), where
+            assert name not in values or count <= 8 or is_kernel(module_of(path)), where
 
 
 PUBLIC = list(battery.PUBLIC.items())
@@ -377,18 +384,14 @@ def by_number(name):
     return [int(part) if part.isdigit() else part for part in re.split(r"(\d+)", name)]
 
 
-@pytest.mark.parametrize(
-    "folder", [fastaff, fastaff.analysis, fastaff.charts, fastaff.models, fastaff.quantum, fastaff.schemes]
-)
+@pytest.mark.parametrize("folder", [fastaff, *LISTED, fastaff.charts, fastaff.models, fastaff.quantum, fastaff.schemes])
 def test_the_list_of_names_is_sorted_and_true(folder):
     names = folder.__all__
     assert len(set(names)) == len(names)
     assert names == sorted(names, key=lambda n: (not n.isupper(), not n[0].isupper(), by_number(n)))
-    listed = fastaff.public if folder is fastaff else folder
-    assert names is listed.__all__
-    tree = ast.parse(Path(listed.__file__).read_text())
+    tree = ast.parse(Path(folder.__file__).read_text())
     logic = [n for n in tree.body if not isinstance(n, (ast.Expr, ast.ImportFrom, ast.Assign, ast.FunctionDef))]
-    assert not logic
+    assert not logic or folder is fastaff
     assert all(hasattr(folder, name) for name in names)
 
 
@@ -399,14 +402,14 @@ def test_public_names_are_there_however_they_are_asked_for():
         "import fastaff as fa; print(fa.Body.__module__)",
         "from fastaff import Body; print(Body.__module__)",
         "from fastaff import *; print(Body.__module__, poincare_map and len(__import__('fastaff').__all__) and '')",
-        "import fastaff as fa; from fastaff.models import Body; assert Body is fa.Body; print(Body.__module__)",
+        "import fastaff as fa; from fastaff.systems.models import Body; assert Body is fa.Body; print(Body.__module__)",
         both + "import fastaff as fa\nprint({f.__module__ for f in p.map(lambda k: fa.Body, range(2))}.pop())",
         "import fastaff as fa, pickle; print(pickle.loads(pickle.dumps(fa.Body)).__module__)",
         "import fastaff as fa; assert 'Body' in dir(fa); print(vars(fa)['Body'].__module__)",
         "import fastaff as fa; fa.Body = fa.Body; print(fa.Body.__module__)",
     }
     for code in asked:
-        assert run(code).split() == ["fastaff.models.body"], code
+        assert run(code).split() == ["fastaff.systems.models.body"], code
     assert (
         run("import fastaff as fa, sys; print(hasattr(fa, '_none'), 'numba' in sys.modules)").split() == ["False"] * 2
     )
@@ -425,7 +428,7 @@ def test_names_of_version_0_1_say_where_they_are():
             getattr(fastaff, name)
     assert not hasattr(fastaff, "nothing")
     assert set(fastaff.__all__) <= set(dir(fastaff))
-    assert len(fastaff.__all__) <= TOP_NAMES, "leave public.py as it is: a new name is public in its own folder"
+    assert len(fastaff.__all__) <= TOP_NAMES, "a new name is public in its own part"
 
 
 @pytest.mark.parametrize(("name", "value"), PUBLIC, ids=[name for name, _ in PUBLIC])
@@ -482,7 +485,7 @@ def test_what_belongs_together_is_one_argument():
     """At most so many parameters of a kernel, and of other functions beside those that are keywords."""
     many = []
     for path in FILES:
-        most = KERNEL_PARAMETERS if module_of(path).startswith("kernels.") else PARAMETERS
+        most = KERNEL_PARAMETERS if is_kernel(module_of(path)) else PARAMETERS
         for node in ast.walk(tree_of(path)):
             if isinstance(node, ast.FunctionDef) and len(node.args.posonlyargs + node.args.args) > most:
                 many.append(f"{module_of(path)}.{node.name}")

@@ -23,10 +23,10 @@ from fastaff import (
     integrate,
     poincare_map,
 )
-from fastaff.flows.motion import typical_rate
-from fastaff.models.mechanics import system_of
-from fastaff.schemes import BLANES_CASAS_ESCORIHUELA8, Automatic, Logistic, RungeKutta, Splitting
-from fastaff.schemes.automatic import PREFERENCE, Trial
+from fastaff.runs.motion import typical_rate
+from fastaff.runs.schemes import BLANES_CASAS_ESCORIHUELA8, Automatic, Logistic, RungeKutta, Splitting
+from fastaff.runs.schemes.automatic import PREFERENCE, Trial
+from fastaff.systems.models.mechanics import system_of
 
 SMOOTH = np.array([[0.0, 0.0, 0.1], [0.1, 0.2, -0.1], [0.35, 0.3, 0.2], [0.0, 0.1, 0.2]])
 

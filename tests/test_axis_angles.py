@@ -5,7 +5,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import fastaff as fa
-from fastaff.analysis import FrequencyKind
+from fastaff.frequencies import FrequencyKind
 
 RNG = np.random.default_rng(314)
 DISC = "-M/sqrt(x**2+y**2+s) + v/2*log(c+x**2+y**2/q**2) + e*(x**2-y**2)/(1+x**2+y**2)**2 + l*x/(1+x**2+y**2)"

@@ -23,7 +23,7 @@ from fastaff import (
     integrate,
     poincare_map,
 )
-from fastaff.models.angles import AlphaBeta, Coordinates2
+from fastaff.systems.models.angles import AlphaBeta, Coordinates2
 
 BODY, BALL = Body(Hyperelastic()), HenonHeiles()
 Z0 = states(BODY, 3)
@@ -209,7 +209,7 @@ def test_unknown_options_and_positions(call):
 @every_call
 def test_nothing_is_run_before_all_is_checked(call, monkeypatch):
     """The last option is wrong: no kernel may have been started for the others."""
-    from fastaff.flows import flow
+    from fastaff.runs import flow
 
     def never(*arguments, **options):
         raise AssertionError("a kernel was started")

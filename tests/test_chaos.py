@@ -34,11 +34,11 @@ from fastaff import (
     integrate,
     tangent_map,
 )
-from fastaff.analysis import Character
-from fastaff.analysis.chaos.streamed import own_rates, scales, symplectic_frame
-from fastaff.compile.jit import JIT_DISABLED
-from fastaff.flows import Options, plan
-from fastaff.models.mechanics import system_of
+from fastaff.chaos import Character
+from fastaff.chaos.streamed import own_rates, scales, symplectic_frame
+from fastaff.engine.jit import JIT_DISABLED
+from fastaff.runs.options import Options, plan
+from fastaff.systems.models.mechanics import system_of
 
 EVERY = (
     Lyapunov(),
@@ -378,7 +378,7 @@ def test_averages_are_those_of_samples():
 @pytest.mark.parametrize("count", [400, 401, 402, 403, 999, 4000])
 def test_the_correlations_of_zero_one_are_those_of_their_definition(count):
     """At three angles against displacements written out with NumPy; samples of the kinetic energy at equal times."""
-    from fastaff.kernels.zero_one import correlations
+    from fastaff.chaos.kernels.zero_one import correlations
 
     samples = integrate(HenonHeiles(), CHAOTIC, time=1.2 * count, step=0.05, samples=count).samples[:, 2:, 0]
     phi, angles, lags = 100.0 + (samples**2).sum(axis=1) / 2, np.array([0.7, 1.9, 2.4]), count // 10
@@ -463,7 +463,7 @@ def test_orbits_that_meet_steep_forces_late_get_shorter_steps(monkeypatch):
     alone = chaos_map(galaxy, z0[:, 3], time=500.0, indicators=(SALI(),))
     assert alone.values.tobytes() == found.values[:, 3:].tobytes()
 
-    module = sys.modules["fastaff.analysis.chaos.chaos_map"]
+    module = sys.modules["fastaff.chaos.chaos_map"]
     runs = iter((module.ChaosRun,))
 
     def once(*arguments, **options):
@@ -549,7 +549,7 @@ def test_the_result_names_its_indicators(known):
 
 def test_vectors_in_directions_at_rest_are_stable():
     """The orbit moves in alpha alone, slowly; its vectors feel beta's stiff spring, which the step must resolve."""
-    from fastaff.models import Oscillator
+    from fastaff.systems.models import Oscillator
 
     body = Body(fastaff.SeparableAlphaBeta(Oscillator(1.0, 1.0), Oscillator(1e4)))
     found = chaos_map(body, [1.3, 0.0, 0.0, 0.0, 0.3, 0.5, 0.0, 0.0], time=100.0)

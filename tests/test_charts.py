@@ -9,7 +9,15 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from fastaff.charts import ALPHA_BETA, R_VARTHETA, TWO_POLAR, angular_momenta, deformation, from_matrix, to_matrix
+from fastaff.systems.charts import (
+    ALPHA_BETA,
+    R_VARTHETA,
+    TWO_POLAR,
+    angular_momenta,
+    deformation,
+    from_matrix,
+    to_matrix,
+)
 
 CHARTS = (TWO_POLAR, ALPHA_BETA, R_VARTHETA)
 every_chart = pytest.mark.parametrize("chart", CHARTS, ids=[chart.name for chart in CHARTS])

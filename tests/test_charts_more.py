@@ -13,7 +13,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fastaff.charts import (
+from fastaff.systems.charts import (
     ALPHA_BETA,
     CHARTS,
     DELTA_B,

@@ -284,7 +284,7 @@ def test_chaos_map_command(tmp_path, capsys):
     assert (arrays["interval"][0] < metadata["fraction"]) & (metadata["fraction"] < arrays["interval"][1])
     assert arrays["bounds"].shape == (2,)
     assert (
-        f"{int(((arrays['verdict'] == fastaff.analysis.Character.CHAOTIC) & (arrays['status'] == 0)).sum())} chaotic"
+        f"{int(((arrays['verdict'] == fastaff.chaos.Character.CHAOTIC) & (arrays['status'] == 0)).sum())} chaotic"
         in said
     )
     direct = fastaff.chaos_map(

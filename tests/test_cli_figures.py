@@ -16,7 +16,7 @@ from fastaff.cli.commands.plot import _of_file, _of_store
 from fastaff.cli.options import Look
 from fastaff.jobs import Job
 from fastaff.jobs.wording import Wrong
-from fastaff.models.mechanics import system_of
+from fastaff.systems.models.mechanics import system_of
 
 pytest.importorskip("cyclopts")
 pytest.importorskip("matplotlib")

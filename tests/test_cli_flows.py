@@ -13,7 +13,7 @@ pytest.importorskip("cyclopts")
 pytest.importorskip("matplotlib")
 
 from fastaff.cli.main import main
-from fastaff.models.mechanics import system_of
+from fastaff.systems.models.mechanics import system_of
 
 LORENZ = "x' = s*(y - x); y' = x*(r - z) - y; z' = x*y - b*z"
 PARAMETERS = ["s=10", "r=28", "b=8/3"]

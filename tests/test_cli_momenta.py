@@ -10,13 +10,13 @@ from fastaff.jobs.launch import Starts
 from fastaff.jobs.running import begin
 from fastaff.jobs.system import SYSTEMS, Model, Surface, described
 from fastaff.jobs.units import compute_unit
-from fastaff.models.double_pendulum import DoublePendulum
+from fastaff.systems.models.double_pendulum import DoublePendulum
 
 pytest.importorskip("cyclopts")
 pytest.importorskip("matplotlib")
 
 from fastaff.cli.main import main
-from fastaff.models.mechanics import system_of
+from fastaff.systems.models.mechanics import system_of
 
 DOUBLE = "(p1**2 + 2*p2**2 - 2*p1*p2*cos(q1-q2))/(2*(1 + sin(q1-q2)**2)) - 2*g*cos(q1) - g*cos(q2)"
 TEXT = [f"--hamiltonian={DOUBLE}", "--coordinates", "q1 q2", "--momenta", "p1 p2", "--parameter", "g=1"]

@@ -22,13 +22,13 @@ from test_jit_cache import OTHER, cache, contents, python, seed  # noqa: F401  #
 from thorough import TIMES
 
 import fastaff as fa
-from fastaff.compile import cache as files
-from fastaff.compile import code_folder, jit, room
-from fastaff.compile import fingerprint as keys
-from fastaff.compile.blocks import parameters
-from fastaff.compile.jit import SIGNATURES
-from fastaff.formulas import library
-from fastaff.kernels import birkhoff
+from fastaff.engine import cache as files
+from fastaff.engine import code_folder, jit, room
+from fastaff.engine import fingerprint as keys
+from fastaff.engine.blocks import parameters
+from fastaff.engine.jit import SIGNATURES
+from fastaff.engine.kernels import birkhoff
+from fastaff.systems.formulas import library
 
 pytestmark = pytest.mark.skipif(jit.JIT_DISABLED, reason="no compiler, no cache")
 
@@ -145,7 +145,7 @@ def test_another_value_is_another_key(way, key):
 def test_the_order_of_sets_is_no_part_of_a_key(tmp_path):
     """The order of texts in a set differs between processes."""
     code = (
-        "from fastaff.compile.fingerprint import Content\n"
+        "from fastaff.engine.fingerprint import Content\n"
         "def chosen(x): return x in {'one', 'two', 'three', 'four', 'five'}\n"
         "content = Content()\nassert content.takes(chosen, False)\nprint(content.digest())"
     )
@@ -160,7 +160,7 @@ class Kind(IntEnum):
 """
 FLOW = """
 from typing import NamedTuple
-from fastaff.models.contracts import Kind as Equations
+from fastaff.systems.models.contracts import Kind as Equations
 from helper import Kind
 
 class Wave(NamedTuple):

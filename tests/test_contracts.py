@@ -11,13 +11,13 @@ import pytest
 from own_models import OneSpring
 
 import fastaff as fa
-from fastaff.compile import kinds
-from fastaff.compile.terms import Substep, Term
-from fastaff.flows.checks import lacking
-from fastaff.flows.derivatives import check_derivatives
-from fastaff.formulas.library import Request, generated_class
-from fastaff.models.contracts import Angles, Kind, Model, Nonseparable, OneVariable, Potential, Section
-from fastaff.models.mechanics import system_of
+from fastaff.engine import kinds
+from fastaff.engine.terms import Substep, Term
+from fastaff.runs.checks import lacking
+from fastaff.runs.derivatives import check_derivatives
+from fastaff.systems.formulas.library import Request, generated_class
+from fastaff.systems.models.contracts import Angles, Kind, Model, Nonseparable, OneVariable, Potential, Section
+from fastaff.systems.models.mechanics import system_of
 
 POTENTIALS = [fa.Harmonic(), fa.Anharmonic(), fa.Hyperelastic(), fa.HeavyTop(), fa.NeoHookean()]
 POTENTIALS += [fa.SeparableAlphaBeta(fa.models.Oscillator(1.0), fa.models.Zero())]
@@ -492,7 +492,7 @@ def test_a_body_of_another_class_is_a_body():
 
 def test_a_step_belongs_to_its_orbit_and_a_chosen_scheme_to_the_set():
     """Both halves of what plans promise: alone or in company the same step; AUTO's scheme is that of the sample."""
-    from fastaff.flows.options import Options, plan
+    from fastaff.runs.options import Options, plan
 
     body, rng = fa.HenonHeiles(), np.random.default_rng(12)
     z = rng.uniform(-0.2, 0.2, (4, 30)) * rng.choice([1.0, 1e-3], 30)

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 import fastaff as fa
-from fastaff.analysis import FrequencyKind
-from fastaff.compile.jit import JIT_DISABLED
+from fastaff.engine.jit import JIT_DISABLED
+from fastaff.frequencies import FrequencyKind
 
 sys.path.append(str(Path(__file__).parents[1] / "bench"))
 from coupled_maps import CALLS, CELLS, from_whole, map_results

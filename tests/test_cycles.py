@@ -8,7 +8,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import fastaff as fa
-from fastaff.analysis import Stability
+from fastaff.periodic import Stability
 
 VAN_DER_POL = fa.flow("x' = y; y' = m*(1 - x**2)*y - x", m=1.0)
 LORENZ = fa.flow("x' = s*(y - x); y' = x*(r - z) - y; z' = x*y - b*z", s=10.0, r=28.0, b=8 / 3)

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 import fastaff as fa
-from fastaff.formulas.section_text import canonical, section_named
-from fastaff.models.mechanics import system_of
+from fastaff.systems.formulas.section_text import canonical, section_named
+from fastaff.systems.models.mechanics import system_of
 
 FREE = fa.hamiltonian("0*x", coordinates="x")
 HENON = fa.HenonHeiles()

@@ -10,10 +10,10 @@ from importlib.metadata import version
 import numpy as np
 import pytest
 
-from fastaff.base import machine
-from fastaff.base.machine import Dependency
 from fastaff.cli import main as cli
 from fastaff.cli.commands import doctor
+from fastaff.results import machine
+from fastaff.results.machine import Dependency
 
 CODE = "import sys; from fastaff.cli.main import main; sys.exit(main(sys.argv[1:]))"
 
@@ -88,8 +88,8 @@ def test_what_is_wrong(checked, monkeypatch, capsys, tmp_path):
 
 def test_where_kernels_come_from(monkeypatch):
     """From a pack where one was used, not where there only is one."""
-    from fastaff.compile import code_folder, packs
-    from fastaff.compile.cache import CodeCache
+    from fastaff.engine import code_folder, packs
+    from fastaff.engine.cache import CodeCache
 
     monkeypatch.setattr(doctor, "ORBITS", 200)
     monkeypatch.setattr(code_folder, "prebuilt", lambda: packs.Pack(packs.LEVELS["x86-64-v3"], {}))
@@ -100,7 +100,7 @@ def test_where_kernels_come_from(monkeypatch):
 
 
 def test_a_cache_that_cannot_be_used(monkeypatch):
-    from fastaff.compile import code_folder
+    from fastaff.engine import code_folder
 
     monkeypatch.setenv("FASTAFF_CACHE_DIR", "/proc/nowhere")
     try:

@@ -17,9 +17,9 @@ from fastaff.jobs.analyses import Frequencies, Poincare
 from fastaff.jobs.job import Job
 from fastaff.jobs.launch import Starts
 from fastaff.jobs.system import Model, Surface, described
-from fastaff.models.mechanics import system_of
-from fastaff.models.sections import Stroboscopic
-from fastaff.schemes import BLANES_CASAS_ESCORIHUELA8 as BCE8
+from fastaff.runs.schemes import BLANES_CASAS_ESCORIHUELA8 as BCE8
+from fastaff.systems.models.mechanics import system_of
+from fastaff.systems.models.sections import Stroboscopic
 
 SPLITTINGS = [fa.LEAPFROG, fa.YOSHIDA4, fa.BLANES_MOAN6, fa.KAHAN_LI8]
 

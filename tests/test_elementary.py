@@ -11,11 +11,11 @@ import numpy as np
 import pytest
 
 import fastaff as fa
-from fastaff.compile import elementary, substitution
-from fastaff.compile.blocks import model_block, parameters
-from fastaff.compile.fused import FUSED
-from fastaff.compile.jit import JIT_DISABLED, LANES
-from fastaff.formulas.grammar import FUNCTIONS
+from fastaff.engine import elementary, substitution
+from fastaff.engine.blocks import model_block, parameters
+from fastaff.engine.fused import FUSED
+from fastaff.engine.jit import JIT_DISABLED, LANES
+from fastaff.systems.formulas.grammar import FUNCTIONS
 
 pytestmark = pytest.mark.skipif(not FUSED or JIT_DISABLED, reason="they are NumPy's there")
 

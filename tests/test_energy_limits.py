@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 import fastaff as fa
-from fastaff.analysis.sections.energy_limits import energy_limits, may_escape, too_low
 from fastaff.cli import main as cli
-from fastaff.models.mechanics import system_of
+from fastaff.sections.energy_limits import energy_limits, may_escape, too_low
+from fastaff.systems.models.mechanics import system_of
 
 HH = fa.HenonHeiles()
 

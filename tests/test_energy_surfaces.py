@@ -8,12 +8,12 @@ import pytest
 from scipy.stats import ks_2samp
 
 import fastaff as fa
-from fastaff.analysis.sections.energy_grid import lift_sheets
-from fastaff.analysis.sections.energy_limits import Where
-from fastaff.analysis.sections.invariant_measure import measure_of
-from fastaff.analysis.sections.surface_points import surface_of
-from fastaff.models.contracts import Kind
-from fastaff.models.mechanics import system_of
+from fastaff.sections.energy_grid import lift_sheets
+from fastaff.sections.energy_limits import Where
+from fastaff.sections.invariant_measure import measure_of
+from fastaff.sections.surface_points import surface_of
+from fastaff.systems.models.contracts import Kind
+from fastaff.systems.models.mechanics import system_of
 
 RNG = np.random.default_rng(320)
 DOUBLE = fa.models.DoublePendulum

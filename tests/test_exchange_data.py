@@ -8,7 +8,7 @@ import pytest
 from comparison import same
 
 import fastaff as fa
-from fastaff.analysis.orbits.given_orbits import given_orbits
+from fastaff.runs.given_orbits import given_orbits
 
 RNG = np.random.default_rng(31)
 DT, SAMPLES = 0.2, 600

@@ -6,7 +6,7 @@ import pytest
 import fastaff as fa
 from fastaff.exchange.kicks import Kick, turn
 from fastaff.exchange.linear_parts import J
-from fastaff.models.maps import jacobian
+from fastaff.systems.models.maps import jacobian
 
 RNG = np.random.default_rng(41)
 STARTS = RNG.uniform(-3e-4, 3e-4, (4, 12))

@@ -8,7 +8,7 @@ import pytest
 from scipy.linalg import expm
 
 import fastaff as fa
-from fastaff.models.maps import symplectic_defect
+from fastaff.systems.models.maps import symplectic_defect
 
 J = np.kron(np.array([[0.0, 1.0], [-1.0, 0.0]]), np.eye(2))
 NAMES = ("x", "px", "y", "py", "t", "pt")

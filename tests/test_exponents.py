@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 import fastaff as fa
-from fastaff.analysis.chaos.streamed import BLOCKS, LONG_MEMORY, RECORDS, averaging_error
-from fastaff.models.mechanics import system_of
+from fastaff.chaos.streamed import BLOCKS, LONG_MEMORY, RECORDS, averaging_error
+from fastaff.systems.models.mechanics import system_of
 
 LORENZ = fa.flow("x' = s*(y - x); y' = x*(r - z) - y; z' = x*y - b*z", s=10.0, r=28.0, b=8 / 3)
 ROESSLER = fa.flow("x' = -y - z; y' = x + a*y; z' = b + z*(x - c)", a=0.2, b=0.2, c=5.7)

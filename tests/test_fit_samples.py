@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import fastaff as fa
-from fastaff.analysis import Verdict, fit_samples
+from fastaff.tori import Verdict, fit_samples
 
 HH = fa.HenonHeiles()
 

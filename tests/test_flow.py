@@ -11,7 +11,7 @@ from scipy.special import ellipk
 
 import fastaff as fa
 from fastaff import files
-from fastaff.models.contracts import Kind
+from fastaff.systems.models.contracts import Kind
 
 LORENZ = fa.flow("x' = s*(y - x); y' = x*(r - z) - y; z' = x*y - b*z", s=10.0, r=28.0, b=8 / 3)
 LETTERS = "abcdefghijklmnop"

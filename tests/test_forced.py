@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import fastaff as fa
-from fastaff.formulas.forced import BUILT_IN
+from fastaff.systems.formulas.forced import BUILT_IN
 
 LAWS = {
     "gent": {"G": 0.8, "Jm": 9.0, "K": 2.0},

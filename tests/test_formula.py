@@ -22,16 +22,8 @@ from hypothesis import strategies as st
 from naive import states
 
 import fastaff
-from fastaff import (
-    Body,
-    HenonHeiles,
-    Hyperelastic,
-    Status,
-    formula,
-    hamiltonian,
-    integrate,
-)
-from fastaff.compile import jit as _jit
+from fastaff import Body, HenonHeiles, Hyperelastic, Status, formula, hamiltonian, integrate
+from fastaff.engine import jit as _jit
 
 FUNCTIONS = ("sqrt", "exp", "log", "sin", "cos", "tan", "sinh", "cosh", "tanh", "asin", "acos", "atan")
 ROOT = Path(fastaff.__file__).parent.parent
@@ -388,7 +380,7 @@ def test_domains():
 
 
 def test_anisotropic_inertia_is_that_of_the_matrix():
-    from fastaff.charts import to_matrix
+    from fastaff.systems.charts import to_matrix
 
     body = formula(HYPERELASTIC, C=1.1, mu=(0.7, 1.9))
     z = states(Body(Hyperelastic()), 20)
@@ -439,7 +431,7 @@ def test_parameters_stay_run_time_values():
     )
     np.testing.assert_allclose(one.z, two.z, atol=1e-12)
     if not _jit.JIT_DISABLED:
-        from fastaff.compile.blocks import _compiled
+        from fastaff.engine.blocks import _compiled
 
         misses = _compiled.cache_info().misses
         integrate(formula(HYPERELASTIC, C=3.0), z0, time=1.0, step=0.05)
@@ -675,7 +667,7 @@ def test_a_damaged_text_is_written_anew(tmp_path):
 def test_without_a_folder_classes_live_in_memory(tmp_path):
     (tmp_path / "file").write_text("")
     code = (
-        "import warnings; warnings.simplefilter('ignore')\nfrom fastaff import *\nfrom fastaff.compile.blocks import "
+        "import warnings; warnings.simplefilter('ignore')\nfrom fastaff import *\nfrom fastaff.engine.blocks import "
         "fingerprint\n"
         f"b = formula({HYPERELASTIC!r}, C=1.5)\nprint(*b.potential.slopes(2.0, 0.5), "
         "fingerprint((type(b.potential),)))"

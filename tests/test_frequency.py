@@ -30,10 +30,10 @@ from fastaff import (
     frequency_map,
     integrate,
 )
-from fastaff.analysis import FrequencyKind
-from fastaff.charts import from_matrix
-from fastaff.models.angles import AlphaBeta
-from fastaff.models.double_pendulum import DoublePendulum
+from fastaff.frequencies import FrequencyKind
+from fastaff.systems.charts import from_matrix
+from fastaff.systems.models.angles import AlphaBeta
+from fastaff.systems.models.double_pendulum import DoublePendulum
 
 SEPARABLE_AB = [Body(Harmonic(1.3), 0.7), Body(Anharmonic(0.9), 1.4)]
 SEPARABLE_RV = [Body(Hyperelastic(1.0), 1.0), Body(HeavyTop(1.0, 0.5), 1.0)]
@@ -369,7 +369,7 @@ def test_memory_does_not_grow_with_time(monkeypatch):
     By one thread: of two it is a matter of chance which numbers they have at the same time.
     """
     z0 = states(BODY, 32)
-    monkeypatch.setattr("fastaff.analysis.frequencies.frequency_map.BUDGET", 1 << 22)
+    monkeypatch.setattr("fastaff.frequencies.frequency_map.BUDGET", 1 << 22)
 
     def peak(time):
         tracemalloc.start()

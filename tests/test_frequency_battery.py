@@ -10,7 +10,7 @@ import systems
 from scipy.special import ellipkm1
 
 import fastaff as fa
-from fastaff.analysis import FrequencyKind
+from fastaff.frequencies import FrequencyKind
 
 
 def misses(nu, error, true, reach=4):

@@ -5,16 +5,16 @@ import pytest
 from scipy.linalg import eigvals
 
 from fastaff import Body, HenonHeiles, NeoHookean, hamiltonian
-from fastaff.analysis.frequencies import fundamental
-from fastaff.analysis.frequencies.frequency_map import FrequencyWork, checked_angles
-from fastaff.analysis.frequencies.fundamental import Loops, tables_of
-from fastaff.analysis.frequencies.inverted_lines import inverted
-from fastaff.analysis.frequencies.rooms import Room
-from fastaff.analysis.frequencies.signals import Signals, signals_of
-from fastaff.analysis.frequencies.windows import APART_ORDER, BRIEF, apart_window, cosine_window, tables_for
-from fastaff.flows.options import Options, plan
-from fastaff.kernels import dual_loops, harmonic_inversion, loop_lines, spectrum_lines
-from fastaff.kernels import fundamental as kernels
+from fastaff.frequencies import fundamental
+from fastaff.frequencies.frequency_map import FrequencyWork, checked_angles
+from fastaff.frequencies.fundamental import Loops, tables_of
+from fastaff.frequencies.inverted_lines import inverted
+from fastaff.frequencies.kernels import dual_loops, harmonic_inversion, loop_lines, spectrum_lines
+from fastaff.frequencies.kernels import fundamental as kernels
+from fastaff.frequencies.rooms import Room
+from fastaff.frequencies.signals import Signals, signals_of
+from fastaff.frequencies.windows import APART_ORDER, BRIEF, apart_window, cosine_window, tables_for
+from fastaff.runs.options import Options, plan
 
 
 def ragged(rng, rows, counts):
@@ -316,7 +316,7 @@ def test_weak_modes_of_a_chain_are_frequencies():
     near a multiple of the sampling rate.
     """
     from fastaff import frequency_map
-    from fastaff.analysis.frequencies.frequencies import FrequencyKind
+    from fastaff.frequencies.frequencies import FrequencyKind
 
     model = hamiltonian("(x**2 + 2.3*y**2)/2 + 0.9*x*y", coordinates="x y")
     K = np.array([[1.0, 0.9], [0.9, 2.3]])

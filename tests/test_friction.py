@@ -9,7 +9,7 @@ from scipy.integrate import solve_ivp
 from scipy.linalg import expm
 
 import fastaff as fa
-from fastaff.models.contracts import Kind
+from fastaff.systems.models.contracts import Kind
 
 CUBIC = "(x**2 + y**2)/2 + x**2*y - y**3/3"
 DAMPED = fa.hamiltonian(CUBIC, friction=0.02)

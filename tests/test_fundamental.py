@@ -31,9 +31,9 @@ from fastaff import (
     resonances,
     rotation_number,
 )
-from fastaff.analysis import Character
-from fastaff.analysis.frequencies.frequencies import FrequencyKind
-from fastaff.compile.plane_loops import angle_of
+from fastaff.chaos import Character
+from fastaff.engine.plane_loops import angle_of
+from fastaff.frequencies.frequencies import FrequencyKind
 
 
 def chain(n, seed):

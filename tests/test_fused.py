@@ -12,11 +12,11 @@ import numpy as np
 import pytest
 
 from fastaff import Body, HenonHeiles, Hyperelastic, NeoHookean, integrate
-from fastaff.compile import source
-from fastaff.compile.blocks import model_block, parameters
-from fastaff.compile.fused import FUSED, fma, has_instructions
-from fastaff.compile.jit import JIT_DISABLED, LANES, SIGNATURES, BlockFunction
-from fastaff.schemes import BLANES_MOAN6, KAHAN_LI8
+from fastaff.engine import source
+from fastaff.engine.blocks import model_block, parameters
+from fastaff.engine.fused import FUSED, fma, has_instructions
+from fastaff.engine.jit import JIT_DISABLED, LANES, SIGNATURES, BlockFunction
+from fastaff.runs.schemes import BLANES_MOAN6, KAHAN_LI8
 
 fused = pytest.mark.skipif(not FUSED or JIT_DISABLED, reason="no such instruction")
 
@@ -113,7 +113,7 @@ def test_steps_end_with_the_one_that_leaves_the_domain():
 OTHER = """
 import numpy as np
 from fastaff import HenonHeiles, integrate
-from fastaff.compile.fused import FUSED
+from fastaff.engine.fused import FUSED
 assert not FUSED
 z = integrate(HenonHeiles(), np.array([[0.0, 0.0], [0.1, 0.1], [0.4, 0.3], [0.2, 0.2]]), time=5.0, step=0.1).z
 print(*map(float.hex, z.ravel()))

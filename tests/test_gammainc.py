@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 
 import fastaff as fa
-from fastaff.compile.fused import FUSED
-from fastaff.compile.incomplete_gamma import gammainc
-from fastaff.compile.jit import JIT_DISABLED
+from fastaff.engine.fused import FUSED
+from fastaff.engine.incomplete_gamma import gammainc
+from fastaff.engine.jit import JIT_DISABLED
 from fastaff.exchange.sources import source
 from fastaff.explorer.javascript import Part, Refused, printed
-from fastaff.formulas.gammainc import MOST_A
+from fastaff.systems.formulas.gammainc import MOST_A
 
 RNG = np.random.default_rng(31)
 FIRSTS = [0.1, 0.6, 1.0, float(RNG.uniform(0.05, 3)), float(RNG.uniform(0.05, 3)), float(MOST_A)]

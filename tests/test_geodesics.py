@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import fastaff as fa
-from fastaff.base.status import Status
+from fastaff.core.status import Status
 
 RNG = np.random.default_rng(1916)
 

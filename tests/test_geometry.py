@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from scipy.linalg import expm
 
-from fastaff.charts import CARTESIAN, DELTA_B, EULER, EXPONENTIAL, R_EULER, TWO_POLAR, to_matrix
-from fastaff.paper import invariant_metrics as g
-from fastaff.paper.invariant_metrics import (
+from fastaff.systems import invariant_metrics as g
+from fastaff.systems.charts import CARTESIAN, DELTA_B, EULER, EXPONENTIAL, R_EULER, TWO_POLAR, to_matrix
+from fastaff.systems.invariant_metrics import (
     AFFINE_BODY,
     BREATHING_TOP,
     BREATHING_TOP_313,

@@ -8,10 +8,10 @@ import systems
 from comparison import same
 
 import fastaff as fa
-from fastaff.analysis import FrequencyKind
-from fastaff.analysis.orbits.given_orbits import given_orbits
-from fastaff.compile.jit import JIT_DISABLED
-from fastaff.models.angles import AlphaBeta
+from fastaff.engine.jit import JIT_DISABLED
+from fastaff.frequencies import FrequencyKind
+from fastaff.runs.given_orbits import given_orbits
+from fastaff.systems.models.angles import AlphaBeta
 
 MANY = 6 if JIT_DISABLED else 200
 HH = fa.HenonHeiles()
@@ -186,8 +186,8 @@ class Lazy:
 
 
 def test_data_sets_are_read_some_orbits_at_a_time(monkeypatch):
-    monkeypatch.setattr("fastaff.analysis.frequencies.orbit_frequencies.BUDGET", 8 * 4 * 2000 * 2)
-    monkeypatch.setattr("fastaff.analysis.frequencies.tunes.BUDGET", 8 * 4 * 2000 * 2)
+    monkeypatch.setattr("fastaff.frequencies.orbit_frequencies.BUDGET", 8 * 4 * 2000 * 2)
+    monkeypatch.setattr("fastaff.frequencies.tunes.BUDGET", 8 * 4 * 2000 * 2)
     source = Lazy(ARRAY)
     same(fa.orbit_frequencies(source, DT), fa.orbit_frequencies(ARRAY, DT))
     same(fa.tunes(source), fa.tunes(ARRAY))

@@ -13,7 +13,7 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from fastaff.formulas.grammar import CONSTANTS, FUNCTIONS, checked_name, parse
+from fastaff.systems.formulas.grammar import CONSTANTS, FUNCTIONS, checked_name, parse
 
 X, Y, K = 0.7, 1.3, 2.5
 NUMERIC = {name: getattr(math, name) for name in FUNCTIONS}

@@ -26,7 +26,7 @@ from fastaff import (
     hamiltonian,
     poincare_map,
 )
-from fastaff.analysis import NotReached
+from fastaff.sections import NotReached
 
 ALPHAS = np.linspace(1.0, 2.0, 9), np.linspace(-0.8, 0.8, 7)
 BETAS = np.linspace(0.1, 0.6, 9), np.linspace(-0.8, 0.8, 7)

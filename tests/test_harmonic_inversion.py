@@ -5,12 +5,12 @@ import pytest
 from scipy.linalg import eig
 
 import fastaff as fa
-from fastaff.analysis import FrequencyKind
-from fastaff.analysis.frequencies.fundamental import Loops, run
-from fastaff.analysis.frequencies.inverted_lines import inverted
-from fastaff.analysis.frequencies.signals import signals_of
-from fastaff.analysis.frequencies.windows import cosine_window
-from fastaff.kernels import harmonic_inversion as kernels
+from fastaff.frequencies import FrequencyKind
+from fastaff.frequencies.fundamental import Loops, run
+from fastaff.frequencies.inverted_lines import inverted
+from fastaff.frequencies.kernels import harmonic_inversion as kernels
+from fastaff.frequencies.signals import signals_of
+from fastaff.frequencies.windows import cosine_window
 
 RNG = np.random.default_rng(0)
 PLAIN = np.array([1.0, 1.0j])

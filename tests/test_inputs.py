@@ -12,7 +12,7 @@ import pytest
 from thorough import TIMES
 
 import fastaff as fa
-from fastaff.base import numbers
+from fastaff.core import numbers
 
 # The clock of the battery may ring in a callback of the garbage collector, which cannot pass it on: it rings again.
 pytestmark = pytest.mark.filterwarnings("ignore:(?s).*battery.TooLong:pytest.PytestUnraisableExceptionWarning")

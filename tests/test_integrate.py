@@ -27,14 +27,14 @@ from fastaff import (
     integrate,
     poincare_map,
 )
-from fastaff.flows import launch, reaches
-from fastaff.flows.flow import Flow
-from fastaff.flows.observers import Observer
-from fastaff.flows.reaches import ESCAPE, FARTHEST, escape_radii
-from fastaff.models.mechanics import system_of
-from fastaff.models.sections import AlphaTurning
-from fastaff.schemes import Splitting
-from fastaff.schemes.catalogue import SCHEMES
+from fastaff.runs import launch, reaches
+from fastaff.runs.flow import Flow
+from fastaff.runs.observers import Observer
+from fastaff.runs.reaches import ESCAPE, FARTHEST, escape_radii
+from fastaff.runs.schemes import Splitting
+from fastaff.runs.schemes.catalogue import SCHEMES
+from fastaff.systems.models.mechanics import system_of
+from fastaff.systems.models.sections import AlphaTurning
 
 every_model = pytest.mark.parametrize("model", MODELS, ids=label)
 ADAPTIVE = (DOP853, VERNER9)

@@ -17,8 +17,8 @@ from llvmlite.binding import ffi
 from numba.core import event as events
 from numba.core.compiler_lock import global_compiler_lock
 
-from fastaff.base.interruption import imported, recognized, unbroken
-from fastaff.compile import jit
+from fastaff.core.interruption import imported, recognized, unbroken
+from fastaff.engine import jit
 from fastaff.jobs.guard import Hierarchy, Numbers
 
 pytestmark = pytest.mark.skipif(not hasattr(signal, "raise_signal") or os.name != "posix", reason="signals of POSIX")
@@ -151,7 +151,7 @@ def test_handlers_are_back_whatever_comes_while_they_are_put_back(raising, monke
         if handler is raising:
             signal.raise_signal(number)
 
-    monkeypatch.setattr("fastaff.base.interruption.signal.signal", put_back)
+    monkeypatch.setattr("fastaff.core.interruption.signal.signal", put_back)
     with pytest.raises(Late), unbroken():
         pass
     assert handlers() == before
@@ -288,7 +288,7 @@ def use():
 if figure:
     import numpy as np
 
-    points = fa.analysis.frequencies.naff.FrequencyLines(*np.ones((3, 1, 2)), np.zeros(1))
+    points = fa.frequencies.naff.FrequencyLines(*np.ones((3, 1, 2)), np.zeros(1))
     fa.plot
 signal.signal(signal.SIGINT, signal.default_int_handler)
 try:

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 import fastaff
 from fastaff import Status
-from fastaff.analysis.sections.islands import Kind, islands, rotation_number
+from fastaff.sections.islands import Kind, islands, rotation_number
 
 GOLDEN = (math.sqrt(5) - 1) / 2
 

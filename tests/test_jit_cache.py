@@ -29,12 +29,12 @@ from fastaff import (
     integrate,
     poincare_map,
 )
-from fastaff.compile import cache as files
-from fastaff.compile import code_folder as _code_folder
-from fastaff.compile import jit as _jit
-from fastaff.compile import source
-from fastaff.compile.texts import TEXTS
-from fastaff.flows import stepping as engine
+from fastaff.engine import cache as files
+from fastaff.engine import code_folder as _code_folder
+from fastaff.engine import jit as _jit
+from fastaff.engine import source
+from fastaff.engine.texts import TEXTS
+from fastaff.runs import stepping as engine
 
 pytestmark = pytest.mark.skipif(_jit.JIT_DISABLED, reason="no compiler, no cache")
 OTHER = 54321
@@ -283,8 +283,8 @@ def test_a_model_redefined_in_one_session(cache):
 
 OBSERVERS = """
 from typing import NamedTuple
-from fastaff.kernels.readings import stretch
-from fastaff.compile.jit import LANES
+from fastaff.engine.kernels.readings import stretch
+from fastaff.engine.jit import LANES
 HEADER
 
 class Scale(NamedTuple):
@@ -304,10 +304,10 @@ warnings.simplefilter("ignore")
 import watchers
 import fastaff
 from fastaff import *
-from fastaff.flows.observers import Observer
-from fastaff.flows import Options, plan
+from fastaff.runs.observers import Observer
+from fastaff.runs import Options, plan
 model, z0 = HenonHeiles(), np.array([[0.1, 0.2], [0.2, 0.1], [0.3, 0.1], [0.1, 0.3]])
-mine = fastaff.analysis.TangentIndicator("mine", watchers.own, limit=5.0, parameters=(SCALE,))
+mine = fastaff.chaos.TangentIndicator("mine", watchers.own, limit=5.0, parameters=(SCALE,))
 found = chaos_map(model, z0, time=20.0, step=0.1, indicators=(LyapunovSpectrum(), mine))
 flow, z, *_ = plan(model, z0, Options(step=0.1))
 _, memory, _ = flow.observed(z, Observer(watchers.highest, 1, watchers.Scale(SCALE)), time=20.0)
@@ -665,9 +665,9 @@ def test_the_folder_is_the_users(tmp_path, monkeypatch):
 
 KERNEL = """
 import numpy as np
-from fastaff.compile import cache as files
-from fastaff.compile import jit as _jit
-from fastaff.kernels import birkhoff, stepping
+from fastaff.engine import cache as files
+from fastaff.engine import jit as _jit
+from fastaff.engine.kernels import birkhoff, stepping
 block = np.zeros(4000)
 stepping.load_lane(np.ones((2, 1)), 0, block, 0)
 print(_jit.cache_directory().name, birkhoff.weight(0.5), np.flatnonzero(block)[1])
@@ -690,9 +690,9 @@ def test_an_edited_package_gives_new_numbers(tmp_path):
         path.write_text(edited)
 
     run()
-    edit("kernels/birkhoff.py", r"^SHARPNESS = 30.0", "SHARPNESS = 15.0")
+    edit("engine/kernels/birkhoff.py", r"^SHARPNESS = 30.0", "SHARPNESS = 15.0")
     run()
-    edit("compile/jit.py", r"^LANES = \d+", "LANES = 48")
+    edit("engine/jit.py", r"^LANES = \d+", "LANES = 48")
     run()
     assert len({folder for folder, _, _ in runs}) == 3
     assert [lanes for _, _, lanes in runs] == [_jit.LANES, _jit.LANES, 48]

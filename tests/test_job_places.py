@@ -16,11 +16,11 @@ from job_cases import SMALL_GRID as JOB
 from job_cases import bits
 
 import fastaff as fa
-from fastaff.base import machine
 from fastaff.jobs import JobResults, units
 from fastaff.jobs.guard import ITEMS
 from fastaff.jobs.store import Store, _whole
 from fastaff.jobs.wording import Wrong
+from fastaff.results import machine
 
 RNG = random.Random(16)
 

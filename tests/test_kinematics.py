@@ -5,8 +5,15 @@ singular values.
 import numpy as np
 import pytest
 
-from fastaff.charts import TWO_POLAR, deformation, to_matrix
-from fastaff.paper.kinematics import cauchy_tensor, green_tensor, inertia, kinetic_energy, placement, tensor_invariants
+from fastaff.systems.charts import TWO_POLAR, deformation, to_matrix
+from fastaff.systems.kinematics import (
+    cauchy_tensor,
+    green_tensor,
+    inertia,
+    kinetic_energy,
+    placement,
+    tensor_invariants,
+)
 
 RNG = np.random.default_rng(8)
 LABELS, MASSES = RNG.normal(size=(2, 9)), RNG.uniform(0.5, 2, 9)

@@ -7,10 +7,10 @@ from scipy.integrate import quad, solve_ivp
 from test_contracts import Relativistic
 
 import fastaff as fa
-from fastaff.base.status import Status
+from fastaff.core.status import Status
 from fastaff.explorer.records import model_code
-from fastaff.models.mechanics import system_of
-from fastaff.schemes import GAUSS16
+from fastaff.runs.schemes import GAUSS16
+from fastaff.systems.models.mechanics import system_of
 
 RNG = np.random.default_rng(132)
 V = "x**2/2 + 0.7*y**2 + x**2*y"

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import fastaff as fa
-from fastaff.flows.starts import in_rows, starts_of
-from fastaff.models.mechanics import system_of
+from fastaff.runs.starts import in_rows, starts_of
+from fastaff.systems.models.mechanics import system_of
 
 HENON = fa.HenonHeiles()
 ROWS = ("x", "y", "p_x", "p_y")
@@ -175,4 +175,4 @@ def test_starts_without_labels_are_as_they_were():
     assert starts_of(z, HENON) is z
     array = np.zeros((4, 2))
     assert starts_of(array, HENON) is array
-    assert importlib.import_module("fastaff.flows.starts").in_rows("z0", 3, HENON) == 3
+    assert importlib.import_module("fastaff.runs.starts").in_rows("z0", 3, HENON) == 3

@@ -7,10 +7,10 @@ import pytest
 from scipy import optimize, stats
 
 import fastaff as fa
-from fastaff.analysis import NotReached
-from fastaff.analysis.sections.invariant_measure import measure_of
 from fastaff.jobs.launch import BLOCK, between
-from fastaff.models.mechanics import system_of
+from fastaff.sections import NotReached
+from fastaff.sections.invariant_measure import measure_of
+from fastaff.systems.models.mechanics import system_of
 
 HH = fa.HenonHeiles()
 NAMES = ("x", "y", "z", "u", "v", "w")

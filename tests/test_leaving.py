@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import fastaff as fa
-from fastaff.base.status import Status
+from fastaff.core.status import Status
 
 HENON = fa.HenonHeiles()
 CUBIC = fa.hamiltonian("x**2/2 - k*x**3/3", coordinates="x", k=1.0)

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from fastaff import Anharmonic, Body, Hyperelastic, NeoHookean, SeparableAlphaBeta, Status, files, one_variable
-from fastaff.models import Oscillator
 from fastaff.quantum import LevelTable, all_levels, exact_levels, quasiclassical_levels, spectrum, wavefunction
+from fastaff.systems.models import Oscillator
 
 ANHARMONIC = Body(Anharmonic(1.1), 0.8)
 TABLES = {

@@ -8,10 +8,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import fastaff as fa
-from fastaff.analysis import FrequencyKind
-from fastaff.compile.jit import LANES
-from fastaff.models import FroeschleMap, HenonMap, McMillanMap, OneTurnMap, StandardMap
-from fastaff.models.maps import jacobian, symplectic, symplectic_defect
+from fastaff.engine.jit import LANES
+from fastaff.frequencies import FrequencyKind
+from fastaff.systems.models import FroeschleMap, HenonMap, McMillanMap, OneTurnMap, StandardMap
+from fastaff.systems.models.maps import jacobian, symplectic, symplectic_defect
 
 NAMED = (
     StandardMap(0.8),
@@ -771,7 +771,7 @@ def test_errors_of_doublings_hold():
         e = rng.uniform(1.0, 2.0) / c
         start = [unit * (o + np.sqrt(e / c)), 0.0]
         branch = fa.continuation(quadratic, start, parameter=e, longest=20.0, steps=90, bounds=(0.0, 5.0 / c))
-        assert [found.event for found in branch.bifurcations] == [fa.analysis.Event.DOUBLING]
+        assert [found.event for found in branch.bifurcations] == [fa.periodic.Event.DOUBLING]
         (found,) = branch.bifurcations
         assert abs(found.value - 4.0 / c) <= found.error < 1e-7 / c
 

@@ -9,7 +9,7 @@ import pytest
 from naive import MODELS, energy, label, states
 
 from fastaff import Anharmonic, Body, Harmonic, HeavyTop, HenonHeiles, Hyperelastic, NeoHookean
-from fastaff.charts import TWO_POLAR, to_matrix
+from fastaff.systems.charts import TWO_POLAR, to_matrix
 
 every_model = pytest.mark.parametrize("model", MODELS, ids=label)
 BODIES = [m for m in MODELS if isinstance(m, Body)]

@@ -6,8 +6,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import minimize
 
-from fastaff.analysis.frequencies.naff import naff
-from fastaff.compile.jit import JIT_DISABLED
+from fastaff.engine.jit import JIT_DISABLED
+from fastaff.frequencies.naff import naff
 
 EPS = np.finfo(float).eps
 SAMPLES = 256 if JIT_DISABLED else 1024

@@ -9,11 +9,11 @@ import systems
 from scipy.integrate import solve_ivp
 
 import fastaff as fa
-import fastaff.analysis.orbits.integrate as integrate_module
-from fastaff.base.status import Status
-from fastaff.models.mechanics import system_of
-from fastaff.models.sections import AngleEquals
-from fastaff.schemes import GAUSS8, GAUSS16, VERNER9
+import fastaff.runs.integrate as integrate_module
+from fastaff.core.status import Status
+from fastaff.runs.schemes import GAUSS8, GAUSS16, VERNER9
+from fastaff.systems.models.mechanics import system_of
+from fastaff.systems.models.sections import AngleEquals
 
 DOUBLE = (
     "(p1**2*m2*b**2 + p2**2*(m1 + m2)*a**2 - 2*m2*a*b*p1*p2*cos(q1 - q2))/(2*m2*a**2*b**2*(m1 + m2*sin(q1 - q2)**2))"
@@ -410,7 +410,7 @@ def test_an_angle_that_goes_round_has_its_mean_rate_for_a_frequency():
         assert np.mean(off <= 1) >= 0.98
         assert off.max() < 10
         assert np.median(found.error[1]) < 1e-10
-        assert np.mean(found.kind == fa.analysis.FrequencyKind.INDEPENDENT) > 0.9
+        assert np.mean(found.kind == fa.frequencies.FrequencyKind.INDEPENDENT) > 0.9
         assert (found.basis[:, :, found.kind == 0] == np.eye(2)[:, :, None]).all()
 
 
@@ -433,11 +433,11 @@ def test_a_rotor_coupled_to_nothing_turns_as_it_does():
     found = fa.frequency_map(model, z, time=300.0)
     assert (np.abs(found.nu[1] - z[3] / J / period) <= found.error[1]).all()
     assert found.error[1].max() < 1e-11
-    assert np.mean(found.kind == fa.analysis.FrequencyKind.INDEPENDENT) > 0.9
+    assert np.mean(found.kind == fa.frequencies.FrequencyKind.INDEPENDENT) > 0.9
     alone = fa.hamiltonian("a**2/2", coordinates="f", momenta="a", periods={"f": "2*pi"})
     turning = fa.frequency_map(alone, [[0.0, 1.0], [1.7, -2.3]], time=300.0)
     np.testing.assert_allclose(turning.omega[0], [1.7, -2.3], rtol=1e-11)
-    assert (turning.kind == fa.analysis.FrequencyKind.INDEPENDENT).all()
+    assert (turning.kind == fa.frequencies.FrequencyKind.INDEPENDENT).all()
 
 
 def test_a_rate_that_is_a_multiple_of_another_frequency_decides_nothing():
@@ -447,7 +447,7 @@ def test_a_rate_that_is_a_multiple_of_another_frequency_decides_nothing():
     rng = np.random.default_rng(7)
     z = np.array([rng.uniform(0.7, 1.5, 6), rng.uniform(-3, 3, 6), rng.uniform(-0.5, 0.5, 6), rng.uniform(0.3, 1, 6)])
     found = fa.frequency_map(model, z, time=400.0)
-    assert (found.kind != fa.analysis.FrequencyKind.INDEPENDENT).all()
+    assert (found.kind != fa.frequencies.FrequencyKind.INDEPENDENT).all()
     np.testing.assert_allclose(found.omega, [[2.0] * 6, [1.0] * 6], atol=1e-9)
 
 

@@ -9,7 +9,7 @@ import inspect
 import numba
 import pytest
 
-from fastaff.compile import numba_private as private
+from fastaff.engine import numba_private as private
 
 SIGNATURES = {
     "CFunc.__init__": "pyfunc sig locals options pipeline_class",

@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 import fastaff as fa
-from fastaff.compile.fused import FUSED
-from fastaff.compile.jit import JIT_DISABLED
-from fastaff.compile.lane_sums import CHAIN, VECTOR, sum_of_table
-from fastaff.schemes import BLANES_CASAS_ESCORIHUELA8, RKN12, SOFRONIOU_SPALETTA10
+from fastaff.engine.fused import FUSED
+from fastaff.engine.jit import JIT_DISABLED
+from fastaff.engine.lane_sums import CHAIN, VECTOR, sum_of_table
+from fastaff.runs.schemes import BLANES_CASAS_ESCORIHUELA8, RKN12, SOFRONIOU_SPALETTA10
 
 DRIVEN = fa.hamiltonian("-cos(x) - a*cos(x - w*t)", coordinates="x", period="2*pi/w", a=0.3, w=1.25)
 PLANE = fa.hamiltonian("(x**2 + w*y**2)/2 + a*x**2*y**2", coordinates="x y", a=0.7, w=1.3)

@@ -10,12 +10,12 @@ import numpy as np
 import pytest
 
 import fastaff as fa
-from fastaff.analysis import Character
-from fastaff.analysis.chaos.indicator import NEEDS, Indicator, VectorIndicator, Watch, is_indicator
-from fastaff.base.numbers import portion
-from fastaff.compile.jit import LANES
-from fastaff.flows import observers
-from fastaff.kernels.readings import LN10, stretch
+from fastaff.chaos import Character
+from fastaff.chaos.indicator import NEEDS, Indicator, VectorIndicator, Watch, is_indicator
+from fastaff.core.numbers import portion
+from fastaff.engine.jit import LANES
+from fastaff.engine.kernels.readings import LN10, stretch
+from fastaff.runs import observers
 
 HENON = fa.HenonHeiles()
 STARTS = np.array([[0.0, 0.0, 0.0], [-0.25, 0.1, 0.12], [0.42, 0.4, 0.36], [0.0, 0.1, 0.08]])
@@ -110,7 +110,7 @@ def refused(model, z0, *indicators, **options):
 
 def test_an_indicator_of_tangent_vectors_from_outside():
     """The bits of a TangentIndicator with the same function, in the same pass as those of the package."""
-    twin = fa.analysis.TangentIndicator("twin", area, limit=8.0, count=2)
+    twin = fa.chaos.TangentIndicator("twin", area, limit=8.0, count=2)
     found = fa.chaos_map(HENON, STARTS, indicators=(fa.MEGNO(), Area(), twin), history=4, **RUN)
     assert found.names == ("megno", "area", "twin")
     np.testing.assert_array_equal(found.area, found.twin)
@@ -276,8 +276,8 @@ class Lost(Area):
 def test_colours_of_an_indicator_that_falls_are_those_of_one_that_rises(tmp_path):
     """Bright is chaotic, in sections and maps, after a file too, under its own label, whatever the name."""
     starts = fa.energy_sample(HENON, energy=0.13, section="x=0", orbits=40, seed=2)
-    chosen: tuple = (Area(), Lost(), fa.analysis.TangentIndicator("sali", lost, limit=-8.0, above=False, count=2))
-    chosen += (fa.analysis.TangentIndicator("digits", area, limit=8.0, count=2),)
+    chosen: tuple = (Area(), Lost(), fa.chaos.TangentIndicator("sali", lost, limit=-8.0, above=False, count=2))
+    chosen += (fa.chaos.TangentIndicator("digits", area, limit=8.0, count=2),)
     found = fa.chaos_map(HENON, starts, indicators=chosen, **RUN)
     assert found.chaotic.any()
     assert found.regular.any()

@@ -15,12 +15,12 @@ import numpy as np
 import pytest
 
 import fastaff
-from fastaff.base.machine import get_host_cpu_features
-from fastaff.compile import cache as files
-from fastaff.compile import code_folder as _code_folder
-from fastaff.compile import jit as _jit
-from fastaff.compile import packs
-from fastaff.compile.packs import LEVELS, Level
+from fastaff.engine import cache as files
+from fastaff.engine import code_folder as _code_folder
+from fastaff.engine import jit as _jit
+from fastaff.engine import packs
+from fastaff.engine.packs import LEVELS, Level
+from fastaff.results.machine import get_host_cpu_features
 
 PACKAGE = Path(fastaff.__file__).parent
 KNOWN = {name[1:] for name in get_host_cpu_features().split(",") if name.startswith("+")}
@@ -33,8 +33,8 @@ runs_a_level = pytest.mark.skipif(
 
 FEW = """
 import json, numpy as np
-from fastaff.compile.cache import CodeCache
-from fastaff.kernels import birkhoff, stepping
+from fastaff.engine.cache import CodeCache
+from fastaff.engine.kernels import birkhoff, stepping
 block = np.zeros(4000)
 stepping.load_lane(np.ones((2, 1)), 0, block, 0)
 shown = [block, [birkhoff.weight(x) for x in np.linspace(-0.9, 0.9, 7)]]
@@ -150,7 +150,7 @@ def test_a_pack_of_other_sources_is_not_used(few, tmp_path):
     """An edit of one comment, in a folder that machine code is made of."""
     package, _ = packed(few, tmp_path)
     assert run(FEW, tmp_path / "one", package)[1:] == (0, few[2], "")
-    path = package / "kernels/birkhoff.py"
+    path = package / "engine/kernels/birkhoff.py"
     path.write_text(path.read_text() + "\n# edited\n")
     assert run(FEW, tmp_path / "other", package) == (few[1], few[2], 0, "")
 

@@ -19,8 +19,8 @@ from scipy.special import ellipk
 
 import fastaff as fa
 from fastaff import Status
-from fastaff.analysis import Event, Stability
-from fastaff.analysis.periodic.return_map import section_gradient
+from fastaff.periodic import Event, Stability
+from fastaff.periodic.return_map import section_gradient
 from fastaff.plot.periodic import plot_periodic
 
 X = fa.Linear(normal=(1, 0, 0, 0))
@@ -384,7 +384,7 @@ def test_a_branch_goes_on_where_its_orbits_need_other_steps():
 
 
 def test_a_bifurcation_survives_where_the_branch_is_lost_between_two_points(monkeypatch):
-    family = sys.modules["fastaff.analysis.periodic.family"].Family
+    family = sys.modules["fastaff.periodic.family"].Family
     lost = family.corrected
     calls = [0]
 
@@ -492,7 +492,7 @@ def test_wrong_input_is_named():
         ("z0", ValueError, lambda: fa.continuation(model, [0, 5.0, 0.1, 0], section=X, max_time=30.0)),
         ("body", TypeError, lambda: fa.reduced(model, p_eta=0.1, p_gamma=0.1)),
         ("p_gamma", ValueError, lambda: fa.reduced(BODY, p_eta=0.1, p_gamma=np.nan)),
-        ("section_map", TypeError, lambda: fa.analysis.periodic_guesses(np.zeros((3, 4)), 1)),
+        ("section_map", TypeError, lambda: fa.periodic.periodic_guesses(np.zeros((3, 4)), 1)),
     ):
         with pytest.raises(error, match=name):
             call()
@@ -533,7 +533,7 @@ def test_a_family_that_shrinks_to_an_equilibrium_ends_with_steps_that_are_not_mu
     ("argument", "value"), [("energy", 1j), ("energy", [0.1, 0.2]), ("tolerance", -1.0), ("iterations", 0)]
 )
 def test_a_search_refuses_before_it_runs_a_map(monkeypatch, argument, value):
-    module = importlib.import_module("fastaff.analysis.periodic.find_periodic_orbits")
+    module = importlib.import_module("fastaff.periodic.find_periodic_orbits")
     monkeypatch.setattr(module, "poincare_map", None)  # where it is called, TypeError without the name
     with pytest.raises((TypeError, ValueError), match=f"^{argument} must be"):
         fa.find_periodic_orbits(

@@ -13,8 +13,8 @@ import pytest
 from thorough import TIMES
 
 import fastaff as fa
-from fastaff.base import placing
-from fastaff.base.placing import free_stem, placed
+from fastaff.core import placing
+from fastaff.core.placing import free_stem, placed
 from fastaff.exchange.jpl import read_periodic
 from fastaff.exchange.three_bodies import read_three_bodies
 
@@ -201,7 +201,7 @@ def test_drafts_of_other_users_stay(whose, tmp_path):
 KILLED = """
 import os, sys, signal
 from pathlib import Path
-from fastaff.base import placing
+from fastaff.core import placing
 with placing.draft(Path(sys.argv[1]), ".npz") as one, placing.draft(Path(sys.argv[1]), of_files=True) as other:
     one.write_text("half")
     (other / "chunk").write_text("half")

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from fastaff.analysis.frequencies.plane_lines import plane_lines
-from fastaff.compile.jit import JIT_DISABLED
+from fastaff.engine.jit import JIT_DISABLED
+from fastaff.frequencies.plane_lines import plane_lines
 
 MANY = 4 if JIT_DISABLED else 100
 

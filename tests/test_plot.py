@@ -10,7 +10,7 @@ import pytest
 
 import fastaff
 from fastaff import plot
-from fastaff.models.mechanics import system_of
+from fastaff.systems.models.mechanics import system_of
 
 matplotlib = pytest.importorskip("matplotlib")
 
@@ -24,7 +24,7 @@ def section_map(orbits=3, crossings=5):
     counts = np.full(orbits, crossings)
     counts[-1] = 0
     points[..., -1] = np.nan
-    return fastaff.analysis.SectionMap(
+    return fastaff.sections.SectionMap(
         points,
         np.where(np.isnan(points[0]), np.nan, 1.0),
         counts,
@@ -42,7 +42,7 @@ def frequency_map(ratio, gamma):
     """A map of a body whose second libration is `ratio` times the first."""
     nu = np.array([np.ones_like(ratio), ratio, gamma / 2, gamma / 2])
     zero = np.zeros(ratio.size)
-    return fastaff.analysis.FrequencyMap(
+    return fastaff.frequencies.FrequencyMap(
         ("alpha", "beta", "phi", "psi"),
         nu,
         0 * nu,

@@ -29,13 +29,13 @@ def chaos_map(orbits, slots=0):
     values, limits = np.array([megno, sali]), np.array([[5.0], [-7.0]]) * np.ones(orbits)
     values[:, -1] = np.nan
     by = np.array([values[0] > 5, values[1] < -7]).astype(int)
-    verdict = np.where(by[0] == by[1], by[0], fastaff.analysis.Character.UNDECIDED)
-    verdict[-1] = fastaff.analysis.Character.UNDECIDED
+    verdict = np.where(by[0] == by[1], by[0], fastaff.chaos.Character.UNDECIDED)
+    verdict[-1] = fastaff.chaos.Character.UNDECIDED
     status = np.zeros(orbits, int)
     status[-1] = fastaff.Status.COLLAPSED
     times = np.geomspace(1.0, 1000.0, slots)[:, None] * np.ones(orbits)
     history = np.array([np.full((slots, orbits), 2.0), -2 * np.log10(times)])
-    return fastaff.analysis.ChaosMap(
+    return fastaff.chaos.ChaosMap(
         ("megno", "sali"),
         values,
         limits,
@@ -66,7 +66,7 @@ def scan(*axes):
     zero, statuses = np.zeros(shape), np.zeros((len(fastaff.Status), *shape), int)
     statuses[0] = orbits
     rows = np.zeros((2, *shape))
-    return fastaff.analysis.ChaoticFraction(
+    return fastaff.chaos.ChaoticFraction(
         ("energy", "K")[: len(axes)],
         tuple(np.asarray(axis, float) for axis in axes),
         orbits,

@@ -14,10 +14,10 @@ import pytest
 
 import fastaff as fa
 from fastaff import plot
-from fastaff.analysis import Stability
-from fastaff.models.maps import StandardMap
+from fastaff.periodic import Stability
 from fastaff.plot import labels as plot_labels
 from fastaff.plot import periodic, scars
+from fastaff.systems.models.maps import StandardMap
 
 matplotlib = pytest.importorskip("matplotlib")
 from matplotlib.backends.backend_agg import FigureCanvasAgg  # noqa: E402
@@ -61,7 +61,7 @@ def test_stability_changes_the_line_and_bifurcations_are_marked(ax, branch):
     reduced = branch.orbits.reduced.copy()
     reduced[..., : n // 2] = np.array([[0.0, 1.0], [-1.0, 0.0]])[..., None]  # residue 1/2
     reduced[..., n // 2 :] = np.array([[2.0, 0.0], [0.0, 0.5]])[..., None]  # multipliers 2 and 1/2
-    event = fa.analysis.Bifurcation(fa.analysis.Event.FOLD, 0.5, 0.11, branch.orbits.z[:, 0], 6.4, 1e-9)
+    event = fa.periodic.Bifurcation(fa.periodic.Event.FOLD, 0.5, 0.11, branch.orbits.z[:, 0], 6.4, 1e-9)
     half = dataclasses.replace(
         branch, orbits=dataclasses.replace(branch.orbits, reduced=reduced), bifurcations=(event,)
     )
@@ -178,7 +178,7 @@ def test_boxes_overlap_where_they_do():
 def test_the_title_on_the_left_stands_above_the_legend_of_a_web(ax):
     ax.set_title("grey: 2827 orbits without a value", fontsize=9, loc="left")
     part = np.array([[0.5, 0.5], [0.51, 0.5]])
-    lines = [fa.analysis.ResonanceLine((k, -1, 0), k + 1, (part,), np.eye(3, dtype=bool)) for k in (1, 2)]
+    lines = [fa.frequencies.ResonanceLine((k, -1, 0), k + 1, (part,), np.eye(3, dtype=bool)) for k in (1, 2)]
     plot.plot_web(lines, ax=ax, names=("alpha", "beta", "gamma"), axes=[np.linspace(0, 1, 3)] * 2)
     ax.figure.canvas.draw()
     legend, title = ax.get_legend().get_window_extent(), ax._left_title.get_window_extent()
@@ -218,7 +218,7 @@ def test_names_of_a_web_do_not_overlap_and_the_longest_lines_have_them(ax):
         u0, v0, slope = rng.uniform(0.1, 0.5), rng.uniform(0.1, 0.9), rng.uniform(-1, 1)
         length = rng.uniform(0.1, 0.5)
         part = np.column_stack([u0 + length * t, v0 + slope * length * t + 0.03 * np.sin(3 * t)])
-        lines.append(fa.analysis.ResonanceLine((k, -k - 1, 0), 2 * k + 1, (part,), None))
+        lines.append(fa.frequencies.ResonanceLine((k, -k - 1, 0), 2 * k + 1, (part,), None))
     drawn = plot.plot_web(lines, ax=ax, names=("alpha", "beta", "gamma"), labels=8)
     ax.figure.canvas.draw()
     boxes = [drawn_box(text) for text in drawn.labels]
@@ -479,7 +479,7 @@ def test_irregular_orbits_do_not_set_the_frame_of_tunes(ax):
         leading_error=np.full(nu.shape, 1e-9),
         basis=np.repeat(np.eye(2, dtype=int)[:, :, None], 100, axis=2),
         **{name: np.zeros(100) for name in ("diffusion", "status", "rank", "energy_error", "t")},
-        kind=np.repeat([fa.analysis.FrequencyKind.INDEPENDENT, fa.analysis.FrequencyKind.IRREGULAR], [60, 40]),
+        kind=np.repeat([fa.frequencies.FrequencyKind.INDEPENDENT, fa.frequencies.FrequencyKind.IRREGULAR], [60, 40]),
     )
     plot.plot_frequency_map(found, ax=ax)
     for low, high in (ax.get_xlim(), ax.get_ylim()):

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import fastaff
-from fastaff.charts import ALPHA_BETA, ELLIPTIC, R_VARTHETA, TWO_POLAR
 from fastaff.plot import quantum as plot_quantum
+from fastaff.systems.charts import ALPHA_BETA, ELLIPTIC, R_VARTHETA, TWO_POLAR
 
 matplotlib = pytest.importorskip("matplotlib")
 

@@ -33,9 +33,9 @@ from fastaff import (
     integrate,
     poincare_map,
 )
-from fastaff.base.interruption import Interrupted
-from fastaff.charts import ALPHA_BETA, R_VARTHETA, TWO_POLAR
-from fastaff.flows import flow as engine
+from fastaff.core.interruption import Interrupted
+from fastaff.runs import flow as engine
+from fastaff.systems.charts import ALPHA_BETA, R_VARTHETA, TWO_POLAR
 
 BODY, BALL = Body(Hyperelastic(1.1), 0.8), HenonHeiles(0.9)
 ON_X = Linear((1.0, 0.0, 0.0, 0.0))

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 import fastaff
-from fastaff.compile import jit
+from fastaff.engine import jit
 
 pytestmark = pytest.mark.skipif(not hasattr(os, "fork"), reason="no fork")
 TESTS, PACKAGE = Path(__file__).parent, Path(fastaff.__file__).parents[1]
@@ -157,7 +157,7 @@ def test_the_number_of_threads_is_that_of_the_user():
     code = """
         import threading, numba
         from numba.np.ufunc import parallel
-        from fastaff.compile.threads import default_threads
+        from fastaff.engine.threads import default_threads
         print(default_threads(), parallel._is_initialized)
         numba.set_num_threads(1)
         print(default_threads())

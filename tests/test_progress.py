@@ -10,11 +10,12 @@ import numpy as np
 import pytest
 
 import fastaff as fa
-from fastaff.base import compilations, progress
-from fastaff.base.numbers import Passes
-from fastaff.base.progress import says_progress
-from fastaff.base.recipe import recorded
-from fastaff.flows.launch import early
+from fastaff.core import compilations
+from fastaff.core.numbers import Passes
+from fastaff.results import progress
+from fastaff.results.progress import says_progress
+from fastaff.results.recipe import recorded
+from fastaff.runs.launch import early
 
 
 @dataclass(frozen=True)
@@ -347,7 +348,8 @@ def test_in_a_notebook_a_line_replaces_the_one_before(monkeypatch, clock):
 
 QUIET = {
     "fastaff": {"one_variable", "progress", "reduced"},
-    "fastaff.analysis": {"diffusion_histogram", "periodic_guesses"},
+    "fastaff.frequencies": {"diffusion_histogram"},
+    "fastaff.periodic": {"periodic_guesses"},
     "fastaff.quantum": {
         *("count_deviation", "fit_spacings", "level_list", "mean_spacing_ratio", "number_variance", "polynomial_count"),
         *("spacing_ratios", "spectrum_table", "unfold", "wavefunction"),
@@ -384,7 +386,7 @@ def test_a_fit_of_a_torus_tells_its_passes():
         fitting = [0.5, *(share for share in told if 0.5 < share < 0.75), 0.75]
         assert len(fitting) > least / 2
         assert np.diff(fitting).max() < 0.13
-        if found.verdict != fa.analysis.Verdict.TORUS:
+        if found.verdict != fa.tori.Verdict.TORUS:
             assert any(0.75 < share < 1.0 for share in told)
         same = fa.fit_torus(fa.HenonHeiles(), z, time=300.0)
         np.testing.assert_array_equal(found.nu, same.nu)

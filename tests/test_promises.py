@@ -17,11 +17,11 @@ import systems
 from comparison import same
 
 import fastaff as fa
-from fastaff.analysis.orbits.tangent_map import fastest_rates
-from fastaff.base.results import Result
-from fastaff.flows import flow
-from fastaff.flows.reaches import escape_radii
-from fastaff.models.mechanics import system_of
+from fastaff.results.result import Result
+from fastaff.runs import flow
+from fastaff.runs.reaches import escape_radii
+from fastaff.runs.tangent_map import fastest_rates
+from fastaff.systems.models.mechanics import system_of
 
 HH, BODY, HARMONIC, X, TURN = battery.HH, battery.BODY, battery.HARMONIC, battery.X, battery.TURN
 
@@ -409,7 +409,7 @@ def test_cases_that_are_finished_at_ctrl_c_are_those_of_the_whole():
     with pytest.raises(fa.Interrupted, match="chaotic_fraction") as caught:
         fa.chaotic_fraction(stop, (row.sets["values"],), **row.given)
     partial = caught.value.partial
-    assert isinstance(partial, fa.analysis.ChaoticFraction)
+    assert isinstance(partial, fa.chaos.ChaoticFraction)
     np.testing.assert_array_equal(partial.done, [True, False, False])
     same(partial.medians[:, 0], whole("chaotic_fraction")[0][6])
     same(partial.statuses[:, 0], whole("chaotic_fraction")[0][5])

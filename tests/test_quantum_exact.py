@@ -22,13 +22,13 @@ from fastaff import (
     SeparableRVartheta,
     one_variable,
 )
-from fastaff.charts import ALPHA_BETA, ELLIPTIC, R_VARTHETA
-from fastaff.models import Barriers, Oscillator, Spring, StackelBody, Zero
-from fastaff.paper.matrices import class_matrices, oscillator_matrices, radial_matrices
-from fastaff.paper.rigid_tops import nutation_factor, shear_levels, spherical_top, symmetric_top, wigner_d
 from fastaff.quantum.exact.exact_levels import exact_levels
 from fastaff.quantum.exact.quantizations import quantizations
+from fastaff.quantum.reference.matrices import class_matrices, oscillator_matrices, radial_matrices
+from fastaff.quantum.reference.rigid_tops import nutation_factor, shear_levels, spherical_top, symmetric_top, wigner_d
 from fastaff.quantum.states.factors import AngleFactor
+from fastaff.systems.charts import ALPHA_BETA, ELLIPTIC, R_VARTHETA
+from fastaff.systems.models import Barriers, Oscillator, Spring, StackelBody, Zero
 
 CHARTS = (ALPHA_BETA, R_VARTHETA)
 every_chart = pytest.mark.parametrize("chart", CHARTS, ids=lambda chart: chart.name)

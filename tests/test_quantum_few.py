@@ -8,8 +8,8 @@ from scipy.linalg import eigh
 from scipy.special import eval_genlaguerre, gammaln, roots_laguerre
 
 from fastaff import Body, SeparableAlphaBeta, SeparableRVartheta
-from fastaff.models.functions import Zero
 from fastaff.quantum import NoGroundState, all_levels
+from fastaff.systems.models.functions import Zero
 
 SIZE, NODES = 44, 160
 

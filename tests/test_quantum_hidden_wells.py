@@ -7,10 +7,10 @@ from scipy.sparse import diags
 from test_quantum_narrow import lagrange, mesh
 
 import fastaff as fa
-from fastaff.analysis.sections.accessible_box import minima, potential_of
 from fastaff.quantum import NoGroundState, quasiclassical_levels, spectrum
 from fastaff.quantum.solvers.hidden_wells import Boxes
 from fastaff.quantum.solvers.lattice import Problem
+from fastaff.sections.accessible_box import minima, potential_of
 
 FUNCTIONS = {"exp": np.exp, "cosh": np.cosh}
 

@@ -161,7 +161,7 @@ def test_figures_of_husimi_functions_and_spacings():
     grid = energy_grid(body, axes=(np.linspace(0.1, 2, 20), np.linspace(-2, 2, 21)), **surface)
     starts = fastaff.energy_sample(body, orbits=20, **surface).z0.reshape(8, 5, 4)
     fine = np.zeros(4)
-    crossings = fastaff.analysis.SectionMap(
+    crossings = fastaff.sections.SectionMap(
         starts, np.ones((5, 4)), fine + 5, fine, fine, fine, AlphaTurning(1), fastaff.KAHAN_LI8, 0.1, ()
     )
     left, right = Figure().subplots(1, 2)

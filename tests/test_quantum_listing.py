@@ -21,7 +21,6 @@ from fastaff import (
     NeoHookean,
     SeparableAlphaBeta,
 )
-from fastaff.models import Oscillator
 from fastaff.quantum import (
     LevelTable,
     NoGroundState,
@@ -33,6 +32,7 @@ from fastaff.quantum import (
     spectrum,
     spectrum_table,
 )
+from fastaff.systems.models import Oscillator
 
 
 class Unseparated(NamedTuple):

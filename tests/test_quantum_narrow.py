@@ -15,11 +15,11 @@ from scipy.sparse.linalg import eigsh
 
 import fastaff as fa
 from fastaff import Body, Harmonic, Hyperelastic, NeoHookean, SeparableAlphaBeta, formula, one_variable
-from fastaff.models import Oscillator
-from fastaff.paper.matrices import class_matrices, oscillator_matrices
-from fastaff.paper.rigid_tops import spherical_top
 from fastaff.quantum import coherent_packet, exact_levels, husimi, level_diagram, number_packet, spectrum, wavefunction
+from fastaff.quantum.reference.matrices import class_matrices, oscillator_matrices
+from fastaff.quantum.reference.rigid_tops import spherical_top
 from fastaff.quantum.solvers.separable import angular, radial
+from fastaff.systems.models import Oscillator
 
 
 def mesh(lo, hi, features, base):

@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 from fastaff import Anharmonic, Body, Harmonic, Hyperelastic, NeoHookean, formula, one_variable
-from fastaff.charts import ALPHA_BETA
 from fastaff.quantum.solvers.nonseparable import plane_levels
 from fastaff.quantum.solvers.separable import radial
 from fastaff.quantum.solvers.singular_ends import NoGroundState
 from fastaff.quantum.spectra.spectrum import spectrum
 from fastaff.quantum.states.symmetry import SymmetryClass
+from fastaff.systems.charts import ALPHA_BETA
 
 
 @pytest.mark.parametrize(

@@ -20,8 +20,6 @@ from fastaff import (
     from_action_angles,
     one_variable,
 )
-from fastaff.charts import ALPHA_BETA, ELLIPTIC, R_VARTHETA, TWO_POLAR
-from fastaff.models import Barriers, Cosine, Spring
 from fastaff.quantum import (
     Packet,
     TimeScales,
@@ -33,6 +31,8 @@ from fastaff.quantum import (
     wavefunction,
 )
 from fastaff.quantum.packets.coherent_packet import PlaneGaussian
+from fastaff.systems.charts import ALPHA_BETA, ELLIPTIC, R_VARTHETA, TWO_POLAR
+from fastaff.systems.models import Barriers, Cosine, Spring
 
 QUARTIC = Body(SeparableAlphaBeta(one_variable(lambda x: x**4), one_variable(lambda x: x**2 / 2 + x**4 / 10)), mu=1.3)
 CORED = Body(SeparableRVartheta(Spring(1.0, 4.0), Cosine(0.7)))

@@ -21,12 +21,12 @@ from fastaff import (
     SeparableRVartheta,
     one_variable,
 )
-from fastaff.charts import CARTESIAN, to_matrix
-from fastaff.models import Barriers, Cosine, Oscillator, Secant, Spring, StackelBody, Zero
-from fastaff.paper.operators import hamiltonian_operator, spin
+from fastaff.quantum.reference.operators import hamiltonian_operator, spin
 from fastaff.quantum.solvers.separable import angular, radial
 from fastaff.quantum.solvers.singular_ends import NoGroundState
 from fastaff.quantum.spectra.spectrum import spectrum, spectrum_table
+from fastaff.systems.charts import CARTESIAN, to_matrix
+from fastaff.systems.models import Barriers, Cosine, Oscillator, Secant, Spring, StackelBody, Zero
 
 # mu = C = hbar = 1; (m, l, n_vartheta): e_vartheta. Two methods each, agreed to 30 digits: Frobenius series matched
 # inside, and Galerkin in 40-digit arithmetic.

@@ -11,7 +11,13 @@ from hypothesis import strategies as st
 from scipy.special import eval_genlaguerre, gammaln
 
 from fastaff import Anharmonic, Body, Harmonic, Hyperelastic, NeoHookean, SeparableAlphaBeta
-from fastaff.charts import (
+from fastaff.quantum.exact.wavefunction import wavefunction
+from fastaff.quantum.reference.matrices import class_matrices, radial_matrices
+from fastaff.quantum.reference.operators import constant_operators, hamiltonian_operator, laplacian, spin, vorticity
+from fastaff.quantum.spectra.spectrum import spectrum
+from fastaff.quantum.states.factors import AngleFactor, PlaneFactor, RadialFactor
+from fastaff.quantum.states.state import Product, State
+from fastaff.systems.charts import (
     ALPHA_BETA,
     ALPHA_BETA_PHI_PSI,
     CARTESIAN,
@@ -22,13 +28,7 @@ from fastaff.charts import (
     TWO_POLAR,
     to_matrix,
 )
-from fastaff.models import Oscillator
-from fastaff.paper.matrices import class_matrices, radial_matrices
-from fastaff.paper.operators import constant_operators, hamiltonian_operator, laplacian, spin, vorticity
-from fastaff.quantum.exact.wavefunction import wavefunction
-from fastaff.quantum.spectra.spectrum import spectrum
-from fastaff.quantum.states.factors import AngleFactor, PlaneFactor, RadialFactor
-from fastaff.quantum.states.state import Product, State
+from fastaff.systems.models import Oscillator
 
 CHARTS = (ALPHA_BETA, R_VARTHETA)
 every_chart = pytest.mark.parametrize("chart", CHARTS, ids=lambda chart: chart.name)

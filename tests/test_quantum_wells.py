@@ -8,14 +8,14 @@ from scipy.sparse import diags
 from test_quantum_narrow import Plain, feature, lagrange, mesh
 
 from fastaff import formula
-from fastaff.base.status import Status
-from fastaff.models import Body, NeoHookean, SeparableAlphaBeta, SeparableRVartheta
-from fastaff.models.functions import Oscillator, Spring, one_variable
+from fastaff.core.status import Status
 from fastaff.quantum import coherent_packet, spectrum
 from fastaff.quantum.chaos.weyl_count import _integrals, _well
 from fastaff.quantum.solvers.intervals import Interval, Sector, interval
 from fastaff.quantum.solvers.separable import angular, radial
 from fastaff.quantum.solvers.singular_ends import well
+from fastaff.systems.models import Body, NeoHookean, SeparableAlphaBeta, SeparableRVartheta
+from fastaff.systems.models.functions import Oscillator, Spring, one_variable
 
 FUNCTIONS = (
     *(getattr(np, name) for name in ("sqrt", "exp", "log", "sin", "cos", "tan", "tanh", "cosh", "arctan", "arccos")),

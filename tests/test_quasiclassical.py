@@ -25,9 +25,9 @@ from fastaff import (
     SeparableRVartheta,
     one_variable,
 )
-from fastaff.charts import ALPHA_BETA, ELLIPTIC, R_VARTHETA
-from fastaff.models import Barriers, Oscillator, Spring, StackelBody, Zero
 from fastaff.quantum import BOHR_SOMMERFELD, EBK, LevelTable, quasiclassical_levels
+from fastaff.systems.charts import ALPHA_BETA, ELLIPTIC, R_VARTHETA
+from fastaff.systems.models import Barriers, Oscillator, Spring, StackelBody, Zero
 
 every_chart = pytest.mark.parametrize("chart", [ALPHA_BETA, R_VARTHETA], ids=["alpha-beta", "r-vartheta"])
 quantum = st.integers(0, 30)

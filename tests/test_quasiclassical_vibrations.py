@@ -7,9 +7,9 @@ import pytest
 
 import fastaff as fa
 from fastaff import Status
-from fastaff.analysis.tori.torus import Verdict
 from fastaff.quantum import quasiclassical_levels, spectrum
 from fastaff.quantum.exact import mode_tori
+from fastaff.tori.torus import Verdict
 
 RNG = np.random.default_rng(311)
 MORSE = "D*(1 - exp(-a*x))**2"

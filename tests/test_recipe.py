@@ -13,8 +13,8 @@ from thorough import TIMES
 
 import fastaff as fa
 from fastaff import files
-from fastaff.base.recipe import Call, encoded, is_recorded
-from fastaff.models.angles import AlphaBeta
+from fastaff.results.recipe import Call, encoded, is_recorded
+from fastaff.systems.models.angles import AlphaBeta
 
 RNG = np.random.default_rng(20261)
 A, B, C, D = RNG.uniform(0.5, 2.0, 4).tolist()
@@ -129,7 +129,7 @@ def test_functions_are_to_be_given(tmp_path):
 
 
 def test_what_was_put_together_by_hand_has_no_call(tmp_path):
-    grid = fa.analysis.EnergyGrid(
+    grid = fa.sections.EnergyGrid(
         Z4, np.zeros((1, 1), np.int64), np.zeros((1, 1), bool), (np.zeros(2), np.zeros(2)), ("a", "b"), 1.0
     )
     with pytest.raises(ValueError, match="has no call"):
@@ -164,7 +164,7 @@ def test_data_of_arguments():
 
 def public_functions():
     """Every public name that a recipe looks up, with whether results have it as their call."""
-    homes = (fa, fa.analysis, fa.quantum)
+    homes = (fa, fa.runs, fa.frequencies, fa.sections, fa.chaos, fa.periodic, fa.tori, fa.quantum)
     return {name: is_recorded(getattr(home, name)) for home in homes[::-1] for name in home.__all__}
 
 

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 import fastaff as fa
-from fastaff.base.results import columns
 from fastaff.jobs import Frequencies, Job, Poincare, Run, Starts, Store, Surface
+from fastaff.results.result import columns
 
 JOB = Job(
     model=fa.HenonHeiles(),

@@ -15,9 +15,9 @@ from hypothesis import strategies as st
 
 import fastaff
 from fastaff import Anharmonic, Body, Harmonic, HeavyTop, Hyperelastic, Status
-from fastaff.analysis.frequencies.resonance_web import ratio_web, resonance_web
-from fastaff.analysis.frequencies.resonances import diffusion_histogram, equation, resonances, vectors
-from fastaff.kernels import resonance as kernels
+from fastaff.frequencies.kernels import resonance as kernels
+from fastaff.frequencies.resonance_web import ratio_web, resonance_web
+from fastaff.frequencies.resonances import diffusion_histogram, equation, resonances, vectors
 
 CHART = ("alpha", "beta", "phi", "psi")
 

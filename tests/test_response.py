@@ -55,10 +55,10 @@ def test_a_response_curve_is_that_of_harmonic_balance():
 @pytest.mark.slow
 def test_between_two_folds_the_response_is_unstable():
     branch = _response(0.1)
-    assert [event.event for event in branch.bifurcations] == [fa.analysis.Event.FOLD] * 2
+    assert [event.event for event in branch.bifurcations] == [fa.periodic.Event.FOLD] * 2
     upper, lower = (event.arclength for event in branch.bifurcations)
     between = (branch.arclength > upper) & (branch.arclength < lower)
-    saddle = branch.orbits.stability == fa.analysis.Stability.SADDLE
+    saddle = branch.orbits.stability == fa.periodic.Stability.SADDLE
     assert (saddle == between).all()
     assert between.sum() > 5
     turns = np.flatnonzero(np.diff(np.sign(np.diff(branch.value)))) + 1
@@ -73,7 +73,7 @@ def test_the_figure_is_solid_where_orbits_attract_and_knows_what_was_followed(ax
     fa.plot.plot_backbone(branch, ax=ax, bifurcations=False)
     at = np.isin(ax.lines[0].get_xdata(), branch.value)
     solid, dashed = (np.isfinite(line.get_ydata()[at]) for line in ax.lines[:2])
-    saddle = branch.orbits.stability == fa.analysis.Stability.SADDLE
+    saddle = branch.orbits.stability == fa.periodic.Stability.SADDLE
     assert solid[~saddle].all()
     assert not solid[saddle].all()
     assert dashed[saddle].all()
@@ -138,7 +138,7 @@ def test_a_torus_is_born_where_a_complex_pair_passes_the_unit_circle():
 
     circle = followed("x' = v; v' = -k*x - g*v + f*c", 0.1, -0.1, forced)
     (event,) = circle.bifurcations
-    assert event.event == fa.analysis.Event.TORUS
+    assert event.event == fa.periodic.Event.TORUS
     assert abs(event.value) <= event.error < 1e-6
     saddle = followed("x' = k*x + f*c; v' = -(k + g)*v", 0.1, -0.1, lambda g: ((f / (1j * w - k)).real, 0.0))
     assert saddle.value[-1] == -0.1

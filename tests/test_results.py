@@ -16,10 +16,10 @@ from own_models import OneSpring
 
 import fastaff as fa
 from fastaff import Status, files
-from fastaff.analysis.chaos.chaotic_fraction import FoundCases
-from fastaff.analysis.sections.section_edge import edge
-from fastaff.base import numbers
-from fastaff.base.results import Result
+from fastaff.chaos.chaotic_fraction import FoundCases
+from fastaff.core import numbers
+from fastaff.results.result import Result
+from fastaff.sections.section_edge import edge
 
 HH, BODY, X = battery.HH, battery.BODY, battery.X
 SURFACE = {"energy": 0.1, "section": X}
@@ -63,11 +63,11 @@ def accumulated():
 WHOLE = {
     "Edge": lambda: edge(BODY, fa.AlphaEquals(1.4), energy=6.0, p_eta=0.3, p_gamma=0.2),
     "ChaoticFraction": lambda: fa.chaotic_fraction(battery.own_case, ([1.0],), time=2.0, **FIXED),
-    "DiffusionHistogram": lambda: fa.analysis.diffusion_histogram([-9.0, -3.0, np.nan]),
-    "ResonanceLine": lambda: fa.analysis.ResonanceLine(
+    "DiffusionHistogram": lambda: fa.frequencies.diffusion_histogram([-9.0, -3.0, np.nan]),
+    "ResonanceLine": lambda: fa.frequencies.ResonanceLine(
         (1, -1), 2, (np.eye(2), np.eye(3)[:, :2]), np.eye(2, 3, dtype=bool)
     ),
-    "Bifurcation": lambda: fa.analysis.Bifurcation(fa.analysis.Event.FOLD, 0.5, 0.1, CLOSED[:, 0], 6.0, 1e-9),
+    "Bifurcation": lambda: fa.periodic.Bifurcation(fa.periodic.Event.FOLD, 0.5, 0.1, CLOSED[:, 0], 6.0, 1e-9),
     "TorusFit": lambda: fa.fit_torus(HH, battery.Z4[:, 0], time=60.0, step=0.1),
 }
 """One for each class that is one whole."""
@@ -92,15 +92,19 @@ def part_of(result, index):
     for name in [field.name for field in dataclasses.fields(result)]:
         value = getattr(result, name)
         if isinstance(value, np.ndarray) and count in value.shape and name not in ("times", "forbidden"):
-            axis = 0 if isinstance(result, fa.analysis.FrequencyLines) else -1
+            axis = 0 if isinstance(result, fa.frequencies.FrequencyLines) else -1
             assert value.shape[axis] == count, name
             found[name] = np.take(value, np.arange(count)[index], axis=axis)
     return found
 
 
+PARTS = tuple(f"fastaff.{part}." for part in ("runs", "frequencies", "sections", "chaos", "periodic", "tori"))
+"""Parts with analyses of orbits."""
+
+
 def test_every_class_is_here():
     """A class that is missing from the tables above is tested by nothing."""
-    own = {cls.__name__ for cls in below(Result)[1:] if cls.__module__.startswith("fastaff.analysis")}
+    own = {cls.__name__ for cls in below(Result)[1:] if cls.__module__.startswith(PARTS)}
     assert own == {*MAKERS, *WHOLE}
     for name in own:
         assert type(made(name)).__name__ == name
@@ -109,9 +113,7 @@ def test_every_class_is_here():
 def test_every_class_is_found_by_a_process_that_has_imported_nothing_else():
     code = "from fastaff import files; print(*files._results())"
     found = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, timeout=600).stdout
-    own = {
-        cls.__name__ for cls in below(Result)[1:] if cls.__module__.startswith(("fastaff.analysis", "fastaff.quantum"))
-    }
+    own = {cls.__name__ for cls in below(Result)[1:] if cls.__module__.startswith((*PARTS, "fastaff.quantum"))}
     assert own
     assert own <= set(found.split())
 
@@ -188,15 +190,15 @@ def test_results_of_other_settings_do_not_join():
     options = {"crossings": 3, "max_time": 60.0, "scheme": cut.scheme}
     other = fa.poincare_map(HH, made("EnergyGrid").z0, section=fa.Linear((1, 0, 0, 0), 0.1), **options)
     with pytest.raises(ValueError, match="parts must have the same section"):
-        fa.analysis.SectionMap.concat([cut, other])
+        fa.sections.SectionMap.concat([cut, other])
     with pytest.raises(ValueError, match="parts must all have time_error"):
-        fa.analysis.SectionMap.concat([cut, dataclasses.replace(other, section=cut.section)])
+        fa.sections.SectionMap.concat([cut, dataclasses.replace(other, section=cut.section)])
 
 
 def test_another_number_of_crossings_is_filled():
     options = {"section": X, "max_time": 60.0, **FIXED}
     few = fa.poincare_map(HH, made("EnergyGrid").z0, crossings=2, **options)
-    joined = fa.analysis.SectionMap.concat([few, made("SectionMap")])
+    joined = fa.sections.SectionMap.concat([few, made("SectionMap")])
     assert joined.points.shape == (4, 3, 2 * len(few))
     assert np.isnan(joined.points[:, 2, : len(few)]).all()
     np.testing.assert_array_equal(joined.times[:2, : len(few)], few.times)
@@ -205,7 +207,7 @@ def test_another_number_of_crossings_is_filled():
 
 def test_each_part_brings_its_step():
     parts = [fa.integrate(HH, battery.Z4, time=2.0, step=step) for step in (0.1, 0.2)]
-    joined = fa.analysis.Orbits.concat(parts)
+    joined = fa.runs.Orbits.concat(parts)
     orbits = len(parts[0])
     np.testing.assert_array_equal(joined.step, [0.1] * orbits + [0.2] * orbits)
 
@@ -478,7 +480,7 @@ def test_files_that_are_larger_inside_are_not_read(tmp_path, monkeypatch):
 
 
 def test_what_is_no_result_is_not_saved(tmp_path):
-    for wrong in (HH, np.zeros(3), fa.analysis.SectionMap, None):
+    for wrong in (HH, np.zeros(3), fa.sections.SectionMap, None):
         with pytest.raises(TypeError, match="must be a result of fastaff"):
             files.save(tmp_path / "wrong", wrong)
     assert list(tmp_path.iterdir()) == []
@@ -589,10 +591,10 @@ def raising(monkeypatch, module, name, calls):
 
 @pytest.mark.parametrize("calls", [0, 1])
 def test_a_torus_fit_is_undecided(monkeypatch, calls):
-    raising(monkeypatch, "fastaff.analysis.tori.orbit_samples", "_path", calls)
+    raising(monkeypatch, "fastaff.tori.orbit_samples", "_path", calls)
     partial = interrupted(fa.fit_torus, HH, battery.Z4[:, 0], time=60.0, step=0.1)
-    assert isinstance(partial, fa.analysis.TorusFit)
-    assert partial.verdict is fa.analysis.Verdict.UNDECIDED
+    assert isinstance(partial, fa.tori.TorusFit)
+    assert partial.verdict is fa.tori.Verdict.UNDECIDED
     assert partial.evidence["status"] == Status.INTERRUPTED
     assert "stopped before its end" in partial.summary()
 
@@ -629,33 +631,33 @@ def test_a_spectrum_keeps_the_levels_of_the_last_basis(monkeypatch, bases):
 
 @pytest.mark.parametrize("calls", [0, 1, 8])
 def test_a_search_keeps_the_orbits_found(monkeypatch, calls):
-    raising(monkeypatch, "fastaff.analysis.periodic.periodic_orbits", "section_returns", calls)
+    raising(monkeypatch, "fastaff.periodic.periodic_orbits", "section_returns", calls)
     partial = interrupted(
         fa.find_periodic_orbits, HH, made("EnergyGrid").z0, **SURFACE, max_period=2, most=4, step=0.1, max_time=100.0
     )
-    assert isinstance(partial, fa.analysis.PeriodicOrbits)
+    assert isinstance(partial, fa.periodic.PeriodicOrbits)
     assert (partial.status == Status.OK).all()
     assert partial.call.function == "find_periodic_orbits"
     assert len(partial) == 0 or calls > 1
 
 
 def test_a_search_that_is_stopped_at_its_map_has_found_none(monkeypatch):
-    raising(monkeypatch, "fastaff.analysis.sections.crossing_run", "follow_crossings", 0)
+    raising(monkeypatch, "fastaff.sections.crossing_run", "follow_crossings", 0)
     partial = interrupted(fa.find_periodic_orbits, HH, made("EnergyGrid").z0, **SURFACE, max_period=1, step=0.1)
-    assert isinstance(partial, fa.analysis.PeriodicOrbits)
+    assert isinstance(partial, fa.periodic.PeriodicOrbits)
     assert len(partial) == 0
 
 
 @pytest.mark.parametrize("share", [0.0, 0.3, 0.6, 0.9])
 def test_a_branch_ends_where_it_was_stopped(monkeypatch, share):
-    module = "fastaff.analysis.periodic.return_map"
+    module = "fastaff.periodic.return_map"
     run = {**SURFACE, "max_time": 20.0, "length": 1e-3, "step": 0.1, "threads": 1}
     calls = raising(monkeypatch, module, "follow_crossings", np.inf)
     whole = fa.continuation(HH, CLOSED[:, 0], steps=4, **run)
     monkeypatch.undo()
     raising(monkeypatch, module, "follow_crossings", share * calls[0])
     partial = interrupted(fa.continuation, HH, CLOSED[:, 0], steps=4, **run)
-    assert isinstance(partial, fa.analysis.Branch)
+    assert isinstance(partial, fa.periodic.Branch)
     assert partial.status == Status.INTERRUPTED
     count = len(partial)
     assert count < len(whole) if share < 0.5 else 0 < count <= len(whole)

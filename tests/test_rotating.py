@@ -15,16 +15,16 @@ from scipy.spatial.transform import Rotation
 from test_fused import _call, _call_alone, exact
 
 import fastaff as fa
-from fastaff.compile import source
-from fastaff.compile.blocks import model_block, parameters
-from fastaff.compile.fused import FUSED
-from fastaff.compile.jit import JIT_DISABLED, LANES
-from fastaff.compile.turning import FRAME, turn
+from fastaff.engine import source
+from fastaff.engine.blocks import model_block, parameters
+from fastaff.engine.fused import FUSED
+from fastaff.engine.jit import JIT_DISABLED, LANES
+from fastaff.engine.turning import FRAME, turn
 from fastaff.jobs import Job, Model, Poincare, Starts, Surface
 from fastaff.jobs.system import described
-from fastaff.models.contracts import Kind
-from fastaff.models.mechanics import system_of
-from fastaff.schemes.catalogue import KAHAN_LI8, SCHEMES, Splitting
+from fastaff.runs.schemes.catalogue import KAHAN_LI8, SCHEMES, Splitting
+from fastaff.systems.models.contracts import Kind
+from fastaff.systems.models.mechanics import system_of
 
 SPLITTINGS = [scheme for scheme in SCHEMES.values() if isinstance(scheme, Splitting)]
 MOON = 1.215058560962404e-2
@@ -515,7 +515,7 @@ def test_a_penning_trap_has_its_three_frequencies(seed):
     root = np.sqrt(cyclotron**2 / 4 - axial**2 / 2)
     truth = np.sort([cyclotron / 2 + root, cyclotron / 2 - root, axial])
     found = fa.frequency_map(model, rng.standard_normal((6, 6)), time=40 * 2 * np.pi / truth[0])
-    assert (found.kind == fa.analysis.FrequencyKind.INDEPENDENT).all()
+    assert (found.kind == fa.frequencies.FrequencyKind.INDEPENDENT).all()
     order = np.argsort(found.omega, axis=0)
     omega, error = (np.take_along_axis(rows, order, axis=0) for rows in (found.omega, 2 * np.pi * found.error))
     assert (np.abs(omega - truth[:, None]) <= error + 1e-15).all()

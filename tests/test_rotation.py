@@ -9,8 +9,8 @@ import pytest
 from naive import march, states
 
 from fastaff import SOFRONIOU_SPALETTA10, Body, HeavyTop, HenonHeiles
-from fastaff.kernels import birkhoff as rotation
-from fastaff.models.angles import AlphaBeta, Coordinates2, RVartheta
+from fastaff.engine.kernels import birkhoff as rotation
+from fastaff.systems.models.angles import AlphaBeta, Coordinates2, RVartheta
 
 BODY = Body(HeavyTop(1.0, 0.5), 1.2)
 CASES = [(AlphaBeta(), BODY), (RVartheta(), BODY), (Coordinates2(), HenonHeiles())]

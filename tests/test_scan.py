@@ -9,8 +9,8 @@ from own_models import Radius
 from scipy import stats
 
 import fastaff
-from fastaff.base.status import Status
-from fastaff.models.mechanics import system_of
+from fastaff.core.status import Status
+from fastaff.systems.models.mechanics import system_of
 
 NEO = fastaff.Body(fastaff.NeoHookean())
 HENON = fastaff.HenonHeiles()
@@ -79,9 +79,9 @@ def test_seeds_and_ranges():
     assert (part.points[0] > 0.5).all()
     assert (part.points[0] < 0.7).all()
     assert part.z0.shape == (8, 50)
-    with pytest.raises(fastaff.analysis.NotReached, match="below the minimum"):
+    with pytest.raises(fastaff.sections.NotReached, match="below the minimum"):
         fastaff.energy_sample(NEO, orbits=5, **{**surface, "energy": 0.0})
-    with pytest.raises(fastaff.analysis.NotReached, match="less than a thousandth"):
+    with pytest.raises(fastaff.sections.NotReached, match="less than a thousandth"):
         fastaff.energy_sample(NEO, orbits=5, axes=((5.0, 6.0), (0.0, 1.0)), **surface)
     with pytest.raises(ValueError, match="orbits must be at least 1"):
         fastaff.energy_sample(NEO, orbits=0, **surface)

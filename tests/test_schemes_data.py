@@ -18,8 +18,8 @@ from hypothesis import strategies as st
 from scipy.integrate import DOP853 as ScipyDOP853
 
 from fastaff import schemes
-from fastaff.schemes import _dprkn12, _verner98
-from fastaff.schemes.catalogue import (
+from fastaff.runs.schemes import _dprkn12, _verner98
+from fastaff.runs.schemes.catalogue import (
     BLANES_CASAS_ESCORIHUELA8,
     BLANES_MOAN6,
     DOP853,

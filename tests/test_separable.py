@@ -31,9 +31,8 @@ from fastaff import (
     one_variable,
     tangent_map,
 )
-from fastaff.analysis.tori.separation import separate
-from fastaff.charts import ALPHA_BETA, ELLIPTIC, R_VARTHETA, TWO_POLAR
-from fastaff.models import (
+from fastaff.systems.charts import ALPHA_BETA, ELLIPTIC, R_VARTHETA, TWO_POLAR
+from fastaff.systems.models import (
     Barriers,
     CoshOscillator,
     Cosine,
@@ -44,6 +43,7 @@ from fastaff.models import (
     StackelBody,
     Zero,
 )
+from fastaff.tori.separation import separate
 
 STEP = 3e-3
 

@@ -5,7 +5,7 @@ import pytest
 
 import fastaff as fa
 from fastaff import Status
-from fastaff.analysis import Character
+from fastaff.chaos import Character
 
 WELLS = {
     "pendulum": ("-{k}*cos({u})", lambda u: -np.cos(u), 1.0, 3.0),

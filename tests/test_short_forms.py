@@ -13,15 +13,15 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import fastaff as fa
-from fastaff.analysis.chaos.indicators import INDICATORS, indicators_of
-from fastaff.base.names import named, spelled
-from fastaff.base.recipe import encoded
-from fastaff.formulas.number import number
-from fastaff.formulas.section_text import section_forms, section_in_words, section_named
+from fastaff.chaos.indicators import INDICATORS, indicators_of
+from fastaff.core.names import named, spelled
 from fastaff.jobs.system import MODELS
-from fastaff.models.mechanics import system_of
-from fastaff.models.sections import AlphaEquals, AlphaTurning, AreaEquals, BetaEquals, BetaTurning, Linear
-from fastaff.schemes.catalogue import SCHEMES
+from fastaff.results.recipe import encoded
+from fastaff.runs.schemes.catalogue import SCHEMES
+from fastaff.systems.formulas.number import number
+from fastaff.systems.formulas.section_text import section_forms, section_in_words, section_named
+from fastaff.systems.models.mechanics import system_of
+from fastaff.systems.models.sections import AlphaEquals, AlphaTurning, AreaEquals, BetaEquals, BetaTurning, Linear
 
 HH, BODY = battery.HH, battery.BODY
 

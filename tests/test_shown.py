@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 import fastaff as fa
-from fastaff.base.display import SMALL, brief, screen
-from fastaff.schemes.catalogue import SCHEMES, compose
+from fastaff.results.display import SMALL, brief, screen
+from fastaff.runs.schemes.catalogue import SCHEMES, compose
 
 LINES, CHARACTERS = 40, 4000
 
@@ -90,4 +90,4 @@ def test_values_in_one_line():
 
 
 def test_a_result_within_a_result_takes_a_line():
-    assert len(screen(fa.islands(battery.POINTS)).splitlines()) == 1 + len(fa.analysis.Islands.__dataclass_fields__)
+    assert len(screen(fa.islands(battery.POINTS)).splitlines()) == 1 + len(fa.sections.Islands.__dataclass_fields__)

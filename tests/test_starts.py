@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 import fastaff as fa
-from fastaff.flows.motion import motion
-from fastaff.models.mechanics import system_of
+from fastaff.runs.motion import motion
+from fastaff.systems.models.mechanics import system_of
 
 WELL = (
     "k*(a*(x/L)**2/2 + b*(y/L)**2/2 + c*(x**4 + y**4)/(4*L**4) + d*(x*y)**2/(2*L**4) + e*(x**2 + y**2)**3/(6*L**6))",

@@ -10,8 +10,8 @@ import pytest
 from scipy.stats import binomtest
 
 import fastaff as fa
-from fastaff.analysis import Shares
-from fastaff.base.status import Status, describe
+from fastaff.chaos import Shares
+from fastaff.core.status import Status, describe
 
 RNG = np.random.default_rng(7)
 KINDS = [Status.OK, Status.ESCAPED, Status.ENERGY_DRIFT, Status.INTERRUPTED]

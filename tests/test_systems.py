@@ -10,9 +10,9 @@ from scipy.integrate import solve_ivp
 from scipy.special import ellipj, ellipk
 
 import fastaff as fa
-from fastaff.base.status import Status
-from fastaff.formulas.systems import SYSTEMS, constants_of
+from fastaff.core.status import Status
 from fastaff.jobs import system as jobs
+from fastaff.systems.formulas.systems import SYSTEMS, constants_of
 
 RNG = np.random.default_rng(3205)
 

@@ -6,7 +6,7 @@ from own_models import OneSpring
 from scipy.integrate import solve_ivp
 
 import fastaff
-from fastaff.schemes.catalogue import SCHEMES, Splitting
+from fastaff.runs.schemes.catalogue import SCHEMES, Splitting
 
 SPLITTINGS = [scheme for scheme in SCHEMES.values() if isinstance(scheme, Splitting)]
 CASES = {

@@ -21,9 +21,9 @@ from comparison import same
 from thorough import TIMES
 
 import fastaff as fa
-from fastaff.base.memory import SETTINGS, keep_freed
-from fastaff.compile import packing
-from fastaff.compile.threads import (
+from fastaff.core.memory import SETTINGS, keep_freed
+from fastaff.engine import packing
+from fastaff.engine.threads import (
     FEW,
     Task,
     _tasks,
@@ -34,7 +34,7 @@ from fastaff.compile.threads import (
     settle,
     works,
 )
-from fastaff.flows.options import Options, plan
+from fastaff.runs.options import Options, plan
 
 TRIES = 150 * TIMES
 

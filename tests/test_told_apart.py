@@ -10,9 +10,9 @@ import pkgutil
 import pytest
 
 import fastaff as fa
-from fastaff.base.identity import told_apart
+from fastaff.core.identity import told_apart
 
-ROOMS = ("models", "charts", "schemes")
+ROOMS = ("systems.models", "systems.charts", "runs.schemes")
 
 
 def classes():

@@ -29,8 +29,8 @@ from fastaff import (
     integrate,
     one_variable,
 )
-from fastaff.charts import ALPHA_BETA, ELLIPTIC, R_VARTHETA, from_matrix
-from fastaff.models import Cosine, Oscillator, StackelBody, Zero
+from fastaff.systems.charts import ALPHA_BETA, ELLIPTIC, R_VARTHETA, from_matrix
+from fastaff.systems.models import Cosine, Oscillator, StackelBody, Zero
 
 ROOT2 = np.sqrt(2.0)
 CHARTS = {

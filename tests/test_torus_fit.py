@@ -29,8 +29,8 @@ from fastaff import (
     frequency_map,
     integrate,
 )
-from fastaff.analysis import FrequencyKind, TorusFit, Verdict
-from fastaff.analysis.frequencies.integer_lattice import (
+from fastaff.frequencies import FrequencyKind
+from fastaff.frequencies.integer_lattice import (
     box,
     determinant,
     first_basis,
@@ -41,8 +41,8 @@ from fastaff.analysis.frequencies.integer_lattice import (
     reduced,
     relations,
 )
-from fastaff.analysis.tori import series
-from fastaff.charts import from_matrix
+from fastaff.systems.charts import from_matrix
+from fastaff.tori import TorusFit, Verdict, series
 
 # x y z u, p_x p_y p_z p_u
 POINTS = (

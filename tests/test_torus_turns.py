@@ -10,8 +10,8 @@ from scipy.optimize import brentq
 from test_nonseparable import spherical
 
 import fastaff as fa
-from fastaff.analysis import Verdict
-from fastaff.models.maps import FroeschleMap, McMillanMap, OneTurnMap, StandardMap
+from fastaff.systems.models.maps import FroeschleMap, McMillanMap, OneTurnMap, StandardMap
+from fastaff.tori import Verdict
 
 TURN = 2 * np.pi
 

@@ -28,9 +28,9 @@ from fastaff import (
     poincare_map,
     tangent_map,
 )
-from fastaff.flows import flow
-from fastaff.schemes import Algebraic, Exponential, Logistic
-from fastaff.schemes.time_transformed import lifted, lowered
+from fastaff.runs import flow
+from fastaff.runs.schemes import Algebraic, Exponential, Logistic
+from fastaff.runs.schemes.time_transformed import lifted, lowered
 
 RATES = [Exponential(0.7, 0.3), Logistic(0.5, 0.4), Algebraic(0.5, 0.2, 1.5)]
 NEO = Body(NeoHookean(G=1.0, K=2.0), 1.0)

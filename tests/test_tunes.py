@@ -11,10 +11,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import fastaff as fa
-from fastaff.analysis import FrequencyKind, TuneSums
-from fastaff.analysis.frequencies.integer_lattice import ball
-from fastaff.analysis.frequencies.tune_accumulator import window_of
-from fastaff.compile.jit import JIT_DISABLED
+from fastaff.engine.jit import JIT_DISABLED
+from fastaff.frequencies import FrequencyKind, TuneSums
+from fastaff.frequencies.integer_lattice import ball
+from fastaff.frequencies.tune_accumulator import window_of
 
 MANY = 8 if JIT_DISABLED else 400
 VECTORS = np.array([(i, j) for i in range(9) for j in range(-8, 9) if 0 < i + abs(j) <= 8])
@@ -175,7 +175,7 @@ def henon(start, turns, tune=0.2114):
 
 def test_a_batch_reports_shares_of_itself(monkeypatch):
     """Shares of one portion of memory, in order: a line of progress has a pace."""
-    monkeypatch.setattr(import_module("fastaff.analysis.frequencies.tunes"), "TOLD", 2**12)
+    monkeypatch.setattr(import_module("fastaff.frequencies.tunes"), "TOLD", 2**12)
     turn, told = 2 * np.pi * np.linspace(0.1, 0.4, 24)[:, None] * np.arange(2**10), []
     samples = np.array([np.cos(turn), -np.sin(turn)])
     samples[:, 3, 2**9 :] = np.nan
@@ -337,7 +337,7 @@ def test_a_plane_that_only_follows_a_harmonic_of_another_is_dependent():
 
 def test_orbits_seen_to_be_chaotic_are_spared_lines_and_change_no_others(monkeypatch):
     """Two planes with a kick that is bounded, and random tunes: a sea, and islands whose bits stay what they were."""
-    from fastaff.analysis.frequencies import tunes as module
+    from fastaff.frequencies import tunes as module
 
     rng = np.random.default_rng(16)
     text = (
@@ -583,7 +583,7 @@ def test_memory_does_not_grow():
 
 
 def test_a_push_is_whole_or_has_not_been(monkeypatch):
-    from fastaff.analysis.frequencies import turning
+    from fastaff.frequencies import turning
 
     running = fa.TuneAccumulator()
     running.push(RECORD[:, :, :500])

@@ -38,16 +38,16 @@ body = fa.Body(fa.NeoHookean(G=1.0, K=2.0), mu=1.0)
 section = fa.AlphaTurning(+1)
 axes = (np.linspace(0.05, 1.3, 12), np.linspace(-1.5, 1.5, 13))
 grid = fa.energy_grid(body, energy=1.5, p_eta=0.3, section=section, axes=axes)
-assert_type(grid, fa.analysis.EnergyGrid)
+assert_type(grid, fa.sections.EnergyGrid)
 cut = fa.poincare_map(body, grid, section="alpha-turning", crossings=200, accuracy=1e-8, scheme="KAHAN_LI8")
-assert_type(cut, fa.analysis.SectionMap)
-assert_type(cut[:3], fa.analysis.SectionMap)
+assert_type(cut, fa.sections.SectionMap)
+assert_type(cut[:3], fa.sections.SectionMap)
 assert_type(cut.take([1, 2]).success, bool)
 freq = fa.frequency_map(body, grid.z0, time=500.0)
-assert_type(freq, fa.analysis.FrequencyMap)
-assert_type(fa.chaos_map(body, grid.z0, time=500.0, indicators=(fa.MEGNO(), "sali")), fa.analysis.ChaosMap)
+assert_type(freq, fa.frequencies.FrequencyMap)
+assert_type(fa.chaos_map(body, grid.z0, time=500.0, indicators=(fa.MEGNO(), "sali")), fa.chaos.ChaosMap)
 assert_type(fa.chaos_map(body, grid.z0, time=500.0, indicators="megno").summary(), str)
-assert_type(fa.resonances(freq), fa.analysis.Resonances)
+assert_type(fa.resonances(freq), fa.frequencies.Resonances)
 
 mine = fa.formula("C/2*(D1**2 + D2**2) + C/(D1*D2)", C=1.0)
 chain = fa.hamiltonian("(x**2 + (y - x)**2)/2 + k/4*(y - x)**4", k=0.5)
@@ -59,12 +59,12 @@ systems: list[fa.models.contracts.Dynamics] = [mine, chain, kicked, lorenz, body
 systems += [fa.models.StandardMap(0.5), fa.models.OneTurnMap(), fa.models.DoublePendulum()]
 systems += [fa.reduced(body, p_eta=0.1, p_gamma=0.2)]
 for system in systems:
-    assert_type(fa.integrate(system, [0.1, 0.2], time=3), fa.analysis.Orbits)
+    assert_type(fa.integrate(system, [0.1, 0.2], time=3), fa.runs.Orbits)
 stiffer = chain._replace(k=2 * chain.k)
 fa.continuation(stiffer, [0.1, 0.2, 0.0, 0.0], energy=0.2, scheme=fa.VERNER9)
 sample = fa.energy_sample(fa.HenonHeiles(), orbits=10, energy=0.1, axes={"y": (0.0, 0.1)}, rng=np.random.default_rng(1))
 tunes = fa.tunes(fa.integrate(kicked, sample, time=64, samples=64).samples)
-assert_type(tunes, fa.analysis.Tunes)
+assert_type(tunes, fa.frequencies.Tunes)
 levels = fa.quantum.spectrum(body, m=2, l=0, count=4)
 cut.save("cut.npz")
 fa.save("cut.csv", cut)
@@ -80,8 +80,11 @@ WRONG = {
 """Mistakes, and a word of what the type checker says."""
 
 
+PARTS = (fa.runs, fa.frequencies, fa.sections, fa.chaos, fa.periodic, fa.tori)
+
+
 def _signatures():
-    public = {name: getattr(home, name) for home in (fa, fa.analysis, fa.quantum) for name in home.__all__}
+    public = {name: getattr(home, name) for home in (fa, *PARTS, fa.quantum) for name in home.__all__}
     for name, value in public.items():
         if inspect.isfunction(value) or (inspect.isclass(value) and not issubclass(value, (int, Enum, BaseException))):
             yield name, inspect.signature(value)

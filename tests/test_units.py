@@ -46,7 +46,7 @@ def test_tori(model, energy, seed, time):
         fa.fit_torus(model, model.rows(z0[:, None])[:, 0], time=time * model.time),
     )
     assert other.verdict is plain.verdict
-    if plain.verdict is fa.analysis.Verdict.TORUS:
+    if plain.verdict is fa.tori.Verdict.TORUS:
         np.testing.assert_array_equal(other.k.shape[0], plain.k.shape[0])
         np.testing.assert_allclose(other.nu * model.time, plain.nu, rtol=1e-9)
         np.testing.assert_allclose(other.J / action(model), plain.J, rtol=1e-7, atol=1e-9)

@@ -9,8 +9,8 @@ import systems
 from scipy.integrate import solve_ivp
 
 import fastaff as fa
-from fastaff.models.contracts import Kind
-from fastaff.models.mechanics import system_of
+from fastaff.systems.models.contracts import Kind
+from fastaff.systems.models.mechanics import system_of
 
 RNG = np.random.default_rng(1865)
 BOTTLE = {"x": "-B*y/2*(1 + (z/L)**2 - (x**2 + y**2)/(4*L**2))", "y": "B*x/2*(1 + (z/L)**2 - (x**2 + y**2)/(4*L**2))"}

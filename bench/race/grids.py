@@ -10,7 +10,7 @@ from common import batched
 from pages import version
 
 from fastaff import BLANES_MOAN6, DOP853, KAHAN_LI8, SOFRONIOU_SPALETTA10, YOSHIDA4, integrate
-from fastaff.schemes import BLANES_CASAS_ESCORIHUELA8, RKN12
+from fastaff.runs.schemes import BLANES_CASAS_ESCORIHUELA8, RKN12
 
 from .contest import Contestant, Row
 from .systems import CHECKED, SYSTEMS, System, equations, peer_functions, true_states

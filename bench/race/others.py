@@ -27,7 +27,7 @@ from fastaff import (
     chaos_map,
     frequency_map,
 )
-from fastaff.schemes import BLANES_CASAS_ESCORIHUELA8
+from fastaff.runs.schemes import BLANES_CASAS_ESCORIHUELA8
 
 from .contest import Contestant, Row
 from .systems import SYSTEMS, equations
@@ -139,7 +139,7 @@ import time
 import numpy as np
 import fastaff as fa
 from fastaff import plot
-from fastaff.flows.motion import typical_rate
+from fastaff.runs.motion import typical_rate
 
 body, section = fa.Body(fa.NeoHookean()), fa.AlphaTurning()
 where = {"energy": 1.5, "p_eta": 0.3, "p_gamma": 0.2}

@@ -8,7 +8,7 @@ import numpy as np
 from pages import version
 
 from fastaff import BLANES_MOAN6, KAHAN_LI8, SOFRONIOU_SPALETTA10, poincare_map
-from fastaff.schemes import BLANES_CASAS_ESCORIHUELA8, RKN12
+from fastaff.runs.schemes import BLANES_CASAS_ESCORIHUELA8, RKN12
 
 from .contest import Contestant, Row
 from .systems import SYSTEMS, System, equations, peer_functions, true_crossings

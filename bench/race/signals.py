@@ -8,7 +8,7 @@ import numpy as np
 from common import SAMPLES, signals_of
 from pages import version
 
-from fastaff.analysis.frequencies.naff import naff
+from fastaff.frequencies.naff import naff
 
 from .contest import Contestant, Row
 

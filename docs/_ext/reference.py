@@ -10,14 +10,14 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from fastaff import public
-from fastaff.analysis.chaos.indicators import INDICATORS
-from fastaff.formulas.systems import SYSTEMS, constants_of
-from fastaff.models.sections import OF_BODIES
+import fastaff
+from fastaff.chaos.indicators import INDICATORS
+from fastaff.systems.formulas.systems import SYSTEMS, constants_of
+from fastaff.systems.models.sections import OF_BODIES
 
-OWN_SECTIONS = [kind.__name__ for kind in OF_BODIES.values() if kind.__name__ not in public.__all__]
+OWN_SECTIONS = [kind.__name__ for kind in OF_BODIES.values() if kind.__name__ not in fastaff.__all__]
 """Sections of bodies that `fastaff` itself has not."""
-OWN_INDICATORS = sorted({type(entry).__name__ for entry in INDICATORS.values()} - {*public.__all__})
+OWN_INDICATORS = sorted({type(entry).__name__ for entry in INDICATORS.values()} - {*fastaff.__all__})
 """Indicators of chaos that it has not."""
 
 
@@ -36,7 +36,7 @@ PAGES: dict[str, Page] = {
         {
             "": "Body NeoHookean Hyperelastic Harmonic Anharmonic HeavyTop HenonHeiles formula hamiltonian mapping "
             "flow reduced one_variable SeparableAlphaBeta SeparableRVartheta SeparableElliptic",
-            "models": f"DoublePendulum {' '.join(SYSTEMS)} "
+            "systems.models": f"DoublePendulum {' '.join(SYSTEMS)} "
             "StandardMap HenonMap McMillanMap FroeschleMap OneTurnMap StackelBody Barriers "
             "ReducedBody Oscillator CosOscillator CoshOscillator Cosine Secant Spring "
             "Zero",
@@ -45,7 +45,7 @@ PAGES: dict[str, Page] = {
     "orbits": Page(
         "Orbits",
         "Integration of many orbits, with or without tangent vectors, and what became of each.",
-        {"": "integrate tangent_map Status Interrupted OrbitError progress", "analysis": "Orbits TangentMap"},
+        {"": "integrate tangent_map Status Interrupted OrbitError progress", "runs": "Orbits TangentMap"},
     ),
     "sections": Page(
         "Sections",
@@ -53,8 +53,8 @@ PAGES: dict[str, Page] = {
         {
             "": "poincare_map energy_grid energy_sample islands rotation_number AlphaTurning BetaTurning AlphaEquals "
             "BetaEquals AreaEquals Linear",
-            "analysis": "SectionMap EnergyGrid EnergySample Islands Rotation NotReached",
-            "models.sections": " ".join(["Stroboscopic AngleEquals", *OWN_SECTIONS]),
+            "sections": "SectionMap EnergyGrid EnergySample Islands Rotation NotReached",
+            "systems.models.sections": " ".join(["Stroboscopic AngleEquals", *OWN_SECTIONS]),
         },
     ),
     "schemes": Page(
@@ -63,7 +63,7 @@ PAGES: dict[str, Page] = {
         "`fastaff` are in that folder.",
         {
             "": "BLANES_MOAN6 KAHAN_LI8 SOFRONIOU_SPALETTA10 YOSHIDA4 LEAPFROG RK4 DOP853 VERNER9 AUTO TimeTransformed",
-            "schemes": "ITERATION BLANES_CASAS_ESCORIHUELA8 SOFRONIOU_SPALETTA8 RKN12 GAUSS8 GAUSS16 Splitting "
+            "runs.schemes": "ITERATION BLANES_CASAS_ESCORIHUELA8 SOFRONIOU_SPALETTA8 RKN12 GAUSS8 GAUSS16 Splitting "
             "RungeKutta Nystrom Collocation Scheme compose triple_jump scheme_named SCHEMES Automatic Exponential "
             "Logistic Algebraic",
         },
@@ -73,7 +73,7 @@ PAGES: dict[str, Page] = {
         "Frequency maps, frequencies of signals, resonances.",
         {
             "": "frequency_map orbit_frequencies tunes TuneAccumulator naff resonances resonance_web",
-            "analysis": "FrequencyMap AngleLines Tunes TuneSums FrequencyKind FrequencyLines "
+            "frequencies": "FrequencyMap AngleLines Tunes TuneSums FrequencyKind FrequencyLines "
             "Resonances ResonanceLine diffusion_histogram ratio_web",
         },
     ),
@@ -83,9 +83,7 @@ PAGES: dict[str, Page] = {
         {
             "": "chaos_map chaotic_fraction MEGNO SALI GALI FLI OFLI Lyapunov LyapunovSpectrum ZeroOne BirkhoffDigits "
             "FrequencyDiffusion ReversibilityError",
-            "analysis": " ".join(
-                ["ChaosMap ChaoticFraction Shares Character Verdict TangentIndicator", *OWN_INDICATORS]
-            ),
+            "chaos": " ".join(["ChaosMap ChaoticFraction Shares Character Verdict TangentIndicator", *OWN_INDICATORS]),
         },
     ),
     "periodic": Page(
@@ -93,7 +91,7 @@ PAGES: dict[str, Page] = {
         "Periodic orbits, their stability, and families of them.",
         {
             "": "find_periodic_orbits periodic_orbits continuation",
-            "analysis": "PeriodicOrbits Stability Branch Bifurcation Event periodic_guesses",
+            "periodic": "PeriodicOrbits Stability Branch Bifurcation Event periodic_guesses",
         },
     ),
     "tori": Page(
@@ -101,7 +99,7 @@ PAGES: dict[str, Page] = {
         "Actions and angles, both ways, and tori of orbits of bodies that do not separate.",
         {
             "": "action_angles from_action_angles energy_of_actions constants_of_motion fit_torus",
-            "analysis": "ActionAngles EnergyOfActions TorusFit fit_samples",
+            "tori": "ActionAngles EnergyOfActions TorusFit fit_samples",
         },
     ),
     "quantum": Page(
@@ -120,7 +118,8 @@ PAGES: dict[str, Page] = {
         "Charts",
         "Coordinates of GL(2,R), both ways, with velocities, momenta, metric and density.",
         {
-            "charts": "Chart CHARTS from_matrix to_matrix angular_momenta AngularMomenta deformation Deformation "
+            "systems.charts": "Chart CHARTS from_matrix to_matrix angular_momenta AngularMomenta deformation "
+            "Deformation "
             "rotate reflect_space reflect_body b_of_vartheta vartheta_of_b bipolar elliptic TWO_POLAR ALPHA_BETA "
             "ALPHA_BETA_PHI_PSI R_VARTHETA R_VARTHETA_ETA_GAMMA RHO_VARTHETA RHO_EPSILON EULER R_EULER EXPONENTIAL "
             "DELTA_B ELLIPTIC PARABOLIC CARTESIAN SPHERICAL SPHERICAL_CARTESIAN POLAR_POLAR POLAR_CARTESIAN"
@@ -130,7 +129,7 @@ PAGES: dict[str, Page] = {
         "Results and files",
         "What all results can do, and results on disk.",
         {
-            "base.results": "Result",
+            "results.result": "Result",
             "": "save load",
             "exchange.files": "contents recipe Recipe Saved",
             "exchange.jpl": "read_periodic PeriodicTable",
@@ -153,9 +152,11 @@ PAGES: dict[str, Page] = {
         "For code of your own",
         "Flows and observers, readings of tangent vectors, the text that is compiled.",
         {
-            "flows": "Options plan Plan Flow Observer",
-            "kernels.readings": "Growth time length stretch log_volume volume alignment",
-            "compile": "source",
+            "runs.options": "Options plan Plan",
+            "runs.flow": "Flow",
+            "runs.observers": "Observer",
+            "engine.kernels.readings": "Growth time length stretch log_volume volume alignment",
+            "engine": "source",
         },
     ),
 }
@@ -178,7 +179,7 @@ def index() -> dict[str, str]:
         for module, name in members(page):
             full = f"{module}.{name}"
             shorter = full.removeprefix("fastaff.")
-            for called in (shorter, full) if module.startswith("fastaff.kernels") else (name, shorter, full):
+            for called in (shorter, full) if module.startswith("fastaff.engine.kernels") else (name, shorter, full):
                 found.setdefault(called, full)
     return found
 

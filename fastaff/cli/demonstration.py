@@ -12,17 +12,17 @@ from typing import Any
 import numpy as np
 
 from .. import files, plot
-from ..analysis.frequencies.frequencies import FrequencyMap
-from ..analysis.frequencies.frequency_map import frequency_map
-from ..analysis.sections.energy_grid import EnergyGrid, energy_grid, grid_of
-from ..analysis.sections.poincare_map import poincare_map
-from ..analysis.sections.section_map import SectionMap
-from ..base.machine import cores
-from ..base.placing import placed
-from ..base.provenance import provenance
-from ..base.status import describe
-from ..models import Body, Hyperelastic, NeoHookean
-from ..models.sections import AlphaTurning
+from ..core.placing import placed
+from ..core.status import describe
+from ..frequencies.frequencies import FrequencyMap
+from ..frequencies.frequency_map import frequency_map
+from ..results.machine import cores
+from ..results.provenance import provenance
+from ..sections.energy_grid import EnergyGrid, energy_grid, grid_of
+from ..sections.poincare_map import poincare_map
+from ..sections.section_map import SectionMap
+from ..systems.models import Body, Hyperelastic, NeoHookean
+from ..systems.models.sections import AlphaTurning
 
 P_ETA = 0.3
 P_GAMMA = 0.2

@@ -13,15 +13,15 @@ from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any
 
-from ..base.names import named
-from ..base.numbers import shown
-from ..base.placing import placed
-from ..formulas.number import number
+from ..core.names import named
+from ..core.numbers import shown
+from ..core.placing import placed
 from ..jobs.analyses import Chaos, Frequencies, Poincare, Run
 from ..jobs.job import OPTIONS, Job
 from ..jobs.launch import Starts
 from ..jobs.system import Model, Surface
 from ..jobs.wording import Wrong, as_flag, respelled, spelled
+from ..systems.formulas.number import number
 from .stops import say
 
 try:

@@ -12,10 +12,10 @@ from typing import Any
 
 import numpy as np
 
-from ..base.interruption import Interrupted
-from ..base.progress import USED, Compilation
-from ..base.recipe import keep
-from ..base.status import Status
+from ..core.interruption import Interrupted
+from ..core.status import Status
+from ..results.progress import USED, Compilation
+from ..results.recipe import keep
 from .stops import EXIT_INTERRUPTED, Stops, on_stop, say
 
 
@@ -192,8 +192,8 @@ def _leave_the_compiler(number: int, *_: Any) -> None:
 
 def is_cold() -> bool:
     """Return whether the kernels of this version are still to be compiled: neither kept nor in a pack."""
-    from ..compile.cache import SUFFIX
-    from ..compile.code_folder import cache_directory, prebuilt
+    from ..engine.cache import SUFFIX
+    from ..engine.code_folder import cache_directory, prebuilt
 
     folder = cache_directory()
     return folder is None or (prebuilt() is None and sum(1 for _ in folder.glob(f"*{SUFFIX}")) < 10)

@@ -16,20 +16,21 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from .. import charts, models, schemes
-from ..analysis.chaos import indicators, own_indicator
-from ..analysis.tori import families, separation
-from ..base.display import screen
-from ..base.numbers import StrPath, fits, shown
-from ..base.placing import checked_file, placed
-from ..base.progress import says_progress
-from ..base.provenance import provenance
-from ..base.recipe import OWN, Call, NoData, encoded, keep, plain
-from ..base.results import Result, saved
-from ..base.status import summary
-from ..formulas.mapping import remade
-from ..models import angles, sections
-from ..schemes import time_transformed
+from ..chaos import indicators, own_indicator
+from ..core.numbers import StrPath, fits, shown
+from ..core.placing import checked_file, placed
+from ..core.status import summary
+from ..results.display import screen
+from ..results.progress import says_progress
+from ..results.provenance import provenance
+from ..results.recipe import OWN, Call, NoData, encoded, keep, plain
+from ..results.result import Result, saved
+from ..runs import schemes
+from ..runs.schemes import time_transformed
+from ..systems import charts, models
+from ..systems.formulas.mapping import remade
+from ..systems.models import angles, sections
+from ..tori import families, separation
 from .tables import exported
 
 METADATA = "metadata"
@@ -227,7 +228,7 @@ def contents(path: Any) -> Saved:
 
 
 class Recipe(NamedTuple):
-    """A call read from a file: the function of that name in fastaff, fastaff.analysis or fastaff.quantum, which makes
+    """A call read from a file: the function of that name in the list of analyses, which makes
     the result again, bit for bit.
     """
 
@@ -277,26 +278,26 @@ def recipe(path: Any, **given: Any) -> Recipe:
 
 
 ANALYSES = {
-    "action_angles": "analysis.tori.action_angles",
+    "action_angles": "tori.action_angles",
     "all_levels": "quantum.spectra.all_levels",
-    "chaos_map": "analysis.chaos.chaos_map",
-    "chaotic_fraction": "analysis.chaos.chaotic_fraction",
+    "chaos_map": "chaos.chaos_map",
+    "chaotic_fraction": "chaos.chaotic_fraction",
     "class_diagram": "quantum.spectra.level_diagram",
-    "continuation": "analysis.periodic.continuation",
-    "energy_grid": "analysis.sections.energy_grid",
-    "energy_of_actions": "analysis.tori.inverse_tori",
-    "energy_sample": "analysis.sections.energy_sample",
+    "continuation": "periodic.continuation",
+    "energy_grid": "sections.energy_grid",
+    "energy_of_actions": "tori.inverse_tori",
+    "energy_sample": "sections.energy_sample",
     "exact_levels": "quantum.exact.exact_levels",
-    "find_periodic_orbits": "analysis.periodic.find_periodic_orbits",
-    "fit_torus": "analysis.tori.fit_torus",
-    "frequency_map": "analysis.frequencies.frequency_map",
-    "integrate": "analysis.orbits.integrate",
+    "find_periodic_orbits": "periodic.find_periodic_orbits",
+    "fit_torus": "tori.fit_torus",
+    "frequency_map": "frequencies.frequency_map",
+    "integrate": "runs.integrate",
     "level_diagram": "quantum.spectra.level_diagram",
-    "periodic_orbits": "analysis.periodic.periodic_orbits",
-    "poincare_map": "analysis.sections.poincare_map",
+    "periodic_orbits": "periodic.periodic_orbits",
+    "poincare_map": "sections.poincare_map",
     "quasiclassical_levels": "quantum.exact.quasiclassical_levels",
     "spectrum": "quantum.spectra.spectrum",
-    "tangent_map": "analysis.orbits.tangent_map",
+    "tangent_map": "runs.tangent_map",
 }
 """Modules of the public functions that keep their call with their result; a test holds that none is missing."""
 
@@ -374,16 +375,28 @@ def _names(cls: Any) -> list[str]:
     return list(cls._fields) if hasattr(cls, "_fields") else [field.name for field in dataclasses.fields(cls)]
 
 
+HOMES = (
+    *("runs.given_orbits", "runs.integrate", "runs.tangent_map"),
+    *("frequencies", "sections", "chaos", "periodic", "tori", "quantum"),
+)
+"""Folders and modules whose classes files may hold."""
+
+
 @functools.cache
 def _results() -> dict[str, type]:
-    """The package's results and their parts by name: dataclasses and NamedTuples of `analysis` and `quantum`."""
-    rooms = tuple(f"{OWN}.{room}." for room in ("analysis", "quantum"))
-    inside = [found.name for room in rooms for found in walk_packages(import_module(room[:-1]).__path__, room)]
+    """The package's results and their parts by name: dataclasses and NamedTuples of the modules of HOMES."""
+    inside = [name for home in HOMES for name in _modules(f"{OWN}.{home}")]
     beside = [entry for name in inside for entry in vars(import_module(name)).values()]
-    parts = [entry for entry in beside if _is_own(entry) and entry.__module__.startswith(rooms)]
+    parts = [entry for entry in beside if _is_own(entry) and entry.__module__ in inside]
     kinds = [entry for entry in parts if dataclasses.is_dataclass(entry) or hasattr(entry, "_fields")]
     found = {entry.__name__: entry for entry in kinds}
     return {name: entry for name, entry in found.items() if name not in _classes() and not name.startswith("_")}
+
+
+def _modules(name: str) -> list[str]:
+    """Return the modules within a folder of the package, or a module itself."""
+    paths = getattr(import_module(name), "__path__", None)
+    return [name] if paths is None else [found.name for found in walk_packages(paths, f"{name}.")]
 
 
 def _is_own(entry: Any) -> bool:

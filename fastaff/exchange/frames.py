@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy as np
 
-from ..analysis.orbits.given_orbits import ORBITS, SAMPLES
-from ..base.foreign import Foreign
-from ..base.numbers import fits, numbers
+from ..core.foreign import Foreign
+from ..core.numbers import fits, numbers
+from ..runs.given_orbits import ORBITS, SAMPLES
 from .taylor import of_columns, turn
 
 

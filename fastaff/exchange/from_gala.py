@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from ..base.foreign import Foreign, ForeignSystem
+from ..core.foreign import Foreign, ForeignSystem
 from .gala_potentials import CUSPED, children, formula_of, has_units, left_out, origin
 from .quantities import plain
 from .quantities import units as units_of

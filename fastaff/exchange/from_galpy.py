@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from ..base.foreign import Foreign, ForeignSystem
+from ..core.foreign import Foreign, ForeignSystem
 from .galpy_potentials import CUSPED, formula_of
 from .sums import apart_from, check, parts_of, summed, trial_points
 

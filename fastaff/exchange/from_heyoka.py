@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from ..base.foreign import ForeignSystem
-from ..base.interruption import imported
+from ..core.foreign import ForeignSystem
+from ..core.interruption import imported
 
 
 def expression(given: Any) -> Any:

@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from ..base.foreign import Foreign
-from ..base.numbers import fits
+from ..core.foreign import Foreign
+from ..core.numbers import fits
 
 NAMES = ("x", "y", "z", "v_x", "v_y", "v_z")
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from ..base.foreign import Foreign
+from ..core.foreign import Foreign
 
 
 def orbits(found: Any, name: str, coordinates: tuple[str, ...] | None) -> Foreign | None:

@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from ..base.interruption import imported
-from ..formulas.gammainc import gammainc
+from ..core.interruption import imported
+from ..systems.formulas.gammainc import gammainc
 from .quantities import plain
 
 

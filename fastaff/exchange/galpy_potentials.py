@@ -11,9 +11,9 @@ import math
 from collections.abc import Callable
 from typing import Any
 
-from ..base.interruption import imported
-from ..formulas.grammar import parse
-from ..formulas.sympy_bridge import to_sympy
+from ..core.interruption import imported
+from ..systems.formulas.grammar import parse
+from ..systems.formulas.sympy_bridge import to_sympy
 
 R2 = "(x**2 + y**2)"
 SQUARE = "(x**2 + y**2 + z**2)"

@@ -7,10 +7,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..base.numbers import StrPath
-from ..base.placing import text_of
-from ..formulas.formula import hamiltonian
-from ..models.mechanics import system_of
+from ..core.numbers import StrPath
+from ..core.placing import text_of
+from ..systems.formulas.formula import hamiltonian
+from ..systems.models.mechanics import system_of
 
 TEXT = "-(1 - m)/sqrt((x + m)**2 + y**2 + z**2) - m/sqrt((x - 1 + m)**2 + y**2 + z**2)"
 NEEDED = ("x", "y", "z", "vx", "vy", "vz", "jacobi", "period")

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from ..base.foreign import Foreign
+from ..core.foreign import Foreign
 from .kicks import ROWS, Kick, turn
 from .linear_parts import compared, higher, kept_momentum, probed, told
 

@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from ..base.foreign import Foreign
-from ..base.placing import text_of
+from ..core.foreign import Foreign
+from ..core.placing import text_of
 from .frames import orbits as orbits_of
 from .taylor import SIX, Terms, of_columns, turn
 

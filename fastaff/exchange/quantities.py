@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from ..base.foreign import Foreign
-from ..base.interruption import imported
+from ..core.foreign import Foreign
+from ..core.interruption import imported
 from .frames import orbits as of_table
 
 BASES = ("kpc", "Myr", "solMass", "rad")

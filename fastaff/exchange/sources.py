@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from typing import Any
 
-from ..base.interruption import imported
-from ..formulas.flow_text import flow
-from ..formulas.forced import BUILT_IN
-from ..formulas.gammainc import gammainc
-from ..formulas.library import Request
+from ..core.interruption import imported
+from ..systems.formulas.flow_text import flow
+from ..systems.formulas.forced import BUILT_IN
+from ..systems.formulas.gammainc import gammainc
+from ..systems.formulas.library import Request
 from .symbols import equations
 
 

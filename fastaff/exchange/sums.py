@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from ..base.interruption import imported
-from ..formulas.gammainc import numeric
-from ..formulas.sympy_bridge import to_text
+from ..core.interruption import imported
+from ..systems.formulas.gammainc import numeric
+from ..systems.formulas.sympy_bridge import to_text
 
 SAME = 1e-9
 """Part of the largest energy by which those of another tool may be off."""

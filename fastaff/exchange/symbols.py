@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from ..base.interruption import imported
-from ..compile.kinds import OPTIONS, TERMS
-from ..compile.terms import Term
-from ..formulas.drive import TIME
-from ..formulas.library import Request
-from ..formulas.sympy_bridge import to_sympy
+from ..core.interruption import imported
+from ..engine.kinds import OPTIONS, TERMS
+from ..engine.terms import Term
+from ..systems.formulas.drive import TIME
+from ..systems.formulas.library import Request
+from ..systems.formulas.sympy_bridge import to_sympy
 
 MOST = 8000
 """Characters of a formula, at most."""

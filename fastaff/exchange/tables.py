@@ -9,9 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from ..base.interruption import imported
-from ..base.placing import placed
-from ..base.results import Result, columns
+from ..core.interruption import imported
+from ..core.placing import placed
+from ..results.result import Result, columns
 
 
 def table(result: Result) -> dict[str, np.ndarray]:

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from ..base.numbers import numbers
+from ..core.numbers import numbers
 
 SIX = ("x", "px", "y", "py", "t", "pt")
 POWERS = ("nx", "nxp", "ny", "nyp", "ndeltap", "nt")

@@ -8,10 +8,10 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..base.numbers import StrPath, numbers, positive
-from ..base.placing import text_of
-from ..formulas.formula import hamiltonian
-from ..models.mechanics import system_of
+from ..core.numbers import StrPath, numbers, positive
+from ..core.placing import text_of
+from ..systems.formulas.formula import hamiltonian
+from ..systems.models.mechanics import system_of
 
 NUMBER = re.compile(r"-?\d+\.\d{2,}(?:[eE][-+]?\d+)?")
 """Velocities, periods and scaled periods, but no numbers of orbits and no masses of one digit."""

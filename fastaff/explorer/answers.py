@@ -8,26 +8,26 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..analysis.chaos.chaos_map import chaos_map
-from ..analysis.chaos.indicator import Character
-from ..analysis.chaos.indicators import MEGNO, Lyapunov
-from ..analysis.frequencies.frequency_map import frequency_map
-from ..analysis.orbits.integrate import integrate
-from ..analysis.sections.energy_grid import lift
-from ..analysis.sections.energy_limits import Where
-from ..analysis.sections.islands import rotation_number
-from ..analysis.sections.poincare_map import poincare_map
-from ..analysis.sections.section_edge import edge
-from ..base.status import Status
-from ..flows.checks import checked_model, current_system
-from ..flows.coordinates import chart_row
-from ..flows.motion import natural_rates
-from ..formulas.formula import formula, hamiltonian
-from ..formulas.grammar import TIME, UnknownName
-from ..formulas.mapping import mapping, untried
-from ..formulas.section_text import section_named
-from ..models.mechanics import System
-from ..schemes.catalogue import scheme_named
+from ..chaos.chaos_map import chaos_map
+from ..chaos.indicator import Character
+from ..chaos.indicators import MEGNO, Lyapunov
+from ..core.status import Status
+from ..frequencies.frequency_map import frequency_map
+from ..runs.checks import checked_model, current_system
+from ..runs.coordinates import chart_row
+from ..runs.integrate import integrate
+from ..runs.motion import natural_rates
+from ..runs.schemes.catalogue import scheme_named
+from ..sections.energy_grid import lift
+from ..sections.energy_limits import Where
+from ..sections.islands import rotation_number
+from ..sections.poincare_map import poincare_map
+from ..sections.section_edge import edge
+from ..systems.formulas.formula import formula, hamiltonian
+from ..systems.formulas.grammar import TIME, UnknownName
+from ..systems.formulas.mapping import mapping, untried
+from ..systems.formulas.section_text import section_named
+from ..systems.models.mechanics import System
 from .parameters import parameter_values, with_parameters
 from .plane import Plane, map_reading, survived
 

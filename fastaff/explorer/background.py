@@ -9,15 +9,15 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..analysis.chaos.chaos_map import ChaosMap
-from ..analysis.frequencies.frequencies import FrequencyMap
-from ..analysis.sections.energy_grid import EnergyGrid
-from ..base.numbers import shown
-from ..base.status import Status
+from ..chaos.chaos_map import ChaosMap
+from ..core.numbers import shown
+from ..core.status import Status
 from ..exchange.files import contents, load
+from ..frequencies.frequencies import FrequencyMap
 from ..jobs.job import Job, Plan
 from ..jobs.results import JobResults
 from ..jobs.store import Store, is_store
+from ..sections.energy_grid import EnergyGrid
 
 SPREAD = 1e-6
 """Relative difference of the distances of neighbours on an axis up to which they count as equal."""

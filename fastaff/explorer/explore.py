@@ -10,25 +10,25 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..analysis.sections.energy_grid import EnergyGrid, NotReached
-from ..analysis.sections.energy_limits import fitting_energy
-from ..analysis.sections.named_axes import checked_names
-from ..analysis.sections.section_edge import edge
-from ..base.names import named
-from ..base.numbers import StrPath, numbers, positive, real
-from ..base.placing import placed
-from ..base.progress import says_progress
-from ..base.provenance import provenance
-from ..base.results import Result
-from ..flows.checks import checked_system, suited_scheme
-from ..flows.needs import check_given
-from ..formulas.section_text import section_forms, section_named
-from ..models.contracts import Dynamics, Section
-from ..models.mechanics import System
-from ..models.sections import Stroboscopic
-from ..schemes.automatic import cheapest
-from ..schemes.catalogue import Splitting, scheme_named
-from ..schemes.collocation import GAUSS16, Collocation
+from ..core.names import named
+from ..core.numbers import StrPath, numbers, positive, real
+from ..core.placing import placed
+from ..results.progress import says_progress
+from ..results.provenance import provenance
+from ..results.result import Result
+from ..runs.checks import checked_system, suited_scheme
+from ..runs.needs import check_given
+from ..runs.schemes.automatic import cheapest
+from ..runs.schemes.catalogue import Splitting, scheme_named
+from ..runs.schemes.collocation import GAUSS16, Collocation
+from ..sections.energy_grid import EnergyGrid, NotReached
+from ..sections.energy_limits import fitting_energy
+from ..sections.named_axes import checked_names
+from ..sections.section_edge import edge
+from ..systems.formulas.section_text import section_forms, section_named
+from ..systems.models.contracts import Dynamics, Section
+from ..systems.models.mechanics import System
+from ..systems.models.sections import Stroboscopic
 from .background import Found, background_record, found
 from .page import page
 from .parameters import parameter_values

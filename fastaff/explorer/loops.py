@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from ..models.angles import AreaTrace, Coordinates2, RVartheta
-from ..models.mechanics import System
+from ..systems.models.angles import AreaTrace, Coordinates2, RVartheta
+from ..systems.models.mechanics import System
 
 
 def loops_of(system: System) -> Any:

@@ -7,11 +7,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..analysis.frequencies.frequency_map import frequency_map
-from ..analysis.sections.islands import rotation_number
-from ..base.status import Status
-from ..models.maps import jacobian
-from ..models.mechanics import System
+from ..core.status import Status
+from ..frequencies.frequency_map import frequency_map
+from ..sections.islands import rotation_number
+from ..systems.models.maps import jacobian
+from ..systems.models.mechanics import System
 from .setup import planes
 
 SIZES = 1e-5 * 10.0 ** (np.arange(45) / 4)

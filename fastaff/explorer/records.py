@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from ..models.angles import Coordinates2
-from ..models.mechanics import System
+from ..systems.models.angles import Coordinates2
+from ..systems.models.mechanics import System
 from .javascript import Part, Refused, printed
 from .loops import loops_of, turns_around
 from .parameters import fields_of, numbers_in

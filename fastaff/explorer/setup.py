@@ -7,18 +7,18 @@ from typing import Any
 
 import numpy as np
 
-from .. import models
-from ..analysis.chaos.streamed import symplectic_frame
-from ..analysis.sections.named_axes import checked_names
-from ..base.names import named
-from ..base.numbers import real
-from ..formulas.map_source import MAX_ROWS
-from ..formulas.section_text import EQUALS, TURNING
+from ..chaos.streamed import symplectic_frame
+from ..core.names import named
+from ..core.numbers import real
 from ..jobs.system import RATES, described
-from ..models.mechanics import System, system_of
-from ..models.sections import AngleEquals, Linear
-from ..schemes.catalogue import SCHEMES, Splitting
-from ..schemes.collocation import Collocation
+from ..runs.schemes.catalogue import SCHEMES, Splitting
+from ..runs.schemes.collocation import Collocation
+from ..sections.named_axes import checked_names
+from ..systems import models
+from ..systems.formulas.map_source import MAX_ROWS
+from ..systems.formulas.section_text import EQUALS, TURNING
+from ..systems.models.mechanics import System, system_of
+from ..systems.models.sections import AngleEquals, Linear
 from .parameters import parameter_values
 from .records import model_code
 

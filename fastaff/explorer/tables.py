@@ -5,9 +5,9 @@ from __future__ import annotations
 import json
 import keyword
 
-from ..formulas import grammar
-from ..formulas.gammainc import GAMMAINC
-from ..formulas.reserved import RESERVED
+from ..systems.formulas import grammar
+from ..systems.formulas.gammainc import GAMMAINC
+from ..systems.formulas.reserved import RESERVED
 
 
 def grammar_module() -> str:

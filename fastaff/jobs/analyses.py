@@ -7,18 +7,18 @@ from typing import Any, ClassVar, NamedTuple, Protocol
 
 import numpy as np
 
-from ..analysis.chaos.chaos_map import chaos_map
-from ..analysis.chaos.indicators import INDICATORS, indicator_names
-from ..analysis.frequencies.frequency_map import frequency_map
-from ..analysis.orbits.integrate import integrate
-from ..analysis.sections.poincare_map import poincare_map
-from ..analysis.tori.action_angles import action_angles
-from ..base.names import named, spelled
-from ..base.numbers import nonnegative, positive, whole
-from ..flows.motion import typical_rate
-from ..models.mechanics import System
-from ..models.sections import Stroboscopic
-from ..schemes.catalogue import SCHEMES, VERNER9
+from ..chaos.chaos_map import chaos_map
+from ..chaos.indicators import INDICATORS, indicator_names
+from ..core.names import named, spelled
+from ..core.numbers import nonnegative, positive, whole
+from ..frequencies.frequency_map import frequency_map
+from ..runs.integrate import integrate
+from ..runs.motion import typical_rate
+from ..runs.schemes.catalogue import SCHEMES, VERNER9
+from ..sections.poincare_map import poincare_map
+from ..systems.models.mechanics import System
+from ..systems.models.sections import Stroboscopic
+from ..tori.action_angles import action_angles
 from .wording import Wrong, option
 
 

@@ -6,7 +6,7 @@ import re
 
 import numpy as np
 
-from ..formulas.number import number
+from ..systems.formulas.number import number
 from .wording import Wrong, option
 
 

@@ -13,8 +13,8 @@ from typing import Any
 
 import numpy as np
 
-from ..base.interruption import recognized
-from ..base.numbers import MOST, fits, shown
+from ..core.interruption import recognized
+from ..core.numbers import MOST, fits, shown
 from .wording import Wrong
 
 ITEMS = ("orbit", "case")

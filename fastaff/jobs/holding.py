@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from ..base.numbers import shown
+from ..core.numbers import shown
 from .store import Store, is_store
 from .wording import Wrong
 

@@ -12,14 +12,14 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..base.names import did_you_mean
-from ..base.numbers import numbers, shown, whole
-from ..base.placing import text_of
-from ..flows.checks import checked_system, current_system, phase_points
-from ..flows.needs import check_given
-from ..flows.starts import ordered, orders_of, starts_of
-from ..formulas.number import number
-from ..models.mechanics import System
+from ..core.names import did_you_mean
+from ..core.numbers import numbers, shown, whole
+from ..core.placing import text_of
+from ..runs.checks import checked_system, current_system, phase_points
+from ..runs.needs import check_given
+from ..runs.starts import ordered, orders_of, starts_of
+from ..systems.formulas.number import number
+from ..systems.models.mechanics import System
 from .analyses import ANALYSES, TRIAL, Actions, Analysis, Chaos, Frequencies, Motion, Orbits, Poincare, Run
 from .launch import Launch, Points, Starts, some
 from .scans import Cases, Scan, ScanOfChaos

@@ -9,9 +9,12 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from ..analysis.sections.energy_grid import ARRAYS, EnergyGrid, NotReached, checked_surface, grid_of, lift
-from ..analysis.sections.energy_limits import Where
-from ..analysis.sections.energy_sample import (
+from ..core.names import pairs
+from ..core.numbers import fits
+from ..core.placing import checked_file
+from ..sections.energy_grid import ARRAYS, EnergyGrid, NotReached, checked_surface, grid_of, lift
+from ..sections.energy_limits import Where
+from ..sections.energy_sample import (
     BLOCK,
     EnergySample,
     OfSource,
@@ -22,13 +25,10 @@ from ..analysis.sections.energy_sample import (
     ranges_to_draw,
     source_of,
 )
-from ..analysis.sections.named_axes import Launching, Others, checked_energy, launching
-from ..analysis.sections.section_edge import edge as section_edge
-from ..base.names import pairs
-from ..base.numbers import fits
-from ..base.placing import checked_file
-from ..formulas.number import number
-from ..models.mechanics import System
+from ..sections.named_axes import Launching, Others, checked_energy, launching
+from ..sections.section_edge import edge as section_edge
+from ..systems.formulas.number import number
+from ..systems.models.mechanics import System
 from .flags import axis_of, cells_of, flags_of_axes, range_of
 from .system import Surface
 from .wording import Wrong, option, respelled

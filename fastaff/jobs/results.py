@@ -9,9 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from ..base.interruption import imported
-from ..base.numbers import MOST
-from ..base.status import Status
+from ..core.interruption import imported
+from ..core.numbers import MOST
+from ..core.status import Status
 from .guard import sound
 from .job import Job, in_one_line
 from .scans import FoundCases, assembled

@@ -13,19 +13,19 @@ from typing import Any
 
 import numpy as np
 
-from ..base.interruption import Interrupted
-from ..base.machine import processor
-from ..base.names import named
-from ..base.numbers import StrPath, flag, free_memory, function, positive, reporter, shown, whole
-from ..base.placing import sweep
-from ..base.progress import says_progress
-from ..base.provenance import provenance
-from ..base.results import columns
-from ..base.status import Status
-from ..compile.code_folder import package_hash
-from ..compile.threads import checked_threads
-from ..models.contracts import Dynamics
-from ..schemes.catalogue import Scheme
+from ..core.interruption import Interrupted
+from ..core.names import named
+from ..core.numbers import StrPath, flag, free_memory, function, positive, reporter, shown, whole
+from ..core.placing import sweep
+from ..core.status import Status
+from ..engine.code_folder import package_hash
+from ..engine.threads import checked_threads
+from ..results.machine import processor
+from ..results.progress import says_progress
+from ..results.provenance import provenance
+from ..results.result import columns
+from ..runs.schemes.catalogue import Scheme
+from ..systems.models.contracts import Dynamics
 from .analyses import Orbits
 from .holding import alone, as_path
 from .job import Job, Plan, difference, distinct

@@ -10,13 +10,13 @@ from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
-from ..analysis.chaos.chaotic_fraction import ChaoticFraction, FoundCases, chaotic_fraction
-from ..analysis.sections.energy_sample import energy_sample
-from ..base.names import named
-from ..base.numbers import portion
-from ..flows.checks import current_system
-from ..formulas.number import number
-from ..models.mechanics import System
+from ..chaos.chaotic_fraction import ChaoticFraction, FoundCases, chaotic_fraction
+from ..core.names import named
+from ..core.numbers import portion
+from ..runs.checks import current_system
+from ..sections.energy_sample import energy_sample
+from ..systems.formulas.number import number
+from ..systems.models.mechanics import System
 from .analyses import Chaos, Orbits, Run
 from .launch import Starts
 from .system import Surface

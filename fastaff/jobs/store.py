@@ -22,11 +22,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..base.interruption import imported, recognized
-from ..base.placing import draft, like, text_of
-from ..base.results import Column, columns
-from ..base.status import Status
+from ..core.interruption import imported, recognized
+from ..core.placing import draft, like, text_of
+from ..core.status import Status
 from ..exchange.files import opened, unpacked
+from ..results.result import Column, columns
 from .guard import (
     SEALED,
     SEALS,

@@ -10,21 +10,21 @@ from typing import Any
 
 import numpy as np
 
-from .. import models
-from ..analysis.sections.energy_limits import may_escape
-from ..base.names import named, pairs, spelled
-from ..base.status import Status
-from ..compile.kinds import OPTIONS, TERMS
-from ..flows.needs import check_given
-from ..formulas.flow_text import flow
-from ..formulas.formula import formula, hamiltonian
-from ..formulas.library import Request
-from ..formulas.map_source import MapRequest
-from ..formulas.mapping import mapping
-from ..formulas.number import number
-from ..formulas.section_text import canonical, section_forms, section_named
-from ..formulas.systems import SYSTEMS as NAMED
-from ..models.mechanics import System
+from ..core.names import named, pairs, spelled
+from ..core.status import Status
+from ..engine.kinds import OPTIONS, TERMS
+from ..runs.needs import check_given
+from ..sections.energy_limits import may_escape
+from ..systems import models
+from ..systems.formulas.flow_text import flow
+from ..systems.formulas.formula import formula, hamiltonian
+from ..systems.formulas.library import Request
+from ..systems.formulas.map_source import MapRequest
+from ..systems.formulas.mapping import mapping
+from ..systems.formulas.number import number
+from ..systems.formulas.section_text import canonical, section_forms, section_named
+from ..systems.formulas.systems import SYSTEMS as NAMED
+from ..systems.models.mechanics import System
 from .wording import Wrong, option, respelled
 
 MODELS = {

@@ -12,10 +12,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..base.machine import processor
-from ..base.numbers import portion
-from ..base.status import Status
-from ..compile.code_folder import package_hash
+from ..core.numbers import portion
+from ..core.status import Status
+from ..engine.code_folder import package_hash
+from ..results.machine import processor
 from .analyses import Orbits, Run
 from .job import Job, Plan, distinct
 from .launch import Points, between

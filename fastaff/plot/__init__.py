@@ -4,7 +4,7 @@ All have one style (`style`), in force while they draw and only then; Matplotlib
 click on a figure tells the orbit (`picked`). `result.plot()` draws the usual figure of a result.
 """
 
-from ..analysis.sections.section_edge import Edge, edge
+from ..sections.section_edge import Edge, edge
 from .animation import animate, save_animation
 from .aperture import plot_aperture
 from .backbone import plot_backbone, plot_bifurcation

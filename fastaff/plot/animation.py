@@ -12,17 +12,17 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..analysis.orbits.integrate import integrate
-from ..analysis.sections.invariant_measure import Momenta
-from ..base.numbers import positive, whole
-from ..base.placing import placed
-from ..base.progress import says_progress
-from ..base.status import Status
-from ..charts import CARTESIAN
-from ..flows.checks import current_system
-from ..flows.starts import starts_of
-from ..models.contracts import Model
-from ..models.mechanics import System
+from ..core.numbers import positive, whole
+from ..core.placing import placed
+from ..core.status import Status
+from ..results.progress import says_progress
+from ..runs.checks import current_system
+from ..runs.integrate import integrate
+from ..runs.starts import starts_of
+from ..sections.invariant_measure import Momenta
+from ..systems.charts import CARTESIAN
+from ..systems.models.contracts import Model
+from ..systems.models.mechanics import System
 from .sections import words
 from .style import ACCENT, DARK, GREY, PALE, styled, symbol
 

@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy as np
 
-from ..base.numbers import numbers, whole
-from ..base.status import Status
-from ..flows.starts import ordered
+from ..core.numbers import numbers, whole
+from ..core.status import Status
+from ..runs.starts import ordered
 from .picking import carry
 from .style import ACCENT, Artists, beyond, colour_map, figure, symbol
 

@@ -8,11 +8,11 @@ from typing import Any
 
 import numpy as np
 
-from ..analysis.periodic.bifurcations import Bifurcation, Event
-from ..analysis.periodic.continuation import Branch
-from ..analysis.periodic.found_orbits import Stability
-from ..base.numbers import shown
-from ..base.status import Status
+from ..core.numbers import shown
+from ..core.status import Status
+from ..periodic.bifurcations import Bifurcation, Event
+from ..periodic.continuation import Branch
+from ..periodic.found_orbits import Stability
 from .parameters import parameter_label
 from .picking import carry
 from .style import LINES, Artists, figure, symbol

@@ -13,12 +13,12 @@ from typing import Any
 
 import numpy as np
 
-from ..analysis.chaos.chaos_map import ChaosMap
-from ..analysis.chaos.chaotic_fraction import ChaoticFraction
-from ..analysis.sections.energy_grid import EnergyGrid
-from ..analysis.sections.energy_sample import EnergySample
-from ..analysis.sections.section_edge import Edge
-from ..base.status import Status
+from ..chaos.chaos_map import ChaosMap
+from ..chaos.chaotic_fraction import ChaoticFraction
+from ..core.status import Status
+from ..sections.energy_grid import EnergyGrid
+from ..sections.energy_sample import EnergySample
+from ..sections.section_edge import Edge
 from .colour_bars import colour_bar
 from .parameters import parameter_label
 from .picking import carry

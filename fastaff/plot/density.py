@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..base.numbers import numbers
+from ..core.numbers import numbers
 
 DENSE = 300_000
 """Points above which a section is drawn as an image."""

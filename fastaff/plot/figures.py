@@ -7,35 +7,35 @@ from typing import Any
 
 import numpy as np
 
-from ..analysis.chaos.chaos_map import ChaosMap
-from ..analysis.chaos.chaotic_fraction import ChaoticFraction, FoundCases
-from ..analysis.frequencies.angle_lines import AngleLines
-from ..analysis.frequencies.frequencies import FrequencyMap
-from ..analysis.frequencies.naff import FrequencyLines
-from ..analysis.frequencies.resonance_web import ResonanceLine
-from ..analysis.frequencies.resonances import DiffusionHistogram, Resonances
-from ..analysis.frequencies.tune_accumulator import TuneAccumulator, TuneSums
-from ..analysis.frequencies.tunes import Tunes
-from ..analysis.orbits.integrate import Orbits
-from ..analysis.orbits.tangent_map import TangentMap
-from ..analysis.periodic.bifurcations import Bifurcation
-from ..analysis.periodic.continuation import Branch
-from ..analysis.periodic.found_orbits import PeriodicOrbits
-from ..analysis.sections.energy_grid import EnergyGrid
-from ..analysis.sections.energy_sample import EnergySample
-from ..analysis.sections.islands import Islands, Rotation
-from ..analysis.sections.section_edge import Edge
-from ..analysis.sections.section_map import SectionMap
-from ..analysis.tori.action_angles import ActionAngles
-from ..analysis.tori.inverse_tori import EnergyOfActions
-from ..analysis.tori.torus import TorusFit
-from ..base.numbers import shown
-from ..base.results import drawn
+from ..chaos.chaos_map import ChaosMap
+from ..chaos.chaotic_fraction import ChaoticFraction, FoundCases
+from ..core.numbers import shown
+from ..frequencies.angle_lines import AngleLines
+from ..frequencies.frequencies import FrequencyMap
+from ..frequencies.naff import FrequencyLines
+from ..frequencies.resonance_web import ResonanceLine
+from ..frequencies.resonances import DiffusionHistogram, Resonances
+from ..frequencies.tune_accumulator import TuneAccumulator, TuneSums
+from ..frequencies.tunes import Tunes
+from ..periodic.bifurcations import Bifurcation
+from ..periodic.continuation import Branch
+from ..periodic.found_orbits import PeriodicOrbits
 from ..quantum.chaos.husimi import Husimi, VibrationHusimi
 from ..quantum.spectra.level_diagram import LevelDiagram
 from ..quantum.states.level_table import LevelTable, Multiplets
 from ..quantum.states.state import State
 from ..quantum.states.vibration_state import VibrationState
+from ..results.result import drawn
+from ..runs.integrate import Orbits
+from ..runs.tangent_map import TangentMap
+from ..sections.energy_grid import EnergyGrid
+from ..sections.energy_sample import EnergySample
+from ..sections.islands import Islands, Rotation
+from ..sections.section_edge import Edge
+from ..sections.section_map import SectionMap
+from ..tori.action_angles import ActionAngles
+from ..tori.inverse_tori import EnergyOfActions
+from ..tori.torus import TorusFit
 from .backbone import plot_backbone, plot_bifurcation
 from .chaos import plot_chaos_map, plot_chaotic_fraction
 from .frequencies import plot_frequency_map, plot_tunes

@@ -7,12 +7,12 @@ from typing import Any
 
 import numpy as np
 
-from ..analysis.frequencies.frequencies import FrequencyKind, FrequencyMap
-from ..analysis.frequencies.own_lines import TURN, by_own_lines, in_time
-from ..analysis.frequencies.tunes import Tunes
-from ..base.numbers import entries, reals
-from ..base.status import Status
-from ..schemes.catalogue import ITERATION
+from ..core.numbers import entries, reals
+from ..core.status import Status
+from ..frequencies.frequencies import FrequencyKind, FrequencyMap
+from ..frequencies.own_lines import TURN, by_own_lines, in_time
+from ..frequencies.tunes import Tunes
+from ..runs.schemes.catalogue import ITERATION
 from .colour_bars import colour_bar
 from .labels import Box, drawn_points, settled, write_along
 from .picking import carry

@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from ..analysis.sections.islands import Islands, Rotation
-from ..base.status import Status
+from ..core.status import Status
+from ..sections.islands import Islands, Rotation
 from .picking import carry
 from .sections import why
 from .style import DARK, LINES, PLATE, Artists, figure, nothing

@@ -6,10 +6,10 @@ from typing import Any
 
 import numpy as np
 
-from ..analysis.orbits.integrate import Orbits
-from ..analysis.orbits.tangent_map import TangentMap
-from ..base.status import Status
-from ..flows.coordinates import chart_row
+from ..core.status import Status
+from ..runs.coordinates import chart_row
+from ..runs.integrate import Orbits
+from ..runs.tangent_map import TangentMap
 from .picking import carry
 from .sections import why
 from .style import DARK, GREY, LINES, Artists, chosen_orbits, figure, nothing, symbol

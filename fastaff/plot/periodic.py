@@ -10,10 +10,10 @@ from typing import Any
 
 import numpy as np
 
-from ..analysis.periodic.found_orbits import PeriodicOrbits, Stability
-from ..base.status import Status
-from ..charts import ALPHA_BETA, Chart
-from ..flows.coordinates import in_chart
+from ..core.status import Status
+from ..periodic.found_orbits import PeriodicOrbits, Stability
+from ..runs.coordinates import in_chart
+from ..systems.charts import ALPHA_BETA, Chart
 from .picking import carry
 from .style import Artists, figure, symbol
 

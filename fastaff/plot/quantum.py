@@ -13,13 +13,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..analysis.sections.accessible_box import potential_of
-from ..base.numbers import shown
-from ..charts import ALPHA_BETA, R_VARTHETA, TWO_POLAR, Chart
+from ..core.numbers import shown
 from ..quantum.spectra.level_diagram import Curve, LevelDiagram
 from ..quantum.states.level_table import VIBRATION, LevelTable
 from ..quantum.states.state import State
 from ..quantum.states.vibration_state import VibrationState
+from ..sections.accessible_box import potential_of
+from ..systems.charts import ALPHA_BETA, R_VARTHETA, TWO_POLAR, Chart
 from .parameters import parameter_label
 from .style import DARK, LINES, PALE, Artists, colour_map, figure, symbol
 

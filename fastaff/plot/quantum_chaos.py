@@ -11,12 +11,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..analysis.periodic.found_orbits import PeriodicOrbits
-from ..analysis.sections.energy_grid import EnergyGrid
-from ..analysis.sections.section_edge import Edge
-from ..base.arrays import checked
-from ..base.numbers import entries, positive, shown, whole
-from ..charts import ALPHA_BETA
+from ..core.arrays import checked
+from ..core.numbers import entries, positive, shown, whole
+from ..periodic.found_orbits import PeriodicOrbits
+from ..sections.energy_grid import EnergyGrid
+from ..sections.section_edge import Edge
+from ..systems.charts import ALPHA_BETA
 from .periodic import plot_periodic
 from .picking import carry
 from .sections import section_coordinates

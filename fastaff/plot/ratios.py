@@ -10,8 +10,8 @@ from typing import Any
 
 import numpy as np
 
-from ..analysis.frequencies.own_lines import in_time, own_lines
-from ..base.numbers import an_array, shown, text, whole
+from ..core.numbers import an_array, shown, text, whole
+from ..frequencies.own_lines import in_time, own_lines
 
 
 def frequencies_of(found: Any, chosen: Any = None) -> np.ndarray:

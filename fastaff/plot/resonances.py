@@ -10,10 +10,10 @@ from typing import Any
 
 import numpy as np
 
-from ..analysis.frequencies.own_lines import TURN
-from ..analysis.frequencies.resonance_web import ResonanceLine
-from ..analysis.frequencies.resonances import DiffusionHistogram, Resonances
-from ..analysis.sections.energy_grid import EnergyGrid
+from ..frequencies.own_lines import TURN
+from ..frequencies.resonance_web import ResonanceLine
+from ..frequencies.resonances import DiffusionHistogram, Resonances
+from ..sections.energy_grid import EnergyGrid
 from .labels import Box, drawn_points, pixel_length, settled, write_along
 from .picking import carry
 from .scales import DIFFUSION, clipped
@@ -119,14 +119,14 @@ def plot_ratio_web(
 ) -> Artists:
     """Draw the lines of a web in the plane (nu1/nu3, nu2/nu3), over the orbits of a map coloured by a value of each.
 
-    :Parameters: lines: of `fastaff.analysis.ratio_web`; names: of the three frequencies; nu (3, ...): those of orbits,
-        or None; values: of the shape of a row of nu, such as the diffusion, or None for one colour; labels: the number
-        of named lines.
+    :Parameters: lines: of `fastaff.frequencies.ratio_web`; names: of the three frequencies; nu (3, ...): those of
+        orbits, or None; values: of the shape of a row of nu, such as the diffusion, or None for one colour; labels:
+        the number of named lines.
     :Returns: Artists; `missing` counts orbits that are not finite.
 
     Examples
     --------
-    >>> lines = fa.analysis.ratio_web(x=(0.6, 1.4), y=(0.7, 1.2), max_order=2)
+    >>> lines = fa.frequencies.ratio_web(x=(0.6, 1.4), y=(0.7, 1.2), max_order=2)
     >>> fa.plot.plot_ratio_web(lines, names=("x", "y", "z"), nu=[[0.2, 0.25], [0.21, 0.2], [0.22, 0.23]]).missing
     0
     """
@@ -165,7 +165,7 @@ def plot_diffusion_histogram(histogram: DiffusionHistogram, *, ax: Any = None, l
 
     Examples
     --------
-    >>> histogram = fa.analysis.diffusion_histogram([-9.0, -8.0, -3.0, np.nan])
+    >>> histogram = fa.frequencies.diffusion_histogram([-9.0, -8.0, -3.0, np.nan])
     >>> fa.plot.plot_diffusion_histogram(histogram).missing
     1
     """

@@ -13,14 +13,14 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..analysis.chaos.chaos_map import ChaosMap
-from ..analysis.chaos.indicator import Look
-from ..analysis.chaos.indicators import GALI, INDICATORS
-from ..analysis.chaos.pass_indicators import TOLD
-from ..analysis.frequencies.frequencies import FrequencyMap
-from ..base.numbers import an_array, numbers, real
-from ..base.results import Result, columns
-from ..base.status import Status
+from ..chaos.chaos_map import ChaosMap
+from ..chaos.indicator import Look
+from ..chaos.indicators import GALI, INDICATORS
+from ..chaos.pass_indicators import TOLD
+from ..core.numbers import an_array, numbers, real
+from ..core.status import Status
+from ..frequencies.frequencies import FrequencyMap
+from ..results.result import Result, columns
 from .ratios import frequency
 from .style import PALE_END, colour_map, symbol
 

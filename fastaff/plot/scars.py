@@ -7,11 +7,11 @@ from typing import Any
 
 import numpy as np
 
-from ..analysis.orbits.integrate import integrate
-from ..analysis.periodic.found_orbits import PeriodicOrbits
-from ..base.status import Status
-from ..charts import ALPHA_BETA, R_VARTHETA, TWO_POLAR, Chart
-from ..models.contracts import Model
+from ..core.status import Status
+from ..periodic.found_orbits import PeriodicOrbits
+from ..runs.integrate import integrate
+from ..systems.charts import ALPHA_BETA, R_VARTHETA, TWO_POLAR, Chart
+from ..systems.models.contracts import Model
 from .backbone import STABLE
 from .periodic import on_one_sheet
 from .picking import carry

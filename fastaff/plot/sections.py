@@ -6,16 +6,16 @@ from typing import Any
 
 import numpy as np
 
-from ..analysis.sections.energy_grid import EnergyGrid
-from ..analysis.sections.energy_sample import EnergySample
-from ..analysis.sections.section_edge import Edge, edge
-from ..analysis.sections.section_map import SectionMap
-from ..base.status import Status
-from ..charts import ALPHA_BETA, Chart
-from ..flows.checks import checked_chart, current_system
-from ..flows.coordinates import chart_row
-from ..formulas.forced import PHASE
-from ..models.sections import AngleEquals, Linear
+from ..core.status import Status
+from ..runs.checks import checked_chart, current_system
+from ..runs.coordinates import chart_row
+from ..sections.energy_grid import EnergyGrid
+from ..sections.energy_sample import EnergySample
+from ..sections.section_edge import Edge, edge
+from ..sections.section_map import SectionMap
+from ..systems.charts import ALPHA_BETA, Chart
+from ..systems.formulas.forced import PHASE
+from ..systems.models.sections import AngleEquals, Linear
 from .colour_bars import colour_bar, plain_numbers
 from .density import DENSE, draw_density
 from .picking import carry

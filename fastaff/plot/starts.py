@@ -7,10 +7,10 @@ from typing import Any
 
 import numpy as np
 
-from ..analysis.sections.energy_grid import EnergyGrid
-from ..analysis.sections.energy_sample import EnergySample
-from ..base.numbers import shown
-from ..base.results import Result
+from ..core.numbers import shown
+from ..results.result import Result
+from ..sections.energy_grid import EnergyGrid
+from ..sections.energy_sample import EnergySample
 from .colour_bars import colour_bar
 from .picking import carry
 from .scales import colouring, colours_of, orbit_colours

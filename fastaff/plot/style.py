@@ -12,9 +12,9 @@ import re
 from collections.abc import Callable, Iterable
 from typing import Any, NamedTuple, TypeVar, cast
 
-from ..base.interruption import imported
-from ..base.numbers import real, shown
-from ..base.progress import watched
+from ..core.interruption import imported
+from ..core.numbers import real, shown
+from ..results.progress import watched
 
 DARK = "#00224e"
 """The dark end of cividis."""

@@ -7,11 +7,11 @@ from typing import Any
 
 import numpy as np
 
-from ..analysis.frequencies.naff import FrequencyLines
-from ..analysis.tori.action_angles import ActionAngles
-from ..analysis.tori.inverse_tori import EnergyOfActions
-from ..analysis.tori.torus import TorusFit
-from ..base.numbers import numbers, whole
+from ..core.numbers import numbers, whole
+from ..frequencies.naff import FrequencyLines
+from ..tori.action_angles import ActionAngles
+from ..tori.inverse_tori import EnergyOfActions
+from ..tori.torus import TorusFit
 from .picking import carry
 from .scales import clipped
 from .style import DARK, LINES, Artists, chosen_orbits, colour_map, figure, symbol

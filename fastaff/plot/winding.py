@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from ..base.interruption import imported
-from ..flows.checks import current_system
+from ..core.interruption import imported
+from ..runs.checks import current_system
 
 
 def argument_of(found: Any, name: str) -> Any:

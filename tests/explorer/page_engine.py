@@ -14,7 +14,7 @@ from fastaff.explorer.page import script, worker_text
 from fastaff.explorer.parameters import parameter_values
 from fastaff.explorer.records import model_code
 from fastaff.explorer.setup import frames, scheme_record, section_record
-from fastaff.models.mechanics import system_of
+from fastaff.systems.models.mechanics import system_of
 
 NODE = shutil.which("node")
 needs_node = pytest.mark.skipif(NODE is None, reason="there is no node here to run the page's engine")

@@ -9,9 +9,9 @@ import fastaff as fa
 from fastaff.explorer.explore import setup_of
 from fastaff.explorer.records import model_code
 from fastaff.jobs import Job
-from fastaff.models.mechanics import system_of
-from fastaff.models.sections import Stroboscopic
-from fastaff.schemes import BLANES_CASAS_ESCORIHUELA8, KAHAN_LI8
+from fastaff.runs.schemes import BLANES_CASAS_ESCORIHUELA8, KAHAN_LI8
+from fastaff.systems.models.mechanics import system_of
+from fastaff.systems.models.sections import Stroboscopic
 
 PENDULUM = fa.hamiltonian("-cos(x) - a*x*cos(w*t)", coordinates="x", a=0.3, w=0.8, period="2*pi/w")
 WEAK = PENDULUM._replace(a=0.02)

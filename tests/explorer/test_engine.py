@@ -28,14 +28,14 @@ from page_engine import (
 )
 
 import fastaff as fa
-from fastaff.analysis.sections.energy_limits import energy_limits
 from fastaff.explorer.background import found as background_of
 from fastaff.explorer.page import page, script, worker_text
 from fastaff.explorer.parameters import parameter_values
 from fastaff.explorer.records import model_code
 from fastaff.explorer.setup import NAMED, named_body
-from fastaff.formulas.grammar import parse
-from fastaff.models.mechanics import system_of
+from fastaff.sections.energy_limits import energy_limits
+from fastaff.systems.formulas.grammar import parse
+from fastaff.systems.models.mechanics import system_of
 
 RNG = np.random.default_rng(1515)
 FUNCTIONS = {name: getattr(math, name) for name in ("sqrt", "exp", "log", "sin", "cos", "tan", "sinh", "cosh", "tanh")}
@@ -91,7 +91,7 @@ def sections(body):
 
 def drawn(body, section, energy, p_eta, p_gamma):
     """A random point of a section, (u, v), that the energy reaches."""
-    edge = fa.analysis.sections.section_edge.edge(body, section, energy=energy, p_eta=p_eta, p_gamma=p_gamma)
+    edge = fa.sections.section_edge.edge(body, section, energy=energy, p_eta=p_eta, p_gamma=p_gamma)
     for _ in range(200):
         u, v = (low + (high - low) * RNG.uniform(0.1, 0.9) for low, high in edge.axes)
         try:

@@ -22,9 +22,9 @@ import fastaff as fa
 from fastaff.explorer.explore import setup_of
 from fastaff.explorer.records import model_code
 from fastaff.explorer.setup import scheme_record
-from fastaff.models.mechanics import system_of
-from fastaff.models.sections import Stroboscopic
-from fastaff.schemes import DOP853, GAUSS8, GAUSS16
+from fastaff.runs.schemes import DOP853, GAUSS8, GAUSS16
+from fastaff.systems.models.mechanics import system_of
+from fastaff.systems.models.sections import Stroboscopic
 
 RNG = np.random.default_rng(3204)
 DOUBLE = "(p1**2 + 2*p2**2 - 2*p1*p2*cos(q1 - q2))/(2*m*(1 + sin(q1 - q2)**2)) - 2*g*cos(q1) - g*cos(q2)"

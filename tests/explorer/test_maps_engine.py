@@ -13,9 +13,9 @@ from fastaff.explorer.explore import setup_of
 from fastaff.explorer.parameters import parameter_values
 from fastaff.explorer.records import model_code
 from fastaff.explorer.setup import planes
-from fastaff.models import FroeschleMap, HenonMap, McMillanMap, OneTurnMap, StandardMap
-from fastaff.models.maps import jacobian
-from fastaff.models.mechanics import system_of
+from fastaff.systems.models import FroeschleMap, HenonMap, McMillanMap, OneTurnMap, StandardMap
+from fastaff.systems.models.maps import jacobian
+from fastaff.systems.models.mechanics import system_of
 
 RNG = np.random.default_rng(1604)
 CAT = fa.mapping("x1 = a*x + y; y1 = (a*b - 1)*x + b*y", periods={"x": "w", "y": "w"}, a=2.0, b=1.0, w=1.0)

@@ -8,7 +8,7 @@ from test_page import APP, saved
 
 import fastaff as fa
 from fastaff.jobs import Job
-from fastaff.models import FroeschleMap, StandardMap
+from fastaff.systems.models import FroeschleMap, StandardMap
 
 TURN = 2 * np.pi
 

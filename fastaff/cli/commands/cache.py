@@ -18,8 +18,8 @@ def cache(*, clear: Annotated[bool, Parameter(group=HOW)] = False) -> int:
     clear
         Remove the files, of all versions. Other files in the folder stay.
     """
-    from ...compile import room
-    from ...compile.code_folder import cache_root
+    from ...engine import room
+    from ...engine.code_folder import cache_root
 
     root = cache_root()
     if clear:

@@ -8,14 +8,14 @@ from typing import Any
 
 import numpy as np
 
-from ...base.placing import placed
-from ...base.status import Status, summary
+from ...core.placing import placed
+from ...core.status import Status, summary
 from ...jobs.job import Job, Plan
 from ...jobs.launch import BY_NAME
-from ...models.mechanics import System
 from ...plot.mathematics import number, terms, visible, wrapped
 from ...plot.sections import words
 from ...plot.style import styled, symbol
+from ...systems.models.mechanics import System
 
 
 def stated(job: Job, plan: Plan, z0: np.ndarray | None) -> dict[str, Any]:
@@ -179,8 +179,8 @@ PLACES = {".png": "Description", ".pdf": "Subject", ".svg": "Description"}
 
 def write(figure: Any, stem: Path, ending: str, facts: dict[str, Any], force: bool) -> None:
     """Write a figure with the parameters inside it, whole or not at all; name the file."""
-    from ...base.provenance import provenance
-    from ...base.recipe import plain
+    from ...results.provenance import provenance
+    from ...results.recipe import plain
 
     kept = {name: plain(value) for name, value in facts.items() if not isinstance(value, np.ndarray)}
     said = {"Title": "fastaff", PLACES[ending.lower()]: json.dumps({**provenance(), **kept})}

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from ...base.progress import Compilation
+from ...results.progress import Compilation
 from ..options import Output
 from ..progress import Progress, is_cold
 from ..stops import Stops, on_stop, say

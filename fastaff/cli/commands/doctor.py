@@ -56,7 +56,7 @@ def examined() -> tuple[dict[str, Any], list[str]]:
     """Return the facts about installation and machine, and a sentence for each problem."""
     import fastaff
 
-    from ...base.machine import dependencies, machine, stamp
+    from ...results.machine import dependencies, machine, stamp
 
     needed = dependencies()
     cache = _cache()
@@ -81,7 +81,7 @@ def examined() -> tuple[dict[str, Any], list[str]]:
 
 def _cache() -> dict[str, Any]:
     """Return folder and size of the compile cache, and its problem if there is one."""
-    from ...compile.code_folder import cache_directory, cache_root
+    from ...engine.code_folder import cache_directory, cache_root
 
     with warnings.catch_warnings(record=True) as said:
         warnings.simplefilter("always")
@@ -103,8 +103,8 @@ def _check() -> dict[str, Any]:
     """Integrate harmonic orbits over whole periods; return the error, seconds until the first result and steps/s."""
     import fastaff
 
-    from ...compile.cache import CodeCache
-    from ...compile.code_folder import prebuilt
+    from ...engine.cache import CodeCache
+    from ...engine.code_folder import prebuilt
     from ..progress import is_cold
 
     body = fastaff.Body(fastaff.Harmonic(C=1.0))

@@ -6,12 +6,12 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Annotated
 
-from ...base.names import pairs
-from ...flows.checks import current_system
-from ...flows.needs import check_given
-from ...formulas.number import number
+from ...core.names import pairs
 from ...jobs.system import Model, Surface
 from ...jobs.wording import Wrong
+from ...runs.checks import current_system
+from ...runs.needs import check_given
+from ...systems.formulas.number import number
 from ..options import HOW, WHERE, WRITTEN, Parameter, pair
 
 

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...base.status import Status
+from ...core.status import Status
 from ...jobs.analyses import INDICATORS, Chaos, Frequencies
 from ...jobs.job import Job, Plan
 from ...jobs.wording import Wrong

@@ -17,7 +17,7 @@ from typing import Annotated, Any
 
 import numpy as np
 
-from ...base.interruption import Interrupted
+from ...core.interruption import Interrupted
 from ...jobs import running, units
 from ...jobs.analyses import Run
 from ...jobs.job import OPTIONS, Job, Plan, as_key

@@ -9,12 +9,12 @@ from typing import Any
 
 import numpy as np
 
-from ...flows.checks import current_system
 from ...jobs.job import Job, Plan
 from ...jobs.launch import Points
 from ...jobs.scans import ORBITS, Cases, Scan, Scanned, ScanOfChaos
 from ...jobs.scans import scanned as parsed
 from ...jobs.wording import Wrong
+from ...runs.checks import current_system
 from ..options import Written
 from ..progress import Progress, drawing, watched
 from ..stops import Stops, say
@@ -97,7 +97,7 @@ def _at_the_end(axes: list[Scanned], job: Job) -> Job:
 
 def _some_case(work: ScanOfChaos, body: Any, section: Any) -> tuple[Any, Any]:
     """Return the first case, from the last values on, that has orbits."""
-    from ...analysis.sections.energy_grid import NotReached
+    from ...sections.energy_grid import NotReached
 
     problem: NotReached | None = None
     for number, values in enumerate(itertools.product(*(axis.values[::-1] for axis in work.cases.axes))):

@@ -9,9 +9,9 @@ from typing import Annotated, Any
 
 import numpy as np
 
-from ...base.interruption import keeping
-from ...base.names import named
-from ...base.numbers import whole
+from ...core.interruption import keeping
+from ...core.names import named
+from ...core.numbers import whole
 from ...jobs.system import Model
 from ...jobs.wording import Wrong
 from ...quantum.states.level_table import VIBRATION

@@ -14,7 +14,7 @@ def warmup() -> int:
     """
     import fastaff
 
-    from ...compile.code_folder import cache_directory
+    from ...engine.code_folder import cache_directory
 
     body = fastaff.Body(fastaff.NeoHookean())
     z0 = fastaff.energy_grid(

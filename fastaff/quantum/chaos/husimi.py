@@ -9,12 +9,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ...base.arrays import checked
-from ...base.display import screen
-from ...base.numbers import positive
-from ...base.progress import says_progress
-from ...base.results import Drawable
-from ...charts import ALPHA_BETA
+from ...core.arrays import checked
+from ...core.numbers import positive
+from ...results.display import screen
+from ...results.progress import says_progress
+from ...results.result import Drawable
+from ...systems.charts import ALPHA_BETA
 from ..packets.coherent_packet import plane_widths
 from ..states.factors import PlaneFactor
 from ..states.state import State

@@ -16,8 +16,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ...base.arrays import checked
-from ...base.numbers import an_array
+from ...core.arrays import checked
+from ...core.numbers import an_array
 from .unfold import checked_levels
 
 POISSON_RATIO = 2 * math.log(2) - 1

@@ -10,8 +10,8 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ...base.arrays import checked
-from ...base.numbers import MOST, function, numbers, real, shown
+from ...core.arrays import checked
+from ...core.numbers import MOST, function, numbers, real, shown
 
 
 class SpacingLaw(Protocol):

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ...base.arrays import checked
-from ...base.numbers import function, whole
+from ...core.arrays import checked
+from ...core.numbers import function, whole
 
 
 def checked_levels(levels: Any, least: int = 3, name: str = "levels") -> np.ndarray:

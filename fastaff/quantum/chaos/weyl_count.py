@@ -7,10 +7,10 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ...base.arrays import checked
-from ...base.progress import says_progress
-from ...flows.checks import checked_system
-from ...models import Body
+from ...core.arrays import checked
+from ...results.progress import says_progress
+from ...runs.checks import checked_system
+from ...systems.models import Body
 from ..solvers.cover import Cover, plane_cover
 from ..solvers.panels import DENSE, Panels, panels
 from ..solvers.singular_ends import potential

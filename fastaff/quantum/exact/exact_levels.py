@@ -8,11 +8,11 @@ from itertools import count
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ...base.numbers import fits, flag, real, whole
-from ...base.recipe import recorded
-from ...base.status import Status
-from ...charts import Chart
-from ...models import Body
+from ...core.numbers import fits, flag, real, whole
+from ...core.status import Status
+from ...results.recipe import recorded
+from ...systems.charts import Chart
+from ...systems.models import Body
 from ..states.level_table import LevelTable
 from ..states.symmetry import checked_numbers
 from .numbers_below import numbers_below

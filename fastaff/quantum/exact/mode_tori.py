@@ -8,14 +8,14 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...analysis.frequencies.integer_lattice import determinant
-from ...analysis.tori.fit_torus import fit_torus
-from ...analysis.tori.torus import TorusFit, Verdict, tangents
-from ...base.interruption import keeping
-from ...base.numbers import numbers, real, shown
-from ...base.progress import tell
-from ...base.status import Status
-from ...flows.checks import checked_system, current_system, phase_points
+from ...core.interruption import keeping
+from ...core.numbers import numbers, real, shown
+from ...core.status import Status
+from ...frequencies.integer_lattice import determinant
+from ...results.progress import tell
+from ...runs.checks import checked_system, current_system, phase_points
+from ...tori.fit_torus import fit_torus
+from ...tori.torus import TorusFit, Verdict, tangents
 from ..states.level_table import TORI, LevelTable
 from ..states.modes import Modes, modes_of, swapped
 from ..states.symmetry import action_quantum

@@ -7,10 +7,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ...base.display import screen
-from ...base.progress import says_progress
-from ...charts import Chart
-from ...models import Body
+from ...results.display import screen
+from ...results.progress import says_progress
+from ...systems.charts import Chart
+from ...systems.models import Body
 from ..states.level_table import LevelTable
 from .exact_levels import exact_levels
 from .quasiclassical_levels import BOHR_SOMMERFELD, EBK, quasiclassical_levels

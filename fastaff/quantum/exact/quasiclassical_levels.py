@@ -7,13 +7,13 @@ from typing import Any, cast
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ...analysis.tori.inverse_tori import LARGEST_ACTION, energy_of_actions
-from ...analysis.tori.separation import separate
-from ...base.names import named
-from ...base.numbers import flag, positive, real, text, whole
-from ...base.recipe import recorded
-from ...charts import Chart
-from ...models.contracts import Dynamics, Model
+from ...core.names import named
+from ...core.numbers import flag, positive, real, text, whole
+from ...results.recipe import recorded
+from ...systems.charts import Chart
+from ...systems.models.contracts import Dynamics, Model
+from ...tori.inverse_tori import LARGEST_ACTION, energy_of_actions
+from ...tori.separation import separate
 from ..states.level_table import LevelTable
 from ..states.modes import WAYS
 from ..states.symmetry import checked_numbers

@@ -12,10 +12,10 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ...analysis.tori.families import ALPHA_BETA_FAMILY, Family
-from ...analysis.tori.separation import separate
-from ...base.numbers import positive
-from ...models.functions import Barriers, Oscillator, Spring
+from ...core.numbers import positive
+from ...systems.models.functions import Barriers, Oscillator, Spring
+from ...tori.families import ALPHA_BETA_FAMILY, Family
+from ...tori.separation import separate
 from ..states.symmetry import action_quantum
 
 

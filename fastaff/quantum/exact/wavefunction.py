@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from ...analysis.tori.families import ALPHA_BETA_FAMILY
-from ...base.numbers import entries
-from ...charts import ALPHA_BETA, R_VARTHETA, Chart
-from ...models import Body
+from ...core.numbers import entries
+from ...systems.charts import ALPHA_BETA, R_VARTHETA, Chart
+from ...systems.models import Body
+from ...tori.families import ALPHA_BETA_FAMILY
 from ..states.factors import AngleFactor, Factor, PlaneFactor, RadialFactor, quantum_number
 from ..states.state import Product, State, invariants_of
 from ..states.symmetry import SymmetryClass, checked_class

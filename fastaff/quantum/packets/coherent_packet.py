@@ -9,12 +9,12 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ...base.arrays import checked
-from ...base.numbers import whole
-from ...base.progress import says_progress
-from ...flows.checks import checked_system, phase_points
-from ...flows.interruptible import interruptible
-from ...models import Body
+from ...core.arrays import checked
+from ...core.numbers import whole
+from ...results.progress import says_progress
+from ...runs.checks import checked_system, phase_points
+from ...runs.interruptible import interruptible
+from ...systems.models import Body
 from ..states.quadrature import resolved
 from ..states.symmetry import SymmetryClass, action_quantum, checked_class
 from .packet import Packet

@@ -10,10 +10,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ...base.numbers import an_array, fits, whole_numbers
-from ...base.progress import says_progress
-from ...charts import Chart
-from ...models import Body
+from ...core.numbers import an_array, fits, whole_numbers
+from ...results.progress import says_progress
+from ...systems.charts import Chart
+from ...systems.models import Body
 from ..spectra.spectrum import spectrum_table
 from ..states.level_table import LevelTable
 from ..states.quadrature import converged_box, grid_tables

@@ -15,11 +15,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ...base.numbers import an_array, positive
-from ...base.numbers import function as a_function
-from ...charts import ALPHA_BETA, TWO_POLAR, Chart
-from ...compile.packing import run_points
-from ...kernels.phases import phase_sums
+from ...core.numbers import an_array, positive
+from ...core.numbers import function as a_function
+from ...engine.packing import run_points
+from ...systems.charts import ALPHA_BETA, TWO_POLAR, Chart
+from ..kernels.phases import phase_sums
 from ..states.quadrature import resolved
 from ..states.state import Product, State, checked_invariants, invariants_of
 from ..states.symmetry import SymmetryClass

@@ -8,11 +8,11 @@ from typing import Any, cast
 
 import numpy as np
 
-from ...base.numbers import real, whole
-from ...base.progress import says_progress
-from ...charts import ALPHA_BETA, Chart
-from ...flows.checks import current_system
-from ...models import Body
+from ...core.numbers import real, whole
+from ...results.progress import says_progress
+from ...runs.checks import current_system
+from ...systems.charts import ALPHA_BETA, Chart
+from ...systems.models import Body
 from ..spectra.spectrum import solved_families, spectrum, spectrum_table
 from ..states.quadrature import GROWTH, Grid, converged_box, resolved
 from ..states.state import State, invariants_of

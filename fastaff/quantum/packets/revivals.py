@@ -8,14 +8,14 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ...analysis.tori.inverse_tori import energy_of_actions
-from ...analysis.tori.separation import separate
-from ...base.differences import FIRST, OFFSETS
-from ...base.display import screen
-from ...base.numbers import whole, whole_numbers
-from ...base.progress import says_progress
-from ...charts import Chart
-from ...models import Body
+from ...core.differences import FIRST, OFFSETS
+from ...core.numbers import whole, whole_numbers
+from ...results.display import screen
+from ...results.progress import says_progress
+from ...systems.charts import Chart
+from ...systems.models import Body
+from ...tori.inverse_tori import energy_of_actions
+from ...tori.separation import separate
 from ..exact.quasiclassical_levels import EBK
 from ..states.symmetry import SymmetryClass, action_quantum, checked_class
 from .number_packet import labelled_levels

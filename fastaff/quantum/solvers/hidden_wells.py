@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...base.descent import descended
+from ...core.descent import descended
 from .cover import SLACK, THIN
 from .intervals import Interval, interval
 from .lattice import Grid, Problem

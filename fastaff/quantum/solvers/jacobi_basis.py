@@ -12,8 +12,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...compile.packing import run_points
-from ...kernels.laguerre_jacobi import polynomial_values
+from ...engine.packing import run_points
+from ..kernels.laguerre_jacobi import polynomial_values
 
 
 class Interval(NamedTuple):

@@ -13,7 +13,7 @@ import numpy as np
 
 @functools.cache
 def _solver() -> Any:
-    from ...compile.numba_private import get_cython_function_address
+    from ...engine.numba_private import get_cython_function_address
 
     address = get_cython_function_address("scipy.linalg.cython_lapack", "dsyevr")
     return ctypes.CFUNCTYPE(None, *[ctypes.c_void_p] * 21)(address)

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from ...flows.interruptible import interruptible
+from ...runs.interruptible import interruptible
 from ..states.level_table import LevelTable, Waves, class_levels, level_scale
 from ..states.symmetry import SymmetryClass
 from .channels import STEEP, TooLarge, beyond, by_channels, cut_off, inner_exponent, sizes, too_large
@@ -22,12 +22,7 @@ from .panels import DENSE, Panels, between, merged, panels
 from .plane_problem import Problem, plane_problem
 from .plane_shape import ElementWaves
 from .separable import angular_interval, angular_potential
-from .singular_ends import (
-    NoGroundState,
-    count_top,
-    decayed,
-    sampled,
-)
+from .singular_ends import NoGroundState, count_top, decayed, sampled
 
 ELEMENTS = ((5,), (6,), (8,), (11,), (14,), (18,))
 """Nodes of every element where V has narrow features: bases from small to large."""

@@ -9,16 +9,7 @@ import numpy as np
 
 from ..states.symmetry import SymmetryClass
 from .cover import Cover
-from .singular_ends import (
-    REACH,
-    NoGroundState,
-    Well,
-    check_bottom,
-    check_poles,
-    decayed,
-    potential,
-    well,
-)
+from .singular_ends import REACH, NoGroundState, Well, check_bottom, check_poles, decayed, potential, well
 
 
 class Problem(NamedTuple):

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...charts import R_VARTHETA, Chart
+from ...systems.charts import R_VARTHETA, Chart
 from .elements import Elements
 from .factor_tables import angle_of
 from .jacobi_basis import Interval, interval_rule, interval_weight, jacobi_table

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...models.functions import Barriers, Oscillator, Spring, Zero
+from ...systems.models.functions import Barriers, Oscillator, Spring, Zero
 from .convergence import LARGEST, near_end, powers_of, until_equal
 from .cover import Cover, line_cover
 from .elements import Elements, elements, first_signs, left_over, solve

@@ -9,10 +9,10 @@ from typing import Any
 
 import numpy as np
 
-from ...analysis.sections.accessible_box import SEED, minima, potential_of, walled
-from ...flows.checks import current_system
-from ...flows.interruptible import interruptible
-from ...models.mechanics import System
+from ...runs.checks import current_system
+from ...runs.interruptible import interruptible
+from ...sections.accessible_box import SEED, minima, potential_of, walled
+from ...systems.models.mechanics import System
 from ..states.level_table import VIBRATION, LevelTable, class_levels, level_scale
 from ..states.symmetry import SymmetryClass
 from ..states.vibration_state import Lattice, LatticeWaves

@@ -15,11 +15,11 @@ from typing import Any
 
 import numpy as np
 
-from ...base.interruption import keeping
-from ...base.numbers import fits, flag, real, reporter, whole
-from ...base.recipe import recorded
-from ...charts import Chart
-from ...models import Body
+from ...core.interruption import keeping
+from ...core.numbers import fits, flag, real, reporter, whole
+from ...results.recipe import recorded
+from ...systems.charts import Chart
+from ...systems.models import Body
 from ..states.level_table import LevelTable, level_list
 from ..states.symmetry import SymmetryClass
 from .spectrum import tables_below

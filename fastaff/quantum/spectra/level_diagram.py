@@ -9,13 +9,13 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ...base.display import screen
-from ...base.interruption import keeping
-from ...base.numbers import an_array, function, numbers, reporter, text, whole
-from ...base.recipe import recorded
-from ...base.results import Drawable
-from ...charts import Chart
-from ...models import Body
+from ...core.interruption import keeping
+from ...core.numbers import an_array, function, numbers, reporter, text, whole
+from ...results.display import screen
+from ...results.recipe import recorded
+from ...results.result import Drawable
+from ...systems.charts import Chart
+from ...systems.models import Body
 from ..states.level_table import LevelTable
 from ..states.symmetry import SymmetryClass, checked_class
 from .spectrum import spectrum, spectrum_table

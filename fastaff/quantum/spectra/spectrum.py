@@ -9,16 +9,16 @@ from typing import Any, NamedTuple, ParamSpec, cast
 
 import numpy as np
 
-from ...analysis.tori.families import ALPHA_BETA_FAMILY, R_VARTHETA_FAMILY, Family
-from ...analysis.tori.separation import separate
-from ...base.interruption import keeping
-from ...base.numbers import an_array, fits, positive, reporter, whole
-from ...base.recipe import recorded
-from ...charts import ALPHA_BETA, R_VARTHETA, Chart
-from ...flows.checks import checked_system
-from ...flows.interruptible import interruptible
-from ...models import Body
-from ...models.contracts import Dynamics
+from ...core.interruption import keeping
+from ...core.numbers import an_array, fits, positive, reporter, whole
+from ...results.recipe import recorded
+from ...runs.checks import checked_system
+from ...runs.interruptible import interruptible
+from ...systems.charts import ALPHA_BETA, R_VARTHETA, Chart
+from ...systems.models import Body
+from ...systems.models.contracts import Dynamics
+from ...tori.families import ALPHA_BETA_FAMILY, R_VARTHETA_FAMILY, Family
+from ...tori.separation import separate
 from ..solvers.factor_tables import Factors, FactorTable
 from ..solvers.nonseparable import plane_levels
 from ..solvers.separable import angular, radial

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from ...base.interruption import keeping
-from ...base.numbers import fits, positive, whole
+from ...core.interruption import keeping
+from ...core.numbers import fits, positive, whole
 from ..exact.mode_tori import bodies_alone, is_vibration
 from ..solvers.vibrations import COORDINATES, vibration_levels
 from ..states.level_table import LevelTable

@@ -21,9 +21,9 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ...base.numbers import fits, nonnegative, numbers, positive
-from ...compile.packing import run_points
-from ...kernels.laguerre_jacobi import jacobi_values, laguerre_values
+from ...core.numbers import fits, nonnegative, numbers, positive
+from ...engine.packing import run_points
+from ..kernels.laguerre_jacobi import jacobi_values, laguerre_values
 from .symmetry import whole_quantum
 
 

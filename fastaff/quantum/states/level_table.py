@@ -9,11 +9,11 @@ from typing import Annotated, Any, Protocol
 
 import numpy as np
 
-from ...base.axes import along
-from ...base.display import screen
-from ...base.numbers import real, shown, whole
-from ...base.results import Drawable, Result
-from ...base.status import Status
+from ...core.numbers import real, shown, whole
+from ...core.status import Status
+from ...results.axes import along
+from ...results.display import screen
+from ...results.result import Drawable, Result
 from .state import Shape, State
 from .symmetry import SymmetryClass
 from .vibration_state import LatticeWaves, VibrationState

@@ -6,8 +6,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...analysis.sections.accessible_box import minima, potential_of, walled
-from ...flows.checks import current_system
+from ...runs.checks import current_system
+from ...sections.accessible_box import minima, potential_of, walled
 
 WAYS = ("normal", "local")
 """Kinds of modes for the quantum numbers."""

@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...charts import ALPHA_BETA, R_VARTHETA, Chart
+from ...systems.charts import ALPHA_BETA, R_VARTHETA, Chart
 from .factors import Factor
 from .state import INVARIANTS, Product, State
 

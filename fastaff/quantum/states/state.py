@@ -19,15 +19,15 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ...base.arrays import checked, first
-from ...base.display import screen
-from ...base.numbers import fits, whole
-from ...base.numbers import function as a_function
-from ...base.results import Drawable
-from ...charts import ALPHA_BETA, CARTESIAN, R_VARTHETA, TWO_POLAR, Chart
-from ...compile.packing import run_points
-from ...flows.checks import checked_chart
-from ...kernels.laguerre_jacobi import plane_radii, turn_planes
+from ...core.arrays import checked, first
+from ...core.numbers import fits, whole
+from ...core.numbers import function as a_function
+from ...engine.packing import run_points
+from ...results.display import screen
+from ...results.result import Drawable
+from ...runs.checks import checked_chart
+from ...systems.charts import ALPHA_BETA, CARTESIAN, R_VARTHETA, TWO_POLAR, Chart
+from ..kernels.laguerre_jacobi import plane_radii, turn_planes
 from .factors import Factor
 from .symmetry import SymmetryClass
 

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ...base.numbers import flag, positive, real, shown, whole_numbers
+from ...core.numbers import flag, positive, real, shown, whole_numbers
 
 MOST = 10**6
 """Largest |m|, |l|: the squares of larger ones leave no digits for levels."""

@@ -8,12 +8,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ...base.arrays import checked
-from ...base.display import screen
-from ...base.names import named
-from ...base.numbers import text
-from ...base.results import Drawable
-from ...models.contracts import Dynamics
+from ...core.arrays import checked
+from ...core.names import named
+from ...core.numbers import text
+from ...results.display import screen
+from ...results.result import Drawable
+from ...systems.models.contracts import Dynamics
 from .modes import WAYS, modes_of
 
 CHUNK = 1 << 21

@@ -1,1 +1,0 @@
-"""Chaos indicators, maps of verdicts, chaotic fractions."""

@@ -1,1 +1,0 @@
-"""Fundamental frequencies, resonances and their web."""

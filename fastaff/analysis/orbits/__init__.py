@@ -1,1 +1,0 @@
-"""Orbits and their tangent maps."""

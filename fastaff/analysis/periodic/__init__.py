@@ -1,1 +1,0 @@
-"""Periodic orbits, their families and bifurcations."""

@@ -1,1 +1,0 @@
-"""Energy surfaces, Poincaré maps, rotation numbers and islands."""

@@ -1,1 +1,0 @@
-"""Action-angle variables: of bodies that separate in closed form and by quadrature, of others by fits."""

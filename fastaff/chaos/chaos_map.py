@@ -1,0 +1,332 @@
+"""Chaos maps: indicators of many orbits in one pass, and the verdict that they give together."""
+
+from __future__ import annotations
+
+import functools
+from dataclasses import dataclass, replace
+from typing import Annotated, Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ..core.interruption import keeping
+from ..core.numbers import Passes, flag, portion, whole
+from ..core.status import Status, describe
+from ..engine.kernels.readings import LN10
+from ..results.axes import along
+from ..results.recipe import recorded
+from ..results.result import Result, put
+from ..results.short_forms import Starts, takes
+from ..runs.checks import checked_system
+from ..runs.ensemble import energy_error, mark_drift
+from ..runs.flow import Flow
+from ..runs.launch import Report
+from ..runs.options import Options, Problem
+from ..runs.schemes.catalogue import Scheme, scheme_of
+from ..runs.starts import starts_of
+from ..runs.tangent_map import stable_plan
+from ..systems.models.contracts import Dynamics
+from .indicator import MANY, Character, Indicators, Look, checked_indicators, judged, refuse
+from .indicators import MEGNO, SALI, indicators_of
+from .shares import Shares
+from .streamed import ChaosRun, own_rates
+
+
+@dataclass(frozen=True)
+class ChaosMap(Result):
+    """Indicators of orbits and their verdicts.
+
+    names: one for each row of values (indicators, orbits), also as attributes (`result.megno`); limits (indicators,
+    orbits), by each orbit's own natural frequency, and the verdicts (indicators, orbits) of `Character` they give;
+    verdict (orbits,) of all together: that of the decided indicators, UNDECIDED where they disagree or none is decided;
+    longer (orbits,): the time to try where the verdict is UNDECIDED, NaN elsewhere. detected (indicators, orbits): the
+    time when a streamed indicator first passed its limit, NaN where it did not. spectrum (2n, orbits), the largest
+    first, where asked for, and spectrum_error: 99 % of the exponents of endless runs are within it. history
+    (indicators, records, orbits) at history_times (records, orbits), NaN past an orbit's end (and for indicators that
+    are not streamed). Orbits that failed are UNDECIDED. period: of a driven system, the unit of `spectrum_per_period`.
+    looks: of the indicators in figures. t (orbits,) reached, energy_error, status, step as in `Orbits`.
+    """
+
+    names: tuple[str, ...]
+    values: Annotated[np.ndarray, along("indicator", "orbit", labels="names", plain=True)]
+    limits: Annotated[np.ndarray, along("indicator", "orbit", labels="names")]
+    verdicts: Annotated[np.ndarray, along("indicator", "orbit", labels="names")]
+    verdict: Annotated[np.ndarray, along("orbit")]
+    longer: Annotated[np.ndarray, along("orbit", unit="time")]
+    detected: Annotated[np.ndarray, along("indicator", "orbit", unit="time", labels="names")]
+    spectrum: Annotated[np.ndarray | None, along("exponent", "orbit", unit="1/time")]
+    spectrum_error: Annotated[np.ndarray | None, along("exponent", "orbit", unit="1/time")]
+    history: Annotated[np.ndarray, along("indicator", "record", "orbit", labels="names")]
+    history_times: Annotated[np.ndarray, along("record", "orbit", unit="time")]
+    t: Annotated[np.ndarray, along("orbit", unit="time")]
+    energy_error: Annotated[np.ndarray, along("orbit", unit="largest kinetic energy")]
+    status: Annotated[np.ndarray, along("orbit")]
+    time: float
+    scheme: Scheme
+    step: Annotated[float | np.ndarray, along("orbit", unit="time")]
+    period: float | None = None
+    looks: tuple[Look, ...] = ()
+
+    def __getattr__(self, name: str) -> np.ndarray:
+        """Return the values of the indicator of that name."""
+        names = self.__dict__.get("names", ())
+        if name in names:
+            return self.values[names.index(name)]
+        raise AttributeError(f"ChaosMap has no {name!r}; its indicators are {', '.join(names)}")
+
+    @property
+    def chaotic(self) -> np.ndarray:
+        """Mask of the chaotic orbits (orbits,)."""
+        return self.verdict == Character.CHAOTIC
+
+    @property
+    def regular(self) -> np.ndarray:
+        """Mask of the orbits (orbits,) that are regular, as far as the time shows."""
+        return self.verdict == Character.REGULAR
+
+    @property
+    def undecided(self) -> np.ndarray:
+        """Mask of the orbits (orbits,) that did not fail and are undecided within the time."""
+        return (self.verdict == Character.UNDECIDED) & (self.status == Status.OK)
+
+    @property
+    def disagree(self) -> np.ndarray:
+        """Mask of the orbits (orbits,) that one indicator calls chaotic and another regular, such as sticky ones."""
+        found = (self.verdicts == Character.CHAOTIC).any(axis=0) & (self.verdicts == Character.REGULAR).any(axis=0)
+        return found & self.undecided
+
+    @property
+    def spectrum_per_period(self) -> np.ndarray | None:
+        """The spectrum (2n, orbits) of the map over a period of a driven system: `spectrum`, which is per unit time,
+        times the period; None if either is missing.
+        """
+        return None if self.spectrum is None or self.period is None else self.spectrum * self.period
+
+    @property
+    def shares(self) -> Shares:
+        """Orbits that did not fail by verdict, and the chaotic fraction with its bounds."""
+        fine = self.status == Status.OK
+        kinds = (self.chaotic, self.regular, self.undecided)
+        return Shares(*(np.count_nonzero(kind & fine) for kind in kinds))  # type: ignore[arg-type]
+
+    @property
+    def fraction(self) -> float:
+        """Share of chaotic orbits among those that are decided; NaN where none is."""
+        return float(self.shares.fraction)
+
+    def summary(self) -> str:
+        """Return one line with the outcomes of the orbits and the counts of verdicts."""
+        fine = self.status == Status.OK
+        counts = ", ".join(f"{((self.verdict == kind) & fine).sum()} {kind.name.lower()}" for kind in Character)
+        if self.undecided.any():
+            counts += f" (time {np.nanmedian(self.longer[self.undecided]):.3g} may decide)"
+        return describe(self.status, counts)
+
+
+@takes(z0=starts_of, scheme=scheme_of, indicators=indicators_of)
+@recorded
+def chaos_map(
+    body: Dynamics,
+    z0: Starts,
+    *,
+    time: float,
+    indicators: Indicators = (MEGNO(), SALI()),  # noqa: B008 - values
+    history: int = 0,
+    early_stop: bool = False,
+    deviations: ArrayLike | None = None,
+    step: float | np.ndarray | None = None,
+    scheme: Scheme | str | None = None,
+    rtol: float = 1e-12,
+    atol: float = 1e-12,
+    energy_tolerance: float | None = None,
+    threads: int | None = None,
+    report: Report | None = None,
+) -> ChaosMap:
+    """Tell regular from chaotic orbits of `body` from `z0` over `time` by one or more indicators.
+
+    Parameters
+    ----------
+    body, z0 : as in `integrate`
+    time : float > 0, time
+        Length of the run; for a map a number of iterates. No orbit is called regular before 100 natural periods.
+    indicators : tuple of indicators or str, default (MEGNO(), SALI())
+        Such as (MEGNO(), SALI(limit=-10), GALI(4), LyapunovSpectrum()), or a `TangentIndicator` of your own. One
+        indicator alone, or names, will do ("sali", "megno,gali_4").
+    history : int, default 0
+        Number of records of the streamed indicators, equidistant in time (for an adaptive scheme the first steps past
+        such times).
+    early_stop : bool, default False
+        End an orbit once all indicators, which must be streamed, have called it chaotic.
+    deviations : array, optional
+        Independent tangent vectors at the start, as in `tangent_map`; their lengths don't matter (default: columns of a
+        fixed random symplectic orthogonal matrix).
+    step, scheme, rtol, atol, energy_tolerance, threads, report : as in `integrate`
+
+    Returns
+    -------
+    `ChaosMap`
+        Values, limits and verdicts of the indicators.
+
+    Raises
+    ------
+    ValueError, TypeError, Interrupted
+        As in `integrate`.
+
+    Notes
+    -----
+    For a map, values of exponents and limits count a radian for each iterate; a spectrum takes 2n vectors where the map
+    is not symplectic. OFLI and ReversibilityError need a flow.
+
+    All indicators of tangent vectors come from one set of vectors in one pass. The vectors move by the derivative of
+    the scheme. They are made orthonormal about once in a radian of each orbit's natural motion, in a metric of its own
+    that gives positions and momenta one unit: with other units of length, time and mass, values and verdicts are the
+    same. FLI and OFLI take their maxima over all steps. Weighted averages and the samples of ZeroOne (with fixed steps)
+    are taken in the same pass; FrequencyDiffusion and ReversibilityError make passes of their own. An indicator of an
+    orbit is the same to the bit alone and in company (but LyapunovSpectrum, which uses all vectors). A fixed step is
+    used as given, or as the nearest shorter one that divides the time; a chosen step is halved, twice at most, where
+    the energy still drifts. A verdict needs evidence, stated by each indicator. Where it is missing the orbit is
+    UNDECIDED, and `longer` is a time that may decide. One passage of a saddle stretches a vector on regular orbits too:
+    by tangent vectors an orbit is chaotic only if the first one, by its largest length so far, grows by a decade beside
+    the three eighths of the run in which it grows most. Orbits at rest, and those of one degree of freedom without a
+    drive, are never chaotic.
+
+    Cost: an orbit with k vectors takes about 1.3 (1 + k) times a plain one, ZeroOne and averages up to one more each,
+    FrequencyDiffusion some 15 (bench/test_chaos.py). Memory: about 2 k^2 + 2n (1 + k) numbers an orbit, and the
+    history.
+
+    References
+    ----------
+    Skokos & Manos 2016, Lect. Notes Phys. 915, 129 (review); each indicator names its own.
+
+    Examples
+    --------
+    >>> chaos = fa.chaos_map(fa.models.StandardMap(1.3), [[3.1, 0.1], [0.2, 0.0]], time=2000)
+    >>> chaos.regular, chaos.chaotic
+    (array([ True, False]), array([False,  True]))
+    """
+    options = Options(
+        scheme, step, rtol=rtol, atol=atol, energy_tolerance=energy_tolerance, threads=threads, report=report
+    )
+    problem = Problem(body, z0, options)
+    time = problem.iterates("time", time)
+    system = checked_system(body)
+    chosen = checked_indicators(indicators, system)
+    slots = whole("history", history, 0)
+    tangent = [entry for entry in chosen if entry.vectors(system.moving)]
+    if flag("early_stop", early_stop) and len(tangent) < len(chosen):
+        raise ValueError("early_stop takes indicators of tangent vectors only: the others need the whole time")
+    plan = stable_plan(problem) if tangent else problem.plan()
+    flow = plan.flow
+    z = plan.z
+    rates = own_rates(plan, time)
+    for k, entry in enumerate(chosen):  # a scheme may be chosen by trial
+        refuse(f"indicators[{k}]", entry, system, flow)
+
+    def mapped(flow: Flow, orbits: Any, deviations: Any, report: Report | None) -> ChaosMap:
+        start = z[:, orbits]
+        own = rates[orbits]
+        work = ChaosRun(flow, start, own, time, chosen, slots=slots, early_stop=early_stop, deviations=deviations)
+        with keeping("chaos_map", lambda: _result(work, options.drift, True)):
+            for number, run in enumerate(work.passes):
+                run(portion(report, number, len(work.passes)))
+        return _result(work, options.drift, False)
+
+    with Passes(report) as passes:
+        found = mapped(flow, slice(None), deviations, passes.take(1.0, DRIFTING))
+        for halving in range(1, 1 + (HALVINGS if step is None and flow.fixed else 0)):
+            drifted = np.flatnonzero(found.status == Status.ENERGY_DRIFT)
+            if drifted.size:
+                shorter = flow.of(drifted)
+                shorter = replace(shorter, step=shorter.step / 2**halving)
+                told = passes.take(1.0, 0.5)
+                with keeping("chaos_map", functools.partial(_unfinished, found, drifted)):
+                    put(found, drifted, mapped(shorter, drifted, _of_orbits(deviations, drifted), told))
+        return found
+
+
+DRIFTING = 0.02
+"""Work of orbits whose energy drifts, relative to that of all."""
+
+HALVINGS = 2
+"""Number of halvings of a step that a trial chose if the orbit's energy still drifts, as the orbit came later to
+steeper forces.
+"""
+
+
+def _unfinished(found: ChaosMap, orbits: np.ndarray) -> ChaosMap:
+    """Return the map with these orbits marked as unfinished."""
+    status = found.status.copy()
+    status[orbits] = Status.INTERRUPTED
+    return replace(found, status=status)
+
+
+def _of_orbits(deviations: Any, orbits: np.ndarray) -> Any:
+    """Return the tangent vectors at the start of some orbits, where each has its own."""
+    given = None if deviations is None else np.asarray(deviations, float)
+    return given[..., orbits] if given is not None and given.ndim == 3 and given.shape[2] > 1 else given
+
+
+def _result(work: ChaosRun, tolerance: float, unfinished: bool) -> ChaosMap:
+    """Assemble the map, where `unfinished` of the passes that were done."""
+    ensemble = work.ensemble
+    if unfinished:
+        ensemble.status[(ensemble.status == Status.OK) & ~np.isfinite(work.values).all(axis=0)] = Status.INTERRUPTED
+    reached = ensemble.time if work.streams else np.where(ensemble.status == Status.OK, work.time, 0.0)
+    error = energy_error(work.flow.system, ensemble)
+    mark_drift(ensemble, error, tolerance)
+    detected, history, times = work.records()
+    by_detection = work.early_stop & np.isfinite(detected).all(axis=0)
+    ensemble.status[(reached < work.time * (1 - 1e-12)) & (ensemble.status == Status.OK) & ~by_detection] = (
+        Status.INTERRUPTED
+    )
+    sound = np.isin(ensemble.status, (Status.OK, Status.INTERRUPTED))
+    phase = work.rates * reached
+    verdicts = np.array(
+        [judged(*each, phase, work.n) for each in zip(work.chosen, work.values, work.before, work.limits, strict=True)]
+    )
+    verdicts[:, by_detection] = Character.CHAOTIC
+    chaotic = verdicts == Character.CHAOTIC
+    followed = np.array([bool(entry.vectors(work.n)) for entry in work.chosen])
+    unproved = followed[:, None] & ~(work.lasting() | by_detection) | work.rests()
+    verdicts[chaotic & unproved] = Character.UNDECIDED
+    if work.planar:
+        verdicts[chaotic & (phase >= 2 * np.pi * MANY)] = Character.REGULAR
+        verdicts[chaotic & (phase < 2 * np.pi * MANY)] = Character.UNDECIDED
+    verdicts[:, ~sound] = Character.UNDECIDED
+    verdict = _together(verdicts)
+    needed = np.max([2 * np.pi * max(MANY, entry.least) for entry in work.chosen]) / work.rates
+    longer = np.where((verdict == Character.UNDECIDED) & sound, np.maximum(needed, 4 * work.time), np.nan)
+    spectrum, spectrum_error = work.exponents()
+    # Exponents are read as decades of growth.
+    rates = np.array([entry.rate for entry in work.chosen])[:, None]
+    with np.errstate(all="ignore"):
+        values = np.where(rates, work.values * (LN10 / reached), work.values)
+        history = np.where(rates[:, :, None], history * (LN10 / times), history)
+    return ChaosMap(
+        names=tuple(entry.name for entry in work.chosen),
+        values=values,
+        limits=np.where(rates, work.limits * LN10 / work.time, work.limits),
+        verdicts=verdicts,
+        verdict=verdict,
+        longer=longer,
+        detected=detected,
+        spectrum=spectrum,
+        spectrum_error=spectrum_error,
+        history=history,
+        history_times=times,
+        t=work.lived if work.streams else reached,
+        energy_error=error,
+        status=ensemble.status,
+        time=work.time,
+        scheme=work.flow.scheme,
+        step=work.flow.step,
+        period=float(work.flow.model.period) if work.flow.system.driven else None,
+        looks=tuple(Look.of(entry) for entry in work.chosen),
+    )
+
+
+def _together(verdicts: np.ndarray) -> np.ndarray:
+    """Return the common verdict of the decided ones among verdicts (indicators, orbits), else UNDECIDED."""
+    chaotic = (verdicts == Character.CHAOTIC).any(axis=0)
+    regular = (verdicts == Character.REGULAR).any(axis=0)
+    return np.where(chaotic == regular, Character.UNDECIDED, np.where(chaotic, Character.CHAOTIC, Character.REGULAR))

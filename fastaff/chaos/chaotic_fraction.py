@@ -1,0 +1,335 @@
+"""Scans of parameters: the chaotic fraction of a body for each value of one or two of them."""
+
+from __future__ import annotations
+
+import functools
+import itertools
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, fields
+from typing import Annotated, Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ..core.interruption import keeping
+from ..core.numbers import entries, function, numbers, portion, positive, shown, texts
+from ..core.status import Status
+from ..results.axes import along
+from ..results.recipe import recorded
+from ..results.result import Result
+from ..results.short_forms import axes_of, names_of, takes
+from ..runs.checks import current_system
+from ..runs.launch import Report
+from ..runs.schemes.catalogue import VERNER9, RungeKutta, Scheme, scheme_of
+from ..runs.starts import in_rows
+from ..sections.energy_grid import NotReached
+from ..systems.models.contracts import Dynamics
+from .chaos_map import chaos_map
+from .indicator import MANY, Indicators, is_indicator
+from .indicators import MEGNO, SALI, indicators_of
+from .shares import Shares
+
+TOO_STEEP = (Status.COLLAPSED, Status.NONFINITE, Status.ENERGY_DRIFT)
+"""Outcomes of an orbit whose fixed step is too long for a steep wall."""
+
+
+@dataclass(frozen=True)
+class ChaoticFraction(Result, axis=None):
+    """Chaos for each value of one or two parameters. Arrays have the shape of the cases, (n1,) or (n1, n2).
+
+    names and axes of the parameters; orbits of each case, 0 where the energy reaches no point; chaotic, regular and
+    undecided, those that did not fail, by the verdict of `ChaosMap`; rescued: failed orbits that were finished by the
+    second scheme; statuses (statuses, ...): orbits of each `Status`; indicators: names of the rows of medians
+    (indicators, ...), over all orbits that did not fail, and chaotic_medians, over the chaotic ones; limits
+    (indicators, ...), the medians of the orbits' own; time, (median) step and largest energy_error of each case; done:
+    False for cases that Ctrl-C left out.
+    """
+
+    names: tuple[str, ...]
+    axes: tuple[np.ndarray, ...]
+    orbits: Annotated[np.ndarray, along("case")]
+    chaotic: Annotated[np.ndarray, along("case")]
+    regular: Annotated[np.ndarray, along("case")]
+    undecided: Annotated[np.ndarray, along("case")]
+    rescued: Annotated[np.ndarray, along("case")]
+    statuses: Annotated[np.ndarray, along("status", "case")]
+    indicators: tuple[str, ...]
+    medians: Annotated[np.ndarray, along("indicator", "case", labels="indicators")]
+    chaotic_medians: Annotated[np.ndarray, along("indicator", "case", labels="indicators")]
+    limits: Annotated[np.ndarray, along("indicator", "case", labels="indicators")]
+    time: Annotated[np.ndarray, along("case", unit="time")]
+    step: Annotated[np.ndarray, along("case", unit="time")]
+    energy_error: Annotated[np.ndarray, along("case", unit="largest kinetic energy")]
+    done: Annotated[np.ndarray, along("case")]
+
+    @property
+    def failed(self) -> np.ndarray:
+        """Orbits of each case that failed."""
+        return self.orbits - self.sound
+
+    @property
+    def shares(self) -> Shares:
+        """Orbits of each case by verdict, and the fractions that they give."""
+        return Shares(self.chaotic, self.regular, self.undecided)
+
+    @property
+    def sound(self) -> np.ndarray:
+        """Orbits of each case that did not fail."""
+        return self.shares.sound
+
+    @property
+    def fraction(self) -> np.ndarray:
+        """Share of chaotic orbits among those that are decided; NaN where there are none."""
+        return self.shares.fraction
+
+    @property
+    def bounds(self) -> np.ndarray:
+        """Shares (2, ...) of the orbits that did not fail if all undecided ones were regular, and if all were
+        chaotic.
+        """
+        return self.shares.bounds
+
+    def interval(self, sigmas: float = 1.959964) -> np.ndarray:
+        """Return ends (2, ...) of the interval of the fraction that the number of orbits leaves open, of 95 % by
+        default, as `Shares` does.
+        """
+        return self.shares.interval(sigmas)
+
+    def summary(self) -> str:
+        """Return one line with the outcomes of the cases."""
+        empty = int(np.count_nonzero(self.done & (self.orbits == 0)))
+        late = int(np.count_nonzero(~self.done))
+        cases = [f"{self.orbits.size - empty - late} of {self.orbits.max(initial=0)} orbits"]
+        cases += [f"{empty} empty, where the energy reaches nothing"] if empty else []
+        cases += [f"{late} not done"] if late else []
+        kinds = {"regular": self.regular, "chaotic": self.chaotic, "undecided": self.undecided}
+        orbits = [f"{int(count.sum())} {name}" for name, count in kinds.items()]
+        lost = self.statuses.reshape(len(self.statuses), -1).sum(axis=1)
+        orbits += [f"{n} {s.name} ({s.sentence})" for s, n in zip(Status, lost) if n and s != Status.OK]
+        parts = [
+            f"{self.orbits.size} cases: {', '.join(cases)}",
+            f"{int(self.orbits.sum())} orbits: {', '.join(orbits)}",
+        ]
+        if self.rescued.any():
+            parts.append(f"{int(self.rescued.sum())} of them done again with the second scheme")
+        if np.isfinite(self.fraction).any():
+            parts.append(self.shares.said())
+        elif self.undecided.any():
+            parts.append(f"a longer time may decide, {MANY:g} natural periods or more")
+        return "; ".join(parts)
+
+
+@dataclass(frozen=True)
+class FoundCases(Result, axis="case"):
+    """Results of a scan by case; the fields are those of `ChaoticFraction`."""
+
+    values: Annotated[np.ndarray, along("parameter", "case", labels="names")]
+    names: tuple[str, ...]
+    orbits: Annotated[np.ndarray, along("case")]
+    chaotic: Annotated[np.ndarray, along("case")]
+    regular: Annotated[np.ndarray, along("case")]
+    undecided: Annotated[np.ndarray, along("case")]
+    rescued: Annotated[np.ndarray, along("case")]
+    statuses: Annotated[np.ndarray, along("outcome", "case")]
+    indicators: tuple[str, ...]
+    medians: Annotated[np.ndarray, along("indicator", "case", labels="indicators")]
+    chaotic_medians: Annotated[np.ndarray, along("indicator", "case", labels="indicators")]
+    limits: Annotated[np.ndarray, along("indicator", "case", labels="indicators")]
+    time: Annotated[np.ndarray, along("case", unit="time")]
+    step: Annotated[np.ndarray, along("case", unit="time")]
+    energy_error: Annotated[np.ndarray, along("case", unit="largest kinetic energy")]
+    done: Annotated[np.ndarray, along("case")]
+
+    @classmethod
+    def of(cls, scan: ChaoticFraction) -> FoundCases:
+        """Return the cases of a scan as a list, the last parameter fastest."""
+        values = np.array([grid.ravel() for grid in np.meshgrid(*scan.axes, indexing="ij")])
+        cases = len(scan.axes)
+        arrays = {
+            name: (array := getattr(scan, name)).reshape(*array.shape[: array.ndim - cases], values.shape[1])
+            for name in _ARRAYS
+        }
+        return cls(values=values, names=scan.names, indicators=scan.indicators, **arrays)
+
+    def assembled(self, axes: tuple[np.ndarray, ...]) -> ChaoticFraction:
+        """Return the scan over these axes; cases that are missing here are not done."""
+        place = [np.searchsorted(axis, row) for axis, row in zip(axes, self.values)]
+        arrays = {}
+        for name in _ARRAYS:
+            array = getattr(self, name)
+            empty = np.nan if array.dtype.kind == "f" else 0
+            arrays[name] = np.full((*array.shape[:-1], *(axis.size for axis in axes)), empty, array.dtype)
+            arrays[name][(..., *place)] = array
+        return ChaoticFraction(names=self.names, axes=axes, indicators=self.indicators, **arrays)
+
+
+_ARRAYS = tuple(entry.name for entry in fields(FoundCases) if entry.name not in ("values", "names", "indicators"))
+
+AXES = "one or two arrays of values, such as (np.linspace(1, 2, 5),)"
+
+
+@takes(scheme=scheme_of, second=scheme_of, indicators=indicators_of, names=names_of, axes=axes_of)
+@recorded
+def chaotic_fraction(
+    make: Callable[..., tuple[Dynamics, ArrayLike]],
+    axes: Sequence[ArrayLike],
+    *,
+    time: float | Callable[[Dynamics, np.ndarray], float],
+    names: str | Sequence[str] = (),
+    indicators: Indicators = (MEGNO(), SALI()),  # noqa: B008 - values
+    early_stop: bool = False,
+    step: float | None = None,
+    scheme: Scheme | str | None = None,
+    second: RungeKutta | str | None = VERNER9,
+    rtol: float = 1e-12,
+    atol: float = 1e-12,
+    energy_tolerance: float | None = None,
+    threads: int | None = None,
+    report: Report | None = None,
+) -> ChaoticFraction:
+    """Find the share of chaotic orbits for every value of one parameter, or for every pair of values of two.
+
+    Parameters
+    ----------
+    make : callable
+        make(value) or make(value1, value2) returns (body, z0), z0 (2n, orbits) as of `energy_sample`. Where it raises
+        NotReached or returns an empty z0, the case is empty.
+    axes : one or two arrays
+        Values of the parameters.
+    time : float or callable, time
+        Length of every run, or a function of (body, z0) that returns it.
+    names : sequence of str, optional
+        Names of the parameters.
+    indicators, early_stop : as in `chaos_map`
+    step : float, time, optional
+        Default: a trial in every case.
+    scheme : as in `integrate`
+    second : adaptive scheme, default VERNER9
+        For orbits that the fixed steps of the first scheme lose at a steep wall; None for no second run.
+    rtol, atol, energy_tolerance, threads, report : as in `integrate`
+
+    Returns
+    -------
+    `ChaoticFraction`
+        Counts of chaotic, regular and undecided orbits of each case.
+
+    Raises
+    ------
+    ValueError, TypeError
+        An argument is wrong.
+    Interrupted
+        On Ctrl-C, with the finished cases in `.partial`.
+
+    Notes
+    -----
+    Each case is one run, so memory is that of one case. Lost orbits are the fast ones, often chaotic: leaving them out
+    would bias the fraction, so they run again, judged by the same limits. The share of section points (`energy_sample`)
+    is the share of the section's invariant area, not of the energy surface's volume. Cost: that of `chaos_map` for each
+    case, and a trial of steps.
+
+    References
+    ----------
+    Henon & Heiles 1964, Astron. J. 69, 73 (the share of the area against the energy).
+
+    Examples
+    --------
+    >>> def case(K):
+    ...     return fa.models.StandardMap(K), np.array([[0.5, 2.0, 3.0], [0.0, 0.1, 0.2]])
+    >>> scan = fa.chaotic_fraction(case, ([0.3, 6.0],), time=1000, names=["K"])
+    >>> scan.chaotic
+    array([0, 3])
+    """
+    values = tuple(_axis(k, axis) for k, axis in enumerate(entries("axes", axes, AXES, 1, 2)))
+    function("make", make)
+    names = texts("names", names) or tuple(f"parameter {k + 1}" for k in range(len(values)))
+    if len(names) != len(values):
+        raise ValueError(f"names must be {len(values)}, one for each axis, got {names!r}")
+    if not (isinstance(indicators, (tuple, list)) and indicators and all(is_indicator(entry) for entry in indicators)):
+        raise TypeError(f"indicators must be a tuple of indicators such as (MEGNO(), SALI()), got {shown(indicators)}")
+    if second is not None and not (isinstance(second, RungeKutta) and second.adaptive):
+        raise TypeError(f"second must be an adaptive scheme such as fastaff.VERNER9, or None, got {second!r}")
+    if not callable(time):
+        time = positive("time", time)
+    run = functools.partial(
+        chaos_map,
+        indicators=indicators,
+        early_stop=early_stop,
+        rtol=rtol,
+        atol=atol,
+        energy_tolerance=energy_tolerance,
+        threads=threads,
+    )
+    scan = _empty(names, values, tuple(entry.name for entry in indicators))
+    cells = list(itertools.product(*(range(len(axis)) for axis in values)))
+    for number, cell in enumerate(cells):
+        share = portion(report, number, len(cells))
+        try:
+            with keeping("chaotic_fraction", lambda: scan):
+                _fill(scan, cell, make, time, run, step, scheme, second, share)
+        except (TypeError, ValueError) as problem:
+            at = ", ".join(f"{axis[i]:g}" for axis, i in zip(values, cell))
+            raise type(problem)(f"axes at {at}: {problem}") from problem
+        if report is not None:
+            report((number + 1) / len(cells))
+    return scan
+
+
+def _axis(k: int, axis: Any) -> np.ndarray:
+    values = np.array(numbers(f"axes[{k}]", axis))
+    if values.ndim != 1 or not values.size or not np.isfinite(values).all():
+        raise ValueError(f"axes[{k}] must be a non-empty one-dimensional array of finite numbers, got {axis!r}")
+    return values
+
+
+def _empty(names: tuple[str, ...], axes: tuple[np.ndarray, ...], indicators: tuple[str, ...]) -> ChaoticFraction:
+    shape = tuple(axis.size for axis in axes)
+    counts = ("orbits", "chaotic", "regular", "undecided", "rescued")
+    medians = ("medians", "chaotic_medians", "limits")
+    return ChaoticFraction(
+        names=names,
+        axes=axes,
+        indicators=indicators,
+        statuses=np.zeros((len(Status), *shape), np.int64),
+        done=np.zeros(shape, bool),
+        **{name: np.zeros(shape, np.int64) for name in counts},
+        **{name: np.full((len(indicators), *shape), np.nan) for name in medians},
+        **{name: np.full(shape, np.nan) for name in ("time", "step", "energy_error")},
+    )
+
+
+def _fill(scan, cell, make, time, run, step, scheme, second, report) -> None:
+    """Compute one case and write its numbers into the arrays of the scan."""
+    try:
+        body, z0 = make(*(float(axis[i]) for axis, i in zip(scan.axes, cell)))
+    except NotReached:
+        scan.done[cell] = True
+        return
+    system = current_system(body)
+    z0 = numbers("z0", in_rows("z0", z0, system))
+    if z0.size == 0:
+        scan.done[cell] = True
+        return
+    z0 = z0.reshape(z0.shape[0], -1)
+    length = positive("time", time(body, z0) if callable(time) else time)
+    found = run(body, z0, time=length, step=step, scheme=scheme, report=report)
+    lost = np.flatnonzero(np.isin(found.status, TOO_STEEP))
+    second = None if system.iterated else second  # a map has no steps
+    if second is not None and lost.size:
+        found = found.replaced(lost, run(body, z0[:, lost], time=length, scheme=second))
+    fine = found.status == Status.OK
+    row = (slice(None), *cell)
+    with np.errstate(all="ignore"):
+        for target, chosen in ((scan.medians, fine), (scan.chaotic_medians, fine & found.chaotic)):
+            if chosen.any():
+                target[row] = np.median(found.values[:, chosen], axis=1)
+    scan.orbits[cell] = fine.size
+    scan.rescued[cell] = np.count_nonzero(fine[lost]) if second is not None else 0
+    for name in ("chaotic", "regular", "undecided"):
+        getattr(scan, name)[cell] = np.count_nonzero(getattr(found, name) & fine)
+    scan.statuses[row] = np.bincount(found.status, minlength=len(Status))
+    scan.limits[row] = np.median(found.limits, axis=1)
+    scan.time[cell] = length
+    scan.step[cell] = np.median(found.step)
+    scan.energy_error[cell] = found.energy_error[fine].max() if fine.any() else math.nan
+    scan.done[cell] = True

@@ -1,0 +1,224 @@
+"""Indicators of chaos: their contract and defaults, their needs, and the verdict that follows."""
+
+from __future__ import annotations
+
+import math
+from abc import abstractmethod
+from collections.abc import Callable, Sequence
+from enum import IntEnum
+from typing import Any, NamedTuple, Protocol, runtime_checkable
+
+import numpy as np
+
+from ..core.names import named
+from ..core.numbers import real
+from ..runs import observers
+from ..runs.flow import Flow
+from ..runs.launch import Report
+from ..runs.needs import check_needs
+from ..systems.models.mechanics import System
+
+MANY = 100.0
+"""Natural periods before an orbit is called regular. Among the orbits of Henon and Heiles at the energy 1/8 that looked
+regular, half were chaotic in the end after 16 periods, one in fifteen after 130."""
+
+
+def decades(phase: Any) -> Any:
+    """Return log10 of the phase x = omega T, at least that of 10."""
+    return np.log10(np.maximum(phase, 10.0))
+
+
+class Character(IntEnum):
+    """Verdict of an indicator on an orbit, or of all together."""
+
+    REGULAR = 0
+    CHAOTIC = 1
+    UNDECIDED = 2
+
+
+class Watch(NamedTuple):
+    """An observer of the pass of tangent vectors, with `columns` numbers of an orbit in `out`.
+
+    prepare(memory) sets rows of its memory (rows, orbits); read(memory, time) returns the values (orbits,) and their
+    numbers for comparison, for orbits that have come to `time` (orbits,); finish(out, report), for values that take
+    long, returns them after the pass.
+    """
+
+    observer: observers.Observer
+    columns: int
+    prepare: Callable[[np.ndarray], None]
+    read: Callable[[np.ndarray, np.ndarray], tuple[Any, Any]]
+    finish: Callable[[np.ndarray, Report | None], np.ndarray] | None = None
+
+
+@runtime_checkable
+class Indicator(Protocol):
+    """An indicator for `chaos_map`: a value that inherits the defaults of this class, or has all of its attributes.
+
+    name: of its row in `ChaosMap`; label: for figures, the name if there is none; limit: chaotic orbits are
+    above it, or below it where `above` is False, whose colours fall with the values; None stands for default(n, phase),
+    by n degrees of freedom and the phases omega T (orbits,); least: natural periods before an orbit is called chaotic;
+    rate: whether values are decades of growth that are shown as exponents; needs: words of NEEDS; a system or scheme
+    that lacks one is refused.
+
+    Its values come from one of three: readings of tangent vectors (`VectorIndicator`), `watch` or `compute`.
+    """
+
+    name: str
+    limit: Any
+    above: bool = True
+    rate: bool = False
+    least: float = 0.0
+    needs: tuple[str, ...] = ()
+
+    @abstractmethod
+    def calm(self, value: np.ndarray, before: np.ndarray, limit: np.ndarray, n: int) -> np.ndarray:
+        """Return a mask (orbits,) of the orbits that look regular, from their values and those at half the time or
+        other numbers for comparison.
+        """
+
+    def check(self, where: str, body: Any) -> None:
+        """Raise TypeError or ValueError, with `where` in the sentence, for fields that do not suit the body."""
+        return
+
+    def vectors(self, n: int) -> int:
+        """Return the number of tangent vectors it needs, 0 for none."""
+        return 0
+
+    def watch(self, flow: Flow, time: float, rates: np.ndarray) -> Watch | None:
+        """Return its observer of the pass of the tangent vectors, None for none."""
+        return None
+
+    def compute(
+        self, flow: Flow, z0: np.ndarray, time: float, rates: np.ndarray, report: Report | None
+    ) -> tuple[np.ndarray, Any, np.ndarray]:
+        """Run the flow from z0 (2n, orbits) in a pass of its own; rates (orbits,): the orbits' own angular frequencies.
+
+        :Returns: the values (orbits,), NaN where they are unknown, the numbers that `calm` compares them with,
+            (orbits,) or NaN, and statuses (orbits,).
+        """
+        raise TypeError(f"{type(self).__name__} must read vectors, or have a `watch` or a `compute`")
+
+
+class Look(NamedTuple):
+    """How figures draw an indicator: its label, empty where it has none, and whether chaotic orbits are above."""
+
+    label: str
+    above: bool
+
+    @classmethod
+    def of(cls, indicator: Any) -> Look:
+        """Return the look of an indicator."""
+        return cls(str(getattr(indicator, "label", None) or ""), bool(indicator.above))
+
+
+class VectorIndicator(Indicator):
+    """An indicator that is a `reading` of the growth of `count` tangent vectors, see `engine.kernels.readings`.
+
+    parameters: further arguments of the reading; across_flow: whether it takes the part of the first vector across the
+    flow, and so needs "flow"; each_step: whether it reads a maximum over all steps, else vectors are looked at about
+    once a radian; spectrum: whether it asks for all exponents.
+    """
+
+    reading: Any
+    count = 1
+    parameters: tuple[float, ...] = ()
+    across_flow = False
+    each_step = False
+    spectrum = False
+
+    def vectors(self, n: int) -> int:
+        """Return the number of tangent vectors it needs."""
+        return self.count
+
+
+def is_indicator(value: Any) -> bool:
+    """Tell whether a value, not a class, is an indicator."""
+    return isinstance(value, Indicator) and not isinstance(value, type)
+
+
+Indicators = Indicator | str | Sequence[Indicator | str]
+"""Indicators of chaos, also by their names."""
+
+NEEDS = {
+    "energy": "an energy: no friction, no dz/dt = f(z)",
+    "flow": "equations that do not know the time: no map, no drive",
+    "fixed steps": "a scheme that is not adaptive",
+    "splitting": "a scheme that is symplectic and reversible",
+}
+"""Properties of a system and its scheme that an indicator may need."""
+
+
+def refuse(where: str, indicator: Any, system: System, flow: Flow | None = None) -> None:
+    """Raise TypeError or ValueError if a system, or the scheme that is planned for it, lacks a need of an indicator."""
+    needs = [named(f"{where}.needs", need, NEEDS) for need in indicator.needs]
+    name = type(indicator).__name__
+    needs += ["flow"] if getattr(indicator, "across_flow", False) else []
+    if "energy" in needs:
+        instead = "those of tangent vectors, such as LyapunovSpectrum(), Lyapunov() and SALI()"
+        check_needs(system, "an indicator of the energy", instead=instead, got=repr(indicator))
+    if "flow" in needs:
+        check_needs(system, "an indicator along the flow", argument=f"{where}, {indicator.name},", got=name)
+    if flow is not None and "fixed steps" in needs and flow.adaptive:
+        raise ValueError(f"{name} needs a scheme of fixed steps, got {flow.scheme.name}")
+    if flow is not None and "splitting" in needs and not flow.scheme.symplectic:
+        raise ValueError(f"{name} needs a splitting, which is reversible, got {flow.scheme.name}")
+
+
+def checked_indicators(indicators: Any, system: System) -> tuple[Any, ...]:
+    """Return the indicators if they suit the body."""
+    if not isinstance(indicators, (tuple, list)) or not indicators:
+        instead = f": a class; write {indicators.__name__}()" if isinstance(indicators, type) else ""
+        raise TypeError(
+            f"indicators must be a tuple of indicators such as (MEGNO(), SALI()), got {indicators!r}{instead}"
+        )
+    for k, entry in enumerate(indicators):
+        if not is_indicator(entry):
+            if isinstance(entry, type):
+                hint = f": write {entry.__name__}()" if hasattr(entry, "calm") else ""
+            else:
+                members = (name for name in (*Indicator.__annotations__, *vars(Indicator)) if name[0] != "_")
+                missing = [name for name in dict.fromkeys(members) if not hasattr(entry, name)]
+                hint = f", which has no {', '.join(missing[:3])}"
+            raise TypeError(f"indicators must be values of fastaff.chaos.indicators, got {entry!r}{hint}")
+        where = f"indicators[{k}], {type(entry).__name__}"
+        if entry.limit is not None or not hasattr(entry, "default"):
+            real(f"{where}.limit", entry.limit)
+        entry.check(where, system.model)
+        if type(entry.name) is not str or not entry.name.isidentifier():
+            raise ValueError(f"{where}.name must be a name such as 'entropy', got {entry.name!r}")
+        refuse(f"indicators[{k}]", entry, system)
+    names = [entry.name for entry in indicators]
+    if len(set(names)) < len(names):
+        raise ValueError(f"indicators must differ, got {', '.join(names)}")
+    return tuple(indicators)
+
+
+def judged(
+    indicator: Any, value: np.ndarray, before: np.ndarray, limit: np.ndarray, phase: np.ndarray, n: int
+) -> np.ndarray:
+    """Return the verdicts (orbits,) of `Character` on readings (orbits,) at the end and at half the time, for the
+    phases omega T.
+    """
+    with np.errstate(invalid="ignore"):
+        beyond = value > limit if indicator.above else value < limit
+        calm = indicator.calm(value, before, limit, n)
+        chaotic = beyond & ~calm & (phase >= 2 * np.pi * indicator.least)
+        calm = calm & (phase >= 2 * np.pi * MANY)
+    return np.where(
+        chaotic,
+        Character.CHAOTIC,
+        np.where(calm & ~beyond & np.isfinite(value), Character.REGULAR, Character.UNDECIDED),
+    )
+
+
+def limit_of(indicator: Any, n: int, phase: np.ndarray, time: float) -> np.ndarray:
+    """Return the limits (orbits,) of the readings of an indicator, for n degrees of freedom at the phases omega T
+    (orbits,).
+
+    Those of an exponent are decades of growth.
+    """
+    if indicator.limit is None:
+        return indicator.default(n, phase)
+    limit = float(indicator.limit)
+    return np.full(phase.shape, limit * time / math.log(10) if indicator.rate else limit)

@@ -1,0 +1,1 @@
+"""Compiled kernels of integration: drivers, steps, observers, crossings."""

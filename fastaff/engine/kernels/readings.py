@@ -1,0 +1,157 @@
+"""Readings of tangent vectors: functions of the numbers kept of their growth, one number for an orbit.
+
+A reading is reading(growth, i, *parameters), lane i of a `Growth`; see `deviations` for its rows.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+from ..elementary import exp, log
+from ..jit import LANES, jit
+from .deviations import ROWS, Parts, parts_of
+
+LN10 = math.log(10.0)
+
+
+class Growth(NamedTuple):
+    """Numbers kept of the k tangent vectors of a block of orbits of n degrees of freedom.
+
+    memory is flat: row r of lane i is memory[r * LANES + i]. `deviations.ROWS` and `parts` name the rows.
+    """
+
+    n: int
+    k: int
+    parts: Parts
+    memory: Any
+
+
+@jit
+def growth_of(n, k, m, memory):
+    """Return the view of the memory for k vectors of n degrees of freedom and m readings."""
+    return Growth(n, k, parts_of(n, k, m), memory)
+
+
+@jit(inline=True)
+def time(growth, i):
+    """Return the time in lane i.
+
+    Examples
+    --------
+    >>> from fastaff.engine.kernels import readings
+    >>> growth = readings.growth_of(2, 2, 0, np.zeros(29 * 128))
+    >>> growth.memory[3 * 128 + 5] = 40.0
+    >>> readings.time(growth, 5)
+    40.0
+    """
+    return growth.memory[ROWS.last * LANES + i]
+
+
+@jit(inline=True)
+def length(growth, j, i):
+    """Return the logarithm of the length of vector j in lane i, 0 at the start.
+
+    Examples
+    --------
+    >>> from fastaff.engine.kernels import readings
+    >>> growth = readings.growth_of(2, 2, 0, np.zeros(29 * 128))
+    >>> growth.memory[growth.parts.lengths * 128 + 5] = 1.5
+    >>> readings.length(growth, 0, 5)
+    1.5
+    """
+    return growth.memory[(growth.parts.lengths + j) * LANES + i]
+
+
+@jit(inline=True)
+def stretch(growth, j, i):
+    """Return the logarithm of the growth of the volume of vectors 0 ... j over that of 0 ... j - 1, in lane i.
+
+    Examples
+    --------
+    >>> from fastaff.engine.kernels import readings
+    >>> growth = readings.growth_of(2, 2, 0, np.zeros(29 * 128))
+    >>> growth.memory[(growth.parts.sums + 1) * 128 + 5] = -1.5
+    >>> readings.stretch(growth, 1, 5)
+    -1.5
+    """
+    return growth.memory[(growth.parts.sums + j) * LANES + i]
+
+
+@jit
+def first_length(growth, i):
+    """Return the decades by which the first vector has grown."""
+    return length(growth, 0, i) / LN10
+
+
+@jit
+def first_stretch(growth, i):
+    """Return the decades by which the first of the orthonormal vectors has grown."""
+    return stretch(growth, 0, i) / LN10
+
+
+@jit
+def largest_length(growth, i):
+    """Return the most decades by which the first vector had grown at any step."""
+    return growth.memory[ROWS.largest * LANES + i] / LN10
+
+
+@jit
+def largest_across(growth, i):
+    """Return the most decades of the part of the first vector across the flow at any step."""
+    return growth.memory[ROWS.largest_across * LANES + i] / LN10
+
+
+@jit
+def mean_megno(growth, i):
+    """Return the mean of MEGNO over the time."""
+    return growth.memory[ROWS.area * LANES + i] / time(growth, i)
+
+
+@jit
+def log_volume(growth, i, count):
+    """Return the logarithm of the volume of the first `count` normalised true vectors.
+
+    Examples
+    --------
+    >>> from fastaff.engine.kernels import readings
+    >>> growth = readings.growth_of(2, 2, 0, np.zeros(29 * 128))
+    >>> growth.memory[growth.parts.lengths * 128 + 5] = 1.5
+    >>> readings.log_volume(growth, 5, 2)
+    -1.5
+    """
+    total = 0.0
+    for j in range(int(count)):
+        total += stretch(growth, j, i) - length(growth, j, i)
+    return min(total, 0.0)
+
+
+@jit
+def volume(growth, i, count):
+    """Return log10 of GALI of the first `count` vectors.
+
+    Examples
+    --------
+    >>> from fastaff.engine.kernels import readings
+    >>> growth = readings.growth_of(2, 2, 0, np.zeros(29 * 128))
+    >>> growth.memory[growth.parts.lengths * 128 + 5] = 2 * np.log(10)
+    >>> readings.volume(growth, 5, 2)
+    -2.0
+    """
+    return log_volume(growth, i, count) / LN10
+
+
+@jit
+def alignment(growth, i):
+    """Return log10 of SALI: the shorter diagonal 2 sin(x/2) of two unit vectors at the angle x, sin x their area.
+
+    Examples
+    --------
+    >>> from fastaff.engine.kernels import readings
+    >>> growth = readings.growth_of(2, 2, 0, np.zeros(29 * 128))
+    >>> round(10 ** readings.alignment(growth, 5), 9)  # vectors at a right angle
+    1.414213562
+    """
+    logarithm = log_volume(growth, i, 2)
+    area = exp(logarithm)
+    return (logarithm + 0.5 * log(2.0 / (1.0 + math.sqrt((1.0 - area) * (1.0 + area))))) / LN10

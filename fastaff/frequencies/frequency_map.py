@@ -1,0 +1,421 @@
+"""Frequency maps: fundamental frequencies of many orbits, their errors and their diffusion."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from ..core.interruption import keeping
+from ..core.numbers import Passes, fits, whole
+from ..core.status import Status
+from ..engine.jit import LANES
+from ..engine.kernels.samples import CHUNK_ROWS
+from ..results.recipe import recorded
+from ..results.short_forms import Starts, takes
+from ..runs import curvatures, observers
+from ..runs.accuracy import HALVINGS
+from ..runs.checks import checked_model
+from ..runs.ensemble import Ensemble, energy_error, mark_drift
+from ..runs.flow import Flow
+from ..runs.launch import Report
+from ..runs.motion import natural_rates
+from ..runs.needs import check_needs
+from ..runs.options import Options, Problem
+from ..runs.schemes.catalogue import Scheme, scheme_of
+from ..runs.starts import starts_of
+from ..systems.models.contracts import Angles, Dynamics
+from ..systems.models.mechanics import system_of
+from .angle_loops import Layout, Plain, angles_of, suited
+from .found_frequencies import Found
+from .frequencies import FrequencyKind, FrequencyMap
+from .fundamental import fastest
+from .map_frequencies import map_frequencies
+from .readings import Samples, read
+from .rooms import ROOMS, Room
+from .sampling import LONGEST, pilot_share, resolving, sample_counts
+from .signals import Signals
+from .turning import unresolved
+from .windows import BRIEF
+
+ACCURACY = 1e-11
+"""Relative error that the scheme may leave in frequencies where neither a step nor an accuracy is asked for."""
+
+BUDGET, MOST = 1 << 27, 1 << 29
+"""Bytes of samples in memory at once; and for long orbits, as few of them do not fill a block of lanes."""
+
+PROBE = 128
+"""Steps of the trial that measures the speed of an orbit."""
+
+DENSE, BODY_DENSE = 1.1, 0.8
+"""Radians of the fastest motion between samples; of bodies, whose own angles are followed from one to the next.
+"""
+
+FINER, PILOT, READING, PARTS = 0.1, 0.4, 6.0, 8
+"""Work of finer steps, of short runs by half the step and of reading, and parts read, for the progress."""
+
+BESIDE = 0.1
+"""Share of a frequency's error from which the scheme's counts."""
+
+
+@takes(z0=starts_of, scheme=scheme_of, angles=angles_of)
+@recorded
+def frequency_map(
+    body: Dynamics,
+    z0: Starts,
+    *,
+    time: float,
+    accuracy: float | None = None,
+    angles: Angles | str | None = None,
+    window: int | None = None,
+    step: float | np.ndarray | None = None,
+    scheme: Scheme | str | None = None,
+    rtol: float = 1e-12,
+    atol: float = 1e-12,
+    energy_tolerance: float | None = None,
+    lines: int | None = None,
+    threads: int | None = None,
+    report: Report | None = None,
+) -> FrequencyMap:
+    """Find the fundamental frequencies of orbits of `body` from `z0` over `time`.
+
+    Parameters
+    ----------
+    body, z0 : as in `integrate`
+    time : float > 0, time
+        Best 50 periods or more, at least 18; for a map a number of iterates.
+    accuracy : float, default 1e-11
+        Error of the scheme, relative to an orbit's largest frequency: steps are chosen for it and halved where they
+        miss it. The error due to a short `time` stays in `error`.
+    angles : value of `fastaff.models.angles`, or "R z phi", "R phi", optional
+        Default: the angles natural to the potential, or the coordinates and momenta themselves.
+    window : int, turns, optional
+        For a map: the first and the last window are compared for the diffusion, instead of the halves.
+    step : float, time, optional
+        Instead of an accuracy; for an adaptive scheme the interval between samples (default: 1/16 of a typical radian).
+    scheme, rtol, atol, energy_tolerance : as in `integrate`
+    lines : int, optional
+        Number of strongest lines of each angle's signal to return too, as `AngleLines`.
+    threads, report : as in `integrate`
+
+    Returns
+    -------
+    `FrequencyMap`
+        Frequencies in cycles per unit time, with errors, diffusion and kinds.
+
+    Raises
+    ------
+    ValueError, TypeError, Interrupted
+        As in `integrate`.
+
+    Notes
+    -----
+    Maps: nu is per iterate. In a plane (q, p) it is the tune in [0, 1) of q - i p, as in `tunes`; of a coordinate with
+    a period it is the rotation number, the mean advance per iterate in periods, not modulo 1. With a window nu is that
+    of the first window; turns between the windows are iterated at full speed and not kept. A lost particle keeps its
+    status, its turn `t` and its earlier values. Angle steps are summed while the map runs, twice where there are
+    planes, to the bits of `tunes` of the samples; samples are kept only of orbits that are lost or need lines: some 12
+    ns a turn of four coordinates, 2 to 3 of the standard map. Where a steady mean turn is off by more than 1e-9, the
+    inverted line of the plane replaces it, and over at most 4096 iterates that of exp(2 pi i x/period), for some 80 ns
+    a turn. `lines` are those of the first window, modulo 1, in
+    (-1/2, 1/2]; of a winding coordinate without its mean turn.
+
+    Identification: steps are at most 1.5 radians of the fastest small oscillation about the start. The orbit is sampled
+    every 1.1 radians of its motion, a body with angles of its own every 0.8. The lines of all loops (Q, P) together
+    span a lattice, generated by the strongest independent lines. Each generator goes to the coordinate in whose motion
+    it has the largest share. Generators are positive; those of a body's planes have the sign of turning. Weak ones are
+    lines, down to 1e-10, of combinations of Q and P without the strong ones' lines. A coordinate that grows without
+    bound counts without its mean growth; the mean rate of one with a period is its frequency. About an axis whose
+    angular momentum changes the plane x, y is one of the loops: nu_phi is the mean rate of the azimuth, nu_R (nu_z) the
+    strongest line of R (z) that makes a basis with the others, as a bar drives R at 2 nu_phi; x, y (, z) take the place
+    of an R that is not smooth.
+
+    Lines: the peaks of one windowed Fourier transform of each loop are guesses. Each band around a peak, of eight
+    functions over 12.8 cycles, is inverted harmonically: its lines are eigenvalues of a small pencil, without window
+    and leakage. They are exact to rounding where the band holds at most eight. The line of a generator is then inverted
+    in the loop that has it and no other, over the whole, in a band of fourteen functions, over the first and the last
+    0.7 of the time, and over the halves. A half without a sharp line, as of chaotic orbits, has the mean of a smooth
+    window instead. The mean rates of a body's own angles identify their lines, and replace missing ones.
+
+    Errors: 5 times, for n > 2 5 (n - 1) times, the largest of a line's growth, which a regular orbit has not, its
+    residual in the matrices of the next order, and its distance from the lines of the two shorter windows, all complex;
+    4 times as much where a short combination turns by less than 2.9 cycles; 3 times what the frequency of a half
+    differs beyond its own error; the possible effect of aliased lines; 5 times the uncertainty of the change of the
+    frequency over a part of the time (a sixteenth, or at least 128 steps) when the step is halved, for a Runge-Kutta
+    scheme, whose error grows, times the ratio of the times (tolerances a hundredth for an adaptive one), for a
+    splitting with the change taken off the value; and rounding.
+
+    Kinds: INDEPENDENT, all visible lines are combinations of n frequencies. DEPENDENT, they are combinations of fewer,
+    with leading lines known to 1e-3 cycles over the time. UNDECIDED, a line is not explained, a frequency is off by
+    0.15 cycles or more, or a combination of frequencies may be 0: it is within its error; or, where a frequency is not
+    a leading line, it turns by less than 1 cycle and has ``|k| <= 4`` or is too small to be so by chance. IRREGULAR,
+    frequencies differ between the whole and the halves by 0.25 cycles over a half or more, and the leading lines are
+    neither sharp nor nearly all of the motion.
+
+    Cost: a run, a half-step run over a part of it, a Fourier transform of each loop and a pass over its samples;
+    more where lines are dense (bench/test_frequency.py). Memory: samples of some orbits at a
+    time, 128 MiB, 512 MiB of orbits so long that few fill it, or one orbit, and 128 MiB or one orbit's for intermediate
+    arrays (bench/memory.py).
+
+    References
+    ----------
+    Laskar 1990, Icarus 88, 266 (frequency maps, diffusion); Papaphilippou & Laskar 1996, Astron. Astrophys. 307, 427,
+    and Valluri & Merritt 1998, Astrophys. J. 506, 686 (independent lines); Das, Saiki, Sander & Yorke 2017,
+    Nonlinearity 30, 4111 (weighted averages); Wall & Neuhauser 1995, J. Chem. Phys. 102, 8011, and Mandelshtam & Taylor
+    1997, J. Chem. Phys. 107, 6756 (harmonic inversion); the paper's nu = dE/dJ.
+
+    Examples
+    --------
+    >>> freq = fa.frequency_map(fa.HenonHeiles(), [0.1, 0.05, 0.0, 0.1], time=500.0)
+    >>> freq.nu.round(6)
+    array([[0.15556 ],
+           [0.159622]])
+    """
+    options = Options(
+        scheme, step, accuracy, rtol=rtol, atol=atol, energy_tolerance=energy_tolerance, threads=threads, report=report
+    )
+    problem = Problem(body, z0, options)
+    time = problem.iterates("time", time)
+    checked_model(problem.model, needs="regular motion")
+    lines = None if lines is None else whole("lines", lines, 1)
+    if problem.system.iterated:
+        return map_frequencies(problem, time=time, window=window, angles=angles, lines=lines)
+    if window is not None:
+        raise ValueError(f"window is for maps: the diffusion of systems in time is that of the halves; got {window!r}")
+    if angles is None and getattr(problem.model, "angles", None) is None:
+        check_needs(problem.system, "angles of coordinates alone")
+    goal = options.goal(ACCURACY)
+    angles = checked_angles(angles, problem.model)
+    flow, z, *_ = problem.plan(time=time, error=goal or ACCURACY)
+    work = FrequencyWork(flow, angles, z, time, goal, report, lines)
+    with keeping("frequency_map", lambda: work.result(options.drift)):
+        work.run(options.drift)
+    return work.result(options.drift)
+
+
+def checked_angles(angles: Any, body: Any) -> Any:
+    """Return `angles`, or those natural to the body for None, if they suit it; `Plain` where it has none."""
+    system = system_of(body)
+    chosen: Any = getattr(body, "angles", None) if angles is None else angles
+    if angles is None and (chosen is None or (any(chosen.planes) and not system.isotropic)):
+        return Plain(system.names)  # without the symmetry the planes' angles are coordinates like others
+    if not all(hasattr(chosen, name) for name in ("signals", "names", "planes")):
+        raise TypeError(
+            f"angles must be a text such as 'R z phi', or a value of fastaff.models.angles, got {chosen!r}; "
+            f"{type(body).__name__} has no `angles` of its own"
+        )
+    suited(chosen, body.degrees_of_freedom, type(body).__name__)
+    return chosen
+
+
+class FrequencyWork:
+    """A frequency map in the making; arrays over angles and orbits hold the results so far."""
+
+    def __init__(
+        self,
+        flow: Flow,
+        angles: Any,
+        z0: np.ndarray,
+        time: float,
+        accuracy: float | None,
+        report: Report | None,
+        lines: int | None = None,
+    ):
+        if not flow.adaptive:
+            self.rate = curvatures.fastest_rates(flow.system, z0, flow.step)
+            flow = resolving(flow, self.rate, time)
+        self.flow = flow
+        self.angles = angles
+        self.z0 = z0
+        self.time = time
+        self.report = report
+        self.accuracy = accuracy
+        self.layout = Layout(angles, flow.model.degrees_of_freedom, flow.system.periods)
+        self.n = len(angles.names)
+        self.orbits = z0.shape[1]
+        self.ensemble: Ensemble = flow.ensemble(z0.copy())
+        self.found = Found(self.layout, self.orbits, lines)
+        self.unfinished = np.ones(self.orbits, bool)
+        self.used = np.full(self.orbits, np.nan)
+
+    def run(self, tolerance: float = math.inf) -> None:
+        """Find the frequencies of all orbits; with an accuracy, again with half the step where the scheme's error is
+        larger.
+        """
+        flow = self.flow
+        orbits = np.arange(self.orbits)
+        before = np.full(self.orbits, np.inf)
+        with Passes(self.report) as passes:
+            for _ in range(HALVINGS + 1):
+                self._pass(flow, orbits, passes.take(1.0, 0.0 if self.accuracy is None else FINER))
+                if self.accuracy is None:
+                    return
+                excess = self._excess(self.accuracy, tolerance)
+                # An error that a finer step does not reduce is rounding, or chaos.
+                again = (excess > 1) & (excess < before / 4)
+                self.unfinished = again
+                if not again.any():
+                    return
+                orbits = np.flatnonzero(again)
+                before = np.where(again, excess, 0.0)
+                flow = flow.finer()
+        self.unfinished[:] = False
+
+    def _excess(self, accuracy: float, tolerance: float) -> np.ndarray:
+        """Return the ratios (orbits,) of the scheme's errors to those allowed for frequencies and energy; 0 where there
+        are none.
+        """
+        found = self.found
+        known = found.kind(self.time) <= FrequencyKind.DEPENDENT
+        share = np.where(np.isfinite(found.scheme_error), found.scheme_error, 0.0)
+        # A finer step does not help where the time is too short.
+        share = np.where(share > BESIDE * found.error, share, 0.0).max(axis=0)
+        share = np.where(known, share / np.maximum(np.abs(found.nu).max(axis=0), 1e-300), 0.0)
+        energy = np.nan_to_num(energy_error(self.flow.system, self.ensemble), nan=0.0, posinf=0.0)
+        return np.where(self.ensemble.status == Status.OK, np.maximum(share / accuracy, energy / tolerance), 0.0)
+
+    def _pass(self, flow: Flow, orbits: np.ndarray, report: Report | None) -> None:
+        """Sample these orbits and find their frequencies, as many at a time as memory allows."""
+        counts, steps = self._counts(flow, orbits)
+        fits("time", self.layout.rows, int(counts.max(initial=0)))  # samples of one orbit
+        order = np.argsort(counts, kind="stable")
+        begin = 0
+        passes = Passes(report)
+        while begin < orbits.size:
+            ahead = counts[order[begin:]]
+            number = np.arange(1, ahead.size + 1)
+            room = np.where(number > flow.threads * LANES, BUDGET, MOST)
+            full = (8 * self.layout.rows * np.cumsum(ahead) > room) | (flow.adaptive & (ahead != ahead[0]))
+            end = begin + (1 + int(full[1:].argmax()) if full[1:].any() else ahead.size)
+            part = np.sort(order[begin:end])
+            stages = Passes(passes.take(counts[part].sum(), counts[order[end:]].sum()))
+            self._portion(flow, orbits[part], counts[part], steps[part], stages)
+            begin = end
+
+    def _counts(self, flow: Flow, orbits: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return the numbers of samples (orbits,) that orbits need, and of steps, a multiple of these."""
+        if flow.adaptive:
+            interval = flow.step
+            if not np.isfinite(flow.step):
+                interval = 1 / (16 * natural_rates(flow.system, self.z0[:, orbits], flow.threads))
+            # By powers of 2: orbits of equal numbers are read together.
+            found = 2 ** np.ceil(np.log2(np.maximum(64, np.broadcast_to(self.time / interval, orbits.size))))
+            return found.astype(np.int64), found.astype(np.int64)
+        steps = np.broadcast_to(np.maximum(64, flow.of(orbits).steps(self.time)), orbits.size)
+        need = np.empty(orbits.size)
+        layout = self.layout
+        radians = BODY_DENSE if layout.body else DENSE
+        portion = max(LANES, BUDGET // (8 * layout.rows * PROBE))
+        for at in range(0, orbits.size, portion):
+            part = slice(at, min(at + portion, orbits.size))
+            step = np.broadcast_to(flow.of(orbits[part]).step, need[part].size)
+            counts = np.full(need[part].size, PROBE)
+            brief = replace(flow, step=step)
+            seen, run = self._sampled(brief, orbits[part], PROBE * step, counts, ROOMS.signals)
+            with np.errstate(all="ignore"):
+                dense = self.time * fastest(seen.array(np.arange(counts.size)), 1.0, flow.threads) / step / radians
+            dense = np.maximum(dense, self.time * self.rate[orbits[part]] / LONGEST)
+            need[part] = np.where((run.status == Status.OK) & np.isfinite(dense), dense, steps[part])
+        counts = sample_counts(need, steps)
+        return counts, counts * -(-steps // counts)
+
+    def _portion(self, flow: Flow, orbits: np.ndarray, counts: np.ndarray, steps: np.ndarray, passes: Passes) -> None:
+        """Find the frequencies of these orbits from so many samples, and so many steps."""
+        share = pilot_share(steps, counts)
+        order = np.argsort(counts, kind="stable")  # those of equally many samples side by side
+        orbits = orbits[order]
+        counts = counts[order]
+        steps = steps[order]
+        share = share[order]
+        if not flow.adaptive:
+            flow = replace(flow, step=self.time / steps)
+        signals, run = self._sampled(flow, orbits, self.time, counts, ROOMS.signals, passes.take(1.0, PILOT + READING))
+        told = passes.take(PILOT, READING)
+        start, _ = self._sampled(flow.finer(), orbits, self.time / share, counts // share, ROOMS.starts, told)
+        self.ensemble.take(orbits, run)
+        self.used[orbits] = self.time / steps
+        done = np.flatnonzero((run.status == Status.OK) & (run.time >= self.time * (1 - 1e-12)))
+        # Tables are longer than the samples of a long orbit: these are read by equal numbers.
+        kinds = np.where(counts[done] > BRIEF, counts[done], 0)
+        left = done.size
+        scheme = self.flow.scheme
+        for alike in np.split(done, np.flatnonzero(np.diff(kinds)) + 1) if done.size else ():
+            parts = max(1, math.ceil(8 * self.layout.rows * float(counts[alike].sum()) / BUDGET))
+            told = 0 if passes.report is None else min(PARTS, alike.size // (LANES * flow.threads))
+            for some in np.array_split(alike, min(max(parts, told), alike.size)):
+                samples = Samples(signals.of(some), start.of(some), scheme.order if scheme.symplectic else 0)
+                left -= some.size
+                with Passes(passes.take(some.size, left)):
+                    self._adopt(orbits[some], samples)
+        self.unfinished[orbits] &= self.accuracy is not None  # lost orbits have no more samples
+
+    def _sampled(
+        self, flow: Flow, orbits: np.ndarray, time: Any, counts: np.ndarray, room: Room, report: Report | None = None
+    ) -> tuple[Signals, Ensemble]:
+        """Return so many samples of the signals of these orbits, and the orbits' ends; samples that were not reached
+        are arbitrary.
+        """
+        rows = self.layout.rows
+        step = flow.step
+        if isinstance(step, np.ndarray) and step.size != orbits.size:
+            flow = flow.of(orbits)
+        run = flow.ensemble(np.ascontiguousarray(self.z0[:, orbits]), radius=self.ensemble.radius[orbits])
+        start = np.cumsum(rows * counts) - rows * counts
+        signals = Signals(room.array(rows * int(counts.sum())), rows, start, counts, time / counts)
+        observer = observers.called_rows(self.layout.call, rows)
+        memory = np.zeros((observer.rows, orbits.size))
+        memory[CHUNK_ROWS.length] = counts
+        memory[CHUNK_ROWS.start] = start
+        alike = flow.adaptive
+        time, observations = (float(np.max(time)), int(counts[0])) if alike else (time, counts)
+        flow.advance(run, observer, memory, signals.numbers[None], time=time, observations=observations, report=report)
+        return signals, run
+
+    def _adopt(self, orbits: np.ndarray, samples: Samples) -> None:
+        """Fill in the results from samples of these orbits."""
+        found = read(self.layout, samples, self.flow.threads)
+        if self.found.lines is not None:  # before the orbits count as finished
+            # The first sample is an interval after the start.
+            self.found.lines.adopt(orbits, self.layout, samples.run, 1.0)
+        self.found.adopt(orbits, found)
+        self.unfinished[orbits] &= self.accuracy is not None  # with one, once its error is judged
+
+    def result(self, tolerance: float = math.inf) -> FrequencyMap:
+        """Assemble the map."""
+        ensemble = self.ensemble
+        found = self.found
+        energy = energy_error(self.flow.system, ensemble)
+        mark_drift(ensemble, energy, tolerance)
+        ensemble.status[((ensemble.status == Status.OK) & ~found.reached) | self.unfinished] = Status.INTERRUPTED
+        nu = found.nu
+        error = found.error
+        if not self.flow.scheme.symplectic:  # the energy drifts, and frequencies with it
+            error = error + 2 * np.nan_to_num(energy, posinf=0.0) * np.abs(nu).max(axis=0)
+        if self.flow.system.driven and self.angles == getattr(self.flow.model, "angles", None):
+            nu, error = self._known_drive(nu, error, found.basis)
+        return found.assembled(
+            nu,
+            error,
+            ensemble.status,
+            t=ensemble.time,
+            time=self.time,
+            step=self.flow.step if self.flow.adaptive else self.used,
+            read=self.time,
+            energy_error=energy,
+            scheme=self.flow.scheme,
+        )
+
+    def _known_drive(self, nu: np.ndarray, error: np.ndarray, basis: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return frequencies and errors (n, orbits), with the exact one of the drive, the last, if it was found."""
+        nu = nu.copy()
+        error = error.copy()
+        known = 1 / float(self.flow.model.period)
+        found = (basis[-1, -1] == 1) & (basis[-1, :-1] == 0).all(axis=0) & (np.abs(nu[-1] - known) <= 2 * error[-1])
+        nu[-1] = np.where(found, known, nu[-1])
+        error[-1] = np.where(found, np.finfo(float).eps * known, error[-1])
+        # Next to a fraction of the drive an orbit may turn in an island, too slowly to be seen.
+        slow = known * unresolved(nu[:-1] / known, self.time * known)
+        error[:-1] = error[:-1] + np.where(found, slow, 0.0)
+        return nu, error

@@ -1,0 +1,1 @@
+"""Compiled kernels of lines, lattices and mean turns."""

@@ -1,0 +1,63 @@
+"""Kernels of relations: frequencies as combinations of others, and combinations of frequencies that are 0."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from ...engine.jit import read_now
+from .fundamental import relate
+
+
+def first_vectors(unit, stop, progress, value, bar, nu, spread, vectors, k, found):
+    """Fill k (orbits, m, m) with the first of the vectors such that value = k @ nu (orbits, m) within the errors, and
+    found (orbits, m) with whether there is one; vectors (m + 1, count), see `fundamental.relate`.
+    """
+    if read_now(stop, 0) == 0:
+        m = nu.shape[1]
+        for j in range(m):
+            found[unit, j] = relate(
+                value[unit, j],
+                bar[unit, j],
+                nu[unit],
+                spread[unit],
+                m,
+                vectors,
+                vectors.shape[1],
+                math.inf,
+                k[unit, j],
+            )
+        progress[unit] = 1.0
+
+
+def vanishing(unit, stop, progress, nu, error, time, k, resolved, short, accidental, found):
+    """Fill found (orbits,) with whether a combination of the frequencies nu (orbits, m) may be 0: one of k (m + 1,
+    vectors), with the lengths |k|_1 in its last row, in ascending order.
+
+    It may be 0 within its error; and within `resolved` cycles over the time (orbits,) where |k|_1 is at most `short` or
+    so small a combination among as many is expected by chance less than `accidental` times. Combinations with
+    unknown frequencies, NaN, do not count.
+    """
+    if read_now(stop, 0) > 0:
+        return
+    m = nu.shape[1]
+    lengths = k[k.shape[0] - 1]
+    some = 0
+    fastest = 0.0
+    sums = np.zeros(k.shape[1])
+    widths = np.zeros(k.shape[1])
+    for j in range(m):
+        row = k[j]
+        one = nu[unit, j]
+        width = error[unit, j]
+        fastest = max(fastest, abs(one)) if one == one else fastest
+        for v in range(row.size):
+            sums[v] += row[v] * one if row[v] != 0.0 else 0.0
+            widths[v] += abs(row[v]) * width if row[v] != 0.0 else 0.0
+    for v in range(sums.size):
+        near = resolved / time[unit] if lengths[v] <= short else 0.0
+        chance = min(0.5 * accidental * fastest * lengths[v] / (v + 1), resolved / time[unit])
+        some += 1 if abs(sums[v]) <= max(widths[v], near, chance) else 0
+    found[unit] = some > 0
+    progress[unit] = 1.0

@@ -1,0 +1,261 @@
+"""Numerical analysis of fundamental frequencies: the strongest lines of many signals at once."""
+
+from __future__ import annotations
+
+import functools
+import math
+import threading
+from dataclasses import dataclass
+from typing import Annotated
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ..core.interruption import keeping
+from ..core.numbers import an_array, positive, reporter, whole
+from ..engine.threads import checked_threads, together, works
+from ..results.axes import along
+from ..results.progress import says_progress
+from ..results.result import Result
+from ..runs.launch import Report
+from .kernels.naff_fit import fit_lines, sums_of
+from .kernels.naff_lines import Window, workspace
+from .windows import tabulated
+
+CHUNK_SAMPLES = 65536  # samples in work per thread: 1 MiB, stays in L2
+MAX_ORDER = 12
+FLOOR = 1e-17
+"""Amplitude at which tails of lines are cut, relative to the largest line's: below the rounding of the transform."""
+MARGIN = 10
+"""Bins beyond half the transform, and twice the order, that tables of lines have."""
+SAFE_EXPONENT = 300  # signals beyond 2^+-300 are scaled by a power of two, so that squares stay finite
+
+
+@dataclass(frozen=True)
+class FrequencyLines(Result, axis="signal"):
+    """Hold the lines sum_k amplitude_k exp(2 pi i nu_k t) of each signal, the largest first.
+
+    A signal with fewer lines than asked for has amplitude 0, nu 0 and error inf in the missing places. Signals come
+    first, as they do in the array that is analysed: a signal's samples are neighbours in memory, as the FFT takes them.
+
+    :Source: Laskar (1990), Icarus 88, 266.
+    """
+
+    nu: Annotated[np.ndarray, along("signal", "line", unit="cycles/time")]
+    """(..., lines) frequencies in cycles per unit time, signed, in [-1/(2 dt), 1/(2 dt))."""
+    amplitude: Annotated[np.ndarray, along("signal", "line")]
+    """(..., lines) complex amplitudes at the first sample (t = 0)."""
+    error: Annotated[np.ndarray, along("signal", "line", unit="cycles/time")]
+    """(..., lines) error bars of nu, about two standard deviations; inf where a line is missing."""
+    residual: Annotated[np.ndarray, along("signal")]
+    """(...) root mean square of the rest without the lines, weighted by the squared window."""
+
+    @property
+    def omega(self) -> np.ndarray:
+        """Return the angular frequencies 2 pi nu, (..., lines)."""
+        return 2 * np.pi * self.nu
+
+
+@says_progress
+def naff(
+    signal: ArrayLike,
+    dt: float,
+    *,
+    lines: int,
+    window_order: int = 2,
+    threads: int | None = None,
+    report: Report | None = None,
+) -> FrequencyLines:
+    """Find the strongest `lines` spectral lines of each signal and fit them together.
+
+    Parameters
+    ----------
+    signal : array (..., samples), complex or real
+        Sampled every `dt`. A real signal has its lines in pairs +-nu.
+    dt : float > 0, time
+        Interval between samples.
+    lines : int >= 1
+        Number of lines per signal, with samples >= 4*(lines + window_order).
+    window_order : int, 0 (none) to 12, default 2
+        p of the window (1 + cos)^p. Higher orders suppress far lines that are not fitted (their pull falls like
+        distance^-(2p+1)), widen a line to p + 1 bins and pass more noise.
+    threads, report : as in `integrate`
+
+    Returns
+    -------
+    `FrequencyLines`
+        nu, amplitude, error (..., lines) and residual (...).
+
+    Raises
+    ------
+    TypeError, ValueError
+        The message names the argument, its value and the values allowed.
+    Interrupted
+        On Ctrl-C, with `.partial`, where signals left out have no lines and the residual NaN.
+
+    Notes
+    -----
+    The lines are a stationary point of ``sum_n chi_p(t_n) |f(t_n) - sum_k a_k exp(2 pi i nu_k t_n)|^2``, a_k and nu_k
+    free. Each nu_k maximises ``|<f - other lines, exp(2 pi i nu t)>|`` as in Laskar's NAFF, but no error of removing
+    one line stays in the next. Peaks of the windowed FFT start the fit. Window transforms are closed, so the window is
+    sampled as ``prod_{i<p} (cos(2 pi t/T) + cos((2i+1) pi/N))``, which is (1 + cos)^p up to O(N^-2).
+
+    Accuracy: if the signal is a sum of at most `lines` lines 1 bin (1/T, T = samples*dt) or more apart, nu is exact to
+    rounding. Lines not fitted, D bins away and b/a as large, move nu by about (p!)^2 (b/a) D^-(2p+1)/T, that is
+    T^-(2p+2); lines closer than about one bin count as one. `error` adds, in squares, the residual spectrum weighted by
+    this bound and three times the standard deviation from the noise level around the line, times the coupling to the
+    other lines; it cannot include a line hidden within one bin. Lines below ``2 eps |nu| T`` of the largest are the
+    rounding of the signal's own phase and count as missing. The result of a signal has the same bits in any batch and
+    for any number of threads.
+
+    Cost: one FFT, and one pass of about 20 lines flops per sample and iteration (one or two for separate lines). Memory
+    beyond the signal and the results: about 5 MiB per thread, or 6 signals.
+
+    References
+    ----------
+    Laskar (1990) Icarus 88, 266; Laskar, Froeschle, Celletti (1992) Physica D 56, 253; Laskar (1999), Introduction to
+    frequency map analysis, NATO ASI C 533, 134.
+
+    Examples
+    --------
+    >>> t = 0.1 * np.arange(256)
+    >>> found = fa.naff(np.exp(2j * np.pi * 0.31 * t) + 0.5 * np.exp(-2j * np.pi * 0.7 * t), 0.1, lines=2)
+    >>> found.nu.round(9), abs(found.amplitude).round(9)
+    (array([ 0.31, -0.7 ]), array([1. , 0.5]))
+    """
+    reporter(report)
+    signal, dt, lines, order = _checked(signal, dt, lines, window_order)
+    shape = signal.shape[:-1]
+    samples = signal.shape[-1]
+    flat = signal.reshape(-1, samples) if signal.size else np.empty((0, samples))
+    batch = len(flat)
+    nu = np.empty((batch, lines))
+    error = np.empty((batch, lines))
+    residual = np.empty(batch)
+    amplitude = np.empty((batch, lines), complex)
+    finished = np.zeros(batch, bool)
+    rows = max(1, CHUNK_SAMPLES // samples)
+    chunks = [slice(start, min(start + rows, batch)) for start in range(0, batch, rows)]
+    workers = 1 if works() else max(1, min(len(chunks), checked_threads(threads)))
+    stop = threading.Event()
+
+    def analyse(worker: int, report: Report | None = None) -> None:
+        scratch = _Scratch(min(rows, batch), _window(samples, order), lines)
+        for chunk in chunks[worker::workers]:
+            if stop.is_set():
+                return
+            part = FrequencyLines(nu[chunk], amplitude[chunk], error[chunk], residual=residual[chunk])
+            scratch.analyse(flat[chunk], chunk.start, part)
+            finished[chunk] = True
+            if report is not None:
+                report(float(finished.mean()))
+
+    def found() -> FrequencyLines:
+        missing = ~finished
+        nu[missing] = 0.0
+        amplitude[missing] = 0.0
+        error[missing] = np.inf
+        residual[missing] = np.nan
+        unit = samples * dt
+        full = (*shape, lines)
+        cycles = (nu / unit).reshape(full)
+        bars = (error / unit).reshape(full)
+        return FrequencyLines(cycles, amplitude.reshape(full), bars, residual=residual.reshape(shape))
+
+    with keeping("naff", found):
+        if workers == 1:
+            analyse(0, report)
+        else:
+            calls = [functools.partial(analyse, worker) for worker in range(workers)]
+            together(calls, stop.set, lambda: report is not None and report(float(finished.mean())))
+    return found()
+
+
+class _Scratch:
+    """Memory of one thread, kept over its chunks."""
+
+    def __init__(self, rows: int, window: Window, lines: int):
+        samples = window.weight.size
+        self.transforms = np.empty((rows, samples), np.complex128)
+        self.window = window
+        self.work = workspace(samples, lines)
+        self.signals, self.sums = np.empty((rows, samples), np.complex128), sums_of(samples, lines)
+
+    def analyse(self, rows: np.ndarray, first: int, result: FrequencyLines) -> None:
+        """Fill `result`, nu and error in bins, from `rows` (rows, samples), the first being signal number `first`."""
+        transforms = self.transforms[: len(rows)]
+        weight = self.window.weight
+        signals = self.signals[: len(rows)]
+        signals[...] = rows
+        with np.errstate(invalid="ignore", over="ignore"):
+            np.multiply(rows, weight, out=transforms)
+        floats = transforms.view(np.float64)
+        peak = np.maximum(floats.max(axis=1), -floats.min(axis=1))
+        if not np.isfinite(peak).all():
+            row, n = np.argwhere(~np.isfinite(rows))[0]
+            raise ValueError(f"signal must be finite, got {rows[row, n]} at sample {n} of signal {first + row}")
+        exponent = np.frexp(peak)[1]
+        exponent[np.abs(exponent) <= SAFE_EXPONENT] = 0
+        for row in np.flatnonzero(exponent):
+            scaled = np.ldexp(np.array(rows[row], complex).view(np.float64), -exponent[row]).view(complex)
+            np.multiply(scaled, weight, out=transforms[row])
+            signals[row] = scaled
+        np.fft.fft(transforms, axis=-1, out=transforms)
+        lines = result.nu, result.amplitude, result.error, result.residual
+        fit_lines(signals, transforms, self.window, self.work, self.sums, *lines)
+        with np.errstate(over="ignore"):  # an amplitude may exceed the largest float by the root of 2
+            for row in np.flatnonzero(exponent):
+                amplitude = result.amplitude[row].view(np.float64)
+                amplitude[:] = np.ldexp(amplitude, exponent[row])
+                result.residual[row] = np.ldexp(result.residual[row], exponent[row])
+
+
+@functools.partial(tabulated, most=8)
+def _window(samples: int, order: int) -> Window:
+    """Tabulate the window of `order` over `samples`, its transform at whole bins, and the bounds of its tails."""
+    times = 2 * np.pi * (np.arange(samples) - (samples - 1) / 2) / samples
+    weight = np.ones(samples)
+    for i in range(order):
+        weight *= np.cos(times) + math.cos((2 * i + 1) * math.pi / samples)
+        weight[[i, -1 - i]] = 0.0
+    weight /= weight.sum()
+    zero = samples // 2 + MARGIN + 2 * order
+    k = np.arange(samples)
+    j = np.arange(-zero, zero + 1)
+    scale = np.where(j % 2, -samples / np.pi, samples / np.pi)
+    curvature = np.sum(weight * times**2)
+    bins = np.linspace(0, order + 2, 8 * order + 24)
+    height = max(abs(np.sum(weight * times * np.sin(d * times))) for d in bins) / curvature
+    width = (math.factorial(order) ** 2 / (curvature * height)) ** (1 / (2 * order + 1))
+    power = np.sum(weight**2)
+    # three standard deviations; 1.5 turns noise_floor into the root mean square of white noise
+    noise = 3 * 1.5 * math.sqrt(np.sum((weight * times) ** 2) / (2 * power)) / curvature
+    return Window(
+        order=order,
+        weight=weight,
+        centre=np.exp(1j * np.pi * (k * (samples - 1) % (2 * samples)) / samples),
+        zero=zero,
+        sine=scale * np.sin(np.pi * j / samples),
+        cosine=scale * np.cos(np.pi * j / samples),
+        fourier=np.array([np.sum(weight * np.cos(i * times)) for i in range(order + 1)]),
+        floor=FLOOR,
+        envelope=np.array([height, width, 1 / (samples * power), noise]),
+    )
+
+
+def _checked(signal, dt, lines, window_order) -> tuple[np.ndarray, float, int, int]:
+    """Return the arguments of `naff` in their own types, or raise."""
+    array = an_array("signal", signal)
+    if array.dtype.kind not in "fiuc":
+        raise TypeError(f"signal must be a real or complex array, got dtype {array.dtype}")
+    if array.ndim == 0:
+        raise ValueError("signal must have shape (..., samples), got a scalar")
+    dt = positive("dt", dt)
+    lines = whole("lines", lines, 1)
+    samples = array.shape[-1]
+    order = whole("window_order", window_order, 0, MAX_ORDER)
+    if samples < 4 * (lines + order):
+        raise ValueError(
+            f"signal must have at least 4*(lines + window_order) = {4 * (lines + order)} samples, got {samples}"
+        )
+    return array, dt, lines, order

@@ -1,0 +1,243 @@
+"""Fundamental frequencies of orbits computed by other programs, from their samples in time."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ..core.interruption import keeping
+from ..core.numbers import reporter, whole
+from ..core.status import Status
+from ..engine.threads import checked_threads
+from ..results.progress import says_progress
+from ..results.short_forms import takes
+from ..runs.checks import checked_model
+from ..runs.given_orbits import Given, GivenOrbits, ends, given_orbits, lengths
+from ..runs.launch import Report
+from ..systems.models.contracts import Angles, Dynamics
+from .angle_loops import Layout, Plain, angles_of, suited
+from .found_frequencies import Found
+from .frequencies import FrequencyMap
+from .frequency_map import checked_angles
+from .fundamental import fastest, values
+from .kernels.loops import Loops
+from .readings import Samples, read
+from .rooms import ROOMS, Room
+from .signals import Signals, signals_of
+from .windows import cosine_window
+
+LEAST, AT_ONCE = 64, 256
+"""Least number of samples of an orbit; loops whose spectra show noise at once."""
+
+BUDGET = 1 << 27
+"""Bytes of samples in work at once."""
+
+ENOUGH, QUARTER, NOISE = 1024, 0.25, 4.6
+"""Samples whose spectrum shows noise; the share of bins below its level; and three standard deviations of a frequency,
+for the weight of averages, in units of noise/(amplitude time sqrt(samples)).
+"""
+
+COARSE = 1.5
+"""Root mean square of second over first differences of a coordinate, beyond which samples may pass for slower motion:
+that of a line with three and a half samples a period.
+"""
+
+
+@takes(angles=angles_of)
+@says_progress
+def orbit_frequencies(
+    samples: Given,
+    dt: float | None = None,
+    *,
+    times: ArrayLike | None = None,
+    coordinates: str | Sequence[str] | None = None,
+    body: Dynamics | None = None,
+    angles: Angles | str | None = None,
+    lines: int | None = None,
+    threads: int | None = None,
+    report: Report | None = None,
+) -> FrequencyMap:
+    """Find the fundamental frequencies of orbits known as samples in time: of another program, or of `integrate`.
+
+    Parameters
+    ----------
+    samples : array (2n, orbits, samples) or (2n, samples)
+        Rows q1, ..., qn, p1, ..., pn, NaN after an orbit's end. Also: `Orbits` with samples, or their ``samples`` as
+        they are; an array of xarray, with dimensions in any order; a data set of a file of HDF5 or Zarr, read some
+        orbits at a time; with coordinates, arrays (orbits, samples) by name (a mapping, a Dataset, a group of a file)
+        or a table of pandas, polars or Astropy with a row for each sample; an `Orbit` of gala or galpy, a
+        Simulationarchive of REBOUND. Quantities become numbers in kpc, Myr, solar masses and radians.
+    dt : float > 0, time, optional
+        Interval between samples.
+    times : array (samples,), time, optional
+        Instead of dt, equidistant to a millionth (default: those of Orbits or of a labelled array).
+    coordinates : sequence of str, optional
+        Names of the 2n rows.
+    body : model, optional
+        Model whose natural angles are used.
+    angles : as in `frequency_map`, or "R z phi", "R phi"
+        Cylindrical or polar, for rows x, y (, z) and velocities. Default: loops in the planes of each coordinate and
+        its momentum, or velocity.
+    lines, threads, report : as in `frequency_map`
+
+    Returns
+    -------
+    `FrequencyMap`
+        Its time is that of the samples.
+
+    Raises
+    ------
+    ValueError, TypeError
+        An argument is wrong; the message names orbit and sample.
+    Interrupted
+        On Ctrl-C, with the result so far in `.partial`.
+
+    Notes
+    -----
+    Frequencies, errors, diffusion and kinds are those of `frequency_map`, the same numbers to the bit for the same
+    samples in any container. There is no run with half the step: errors include window, rounding and white noise, such
+    as that of samples in single precision, by the level between lines (three standard deviations), not the scheme that
+    made the samples. Samples must resolve the motion, with four or more in a period of its fastest line: orbits
+    with fewer are NOT_CONVERGED. Data from turn to turn are for `tunes`. An orbit that ended has the status NONFINITE,
+    or LOST where its samples stay at one point, and the frequencies of its life, cut to one of eight lengths in a
+    factor of 2.
+
+    Cost: that of `frequency_map` without the runs. Memory: 128 MiB of samples or one orbit at a time, and twice as much
+    for intermediate arrays.
+
+    References
+    ----------
+    As in `frequency_map`.
+
+    Examples
+    --------
+    >>> t = 0.1 * np.arange(400)
+    >>> fa.orbit_frequencies([np.cos(3 * t), -np.sin(3 * t)], 0.1).omega.round(9)
+    array([[3.]])
+    """
+    reporter(report)
+    given = given_orbits(samples, dt=dt, times=times, coordinates=coordinates, least=LEAST)
+    if given.interval is None:
+        raise ValueError(
+            "dt must be given, the time between samples: these do not tell; for turn-by-turn data see tunes"
+        )
+    lines = None if lines is None else whole("lines", lines, 1)
+    layout = Layout(_angles(given, body, angles), given.shape[0] // 2)
+    work = _Work(given, layout, lines, checked_threads(threads), report)
+    with keeping("orbit_frequencies", work.result):
+        work.run()
+    return work.result()
+
+
+def _angles(given: GivenOrbits, body: Any, angles: Any) -> Any:
+    """Return the angles of orbits."""
+    n = given.shape[0] // 2
+    if body is not None:
+        if checked_model(body, needs="Hamilton's equations").degrees_of_freedom != n:
+            raise ValueError(
+                f"body must have {n} degrees of freedom for samples of {2 * n} rows, {type(body).__name__} has "
+                f"{body.degrees_of_freedom}"
+            )
+        return checked_angles(angles, body)
+    if angles is None:
+        return Plain(given.angles)
+    if not all(hasattr(angles, name) for name in ("signals", "names", "planes")):
+        raise TypeError(f"angles must be a text such as 'R z phi', or a value of fastaff.models.angles, got {angles!r}")
+    suited(angles, n, f"samples of {2 * n} rows")
+    return angles
+
+
+def _portions(signals: Signals, loops: int) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+    """Yield orbits and numbers of their loops, AT_ONCE or fewer, of equally many samples."""
+    for own in signals.alike():
+        orbits, number = (entry.ravel() for entry in np.mgrid[: own.size, :loops])
+        for begin in range(0, orbits.size, AT_ONCE):
+            part = slice(begin, begin + AT_ONCE)
+            yield own[orbits[part]], number[part]
+
+
+class _Work:
+    """Frequencies in the making."""
+
+    def __init__(
+        self,
+        given: GivenOrbits,
+        layout: Layout,
+        lines: int | None,
+        threads: int,
+        report: Report | None,
+    ):
+        self.given = given
+        self.layout = layout
+        self.threads = threads
+        self.report = report
+        self.found = Found(layout, given.shape[1], lines)
+        self.interval, self.states = float(given.interval or 0.0), Room()
+        self.status = np.full(given.shape[1], int(Status.INTERRUPTED))
+        self.read, self.t = np.zeros((2, given.shape[1]))
+
+    def run(self) -> None:
+        """Find the frequencies of all orbits, as many at a time as memory allows."""
+        rows, orbits, samples = self.given.shape
+        portion = max(1, BUDGET // (8 * rows * samples))
+        for begin in range(0, orbits, portion):
+            end = min(begin + portion, orbits)
+            z = self.given.read(begin, end)
+            counts, status = ends(z, begin)
+            self.t[begin:end] = np.maximum(counts - 1, 0) * self.interval
+            for length, own in lengths(counts, samples, LEAST):
+                states = self.states.array(own.size, length + 1, rows)
+                np.copyto(states, z[:, own, : length + 1].transpose(1, 2, 0))
+                coarse = self._adopt(begin + own, states, length)
+                status[own[coarse]] = Status.NOT_CONVERGED
+            self.status[begin:end] = status
+            if self.report is not None:
+                self.report(end / orbits)
+
+    def _adopt(self, orbits: np.ndarray, states: np.ndarray, length: int) -> np.ndarray:
+        """Fill in the results from states (orbits, samples, 2n); return a mask of orbits with samples too far apart."""
+        signals = self.layout.signals(states, self.threads, ROOMS.signals)
+        fine = fastest(signals, 1.0, self.threads) <= COARSE
+        kept = orbits[fine]
+        own = signals_of(signals, self.interval).of(np.flatnonzero(fine))
+        self.read[kept] = length * self.interval
+        if kept.size:
+            reading = read(self.layout, Samples(own, None, 0), self.threads)
+            noise = self._noise(own)
+            errors = {name: np.maximum(getattr(reading, name), noise) for name in ("error", "leading_error")}
+            if self.found.lines is not None:  # before the orbits count as finished
+                self.found.lines.adopt(kept, self.layout, own, 0.0)
+            self.found.adopt(kept, reading._replace(**errors))
+        return ~fine
+
+    def _noise(self, own: Signals) -> np.ndarray:
+        """Return the errors (orbits, n) of frequencies by white noise, such as that of samples in single precision.
+
+        Its level is that of the lowest quarter of the bins; lines take only a few bins.
+        """
+        from scipy.fft import fft  # not at import, which it would make slow
+
+        coefficients, offset = self.layout.own(own, self.threads)
+        loops = Loops(coefficients, offset, np.zeros_like(offset))
+        found = np.zeros(offset.shape)
+        window = cosine_window(min(int(own.samples[0]), ENOUGH))
+        quarter = int(QUARTER * window.size)
+        for o, k in _portions(own, offset.shape[1]):
+            bins = fft(values(own, loops, o, k, self.threads)[:, : window.size] * window, overwrite_x=True)
+            power = bins.real**2 + bins.imag**2
+            level = np.partition(power, quarter)[:, quarter] / (-math.log1p(-QUARTER) * (window**2).sum())
+            line = power.max(axis=1)
+            found[o, k] = np.sqrt(np.divide(level, line, out=np.zeros_like(line), where=line > 0))
+        return NOISE * found / (own.time * np.sqrt(own.samples))[:, None]
+
+    def result(self) -> FrequencyMap:
+        """Assemble the map."""
+        time = (self.given.shape[2] - 1) * self.interval
+        found = self.found
+        return found.assembled(
+            found.nu, found.error, self.status.copy(), t=self.t.copy(), time=time, step=self.interval, read=self.read
+        )

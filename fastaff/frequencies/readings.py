@@ -1,0 +1,285 @@
+"""Frequencies read from samples of orbits: each from the most accurate loop or line, with an error."""
+
+from __future__ import annotations
+
+import functools
+from typing import NamedTuple
+
+import numpy as np
+
+from ..engine.jit import LANES
+from ..engine.threads import by_portions, own_threads
+from .angle_loops import Layout
+from .axis_angles import DRIVEN, about_axis, symmetric, through_the_plane
+from .fundamental import BRIEF, Loops, Modes, adopt, run, taken
+from .integer_lattice import box, combined
+from .kernels.relations import first_vectors
+from .lattices import ROUNDING, lattices_of
+from .loop_rates import SAFETY, Rates, averages, line_frequencies, of_parts
+from .rotations import Winding, going_round, mean_turns
+from .signals import Signals
+from .verdicts import related, unresolved_relations
+
+BEATS = 10.0
+"""Factor of the errors of mean rates of orbits whose lines are closer than 1/time: all windows see the same part of
+their beats.
+"""
+
+SWAYED = 0.3
+"""Cycles over the window by which a beat of unresolved lines may turn a plane: up to 0.2 in heavy tops."""
+
+ROUND = 2.0
+"""Factor of the errors of mean rates of coordinates: two windows are not enough for few turns."""
+
+SAME = 0.5
+"""Largest distance of a mean rate from its line, in cycles over the window."""
+
+COST = 16
+"""Numbers that the reading of one counts as."""
+
+STEADY = 8192
+"""Samples from which the relative error of frequencies by rounding grows with the root of their number."""
+
+REACH = 12
+"""Largest |k_i| that relates a body's own angles to the lattice of its librations' lines."""
+
+
+class Samples(NamedTuple):
+    """Input for some orbits: signals of the run, and of its start with a finer step.
+
+    order: of a scheme whose frequencies are those of a nearby system, so that the error is the same over all times; 0
+    where it grows. start: None for given samples, whose scheme is unknown.
+    """
+
+    run: Signals
+    start: Signals | None
+    order: int
+
+    def of(self, orbits: slice | np.ndarray) -> Samples:
+        """Return the samples of some of the orbits."""
+        return Samples(self.run.of(orbits), None if self.start is None else self.start.of(orbits), self.order)
+
+
+class Reading(NamedTuple):
+    """Frequencies as in a FrequencyMap, orbits first: nu and the like (orbits, n), halves and halves_error (orbits, n,
+    2), basis (orbits, n, n).
+
+    scheme_error: the share of the error (orbits, n) that is the scheme's, and rounding's. vague (orbits,): whether two
+    lines are closer than 1/time, or a motion is not explained by lines; irregular (orbits,): whether frequencies change
+    from half to half more than close lines can do.
+    """
+
+    nu: np.ndarray
+    error: np.ndarray
+    scheme_error: np.ndarray
+    halves: np.ndarray
+    halves_error: np.ndarray
+    rank: np.ndarray
+    leading: np.ndarray
+    leading_error: np.ndarray
+    basis: np.ndarray
+    vague: np.ndarray
+    irregular: np.ndarray
+
+
+def read(layout: Layout, samples: Samples, threads: int) -> Reading:
+    """Read the frequencies of sampled orbits. Threads have equal shares of the samples."""
+    parts: dict[int, Reading] = {}
+    work = COST * samples.run.rows * samples.run.samples
+
+    def some(at: slice) -> None:
+        parts[at.start] = _by_axis(layout, samples.of(at), own_threads(threads))
+
+    by_portions(some, work.size, work, threads, least=LANES)
+    return Reading(*map(np.concatenate, zip(*(parts[begin] for begin in sorted(parts)), strict=True)))
+
+
+def _by_axis(layout: Layout, samples: Samples, threads: int) -> Reading:
+    """Read the frequencies of orbits, those apart that an axis drives, by the caller's thread but for its kernels."""
+    if not layout.axis:
+        return _read(layout, samples, layout.m, threads)
+    alone = symmetric(samples.run, layout.m)
+    parts = np.flatnonzero(alone), np.flatnonzero(~alone)
+    found = []
+    for own, m in zip(parts, (layout.m, layout.m + 1), strict=True):
+        if own.size:
+            found.append(_read(layout, samples.of(own), m, threads))
+    order = np.argsort(np.concatenate(parts))
+    return Reading(*(np.concatenate(entries)[order] for entries in zip(*found, strict=True)))
+
+
+def _read(layout: Layout, samples: Samples, m: int, threads: int) -> Reading:
+    """Read the frequencies of orbits by the lattice of the lines of their first m loops."""
+    s = samples.run
+    start = samples.start
+    n = len(layout.angles.names)
+    time = s.time[:, None]
+    some = lattices_of(s, start, m, threads)
+    driven = m > layout.m
+    if driven:
+        through_the_plane(some, layout.m, s, start, threads)
+    found, lattice, vague, irregular, aliased = some
+    chosen = lattice
+    combination = found.combination
+    leading, leading_error = np.zeros((2, len(time), n))
+    leading[:, :m], leading_error[:, :m] = found.leading, found.leading_error
+    basis = np.zeros((len(time), n, n), np.int64)
+    if layout.planes:
+        c, offset = layout.own(s, threads)
+        loops = Loops(c, offset, np.zeros_like(offset))
+        planar = slice(layout.m, None)
+        own = averages(s, start, loops, layout.m, threads)
+        own = own._replace(error=np.where(vague[:, None], BEATS, 1.0) * own.error)
+        planes = own.of(planar)
+        at = loops.of(planar)
+        near = np.where(planes.error * time < 3 * SAFETY, planes.nu, 0.0)
+        line = line_frequencies(s, start, at, near, threads, rest=0.0)
+        same = np.abs(line.nu - planes.nu) <= planes.error
+        planes = line.where(same & np.isfinite(line.error), planes)
+        unresolved = (aliased + np.where(vague[:, None], SWAYED, 0.0)) / time
+        planes = planes._replace(error=planes.error + unresolved)
+        if driven:
+            chosen, combination, turning = about_axis(some, planes, s.time, threads)
+        else:
+            librations = own.of(slice(0, m))
+            chosen, combination = _own_angles(lattice, librations, found, layout.separate, time, threads)
+            chosen = Rates(*(np.concatenate(pair, axis=1) for pair in zip(chosen, planes, strict=True)))
+            basis[:, range(m, n), range(m, n)] = 1
+            turning = np.ones((len(time), 1), bool)
+        leading[:, planar] = np.where(turning, planes.nu, leading[:, planar])
+        leading_error[:, planar] = np.where(turning, planes.error, leading_error[:, planar])
+    basis[:, :m, :m] = combination
+    _better_leading(leading[:, :m], leading_error[:, :m], combination, chosen.of(slice(0, m)))
+    rank = found.rank + n - m
+    if driven:
+        vague |= (chosen.error * time >= 1).any(axis=1)
+    elif layout.axis:  # a resonance, as in Kepler's potential
+        known = np.column_stack([np.where(found.owned, 1.0, np.nan), np.ones(len(time))])
+        rank -= related(known * chosen.nu, np.minimum(chosen.error, DRIVEN / time), threads) & (rank == n)
+    if layout.periods.any():
+        _count_turns(samples, layout.periods, found, chosen, (leading, leading_error, basis, rank, vague), threads)
+    return _with_scheme(chosen, samples, rank, leading, leading_error, basis, vague, irregular)
+
+
+def _better_leading(leading: np.ndarray, error: np.ndarray, combination: np.ndarray, rates: Rates) -> None:
+    """Set leading lines (orbits, m) and their errors from the frequencies where the integers are known and these are
+    more accurate than bins.
+    """
+    known = (combination != 0).any(axis=2) & np.isfinite(rates.error).all(axis=1, keepdims=True)
+    through = combined(combination, rates.nu), combined(np.abs(combination), rates.error)
+    known &= through[1] < error
+    leading[:] = np.where(known, through[0], leading)
+    error[:] = np.where(known, through[1], error)
+
+
+def _count_turns(
+    samples: Samples, periods: np.ndarray, found: Modes, rates: Rates, places: tuple, threads: int
+) -> None:
+    """Make the mean rates of winding coordinates their frequencies: a lattice of lines has them, or only a multiple,
+    or is incomplete.
+    """
+    leading, leading_error, basis, rank, vague = places
+    s = samples.run
+    start = samples.start
+    known = found.owned & found.moving  # one frequency too many is left to a coordinate that does not librate
+    rank -= (found.owned & ~found.moving).sum(axis=1)
+    going = going_round(s, periods)
+    wound = np.flatnonzero(going.any(axis=1))
+    if not wound.size:
+        return
+    turns = of_parts(*mean_turns(s.of(wound), None if start is None else start.of(wound), periods))
+    turns = turns._replace(error=np.where(vague[wound, None], BEATS, ROUND) * turns.error)
+    mine = Winding(taken(rates, wound), basis[wound], known[wound])
+    strange = mine.wind(turns, going[wound], s.time[wound], threads)
+    placed = mine.placed
+    for table, new in (leading, turns.nu), (leading_error, turns.error):
+        table[wound] = np.where(placed, new, table[wound])
+    adopt(rates, wound, mine.rates)
+    basis[wound] = mine.basis
+    rank[wound] += mine.added
+    # A rate that has no place may be a frequency of its own.
+    vague[wound] &= found.moving[wound].any(axis=1)
+    vague[wound] |= strange
+    vague[wound] |= unresolved_relations(
+        np.where(mine.known, mine.rates.nu, np.nan), mine.rates.error, s.time[wound], threads
+    )
+
+
+def _with_scheme(
+    rates: Rates,
+    samples: Samples,
+    rank: np.ndarray,
+    leading: np.ndarray,
+    leading_error: np.ndarray,
+    basis: np.ndarray,
+    vague: np.ndarray,
+    irregular: np.ndarray,
+) -> Reading:
+    """Return the reading with the scheme's error subtracted where it is known, and SAFETY times its uncertainty as an
+    error.
+    """
+    if samples.start is None:
+        growth = np.zeros(1)
+        correction = np.zeros_like(rates.step)
+    elif samples.order:
+        growth = np.ones(1)
+        correction = rates.step / (1 - 0.5**samples.order)
+    else:
+        growth = (samples.run.samples / samples.start.samples)[:, None]
+        correction = np.zeros_like(rates.step)
+    top = np.abs(rates.nu).max(axis=1, keepdims=True)
+    with np.errstate(invalid="ignore"):
+        longer = np.sqrt(np.maximum(samples.run.samples / STEADY, 1.0))[:, None]
+        more = SAFETY * growth * rates.step_error + ROUNDING * longer * top
+        nu = rates.nu - correction
+        error = rates.error + more
+    known = np.isfinite(error) & np.isfinite(nu)
+    leading_error = leading_error + np.where(np.isfinite(more), more, np.inf).max(axis=1, keepdims=True)
+    return Reading(
+        nu=np.where(known, nu, 0.0),
+        error=np.where(known, error, np.inf),
+        scheme_error=more,
+        halves=rates.halves,
+        halves_error=rates.halves_error,
+        rank=rank,
+        leading=leading,
+        leading_error=leading_error,
+        basis=basis,
+        vague=vague,
+        irregular=irregular,
+    )
+
+
+@functools.cache
+def _short_first(m: int) -> np.ndarray:
+    """Return the vectors of |k_i| <= REACH, by lengths, as `frequencies.kernels.fundamental.relate` takes them."""
+    k = box([REACH] * m)
+    k = k[np.argsort(np.abs(k).sum(axis=1), kind="stable")]
+    return np.concatenate([k.T, [np.abs(k).sum(axis=1)]]).astype(float)
+
+
+def _own_angles(
+    lattice: Rates, own: Rates, found: Modes, separate: bool, time: np.ndarray, threads: int
+) -> tuple[Rates, np.ndarray]:
+    """Return a body's librations, by its own angles where their turning is a basis of the lattice, and the leading
+    lines' integers.
+
+    The values are those of the lattice's lines where the own angles identify them. An incomplete lattice does not
+    overrule angles that turn steadily; no lattice overrules those of bodies that `separate`.
+    """
+    orbits, m = lattice.nu.shape
+    vectors = np.zeros((orbits, m, m), np.int64)
+    known = np.zeros((orbits, m), bool)
+    bar = np.minimum(lattice.error, 1 / time)
+    arguments = np.ascontiguousarray(own.nu), own.error + 1e-3 / time, lattice.nu, bar, _short_first(m), vectors, known
+    run(first_vectors, orbits, arguments, threads, BRIEF)
+    matched = (found.rank == m) & (known & (own.error * time < SAME)).all(axis=1)
+    basis = matched & (np.abs(np.rint(np.linalg.det(vectors.astype(float)))) == 1)
+    steady = (own.error * time < SAME).all(axis=1) & (found.rank < m)
+    kept = basis | steady | separate
+    best = lattice._replace(error=bar).combined(vectors).where(basis[:, None], own)
+    chosen = best.where(kept[:, None], lattice)
+    # leading = combination @ lattice and own = vectors @ lattice: leading = combination vectors^-1 @ own.
+    inverse = np.zeros_like(vectors)
+    inverse[basis] = np.rint(np.linalg.inv(vectors[basis].astype(float))).astype(np.int64)
+    return chosen, np.where(basis[:, None, None], found.combination @ inverse, found.combination)

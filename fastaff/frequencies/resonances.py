@@ -1,0 +1,403 @@
+"""Resonances of frequency vectors: the integer relations k . nu = 0, the lattice they span, and the diffusion."""
+
+from __future__ import annotations
+
+import functools
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Annotated, Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ..core.interruption import keeping
+from ..core.numbers import MOST, an_array, fits, numbers, positive, real, reporter, shown, texts, whole
+from ..core.status import Status, describe
+from ..engine.jit import LANES
+from ..engine.threads import checked_threads
+from ..results.axes import along
+from ..results.progress import says_progress
+from ..results.result import Result
+from ..runs.launch import Report, launch
+from .kernels.resonance import relations
+from .own_lines import with_turn
+
+SHOWN = 12
+"""Resonances that are printed by name."""
+
+MAX_ORDER = 50
+"""Largest order: 2.1 million vectors of four frequencies."""
+
+
+@dataclass(frozen=True)
+class Resonances(Result):
+    """The resonance module of each orbit: the lattice of integer vectors k with k . nu = 0 within its width.
+
+    Arrays over orbits have the shape of one row of nu. rank, the number of independent relations; basis (n, n, ...),
+    its vectors in the first `rank` rows, the shortest first and zero past them: every relation found is an integer
+    combination of them, and so is every integer vector of their span (the lattice is primitive); order, ``|k|_1`` of
+    the shortest, 0 where there is none; distance, width (n, ...): ``|k . nu|`` of each basis vector and its largest
+    allowed value, NaN past the rank; accidental, the number of relations that a random frequency vector would show (see
+    `resonances`); status of `Status`: NONFINITE (a frequency is NaN or infinite), NOT_CONVERGED (its error is,
+    or errors are so wide that relations within them contradict one another), and that of the result for orbits that
+    are not OK; these have rank 0. names: one for each frequency.
+
+    :Source: Morbidelli 2002, Modern Celestial Mechanics, section 2.1.
+    """
+
+    names: tuple[str, ...]
+    max_order: int
+    tolerance: float
+    rank: Annotated[np.ndarray, along("orbit")]
+    basis: Annotated[np.ndarray, along("vector", "angle", "orbit")]
+    order: Annotated[np.ndarray, along("orbit")]
+    distance: Annotated[np.ndarray, along("vector", "orbit", unit="cycles/time")]
+    width: Annotated[np.ndarray, along("vector", "orbit", unit="cycles/time")]
+    accidental: Annotated[np.ndarray, along("orbit")]
+    status: Annotated[np.ndarray, along("orbit")]
+
+    @property
+    def dimension(self) -> np.ndarray:
+        """Dimension n - rank of the torus that an orbit fills densely: 1 is a periodic orbit, 0 a point of rest."""
+        return self.basis.shape[0] - self.rank
+
+    def table(self) -> list[tuple[tuple[tuple[int, ...], ...], int]]:
+        """Return the modules of the OK orbits, each a tuple of basis vectors, with the number of orbits: frequent ones
+        first.
+        """
+        n = self.basis.shape[0]
+        rows = np.ascontiguousarray(
+            self.basis.reshape(n * n, -1)[:, self.status.ravel() == Status.OK].T.astype(np.int8)
+        )
+        modules, counts = np.unique(rows.view(np.dtype((np.void, n * n))).ravel(), return_counts=True)
+        bases = modules.view(np.int8).reshape(-1, n, n).tolist()
+        found = [
+            (tuple(tuple(k) for k in basis if any(k)), int(count)) for basis, count in zip(bases, counts, strict=True)
+        ]
+        return sorted(found, key=lambda entry: (-entry[1], entry[0]))
+
+    def label(self, orbit: Any = ()) -> str:
+        """Say the module of one orbit (an index, or a tuple of them) in words, such as `nu_alpha - nu_beta = 0`."""
+        where = orbit if isinstance(orbit, tuple) else (orbit,)
+        if len(where) != self.status.ndim:
+            raise ValueError(f"orbit must be an index of {self.status.ndim} numbers, got {shown(orbit)}")
+        where = tuple(whole("orbit", k, -size, size - 1) for k, size in zip(where, self.status.shape, strict=True))
+        outcome = Status(int(self.status[where]))
+        if outcome != Status.OK:
+            return f"{outcome.name}: {outcome.sentence}"
+        basis = self.basis[(slice(None), slice(None), *where)][: int(self.rank[where])]
+        return ", ".join(equation(k, self.names) for k in basis) or f"no resonance up to order {self.max_order}"
+
+    def __str__(self) -> str:
+        """Return the fields, and the frequent resonances by name with the share of orbits that have them."""
+        table = self.table()
+        total = np.count_nonzero(self.status == Status.OK)
+        rows = [
+            f"  {count:8d}  {count / total:6.1%}  {'; '.join(equation(k, self.names) for k in basis) or 'none'}"
+            for basis, count in table[:SHOWN]
+        ]
+        rest = sum(count for _, count in table[SHOWN:])
+        rows += [f"  {rest:8d}  {rest / total:6.1%}  {len(table) - SHOWN} others"] if rest else []
+        return "\n".join([super().__str__(), f"  orbits      share  resonance, to order {self.max_order}", *rows])
+
+    def summary(self) -> str:
+        """Return one line with the number of orbits of each rank."""
+        ranks, counts = np.unique(self.rank[self.status == Status.OK], return_counts=True)
+        return describe(self.status, ", ".join(f"{c} of rank {rank}" for rank, c in zip(ranks, counts, strict=True)))
+
+
+def equation(k: Sequence[int], names: Sequence[str]) -> str:
+    """Return k . nu = 0 as text: `nu_alpha - 2 nu_phi = 0`."""
+    terms = [(int(c), name) for c, name in zip(k, names, strict=True) if c]
+    text = " ".join(f"{'-' if c < 0 else '+'} {f'{abs(c)} ' if abs(c) > 1 else ''}nu_{name}" for c, name in terms)
+    return text.removeprefix("+ ") + " = 0"
+
+
+@functools.lru_cache(maxsize=16)
+def vectors(n: int, max_order: int) -> np.ndarray:
+    """Return the primitive integer vectors (m, n) with |k|_1 <= max_order, one of each pair +-k, by |k|_1, then largest
+    entry.
+
+    The first entry that is not zero is positive. About (2 max_order)^n/(2 n! zeta(n)) of them: 7512 for n = 4 and order
+    12.
+    """
+    rows = np.zeros((1, 0), np.int64)
+    left = np.array([max_order])
+    for _ in range(n):
+        count = 2 * left + 1
+        start = np.repeat(np.cumsum(count) - count, count)
+        entry = np.arange(count.sum()) - start - np.repeat(left, count)
+        rows = np.column_stack([np.repeat(rows, count, axis=0), entry])
+        left = np.repeat(left, count) - np.abs(entry)
+    first = rows[np.arange(len(rows)), (rows != 0).argmax(axis=1)]
+    rows = rows[(first > 0) & (np.gcd.reduce(rows, axis=1) == 1)]
+    size = np.abs(rows)
+    rows = rows[np.lexsort((*-rows.T[::-1], size.max(axis=1), size.sum(axis=1)))]
+    rows.flags.writeable = False
+    return rows
+
+
+@says_progress
+def resonances(
+    nu: ArrayLike | Result,
+    *,
+    max_order: int = 8,
+    tolerance: float = 1e-9,
+    errors: ArrayLike | None = None,
+    names: Sequence[str] | None = None,
+    threads: int | None = None,
+    report: Report | None = None,
+) -> Resonances:
+    """Find the integer relations between the frequencies of each orbit, and the lattice that they span.
+
+    Parameters
+    ----------
+    nu : array (n,) or (n, ...), or result
+        Frequencies of n = 2, 3 or 4 angles. A FrequencyMap or ActionAngles also gives names and errors, as do Tunes and
+        a FrequencyMap of a map of up to three planes; their last frequency is then that of the turn, 1. Figures of a
+        FrequencyMap show the own line of each coordinate, in which a loop in a galaxy has ``nu_x - nu_y = 0``: for
+        these give ``found.leading, errors=found.leading_error``.
+    max_order : int, 1 to 50, default 8
+        Largest order of the vectors searched.
+    tolerance : float >= 0, default 1e-9
+        Relative width of a relation.
+    errors : array of the shape of nu, default 0
+        Absolute, such as `.error`.
+    names : sequence of str, optional
+        Names of the frequencies, for labels.
+    threads, report : as in `integrate`
+
+    Returns
+    -------
+    `Resonances`
+        Rank, basis and widths of each orbit.
+
+    Raises
+    ------
+    ValueError, TypeError, Interrupted
+        As in `integrate`.
+
+    Notes
+    -----
+    A relation is a primitive k, its first nonzero entry positive, with ``|k|_1 = sum |k_i| <= max_order`` and
+
+        ``|k . nu| <= width(k) = tolerance |k|_1 max|nu| + sum |k_i| errors_i``.
+
+    Relations are visited by ``|k|_1``. One that is independent of those before joins the basis if the basis stays
+    primitive, else the shortest vector that completes it joins: Minkowski's reduction in the norm ``|k|_1``. Such a
+    vector is a relation too, within its own width, or one of those found is none: then the errors are too wide to tell
+    which, and the status is NOT_CONVERGED. Rank n means that every frequency is zero within the widths: of a map, with
+    its turn, there is none. The turn's entry of k counts in ``|k|_1``: 3 nu_x = 1 is of order 4. Accidental: a
+    vector nu of random direction meets ``|k . nu| <= width`` with the probability ``2 c_n width/(|k|_2 |nu|_2)``, c_n =
+    Gamma(n/2)/(sqrt(pi) Gamma((n - 1)/2)); the sum over all k searched is `accidental`. Where it is not far below 1,
+    lower max_order, the tolerance or the errors: for n = 4 and tolerance 1e-9 it is about 2e-6 at order 8 and 1e-5 at
+    order 12.
+
+    Cost: 15 flops for each orbit and vector, of which there are 1640 (n = 4, order 8) or 7512 (order 12). Memory: the
+    results and 64 bytes for each orbit, for any max_order. Any number of threads gives the same bits.
+
+    References
+    ----------
+    Laskar 1990, Icarus 88, 266 (resonances in frequency maps); Cassels 1971, An Introduction to the Geometry of
+    Numbers, section V.4 (reduction); the degeneracy conditions after EQ3.23 and EQa of Martens & Slawianowski.
+
+    Examples
+    --------
+    >>> found = fa.resonances([0.2, 0.4, 0.3137], max_order=4)
+    >>> found.rank, found.label()
+    (array(1), '2 nu_1 - nu_2 = 0')
+    """
+    reporter(report)
+    given: Any = nu
+    if hasattr(given, "nu") and hasattr(given, "names"):  # a result that carries its names
+        own, given, error = with_turn(given)
+        names = own if names is None else names
+        if errors is None and np.shape(error) == np.shape(given):
+            errors = error
+    ends = np.ravel(getattr(nu, "status", Status.OK))
+    (nu, errors) = checked_frequencies(given, errors)
+    max_order, tolerance = whole("max_order", max_order, 1), real("tolerance", tolerance)
+    if max_order > MAX_ORDER:
+        raise ValueError(f"max_order must be at most {MAX_ORDER}, got {max_order}")
+    if tolerance < 0:
+        raise ValueError(f"tolerance must not be negative, got {tolerance}")
+    count = checked_threads(threads)
+    n, shape, names = len(nu), nu.shape[1:], _names(names, len(nu))
+    flat, spread = np.zeros((2, 4, math.prod(shape)))
+    flat[:n] = nu.reshape(n, -1)
+    spread[:n] = widths(nu, tolerance, errors).reshape(n, -1)
+    status = np.where(np.isfinite(spread).all(axis=0), Status.OK, Status.NOT_CONVERGED)
+    status[~np.isfinite(flat).all(axis=0)] = Status.NONFINITE
+    status = np.where(ends == Status.OK, status, ends)
+    spread[:, status != Status.OK] = np.nan
+    rank, basis = np.zeros(status.size, np.int64), np.zeros((status.size, 4, 4), np.int64)
+    table = np.zeros((len(vectors(n, max_order)), 4), np.int64)
+    table[:, :n] = vectors(n, max_order)
+    progress = np.zeros(math.ceil(status.size / LANES))
+
+    def found() -> Resonances:
+        done = np.repeat(progress > 0, LANES)[: status.size]
+        outcome = np.where(done | (status != Status.OK), status, Status.INTERRUPTED)
+        bases = _by_order(np.ascontiguousarray(np.moveaxis(basis[:, :n, :n], 0, -1)), rank)
+        size = np.abs(bases)
+        present = np.arange(n)[:, None] < rank
+        frequencies, allowed = (np.where(outcome == Status.OK, rows[:n], 0.0) for rows in (flat, spread))
+        distance = np.where(present, np.abs(np.einsum("ijo,jo->io", bases, frequencies)), np.nan)
+        width = np.where(present, np.einsum("ijo,jo->io", size, allowed), np.nan)
+        rounding = 4 * np.finfo(float).eps * np.einsum("ijo,jo->io", size, np.abs(frequencies))
+        torn = (distance > width + rounding).any(axis=0)  # no frequencies within the errors have all that was found
+        outcome = np.where(torn, Status.NOT_CONVERGED, outcome)
+        distance, width = (np.where(torn, np.nan, rows) for rows in (distance, width))
+        return Resonances(
+            names=names,
+            max_order=max_order,
+            tolerance=tolerance,
+            rank=np.where(torn, 0, rank).reshape(shape),
+            basis=np.where(torn, 0, bases).reshape(n, n, *shape),
+            order=np.where(torn, 0, size[0].sum(axis=0)).reshape(shape),
+            distance=distance.reshape(n, *shape),
+            width=width.reshape(n, *shape),
+            accidental=_accidental(flat[:n], spread[:n], n, max_order).reshape(shape),
+            status=outcome.reshape(shape),
+        )
+
+    with keeping("resonances", found):
+        if status.size:
+            arguments = (n, table, flat, spread, rank, basis)
+            launch(relations, arguments, progress, float(progress.size), count, report)
+    return found()
+
+
+def widths(nu: np.ndarray, tolerance: float, errors: np.ndarray) -> np.ndarray:
+    """Return tolerance max|nu| + errors (n, ...), so that width(k) = sum of |k_i| times these."""
+    with np.errstate(invalid="ignore"):
+        return tolerance * np.abs(nu).max(axis=0) + errors
+
+
+def checked_frequencies(nu: Any, errors: Any) -> tuple[np.ndarray, np.ndarray]:
+    """Return nu and its errors (n, ...) as float64 of one shape, or raise."""
+    try:
+        array = numbers("nu", nu).astype(np.float64)
+        spread = np.zeros(array.shape) if errors is None else numbers("errors", errors)
+    except (TypeError, ValueError):
+        raise TypeError(
+            f"nu and errors must be arrays of real numbers, got {type(nu).__name__}, {type(errors).__name__}"
+        ) from None
+    if array.ndim == 0 or not 2 <= array.shape[0] <= 4:
+        raise ValueError(f"nu must have shape (n,) or (n, ...) with n = 2, 3 or 4 frequencies, got {array.shape}")
+    if spread.shape != array.shape:
+        raise ValueError(f"errors must have the shape {array.shape} of nu, got {spread.shape}")
+    if (spread < 0).any():
+        raise ValueError(f"errors must not be negative, got {np.nanmin(spread)}")
+    return array, spread
+
+
+def _names(names: Sequence[str] | None, n: int) -> tuple[str, ...]:
+    """Return names, by default 1 to n."""
+    chosen = tuple(str(i + 1) for i in range(n)) if names is None else texts("names", names)
+    if len(chosen) != n:
+        raise ValueError(f"names must be {n} names, one for each frequency, got {names!r}")
+    return chosen
+
+
+def _by_order(basis: np.ndarray, rank: np.ndarray) -> np.ndarray:
+    """Return bases (n, n, orbits) with the shorter rows first; they are so but where a width hid a short vector."""
+    size = np.abs(basis).sum(axis=1)
+    size[np.arange(len(size))[:, None] >= rank] = np.iinfo(np.int64).max
+    wrong = np.flatnonzero((np.diff(size, axis=0) < 0).any(axis=0))
+    if wrong.size:
+        rows = np.argsort(size[:, wrong], axis=0, kind="stable")
+        basis[:, :, wrong] = np.take_along_axis(basis[:, :, wrong], rows[:, None], axis=0)
+    return basis
+
+
+@functools.lru_cache(maxsize=16)
+def _sum_of_ratios(n: int, max_order: int) -> float:
+    """Return the sum of |k_1|/|k|_2 over the vectors; every component has the same."""
+    k = vectors(n, max_order)
+    return float((np.abs(k).sum(axis=1) / np.sqrt((k * k).sum(axis=1))).sum() / n)
+
+
+def _accidental(nu: np.ndarray, spread: np.ndarray, n: int, max_order: int) -> np.ndarray:
+    """Return the expected number (orbits,) of accidental relations, at most that of all vectors; NaN where spread
+    is.
+    """
+    density = math.gamma(n / 2) / (math.sqrt(math.pi) * math.gamma((n - 1) / 2))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        top = np.abs(nu).max(axis=0)
+        ratio = nu / top  # squares in any units
+        expected = (
+            2
+            * density
+            * _sum_of_ratios(n, max_order)
+            * (spread.sum(axis=0) / top)
+            / np.sqrt((ratio * ratio).sum(axis=0))
+        )
+    most = float(len(vectors(n, max_order)))
+    resting = np.isfinite(spread).all(axis=0) & ~(np.abs(nu).max(axis=0) > 0)
+    return np.where(resting, most, np.minimum(expected, most))
+
+
+@dataclass(frozen=True)
+class DiffusionHistogram(Result, axis=None):
+    """Counts of log10 diffusion: edges (bins + 1,), counts (bins,), and the fraction of orbits above a threshold.
+
+    error: the standard deviation sqrt(f (1 - f)/orbits) of the fraction f as a sample of a larger set; orbits: number
+    of those counted; missing: number of the others (not finite, or a status other than OK).
+    """
+
+    edges: Annotated[np.ndarray, along("edge", unit="log10(cycles/time)")]
+    counts: Annotated[np.ndarray, along("bin")]
+    threshold: float
+    fraction: float
+    error: float
+    orbits: int
+    missing: int
+
+
+def diffusion_histogram(
+    diffusion: Any, *, threshold: float = -6.0, bin_width: float = 0.25, status: Any = None
+) -> DiffusionHistogram:
+    """Count orbits by their diffusion, and those that diffuse faster than a threshold.
+
+    :Parameters: diffusion: array of log10 ``|change of frequency|``, such as `FrequencyMap.diffusion`; threshold: in
+        the same logarithm; bin_width > 0: the bins are [i, i + 1) bin_width, i whole, so that histograms can be
+        compared; status: of the shape of diffusion, orbits that are not OK are left out.
+    :Returns: DiffusionHistogram; with no orbit its fraction is 0.
+    :Raises: ValueError or TypeError for wrong input.
+    :Cost: one pass.
+    :Source: Laskar 1993, Physica D 67, 257 (diffusion of frequencies).
+
+    Examples
+    --------
+    >>> histogram = fa.frequencies.diffusion_histogram([-9.0, -8.0, -3.0, np.nan])
+    >>> histogram.fraction, histogram.missing
+    (0.3333333333333333, 1)
+    """
+    threshold = real("threshold", threshold)
+    bin_width = positive("bin_width", bin_width)
+    values = numbers("diffusion", diffusion)
+    kept = np.isfinite(values)
+    if status is not None:
+        status = an_array("status", status)
+        if status.shape != values.shape:
+            raise ValueError(f"status must have the shape {values.shape} of diffusion, got {status.shape}")
+        kept = kept & (status == Status.OK)
+    missing = int(values.size - np.count_nonzero(kept))
+    values = values[kept]
+    bins = float(np.ptp(values) / bin_width) if values.size else 1.0
+    if not (bins < MOST and np.abs(values).max(initial=abs(threshold)) / bin_width < MOST):
+        raise ValueError(
+            f"bin_width must be wider for values up to {np.abs(values).max(initial=0.0):.6g}, got {bin_width}"
+        )
+    fits("bin_width", int(bins) + 1, 2)
+    cell = np.floor(values / bin_width).astype(np.int64)
+    low = int(cell.min()) if cell.size else math.floor(threshold / bin_width)
+    counts = np.bincount(cell - low, minlength=1)
+    fraction = float(np.mean(values > threshold)) if values.size else 0.0
+    error = math.sqrt(fraction * (1 - fraction) / max(values.size, 1))
+    edges = bin_width * np.arange(low, low + counts.size + 1)
+    return DiffusionHistogram(
+        edges, counts, threshold, fraction=fraction, error=error, orbits=int(values.size), missing=missing
+    )

@@ -1,0 +1,562 @@
+"""Tunes: frequencies modulo 1 of orbits that are known once a turn, from arrays of samples."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import Annotated
+
+import numpy as np
+
+from ..core.interruption import keeping
+from ..core.numbers import reporter, whole
+from ..core.status import Status, describe
+from ..engine.plane_loops import COLUMNS
+from ..engine.threads import by_portions, checked_threads
+from ..results.axes import along
+from ..results.progress import says_progress
+from ..results.result import Result
+from ..runs.given_orbits import Given, GivenOrbits, ends, given_orbits, lengths
+from ..runs.launch import Report
+from .angle_lines import AngleLines, LineTable
+from .angle_loops import Layout, Plain
+from .frequencies import FrequencyKind
+from .integer_lattice import ball
+from .inverted_lines import inverted_values
+from .plane_lines import PlaneLines, plane_lines
+from .plane_modes import driven, entangled, modes_of, other_lines, own_tunes, plane_values, restless
+from .readings import SAME
+from .signals import signals_of
+from .turning import (
+    CHANGED,
+    PIECE,
+    ROUNDING,
+    SAFETY,
+    STANDING,
+    Means,
+    Turning,
+    Window,
+    calm_change,
+    from_whole,
+    relations,
+    without_standing,
+)
+from .verdicts import MANY_TURNS
+from .windows import cosine_window
+
+FALLBACK, EXACT, LEAST = 1e-9, 1e-12, 64
+"""Error in turns above which lines are inverted, and that of samples up to SHORT: 99 % of the 4-D Henon orbits of
+`bench/test_tunes.py` over 1024 to 4096 turns are then within 4e-11 to 4e-14, without it 1e-10 to 2e-11; and the least
+number of samples of an orbit.
+"""
+
+SHORT = 4096
+"""Turns up to which a mean turn that is nearly exact is still inverted: mean turns of longer runs cost a tenth."""
+
+BUDGET, AT_ONCE, TOLD = 1 << 27, 1 << 22, 1 << 19
+"""Bytes of samples in work; samples of signals whose lines are fitted at once; a thread's numbers per report."""
+
+SMALL = 1e-140
+"""Amplitude whose square is a number with all its digits, as that of its inverse."""
+
+ROUGH = 0.05
+"""Cycles over the window by which windows of a mean turn differ where the loop may pass through its centre."""
+
+LINES = 8
+"""Lines of a plane whose mean turn is not exact."""
+
+OWN_LINES, COMBINED, SHARP, WEAK = 6, 4, 0.02, 0.01
+"""Lines of a plane whose loop passes through its centre, among which its own is sought; the largest |k|_1 of
+combinations of other tunes, and the bins within which a line is one; the relative amplitude below which a line is no
+own line.
+"""
+
+LONG, NEAR = 500, 3
+"""Turns from which a line in such a bin is not accidental; bins within which the line of a mean turn is."""
+
+HARMONIC, SHARED = 6, 2
+"""Harmonics of a plane's own line, and largest |k|_1 of combinations of other tunes beside them, among which its lines
+are sought.
+"""
+
+EXPLAINED, OPEN = 0.999, 0.02
+"""Share of the squared amplitudes that these must explain, and the least share of the area that they could enclose for
+which the sense of the loop is known.
+"""
+
+
+@dataclass(frozen=True)
+class Tunes(Result):
+    """Tunes of orbits: mean turns from one sample to the next in each plane (q, p), modulo 1.
+
+    names: of the coordinates, one for each row of nu (n, orbits) in [0, 1): of q - i p, so 0.2 is a turn in five that
+    takes (1, 0) towards p < 0, as all motion in time does, and 0.8 one the other way; `signed` has them in (-1/2, 1/2].
+    NaN where there is none;
+    error (n, orbits), inf there; method (n, orbits): 0 a mean turn, 1 an inverted line; diffusion (orbits,) =
+    log10 of the largest ``|change|`` from the first half of the window to the second, NaN where there is no tune; turns
+    (orbits,): samples before its end, all of them for an orbit that survived; window (orbits,): the number of steps
+    that nu is the mean of; kind (orbits,) of `FrequencyKind`: IRREGULAR, the tunes change from half to half by 0.3
+    cycles or more, beside a resonance of order k by 3/k; DEPENDENT, a plane is at rest, or two tunes are related by
+    small integers: locked, or lines of one motion; UNDECIDED, too short to tell, no tune, or two lines closer than
+    1.5/window, of two tunes or of a tune and a combination that shows, whose errors are then 1/window or more; else
+    INDEPENDENT; status
+    (orbits,): OK, or of an orbit that ended, whose numbers are those of its life, NONFINITE or, where its samples stay
+    at one point, such as 0, LOST. lines: the strongest lines of each plane's signal, where they were asked for.
+    """
+
+    names: tuple[str, ...]
+    nu: Annotated[np.ndarray, along("angle", "orbit", unit="1/turn", labels="names", plain=True)]
+    error: Annotated[np.ndarray, along("angle", "orbit", unit="1/turn", labels="names")]
+    method: Annotated[np.ndarray, along("angle", "orbit", labels="names")]
+    diffusion: Annotated[np.ndarray, along("orbit", unit="log10(1/turn)")]
+    turns: Annotated[np.ndarray, along("orbit", unit="turns")]
+    window: Annotated[np.ndarray, along("orbit", unit="turns")]
+    kind: Annotated[np.ndarray, along("orbit")]
+    status: Annotated[np.ndarray, along("orbit")]
+    lines: Annotated[AngleLines | None, along("orbit")] = None
+
+    @property
+    def signed(self) -> np.ndarray:
+        """Tunes (n, orbits) in (-1/2, 1/2]."""
+        return self.nu - (self.nu > 0.5)
+
+    def summary(self) -> str:
+        """Return one line with the outcomes of the orbits, and the kinds of those that are OK."""
+        fine = self.status == Status.OK
+        some = np.isfinite(self.error).any(axis=0)
+        counts = {kind.name.lower(): fine & some & (self.kind == kind) for kind in FrequencyKind}
+        counts["without a tune"] = fine & ~some
+        return describe(self.status, ", ".join(f"{n} {said}" for said, which in counts.items() if (n := which.sum())))
+
+    @property
+    def digits(self) -> np.ndarray:
+        """Digits (orbits,) to which the weighted averages of both halves of the window agree, in turns; NaN: none.
+
+        Chaotic orbits have about log10(window)/2, regular ones up to all 16.
+
+        :Source: Sander & Meiss 2020, Physica D 411, 132569.
+        """
+        return np.where(np.isfinite(self.error).any(axis=0), -self.diffusion, np.nan)
+
+    @property
+    def regular(self) -> np.ndarray:
+        """Whether orbits (orbits,) survived and have tunes: neither irregular nor undecided."""
+        return (self.status == Status.OK) & (self.kind <= FrequencyKind.DEPENDENT)
+
+
+@says_progress
+def tunes(
+    samples: Given,
+    *,
+    coordinates: str | Sequence[str] | None = None,
+    lines: int | None = None,
+    threads: int | None = None,
+    report: Report | None = None,
+) -> Tunes:
+    """Find the tunes of orbits known once a turn: of a map, of a tracking code, of a section.
+
+    Parameters
+    ----------
+    samples : array (2n, orbits, turns) or (2n, turns)
+        Rows q1, ..., qn, p1, ..., pn, NaN or one point after an orbit's end. Also: `Orbits` of a map, or their
+        ``samples`` as they are; an array of xarray, with dimensions in any order; a data set of a file of HDF5 or Zarr,
+        read some orbits at a time; a monitor of xtrack; PyAT's array (6, particles, 1, turns); or, with coordinates, a
+        `SectionMap`, whose points are turns, arrays (orbits, turns) by name (a mapping, a Dataset, a group of a file)
+        or a table of pandas, polars or Astropy with a row for each turn.
+    coordinates : sequence of str, optional
+        Names of the 2n rows.
+    lines : int, optional
+        Number of strongest lines of each plane's signal to return too, as `AngleLines` per turn, modulo 1, in [-1/2,
+        1/2).
+    threads, report : as in `integrate`
+
+    Returns
+    -------
+    `Tunes`
+        Tunes in turns, with errors, diffusion and kinds.
+
+    Raises
+    ------
+    ValueError, TypeError
+        An argument is wrong; the message names orbit and sample.
+    Interrupted
+        On Ctrl-C, with the result so far in `.partial`.
+
+    Notes
+    -----
+    The ellipse of each plane, from the weighted second moments, is made a circle about its mean (beta and alpha of the
+    optics), so neither units nor a tilt matter. The tune is the weighted mean of the angle about that centre from one
+    sample to the next, with the weight exp(30 (sqrt(1 - x^2) - 1)): it converges faster than any power of the number N
+    of turns on a smooth curve, and a line d turns from the tune and from an integer is damped below 2e-12 once d N >
+    9.6.
+
+    A mean turn that is not exact gives way to the line next to it, by harmonic inversion. Where the loop passes through
+    its centre, as one of coupled planes may, the mean turn is no line. Then the tune is the strongest of eight lines of
+    the plane, also inverted, that is no small combination of the others' tunes. If all
+    of these are harmonics of one line, as for a loop beside its centre, a crescent, the tune is that line, with the
+    sign of the loop's area; a loop that jumps across its centre from turn to turn may show a harmonic. Where two planes
+    show one line, or two of a low relation, or a loop passes through its centre, the strongest independent lines of all
+    planes are modes, where they are sharp. Their amplitudes tell which combinations turn in one mode alone: these
+    loops, of harmonics without the combined lines, are averaged. Each plane gets the mode that is more along it,
+    whatever the modes' amplitudes (equal directions: in ascending order). Lines may hide in others that are not told
+    apart from them: by the fall of the amplitudes that are seen, they count in the error. A mode below 1e-9 of another
+    is not seen, and one below 1e-6 may leave the orbit undecided. A plane that shows a harmonic, as y of 2 nu_x by a
+    sextupole, so gets its own tune, where it has a line of it; an orbit that a resonance has caught, whose lines lie
+    close by, stays at it. For motion in time, without the modulus, see `orbit_frequencies`.
+
+    Errors: 5 times the largest difference of windows of unequal lengths and starts from the whole, the possible effect
+    of unseen slow beats near a fraction p/m or a relation ``|k| < 6`` of two tunes, and rounding. Orbits that ended are
+    cut to one of eight lengths in a factor of 2. Cost: one pass for moments and one for angles, some 2 ns a plane and
+    turn, and an FFT where lines are fitted or asked for. Memory: 128 MiB of samples or one orbit at a time, beyond the
+    input.
+
+    References
+    ----------
+    Das, Saiki, Sander & Yorke 2017, Nonlinearity 30, 4111 (weighted averages); Laskar 1990, Icarus 88, 266 (diffusion,
+    lines); Courant & Snyder 1958, Ann. Phys. 3, 1 (ellipses).
+
+    Examples
+    --------
+    >>> turn = 2 * np.pi * 0.28 * np.arange(300)
+    >>> fa.tunes([2 * np.cos(turn), -np.sin(turn)]).nu.round(9)
+    array([[0.28]])
+    """
+    reporter(report)
+    given = given_orbits(samples, coordinates=coordinates, least=LEAST)
+    lines = None if lines is None else whole("lines", lines, 1)
+    work = TuneWork(given, checked_threads(threads), report, lines)
+    with keeping("tunes", work.result):
+        work.run()
+    return work.result()
+
+
+def tunes_of(
+    names: tuple[str, ...],
+    means: Means,
+    method: np.ndarray,
+    turns: np.ndarray,
+    window: np.ndarray,
+    status: np.ndarray,
+    vague: np.ndarray,
+    lines: AngleLines | None = None,
+) -> Tunes:
+    """Return the Tunes from means (n, orbits) over windows (orbits,), NaN for orbits without one; vague (orbits,): a
+    mask of orbits with two tunes that are not told apart.
+    """
+    known = np.isfinite(means.error) & (window > 0)
+    nu = np.where(known, means.nu, 0.0)
+    error = np.where(known, means.error, np.inf)
+    nu = nu - np.floor(nu)
+    nu = np.where(nu >= 1.0, 0.0, nu)
+    change = np.where(known, np.abs(means.halves[0] - means.halves[1]), 0.0).max(axis=0)
+    some = known.any(axis=0)
+    related = relations(nu, error, window)
+    kind = np.where(known.all(axis=0) & ~related.tied.any(axis=0), FrequencyKind.INDEPENDENT, FrequencyKind.DEPENDENT)
+    error = np.maximum(error, related.unseen)
+    error = np.where(vague, np.maximum(error, 1 / np.maximum(window, 1)), error)
+    cycles = window * np.minimum(nu, 1 - nu).max(axis=0, initial=0.0)
+    kind[window / 2 * change > CHANGED] = FrequencyKind.UNDECIDED
+    kind[window / 2 * change > calm_change(nu, means.halves, window / 2)] = FrequencyKind.IRREGULAR
+    kind[(kind != FrequencyKind.IRREGULAR) & related.unsure] = FrequencyKind.UNDECIDED
+    kind[(cycles < MANY_TURNS) | ~some | vague] = FrequencyKind.UNDECIDED
+    diffusion = np.where(some, np.log10(change + 1e-18), np.nan)
+    return Tunes(
+        names,
+        np.where(known, nu, np.nan),
+        error,
+        method=method,
+        diffusion=diffusion,
+        turns=turns,
+        window=window,
+        kind=kind,
+        status=status,
+        lines=lines,
+    )
+
+
+class TuneWork:
+    """Tunes in the making; arrays hold the results so far."""
+
+    def __init__(
+        self,
+        given: GivenOrbits,
+        threads: int,
+        report: Report | None,
+        lines: int | None = None,
+        inexact: float = EXACT,
+    ):
+        self.given = given
+        self.threads = threads
+        self.report = report
+        self.inexact = inexact
+        (_, self.orbits, self.samples), n = given.shape, given.shape[0] // 2
+        self.lines = None if lines is None else LineTable(given.angles, lines, self.orbits)
+        self.nu, self.error = np.zeros((n, self.orbits)), np.full((n, self.orbits), np.inf)
+        self.halves, self.method = np.zeros((2, n, self.orbits)), np.zeros((n, self.orbits), np.int8)
+        self.turns, self.window = np.zeros((2, self.orbits), np.int64)
+        self.vague = np.zeros(self.orbits, bool)
+        self.status = np.full(self.orbits, int(Status.INTERRUPTED))
+
+    def run(self) -> None:
+        """Find the tunes of all orbits, as many at a time as memory allows."""
+        rows, orbits, samples = self.given.shape
+        portion = max(1, BUDGET // (8 * rows * samples))
+        size = self.threads * max(1, TOLD // (rows * samples))
+        for begin in range(0, orbits, portion):
+            z = self.given.read(begin, end := min(begin + portion, orbits))
+            counts, status = ends(z, begin, self.threads)
+            self.turns[begin:end] = counts
+            for length, own in lengths(counts, samples, LEAST, size):
+                some = lambda at, z=z, b=begin, o=own, n=length: self._adopt(z, b, o[at], n)  # noqa: E731
+                by_portions(some, own.size, 8 * rows * length, self.threads)
+                if self.report is not None:
+                    self.report((begin + int(np.count_nonzero(self.window[begin:end]))) / orbits)
+            self.status[begin:end] = status
+            if self.report is not None:
+                self.report(end / orbits)
+
+    def _adopt(self, whole: np.ndarray, first: int, own: np.ndarray, length: int) -> None:
+        """Fill in the results of orbits `own` of whole (2n, orbits, samples), whose first is number `first`."""
+        together = own[-1] - own[0] < own.size  # seen without a copy
+        orbits = first + own
+        z = whole[:, slice(own[0], own[-1] + 1) if together else own, : length + 1]
+        turning, means, method, rough = self._read(z, length)
+        scaled = z
+        factors = _factors(z, turning)
+        if (factors != 1.0).any():
+            scaled = z * factors
+            turning, means, method, rough = self._read(scaled, length)
+        self.vague[orbits] = self._with_modes(scaled, turning, means, method, rough)
+        self.nu[:, orbits], self.error[:, orbits], self.halves[:, :, orbits] = without_standing(means, length)
+        self.method[:, orbits] = method
+        self.window[orbits] = length
+        if self.lines is not None:
+            self._lined(z, orbits, self.lines)
+
+    def _read(self, z: np.ndarray, length: int) -> tuple[Turning, Means, np.ndarray, np.ndarray]:
+        """Return the loops of z (2n, orbits, length + 1), their tunes, the methods of these, and a mask (orbits,) of
+        orbits with a loop whose mean turn is not steady.
+        """
+        until = np.empty(z.shape[1], np.int64)
+        window = Window(0, length, (0, length))
+        turning = Turning(z[:, :, 0])
+        first = turning.last.copy()
+        for angles in (False, True):
+            for at in range(0, length, PIECE):
+                piece = z[:, :, 1 + at : 1 + min(at + PIECE, length)]
+                until[:] = piece.shape[2]
+                turning.add(piece, until, at, window, 1, angles=angles, frame=not angles)
+            if not angles:
+                turning.learn(np.ones(z.shape[1], bool), 1)
+                turning.clear()
+                turning.last = first
+        means = turning.means(length, 1)
+        method = np.zeros(means.nu.shape, np.int8)
+        rough = np.any(means.error / SAFETY * length > ROUGH, axis=0)
+        self._with_lines(z, turning, means, method, length)
+        return turning, means, method, rough
+
+    def _with_modes(
+        self, z: np.ndarray, turning: Turning, means: Means, method: np.ndarray, rough: np.ndarray
+    ) -> np.ndarray:
+        """Replace the tunes of planes that show the same line, or whose loops pass through their centres (`rough`), by
+        those of modes; return a mask (orbits,) of orbits with two tunes that are not told apart.
+        """
+        length = z.shape[2] - 1
+        vague = np.zeros(z.shape[1], bool)
+        twice = entangled(means.nu, length)
+        harmonic = driven(means.nu, means.error)
+        related = relations(means.nu, means.error, length)
+        unseen = related.unseen
+        tied = np.asarray(related.tied.any(axis=0))
+        needed = (twice | harmonic.any(axis=0) | rough | (unseen > means.error).any(axis=0)) & (
+            turning.planes[:, :, COLUMNS.a] != 0
+        ).all(axis=1)
+        for _, orbits in _parts(needed[None] & (len(means.nu) > 1), max(1, AT_ONCE // (len(z) * (length + 1)))):
+            f = plane_values(z[:, orbits], turning.planes[orbits])
+            halves = means.halves[:, :, orbits].swapaxes(1, 2).reshape(2, -1)
+            wild = restless(f.reshape(-1, length + 1), halves, length).reshape(f.shape[:2])
+            calm = ~wild.all(axis=1)
+            if not calm.any():
+                continue
+            own = orbits[calm]
+            modes = modes_of(f[calm], harmonic[:, own])
+            # Without a line of their own in all planes, tunes are related, or there are lines that are not told apart.
+            vague[own] = modes.vague | (modes.few & ~tied[own]) | (twice[own] & ~modes.periodic)
+            own = own[modes.known]
+            if not own.size:
+                continue
+            _, found, how, _ = self._read(modes.planes, length)
+            found = found._replace(error=found.error + modes.shift)
+            finer = found.error.max(axis=0) < np.maximum(means.error, unseen)[:, own].max(axis=0)
+            better = twice[own] | (finer & ~harmonic[:, own].any(axis=0))
+            better |= own_tunes(means.nu[:, own], harmonic[:, own], found.nu, length)
+            better |= rough[own] & other_lines(means.nu[:, own], modes.nu, length)
+            off = from_whole(found.nu - modes.nu)
+            good = better & (np.maximum(off, found.error) * length < SAME).all(axis=0)
+            vague[own[good]] = modes.vague[modes.known][good]
+            own = own[good]
+            for old, new in zip(means, found, strict=True):
+                old[..., own] = new[..., good]
+            method[:, own] = how[:, good]
+        return vague
+
+    def _lined(self, z: np.ndarray, orbits: np.ndarray, table: LineTable) -> None:
+        """Fill in the lines of z (2n, orbits, samples)."""
+        n = len(z) // 2
+        portion = max(1, AT_ONCE // z.shape[2])
+        layout = Layout(Plain(self.given.angles), n)
+        order = np.arange(2 * n).reshape(2, n).T.ravel()
+        for begin in range(0, orbits.size, portion):
+            part = orbits[begin : begin + portion]
+            s = np.ascontiguousarray(z[order, begin : begin + portion].swapaxes(0, 1))
+            table.adopt(part, layout, signals_of(s, 1.0), 0.0)
+
+    def _with_lines(self, z: np.ndarray, turning: Turning, means: Means, method: np.ndarray, length: int) -> None:
+        """Replace inaccurate averages by lines, where these are better."""
+        n = len(means.nu)
+        least = self.inexact if length <= SHORT else max(self.inexact, FALLBACK)
+        needed = (means.error > least) & (turning.planes[:, :, COLUMNS.a] != 0).T
+        steady = means.error / SAFETY * length < SAME
+        t = np.arange(length + 1)
+        terms = 8 * (2 * HARMONIC + 1) * len(ball(n, SHARED)) + len(ball(n, COMBINED))
+        for planes, orbits in _parts(needed, max(1, AT_ONCE // max(length + 1, terms))):
+            known = turning.planes[orbits, planes]
+            rough = means.nu[planes, orbits]
+            x = z[planes, orbits] - known[:, :1]
+            y = z[n + planes, orbits] - known[:, 1:2]
+            a, b, c = (known[:, k, None] for k in (COLUMNS.a, COLUMNS.b, COLUMNS.c))
+            f = a * x + 1j * (b * x + c * y)
+            halves = means.halves[:, planes, orbits]
+            if not (kept := ~restless(f, halves, length)).all():
+                planes = planes[kept]
+                orbits = orbits[kept]
+                rough = rough[kept]
+                f = f[kept]
+            turns = rough[:, None] * t
+            f *= np.exp(-2j * np.pi * (turns - np.rint(turns)))
+            near = steady[planes, orbits]
+            others = np.where(steady, means.nu, np.nan)[:, orbits].T
+            there = near & (from_whole(rough) * length >= SAME) & (_share(f) > WEAK)
+            centre = np.zeros(len(f))
+            if not there.all():
+                centre[~there] = _turned(f[~there], rough[~there], near[~there], planes[~there], others[~there])
+            # A mean turn that is no line gives no error to compare with.
+            worst = np.where(~near | (centre != 0), np.inf, means.error[planes, orbits] / SAFETY)
+            found = inverted_values(f, centre)
+            good = (found.error * length < 1) & (found.error < SAFETY * worst)
+            good &= from_whole(rough + found.nu) * length >= STANDING
+            i = planes[good]
+            o = orbits[good]
+            means.nu[i, o] = rough[good] + found.nu[good]
+            means.error[i, o] = found.error[good] + ROUNDING
+            means.halves[:, i, o] = rough[good] + found.halves[good].T
+            method[i, o] = 1
+
+    def result(self) -> Tunes:
+        """Assemble the tunes."""
+        means = Means(self.nu, self.error, self.halves)
+        lines = None if self.lines is None else self.lines.result()
+        return tunes_of(self.given.angles, means, self.method, self.turns, self.window, self.status, self.vague, lines)
+
+
+def _factors(z: np.ndarray, turning: Turning) -> np.ndarray:
+    """Return the powers of 2 (2n, orbits, 1) that bring those planes to amplitudes about 1 that seem at rest as the
+    squares of their samples z (2n, orbits, samples) are no numbers.
+    """
+    factors = np.ones((*z.shape[:2], 1))
+    still = (turning.planes[:, :, COLUMNS.a] == 0).T
+    for r, o in np.argwhere(np.concatenate([still, still])):
+        size = np.abs(z[r, o]).max()
+        if size > 0 and not SMALL < size < 1 / SMALL:
+            factors[r, o] = 2.0 ** -np.clip(np.frexp(size)[1], -1022, 1022)
+    return factors
+
+
+def _share(f: np.ndarray) -> np.ndarray:
+    """Return the size (signals,) of the lines next to 0 of signals f (signals, samples), relative to these."""
+    w = cosine_window(f.shape[1])
+    power = (f.real**2 + f.imag**2) @ w
+    return np.abs(f @ w) / np.sqrt(np.where(power > 0, power, 1.0))
+
+
+def _turned(f: np.ndarray, rough: np.ndarray, near: np.ndarray, planes: np.ndarray, others: np.ndarray) -> np.ndarray:
+    """Return the places (signals,) of the own lines of loops f that are not seen next to their mean turns, 0 where
+    there is a line next to one that is `near` (signals,); see `_own_lines`.
+    """
+    lines = plane_lines(f, LINES, beside=False)
+    there = (np.abs(lines.nu) * f.shape[1] < NEAR) & (np.abs(lines.amplitude) > 0)
+    turned = ~(near & there.any(axis=1)) | (from_whole(rough) * f.shape[1] < SAME)
+    result = np.zeros(len(f))
+    result[turned] = _own_lines(f[turned], lines.of(turned), rough[turned], planes[turned], others[turned])
+    return result
+
+
+def _own_lines(
+    f: np.ndarray, lines: PlaneLines, rough: np.ndarray, planes: np.ndarray, others: np.ndarray
+) -> np.ndarray:
+    """Return the own line of each signal f (signals, samples) among its `lines`: the one of which all of them are
+    harmonics, with combinations of the tunes of the other planes, others (signals, n), NaN where there is none; else
+    the strongest that is no such combination, else the strongest.
+
+    f turns by `rough` (signals,) less than the plane does. Where that is 0 the loop is beside its centre: 0, no sense.
+    """
+    if not len(f):
+        return np.zeros(0)
+    beside = from_whole(rough) * f.shape[1] < SAME
+    if f.shape[1] < LONG:
+        return np.where(beside, 0.0, lines.nu[:, 0])
+    others = np.where(np.arange(others.shape[1]) == planes[:, None], np.nan, others)
+    nu = lines.nu[:, :OWN_LINES]
+    size = np.abs(lines.amplitude[:, :OWN_LINES])
+    apart = (nu + rough[:, None])[:, :, None] - _combined(others, COMBINED)[:, None]
+    foreign = (from_whole(apart) * f.shape[1] < SHARP).any(axis=2)
+    own = np.where(foreign | (size < WEAK * size[:, :1]), 0.0, size)
+    best = np.where(own.any(axis=1), own.argmax(axis=1), 0)
+    first = _generators(lines, rough, others, foreign, f.shape[1])
+    found = nu[np.arange(len(f)), np.where(first < 0, best, first)]
+    return np.where(beside & (first < 0), 0.0, found)
+
+
+def _combined(others: np.ndarray, longest: int) -> np.ndarray:
+    """Return all combinations (signals, terms) of tunes with |k|_1 up to `longest`; NaN where one is not known."""
+    k = ball(others.shape[1], longest)
+    with np.errstate(invalid="ignore"):
+        return np.where(k != 0, k * others[:, None, :], 0.0).sum(axis=2)
+
+
+def _generators(
+    lines: PlaneLines, rough: np.ndarray, others: np.ndarray, foreign: np.ndarray, samples: int
+) -> np.ndarray:
+    """Return the numbers (signals,) of lines of which all `lines` are harmonics, with combinations of the others'
+    tunes, of the sense of the enclosed area; the shortest on the mean; -1: there is none, or the area is too small.
+    """
+    nu = lines.nu + rough[:, None]
+    power = np.abs(lines.amplitude) ** 2
+    order = np.arange(-HARMONIC, HARMONIC + 1)
+    terms = np.abs(order)[:, None] + np.abs(ball(others.shape[1], SHARED)).sum(axis=1)
+    combined = _combined(others, SHARED)[:, None, None]
+    result = np.full(len(nu), -1)
+    least = np.full(len(nu), np.inf)
+    for c in range(min(OWN_LINES, nu.shape[1])):
+        apart = nu[:, :, None, None] - (order * nu[:, c, None])[:, None, :, None] - combined
+        with np.errstate(invalid="ignore"):
+            fits = from_whole(apart) * samples < SHARP
+        cost = np.where(fits, terms, 99).reshape(*nu.shape, -1)
+        harmonic = order[cost.argmin(axis=2) // terms.shape[1]]
+        length = cost.min(axis=2)
+        explained = power * (length < 99)
+        worth = (power * length).sum(axis=1)
+        size = (np.abs(harmonic) * explained).sum(axis=1)
+        area = (harmonic * explained).sum(axis=1)
+        good = (explained.sum(axis=1) > EXPLAINED * power.sum(axis=1)) & (area > OPEN * size) & (worth < least)
+        good &= ~foreign[:, c] & np.isfinite(lines.error[:, c])
+        result[good], least[good] = c, worth[good]
+    return result
+
+
+def _parts(needed: np.ndarray, most: int) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+    """Yield rows and columns of the True entries of `needed`, so many or fewer at a time."""
+    rows, columns = np.nonzero(needed)
+    for begin in range(0, rows.size, most):
+        yield rows[begin : begin + most], columns[begin : begin + most]

@@ -1,0 +1,153 @@
+"""Kinds of orbits: what their frequencies, the errors of these and the lines beside them tell. Limits of
+lines are `fundamental.LIMITS`, the others are here.
+
+A line is explained by a combination of the frequencies within its error bar. An orbit whose visible lines are all
+explained by n frequencies is INDEPENDENT, by fewer of them DEPENDENT; one whose frequencies change more than steady
+lines can is IRREGULAR; any other is UNDECIDED. `bench/frequency_coverage.py` counts how often this is wrong, on orbits
+of known frequencies.
+"""
+
+from __future__ import annotations
+
+import functools
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from .frequencies import FrequencyKind
+from .fundamental import BRIEF, BROAD, LIMITS, Modes, run
+from .integer_lattice import ball, one_of_each
+from .kernels.relations import vanishing
+
+if TYPE_CHECKING:
+    from .loop_rates import Rates
+
+FEW_TURNS, MANY_TURNS = 18, 30
+"""Turns from which independent frequencies are told, and from which a relation of frequencies, or a change of them
+between the halves, is evidence: over 12 periods 2 of 57 lattices of turned wells are wrong, over 20 none
+(`bench/frequency_coverage.py --periods 12 20`).
+"""
+
+UNSURE = 0.15
+"""Error of a frequency, in cycles over the time, from which it may be that of another line: lines of one loop are
+rarely closer than a cycle.
+"""
+
+EXACT = 1e-3
+"""Error of the leading lines, in cycles over the time, up to which fewer frequencies than loops are no close pairs: of
+3106 orbits of `bench/frequency_coverage.py --quick --seed 3` one of 76 such pairs is left.
+"""
+
+SHORT, RESOLVED = 4, 1.0
+"""Largest |k|_1 of combinations that may not turn less than RESOLVED cycles over the time: lines of the lattice then
+lie so close to strong ones that they may be hidden by these.
+"""
+
+CHANCE = 0.02
+"""Expected number of combinations as small by chance, up to which one counts as a relation that is not resolved."""
+
+LONGEST = (48, 12, 12, 6, 4, 3, 3, 2)
+"""Largest |k|_1 of combinations of 1, 2, ... frequencies that are compared with 0."""
+
+CHANGED, EACH = 0.25, 1.5
+"""Change of a frequency between the whole and the halves, in cycles over a half, that steady lines do not cause; of
+three loops and more, for each beyond one. None of 1000 regular orbits of Henon and Heiles, of three oscillators and of
+a logarithmic potential changes as much that has the other two signs of chaos.
+"""
+
+ROUGH, SHARP = 0.12, 0.1
+"""Share of a loop's size outside of its strongest lines, and error of a leading line, in cycles over the time, up to
+which a change is no evidence of chaos.
+"""
+
+BEAT = 0.5
+"""Cycles over the time within which the leading lines of two loops are one, and by which frequencies change as these
+beat.
+"""
+
+
+def unexplained(found: Modes, time: np.ndarray) -> np.ndarray:
+    """Return a mask of orbits over a time (orbits,) with lines that the frequencies may not explain."""
+    rough = (found.moving & ~(found.leading_error * time[:, None] < EXACT)).any(axis=1)
+    missing = found.rank < found.moving.sum(axis=1)
+    incomplete = missing & (rough | (found.rest > BROAD) | (found.strange > 0))
+    return (found.rank == 0) | (found.strange > LIMITS.visible) | incomplete
+
+
+def changing(rates: Rates, found: Modes, time: np.ndarray) -> np.ndarray:
+    """Return a mask of orbits over a time (orbits,) whose frequencies change by more than steady lines can cause."""
+    apart = np.abs(rates.halves - rates.nu[:, :, None]).max(axis=2)
+    change = np.maximum(np.ptp(rates.halves, axis=2), apart) * time[:, None] / 2
+    change = np.where(found.moving & np.isfinite(change), change, 0.0).max(axis=1, initial=0.0)
+    m = found.nu.shape[1]
+    least = np.full(change.size, max(CHANGED, EACH * (m - 1) if m > 2 else 0.0))
+    if m == 2:
+        beating = np.ptp(found.leading, axis=1) * time < BEAT
+        least = np.where(beating, np.maximum(least, BEAT), least)
+    sharp = (found.leading_error * time[:, None] <= SHARP) | ~found.moving
+    return (change > least) & (found.rest > ROUGH) & ~sharp.all(axis=1)
+
+
+def unsettled(rates: Rates, found: Modes, time: np.ndarray, threads: int) -> np.ndarray:
+    """Return a mask of orbits over a time (orbits,) with a frequency that is not sure, or a combination of frequencies
+    that may be 0.
+    """
+    known = np.where(found.owned, rates.nu, np.nan)
+    unsure = (found.owned & (rates.error * time[:, None] > UNSURE)).any(axis=1)
+    # Leading lines that are the frequencies themselves hide no other line that would be one.
+    own = np.eye(found.nu.shape[1], dtype=np.int64)
+    leading = ((found.combination == own) | ~found.moving[:, :, None]).all(axis=(1, 2))
+    hidden = unresolved_relations(known, rates.error, time, threads) & ~leading
+    return unsure | related(known, rates.error, threads) | hidden
+
+
+def related(nu: np.ndarray, error: np.ndarray, threads: int) -> np.ndarray:
+    """Return a mask of orbits whose frequencies (orbits, m) have a combination of 0 within its error."""
+    return _vanishing(nu, error, np.full(len(nu), np.inf), RESOLVED, 0.0, threads)
+
+
+def unresolved_relations(nu: np.ndarray, error: np.ndarray, time: np.ndarray, threads: int) -> np.ndarray:
+    """Return a mask of orbits whose frequencies (orbits, m) over a time (orbits,) have a combination that may be 0: too
+    short a time tells no more.
+    """
+    return _vanishing(nu, error, time, RESOLVED, CHANCE, threads)
+
+
+def close_lines(nu: np.ndarray, time: np.ndarray, cycles: float, threads: int) -> np.ndarray:
+    """Return a mask of orbits whose frequencies (orbits, m) have a short combination that turns by less than so many
+    cycles over a time (orbits,): strong lines are as close.
+    """
+    return _vanishing(nu, np.zeros_like(nu), time, cycles, 0.0, threads)
+
+
+def _vanishing(
+    nu: np.ndarray, error: np.ndarray, time: np.ndarray, resolved: float, chance: float, threads: int
+) -> np.ndarray:
+    """Return a mask of orbits with a combination of 0; see `frequencies.kernels.relations.vanishing`."""
+    found = np.zeros(len(nu), bool)
+    limits = (resolved, float(SHORT), chance)
+    run(vanishing, len(nu), (nu, error, time, _combinations(nu.shape[1]), *limits, found), threads, BRIEF)
+    return found
+
+
+@functools.cache
+def _combinations(m: int) -> np.ndarray:
+    """Return vectors k (m + 1, vectors), one of each pair +-k, with |k|_1 in the last row, by that."""
+    k = one_of_each(ball(m, LONGEST[min(m, len(LONGEST)) - 1])[1:])
+    length = np.abs(k).sum(axis=1)
+    k = k[length > 1]
+    return np.ascontiguousarray(np.concatenate([k.T, [length[length > 1]]]), dtype=np.float64)
+
+
+def kinds(
+    rank: np.ndarray, frequencies: int, turns: np.ndarray, undecided: np.ndarray, irregular: np.ndarray
+) -> np.ndarray:
+    """Return the kind (orbits,) of orbits with so many independent frequencies, rank (orbits,), over so many turns of
+    the fastest (orbits,), from masks of those that are undecided, or irregular, by their lines.
+    """
+    kind = np.where(rank < frequencies, FrequencyKind.DEPENDENT, FrequencyKind.INDEPENDENT)
+    kind[undecided] = FrequencyKind.UNDECIDED
+    kind[irregular] = FrequencyKind.IRREGULAR
+    kind[(turns < MANY_TURNS) & (kind != FrequencyKind.INDEPENDENT)] = FrequencyKind.UNDECIDED
+    kind[turns < FEW_TURNS] = FrequencyKind.UNDECIDED
+    return kind

@@ -1,0 +1,164 @@
+"""Bifurcations of a family of periodic orbits, where its stability changes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from enum import IntEnum
+from itertools import pairwise
+from typing import Annotated, Any
+
+import numpy as np
+
+from ..results.axes import along
+from ..results.result import Result
+from .found_orbits import PeriodicOrbits
+
+VANISHING = 1e-5
+"""Product of residues up to which a change of its sign is a zero, not a jump."""
+
+NEAR = 1e-10
+"""Product at which the search for the zero ends, as nearer to it z is undetermined."""
+
+SAFETY = 4.0
+"""Factor of the error of a value over its changes by another step and a closer correction."""
+
+CLOSER = 0.01
+"""Tolerance of the closer correction."""
+
+
+class Event(IntEnum):
+    """Event at a point of a branch where the stability changes.
+
+    FOLD: the energy or parameter turns back, a residue passes 0; BRANCHING: a residue passes 0 without a turn
+    (pitchfork, transcritical); DOUBLING: a residue passes 1, an orbit of twice the period branches off; TORUS: a
+    complex pair of multipliers of a system without pairs of exponents passes the unit circle (Neimark-Sacker).
+    """
+
+    FOLD = 0
+    BRANCHING = 1
+    DOUBLING = 2
+    TORUS = 3
+
+
+@dataclass(frozen=True)
+class Bifurcation(Result, axis=None):
+    """A point of a branch where its stability changes: the event, arclength, energy or parameter, z (2n,), period in
+    time.
+
+    error: of the value: half of the interval in which the change was found, or the rest of the product over its slope,
+    and the changes with half the step and a closer correction. swing (2n,) as of a `Branch`.
+    """
+
+    event: Event
+    arclength: float
+    value: float
+    z: Annotated[np.ndarray, along("coordinate")]
+    time: float
+    error: float
+    swing: Annotated[np.ndarray | None, along("coordinate")] = None
+
+
+def residue_products(orbits: PeriodicOrbits) -> np.ndarray:
+    """Return the products (orbits, 2) of the residues and of 1 - residue; for multipliers without pairs, the products
+    of (1 - multiplier)/2, of (1 + multiplier)/2, which generalise these, and of 1 - the product of two (orbits, 3).
+    """
+    if not orbits.paired:
+        values = orbits.multipliers
+        i, j = np.triu_indices(len(values), 1)
+        factors = (1 - values) / 2, (1 + values) / 2, 1 - values[i] * values[j]
+        return np.array([np.prod(factor, axis=0).real for factor in factors]).T
+    R = orbits.residues
+    return np.array([np.prod(R, axis=0).real, np.prod(1 - R, axis=0).real]).T
+
+
+def _complex(values: np.ndarray) -> bool:
+    """Tell whether the two multipliers whose product is nearest to 1 are a complex pair, no real ones (a saddle)."""
+    i, j = np.triu_indices(len(values), 1)
+    nearest = np.abs(1 - values[i] * values[j]).argmin()
+    return bool(values[i[nearest]].imag != 0)
+
+
+def bifurcations(family: Any, points: list[Any], arclength: np.ndarray, orbits: PeriodicOrbits) -> list[Bifurcation]:
+    """Find the sign changes between neighbouring points of a family of `continuation` and polish them."""
+    signs = residue_products(orbits)
+    found = []
+    for k, (last, following) in enumerate(pairwise(points)):
+        turned = last.tangent[-1] * following.tangent[-1] < 0
+        for kind in range(signs.shape[1]):
+            if not signs[k, kind] * signs[k + 1, kind] < 0:
+                continue
+            if kind == 2 and np.abs(signs[k : k + 2, kind]).max() < VANISHING:  # rounding, where volumes are kept
+                continue
+            s, point, product, error = _sign_change(family, last, following, signs[k : k + 2, kind], kind)
+            if abs(product) < VANISHING or error > 0.01 * abs(following.u[-1] - last.u[-1]):
+                if kind == 2 and not _complex(family.orbits(point).multipliers[:, 0]):
+                    continue
+                event = (Event.FOLD if turned else Event.BRANCHING, Event.DOUBLING, Event.TORUS)[kind]
+                place = float(arclength[k] + s)
+                value = float(point.u[-1])
+                time = float(point.back.time[0])
+                z = point.u[: len(orbits.z)]
+                swing = family.swing(point)
+                found.append(Bifurcation(event, place, value, z=z, time=time, error=error, swing=swing))
+    return sorted(found, key=lambda b: b.arclength)
+
+
+def _sign_change(
+    family: Any, last: Any, following: Any, ends: np.ndarray, kind: int
+) -> tuple[float, Any, float, float]:
+    """Find the sign change of a product between two points: (s, the point of the branch there, the product, the error
+    of the value).
+
+    False position with the Illinois rule; where the branch cannot be found at a place, others between the ends are
+    tried.
+    """
+    reach = family.apart(last.u, following.u)
+    a = 0.0
+    b = 1.0
+    low = last
+    high = following
+    side = 0
+    weights = [float(end) for end in ends]
+    products = [float(end) for end in ends]
+    best = min((abs(products[0]), a, last), (abs(products[1]), b, following), key=lambda tried: tried[0])
+    for _ in range(60):
+        if b - a <= 1e-12 or best[0] <= NEAR:
+            break
+        share = np.clip(weights[0] / (weights[0] - weights[1]), 1e-3, 1 - 1e-3)
+        for place in (share, 0.5, 0.25, 0.75):
+            s = a + float(place) * (b - a)
+            point = family.corrected(*family.between(last, following, s), last.scale, last.step)
+            if point is not None:
+                break
+        else:
+            break
+        product = float(family.products(point)[kind])
+        best = min(best, (abs(product), s, point), key=lambda tried: tried[0])
+        if product * ends[0] > 0:
+            weights = [product, weights[1] * (0.5 if side < 0 else 1.0)]
+            a = s
+            low = point
+            products[0] = product
+            side = -1
+        else:
+            weights = [weights[0] * (0.5 if side > 0 else 1.0), product]
+            b = s
+            high = point
+            products[1] = product
+            side = 1
+    left = abs(float(high.u[-1] - low.u[-1]))
+    value = float(best[2].u[-1])
+    slope = abs(products[1] - products[0]) / left if left > 0 else np.inf
+    # The same place once more, with half the step and closer, shows the errors by steps and corrections.
+    exact = family.flow.system.iterated
+    finer = replace(family, tolerance=CLOSER * family.tolerance, flow=family.flow if exact else family.flow.finer())
+    step = best[2].step if exact else 0.5 * best[2].step
+    again = finer.corrected(*family.between(last, following, best[1]), last.scale, step)
+    moved = left
+    wrong = 0.0
+    if again is not None:
+        moved = abs(float(again.u[-1]) - value)
+        wrong = abs(float(finer.products(again)[kind]) - best[0])
+    far = float(family.units[-1] * np.abs(best[2].u[:-1] / family.units[:-1]).max())  # whose digits are lost
+    error = min(0.5 * left, (best[0] + wrong) / slope) + SAFETY * (moved + 1e-15 * (abs(value) + far))
+    return best[1] * reach, best[2], best[0], error

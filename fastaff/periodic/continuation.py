@@ -1,0 +1,310 @@
+"""Families of periodic orbits followed in the energy or a parameter, with their bifurcations."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from itertools import pairwise
+from typing import Annotated, Any
+
+import numpy as np
+
+from ..core.interruption import keeping
+from ..core.numbers import numbers, positive, real, shown, whole
+from ..core.status import Status
+from ..results.axes import along
+from ..results.progress import tell
+from ..results.recipe import recorded
+from ..results.result import Result
+from ..results.short_forms import Starts, takes
+from ..runs.checks import current_system
+from ..runs.needs import check_needs
+from ..runs.options import Options, plan
+from ..runs.schemes.catalogue import Scheme, scheme_of
+from ..systems.formulas.section_text import section_of
+from ..systems.models.contracts import Dynamics, Section
+from .bifurcations import Bifurcation, bifurcations
+from .family import VANISHED, Family, Point
+from .found_orbits import PeriodicOrbits, no_orbits
+from .own_units import Scale, closed_scale, orbit_scale
+from .periodic_orbits import LONGER, periodic_orbits
+from .return_map import checked_return
+
+EASY = 3
+"""Corrections after which the next step along the branch is longer."""
+
+
+JUMP = 0.1
+"""Largest change of the residues' product between neighbouring points, relative to 1 + the product, so that no dip is
+missed.
+"""
+
+SHORTEST = 1e-6
+"""Least step along the branch, beside the first one."""
+
+
+STOPPED = Status.INTERRUPTED, "stopped by the user before its end"
+"""Status and ending of a branch after Ctrl-C."""
+
+
+@dataclass(frozen=True)
+class Branch(Result, axis="point"):
+    """A family of periodic orbits.
+
+    value (points,): the energy or the parameter; arclength (points,) in the space of z and value, both in the units of
+    the first orbit; orbits: PeriodicOrbits with the points of the branch as orbits (z, time, residue, stability, ...);
+    bifurcations in the order of the branch; status: OK where it ended by its number of steps or its bounds, ACTION_ZERO
+    where the orbits shrink to an equilibrium, NOT_CONVERGED where the shortest step failed, INTERRUPTED after Ctrl-C;
+    ending: which of these it was, in words. swing (2n, points): of driven systems and of dz/dt = f(z), half of the
+    range of each variable over the orbit, the height of a response curve; else None.
+    """
+
+    value: Annotated[np.ndarray, along("point")]
+    arclength: Annotated[np.ndarray, along("point")]
+    orbits: Annotated[PeriodicOrbits, along("point")]
+    bifurcations: tuple[Bifurcation, ...]
+    status: Status
+    ending: str
+    swing: Annotated[np.ndarray | None, along("coordinate", "point", labels="names")] = None
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names (2n,) of the variables."""
+        return self.orbits.names
+
+    def summary(self) -> str:
+        """Return one line with the range of the branch and the reason for its end."""
+        if not len(self.value):
+            return self.ending
+        count = f"{len(self.value)} points from {self.value[0]:.6g} to {self.value[-1]:.6g}"
+        return f"{count}, {len(self.bifurcations)} bifurcations; {self.ending}"
+
+
+@takes(section=section_of, scheme=scheme_of)
+@recorded
+def continuation(
+    model: Dynamics,
+    z0: Starts,
+    *,
+    section: Section | str | None = None,
+    period: int = 1,
+    parameter: float | None = None,
+    energy: float | None = None,
+    bounds: tuple[float, float] = (-np.inf, np.inf),
+    direction: int = 1,
+    length: float = 0.01,
+    longest: float = 0.1,
+    steps: int = 100,
+    max_time: float | None = None,
+    tolerance: float = 1e-12,
+    step: float | None = None,
+    scheme: Scheme | str | None = None,
+    rtol: float = 1e-13,
+    atol: float = 1e-13,
+    threads: int | None = None,
+) -> Branch:
+    """Follow a family of periodic orbits in the energy, or in a parameter of the model at one energy, by
+    pseudo-arclength.
+
+    Parameters
+    ----------
+    model : model or callable
+        With a parameter, a function that makes the model from a number, ``lambda C: Body(Hyperelastic(C))``.
+    z0 : array (2n,)
+        Guess of the first orbit.
+    section, period : as in `periodic_orbits`
+    parameter : float, optional
+        Its first value; None to follow the energy.
+    energy : float, energy, optional
+        Energy of the first orbit (default: that of the guess), kept where a parameter is followed.
+    bounds : (float, float), default (-inf, inf)
+        Bounds of the energy or parameter, where the branch ends.
+    direction : {1, -1}, default 1
+        Sign of the first change of the energy or parameter.
+    length, longest : float, default 0.01 and 0.1
+        First and longest step of arclength in (z, value), z in the first orbit's amplitudes (`PeriodicOrbits.scale`),
+        the value in its kinetic energy, or in the change of the parameter that moves its return by an amplitude.
+    steps : int, default 100
+        Largest number of points beside the first.
+    max_time, tolerance : as in `periodic_orbits`
+    step, scheme, rtol, atol, threads : as in `integrate`
+        rtol and atol are 1e-13 here.
+
+    Returns
+    -------
+    `Branch`
+        The points of the family, with its bifurcations.
+
+    Raises
+    ------
+    ValueError, TypeError
+        An argument is wrong, or the first guess leads to no periodic orbit.
+    Interrupted
+        On Ctrl-C, with the branch until there in `.partial`, its bifurcations not searched for.
+
+    Notes
+    -----
+    Each point is predicted along the tangent and corrected by Gauss-Newton with the condition that the correction is
+    normal to it, so that the branch passes folds. The step grows by half after an easy correction. It is halved after a
+    failed one, a bend of more than 0.35 radians or a change of the residue R of more than ``0.1 (1 + |R|)``.
+    Derivatives to the parameter are central differences of returns. The scheme's step, where none is given, is each
+    point's own: shortened until that moves the return no more than the tolerance, and longer again where it may be.
+    Bifurcations are sign changes of the product of the residues, or of 1 - residue, between two points, polished in the
+    arclength by false position (the Illinois rule). A residue that touches 0 or 1, or passes it twice between two
+    points, is not seen. For limit cycles of dz/dt = f(z), followed in a parameter, products of (1 - m)/2 and (1 + m)/2
+    over the multipliers m take their place, beside that of 1 - m m' over two of them, which passes 0 where a complex
+    pair passes the unit circle: a torus is born. In systems with an energy a pair that leaves the circle shows in
+    `stability` alone. At a branching the branch goes straight on. Cost: about 3 returns of 2n + 1 vectors for each
+    point (9 with a parameter), of one orbit at a time.
+
+    References
+    ----------
+    Keller 1977, in Applications of Bifurcation Theory (pseudo-arclength); Greene, MacKay, Vivaldi & Feigenbaum 1981,
+    Physica D 3, 468 (residues at bifurcations).
+
+    Examples
+    --------
+    >>> family = fa.continuation(
+    ...     fa.HenonHeiles(), [0.0, 0.0, 0.3, 0.31], section="x=0", energy=0.1, steps=2, max_time=20.0
+    ... )
+    >>> print(family.summary())
+    3 points from 0.1 to 0.101885, 0 bifurcations; ended after its 2 steps: more (steps=) or longer (longest=) go on
+    """
+    make, first_model = _family(model, parameter)
+    section = section_of(section, first_model)
+    system = current_system(first_model)
+    scheme = checked_return(system, section, scheme)
+    if parameter is None:
+        check_needs(system, "a branch along the energy")
+    if not isinstance(direction, (int, float, np.number)) or direction not in (-1, 1):
+        raise ValueError(f"direction must be +1 or -1, got {direction!r}")
+    low, high = _bounds(bounds)
+    longest = positive("longest", longest)
+    tolerance = positive("tolerance", tolerance)
+    length = min(positive("length", length), longest)
+    steps = whole("steps", steps, 1)
+    period = whole("period", period, 1)
+    limit = None if max_time is None else positive("max_time", max_time)
+    none = no_orbits(system, section, scheme)
+    (status, ending) = STOPPED
+    empty = Branch(np.zeros(0), np.zeros(0), none, bifurcations=(), status=status, ending=ending)
+    how: Any = {"scheme": scheme, "step": step, "rtol": rtol, "atol": atol, "threads": threads}
+    with keeping("continuation", lambda: empty):
+        cut: Any = {"section": section, "period": period, "max_time": max_time}
+        first = periodic_orbits(first_model, z0, energy=energy, tolerance=tolerance, **cut, **how)
+        if first.status.size != 1 or first.status[0] != Status.OK:
+            raise ValueError(f"z0 must be a guess (2n,) that leads to a periodic orbit, got {first.summary()}")
+        value = float(first.energy[0]) if parameter is None else parameter
+        if not low <= value <= high:
+            raise ValueError(f"bounds must contain the first value {value!r}, got {bounds!r}")
+        how["step"] = None if section is None or np.isinf(first.step[0]) else float(first.step[0])
+        # z: of an odd number of variables with the idle row.
+        flow, z, *_ = plan(first_model, first.z, Options(**{**how, "scheme": first.scheme}))
+        surface = None if section is None else flow.section(section)
+        own = step is None and flow.fixed
+        scale = orbit_scale(system, z, first.energy, flow.threads)
+        first_flow = flow if flow.adaptive or section is None else replace(flow, step=first.step)
+        returns = np.moveaxis(first.points, (0, 1, 2), (2, 1, 0))
+        scale = closed_scale(first_flow, z, returns, first.time, scale)
+        units = np.append(scale.rows[:, 0], scale.energy[0])
+        kept = None if parameter is None else float(first.energy[0])
+        wait = LONGER * first.time[0]
+        more: Any = {"own_step": own, "units": units, "wait": wait}
+        family = Family(make, flow, surface, section, period, limit, tolerance, kept, **more)
+        start = _first_point(family, np.append(z[:, 0], value), scale, first.step[0])
+    points = [_turned(start, direction)]
+    with keeping("continuation", lambda: _branch(family, points, *STOPPED)):
+        branch = _branch(family, points, *_follow(family, points, length, longest, steps, (low, high)))
+        return replace(branch, bifurcations=tuple(bifurcations(family, points, branch.arclength, branch.orbits)))
+
+
+def _first_point(family: Family, u: np.ndarray, scale: Scale, step: float) -> Point:
+    """Return the first orbit as a point of the family, once the family has its unit of the parameter."""
+    if family.energy is not None:
+        family.units[-1] = family.parameter_unit(u, scale)
+    start = family.corrected(u, None, scale, step)
+    if start is None:
+        raise ValueError("z0 leads to an orbit that cannot be continued")
+    return start
+
+
+def _branch(family: Family, points: list[Point], status: Status, ending: str) -> Branch:
+    """Return the branch of the points found so far, without its bifurcations."""
+    orbits = PeriodicOrbits.concat([family.orbits(p) for p in points])
+    values = np.array([p.u[-1] for p in points])
+    arclength = np.concatenate([[0.0], np.cumsum([family.apart(a.u, b.u) for a, b in pairwise(points)])])
+    swings = [family.swing(p) for p in points]
+    swing = None if swings[0] is None else np.array(swings).T
+    whole: Any = {"value": values, "arclength": arclength, "orbits": orbits, "swing": swing}
+    return Branch(**whole, bifurcations=(), status=status, ending=ending)
+
+
+def _turned(start: Point, direction: int) -> Point:
+    """Return the first point with its tangent in the first direction of the energy or parameter."""
+    forward = start.tangent if start.tangent[-1] * direction >= 0 else -start.tangent
+    return replace(start, tangent=forward)
+
+
+def _family(model: Any, parameter: float | None) -> tuple[Callable, Any]:
+    """Return the function from the parameter to the model, and the first model."""
+    if parameter is None:
+        return (lambda _: model), model
+    if not callable(model) or isinstance(model, tuple):
+        raise TypeError(
+            f"model must be a function that makes a model of the parameter, got {model!r} ({type(model).__name__})"
+        )
+    return model, model(real("parameter", parameter))
+
+
+def _bounds(bounds: Any) -> tuple[float, float]:
+    given = numbers("bounds", bounds)
+    if given.shape != (2,) or not given[0] < given[1]:
+        raise ValueError(f"bounds must be two increasing numbers, got {shown(bounds)}")
+    return float(given[0]), float(given[1])
+
+
+def _reached(first: float, value: float, bounds: tuple[float, float], share: float) -> tuple[float, str]:
+    """Return the share of a branch that is done, of its steps or of the way to its bound, and where it is in words."""
+    way = (bounds[1] if value > first else bounds[0]) - first
+    done = (value - first) / way if np.isfinite(way) and way != 0.0 else 0.0
+    return max(share, done), f"at {value:.6g}"
+
+
+def _follow(family, points: list[Point], length, longest, steps, bounds) -> tuple[Status, str]:
+    """Step along the branch from its first point to its bounds, its number of steps, or the shortest step; add to the
+    points. Return the status and the reason for the end in words.
+    """
+    start = points[0]
+    signs = family.products(points[0])[:2]
+    shortest = SHORTEST * length
+    while len(points) <= steps:
+        last = points[-1]
+        tell("continuation", *_reached(start.u[-1], last.u[-1], bounds, (len(points) - 1) / steps))
+        point = family.ahead(last, length)
+        ahead = (
+            family.products(point)[:2]
+            if point is not None and family.follows(last, point, length)
+            else np.full(2, np.nan)
+        )
+        if not (np.abs(ahead - signs) <= JUMP * (1 + np.abs(signs))).all():
+            length *= 0.5
+            if length < shortest:
+                if last.scale.energy[0] < VANISHED * start.scale.energy[0]:
+                    return Status.ACTION_ZERO, "ended where the orbits shrink to an equilibrium"
+                return Status.NOT_CONVERGED, f"ended where steps down to {length:.1e} found no further orbit"
+            continue
+        if not bounds[0] <= point.u[-1] <= bounds[1]:
+            edge = bounds[0] if point.u[-1] < bounds[0] else bounds[1]
+            share = (edge - last.u[-1]) / (point.u[-1] - last.u[-1])
+            between = np.append(((1 - share) * last.u + share * point.u)[:-1], edge)
+            end = family.corrected(between, None, last.scale, last.following)
+            if end is None and share > 1e-9:
+                return Status.NOT_CONVERGED, f"ended next to the bound {edge:.6g}, where no orbit was found"
+            if end is not None and share > 1e-9:
+                points.append(end)
+            return Status.OK, f"ended at the bound {edge:.6g}"
+        points.append(point)
+        signs = ahead
+        if point.corrections <= EASY:
+            length = min(1.5 * length, longest)
+    return Status.OK, f"ended after its {steps} steps: more (steps=) or longer (longest=) go on"

@@ -1,0 +1,218 @@
+"""All periodic orbits up to a period on a section: guesses from near returns of a section map, then Newton."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from ..core.interruption import Interrupted, keeping
+from ..core.numbers import positive, whole
+from ..results.progress import tell
+from ..results.recipe import recorded
+from ..results.short_forms import Starts, takes
+from ..runs.checks import current_system
+from ..runs.motion import typical_rate
+from ..runs.options import Options
+from ..runs.schemes.catalogue import Scheme, scheme_of
+from ..runs.starts import starts_of
+from ..sections.poincare_map import poincare_map
+from ..sections.section_map import SectionMap
+from ..systems.formulas.section_text import section_of
+from ..systems.models.contracts import Dynamics, Section
+from .found_orbits import PeriodicOrbits, no_orbits
+from .periodic_orbits import WAIT, periodic_orbits
+from .return_map import checked_guesses, checked_return
+
+
+def periodic_guesses(section_map: SectionMap, period: int, *, most: int = 100, apart: float = 0.02) -> np.ndarray:
+    """Return crossings that come back close to themselves after `period` crossings, the closest first.
+
+    :Parameters: section_map: a SectionMap of orbits of more than `period` crossings; most: their largest number; apart:
+        the least distance between two of them, as a fraction of the section's size in each coordinate.
+    :Returns: z (2n, guesses), none where no orbit is long enough.
+    :Raises: ValueError or TypeError for wrong input.
+
+    Every crossing of every orbit is compared with its image; among those nearer to each other than `apart` the one of
+    the least displacement is kept: a local minimum of the displacement over the section.
+
+    :Source: the method of close returns, Auerbach et al. 1987, Phys. Rev. Lett. 58, 2387.
+
+    Examples
+    --------
+    >>> cut = fa.poincare_map(fa.models.StandardMap(0.9), [[3.0, 2.8], [0.1, 0.0]], crossings=200)
+    >>> guesses = fa.periodic.periodic_guesses(cut, 1)
+    >>> fa.periodic_orbits(fa.models.StandardMap(0.9), guesses[:, :1]).z.round(9) + 0.0
+    array([[3.14159265],
+           [0.        ]])
+    """
+    if not isinstance(section_map, SectionMap):
+        raise TypeError(f"section_map must be a SectionMap, got {section_map!r} ({type(section_map).__name__})")
+    period = whole("period", period, 1)
+    most = whole("most", most, 1)
+    apart = positive("apart", apart)
+    points = section_map.points.transpose(2, 1, 0)
+    rows = points.shape[2]
+    if points.shape[1] <= period:
+        return np.zeros((rows, 0))
+    flat = points.reshape(-1, rows)
+    size = np.fmax.reduce(flat, axis=0) - np.fmin.reduce(flat, axis=0)
+    # The section's own direction has no information: its row varies by rounding, beside rows of its kind.
+    halves = (size,) if rows % 2 else np.split(size, 2)
+    kind = np.concatenate([np.full(len(half), np.fmax.reduce(half)) for half in halves])
+    scale = np.where(size > np.maximum(1e-12 * kind, 1e-13 * np.fmax.reduce(np.abs(flat), axis=0)), size, np.inf)
+    away = np.linalg.norm((points[:, period:] - points[:, :-period]) / scale, axis=2)
+    # The best crossings represent an orbit: along a regular orbit the displacement repeats itself.
+    per_orbit = np.argsort(away, axis=1)[:, : max(1, -(-20 * most // len(away)))]
+    orbit = np.repeat(np.arange(len(away)), per_orbit.shape[1])
+    slot = per_orbit.ravel()
+    near = away[orbit, slot]
+    order = np.argsort(near, kind="stable")
+    order = order[np.isfinite(near[order])]
+    candidates = points[orbit[order], slot[order]]
+    free = np.ones(len(candidates), bool)
+    chosen: list[int] = []
+    while free.any() and len(chosen) < most:
+        k = int(np.argmax(free))
+        chosen.append(k)
+        free &= np.linalg.norm((candidates - candidates[k]) / scale, axis=1) > apart
+        free[k] = False
+    return candidates[chosen].T
+
+
+@takes(z0=starts_of, section=section_of, scheme=scheme_of)
+@recorded
+def find_periodic_orbits(
+    model: Dynamics,
+    z0: Starts | SectionMap,
+    *,
+    section: Section | str | None = None,
+    max_period: int,
+    energy: float | None = None,
+    most: int = 100,
+    apart: float = 0.02,
+    crossings: int | None = None,
+    max_time: float | None = None,
+    tolerance: float = 1e-12,
+    iterations: int = 40,
+    step: float | None = None,
+    scheme: Scheme | str | None = None,
+    rtol: float = 1e-13,
+    atol: float = 1e-13,
+    threads: int | None = None,
+) -> PeriodicOrbits:
+    """Find the periodic orbits of a section map up to a period, from the near returns of a grid of orbits.
+
+    Parameters
+    ----------
+    model : model
+        As in `periodic_orbits`.
+    z0 : array (2n, orbits) or `SectionMap`
+        Phase points, such as ``energy_grid(...).z0``, or a map of this section.
+    section : as in `periodic_orbits`
+    max_period : int, crossings
+        Longest period.
+    energy : float, energy, optional
+        Energy of all orbits (default: that of each guess).
+    most, apart : as in `periodic_guesses`, for each period
+        Default 100, and 0.02.
+    crossings : int, optional
+        Crossings of the grid's orbits (default: max_period + 8).
+    max_time : float, time, optional
+        For all of them.
+    tolerance, iterations : as in `periodic_orbits`
+    step, scheme, rtol, atol, threads : as in `periodic_orbits`
+
+    Returns
+    -------
+    `PeriodicOrbits`
+        One of each orbit found, all OK, of their least periods, the short ones first; on a resonant torus of an
+        integrable model as many of its orbits as there were guesses.
+
+    Raises
+    ------
+    ValueError, TypeError
+        An argument is wrong.
+    Interrupted
+        On Ctrl-C, with the orbits found until then in `.partial`.
+
+    Notes
+    -----
+    A finer grid makes the search more complete. On one energy surface of two degrees of freedom the fixed
+    points of the map and of its powers have a total index, the number with R > 0 less the number with R < 0: it shows
+    how many are missing. Cost: that of the map, then of `periodic_orbits` for `most` guesses of each period.
+
+    References
+    ----------
+    As in `periodic_guesses` and `periodic_orbits`; Greene 1979, J. Math. Phys. 20, 1183 (index).
+
+    Examples
+    --------
+    >>> starts = np.array([[3.0, 2.8, 2.5], [0.1, 0.0, 0.2]])
+    >>> found = fa.find_periodic_orbits(fa.models.StandardMap(0.9), starts, max_period=1)
+    >>> found.z.round(9) + 0.0
+    array([[3.14159265],
+           [0.        ]])
+    """
+    system = current_system(model)
+    scheme = checked_return(system, section, scheme)
+    longest = whole("max_period", max_period, 1)
+    tolerance = positive("tolerance", tolerance)
+    iterations = whole("iterations", iterations, 1)
+    seen = z0 if isinstance(z0, SectionMap) else None
+    rows = system.rows
+    if seen is not None and len(seen.points) != rows:
+        raise ValueError(f"z0 must be a SectionMap of {rows} rows, got one of {len(seen.points)}")
+    starts = z0 if seen is None else seen.points[:, 0, seen.counts > 0]
+    how: Any = {"scheme": scheme, "step": step, "rtol": rtol, "atol": atol, "threads": threads}
+    flow, z, _ = checked_guesses(system, starts, energy, Options(**how))
+    how["scheme"] = flow.scheme
+    count = longest + 8 if crossings is None else whole("crossings", crossings, 2)
+    wait = WAIT / typical_rate(system, z) if max_time is None else positive("max_time", max_time) / count
+    newton = partial(
+        periodic_orbits, model, section=section, energy=energy, tolerance=tolerance, iterations=iterations, **how
+    )
+    search = _Search(newton, None if max_time is None else wait, [no_orbits(system, section, flow.scheme)])
+    with keeping("find_periodic_orbits", search.orbits):
+        if seen is None:
+            limit = None if section is None or system.driven else wait * count
+            seen = poincare_map(model, z[:rows], section=section, crossings=count, max_time=limit, **how)
+        for period in range(1, longest + 1):
+            tell("find_periodic_orbits", (period - 1) / longest, f"period {period} of {longest}")
+            search.near(periodic_guesses(seen, period, most=most, apart=apart), period)
+        if len(search.found) == 1:
+            raise ValueError("z0 has no orbit that returns to the section more than once")
+        return search.orbits()
+
+
+@dataclass(frozen=True)
+class _Search:
+    """Orbits of their least period found so far, the first entry none, and Newton's method, which finds more.
+
+    wait: time for each crossing of a period, or None.
+    """
+
+    newton: Callable[..., PeriodicOrbits]
+    wait: float | None
+    found: list[PeriodicOrbits]
+
+    def orbits(self) -> PeriodicOrbits:
+        """Return each orbit once."""
+        return PeriodicOrbits.concat(self.found).unique()
+
+    def near(self, guesses: np.ndarray, period: int) -> None:
+        """Add the orbits near guesses (2n, guesses) of a period; those of a shorter one are sought again as that."""
+        if not guesses.size:
+            return
+        try:
+            orbits = self.newton(guesses, period=period, max_time=None if self.wait is None else self.wait * period)
+        except Interrupted as stopped:
+            self.found.append(stopped.partial.take(stopped.partial.prime == period))
+            raise
+        prime = orbits.prime
+        self.found.append(orbits.take(prime == period))
+        for shorter in np.unique(prime[(prime > 0) & (prime < period)]):
+            self.near(orbits.z[:, prime == shorter], int(shorter))

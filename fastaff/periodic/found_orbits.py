@@ -1,0 +1,318 @@
+"""Periodic orbits as a result: points, monodromy, multipliers, residues, stability."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import IntEnum
+from typing import Annotated, Any
+
+import numpy as np
+
+from ..core.status import Status, describe
+from ..results.axes import along
+from ..results.result import Result
+from ..runs.coordinates import chart_row
+from ..runs.flow import Flow
+from ..runs.schemes.catalogue import Scheme
+from ..systems.models.contracts import Section
+from ..systems.models.mechanics import System
+from .own_units import Scale
+from .return_map import Returns, each, reduced_monodromy, stability_indices
+
+SAME = 1e-6
+"""Distance, in an orbit's own units, below which two section points are one."""
+
+EDGE = 1e-9
+"""Part of a period below which an angle at its edge is at the upper one."""
+
+MARGINAL = 1e-6
+"""Distance of a residue from 0 or 1, beside the size of the monodromy matrix, below which an orbit is parabolic."""
+
+
+class Stability(IntEnum):
+    """Kinds of periodic orbits, by the pair of multipliers farthest from the unit circle.
+
+    ELLIPTIC: on it, 0 < R < 1; PARABOLIC: at 1 or -1, R = 0 or 1; HYPERBOLIC: positive, R < 0; INVERSE_HYPERBOLIC:
+    negative, with reflection, R > 1; COMPLEX: four together off the circle (three degrees of freedom and more);
+    UNKNOWN: not converged. For dz/dt = f(z), whose multipliers have no pairs: ATTRACTING: all within the unit circle;
+    REPELLING: all beyond; SADDLE: some within, some beyond; PARABOLIC: one on it.
+    """
+
+    ELLIPTIC = 0
+    PARABOLIC = 1
+    HYPERBOLIC = 2
+    INVERSE_HYPERBOLIC = 3
+    COMPLEX = 4
+    UNKNOWN = 5
+    ATTRACTING = 6
+    SADDLE = 7
+    REPELLING = 8
+
+
+@dataclass(frozen=True)
+class PeriodicOrbits(Result):
+    """Periodic orbits of a section map; where one is not OK, points, time and matrices are NaN.
+
+    z (2n, orbits) on the section; period (orbits,) in crossings; points (2n, longest period, orbits): all crossings, z
+    first, NaN past the period; time (orbits,): the period in time; energy (orbits,); monodromy (2n, 2n, orbits): the
+    derivative of the flow over the period at z; reduced (2n - 2, 2n - 2, orbits): that of the section map within the
+    energy surface, in a basis orthonormal in own units; residual (orbits,) = ``|flow(z) - z|`` in own units; error
+    (orbits,): estimate of that of z and of 2 pi time/(a turn), in own units, from a shorter step (or a larger rtol) and
+    a neighbour; reduced_error (orbits,): likewise of `reduced`, see `multiplier_errors`; iterations (orbits,): returns
+    computed; status (orbits,) of `Status`; step (orbits,), inf for an adaptive scheme; scale (2n, orbits): own units.
+    names (2n,): of the rows. For dz/dt = f(z) of d variables there are d rows, reduced is (d - 1, d - 1, orbits),
+    energy 0, and `paired` False: multipliers have no pairs, so that indices and residues are NaN.
+    """
+
+    z: Annotated[np.ndarray, along("coordinate", "orbit", labels="names", plain=True)]
+    period: Annotated[np.ndarray, along("orbit", unit="crossings")]
+    points: Annotated[np.ndarray, along("coordinate", "crossing", "orbit", labels="names", padded="crossing")]
+    time: Annotated[np.ndarray, along("orbit", unit="time")]
+    energy: Annotated[np.ndarray, along("orbit", unit="energy")]
+    monodromy: Annotated[np.ndarray, along("coordinate", "start coordinate", "orbit", labels="names")]
+    reduced: Annotated[np.ndarray, along("direction", "start direction", "orbit")]
+    residual: Annotated[np.ndarray, along("orbit")]
+    error: Annotated[np.ndarray, along("orbit")]
+    reduced_error: Annotated[np.ndarray, along("orbit")]
+    iterations: Annotated[np.ndarray, along("orbit")]
+    status: Annotated[np.ndarray, along("orbit")]
+    step: Annotated[np.ndarray, along("orbit", unit="time")]
+    scale: Annotated[np.ndarray, along("coordinate", "orbit", labels="names")]
+    names: tuple[str, ...]
+    section: Any
+    scheme: Scheme
+    paired: bool = True
+
+    @property
+    def multipliers(self) -> np.ndarray:
+        """The eigenvalues (2n - 2, orbits) of the reduced monodromy: without the two 1 of the flow and the energy (of
+        dz/dt = f(z) all but that of the flow).
+        """
+        matrices = np.moveaxis(self.reduced, -1, 0)
+        return each(np.linalg.eigvals, matrices, matrices.shape[2:], np.complex128).T
+
+    @property
+    def multiplier_errors(self) -> np.ndarray:
+        """Estimates of the errors of `multipliers` (2n - 2, orbits), from `reduced_error`: a multiplier's condition
+        times that, or where multipliers meet the largest effect of such a change of the matrix.
+
+        In a pair of 1e6 and 1e-6 the small one is lost if the matrix is known to 1e-6; it is the inverse of the other.
+
+        :Source: Elsner 1985, Linear Algebra Appl. 71, 77 (the bound).
+        """
+        matrices = np.moveaxis(self.reduced, -1, 0)
+        off = self.reduced_error
+        m = matrices.shape[1]
+        condition = each(_conditions, matrices, (m,), np.float64)
+        with np.errstate(all="ignore"):
+            whole = 2 * np.linalg.norm(matrices, axis=(1, 2)) + off
+            return np.fmin(condition * off[:, None], (whole ** (1 - 1 / m) * off ** (1 / m))[:, None]).T
+
+    @property
+    def residue_errors(self) -> np.ndarray:
+        """Estimates of the errors of `residues` (n - 1, orbits): that of the trace for n = 2, else by those of the
+        multipliers.
+        """
+        if not self.paired or len(self.reduced) == 2:
+            error = np.sqrt(2) / 4 * self.reduced_error + (0.0 if self.paired else np.nan)
+            return np.broadcast_to(error, self.indices.shape).copy()
+        values = self.multipliers
+        off = self.multiplier_errors
+        with np.errstate(all="ignore"):
+            away = np.abs((values + 1 / values)[:, None] - self.indices)
+            nearest = np.where(np.abs(values)[:, None] >= 1 - MARGINAL, away, np.inf).argmin(axis=0)
+            own, error = (np.take_along_axis(rows, nearest, axis=0) for rows in (values, off))
+            return (np.abs(1 - own**-2.0) * error + error**2) / 4
+
+    @property
+    def indices(self) -> np.ndarray:
+        """The stability indices (n - 1, orbits): the sums lambda + 1/lambda of the pairs of multipliers, the trace for
+        n = 2.
+        """
+        matrices = np.moveaxis(self.reduced, -1, 0)
+        if not self.paired:
+            return np.full((max(1, len(self.reduced) // 2), len(matrices)), np.nan + 0j)
+        return each(stability_indices, matrices, (len(self.reduced) // 2,), np.complex128).T
+
+    @property
+    def residues(self) -> np.ndarray:
+        """Greene's residue of each pair, (2 - index)/4, complex (n - 1, orbits)."""
+        return (2 - self.indices) / 4
+
+    @property
+    def residue(self) -> np.ndarray:
+        """Greene's residue (orbits,) for n = 2; for more, that of the pair farthest from the unit circle (its real
+        part).
+        """
+        return np.take_along_axis(self.residues, self._worst[None], axis=0)[0].real
+
+    @property
+    def stability(self) -> np.ndarray:
+        """The kinds (orbits,), codes of `Stability`."""
+        if not self.paired:
+            return self._unpaired
+        R = np.take_along_axis(self.residues, self._worst[None], axis=0)[0]
+        with np.errstate(all="ignore"):
+            near = MARGINAL * np.maximum(1.0, np.linalg.norm(self.reduced, axis=(0, 1)))
+            kind = np.where((R.real < 0), Stability.HYPERBOLIC, Stability.ELLIPTIC)
+            kind = np.where(R.real > 1, Stability.INVERSE_HYPERBOLIC, kind)
+            kind = np.where(np.abs(R.imag) > near, Stability.COMPLEX, kind)
+            kind = np.where(np.minimum(np.abs(R), np.abs(R - 1)) <= near, Stability.PARABOLIC, kind)
+        return np.where(np.isfinite(R), kind, Stability.UNKNOWN)
+
+    @property
+    def _unpaired(self) -> np.ndarray:
+        """The kinds (orbits,) by the sizes of all multipliers."""
+        size = np.abs(self.multipliers)
+        with np.errstate(all="ignore"):
+            kind = np.where((size < 1).any(axis=0), Stability.SADDLE, Stability.REPELLING)
+            kind = np.where((size < 1).all(axis=0), Stability.ATTRACTING, kind)
+            kind = np.where((np.abs(size - 1) <= MARGINAL).any(axis=0), Stability.PARABOLIC, kind)
+        return np.where(np.isfinite(size).all(axis=0), kind, Stability.UNKNOWN)
+
+    @property
+    def _worst(self) -> np.ndarray:
+        """Number of the pair whose index is farthest from the stable interval [-2, 2]."""
+        k = self.indices
+        away = np.maximum(np.abs(k.real) - 2, 0.0) + np.abs(k.imag)
+        return np.argmax(np.where(np.isnan(away), -1.0, away), axis=0)
+
+    @property
+    def prime(self) -> np.ndarray:
+        """The least periods (orbits,): the first crossing that is back at z; a divisor of `period`, 0 where not OK."""
+        back = np.linalg.norm((self.points - self.z[:, None]) / self.scale[:, None], axis=0) <= SAME
+        back = np.concatenate([back[1:], np.zeros((1, len(self)), bool)])
+        first = np.where(back.any(axis=0), back.argmax(axis=0) + 1, self.period)
+        return np.where(self.status == Status.OK, np.minimum(first, self.period), 0)
+
+    def same(self) -> np.ndarray:
+        """Number the orbits (orbits,) so that the same closed orbits have one number, for any crossing as start; -1:
+        not OK.
+        """
+        number = np.full(self.status.shape, -1)
+        good = self.status == Status.OK
+        # Least periods first, so that a number stands for a prime orbit where there is one.
+        for o in np.lexsort((np.arange(good.size), self.period)):
+            if good[o] and number[o] < 0:
+                away = (self.z[:, None] - self.points[:, : self.period[o], o, None]) / self.scale[:, o, None, None]
+                number[(np.linalg.norm(away, axis=0).min(axis=0) <= SAME) & good & (number < 0)] = o
+        return np.unique(number, return_inverse=True)[1] - (not good.all())
+
+    def unique(self) -> PeriodicOrbits:
+        """Return each OK orbit once, with the least period found, in the order of period and energy."""
+        number = self.same()
+        order = np.lexsort((self.residual, self.period))
+        kept = [next(o for o in order if number[o] == k) for k in range(number.max(initial=-1) + 1)]
+        chosen = self.take(np.array(kept, np.int64))
+        return chosen.take(np.lexsort((chosen.residue, chosen.energy, chosen.period)))
+
+    def _row(self, name: str) -> np.ndarray | None:
+        return chart_row(self.z, name)
+
+    def summary(self) -> str:
+        """Return one line with the outcomes of guesses, the kinds of the orbits, and the number of inaccurate ones."""
+        good = self.status == Status.OK
+        kinds, counts = np.unique(self.stability[good], return_counts=True)
+        parts = [f"{c} {Stability(k).name}" for k, c in zip(kinds, counts, strict=True)]
+        vague = int((self.error[good] > SAME).sum())
+        if vague:
+            parts.append(
+                f"{vague} known to less than {SAME:g} of their size (rounding times the multipliers, or steps)"
+            )
+        return describe(self.status, ", ".join(parts))
+
+
+def _conditions(matrix: np.ndarray) -> np.ndarray:
+    """Return the condition numbers of a matrix's eigenvalues: the ratios of their changes to that of the matrix."""
+    _, right = np.linalg.eig(matrix)
+    try:
+        left = np.linalg.inv(right)
+    except np.linalg.LinAlgError:
+        return np.full(len(matrix), np.inf)
+    return np.linalg.norm(left, axis=1) * np.linalg.norm(right, axis=0)
+
+
+def packed(
+    flow: Flow,
+    section: Section | None,
+    z: np.ndarray,
+    energy: np.ndarray,
+    found: Returns,
+    scale: Scale,
+    *,
+    residual: np.ndarray,
+    error: np.ndarray,
+    reduced_error: np.ndarray,
+    iterations: np.ndarray,
+) -> PeriodicOrbits:
+    """Return PeriodicOrbits of points z (2n, orbits) and their returns; orbits that are not OK are NaN."""
+    model = flow.model
+    system = flow.system
+    good = found.status == Status.OK
+    reduced = reduced_monodromy(system, section, z, found.monodromy, scale)
+    # The orbit starts at z, which is its last crossing.
+    points = np.concatenate([z.T[:, None], found.points[:, :-1]], axis=1)
+    if system.iterated:
+        points = within_a_period(model, points)
+        z = points[:, 0].T.copy()
+    d = system.rows  # without an idle row
+    z = z[:d]
+    points = points[:, :, :d]
+    time = found.time.copy()
+    error = error.copy()
+    monodromy = found.monodromy[:, :d, :d].copy()
+    reduced_error = reduced_error.copy()
+    for array in (points, time, monodromy, reduced, error, reduced_error):
+        array[~good] = np.nan
+    return PeriodicOrbits(
+        z=z,
+        period=np.full(good.size, points.shape[1]),
+        points=points.transpose(2, 1, 0),
+        time=time,
+        energy=energy,
+        monodromy=np.moveaxis(monodromy, 0, -1),
+        reduced=np.moveaxis(reduced, 0, -1),
+        residual=residual,
+        error=error,
+        reduced_error=reduced_error,
+        iterations=iterations,
+        status=found.status,
+        step=np.array(np.broadcast_to(flow.step, good.shape)),
+        scale=scale.rows[:d],
+        names=system.row_names,
+        section=section,
+        scheme=flow.scheme,
+        paired=system.canonical,
+    )
+
+
+def within_a_period(model: Any, points: np.ndarray) -> np.ndarray:
+    """Return points (..., 2n) of a map with periodic rows in (-period/2, period/2], to rounding."""
+    points = points.copy()
+    for row, period in enumerate(model.periods()):
+        if period > 0:
+            turns = points[..., row] / period
+            points[..., row] -= period * np.ceil(turns - 0.5 - EDGE)
+    return points
+
+
+def no_orbits(system: System, section: Any, scheme: Any) -> PeriodicOrbits:
+    """Return PeriodicOrbits of none, the result of a search that was stopped at once."""
+    rows = system.rows
+    paired = system.canonical
+    z = np.zeros((rows, 0))
+    matrices = np.zeros((rows, rows, 0))
+    reduced = matrices if section is None else matrices[2:, 2:] if paired else matrices[1:, 1:]
+    return PeriodicOrbits(
+        z=z,
+        points=np.zeros((rows, 0, 0)),
+        monodromy=matrices,
+        reduced=reduced,
+        scale=z,
+        names=system.row_names,
+        section=section,
+        scheme=scheme,
+        paired=paired,
+        **dict.fromkeys(("time", "energy", "residual", "error", "reduced_error", "step"), np.zeros(0)),
+        **dict.fromkeys(("period", "iterations", "status"), np.zeros(0, np.int64)),
+    )

@@ -1,0 +1,447 @@
+"""Periodic orbits of section maps: Newton's method with the tangent map, stability, residues."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ..core.interruption import keeping
+from ..core.numbers import fits, positive, whole
+from ..core.status import Status
+from ..results.progress import tell
+from ..results.recipe import recorded
+from ..results.short_forms import Starts, takes
+from ..runs.checks import current_system
+from ..runs.flow import Flow
+from ..runs.needs import check_given
+from ..runs.options import Options
+from ..runs.schemes.catalogue import Scheme, scheme_of
+from ..runs.starts import starts_of
+from ..systems.formulas.section_text import section_of
+from ..systems.models.contracts import Dynamics, Section
+from .closing_errors import closing_errors
+from .found_orbits import PeriodicOrbits, packed
+from .own_units import Scale, closed_scale, orbit_scale
+from .return_map import (
+    FINER,
+    Returns,
+    checked_guesses,
+    checked_return,
+    closing_goal,
+    closing_matrix,
+    finer_by,
+    least_change,
+    onto,
+    section_gradient,
+    section_returns,
+    step_goal,
+    vector_field,
+)
+
+FINEST = 200.0
+"""Largest factor by which a step becomes shorter in all."""
+
+ROUNDS = 4
+"""Number of rounds with shorter steps."""
+
+SHRINKS = 3
+"""Number of times that the units of an orbit that has closed may become smaller: those of its guess were too large, so
+that it had not closed. A linear map has no size, its fixed point at the origin would never be reached.
+"""
+
+LEAPS = 3
+"""Number of whole steps that a stuck search takes."""
+
+LEAP = 1.0
+"""Largest length of such a step, in the orbit's own units."""
+
+RESTS = 1e-6
+"""Speed, in own units and radians, below which an orbit of dz/dt = f(z) rests."""
+
+WAIT = 20 * 2 * np.pi
+"""Radians of an orbit's motion to wait for a crossing."""
+
+LONGER = 8
+"""Factor of WAIT if there is no crossing: the motion near the start may be much faster than later."""
+
+
+@takes(z0=starts_of, section=section_of, scheme=scheme_of)
+@recorded
+def periodic_orbits(
+    model: Dynamics,
+    z0: Starts,
+    *,
+    section: Section | str | None = None,
+    period: int = 1,
+    energy: ArrayLike | None = None,
+    max_time: float | None = None,
+    tolerance: float = 1e-12,
+    iterations: int = 40,
+    step: float | np.ndarray | None = None,
+    scheme: Scheme | str | None = None,
+    rtol: float = 1e-13,
+    atol: float = 1e-13,
+    threads: int | None = None,
+) -> PeriodicOrbits:
+    """Find periodic orbits of a section map, or of a map, from guesses, by Newton's method with the tangent map.
+
+    Parameters
+    ----------
+    model : model with `tangent_force`
+        It has two degrees of freedom or more, or is driven, a map, or dz/dt = f(z).
+    z0 : array (2n,) or (2n, orbits)
+        Guesses. They are first moved to the section and the energy, and along the flow where they pass the section the
+        wrong way.
+    section : value of `fastaff.models.sections` or str, optional
+        None for a map. Default: as in `poincare_map`.
+    period : int >= 1, crossings, default 1
+        Number of crossings after which the orbit closes; it may be a multiple of the least one: see `.prime`.
+    energy : float or array (orbits,), energy, optional
+        Default: that of each guess.
+    max_time : float, time, optional
+        For the `period` crossings (default: 20 turns of each guess's own frequency for each, 160 where these are too
+        few).
+    tolerance : float, default 1e-12
+        An orbit is OK once ``|flow(z) - z| <= tolerance |M|`` in own units, the effect of a change of z by `tolerance`
+        (but not less than rounding of z).
+    iterations : int, default 40
+        Largest number of returns computed for an orbit with one step.
+    step : as in `integrate`
+        Default: for each orbit its own, shortened until that moves the return no more than the tolerance.
+    scheme, rtol, atol, threads : as in `integrate`
+        rtol and atol are 1e-13 here.
+
+    Returns
+    -------
+    `PeriodicOrbits`
+        A guess that leads to no orbit has the status NOT_CONVERGED, one that never comes back TOO_FEW_CROSSINGS.
+
+    Raises
+    ------
+    ValueError, TypeError, Interrupted
+        As in `integrate`.
+
+    Notes
+    -----
+    An orbit's own units are the amplitudes that its motion has by its kinetic energy and frequency (`Motion`): results
+    are the same in any units, for any origin and zero of V, and in any company. Where these are over a hundred times
+    the orbit that has closed, as neighbours run away, they are its own extent or the distance where the system is no
+    longer linear. All guesses take their steps together:
+    one integration with 2n tangent vectors to the crossing, located on the scheme's own flow, then a small
+    least-squares system for each orbit: (M - 1) dz + f dT = z - flow(z) within the tangent plane of section and energy,
+    by singular values, those below 1e-8 of the largest left out, so that orbits of a resonant torus are found too. A
+    step that makes the residual larger is cut to a quarter; if no part of it helps, a whole one of at most a unit is
+    taken, three times at most. Convergence is quadratic, to rounding. A relative periodic orbit of a body is a periodic
+    orbit of `fastaff.reduced`.
+
+    Systems dz/dt = f(z) have no energy (default scheme VERNER9): the orbits are limit cycles and cycles of strange
+    attractors, with all multipliers but the 1 of the flow and no residues; own units are half of the extent of the
+    orbit over a trial run, and an equilibrium is no cycle. A driven system with friction is one with two variables
+    more, on a circle. Cost: about 8 to 12 returns of 2n + 1 vectors for each guess.
+
+    References
+    ----------
+    Baranger, Davies & Mahoney 1988, Ann. Phys. 186, 95 (the monodromy method); Greene 1979, J. Math. Phys. 20, 1183
+    (residue); Howard & MacKay 1987, J. Math. Phys. 28, 1036 (stability indices).
+
+    Examples
+    --------
+    >>> orbit = fa.periodic_orbits(fa.models.StandardMap(0.9), [3.0, 0.1])
+    >>> orbit.z[:, 0].round(9) + 0.0, orbit.residue.round(6)
+    (array([3.14159265, 0.        ]), array([0.225]))
+    """
+    system = current_system(model)
+    scheme = checked_return(system, section, scheme)
+    period = whole("period", period, 1)
+    iterations = whole("iterations", iterations, 1)
+    tolerance = positive("tolerance", tolerance)
+    options = Options(scheme=scheme, step=step, rtol=rtol, atol=atol, threads=threads)
+    flow, z, energy = checked_guesses(system, z0, energy, options)
+    surface = section if section is None else flow.section(section)
+    end = None if max_time is None else positive("max_time", max_time)
+    check_given(system, "a time of return", max_time=max_time)
+    fits("period", *z.shape, period)
+    flexible = step is None and flow.fixed
+    search = _Search(flow, surface, section, period, end, tolerance, iterations, flexible)
+    state = search.start(z, energy)
+    with keeping("periodic_orbits", lambda: search.partial(state)):
+        search.run(state)
+        for left in reversed(range(ROUNDS + 1)):
+            if not search.shorten(state, last=not left).any():
+                break
+            search.run(state)
+    return search.result(state)
+
+
+@dataclass
+class _State:
+    """A search under way: arrays over orbits. `z` is the best point so far, `trial` the next; `settled`: whether no
+    shorter step will be tried.
+    """
+
+    z: np.ndarray
+    trial: np.ndarray
+    energy: np.ndarray
+    scale: Scale
+    step: np.ndarray
+    limit: np.ndarray
+    change: np.ndarray
+    share: np.ndarray
+    residual: np.ndarray
+    error: np.ndarray
+    reduced_error: np.ndarray
+    iterations: np.ndarray
+    status: np.ndarray
+    live: np.ndarray
+    settled: np.ndarray
+    found: Returns
+    leaps: np.ndarray
+    shrinks: np.ndarray
+
+
+@dataclass(frozen=True)
+class _Search:
+    """Newton's method for all guesses at once; `flexible`: their steps may be shortened."""
+
+    flow: Flow
+    section: Any
+    asked: Any
+    period: int
+    max_time: float | None
+    tolerance: float
+    iterations: int
+    flexible: bool
+
+    def start(self, z: np.ndarray, energy: np.ndarray) -> _State:
+        """Move guesses to the section and the energy; those that can't get there have ended."""
+        system = self.flow.system
+        (rows, orbits) = z.shape
+        scale = orbit_scale(system, z, energy, self.flow.threads)
+        limit = WAIT * self.period / scale.rate if self.max_time is None else np.full(orbits, self.max_time)
+        step = np.array(np.broadcast_to(self.flow.step, orbits))
+        trial, reached = onto(system, self.section, z, energy, scale)
+        wrong = np.zeros(0, np.int64)
+        if self.section is not None:
+            with np.errstate(all="ignore"):
+                rate = (section_gradient(self.section, trial, scale.rows) * vector_field(system, trial)).sum(axis=1)
+            wrong = np.flatnonzero(reached & (rate * self.section.direction < 0))
+        if wrong.size:  # it passes the section the other way: its first crossing is the guess
+            first = (
+                section_returns(self._flow(step[wrong]), self.section, trial[:, wrong], 1, limit[wrong]).points[:, 0].T
+            )
+            trial[:, wrong], reached[wrong] = onto(system, self.section, first, energy[wrong], scale.of(wrong))
+        empty = (
+            np.full((orbits, self.period, rows), np.nan),
+            np.full(orbits, np.nan),
+            np.full((orbits, rows, rows), np.nan),
+        )
+        status = np.full(orbits, int(Status.NOT_CONVERGED))
+        return _State(
+            z=trial.copy(),
+            trial=trial,
+            energy=energy,
+            scale=scale,
+            step=step,
+            limit=limit,
+            change=np.zeros_like(z),
+            share=np.ones(orbits),
+            residual=np.full(orbits, np.inf),
+            error=np.full(orbits, np.nan),
+            reduced_error=np.full(orbits, np.nan),
+            iterations=np.zeros(orbits, np.int64),
+            status=status,
+            live=reached,
+            settled=np.zeros(orbits, bool),
+            found=Returns(*empty, status.copy()),
+            leaps=np.zeros(orbits, np.int64),
+            shrinks=np.zeros(orbits, np.int64),
+        )
+
+    def _flow(self, step: np.ndarray) -> Flow:
+        return self.flow if self.flow.adaptive else replace(self.flow, step=step)
+
+    def run(self, state: _State) -> None:
+        """Take Newton steps until every orbit has ended."""
+        for _ in range(self.iterations):
+            live = np.flatnonzero(state.live)
+            if not live.size:
+                return
+            tell("periodic_orbits", 1 - live.size / state.live.size)
+            trial = state.trial[:, live]
+            back = self._returned(state, live)
+            state.iterations[live] += 1
+            size = state.scale.of(live).norm(back.points[:, -1] - trial.T)
+            size = np.where(back.status == Status.OK, size, np.inf)
+            before = state.residual[live]
+            better = size < before
+            hopeless = ~np.isfinite(size) & ~np.isfinite(before)
+            state.status[live[hopeless]] = back.status[hopeless]
+            kept = live[better]
+            state.z[:, kept] = trial[:, better]
+            state.residual[kept] = size[better]
+            for all_orbits, some in zip(state.found, back, strict=True):
+                all_orbits[kept] = some[better]
+            state.share[live] = np.where(better, 1.0, 0.25 * np.minimum(state.share[live], 1.0))
+            closed = (state.residual[live] <= self._goal(state, live)) & ~self._rests(state, live)
+            # One more step as long as steps gain a digit: with quadratic convergence the last is the best.
+            finished = closed & ~(size < 0.1 * before)
+            shrunk = np.zeros(live.size, bool)
+            shrunk[closed] = self._shrink(state, live[closed])
+            closed = closed & ~shrunk
+            finished = finished & ~shrunk
+            state.status[live] = np.where(closed, Status.OK, state.status[live])
+            stuck = (state.share[live] < 1e-4) & ~finished & ~hopeless
+            leaps = live[stuck & (state.leaps[live] < LEAPS) & np.isfinite(before)]
+            state.live[live[finished | hopeless | stuck]] = False
+            state.live[leaps] = True
+            moving = np.union1d(kept, live[shrunk])
+            self._step(state, moving[state.live[moving]])
+            self._leap(state, leaps)
+            next_ones = np.flatnonzero(state.live)
+            moved = state.z[:, next_ones] + state.share[next_ones] * state.change[:, next_ones]
+            energy = state.energy[next_ones]
+            scale = state.scale.of(next_ones)
+            state.trial[:, next_ones] = onto(self.flow.system, self.section, moved, energy, scale)[0]
+        state.live[:] = False  # later changes of others give no orbit more iterations
+
+    def _returned(self, state: _State, live: np.ndarray) -> Returns:
+        """Return the returns of the trials of the live ones; the first time late ones get more time, unless that is
+        given.
+        """
+
+        def run(which: np.ndarray) -> Returns:
+            flow = self._flow(state.step[which])
+            return section_returns(flow, self.section, state.trial[:, which], self.period, state.limit[which])
+
+        back = run(live)
+        late = (back.status == Status.TOO_FEW_CROSSINGS) & (state.iterations[live] == 0) & (self.max_time is None)
+        if late.any():
+            state.limit[live[late]] *= LONGER
+            for all_orbits, some in zip(back, run(live[late]), strict=True):
+                all_orbits[late] = some
+        return back
+
+    def shorten(self, state: _State, *, last: bool) -> np.ndarray:
+        """Estimate the errors of orbits; unless it is the last time, give those with too long a step a shorter one and
+        let them go on. Returns a mask of these (orbits,).
+        """
+        again = np.zeros(state.status.shape, bool)
+        which = np.flatnonzero(np.isfinite(state.residual) & ~np.isfinite(state.error) & ~state.settled)
+        if which.size:
+            order = self.flow.scheme.order
+            scale = state.scale.of(which)
+            z = state.z[:, which]
+            found = Returns(*(entry[which] for entry in state.found))
+            flow = self._flow(state.step[which])
+            limit = state.limit[which]
+            change, state.error[which], state.reduced_error[which], state.found.time[which] = closing_errors(
+                flow, self.section, z, limit, found, scale
+            )
+            goal = step_goal(self.tolerance, z, found.time / flow.step, found.monodromy, scale)
+            # The error of the step may keep an orbit from closing.
+            goal = np.where(state.status[which] == Status.OK, goal, np.maximum(goal, 0.01 * state.residual[which]))
+            again[which] = (change > goal) & (not last)
+            factor = finer_by(change, goal, order)
+            state.step[which] = np.where(again[which], state.step[which] / factor, state.step[which])
+        fell = np.isin(state.status, (Status.NONFINITE, Status.COLLAPSED)) & ~np.isfinite(state.residual)
+        fell &= ~state.settled & (not last)
+        state.step[fell] /= FINER
+        again |= fell
+        again &= self.flexible & (state.step * FINEST >= np.broadcast_to(self.flow.step, again.shape))
+        state.status[again] = Status.NOT_CONVERGED
+        state.live[again] = True
+        state.share[again] = 1.0
+        state.residual[again] = np.inf
+        state.error[again] = np.nan
+        state.trial[:, again] = state.z[:, again]
+        state.settled[:] = ~again
+        return again
+
+    def _goal(self, state: _State, which: np.ndarray) -> np.ndarray:
+        found = state.found
+        scale = state.scale.of(which)
+        steps = found.time[which] / self._flow(state.step[which]).step
+        return closing_goal(self.tolerance, state.z[:, which], steps, found.monodromy[which], scale)
+
+    def _rests(self, state: _State, which: np.ndarray) -> np.ndarray:
+        """Return a mask (orbits,) of points that are no orbits: those where the flow touches the section, which are
+        back at once, and equilibria of dz/dt = f(z), which return after any time.
+        """
+        if self.section is None:
+            return np.zeros(which.size, bool)
+        if self.flow.system.canonical:
+            return state.found.time[which] * state.scale.rate[which] < RESTS
+        scale = state.scale.of(which)
+        field = vector_field(self.flow.system, state.z[:, which])
+        return scale.norm(field) < RESTS * scale.rate
+
+    def _shrink(self, state: _State, which: np.ndarray) -> np.ndarray:
+        """Give orbits that have closed their own units, where those of their guesses were too large. Returns a mask of
+        those (orbits,) that go on, as they have not closed in smaller units.
+        """
+        again = np.zeros(which.size, bool)
+        which = np.asarray(which)
+        tried = np.flatnonzero(state.shrinks[which] < SHRINKS)
+        if not tried.size:
+            return again
+        some = which[tried]
+        found = state.found
+        before = state.scale.of(some)
+        after = closed_scale(
+            self._flow(state.step).of(some), state.z[:, some], found.points[some], found.time[some], before
+        )
+        smaller = (after.rows < before.rows).any(axis=0)
+        again[tried[smaller]] = True
+        shrunk = which[again]
+        if shrunk.size:
+            state.scale.put(shrunk, after.of(smaller))
+            state.shrinks[shrunk] += 1
+            state.residual[shrunk] = state.scale.of(shrunk).norm(found.points[shrunk, -1] - state.z[:, shrunk].T)
+            state.share[shrunk] = 1.0
+            state.status[shrunk] = int(Status.NOT_CONVERGED)
+        return again
+
+    def _leap(self, state: _State, which: np.ndarray) -> None:
+        """Let orbits take the whole Newton step, at most a unit, if no part of it makes the residual smaller: other
+        orbits may be found across the fold of the map, where it is singular.
+        """
+        if which.size:
+            with np.errstate(all="ignore"):
+                length = state.scale.of(which).norm(state.change[:, which].T)
+                state.share[which] = np.where(length > LEAP, LEAP / length, 1.0)
+            state.leaps[which] += 1
+            state.residual[which] = np.inf
+
+    def _step(self, state: _State, which: np.ndarray) -> None:
+        """Set the Newton steps of orbits whose point is new."""
+        if which.size:
+            z = state.z[:, which]
+            end = state.found.points[which, -1]
+            scale = state.scale.of(which)
+            matrix = closing_matrix(self.flow.system, self.section, z, end, state.found.monodromy[which], scale)
+            right = np.concatenate([(z.T - end) / scale.rows.T, np.zeros((which.size, 2))], axis=1)
+            state.change[:, which] = scale.rows * least_change(matrix, right)[:, :-1].T
+
+    def partial(self, state: _State) -> PeriodicOrbits:
+        """Assemble the result so far after Ctrl-C."""
+        state.status[~state.settled] = Status.INTERRUPTED
+        return self.result(state)
+
+    def result(self, state: _State) -> PeriodicOrbits:
+        """Assemble the orbits; those that failed keep their best point and lose the rest."""
+        found = packed(
+            self._flow(state.step),
+            self.section,
+            state.z,
+            state.energy,
+            state.found._replace(status=state.status),
+            state.scale,
+            residual=state.residual,
+            error=state.error,
+            reduced_error=state.reduced_error,
+            iterations=state.iterations,
+        )
+        return replace(found, section=self.asked)

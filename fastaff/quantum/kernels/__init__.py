@@ -1,0 +1,1 @@
+"""Compiled kernels of special functions and phases."""

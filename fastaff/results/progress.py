@@ -1,0 +1,363 @@
+"""Progress of a long call on a terminal or in a notebook: that it compiles, the share that is done, the time left.
+
+A separate thread writes it, because the caller's may be in the compiler, which lets other Python threads run.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import functools
+import inspect
+import json
+import os
+import sys
+import threading
+import time as clock
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from queue import Empty, SimpleQueue
+from typing import Any, ParamSpec, TypeVar, cast
+
+from ..core.compilations import Compiling
+from ..core.placing import placed, text_of
+
+SILENCE = 1.5
+"""Seconds after which a call says something; half a second where it compiles, which is known to take more."""
+
+STALLED = 3.0
+"""Least seconds without a report after which the earlier pace counts no more."""
+
+PARTS = {
+    "steps": 3.7, "sections": 3.2, "indicators": 3.0, "adaptive": 2.7, "lines": 5.9, "frequencies": 12.5, "tunes": 1.5,
+    "relations": 1.5, "torus": 3.5, "tori": 10.3, "tangents": 1.6,
+}  # fmt: skip
+"""Seconds of the processor in which parts of the package are compiled: of an AMD EPYC (Zen 5) at 3.7 GHz."""
+
+OTHER = 1.2
+"""The same for a new model, section or the like."""
+
+USED = {
+    "integrate": "steps", "animate": "steps", "doctor": "steps", "run": "steps", "resume": "steps", "rerun": "steps",
+    "poincare_map": "steps sections", "poincare": "steps sections lines frequencies",
+    "chaos_map": "steps indicators", "chaos-map": "steps indicators sections adaptive",
+    "chaotic_fraction": "steps indicators", "frequency_map": "steps lines frequencies",
+    "demo": "steps sections lines frequencies", "orbit_frequencies": "lines frequencies", "tunes": "lines tunes",
+    "naff": "lines", "resonances": "relations", "fit_torus": "steps lines relations torus", "action_angles": "tori",
+    "from_action_angles": "tori", "energy_of_actions": "tori", "tangent_map": "steps tangents",
+    "periodic_orbits": "steps sections tangents", "find_periodic_orbits": "steps sections tangents",
+    "continuation": "steps sections tangents",
+}  # fmt: skip
+"""Parts that functions and commands need."""
+
+
+class Compilation:
+    """Kernels that a call compiles from now on, and the time for them."""
+
+    def __init__(self, name: str):
+        self.name = name
+        self.kernels = len(Compiling.kernels)
+        self.begun = Compiling.spent()
+        self.known = _Known.read()
+        self.missing = [part for part in USED.get(name, "").split() if part not in self.known.parts]
+
+    @property
+    def begins(self) -> bool:
+        """Whether anything is compiled."""
+        return len(Compiling.kernels) > self.kernels
+
+    def spent(self) -> tuple[float, float]:
+        """Return the seconds so far, and those of the processor."""
+        now = Compiling.spent()
+        return now[0] - self.begun[0], now[1] - self.begun[1]
+
+    def expected(self) -> float:
+        """Return the expected seconds in all: those of the parts, times the slowness of this machine and the factor
+        lost to other work on it.
+        """
+        seconds, worked = self.spent()
+        crowded = max(seconds / worked, 1.0) if worked > 0.2 else 1.0
+        return (sum(PARTS[part] for part in self.missing) or OTHER) * self.speed() * crowded
+
+    def speed(self) -> float:
+        """Return the ratio of this machine's processor time to that of the machine of PARTS."""
+        return self.known.speed if Compiling.speed is None else Compiling.speed
+
+    def end(self) -> None:
+        """Keep the compiled parts and the speed of this machine."""
+        if self.begins:
+            self.known.add(self.missing, self.speed())
+
+
+P = ParamSpec("P")
+R = TypeVar("R")
+
+MARKS = 256
+"""Reports that a line keeps; beyond that every second old one goes."""
+
+
+class _Shown:
+    """Whether calls write progress: as `progress` was told, otherwise on terminals and in notebooks."""
+
+    wanted: bool | None = None
+    busy = False
+    line: _Line | None = None
+
+
+def progress(shown: bool = True) -> None:
+    """Let long calls show their progress, or keep them silent.
+
+    On terminals and in notebooks a call that takes more than 2 s writes a line, which goes when it ends: that it
+    compiles and how long that takes on this machine, then the share that is done and the time left. Pipes, files and
+    tests get nothing. A call with a `report` writes no line and calls that instead.
+
+    Parameters
+    ----------
+    shown : bool, default True
+        False: never; True: wherever stderr goes. The variable FASTAFF_PROGRESS=0 of the environment does the same as
+        False for processes that do not call this.
+
+    Returns
+    -------
+    None
+
+    Raises
+    ------
+    TypeError
+        Where it is no bool.
+
+    Notes
+    -----
+    A line costs a thread of its own that wakes five times a second, 0.1 ms for a call.
+
+    References
+    ----------
+    The seconds of compilation are those of a table, times the speed of this machine: measured by the first kernels, and
+    kept in seconds.json of the folder of the compile cache.
+
+    Examples
+    --------
+    >>> fa.progress(False)
+    """
+    if not isinstance(shown, bool):
+        raise TypeError(f"shown must be True or False, got {shown!r} ({type(shown).__name__})")
+    _Shown.wanted = shown
+
+
+@contextlib.contextmanager
+def silent() -> Iterator[None]:
+    """Keep calls silent within the block, which writes its own progress."""
+    before = _Shown.busy
+    _Shown.busy = True
+    try:
+        yield
+    finally:
+        _Shown.busy = before
+
+
+def in_notebook() -> bool:
+    """Return whether stderr is that of a notebook's cell."""
+    return type(sys.stderr).__module__.startswith("ipykernel")
+
+
+def _looked_at() -> bool:
+    if _Shown.wanted is not None:
+        return _Shown.wanted
+    if os.environ.get("FASTAFF_PROGRESS") == "0":
+        return False
+    try:
+        return in_notebook() or sys.stderr.isatty()
+    except (AttributeError, ValueError):  # no stream, or a closed one
+        return False
+
+
+@contextlib.contextmanager
+def watched(name: str) -> Iterator[Callable[[float], Any] | None]:
+    """Show the progress of a call, and yield the `report` that takes the fraction done; None where nobody looks, or
+    where it is part of a call that is watched.
+    """
+    if _Shown.busy or threading.current_thread() is not threading.main_thread() or not _looked_at():
+        yield None
+        return
+    line = _Line(name)
+    with silent():
+        _Shown.line = line
+        try:
+            line.start()
+            yield line.report
+            line.compilation.end()
+        finally:
+            _Shown.line = None
+            line.end()
+
+
+def tell(name: str, fraction: float, said: str = "") -> None:
+    """Write the fraction done and a text into the line of the call of this name, if it is watched: for calls without
+    `report`.
+    """
+    line = _Shown.line
+    if line is not None and line.what == name and threading.current_thread() is threading.main_thread():
+        line.report(fraction)
+        line.said = said and f", {said}"
+
+
+def says_progress(function: Callable[P, R]) -> Callable[P, R]:
+    """Let a function show its progress on a terminal or in a notebook, unless it is given `report` or `watch`."""
+    told = "report" in inspect.signature(function).parameters
+
+    @functools.wraps(function)
+    def wrapped(*given: Any, **named: Any) -> Any:
+        if named.get("report") is not None or named.get("watch") is not None:
+            with silent():
+                return function(*given, **named)
+        with watched(function.__name__) as report:
+            if told and report is not None and "report" not in named:
+                named["report"] = report
+            return function(*given, **named)
+
+    return cast(Callable[P, R], wrapped)
+
+
+class _Known:
+    """Record of earlier compilations on this machine: the parts that are compiled from these sources, and the ratio of
+    its times to those of PARTS; values from its file are checked.
+    """
+
+    def __init__(self, parts: set[str], speed: float):
+        self.parts = parts
+        self.speed = speed
+
+    @classmethod
+    def read(cls) -> _Known:
+        """Return the record in the file, an empty one where there is none."""
+        sources = _sources()
+        try:
+            found = json.loads(text_of(_file()))
+            speed = min(max(float(found["speed"]), 0.01), 100.0)
+            parts = {str(part) for part in found["parts"]} if found["sources"] == sources else set()
+        except (OSError, ValueError, TypeError, KeyError):
+            parts = set()
+            speed = 1.0
+        return cls(parts if sources else set(PARTS), speed)  # a pack has all of them
+
+    def add(self, parts: list[str], speed: float) -> None:
+        """Keep more parts, and the speed."""
+        path = _file()
+        if not parts:
+            return
+        known = {"sources": _sources(), "parts": sorted({*self.parts, *parts}), "speed": round(speed, 2)}
+        with contextlib.suppress(OSError):
+            placed(path.with_suffix(""), path.suffix, lambda draft: draft.write_text(json.dumps(known)), force=True)
+
+
+def _file() -> Path:
+    """Return the file of the record, in the folder of the compile cache."""
+    from ..engine.code_folder import cache_root
+
+    return cache_root() / "seconds.json"
+
+
+def _sources() -> str:
+    """Return the digest of the sources of compiled code, "" if a pack came with the package."""
+    from ..engine.code_folder import code_hash, prebuilt
+
+    return code_hash() if prebuilt() is None else ""
+
+
+class _Line(threading.Thread):
+    """A line that is written anew while a call runs."""
+
+    def __init__(self, name: str):
+        super().__init__(name="fastaff-progress", daemon=True)
+        # without a lock that Ctrl-C may leave locked
+        self.what = name
+        self.bell = SimpleQueue[None]()
+        self.compilation = Compilation(name)
+        self.begun = clock.perf_counter()
+        self.marks: list[tuple[float, float]] = []
+        self.said = ""
+        self.width = 0
+        self.cell: Any = None  # the line in a notebook: an output that is replaced, as a stream keeps all its text
+
+    def report(self, fraction: float) -> None:
+        """Take the fraction that is done."""
+        self.marks = [*self.marks, (computed(), fraction)]
+        if len(self.marks) > MARKS:
+            self.marks = self.marks[:-1:2] + self.marks[-1:]
+
+    def run(self) -> None:
+        """Write the line five times a second until the call ends."""
+        while True:
+            try:
+                return self.bell.get(timeout=0.2)
+            except Empty:
+                if text := self.text(clock.perf_counter() - self.begun):
+                    self.write(text)
+
+    def text(self, seconds: float) -> str:
+        """Return the text of the line after that many seconds."""
+        marks = self.marks
+        compilation = self.compilation
+        if compilation.begins and (Compiling.depth or not marks) and seconds > 0.5:
+            spent = compilation.spent()[0]
+            expected = compilation.expected()
+            usual = f"of about {expected:.0f} s" if round(spent) <= round(expected) else "longer than expected"
+            return f"{self.what}: compiling once, {spent:.0f} s {usual}"
+        if seconds < SILENCE:
+            return ""
+        left = time_left(marks, computed())
+        if left is None:
+            share = f"{marks[-1][1]:4.0%}, " if marks and marks[-1][1] > marks[0][1] else ""
+            return f"{self.what}: {share}{seconds:.0f} s{self.said}"
+        return f"{self.what}: {marks[-1][1]:4.0%}{self.said}, about {duration(left)} left"
+
+    def write(self, text: str) -> None:
+        with contextlib.suppress(OSError, ValueError, AttributeError):  # a stream that is gone
+            if in_notebook():
+                return self.show({"text/plain": text})
+            sys.stderr.write(f"\r{text:<{self.width}}")
+            sys.stderr.flush()
+            self.width = len(text)
+
+    def show(self, output: dict[str, str]) -> None:
+        """Put the line into the cell's output, in place of the one before."""
+        from IPython.display import display
+
+        if self.cell is None:
+            self.cell = display(output, raw=True, display_id=True)
+        else:
+            self.cell.update(output, raw=True)
+
+    def end(self) -> None:
+        """Remove the line from the terminal or notebook."""
+        self.bell.put(None)
+        self.join(1.0)
+        if self.cell is not None:
+            self.show({"text/plain": ""})
+        elif self.width:
+            self.write("")
+            self.write("\r")
+
+
+def computed() -> float:
+    """Return a time in seconds that stands still while something is compiled."""
+    return clock.perf_counter() - Compiling.spent()[0]
+
+
+def time_left(marks: list[tuple[float, float]], now: float) -> float | None:
+    """Return the seconds that are left after `marks` of times and fractions, at the pace of the last third of the time:
+    the passes of a call differ in pace. None before the first progress, and after a longer time without a report than
+    all earlier reports took.
+    """
+    if not marks or marks[-1][1] <= marks[0][1] or now - marks[-1][0] > max(STALLED, marks[-1][0] - marks[0][0]):
+        return None
+    last = marks[-1][1]
+    recent = [mark for mark in marks if mark[0] <= now - (now - marks[0][0]) / 3 and mark[1] < last]
+    since, fraction = recent[-1] if recent else marks[0]
+    return (1.0 - last) / (last - fraction) * (now - since)
+
+
+def duration(seconds: float) -> str:
+    """Return a time as text in seconds, minutes or hours."""
+    if seconds < 90:
+        return f"{seconds:.0f} s"
+    return f"{seconds / 60:.0f} min" if seconds < 5400 else f"{seconds / 3600:.1f} h"

@@ -1,0 +1,208 @@
+"""The call that made a result, as plain data: kept with the result, written into its file, enough to run it again."""
+
+from __future__ import annotations
+
+import contextlib
+import dataclasses
+import enum
+import functools
+import inspect
+import math
+from collections.abc import Callable
+from typing import Any, NamedTuple, ParamSpec, TypeVar, cast
+
+import numpy as np
+
+from ..core.names import did_you_mean
+from ..core.numbers import reporter
+from .progress import watched
+
+OWN = "fastaff"
+
+RECORDED = "_fastaff_recorded"
+"""Attribute of functions whose calls are kept with their results."""
+
+
+ABBREVIATED = {"E": ("energy",), "t": ("time", "max_time"), "T": ("time", "max_time"), "dt": ("step",), "h": ("step",)}
+"""Names of arguments that common letters stand for."""
+
+
+OF_SYSTEMS = {"vector_potential", "period", "periods", "coordinates", "momenta"}
+"""Arguments of systems, which are sometimes given to calls that take one, beside those of terms."""
+
+ELSEWHERE = {
+    **dict.fromkeys(("precision", "dtype"), "numbers are doubles; accuracy=, or tolerances, say how small errors are"),
+    **dict.fromkeys(
+        ("chunks", "chunksize", "batch", "batch_size"), "fastaff.run(fastaff.Job(...), store) goes by parts"
+    ),
+    **dict.fromkeys(("n_jobs", "workers", "processes"), "threads= share a call, fastaff.run(job, store) processes"),
+    **dict.fromkeys(("progress", "verbose", "tqdm"), "fastaff.progress(False) silences what is said, report= is told"),
+}
+"""Arguments of other programs, each with its counterpart here."""
+
+
+class Call(NamedTuple):
+    """A call of a public function: its name, its arguments as `encoded` data, and the names of those that are no data
+    (functions).
+    """
+
+    function: str
+    arguments: dict[str, Any]
+    missing: tuple[str, ...] = ()
+
+
+class NoData(TypeError):
+    """Raised for a value that is no number, text, value of the package or collection of these."""
+
+
+P = ParamSpec("P")
+R = TypeVar("R")
+
+
+def recorded(function: Callable[P, R]) -> Callable[P, R]:
+    """Make a function keep its call with the dataclass that it returns, as the attribute `call`.
+
+    `report` is no part of the call; it is checked here. A partial result of an interrupted call keeps the call too. If
+    arguments do not fit, the function itself raises.
+    """
+    signature = inspect.signature(function)
+
+    @functools.wraps(function)
+    def wrapped(*given: Any, **named: Any) -> Any:
+        try:
+            bound = signature.bind(*given, **named)
+        except TypeError:
+            return _misfit(function, signature, given, named)
+        bound.apply_defaults()
+        reporter(bound.arguments.get("report"))
+        call = _call(function.__name__, bound.arguments)
+        try:
+            told = bound.arguments.get("report") is not None
+            with contextlib.nullcontext() if told else watched(function.__name__) as report:
+                if report is not None and "report" in bound.arguments:
+                    named["report"] = report
+                result = function(*given, **named)
+        except BaseException as problem:
+            if dataclasses.is_dataclass(getattr(problem, "partial", None)):
+                keep(problem.partial, call)  # type: ignore[attr-defined]
+            raise
+        return keep(result, call)
+
+    vars(wrapped)[RECORDED] = True
+    return cast(Callable[P, R], wrapped)
+
+
+def is_recorded(function: object) -> bool:
+    """Tell whether a function is one that `recorded` made: only these are the calls of results."""
+    return bool(getattr(function, RECORDED, False))
+
+
+def _misfit(function: Callable, signature: inspect.Signature, given: tuple, named: dict[str, Any]) -> Any:
+    """Call a function with arguments that do not fit; raise its TypeError with the names that it takes."""
+    from ..engine.kinds import OPTIONS
+
+    names = [*signature.parameters]
+    first = [name for name, entry in signature.parameters.items() if entry.kind is not entry.KEYWORD_ONLY]
+    hint = f"; by position {', '.join(first)}, all else by name." if len(given) > len(first) else ""
+    for name in [name for name in named if name not in names][:1]:
+        meant = [other for other in ABBREVIATED.get(name, ()) if other in names]
+        hint = f".{f' Did you mean {meant[0]}?' if meant else did_you_mean(name, names)}"
+        if name in OF_SYSTEMS or name in OPTIONS:
+            hint = f": it belongs to the system, hamiltonian('...', {name}=...)."
+        if name in ELSEWHERE:
+            hint = f": {ELSEWHERE[name]}."
+    try:
+        return function(*given, **named)
+    except TypeError as problem:
+        raise TypeError(f"{problem}{hint or '.'} It takes {', '.join(names)}") from None
+
+
+def keep(result: Any, call: Call | None) -> Any:
+    """Return the result with a call that made it."""
+    if call is not None and not isinstance(result, type) and dataclasses.is_dataclass(result):
+        object.__setattr__(result, "call", call)
+    return result
+
+
+def _call(name: str, given: dict[str, Any]) -> Call:
+    arguments = {}
+    missing = []
+    for key, value in given.items():
+        if key != "report":
+            try:
+                arguments[key] = encoded(value)
+            except (NoData, RecursionError):
+                missing.append(key)
+    return Call(name, arguments, tuple(missing))
+
+
+def encoded(value: Any) -> Any:
+    """Return a value as data that JSON holds exactly, except arrays, which are copied; raise NoData for other values.
+
+    Values and schemes become their class with its fields, a class of the user's with its module, a model of a formula
+    with its text.
+    """
+    if value is None or isinstance(value, (bool, str)):
+        return value
+    if isinstance(value, (enum.Enum, np.timedelta64)):
+        raise NoData
+    if isinstance(value, (int, np.integer, np.bool_)):
+        return bool(value) if isinstance(value, np.bool_) else int(value)
+    if isinstance(value, (float, np.floating)):
+        return float(value) if math.isfinite(value) else {"float": str(float(value))}
+    if isinstance(value, np.ndarray) and not value.dtype.hasobject:
+        return value.copy()
+    if hasattr(value, "form") and hasattr(value, "singular"):
+        return {"chart": value.name}
+    if isinstance(value, tuple) and hasattr(value, "_fields"):
+        return _class(value, value._fields)
+    if dataclasses.is_dataclass(value) and not isinstance(value, type):
+        name = getattr(value, "name", None)
+        if isinstance(name, str) and repr(value) == name:
+            return {"scheme": repr(value)}
+        return _class(value, [field.name for field in dataclasses.fields(value)])
+    if isinstance(value, (list, tuple)):
+        return [encoded(entry) for entry in value]
+    raise NoData
+
+
+def _class(value: Any, names: Any) -> dict[str, Any]:
+    """Return class and fields of a value; for a generated class also the request that it answers."""
+    cls = type(value)
+    own = cls.__module__.partition(".")[0] == OWN
+    request = getattr(cls, "_request", None)
+    origin: dict[str, Any]
+    if request is not None:
+        origin = {"formula": list(request)}
+    elif own:
+        origin = {}
+    else:
+        origin = {"module": cls.__module__}
+    return {"class": cls.__name__, **origin, **{name: encoded(getattr(value, name)) for name in names}}
+
+
+def plain(value: Any) -> Any:
+    """Return `value` as JSON holds it: values by class and fields (`encoded`), schemes by name, infinities as
+    text.
+    """
+    if value is None or isinstance(value, (bool, str)):
+        return value
+    if isinstance(value, (int, np.integer)):
+        return int(value)
+    if isinstance(value, (float, np.floating)):
+        return float(value) if math.isfinite(value) else str(float(value))
+    if isinstance(value, tuple) and hasattr(value, "_fields"):
+        try:
+            return plain(encoded(value))
+        except NoData:
+            return {
+                "class": type(value).__name__,
+                **{name: plain(entry) for name, entry in zip(value._fields, value, strict=True)},
+            }
+    if hasattr(value, "name") and hasattr(value, "order") and hasattr(value, "source"):
+        return {"name": value.name, "order": value.order, "source": value.source}
+    if isinstance(value, dict):
+        return {str(key): plain(entry) for key, entry in value.items()}
+    if isinstance(value, (list, tuple, set, np.ndarray)):
+        return [plain(entry) for entry in value]
+    return str(value)

@@ -1,0 +1,406 @@
+"""Common methods of all results: a field declares the axes of its array, and the rest follows from that.
+
+A result is a frozen dataclass that inherits from `Result` and declares its arrays with `along`:
+
+    @dataclass(frozen=True)
+    class Orbits(Result):
+        z: Annotated[np.ndarray, along("coordinate", "orbit", labels="names", plain=True)]
+        status: Annotated[np.ndarray, along("orbit")]
+        names: tuple[str, ...]
+
+Its items, orbits unless the class names another axis (`class Levels(Result, axis="level")`), have the last axis of
+every array that they share; the few results with items first declare that in the same way.
+"""
+
+from __future__ import annotations
+
+import copyreg
+import dataclasses
+import html
+from collections.abc import Iterable, Iterator, Mapping
+from functools import singledispatch
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any, ClassVar, NamedTuple, Self, SupportsIndex, cast, overload
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ..core import status as outcomes
+from ..core.interruption import imported
+from ..core.numbers import StrPath, an_array
+from .axes import Axes, padded
+from .display import brief, screen, short
+from .provenance import provenance
+from .result_items import alike, axes_of, dims_of, field_names, in_units, index_of, rows_of
+
+
+def _table(entries: dict) -> MappingProxyType:
+    return MappingProxyType(entries)
+
+
+copyreg.pickle(MappingProxyType, lambda view: (_table, (dict(view),)))  # a field of some results
+
+
+Items = SupportsIndex | slice | ArrayLike
+"""Which items of a result: a number, a slice, numbers or a mask."""
+
+
+class Drawable:
+    """Base of classes that have a figure: `plot`."""
+
+    def plot(self, *others: Any, **options: Any) -> Any:
+        """Draw the figure that `fastaff.plot` has for this result, with its other arguments and options, such as `ax`.
+
+        :Returns: the artists drawn.
+        :Raises: TypeError where there is no such figure.
+        """
+        imported("..plot", __package__)  # which registers its figures; loaded when it is first used
+        return drawn(self, *others, **options)
+
+
+class Result(Drawable):
+    """Base of results: `len`, `result[items]`, `take`, `select`, `concat`, rows by name, `summary`, `success`,
+    `message`, `save`, `to_xarray`, `to_pandas` and `plot`.
+    """
+
+    axis: ClassVar[str | None] = "orbit"
+    """Name of the axis over the items; None for a result that is one whole."""
+
+    def __init_subclass__(cls, *, axis: str | None = "orbit", **others: Any) -> None:
+        super().__init_subclass__(**others)
+        cls.axis = axis
+        if "__repr__" not in cls.__dict__:
+            cls.__repr__ = Result.__repr__  # type: ignore[method-assign]  # so that `dataclass` writes no other
+
+    def __repr__(self) -> str:
+        return short(self)
+
+    def __str__(self) -> str:
+        return screen(self)
+
+    def _repr_html_(self) -> str:
+        """Return the table that a notebook shows."""
+        rows = []
+        for field in dataclasses.fields(cast(Any, self)):
+            axes = axes_of(self, field.name)
+            value = getattr(self, field.name)
+            named = ", ".join(dims_of(self, field.name, value)) if isinstance(value, np.ndarray) else ""
+            cells = (field.name, named, brief(value), axes.unit if axes else "")
+            rows.append("<tr>" + "".join(f"<td>{html.escape(cell)}</td>" for cell in cells) + "</tr>")
+        head = "<tr><th>field</th><th>axes</th><th>value</th><th>unit</th></tr>"
+        return f"<table><caption>{html.escape(repr(self))}</caption>{head}{''.join(rows)}</table>"
+
+    def __array__(self, *_: Any, **__: Any) -> np.ndarray:
+        hint = ", give its .z0" if hasattr(self, "z0") else ""
+        raise TypeError(f"a {type(self).__name__} is no array{hint}; its arrays are {', '.join(field_names(self))}")
+
+    def __bool__(self) -> bool:
+        return True
+
+    @property
+    def item_shape(self) -> tuple[int, ...]:
+        """Shape of the axes over items: (orbits,), () of a single one."""
+        for field in dataclasses.fields(cast(Any, self)):
+            axes = axes_of(self, field.name)
+            value = getattr(self, field.name)
+            if axes is None or self.axis not in axes.names:
+                continue
+            if isinstance(value, Result):
+                return value.item_shape
+            if isinstance(value, (np.ndarray, np.generic)):
+                before, after = axes.around(self.axis)
+                return value.shape[before : value.ndim - after]
+        raise TypeError(f"{type(self).__name__} is one result, not one of many items")
+
+    def __len__(self) -> int:
+        shape = self.item_shape
+        if not shape:
+            raise TypeError(f"{type(self).__name__} of a single {self.axis} has no length")
+        return shape[0]
+
+    @overload
+    def __getitem__(self, key: str) -> Any: ...
+    @overload
+    def __getitem__(self, key: Items | tuple[Items, ...]) -> Self: ...
+    def __getitem__(self, key: Any) -> Any:
+        """Return an array by name, or the result of some items: a number, slice, mask or array of numbers."""
+        return named(self, key) if isinstance(key, str) else self.take(key)
+
+    def __iter__(self) -> Iterator[Self]:
+        return (self.take(k) for k in range(len(self)))
+
+    def take(self, items: Items | tuple[Items, ...]) -> Self:
+        """Return the result of some of the items: a number, a slice, numbers or a mask; a tuple of these where items
+        have several axes.
+
+        Slices and numbers give views. The part has no `call`, which would make all items again.
+
+        :Raises: TypeError or ValueError naming the values allowed.
+        """
+        index = index_of(self, items)
+        found = dataclasses.replace(
+            cast(Any, self),
+            **{name: _taken(value, axes, self, index) for name, axes, value in _shared(self)},
+        )
+        if hasattr(self, "units"):
+            object.__setattr__(found, "units", self.units)
+        return found
+
+    def select(self, **wanted: Any) -> Self:
+        """Return the items whose arrays have the wanted value, or one of several: `select(status=Status.OK)`."""
+        kept = np.ones(self.item_shape, bool)
+        for name, values in wanted.items():
+            array = np.asarray(named(self, name))
+            if array.shape != kept.shape:
+                raise ValueError(f"{name} must have one entry for each of {kept.shape} items, it has {array.shape}")
+            kept &= np.isin(array, np.atleast_1d(an_array(name, list(values) if isinstance(values, set) else values)))
+        return self.take(kept)
+
+    @classmethod
+    def concat(cls, parts: Iterable[Any]) -> Self:
+        """Join results of one kind and the same settings, in their order.
+
+        An axis that is filled with NaN takes the longest length.
+
+        :Raises: TypeError for results of different kinds and ValueError naming the setting in which they differ. The
+            joined result has no `call`.
+        """
+        return cast(Self, _joined(cls, list(parts)))
+
+    def replaced(self, items: Any, part: Self) -> Self:
+        """Return the result with these items taken from another one, which has as many; shared fields stay."""
+        fresh = dataclasses.replace(
+            cast(Any, self),
+            **{name: value.copy() for name, _, value in _shared(self) if isinstance(value, np.ndarray)},
+        )
+        put(fresh, items, part)
+        return fresh
+
+    def summary(self) -> str:
+        """Say in one line the outcomes of the items."""
+        if hasattr(self, "status"):
+            return outcomes.describe(self.status)
+        try:
+            count = int(np.prod(self.item_shape))
+        except TypeError:
+            return ""
+        return f"{count} {self.axis}{'' if count == 1 else 's'}"
+
+    @property
+    def success(self) -> bool:
+        """Whether every item is OK, named as in SciPy's results; `status` says which are not."""
+        return not np.any(np.asarray(getattr(self, "status", 0)) != outcomes.Status.OK)
+
+    @property
+    def message(self) -> str:
+        """The outcomes of the items in words: `summary()`."""
+        return self.summary()
+
+    def raise_if_failed(self) -> None:
+        """Raise OrbitError unless every item is OK; a result without statuses has none that failed."""
+        outcomes.raise_if_failed(getattr(self, "status", np.zeros(0)))
+
+    def save(self, path: StrPath, *, force: bool = False, **parameters: Any) -> Path:
+        """Write the result to a file, as `fastaff.files.save` does, which `fastaff.files.load` reads; return its
+        path.
+        """
+        imported("..exchange.files", __package__)  # which registers the writer
+        return saved(self, path, force=force, **parameters)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the arrays with names of their axes, units and provenance, as `xarray.Dataset.from_dict` takes them.
+
+        Units are words, "time"; after a call with Quantities of Astropy they are the units of the numbers, "Myr".
+
+        Keys: data_vars and coords, by name a dict of dims, data and attrs; attrs: numbers and texts of the result, its
+        `call`, versions and date.
+        """
+        found = _labelled(self)
+        named: Mapping[str, str] = getattr(self, "units", {})
+        for entry in found["data_vars"].values():
+            if "units" in entry["attrs"]:
+                entry["attrs"]["units"] = in_units(entry["attrs"]["units"], named)
+        return {**found, "attrs": {**_facts(self), **_call(self), **provenance()}}
+
+    def to_xarray(self) -> Any:
+        """Return `to_dict` as an xarray.Dataset; raises ImportError where xarray is missing."""
+        return imported("xarray", what="to_xarray (to_dict does not)").Dataset.from_dict(self.to_dict())
+
+    def to_pandas(self) -> Any:
+        """Return the table that `save` writes to .csv as a pandas.DataFrame; raises as `save` and `to_xarray`."""
+        found = imported("..exchange.tables", __package__).table(self)
+        return imported("pandas", what="to_pandas (to_dict does not)").DataFrame(found)
+
+    def _row(self, name: str) -> np.ndarray | None:
+        """Return another named array of this kind of result, such as a coordinate of a chart; None for none."""
+        return None
+
+
+@singledispatch
+def saved(result: Any, path: Any, **parameters: Any) -> Any:
+    """Write a result to a file; `fastaff.files`, a higher layer, registers its writers here."""
+    raise TypeError(f"{type(result).__name__} can't be saved before fastaff.files is imported")
+
+
+@singledispatch
+def drawn(result: Any, *others: Any, **options: Any) -> Any:
+    """Draw a result; `fastaff.plot`, a higher layer, registers its figures here."""
+    raise TypeError(f"there is no figure for a {type(result).__name__}")
+
+
+def put(result: Any, items: Any, part: Any) -> None:
+    """Write the arrays of `part` over those items of a result, in place, where both have an array."""
+    index = index_of(result, items)
+    for name, axes, value in _shared(result):
+        new = getattr(part, name)
+        if isinstance(value, Result) and isinstance(new, Result):
+            put(value, items, new)
+        elif isinstance(value, np.ndarray) and isinstance(new, np.ndarray):
+            value[axes.place(result.axis, index)] = new
+
+
+def named(result: Result, name: str) -> Any:
+    """Return the field, property or labelled row with that name; raise KeyError with the names that exist."""
+    own = field_names(result)
+    if name in own or isinstance(getattr(type(result), name, None), property):
+        return getattr(result, name)
+    rows = rows_of(result)
+    if name in rows:
+        return rows[name]()
+    derived = result._row(name)
+    if derived is not None:
+        return derived
+    raise KeyError(f"{type(result).__name__} has no {name!r}; it has {', '.join([*own, *rows])}")
+
+
+def _shared(result: Any) -> Iterator[tuple[str, Axes, Any]]:
+    """Yield name, axes and value of the fields that have an entry for each item, no numbers that hold for all."""
+    orbits = len(result.item_shape)
+    for field in dataclasses.fields(result):
+        axes = axes_of(result, field.name)
+        value = getattr(result, field.name)
+        if axes is None or result.axis not in axes.names:
+            continue
+        if isinstance(value, Result) or (isinstance(value, np.ndarray) and value.ndim >= len(axes.names) - 1 + orbits):
+            yield field.name, axes, value
+
+
+def _taken(value: Any, axes: Axes, result: Any, index: tuple) -> Any:
+    return value.take(index) if isinstance(value, Result) else value[axes.place(result.axis, index)]
+
+
+def _joined(cls: type, parts: list[Any]) -> Any:
+    if not parts:
+        raise ValueError("parts must have at least one result")
+    kind = type(parts[0]) if cls is Result else cls
+    for part in parts:
+        if not isinstance(part, Result) or type(part) is not kind:
+            raise TypeError(f"parts must all be {kind.__name__}, got a {type(part).__name__}")
+    first = parts[0]
+    shared = [{name for name, _, _ in _shared(part)} for part in parts]
+    values: dict[str, Any] = {}
+    for field in dataclasses.fields(first):
+        name = field.name
+        axes = axes_of(first, field.name)
+        entries = [getattr(part, name) for part in parts]
+        if axes is None or not any(name in own for own in shared):
+            if not all(alike(entries[0], entry) for entry in entries[1:]):
+                if axes is not None and axes.names == (first.axis,) and None not in entries:  # one number for each part
+                    values[name] = np.concatenate([np.full(p.item_shape, e) for p, e in zip(parts, entries)])
+                    continue
+                raise ValueError(f"parts must have the same {name}, got {' and '.join(map(brief, entries[:2]))}")
+            values[name] = entries[0]
+        elif any(entry is None for entry in entries):
+            raise ValueError(f"parts must all have {name}, or none of them: one has no such array")
+        elif all(isinstance(entry, Result) for entry in entries):
+            values[name] = Result.concat(entries)
+        else:
+            values[name] = _joined_arrays(name, axes, first.axis, entries, parts)
+    return kind(**values)
+
+
+def _joined_arrays(name: str, axes: Axes, axis: str | None, entries: list, parts: list) -> np.ndarray:
+    """Return the arrays of one field as one, a number that holds for all as an array too."""
+    place = axes.around(axis)[0]
+    arrays = [
+        entry if np.ndim(entry) else np.full(part.item_shape, entry) for entry, part in zip(entries, parts, strict=True)
+    ]
+    if axes.padded:
+        grown = axes.names.index(axes.padded)
+        longest = max(array.shape[grown] for array in arrays)
+        arrays = [padded(array, grown, longest) for array in arrays]
+    rest = [(*array.shape[:place], *array.shape[place + 1 :]) for array in arrays]
+    if any(shape != rest[0] for shape in rest):
+        raise ValueError(f"parts must have {name} of the same other axes, got {' and '.join(map(str, rest[:2]))}")
+    return np.concatenate(arrays, axis=place)
+
+
+class Column(NamedTuple):
+    """An array of a result or of one within it, items last: its name, the names of its axes, the labels of the first,
+    its unit.
+    """
+
+    name: str
+    value: np.ndarray
+    axes: tuple[str, ...]
+    labels: tuple[str, ...]
+    unit: str
+
+
+def columns(result: Any, prefix: str = "") -> Iterator[Column]:
+    """Yield the arrays that have an entry for each item, of a result and of those within it.
+
+    A number that holds for all items is an array too.
+    """
+    for field in dataclasses.fields(result):
+        axes = axes_of(result, field.name)
+        value = getattr(result, field.name)
+        if isinstance(value, Result):
+            yield from columns(value, f"{prefix}{field.name}_")
+        elif axes is not None and result.axis in axes.names and value is not None:
+            if np.ndim(value) == 0:
+                value = np.full(result.item_shape, value)
+            labels = tuple(getattr(result, axes.labels)) if axes.labels else ()
+            place = axes.names.index(result.axis)
+            names = (*axes.names[:place], *axes.names[place + 1 :], result.axis)
+            yield Column(prefix + field.name, np.moveaxis(value, place, -1), names, labels, axes.unit)
+
+
+def _labelled(result: Any, prefix: str = "") -> dict[str, Any]:
+    """Return data_vars and coords of a result and of those within it."""
+    data: dict[str, Any] = {}
+    coords: dict[str, Any] = {}
+    for field in dataclasses.fields(result):
+        axes = axes_of(result, field.name)
+        value = getattr(result, field.name)
+        name = prefix + field.name
+        if isinstance(value, Result):
+            inner = _labelled(value, f"{name}_")
+            data |= inner["data_vars"]
+            coords = {**inner["coords"], **coords}
+        elif isinstance(value, np.ndarray):
+            dims = dims_of(result, field.name, value)
+            data[name] = {"dims": dims, "data": value, "attrs": {"units": axes.unit} if axes and axes.unit else {}}
+            if axes and axes.labels and len(getattr(result, axes.labels)) == value.shape[0]:
+                coords[dims[0]] = {"dims": dims[:1], "data": list(getattr(result, axes.labels)), "attrs": {}}
+    return {"data_vars": data, "coords": coords}
+
+
+def _facts(result: Any) -> dict[str, Any]:
+    """Return the numbers and texts of a result, other values as text."""
+    facts: dict[str, Any] = {"result": type(result).__name__}
+    for name in field_names(result):
+        value = getattr(result, name)
+        if value is None or isinstance(value, (Result, np.ndarray)):
+            continue
+        facts[name] = value if type(value) in (int, float, str) else brief(value)
+    return facts
+
+
+def _call(result: Any) -> dict[str, str]:
+    call = getattr(result, "call", None)
+    if call is None:
+        return {}
+    given = ", ".join(f"{name}={brief(value)}" for name, value in call.arguments.items())
+    return {"call": f"{call.function}({given})"}

@@ -1,0 +1,423 @@
+"""Integrate orbits."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Annotated, Any, NamedTuple
+
+import numpy as np
+
+from ..core.interruption import keeping
+from ..core.numbers import Passes, fits, portion, whole
+from ..core.status import Status
+from ..results.axes import along
+from ..results.recipe import recorded
+from ..results.result import Result
+from ..results.short_forms import Starts, takes
+from ..systems.models.contracts import Dynamics
+from ..systems.models.mechanics import System
+from . import observers
+from .accuracy import halved, outdone, planned, until
+from .checks import energy_drift
+from .coordinates import chart_row
+from .ensemble import Ensemble, energy_error, mark_drift
+from .flow import Flow, Wear, no_memory
+from .given_orbits import SAMPLED
+from .launch import Report
+from .motion import motion
+from .options import Options, Problem
+from .schemes.automatic import Automatic
+from .schemes.catalogue import VERNER9, Collocation, Scheme, scheme_of
+from .schemes.time_transformed import TimeTransformed
+from .starts import starts_of
+from .time_transformed import TransformedFlow
+from .tolerances import SLOW, UNEVEN, beyond, last, left, longer, tightened, tolerances, walled, with_tolerance
+
+CHUNK = 16384
+"""Orbits that are run with two steps at once."""
+
+POINTS = 2**16
+"""Samples whose energies are computed at once, some of each orbit."""
+
+MOMENTS = 8
+"""Moments at least at which two runs are compared."""
+
+
+@dataclass(frozen=True)
+class Orbits(Result):
+    """End states, samples and outcomes of integrated orbits.
+
+    z (2n, orbits) at time `t` (orbits,), which is the asked time for orbits that finished; times (samples,); samples
+    (samples, 2n, orbits); error (2n, orbits) and sample_error (samples, 2n, orbits): the estimated errors of both, and
+    accurate_until (orbits,): the time up to which the error stays below the accuracy, shorter than asked on chaotic
+    orbits; None where a step or tolerances were given instead of an accuracy; energy_error (orbits,): ``|E - E0|`` over
+    the largest kinetic energy met, the largest over the samples and the end; status (orbits,) of `Status`; step: the
+    fixed step, one for each orbit (orbits,) where it was chosen (in its own time for a `TimeTransformed` scheme, whose
+    rate the scheme holds), or inf for an adaptive scheme: of H(q, p) for the orbits that VERNER9 ran, `scheme` being
+    that of the others, if there are any; names (2n,): of the rows, so that `result["p_x"]` is one of z, and of a body
+    any coordinate or momentum of its charts, such as `result["p_beta"]`.
+    """
+
+    z: Annotated[np.ndarray, along("coordinate", "orbit", labels="names", plain=True)]
+    t: Annotated[np.ndarray, along("orbit", unit="time")]
+    times: Annotated[np.ndarray, along("sample", unit="time")]
+    samples: Annotated[np.ndarray, along("sample", "coordinate", "orbit")]
+    error: Annotated[np.ndarray | None, along("coordinate", "orbit", labels="names")]
+    sample_error: Annotated[np.ndarray | None, along("sample", "coordinate", "orbit")]
+    accurate_until: Annotated[np.ndarray | None, along("orbit", unit="time")]
+    energy_error: Annotated[np.ndarray, along("orbit", unit="largest kinetic energy")]
+    status: Annotated[np.ndarray, along("orbit")]
+    scheme: Scheme | TimeTransformed
+    step: Annotated[float | np.ndarray, along("orbit", unit="time")]
+    names: tuple[str, ...]
+
+    def __post_init__(self) -> None:
+        SAMPLED[id(self.samples)] = self.samples
+
+    def _row(self, name: str) -> np.ndarray | None:
+        return chart_row(self.z, name)
+
+
+@takes(z0=starts_of, scheme=scheme_of)
+@recorded
+def integrate(
+    body: Dynamics,
+    z0: Starts,
+    *,
+    time: float,
+    accuracy: float | None = None,
+    step: float | np.ndarray | None = None,
+    scheme: Scheme | str | TimeTransformed | Automatic | None = None,
+    samples: int = 0,
+    rtol: float = 1e-12,
+    atol: float = 1e-12,
+    energy_tolerance: float | None = None,
+    threads: int | None = None,
+    report: Report | None = None,
+) -> Orbits:
+    """Integrate orbits of `body` from `z0` over `time`.
+
+    Parameters
+    ----------
+    body : model
+        A model of `fastaff`, or one of your own.
+    z0 : array (2n,) or (2n, orbits)
+        Phase points at the start; or a grid or sample that has them, a PhaseSpacePosition of gala (in kpc and Myr), an
+        Orbit of galpy (in its natural units), Particles of xtrack that are alive (x, y, px, py).
+    time : float > 0, time
+        Length of the run. A map is iterated `time` times, a whole number that `samples` divides.
+    accuracy : float, optional
+        Error of the states relative to the amplitudes of the motion (default 1e-10 where neither it nor a step is
+        given, with a scheme of fixed steps). Each orbit gets its own steps for it, halved until the states agree.
+    step : float or array (orbits,), time, optional
+        For experts, instead of an accuracy: the longest fixed step, one for all orbits or one for each. The step used
+        divides the time between samples. For an adaptive scheme: the first step; for `TimeTransformed`: a step in s.
+    scheme : scheme or str, optional
+        A splitting, a Runge-Kutta scheme, a name ("KAHAN_LI8", "dop853"), `TimeTransformed` for steep walls, or AUTO,
+        which chooses by trial. Default: the splitting with the fewest forces for the accuracy: BLANES_MOAN6 from 1e-7,
+        below it BLANES_CASAS_ESCORIHUELA8, and RKN12, which is no splitting, from 1e-12, for driven systems from 1e-11;
+        KAHAN_LI8 where T is not quadratic in the momenta, and where a step is given (docs/schemes.md). For H(q, p) it
+        is VERNER9 up to 1000 radians of an orbit, and where equal steps fail; beyond, and where that misses the
+        accuracy, GAUSS8, or GAUSS16 below 1e-11.
+    samples : int, default 0
+        Number of equidistant samples in (0, time].
+    rtol, atol : float, default 1e-12
+        Tolerances of an adaptive scheme: parts of each coordinate, and parts of the coordinate or, where it is larger,
+        of its rate times the step. Neither depends on units.
+    energy_tolerance : float, optional
+        Energy error above which the status is ENERGY_DRIFT (default: 1e-6, or ten times the accuracy where that is
+        more).
+    threads : int, optional
+        Number of threads (default: all cores).
+    report : callable, optional
+        Called with the fraction done.
+
+    Returns
+    -------
+    `Orbits`
+        Its scheme and step are those used.
+
+    Raises
+    ------
+    ValueError, TypeError
+        An argument is wrong.
+    Interrupted
+        On Ctrl-C, with the result so far in `.partial`.
+
+    Notes
+    -----
+    A map has neither step nor scheme, and no energy: its energy errors are 0.
+
+    Errors: with an accuracy, they come from the difference to a run with twice the step. The momenta of that run are
+    slowed by so little that the lost energy stands for the random walk of rounding errors; the orbit itself amplifies
+    it, near a separatrix by many orders. The estimates cover 99 % of the true errors. Where rounding alone exceeds the
+    accuracy, the error is larger and `accurate_until` ends. Errors of chaotic orbits grow exponentially: no step keeps
+    them small for longer than `accurate_until`. Domains are checked between steps: an orbit that leaves its domain
+    within a step goes unnoticed, but at poles of formulas. The energy error of a splitting does not grow, RKN12's does.
+
+    Cost: `stages` forces per step, and half as much again for the second run, twice where rounding exceeds the
+    accuracy. Orbits of an adaptive scheme take their own steps; a lane is refilled when its orbit ends. Peak memory:
+    six times z0, twelve with an accuracy, and the samples (bench/memory.py).
+
+    References
+    ----------
+    Hairer, Lubich & Wanner 2006, Geometric Numerical Integration; each scheme names its own.
+
+    Examples
+    --------
+    >>> orbits = fa.integrate(fa.HenonHeiles(), [0.1, 0.0, 0.0, 0.2], time=10.0, samples=5)
+    >>> orbits.samples.shape
+    (5, 4, 1)
+    >>> orbits["p_x"].round(6)
+    array([0.09314])
+    """
+    options = Options(
+        scheme, step, accuracy, rtol=rtol, atol=atol, energy_tolerance=energy_tolerance, threads=threads, report=report
+    )
+    problem = Problem(body, z0, options)
+    time = problem.iterates("time", time)
+    count = whole("samples", samples, 0)
+    problem = problem.suited()
+    options = problem.options
+    flow, z, *_ = problem.plan(time=time, error=None, transformed=True)
+    fits("samples", count, *z.shape)
+    mapping = problem.system.iterated
+    if mapping and count and time % count:
+        raise ValueError(f"samples must divide the {time:g} iterates of a map, got {samples!r}")
+    goal = None if mapping else options.goal()
+    work: Any = (
+        _Plain(flow, z, time, count, report)
+        if goal is None
+        else _Accurate(flow, problem.system, z, time, count, goal, options.drift, report, scheme is None)
+    )
+    with keeping("integrate", lambda: work.result(problem.system, options.drift, True)):
+        work.run()
+    return work.result(problem.system, options.drift, False)
+
+
+class _Plain:
+    """Orbits that are run once, with steps or tolerances that the user chose."""
+
+    def __init__(self, flow: Flow | TransformedFlow, z: np.ndarray, time: float, count: int, report: Report | None):
+        flow = flow.fitted(time, max(count, 1))  # the step that is used, which the result names
+        self.flow = flow
+        self.time = time
+        self.count = count
+        self.report = report
+        self.ensemble = flow.ensemble(z)
+        self.samples = np.zeros((0, *z.shape))
+
+    def run(self) -> None:
+        """Run to the end, as far as Ctrl-C lets it."""
+        self.samples, interrupted = self.flow.trajectory(self.ensemble, self.time, self.count, self.report)
+        if interrupted:
+            raise KeyboardInterrupt
+
+    def result(self, system: System, tolerance: float, interrupted: bool) -> Orbits:
+        """Return the orbits so far, without estimates of errors."""
+        self.ensemble.z = self.flow.states(self.ensemble.z)
+        found = (self.ensemble, self.samples, self.time, (None, None, None))
+        how = self.flow.scheme
+        return _assembled(system, how, *found, tolerance, interrupted, self.flow.step)
+
+
+class Compared(NamedTuple):
+    """Orbits after a run: their states at the moments of comparison (moments, 2n, orbits), the ensemble and the
+    steps.
+    """
+
+    states: np.ndarray
+    ensemble: Ensemble
+    step: np.ndarray
+
+    @property
+    def status(self) -> np.ndarray:
+        """The statuses (orbits,)."""
+        return self.ensemble.status
+
+    def of(self, orbits: np.ndarray) -> Compared:
+        """Return the data of some of the orbits."""
+        return Compared(self.states[..., orbits], self.ensemble.of(orbits), self.step[orbits])
+
+
+class _Accurate:
+    """Orbits that are run with steps halved until they agree."""
+
+    def __init__(
+        self,
+        flow: Flow | TransformedFlow,
+        system: System,
+        z: np.ndarray,
+        time: float,
+        count: int,
+        accuracy: float,
+        drift: float,
+        report: Report | None,
+        free: bool,
+    ):
+        self.flow = flow
+        self.system = system
+        self.z = z
+        self.time = time
+        self.count = count
+        self.accuracy = accuracy
+        self.drift = drift
+        self.report = report
+        self.parts = count * math.ceil(MOMENTS / count) if count else MOMENTS
+        self.times = time / self.parts * np.arange(1, self.parts + 1)
+        self.ensemble = Ensemble(z.copy(), system.energies(z), system.kinetic_energies(z))
+        self.step, self.until, self.error = np.full(z.shape[1], np.inf), np.zeros(z.shape[1]), np.full(z.shape, np.inf)
+        self.samples, self.sample_error = (np.full((count, *z.shape), none) for none in (np.nan, np.inf))
+        self.looks = self.times if count else self.times[1::2]
+        self.free = free and isinstance(flow.scheme, Collocation)
+
+    def run(self) -> None:
+        """Run all orbits, a chunk at a time."""
+        orbits = self.z.shape[1]
+        with Passes(self.report) as passes:
+            for start in range(0, orbits, CHUNK):
+                self.chunk = np.arange(start, min(start + CHUNK, orbits))
+                self.motion = motion(self.system, z := np.ascontiguousarray(self.z[:, self.chunk]), self.flow.threads)
+                with Passes(passes.take(self.chunk.size, orbits - self.chunk[-1] - 1)) as parts:
+                    if self.free:
+                        rest = self._short(tolerances(self.motion, self.time, self.accuracy), parts.take(1.0, SLOW))
+                        self.chunk = self.chunk[rest]
+                        z = z[:, rest]
+                        self.motion = self.motion.of(rest)
+                    if self.chunk.size:
+                        self._stepped(np.ascontiguousarray(z), parts.take(1.0))
+
+    def _short(self, tolerance: np.ndarray, report: Report | None) -> np.ndarray:
+        how = self._toleranced, self._left, self._keep, lambda run: walled(self.system, run.states)
+        return tightened(tolerance, self.accuracy, *how, report)
+
+    def _stepped(self, z: np.ndarray, report: Report | None) -> None:
+        """Run the chunk with steps that are shortened until two runs agree."""
+        given = (self.motion, self.time, self.accuracy)
+        orbits = np.arange(len(self.chunk))
+        steps = planned(self.flow, z, *given, run=self.time, parts=2 * self.parts)
+        if self.free:
+            rest = self._short(tolerances(*given, longer(*given[:2], steps.step * self.motion.pace < UNEVEN)), None)
+            steps, orbits = beyond(steps, *given, self.error[:, self.chunk].max(axis=0), rest)
+        if orbits.size:
+            halved(self.flow, steps, self.accuracy, self._run, self._compare, self._keep, self._drifts, orbits, report)
+        if self.free:  # the iteration may have failed next to a centre or on the axis of a chart
+            lost = energy_error(self.system, self.ensemble.of(self.chunk))
+            self._short(last(*given, self.error[0, self.chunk], lost), None)
+
+    def _toleranced(self, orbits: np.ndarray, tolerance: np.ndarray, report: Report | None, stop: float) -> Compared:
+        """Return orbits with tolerances of their own, and their states at some moments; stop: see `_moments`."""
+        where = self.chunk[orbits]
+        z = np.ascontiguousarray(self.z[:, where])
+        none = np.full(len(where), np.inf)
+        whole = Compared(np.empty((len(self.looks), *z.shape)), self.ensemble.of(where), none)
+        for number, each in enumerate(every := np.unique(tolerance)):
+            part = np.flatnonzero(tolerance == each)
+            flow = with_tolerance(self.flow, float(each))
+            ensemble = flow.ensemble(np.ascontiguousarray(z[:, part]), radius=self.motion.radius[orbits[part]])
+            try:
+                whole.states[..., part] = self._moments(flow, ensemble, portion(report, number, len(every)), stop)
+            except KeyboardInterrupt:
+                ensemble.status[:] = Status.INTERRUPTED
+                self.ensemble.take(where[part], ensemble)
+                self.step[where] = np.inf
+                raise
+            whole.ensemble.take(part, ensemble)
+        return whole
+
+    def _moments(self, flow: Flow, ensemble: Ensemble, report: Report | None, stop: float) -> np.ndarray:
+        """Advance to the end, with the stops of STOPS; return the states that are compared (moments, 2n, orbits)."""
+        if self.count:
+            states = flow.sampled(ensemble, self.parts, time=self.time, report=report).transpose(1, 2, 0)
+        else:  # one run after the other: the interpolant would cost more
+            states = np.empty((len(self.looks), *ensemble.z.shape))
+            nothing = observers.nothing()
+            for i, (now, moment) in enumerate(zip(states, self.looks, strict=True)):
+                told = portion(report, i, len(states))
+                for end in (moment - (1 - stop) * self.looks[0], moment)[stop == 0 :]:
+                    flow.advance(ensemble, nothing, *no_memory(ensemble), time=float(end), report=told)
+                now[:] = np.where(ensemble.status == Status.OK, ensemble.z, np.nan)
+        for z in (states.transpose(1, 0, 2), ensemble.z):
+            flow.states(z)
+        return states
+
+    def _left(self, fine: Compared, coarse: Compared, orbits: np.ndarray, tolerance: np.ndarray) -> tuple:
+        error, usual = left(self.motion.of(orbits), self._compare(fine, coarse, orbits)[0], self.looks, tolerance)
+        return np.where(self._drifts(fine), np.inf, error), usual
+
+    def _run(self, orbits: np.ndarray, step: np.ndarray, wear: Wear | None, report: Report | None, _fine) -> Compared:
+        flow: Any = self.flow.sized(step)
+        where = self.chunk[orbits]
+        ensemble = flow.ensemble(np.ascontiguousarray(self.z[:, where]), radius=self.motion.radius[orbits])
+        if wear is None:
+            states, interrupted = flow.trajectory(ensemble, self.time, self.parts, report)
+        else:
+            states, interrupted = flow.worn(ensemble, self.parts, wear, time=self.time, report=report)
+        ensemble.z = flow.states(ensemble.z)
+        used = step if math.isfinite(np.max(flow.step)) else np.full(len(step), np.inf)
+        if interrupted:
+            ensemble.status[:] = Status.INTERRUPTED  # whatever their outcome with these steps
+            self.ensemble.take(where, ensemble)
+            self.step[where] = used
+            raise KeyboardInterrupt
+        return Compared(states, ensemble, used)
+
+    def _compare(self, fine: Compared, coarse: Compared, orbits: np.ndarray, _weight: Any = None) -> tuple:
+        apart = self.motion.of(orbits).between(fine.states, coarse.states, self.flow.threads)
+        return apart, self.times[:, None] * self.motion.rate[orbits], np.ones((1, orbits.size))
+
+    def _drifts(self, run: Compared) -> np.ndarray:
+        return (run.ensemble.status == Status.OK) & (energy_error(self.system, run.ensemble) > self.drift)
+
+    def _keep(self, orbits: np.ndarray, fine: Compared, chosen: np.ndarray, error: np.ndarray) -> None:
+        own = self.motion.of(orbits[chosen])
+        where = self.chunk[orbits[chosen]]
+        error = error[:, chosen]
+        times = np.broadcast_to(self.time / len(error) * np.arange(1, len(error) + 1)[:, None], error.shape)
+        size = np.maximum(np.vstack([own.position, own.momentum]), 1e-300)  # amplitudes may be 0
+        late = until(error <= self.accuracy, times, self.times[-1])
+        failed = fine.status[chosen] == Status.NOT_CONVERGED  # else shorter steps and tighter tolerances know better
+        worse = failed | (np.isfinite(fine.step[chosen]) ^ np.isfinite(self.step[where]))
+        worse &= outdone(error[-1], late, self.error[0, where] / size[0], self.until[where])
+        chosen, where, error, size, late = (entry[..., ~worse] for entry in (chosen, where, error, size, late))
+        self.ensemble.take(where, fine.ensemble.of(chosen))
+        self.step[where] = fine.step[chosen]
+        self.until[where] = late
+        every = slice((n := self.parts // self.count) - 1, None, n) if self.count else slice(0)
+        self.samples[..., where] = fine.states[every][..., chosen]
+        self.error[:, where] = error[-1] * size
+        self.sample_error[..., where] = error[every, None] * size
+
+    def result(self, system: System, tolerance: float, interrupted: bool) -> Orbits:
+        """Return the orbits so far, with the estimated errors."""
+        found = self.ensemble, self.samples, self.time, (self.error, self.sample_error, self.until)
+        scheme = VERNER9 if self.free and np.isinf(self.step).all() else self.flow.scheme
+        return _assembled(system, scheme, *found, tolerance, interrupted, self.step)
+
+
+def _assembled(system: System, scheme, ensemble, samples, time, errors: tuple, tolerance, interrupted, step) -> Orbits:
+    """Return the orbits with their energy errors and statuses."""
+    if interrupted:
+        ensemble.status[(ensemble.status == Status.OK) & (ensemble.time < time * (1 - 1e-12))] = Status.INTERRUPTED
+    energy = energy_error(system, ensemble)
+    together = max(1, POINTS // len(energy))
+    for first in range(0, len(samples), together):
+        z = samples[first : first + together].transpose(1, 0, 2)
+        drift = energy_drift(system, z, ensemble.energy, ensemble.scale)
+        energy = np.maximum(energy, np.where(np.isfinite(z).all(axis=0), drift, 0.0).max(axis=0))
+    mark_drift(ensemble, energy, tolerance)
+    return Orbits(
+        z=ensemble.z,
+        t=ensemble.time,
+        times=time / max(len(samples), 1) * np.arange(1, len(samples) + 1),
+        samples=samples,
+        error=errors[0],
+        sample_error=errors[1],
+        accurate_until=errors[2],
+        energy_error=energy,
+        status=ensemble.status,
+        scheme=scheme,
+        step=step,
+        names=system.row_names,
+    )

@@ -1,0 +1,310 @@
+"""From options to a running flow: options are checked once, an open scheme or step is chosen, with the reason."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field, replace
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ..core.numbers import numbers, positive, shown
+from ..engine.threads import checked_threads
+from ..systems.models.mechanics import System
+from .checks import checked_scheme, checked_system, current_system, phase_points, suited_scheme
+from .derivatives import check_derivatives
+from .flow import Flow
+from .launch import Report
+from .motion import Motion, motion
+from .needs import check_given, check_needs
+from .schemes.automatic import Automatic, Trial, cheapest, fastest, quickest
+from .schemes.catalogue import DOP853, GAUSS16, ITERATION, KAHAN_LI8, Collocation, RungeKutta
+from .schemes.time_transformed import TimeTransformed
+from .time_transformed import prepared
+from .trials import chosen_steps, on_ladder, trials_in_time
+
+ACCURACY = 1e-10
+"""Accuracy of states where the user gives neither a step nor an accuracy."""
+
+FINEST = 1e-15
+"""Smallest accuracy that can be requested: several roundings of a double."""
+
+STEP_ERROR = 1e-10
+"""Error of states over 16 radians of the motion, in its amplitudes, for which functions without an accuracy choose
+steps.
+"""
+
+BRIEFEST = 1e-290
+"""Shortest time of a run, in units of the system: below it the inverse of a step may overflow."""
+
+DRIFT = 1e-6
+"""Energy error, over the largest kinetic energy met, above which an orbit drifts."""
+
+DRIFTING = 10.0
+"""Least multiple of the accuracy above which an orbit drifts: orbits within their accuracy have errors up to twice
+that, at steep walls.
+"""
+
+
+@dataclass(frozen=True)
+class Options:
+    """Options of a run: the keywords that all functions of orbits share, checked together.
+
+    scheme: one of the package or your own, AUTO, or None for the splitting that is `cheapest` for the accuracy, the
+    `quickest` scheme where a second run confirms it (KAHAN_LI8 where a step is given), or the `fastest` collocation for
+    H(q, p); accuracy: error that the function's results may have, or step: the longest fixed step, one for all or
+    (orbits,), or the first of an adaptive scheme; rtol, atol: tolerances of an adaptive scheme; energy_tolerance:
+    energy error, over the largest kinetic energy met, above which an orbit's status is ENERGY_DRIFT, None for DRIFT, or
+    DRIFTING times the accuracy where that is more; threads: None for all; report(fraction): called about ten times a
+    second.
+
+    :Raises: ValueError or TypeError for wrong input.
+
+    Examples
+    --------
+    >>> options = fa.flows.Options(step=0.1, scheme=fa.LEAPFROG)
+    >>> fa.flows.plan(fa.HenonHeiles(), [0.1, 0.0, 0.0, 0.2], options).flow.step
+    0.1
+    """
+
+    scheme: Any = None
+    step: float | np.ndarray | None = None
+    accuracy: float | None = None
+    rtol: float = 1e-12
+    atol: float = 1e-12
+    energy_tolerance: float | None = None
+    threads: int | None = None
+    report: Report | None = None
+
+    def __post_init__(self) -> None:
+        for name in ("rtol", "atol", "energy_tolerance"):
+            if name != "energy_tolerance" or self.energy_tolerance is not None:
+                object.__setattr__(self, name, positive(name, getattr(self, name)))
+        object.__setattr__(self, "threads", checked_threads(self.threads))
+        if isinstance(self.scheme, Automatic):
+            if self.step is not None:
+                raise ValueError(
+                    f"step must be None with an automatic scheme, which chooses it; got {shown(self.step)}"
+                )
+        elif self.scheme is not None and not isinstance(self.scheme, TimeTransformed):
+            checked_scheme(self.scheme)
+        if self.accuracy is not None:
+            object.__setattr__(self, "accuracy", self._checked_accuracy())
+
+    @property
+    def fixed(self) -> bool:
+        """Whether the scheme takes equal steps in time, whose length may follow from an accuracy."""
+        return not isinstance(self.scheme, TimeTransformed) and not getattr(self.scheme, "adaptive", False)
+
+    @property
+    def drift(self) -> float:
+        """The energy error above which an orbit drifts."""
+        return max(DRIFT, DRIFTING * (self.accuracy or 0.0)) if self.energy_tolerance is None else self.energy_tolerance
+
+    def _checked_accuracy(self) -> float:
+        value = positive("accuracy", self.accuracy)
+        if value >= 1:
+            raise ValueError(
+                f"accuracy must be below 1, relative to the amplitudes of the motion, got {self.accuracy!r}"
+            )
+        if value < FINEST:
+            raise ValueError(
+                f"accuracy must be at least {FINEST:g}, as numbers have 16 digits, got {self.accuracy!r}; errors of a "
+                "result say what was reached"
+            )
+        if self.step is not None:
+            raise ValueError(
+                "accuracy and step exclude one another: give one of them, got "
+                f"accuracy={self.accuracy!r} and step={shown(self.step)}"
+            )
+        if not self.fixed:
+            name = getattr(self.scheme, "name", self.scheme)
+            raise ValueError(f"accuracy takes a scheme of fixed steps such as KAHAN_LI8; {name} has none")
+        return value
+
+    def goal(self, default: float = ACCURACY) -> float | None:
+        """Return the accuracy to reach by halving steps; None where the user chose a step, or a scheme that controls
+        its steps.
+        """
+        if self.accuracy is None:
+            return default if self.step is None and self.fixed else None
+        return self.accuracy
+
+
+def suited(options: Options, system: System) -> Options:
+    """Return the options with the scheme that a kind of model needs; raises ValueError where they have another."""
+    scheme = options.scheme
+    if isinstance(scheme, (Automatic, TimeTransformed)):
+        check_needs(system, "a scheme by energy", got=getattr(scheme, "name", "AUTO"))
+    if not (scheme is None or isinstance(scheme, (RungeKutta, Collocation))):
+        check_needs(system, "a splitting", got=str(getattr(scheme, "name", scheme)))
+    if system.canonical:
+        return options
+    scheme = DOP853 if scheme is None else scheme
+    check_given(system, "an accuracy", accuracy=options.accuracy)
+    options = replace(options, scheme=scheme)
+    if options.fixed and options.step is None:
+        check_needs(system, "a step of its own", got=scheme.name)
+    return options
+
+
+@dataclass(frozen=True)
+class Problem:
+    """The problem to run: a model, the starts of its orbits, and the options. A function of orbits makes it from its
+    arguments and passes on this one value; it is checked in its `plan`, not before.
+    """
+
+    model: Any
+    z0: Any
+    options: Options
+    system: System = field(init=False, repr=False, compare=False)
+    """The model with its traits and mechanics, made here once."""
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "system", current_system(self.model))
+
+    def iterates(self, name: str, count: Any) -> float:
+        """Return a time: for a map a whole number of iterates, else any positive number."""
+        number = positive(name, count)
+        if self.system.iterated and number != math.floor(number):
+            raise ValueError(f"{name} of a map must be a whole number of iterates, got {count!r}")
+        if number < BRIEFEST:
+            raise ValueError(f"{name} must be at least {BRIEFEST:g}, got {count!r}")
+        return number
+
+    def suited(self) -> Problem:
+        """Return the same with the scheme that the kind of model needs."""
+        return replace(self, options=suited(self.options, self.system))
+
+    def plan(self, **how: Any) -> Plan:
+        """Return the flow and states of the run, see `plan`."""
+        return plan(self.model, self.z0, self.options, **how)
+
+
+class Plan(NamedTuple):
+    """Flow and states of a run: the flow, z a fresh array (2n, orbits) of the starts, the reason for its scheme and
+    steps, and the scales of the orbits if their steps follow from these.
+    """
+
+    flow: Any
+    z: np.ndarray
+    why: str
+    motion: Motion | None = None
+
+
+def plan(
+    model: Any,
+    z0: Any,
+    options: Options,
+    *,
+    time: float | None = None,
+    error: float | None = STEP_ERROR,
+    transformed: bool = False,
+) -> Plan:
+    """Check the starts, choose scheme and steps where the options leave them open, and return the flow.
+
+    time: of the run, which chosen steps divide and which affects the choice of a scheme; error: of states over 16
+    radians, for which each orbit's step is chosen, None to leave steps (inf) to the caller; transformed: whether the
+    run takes a flow in a fictitious time, then with its `time`.
+
+    :Raises: ValueError or TypeError for wrong input.
+
+    The choice of a scheme, and the step in s of a `TimeTransformed` one, follow from a sample of some 64 orbits, evenly
+    spaced in their order: they depend on the set. A step in time depends on its orbit alone.
+
+    Examples
+    --------
+    >>> made = fa.flows.plan(fa.HenonHeiles(), [0.1, 0.0, 0.0, 0.2], fa.flows.Options(step=0.1, scheme=fa.LEAPFROG))
+    >>> made.flow.scheme.name, made.z.shape
+    ('LEAPFROG', (4, 1))
+    """
+    system = checked_system(model)
+    z = phase_points("z0", z0, system)
+    check_derivatives("body", system, z)
+    if system.iterated:
+        return _iterated(system, z, options)
+    options = suited(options, system)
+    scheme = options.scheme
+    step = options.step
+    threads = checked_threads(options.threads)
+    why = []
+    if isinstance(scheme, TimeTransformed):
+        check_needs(system, "a fictitious time", got=scheme.name)
+    if scheme is None:
+        wanted = options.accuracy or error or ACCURACY
+        scheme = KAHAN_LI8 if system.separable else GAUSS16
+        if step is None:
+            split = system.quadratic and "kicks" not in system.words
+            scheme = cheapest(wanted, split) if system.separable else fastest(wanted)
+            if error is None and system.separable and split and system.substep is None:
+                scheme = quickest(wanted, system.driven)
+            why.append(f"{scheme.name} for an accuracy of {wanted:.1e}")
+    if isinstance(scheme, Automatic):
+        every = transformed and system.substep is None and not system.driven
+        chosen = _chosen(system, z, scheme if every else scheme.in_time, options, threads, time)
+        scheme = chosen.scheme
+        step = chosen.step if isinstance(chosen.scheme, TimeTransformed) else None
+        why.append(f"{scheme.name} by trial: energy error {chosen.error:.1e}, {chosen.cost:.3g} forces per unit time")
+    if transformed and isinstance(scheme, TimeTransformed):
+        size = None if step is None else positive("step", step)
+        timed, worst, _ = prepared(math.inf if time is None else time, system, z, scheme, size, threads)
+        why.append(
+            f"step {timed.step:.3g} in s" + ("" if math.isnan(worst) else f": energy error {worst:.1e} in a trial")
+        )
+        return Plan(timed, z, "; ".join(why))
+    found = None
+    fixed = math.inf if step is None else checked_step(step, z.shape[1])
+    flow = Flow(system, suited_scheme(checked_scheme(scheme), system), fixed, options.rtol, options.atol, threads)
+    if flow.adaptive:
+        why.append(f"steps controlled by rtol {flow.rtol:g}, atol {flow.atol:g}")
+    elif step is not None:
+        why.append("the step given")
+    elif error is None:
+        why.append("each orbit's own step, for the accuracy")
+    else:
+        found = motion(system, z, flow.threads)
+        steps = chosen_steps(flow, z, found, np.full(z.shape[1], error)).step
+        flow = replace(flow, step=steps if time is None else on_ladder(steps, time))
+        why.append(f"each orbit's own step, for an error of {error:.1e} of its amplitudes over 16 radians")
+    return Plan(flow, z, "; ".join(why), found)
+
+
+def _iterated(system: System, z: np.ndarray, options: Options) -> Plan:
+    """Return the plan of a map, which has neither scheme nor step."""
+    scheme = None if options.scheme is ITERATION else options.scheme
+    given = {"scheme": scheme, "step": options.step, "accuracy": options.accuracy}
+    check_given(system, "a time", "a map is iterated as it is", **given)
+    threads = checked_threads(options.threads)
+    flow = Flow(system, ITERATION, 1.0, options.rtol, options.atol, threads)
+    return Plan(flow, z, "a map, iterated as it is")
+
+
+def _chosen(
+    system: System, z: np.ndarray, scheme: Automatic, options: Options, threads: int, time: float | None
+) -> Trial:
+    """Return the trial that an automatic scheme chooses for a run over `time`."""
+    scheme = scheme.suited(system.quadratic)
+    tried = trials_in_time(system, z, scheme, options.rtol, options.atol, threads, time)
+    for candidate in scheme.candidates:
+        if isinstance(candidate, TimeTransformed):
+            flow, error, cost = prepared(
+                math.inf if time is None else time, system, z, candidate, None, threads, scheme.bound
+            )
+            tried.append(Trial(flow.scheme, flow.step, error, cost))
+    return scheme.choose(tried)
+
+
+def checked_step(step: Any, orbits: int) -> float | np.ndarray:
+    """Return `step` as a positive number, or as a fresh array of one for each orbit."""
+    if not isinstance(step, (list, tuple, np.ndarray)) or (isinstance(step, np.ndarray) and step.ndim == 0):
+        return positive("step", step)
+    try:
+        steps = np.array(numbers("step", step))
+    except (TypeError, ValueError):
+        raise TypeError(f"step must be a number or an array of numbers, got {type(step).__name__}") from None
+    if steps.shape != (orbits,) or not (np.isfinite(steps) & (steps > 0)).all():
+        raise ValueError(
+            f"step must be a positive number, or one for each of {orbits} orbits; got {shown(step)}, shape "
+            f"{steps.shape}"
+        )
+    return steps

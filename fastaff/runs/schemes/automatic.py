@@ -1,0 +1,201 @@
+"""Automatic choice of a scheme: the candidates, and the decision between them by a short trial."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from ...core.numbers import positive
+from .catalogue import (
+    BLANES_CASAS_ESCORIHUELA8,
+    BLANES_MOAN6,
+    DOP853,
+    GAUSS8,
+    GAUSS16,
+    KAHAN_LI8,
+    RKN12,
+    SOFRONIOU_SPALETTA10,
+    VERNER9,
+    Collocation,
+    Nystrom,
+    RungeKutta,
+    Splitting,
+)
+from .time_transformed import TimeTransformed
+
+PREFERENCE = 1.5
+"""Largest cost, over that of the cheapest scheme, of a scheme that conserves phase space volume: its error does not
+grow with time.
+"""
+
+BETTER = {KAHAN_LI8: BLANES_CASAS_ESCORIHUELA8}
+"""Schemes that are not tried beside a better one if T is quadratic: in the race of bench/test_schemes.py the latter is
+ahead on all systems at all accuracies.
+"""
+
+COARSE = 1e-7
+"""Error of states above which order 6 needs the fewest forces, also over hundreds of periods."""
+
+TRIAL_ORBITS = 64
+"""Number of orbits that decide between schemes."""
+
+
+SHARE = 0.25
+"""Share of the wanted energy error that a trial may use: it sees fewer orbits, for a shorter time, at fewer moments."""
+
+
+DRIVEN = 1e-11
+"""Accuracy for driven systems from which on RKN12 is taken if a second run determines the error at the end."""
+
+NATURAL = 1e-12
+"""The same for other systems. RKN12 is faster than a splitting from 1e-9 (driven) and 1e-12 (others) on, but takes some
+seconds to compile for a model: it is not the default without an accuracy.
+"""
+
+FINE = 1e-11
+"""Error of states down to which GAUSS8 is faster than GAUSS16, by the race of bench/nonseparable.py."""
+
+
+def cheapest(error: float, quadratic: bool) -> Splitting:
+    """Return the splitting with the fewest forces for an error of states, for T quadratic in the momenta or not.
+
+    Source: the race of bench/test_schemes.py, docs/schemes.md.
+    """
+    if not quadratic:
+        return KAHAN_LI8
+    return BLANES_MOAN6 if error >= COARSE else BLANES_CASAS_ESCORIHUELA8
+
+
+def quickest(accuracy: float, driven: bool) -> Splitting | Nystrom:
+    """Return the scheme that takes the least time for an accuracy of states at the end of a run, confirmed by a second
+    run, for accelerations that depend on the coordinates, and on time, alone.
+
+    Source: the race of bench/test_schemes.py, docs/schemes.md.
+    """
+    return RKN12 if accuracy <= (DRIVEN if driven else NATURAL) else cheapest(accuracy, quadratic=True)
+
+
+def fastest(error: float) -> Collocation:
+    """Return the collocation that takes the least time for an error of states, of H(q, p).
+
+    Source: the race of bench/nonseparable.py.
+    """
+    return GAUSS8 if error >= FINE else GAUSS16
+
+
+@dataclass(frozen=True)
+class Trial:
+    """Result of a candidate in the trial: its step, the largest energy error expected at the end, forces per unit
+    time.
+    """
+
+    scheme: Any
+    step: float
+    error: float
+    cost: float
+
+
+@dataclass(frozen=True)
+class Automatic:
+    """A scheme chosen by trial: the cheapest of `candidates` whose energy error stays below `energy_error` on a sample
+    of the orbits.
+
+    Each fixed step is first made as long as that allows. An adaptive scheme keeps the given tolerances; its error is
+    assumed to grow in proportion to time. The cost is counted in forces, never timed, so the choice is the same on
+    every machine. A symplectic scheme that costs up to PREFERENCE times the cheapest is preferred. If none meets the
+    bound, the scheme of least error is taken; if none keeps the sample in the domain, an adaptive one. Orbits that
+    leave the domain do not count beside others. A result's `.scheme` and `.step` are those chosen. The scheme depends
+    on the set of orbits, the steps on each orbit alone (except the one step in s of a `TimeTransformed`). `integrate`
+    and `poincare_map` try all candidates, other functions those that step in time itself.
+
+    :Raises: TypeError or ValueError for candidates that are no schemes.
+
+    Examples
+    --------
+    >>> either = fa.schemes.Automatic((fa.LEAPFROG, fa.BLANES_MOAN6))
+    >>> fa.integrate(fa.HenonHeiles(), [0.1, 0.0, 0.0, 0.2], time=2.0, scheme=either).scheme.name
+    'BLANES_MOAN6'
+    """
+
+    candidates: tuple[Any, ...] = (
+        BLANES_CASAS_ESCORIHUELA8,
+        BLANES_MOAN6,
+        KAHAN_LI8,
+        SOFRONIOU_SPALETTA10,
+        TimeTransformed(),
+        DOP853,
+        VERNER9,
+    )
+    energy_error: float = 1e-9
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "energy_error", positive("energy_error", self.energy_error))
+        if not isinstance(self.candidates, tuple) or not self.candidates:
+            raise ValueError(f"candidates must be a tuple of at least one scheme, got {self.candidates!r}")
+        for candidate in self.candidates:
+            if not isinstance(candidate, (Splitting, RungeKutta, TimeTransformed)):
+                raise TypeError(
+                    f"candidates must be schemes such as KAHAN_LI8, got {candidate!r} ({type(candidate).__name__})"
+                )
+
+    @property
+    def name(self) -> str:
+        """Name of the scheme."""
+        return f"Automatic({', '.join(candidate.name for candidate in self.candidates)})"
+
+    @property
+    def bound(self) -> float:
+        """The energy error that trials may make."""
+        return SHARE * self.energy_error
+
+    @property
+    def in_time(self) -> Automatic:
+        """The same choice among the candidates that step in time itself."""
+        kept = tuple(c for c in self.candidates if not isinstance(c, TimeTransformed))
+        if not kept:
+            raise ValueError(
+                f"scheme {self.name} has only time-transformed candidates: integrate and poincare_map take those"
+            )
+        return replace(self, candidates=kept)
+
+    def suited(self, quadratic: bool) -> Automatic:
+        """Return the choice among the candidates worth a trial: those whose order holds and, for T `quadratic` in the
+        momenta, without a `BETTER` candidate.
+        """
+        kept = tuple(
+            c
+            for c in self.candidates
+            if (BETTER.get(c) not in self.candidates if quadratic else not getattr(c, "nystrom", False))
+        )
+        if not kept:
+            raise ValueError(f"scheme {self.name} takes T quadratic in the momenta, which it is not")
+        return replace(self, candidates=kept)
+
+    def choose(self, trials: Iterable[Trial]) -> Trial:
+        """Return the best of `trials`."""
+        tried = list(trials)
+        good = [trial for trial in tried if trial.error <= self.bound]
+        if not good:
+            return min(tried, key=lambda trial: (trial.error, math.isfinite(trial.step)))
+        bound = PREFERENCE * min(trial.cost for trial in good)
+        return min(good, key=lambda trial: (not (trial.scheme.symplectic and trial.cost <= bound), trial.cost))
+
+
+AUTO = Automatic()
+"""The schemes of the package to choose from, for an energy error of 1e-9 at the end of the run."""
+
+
+def trial_rounds(sample: np.ndarray, span: float, time: float | None) -> int:
+    """Return the number of spans for a trial of fewer than TRIAL_ORBITS orbits, for as many bounces as these have: no
+    longer than the run.
+    """
+    return max(1, math.ceil(min(TRIAL_ORBITS / sample.shape[1], 8.0 if time is None else time / span)))
+
+
+def spread(z: np.ndarray, orbits: int) -> np.ndarray:
+    """Return at least `orbits` of the phase points z, evenly chosen (all where there are fewer)."""
+    return np.ascontiguousarray(z[:, :: max(1, z.shape[1] // orbits)])

@@ -1,0 +1,190 @@
+"""Tangent maps: the derivative of a numerical flow, along any number of tangent vectors."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Annotated, Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ..core.interruption import keeping
+from ..core.numbers import numbers
+from ..core.status import Status
+from ..core.sums import length
+from ..results.axes import along
+from ..results.recipe import recorded
+from ..results.result import Result
+from ..results.short_forms import Starts, takes
+from ..systems.models.contracts import Dynamics
+from ..systems.models.mechanics import System, stacked
+from ..systems.models.pointwise import at_points
+from . import curvatures, observers
+from .checks import carried, checked_tangent_system
+from .coordinates import chart_row
+from .ensemble import Ensemble, energy_error, mark_drift
+from .flow import Flow, no_memory
+from .launch import Report
+from .options import Options, Plan, Problem
+from .schemes.catalogue import Scheme, scheme_of
+from .starts import starts_of
+
+
+@dataclass(frozen=True)
+class TangentMap(Result):
+    """End states of orbits and of their tangent vectors.
+
+    z (2n, orbits) at the time `t` (orbits,); vectors (count, 2n, orbits), the images of the starting deviations[j]
+    under the derivative of the map; energy_error, status (orbits,), step and names as in `Orbits`.
+    """
+
+    z: Annotated[np.ndarray, along("coordinate", "orbit", labels="names", plain=True)]
+    vectors: Annotated[np.ndarray, along("vector", "coordinate", "orbit")]
+    t: Annotated[np.ndarray, along("orbit", unit="time")]
+    energy_error: Annotated[np.ndarray, along("orbit", unit="largest kinetic energy")]
+    status: Annotated[np.ndarray, along("orbit")]
+    scheme: Scheme
+    step: Annotated[float | np.ndarray, along("orbit", unit="time")]
+    names: tuple[str, ...]
+
+    @property
+    def matrix(self) -> np.ndarray:
+        """The vectors as columns, (2n, count, orbits): the monodromy matrix where the deviations were the unit
+        vectors.
+        """
+        return self.vectors.transpose(1, 0, 2)
+
+    def _row(self, name: str) -> np.ndarray | None:
+        return chart_row(self.z, name)
+
+
+@takes(z0=starts_of, scheme=scheme_of)
+@recorded
+def tangent_map(
+    body: Dynamics,
+    z0: Starts,
+    *,
+    time: float,
+    deviations: ArrayLike | None = None,
+    step: float | np.ndarray | None = None,
+    scheme: Scheme | str | None = None,
+    rtol: float = 1e-12,
+    atol: float = 1e-12,
+    energy_tolerance: float | None = None,
+    threads: int | None = None,
+    report: Report | None = None,
+) -> TangentMap:
+    """Integrate orbits of `body` from `z0` over `time` with tangent vectors.
+
+    Parameters
+    ----------
+    body, z0, time : as in `integrate`
+    deviations : array (count, 2n) or (count, 2n, orbits), optional
+        Tangent vectors at the start, for all orbits or for each (default: the 2n unit vectors).
+    step, scheme, rtol, atol, energy_tolerance, threads, report : as in `integrate`
+
+    Returns
+    -------
+    `TangentMap`
+        End states and tangent vectors.
+
+    Raises
+    ------
+    ValueError, TypeError, Interrupted
+        As in `integrate`.
+
+    Notes
+    -----
+    With a splitting the vectors move by the derivative of the map that moves the orbit, so M^T Omega M = Omega to
+    rounding. With a Runge-Kutta scheme they move by the variational equations, which count in the step control. Vectors
+    are not renormalised: those of a chaotic orbit grow as exp(lambda t). Cost: about one more orbit for each vector,
+    less the terms that orbit and vectors share.
+
+    References
+    ----------
+    Skokos & Gerlach 2010, Phys. Rev. E 82, 036704 (tangent maps of splittings).
+
+    Examples
+    --------
+    >>> tangent = fa.tangent_map(fa.HenonHeiles(), [0.1, 0.0, 0.0, 0.2], time=5.0, step=0.1)
+    >>> np.linalg.det(tangent.matrix[:, :, 0]).round(9)
+    np.float64(1.0)
+    """
+    options = Options(
+        scheme, step, rtol=rtol, atol=atol, energy_tolerance=energy_tolerance, threads=threads, report=report
+    )
+    problem = Problem(body, z0, options)
+    time = problem.iterates("time", time)
+    flow, z, *_ = stable_plan(problem)
+    start = carried(checked_deviations(deviations, flow.states(z)), flow.system, 1)
+    flow = replace(flow, vectors=len(start))
+    ensemble = flow.ensemble(z, start)
+    with keeping("tangent_map", lambda: _assembled(flow, ensemble, time, options.drift)):
+        flow.advance(ensemble, observers.nothing(), *no_memory(ensemble), time=time, observations=1, report=report)
+    return _assembled(flow, ensemble, time, options.drift)
+
+
+def _assembled(flow: Flow, ensemble: Ensemble, time: float, tolerance: float) -> TangentMap:
+    """Return the orbits and vectors so far."""
+    ensemble.status[(ensemble.status == Status.OK) & (ensemble.time < time * (1 - 1e-12))] = Status.INTERRUPTED
+    error = energy_error(flow.system, ensemble)
+    mark_drift(ensemble, error, tolerance)
+    return TangentMap(
+        z=flow.states(ensemble.points),
+        vectors=ensemble.deviations[:, : flow.system.rows],
+        t=ensemble.time,
+        energy_error=error,
+        status=ensemble.status,
+        scheme=flow.scheme,
+        step=flow.step,
+        names=flow.system.row_names,
+    )
+
+
+def stable_plan(problem: Problem) -> Plan:
+    """Return the plan of a run with tangent vectors, its flow as yet without them.
+
+    A step that is chosen is stable for vectors in all directions, also those in which the orbits don't move.
+    """
+    system = checked_tangent_system(problem.model)
+    found = problem.plan()
+    if problem.options.step is None and found.flow.fixed:
+        steps = np.minimum(found.flow.step, 1 / fastest_rates(system, found.z))
+        found = found._replace(flow=replace(found.flow, step=steps))
+    return found
+
+
+def fastest_rates(system: System, z: np.ndarray) -> np.ndarray:
+    """Return the largest angular frequency (orbits,) of small oscillations around each state of z: power iteration on
+    the Hessian.
+    """
+    if not system.separable:
+        return curvatures.fastest_rates(system, z, np.inf)
+    n = system.n
+    q = z[:n]
+    direction = np.random.default_rng(2).standard_normal((n, 1)) + np.zeros_like(q)
+    square = np.zeros(q.shape[1])
+    with np.errstate(all="ignore"):
+        for _ in range(20):
+            direction = system.without_time(direction / length(direction))
+            change = stacked(at_points(system.model, "tangent_force", *q, *direction), q)
+            direction = system.tangent_velocities(z[n:], change)
+            square = length(direction)
+    return np.sqrt(np.where(np.isfinite(square) & (square > 0), square, 1e-300)) + system.frame_rate
+
+
+def checked_deviations(deviations: Any, z: np.ndarray) -> np.ndarray:
+    """Return tangent vectors (count, 2n, orbits) for the orbits z (2n, orbits): the unit vectors for None."""
+    rows, orbits = z.shape
+    given = np.eye(rows) if deviations is None else numbers("deviations", deviations)
+    shapes = f"(count, {rows}) or (count, {rows}, {orbits})"
+    if (
+        given.ndim not in (2, 3)
+        or given.shape[0] == 0
+        or given.shape[1] != rows
+        or given.shape[2:] not in ((), (orbits,))
+    ):
+        raise ValueError(f"deviations must have shape {shapes}, got {given.shape}")
+    if not np.isfinite(given).all():
+        raise ValueError("deviations must be finite")
+    return np.array(np.broadcast_to(given.reshape(*given.shape[:2], -1), (given.shape[0], rows, orbits)))

@@ -1,0 +1,9 @@
+"""Energy surfaces, Poincaré maps, rotation numbers and islands."""
+
+from .energy_grid import EnergyGrid
+from .energy_limits import NotReached
+from .energy_sample import EnergySample
+from .islands import Islands, Rotation
+from .section_map import SectionMap
+
+__all__ = ["EnergyGrid", "EnergySample", "Islands", "NotReached", "Rotation", "SectionMap"]

@@ -1,0 +1,308 @@
+"""Grids of initial conditions on a section of an energy surface."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Annotated, Any
+
+import numpy as np
+
+from ..core.interruption import imported
+from ..core.numbers import an_array, fits, numbers, real, shown
+from ..results.axes import along
+from ..results.recipe import recorded
+from ..results.result import Result
+from ..results.short_forms import takes
+from ..runs.checks import checked_model, checked_section, current_system
+from ..systems.formulas.section_text import section_in_words, section_of
+from ..systems.models.contracts import Dynamics, Section
+from ..systems.models.mechanics import System
+from .energy_limits import NotReached, Where, too_low
+from .named_axes import Axes, Others, are_named, by_name, checked_energy, checked_sign, checked_values, launching
+from .section_points import section_points
+
+CELLS = 101
+"""Cells along each axis of a whole section."""
+
+ARRAYS = 32
+"""Arrays of the size of a grid that lifting it takes at a time."""
+
+
+@dataclass(frozen=True)
+class EnergyGrid(Result):
+    """Initial conditions on the cells of a grid over two section coordinates, or over any rows by name.
+
+    z0 (2n, orbits): the allowed cells; cell (orbits,): the flat index of each in the grid; forbidden (n1, n2, ...):
+    cells that the energy surface does not reach; axes and names: those of the grid, first along rows; `grid["p_beta"]`,
+    by name: the values of each orbit. section: the common one, which `poincare_map` takes from here, or None.
+    """
+
+    z0: Annotated[np.ndarray, along("coordinate", "orbit")]
+    cell: Annotated[np.ndarray, along("orbit")]
+    forbidden: Annotated[np.ndarray, along("first", "second")]
+    axes: tuple[np.ndarray, ...]
+    names: tuple[str, ...]
+    energy: float
+    section: Section | None = None
+
+    def _row(self, name: str) -> np.ndarray | None:
+        if name not in self.names:
+            return None
+        k = self.names.index(name)
+        return self.axes[k][np.unravel_index(self.cell, self.forbidden.shape)[k]]
+
+    def spread(self, values: Any) -> np.ndarray:
+        """Return values (orbits,) as a masked (n1, n2, ...) array in which forbidden cells are masked."""
+        given = an_array("values", values)
+        if given.shape not in ((), self.cell.shape) or given.dtype.kind not in "biufc":
+            raise ValueError(
+                f"values must be numbers of shape {self.cell.shape}, one for each orbit, got {given.dtype} "
+                f"{given.shape}"
+            )
+        array = np.ma.masked_all(self.forbidden.size, dtype=given.dtype)
+        array[self.cell] = values
+        return array.reshape(self.forbidden.shape)
+
+
+@takes(section=section_of, axes=by_name, fixed=by_name)
+@recorded
+def energy_grid(
+    body: Dynamics,
+    *,
+    energy: float | None = None,
+    axes: Axes | str = "whole",
+    section: Section | str | None = None,
+    fixed: Mapping[str, float] | None = None,
+    solve: str | None = None,
+    sign: int = 1,
+    at_rest: bool = False,
+    p_eta: float = 0.0,
+    p_gamma: float = 0.0,
+) -> EnergyGrid:
+    """Lift a grid of coordinates to phase points of a given energy: of a section, of any rows by name, or at rest.
+
+    Parameters
+    ----------
+    body : model
+        Any number n of degrees of freedom.
+    energy : float, energy, optional
+        None for a map.
+    axes : two arrays, dict of arrays, or "whole", default "whole"
+        Section coordinates, or rows of z by name, ``{"x": xs, "z": zs}``; "whole": 101 values of each section
+        coordinate over all bounded parts that the energy allows, none of them cut. Refused where momenta have no bound,
+        as at a pole of the potential, with ranges that have the momenta of 90 % of the length.
+    section : section or str, optional
+        As in `poincare_map`.
+    fixed : dict of float, optional
+        Values of other rows by name (default 0).
+    solve : str, optional
+        Name of the row that the energy determines.
+    sign : {1, -1}, default 1
+        Root for `solve`: for a momentum the larger (+1) or the smaller one (in q_i' = dH/dp_i, so the velocity has that
+        sign), for a coordinate the last one that the energy allows in that direction.
+    at_rest : bool, default False
+        All momenta are 0, and the axes are angles.
+    p_eta, p_gamma : float, action, default 0
+        Angular momenta of the planes (bodies on a section only).
+
+    Returns
+    -------
+    `EnergyGrid`
+        Cells that the energy does not reach are in `forbidden` and have no orbit.
+
+    Raises
+    ------
+    ValueError
+        No cell is reached (an energy below the minimum, an unreachable section), or a name is unknown.
+    TypeError
+        The section has no grid.
+
+    Notes
+    -----
+    Two arrays are (beta, p_beta) for AlphaTurning, AlphaEquals and AreaEquals, (alpha, p_alpha) for BetaTurning and
+    BetaEquals, and (q_j, p_j) of the other degree of freedom for Linear sections q_i = offset of a system of two
+    degrees of freedom. On a turning section the missing radius is a turning point: for direction +1 the inner one (the
+    radius has a minimum there: 0 where p_eta, or p_gamma, is 0 and the motion goes through the axis), for -1 and 0 the
+    outer one; among several wells the outermost counts. On other sections the missing momentum has the sign of the
+    direction (0: +). AreaEquals takes one of its two branches. Roots are neighbours of the exact ones, at radii from
+    1e-40 to 1e40 in any unit. Wells are missed where they are narrower than 1/40 of a decade and lie off the maxima of
+    wider ones.
+
+    For H(q, p) the momentum of the section follows from the whole of H: in closed form where H is of second degree in
+    it, else between the extrema of H along it, at all sizes. Among roots with a velocity of that sign the outermost
+    counts. Coordinates with a period are modulo it.
+
+    Arrays by name run over coordinates q_i and momenta p_i. A Linear section of one row fixes that row; the section of
+    a coordinate q_i = c solves for p_i with the sign of its direction unless `solve` names another row. At rest the
+    axes are the angles of the direction in which V reaches the energy first, from the point given by `fixed`: "phi" for
+    n = 2, with q = r (cos phi, sin phi); "theta", "phi" for n = 3, with q = r (sin theta cos phi, sin theta sin phi,
+    cos theta); "theta_1", ..., "phi" beyond: box orbits. A map has no energy: its axes are any rows by name, beside
+    them only `fixed`, and the energy of the grid is NaN.
+
+    Cost: some 500 evaluations of the potential for each first coordinate and 64 for each cell of a turning section, for
+    each cell at rest or with a coordinate as `solve`, else one.
+
+    References
+    ----------
+    H of EQ2.1 of Martens & Slawianowski in the chart EQ2.0b; Schwarzschild 1993, Astrophys. J. 409, 563 (start spaces
+    of galactic orbits: at rest, and x-z with p_y from the energy).
+
+    Examples
+    --------
+    >>> grid = fa.energy_grid(fa.HenonHeiles(), energy=0.1, section="x=0", axes=([-0.2, 0.0, 0.6], [0.0, 0.1]))
+    >>> grid.z0.shape, int(grid.forbidden.sum())
+    ((4, 4), 2)
+    """
+    system = current_system(body)
+    others = Others(fixed, solve, checked_sign(sign), at_rest)
+    if section is None or are_named(axes) or others.given:
+        return _grid_by_name(system, energy, axes, section, others, (p_eta, p_gamma))
+    if others.sign != 1:
+        raise ValueError(f"sign goes with axes by name; here the section's direction has it, got {shown(sign)}")
+    where = checked_surface(system, section, energy, p_eta, p_gamma)
+    whole = isinstance(axes, str)
+    if whole and axes != "whole":
+        raise ValueError(f"axes must be two arrays, rows by name, or 'whole', got {axes!r}")
+    first, second = _axes(_whole(where) if whole else axes)
+    fits("axes", first.size, second.size, ARRAYS)
+    u, v = (array.ravel() for array in np.meshgrid(first, second, indexing="ij"))
+    z, found, names = lift(where, u, v)
+    if not found.any():
+        raise NotReached(
+            where.too_low()
+            or f"energy {where.energy} reaches no cell of the grid {names[0]} in [{first.min():.6g}, "
+            f"{first.max():.6g}], {names[1]} in [{second.min():.6g}, {second.max():.6g}] on "
+            f"{section_in_words(section, system)}: it is below the minimum there, or the section is elsewhere"
+            f"{_no_counts(first, second)}"
+        )
+    return grid_of(
+        np.ascontiguousarray(z[:, found]), np.flatnonzero(found), (first, second), names, where.energy, section
+    )
+
+
+def grid_of(
+    z0: np.ndarray,
+    cell: np.ndarray,
+    axes: tuple[np.ndarray, ...],
+    names: tuple[str, ...],
+    energy: float,
+    section: Any = None,
+) -> EnergyGrid:
+    """Return the grid of some cells; the others count as those that the energy does not reach."""
+    forbidden = np.ones([axis.size for axis in axes], bool)
+    forbidden.ravel()[cell] = False
+    return EnergyGrid(z0, cell, forbidden, axes=axes, names=names, energy=energy, section=section)
+
+
+def no_planes(p_eta: Any, p_gamma: Any) -> None:
+    """Refuse angular momenta together with rows by name."""
+    if real("p_eta", p_eta) or real("p_gamma", p_gamma):
+        raise ValueError(
+            f"p_eta and p_gamma belong to a Body on one of its sections, got {p_eta}, {p_gamma}: elsewhere momenta are "
+            "given by name"
+        )
+
+
+def _grid_by_name(
+    system: System, energy: Any, axes: Any, section: Any, others: Others, planes: tuple[Any, Any]
+) -> EnergyGrid:
+    """Return a grid over rows by name."""
+    checked_model(system.model, needs="a start by rows")
+    energy = checked_energy(system, energy)
+    no_planes(*planes)
+    if isinstance(axes, str):
+        raise TypeError(f"axes must be given by name, {{{system.row_names[0]!r}: array, ...}}, or a section")
+    names, arrays = checked_values(axes, system.row_names)
+    launch = launching(system, energy, names, section, others)
+    fits("axes", *(array.size for array in arrays), ARRAYS * system.n)
+    z, found = launch.lift(np.array([array.ravel() for array in np.meshgrid(*arrays, indexing="ij")]))
+    if not found.any():
+        ranges = ", ".join(f"{name} in [{array.min():.6g}, {array.max():.6g}]" for name, array in zip(names, arrays))
+        if not system.conserves:
+            what = "map" if system.iterated else "system"
+            raise NotReached(f"no cell of the grid {ranges} is in the domain of the {what}")
+        low = None if system.isotropic else too_low(system, energy, 0.0, 0.0)
+        raise NotReached(low or f"energy {energy} reaches no cell of the grid {ranges}: it is below the minimum there")
+    return grid_of(np.ascontiguousarray(z[:, found]), np.flatnonzero(found), arrays, names, energy, section)
+
+
+def checked_surface(system: System, section: Any, energy: Any, p_eta: Any, p_gamma: Any) -> Where:
+    """Return the section of an energy surface if all of it suits the body."""
+    checked_model(system.model, needs="an energy surface")
+    checked_section(section, system)
+    energy = real("energy", energy)
+    p_eta = real("p_eta", p_eta)
+    p_gamma = real("p_gamma", p_gamma)
+    if system.n == 4 and not hasattr(system.model, "potential"):
+        raise TypeError(f"body must be a Body with a doubly isotropic potential to have a grid, got {system.model!r}")
+    if not system.isotropic and (p_eta or p_gamma):
+        raise ValueError(
+            f"p_eta and p_gamma belong to a Body, got {p_eta}, {p_gamma} for {type(system.model).__name__}, "
+            "which has none"
+        )
+    return Where(system, section, energy, p_eta, p_gamma)
+
+
+def lift(where: Where, u: np.ndarray, v: np.ndarray) -> tuple[np.ndarray, np.ndarray, tuple[str, str]]:
+    """Return phase points (2n, points) at section coordinates (u, v), a mask of those that exist (points,), and the
+    coordinates' names.
+
+    If there are several sheets over a point, the first counts.
+    """
+    z, found, names = lift_sheets(where, u, v)
+    first = found.argmax(axis=0)
+    return np.take_along_axis(z, first[None, None], axis=0)[0], np.asarray(found.any(axis=0)), names
+
+
+def lift_sheets(where: Where, u: np.ndarray, v: np.ndarray) -> tuple[np.ndarray, np.ndarray, tuple[str, str]]:
+    """Return all phase points (sheets, 2n, points) at section coordinates (u, v), a mask of those that exist (sheets,
+    points), and the coordinates' names.
+
+    A turning section has a sheet for each well of its radius, the outermost first; the others have one.
+    """
+    body = where.body
+    energy = where.energy
+    system = where.system
+    with np.errstate(all="ignore"):
+        sheets, names = section_points(where.section, where, u, v)
+        z = sheets.reshape(-1, 2 * body.degrees_of_freedom, u.size)
+        rows = np.moveaxis(np.where(np.isfinite(z), z, 1.0), 1, 0)
+        T = system.kinetic_energies(rows)
+        V = system.potential_energies(rows)
+        lives = system.inside(rows)
+    # A sign change at a wall where the potential jumps is no turning point.
+    found: np.ndarray = np.abs(T + V - energy) <= 1e-9 * (T + np.abs(V) + abs(energy))
+    return z, found & np.isfinite(z).all(axis=1) & lives, names
+
+
+def _whole(where: Where) -> tuple[np.ndarray, np.ndarray]:
+    """Return axes over all bounded parts of a section, CELLS each."""
+    samples = imported(".energy_sample", __package__)  # it imports this module, and knows the bounds of a section
+    try:
+        boxes = np.array(samples.ranges_to_draw(where))
+    except NotReached:
+        raise
+    except ValueError as problem:
+        raise ValueError(f"{problem}; a grid takes arrays over them: np.linspace(low, high, {CELLS})") from None
+    first, second = (np.linspace(boxes[:, k, 0].min(), boxes[:, k, 1].max(), CELLS) for k in range(2))
+    return first, second
+
+
+def _axes(axes: Any) -> tuple[np.ndarray, np.ndarray]:
+    try:
+        first, second = (np.atleast_1d(numbers("axes", axis)).astype(np.float64) for axis in axes)
+    except (TypeError, ValueError):
+        raise TypeError(f"axes must be two arrays of numbers, got {shown(axes)}") from None
+    for axis in (first, second):
+        if axis.ndim != 1 or axis.size == 0 or not np.isfinite(axis).all():
+            raise ValueError(
+                f"axes must be two non-empty, finite, one-dimensional arrays, got shape {axis.shape} in {shown(axes)}"
+            )
+    return first, second
+
+
+def _no_counts(first: np.ndarray, second: np.ndarray) -> str:
+    """Return a hint for the error if axes look like numbers of cells."""
+    both = [axis[0] for axis in (first, second) if axis.size == 1 and axis[0] > 1 and axis[0] == int(axis[0])]
+    return f" (axes are coordinates: np.linspace(low, high, {both[0]:.0f}), ...)" if len(both) == 2 else ""

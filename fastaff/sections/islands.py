@@ -1,0 +1,434 @@
+"""Analysis of the points of a section: rotation numbers, invariant curves, chains of islands, chaos.
+
+Points are (2, crossings, orbits), two coordinates of a section at successive crossings, NaN past the last; from a
+SectionMap of a body: np.array([found["beta"], found["p_beta"]]).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import IntEnum
+from typing import Annotated, Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ..core.numbers import an_array, fits, numbers, positive, whole
+from ..core.status import Status
+from ..engine.kernels.birkhoff import SHARPNESS
+from ..frequencies.turning import unresolved
+from ..frequencies.windows import SPANS
+from ..results.axes import along
+from ..results.progress import says_progress
+from ..results.result import Result
+from ..systems.models.sections import AngleEquals, Linear
+from .scatter import scattered
+from .section_map import SectionMap
+
+SAFETY = 5.0
+"""Factor of error estimates over the differences between windows, as for frequency maps."""
+
+ROUNDING = 1e-14
+"""Rounding error of a rotation number, in turns: a term of each error."""
+
+STILL = 1e-9
+"""Relative size of an island below which it is a periodic orbit."""
+
+LEAST = 32
+"""Crossings that a rotation number needs."""
+
+FRAMES = 3
+"""Linear maps that make a curve round, one after the other, as moments of a thin one are lost in rounding."""
+
+THINNEST = 1e-6
+"""Least ratio of the axes that one of these maps changes."""
+
+CHAOS = 1.5
+"""Digits fewer than asked for that a chaotic orbit must have: its rotation number converges like N^(-1/2)."""
+
+
+class Kind(IntEnum):
+    """Kind of an orbit by its points on a section."""
+
+    CURVE = 0
+    ISLANDS = 1
+    CHAOTIC = 2
+    UNDECIDED = 3
+
+
+@dataclass(frozen=True)
+class Rotation(Result):
+    """Rotation numbers of section orbits: arrays over orbits.
+
+    rotation, in turns per crossing, in (-1/2, 1/2] (counterclockwise is positive; a turn more or less cannot be seen);
+    error: 5 times the largest difference of windows of unequal lengths from the whole, the possible effect of unseen
+    slow beats with fractions p/m, and rounding; digits: -log10 of the difference of the two halves, for the rotation
+    number or for the relative mean squared radius, whichever is fewer; centre (2, orbits); counts of points; status: OK
+    or TOO_FEW_CROSSINGS, where error is inf.
+    """
+
+    rotation: Annotated[np.ndarray, along("orbit", unit="turns per crossing")]
+    error: Annotated[np.ndarray, along("orbit", unit="turns per crossing")]
+    digits: Annotated[np.ndarray, along("orbit")]
+    centre: Annotated[np.ndarray, along("coordinate", "orbit")]
+    counts: Annotated[np.ndarray, along("orbit")]
+    status: Annotated[np.ndarray, along("orbit")]
+
+
+@dataclass(frozen=True)
+class Islands(Result):
+    """Kinds of section orbits, with the places and sizes of islands.
+
+    kind (orbits,) of `Kind`; turning: their Rotation; p, q (orbits,): the rotation number p/q of a chain of q islands,
+    0 where there is none; centres, extents (2, most, orbits): the mean point of each island in the order of visits and
+    its full size in the two coordinates, NaN past q; inner, inner_error (orbits,): turns about the first island's
+    centre in q crossings, NaN where q is 0; status (orbits,) of `Status`. Points that keep to q sectors without going
+    around the centre have p = 0.
+    """
+
+    kind: Annotated[np.ndarray, along("orbit")]
+    turning: Annotated[Rotation, along("orbit")]
+    p: Annotated[np.ndarray, along("orbit")]
+    q: Annotated[np.ndarray, along("orbit")]
+    centres: Annotated[np.ndarray, along("coordinate", "island", "orbit", padded="island")]
+    extents: Annotated[np.ndarray, along("coordinate", "island", "orbit", padded="island")]
+    inner: Annotated[np.ndarray, along("orbit", unit="turns per period")]
+    inner_error: Annotated[np.ndarray, along("orbit", unit="turns per period")]
+    status: Annotated[np.ndarray, along("orbit")]
+
+    def table(self) -> list[tuple[int, int, int, tuple[float, float]]]:
+        """Return (p, q, orbits, largest extent of an island in each coordinate) of each chain, the shorter periods
+        first.
+        """
+        chains = sorted({(int(q), int(p)) for p, q in zip(self.p, self.q, strict=True) if q})
+        found = []
+        for q, p in chains:
+            own = (self.p == p) & (self.q == q)
+            size = np.fmax.reduce(self.extents[:, :, own].reshape(2, -1), axis=1)
+            found.append((p, q, int(own.sum()), (float(size[0]), float(size[1]))))
+        return found
+
+    def summary(self) -> str:
+        """Return one line with the number of orbits of each kind."""
+        kinds, counts = np.unique(self.kind, return_counts=True)
+        return "; ".join(f"{count} {Kind(kind).name}" for kind, count in zip(kinds, counts, strict=True))
+
+
+@says_progress
+def rotation_number(points: ArrayLike | SectionMap, *, centre: ArrayLike | None = None) -> Rotation:
+    """Find the rotation number of section orbits about a centre by weighted Birkhoff averages of their angle.
+
+    Parameters
+    ----------
+    points : array (2, crossings) or (2, crossings, orbits), or `SectionMap`
+        NaN past the last crossing. A SectionMap is of a map of one degree of freedom or of a section q_i = c of two.
+    centre : array (2,) or (2, orbits), optional
+        Point inside the invariant curves (default: the weighted mean of each orbit, which lies inside any convex
+        curve).
+
+    Returns
+    -------
+    `Rotation`
+        Rotation numbers in turns per crossing; an orbit of fewer than 32 points has a status.
+
+    Raises
+    ------
+    ValueError, TypeError
+        An argument is wrong.
+
+    Notes
+    -----
+    The displacement of the angle is lifted from the circle by continuity along the curve. Every centre inside a curve
+    that is a graph r(theta) gives the same number; islands need less than half a turn between neighbours. The average
+    with the weight exp(30 (sqrt(1 - x^2) - 1)) converges faster than any power of the number N of crossings on a smooth
+    curve with a Diophantine rotation number; the angle is that after a linear map that makes the second moments of the
+    points those of a circle, so that units, thin and turned curves do not matter; a line at distance d from an integer
+    is damped below 2e-12 once d N > 9.6. On a chaotic orbit it converges like N^(-1/2). Cost: one sort of the angles of
+    each orbit. Memory: about ten arrays of the size of points.
+
+    References
+    ----------
+    Das, Saiki, Sander & Yorke 2017, Nonlinearity 30, 4111; digits: Sander & Meiss 2020, Physica D 411, 132569.
+
+    Examples
+    --------
+    >>> angle = 2 * np.pi * 0.381966 * np.arange(500)
+    >>> fa.rotation_number([np.cos(angle), np.sin(angle)]).rotation.round(9)
+    array([0.381966])
+    """
+    points, counts = _checked(points)
+    return _rotation(points, counts, _centres(centre, points, counts))
+
+
+@says_progress
+def islands(
+    points: ArrayLike | SectionMap, *, centre: ArrayLike | None = None, max_period: int = 32, digits: float = 4.0
+) -> Islands:
+    """Distinguish invariant curves, chains of islands and chaotic orbits of a section.
+
+    Parameters
+    ----------
+    points, centre : as in `rotation_number`
+        For a chain, the centre is a point between its islands, such as the elliptic fixed point that they surround.
+    max_period : int, default 32
+        Longest chain searched for.
+    digits : float > 0, default 4
+        Digits that the rotation number of a curve or chain must have.
+
+    Returns
+    -------
+    `Islands`
+        The kind of each orbit, with rotation numbers, places and sizes of islands.
+
+    Raises
+    ------
+    ValueError, TypeError
+        An argument is wrong.
+
+    Notes
+    -----
+    ISLANDS: the rotation number is p/q within its error, and the points visited every q-th time stay inside a sector of
+    angles of their own and turn back in it (or do not move: a periodic orbit). UNDECIDED: p/q and sectors, but no
+    turning back yet: a curve too close to p/q, or an island that turns too slowly, for this number of points. CURVE:
+    all other orbits whose rotation number converges. CHAOTIC: it does not converge, and 200 points or more show chaos:
+    they fill an area, and neighbours part until they are as far from each other as any two. UNDECIDED where neither is
+    seen: close to a separatrix or a resonance a rotation number needs more crossings (thousands). q = 1 is an island
+    beside the centre. The mean point of an island is off its periodic point by the order of its width squared.
+
+    Cost: as `rotation_number`, one pass over the orbits close to p/q for each q, and 600 distances a point of orbits
+    without digits.
+
+    References
+    ----------
+    Das, Saiki, Sander & Yorke 2017, Nonlinearity 30, 4111; Sander & Meiss 2020, Physica D 411, 132569 (digits); Meiss
+    1992, Rev. Mod. Phys. 64, 795 (chains of islands).
+
+    Examples
+    --------
+    >>> turns = fa.poincare_map(fa.models.HenonMap(), [[0.1, 0.2], [0.0, 0.0]], crossings=1000)
+    >>> print(fa.islands(turns).summary())
+    2 CURVE
+    """
+    points, counts = _checked(points)
+    max_period = whole("max_period", max_period, 1)
+    digits = positive("digits", digits)
+    middle = _centres(centre, points, counts)
+    turning = _rotation(points, counts, middle)
+    orbits = counts.size
+    rounded = _rounded(points, counts, middle)
+    fits("max_period", orbits, max_period, 4)
+    kind = np.where((turning.digits >= digits) & (turning.status == Status.OK), Kind.CURVE, Kind.UNDECIDED)
+    for o in np.flatnonzero((turning.digits < digits - CHAOS) & (turning.status == Status.OK)):
+        kind[o] = Kind.CHAOTIC if scattered(rounded[o, : counts[o]]) else Kind.UNDECIDED
+    p, q = np.zeros((2, orbits), np.int64)
+    centres, extents = np.full((2, orbits, max_period, 2), np.nan)
+    inner, inner_error = np.full((2, orbits), np.nan)
+    size = np.fmax.reduce(points, axis=1) - np.fmin.reduce(points, axis=1)
+    still = size.max(axis=1) <= STILL * np.fmax.reduce(np.abs(points), axis=1).max(axis=1)
+    # One island comes last: points that keep to one sector may still fall apart into several inside of it.
+    for period in (*range(2, max_period + 1), 1):
+        nearest = np.rint(period * turning.rotation)
+        near = np.abs(turning.rotation - nearest / period) <= turning.error
+        if period == 1:  # a curve that closes turns by more than 1/counts
+            near &= (turning.error < 0.5 / np.maximum(counts, 1)) | still
+        else:
+            near &= ~still
+        tried = np.flatnonzero(near & (kind == Kind.CURVE) & (counts >= 4 * period))
+        if not tried.size:
+            continue
+        sub = _visits(points[tried], counts[tried], period)
+        apart, returns = _sectors(_visits(rounded[tried], counts[tried], period))
+        returns |= still[tried]
+        kind[tried[apart]] = np.where(returns[apart], Kind.ISLANDS, Kind.UNDECIDED)
+        found = tried[apart]
+        p[found] = np.where(2 * nearest[found] == -period, period / 2, nearest[found])
+        q[found] = period
+        sub = sub[apart]
+        visits = (counts[found] + period - 1) // period
+        extents[found, :period] = np.fmax.reduce(sub, axis=1) - np.fmin.reduce(sub, axis=1)
+        for island in range(period):
+            number = (counts[found] - island + period - 1) // period
+            centres[found, island] = _mean(sub[:, :, island], number)
+        own = _rotation(sub[:, :, 0], visits, centres[found, 0])
+        inner[found] = own.rotation
+        inner_error[found] = own.error
+    most = int(q.max(initial=1))
+    centres, extents = (array[:, :most].transpose(2, 1, 0) for array in (centres, extents))
+    status = turning.status.copy()
+    return Islands(
+        kind, turning, p, q=q, centres=centres, extents=extents, inner=inner, inner_error=inner_error, status=status
+    )
+
+
+def _plane(section_map: SectionMap) -> np.ndarray:
+    """Return the two free rows (2, crossings, orbits) of a map of two rows, or of a section q_i = c of four."""
+    points = section_map.points
+    normal = np.asarray(getattr(section_map.section, "normal", ()))
+    if len(points) == 2:
+        return points
+    one = type(section_map.section) in (Linear, AngleEquals) and np.count_nonzero(normal) == 1
+    if len(points) != 4 or not one or normal[2:].any():
+        raise ValueError(
+            "points must be a SectionMap of a map of one degree of freedom, or on a section q_i = c of two; elsewhere "
+            "give the two coordinates: np.array([found['beta'], found['p_beta']])"
+        )
+    other = 1 - int(np.flatnonzero(normal)[0])
+    return points[[other, 2 + other]]
+
+
+def _checked(points: Any) -> tuple[np.ndarray, np.ndarray]:
+    """Return points (orbits, crossings, 2), fresh ones, NaN from the first that is not finite, and their numbers."""
+    array = an_array("points", _plane(points) if isinstance(points, SectionMap) else points)
+    if array.dtype.kind not in "fiu":
+        raise TypeError(f"points must be an array of real numbers, got {type(points).__name__} of {array.dtype}")
+    if array.ndim not in (2, 3) or array.shape[0] != 2 or array.shape[1] == 0:
+        raise ValueError(f"points must have shape (2, crossings) or (2, crossings, orbits), got {array.shape}")
+    array = np.array(array.reshape(*array.shape[:2], -1).transpose(2, 1, 0), np.float64, order="C")
+    if array.shape[1] == 1:  # a slot for the image of the only crossing
+        array = np.concatenate([array, np.full_like(array, np.nan)], axis=1)
+    missing = ~np.isfinite(array).all(axis=2)
+    counts = np.where(np.any(missing, axis=1), np.argmax(missing, axis=1), array.shape[1])
+    array[np.arange(array.shape[1]) >= counts[:, None]] = np.nan
+    return array, counts
+
+
+def _centres(centre: Any, points: np.ndarray, counts: np.ndarray) -> np.ndarray:
+    """Return a centre (orbits, 2) for each orbit."""
+    if centre is None:
+        return _mean(points, counts)
+    given = numbers("centre", centre)
+    if given.shape not in ((2,), (2, len(points))) or not np.isfinite(given).all():
+        raise ValueError(
+            f"centre must be a finite point (2,) or one for each of {len(points)} orbits (2, orbits), got {centre!r}"
+        )
+    return np.broadcast_to(given.T, (len(points), 2)).copy()
+
+
+def _weights(slots: int, first: np.ndarray, last: np.ndarray) -> np.ndarray:
+    """Return normalised weights (orbits, slots) of a window over the places first <= k < last of each orbit."""
+    with np.errstate(divide="ignore", invalid="ignore"):
+        x = (2 * np.arange(slots) + 1 - (first + last)[:, None]) / (last - first)[:, None]
+        weight = np.where(np.abs(x) < 1, np.exp(SHARPNESS * (np.sqrt(np.maximum(1 - x * x, 0.0)) - 1)), 0.0)
+        return weight / _total(weight)[:, None]
+
+
+def _total(values: np.ndarray) -> np.ndarray:
+    """Return the sums over the slots of values (orbits, slots, ...), one after another: zeros past the last change no
+    bit.
+    """
+    return np.cumsum(values, axis=1)[:, -1]
+
+
+def _mean(values: np.ndarray, counts: np.ndarray) -> np.ndarray:
+    """Return the weighted averages of values (orbits, slots, 2) over the first counts of each orbit."""
+    weight = _weights(values.shape[1], np.zeros_like(counts), counts)
+    return _total(weight[..., None] * np.nan_to_num(values))
+
+
+def _means(values: np.ndarray, counts: np.ndarray) -> np.ndarray:
+    """Return the averages (spans, orbits) of values (orbits, slots) over SPANS of the counts: the whole, the halves,
+    uneven windows.
+    """
+    clean = np.nan_to_num(values)
+    windows = [(np.rint(begin * counts), np.rint(end * counts)) for begin, end in SPANS]
+    return np.array([_total(_weights(values.shape[1], *window) * clean) for window in windows])
+
+
+def _rotation(points: np.ndarray, counts: np.ndarray, centre: np.ndarray) -> Rotation:
+    """Return the Rotation of points (orbits, slots, 2) about centre (orbits, 2)."""
+    x, y = np.moveaxis(_rounded(points, counts, centre), -1, 0)
+    enough = counts >= LEAST
+    steps = np.where(enough, counts - 1, LEAST)
+    turns = _means(_displacements(np.arctan2(y, x)) / (2 * np.pi), steps)
+    radius = _means(x * x + y * y, np.where(enough, counts, LEAST))
+    difference = np.abs(turns[1] - turns[2])
+    uneven = np.abs(turns[1:] - turns[0]).max(axis=0)
+    spread = np.abs(radius[1] - radius[2]) / np.where(radius[0] > 0, radius[0], 1.0)
+    digits = np.where(enough, -np.log10(np.maximum(np.maximum(difference, spread), 1e-16)), 0.0)
+    rotation = np.where(enough, turns[0] - np.ceil(turns[0] - 0.5), 0.0)
+    error = np.where(enough, SAFETY * uneven + unresolved(turns[0], steps) + ROUNDING, np.inf)
+    status = np.where(enough, Status.OK, Status.TOO_FEW_CROSSINGS)
+    return Rotation(rotation, error, digits, centre=centre.T, counts=counts, status=status)
+
+
+def _rounded(points: np.ndarray, counts: np.ndarray, centre: np.ndarray) -> np.ndarray:
+    """Return points (orbits, slots, 2) about their centres (orbits, 2), moved linearly so that their weighted second
+    moments are those of a circle of radius 1: an ellipse becomes that circle, whatever the units of its coordinates.
+
+    The rotation number is the same. On a circle all steps are equal; on an ellipse they vary by harmonics, which beat
+    slowly next to a rational number.
+    """
+    away = points - centre[:, None]
+    exponent = np.frexp(np.fmax.reduce(np.abs(away), axis=1))[1]
+    away = np.ldexp(away, -exponent[:, None])  # squares in any units
+    weight = _weights(points.shape[1], np.zeros_like(counts), counts)[..., None, None]
+    for _ in range(FRAMES):
+        known = np.nan_to_num(away)
+        moments = 2 * _total(weight * known[..., :, None] * known[..., None, :])
+        spread, axes = np.linalg.eigh(np.where(np.isfinite(moments), moments, 0.0))
+        size = np.sqrt(np.maximum(spread, THINNEST**2 * spread[:, 1:]))
+        axes = axes / np.where(size > 0, size, 1.0)[:, None]
+        axes[:, :, 0] *= np.sign(np.linalg.det(axes))[:, None]  # turns keep their sense
+        turn = np.where(spread[:, 1:, None] > 0, axes, np.eye(2))[:, None]
+        away = away[..., :1] * turn[..., 0, :] + away[..., 1:] * turn[..., 1, :]
+    return away
+
+
+def _displacements(theta: np.ndarray) -> np.ndarray:
+    """Return the lifted displacements (orbits, slots - 1) of angles theta (orbits, slots), NaN past the last.
+
+    In the order of the angles, from behind the widest gap, each image is taken within half a turn of the one before it.
+    """
+    image = theta[:, 1:]
+    start = np.where(np.isnan(image), np.nan, theta[:, :-1])
+    ring = np.sort(start, axis=1)
+    gaps = np.diff(ring, axis=1)
+    widest = np.fmax.reduce(gaps, axis=1, initial=0.0)
+    around = 2 * np.pi - (np.fmax.reduce(ring, axis=1) - ring[:, 0])
+    edge = np.fmax.reduce(
+        np.where(gaps >= np.maximum(widest, around)[:, None], ring[:, :-1], -np.inf), axis=1, initial=-np.inf
+    )
+    start = np.where(start <= edge[:, None], start + 2 * np.pi, start)
+    order = np.argsort(start, axis=1)
+    walk = np.take_along_axis(image, order, axis=1)
+    walk[:, 1:] = walk[:, :1] + np.cumsum(_wrap(np.diff(walk, axis=1)), axis=1)
+    lifted = np.empty_like(walk)
+    np.put_along_axis(lifted, order, walk, axis=1)
+    return lifted - start
+
+
+def _visits(points: np.ndarray, counts: np.ndarray, q: int) -> np.ndarray:
+    """Return points (orbits, slots, 2) as (orbits, visits, q, 2), NaN past the last."""
+    slots = -(-int(counts.max()) // q) * q
+    padded = np.full((len(points), max(slots, points.shape[1]), 2), np.nan)
+    padded[:, : points.shape[1]] = points
+    return padded[:, :slots].reshape(len(points), -1, q, 2)
+
+
+def _sectors(d: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Tell, for visits d (orbits, visits, q, 2) about a centre, whether each island keeps to its own sector, and
+    whether the points return.
+    """
+    theta = np.arctan2(d[..., 1], d[..., 0])
+    away = _wrap(theta - theta[:, :1])
+    low = np.fmin.reduce(away, axis=1)
+    high = np.fmax.reduce(away, axis=1)
+    begin = np.mod(theta[:, 0] + low, 2 * np.pi)
+    end = high - low
+    order = np.argsort(begin, axis=1)
+    begin = np.take_along_axis(begin, order, axis=1)
+    end = np.take_along_axis(end, order, axis=1)
+    free = np.concatenate([begin[:, 1:], begin[:, :1] + 2 * np.pi], axis=1) - (begin + end)
+    # A single island may reach around most of the circle; its rotation number 0 shows that it does not close.
+    apart = (free.min(axis=1) > 0.0) | (d.shape[2] == 1)
+    radius = np.fmax.reduce(np.abs(d).reshape(len(d), -1), axis=1)
+    size = (np.fmax.reduce(d, axis=1) - np.fmin.reduce(d, axis=1)).reshape(len(d), -1).max(axis=1)
+    still = size <= STILL * radius
+    steps = _wrap(np.diff(theta, axis=1)).reshape(len(d), -1)
+    returns = (np.fmin.reduce(steps, axis=1) < 0) & (np.fmax.reduce(steps, axis=1) > 0)
+    return apart, returns | still
+
+
+def _wrap(angle: np.ndarray) -> np.ndarray:
+    """Return angles in [-pi, pi)."""
+    return np.mod(angle + np.pi, 2 * np.pi) - np.pi

@@ -1,0 +1,339 @@
+"""Poincaré maps: crossings of a surface of section by many orbits."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ..core.interruption import Interrupted, keeping
+from ..core.numbers import fits, portion, positive, whole
+from ..core.status import Status
+from ..engine.kernels.crossing_roots import lean
+from ..engine.threads import by_portions
+from ..results.recipe import recorded
+from ..results.result import put
+from ..results.short_forms import Starts, takes
+from ..runs.accuracy import Steps, halved, planned, until
+from ..runs.checks import checked_section, checked_system, phase_points
+from ..runs.flow import Flow, Wear
+from ..runs.launch import Report, launch, units
+from ..runs.motion import Motion, motion, typical_rate
+from ..runs.needs import check_given
+from ..runs.observers import bound
+from ..runs.options import Options, Problem
+from ..runs.schemes.automatic import Automatic
+from ..runs.schemes.catalogue import Scheme, scheme_of
+from ..runs.schemes.time_transformed import TimeTransformed
+from ..runs.starts import starts_of
+from ..systems.formulas.section_text import section_of
+from ..systems.models.contracts import Dynamics, Section
+from ..systems.models.mechanics import System
+from ..systems.models.sections import Stroboscopic
+from .crossing_run import COMPARED, NUDGE, PORTION, Beside, Crossings, crossed
+from .section_map import SectionMap
+from .stroboscopic import strobed
+
+SLOWEST = 2.0
+"""Natural periods between crossings that steps are chosen for, where max_time allows more."""
+
+
+SAME = 0.1
+"""Distance, in amplitudes of the motion, below which crossings of the same number in two runs are the same."""
+
+PARTED = 0.2
+"""Radians of the motion between crossings of two runs from which on the coarser run is not compared."""
+
+
+@takes(z0=starts_of, section=section_of, scheme=scheme_of)
+@recorded
+def poincare_map(
+    body: Dynamics,
+    z0: Starts,
+    *,
+    section: Section | str | None = None,
+    crossings: int,
+    max_time: float | None = None,
+    direction: int | None = None,
+    accuracy: float | None = None,
+    step: float | np.ndarray | None = None,
+    scheme: Scheme | str | TimeTransformed | Automatic | None = None,
+    rtol: float = 1e-12,
+    atol: float = 1e-12,
+    energy_tolerance: float | None = None,
+    threads: int | None = None,
+    report: Report | None = None,
+) -> SectionMap:
+    """Follow orbits of `body` from `z0` to their first `crossings` crossings of `section`, or iterates of a map.
+
+    Parameters
+    ----------
+    body, z0 : as in `integrate`
+    section : value of `fastaff.models.sections` (or your own) or str, optional
+        Text such as "alpha-turning", "beta=0.2", "x=0" (crossed upwards), "x=0-" (downwards) or "x=0+-" (both), for a
+        driven system "t=0"; none for a map.
+        Default: the section of `z0`, where that is an `energy_grid` or `energy_sample` on one.
+    crossings : int >= 1
+        Crossings of each orbit; for a map iterates, whose numbers are the times.
+    max_time : float > 0, time, optional
+        Ends every orbit. Sections other than stroboscopic ones need it; a map takes none.
+    direction : {1, -1, 0}, optional
+        Crossings where the section function increases, decreases, or both (default: as `section` says).
+    accuracy : float, optional
+        Error of times (times the angular frequency) and of points (relative to the amplitudes of the motion); default
+        1e-10 where neither it nor a step is given.
+    step, scheme, rtol, atol, energy_tolerance, threads, report : as in `integrate`
+
+    Returns
+    -------
+    `SectionMap`
+        Points and times of the crossings.
+
+    Raises
+    ------
+    ValueError, TypeError, Interrupted
+        As in `integrate`.
+
+    Notes
+    -----
+    A start on the section, to rounding, is no crossing, nor is one after max_time. A sign change of the section
+    function over a step is always found. Two crossings within a step, without a sign change, are found where the
+    function at three successive steps is smallest in the middle and a parabola reaches zero within a margin of two:
+    then the extremum is searched on the flow. The first and last step are treated alike, from a step before the start
+    and one beyond the end. Crossings are missed only where the function turns more than once between steps. A crossing
+    is the root of the section function along fractional steps of the same scheme: it has the scheme's order, and a
+    section error of rounding; nothing is interpolated. Crossings of a stroboscopic section are states after whole
+    numbers of steps, at exact multiples of the period.
+
+    Cost: the steps, and about eight steps for each crossing, in full lane blocks. Peak memory, whatever max_time is:
+    three times 2n + 1 numbers for each crossing and eight more, of each orbit; with an accuracy the result, 4n + 2
+    numbers, and some 130 MiB (bench/memory.py).
+
+    References
+    ----------
+    Henon 1982, Physica D 5, 412 (the problem); Chandrupatla 1997 (the root finder).
+
+    Examples
+    --------
+    >>> cut = fa.poincare_map(fa.HenonHeiles(), [0.0, 0.1, 0.3, 0.1], section="x=0", crossings=3, max_time=100.0)
+    >>> cut.points.shape, cut["y"][:, 0].round(6)
+    ((4, 3, 1), array([0.05131 , 0.033114, 0.051175]))
+    """
+    options = Options(
+        scheme, step, accuracy, rtol=rtol, atol=atol, energy_tolerance=energy_tolerance, threads=threads, report=report
+    )
+    problem = Problem(body, z0, options)
+    if direction is not None:
+        section = _directed(section, direction)
+    wanted = Crossings(section, whole("crossings", crossings, 1), max_time, options.drift)
+    system = checked_system(problem.model)
+    mapping = system.iterated
+    given = {"section": wanted.section, "max_time": max_time}
+    check_given(system, "a time", "the crossings of a map are its iterates", **given)
+    if not mapping:
+        checked_section(wanted.section, system)
+    problem = problem.suited()
+    goal = problem.options.goal()
+    if isinstance(wanted.section, Stroboscopic):
+        if max_time is not None:
+            raise ValueError(f"max_time must be left out with a stroboscopic section, got {max_time!r}")
+        return strobed(problem, wanted)
+    if not mapping:
+        if max_time is None:
+            raise TypeError(
+                f"max_time must be given: the time after which an orbit ends that misses {wanted.section!r}"
+                f"{_enough(problem, wanted.number)}"
+            )
+        wanted = wanted._replace(max_time=positive("max_time", max_time))
+    flow, z, *_ = problem.plan(time=wanted.max_time, error=None, transformed=True)
+    if mapping:
+        return _iterated(flow, system, z, wanted.number, report)
+    fits("crossings", wanted.number, *z.shape)
+    if goal is not None:
+        return _accurate(flow, system, z, wanted, goal, report)
+    return crossed(flow, system, z, wanted, report)[0]
+
+
+def _directed(section: Any, direction: Any) -> Any:
+    """Return a section that is crossed in that direction."""
+    sign = whole("direction", direction, -1, 1)
+    if "direction" not in getattr(section, "_fields", ()):
+        raise ValueError(f"direction must be left out for a section without a direction, got {direction!r}")
+    return section._replace(direction=sign)
+
+
+def _enough(problem: Problem, wanted: int) -> str:
+    """Return a sentence with the time for so many crossings: four turns of the orbits for each."""
+    system = problem.system
+    if not system.canonical:
+        return ""
+    turn = 2 * np.pi / typical_rate(system, phase_points("z0", problem.z0, system))
+    return f"; a turn of these orbits takes about {turn:.2g}: max_time={float(f'{4 * wanted * turn:.1g}'):g} will do"
+
+
+def _iterated(flow: Flow, system: System, z: np.ndarray, wanted: int, report: Report | None) -> SectionMap:
+    """Return the iterates of a map."""
+    ensemble = flow.ensemble(z)
+    time = np.arange(1.0, wanted + 1)
+    states, interrupted = flow.trajectory(ensemble, float(wanted), wanted, report)
+    counts = np.isfinite(states).all(axis=1).sum(axis=0)
+    nothing = np.zeros(counts.size)
+    if interrupted:
+        ensemble.status[(ensemble.status == Status.OK) & (counts < wanted)] = Status.INTERRUPTED
+    times = np.where(time[:, None] <= counts, time[:, None], np.nan)
+    found = SectionMap(
+        points=states.transpose(1, 0, 2),
+        times=times,
+        counts=counts,
+        section_error=nothing,
+        energy_error=nothing.copy(),
+        status=ensemble.status,
+        section=None,
+        scheme=flow.scheme,
+        step=flow.step,
+        names=system.row_names,
+    )
+    with keeping("poincare_map", lambda: found):
+        if interrupted:
+            raise KeyboardInterrupt
+    return found
+
+
+class _Crossings(NamedTuple):
+    """Orbits after a run: their map and the times they reached."""
+
+    found: SectionMap
+    reached: np.ndarray
+
+    @property
+    def status(self) -> np.ndarray:
+        """The statuses (orbits,)."""
+        return self.found.status
+
+    def of(self, orbits: np.ndarray) -> _Crossings:
+        """Return the crossings of some of the orbits."""
+        return _Crossings(self.found.take(orbits), self.reached[orbits])
+
+
+def slants(system: System, section: Any, points: np.ndarray, scales: Motion) -> np.ndarray:
+    """Return the ratio of the error of a crossing to that of its state (crossings, orbits), at least 1, NaN where there
+    is none.
+
+    It is the change of the section function by an amplitude of the motion over its change in a radian: large where
+    orbits graze.
+    """
+    z = np.ascontiguousarray(points.transpose(0, 2, 1))  # as crossings lie in memory: an orbit's together
+    size = np.concatenate([scales.position, scales.momentum])
+    result = np.empty(z.shape[1:])
+    with np.errstate(all="ignore"):
+        speed = system.slopes(z) / scales.rate[:, None]
+    function = bound("value", section, system.n, 0)
+    flat = z.reshape(len(z), -1), size, speed.reshape(len(z), -1), result.reshape(-1)
+    launch(lean, (function, NUDGE, *flat), units(result.size), 0.0, 1, None, float(result.size))
+    return result.T
+
+
+def _steps(flow, system: System, z, wanted, max_time, accuracy) -> Steps:
+    """Return the first steps, fractions of max_time, for as long as the crossings may take."""
+    found = motion(system, z, flow.threads)
+    lasting = np.minimum(max_time, SLOWEST * wanted * 2 * np.pi / found.rate)
+    return planned(flow, z, found, lasting, accuracy, run=max_time, parts=2)
+
+
+def _accurate(flow, system: System, z, crossings: Crossings, accuracy, report) -> SectionMap:
+    """Follow the orbits with steps that are halved until their crossings agree."""
+    section, wanted, max_time, _ = crossings
+    steps = _steps(flow, system, z, wanted, max_time, accuracy)
+    rows = 2 * system.n
+    orbits = z.shape[1]
+    result = SectionMap(
+        points=np.full((orbits, wanted, rows), np.nan).transpose(2, 1, 0),
+        times=np.full((orbits, wanted), np.nan).T,
+        counts=np.zeros(orbits, np.int64),
+        section_error=np.zeros(orbits),
+        energy_error=np.zeros(orbits),
+        status=np.full(orbits, int(Status.INTERRUPTED)),
+        section=section,
+        scheme=flow.scheme,
+        step=np.full(orbits, np.nan),
+        names=system.row_names,
+        time_error=np.full((orbits, wanted), np.nan).T,
+        point_error=np.full((orbits, wanted, rows), np.nan).transpose(2, 1, 0),
+        accurate_until=np.zeros(orbits),
+    )
+
+    def run(orbits: np.ndarray, step: np.ndarray, wear: Wear | None, report: Report | None, fine) -> _Crossings:
+        used = np.full(len(step), np.inf) if flow.adaptive else step
+        start = np.ascontiguousarray(z[:, orbits])
+        motion = steps.motion
+        beside = None if fine is None else Beside(fine.found.times, PARTED / motion.rate[orbits])
+        try:
+            part, reached = crossed(
+                flow.sized(step), system, start, crossings, report, motion.radius[orbits], wear, beside
+            )
+        except Interrupted as stopped:
+            unfinished = np.full(len(step), int(Status.INTERRUPTED))  # whatever their outcome with these steps
+            there = replace(stopped.partial, step=used) if fine is None else fine.found
+            put(result, orbits, replace(there, status=unfinished))
+            raise
+        return _Crossings(replace(part, step=used), reached)
+
+    def compare(fine: _Crossings, coarse: _Crossings, orbits: np.ndarray, weight: np.ndarray | None) -> tuple:
+        return _compared(system, section, steps.motion.of(orbits), fine.found, coarse.found, weight, flow.threads)
+
+    def keep(orbits: np.ndarray, fine: _Crossings, chosen: np.ndarray, error: np.ndarray) -> None:
+        together = chosen.size and chosen[-1] - chosen[0] < chosen.size  # taken without a copy
+        which: Any = slice(chosen[0], chosen[-1] + 1) if together else chosen
+        _put(result, steps, accuracy, fine, which, orbits[which], error[:, which])
+
+    def drifts(run: _Crossings) -> np.ndarray:
+        return run.found.status == Status.ENERGY_DRIFT
+
+    # Runs that are compared take several times the memory of their result: some orbits run at a time.
+    parts = max(1, min(orbits, 8 * COMPARED * wanted * rows * orbits // PORTION))
+    with keeping("poincare_map", lambda: result):
+        for number, part in enumerate(np.array_split(np.arange(orbits), parts)):
+            told = portion(report, number, parts)
+            halved(flow, steps.of(part), accuracy, run, compare, keep, drifts, part, told)
+    return result
+
+
+def _put(result: SectionMap, steps: Steps, accuracy, run: _Crossings, which, where: np.ndarray, error) -> None:
+    """Put the orbits `which` of a run into the result, at the numbers `where`, with their errors."""
+    part = run.found.take(which)
+    scales = steps.motion.of(where)
+    there = np.isfinite(part.times)
+    late = np.where(there, error / scales.rate, np.nan)
+    apart = np.where(there, error * np.concatenate([scales.position, scales.momentum])[:, None], np.nan)
+    lasting = until(np.where(there, error <= accuracy, True), part.times, run.reached[which])
+    put(result, where, replace(part, time_error=late, point_error=apart, accurate_until=lasting))
+
+
+def _compared(
+    system: System, section, motion: Motion, fine: SectionMap, coarse: SectionMap, slant, threads: int
+) -> tuple:
+    """Return distances (crossings, orbits) of states at crossings of two runs, radians up to these, and `slants`, where
+    these are not given.
+    """
+    whole = np.empty((3, *fine.times.T.shape)).transpose(0, 2, 1)  # as crossings lie in memory
+
+    def some(at: slice) -> None:
+        scales = motion.of(at)
+        times = fine.times[:, at]
+        points = fine.points[..., at]
+        with np.errstate(all="ignore"):
+            late = np.abs(times - coarse.times[:, at]) * scales.rate
+            apart = scales.between(points.transpose(1, 0, 2), coarse.points[..., at].transpose(1, 0, 2), 1)
+            apart = np.maximum(apart, late)
+            times_worse = slants(system, section, points, scales) if slant is None else slant[:, at]
+            straight = apart / times_worse
+        same = np.isfinite(apart) & (apart < SAME)
+        # After the last crossing there is nothing to compare; after one that a run lacks nothing is known.
+        ended = ~np.isfinite(times)
+        known = np.logical_and.accumulate(same | ended, axis=0)
+        straight = np.where(known, np.where(ended, 0.0, straight), np.inf)
+        whole[..., at] = straight, np.where(ended, 0.0, times * scales.rate), np.where(ended, 1.0, times_worse)
+
+    by_portions(some, len(fine), fine.points[..., :1].size, threads)
+    return whole[0], whole[1], whole[2]

@@ -1,0 +1,131 @@
+"""The points of an energy surface over two coordinates of a section, for each kind of section."""
+
+from __future__ import annotations
+
+from functools import singledispatch
+from typing import Any
+
+import numpy as np
+
+from ..systems.models.sections import AlphaTurning, AngleEquals, BetaTurning, Linear
+from .allowed_region import crossings, extrema
+from .energy_limits import Where
+from .surface_roots import roots_along
+
+
+@singledispatch
+def section_points(section: Any, where: Where, u: np.ndarray, v: np.ndarray) -> tuple[np.ndarray, tuple[str, str]]:
+    """Return phase points (2n, cells), NaN where there is none, and the names of the two coordinates."""
+    if hasattr(section, "radii"):
+        return _over_a_radius(section, where, u, v)
+    raise TypeError(
+        f"section must be one that has a grid (fastaff.models.sections), got {section!r} for "
+        f"{type(where.body).__name__}"
+    )
+
+
+def fixed_coordinate(section: Any, body: Any) -> int:
+    """Return the number of the coordinate that a section with a normal fixes; only such sections launch orbits."""
+    axis = np.flatnonzero(section.normal)
+    if axis.size != 1 or axis[0] >= body.degrees_of_freedom:
+        raise TypeError(
+            "section must be Linear with one non-zero entry, of a coordinate, to launch orbits on it (poincare_map "
+            f"takes others too), got {section!r}"
+        )
+    return int(axis[0])
+
+
+def _momentum(rest, direction):
+    """Return the missing momentum, with the sign of the direction; NaN where the energy does not reach."""
+    return np.where(rest >= 0, np.sqrt(np.maximum(rest, 0)), np.nan) * (-1.0 if direction < 0 else 1.0)
+
+
+def radii_over(section: Any, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return alpha and beta on a section that gives one of them over the other, u; TypeError for any other section."""
+    if not hasattr(section, "radii"):
+        raise TypeError(f"section {section!r} has no known boundary: give `axes`")
+    alpha, beta = section.radii(u)
+    return alpha, beta
+
+
+def slopes_over(section: Any, alpha: np.ndarray, beta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the derivatives of the function of a section with respect to the radius of its figure and to the other."""
+    to_alpha, to_beta = section.slopes(alpha, beta)
+    return (to_alpha, to_beta) if section.over == "alpha" else (to_beta, to_alpha)
+
+
+def _over_a_radius(section, where, u, v):
+    alpha, beta = radii_over(section, u)
+    across = _momentum(where.room(alpha, beta)[0] - v**2, section.direction)
+    if hasattr(section, "slopes"):
+        own, other = slopes_over(section, alpha, beta)
+        across = np.where((other * across + own * v) * section.direction >= 0, across, np.nan)
+    momenta = (v, across) if section.over == "alpha" else (across, v)
+    return where.point(alpha, momenta[0], beta, momenta[1]), (section.over, f"p_{section.over}")
+
+
+@section_points.register(AlphaTurning)
+@section_points.register(BetaTurning)
+def _(section, where, u, v):
+    alpha = isinstance(section, AlphaTurning)
+    radius, across = _turning(where, u, v, alpha=alpha)
+    z = np.array([where.point(*((x, 0 * x, u, v) if alpha else (u, v, x, 0 * x))) for x in radius])
+    own = z[:, 5 if alpha else 7]
+    own[across > 0] = across[across > 0]
+    return z, ("beta", "p_beta") if alpha else ("alpha", "p_alpha")
+
+
+@section_points.register(Linear)
+@section_points.register(AngleEquals)
+def _(section, where, u, v):
+    body = where.body
+    energy = where.energy
+    system = where.system
+    if body.degrees_of_freedom != 2:
+        raise TypeError(
+            "section must be Linear with one non-zero entry, of a coordinate, for a system of two degrees of freedom, "
+            f"got {section!r} for {type(body).__name__}"
+        )
+    normal = np.asarray(section.normal, dtype=np.float64)
+    i = fixed_coordinate(section, body)
+    z = np.zeros((4, u.size))
+    z[i] = section.offset / normal[i]
+    z[1 - i] = u
+    z[3 - i] = v
+    sign = section.direction * np.sign(normal[i])
+    coordinates, momenta = np.reshape(system.row_names, (2, 2))
+    names = str(coordinates[1 - i]), str(momenta[1 - i])
+    if not system.quadratic:
+        roots = roots_along(system, energy, z, 2 + i, -1 if sign < 0 else 1)
+        sheets = np.repeat(z[None], len(roots), axis=0)
+        sheets[:, 2 + i] = roots
+        return sheets, names
+    unit = np.zeros(2)
+    unit[i] = 1.0
+    weight = body.kinetic_energy(*unit)
+    # The sign is the velocity's, which is 0 at another momentum in a turning frame or beside a product of momenta.
+    own = system.at_rest(z[:2])[i] - body.velocity(*z[2:])[i] / (2 * weight)
+    z[2 + i] = _momentum((energy - system.energies(z)) / weight + own * own, sign)
+    z[2 + i] += own
+    return z, names
+
+
+def _turning(where, u, v, *, alpha):
+    """Return the turning points of a radius, (sheets, points): inner ones for direction +1, else outer ones, the
+    outermost first.
+
+    The last sheet of the inner ones is the axis, where the angular momentum is 0 and the motion goes through it; the
+    momentum that it then has, across like that of the inner turning points in the limit of small angular momentum,
+    comes second (sheets, points).
+    """
+    other, column = np.unique(u, return_inverse=True)
+    rest = where.radial(other, alpha=alpha)
+    direction = where.section.direction
+    sheets, axis = crossings(rest, extrema(rest, other.size), column, v * v, direction > 0)
+    across = 0.0 * sheets
+    if direction > 0 and axis.any():
+        through = rest(np.zeros(u.size), column)[0] - v * v
+        through = np.sqrt(np.where(axis & (through >= 0), through, np.nan))
+        sheets = np.concatenate([sheets, [0.0 * through]])
+        across = np.concatenate([across, [through]])
+    return sheets, across

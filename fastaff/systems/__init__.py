@@ -1,0 +1,1 @@
+"""Systems: models, charts, formulas."""

@@ -1,0 +1,134 @@
+"""Autonomous systems of ordinary differential equations written as text: x' = s*(y - x); y' = ..."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from typing import Any
+
+from ...core.foreign import call_for
+from ...core.numbers import real, shown
+from ...results.progress import says_progress
+from ..models.contracts import WrittenFlow
+from .arguments import text_of
+from .equations import split
+from .forced import equations as equations_of
+from .forced import periods_of
+from .formula import Text, with_periods
+from .grammar import checked_name
+from .library import Request, generated_class
+from .map_source import period_texts
+from .reserved import RESERVED
+
+LENGTH = 2000
+"""Most characters of a text, and of each equation that is an expression."""
+
+
+@says_progress
+def flow(
+    text: Text,
+    /,
+    *,
+    domain: str | None = None,
+    forces: Mapping[str, str] | None = None,
+    periods: Mapping[str, float | str] | None = None,
+    **parameters: float,
+) -> WrittenFlow:
+    """Make an autonomous system dz/dt = f(z) from equations written as text; the derivatives are exact.
+
+    Parameters
+    ----------
+    text : str, or dict or sequence of pairs
+        One equation for each variable, x' = ... or dx/dt = ..., separated by semicolons or line breaks: 1 to 16
+        variables, right-hand sides in the grammar of `formula`. Or the variables with their right-hand sides as
+        expressions of SymPy or of heyoka, {x: ...} or [(x, ...), ...]; par[0] of heyoka is the parameter par_0. Or a
+        model that `hamiltonian` made, a named system H(q, p), HenonHeiles, a Body of a named potential, or a `formula`
+        of D1 and D2, whose flow has the rows q, p (those of a body its stretches, D1 D2 p_D1 p_D2).
+    domain : str, optional
+        Formula that is positive inside the domain of the system (default of a model: its own).
+    forces : dict of str, optional
+        For a model: forces beside its own, by coordinate, {"x": "f*cos(w*t) - g*p_x"}. The time may occur in them as
+        cos(w*t) and sin(w*t), which become two further rows, `cosine` and `sine`, that run round a circle.
+    periods : dict of float or str, optional
+        Periods of the variables that are angles, {"x": "2*pi"}, numbers or formulas of the parameters (default of a
+        model: its own): a section x=c counts each turn.
+    **parameters : float
+        Value of each parameter, by name. Parameters stay run-time values.
+
+    Returns
+    -------
+    model
+        Its fields are the parameters, its methods rates(z...) and tangent_rates(z..., dz...). `coordinates` are the
+        names of the variables in the order of the equations, and of the rows of z0 and all states.
+
+    Raises
+    ------
+    ValueError, TypeError
+        The text is no system of equations (nothing is ever executed), a name has no value, a value is not used, or the
+        equations do not have the periods.
+    ImportError
+        SymPy is missing and the text is new.
+
+    Notes
+    -----
+    Runge-Kutta schemes integrate it (default DOP853; VERNER9, or RK4 with a step), in `integrate`, `poincare_map`
+    (sections x=c and Linear), `tangent_map` and `chaos_map` with indicators of tangent vectors. There is no energy:
+    energy_error is 0, and the user must check conserved quantities. Cost: a state of an odd number of variables takes
+    the memory of one more.
+
+    References
+    ----------
+    Lorenz 1963, J. Atmos. Sci. 20, 130, for one; Meurer et al. 2017, PeerJ Comput. Sci. 3, e103 (SymPy).
+
+    Examples
+    --------
+    >>> lorenz = fa.flow("x' = s*(y - x); y' = x*(r - z) - y; z' = x*y - b*z", s=10.0, r=28.0, b=8 / 3)
+    >>> lorenz.coordinates, lorenz.rates(1.0, 1.0, 1.0)
+    (('x', 'y', 'z'), (-0.0, 26.0, -1.6666666666666665))
+    >>> sheet = fa.formula("gent", G=1.0, Jm=4.0, K=2.0)
+    >>> pulled = fa.flow(sheet, forces={"D1": "f*cos(w*t) - g*p_D1", "D2": "-g*p_D2"}, f=0.1, g=0.1, w=1.2)
+    >>> pulled.coordinates
+    ('D1', 'D2', 'p_D1', 'p_D2', 'cosine', 'sine')
+    """
+    if forces is not None or hasattr(text, "degrees_of_freedom"):
+        turned = periods_of(text)
+        text, own, parameters = equations_of(text, {} if forces is None else forces, parameters)
+        domain = own if domain is None else domain
+        periods = turned if periods is None else periods
+    written, length = _written(text)
+    equations = split(written)
+    names: list[str] = []
+    for name, _ in equations:
+        names.append(checked_name(name, "variable", {*names, *RESERVED}))
+    values = {
+        checked_name(name, "parameter", {*names, *RESERVED}): real(name, value) for name, value in parameters.items()
+    }
+    for name, side in equations:
+        if re.search(r"\bt\b", side) and "t" not in (*names, *values):
+            raise ValueError(f"text: {name}' depends on t, which a flow does not know: make it a variable, t' = 1")
+    turns = period_texts(periods, names)
+    request = Request(written, domain, tuple(values), tuple(names), "flow", periods=turns if any(turns) else ())
+    programs = request.programs(length)
+    domain_program = request.domain_program()
+    every = (*programs, domain_program, *request.period_programs())
+    used = frozenset().union(*(p.names for p in every if p is not None))
+    unused = [name for name in values if name not in used]
+    if unused:
+        raise ValueError(
+            f"parameter {unused[0]!r} is not used by the equations {written!r}: leave it out, or is a name misspelt?"
+        )
+    return with_periods(generated_class(request, (programs, domain_program), values)(*values.values()))
+
+
+def _written(given: Any) -> tuple[Any, int]:
+    """Return equations as text, and their largest length."""
+    if isinstance(given, str):
+        return given, LENGTH
+    listed = list(given.items()) if isinstance(given, Mapping) else given
+    if not isinstance(listed, (list, tuple)) or not all(isinstance(e, tuple) and len(e) == 2 for e in listed):
+        raise TypeError(
+            "text must be a text of equations such as \"x' = y; y' = -x\", or pairs of a variable and an expression of "
+            f"SymPy or heyoka, got {shown(given)} ({type(given).__name__}){call_for(given)}"
+        )
+    sides = [[text_of(entry) for entry in pair] for pair in listed]
+    return "; ".join(f"{name}' = {side}" for name, side in sides), LENGTH * max(1, len(sides))

@@ -1,0 +1,406 @@
+"""Models written as one line of mathematics."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any, cast
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ...core.foreign import ForeignSystem, read_by
+from ...core.numbers import positive, shown
+from ...engine.kinds import OPTIONS, TERMS
+from ...results.progress import says_progress
+from ..models import Body
+from ..models.contracts import WrittenModel, WrittenNonseparable
+from ..models.mechanics import system_of
+from .arguments import checked_names, inertia_of, masses_of, text_of, values_of
+from .drive import period_of
+from .grammar import TIME, parse
+from .hints import PULLED, hinted, no_terms_of_motion
+from .laws import written_out
+from .library import Request, generated_class
+from .map_source import period_texts
+from .options import rates_of, term_of
+from .variables import VARIABLES
+
+_SYMPY_LENGTH = 8000
+"""Most characters of a formula that the package has written from parts or from a SymPy expression."""
+
+TRIED = 32
+"""Points at which a system's periods are tried."""
+
+SAME = 1e-9
+"""Relative change of its equations that counts as 0."""
+
+
+Text = str | object
+"""A formula as text; else an expression of SymPy, or a potential or expression of another tool."""
+
+
+@says_progress
+@hinted
+def formula(
+    text: Text, /, *, mu: float | Sequence[float] = 1.0, domain: str | None = None, **parameters: float
+) -> WrittenModel:
+    """Make a body from its potential energy V, written as one line of mathematics; the derivatives are exact.
+
+    Parameters
+    ----------
+    text : str or SymPy expression
+        V in the variables D1, D2; alpha, beta; r, vartheta; rho; x, y, z, u (phi = [[x, y], [z, u]]); a1, a2, b1, b2,
+        which may be mixed; with numbers, pi, ``+ - * / **``, sqrt exp log sin cos tan sinh cosh tanh asin acos atan and
+        gammainc(a, x), the regularised lower incomplete gamma function of a number a, 0 < a <= 4. Or the name of a
+        hyperelastic law in plane strain: "mooney-rivlin" (c10, c01, K), "ogden" (a1, m1, a2, m2, ..., K), "gent" (G,
+        Jm, K), "hencky" and "saint-venant-kirchhoff" (G, lam); G is the shear modulus, mu the inertia.
+    mu : float or pair of floats, default 1
+        Inertia, or (mu_1, mu_2) for T = (mu_1 (x'^2 + z'^2) + mu_2 (y'^2 + u'^2))/2.
+    domain : str, optional
+        Formula that is positive inside the domain of the potential.
+    **parameters : float
+        Value of each parameter of the formula, by name.
+
+    Returns
+    -------
+    `Body` or a model of four degrees of freedom
+        Body(potential, mu) where V depends on alpha and beta alone and mu is a number. Otherwise a model with the
+        parameters and mu (mu_1, mu_2) as its fields. Parameters stay run-time values:
+        ``body.potential._replace(C=2.0)`` compiles nothing. The potential or the body has `.formula`, `.domain` and
+        `.proof` (the proof of isotropy).
+
+    Raises
+    ------
+    ValueError, TypeError
+        The text is no formula (nothing is ever executed), a name has no value, a value is not used, or V changes under
+        D1 <-> D2, two names of one matrix.
+    ImportError
+        SymPy is missing and the formula is new.
+
+    Notes
+    -----
+    Without `domain` the margin is the least argument of the logarithms and roots, and of the poles with one sign where
+    D1 > D2 > 0. Decimal numbers are exact while derivatives are taken. V and its derivatives are evaluated as written:
+    accurate to rounding, as fast as a model written by hand (bench/test_formula.py). Where V has no formula in beta^2
+    (cos(D1) + cos(D2)), one evaluation takes four. The first use of a formula takes about a second (one of hundreds of
+    terms takes minutes). Later uses, in any process, take milliseconds and no SymPy. A named model may have more angles
+    and actions than its formula: Hyperelastic has a clock of its own.
+
+    References
+    ----------
+    Martens & Slawianowski, EQ2.0, EQ2.0b, EQ2.2c' (the variables); Meurer et al. 2017, PeerJ Comput. Sci. 3, e103
+    (SymPy).
+
+    Examples
+    --------
+    >>> body = fa.formula("C*(D1**2 + D2**2)/2", C=1.0)
+    >>> body.potential.C, body.mu
+    (1.0, 1.0)
+    """
+    no_terms_of_motion(parameters, text)
+    law, letters = written_out(text, parameters)
+    written, length = _written(law)
+    values = values_of(letters, VARIABLES)
+    pair = isinstance(mu, (tuple, list)) or (isinstance(mu, np.ndarray) and mu.ndim > 0)
+    inertia = inertia_of(mu) if pair else (positive("mu", mu),)
+    request = Request(written, domain, tuple(values), (), "pair" if pair else "mu")
+    cls: Any = _class(request, values, length)
+    if cls.__name__ == "FormulaPotential":
+        return cast(WrittenModel, Body(cls(**values), inertia[0]))
+    return cls(*values.values(), *inertia)
+
+
+@says_progress
+@hinted
+def hamiltonian(
+    text: Text,
+    /,
+    *,
+    coordinates: str | Sequence[str] | None = None,
+    momenta: str | Sequence[str] | None = None,
+    periods: Mapping[str, float | str] | None = None,
+    masses: ArrayLike | None = None,
+    domain: str | None = None,
+    rotation: float | str | None = None,
+    magnetic: float | str | None = None,
+    vector_potential: Mapping[str, Text] | None = None,
+    period: float | str | None = None,
+    friction: float | str | None = None,
+    **parameters: float,
+) -> WrittenModel | WrittenNonseparable:
+    """Make a system with ``H = sum p_i^2/2 m_i + V(q)``, or a V(q, t) periodic in t, from V written as one line of
+    text; or with any H(q, p) or H(q, p, t), written with its momenta.
+
+    Parameters
+    ----------
+    text : str, SymPy expression, or potential of another tool
+        V of the coordinates, or H of coordinates and momenta, in the grammar of `formula`. Derivatives are exact. Also:
+        an expression of heyoka; a potential of gala, or its Hamiltonian in a rotating frame, in kpc, Myr and solar
+        masses; a potential of galpy in its natural units. These bring their coordinates and parameters.
+    coordinates : str or sequence of str, optional
+        1 to 16 names (default: "x y", or those of the other tool's potential).
+    momenta : str or sequence of str, optional
+        Their momenta: the text is then the whole of H.
+    periods : dict of float or str, optional
+        Periods of coordinates that are angles, numbers or formulas of the parameters, {"x": "2*pi"}. States wind on;
+        sections such as "x=0" are then meant modulo the period.
+    masses : sequence of float, optional
+        One for each coordinate; they become the fields m_1, m_2, ... (default: 1, without fields).
+    domain : str, optional
+        Formula that is positive inside the domain of the potential.
+    rotation : float or str, optional
+        Rate Omega (radians per unit time) of rotation of the frame of the first two coordinates x, y: H - Omega (x p_y
+        - y p_x), with p the momenta in the frame at rest and V at rest in the rotating frame. The energy is Jacobi's
+        integral.
+    magnetic : float or str, optional
+        Charge times magnetic field, e B, along x cross y, in the symmetric gauge: Omega = e B/2m, and m Omega^2 (x^2 +
+        y^2)/2 is added to V. The p are canonical momenta.
+    vector_potential : dict of str, optional
+        Charge times vector potential, e A, of any magnetic field, {"y": "B*x + k*x**2/2"}: formulas like the text, by
+        the coordinates named, the others being 0; with a period also of t. ``H = sum (p_i - e A_i)^2/2 m_i + V``; V
+        includes the charge too, the speed of light is 1 and p are the canonical momenta, p_x for x.
+    period : float or str, optional
+        Period of a driven system; t is the time in its formula.
+    friction : float or str, optional
+        Rate g of dp/dt = -dV/dq - g p. Rotation, magnetic, period and friction are numbers, which become fields of
+        these names, or formulas of the parameters such as "2*pi/w".
+    **parameters : float
+        Value of each parameter of the formula, by name.
+
+    Returns
+    -------
+    model
+        Its fields are the parameters, rotation, magnetic, friction, masses and period. It has the methods of
+        `HenonHeiles`; its angles are loops in (q_i, p_i).
+
+    Raises
+    ------
+    ValueError, TypeError
+        The text is no formula (nothing is ever executed), a name has no value, a value is not used, V(q, t) is without
+        t or has another period, or the equations do not have the periods.
+    ImportError
+        SymPy is missing and the formula is new.
+
+    Notes
+    -----
+    An H with momenta of the form T(p) + V(q) is split; with T quadratic it becomes the same model as V alone, with the
+    same bits. T must have no poles, and at p = 0 its least value, which counts as energy of V; else H is not split. A
+    further term -Omega (x p_y - y p_x) of the first two coordinates, with T isotropic in their momenta, becomes that of
+    `rotation`, which is exact. Any other is of the kind "H(q, p)": its schemes are GAUSS8 (default from 1e-11) and
+    GAUSS16, symplectic, and DOP853 and VERNER9, which `integrate` takes for short runs.
+
+    A driven system of n coordinates moves in the phase space extended by the time: rows q, t, p, p_t. p_t takes up the
+    work of the drive, so T + V + p_t is conserved and its error is checked like an energy. Starts of 2n rows have t = 0
+    and p_t = 0. t stays within the period, to rounding, however long a run is. Sections are those of constant t:
+    `Stroboscopic`, "t=0".
+
+    With friction, splittings solve each kick with its friction exactly. They are conformally symplectic, keep their
+    order unless it requires a quadratic T (KAHAN_LI8 and the like keep it), and contract the volume as exp(-n g t) to
+    rounding. Orbits, sections, tangent maps and chaos maps accept friction. Energy is lost, so it is not checked:
+    energy_error is 0.
+
+    Without `domain` the margin is the least argument of the logarithms and roots, and of the poles with one sign
+    everywhere. Accuracy and cost are those of `formula`; a rotating frame costs little more (bench/test_rotating.py).
+
+    References
+    ----------
+    Henon & Heiles 1964, Astron. J. 69, 73, for one; Szebehely 1967, Theory of Orbits, chapter 1 (Jacobi's integral);
+    McLachlan & Perlmutter 2001, J. Geom. Phys. 39, 276 (conformal Hamiltonian systems); Landau & Lifshitz, The
+    Classical Theory of Fields, section 45 (Larmor's theorem); Meurer et al. 2017, PeerJ Comput. Sci. 3, e103 (SymPy).
+
+    Examples
+    --------
+    >>> model = fa.hamiltonian("(x**2 + y**2)/2 + lam*(x**2*y - y**3/3)", lam=1.0)
+    >>> model.coordinates, model.potential_energy(1.0, 0.5)
+    (('x', 'y'), 1.0833333333333333)
+    >>> pendulum = fa.hamiltonian("-(1 + e*cos(t))*cos(x)", coordinates="x", period="2*pi", e=0.1)
+    >>> H = "(p1**2 + 2*p2**2 - 2*p1*p2*cos(q1 - q2))/(2 + 2*sin(q1 - q2)**2) - 2*cos(q1) - cos(q2)"
+    >>> double = fa.hamiltonian(H, coordinates="q1 q2", momenta="p1 p2", periods={"q1": "2*pi", "q2": "2*pi"})
+    >>> float(double.energy(0.0, 0.0, 1.0, 0.5))
+    -2.75
+    """
+    options: dict[str, Any] = {"rotation": rotation, "magnetic": magnetic, "friction": friction}
+    given = read_by("system", text)
+    if given is not None:
+        if momenta is not None:
+            raise ValueError(f"momenta are for a whole H, this {type(text).__name__} is V alone: leave them out")
+        beside: dict[str, Any] = {"masses": masses, "period": period, "domain": domain, "periods": periods}
+        beside |= {"vector_potential": vector_potential, **options}
+        return _taken(given, coordinates, beside, parameters)
+    written, length = _written(text)
+    names = checked_names("coordinates", "x y" if coordinates is None else coordinates)
+    inside: dict[str, float] = {}
+    if vector_potential is not None:
+        others = {"momenta": momenta, **options}
+        written, momenta, inside = _charged(written, vector_potential, names, masses, others, (parameters, period))
+        masses = None
+        length = _SYMPY_LENGTH
+    term = term_of(options, period)
+    if momenta is None:
+        _check_rows(names, period)
+    conjugate = () if momenta is None else _momenta(momenta, names, {"masses": masses, **options})
+    values = values_of(parameters, (*names, *conjugate, *([] if period is None else [TIME]))) | inside
+    weights = () if masses is None else masses_of(masses, len(names))
+    own = period_texts(periods, names)
+    if period is not None:
+        return _driven((written, length), domain, values, (names, conjugate), weights, period, own)
+    rates = rates_of(options, values, names)
+    if term is not None and term.planar and weights and weights[0] != weights[1]:
+        raise ValueError(
+            f"masses must be equal for {names[0]} and {names[1]}, whose frame turns, got {weights[0]} and {weights[1]}"
+        )
+    inertia = "unit" if masses is None else "masses"
+    rows = (*own, *[""] * len(names)) if any(own) or conjugate else ()
+    known: dict[str, Any] = {name: rates.pop(name, None) for name in OPTIONS if name in Request._fields}
+    request = Request(written, domain, tuple(values), names, inertia, **known, momenta=conjugate, periods=rows)
+    request = request._replace(others=tuple(rates.items()))
+    return with_periods(_class(request, values, length)(*values.values(), *weights))
+
+
+def _taken(given: ForeignSystem, coordinates: Any, beside: dict[str, Any], parameters: dict[str, float]) -> Any:
+    """Return the system of another tool, with the user's options and parameters."""
+    if given.coordinates and coordinates is not None and checked_names("coordinates", coordinates) != given.coordinates:
+        plane = " (orbits that start in a plane of symmetry stay there)" if len(given.coordinates) > 2 else ""
+        raise ValueError(
+            f"coordinates of this potential are {' '.join(given.coordinates)}: leave them out{plane}, got "
+            f"{coordinates!r}"
+        )
+    own = {name: entry for name, entry in (("domain", given.domain), ("rotation", given.rotation)) if entry is not None}
+    options = own | {name: entry for name, entry in beside.items() if entry is not None}
+    values: dict[str, Any] = {**given.parameters, **parameters, **options}
+    return hamiltonian(given.text, coordinates=given.coordinates or coordinates, **values)
+
+
+def _check_rows(names: tuple[str, ...], period: Any) -> None:
+    """Refuse a coordinate with the name of a momentum."""
+    every = names if period is None else (*names, TIME)
+    for name in every:
+        if f"p_{name}" in names:
+            raise ValueError(f"coordinate 'p_{name}' is taken: it is the name of the momentum of {name}")
+
+
+def _charged(
+    V: str,
+    potential: Any,
+    names: tuple[str, ...],
+    masses: Any,
+    others: Mapping[str, Any],
+    beside: tuple[Mapping[str, float], Any],
+) -> tuple[str, tuple[str, ...], dict[str, float]]:
+    """Return H of charges in a vector potential as text, its momenta, and the masses in it; others: arguments that do
+    not go with that; beside: parameters, and the period if there is one.
+    """
+    given = [name for name, entry in others.items() if entry is not None]
+    if given:
+        instead = "write the whole of H with its momenta"
+        if given[0] == "friction":
+            instead = (
+                "make the model without it, then flow(model, forces={'x': '-g*(p_x - A_x)'}, ...), A_x written out"
+            )
+        raise ValueError(f"{given[0]} does not go with vector_potential: {instead}")
+    example = "{'y': 'B*x'}"
+    if not isinstance(potential, Mapping):
+        raise TypeError(f"vector_potential must be formulas by coordinate such as {example}, got {shown(potential)}")
+    wrong = [name for name in potential if name not in names]
+    if wrong or not potential:
+        raise ValueError(f"vector_potential must be of {', '.join(names)}, as {example}, got {shown(dict(potential))}")
+    parameters, period = beside
+    terms = []
+    weights = {} if masses is None else {f"m_{i + 1}": m for i, m in enumerate(masses_of(masses, len(names)))}
+    variables = (*names, *([] if period is None else [TIME]))
+    parse(V, variables, parameters, length=_SYMPY_LENGTH)
+    for name, mass in zip(names, [*weights] or [""] * len(names), strict=True):
+        p = f"p_{name}"
+        entry = potential.get(name)
+        argument = f"vector_potential[{name!r}]"
+        if name in potential:
+            try:
+                field = text_of(entry)
+            except TypeError:
+                raise TypeError(f"{argument} must be a formula such as 'B*x', got {shown(entry)}") from None
+            parse(field, variables, parameters, argument=argument, length=_SYMPY_LENGTH)
+            p = f"({p} - ({field}))"
+        terms.append(f"{p}**2/(2*{mass})" if mass else f"{p}**2/2")
+    return f"{' + '.join(terms)} + ({V})", tuple(f"p_{name}" for name in names), weights
+
+
+def _driven(
+    text: tuple[str, int],
+    domain: str | None,
+    values: dict[str, float],
+    rows: tuple[tuple[str, ...], tuple[str, ...]],
+    weights: tuple[float, ...],
+    period: Any,
+    periods: tuple[str, ...],
+) -> Any:
+    """Return the driven system of a text with its largest length, with rows of these names and periods."""
+    written, length = text
+    names, momenta = rows
+    if TIME in names:
+        raise ValueError(f"coordinates must not have {TIME}, the time of a driven system: its period is given")
+    said = period if isinstance(period, str) else ""
+    inertia = "masses" if weights else "unit"
+    own = (*periods, *[""] * (len(names) + 2)) if any(periods) or momenta else ()
+    every = (*names, TIME)
+    request = Request(written, domain, tuple(values), every, inertia, period=said, momenta=momenta, periods=own)
+    number = period_of(request, period, values, length)
+    cls: Any = _class(request, values, length)
+    return with_periods(cls(*values.values(), *weights, *([] if said else [number])))
+
+
+def _momenta(momenta: Any, names: tuple[str, ...], others: Mapping[str, Any]) -> tuple[str, ...]:
+    """Return the names of momenta in the text, one for each coordinate; others: arguments that do not go with them."""
+    for name, entry in others.items():
+        if entry is not None and name in OPTIONS and "loss" in TERMS[OPTIONS[name]].words:
+            raise ValueError(f"{name} does not go with momenta in the text, where it is no part of H: {PULLED}")
+        if entry is not None:
+            raise ValueError(f"{name} does not go with momenta in the text: write the whole of H(q, p)")
+    found = checked_names("momenta", momenta, names)
+    if len(found) != len(names):
+        raise ValueError(
+            f"momenta must be {len(names)} names, one for each coordinate of {', '.join(names)}; got {', '.join(found)}"
+        )
+    return found
+
+
+def with_periods(model: Any) -> Any:
+    """Return a model if its equations have the stated periods of its coordinates."""
+    system = system_of(model)
+    periods = np.array(model.periods(), dtype=float)[:, None] if hasattr(model, "periods") else np.zeros((1, 1))
+    if not (np.isfinite(periods) & (periods >= 0)).all():
+        raise ValueError(f"periods must be positive, got {periods[:, 0].tolist()}")
+    random = np.random.default_rng(5)
+    slopes = system.slopes
+    z = random.uniform(-1, 1, (system.rows, TRIED)) * np.where(periods > 0, periods / 2, 1.5)
+    for row in np.flatnonzero(periods[:, 0] > 0):
+        here = slopes(z)
+        there = slopes(z + periods * (np.arange(len(periods)) == row)[:, None])
+        with np.errstate(all="ignore"):  # where they are infinite
+            off = np.abs(here - there) > SAME * (np.abs(here) + np.abs(there) + np.abs(here).max(axis=0))
+        if off.any():
+            raise ValueError(
+                f"periods[{model.coordinates[row]!r}] must be one of the system's, whose equations change over "
+                f"{periods[row, 0]:.9g}"
+            )
+    return model
+
+
+def _written(text: Any) -> tuple[str, int]:
+    """Return a formula as text, and its largest length."""
+    return text_of(text), 2000 if isinstance(text, str) else _SYMPY_LENGTH
+
+
+def _class(request: Request, values: dict[str, float], length: int) -> type:
+    """Check the formula and its domain; return the class."""
+    programs = request.program(length), request.domain_program()
+    used = programs[0].names | (programs[1].names if programs[1] is not None else frozenset())
+    used = used.union(*(program.names for program in request.option_programs().values()))
+    used = used.union(*(program.names for program in request.period_programs() if program is not None))
+    if request.period:
+        used |= parse(request.period, (), request.parameters, argument="period").names
+    unused = [name for name in values if name not in used]
+    if unused:
+        raise ValueError(
+            f"parameter {unused[0]!r} is not used by the formula {request.text!r}: leave it out, or is a name misspelt?"
+        )
+    return generated_class(request, programs, values)

@@ -1,0 +1,240 @@
+"""A pendulum and rigid bodies about a fixed point."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from ....core.numbers import positive, real
+from .system import NamedSystem, chosen, makes, of_angles
+
+
+def _of_azimuths(model: Any, z: np.ndarray) -> dict[str, Any]:
+    """Return the energy and the momenta of all angles but theta."""
+    return {name: row for name, row in of_angles(model, z).items() if name != "p_theta"}
+
+
+PENDULUM = NamedSystem(
+    "(p_theta**2 + p_phi**2/sin(theta)**2)/(2*m*l**2) - m*g*l*cos(theta)",
+    "theta phi",
+    "p_theta p_phi",
+    "theta phi",
+    _of_azimuths,
+)
+
+
+@makes(PENDULUM)
+def SphericalPendulum(m: float = 1.0, l: float = 1.0, g: float = 1.0) -> Any:
+    """Make a spherical pendulum: the angle theta from straight down, and the azimuth phi.
+
+    H = (p_theta^2 + p_phi^2/sin(theta)^2)/(2 m l^2) - m g l cos theta.
+
+    Parameters
+    ----------
+    m, l, g : float, default 1
+        Mass, length and gravity, positive, in any units.
+
+    Returns
+    -------
+    model
+        As of `hamiltonian`, with the fields m, l, g, rows theta, phi, p_theta, p_phi.
+
+    Raises
+    ------
+    ValueError, TypeError
+        A parameter is not a positive number.
+
+    Notes
+    -----
+    Conserved (`constants_of_motion`): energy and p_phi. The chart is singular at the poles, which orbits with p_phi
+    other than 0 do not reach.
+
+    References
+    ----------
+    Landau & Lifshitz, Mechanics, section 14, problem 1; Cushman & Bates 2015, Global Aspects of Classical Integrable
+    Systems, chapter IV.
+
+    Examples
+    --------
+    >>> pendulum = fa.models.SphericalPendulum()
+    >>> round(float(pendulum.energy(np.pi / 2, 0.0, 0.0, 1.0)), 12)
+    0.5
+    """
+    return PENDULUM.made({"m": positive("m", m), "l": positive("l", l), "g": positive("g", g)})
+
+
+SYMMETRIC = NamedSystem(
+    "p_theta**2/(2*I_1) + (p_phi - p_psi*cos(theta))**2/(2*I_1*sin(theta)**2) + p_psi**2/(2*I_3) + h*cos(theta)",
+    "theta phi psi",
+    "p_theta p_phi p_psi",
+    "theta phi psi",
+    _of_azimuths,
+)
+
+
+@makes(SYMMETRIC)
+def SymmetricTop(I_1: float = 1.0, I_3: float = 0.5, h: float = 1.0) -> Any:
+    """Make a heavy symmetric top with a fixed point on its axis (Lagrange's), in Euler's angles.
+
+    H = p_theta^2/2 I_1 + (p_phi - p_psi cos theta)^2/(2 I_1 sin(theta)^2) + p_psi^2/2 I_3 + h cos theta, theta from
+    straight up.
+
+    Parameters
+    ----------
+    I_1, I_3 : float
+        Moments of inertia across the axis and along it, at the fixed point, positive.
+    h : float
+        Weight times the distance of the centre of mass from the fixed point, along the axis.
+
+    Returns
+    -------
+    model
+        As of `hamiltonian`, with the fields I_1, I_3, h, rows theta, phi, psi and their momenta.
+
+    Raises
+    ------
+    ValueError, TypeError
+        A moment of inertia is not a positive number, or h is not a number.
+
+    Notes
+    -----
+    Conserved (`constants_of_motion`): energy, p_phi, p_psi. The chart is singular at theta = 0 and pi.
+
+    References
+    ----------
+    Landau & Lifshitz, Mechanics, section 35, problem 1; Whittaker 1937, Analytical Dynamics, section 71.
+
+    Examples
+    --------
+    >>> top = fa.models.SymmetricTop(I_1=1.0, I_3=0.5, h=1.0)
+    >>> constants = fa.constants_of_motion(top, [1.0, 0.0, 0.0, 0.0, 1.0, 2.0])
+    >>> list(constants)
+    ['energy', 'p_phi', 'p_psi']
+    """
+    return SYMMETRIC.made({"I_1": positive("I_1", I_1), "I_3": positive("I_3", I_3), "h": real("h", h)})
+
+
+def _of_euler(model: Any, z: np.ndarray) -> dict[str, Any]:
+    theta, _, psi, p_theta, p_phi, p_psi = z
+    s = np.sin(theta)
+    c = np.cos(theta)
+    sp = np.sin(psi)
+    cp = np.cos(psi)
+    k = (p_phi - p_psi * c) / s
+    L = np.array([k * sp + p_theta * cp, k * cp - p_theta * sp, p_psi])
+    up = np.array([s * sp, s * cp, c])
+    return _of_top(model, {"energy": model.energy(*z), "p_phi": p_phi}, L, up)
+
+
+def _of_quaternion(model: Any, z: np.ndarray) -> dict[str, Any]:
+    a, b, c, d, A, B, C, D = z
+    q2 = (z[:4] ** 2).sum(axis=0)
+    up = np.array([2 * (b * d - a * c), 2 * (c * d + a * b), a * a - b * b - c * c + d * d])
+    L = np.array([a * B - b * A + d * C - c * D, a * C - c * A + b * D - d * B, a * D - d * A + c * B - b * C]) / 2
+    p_phi = (a * D - d * A + b * C - c * B) / 2
+    found = _of_top(model, {"energy": model.energy(*z), "p_phi": p_phi}, L, up / q2)
+    return {**found, "q2": q2, "qp": (z[:4] * z[4:]).sum(axis=0)}
+
+
+def _of_top(model: Any, found: dict[str, Any], L: np.ndarray, up: np.ndarray) -> dict[str, Any]:
+    """Return `found` with the integrals that the parameters add; L, up: angular momentum and vertical in the body."""
+    moments = np.array([model.I_1, model.I_2, model.I_3])
+    h = np.array([model.h_1, model.h_2, model.h_3])
+    w = (L[0] + 1j * L[1]) / moments[0]
+    across = complex(h[0], h[1])
+    J = moments[2]
+    if not h.any():
+        found["L2"] = (L * L).sum(axis=0)
+    if moments[0] == moments[1] and across == 0:
+        found["p_psi"] = L[2]
+    if moments[0] == moments[1] == 2 * J and h[2] == 0:
+        found["kovalevskaya"] = np.abs(w * w - across / J * (up[0] + 1j * up[1])) ** 2
+    if moments[0] == moments[1] == 4 * J and h[2] == 0:
+        found["goryachev_chaplygin"] = L[2] / J * np.abs(w) ** 2 - (np.conj(across) * w).real * up[2] / J
+    return found
+
+
+_K = "(p_phi - p_psi*cos(theta))/sin(theta)"
+TOP = NamedSystem(
+    f"({_K}*sin(psi) + p_theta*cos(psi))**2/(2*I_1) + ({_K}*cos(psi) - p_theta*sin(psi))**2/(2*I_2) + p_psi**2/(2*I_3)"
+    " + (h_1*sin(psi) + h_2*cos(psi))*sin(theta) + h_3*cos(theta)",
+    "theta phi psi",
+    "p_theta p_phi p_psi",
+    "theta phi psi",
+    _of_euler,
+)
+QUATERNION = NamedSystem(
+    "((q0*p1 - q1*p0 + q3*p2 - q2*p3)**2/I_1 + (q0*p2 - q2*p0 + q1*p3 - q3*p1)**2/I_2"
+    " + (q0*p3 - q3*p0 + q2*p1 - q1*p2)**2/I_3)/8 + (2*h_1*(q1*q3 - q0*q2) + 2*h_2*(q2*q3 + q0*q1)"
+    " + h_3*(q0**2 - q1**2 - q2**2 + q3**2))/(q0**2 + q1**2 + q2**2 + q3**2)",
+    "q0 q1 q2 q3",
+    "p0 p1 p2 p3",
+    "",
+    _of_quaternion,
+)
+
+
+@makes(TOP, QUATERNION)
+def AsymmetricTop(
+    I_1: float = 1.0,
+    I_2: float = 2.0,
+    I_3: float = 3.0,
+    h_1: float = 0.0,
+    h_2: float = 0.0,
+    h_3: float = 0.0,
+    *,
+    chart: str = "euler",
+) -> Any:
+    """Make a rigid body about a fixed point, its centre of mass anywhere.
+
+    H = L_1^2/2 I_1 + L_2^2/2 I_2 + L_3^2/2 I_3 + h . up, of the angular momentum L and the vertical along the principal
+    axes.
+
+    Parameters
+    ----------
+    I_1, I_2, I_3 : float
+        Principal moments of inertia at the fixed point, positive.
+    h_1, h_2, h_3 : float, default 0
+        Weight times the centre of mass, along the principal axes; 0 is Euler's free top.
+    chart : "euler" or "quaternion"
+        Euler's angles (z-x-z) theta, phi, psi, singular at theta = 0 and pi; or a quaternion q0, ..., q3 that turns the
+        body's axes into those of space, without singular points.
+
+    Returns
+    -------
+    model
+        As of `hamiltonian`, with the fields I_1 to h_3, and rows of the chart and its momenta.
+
+    Raises
+    ------
+    ValueError, TypeError
+        A moment of inertia is not a positive number, an h is not a number, or chart is none of these.
+
+    Notes
+    -----
+    In Euler's angles ``up = (sin theta sin psi, sin theta cos psi, cos theta)``, ``L_1 = k sin psi + p_theta cos psi``,
+    ``L_2 = k cos psi - p_theta sin psi``, ``L_3 = p_psi`` with ``k = (p_phi - p_psi cos theta)/sin theta``. A body of
+    the quaternion q with the angular momentum L has ``p = 2 q L``, a product of quaternions; H depends on q by its
+    direction alone, so that ``q2 = q . q`` and ``qp = q . p`` are conserved too.
+
+    Conserved (`constants_of_motion`): energy, p_phi; and for special parameters L2 = L^2 (Euler: h = 0),
+    p_psi (Lagrange: I_1 = I_2, h_1 = h_2 = 0), Kovalevskaya's integral (I_1 = I_2 = 2 I_3, h_3 = 0), Goryachev's and
+    Chaplygin's (I_1 = I_2 = 4 I_3, h_3 = 0), the last on p_phi = 0 only.
+
+    References
+    ----------
+    Whittaker 1937, Analytical Dynamics, chapter VI; Kovalevskaya 1889, Acta Math. 12, 177; Borisov & Mamaev 2018, Rigid
+    Body Dynamics.
+
+    Examples
+    --------
+    >>> top = fa.models.AsymmetricTop(2.0, 2.0, 1.0, h_1=1.0)
+    >>> constants = fa.constants_of_motion(top, [1.0, 0.0, 0.5, 0.2, 1.0, 0.3])
+    >>> list(constants)
+    ['energy', 'p_phi', 'kovalevskaya']
+    """
+    system = {"euler": TOP, "quaternion": QUATERNION}[chosen("chart", chart, ("euler", "quaternion"))]
+    moments = {"I_1": positive("I_1", I_1), "I_2": positive("I_2", I_2), "I_3": positive("I_3", I_3)}
+    weights = {"h_1": real("h_1", h_1), "h_2": real("h_2", h_2), "h_3": real("h_3", h_3)}
+    return system.made(moments | weights)

@@ -1,0 +1,65 @@
+"""Models: NamedTuples of float parameters whose plain methods are the physics."""
+
+from typing import Any
+
+from ...core.identity import tell_apart
+from .body import Body, HenonHeiles
+from .double_pendulum import DoublePendulum
+from .functions import Barriers, CoshOscillator, Cosine, CosOscillator, Oscillator, Secant, Spring, Zero, one_variable
+from .maps import FroeschleMap, HenonMap, McMillanMap, OneTurnMap, StandardMap
+from .potentials import Anharmonic, Harmonic, HeavyTop, Hyperelastic, NeoHookean
+from .reduced_body import ReducedBody, reduced
+from .separable import SeparableAlphaBeta, SeparableElliptic, SeparableRVartheta, StackelBody
+
+__all__ = [
+    "Anharmonic",
+    "Barriers",
+    "Body",
+    "CosOscillator",
+    "CoshOscillator",
+    "Cosine",
+    "DoublePendulum",
+    "FroeschleMap",
+    "Harmonic",
+    "HeavyTop",
+    "HenonHeiles",
+    "HenonMap",
+    "Hyperelastic",
+    "McMillanMap",
+    "NeoHookean",
+    "OneTurnMap",
+    "Oscillator",
+    "ReducedBody",
+    "Secant",
+    "SeparableAlphaBeta",
+    "SeparableElliptic",
+    "SeparableRVartheta",
+    "Spring",
+    "StackelBody",
+    "StandardMap",
+    "Zero",
+    "one_variable",
+    "reduced",
+]
+
+tell_apart(__name__, "angles", "regular_variables", "sections")
+
+
+def __getattr__(name: str) -> Any:
+    """Load a named system: it is a text, and `fastaff.formulas`, a higher layer, makes models of texts."""
+    found = _systems().get(name) if name[:1].isupper() else None
+    if found is None:
+        raise AttributeError(f"fastaff.models has no {name!r}")
+    return found
+
+
+def __dir__() -> list[str]:
+    """List the public names, with those of named systems."""
+    return sorted([*__all__, *_systems()])
+
+
+def _systems() -> dict[str, Any]:
+    from ...core.interruption import imported
+
+    systems: dict[str, Any] = imported(".formulas.systems", "fastaff").SYSTEMS
+    return systems

@@ -1,0 +1,360 @@
+"""Tori without separability: the Fourier torus of one orbit of any model, its actions, and whether it exists."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+from types import MappingProxyType
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ..chaos.chaos_map import chaos_map
+from ..core.interruption import keeping
+from ..core.numbers import Passes, positive
+from ..core.status import Status
+from ..frequencies.frequencies import FrequencyKind
+from ..frequencies.integer_lattice import quotient, relations
+from ..frequencies.orbit_frequencies import orbit_frequencies
+from ..results.progress import says_progress
+from ..results.recipe import recorded
+from ..results.short_forms import Starts, takes
+from ..runs.checks import checked_system, current_system, phase_points
+from ..runs.given_orbits import ends, given_orbits
+from ..runs.launch import Report
+from ..runs.options import Options, Problem
+from ..runs.schemes.catalogue import GAUSS16, SOFRONIOU_SPALETTA10, Scheme, scheme_of
+from ..runs.starts import starts_of
+from ..systems.models.contracts import Dynamics
+from ..systems.models.mechanics import System
+from .lines import Signals, signals
+from .orbit_samples import Samples, samples_of_flow, samples_of_turns
+from .series import LARGEST_ORDER, STEPS, Series, actions, canonical, errors, evaluate, fit, grow, window
+from .torus import GRID, TorusFit, Unknown, Verdict, area, distance, nothing, residual, resting, turned
+
+LEAST_SAMPLES = 384
+"""Least number of samples for a fit of a given orbit: its first lines are sought in two thirds of them."""
+
+FARTHEST = 1e150
+"""Time whose square is still a number."""
+
+LONGEST = 512
+"""Largest order of the series of a curve of a map."""
+
+ROUNDS = 4
+"""Number of times that winding angles are reduced by a better value of their rate."""
+
+
+@takes(z0=starts_of, scheme=scheme_of)
+@recorded
+def fit_torus(
+    body: Dynamics,
+    z0: Starts,
+    *,
+    time: float,
+    tolerance: float = 1e-6,
+    step: float | None = None,
+    scheme: Scheme | str | None = None,
+    rtol: float = 1e-12,
+    atol: float = 1e-12,
+    report: Report | None = None,
+) -> TorusFit:
+    """Find the Fourier torus that the orbit of `body` from `z0` lies on, separable or not.
+
+    Parameters
+    ----------
+    body : model
+        A system with an energy, a driven one, or a map.
+    z0 : array (2n,)
+        Phase point at the start.
+    time : float > 0, time
+        Length of the fit, best 200 periods or more; for a map, or in periods of a drive, 1000 or more, many more in
+        four dimensions. Half as much again is integrated for the prediction.
+    tolerance : float, default 1e-6
+        Largest residual and prediction error of a torus.
+    step, scheme, rtol, atol : as in `integrate`
+        Default scheme: SOFRONIOU_SPALETTA10, GAUSS16 for H(q, p).
+    report : callable, optional
+        Called with the fraction done, a quarter for each of the orbit, the orbit with half the step, the fit and the
+        verdict.
+
+    Returns
+    -------
+    `TorusFit`
+        An orbit that escapes is "not a torus", one that fails otherwise "undecided", with its status as evidence.
+
+    Raises
+    ------
+    ValueError, TypeError, Interrupted
+        As in `integrate`.
+
+    Notes
+    -----
+    The lines of NAFF in the natural signals of the librations (`body.angles`) are identified with integer combinations
+    of as few frequencies as they need; a body's planes add eta and gamma, at their mean turning rates. Then all
+    frequencies and the coefficients up to an order that grows until they are at rounding are fitted together by
+    windowed least squares. Actions: I_i = 1/2 Re sum_k i k_i conj(p_k) . q_k, so I_eta = p_eta and I_gamma = p_gamma of
+    a body come out as a check. Basis: for a body the librations and then eta, gamma; for the libration lattice the
+    leading lines of the natural signals if they are a basis, with positive frequencies, each named as in a frequency
+    map. Exact relations k . nu = 0, ``|k_i| <= 8``, lower the dimension. The origin of the angles is where the largest
+    coefficients that are a basis are real and positive.
+
+    For a map, and for a driven system's map over its period from the phase of z0, the torus has n angles; its lines are
+    combinations of its frequencies and of one turn, which is no frequency of it. If lines are fractions of a turn, the
+    orbit has as many pieces, and one of them is fitted. Rows with a period are fitted beside their winding, at their
+    weighted mean rate, those of a flow too. J of an angle without winding is positive, the area within the curve of a
+    plane: this decides between nu and 1 - nu. J of one that winds is the area under the curve.
+
+    Accuracy: spectral in time and order, while the lines of low order are 1.5 cycles or more apart over `time`; closer
+    ones are left out (evidence "terms left out"), which can cost the verdict: then it is "undecided", as below eight
+    periods. Against quadrature on separable bodies, time 300: nu to 2e-13, J to 2e-13 relative
+    (bench/test_torus_fit.py). nu_error is the change between unequal parts of the window, and with half the step. "Not
+    a torus" is an orbit whose prediction fails and that MEGNO and SALI call chaotic (`chaos_map`, over the same time;
+    of a body that has `tangent_force`, or a map): weak chaos below `tolerance` passes. Cost: a fast
+    Fourier transform of each signal in each of some 20 passes: 0.1 to 3 s an orbit.
+
+    References
+    ----------
+    Laskar 1999, Introduction to frequency map analysis, NATO ASI C 533, 134 (lines); Percival 1974, J. Phys. A 7, 794
+    (Fourier tori, their actions and invariance equation); Das, Saiki, Sander & Yorke 2017, Nonlinearity 30, 4111
+    (window).
+
+    Examples
+    --------
+    >>> fit = fa.fit_torus(fa.models.StandardMap(0.5), [3.0, 0.3], time=1000)
+    >>> fit.verdict, fit.dimension
+    (<Verdict.TORUS: 'torus'>, 1)
+    """
+    problem = Problem(body, z0, Options(scheme=scheme, step=step, rtol=rtol, atol=atol, report=report))
+    tolerance = positive("tolerance", tolerance)
+    system = checked_system(problem.model, needs="regular motion")
+    z = phase_points("z0", problem.z0, system)
+    if z.shape[1] != 1:
+        raise ValueError(
+            f"z0 must be one phase point of shape ({len(z)},), got {z.shape[1]} orbits: one at a time, z0[:, 0]"
+        )
+    time = problem.iterates("time", time)
+    done = report or (lambda fraction: None)
+    if scheme is None and not system.iterated:
+        chosen = SOFRONIOU_SPALETTA10 if system.separable else GAUSS16
+        problem = replace(problem, options=replace(problem.options, scheme=chosen))
+    energy = math.nan if turned(system) else float(system.energies(z)[0])
+    known = [nothing(system, energy, {"status": float(Status.INTERRUPTED)})]
+    with keeping("fit_torus", lambda: known[-1]):
+        found = (samples_of_turns if turned(system) else samples_of_flow)(problem, time, energy, done)
+        if isinstance(found, Samples):
+            with Passes(lambda fraction: done(0.5 + fraction / 4)) as passes:
+                found = fitted(system, found, passes)
+            if not max(found.residual, found.prediction_error) <= tolerance:
+                known.append(unsure(found, {"longer": 4 * time}))
+                found = doubted(system, known[-1], z, time, lambda fraction: done(0.75 + fraction / 4))
+        done(1.0)
+    return found
+
+
+def _series(system: System, orbit: Samples, passes: Passes) -> tuple[Signals, Series, np.ndarray, float, np.ndarray]:
+    """Return the signals of the samples inside, the series that fits them, the errors of its frequencies, their
+    diffusion and their relations.
+    """
+    t = orbit.t[: orbit.inside]
+    path = orbit.path[:, : orbit.inside]
+    turns = turned(system)
+    start = signals(system, t, path)
+    samples = window(t, start.values, start.carrier)
+    largest = min(LONGEST, len(t) // 4) if turns and start.rank == 1 else LARGEST_ORDER
+    series = grow(samples, start.nu, start.rank, largest, start.silent, passes)
+    for _ in range(ROUNDS if start.winding.any() else 0):
+        moved = np.abs(series.nu - start.nu).max() * (t[-1] - t[0] + t[1] - t[0])
+        start = start.at(series.nu, samples.t, path)
+        samples = window(t, start.values, start.carrier)
+        series = fit(samples, start.nu, start.rank, series.orders)
+        if moved < 1e-12:
+            break
+    error, diffusion = errors(samples, series, start.rank, 2 * orbit.evidence["energy error"], passes.take(2.0, 4.0))
+    for bar in start.bars:
+        error = error + bar
+    if orbit.finer is not None:
+        same = samples._replace(signals=start.same(samples.t, orbit.finer[:, : len(t)]))
+        report = passes.take(3.0, 1.0)
+        change = fit(same, series.nu, start.rank, series.orders, iterations=3, report=report).nu - series.nu
+        error = error + STEPS * np.abs(change)
+    relative = error.max(initial=0.0) / np.abs(series.nu).max(initial=1 / samples.time)
+    return start, series, error, diffusion, relations(series.nu, error, 0 if turns else _reach(relative))
+
+
+def fitted(system: System, orbit: Samples, passes: Passes) -> TorusFit:
+    """Fit the samples inside; compare with the equations of motion or the map, the later samples, and finer steps."""
+    t = orbit.t
+    turns = turned(system)
+    middle = (orbit.t[0] + orbit.t[orbit.inside - 1]) / 2
+    start, series, error, diffusion, relation = _series(system, orbit, passes)
+    R, C = quotient(relation, len(error))
+    nu = C @ series.nu
+    winding = start.winding @ R
+    zero = np.zeros((1, R.shape[1]), int)
+    carriers = np.vstack([R[start.rank :], zero])
+    k = np.concatenate([zero, *[carriers[c] + series.k @ R[: start.rank] for c in start.carrier]])
+    parts = [back[:, None] * c for back, c in zip(start.rows.T, series.c, strict=True)]
+    z = np.concatenate([np.zeros((len(orbit.path), 1), complex), *parts], axis=1)
+    free = turns & ~winding.any(axis=0)
+    if free.any():  # they have the sense of a positive action
+        sign = np.where(free & (actions(*canonical(k, z)[:2]) < 0), -1, 1)
+        nu = sign * nu
+        winding = winding * sign
+        k = k * sign
+    k, z, angles = canonical(k, z)
+    theta0 = (angles - nu * middle) % 1.0  # before a whole turn is taken off: the middle may be half a sample
+    if turns:
+        k, z = _about(start.centre - start.steady * middle - winding @ angles, k, z)
+    elif winding.any():
+        k, z = _about(start.centre - winding @ (theta0 + nu * middle), k, z)
+    nu = np.where(free, nu % 1.0, nu)
+    wound = winding if winding.any() else None
+    left = residual(system, k, z, nu, wound, orbit.pieces)
+    count = len(t) // 3 if turns else len(t) - orbit.inside
+    later = np.arange(orbit.inside, len(t), max(1, count // GRID))
+    origin, time = (theta0, 0.0) if turns or winding.any() else (angles, middle)
+    theta = origin[:, None] + nu[:, None] * (t[later] - time)
+    ahead = winding @ theta
+    if turns:
+        prediction = distance(system, evaluate(k, z, theta) + ahead, orbit.path[:, later])
+    else:  # relative to the size of the path without its winding
+        prediction = distance(system, evaluate(k, z, theta), orbit.path[:, later] - ahead)
+    tried = {"residual": left, "prediction error": prediction}
+    fit_of = {
+        "misfit": series.misfit,
+        "diffusion": diffusion,
+        "edge of the series": float(series.edge.max(initial=0.0)),
+        "terms left out": float(series.left_out),
+        "unexplained lines": float(start.unknown),
+    }
+    return TorusFit(
+        names=tuple(basis_name(unit, R, start.names) for unit in np.eye(len(nu), dtype=int)),
+        nu=nu / orbit.pieces,
+        nu_error=np.abs(C) @ error / orbit.pieces,
+        J=area(system, k, z, wound),
+        theta0=theta0,
+        k=k,
+        coefficients=z,
+        residual=left,
+        prediction_error=prediction,
+        verdict=Verdict.TORUS if system.moving == len(nu) else Verdict.RESONANT,
+        dimension=len(nu),
+        relations=relation,
+        evidence=MappingProxyType(orbit.evidence | (fit_of | tried if turns else tried | fit_of)),
+        energy=orbit.energy,
+        body=system.model,
+        winding=wound,
+        islands=orbit.pieces,
+    )
+
+
+def _reach(error: float) -> int:
+    """Return the largest integers of a relation for which accidental ones are unlikely, for frequencies of that
+    relative error.
+    """
+    if error < 1e-9:
+        return 8
+    if error < 1e-7:
+        return 4
+    if error < 1e-5:
+        return 2
+    return 0
+
+
+def _about(centre: np.ndarray, k: np.ndarray, z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return a series (terms), z (2n, terms) about another centre (2n,)."""
+    if k.any(axis=1).all():
+        k = np.vstack([k, np.zeros((1, k.shape[1]), int)])
+        z = np.column_stack([z, np.zeros(len(z), complex)])
+    z[:, ~k.any(axis=1)] += centre[:, None]
+    return k, z
+
+
+def unsure(found: TorusFit, evidence: dict, *, chaotic: bool = False) -> TorusFit:
+    """Return a fit that is not good enough, undecided or no torus, with more evidence."""
+    verdict = Verdict.NOT_A_TORUS if chaotic else Verdict.UNDECIDED
+    none = np.full_like(found.nu_error, np.inf)
+    return replace(found, verdict=verdict, nu_error=none, evidence=MappingProxyType({**found.evidence, **evidence}))
+
+
+def doubted(system: System, found: TorusFit, z: np.ndarray, time: float, report: Report) -> TorusFit:
+    """Return an undecided fit with the verdict of a chaos map, or undecided if that shows no chaos."""
+    if not system.iterated and not hasattr(system.model, "tangent_force"):
+        return found
+    seen = chaos_map(system.model, z, time=1.5 * time, report=report)
+    values = {name: float(value[0]) for name, value in zip(seen.names, seen.values, strict=True)}
+    return unsure(found, values, chaotic=bool(seen.chaotic[0]))
+
+
+def basis_name(unit: np.ndarray, R: np.ndarray, names: tuple[str, ...]) -> str:
+    """Return the name of the frequency whose row of R is that unit vector, else a number."""
+    return next(
+        (name for row, name in zip(R, names, strict=True) if np.array_equal(row, unit)),
+        f"theta {int(unit.argmax()) + 1}",
+    )
+
+
+@says_progress
+def fit_samples(
+    samples: object,
+    dt: float | None = None,
+    *,
+    times: ArrayLike | None = None,
+    coordinates: Sequence[str] | None = None,
+    tolerance: float = 1e-6,
+) -> TorusFit:
+    """Fit a Fourier torus to the samples of one orbit of another program.
+
+    :Parameters: samples (2n, samples) or (2n, 1, samples), dt, times, coordinates as in `orbit_frequencies`, 384
+        samples or more of an orbit that does not end, dense enough for all harmonics; tolerance: largest prediction
+        error of a torus.
+    :Returns: TorusFit, whose residual and energy are NaN and body None: no equations of motion are known.
+    :Raises: ValueError or TypeError naming the wrong argument.
+
+    The first two thirds of the samples are fitted as `fit_torus` does its own; the fit predicts the last third. Where
+    the prediction fails, the orbit is "not a torus" if its frequencies change from half to half (`orbit_frequencies`),
+    else undecided. nu_error does not include the scheme that made the samples. theta0 are the angles of the first one.
+    Actions J are those of the given rows, canonical if these are.
+
+    :Cost: as `fit_torus`, without its runs.
+    :Source: as `fit_torus`.
+
+    Examples
+    --------
+    >>> t = 0.1 * np.arange(400)
+    >>> fit = fa.tori.fit_samples([np.cos(3 * t), -np.sin(3 * t)], 0.1)
+    >>> fit.omega.round(9), fit.J.round(9)
+    (array([3.]), array([3.14159265]))
+    """
+    tolerance = positive("tolerance", tolerance)
+    given = given_orbits(samples, dt=dt, times=times, coordinates=coordinates, least=LEAST_SAMPLES)
+    if given.shape[1] != 1:
+        raise ValueError(f"samples must be of one orbit, (2n, samples), got {given.shape[1]} orbits")
+    if given.interval is None:
+        raise ValueError("dt must be given, the time between samples: these do not tell")
+    if not 1.0 / FARTHEST < given.interval * LEAST_SAMPLES < given.interval * given.shape[2] < FARTHEST:
+        raise ValueError(f"dt must be neither so small nor so large that squares of times are none, got {dt!r}")
+    z = given.read(0, 1)
+    known = int(ends(z)[0][0])
+    path = np.ascontiguousarray(z[:, 0])
+    if known < path.shape[1]:
+        raise ValueError(
+            f"samples must be finite and move to the last one, got {path[:, known]} from sample {known} on"
+        )
+    if resting(path):
+        raise ValueError("samples must be of an orbit that moves")
+    system = current_system(Unknown(given.angles))
+    inside = 2 * path.shape[1] // 3
+    evidence = {"status": float(Status.OK), "energy error": 0.0, "samples": float(inside)}
+    t = given.interval * np.arange(path.shape[1])
+    try:
+        found = fitted(system, Samples(t, path, inside, path, evidence), Passes(None))
+    except np.linalg.LinAlgError:
+        found = nothing(system, np.nan, evidence)
+    if not found.prediction_error <= tolerance:
+        seen = orbit_frequencies(path, given.interval)
+        change = {"longer": 4 * t[inside], "frequency diffusion": float(seen.diffusion[0])}
+        found = unsure(found, change, chaotic=seen.kind[0] == FrequencyKind.IRREGULAR)
+    return replace(found, body=None)

@@ -1,0 +1,270 @@
+"""Tori of given actions: their energy, and their points at given angles."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ..core.interruption import keeping
+from ..core.numbers import numbers, shown
+from ..core.status import Status
+from ..engine.threads import checked_threads
+from ..results.axes import along
+from ..results.progress import says_progress
+from ..results.recipe import recorded
+from ..results.result import Result
+from ..runs.checks import current_system, phase_points
+from ..systems.charts.chart import Chart
+from ..systems.models.contracts import Model
+from ..systems.models.mechanics import System
+from .action_angles import run_kernel, to_spin
+from .closed_oscillators import closed_energy, closed_form, closed_points
+from .kernels import inverse as tori_inverse
+from .kernels import quadrature as tori_quadrature
+from .kernels.closed import TURN
+from .separation import Separated, separate
+
+LARGEST_ACTION = 1e150
+"""Actions whose squares are numbers."""
+
+
+@says_progress
+def from_action_angles(
+    body: Model,
+    J: ArrayLike,
+    theta: ArrayLike,
+    *,
+    chart: Chart | str | None = None,
+    near: ArrayLike | None = None,
+    threads: int | None = None,
+) -> np.ndarray:
+    """Find the phase points of given actions and angles on the tori of a separable body: the inverse of
+    `action_angles`.
+
+    Parameters
+    ----------
+    body : `Body`
+        Doubly isotropic and separable in (alpha, beta) or (r, vartheta).
+    J : array (4,) or (4, orbits), action
+        J >= 0 of the two coordinates, then J_phi, J_psi.
+    theta : array (4,) or (4, orbits), cycles
+        Angles; a single column goes with any number of the other.
+    chart : as in `action_angles`
+    near : array (8,) or (8, orbits), optional
+        Phase point in the intended well, where the effective potentials have several.
+    threads : as in `integrate`
+
+    Returns
+    -------
+    array (8, orbits), or (8,) for single ones
+        Phase points.
+
+    Raises
+    ------
+    ValueError, TypeError
+        An argument is wrong, or no torus has these actions.
+    Interrupted
+        On Ctrl-C, with NaN in `.partial` for points not yet found.
+
+    Notes
+    -----
+    The constants come by Newton's method on J, from the bottom of the effective potential, the phases by Newton's
+    method on theta = dS/dJ. J_eta = 0 or J_gamma = 0 is taken as the limit from above. Round trips with `action_angles`
+    agree to 1e-11 or better.
+
+    References
+    ----------
+    Martens & Slawianowski, section 4 (the inverse is derived).
+
+    Examples
+    --------
+    >>> body = fa.Body(fa.Harmonic())
+    >>> z = fa.from_action_angles(body, [0.5, 0.6, 0.3, 0.2], [0.1, 0.2, 0.3, 0.4])
+    >>> fa.action_angles(body, z).J.round(9)
+    array([[0.5],
+           [0.6],
+           [0.3],
+           [0.2]])
+    """
+    actions = _rows("J", J)
+    angles = _rows("theta", theta)
+    single = np.ndim(J) == np.ndim(theta) == 1
+    n = max(actions.shape[1], angles.shape[1])
+    if {actions.shape[1], angles.shape[1]} - {1, n}:
+        raise ValueError(
+            f"theta must have as many orbits as J, or one of them 1: got {angles.shape[1]} and {actions.shape[1]}"
+        )
+    actions = np.ascontiguousarray(np.broadcast_to(actions, (4, n)))
+    angles = np.array(np.broadcast_to(angles, (4, n)))
+    angles[2], angles[3] = angles[2] - angles[3], angles[2] + angles[3]
+    separated = separate(body, chart)
+    well = _well(current_system(body), near, n)
+    threads = checked_threads(threads)
+    if closed_form(separated) is not None:
+        z = closed_points(separated, _checked_actions(separated, actions), np.mod(angles, 1.0))
+        return z[:, 0] if single else z
+    z = np.full((8, n), np.nan)
+    with keeping("from_action_angles", lambda: z[:, 0] if single else z):
+        _refuse_failed(actions, _invert(separated, actions, np.mod(angles, 1.0), z, _unknown(n), well, threads))
+    return z[:, 0] if single else z
+
+
+@dataclass(frozen=True)
+class EnergyOfActions(Result):
+    """E(J) of tori: energy (orbits,), its gradient nu = dE/dJ (4, orbits), the names of the rows; status (orbits,): NaN
+    where not OK.
+    """
+
+    names: tuple[str, ...]
+    energy: Annotated[np.ndarray, along("orbit", unit="energy")]
+    nu: Annotated[np.ndarray, along("angle", "orbit", unit="cycles/time", labels="names", plain=True)]
+    status: Annotated[np.ndarray, along("orbit")]
+
+
+@recorded
+def energy_of_actions(
+    body: Model,
+    J: ArrayLike,
+    *,
+    chart: Chart | str | None = None,
+    near: ArrayLike | None = None,
+    threads: int | None = None,
+) -> EnergyOfActions:
+    """Compute the Hamiltonian as a function of the actions, E(J), and its gradient, the frequencies.
+
+    Parameters
+    ----------
+    body, J, chart, near, threads : as in `from_action_angles`
+
+    Returns
+    -------
+    `EnergyOfActions`
+        At J_eta = 0 or J_gamma = 0 the gradient is the limit from above. An orbit whose actions belong to no torus has
+        the status UNBOUND or NOT_CONVERGED, and NaN.
+
+    Raises
+    ------
+    TypeError, ValueError, Interrupted
+        As in `from_action_angles`.
+
+    Notes
+    -----
+    Closed forms for the oscillators (EQ3.21-3.23, EQa, EQb of the paper, corrected), else Newton's method on the
+    quadratures.
+
+    References
+    ----------
+    Martens & Slawianowski, section 4.
+
+    Examples
+    --------
+    >>> fa.energy_of_actions(fa.Body(fa.Harmonic()), [0.5, 0.6, 0.3, 0.2]).energy.round(9)
+    np.float64(0.397887358)
+    """
+    actions = _rows("J", J)
+    separated = separate(body, chart)
+    well = _well(current_system(body), near, actions.shape[1])
+    threads = checked_threads(threads)
+
+    def found(nu: np.ndarray, energy: np.ndarray, status: np.ndarray) -> EnergyOfActions:
+        to_spin(nu, 0.5)
+        which = 0 if np.ndim(J) == 1 else slice(None)
+        return EnergyOfActions(names=separated.names, energy=energy[which], nu=nu[:, which], status=status[which])
+
+    if closed_form(separated) is not None:
+        energy, nu = closed_energy(separated, _checked_actions(separated, actions))
+        return found(nu, energy, np.zeros(energy.size, np.int64))
+    out = _unknown(actions.shape[1])
+    with keeping("energy_of_actions", lambda: found(*out)):
+        _invert(separated, actions, np.empty((4, 0)), np.empty((8, 0)), out, well, threads)
+    return found(*out)
+
+
+def _unknown(n: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return gradients (4, n), energies and statuses (n,) of actions before they are found."""
+    return np.full((4, n), np.nan), np.full(n, np.nan), np.full(n, int(Status.INTERRUPTED))
+
+
+def _well(system: System, near: ArrayLike | None, n: int) -> np.ndarray | None:
+    """Return phase points (8, 1) or (8, n) in the intended wells."""
+    points = None if near is None else phase_points("near", near, system)
+    if points is not None and points.shape[1] not in (1, n):
+        raise ValueError(f"near must be one phase point or one for each of {n} orbits, got {points.shape[1]}")
+    return points
+
+
+def _rows(name: str, given: ArrayLike) -> np.ndarray:
+    rows = numbers(name, given)
+    if rows.ndim not in (1, 2) or rows.shape[0] != 4 or rows.size == 0:
+        raise ValueError(f"{name} must have shape (4,) or (4, orbits), got {rows.shape}")
+    if not np.isfinite(rows).all():
+        raise ValueError(
+            f"{name} must be finite; orbit {np.flatnonzero(~np.isfinite(rows.reshape(4, -1)).all(axis=0))[0]} is not"
+        )
+    return rows.reshape(4, -1)
+
+
+def _checked_actions(separated: Separated, J: np.ndarray) -> np.ndarray:
+    """Return rows J_1, J_2 >= 0, p_eta, p_gamma of actions J_1, J_2, J_phi, J_psi."""
+    if not separated.isotropic or not separated.family.invertible:
+        raise ValueError(
+            "body must be doubly isotropic and chart alpha-beta or r-vartheta: the inverse is not available for others"
+        )
+    if np.any(J[:2] < 0):
+        raise ValueError(f"J of {' and '.join(separated.names[:2])} must not be negative, got {J[:2].min()}")
+    if not np.all(np.abs(J) < LARGEST_ACTION):
+        raise ValueError(f"J must be below {LARGEST_ACTION:g} in size, got {shown(J)}")
+    return np.array([J[0], J[1], (J[2] - J[3]) / (2 * TURN), (J[2] + J[3]) / (2 * TURN)])
+
+
+def _invert(
+    separated: Separated,
+    J: np.ndarray,
+    theta: np.ndarray,
+    z: np.ndarray,
+    out: tuple[np.ndarray, np.ndarray, np.ndarray],
+    near: np.ndarray | None,
+    threads: int | None,
+) -> np.ndarray:
+    """Fill z where theta has columns, and `out`: the gradient to J_1, J_2, J_eta, J_gamma, E and statuses, which are
+    returned.
+    """
+    spins = _checked_actions(separated, J)
+    spins[2:] *= TURN
+    n = J.shape[1]
+    start = np.zeros((2, n))
+    if near is not None:
+        start[:] = _start(separated, near)
+    wells = np.ones(n, np.int64)
+    nu, energy, status = out
+    sought = tori_inverse.Sought(spins, theta, start, z, nu, energy, wells, status)
+    arguments = separated.family.number, *separated.terms(), separated.mu, sought
+    run_kernel(tori_inverse.torus_points, arguments, n, tori_quadrature.UNIT, threads, None)
+    several = np.flatnonzero(wells > 1)
+    if several.size and near is None:
+        raise ValueError(
+            f"near must be given: the effective potential of orbit {several[0]} has {wells[several[0]]} wells; pass a "
+            "phase point in the "
+            "one that is meant (`action_angles` of it gives its turning points)"
+        )
+    return status
+
+
+def _refuse_failed(J: np.ndarray, status: np.ndarray) -> None:
+    failed = np.flatnonzero(status != Status.OK)
+    if failed.size:
+        k = failed[0]
+        raise ValueError(
+            f"J must be the actions of a torus: orbit {k}, J = {J[:, k]}, gives {Status(int(status[k])).name} "
+            f"({Status(int(status[k])).sentence}); {failed.size} such orbits"
+        )
+
+
+def _start(separated: Separated, z: np.ndarray) -> np.ndarray:
+    """Return the ratios s/t (2, orbits) of phase points, in the coordinates of kernels."""
+    A = (z[:2] ** 2).sum(axis=0)
+    B = (z[2:4] ** 2).sum(axis=0)
+    return np.maximum(separated.family.start(A, B), 1e-28)  # type: ignore[union-attr]  # invertible

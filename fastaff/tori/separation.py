@@ -1,0 +1,176 @@
+"""The charts in which a body separates, its constants of motion there, and its data for kernels."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ..core.numbers import shown
+from ..engine.blocks import function_block, parameters
+from ..results.progress import says_progress
+from ..runs.checks import checked_function, checked_system, current_system, phase_points
+from ..systems.charts.chart import Chart
+from ..systems.formulas.systems import constants_of
+from ..systems.models import Zero
+from ..systems.models.contracts import Model
+from ..systems.models.regular_variables import in_regular_variable
+from .families import FAMILIES, Family, Motion
+from .kernels.coordinates import Term
+from .narrow_features import knots, knots_around
+
+
+@dataclass(frozen=True)
+class Separated:
+    """A body in a chart of separation: its family, the functions of its coordinates and of eta and gamma, mu."""
+
+    family: Family
+    functions: tuple[Any, Any]
+    angular: tuple[Any, Any]
+    mu: float
+
+    @property
+    def isotropic(self) -> bool:
+        """Whether neither angle has a potential, so that spin and vorticity are constants."""
+        return all(isinstance(V, Zero) for V in self.angular)
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the rows of actions, frequencies and angles."""
+        return (*self.family.coordinates, *(("phi", "psi") if self.isotropic else ("eta", "gamma")))
+
+    @property
+    def constants(self) -> tuple[str, ...]:
+        """Names of the four constants of motion in involution."""
+        return (*self.family.constants, *(("p_phi", "p_psi") if self.isotropic else ("c_eta", "c_gamma")))
+
+    def terms(self) -> list[Term]:
+        """Return the terms of the potential in both coordinates, as kernels see them."""
+        pairs = zip(self.functions, self.family.variables, strict=True)
+        return [_term(in_regular_variable(V, variable), knots(V, variable)) for V, variable in pairs]
+
+    def angular_terms(self) -> list[Term]:
+        """Return the terms in eta and gamma."""
+        return [_term(V, knots_around(V)) for V in self.angular]
+
+    def turning_points(self, s: np.ndarray) -> np.ndarray:
+        """Return both coordinates (2, ...) of their regular variables."""
+        variables: tuple[Any, ...] = self.family.variables
+        return np.array([variable.value(at) for variable, at in zip(variables, s, strict=True)])
+
+
+def _term(V: Any, places: np.ndarray) -> Term:
+    return Term(function_block(V), parameters(V), places)
+
+
+def separate(body: Any, chart: Chart | str | None = None) -> Separated:
+    """Return `body` in the chart it separates in (by default the first of alpha-beta, r-vartheta, elliptic).
+
+    Raises TypeError for other values than a Body or StackelBody, ValueError where the body does not separate, in that
+    chart or in any.
+    Source: Martens & Slawianowski, the separable Hamiltonians of section 3 (EQ2.2f and its neighbours).
+    """
+    system = checked_system(body, needs="H = T(p) + V(q)")
+    if not system.planar:
+        raise TypeError(
+            f"body must be a Body or a StackelBody, whose tori separate, got {type(body).__name__}: of any other "
+            "system fit_torus(body, z0, time=...) finds actions and frequencies, one orbit at a time; "
+            "levels of vibrations are those of quantum.quasiclassical_levels and quantum.spectrum"
+        )
+    name = type(system.model.potential).__name__
+    possible = [family for family in FAMILIES if hasattr(system.model.potential, family.member)]
+    if not possible:
+        raise ValueError(
+            f"body must separate: {name} is in none of the families SeparableAlphaBeta, SeparableRVartheta, "
+            "SeparableElliptic "
+            "(a potential joins one by a property alpha_beta, r_vartheta or elliptic); for other bodies use fit_torus"
+        )
+    wanted = getattr(chart, "name", chart)
+    if chart is not None and not isinstance(wanted, str):
+        raise TypeError(
+            f"chart must be a chart such as fastaff.charts.ALPHA_BETA, or its name, got {shown(chart)} "
+            f"({type(chart).__name__})"
+        )
+    chosen = [family for family in possible if chart is None or family.chart == wanted]
+    if not chosen:
+        raise ValueError(
+            f"chart must be one that {name} separates in, {', '.join(family.chart for family in possible)}; got "
+            f"{wanted!r}"
+        )
+    member = getattr(system.model.potential, chosen[0].member)
+    for field, function in zip(member._fields, member, strict=True):
+        checked_function(field, function)
+    angular = (Zero(), Zero()) if system.isotropic else (system.model.V_eta, system.model.V_gamma)
+    return Separated(chosen[0], tuple(member), angular, system.model.mu)
+
+
+@says_progress
+def constants_of_motion(body: Model, z: ArrayLike, *, chart: Chart | str | None = None) -> dict[str, np.ndarray]:
+    """Compute the four constants of motion in involution of a separable body, or those of a named system H(q, p).
+
+    Parameters
+    ----------
+    body : `Body`, `StackelBody` or named system
+        With a separable potential; or a system of `fastaff.models` such as `AsymmetricTop`.
+    z : array (2n,) or (2n, orbits)
+        Phase points, 2n = 8 for a body.
+    chart : `Chart`, optional
+        One in which the body separates (see `separate`); named systems have none.
+
+    Returns
+    -------
+    dict of array (orbits,)
+        H_alpha and H_beta, or E and h_vartheta, or E, K and L = E - K, with p_phi and p_psi. Where the angles have
+        potentials, c_eta = p_eta^2/(2 mu) + V_eta(eta) and c_gamma instead. Named systems: see their docstrings.
+
+    Raises
+    ------
+    TypeError, ValueError
+        As in `separate`.
+
+    Notes
+    -----
+    Formulas, regular in all R^4 where the potential is: ``H_alpha = |p_a|^2/(2 mu) + V_alpha + V_eta/alpha^2``;
+    h_vartheta = sum over i < j of (q_i p_j - q_j p_i)^2/(2 mu) + V_vartheta + ...; K = (h_kappa cos^2 lambda + h_lambda
+    cosh^2 kappa)/ (2 Delta), with the plus sign that the printed formula lacks, is ``|p_a|^2/(2 mu) + (sum of
+    squares)/(4 mu)`` + potentials.
+
+    References
+    ----------
+    Martens & Slawianowski, EQ2.1b, EQ2.2f and K, L of section 3 (corrected).
+
+    Examples
+    --------
+    >>> constants = fa.constants_of_motion(fa.Body(fa.Harmonic()), [1.0, 0.0, 0.5, 0.0, 0.2, 0.5, 0.0, 0.3])
+    >>> list(constants)
+    ['H_alpha', 'H_beta', 'p_phi', 'p_psi']
+    """
+    named = constants_of(body) if chart is None else None
+    if named is not None:
+        return named(body, phase_points("z", z, current_system(body)))
+    separated = separate(body, chart)
+    return involution(body, separated, phase_points("z", z, current_system(body)))
+
+
+def involution(body: Any, separated: Separated, z: np.ndarray) -> dict[str, np.ndarray]:
+    """Return the constants of z (8, ...)."""
+    mu = separated.mu
+    V_eta, V_gamma = separated.angular
+    a1, a2, b1, b2, pa1, pa2, pb1, pb2 = z
+    A = a1 * a1 + a2 * a2
+    B = b1 * b1 + b2 * b2
+    p_eta = a1 * pa2 - a2 * pa1
+    p_gamma = b1 * pb2 - b2 * pb1
+    T_a = (pa1 * pa1 + pa2 * pa2) / (2 * mu)
+    T_b = (pb1 * pb1 + pb2 * pb2) / (2 * mu)
+    h = sum((z[i] * z[4 + j] - z[j] * z[4 + i]) ** 2 for i in range(4) for j in range(i)) / (2 * mu)
+    at_eta = None if isinstance(V_eta, Zero) else V_eta.value(np.arctan2(a2, a1))
+    at_gamma = None if isinstance(V_gamma, Zero) else V_gamma.value(np.arctan2(b2, b1))
+    at = Motion(A=A, B=B, T_a=T_a, T_b=T_b, h=h, V=body.potential.value(A, B), V_eta=at_eta, V_gamma=at_gamma)
+    values = separated.family.values(*separated.functions, at)
+    if separated.isotropic:
+        return values | {"p_phi": p_gamma + p_eta, "p_psi": p_gamma - p_eta}
+    c_eta, c_gamma = (p**2 / (2 * mu) + (0.0 if V is None else V) for p, V in ((p_eta, at_eta), (p_gamma, at_gamma)))
+    return values | {"c_eta": c_eta, "c_gamma": c_gamma}
