@@ -43,18 +43,32 @@ from .windows import BRIEF
 ACCURACY = 1e-11
 """Relative error that the scheme may leave in frequencies where neither a step nor an accuracy is asked for."""
 
-BUDGET, MOST = 1 << 27, 1 << 29
-"""Bytes of samples in memory at once; and for long orbits, as few of them do not fill a block of lanes."""
+BUDGET = 1 << 27
+"""Bytes of samples in memory at once."""
+
+MOST = 1 << 29
+"""The same for long orbits, as few of them do not fill a block of lanes."""
 
 PROBE = 128
 """Steps of the trial that measures the speed of an orbit."""
 
-DENSE, BODY_DENSE = 1.1, 0.8
-"""Radians of the fastest motion between samples; of bodies, whose own angles are followed from one to the next.
-"""
+DENSE = 1.1
+"""Radians of the fastest motion between samples."""
 
-FINER, PILOT, READING, PARTS = 0.1, 0.4, 6.0, 8
-"""Work of finer steps, of short runs by half the step and of reading, and parts read, for the progress."""
+BODY_DENSE = 0.8
+"""The same of bodies, whose own angles are followed from one sample to the next."""
+
+FINER = 0.1
+"""Share of the progress that runs with finer steps take."""
+
+PILOT = 0.4
+"""Work of short runs with half the step, in units of the run, for the progress."""
+
+READING = 6.0
+"""Work of reading the samples, in the same unit."""
+
+PARTS = 8
+"""Parts read between reports of the progress."""
 
 BESIDE = 0.1
 """Share of a frequency's error from which the scheme's counts."""

@@ -37,16 +37,22 @@ LINES = 16
 LONGEST = (40, 20, 10, 6, 5, 4, 3, 3)
 """Largest |k|_1 of a line in a lattice of rank 1, 2, ...; half of it where a line refines the lattice."""
 
-FARTHEST, BESIDE = (1000, 60, 20, 12, 8, 6, 5, 4), (1000, 3, 2, 1, 1, 1, 1, 1)
-"""The same of lines that are no weak generators; and of those whose neighbours are none."""
+FARTHEST = (1000, 60, 20, 12, 8, 6, 5, 4)
+"""Largest |k|_1 of combinations, at ranks 1, 2, ..., that are no weak generators."""
+
+BESIDE = (1000, 3, 2, 1, 1, 1, 1, 1)
+"""The same of combinations whose neighbours within CLOSE are no weak generators either."""
 
 BROAD = 0.1
 """Share of a loop's size that its strongest lines leave, beyond which weak ones are not sought, and not all are
 known.
 """
 
-FEW, BRIEF = 8, 4096
-"""Orbits for which waking another thread takes longer than the work; of kernels of a microsecond an orbit."""
+FEW = 8
+"""Orbits for which waking another thread takes longer than the work."""
+
+BRIEF = 4096
+"""The same of kernels of a microsecond an orbit."""
 
 AT_ONCE = 32
 """Orbits whose Fourier transforms are made at once."""
@@ -56,16 +62,23 @@ LIMITS = LatticeLimits(sharp=0.1, minor=2e-3, visible=2e-3)
 loop's largest, from which it does, and from which the lattice must explain it.
 """
 
-WEAKEST, FAINT, CLOSE, EXACT = (2, 5, 12), 1e-10, 0.5, 1e-4
-"""Numbers of lines that are sought beside those of the known generators, one after the other; their least amplitude,
-relative to the signals' sizes, 1e5 times the rounding errors; and the distances, in cycles over the window, up to which
-a line is not told from a short combination, and beyond its error bar is any combination.
-"""
+WEAKEST = (2, 5, 12)
+"""Numbers of lines that are sought beside those of the known generators, one after the other."""
 
-FOLDS, FOLDED = 3, 1e-4
-"""Largest multiple of the sampling rate that is compared with combinations: fast lines appear folded at it; 1 where the
-amplitudes near the highest frequency are smaller than the second number.
-"""
+FAINT = 1e-10
+"""Least amplitude of these, relative to the signals' sizes: 1e5 times the rounding errors."""
+
+CLOSE = 0.5
+"""Distance, in cycles over the window, up to which a line is not told from a short combination."""
+
+EXACT = 1e-4
+"""Distance beyond its error bar, in the same unit, up to which a line is any combination."""
+
+FOLDS = 3
+"""Largest multiple of the sampling rate that is compared with combinations: fast lines appear folded at it."""
+
+FOLDED = 1e-4
+"""Relative amplitude near the highest frequency below which only the rate itself is."""
 
 AT_REST = 1e-12
 """Relative size of a loop (root of its Q times its P) below which it is at rest."""

@@ -17,8 +17,11 @@ DRIFT = 3.0
 separatrices, which rounding errors move, 99 % are within (bench/frequency_coverage.py).
 """
 
-ROUNDING, GROWN = 3e-13, 1e-14
-"""Relative errors of frequencies by rounding: of all, and times the growth of a coordinate in units of its swing."""
+ROUNDING = 3e-13
+"""Relative error of all frequencies by rounding."""
+
+GROWN = 1e-14
+"""The same times the growth of a coordinate in units of its swing."""
 
 CLOSE_LINES = 4.0
 """Factor of errors where lines are closer than a window of `inverted_lines.PARTS` resolves: that window cannot show

@@ -30,15 +30,24 @@ from .rooms import ROOMS, Room
 from .signals import Signals, signals_of
 from .windows import cosine_window
 
-LEAST, AT_ONCE = 64, 256
-"""Least number of samples of an orbit; loops whose spectra show noise at once."""
+LEAST = 64
+"""Least number of samples of an orbit."""
+
+AT_ONCE = 256
+"""Loops whose spectra show noise at once."""
 
 BUDGET = 1 << 27
 """Bytes of samples in work at once."""
 
-ENOUGH, QUARTER, NOISE = 1024, 0.25, 4.6
-"""Samples whose spectrum shows noise; the share of bins below its level; and three standard deviations of a frequency,
-for the weight of averages, in units of noise/(amplitude time sqrt(samples)).
+ENOUGH = 1024
+"""Samples whose spectrum shows noise."""
+
+QUARTER = 0.25
+"""Share of the bins that are below the level of noise."""
+
+NOISE = 4.6
+"""Three standard deviations of a frequency, for the weight of averages, in units of
+noise/(amplitude time sqrt(samples)).
 """
 
 COARSE = 1.5

@@ -26,10 +26,13 @@ LINES = 6
 LONGEST = (12, 10, 6, 4, 3)
 """Largest |k|_1 of combinations of 1, 2, ... tunes; 2 of more."""
 
-SHARP, WIDTH = 0.1, 1e-7
+SHARP = 0.1
 """Error bar of a line, in cycles over the samples, up to which it is one line: it is wider where the samples do not
-separate another one from it; and the least width of a line.
+separate another one from it.
 """
+
+WIDTH = 1e-7
+"""Least width of a line, in cycles over the samples."""
 
 CLEAN = 1e-13
 """Product of a line's error bar, in cycles per sample, and its relative amplitude up to which it is that of rounding:
@@ -45,19 +48,24 @@ PARTS = 3
 VISIBLE = 1e-9
 """Smallest amplitude of a line, relative to its plane's largest."""
 
-RESOLVED, BESIDE = 1.5, (6, 6, 5, 4)
-"""Cycles over the samples from which two lines are told apart, and the largest |k|_1 of combinations of 1, 2, ... tunes
-whose beats are compared with them; 3 of more.
-"""
+RESOLVED = 1.5
+"""Cycles over the samples from which two lines are told apart."""
 
-HIDDEN, SHOWS = 5.0, 0.3
-"""Factor of the amplitudes that lines which are not told apart may have over those of the others of their order; and
-the ratio of theirs to a mode's own amplitude from which it has no tune of its own.
-"""
+BESIDE = (6, 6, 5, 4)
+"""Largest |k|_1 of combinations of 1, 2, ... tunes whose beats are compared with RESOLVED; 3 of more."""
 
-HARMONIC, CAUGHT = 4, 0.1
-"""Largest harmonic of another plane's tune that a plane may show; and the share of the smallest tune by which the lines
-of an orbit that is caught in such a resonance, and swings about it, may differ from it.
+HIDDEN = 5.0
+"""Factor of the amplitudes that lines which are not told apart may have over those of the others of their order."""
+
+SHOWS = 0.3
+"""Ratio of these amplitudes to a mode's own from which the mode has no tune of its own."""
+
+HARMONIC = 4
+"""Largest harmonic of another plane's tune that a plane may show."""
+
+CAUGHT = 0.1
+"""Share of the smallest tune by which the lines of an orbit that is caught in such a resonance, and swings about it,
+may differ from it.
 """
 
 DRIFTS = 0.6

@@ -16,10 +16,14 @@ from ..results.result import Result
 from .own_lines import about_an_axis, calm, duration, harmonics, in_turns, own_lines, with_turn
 from .resonances import MAX_ORDER, checked_frequencies, equation, vectors, widths
 
-TORN, WRAPPED, BIN = 0.03, 0.5, 0.1
-"""Share of the largest frequency by which own lines of neighbours differ where they are not those of one family; turns
-by which tunes do, where one passes a whole turn; cycles over the time of a map within which frequencies are alike.
-"""
+TORN = 0.03
+"""Share of the largest frequency by which own lines of neighbours differ where they are not of one family."""
+
+WRAPPED = 0.5
+"""Turns by which tunes of neighbours differ where one passes a whole turn."""
+
+BIN = 0.1
+"""Cycles over the time of a map within which frequencies are alike."""
 
 
 @dataclass(frozen=True)

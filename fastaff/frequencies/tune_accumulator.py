@@ -22,8 +22,11 @@ from .turning import PIECE, Means, Turning, Window, run_orbits, without_standing
 FIRST = 32
 """Steps that only locate the loops; the windows are [32, 64), [64, 128), ..., each twice as long."""
 
-FRAME, PART = 4096, 8
-"""Steps in the middle of a window whose moments set the frame of the next one: this number, or an eighth if more."""
+FRAME = 4096
+"""Steps in the middle of a window whose moments set the frame of the next one."""
+
+PART = 8
+"""The part of the window that these are, if that is more."""
 
 
 def window_of(step: int) -> Window:

@@ -44,17 +44,28 @@ from .turning import (
 from .verdicts import MANY_TURNS
 from .windows import cosine_window
 
-FALLBACK, EXACT, LEAST = 1e-9, 1e-12, 64
-"""Error in turns above which lines are inverted, and that of samples up to SHORT: 99 % of the 4-D Henon orbits of
-`bench/test_tunes.py` over 1024 to 4096 turns are then within 4e-11 to 4e-14, without it 1e-10 to 2e-11; and the least
-number of samples of an orbit.
+FALLBACK = 1e-9
+"""Error in turns above which the line of a plane is inverted."""
+
+EXACT = 1e-12
+"""The same over at most SHORT samples: 99 % of the 4-D Henon orbits of `bench/test_tunes.py` over 1024 to 4096 turns
+are then within 4e-11 to 4e-14, without it 1e-10 to 2e-11.
 """
+
+LEAST = 64
+"""Least number of samples of an orbit."""
 
 SHORT = 4096
 """Turns up to which a mean turn that is nearly exact is still inverted: mean turns of longer runs cost a tenth."""
 
-BUDGET, AT_ONCE, TOLD = 1 << 27, 1 << 22, 1 << 19
-"""Bytes of samples in work; samples of signals whose lines are fitted at once; a thread's numbers per report."""
+BUDGET = 1 << 27
+"""Bytes of samples in work."""
+
+AT_ONCE = 1 << 22
+"""Samples of signals whose lines are sought at once."""
+
+TOLD = 1 << 19
+"""Numbers that a thread reads between reports."""
 
 SMALL = 1e-140
 """Amplitude whose square is a number with all its digits, as that of its inverse."""
@@ -65,24 +76,35 @@ ROUGH = 0.05
 LINES = 8
 """Lines of a plane whose mean turn is not exact."""
 
-OWN_LINES, COMBINED, SHARP, WEAK = 6, 4, 0.02, 0.01
-"""Lines of a plane whose loop passes through its centre, among which its own is sought; the largest |k|_1 of
-combinations of other tunes, and the bins within which a line is one; the relative amplitude below which a line is no
-own line.
-"""
+OWN_LINES = 6
+"""Lines of a plane whose loop passes through its centre, among which its own is sought."""
 
-LONG, NEAR = 500, 3
-"""Turns from which a line in such a bin is not accidental; bins within which the line of a mean turn is."""
+COMBINED = 4
+"""Largest |k|_1 of combinations of other tunes that are none of its own."""
 
-HARMONIC, SHARED = 6, 2
-"""Harmonics of a plane's own line, and largest |k|_1 of combinations of other tunes beside them, among which its lines
-are sought.
-"""
+SHARP = 0.02
+"""Bins within which a line is one of these combinations."""
 
-EXPLAINED, OPEN = 0.999, 0.02
-"""Share of the squared amplitudes that these must explain, and the least share of the area that they could enclose for
-which the sense of the loop is known.
-"""
+WEAK = 0.01
+"""Relative amplitude below which a line is no own line."""
+
+LONG = 500
+"""Turns from which a line in such a bin is not accidental."""
+
+NEAR = 3
+"""Bins within which the line of a mean turn is."""
+
+HARMONIC = 6
+"""Harmonics of a plane's own line among which its lines are sought."""
+
+SHARED = 2
+"""Largest |k|_1 of combinations of other tunes beside these harmonics."""
+
+EXPLAINED = 0.999
+"""Share of the squared amplitudes that these lines must explain."""
+
+OPEN = 0.02
+"""Least share of the area that they could enclose for which the sense of the loop is known."""
 
 
 @dataclass(frozen=True)

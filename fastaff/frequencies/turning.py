@@ -34,20 +34,29 @@ HARMONICS = 40
 COST = 8 * HARMONICS
 """Numbers that the error, or the kind, of a mean turn counts as."""
 
-CHANGED, ISLAND, BESIDE = 0.3, 3.0, 1.5
-"""Change of a tune, in turns over a half, that counts; allowed change times the order of a resonance for an orbit that
-swings slowly in one; and largest distance of its tunes from that resonance.
-"""
+CHANGED = 0.3
+"""Change of a tune, in turns over a half, that counts."""
 
-RELATED, CHANCE, TIGHT = 5, 1e-3, 1e-5
-"""Largest |k|_1 of a relation of two tunes, and its largest width that is not accidental, unless they are equal; the
-width, in cycles over the window, from which a relation within it is no proof of one.
-"""
+ISLAND = 3.0
+"""Allowed change times the order of a resonance for an orbit that swings slowly in one, in turns over a half."""
 
-UNSEEN, FAINT = 0.3, 0.1
-"""Cycles over the window up to which all windows see the same part of the beat of two lines; and the relative amplitude
-that one of them may have.
-"""
+BESIDE = 1.5
+"""Largest distance of its tunes from that resonance, in turns over the window."""
+
+RELATED = 5
+"""Largest |k|_1 of a relation of two tunes."""
+
+CHANCE = 1e-3
+"""Largest width of a relation that is not accidental, unless the tunes are equal."""
+
+TIGHT = 1e-5
+"""Width, in cycles over the window, from which a relation within it is no proof of one."""
+
+UNSEEN = 0.3
+"""Cycles over the window up to which all windows see the same part of the beat of two lines."""
+
+FAINT = 0.1
+"""Relative amplitude that one of these lines may have."""
 
 LOCKED = 12
 """Largest order of islands that are sought."""

@@ -22,11 +22,13 @@ from .kernels.relations import vanishing
 if TYPE_CHECKING:
     from .loop_rates import Rates
 
-FEW_TURNS, MANY_TURNS = 18, 30
-"""Turns from which independent frequencies are told, and from which a relation of frequencies, or a change of them
-between the halves, is evidence: over 12 periods 2 of 57 lattices of turned wells are wrong, over 20 none
-(`bench/frequency_coverage.py --periods 12 20`).
+FEW_TURNS = 18
+"""Turns from which independent frequencies are told: over 12 periods 2 of 57 lattices of turned wells are wrong, over
+20 none (`bench/frequency_coverage.py --periods 12 20`).
 """
+
+MANY_TURNS = 30
+"""Turns from which a relation of frequencies, or a change of them between the halves, is evidence."""
 
 UNSURE = 0.15
 """Error of a frequency, in cycles over the time, from which it may be that of another line: lines of one loop are
@@ -38,9 +40,12 @@ EXACT = 1e-3
 3106 orbits of `bench/frequency_coverage.py --quick --seed 3` one of 76 such pairs is left.
 """
 
-SHORT, RESOLVED = 4, 1.0
-"""Largest |k|_1 of combinations that may not turn less than RESOLVED cycles over the time: lines of the lattice then
-lie so close to strong ones that they may be hidden by these.
+SHORT = 4
+"""Largest |k|_1 of combinations that may not turn less than RESOLVED."""
+
+RESOLVED = 1.0
+"""Cycles over the time that these must turn: else lines of the lattice lie so close to strong ones that they may be
+hidden.
 """
 
 CHANCE = 0.02
@@ -49,16 +54,20 @@ CHANCE = 0.02
 LONGEST = (48, 12, 12, 6, 4, 3, 3, 2)
 """Largest |k|_1 of combinations of 1, 2, ... frequencies that are compared with 0."""
 
-CHANGED, EACH = 0.25, 1.5
-"""Change of a frequency between the whole and the halves, in cycles over a half, that steady lines do not cause; of
-three loops and more, for each beyond one. None of 1000 regular orbits of Henon and Heiles, of three oscillators and of
-a logarithmic potential changes as much that has the other two signs of chaos.
+CHANGED = 0.25
+"""Change of a frequency between the whole and the halves, in cycles over a half, that steady lines do not cause: none
+of 1000 regular orbits of Henon and Heiles, of three oscillators and of a logarithmic potential changes as much that has
+the other two signs of chaos.
 """
 
-ROUGH, SHARP = 0.12, 0.1
-"""Share of a loop's size outside of its strongest lines, and error of a leading line, in cycles over the time, up to
-which a change is no evidence of chaos.
-"""
+EACH = 1.5
+"""The same of three loops and more, for each beyond one."""
+
+ROUGH = 0.12
+"""Share of a loop's size outside of its strongest lines up to which a change is no evidence of chaos."""
+
+SHARP = 0.1
+"""Error of a leading line, in cycles over the time, up to which it is none either."""
 
 BEAT = 0.5
 """Cycles over the time within which the leading lines of two loops are one, and by which frequencies change as these

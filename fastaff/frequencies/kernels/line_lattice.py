@@ -17,10 +17,11 @@ from .loop_lines import DOUBLE, FEWEST, LoopLines, read_peaks, signed_places, sp
 from .loop_transforms import SUMS
 from .spectrum_lines import find_peaks, top_of
 
-FIRST, MORE = 6, 10
-"""Peaks of each loop that are sought first; and where their lines leave the lattice incomplete, then with the lines
-beside them.
-"""
+FIRST = 6
+"""Peaks of each loop that are sought first."""
+
+MORE = 10
+"""Peaks that are sought, with the lines beside them, where the first leave the lattice incomplete."""
 
 SLOWEST = 2.0
 """Bins from which a line is told from frequency 0."""

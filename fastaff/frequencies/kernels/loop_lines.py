@@ -35,10 +35,11 @@ LARGE = 0.03
 SAME = 0.1
 """Distance in bins within which two lines are one."""
 
-FEWEST, WEAKEST = 1e-6, 1e-12
-"""Sizes, relative to the largest peak's, from which peaks are lines; the second for those beside lines that were taken
-from a loop.
-"""
+FEWEST = 1e-6
+"""Size, relative to the largest peak's, from which a peak is a line."""
+
+WEAKEST = 1e-12
+"""The same beside lines that were taken from a loop."""
 
 DEFINITE = 0.1
 """Error bar, in bins, up to which a line has the size of its eigenvector, else that of its peak: the largest peak of a
