@@ -55,7 +55,7 @@ def test_megno_map(numbers):
     """128 x 128 cells of the neo-Hookean section over 200 natural periods: orbit-steps per second, with and without
     early stop.
     """
-    from fastaff.runs.motion import typical_rate
+    from fastaff.runs.scales import typical_rate
 
     body, z0 = neo_hookean_grid(128)
     span = 200 * 2 * np.pi / typical_rate(system_of(body), z0)

@@ -14,8 +14,8 @@ import fastaff as fa
 from fastaff.runs import accuracy as accuracy_module
 from fastaff.runs.accuracy import SLIGHTLY, Steps, shortening
 from fastaff.runs.flow import Wear
-from fastaff.runs.motion import motion
 from fastaff.runs.options import Options, plan
+from fastaff.runs.scales import motion
 from fastaff.runs.schemes import BLANES_CASAS_ESCORIHUELA8, RKN12
 from fastaff.runs.trials import on_ladder
 from fastaff.sections import poincare_map as poincare_module

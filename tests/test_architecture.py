@@ -18,7 +18,7 @@ from deep import DEEP
 
 import fastaff
 from fastaff.exchange.files import ANALYSES
-from fastaff.results.recipe import is_recorded
+from fastaff.results.calls import is_recorded
 
 ROOT = Path(fastaff.__file__).parent
 FILES = sorted(ROOT.rglob("*.py"))

@@ -23,7 +23,7 @@ from fastaff import (
     integrate,
     poincare_map,
 )
-from fastaff.runs.motion import typical_rate
+from fastaff.runs.scales import typical_rate
 from fastaff.runs.schemes import BLANES_CASAS_ESCORIHUELA8, Automatic, Logistic, RungeKutta, Splitting
 from fastaff.runs.schemes.automatic import PREFERENCE, Trial
 from fastaff.systems.models.mechanics import system_of

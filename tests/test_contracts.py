@@ -13,8 +13,7 @@ from own_models import OneSpring
 import fastaff as fa
 from fastaff.engine import kinds
 from fastaff.engine.terms import Substep, Term
-from fastaff.runs.checks import lacking
-from fastaff.runs.derivatives import check_derivatives
+from fastaff.runs.requirements import check_derivatives, lacking
 from fastaff.systems.formulas.library import Request, generated_class
 from fastaff.systems.models.contracts import Angles, Kind, Model, Nonseparable, OneVariable, Potential, Section
 from fastaff.systems.models.mechanics import system_of

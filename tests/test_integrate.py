@@ -27,10 +27,9 @@ from fastaff import (
     integrate,
     poincare_map,
 )
-from fastaff.runs import launch, reaches
-from fastaff.runs.flow import Flow
+from fastaff.runs import flow, launch
+from fastaff.runs.flow import ESCAPE, FARTHEST, Flow, escape_radii
 from fastaff.runs.observers import Observer
-from fastaff.runs.reaches import ESCAPE, FARTHEST, escape_radii
 from fastaff.runs.schemes import Splitting
 from fastaff.runs.schemes.catalogue import SCHEMES
 from fastaff.systems.models.mechanics import system_of
@@ -357,7 +356,7 @@ def test_escape_radii_are_those_of_turning_points(omega, compiled, monkeypatch):
     turn = np.maximum(np.abs(-b + root), np.abs(-b - root)) / a * np.hypot(*q)
     expected = np.maximum(np.hypot(*q), turn)
     if not compiled:
-        monkeypatch.setattr(reaches, "_potential", lambda model: None)
+        monkeypatch.setattr(flow, "_potential", lambda model: None)
     found = escape_radii(system_of(system), z0) / ESCAPE
     assert (found <= expected * (1 + 1e-9)).all()
     assert (found >= 0.99 * expected).all()

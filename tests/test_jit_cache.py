@@ -34,7 +34,7 @@ from fastaff.engine import code_folder as _code_folder
 from fastaff.engine import jit as _jit
 from fastaff.engine import source
 from fastaff.engine.texts import TEXTS
-from fastaff.runs import stepping as engine
+from fastaff.runs import flow as engine
 
 pytestmark = pytest.mark.skipif(_jit.JIT_DISABLED, reason="no compiler, no cache")
 OTHER = 54321

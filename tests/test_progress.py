@@ -13,8 +13,8 @@ import fastaff as fa
 from fastaff.core import compilations
 from fastaff.core.numbers import Passes
 from fastaff.results import progress
+from fastaff.results.calls import recorded
 from fastaff.results.progress import says_progress
-from fastaff.results.recipe import recorded
 from fastaff.runs.launch import early
 
 

@@ -19,7 +19,7 @@ from comparison import same
 import fastaff as fa
 from fastaff.results.result import Result
 from fastaff.runs import flow
-from fastaff.runs.reaches import escape_radii
+from fastaff.runs.flow import escape_radii
 from fastaff.runs.tangent_map import fastest_rates
 from fastaff.systems.models.mechanics import system_of
 

@@ -13,7 +13,7 @@ from thorough import TIMES
 
 import fastaff as fa
 from fastaff import files
-from fastaff.results.recipe import Call, encoded, is_recorded
+from fastaff.results.calls import Call, encoded, is_recorded
 from fastaff.systems.models.angles import AlphaBeta
 
 RNG = np.random.default_rng(20261)

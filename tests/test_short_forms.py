@@ -16,7 +16,7 @@ import fastaff as fa
 from fastaff.chaos.indicators import INDICATORS, indicators_of
 from fastaff.core.names import named, spelled
 from fastaff.jobs.system import MODELS
-from fastaff.results.recipe import encoded
+from fastaff.results.calls import encoded
 from fastaff.runs.schemes.catalogue import SCHEMES
 from fastaff.systems.formulas.number import number
 from fastaff.systems.formulas.section_text import section_forms, section_in_words, section_named

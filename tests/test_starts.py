@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import fastaff as fa
-from fastaff.runs.motion import motion
+from fastaff.runs.scales import motion
 from fastaff.systems.models.mechanics import system_of
 
 WELL = (

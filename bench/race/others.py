@@ -139,7 +139,7 @@ import time
 import numpy as np
 import fastaff as fa
 from fastaff import plot
-from fastaff.runs.motion import typical_rate
+from fastaff.runs.scales import typical_rate
 
 body, section = fa.Body(fa.NeoHookean()), fa.AlphaTurning()
 where = {"energy": 1.5, "p_eta": 0.3, "p_gamma": 0.2}

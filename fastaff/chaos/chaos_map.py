@@ -13,15 +13,12 @@ from ..core.interruption import keeping
 from ..core.numbers import Passes, flag, portion, whole
 from ..core.status import Status, describe
 from ..engine.kernels.readings import LN10
-from ..results.axes import along
-from ..results.recipe import recorded
-from ..results.result import Result, put
-from ..results.short_forms import Starts, takes
-from ..runs.checks import checked_system
-from ..runs.ensemble import energy_error, mark_drift
-from ..runs.flow import Flow
+from ..results.calls import Starts, recorded, takes
+from ..results.result import Result, along, put
+from ..runs.flow import Flow, energy_error, mark_drift
 from ..runs.launch import Report
 from ..runs.options import Options, Problem
+from ..runs.requirements import checked_system
 from ..runs.schemes.catalogue import Scheme, scheme_of
 from ..runs.starts import starts_of
 from ..runs.tangent_map import stable_plan

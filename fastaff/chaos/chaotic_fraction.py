@@ -15,12 +15,10 @@ from numpy.typing import ArrayLike
 from ..core.interruption import keeping
 from ..core.numbers import entries, function, numbers, portion, positive, shown, texts
 from ..core.status import Status
-from ..results.axes import along
-from ..results.recipe import recorded
-from ..results.result import Result
-from ..results.short_forms import axes_of, names_of, takes
-from ..runs.checks import current_system
+from ..results.calls import axes_of, names_of, recorded, takes
+from ..results.result import Result, along
 from ..runs.launch import Report
+from ..runs.requirements import current_system
 from ..runs.schemes.catalogue import VERNER9, RungeKutta, Scheme, scheme_of
 from ..runs.starts import in_rows
 from ..sections.energy_grid import NotReached

@@ -15,7 +15,7 @@ from ..core.numbers import real
 from ..runs import observers
 from ..runs.flow import Flow
 from ..runs.launch import Report
-from ..runs.needs import check_needs
+from ..runs.requirements import check_needs
 from ..systems.models.mechanics import System
 
 MANY = 100.0

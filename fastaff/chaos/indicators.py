@@ -21,7 +21,7 @@ import numpy as np
 from ..core.names import named
 from ..core.numbers import whole
 from ..engine.kernels import readings
-from ..runs.checks import current_system
+from ..runs.requirements import current_system
 from ..systems.models.mechanics import System
 from .indicator import VectorIndicator, decades, is_indicator
 from .pass_indicators import BirkhoffDigits, FrequencyDiffusion, ReversibilityError, ZeroOne

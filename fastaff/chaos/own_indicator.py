@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from ..core.numbers import flag, real, shown, whole
-from ..runs.checks import current_system
+from ..runs.requirements import current_system
 from .indicator import VectorIndicator
 from .indicators import SLACK, moving_rows
 

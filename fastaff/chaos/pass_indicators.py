@@ -20,10 +20,10 @@ from ..frequencies.frequency_map import FrequencyWork, checked_angles
 from ..frequencies.map_frequencies import map_frequencies_of
 from ..frequencies.turning import CHANGED
 from ..runs import observers
-from ..runs.checks import current_system
 from ..runs.flow import Flow, no_memory
 from ..runs.launch import Report, launch, units
-from ..runs.motion import motion
+from ..runs.requirements import current_system
+from ..runs.scales import motion
 from ..systems.models.contracts import Angles
 from .indicator import MANY, Indicator, Watch, decades
 from .kernels import zero_one as correlations

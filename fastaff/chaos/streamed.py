@@ -16,12 +16,11 @@ from ..core.sums import length, total
 from ..engine.kernels import readings
 from ..engine.kernels.deviations import ROWS, layout
 from ..runs import observers
-from ..runs.checks import carried
-from ..runs.ensemble import Ensemble
-from ..runs.flow import Flow, no_memory
+from ..runs.flow import Ensemble, Flow, no_memory
 from ..runs.launch import Report, early
-from ..runs.motion import motion, natural_rates
 from ..runs.options import Plan
+from ..runs.requirements import carried
+from ..runs.scales import motion, natural_rates
 from ..runs.tangent_map import checked_deviations
 from ..systems.models.mechanics import System
 from .indicator import Indicator, VectorIndicator, Watch, limit_of

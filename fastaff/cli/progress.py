@@ -14,8 +14,8 @@ import numpy as np
 
 from ..core.interruption import Interrupted
 from ..core.status import Status
+from ..results.calls import keep
 from ..results.progress import USED, Compilation
-from ..results.recipe import keep
 from .stops import EXIT_INTERRUPTED, Stops, on_stop, say
 
 

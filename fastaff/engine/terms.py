@@ -111,9 +111,9 @@ class Term:
     kind that has it alone; has: text of refusals about a model with it. velocities(part), forces(part): text that adds
     to v, f of the rows of an orbit or vector, by q, p and `rate`; energy: text of its contribution to H.
 
-    words: properties beside its name and the stage of its substep that traits and refusals (`runs.needs`) depend on:
-    "loss" where energy is not conserved, "noncanonical" where p are not conjugate to q. options: arguments of
-    `formulas.hamiltonian`; options_rate(values, mass, q) makes the rate and the addition to V from their values by
+    words: properties beside its name and the stage of its substep that traits and refusals (`runs.requirements`)
+    depend on: "loss" where energy is not conserved, "noncanonical" where p are not conjugate to q. options: arguments
+    of `formulas.hamiltonian`; options_rate(values, mass, q) makes the rate and the addition to V from their values by
     name; without it the rate is the one option; a `planar` term needs two coordinates of one mass.
     """
 

@@ -20,10 +20,10 @@ from ..chaos import indicators, own_indicator
 from ..core.numbers import StrPath, fits, shown
 from ..core.placing import checked_file, placed
 from ..core.status import summary
+from ..results.calls import OWN, Call, NoData, encoded, keep, plain
 from ..results.display import screen
 from ..results.progress import says_progress
 from ..results.provenance import provenance
-from ..results.recipe import OWN, Call, NoData, encoded, keep, plain
 from ..results.result import Result, saved
 from ..runs import schemes
 from ..runs.schemes import time_transformed

@@ -13,10 +13,10 @@ from ..chaos.indicator import Character
 from ..chaos.indicators import MEGNO, Lyapunov
 from ..core.status import Status
 from ..frequencies.frequency_map import frequency_map
-from ..runs.checks import checked_model, current_system
 from ..runs.coordinates import chart_row
 from ..runs.integrate import integrate
-from ..runs.motion import natural_rates
+from ..runs.requirements import checked_model, current_system
+from ..runs.scales import natural_rates
 from ..runs.schemes.catalogue import scheme_named
 from ..sections.energy_grid import lift
 from ..sections.energy_limits import Where

@@ -16,8 +16,7 @@ from ..core.placing import placed
 from ..results.progress import says_progress
 from ..results.provenance import provenance
 from ..results.result import Result
-from ..runs.checks import checked_system, suited_scheme
-from ..runs.needs import check_given
+from ..runs.requirements import check_given, checked_system, suited_scheme
 from ..runs.schemes.automatic import cheapest
 from ..runs.schemes.catalogue import Splitting, scheme_named
 from ..runs.schemes.collocation import GAUSS16, Collocation

@@ -8,7 +8,7 @@ import anywidget
 import numpy as np
 import traitlets
 
-from ..runs.checks import current_system
+from ..runs.requirements import current_system
 from .answers import Answers
 from .explore import setup_of
 from .page import script, web_text

@@ -8,8 +8,7 @@ from typing import Annotated
 import numpy as np
 
 from ..core.numbers import fits
-from ..results.axes import along
-from ..results.result import Result
+from ..results.result import Result, along
 from .angle_loops import Layout
 from .fundamental import Loops, prepared, values
 from .plane_lines import plane_lines

@@ -9,7 +9,7 @@ import numpy as np
 
 from ..engine.blocks import rows_block, signals_block
 from ..engine.pointers import Bound, call_table
-from ..results.short_forms import names_of
+from ..results.calls import names_of
 from ..systems.models.angles import AlphaBeta, Cylindrical, Polar, RVartheta
 from .fundamental import run
 from .kernels import fundamental as kernels

@@ -9,8 +9,7 @@ from typing import Annotated
 import numpy as np
 
 from ..core.status import Status, describe
-from ..results.axes import along
-from ..results.result import Result
+from ..results.result import Result, along
 from ..runs.schemes.catalogue import ITERATION, Scheme
 from .angle_lines import AngleLines
 

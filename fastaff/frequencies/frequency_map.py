@@ -13,17 +13,14 @@ from ..core.numbers import Passes, fits, whole
 from ..core.status import Status
 from ..engine.jit import LANES
 from ..engine.kernels.samples import CHUNK_ROWS
-from ..results.recipe import recorded
-from ..results.short_forms import Starts, takes
-from ..runs import curvatures, observers
+from ..results.calls import Starts, recorded, takes
+from ..runs import observers, scales
 from ..runs.accuracy import HALVINGS
-from ..runs.checks import checked_model
-from ..runs.ensemble import Ensemble, energy_error, mark_drift
-from ..runs.flow import Flow
+from ..runs.flow import Ensemble, Flow, energy_error, mark_drift
 from ..runs.launch import Report
-from ..runs.motion import natural_rates
-from ..runs.needs import check_needs
 from ..runs.options import Options, Problem
+from ..runs.requirements import check_needs, checked_model
+from ..runs.scales import natural_rates
 from ..runs.schemes.catalogue import Scheme, scheme_of
 from ..runs.starts import starts_of
 from ..systems.models.contracts import Angles, Dynamics
@@ -238,7 +235,7 @@ class FrequencyWork:
         lines: int | None = None,
     ):
         if not flow.adaptive:
-            self.rate = curvatures.fastest_rates(flow.system, z0, flow.step)
+            self.rate = scales.fastest_rates(flow.system, z0, flow.step)
             flow = resolving(flow, self.rate, time)
         self.flow = flow
         self.angles = angles

@@ -14,12 +14,11 @@ from ..core.numbers import fits, whole
 from ..core.status import Status
 from ..engine.threads import by_portions
 from ..runs import observers
-from ..runs.ensemble import Ensemble
-from ..runs.flow import Flow, no_memory
+from ..runs.flow import Ensemble, Flow, no_memory
 from ..runs.given_orbits import given_orbits, lengths
 from ..runs.launch import Report
-from ..runs.needs import check_given
 from ..runs.options import Problem
+from ..runs.requirements import check_given
 from .angle_lines import LineTable
 from .angle_loops import Layout, Plain
 from .frequencies import FrequencyKind, FrequencyMap

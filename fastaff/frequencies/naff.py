@@ -14,9 +14,8 @@ from numpy.typing import ArrayLike
 from ..core.interruption import keeping
 from ..core.numbers import an_array, positive, reporter, whole
 from ..engine.threads import checked_threads, together, works
-from ..results.axes import along
 from ..results.progress import says_progress
-from ..results.result import Result
+from ..results.result import Result, along
 from ..runs.launch import Report
 from .kernels.naff_fit import fit_lines, sums_of
 from .kernels.naff_lines import Window, workspace

@@ -13,11 +13,11 @@ from ..core.interruption import keeping
 from ..core.numbers import reporter, whole
 from ..core.status import Status
 from ..engine.threads import checked_threads
+from ..results.calls import takes
 from ..results.progress import says_progress
-from ..results.short_forms import takes
-from ..runs.checks import checked_model
 from ..runs.given_orbits import Given, GivenOrbits, ends, given_orbits, lengths
 from ..runs.launch import Report
+from ..runs.requirements import checked_model
 from ..systems.models.contracts import Angles, Dynamics
 from .angle_loops import Layout, Plain, angles_of, suited
 from .found_frequencies import Found

@@ -10,9 +10,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..core.numbers import an_array, entries, numbers, real, shown, span, whole
-from ..results.axes import along
 from ..results.progress import says_progress
-from ..results.result import Result
+from ..results.result import Result, along
 from .own_lines import about_an_axis, calm, duration, harmonics, in_turns, own_lines, with_turn
 from .resonances import MAX_ORDER, checked_frequencies, equation, vectors, widths
 

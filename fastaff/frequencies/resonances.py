@@ -16,9 +16,8 @@ from ..core.numbers import MOST, an_array, fits, numbers, positive, real, report
 from ..core.status import Status, describe
 from ..engine.jit import LANES
 from ..engine.threads import checked_threads
-from ..results.axes import along
 from ..results.progress import says_progress
-from ..results.result import Result
+from ..results.result import Result, along
 from ..runs.launch import Report, launch
 from .kernels.resonance import relations
 from .own_lines import with_turn

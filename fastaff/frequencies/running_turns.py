@@ -9,8 +9,7 @@ import numpy as np
 from ..engine.map_sums import Angles, angles_of, moments_of
 from ..engine.plane_loops import COLUMNS, MOMENTS, SPANS
 from ..engine.threads import by_portions
-from ..runs.ensemble import Ensemble
-from ..runs.flow import Flow
+from ..runs.flow import Ensemble, Flow
 from ..runs.map_sums import extended, summed
 from .turning import COST, PIECE, ROUNDING, SAFETY, Means, Turning, Window, unresolved, without_standing
 

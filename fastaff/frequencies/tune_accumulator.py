@@ -11,8 +11,7 @@ import numpy as np
 
 from ..core.status import Status
 from ..engine.threads import checked_threads
-from ..results.axes import along
-from ..results.result import Result
+from ..results.result import Result, along
 from ..runs.given_orbits import Given, gap, given_orbits, row_names, stays
 from .kernels import tunes as kernels
 from .plane_modes import entangled

@@ -13,9 +13,8 @@ from ..core.numbers import reporter, whole
 from ..core.status import Status, describe
 from ..engine.plane_loops import COLUMNS
 from ..engine.threads import by_portions, checked_threads
-from ..results.axes import along
 from ..results.progress import says_progress
-from ..results.result import Result
+from ..results.result import Result, along
 from ..runs.given_orbits import Given, GivenOrbits, ends, given_orbits, lengths
 from ..runs.launch import Report
 from .angle_lines import AngleLines, LineTable

@@ -13,7 +13,7 @@ from ..core.names import named, spelled
 from ..core.numbers import nonnegative, positive, whole
 from ..frequencies.frequency_map import frequency_map
 from ..runs.integrate import integrate
-from ..runs.motion import typical_rate
+from ..runs.scales import typical_rate
 from ..runs.schemes.catalogue import SCHEMES, VERNER9
 from ..sections.poincare_map import poincare_map
 from ..systems.models.mechanics import System

@@ -15,8 +15,7 @@ import numpy as np
 from ..core.names import did_you_mean
 from ..core.numbers import numbers, shown, whole
 from ..core.placing import text_of
-from ..runs.checks import checked_system, current_system, phase_points
-from ..runs.needs import check_given
+from ..runs.requirements import check_given, checked_system, current_system, phase_points
 from ..runs.starts import ordered, orders_of, starts_of
 from ..systems.formulas.number import number
 from ..systems.models.mechanics import System

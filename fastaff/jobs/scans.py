@@ -13,7 +13,7 @@ import numpy as np
 from ..chaos.chaotic_fraction import ChaoticFraction, FoundCases, chaotic_fraction
 from ..core.names import named
 from ..core.numbers import portion
-from ..runs.checks import current_system
+from ..runs.requirements import current_system
 from ..sections.energy_sample import energy_sample
 from ..systems.formulas.number import number
 from ..systems.models.mechanics import System

@@ -13,7 +13,7 @@ import numpy as np
 from ..core.names import named, pairs, spelled
 from ..core.status import Status
 from ..engine.kinds import OPTIONS, TERMS
-from ..runs.needs import check_given
+from ..runs.requirements import check_given
 from ..sections.energy_limits import may_escape
 from ..systems import models
 from ..systems.formulas.flow_text import flow

@@ -9,8 +9,7 @@ from typing import Annotated, Any
 
 import numpy as np
 
-from ..results.axes import along
-from ..results.result import Result
+from ..results.result import Result, along
 from .found_orbits import PeriodicOrbits
 
 VANISHING = 1e-5

@@ -12,14 +12,11 @@ import numpy as np
 from ..core.interruption import keeping
 from ..core.numbers import numbers, positive, real, shown, whole
 from ..core.status import Status
-from ..results.axes import along
+from ..results.calls import Starts, recorded, takes
 from ..results.progress import tell
-from ..results.recipe import recorded
-from ..results.result import Result
-from ..results.short_forms import Starts, takes
-from ..runs.checks import current_system
-from ..runs.needs import check_needs
+from ..results.result import Result, along
 from ..runs.options import Options, plan
+from ..runs.requirements import check_needs, current_system
 from ..runs.schemes.catalogue import Scheme, scheme_of
 from ..systems.formulas.section_text import section_of
 from ..systems.models.contracts import Dynamics, Section

@@ -11,12 +11,11 @@ import numpy as np
 
 from ..core.interruption import Interrupted, keeping
 from ..core.numbers import positive, whole
+from ..results.calls import Starts, recorded, takes
 from ..results.progress import tell
-from ..results.recipe import recorded
-from ..results.short_forms import Starts, takes
-from ..runs.checks import current_system
-from ..runs.motion import typical_rate
 from ..runs.options import Options
+from ..runs.requirements import current_system
+from ..runs.scales import typical_rate
 from ..runs.schemes.catalogue import Scheme, scheme_of
 from ..runs.starts import starts_of
 from ..sections.poincare_map import poincare_map

@@ -9,8 +9,7 @@ from typing import Annotated, Any
 import numpy as np
 
 from ..core.status import Status, describe
-from ..results.axes import along
-from ..results.result import Result
+from ..results.result import Result, along
 from ..runs.coordinates import chart_row
 from ..runs.flow import Flow
 from ..runs.schemes.catalogue import Scheme

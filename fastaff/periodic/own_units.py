@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..runs.flow import Flow
-from ..runs.motion import motion, natural_rates
+from ..runs.scales import motion, natural_rates
 from ..runs.schemes.catalogue import DOP853
 from ..systems.models.mechanics import System
 

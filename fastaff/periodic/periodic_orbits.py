@@ -11,13 +11,11 @@ from numpy.typing import ArrayLike
 from ..core.interruption import keeping
 from ..core.numbers import fits, positive, whole
 from ..core.status import Status
+from ..results.calls import Starts, recorded, takes
 from ..results.progress import tell
-from ..results.recipe import recorded
-from ..results.short_forms import Starts, takes
-from ..runs.checks import current_system
 from ..runs.flow import Flow
-from ..runs.needs import check_given
 from ..runs.options import Options
+from ..runs.requirements import check_given, current_system
 from ..runs.schemes.catalogue import Scheme, scheme_of
 from ..runs.starts import starts_of
 from ..systems.formulas.section_text import section_of

@@ -17,16 +17,13 @@ from ..core.status import Status
 from ..engine.kernels import crossings as kernels
 from ..results.display import screen
 from ..runs import observers
-from ..runs.checks import checked_section, checked_tangent_system
-from ..runs.ensemble import Ensemble
-from ..runs.flow import Flow, no_memory
-from ..runs.motion import motion
-from ..runs.needs import check_given, check_needs
+from ..runs.flow import Ensemble, Flow, no_memory
 from ..runs.options import Options, plan, suited
+from ..runs.requirements import check_given, check_needs, checked_section, checked_tangent_system
+from ..runs.scales import motion
 from ..runs.schemes.catalogue import GAUSS16, ITERATION, KAHAN_LI8, VERNER9
 from ..sections.crossing_run import SPARE, follow_crossings, start_crossings
-from ..systems.models.mechanics import System
-from ..systems.models.pointwise import at_points
+from ..systems.models.mechanics import System, at_points
 from ..systems.models.sections import Stroboscopic
 from .own_units import Scale
 

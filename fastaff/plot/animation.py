@@ -16,8 +16,8 @@ from ..core.numbers import positive, whole
 from ..core.placing import placed
 from ..core.status import Status
 from ..results.progress import says_progress
-from ..runs.checks import current_system
 from ..runs.integrate import integrate
+from ..runs.requirements import current_system
 from ..runs.starts import starts_of
 from ..sections.invariant_measure import Momenta
 from ..systems.charts import CARTESIAN

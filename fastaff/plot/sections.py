@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 
 from ..core.status import Status
-from ..runs.checks import checked_chart, current_system
 from ..runs.coordinates import chart_row
+from ..runs.requirements import checked_chart, current_system
 from ..sections.energy_grid import EnergyGrid
 from ..sections.energy_sample import EnergySample
 from ..sections.section_edge import Edge, edge

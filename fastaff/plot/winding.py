@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from ..core.interruption import imported
-from ..runs.checks import current_system
+from ..runs.requirements import current_system
 
 
 def argument_of(found: Any, name: str) -> Any:

@@ -18,7 +18,7 @@ from ..core.status import Status
 from ..engine.threads import by_portions
 from .flow import Flow, Wear
 from .launch import Report
-from .motion import Motion
+from .scales import Motion
 from .schemes.catalogue import Collocation
 from .time_transformed import TransformedFlow
 from .trials import SPAN, chosen_steps, on_ladder, sampled

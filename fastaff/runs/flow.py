@@ -1,31 +1,395 @@
-"""Running kernels: flows of a model by a scheme, interruption and progress."""
+"""A running flow: states of many orbits, how far each may go, and the kernels that advance them."""
 
 from __future__ import annotations
 
+import functools
 import math
-from dataclasses import dataclass, replace
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from ..core.identity import by_identity
 from ..core.numbers import fits, number_of_steps
+from ..core.status import Status
+from ..core.sums import length
+from ..engine import nystrom
+from ..engine.blocks import idle_block, model_block, nystrom_block, parameters, step_block
 from ..engine.jit import LANES
 from ..engine.kernels import crossing_roots as roots
+from ..engine.kernels import escape
 from ..engine.kernels.adaptive_drive import AdaptiveSteps, run_adaptive
+from ..engine.kernels.collocation import collocate
 from ..engine.kernels.crossings import CERTAIN, RECORD
-from ..engine.kernels.drive import FixedSteps, run_along, run_fixed, run_one
+from ..engine.kernels.drive import FixedSteps, Orbits, run_along, run_fixed, run_one
 from ..engine.kernels.samples import WEAR_ROWS, lost_until
+from ..engine.kernels.stepping import Blocks, Coefficients, runge_kutta
 from ..engine.lane_sums import VECTOR
+from ..engine.packing import Packed, run_units
+from ..engine.pointers import address
 from ..engine.threads import by_portions
 from ..systems.models.mechanics import System
 from . import observers
-from .ensemble import Ensemble, no_memory
 from .launch import Report, launch, units
-from .leaving import leave_open, mark_escapes
 from .observers import Observer
-from .reaches import FARTHEST, escape_radii
-from .schemes.catalogue import Collocation, Nystrom, Scheme, Splitting
-from .stepping import stepping
+from .requirements import energy_drift
+from .schemes.catalogue import DOP853, Collocation, Nystrom, Scheme, Splitting
+
+FARTHEST = 1e150
+"""Distance beyond which orbits of usual size have escaped."""
+
+ESCAPE = 1e6
+"""Escape radius in units of the orbit's own size."""
+
+
+LARGEST = 1e154
+"""Largest escape radius, whose square is still a number."""
+
+HUGE = 1e3
+"""Least ratio of the escape radius, up to LARGEST, to the size of an orbit of more than FARTHEST."""
+
+
+def escape_radii(system: System, z: np.ndarray, energy: np.ndarray | None = None) -> np.ndarray:
+    """Return the distance from the origin (orbits,) beyond which each orbit from z (2n, orbits) counts as escaped;
+    energy (orbits,) of these, where it is known already.
+
+    It is ESCAPE times the orbit's size: its distance at the start, or that of the turning point on the straight line
+    along its initial velocity, if that is farther; `FARTHEST` where it has neither. So it scales with the unit of
+    length, and depends neither on other orbits nor on the zero of V. Orbits of a map, and of H(q, p), have no such
+    limit: a start near a fixed point does not show the size, and coordinates may be angles that wind.
+    """
+    if not system.separable or "energy" in system.words:
+        return np.full(z.shape[1], FARTHEST)
+    limit = system.energies(z) if energy is None else energy
+    with np.errstate(all="ignore"):
+        reach = _reaches(system, z, limit)
+    farthest = np.fmax(FARTHEST, np.fmin(HUGE * reach, LARGEST))
+    return np.where(reach > 0, np.fmin(ESCAPE * reach, farthest), FARTHEST)
+
+
+def _reaches(system: System, z: np.ndarray, limit: np.ndarray) -> np.ndarray:
+    """Return the distances from the origin (orbits,) of orbits from z, or of their turning points at these energies, to
+    two digits.
+    """
+    n = system.moving
+    total = system.n
+    orbits = z.shape[1]
+    speeds = system.slopes(z)
+    centrifugal = 0.0
+    if system.driven:  # V along the line is that of one moment
+        limit = limit - z[-1]
+        speeds = np.concatenate([speeds[:n], speeds[n + 1 : -1]])
+    if system.frame:
+        centrifugal = 0.5 * system.turning_mass * float(system.model.angular_velocity()) ** 2
+    q = np.ascontiguousarray(z[:total])
+    distances = _distances()
+    size = length(q[:n])
+    along = np.zeros((total, orbits))
+    unit = np.where(size > 0, size, 1.0)
+    own = np.where((speeds[:n] != 0).any(axis=0), speeds[:n], speeds[n:])  # of an orbit that rests the force
+    own = own / np.abs(own).max(axis=0)  # lengths of huge velocities have no square
+    own = own / length(own)
+    along[:n] = np.where(np.isfinite(own), own * unit, 0.0)
+    lowest, highest = np.where(size > 0, np.array(escape.OWN)[:, None], np.array(escape.DECADES)[:, None])
+    begin = escape.FINE * (lowest - escape.DECADES[0])
+    looks = highest - lowest + 1
+    turn = np.full((2, orbits), -1)
+    if (potential := _potential(system.model)) is None:
+        _find_turns(system, distances, q, along, begin, looks, limit, turn)
+    else:
+        arguments = (parameters(system.model), potential, centrifugal, distances, q, along, begin, looks, limit, turn)
+        run_units(escape.find_turns, arguments, -(-orbits // LANES), threads=1)
+    farther = turn.max(axis=0)
+    turned = farther >= 0
+    reach = np.where(turned, np.maximum(size, unit * distances[farther]), size)
+    near = np.flatnonzero(~turned & (reach > 0))
+    if near.size:  # turning points may be far beyond the distance of a start next to the origin
+        centred = np.array(z[:, near])
+        own = limit[near]
+        centred[:n] = 0.0
+        far = _reaches(system, centred, own + (z[-1, near] if system.driven else 0.0))
+        reach[near] = np.where(far > 10.0 ** escape.OWN[1] * reach[near], far, reach[near])
+    return reach
+
+
+_NOT_COMPILED: set[tuple[type, ...]] = set()
+"""Classes of models, with those of their fields, whose potential energy Numba does not compile."""
+
+
+def _potential(model: Any) -> Any:
+    """Return the compiled potential energy; None where it does not compile: no other function needs it compiled."""
+    classes = (type(model), *map(type, model))
+    if classes not in _NOT_COMPILED:
+        try:
+            return model_block("potential", model, model.degrees_of_freedom)
+        except Exception:  # Numba's own, and any other that its passes raise
+            _NOT_COMPILED.add(classes)
+    return None
+
+
+def _find_turns(
+    system: System,
+    distances: np.ndarray,
+    q: np.ndarray,
+    along: np.ndarray,
+    begin: np.ndarray,
+    looks: np.ndarray,
+    limit: np.ndarray,
+    turn: np.ndarray,
+) -> None:
+    """Set turn as `escape.find_turns` does, by NumPy."""
+
+    def below(number: np.ndarray, way: float) -> np.ndarray:
+        place = q + distances[np.clip(number, 0, distances.size - 1)] * (way * along)
+        return system.least_energies(place) <= limit
+
+    for side, way in enumerate((1.0, -1.0)):
+        last = turn[side]
+        inside = np.zeros(begin.size, bool)
+        for k in range(looks.max()):
+            now = below(begin + escape.FINE * k, way)
+            last[:] = np.where((k < looks) & inside & ~now, begin + escape.FINE * (k - 1), last)
+            inside = np.where(k < looks, now, inside)
+        half = escape.FINE // 2
+        while half > 0:
+            last += np.where((last >= 0) & below(last + half, way), half, 0)
+            half //= 2
+
+
+@functools.cache
+def _distances() -> np.ndarray:
+    """Return the distances that are tried, in units of an orbit's own."""
+    least, most = escape.DECADES
+    return 10.0 ** (np.arange(least * escape.FINE, most * escape.FINE + 1) / escape.FINE)
+
+
+@dataclass
+class Ensemble:
+    """Running orbits: all data that a run needs to go on where it stopped. Arrays over orbits.
+
+    z (2n (1 + vectors), orbits) with tangent vectors: positions of the orbit and of each vector, then momenta likewise;
+    energy at the start; kinetic: the largest kinetic energy so far, the scale of energy errors, which is independent
+    of the zero of V; radius: the distance from the origin beyond which an orbit has escaped.
+    """
+
+    z: np.ndarray
+    energy: np.ndarray
+    kinetic: np.ndarray
+    vectors: int = 0
+    status: np.ndarray = field(init=False)
+    count: np.ndarray = field(init=False)
+    time: np.ndarray = field(init=False)
+    ahead: np.ndarray = field(init=False)
+    ticks: np.ndarray = field(init=False)
+    radius: np.ndarray = field(init=False)
+
+    def __post_init__(self) -> None:
+        n = self.z.shape[1]
+        self.status = np.zeros(n, np.int64)
+        self.count = np.zeros(n, np.int64)
+        self.ticks = np.zeros(n, np.int64)
+        self.time = np.zeros(n)
+        self.ahead = np.zeros(n)
+        self.radius = np.full(n, FARTHEST)
+
+    def of(self, orbits: Any) -> Ensemble:
+        """Return some of the orbits as an ensemble of their own."""
+        part = Ensemble(self.z[:, orbits], self.energy[orbits], self.kinetic[orbits], self.vectors)
+        for name in ("status", "count", "time", "ahead", "ticks", "radius"):
+            setattr(part, name, getattr(self, name)[orbits])
+        return part
+
+    def orbits(self, memory: np.ndarray, out: np.ndarray) -> Orbits:
+        """Return the arrays of the orbits for kernels, with the memory and records of an observer."""
+        places = self.z, self.time, self.count, self.ahead, self.ticks, self.kinetic, self.radius, self.status
+        return Orbits(*places, memory, out)
+
+    def take(self, orbits: Any, part: Ensemble) -> None:
+        """Take over the state of `part` for the orbits of that index array or mask."""
+        for name in ("z", "energy", "kinetic", "status", "count", "time", "ahead", "ticks", "radius"):
+            getattr(self, name)[..., orbits] = getattr(part, name)
+
+    @property
+    def scale(self) -> np.ndarray:
+        """The scale of energy errors: the largest kinetic energy seen; 1 for an orbit that rests."""
+        return np.where(self.kinetic > 0, self.kinetic, 1.0)
+
+    @property
+    def points(self) -> np.ndarray:
+        """The orbits' phase points (2n, orbits)."""
+        return self.z if self.vectors == 0 else self.parts[:, 0].reshape(-1, self.z.shape[1])
+
+    @property
+    def parts(self) -> np.ndarray:
+        """A view (2, 1 + vectors, n, orbits) of z: positions and momenta of the orbit and of its tangent vectors."""
+        return self.z.reshape(2, 1 + self.vectors, -1, self.z.shape[1])
+
+    @property
+    def deviations(self) -> np.ndarray:
+        """The tangent vectors (vectors, 2n, orbits)."""
+        return self.parts[:, 1:].transpose(1, 0, 2, 3).reshape(self.vectors, -1, self.z.shape[1])
+
+
+def energy_error(system: System, ensemble: Ensemble) -> np.ndarray:
+    """Return |E - E0| of each orbit over the largest kinetic energy seen on it; inf where the energy has no value."""
+    return energy_drift(system, ensemble.points, ensemble.energy, ensemble.scale)
+
+
+def mark_drift(ensemble: Ensemble, error: np.ndarray, tolerance: float) -> None:
+    """Give orbits whose energy error exceeds the tolerance the status ENERGY_DRIFT, unless they have another."""
+    ensemble.status[(ensemble.status == Status.OK) & (error > tolerance)] = Status.ENERGY_DRIFT
+
+
+def no_memory(ensemble: Ensemble) -> tuple[np.ndarray, np.ndarray]:
+    """Return the memory and output arrays of an observer that keeps nothing."""
+    return np.zeros((1, ensemble.z.shape[1])), np.zeros((1, 1))
+
+
+# tests/test_leaving.py has orbits that run away, by every scheme.
+
+BACK = 16
+"""Steps before the overflow from which an orbit is followed again, as the last ones are spoilt."""
+
+AHEAD = 64.0
+"""Time for which it is followed, in steps."""
+
+SOUND = 0.05
+"""Energy error there, over the largest kinetic energy, above which the step was unstable and the orbit tells nothing.
+"""
+
+
+def mark_escapes(flow: Any, ensemble: Ensemble, begun: Ensemble, sizes: Callable[[], np.ndarray]) -> None:
+    """Give orbits that overflowed on their way to infinity the status ESCAPED in the place of NONFINITE.
+
+    begun: the orbits before the run; sizes: returns their steps (orbits,). In a potential that falls ever more steeply
+    an orbit reaches infinity in a finite time, and a fixed step passes from ordinary numbers to an overflow. Such
+    orbits run again to some steps before, and from there with an adaptive scheme, which meets the escape radius first.
+    """
+    lost = overflowed(ensemble, begun) & (ensemble.count > begun.count + 1)
+    if not lost.any():
+        return
+    which = np.flatnonzero(lost)
+    last = _alone(begun.of(which))
+    size = sizes()[which]
+    alone = replace(flow, vectors=0, step=size)
+    # One step at least: its energy error tells whether steps are stable.
+    until = np.maximum(ensemble.count[which] - BACK, last.count + 1)
+    _run(alone, last, until * size)
+    with np.errstate(all="ignore"):
+        sound = np.isfinite(last.z).all(axis=0) & (energy_error(flow.system, last) < SOUND)
+    sound &= (last.status == Status.OK) & (last.count == until)
+    which = which[sound]
+    size = size[sound]
+    if not which.size:
+        return
+    start = last.z[:, sound]
+    beyond = replace(flow, vectors=0, scheme=DOP853, step=np.inf, rtol=1e-9, atol=1e-300)
+    ahead = beyond.ensemble(start.copy(), radius=ensemble.radius[which])
+    ahead.ahead[:] = size / 64
+    _run(beyond, ahead, AHEAD * size)
+    ensemble.status[which[ahead.status == Status.ESCAPED]] = Status.ESCAPED
+
+
+def overflowed(ensemble: Ensemble, begun: Ensemble) -> np.ndarray:
+    """Return a mask (orbits,) of the orbits that overflowed in a run, on whatever way."""
+    return (ensemble.status == Status.NONFINITE) & (begun.status == Status.OK) & (ensemble.radius < FARTHEST)
+
+
+def leave_open(ensemble: Ensemble, begun: Ensemble) -> None:
+    """Give orbits that overflowed in a run that was interrupted the status INTERRUPTED: how they ended is not told."""
+    ensemble.status[overflowed(ensemble, begun) & (ensemble.count > begun.count + 1)] = Status.INTERRUPTED
+
+
+def _alone(ensemble: Ensemble) -> Ensemble:
+    """Return the orbits of an ensemble without tangent vectors."""
+    if not ensemble.vectors:
+        return ensemble
+    bare = Ensemble(np.ascontiguousarray(ensemble.points), ensemble.energy, ensemble.kinetic)
+    for name in ("status", "count", "time", "ahead", "ticks", "radius"):
+        setattr(bare, name, getattr(ensemble, name))
+    return bare
+
+
+def _run(flow: Any, ensemble: Ensemble, time: np.ndarray) -> None:
+    """Run orbits to times of their own."""
+    flow.run(ensemble, observers.nothing(), *no_memory(ensemble), time=time)
+
+
+def blocks_of(system: System, vectors: int = 0, step: Callable | None = None, **kinds: str | nystrom.Terms) -> Blocks:
+    """Return a model's functions for kernels: block functions of these kinds, or of a Runge-Kutta-Nyström scheme's
+    terms, idle ones in the other places; step: the kernel of a scheme that steps by the derivative.
+    """
+    n = system.n
+    derivative = 0
+    leapt = 0
+    found = {
+        place: model_block(kind, system.model, n, vectors)
+        if isinstance(kind, str)
+        else nystrom_block(f"nystrom_{place}", system.model, n, vectors, kind)
+        for place, kind in kinds.items()
+    }
+    if step is not None:
+        found["step"], derivative = step_block(step), address(model_block("derivative", system.model, n, vectors))
+    if system.poles:
+        leapt = address(model_block("leapt", system.model, n, vectors))
+    idle = {place: idle_block(place) for place in Blocks._fields[1:-2] if place not in found}
+    return Blocks(parameters(system.model), **found, **idle, derivative=derivative, leapt=leapt)
+
+
+@by_identity
+def _kept(model: Any) -> dict[tuple, tuple[Packed, Packed, Scheme]]:
+    """The arguments that kernels have got from a model, and their schemes, whose ids could else pass to others."""
+    return {}
+
+
+def stepping(flow: Any, *kinds: str, solo: bool = False) -> tuple[Packed, Packed]:
+    """Return the blocks of these kinds and that of the scheme's step, for units of one orbit if `solo`, and the
+    scheme's coefficients.
+    """
+    scheme = flow.scheme
+    kept = _kept(flow.model)
+    key = id(scheme), flow.vectors, solo, kinds
+    if key not in kept:
+        by: dict[str, Any] = {"step": collocate if isinstance(scheme, Collocation) else runge_kutta}
+        if isinstance(scheme, Nystrom):
+            by = {"march" if solo else "splitting": scheme.terms}
+        if isinstance(scheme, Splitting):
+            by = {"march": "march"} if solo else {"splitting": "precise_splitting" if flow.precise else "splitting"}
+        blocks = blocks_of(flow.system, flow.vectors, **by | {kind: kind for kind in kinds})
+        kept[key] = Packed(blocks), Packed(_coefficients(flow)), scheme
+    return kept[key][:2]
+
+
+def _coefficients(flow: Any) -> Coefficients:
+    scheme = flow.scheme
+    if isinstance(scheme, (Splitting, Nystrom)):
+        if isinstance(scheme, Nystrom):
+            copies = 2
+        elif flow.precise:
+            copies = 3
+        else:
+            copies = 1
+        return Coefficients(scheme.drift_array, scheme.kick_array, copies=copies, spare=_spare(flow))
+    if isinstance(scheme, Collocation):
+        a = scheme.a_array
+        b = scheme.b_array
+        dense = scheme.dense_array
+        return Coefficients(a=a, b=b, dense=dense, copies=2 * (1 + scheme.stages), sweeps=scheme.sweeps)
+    return Coefficients(a=scheme.a_array, b=scheme.b_array, errors=scheme.error_array, dense=scheme.dense_array)
+
+
+def _spare(flow: Any) -> int:
+    """Return the number of further rows in blocks of states: for the numbers of a substep, or for the forces of
+    stages.
+    """
+    substep = flow.system.substep
+    scheme = flow.scheme
+    if isinstance(scheme, Nystrom):
+        n = flow.model.degrees_of_freedom
+        return nystrom.spare_rows(n, n * (1 + flow.vectors), scheme.stages)
+    return 0 if substep is None else substep.spare_rows(scheme.drift_array.size, scheme.kick_array.size)
+
 
 WEAR_STEPS = 2, 4, 8, 16, 32
 """Steps, or one, after which slowed orbits lose part of their momenta: lanes of a block stop together."""

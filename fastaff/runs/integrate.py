@@ -11,22 +11,19 @@ import numpy as np
 from ..core.interruption import keeping
 from ..core.numbers import Passes, fits, portion, whole
 from ..core.status import Status
-from ..results.axes import along
-from ..results.recipe import recorded
-from ..results.result import Result
-from ..results.short_forms import Starts, takes
+from ..results.calls import Starts, recorded, takes
+from ..results.result import Result, along
 from ..systems.models.contracts import Dynamics
 from ..systems.models.mechanics import System
 from . import observers
 from .accuracy import halved, outdone, planned, until
-from .checks import energy_drift
 from .coordinates import chart_row
-from .ensemble import Ensemble, energy_error, mark_drift
-from .flow import Flow, Wear, no_memory
+from .flow import Ensemble, Flow, Wear, energy_error, mark_drift, no_memory
 from .given_orbits import SAMPLED
 from .launch import Report
-from .motion import motion
 from .options import Options, Problem
+from .requirements import energy_drift
+from .scales import motion
 from .schemes.automatic import Automatic
 from .schemes.catalogue import VERNER9, Collocation, Scheme, scheme_of
 from .schemes.time_transformed import TimeTransformed

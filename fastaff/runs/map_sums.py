@@ -7,10 +7,8 @@ import numpy as np
 from ..engine.kernels.drive import FixedSteps, run_fixed
 from ..engine.kernels.stepping import Coefficients
 from . import observers
-from .ensemble import Ensemble
-from .flow import Flow, no_memory
+from .flow import Ensemble, Flow, blocks_of, no_memory
 from .launch import launch, units
-from .stepping import blocks_of
 
 
 def extended(ensemble: Ensemble, rows: np.ndarray) -> Ensemble:

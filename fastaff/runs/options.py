@@ -11,12 +11,19 @@ import numpy as np
 from ..core.numbers import numbers, positive, shown
 from ..engine.threads import checked_threads
 from ..systems.models.mechanics import System
-from .checks import checked_scheme, checked_system, current_system, phase_points, suited_scheme
-from .derivatives import check_derivatives
 from .flow import Flow
 from .launch import Report
-from .motion import Motion, motion
-from .needs import check_given, check_needs
+from .requirements import (
+    check_derivatives,
+    check_given,
+    check_needs,
+    checked_scheme,
+    checked_system,
+    current_system,
+    phase_points,
+    suited_scheme,
+)
+from .scales import Motion, motion
 from .schemes.automatic import Automatic, Trial, cheapest, fastest, quickest
 from .schemes.catalogue import DOP853, GAUSS16, ITERATION, KAHAN_LI8, Collocation, RungeKutta
 from .schemes.time_transformed import TimeTransformed

@@ -12,20 +12,16 @@ from ..core.interruption import keeping
 from ..core.numbers import numbers
 from ..core.status import Status
 from ..core.sums import length
-from ..results.axes import along
-from ..results.recipe import recorded
-from ..results.result import Result
-from ..results.short_forms import Starts, takes
+from ..results.calls import Starts, recorded, takes
+from ..results.result import Result, along
 from ..systems.models.contracts import Dynamics
-from ..systems.models.mechanics import System, stacked
-from ..systems.models.pointwise import at_points
-from . import curvatures, observers
-from .checks import carried, checked_tangent_system
+from ..systems.models.mechanics import System, at_points, stacked
+from . import observers, scales
 from .coordinates import chart_row
-from .ensemble import Ensemble, energy_error, mark_drift
-from .flow import Flow, no_memory
+from .flow import Ensemble, Flow, energy_error, mark_drift, no_memory
 from .launch import Report
 from .options import Options, Plan, Problem
+from .requirements import carried, checked_tangent_system
 from .schemes.catalogue import Scheme, scheme_of
 from .starts import starts_of
 
@@ -159,7 +155,7 @@ def fastest_rates(system: System, z: np.ndarray) -> np.ndarray:
     the Hessian.
     """
     if not system.separable:
-        return curvatures.fastest_rates(system, z, np.inf)
+        return scales.fastest_rates(system, z, np.inf)
     n = system.n
     q = z[:n]
     direction = np.random.default_rng(2).standard_normal((n, 1)) + np.zeros_like(q)

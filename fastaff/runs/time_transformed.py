@@ -16,12 +16,11 @@ from ..engine.kernels.time_levels import ROWS
 from ..systems.models.mechanics import System, system_of
 from ..systems.models.sections import Linear
 from . import observers
-from .checks import energy_drift
-from .ensemble import Ensemble
-from .flow import Flow
+from .flow import Ensemble, Flow
 from .launch import Report, early
-from .motion import typical_rate
 from .observers import Observer
+from .requirements import energy_drift
+from .scales import typical_rate
 from .schemes.catalogue import DOP853
 from .schemes.time_transformed import (
     Algebraic,

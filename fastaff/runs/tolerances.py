@@ -15,12 +15,11 @@ import numpy as np
 
 from ..core.numbers import Passes
 from ..core.status import Status
-from ..systems.models.mechanics import System
-from ..systems.models.pointwise import at_points
+from ..systems.models.mechanics import System, at_points
 from .accuracy import AGAIN, LOST, NOISE, Steps, counted
 from .flow import Flow
 from .launch import Report
-from .motion import Motion
+from .scales import Motion
 from .schemes.catalogue import VERNER9
 from .trials import SPAN
 

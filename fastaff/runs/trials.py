@@ -11,9 +11,9 @@ import numpy as np
 from ..core.status import Status
 from ..systems.models.mechanics import System
 from . import observers
-from .checks import energy_drift
 from .flow import Flow, no_memory
-from .motion import Motion, typical_rate
+from .requirements import energy_drift
+from .scales import Motion, typical_rate
 from .schemes.automatic import TRIAL_ORBITS, Automatic, Trial, spread, trial_rounds
 from .schemes.catalogue import DOP853, Nystrom, RungeKutta, Splitting
 

@@ -16,11 +16,10 @@ from ..engine.kernels.crossings import RECORD
 from ..engine.kernels.samples import WEAR_ROWS
 from ..engine.threads import by_portions
 from ..runs import observers
-from ..runs.checks import energy_drift
-from ..runs.ensemble import Ensemble, energy_error
-from ..runs.flow import Flow
+from ..runs.flow import Ensemble, Flow, energy_error
 from ..runs.launch import early
-from ..runs.motion import typical_rate
+from ..runs.requirements import energy_drift
+from ..runs.scales import typical_rate
 from ..runs.time_transformed import TransformedFlow
 from ..systems.models.mechanics import System
 from .section_map import SectionMap

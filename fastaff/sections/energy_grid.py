@@ -10,11 +10,9 @@ import numpy as np
 
 from ..core.interruption import imported
 from ..core.numbers import an_array, fits, numbers, real, shown
-from ..results.axes import along
-from ..results.recipe import recorded
-from ..results.result import Result
-from ..results.short_forms import takes
-from ..runs.checks import checked_model, checked_section, current_system
+from ..results.calls import recorded, takes
+from ..results.result import Result, along
+from ..runs.requirements import checked_model, checked_section, current_system
 from ..systems.formulas.section_text import section_in_words, section_of
 from ..systems.models.contracts import Dynamics, Section
 from ..systems.models.mechanics import System

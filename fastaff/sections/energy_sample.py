@@ -9,11 +9,9 @@ from typing import Annotated, Any, NamedTuple
 import numpy as np
 
 from ..core.numbers import entries, fits, flag, shown, span, whole
-from ..results.axes import along
-from ..results.recipe import recorded
-from ..results.result import Result
-from ..results.short_forms import takes
-from ..runs.checks import checked_model, current_system
+from ..results.calls import recorded, takes
+from ..results.result import Result, along
+from ..runs.requirements import checked_model, current_system
 from ..systems.formulas.section_text import section_of
 from ..systems.models.contracts import Dynamics, Section
 from ..systems.models.mechanics import System

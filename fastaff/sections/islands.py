@@ -18,9 +18,8 @@ from ..core.status import Status
 from ..engine.kernels.birkhoff import SHARPNESS
 from ..frequencies.turning import unresolved
 from ..frequencies.windows import SPANS
-from ..results.axes import along
 from ..results.progress import says_progress
-from ..results.result import Result
+from ..results.result import Result, along
 from ..systems.models.sections import AngleEquals, Linear
 from .scatter import scattered
 from .section_map import SectionMap

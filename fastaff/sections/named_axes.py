@@ -12,8 +12,7 @@ from numpy.typing import ArrayLike
 
 from ..core.names import did_you_mean, named
 from ..core.numbers import flag, numbers, real, shown
-from ..runs.checks import checked_section
-from ..runs.needs import check_given
+from ..runs.requirements import check_given, checked_section
 from ..systems.models.mechanics import System
 from ..systems.models.sections import AngleEquals, Linear
 from .accessible_box import spread

@@ -12,17 +12,15 @@ from ..core.numbers import fits, portion, positive, whole
 from ..core.status import Status
 from ..engine.kernels.crossing_roots import lean
 from ..engine.threads import by_portions
-from ..results.recipe import recorded
+from ..results.calls import Starts, recorded, takes
 from ..results.result import put
-from ..results.short_forms import Starts, takes
 from ..runs.accuracy import Steps, halved, planned, until
-from ..runs.checks import checked_section, checked_system, phase_points
 from ..runs.flow import Flow, Wear
 from ..runs.launch import Report, launch, units
-from ..runs.motion import Motion, motion, typical_rate
-from ..runs.needs import check_given
 from ..runs.observers import bound
 from ..runs.options import Options, Problem
+from ..runs.requirements import check_given, checked_section, checked_system, phase_points
+from ..runs.scales import Motion, motion, typical_rate
 from ..runs.schemes.automatic import Automatic
 from ..runs.schemes.catalogue import Scheme, scheme_of
 from ..runs.schemes.time_transformed import TimeTransformed

@@ -7,10 +7,9 @@ from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
-from ..results.axes import along
 from ..results.progress import says_progress
-from ..results.result import Result
-from ..runs.checks import checked_system
+from ..results.result import Result, along
+from ..runs.requirements import checked_system
 from ..systems.formulas.section_text import section_forms, section_in_words, section_of
 from ..systems.models.mechanics import System
 from ..systems.models.sections import AlphaTurning, AngleEquals, BetaTurning, Linear

@@ -8,10 +8,9 @@ from typing import Annotated, Any
 import numpy as np
 
 from ..core.status import Status
-from ..results.axes import along
-from ..results.result import Result
-from ..runs.checks import checked_chart
+from ..results.result import Result, along
 from ..runs.coordinates import chart_row, in_chart
+from ..runs.requirements import checked_chart
 from ..runs.schemes.catalogue import Scheme
 from ..runs.schemes.time_transformed import TimeTransformed
 from ..systems.charts import Chart

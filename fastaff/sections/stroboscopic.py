@@ -11,13 +11,12 @@ from ..core.numbers import fits, portion
 from ..core.status import Status
 from ..runs import observers
 from ..runs.accuracy import Steps, halved, planned, until
-from ..runs.checks import energy_drift
-from ..runs.ensemble import energy_error
-from ..runs.flow import Flow, Wear, no_memory
+from ..runs.flow import Flow, Wear, energy_error, no_memory
 from ..runs.integrate import Compared
 from ..runs.launch import Report
-from ..runs.motion import motion
 from ..runs.options import Options, Problem
+from ..runs.requirements import energy_drift
+from ..runs.scales import motion
 from ..systems.models.sections import Stroboscopic
 from .crossing_run import Crossings
 from .section_map import SectionMap

@@ -10,12 +10,10 @@ import numpy as np
 from ..core.interruption import keeping
 from ..core.status import Status
 from ..engine.threads import checked_threads
-from ..results.axes import along
-from ..results.recipe import recorded
-from ..results.result import Result
-from ..results.short_forms import Starts, takes
-from ..runs.checks import current_system, phase_points
+from ..results.calls import Starts, recorded, takes
+from ..results.result import Result, along
 from ..runs.launch import Report, launch, units
+from ..runs.requirements import current_system, phase_points
 from ..runs.starts import starts_of
 from ..systems.charts.chart import Chart
 from ..systems.models import Zero

@@ -17,13 +17,12 @@ from ..core.status import Status
 from ..frequencies.frequencies import FrequencyKind
 from ..frequencies.integer_lattice import quotient, relations
 from ..frequencies.orbit_frequencies import orbit_frequencies
+from ..results.calls import Starts, recorded, takes
 from ..results.progress import says_progress
-from ..results.recipe import recorded
-from ..results.short_forms import Starts, takes
-from ..runs.checks import checked_system, current_system, phase_points
 from ..runs.given_orbits import ends, given_orbits
 from ..runs.launch import Report
 from ..runs.options import Options, Problem
+from ..runs.requirements import checked_system, current_system, phase_points
 from ..runs.schemes.catalogue import GAUSS16, SOFRONIOU_SPALETTA10, Scheme, scheme_of
 from ..runs.starts import starts_of
 from ..systems.models.contracts import Dynamics

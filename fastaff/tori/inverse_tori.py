@@ -12,11 +12,10 @@ from ..core.interruption import keeping
 from ..core.numbers import numbers, shown
 from ..core.status import Status
 from ..engine.threads import checked_threads
-from ..results.axes import along
+from ..results.calls import recorded
 from ..results.progress import says_progress
-from ..results.recipe import recorded
-from ..results.result import Result
-from ..runs.checks import current_system, phase_points
+from ..results.result import Result, along
+from ..runs.requirements import current_system, phase_points
 from ..systems.charts.chart import Chart
 from ..systems.models.contracts import Model
 from ..systems.models.mechanics import System

@@ -9,13 +9,12 @@ import numpy as np
 
 from ..core.numbers import fits
 from ..core.status import Status
-from ..runs.checks import energy_drift
-from ..runs.ensemble import mark_drift
-from ..runs.flow import Flow
+from ..runs.flow import Flow, mark_drift
 from ..runs.launch import Report
-from ..runs.motion import motion
 from ..runs.options import Problem
-from ..systems.models.pointwise import at_points
+from ..runs.requirements import energy_drift
+from ..runs.scales import motion
+from ..systems.models.mechanics import at_points
 from .lines import pieces_of
 from .series import weights
 from .torus import TorusFit, flow_of_turns, image, nothing, periods_of, point, resting, rows_of, without_periods

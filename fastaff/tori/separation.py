@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from ..core.numbers import shown
 from ..engine.blocks import function_block, parameters
 from ..results.progress import says_progress
-from ..runs.checks import checked_function, checked_system, current_system, phase_points
+from ..runs.requirements import checked_function, checked_system, current_system, phase_points
 from ..systems.charts.chart import Chart
 from ..systems.formulas.systems import constants_of
 from ..systems.models import Zero

@@ -16,13 +16,11 @@ import numpy as np
 from ..core.numbers import numbers, shown, whole
 from ..core.status import Status
 from ..frequencies.integer_lattice import determinant, inverse
-from ..results.axes import along
-from ..results.result import Result
-from ..runs.checks import current_system
+from ..results.result import Result, along
 from ..runs.flow import Flow
 from ..runs.options import Options, Problem
-from ..systems.models.mechanics import System
-from ..systems.models.pointwise import at_points
+from ..runs.requirements import current_system
+from ..systems.models.mechanics import System, at_points
 from .series import actions, evaluate
 
 GRID = 512

@@ -10,7 +10,7 @@ import numpy as np
 
 from ...jobs.system import Model, Surface
 from ...jobs.wording import Wrong
-from ...runs.checks import current_system
+from ...runs.requirements import current_system
 from ..options import HOW, STARTS, WRITTEN, Output, Parameter, pair
 from ..progress import Progress, compiled
 from .captions import caption, surface_in_words, title, titled

@@ -179,8 +179,8 @@ PLACES = {".png": "Description", ".pdf": "Subject", ".svg": "Description"}
 
 def write(figure: Any, stem: Path, ending: str, facts: dict[str, Any], force: bool) -> None:
     """Write a figure with the parameters inside it, whole or not at all; name the file."""
+    from ...results.calls import plain
     from ...results.provenance import provenance
-    from ...results.recipe import plain
 
     kept = {name: plain(value) for name, value in facts.items() if not isinstance(value, np.ndarray)}
     said = {"Title": "fastaff", PLACES[ending.lower()]: json.dumps({**provenance(), **kept})}

@@ -9,8 +9,7 @@ from typing import Annotated
 from ...core.names import pairs
 from ...jobs.system import Model, Surface
 from ...jobs.wording import Wrong
-from ...runs.checks import current_system
-from ...runs.needs import check_given
+from ...runs.requirements import check_given, current_system
 from ...systems.formulas.number import number
 from ..options import HOW, WHERE, WRITTEN, Parameter, pair
 

@@ -14,7 +14,7 @@ from ...jobs.launch import Points
 from ...jobs.scans import ORBITS, Cases, Scan, Scanned, ScanOfChaos
 from ...jobs.scans import scanned as parsed
 from ...jobs.wording import Wrong
-from ...runs.checks import current_system
+from ...runs.requirements import current_system
 from ..options import Written
 from ..progress import Progress, drawing, watched
 from ..stops import Stops, say

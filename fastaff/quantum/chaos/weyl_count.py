@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from ...core.arrays import checked
 from ...results.progress import says_progress
-from ...runs.checks import checked_system
+from ...runs.requirements import checked_system
 from ...systems.models import Body
 from ..solvers.cover import Cover, plane_cover
 from ..solvers.panels import DENSE, Panels, panels

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from ...core.numbers import fits, flag, real, whole
 from ...core.status import Status
-from ...results.recipe import recorded
+from ...results.calls import recorded
 from ...systems.charts import Chart
 from ...systems.models import Body
 from ..states.level_table import LevelTable

@@ -13,7 +13,7 @@ from ...core.numbers import numbers, real, shown
 from ...core.status import Status
 from ...frequencies.integer_lattice import determinant
 from ...results.progress import tell
-from ...runs.checks import checked_system, current_system, phase_points
+from ...runs.requirements import checked_system, current_system, phase_points
 from ...tori.fit_torus import fit_torus
 from ...tori.torus import TorusFit, Verdict, tangents
 from ..states.level_table import TORI, LevelTable

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from ...core.names import named
 from ...core.numbers import flag, positive, real, text, whole
-from ...results.recipe import recorded
+from ...results.calls import recorded
 from ...systems.charts import Chart
 from ...systems.models.contracts import Dynamics, Model
 from ...tori.inverse_tori import LARGEST_ACTION, energy_of_actions

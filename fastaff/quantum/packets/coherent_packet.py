@@ -12,8 +12,8 @@ from numpy.typing import ArrayLike
 from ...core.arrays import checked
 from ...core.numbers import whole
 from ...results.progress import says_progress
-from ...runs.checks import checked_system, phase_points
 from ...runs.interruptible import interruptible
+from ...runs.requirements import checked_system, phase_points
 from ...systems.models import Body
 from ..states.quadrature import resolved
 from ..states.symmetry import SymmetryClass, action_quantum, checked_class

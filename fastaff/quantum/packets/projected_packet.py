@@ -10,7 +10,7 @@ import numpy as np
 
 from ...core.numbers import real, whole
 from ...results.progress import says_progress
-from ...runs.checks import current_system
+from ...runs.requirements import current_system
 from ...systems.charts import ALPHA_BETA, Chart
 from ...systems.models import Body
 from ..spectra.spectrum import solved_families, spectrum, spectrum_table

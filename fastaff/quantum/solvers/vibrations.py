@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from ...runs.checks import current_system
 from ...runs.interruptible import interruptible
+from ...runs.requirements import current_system
 from ...sections.accessible_box import SEED, minima, potential_of, walled
 from ...systems.models.mechanics import System
 from ..states.level_table import VIBRATION, LevelTable, class_levels, level_scale

@@ -17,7 +17,7 @@ import numpy as np
 
 from ...core.interruption import keeping
 from ...core.numbers import fits, flag, real, reporter, whole
-from ...results.recipe import recorded
+from ...results.calls import recorded
 from ...systems.charts import Chart
 from ...systems.models import Body
 from ..states.level_table import LevelTable, level_list

@@ -11,8 +11,8 @@ from numpy.typing import ArrayLike
 
 from ...core.interruption import keeping
 from ...core.numbers import an_array, function, numbers, reporter, text, whole
+from ...results.calls import recorded
 from ...results.display import screen
-from ...results.recipe import recorded
 from ...results.result import Drawable
 from ...systems.charts import Chart
 from ...systems.models import Body

@@ -11,9 +11,9 @@ import numpy as np
 
 from ...core.interruption import keeping
 from ...core.numbers import an_array, fits, positive, reporter, whole
-from ...results.recipe import recorded
-from ...runs.checks import checked_system
+from ...results.calls import recorded
 from ...runs.interruptible import interruptible
+from ...runs.requirements import checked_system
 from ...systems.charts import ALPHA_BETA, R_VARTHETA, Chart
 from ...systems.models import Body
 from ...systems.models.contracts import Dynamics

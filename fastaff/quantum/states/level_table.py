@@ -11,9 +11,8 @@ import numpy as np
 
 from ...core.numbers import real, shown, whole
 from ...core.status import Status
-from ...results.axes import along
 from ...results.display import screen
-from ...results.result import Drawable, Result
+from ...results.result import Drawable, Result, along
 from .state import Shape, State
 from .symmetry import SymmetryClass
 from .vibration_state import LatticeWaves, VibrationState

@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...runs.checks import current_system
+from ...runs.requirements import current_system
 from ...sections.accessible_box import minima, potential_of, walled
 
 WAYS = ("normal", "local")

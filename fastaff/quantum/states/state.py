@@ -25,7 +25,7 @@ from ...core.numbers import function as a_function
 from ...engine.packing import run_points
 from ...results.display import screen
 from ...results.result import Drawable
-from ...runs.checks import checked_chart
+from ...runs.requirements import checked_chart
 from ...systems.charts import ALPHA_BETA, CARTESIAN, R_VARTHETA, TWO_POLAR, Chart
 from ..kernels.laguerre_jacobi import plane_radii, turn_planes
 from .factors import Factor

@@ -1,7 +1,8 @@
 """Required methods of a model, a potential, a function of one variable, a section and a set of angles.
 
 Any value with these methods is one: a NamedTuple of floats (or of such NamedTuples) whose methods are arithmetic of
-scalars, which kernels compile, and of arrays. `fastaff.runs.checks` refuses a value and names the missing methods.
+scalars, which kernels compile, and of arrays. `fastaff.runs.requirements` refuses a value and names the missing
+methods.
 """
 
 from __future__ import annotations

@@ -1,8 +1,9 @@
-"""Checks of a user's input: each raises at once and names the argument, the value given and the values allowed."""
+"""What a call requires of a model and of its arguments, and how it refuses."""
 
 from __future__ import annotations
 
 import functools
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -11,16 +12,334 @@ from ..core.foreign import call_for
 from ..core.identity import by_identity
 from ..core.numbers import numbers, shown
 from ..engine.blocks import is_as_met, is_value, parameters
+from ..engine.kinds import KINDS, Kind
 from ..systems.charts import Chart
 from ..systems.formulas.section_text import section_forms
 from ..systems.models.contracts import Autonomous, Map, Model, Nonseparable, Potential, Section
-from ..systems.models.mechanics import System, system_of
-from ..systems.models.pointwise import at_points
+from ..systems.models.mechanics import FAILS, System, at_points, system_of
 from ..systems.models.sections import Stroboscopic
-from .needs import check_kind, check_needs
 from .schemes.catalogue import SCHEMES, Collocation, Nystrom, RungeKutta, Scheme, Splitting
 from .schemes.time_transformed import TimeTransformed
 from .starts import in_rows
+
+NEEDS: dict[str, frozenset[str]] = {
+    "equations": frozenset(),
+    "a start by rows": frozenset({"drive"}),
+    "regular motion": frozenset({"loss", "rates"}),
+    "Hamilton's equations": frozenset({"loss", "noncanonical", "rates", "iterates"}),
+    "an energy surface": frozenset({"drive", "loss", "energy", "rates", "iterates"}),
+    "H = T(p) + V(q)": frozenset({"term"}),
+    "a page": frozenset({"kicks"}),
+}
+"""The need of an analysis as a whole: the terms that it does not take, by name or by their words
+(`engine.kinds.words_of`).
+"""
+
+_WHOLE = (
+    "scheme {got} needs velocity(*p) and force(*q) of H = T(p) + V(q), from a class or a text whose T has no poles and "
+    "is least at p = 0, and {model} has rates(*q, *p) of H(q, p): take GAUSS16, GAUSS8, DOP853 or VERNER9"
+)
+
+REFUSALS = {
+    "a time": {"iterates": "{argument} is for systems in time: {instead}; got {got}"},
+    "a start by energy": {
+        "iterates": "{argument} is for systems in time: a map has no energy; got {got}",
+        "energy": "{argument} is for systems whose energy is T + V: one that {has} has more; got {got}",
+        "loss": "{argument} is for systems with an energy: one that {has} keeps none; got {got}",
+        "rates": "{argument} is for systems with an energy: dz/dt = f(z) has none; got {got}",
+    },
+    "a page of orbits": {
+        "drive": "{argument} does not go with a driven system, whose states once a period are shown; got {got}",
+        "rates": "{argument} does not go with dz/dt = f(z), which has no energy; got {got}",
+    },
+    "angles of coordinates alone": {
+        "drive": "angles must be given for {model}, which is driven and has none: of its coordinates, and of its time"
+    },
+    "a return": {
+        "drive loss": "model {model} has a drive and {has}: write both as equations, fa.flow",
+        "loss": "model {model} {has} and no drive: it loses energy as long as it moves, so nothing returns; "
+        "with a drive, write both as equations, fa.flow",
+    },
+    "a return at an energy": {
+        "iterates": "energy is for systems in time: a map has none; got {got}",
+        "rates": "energy must be left out of dz/dt = f(z), which has none, got {got}",
+        "drive": "energy must be left out of a driven system, which has none, got {got}",
+    },
+    "a time of return": {"drive": "max_time must be left out of a driven system, got {got}"},
+    "a branch along the energy": {
+        "iterates": "parameter must be a number for a map, which has no energy to follow; got None",
+        "rates": "parameter must be given for dz/dt = f(z), which has no energy to follow",
+        "drive": "parameter must be given for a driven system, which has no energy to follow",
+    },
+    "an indicator of the energy": {
+        "loss": "indicators of {model}, which {has}, are {instead}, got {got}",
+        "rates": "indicators of {model}, which is dz/dt = f(z), are {instead}, got {got}",
+    },
+    "an indicator along the flow": {
+        "drive": "{argument} does not suit a driven system, whose flow goes along the time and does not go back: take "
+        "FLI, MEGNO, SALI or the Lyapunov spectrum",
+        "iterates": "{got} needs a flow, along which a map does not go: take FLI or GALI",
+    },
+    "a scheme by energy": {
+        "loss": "scheme {got} goes by the energy, which {model} loses: take KAHAN_LI8, or DOP853",
+        "nonseparable": _WHOLE,
+    },
+    "a fictitious time": {
+        "drive": "scheme {got} steps in a fictitious time, which a driven system has not: take a splitting or a "
+        "Runge-Kutta scheme such as fastaff.KAHAN_LI8",
+        "substep": "scheme {got} takes H = T(p) + V(q), and {model} {has}: take KAHAN_LI8, AUTO or DOP853",
+    },
+    "a splitting": {
+        "rates": "scheme {got} needs coordinates and momenta: {model} is dz/dt = f(z), which Runge-Kutta schemes run, "
+        "such as DOP853, VERNER9 and RK4",
+        "nonseparable": _WHOLE,
+    },
+    "an accuracy": {
+        "rates": "accuracy is relative to the amplitudes of a motion with an energy; {model} is dz/dt = f(z): give "
+        "rtol and atol, got accuracy={got}"
+    },
+    "a step of its own": {"rates": "step must be given with {got}, which has no control of steps, for dz/dt = f(z)"},
+    "forces of the coordinates alone": {
+        "kicks": "scheme {got} has its order {order} only where forces depend on the coordinates alone, and "
+        "{argument} {model} {has}: take KAHAN_LI8"
+    },
+    "accelerations of the coordinates alone": {
+        "drifts": "scheme {got} takes accelerations that depend on the coordinates alone, and {argument} {model} "
+        "{has}: take BLANES_CASAS_ESCORIHUELA8"
+    },
+}
+"""The request: the terms, by name or by their words, that together do not go with it, and the sentence with an
+alternative.
+"""
+
+OF_MODELS = ("a return", "an indicator of the energy")
+"""Needs that a model as a whole does not meet: refused by TypeError; a wrong argument beside it by ValueError."""
+
+
+def check_needs(system: System, need: str, **said: Any) -> None:
+    """Raise the refusal of the first terms of a model's equations that do not go with a request; said: the numbers and
+    names in its sentence beside the model's.
+    """
+    for words, sentence in REFUSALS[need].items():
+        if system.words >= {*words.split()}:
+            error = TypeError if need in OF_MODELS else ValueError
+            has = "" if system.own is None else system.own.has
+            raise error(sentence.format(model=type(system.model).__name__, has=has, **said))
+
+
+def check_given(system: System, need: str, instead: str = "", **given: Any) -> None:
+    """Raise the refusal of the first argument that is given and does not go with a model's equations."""
+    for argument, value in given.items():
+        if value is not None:
+            check_needs(system, need, argument=argument, instead=instead, got=shown(value))
+
+
+def check_kind(model: Any, name: str, need: str) -> None:
+    """Refuse a model whose equations have terms that an analysis does not take."""
+    kind = getattr(model, "kind", Kind.SEPARABLE)
+    known = isinstance(kind, Kind)
+    if not known or kind.words & NEEDS[need]:
+        runs = "; ".join(entry.equations for entry in KINDS if not entry.words & NEEDS[need])
+        instead = _instead_of(kind, name) if known and need in ("regular motion", "H = T(p) + V(q)") else ""
+        raise TypeError(
+            f"{name} {type(model).__name__} is {kind.equations if known else shown(kind)}; what runs here is {runs}"
+            f"{instead}"
+        )
+
+
+def _instead_of(kind: Kind, name: str) -> str:
+    """Return the call that tells most about the regular motion of such a system."""
+    if kind.words & NEEDS["regular motion"]:
+        return (
+            f". Lines of an orbit: run = fa.integrate({name}, z0, time=..., samples=4096), "
+            "fa.naff(run.samples[:, 0, 0], run.times[1] - run.times[0], lines=3)"
+        )
+    return (
+        f". A torus of one orbit: fit = fa.fit_torus({name}, z0, time=...), with actions fit.J, frequencies fit.nu and "
+        "levels by J = 2 pi hbar (n + fit.maslov/4)"
+    )
+
+
+AGREE = 1e-5
+"""Relative error above which a derivative is wrong, if it also exceeds BEYOND."""
+
+BEYOND = 1e3
+"""Multiple of the differences' own error that the error of a wrong derivative exceeds."""
+
+HALVINGS = 40
+"""Steps of differences, each half of the one before: one fits a function that is smooth on some scale between. For a
+function of several scales the right one is unknown: a derivative that agrees with any is right.
+"""
+
+TRIED = 3
+"""Starts that are tried."""
+
+APART = 0.1
+"""Distance of more points beside the starts, in sizes of rows: at a start too much may vanish."""
+
+Rows = Callable[[np.ndarray], np.ndarray]
+
+
+def check_derivatives(name: str, system: System, z: np.ndarray) -> None:
+    """Refuse a user's model whose rates are not those of its energy, or whose tangent vectors do not follow its rates;
+    z (2n, orbits): starts. Models of the package and of texts are tested or derived, and not tried.
+
+    :Source: Dahlquist & Björck 2008, Numerical Methods in Scientific Computing I, 3.4 (Richardson's extrapolation).
+    """
+    tried = _tried(system.model)
+    if tried or not any(_own(part) for part in (system.model, *system.model) if is_value(part)):
+        return
+    who = f"{name} {type(system.model).__name__}"
+    at, size = _places(system, z)
+    w = size * np.random.default_rng(3).uniform(0.5, 1, at.shape)
+    energy = f"{who} must have rates dH/dp and -dH/dq of its energy H"
+    tangent = _tangent(system)
+    with np.errstate(all="ignore"):
+        if system.energetic and (found := _tried_out(lambda: _of_energy(system, at, size))):
+            by = ("velocity", "force") if system.separable else ("rates", "rates")
+            said, truth, off = found
+            _compare(energy, system.row_names, at, said, truth, off, methods=by)
+        if tangent is not None:
+            rates, change, method = tangent
+            if found := _tried_out(lambda: (change(at, w), *_slope(rates, at, w))):
+                what = f"{who} must have a {method} that is the change of its rates along a vector"
+                _compare(what, system.row_names, at, *found)
+    tried.append(True)
+
+
+@by_identity
+def _tried(model: Any) -> list[bool]:
+    """Whether a model has been tried: a trial takes longer than a short run."""
+    return []
+
+
+def _tried_out(compute: Callable[[], tuple]) -> tuple:
+    """Return the values of methods, () where they give none in Python: a run may not need them."""
+    try:
+        return compute()
+    except FAILS:
+        return ()
+
+
+def _own(part: Any) -> bool:
+    """Tell whether the class of a value is the user's: none of the package, nor itself one made of a text."""
+    cls = type(part)
+    return cls.__module__.partition(".")[0] != __name__.partition(".")[0] and "_request" not in vars(cls)
+
+
+def _places(system: System, z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return points (2n, ...) at some starts and beside them, and the sizes (2n, 1) of their rows."""
+    z = z[: system.rows, np.unique(np.linspace(0, z.shape[1] - 1, TRIED).astype(int))]
+    size = np.abs(z).max(axis=1)
+    halves = np.array_split(np.arange(len(z)), 2 if system.canonical else 1)
+    for half in halves:
+        size[half] = np.where(size[half] > 0, size[half], size[half].max() or 1.0)
+    beside = APART * np.random.default_rng(2).uniform(-1, 1, (2, *z.shape)) * size[:, None]
+    return np.concatenate([z, *(z + beside)], axis=1), size[:, None]
+
+
+def _slope(rows: Rows, z: np.ndarray, w: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the derivatives of rows along vectors w at points z by differences of all steps, (rows, points, steps),
+    and their distances from those of the next steps.
+    """
+    h = APART * 0.5 ** np.arange(HALVINGS)
+    step = h * w[..., None]
+    ahead = rows(z[..., None] + step)
+    back = rows(z[..., None] - step)
+    change = (ahead - back) / (2 * h)
+    rounding = np.finfo(float).eps * (np.abs(ahead) + np.abs(back)) / h
+    better = (4 * change[..., 1:] - change[..., :-1]) / 3
+    apart = np.abs(np.diff(better))
+    apart = np.maximum(apart[..., 1:], apart[..., :-1]) + rounding[..., 2:-1]
+    return better[..., 1:-1], np.where(np.isfinite(apart), apart, np.inf)
+
+
+def _of_energy(system: System, z: np.ndarray, size: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return the model's rates (2n, points), those by differences of its energy, and the error of the latter."""
+    n = system.n
+    own = system.own
+    said = system.slopes(z)
+    if own is not None:  # the package's, and no model's own
+        rest = np.zeros_like(z[:n])
+        said = said - np.concatenate([own.added(letter, system.rate, z[:n], z[n:], rest) for letter in "vf"])
+
+    def energies(at: np.ndarray) -> np.ndarray:
+        return system.energies(at) - (0.0 if own is None else own.energies(system.rate, at[:n], at[n:]))
+
+    units = size * np.eye(2 * n)[:, :, None] + 0.0 * z
+    found = [_slope(lambda at: energies(at)[None], z, unit) for unit in units]
+    truth, off = (np.array([entry[k][0] for entry in found]) / size[..., None] for k in range(2))
+    return said, np.concatenate([truth[n:], -truth[:n]]), np.concatenate([off[n:], off[:n]])
+
+
+def _tangent(system: System) -> tuple[Rows, Callable, str] | None:
+    """Return the rates, their change along a vector by the model's method, and its name; None where it has none."""
+    model = system.model
+    n = system.n
+    if system.separable:
+        if not hasattr(model, "tangent_force"):
+            return None
+        if not system.bends:
+            return (
+                (lambda z: _array(at_points(model, "force", *z[:n]), z)),
+                (lambda z, w: _array(at_points(model, "tangent_force", *z[:n], *w[:n]), z)),
+                "tangent_force",
+            )
+        return (
+            (lambda z: _array((*at_points(model, "velocity", *z[n:]), *at_points(model, "force", *z[:n])), z)),
+            (lambda z, w: _array(_changes(model, z, w), z)),
+            "tangent_velocity and a tangent_force",
+        )
+    method = "tangent_iterate" if system.iterated else "tangent_rates"
+    if not hasattr(model, method):
+        return None
+    rates = "iterate" if system.iterated else "rates"
+    return (
+        (lambda z: _array(at_points(model, rates, *z), z)),
+        (lambda z, w: _array(at_points(model, method, *z, *w), z)),
+        method,
+    )
+
+
+def _changes(model: Any, z: np.ndarray, w: np.ndarray) -> tuple:
+    """Return the changes of velocities and forces along vectors w, by the model's methods."""
+    n = len(z) // 2
+    velocities = at_points(model, "tangent_velocity", *z[n:], *w[n:])
+    return *velocities, *at_points(model, "tangent_force", *z[:n], *w[:n])
+
+
+def _array(numbers: Any, z: np.ndarray) -> np.ndarray:
+    """Return the rows that a method gives as an array, also where a row is one number for all points."""
+    return np.array([number + np.zeros(z.shape[1:]) for number in numbers])
+
+
+def _compare(
+    what: str,
+    names: Any,
+    z: np.ndarray,
+    said: np.ndarray,
+    truth: np.ndarray,
+    off: np.ndarray,
+    *,
+    methods: tuple[str, ...] = (),
+) -> None:
+    """Raise where the model's rows (rows, points) disagree with the differences of all steps at more than one point."""
+    names = names[len(names) - len(said) :]
+    best = off.argmin(axis=-1)[..., None]
+    beyond = ~(np.abs(said[..., None] - truth) <= AGREE * (np.abs(said[..., None]) + np.abs(truth)))  # NaN at an edge
+    truth, off = (np.take_along_axis(entry, best, -1)[..., 0] for entry in (truth, off))
+    wrong = beyond.all(axis=-1) & (np.abs(said - truth) > BEYOND * off)
+    often = wrong.sum(axis=1) > 1
+    if often.any():
+        row = int(often.argmax())
+        point = int(wrong[row].argmax())
+        by = f" ({methods[2 * row // len(said)]})" if methods else ""
+        place = [float(f"{x:.6g}") for x in z[:, point]]
+        raise ValueError(
+            f"{what}: at {shown(place)} that of {names[row]} is {said[row, point]:.9g}, by differences "
+            f"{truth[row, point]:.9g}{by}"
+        )
+
 
 LARGEST = 1e150
 """Size of a model's parameters whose squares are still numbers."""
