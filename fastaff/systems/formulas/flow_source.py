@@ -33,7 +33,7 @@ def flow_model(
     ]
     what = f"an autonomous system of {len(names)} variable{'' if len(names) == 1 else 's'}"
     body = class_text("FormulaFlow", what, d, d.parameters, methods)
-    text = module(d, body, "\nfrom fastaff.models.contracts import Kind\n")
+    text = module(d, body, "\nfrom fastaff.systems.models.contracts import Kind\n")
     return text.replace('"""V = ', '"""')
 
 
@@ -80,7 +80,7 @@ def nonseparable_model(
     methods.append(constant("kind", "What the motion is made of.", kind))
     what = f"{n - driven} degrees of freedom{', driven' if driven else ''}"
     body = loops(d.coordinates, time=driven) + class_text("FormulaHamiltonian", what, d, fields, methods)
-    return module(d, body, "\nfrom fastaff.models.contracts import Kind\n").replace('"""V = ', '"""H = ')
+    return module(d, body, "\nfrom fastaff.systems.models.contracts import Kind\n").replace('"""V = ', '"""H = ')
 
 
 def _methods_of_rates(

@@ -241,7 +241,7 @@ def body_model(d: Description, V: Any, walls: Sequence[Any], *, pair: bool, clam
         plane_inertia(pair),
         clamped=clamped,
         angles="AreaTrace()",
-        imports="\nfrom fastaff.models.angles import AreaTrace\n",
+        imports="\nfrom fastaff.systems.models.angles import AreaTrace\n",
         more=poles_methods(d.poles, d.coordinates),
     )
 
@@ -317,7 +317,7 @@ def driven_model(
         driven_inertia(inertia, d.coordinates),
         clamped=(),
         angles="Loops(2*np.pi/self.period)",
-        imports="\nfrom fastaff.models.contracts import Kind\n",
+        imports="\nfrom fastaff.systems.models.contracts import Kind\n",
         before=loops(d.coordinates, time=True),
         more=more,
     )

@@ -61,5 +61,5 @@ def __dir__() -> list[str]:
 def _systems() -> dict[str, Any]:
     from ...core.interruption import imported
 
-    systems: dict[str, Any] = imported(".formulas.systems", "fastaff").SYSTEMS
+    systems: dict[str, Any] = imported("..formulas.systems", __package__).SYSTEMS
     return systems
